@@ -1,0 +1,1 @@
+//! Simulated courier: f64 plant, embedded-hal parts that answer on the wire, faults.

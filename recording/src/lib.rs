@@ -1,0 +1,1 @@
+//! Reader and writer of recordings: recording.toml and samples.csv, schema 1.

@@ -1,0 +1,131 @@
+//! What passes between the interrupt and the background: the raw frame in, the corrected frame out.
+//!
+//! Order of segments everywhere: index 0..=3 is the paper's 1..=4; 1 and 3 measure x, 2 and 4 measure y.
+
+/// Number of magnetic quadrature-pair segments.
+pub const SEGMENTS: usize = 4;
+
+/// One instant's conversion of all channels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RawFrame {
+    /// `[segment][sine, cosine]`, signed converter counts.
+    pub quadrature_counts: [[i16; 2]; SEGMENTS],
+    /// Coordination sensor's electrodes `x+, x-, y+, y-`, signed converter counts.
+    pub electrode_counts: [i16; 4],
+    /// Board temperature minus the reference temperature of the calibration, kelvin (slow input, last known).
+    pub temperature_delta_k: f32,
+    /// What the sampler already knows to be wrong with this instant.
+    pub fault: Status,
+}
+
+bitflags::bitflags! {
+    /// Everything that can be wrong with a frame. Stable bit numbers: `docs/faults.md` has a line for each.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub struct Status: u32 {
+        /// Segment 1's amplitude is below its lower limit (a dead channel reads so); bits 1 to 3: segments 2 to 4.
+        const AMPLITUDE_LOW_1 = 1 << 0;
+        #[allow(missing_docs)]
+        const AMPLITUDE_LOW_2 = 1 << 1;
+        #[allow(missing_docs)]
+        const AMPLITUDE_LOW_3 = 1 << 2;
+        #[allow(missing_docs)]
+        const AMPLITUDE_LOW_4 = 1 << 3;
+        /// Segment 1's amplitude is above its upper limit; bits 5 to 7: segments 2 to 4.
+        const AMPLITUDE_HIGH_1 = 1 << 4;
+        #[allow(missing_docs)]
+        const AMPLITUDE_HIGH_2 = 1 << 5;
+        #[allow(missing_docs)]
+        const AMPLITUDE_HIGH_3 = 1 << 6;
+        #[allow(missing_docs)]
+        const AMPLITUDE_HIGH_4 = 1 << 7;
+        /// A channel of segment 1 sits at the converter's end; bits 9 to 11: segments 2 to 4.
+        const CLIPPED_1 = 1 << 8;
+        #[allow(missing_docs)]
+        const CLIPPED_2 = 1 << 9;
+        #[allow(missing_docs)]
+        const CLIPPED_3 = 1 << 10;
+        #[allow(missing_docs)]
+        const CLIPPED_4 = 1 << 11;
+        /// Segment 1's phase moved too far in one sample for its tooth count to be sure; bits 13 to 15: segments 2 to 4.
+        /// Latched until the counter is set again.
+        const SLIP_1 = 1 << 12;
+        #[allow(missing_docs)]
+        const SLIP_2 = 1 << 13;
+        #[allow(missing_docs)]
+        const SLIP_3 = 1 << 14;
+        #[allow(missing_docs)]
+        const SLIP_4 = 1 << 15;
+        /// No beacon: the electrodes' sums are below their limit; tan psi is zero.
+        const BEACON_MISSING = 1 << 16;
+        /// An electrode sits at the converter's end.
+        const BEACON_SATURATED = 1 << 17;
+        /// The converter's CRC did not match: the previous frame's counts stand in.
+        const CONVERTER_CRC = 1 << 18;
+        /// The converter's busy line never fell: the previous frame's counts stand in.
+        const CONVERTER_TIMEOUT = 1 << 19;
+        /// At least one sampling instant was missed before this frame.
+        const OVERRUN = 1 << 20;
+        /// No calibration is in force: the pose is the unmodified outputs'.
+        const UNCALIBRATED = 1 << 21;
+        /// A result was not finite or outside its range and was replaced by zero.
+        const NUMERIC = 1 << 22;
+        /// The counts have not changed for longer than noise allows: the converter is frozen.
+        const FROZEN = 1 << 23;
+    }
+}
+
+/// A length as whole teeth and a fraction of one: f32 metres over a metre of platen resolve only 60 nm.
+///
+/// Value: `(teeth + fraction_turns) * pitch`. The fraction may leave ±0.5 by the size of a correction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Coordinate {
+    /// Whole teeth.
+    pub teeth: i32,
+    /// Rest, in pitches.
+    pub fraction_turns: f32,
+}
+
+/// One segment's part of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Segment {
+    /// Unmodified output: tooth count and phase in (-0.5, 0.5] turns.
+    pub unmodified: Coordinate,
+    /// Calibrated output p-hat = p-bar + e, same tooth count.
+    pub calibrated: Coordinate,
+    /// Signal amplitude after offset and gain correction, counts.
+    pub amplitude_counts: f32,
+}
+
+/// Planar pose of the platen sensor's centre.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pose {
+    /// Mean of segments 1 and 3.
+    pub x: Coordinate,
+    /// Mean of segments 2 and 4.
+    pub y: Coordinate,
+    /// Angle by segments 1 and 3, equation (4).
+    pub theta_x_rad: f32,
+    /// Angle by segments 2 and 4, equation (4).
+    pub theta_y_rad: f32,
+    /// Mean of the two.
+    pub theta_rad: f32,
+}
+
+/// One sample's result.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Frame {
+    /// Counts samples since start, modulo 2^32; a gap is a lost frame.
+    pub sequence: u32,
+    /// What is wrong with it.
+    pub status: Status,
+    /// The counts it was computed from.
+    pub raw: RawFrame,
+    /// Per segment.
+    pub segments: [Segment; SEGMENTS],
+    /// Calibrated pose.
+    pub pose: Pose,
+    /// Parity of the two angles, g_p of equation (5), metres.
+    pub parity_m: f32,
+    /// Coordination sensor: tan psi_x, tan psi_y; zero without a beacon.
+    pub tan_psi: [f32; 2],
+}

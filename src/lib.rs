@@ -1,0 +1,9 @@
+//! Firmware of the courier's position sensor. The way of the data, in order:
+//!
+//! drivers -> frame::RawFrame -> step (quadrature, psd, model) -> frame::Frame -> calibration (session, lsq) -> record, link
+//!
+//! `docs/design.md` tells what each part may know. The library is `no_std` everywhere, also on the host.
+#![no_std]
+
+pub mod frame;
+pub mod geometry;

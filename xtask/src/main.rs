@@ -1,0 +1,2 @@
+//! Drives the checks of the project.
+fn main() {}
