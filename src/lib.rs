@@ -5,5 +5,6 @@
 //! `docs/design.md` tells what each part may know. The library is `no_std` everywhere, also on the host.
 #![no_std]
 
+pub mod drivers;
 pub mod frame;
 pub mod geometry;

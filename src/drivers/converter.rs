@@ -1,0 +1,247 @@
+//! The two AD7606C-16 that sample all 12 channels at the same instant: one SPI bus, common CONVST and RESET.
+//!
+//! Chip 0 holds the sine and cosine of segments 1 to 4 on its channels 1 to 8, chip 1 the electrodes x+, x-, y+, y- on channels 1 to 4.
+//! Channels 5 to 8 of chip 1 are grounded; an offset of [`WITNESS_COUNTS`] in the chip keeps channel 8 away from zero, so that a frame of
+//! zeros only is a dead line on either chip. BUSY is chip 0's: chip 1 gets the same settings and edge and is read 6 us or more later.
+//!
+//! Runs in the sampling interrupt. A board that starts conversions by a timer and reads on BUSY's falling edge calls [`Converter::read`]
+//! alone; one that does all itself calls [`Converter::convert`].
+
+use super::ad7606c::{Ad7606c, CHANNELS, ChipError, ChipSettings, Oversampling, Range};
+use crate::frame::{RawFrame, Status};
+use embedded_hal::delay::DelayNs;
+use embedded_hal::digital::{self, InputPin, OutputPin};
+use embedded_hal::spi::SpiDevice;
+
+/// Counts of one instant, `[chip][channel]`.
+pub type Counts = [[i16; CHANNELS]; 2];
+
+/// Offset put on chip 1's grounded channel 8.
+pub const WITNESS_COUNTS: i8 = 64;
+
+/// Full reset needs more than 3 us (no-OS driver: 3).
+const RESET_PULSE_US: u32 = 5;
+/// Set-up after a full reset (no-OS driver: 253).
+const DEVICE_SETUP_US: u32 = 300;
+/// Oversampling of the self-test: 20 us of BUSY, which no processor can miss.
+const SELF_TEST_RATIO: Oversampling = Oversampling::X16;
+/// BUSY rises within 25 ns of CONVST (data sheet, t_D_CNV_BSY); polls that the self-test gives it.
+const RISE_POLLS: u32 = 16;
+
+/// What can go wrong with the pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ConverterError {
+    /// One of the chips.
+    Chip {
+        /// 0 or 1.
+        index: u8,
+        /// What it did.
+        error: ChipError,
+    },
+    /// A pin could not be read or set.
+    Pin(digital::ErrorKind),
+    /// BUSY did not rise after CONVST: no conversion runs, or the line is broken.
+    BusyNeverRose {
+        /// Times it was read.
+        polls: u32,
+    },
+    /// BUSY did not fall.
+    BusyStuck {
+        /// Times it was read.
+        polls: u32,
+    },
+}
+
+impl core::fmt::Display for ConverterError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match *self {
+            Self::Chip { index, error } => write!(f, "converter {index}: {error}"),
+            Self::Pin(kind) => write!(f, "converter pin: {kind}"),
+            Self::BusyNeverRose { polls } => write!(f, "converter busy did not rise within {polls} readings"),
+            Self::BusyStuck { polls } => write!(f, "converter busy did not fall within {polls} readings"),
+        }
+    }
+}
+
+impl core::error::Error for ConverterError {}
+
+impl ConverterError {
+    /// The status bit that tells of it in a frame.
+    pub const fn status(&self) -> Status {
+        match self {
+            Self::Chip { .. } => Status::CONVERTER_CRC,
+            _ => Status::CONVERTER_TIMEOUT,
+        }
+    }
+}
+
+/// How the pair is run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Settings {
+    /// Input range of all channels.
+    pub range: Range,
+    /// Conversions averaged in the chip; [`Oversampling::X8`] takes 10 of the 50 us at 20 kHz.
+    pub oversampling: Oversampling,
+    /// Readings of BUSY after which [`Converter::convert`] gives up.
+    pub busy_polls: u32,
+}
+
+impl Settings {
+    /// The sensor board's: ±5 V, no oversampling (a moving courier is not averaged over its own motion).
+    pub const BOARD: Self = Self { range: Range::Bipolar5V, oversampling: Oversampling::X1, busy_polls: 4096 };
+}
+
+/// Both chips and their lines.
+#[derive(Debug)]
+pub struct Converter<A, B, Convst, Reset, Busy> {
+    quadrature: Ad7606c<A>,
+    electrodes: Ad7606c<B>,
+    convst: Convst,
+    reset: Reset,
+    busy: Busy,
+    settings: Settings,
+}
+
+impl<A, B, Convst, Reset, Busy> Converter<A, B, Convst, Reset, Busy>
+where
+    A: SpiDevice,
+    B: SpiDevice,
+    Convst: OutputPin,
+    Reset: OutputPin,
+    Busy: InputPin,
+{
+    /// Takes the SPI devices of chip 0 and chip 1 and the common pins; nothing is sent.
+    pub fn new(chips: (A, B), convst: Convst, reset: Reset, busy: Busy, settings: Settings) -> Self {
+        let (quadrature, electrodes) = (Ad7606c::new(chips.0), Ad7606c::new(chips.1));
+        Self { quadrature, electrodes, convst, reset, busy, settings }
+    }
+
+    /// Resets both chips, sets everything and reads it back, tries one conversion, and leaves them ready. About 0.6 ms.
+    /// To be called again after a fault: a chip that lost its supply forgets its settings.
+    ///
+    /// # Errors
+    /// The first thing found wrong.
+    pub fn initialise(&mut self, delay: &mut impl DelayNs) -> Result<(), ConverterError> {
+        self.convst.set_low().map_err(pin)?;
+        self.reset.set_high().map_err(pin)?;
+        delay.delay_us(RESET_PULSE_US);
+        self.reset.set_low().map_err(pin)?;
+        delay.delay_us(DEVICE_SETUP_US);
+        self.quadrature.after_reset();
+        self.electrodes.after_reset();
+        let mut settings =
+            ChipSettings { range: self.settings.range, oversampling: SELF_TEST_RATIO, offset_counts: [0; CHANNELS] };
+        self.quadrature.configure(&settings).map_err(chip(0))?;
+        settings.offset_counts[CHANNELS - 1] = WITNESS_COUNTS;
+        self.electrodes.configure(&settings).map_err(chip(1))?;
+        self.self_test()?;
+        self.quadrature.set_oversampling(self.settings.oversampling).map_err(chip(0))?;
+        self.electrodes.set_oversampling(self.settings.oversampling).map_err(chip(1))?;
+        self.enter_conversion_mode()
+    }
+
+    /// Starts a conversion of all channels by an edge of CONVST.
+    ///
+    /// # Errors
+    /// [`ConverterError::Pin`].
+    pub fn start(&mut self) -> Result<(), ConverterError> {
+        self.convst.set_high().map_err(pin)?;
+        self.convst.set_low().map_err(pin)
+    }
+
+    /// Whether the conversion is under way.
+    ///
+    /// # Errors
+    /// [`ConverterError::Pin`].
+    pub fn is_busy(&mut self) -> Result<bool, ConverterError> {
+        self.busy.is_high().map_err(pin)
+    }
+
+    /// Reads both chips' last conversion, 288 clocks. `counts` is untouched on error.
+    ///
+    /// # Errors
+    /// [`ConverterError::Chip`].
+    pub fn read(&mut self, counts: &mut Counts) -> Result<(), ConverterError> {
+        let mut fresh = Counts::default();
+        let [first, second] = &mut fresh;
+        self.quadrature.read_frame(first).map_err(chip(0))?;
+        self.electrodes.read_frame(second).map_err(chip(1))?;
+        *counts = fresh;
+        Ok(())
+    }
+
+    /// Start, wait for BUSY with a bound, read.
+    ///
+    /// # Errors
+    /// All of the above; [`ConverterError::BusyStuck`] after [`Settings::busy_polls`] readings.
+    pub fn convert(&mut self, counts: &mut Counts) -> Result<(), ConverterError> {
+        self.start()?;
+        self.wait_idle()?;
+        self.read(counts)
+    }
+
+    /// [`Converter::convert`] into a raw frame: on error the previous counts stay and `raw.fault` says why.
+    pub fn sample(&mut self, raw: &mut RawFrame) -> Result<(), ConverterError> {
+        let mut counts = Counts::default();
+        let result = self.convert(&mut counts);
+        store(result.map(|()| counts), raw);
+        result
+    }
+
+    fn wait_idle(&mut self) -> Result<(), ConverterError> {
+        for _ in 0..self.settings.busy_polls {
+            if !self.is_busy()? {
+                return Ok(());
+            }
+        }
+        Err(ConverterError::BusyStuck { polls: self.settings.busy_polls })
+    }
+
+    /// One slow conversion: BUSY must rise and fall, and both frames must hold. The first frame after register mode is thrown away:
+    /// users saw a word of zeros lead it (EngineerZone, question 575145).
+    fn self_test(&mut self) -> Result<(), ConverterError> {
+        self.enter_conversion_mode()?;
+        self.start()?;
+        self.wait_busy()?;
+        self.wait_idle()?;
+        let _ = self.read(&mut Counts::default());
+        self.convert(&mut Counts::default())
+    }
+
+    fn wait_busy(&mut self) -> Result<(), ConverterError> {
+        for _ in 0..RISE_POLLS {
+            if self.is_busy()? {
+                return Ok(());
+            }
+        }
+        Err(ConverterError::BusyNeverRose { polls: RISE_POLLS })
+    }
+
+    fn enter_conversion_mode(&mut self) -> Result<(), ConverterError> {
+        self.quadrature.leave_register_mode().map_err(chip(0))?;
+        self.electrodes.leave_register_mode().map_err(chip(1))
+    }
+}
+
+/// Puts a reading into a raw frame: counts and no converter fault, or the previous counts and the fault's bit.
+pub fn store(reading: Result<Counts, ConverterError>, raw: &mut RawFrame) {
+    raw.fault.remove(Status::CONVERTER_CRC.union(Status::CONVERTER_TIMEOUT));
+    match reading {
+        Ok([quadrature, [x_plus, x_minus, y_plus, y_minus, ..]]) => {
+            for (pair, words) in raw.quadrature_counts.iter_mut().zip(quadrature.as_chunks::<2>().0) {
+                *pair = *words;
+            }
+            raw.electrode_counts = [x_plus, x_minus, y_plus, y_minus];
+        }
+        Err(error) => raw.fault.insert(error.status()),
+    }
+}
+
+const fn chip(index: u8) -> impl Fn(ChipError) -> ConverterError {
+    move |error| ConverterError::Chip { index, error }
+}
+
+fn pin(error: impl digital::Error) -> ConverterError {
+    ConverterError::Pin(error.kind())
+}
