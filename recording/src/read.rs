@@ -1,0 +1,424 @@
+//! Reading a recording: every field is checked, memory is bounded by the values and not by the text.
+
+use crate::column::{COUNT, Column, CountLimits};
+use crate::error::{Error, excerpt, one_line};
+use crate::meta::Meta;
+use crate::samples::Samples;
+use crate::{COLUMNS, META_FILE, Recording, SAMPLES_FILE};
+use csv_core::ReadRecordResult;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// A `recording.toml` is a page of text.
+const META_LIMIT_BYTES: u64 = 1 << 20;
+/// Longest row, bytes; and most columns in it.
+const ROW_LIMIT_BYTES: usize = 1 << 16;
+const COLUMN_LIMIT: usize = 1024;
+const CHUNK_BYTES: usize = 1 << 16;
+/// More unknown columns than these are only counted.
+const NAMED_UNKNOWN: usize = 10;
+
+pub(crate) fn read(folder: &Path) -> Result<Recording, Error> {
+    match std::fs::metadata(folder) {
+        Err(error) => {
+            return Err(Error::io(
+                folder,
+                &error,
+                "a folder with recording.toml and samples.csv",
+            ));
+        }
+        Ok(data) if !data.is_dir() => {
+            return Err(Error::new(
+                folder,
+                "a file",
+                "a folder with recording.toml and samples.csv",
+            ));
+        }
+        Ok(_) => {}
+    }
+    let mut warnings = Vec::new();
+    let meta_file = folder.join(META_FILE);
+    let meta = Meta::parse(&meta_file, &read_meta(&meta_file)?, &mut warnings)?;
+    let samples_file = folder.join(SAMPLES_FILE);
+    let samples = Table::new(&samples_file, meta.count_limits()).read(&mut warnings)?;
+    meta.check_against(&meta_file, &samples)?;
+    Ok(Recording {
+        meta,
+        samples,
+        warnings,
+    })
+}
+
+fn open(file: &Path) -> Result<File, Error> {
+    let opened = File::open(file).map_err(|error| Error::io(file, &error, "a readable file"))?;
+    let data = opened
+        .metadata()
+        .map_err(|error| Error::io(file, &error, "a readable file"))?;
+    if data.is_file() {
+        Ok(opened)
+    } else {
+        Err(Error::new(file, "no regular file", "a readable file"))
+    }
+}
+
+fn read_meta(file: &Path) -> Result<String, Error> {
+    let mut bytes = Vec::new();
+    let mut reader = open(file)?.take(META_LIMIT_BYTES + 1);
+    reader
+        .read_to_end(&mut bytes)
+        .map_err(|error| Error::io(file, &error, "a readable file"))?;
+    if bytes.len() as u64 > META_LIMIT_BYTES {
+        return Err(Error::new(
+            file,
+            format!("more than {META_LIMIT_BYTES} bytes"),
+            "a page of TOML",
+        ));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let row = 1 + error.as_bytes()[..error.utf8_error().valid_up_to()]
+            .iter()
+            .filter(|byte| **byte == b'\n')
+            .count();
+        Error::new(file, "bytes that are not UTF-8", "TOML in UTF-8").row(row as u64)
+    })
+}
+
+/// What a field of the file is for.
+#[derive(Clone, Copy)]
+enum Field {
+    Number(Column),
+    Run,
+    Unknown,
+}
+
+/// `samples.csv` while it is read.
+struct Table<'a> {
+    file: &'a Path,
+    limits: CountLimits,
+    fields: Vec<Field>,
+    samples: Samples,
+    last_time_s: f64,
+    /// First row in which a column holds a count that is not whole.
+    fractional: [Option<u64>; COUNT],
+}
+
+impl<'a> Table<'a> {
+    fn new(file: &'a Path, limits: CountLimits) -> Self {
+        Self {
+            file,
+            limits,
+            fields: Vec::new(),
+            samples: Samples::default(),
+            last_time_s: f64::NEG_INFINITY,
+            fractional: [None; COUNT],
+        }
+    }
+
+    fn error(&self, row: u64, found: impl Into<String>, wanted: impl Into<String>) -> Error {
+        Error::new(self.file, found, wanted).row(row)
+    }
+
+    fn read(mut self, warnings: &mut Vec<String>) -> Result<Samples, Error> {
+        let path = self.file;
+        let mut file = open(path)?;
+        let mut rows = Rows::new();
+        let mut chunk = vec![0; CHUNK_BYTES];
+        loop {
+            let length = file
+                .read(&mut chunk)
+                .map_err(|error| Error::io(path, &error, "a readable file"))?;
+            rows.feed(
+                &chunk[..length],
+                |row, line| self.row(row, line, warnings),
+                path,
+            )?;
+            if length == 0 {
+                break;
+            }
+        }
+        if self.fields.is_empty() {
+            return Err(Error::new(
+                self.file,
+                "an empty file",
+                "a header row and samples",
+            ));
+        }
+        if self.samples.is_empty() {
+            return Err(Error::new(
+                self.file,
+                "no samples",
+                "at least one row after the header",
+            ));
+        }
+        self.check_columns()?;
+        for (place, row) in self.fractional.iter().enumerate() {
+            if let Some(row) = row {
+                let name = COLUMNS[place].1;
+                warnings.push(format!("{SAMPLES_FILE}: column {name} holds counts that are not whole, first in row {row}"));
+            }
+        }
+        Ok(self.samples)
+    }
+
+    fn row(&mut self, row: Fields, line: u64, warnings: &mut Vec<String>) -> Result<(), Error> {
+        if self.fields.is_empty() {
+            self.header(row, line, warnings)
+        } else {
+            self.sample(row, line)
+        }
+    }
+
+    fn header(&mut self, row: Fields, line: u64, warnings: &mut Vec<String>) -> Result<(), Error> {
+        let mut unknown = Vec::new();
+        let mut names: Vec<&[u8]> = Vec::new();
+        for (place, bytes) in row.iter().enumerate() {
+            let bytes = if place == 0 {
+                bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
+            } else {
+                bytes
+            };
+            let bytes = bytes.trim_ascii();
+            let text = std::str::from_utf8(bytes)
+                .map_err(|_| self.error(line, excerpt(bytes), "names of columns in UTF-8"))?;
+            let field = match text {
+                "run" => Field::Run,
+                _ => Column::by_name(text).map_or(Field::Unknown, Field::Number),
+            };
+            if matches!(field, Field::Unknown) {
+                unknown.push(one_line(text, 60));
+            } else if names.contains(&bytes) {
+                return Err(self
+                    .error(line, "the name a second time", "each column once")
+                    .column(text));
+            }
+            names.push(bytes);
+            self.fields.push(field);
+        }
+        for name in unknown.iter().take(NAMED_UNKNOWN) {
+            warnings.push(format!(
+                "{SAMPLES_FILE}: column \"{name}\" is not known and is left aside"
+            ));
+        }
+        if unknown.len() > NAMED_UNKNOWN {
+            warnings.push(format!(
+                "{SAMPLES_FILE}: {} more columns are not known",
+                unknown.len() - NAMED_UNKNOWN
+            ));
+        }
+        self.check_header(line)
+    }
+
+    /// Columns that make sense only together must be there together.
+    fn check_header(&self, line: u64) -> Result<(), Error> {
+        let has = |column: Column| {
+            self.fields
+                .iter()
+                .any(|field| matches!(field, Field::Number(known) if *known == column))
+        };
+        let missing =
+            |column: Column, why: &str| Err(self.error(line, "none", why).column(column.name()));
+        if !has(Column::Time) {
+            return missing(Column::Time, "the column of time, s");
+        }
+        for segment in 0..4 {
+            let trio = [
+                Column::Sine(segment),
+                Column::Cosine(segment),
+                Column::Teeth(segment),
+            ];
+            if trio.iter().any(|column| has(*column))
+                && let Some(absent) = trio.iter().find(|column| !has(**column))
+            {
+                return missing(*absent, "it beside the segment's other columns of counts");
+            }
+        }
+        let electrodes: [Column; 4] = std::array::from_fn(Column::Electrode);
+        if electrodes.iter().any(|column| has(*column))
+            && let Some(absent) = electrodes.iter().find(|column| !has(**column))
+        {
+            return missing(*absent, "all four electrodes");
+        }
+        if !(0..4).any(|segment| has(Column::Sine(segment)) || has(Column::Position(segment))) {
+            return Err(self.error(
+                line,
+                "no segment",
+                "q1s, q1c, n1 or p1_m, or those of segment 2, 3 or 4",
+            ));
+        }
+        Ok(())
+    }
+
+    /// At least one segment has at least one output.
+    fn check_columns(&self) -> Result<(), Error> {
+        if (0..4).any(|segment| self.samples.has_segment(segment)) {
+            return Ok(());
+        }
+        Err(Error::new(
+            self.file,
+            "no output of any segment",
+            "counts with their tooth count, or positions",
+        ))
+    }
+
+    fn sample(&mut self, row: Fields, line: u64) -> Result<(), Error> {
+        if row.len() != self.fields.len() {
+            let found = format!("{} fields", row.len());
+            return Err(self.error(
+                line,
+                found,
+                format!("{} as in the header", self.fields.len()),
+            ));
+        }
+        let mut run = "";
+        for (place, bytes) in row.iter().enumerate() {
+            let bytes = bytes.trim_ascii();
+            match self.fields[place] {
+                Field::Unknown => {}
+                Field::Run => {
+                    run = std::str::from_utf8(bytes).map_err(|_| {
+                        self.error(line, excerpt(bytes), "a name in UTF-8")
+                            .column("run")
+                    })?;
+                }
+                Field::Number(column) => self.number(column, bytes, line)?,
+            }
+        }
+        self.samples.end_row(run);
+        Ok(())
+    }
+
+    fn number(&mut self, column: Column, bytes: &[u8], line: u64) -> Result<(), Error> {
+        if bytes.is_empty() {
+            if column == Column::Time {
+                return Err(self
+                    .error(line, "an empty field", "a time in every row, s")
+                    .column(column.name()));
+            }
+            return Ok(());
+        }
+        let value = std::str::from_utf8(bytes)
+            .ok()
+            .and_then(|text| text.parse::<f64>().ok())
+            .ok_or_else(|| {
+                self.error(line, excerpt(bytes), "a number")
+                    .column(column.name())
+            })?;
+        if let Err(wanted) = column.check(value, &self.limits) {
+            return Err(self
+                .error(line, excerpt(bytes), wanted)
+                .column(column.name()));
+        }
+        if column == Column::Time {
+            self.check_time(value, bytes, line)?;
+        }
+        if column.is_count() && value.fract() != 0.0 {
+            self.fractional[column.index()].get_or_insert(line);
+        }
+        self.samples.set_next(column.index(), value);
+        Ok(())
+    }
+
+    fn check_time(&mut self, time_s: f64, bytes: &[u8], line: u64) -> Result<(), Error> {
+        if time_s <= self.last_time_s {
+            let wanted = format!("a time after the row before, {} s", self.last_time_s);
+            return Err(self
+                .error(line, excerpt(bytes), wanted)
+                .column(Column::Time.name()));
+        }
+        self.last_time_s = time_s;
+        Ok(())
+    }
+}
+
+/// The fields of one row, in the parser's buffers.
+#[derive(Clone, Copy)]
+struct Fields<'a> {
+    text: &'a [u8],
+    ends: &'a [usize],
+}
+
+impl<'a> Fields<'a> {
+    fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
+        let (text, ends) = (self.text, self.ends);
+        (0..ends.len())
+            .map(move |place| &text[if place == 0 { 0 } else { ends[place - 1] }..ends[place]])
+    }
+}
+
+/// Splits chunks of text into rows of fields, in buffers of fixed size.
+struct Rows {
+    parser: csv_core::Reader,
+    text: Vec<u8>,
+    text_length: usize,
+    ends: Vec<usize>,
+    ends_length: usize,
+    line: u64,
+}
+
+impl Rows {
+    fn new() -> Self {
+        Self {
+            parser: csv_core::Reader::new(),
+            text: vec![0; ROW_LIMIT_BYTES],
+            text_length: 0,
+            ends: vec![0; COLUMN_LIMIT],
+            ends_length: 0,
+            line: 1,
+        }
+    }
+
+    /// Calls `on_row` with the fields and the line of every row that `chunk` ends. An empty chunk is the end.
+    fn feed(
+        &mut self,
+        mut chunk: &[u8],
+        mut on_row: impl FnMut(Fields, u64) -> Result<(), Error>,
+        file: &Path,
+    ) -> Result<(), Error> {
+        loop {
+            let (text, ends) = (
+                &mut self.text[self.text_length..],
+                &mut self.ends[self.ends_length..],
+            );
+            let (result, read, written, ended) = self.parser.read_record(chunk, text, ends);
+            chunk = &chunk[read..];
+            self.text_length += written;
+            self.ends_length += ended;
+            match result {
+                ReadRecordResult::InputEmpty if chunk.is_empty() => return Ok(()),
+                ReadRecordResult::InputEmpty => {}
+                ReadRecordResult::End => return Ok(()),
+                ReadRecordResult::OutputFull => {
+                    let found = format!("more than {ROW_LIMIT_BYTES} bytes");
+                    return Err(Error::new(
+                        file,
+                        found,
+                        "a row of numbers (is a quotation mark left open?)",
+                    )
+                    .row(self.line));
+                }
+                ReadRecordResult::OutputEndsFull => {
+                    let found = format!("more than {COLUMN_LIMIT} fields");
+                    return Err(
+                        Error::new(file, found, "a row of the layout's columns").row(self.line)
+                    );
+                }
+                ReadRecordResult::Record => {
+                    on_row(
+                        Fields {
+                            text: &self.text,
+                            ends: &self.ends[..self.ends_length],
+                        },
+                        self.line,
+                    )?;
+                    (self.text_length, self.ends_length) = (0, 0);
+                    self.line = self.parser.line();
+                }
+            }
+        }
+    }
+}

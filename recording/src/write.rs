@@ -1,0 +1,260 @@
+//! Writing a recording row by row: checked like the reader checks, and gone unless finished.
+
+use crate::column::{COLUMNS, Column, CountLimits};
+use crate::error::{Error, excerpt, one_line};
+use crate::meta::Meta;
+use crate::samples::{Row, Samples};
+use crate::{META_FILE, SAMPLES_FILE};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
+
+/// What [`Writer::create`] does with a folder that is already there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Existing {
+    /// Nothing but an empty folder is written into.
+    Refuse,
+    /// A recording of this schema, and nothing beside it, is replaced when the new one is finished.
+    ReplaceRecording,
+}
+
+/// Writes a recording. Dropped before [`Writer::finish`], it leaves the folder as it was.
+pub struct Writer {
+    folder: PathBuf,
+    created: bool,
+    finished: bool,
+    meta: Meta,
+    limits: CountLimits,
+    rows: Option<csv::Writer<NamedTempFile>>,
+    line: u64,
+    last_time_s: f64,
+    /// One row that has every column that any row had: what [`Meta`] is checked against.
+    seen: Samples,
+    seen_columns: [bool; COLUMNS.len()],
+}
+
+impl Writer {
+    /// Begins a recording in `folder`, which is made if need be.
+    ///
+    /// # Errors
+    /// The folder cannot be made or written, or `existing` forbids it.
+    pub fn create(
+        folder: impl AsRef<Path>,
+        meta: &Meta,
+        existing: Existing,
+    ) -> Result<Self, Error> {
+        let folder = folder.as_ref().to_owned();
+        check_existing(&folder, existing)?;
+        let created = !folder.exists();
+        std::fs::create_dir_all(&folder)
+            .map_err(|error| Error::io(&folder, &error, "a folder to write into"))?;
+        let mut writer = Self {
+            created,
+            finished: false,
+            meta: meta.clone(),
+            limits: meta.count_limits(),
+            rows: None,
+            line: 1,
+            last_time_s: f64::NEG_INFINITY,
+            seen: Samples::default(),
+            seen_columns: [false; COLUMNS.len()],
+            folder,
+        };
+        let file = NamedTempFile::new_in(&writer.folder)
+            .map_err(|error| Error::io(&writer.folder, &error, "a folder to write into"))?;
+        let mut rows = csv::WriterBuilder::new()
+            .buffer_capacity(1 << 16)
+            .from_writer(file);
+        let names = COLUMNS.iter().map(|(_, name)| *name);
+        let header = names.clone().take(1).chain(["run"]).chain(names.skip(1));
+        rows.write_record(header)
+            .map_err(|error| writer.failed(&error.into()))?;
+        writer.rows = Some(rows);
+        Ok(writer)
+    }
+
+    /// Appends a sample.
+    ///
+    /// # Errors
+    /// A value that the reader would refuse, or a failure to write.
+    pub fn push(&mut self, row: &Row) -> Result<(), Error> {
+        self.line += 1;
+        self.check(row)?;
+        let mut fields: Vec<String> = Vec::with_capacity(COLUMNS.len() + 1);
+        for (place, (column, _)) in COLUMNS.iter().enumerate() {
+            let value = row.get(*column);
+            self.seen_columns[place] |= !value.is_nan();
+            fields.push(number(value));
+        }
+        fields.insert(1, row.run.to_owned());
+        let written = match self.rows.as_mut() {
+            Some(rows) => rows.write_record(&fields).map_err(std::io::Error::from),
+            None => Ok(()),
+        };
+        written.map_err(|error| self.failed(&error))
+    }
+
+    /// Checks the whole and puts it in place.
+    ///
+    /// # Errors
+    /// No samples, a table without what the columns need, or a failure to write.
+    pub fn finish(mut self) -> Result<(), Error> {
+        let samples_file = self.folder.join(SAMPLES_FILE);
+        if self.line == 1 {
+            return Err(Error::new(&samples_file, "no samples", "at least one"));
+        }
+        for (place, seen) in self.seen_columns.iter().enumerate() {
+            self.seen
+                .set_next(place, if *seen { 0.0 } else { f64::NAN });
+        }
+        self.seen.end_row("");
+        let meta_file = self.folder.join(META_FILE);
+        self.meta.check_against(&meta_file, &self.seen)?;
+        let text = self.meta.to_toml();
+        Meta::parse(&meta_file, &text, &mut Vec::new())?;
+        let failed = |error: std::io::Error| Error::io(&self.folder, &error, "room to write");
+        let mut meta = NamedTempFile::new_in(&self.folder).map_err(failed)?;
+        meta.write_all(text.as_bytes())
+            .and_then(|()| meta.as_file().sync_all())
+            .map_err(failed)?;
+        if let Some(rows) = self.rows.take() {
+            let samples = rows
+                .into_inner()
+                .map_err(|error| failed(error.into_error()))?;
+            samples.as_file().sync_all().map_err(failed)?;
+            persist(samples, &samples_file)?;
+        }
+        persist(meta, &meta_file)?;
+        self.finished = true;
+        Ok(())
+    }
+
+    fn failed(&self, error: &std::io::Error) -> Error {
+        Error::io(&self.folder.join(SAMPLES_FILE), error, "room to write")
+    }
+
+    fn check(&mut self, row: &Row) -> Result<(), Error> {
+        let file = self.folder.join(SAMPLES_FILE);
+        let refuse = |found: String, wanted: String, column: Column| {
+            Err(Error::new(&file, found, wanted)
+                .row(self.line)
+                .column(column.name()))
+        };
+        for (column, _) in COLUMNS {
+            let value = row.get(column);
+            if value.is_nan() && !given(row, column) {
+                continue;
+            }
+            if let Err(wanted) = column.check(value, &self.limits) {
+                return refuse(value.to_string(), wanted, column);
+            }
+        }
+        if row.t_s <= self.last_time_s {
+            let wanted = format!("a time after the row before, {} s", self.last_time_s);
+            return refuse(row.t_s.to_string(), wanted, Column::Time);
+        }
+        if row.run.trim() != row.run || row.run.contains(char::is_control) {
+            let found = excerpt(row.run.as_bytes());
+            return Err(Error::new(&file, found, "a name on one line")
+                .row(self.line)
+                .column("run"));
+        }
+        self.last_time_s = row.t_s;
+        Ok(())
+    }
+}
+
+impl Drop for Writer {
+    fn drop(&mut self) {
+        self.rows = None;
+        if self.created && !self.finished {
+            // Only ever an empty folder of this writer's own making; anything else stays.
+            let _ = std::fs::remove_dir(&self.folder);
+        }
+    }
+}
+
+/// True if the caller gave a value for this column, NaN included.
+fn given(row: &Row, column: Column) -> bool {
+    match column {
+        Column::Time => true,
+        Column::Sine(segment) | Column::Cosine(segment) => row.quadrature_counts[segment].is_some(),
+        Column::Teeth(segment) => row.teeth[segment].is_some(),
+        Column::Position(segment) => row.position_m[segment].is_some(),
+        Column::Electrode(_) => row.electrode_counts.is_some(),
+        Column::Temperature => row.temperature_c.is_some(),
+        Column::Commanded(axis) => row.commanded[axis].is_some(),
+        Column::Reference(axis) => row.reference[axis].is_some(),
+    }
+}
+
+/// Shortest text that reads back to the same number; empty for NaN.
+fn number(value: f64) -> String {
+    if value.is_nan() {
+        String::new()
+    } else if value.fract() == 0.0
+        && value.abs() < 1e15
+        && (value != 0.0 || value.is_sign_positive())
+    {
+        format!("{value}")
+    } else {
+        format!("{value:?}")
+    }
+}
+
+fn persist(file: NamedTempFile, place: &Path) -> Result<(), Error> {
+    readable_by_others(&file);
+    file.persist(place)
+        .map(drop)
+        .map_err(|error| Error::io(place, &error.error, "room to write"))
+}
+
+/// A temporary file is private to its maker; a finished recording is an ordinary file.
+#[cfg(unix)]
+fn readable_by_others(file: &NamedTempFile) {
+    use std::os::unix::fs::PermissionsExt;
+    let _ = file
+        .as_file()
+        .set_permissions(std::fs::Permissions::from_mode(0o644));
+}
+
+#[cfg(not(unix))]
+fn readable_by_others(_: &NamedTempFile) {}
+
+fn check_existing(folder: &Path, existing: Existing) -> Result<(), Error> {
+    if !folder.exists() {
+        return Ok(());
+    }
+    let wanted = match existing {
+        Existing::Refuse => "a new or an empty folder",
+        Existing::ReplaceRecording => {
+            "a new or an empty folder, or one with a recording of schema 1 alone"
+        }
+    };
+    if !folder.is_dir() {
+        return Err(Error::new(folder, "a file", wanted));
+    }
+    let entries = std::fs::read_dir(folder).map_err(|error| Error::io(folder, &error, wanted))?;
+    let mut ours = false;
+    for entry in entries {
+        let name = entry
+            .map_err(|error| Error::io(folder, &error, wanted))?
+            .file_name();
+        let known = name == META_FILE || name == SAMPLES_FILE;
+        if existing == Existing::Refuse || !known {
+            return Err(Error::new(
+                folder,
+                format!("\"{}\" in it", one_line(&name.to_string_lossy(), 60)),
+                wanted,
+            ));
+        }
+        ours = true;
+    }
+    if ours {
+        let file = folder.join(META_FILE);
+        let text =
+            std::fs::read_to_string(&file).map_err(|error| Error::io(&file, &error, wanted))?;
+        Meta::parse(&file, &text, &mut Vec::new())?;
+    }
+    Ok(())
+}

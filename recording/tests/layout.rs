@@ -1,0 +1,423 @@
+//! The layout to the letter: what is read, what is refused and in which words.
+
+use recording::{Column, Existing, Recording, Writer};
+use std::path::Path;
+use tempfile::TempDir;
+
+const META: &str = "schema = 1\n[geometry]\npitch_m = 1.0e-3\nspan_m = 9.7e-3\nlateral_m = 3e-3\n\
+    [electronics]\nadc_bits = 16\namplitude_counts = 20000\nquadrature_noise_counts = 3\nposition_noise_m = 1e-8\n";
+
+fn folder(meta: &[u8], samples: &[u8]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("recording.toml"), meta).unwrap();
+    std::fs::write(folder.path().join("samples.csv"), samples).unwrap();
+    folder
+}
+
+fn read(meta: &str, samples: &[u8]) -> Result<Recording, String> {
+    let folder = folder(meta.as_bytes(), samples);
+    Recording::read(folder.path()).map_err(|error| {
+        let line = error.to_string();
+        assert!(
+            !line.contains('\n') && line.len() < 400,
+            "one short line: {line}"
+        );
+        line.replace(&format!("{}/", folder.path().display()), "")
+    })
+}
+
+fn refused(meta: &str, samples: &[u8], line: &str) {
+    assert_eq!(read(meta, samples).unwrap_err(), line);
+}
+
+#[test]
+fn columns_in_any_order_and_empty_fields() {
+    let recording = read(
+        META,
+        b"\xef\xbb\xbfq1c, n1 ,t_s,extra,run,q1s\r\n-5,7,0.5,x,there,32767\r\n,,1.5,,back,\r\n",
+    )
+    .unwrap();
+    let samples = &recording.samples;
+    assert_eq!(samples.len(), 2);
+    assert_eq!(samples.quadrature_counts(0, 0), Some([32767.0, -5.0]));
+    assert_eq!((samples.teeth(0, 0), samples.teeth(0, 1)), (Some(7), None));
+    assert_eq!((samples.run(0), samples.run(1)), ("there", "back"));
+    assert_eq!(samples.unmodified_m(0, 1, 1e-3), None);
+    assert!((samples.unmodified_m(0, 0, 1e-3).unwrap() - 7.25e-3).abs() < 1e-7);
+    assert!(!samples.has(Column::Temperature));
+    assert_eq!(
+        recording.warnings,
+        ["samples.csv: column \"extra\" is not known and is left aside"]
+    );
+}
+
+#[test]
+fn an_unknown_key_is_a_warning() {
+    let recording = read(
+        &META.replace("schema = 1\n", "schema = 1\nowner = 3\n"),
+        b"t_s,p1_m\n0,1e-3\n",
+    )
+    .unwrap();
+    assert_eq!(
+        recording.warnings,
+        ["recording.toml: key owner is not known and is left aside"]
+    );
+}
+
+#[test]
+fn numbers_that_cannot_be() {
+    let cases: [(&str, &str); 12] = [
+        (
+            "t_s,p1_m\n0,nan\n",
+            "samples.csv: row 2, column p1_m, found \"nan\", wanted a finite number",
+        ),
+        (
+            "t_s,p1_m\n0,-inf\n",
+            "samples.csv: row 2, column p1_m, found \"-inf\", wanted a finite number",
+        ),
+        (
+            "t_s,p1_m\n0,1e999\n",
+            "samples.csv: row 2, column p1_m, found \"1e999\", wanted a finite number",
+        ),
+        (
+            "t_s,p1_m\n0,1e300\n",
+            "samples.csv: row 2, column p1_m, found \"1e300\", wanted -1000 to 1000 m",
+        ),
+        (
+            "t_s,p1_m\n0,0,5\n",
+            "samples.csv: row 2, found 3 fields, wanted 2 as in the header",
+        ),
+        (
+            "t_s,p1_m\n0,5 mm\n",
+            "samples.csv: row 2, column p1_m, found \"5 mm\", wanted a number",
+        ),
+        (
+            "t_s,q1s,q1c,n1\n0,32768,0,0\n",
+            "samples.csv: row 2, column q1s, found \"32768\", wanted a count within the converter's range, -32768 to 32767",
+        ),
+        (
+            "t_s,q1s,q1c,n1\n0,1,0,0.5\n",
+            "samples.csv: row 2, column n1, found \"0.5\", wanted a whole number of teeth within 32 bits",
+        ),
+        (
+            "t_s,q1s,q1c,n1\n0,1,0,3000000000\n",
+            "samples.csv: row 2, column n1, found \"3000000000\", wanted a whole number of teeth within 32 bits",
+        ),
+        (
+            "t_s,p1_m\n0,0\n1,0\n1,0\n",
+            "samples.csv: row 4, column t_s, found \"1\", wanted a time after the row before, 1 s",
+        ),
+        (
+            "t_s,p1_m\n0,0\n,0\n",
+            "samples.csv: row 3, column t_s, found an empty field, wanted a time in every row, s",
+        ),
+        (
+            "t_s,p1_m,temp_c\n0,0,-300\n",
+            "samples.csv: row 2, column temp_c, found \"-300\", wanted -273.15 to 500 °C",
+        ),
+    ];
+    for (samples, line) in cases {
+        refused(META, samples.as_bytes(), line);
+    }
+}
+
+#[test]
+fn columns_that_are_missing_or_twice() {
+    let cases: [(&[u8], &str); 9] = [
+        (
+            b"",
+            "samples.csv: found an empty file, wanted a header row and samples",
+        ),
+        (
+            b"t_s,p1_m\n",
+            "samples.csv: found no samples, wanted at least one row after the header",
+        ),
+        (
+            b"p1_m\n1\n",
+            "samples.csv: row 1, column t_s, found none, wanted the column of time, s",
+        ),
+        (
+            b"t_s,run\n1,a\n",
+            "samples.csv: row 1, found no segment, wanted q1s, q1c, n1 or p1_m, or those of segment 2, 3 or 4",
+        ),
+        (
+            b"t_s,p1_m\n1,\n",
+            "samples.csv: found no output of any segment, wanted counts with their tooth count, or positions",
+        ),
+        (
+            b"t_s,q1s,n1\n1,1,1\n",
+            "samples.csv: row 1, column q1c, found none, wanted it beside the segment's other columns of counts",
+        ),
+        (
+            b"t_s,p1_m,psd_xp\n1,1,1\n",
+            "samples.csv: row 1, column psd_xn, found none, wanted all four electrodes",
+        ),
+        (
+            b"t_s,p1_m,p1_m\n1,1,1\n",
+            "samples.csv: row 1, column p1_m, found the name a second time, wanted each column once",
+        ),
+        (
+            b"t_s,p1_m,\xff\n1,1,1\n",
+            "samples.csv: row 1, found \"\u{fffd}\" (not UTF-8), wanted names of columns in UTF-8",
+        ),
+    ];
+    for (samples, line) in cases {
+        refused(META, samples, line);
+    }
+}
+
+#[test]
+fn tables_that_are_missing_or_wrong() {
+    let samples = b"t_s,p1_m,p3_m\n0,0,0\n";
+    let cases = [
+        (
+            "schema = 1\n",
+            "schema = 2\n",
+            "recording.toml: key schema, found 2, wanted 1, the only schema that is known",
+        ),
+        (
+            "schema = 1\n",
+            "schema = '1'\n",
+            "recording.toml: key schema, found \"1\", wanted 1, the only schema that is known",
+        ),
+        (
+            "schema = 1\n",
+            "",
+            "recording.toml: key schema, found none, wanted 1",
+        ),
+        (
+            "pitch_m = 1.0e-3\n",
+            "",
+            "recording.toml: key [geometry] pitch_m, found none, wanted a number",
+        ),
+        (
+            "pitch_m = 1.0e-3",
+            "pitch_m = 1.016",
+            "recording.toml: key [geometry] pitch_m, found 1.016, wanted 1e-7 to 0.1 m",
+        ),
+        (
+            "pitch_m = 1.0e-3",
+            "pitch_m = nan",
+            "recording.toml: key [geometry] pitch_m, found NaN, wanted 1e-7 to 0.1 m",
+        ),
+        (
+            "pitch_m = 1.0e-3",
+            "pitch_m = 'x'",
+            "recording.toml: key [geometry] pitch_m, found \"x\", wanted a number",
+        ),
+        (
+            "span_m = 9.7e-3\n",
+            "",
+            "recording.toml: key [geometry] span_m, found none, wanted the distance of a pair's segments, m",
+        ),
+        (
+            "[geometry]",
+            "[geometri]",
+            "recording.toml: key [geometry], found none, wanted the table [geometry] with pitch_m",
+        ),
+        (
+            "[electronics]",
+            "[x]",
+            "recording.toml: key [electronics], found none, wanted the table [electronics] with the stated noise",
+        ),
+        (
+            "position_noise_m = 1e-8\n",
+            "",
+            "recording.toml: key [electronics] position_noise_m, found none, wanted the noise of the recorded positions, m",
+        ),
+        (
+            "adc_bits = 16",
+            "adc_bits = 15.5",
+            "recording.toml: key [electronics] adc_bits, found 15.5, wanted a whole number of bits",
+        ),
+    ];
+    for (from, to, line) in cases {
+        refused(&META.replace(from, to), samples, line);
+    }
+    let line = read("schema = 1\n[geometry\n", samples).unwrap_err();
+    assert!(
+        line.starts_with("recording.toml: row 2, found ") && line.ends_with(", wanted TOML"),
+        "{line}"
+    );
+    let psd = b"t_s,p1_m,psd_xp,psd_xn,psd_yp,psd_yn\n0,0,1,1,1,1\n";
+    refused(
+        META,
+        psd,
+        "recording.toml: key [coordination], found none, wanted the table [coordination], since electrodes were recorded",
+    );
+}
+
+#[test]
+fn hostile_files_cost_no_memory_and_end_in_one_line() {
+    let long = [b"t_s,p1_m\n0,".as_slice(), &vec![b'1'; 1 << 20]].concat();
+    refused(
+        META,
+        &long,
+        "samples.csv: row 2, found more than 65536 bytes, wanted a row of numbers (is a quotation mark left open?)",
+    );
+    let open = [
+        b"t_s,p1_m\n0,\"".as_slice(),
+        b"0\n1,".repeat(1 << 16).as_slice(),
+    ]
+    .concat();
+    refused(
+        META,
+        &open,
+        "samples.csv: row 2, found more than 65536 bytes, wanted a row of numbers (is a quotation mark left open?)",
+    );
+    refused(
+        META,
+        &b"t_s,".repeat(2000),
+        "samples.csv: row 1, found more than 1024 fields, wanted a row of the layout's columns",
+    );
+    refused(
+        META,
+        &[0; 100],
+        "samples.csv: row 1, column t_s, found none, wanted the column of time, s",
+    );
+    let digits = format!("t_s,p1_m\n0,{}\n", "0".repeat(60_000));
+    assert!(read(META, digits.as_bytes()).is_ok());
+    let folder = folder(&vec![b'#'; 2 << 20], b"");
+    assert!(
+        Recording::read(folder.path())
+            .unwrap_err()
+            .to_string()
+            .ends_with("found more than 1048576 bytes, wanted a page of TOML")
+    );
+    std::fs::write(folder.path().join("recording.toml"), b"schema = 1\n\xff").unwrap();
+    assert!(
+        Recording::read(folder.path())
+            .unwrap_err()
+            .to_string()
+            .ends_with("row 2, found bytes that are not UTF-8, wanted TOML in UTF-8")
+    );
+}
+
+#[test]
+fn what_is_no_folder() {
+    let folder = folder(META.as_bytes(), b"t_s,p1_m\n0,0\n");
+    let error = |path: &Path| Recording::read(path).unwrap_err();
+    assert_eq!(error(&folder.path().join("none")).found, "no such file");
+    assert_eq!(error(&folder.path().join("samples.csv")).found, "a file");
+    std::fs::remove_file(folder.path().join("samples.csv")).unwrap();
+    assert_eq!(error(folder.path()).file, folder.path().join("samples.csv"));
+    std::fs::create_dir(folder.path().join("samples.csv")).unwrap();
+    assert_eq!(error(folder.path()).found, "no regular file");
+    std::fs::remove_file(folder.path().join("recording.toml")).unwrap();
+    assert_eq!(
+        error(folder.path()).file,
+        folder.path().join("recording.toml")
+    );
+}
+
+#[test]
+fn a_million_rows() {
+    use std::fmt::Write as _;
+    let mut text = String::from("t_s,run,p1_m,ref_x_m\n");
+    for index in 0..1_000_000 {
+        writeln!(text, "{}.{:03},a,0.0001,0.0002", index / 1000, index % 1000).unwrap();
+    }
+    let recording = read(META, text.as_bytes()).unwrap();
+    assert_eq!(recording.samples.len(), 1_000_000);
+    assert_eq!(recording.samples.stretches().len(), 1);
+}
+
+#[test]
+fn writing_leaves_nothing_or_everything() {
+    let source = read(META, b"t_s,run,p1_m\n0,a,1e-3\n1,a,2e-3\n").unwrap();
+    let parent = tempfile::tempdir().unwrap();
+    let target = parent.path().join("new");
+    let mut writer = Writer::create(&target, &source.meta, Existing::Refuse).unwrap();
+    writer.push(&source.samples.row(1)).unwrap();
+    let line = writer.push(&source.samples.row(0)).unwrap_err().to_string();
+    assert!(
+        line.ends_with(
+            "samples.csv: row 3, column t_s, found 0, wanted a time after the row before, 1 s"
+        ),
+        "{line}"
+    );
+    drop(writer);
+    assert!(!target.exists());
+
+    source.write(&target, Existing::Refuse).unwrap();
+    assert_eq!(Recording::read(&target).unwrap(), source);
+    assert!(source.write(&target, Existing::Refuse).is_err());
+    source.write(&target, Existing::ReplaceRecording).unwrap();
+    let mut names: Vec<_> = std::fs::read_dir(&target)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name())
+        .collect();
+    names.sort();
+    assert_eq!(names, ["recording.toml", "samples.csv"]);
+
+    let mut writer = Writer::create(&target, &source.meta, Existing::ReplaceRecording).unwrap();
+    writer.push(&source.samples.row(1)).unwrap();
+    drop(writer);
+    assert_eq!(Recording::read(&target).unwrap(), source);
+
+    std::fs::write(target.join("thesis.txt"), "precious").unwrap();
+    assert!(
+        source
+            .write(&target, Existing::ReplaceRecording)
+            .unwrap_err()
+            .found
+            .contains("thesis.txt")
+    );
+}
+
+#[test]
+fn a_writer_refuses_what_a_reader_would() {
+    let source = read(META, b"t_s,run,p1_m\n0,a,1e-3\n").unwrap();
+    let parent = tempfile::tempdir().unwrap();
+    let target = parent.path().join("new");
+    let mut meta = source.meta.clone();
+    meta.electronics.position_noise_m = None;
+    assert!(
+        Recording {
+            meta,
+            ..source.clone()
+        }
+        .write(&target, Existing::Refuse)
+        .is_err()
+    );
+    let mut writer = Writer::create(&target, &source.meta, Existing::Refuse).unwrap();
+    let row = recording::Row {
+        position_m: [Some(f64::NAN), None, None, None],
+        ..source.samples.row(0)
+    };
+    assert_eq!(
+        writer.push(&row).unwrap_err().column.as_deref(),
+        Some("p1_m")
+    );
+    drop(writer);
+    assert!(!target.exists());
+}
+
+/// The real recordings are not part of the project: they are looked for in `$COURIER_SHARED/data` or `../shared/data`.
+#[test]
+fn real_recordings() {
+    let shared = std::env::var_os("COURIER_SHARED").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"),
+        std::path::PathBuf::from,
+    );
+    for (name, rows) in [
+        ("ess-rotary-normal", 4535),
+        ("ess-rotary-drive-divided", 3935),
+    ] {
+        let path = shared.join("data").join(name);
+        if !path.exists() {
+            eprintln!(
+                "SKIPPED: no recording at {}; set COURIER_SHARED to the folder that holds data/",
+                path.display()
+            );
+            continue;
+        }
+        let recording = Recording::read(&path).unwrap();
+        assert_eq!(
+            (recording.samples.len(), recording.warnings.len()),
+            (rows, 0)
+        );
+        assert!(recording.samples.has(Column::Reference(0)) && recording.samples.has_segment(0));
+        println!("{name}: {} stretches", recording.samples.stretches().len());
+    }
+}
