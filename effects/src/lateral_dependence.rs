@@ -10,8 +10,14 @@ use crate::plant::{Instant, PlantEffect, SEGMENTS, Scene, SegmentPoint};
 use crate::random::{ChaCha8Rng, normal};
 
 /// `(own order, lateral order, relative weight)`: what is drawn for each segment.
-const ORDERS: [(f64, f64, f64); 6] =
-    [(0.0, 1.0, 1.0), (0.0, 2.0, 0.35), (0.0, 3.0, 0.08), (1.0, 1.0, 0.15), (1.0, -1.0, 0.15), (2.0, 1.0, 0.08)];
+const ORDERS: [(f64, f64, f64); 6] = [
+    (0.0, 1.0, 1.0),
+    (0.0, 2.0, 0.35),
+    (0.0, 3.0, 0.08),
+    (1.0, 1.0, 0.15),
+    (1.0, -1.0, 0.15),
+    (2.0, 1.0, 0.08),
+];
 
 /// One wave over own and lateral phase: `amplitude * sin(own n + lateral m + offset)`, as sine and cosine parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +32,8 @@ pub struct LateralWave {
 
 impl LateralWave {
     fn at(&self, wavenumber: f64, point: &SegmentPoint) -> f64 {
-        let phase = wavenumber * (self.own_order * point.own_m + self.lateral_order * point.across_m);
+        let phase =
+            wavenumber * (self.own_order * point.own_m + self.lateral_order * point.across_m);
         let (sine, cosine) = phase.sin_cos();
         self.amplitude_m[0] * sine + self.amplitude_m[1] * cosine
     }
@@ -59,18 +66,36 @@ impl LateralDependence {
     /// Rms over uniform phases, pooled over the segments: orders are orthogonal, so powers add.
     #[must_use]
     pub fn rms_m(&self) -> f64 {
-        let power: f64 = self.waves.iter().flatten().flat_map(|wave| wave.amplitude_m).map(|a| 0.5 * a * a).sum();
+        let power: f64 = self
+            .waves
+            .iter()
+            .flatten()
+            .flat_map(|wave| wave.amplitude_m)
+            .map(|a| 0.5 * a * a)
+            .sum();
         (power / SEGMENTS as f64).sqrt()
     }
 }
 
 impl PlantEffect for LateralDependence {
     fn scale(&mut self, factor: f64) {
-        self.waves.iter_mut().flatten().for_each(|wave| wave.amplitude_m = wave.amplitude_m.map(|a| a * factor));
+        self.waves
+            .iter_mut()
+            .flatten()
+            .for_each(|wave| wave.amplitude_m = wave.amplitude_m.map(|a| a * factor));
     }
 
-    fn displacement_m(&mut self, at: &Instant, points: &[SegmentPoint; SEGMENTS]) -> [f64; SEGMENTS] {
+    fn displacement_m(
+        &mut self,
+        at: &Instant,
+        points: &[SegmentPoint; SEGMENTS],
+    ) -> [f64; SEGMENTS] {
         let wavenumber = at.geometry.wavenumber();
-        core::array::from_fn(|s| self.waves[s].iter().map(|wave| wave.at(wavenumber, &points[s])).sum())
+        core::array::from_fn(|s| {
+            self.waves[s]
+                .iter()
+                .map(|wave| wave.at(wavenumber, &points[s]))
+                .sum()
+        })
     }
 }

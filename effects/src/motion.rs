@@ -15,7 +15,11 @@ impl Pose {
     /// From components in metres and radians.
     #[must_use]
     pub const fn new(x_m: f64, y_m: f64, theta_rad: f64) -> Self {
-        Self { x_m, y_m, theta_rad }
+        Self {
+            x_m,
+            y_m,
+            theta_rad,
+        }
     }
 
     /// `self + factor * other`, component by component.
@@ -40,7 +44,10 @@ pub trait Motion {
 
     /// Velocity (m/s, m/s, rad/s); by default a central difference.
     fn velocity(&self, time_s: f64) -> Pose {
-        let (before, after) = (self.pose(time_s - HALF_STEP_S), self.pose(time_s + HALF_STEP_S));
+        let (before, after) = (
+            self.pose(time_s - HALF_STEP_S),
+            self.pose(time_s + HALF_STEP_S),
+        );
         let difference = after.plus(before, -1.0);
         Pose::default().plus(difference, 0.5 / HALF_STEP_S)
     }

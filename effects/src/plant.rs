@@ -50,10 +50,22 @@ impl Geometry {
         let side = self.lateral_m * pose.theta_rad;
         let Pose { x_m: x, y_m: y, .. } = pose;
         [
-            SegmentPoint { own_m: x + half, across_m: y - side },
-            SegmentPoint { own_m: y + half, across_m: x + side },
-            SegmentPoint { own_m: x - half, across_m: y + side },
-            SegmentPoint { own_m: y - half, across_m: x - side },
+            SegmentPoint {
+                own_m: x + half,
+                across_m: y - side,
+            },
+            SegmentPoint {
+                own_m: y + half,
+                across_m: x + side,
+            },
+            SegmentPoint {
+                own_m: x - half,
+                across_m: y + side,
+            },
+            SegmentPoint {
+                own_m: y - half,
+                across_m: x - side,
+            },
         ]
     }
 
@@ -102,7 +114,9 @@ impl Instant<'_> {
     /// Each segment's speed along its own direction, m/s (equation (4), differentiated).
     #[must_use]
     pub fn own_speeds(&self) -> [f64; SEGMENTS] {
-        self.geometry.points(self.velocity()).map(|point| point.own_m)
+        self.geometry
+            .points(self.velocity())
+            .map(|point| point.own_m)
     }
 }
 
@@ -150,7 +164,11 @@ pub trait PlantEffect: Send {
     fn platen(&mut self, _at: &Instant, _points: &mut [SegmentPoint; SEGMENTS]) {}
 
     /// What this effect adds to each segment's output, metres.
-    fn displacement_m(&mut self, _at: &Instant, _points: &[SegmentPoint; SEGMENTS]) -> [f64; SEGMENTS] {
+    fn displacement_m(
+        &mut self,
+        _at: &Instant,
+        _points: &[SegmentPoint; SEGMENTS],
+    ) -> [f64; SEGMENTS] {
         [0.0; SEGMENTS]
     }
 

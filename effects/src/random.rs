@@ -27,7 +27,11 @@ pub fn index(rng: &mut ChaCha8Rng, count: usize) -> usize {
 
 /// Plus or minus one.
 pub fn sign(rng: &mut ChaCha8Rng) -> f64 {
-    if uniform(rng, 0.0, 1.0) < 0.5 { -1.0 } else { 1.0 }
+    if uniform(rng, 0.0, 1.0) < 0.5 {
+        -1.0
+    } else {
+        1.0
+    }
 }
 
 /// An independent generator, seeded from this one: an effect that draws while it runs owns one.

@@ -15,12 +15,20 @@ const POINTS: usize = 256;
 impl Periodic {
     /// From weights of orders: each gets a random phase; zero mean, rms 1 (or zero if all weights are).
     pub fn draw(rng: &mut ChaCha8Rng, weights: &[(usize, f64)]) -> Self {
-        let orders: Vec<_> = weights.iter().map(|&(n, w)| (n as f64, w, uniform(rng, 0.0, TAU))).collect();
+        let orders: Vec<_> = weights
+            .iter()
+            .map(|&(n, w)| (n as f64, w, uniform(rng, 0.0, TAU)))
+            .collect();
         let value = |i: usize| {
             let phase = TAU * i as f64 / POINTS as f64;
-            orders.iter().map(|(n, w, at)| w * (n * phase + at).sin()).sum::<f64>()
+            orders
+                .iter()
+                .map(|(n, w, at)| w * (n * phase + at).sin())
+                .sum::<f64>()
         };
-        let mut shape = Self { table: (0..POINTS).map(value).collect() };
+        let mut shape = Self {
+            table: (0..POINTS).map(value).collect(),
+        };
         shape.normalise();
         shape
     }
@@ -40,7 +48,10 @@ impl Periodic {
         let place = (turns - turns.floor()) * POINTS as f64;
         let cell = place as usize;
         let point = |offset: usize| self.table[(cell + POINTS - 1 + offset) % POINTS];
-        cubic([point(0), point(1), point(2), point(3)], place - cell as f64)
+        cubic(
+            [point(0), point(1), point(2), point(3)],
+            place - cell as f64,
+        )
     }
 }
 
@@ -68,12 +79,25 @@ impl<const D: usize> Waves<D> {
         let mut waves: Vec<([f64; D], f64, f64)> = (0..count)
             .map(|_| {
                 let direction: [f64; D] = core::array::from_fn(|_| normal(rng));
-                let length = direction.iter().map(|d| d * d).sum::<f64>().sqrt().max(1.0e-9);
+                let length = direction
+                    .iter()
+                    .map(|d| d * d)
+                    .sum::<f64>()
+                    .sqrt()
+                    .max(1.0e-9);
                 let number = TAU / log_uniform(rng, shortest, longest) / length;
-                (direction.map(|d| d * number), normal(rng), uniform(rng, 0.0, TAU))
+                (
+                    direction.map(|d| d * number),
+                    normal(rng),
+                    uniform(rng, 0.0, TAU),
+                )
             })
             .collect();
-        let power = waves.iter().map(|(_, a, _)| 0.5 * a * a).sum::<f64>().sqrt();
+        let power = waves
+            .iter()
+            .map(|(_, a, _)| 0.5 * a * a)
+            .sum::<f64>()
+            .sqrt();
         if power > 0.0 {
             waves.iter_mut().for_each(|wave| wave.1 /= power);
         }
@@ -84,6 +108,9 @@ impl<const D: usize> Waves<D> {
     #[must_use]
     pub fn at(&self, place: [f64; D]) -> f64 {
         let phase = |k: &[f64; D]| k.iter().zip(place).map(|(k, p)| k * p).sum::<f64>();
-        self.waves.iter().map(|(k, a, offset)| a * (phase(k) + offset).sin()).sum()
+        self.waves
+            .iter()
+            .map(|(k, a, offset)| a * (phase(k) + offset).sin())
+            .sum()
     }
 }

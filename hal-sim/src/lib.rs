@@ -1,3 +1,13 @@
 //! Simulated courier: f64 plant, embedded-hal parts that answer on the wire, faults.
+//!
+//! spec -> courier (pose to counts) <- trajectory (motion); presets build specs, record makes whole recordings.
 
+pub mod coordination;
+pub mod courier;
+pub mod electronics;
+pub mod presets;
+pub mod record;
+pub mod spec;
+pub mod trajectory;
+pub mod waveform;
 pub mod wire;

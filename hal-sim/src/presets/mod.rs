@@ -1,0 +1,5 @@
+//! Couriers that are asked for by name.
+
+mod ideal;
+
+pub use ideal::ideal;
