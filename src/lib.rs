@@ -8,3 +8,4 @@
 pub mod drivers;
 pub mod frame;
 pub mod geometry;
+pub mod lsq;

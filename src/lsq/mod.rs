@@ -1,0 +1,31 @@
+//! Incremental linear least squares in f32: rows -> triangle -> solution, rank, covariance.
+//!
+//! The problem is `row * x = rhs`, one equation a call. Rows are rotated into an upper-triangular factor (Givens 1958;
+//! Golub and Van Loan, sec. 5.2), so memory does not grow with their number and the normal equations, whose condition
+//! number is squared, are never formed. All arithmetic is plain multiply and add, never fused: host and target give
+//! the same bits. No allocation, no panic on any input. Runs below the interrupt.
+//!
+//! * `givens`: one plane rotation;
+//! * `triangle`: the factor, its right-hand side, residual and count, and predictions from it;
+//! * `solve`: rank, condition number, solution, covariance.
+//!
+//! Sizes are const generics: `N` unknowns at most and `P = packed_len(N)`; fewer unknowns may be in use at run time.
+
+mod givens;
+mod solve;
+mod triangle;
+
+pub use solve::{Estimator, Solution, SolveError};
+pub use triangle::{Prediction, RowError, Triangle};
+
+/// Entries of a packed upper triangle of `n` unknowns.
+#[must_use]
+pub const fn packed_len(n: usize) -> usize {
+    n * (n + 1) / 2
+}
+
+/// Square root, correctly rounded.
+#[inline]
+pub(crate) fn sqrt(x: f32) -> f32 {
+    libm::sqrtf(x)
+}

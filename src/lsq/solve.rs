@@ -1,0 +1,423 @@
+//! From the triangle to a solution: rank, condition number, values, covariance.
+//!
+//! The columns are first brought to equal length. Inverse iteration then finds the smallest singular value; if it is
+//! below the tolerance, its right vector is entered as one more row of a copy of the factor, asking for zero along it
+//! (Chan 1987, "Rank revealing QR factorizations"; here with rows in place of permutations), until the smallest one left
+//! is above it. What remains is of full rank and gives the solution of least norm: the pseudo-inverse's, truncated.
+//! Memory: one more packed triangle. The normal equations are not formed.
+
+use super::sqrt;
+use super::triangle::Triangle;
+
+/// Smallest singular value, relative to the largest, that counts as determined, columns equally long. f32 rounding of
+/// some thousand rows reaches 1e-5 of the largest; a direction ten times as strong is told from it.
+const RANK_TOLERANCE: f32 = 1.0e-4;
+/// Power and inverse iterations at most; they stop when the estimate changes by less than [`SETTLED`].
+const ITERATIONS: usize = 300;
+const SETTLED: f32 = 1.0e-6;
+/// A parameter of which more than this share (square of its component) lies in undetermined directions is not given.
+const UNDETERMINED_SHARE: f32 = 1.0e-4;
+
+/// Why there is no solution at all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SolveError {
+    /// No rows.
+    Empty,
+    /// Intermediate results left f32's range.
+    Numeric,
+}
+
+impl core::fmt::Display for SolveError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Empty => write!(f, "no rows were entered: nothing to solve"),
+            Self::Numeric => write!(f, "the solution is outside the range of f32"),
+        }
+    }
+}
+
+impl core::error::Error for SolveError {}
+
+/// A least-squares solution and what is known about it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solution<const N: usize> {
+    /// Values; where the rows do not determine them, the combination of least norm.
+    pub values: [f32; N],
+    /// Standard deviation per parameter, by the residual's own size ([`Self::noise`]); infinite where undetermined.
+    pub deviations: [f32; N],
+    /// Unknowns in use.
+    pub unknowns: usize,
+    /// Directions that the rows determine.
+    pub rank: usize,
+    /// Largest over smallest singular value of the rows as entered; infinite if the rank is short.
+    pub condition: f32,
+    /// The same with all columns brought to equal length, within the determined directions: free of units.
+    pub condition_equilibrated: f32,
+    /// Estimate of the rows' noise, `sqrt(residual / (rows - rank))`; infinite without redundancy.
+    pub noise: f32,
+    /// Rows entered.
+    pub rows: u32,
+}
+
+impl<const N: usize> Solution<N> {
+    const NONE: Self = Self {
+        values: [0.0; N],
+        deviations: [f32::INFINITY; N],
+        unknowns: 0,
+        rank: 0,
+        condition: f32::INFINITY,
+        condition_equilibrated: f32::INFINITY,
+        noise: f32::INFINITY,
+        rows: 0,
+    };
+}
+
+/// Rows, workspace and solution: all memory of an estimate of up to `N` unknowns, to live in a static.
+#[derive(Clone, Debug)]
+pub struct Estimator<const N: usize, const P: usize> {
+    /// Where rows go.
+    pub rows: Triangle<N, P>,
+    solved: Triangle<N, P>,
+    inverse_length: [f32; N],
+    solution: Solution<N>,
+}
+
+impl<const N: usize, const P: usize> Default for Estimator<N, P> {
+    fn default() -> Self {
+        Self::new(N)
+    }
+}
+
+impl<const N: usize, const P: usize> Estimator<N, P> {
+    /// Empty, with `unknowns` in use.
+    #[must_use]
+    pub const fn new(unknowns: usize) -> Self {
+        Self {
+            rows: Triangle::new(unknowns),
+            solved: Triangle::new(unknowns),
+            inverse_length: [0.0; N],
+            solution: Solution::NONE,
+        }
+    }
+
+    /// Empties it and sets the number of unknowns in use.
+    pub fn reset(&mut self, unknowns: usize) {
+        self.rows.reset(unknowns);
+        self.solution = Solution::NONE;
+    }
+
+    /// Last solution.
+    #[must_use]
+    pub fn solution(&self) -> &Solution<N> {
+        &self.solution
+    }
+
+    /// Solves for all unknowns. Cost: some hundred substitutions of `N^2` steps, background only.
+    ///
+    /// # Errors
+    /// [`SolveError`]; the last solution is then void. Deficient rank is no error: see [`Solution::rank`].
+    pub fn solve(&mut self) -> Result<&Solution<N>, SolveError> {
+        self.solution = Solution::NONE;
+        if self.rows.rows() == 0 || self.rows.unknowns == 0 {
+            return Err(SolveError::Empty);
+        }
+        let n = self.rows.unknowns;
+        let mut undetermined = [0.0f32; N];
+        let as_entered = self.condition_as_entered();
+        self.equilibrate();
+        let largest = self.solved.largest_singular_value();
+        let (rank, smallest, left) = self.complete_rank(largest, &mut undetermined);
+        let solution = &mut self.solution;
+        solution.unknowns = n;
+        solution.rank = rank;
+        solution.rows = self.rows.rows();
+        solution.condition = if rank == n { as_entered } else { f32::INFINITY };
+        solution.condition_equilibrated = largest / smallest;
+        let freedom = self.rows.effective_rows() - rank as f32;
+        if freedom > 0.0 {
+            solution.noise = self.rows.residual_norm_with(left) / sqrt(freedom);
+        }
+        self.back_substitute()?;
+        for (i, share) in undetermined[..n].iter().enumerate() {
+            self.solution.deviations[i] = if *share > UNDETERMINED_SHARE {
+                f32::INFINITY
+            } else {
+                self.unit_deviation(i) * self.solution.noise
+            };
+        }
+        Ok(&self.solution)
+    }
+
+    /// Standard deviation of `functional * x` for unit noise of the rows, after [`Self::solve`]; undetermined directions
+    /// are taken as known to be zero.
+    #[must_use]
+    pub fn functional_deviation(&self, functional: &[f32]) -> f32 {
+        let mut v = [0.0; N];
+        for (i, (v, f)) in v
+            .iter_mut()
+            .zip(functional)
+            .take(self.solved.unknowns)
+            .enumerate()
+        {
+            *v = f * self.to_equal_length(i);
+        }
+        self.whiten(&mut v)
+    }
+
+    /// Covariance of parameters `i` and `j` for unit noise of the rows, after [`Self::solve`].
+    #[must_use]
+    pub fn covariance(&self, i: usize, j: usize) -> f32 {
+        let n = self.solved.unknowns;
+        if i >= n || j >= n {
+            return 0.0;
+        }
+        let (mut a, mut b) = ([0.0; N], [0.0; N]);
+        a[i] = self.to_equal_length(i);
+        b[j] = self.to_equal_length(j);
+        self.solved.forward(&mut a);
+        self.solved.forward(&mut b);
+        a[..n].iter().zip(&b[..n]).map(|(a, b)| a * b).sum()
+    }
+
+    fn unit_deviation(&self, i: usize) -> f32 {
+        let mut v = [0.0; N];
+        v[i] = self.to_equal_length(i);
+        self.whiten(&mut v)
+    }
+
+    fn whiten(&self, v: &mut [f32; N]) -> f32 {
+        if self.solved.forward(v) {
+            norm(&v[..self.solved.unknowns])
+        } else {
+            f32::INFINITY
+        }
+    }
+
+    /// Parameter per unit of its equally long column.
+    fn to_equal_length(&self, i: usize) -> f32 {
+        self.rows.scale[i] * self.inverse_length[i]
+    }
+
+    /// Copies the factor with its columns brought to length one (a column of zeros stays).
+    fn equilibrate(&mut self) {
+        let n = self.rows.unknowns;
+        self.inverse_length = [0.0; N];
+        let mut start = 0;
+        for i in 0..n {
+            for (length, r) in self.inverse_length[i..n]
+                .iter_mut()
+                .zip(&self.rows.factor[start..])
+            {
+                *length = super::givens::hypot(*length, *r);
+            }
+            start += n - i;
+        }
+        for length in &mut self.inverse_length[..n] {
+            *length = if *length > 0.0 { 1.0 / *length } else { 0.0 };
+        }
+        let lengths = self.inverse_length;
+        self.copy_with_columns(&lengths);
+    }
+
+    fn copy_with_columns(&mut self, factors: &[f32; N]) {
+        let n = self.rows.unknowns;
+        self.solved.reset(n);
+        self.solved.rhs = self.rows.rhs;
+        let mut start = 0;
+        for i in 0..n {
+            let row = start..start + n - i;
+            for ((to, from), factor) in self.solved.factor[row.clone()]
+                .iter_mut()
+                .zip(&self.rows.factor[row])
+                .zip(&factors[i..n])
+            {
+                *to = from * factor;
+            }
+            start += n - i;
+        }
+    }
+
+    /// Condition number in the units of the rows as entered.
+    fn condition_as_entered(&mut self) -> f32 {
+        let n = self.rows.unknowns;
+        let reference = self.rows.scale[..n].iter().fold(0.0f32, |a, b| a.max(*b));
+        let mut factors = [0.0; N];
+        for (factor, scale) in factors.iter_mut().zip(&self.rows.scale[..n]) {
+            *factor = if *scale > 0.0 { reference / scale } else { 0.0 };
+        }
+        if factors.iter().any(|f| !f.is_finite()) {
+            return f32::INFINITY;
+        }
+        self.copy_with_columns(&factors);
+        let largest = self.solved.largest_singular_value();
+        let (smallest, _) = self.solved.smallest_singular_value(largest);
+        largest / smallest
+    }
+
+    /// Makes every direction below the tolerance zero; returns the rank, the smallest singular value left and the norm
+    /// of what those directions had taken from the (scaled) residual.
+    fn complete_rank(&mut self, largest: f32, undetermined: &mut [f32; N]) -> (usize, f32, f32) {
+        let n = self.solved.unknowns;
+        let (mut rank, mut left) = (n, 0.0);
+        loop {
+            let (smallest, direction) = self.solved.smallest_singular_value(largest);
+            if smallest > RANK_TOLERANCE * largest || rank == 0 {
+                return (rank, smallest, left);
+            }
+            rank -= 1;
+            for (share, d) in undetermined.iter_mut().zip(&direction[..n]) {
+                *share += d * d;
+            }
+            let row = direction.map(|d| d * largest);
+            left = super::givens::hypot(left, self.solved.enter_scaled(&row, 0.0));
+        }
+    }
+
+    fn back_substitute(&mut self) -> Result<(), SolveError> {
+        let mut x = self.solved.rhs;
+        self.solved.backward(&mut x);
+        for (i, x) in x.iter().enumerate().take(self.rows.unknowns) {
+            let value = if self.rows.rhs_scale == 0.0 {
+                0.0
+            } else {
+                x * self.inverse_length[i] / self.rows.rhs_scale * self.rows.scale[i]
+            };
+            if !value.is_finite() {
+                return Err(SolveError::Numeric);
+            }
+            self.solution.values[i] = value;
+        }
+        Ok(())
+    }
+}
+
+impl<const N: usize, const P: usize> Triangle<N, P> {
+    /// Of the scaled factor, by power iteration on `R^T R` through products with `R` and `R^T`.
+    fn largest_singular_value(&self) -> f32 {
+        let mut v = start_vector::<N>(self.unknowns);
+        let mut value = 0.0;
+        for _ in 0..ITERATIONS {
+            self.multiply(&mut v);
+            let length = norm(&v[..self.unknowns]);
+            self.multiply_transposed(&mut v);
+            if normalise(&mut v[..self.unknowns]) == 0.0
+                || (length - value).abs() <= SETTLED * length
+            {
+                return length;
+            }
+            value = length;
+        }
+        value
+    }
+
+    /// Of the scaled factor, with its right vector, by inverse iteration. `largest` sets the floor under its diagonal.
+    fn smallest_singular_value(&self, largest: f32) -> (f32, [f32; N]) {
+        let mut v = start_vector::<N>(self.unknowns);
+        let floor = (largest * 1.0e-9).max(f32::MIN_POSITIVE);
+        let mut value = 0.0;
+        for iteration in 0..ITERATIONS {
+            let forward = self.forward_floored(&mut v, floor);
+            let backward = self.backward_floored(&mut v, floor);
+            let next = sqrt(forward) * sqrt(backward);
+            if iteration > 1 && (next - value).abs() <= SETTLED * next {
+                return (next, v);
+            }
+            value = next;
+        }
+        (value, v)
+    }
+
+    /// `v <- R v`.
+    fn multiply(&self, v: &mut [f32; N]) {
+        let mut start = 0;
+        for i in 0..self.unknowns {
+            let row = &self.factor[start..start + self.unknowns - i];
+            start += row.len();
+            v[i] = row.iter().zip(&v[i..]).map(|(r, v)| r * v).sum();
+        }
+    }
+
+    /// `v <- R^T v`.
+    fn multiply_transposed(&self, v: &mut [f32; N]) {
+        let mut out = [0.0; N];
+        let mut start = 0;
+        for i in 0..self.unknowns {
+            let row = &self.factor[start..start + self.unknowns - i];
+            start += row.len();
+            for (out, r) in out[i..].iter_mut().zip(row) {
+                *out += r * v[i];
+            }
+        }
+        *v = out;
+    }
+
+    /// `v <- R^-T v`, brought to length one; returns the inverse of the length it had.
+    fn forward_floored(&self, v: &mut [f32; N], floor: f32) -> f32 {
+        let mut shrunk = 1.0;
+        let mut start = 0;
+        for i in 0..self.unknowns {
+            let row = &self.factor[start..start + self.unknowns - i];
+            start += row.len();
+            let y = v[i] / row[0].max(floor);
+            v[i] = y;
+            for (rest, row) in v[i + 1..].iter_mut().zip(&row[1..]) {
+                *rest -= y * row;
+            }
+            shrunk *= limit(v, i);
+        }
+        shrunk / normalise(&mut v[..self.unknowns])
+    }
+
+    /// `v <- R^-1 v`, brought to length one; returns the inverse of the length it had.
+    fn backward_floored(&self, v: &mut [f32; N], floor: f32) -> f32 {
+        let mut shrunk = 1.0;
+        for i in (0..self.unknowns).rev() {
+            let start = self.start(i);
+            let row = &self.factor[start..start + self.unknowns - i];
+            let sum: f32 = row[1..].iter().zip(&v[i + 1..]).map(|(r, x)| r * x).sum();
+            v[i] = (v[i] - sum) / row[0].max(floor);
+            shrunk *= limit(v, i);
+        }
+        shrunk / normalise(&mut v[..self.unknowns])
+    }
+}
+
+/// Shrinks the whole vector where entry `i` has grown near overflow; returns the factor.
+fn limit(v: &mut [f32], i: usize) -> f32 {
+    const SHRINK: f32 = 1.0e-12;
+    if v[i].abs() < 1.0 / SHRINK {
+        return 1.0;
+    }
+    v.iter_mut().for_each(|v| *v *= SHRINK);
+    SHRINK
+}
+
+/// A vector with a part along every direction, for all practical factors.
+fn start_vector<const N: usize>(unknowns: usize) -> [f32; N] {
+    let mut v = [0.0; N];
+    for (i, v) in v.iter_mut().enumerate().take(unknowns) {
+        let spread = (i * 7 % 11) as f32;
+        *v = if i % 3 == 1 {
+            -1.0 - 0.05 * spread
+        } else {
+            1.0 + 0.03 * spread
+        };
+    }
+    normalise(&mut v[..unknowns]);
+    v
+}
+
+fn norm(v: &[f32]) -> f32 {
+    v.iter()
+        .fold(0.0, |length, x| super::givens::hypot(length, *x))
+}
+
+/// Brings `v` to length one; returns the length it had.
+fn normalise(v: &mut [f32]) -> f32 {
+    let length = norm(v);
+    if length > 0.0 {
+        v.iter_mut().for_each(|x| *x /= length);
+    }
+    length
+}
