@@ -71,6 +71,8 @@ bitflags::bitflags! {
         const NUMERIC = 1 << 22;
         /// The counts have not changed for longer than noise allows: the converter is frozen.
         const FROZEN = 1 << 23;
+        /// The two angles disagree by more than any error of the segments: some segment's tooth count is off.
+        const PARITY = 1 << 24;
     }
 }
 
@@ -85,6 +87,31 @@ pub struct Coordinate {
     pub fraction_turns: f32,
 }
 
+impl Coordinate {
+    /// This minus another, in pitches; exact to f32 while they are within some teeth of each other.
+    #[inline(always)]
+    pub fn minus_turns(self, other: Self) -> f32 {
+        self.teeth.wrapping_sub(other.teeth) as f32 + (self.fraction_turns - other.fraction_turns)
+    }
+
+    /// Middle of two coordinates; half a tooth goes to the fraction.
+    #[inline(always)]
+    pub fn mean(self, other: Self) -> Self {
+        let teeth = self.teeth.wrapping_add(other.teeth);
+        let fraction_turns =
+            0.5 * (self.fraction_turns + other.fraction_turns + (teeth & 1) as f32);
+        Self {
+            teeth: teeth >> 1,
+            fraction_turns,
+        }
+    }
+
+    /// As one number of metres, f64: for the host and for slow work.
+    pub fn metres(self, pitch_m: f32) -> f64 {
+        (f64::from(self.teeth) + f64::from(self.fraction_turns)) * f64::from(pitch_m)
+    }
+}
+
 /// One segment's part of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Segment {
@@ -94,6 +121,10 @@ pub struct Segment {
     pub calibrated: Coordinate,
     /// Signal amplitude after offset and gain correction, counts.
     pub amplitude_counts: f32,
+    /// Filtered speed, m/s.
+    pub speed_m_s: f32,
+    /// Last direction of travel outside the dead band: -1, 0 (none yet) or 1.
+    pub direction: f32,
 }
 
 /// Planar pose of the platen sensor's centre.
@@ -109,6 +140,30 @@ pub struct Pose {
     pub theta_y_rad: f32,
     /// Mean of the two.
     pub theta_rad: f32,
+}
+
+/// Position of the platen sensor's centre relative to the beacon, in the platen's axes, and the angle that goes with it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RelativePose {
+    /// Along x, metres.
+    pub x_m: f32,
+    /// Along y, metres.
+    pub y_m: f32,
+    /// Angle, rad.
+    pub theta_rad: f32,
+}
+
+/// Pose relative to the beacon; all zero and `seen` false without one, or without a calibrated coordination sensor.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BeaconPose {
+    /// Whether the rest means anything.
+    pub seen: bool,
+    /// By the coordination sensor and the platen's angle, equations (10) and (11).
+    pub sensor: RelativePose,
+    /// By the platen sensor alone.
+    pub platen: RelativePose,
+    /// Both, weighted by their covariance.
+    pub fused: RelativePose,
 }
 
 /// One sample's result.
@@ -128,4 +183,6 @@ pub struct Frame {
     pub parity_m: f32,
     /// Coordination sensor: tan psi_x, tan psi_y; zero without a beacon.
     pub tan_psi: [f32; 2],
+    /// Pose relative to the beacon.
+    pub beacon: BeaconPose,
 }

@@ -5,7 +5,16 @@
 //! `docs/design.md` tells what each part may know. The library is `no_std` everywhere, also on the host.
 #![no_std]
 
+#[cfg(target_os = "none")]
+pub mod board;
 pub mod drivers;
 pub mod frame;
 pub mod geometry;
 pub mod lsq;
+pub mod math;
+pub mod model;
+pub mod psd;
+pub mod quadrature;
+pub mod settings;
+pub mod step;
+pub mod swap;

@@ -1,0 +1,3 @@
+//! What only the target has. The one place of `unsafe` in the firmware.
+
+pub mod fpu;

@@ -1,0 +1,234 @@
+//! Functions of the error model at one instant: harmonics by products of measured sines and cosines.
+//!
+//! The interrupt and the estimator's regressors use the same [`Unit`] products and the same rotation to lateral phases.
+
+use super::terms::{MAX_LATERAL_ORDER, MAX_OWN_ORDER, MAX_THETA_POWER, Term, TermTable};
+use crate::frame::{Coordinate, Frame, SEGMENTS};
+use crate::geometry::Geometry;
+use crate::math;
+
+/// Sine and cosine of one angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unit {
+    /// Sine.
+    pub sine: f32,
+    /// Cosine.
+    pub cosine: f32,
+}
+
+impl Unit {
+    /// The angle zero.
+    pub const ZERO: Self = Self {
+        sine: 0.0,
+        cosine: 1.0,
+    };
+
+    /// From an angle in turns, |turns| < 2^20.
+    #[inline(always)]
+    pub fn from_turns(turns: f32) -> Self {
+        let (sine, cosine) = math::sincos_turns(turns);
+        Self { sine, cosine }
+    }
+
+    /// Sum of the angles. 6 operations.
+    #[inline(always)]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            sine: self.sine * other.cosine + self.cosine * other.sine,
+            cosine: self.cosine * other.cosine - self.sine * other.sine,
+        }
+    }
+
+    /// Difference of the angles. 6 operations.
+    #[inline(always)]
+    pub fn minus(self, other: Self) -> Self {
+        Self {
+            sine: self.sine * other.cosine - self.cosine * other.sine,
+            cosine: self.cosine * other.cosine + self.sine * other.sine,
+        }
+    }
+
+    /// Twice the angle. 5 operations.
+    #[inline(always)]
+    pub fn doubled(self) -> Self {
+        let product = self.sine * self.cosine;
+        Self {
+            sine: product + product,
+            cosine: self.cosine * self.cosine - self.sine * self.sine,
+        }
+    }
+
+    /// Mean of two angles less than half a turn apart (exactly half: finite, without meaning).
+    #[inline(always)]
+    pub fn mean(self, other: Self) -> Self {
+        let (sine, cosine) = (self.sine + other.sine, self.cosine + other.cosine);
+        let inverse = math::inverse_sqrt(sine * sine + cosine * cosine + 1.0e-12);
+        Self {
+            sine: sine * inverse,
+            cosine: cosine * inverse,
+        }
+    }
+}
+
+/// Orders 1, 2, 4 and 6 of equation (3). 16 operations.
+#[inline(always)]
+pub(crate) fn equation_3_orders(own: Unit) -> [Unit; 4] {
+    let second = own.doubled();
+    let fourth = second.doubled();
+    [own, second, fourth, fourth.plus(second)]
+}
+
+/// Lateral phases of all segments, equation (9); `shift_turns` is l_o theta / pitch.
+///
+/// The phase of p_y is that of the sum of unit vectors of segments 2 and 4, and alike for p_x: right while a pair's
+/// phases are less than half a turn apart (|theta| < 3.0° with the paper's 9.7 mm).
+#[inline(always)]
+pub(crate) fn lateral_units(own: &[Unit; SEGMENTS], shift_turns: f32) -> [Unit; SEGMENTS] {
+    let shift = Unit::from_turns(shift_turns);
+    let x = own[0].mean(own[2]);
+    let y = own[1].mean(own[3]);
+    [y.minus(shift), x.plus(shift), y.plus(shift), x.minus(shift)]
+}
+
+/// Mean unmodified angle, rad: half the sum of both pairs' differences over the span.
+#[inline(always)]
+pub(crate) fn mean_angle_turns(p: &[Coordinate; SEGMENTS]) -> f32 {
+    0.5 * (p[0].minus_turns(p[2]) + p[1].minus_turns(p[3]))
+}
+
+/// What the functions depend on: one frame's, or the average of a pose's.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Observation {
+    /// Unmodified outputs.
+    pub unmodified: [Coordinate; SEGMENTS],
+    /// Own speeds, m/s.
+    pub speed_m_s: [f32; SEGMENTS],
+    /// Directions of travel, -1 to 1.
+    pub direction: [f32; SEGMENTS],
+    /// Temperature minus the calibration's, kelvin.
+    pub temperature_delta_k: f32,
+}
+
+impl From<&Frame> for Observation {
+    fn from(frame: &Frame) -> Self {
+        Self {
+            unmodified: frame.segments.map(|s| s.unmodified),
+            speed_m_s: frame.segments.map(|s| s.speed_m_s),
+            direction: frame.segments.map(|s| s.direction),
+            temperature_delta_k: frame.raw.temperature_delta_k,
+        }
+    }
+}
+
+/// All phases and multipliers of one instant, ready to give any term of any segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Basis {
+    pub(crate) own: [Unit; SEGMENTS],
+    pub(crate) lateral: [Unit; SEGMENTS],
+    pub(crate) theta_rad: f32,
+    pub(crate) speed_m_s: [f32; SEGMENTS],
+    pub(crate) direction: [f32; SEGMENTS],
+    pub(crate) temperature_delta_k: f32,
+}
+
+impl Basis {
+    /// From an observation; the phases go through [`math::sincos_turns`], everything after is the interrupt's own code.
+    pub fn new(geometry: &Geometry, seen: &Observation) -> Self {
+        let own = seen.unmodified.map(|p| Unit::from_turns(p.fraction_turns));
+        let angle_turns = mean_angle_turns(&seen.unmodified);
+        let theta_rad = angle_turns * (geometry.pitch_m / geometry.span_m);
+        Self {
+            own,
+            lateral: lateral_units(&own, angle_turns * (geometry.lateral_m / geometry.span_m)),
+            theta_rad,
+            speed_m_s: seen.speed_m_s,
+            direction: seen.direction,
+            temperature_delta_k: seen.temperature_delta_k,
+        }
+    }
+
+    /// Mean unmodified angle, rad.
+    pub fn theta_rad(&self) -> f32 {
+        self.theta_rad
+    }
+
+    /// Everything of one segment, 0 to 3 (any other reads as 3), up to an own order and a lateral order.
+    #[inline]
+    pub fn segment(&self, segment: usize, own_order: u8, lateral_order: u8) -> SegmentBasis {
+        let i = segment.min(SEGMENTS - 1);
+        SegmentBasis {
+            own: powers(self.own[i], own_order),
+            lateral: powers(self.lateral[i], lateral_order),
+            theta_rad: self.theta_rad,
+            multipliers: [
+                1.0,
+                self.speed_m_s[i],
+                self.temperature_delta_k,
+                self.direction[i],
+            ],
+        }
+    }
+
+    /// Fills `out` with one segment's columns in the order of [`TermTable::columns`] and returns how many there were
+    /// room for. Constants are not among them: their column is 1.
+    pub fn regressors(&self, table: &TermTable, segment: usize, out: &mut [f32]) -> usize {
+        let basis = self.segment(segment, MAX_OWN_ORDER, MAX_LATERAL_ORDER);
+        let mut slots = out.iter_mut();
+        let mut count = 0;
+        for term in table.iter() {
+            let pair = basis.term(term);
+            for value in pair.into_iter().skip(usize::from(!term.periodic())) {
+                let Some(slot) = slots.next() else {
+                    return count;
+                };
+                *slot = value;
+                count += 1;
+            }
+        }
+        count
+    }
+}
+
+/// Harmonics and multipliers of one segment at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SegmentBasis {
+    own: [Unit; MAX_OWN_ORDER as usize + 1],
+    lateral: [Unit; MAX_LATERAL_ORDER as usize + 1],
+    theta_rad: f32,
+    multipliers: [f32; 4],
+}
+
+impl SegmentBasis {
+    /// `[sine, cosine]` function of one term, multiplier and power of theta included. Orders above those that the basis
+    /// was made for read as zero. The sine of a term without phase is zero.
+    #[inline]
+    pub fn term(&self, term: &Term) -> [f32; 2] {
+        let own = self.own[usize::from(term.own_order.min(MAX_OWN_ORDER))];
+        let across =
+            self.lateral[usize::from(term.lateral_order.unsigned_abs().min(MAX_LATERAL_ORDER))];
+        let unit = if term.lateral_order < 0 {
+            own.minus(across)
+        } else {
+            own.plus(across)
+        };
+        let factor = self.multipliers[term.multiplier as usize & 3];
+        let factor = (0..term.theta_power.min(MAX_THETA_POWER))
+            .fold(factor, |product, _| product * self.theta_rad);
+        [factor * unit.sine, factor * unit.cosine]
+    }
+}
+
+/// Multiples 0 to `order` of an angle, the rest zero; at most N - 2 products.
+#[inline(always)]
+fn powers<const N: usize>(unit: Unit, order: u8) -> [Unit; N] {
+    let mut table = [Unit {
+        sine: 0.0,
+        cosine: 0.0,
+    }; N];
+    let mut multiple = Unit::ZERO;
+    for slot in table.iter_mut().take(usize::from(order) + 1) {
+        *slot = multiple;
+        multiple = multiple.plus(unit);
+    }
+    table
+}

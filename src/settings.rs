@@ -1,0 +1,193 @@
+//! What a user sets, in SI units, and its check; [`crate::step::StepConfig::build`] turns it into machine units.
+
+use crate::frame::SEGMENTS;
+use crate::geometry::Geometry;
+use crate::model::{ErrorModel, ModelError};
+use crate::psd::BeaconLimits;
+use crate::quadrature::PairCorrection;
+use serde::{Deserialize, Serialize};
+
+/// Everything the signal path can be told.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Nominal geometry.
+    pub geometry: Geometry,
+    /// Sampling rate.
+    pub rate_hz: f32,
+    /// Known errors of each segment's pair of channels.
+    pub pairs: [PairCorrection; SEGMENTS],
+    /// When a reading is to be doubted.
+    pub limits: Limits,
+    /// The error model in force; none: frames say [`crate::frame::Status::UNCALIBRATED`].
+    pub model: Option<ErrorModel>,
+}
+
+impl Default for Settings {
+    /// The paper's geometry at 20 kHz, uncalibrated.
+    fn default() -> Self {
+        Self {
+            geometry: Geometry::PAPER,
+            rate_hz: 20_000.0,
+            pairs: [PairCorrection::default(); SEGMENTS],
+            limits: Limits::default(),
+            model: None,
+        }
+    }
+}
+
+/// When a reading is to be doubted.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Limits {
+    /// Amplitude below this is low, counts.
+    pub amplitude_low_counts: f32,
+    /// Amplitude above this is high, counts.
+    pub amplitude_high_counts: f32,
+    /// A quadrature channel of this magnitude or above is clipped, counts.
+    pub clip_counts: i16,
+    /// A step this far from the predicted phase is a slip, turns, below 0.5. A sample's step at 1.5 m/s and 20 kHz is
+    /// 0.074, so that even a start from rest to that speed within one sample passes; noise of an amplitude at its lower
+    /// limit is below 0.01.
+    pub slip_turns: f32,
+    /// Share of the newest step in the filtered speed, above 0, at most 1: 1/16 averages over 0.8 ms at 20 kHz.
+    pub speed_filter: f32,
+    /// Slower than this keeps the direction of travel, m/s.
+    pub direction_dead_band_m_s: f32,
+    /// g_p of a magnitude above this means a wrong tooth count, turns. One tooth is 1; the paper's uncalibrated g_p is
+    /// 0.03 rms.
+    pub parity_turns: f32,
+    /// A channel that has not changed for this many samples is frozen; a power of two, 0: never. At 0.5 counts rms of
+    /// noise 256 equal samples do not happen; a simulation without noise must switch it off.
+    pub frozen_samples: u16,
+    /// Electrodes.
+    pub beacon: BeaconLimits,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            amplitude_low_counts: 4000.0,
+            amplitude_high_counts: 32_000.0,
+            clip_counts: 32_760,
+            slip_turns: 0.2,
+            speed_filter: 1.0 / 16.0,
+            direction_dead_band_m_s: 1.0e-3,
+            parity_turns: 0.25,
+            frozen_samples: 256,
+            beacon: BeaconLimits::default(),
+        }
+    }
+}
+
+/// Why settings cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// A number is not finite or outside its range.
+    #[error("{name} is {value}, wanted {low} to {high}")]
+    Range {
+        /// Which setting.
+        name: &'static str,
+        /// Its value.
+        value: f32,
+        /// Smallest allowed.
+        low: f32,
+        /// Largest allowed.
+        high: f32,
+    },
+    /// The frozen window is no power of two.
+    #[error("frozen_samples is {0}, wanted 0 or a power of two from 8 to 32768")]
+    FrozenSamples(u16),
+    /// The error model.
+    #[error("error model: {0}")]
+    Model(#[from] ModelError),
+}
+
+impl Settings {
+    /// Checks every number, so that the interrupt need not.
+    ///
+    /// # Errors
+    /// The first one that is out of range.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        self.geometry_ranges()?;
+        range("rate_hz", self.rate_hz, 1.0, 1.0e6)?;
+        for pair in &self.pairs {
+            range("offset_counts", pair.offset_counts[0], -32_768.0, 32_768.0)?;
+            range("offset_counts", pair.offset_counts[1], -32_768.0, 32_768.0)?;
+            range("gain", pair.gain, 0.1, 10.0)?;
+            range("angle_rad", pair.angle_rad, -1.0, 1.0)?;
+        }
+        self.limits.validate()?;
+        self.model
+            .iter()
+            .try_for_each(|model| Ok(model.validate()?))
+    }
+
+    fn geometry_ranges(&self) -> Result<(), ConfigError> {
+        let g = &self.geometry;
+        range("pitch_m", g.pitch_m, 1.0e-5, 0.1)?;
+        range("span_m", g.span_m, 1.0e-4, 1.0)?;
+        range("lateral_m", g.lateral_m, -1.0, 1.0)?;
+        range("height_m", g.height_m, 1.0e-4, 10.0)?;
+        range("lever_m", g.lever_m[0], -10.0, 10.0)?;
+        range("lever_m", g.lever_m[1], -10.0, 10.0)?;
+        range("tan_full_scale", g.tan_full_scale, 1.0e-6, 100.0)
+    }
+}
+
+impl Limits {
+    fn validate(&self) -> Result<(), ConfigError> {
+        range(
+            "amplitude_low_counts",
+            self.amplitude_low_counts,
+            0.0,
+            46_341.0,
+        )?;
+        range(
+            "amplitude_high_counts",
+            self.amplitude_high_counts,
+            self.amplitude_low_counts,
+            1.0e6,
+        )?;
+        range("clip_counts", f32::from(self.clip_counts), 1.0, 32_767.0)?;
+        range("slip_turns", self.slip_turns, 0.01, 0.499)?;
+        range("speed_filter", self.speed_filter, 1.0e-4, 1.0)?;
+        range(
+            "direction_dead_band_m_s",
+            self.direction_dead_band_m_s,
+            0.0,
+            100.0,
+        )?;
+        range("parity_turns", self.parity_turns, 0.01, 1.0e6)?;
+        range(
+            "beacon.sum_low_counts",
+            self.beacon.sum_low_counts as f32,
+            1.0,
+            65_534.0,
+        )?;
+        range(
+            "beacon.clip_counts",
+            f32::from(self.beacon.clip_counts),
+            1.0,
+            32_767.0,
+        )?;
+        let n = self.frozen_samples;
+        if n != 0 && !(n.is_power_of_two() && n >= 8) {
+            return Err(ConfigError::FrozenSamples(n));
+        }
+        Ok(())
+    }
+}
+
+/// NaN fails as well.
+fn range(name: &'static str, value: f32, low: f32, high: f32) -> Result<(), ConfigError> {
+    if value >= low && value <= high {
+        Ok(())
+    } else {
+        Err(ConfigError::Range {
+            name,
+            value,
+            low,
+            high,
+        })
+    }
+}

@@ -1,0 +1,112 @@
+//! Whole sets of coefficients from the background to the interrupt, between two samples.
+//!
+//! Two [`StepConfig`]s exist. The interrupt owns one (in force), the background the other (spare). The background
+//! writes its spare and sends the reference down a queue of one place; the interrupt, before a sample, takes it and sends
+//! its old one up. So each set has one owner at any time, none is ever half-written, nothing is copied in the interrupt,
+//! and the interrupt's cost is a few loads and stores whether or not there is a new set.
+
+use crate::step::StepConfig;
+use heapless::spsc::{Consumer, Producer, Queue};
+
+/// The two queues. Lives as long as both ends: in a static on the target.
+pub struct SwapQueues<'c> {
+    down: Queue<&'c mut StepConfig, 2>,
+    up: Queue<&'c mut StepConfig, 2>,
+}
+
+impl<'c> SwapQueues<'c> {
+    /// Empty queues.
+    pub const fn new() -> Self {
+        Self {
+            down: Queue::new(),
+            up: Queue::new(),
+        }
+    }
+
+    /// Gives `active` to the interrupt's end and `spare` to the background's.
+    pub fn split<'q>(
+        &'q mut self,
+        active: &'c mut StepConfig,
+        spare: &'c mut StepConfig,
+    ) -> (SwapSender<'q, 'c>, SwapReceiver<'q, 'c>) {
+        let (send, receive) = self.down.split();
+        let (give_back, reclaim) = self.up.split();
+        (
+            SwapSender {
+                spare: Some(spare),
+                send,
+                reclaim,
+            },
+            SwapReceiver {
+                active,
+                receive,
+                give_back,
+            },
+        )
+    }
+}
+
+impl Default for SwapQueues<'_> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The interrupt has not taken the last set yet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the interrupt has not taken the last set of coefficients yet")]
+pub struct SwapBusy;
+
+/// The background's end.
+pub struct SwapSender<'q, 'c> {
+    spare: Option<&'c mut StepConfig>,
+    send: Producer<'q, &'c mut StepConfig>,
+    reclaim: Consumer<'q, &'c mut StepConfig>,
+}
+
+impl SwapSender<'_, '_> {
+    /// Puts a set in force from the next sample on.
+    ///
+    /// # Errors
+    /// [`SwapBusy`] while the last one waits: at most one sample's time while the interrupt runs.
+    pub fn offer(&mut self, config: &StepConfig) -> Result<(), SwapBusy> {
+        let spare = self
+            .spare
+            .take()
+            .or_else(|| self.reclaim.dequeue())
+            .ok_or(SwapBusy)?;
+        spare.clone_from(config);
+        self.send.enqueue(spare).map_err(|spare| {
+            self.spare = Some(spare);
+            SwapBusy
+        })
+    }
+
+    /// Whether the interrupt has taken the last offered set.
+    pub fn taken(&mut self) -> bool {
+        self.spare = self.spare.take().or_else(|| self.reclaim.dequeue());
+        self.spare.is_some()
+    }
+}
+
+/// The interrupt's end.
+pub struct SwapReceiver<'q, 'c> {
+    active: &'c mut StepConfig,
+    receive: Consumer<'q, &'c mut StepConfig>,
+    give_back: Producer<'q, &'c mut StepConfig>,
+}
+
+impl SwapReceiver<'_, '_> {
+    /// The set for the next sample: call once before each [`crate::step::step`]. No copy, no wait.
+    #[inline(always)]
+    pub fn current(&mut self) -> &StepConfig {
+        if self.give_back.ready()
+            && let Some(new) = self.receive.dequeue()
+        {
+            let old = core::mem::replace(&mut self.active, new);
+            // Ready was checked, and two sets cannot fill it.
+            let _ = self.give_back.enqueue(old);
+        }
+        self.active
+    }
+}
