@@ -1,2 +1,7 @@
 //! The `courier` command.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    courier::cli::main()
+}

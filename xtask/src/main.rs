@@ -1,10 +1,53 @@
-//! Drives the checks of the project.
+//! Drives the checks of the project: `cargo xtask COMMAND`.
 
 mod arm;
+mod test;
 
-fn main() -> anyhow::Result<()> {
-    match std::env::args().nth(1).as_deref() {
-        Some("arm") => arm::checks(),
-        other => anyhow::bail!("found {other:?}, wanted: arm"),
+use std::process::ExitCode;
+
+/// A command: its name, what it does, and the function that gets the arguments after the name.
+type Task = (
+    &'static str,
+    &'static str,
+    fn(&[String]) -> anyhow::Result<()>,
+);
+
+/// All commands. A further one is a line here.
+const TASKS: [Task; 2] = [
+    (
+        "test",
+        "everything that checks the project; sets up what is missing",
+        test::run,
+    ),
+    ("arm", "the checks on the Cortex-M4F alone", |_| {
+        arm::checks()
+    }),
+];
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let name = arguments.first().map_or("", String::as_str);
+    let Some((_, _, task)) = TASKS.iter().find(|(known, _, _)| *known == name) else {
+        return usage(name);
+    };
+    match task(&arguments[1..]) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("xtask {name}: {error:#}");
+            ExitCode::FAILURE
+        }
     }
+}
+
+fn usage(name: &str) -> ExitCode {
+    let help = matches!(name, "-h" | "--help" | "help");
+    if !help {
+        let names: Vec<&str> = TASKS.iter().map(|(name, _, _)| *name).collect();
+        eprintln!("xtask: found {name:?}, wanted one of {}", names.join(", "));
+        return ExitCode::from(2);
+    }
+    for (name, what, _) in TASKS {
+        println!("cargo xtask {name:<10} {what}");
+    }
+    ExitCode::SUCCESS
 }

@@ -1,0 +1,82 @@
+//! What commands print with: text and JSON on standard output, tables, progress.
+
+use anyhow::Result;
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+use std::io::Write as _;
+
+/// Writes `text` and a line end to standard output.
+///
+/// # Errors
+/// Standard output is closed or full.
+pub fn print(text: &str) -> Result<()> {
+    let mut output = std::io::stdout().lock();
+    writeln!(output, "{text}")?;
+    output.flush()?;
+    Ok(())
+}
+
+/// Writes `value` as one JSON object to standard output.
+///
+/// # Errors
+/// Standard output is closed or full.
+pub fn print_json<T: Serialize>(value: &T) -> Result<()> {
+    print(&serde_json::to_string_pretty(value)?)
+}
+
+/// One line on standard error that is not an error.
+pub fn warn(text: &str) {
+    eprintln!("courier: warning: {}", one_line(text));
+}
+
+/// `text` on one line: line ends and other control characters become spaces.
+pub fn one_line(text: &str) -> String {
+    text.trim()
+        .chars()
+        .map(|c| if c.is_control() { ' ' } else { c })
+        .collect()
+}
+
+/// A table with a header; all columns but the first are numbers and go to the right.
+pub fn table(header: &[&str], rows: &[Vec<String>]) -> String {
+    let mut table = Table::new();
+    table
+        .load_style(presets::UTF8_HORIZONTAL_ONLY)
+        .set_content_arrangement(ContentArrangement::Disabled);
+    table.set_header(header.to_vec());
+    for row in rows {
+        table.add_row(row);
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table.trim_fmt()
+}
+
+/// A length in micrometres with as many digits as tell something.
+pub fn micrometres(length_m: f64) -> String {
+    let value = length_m * 1.0e6;
+    let digits = if value.abs() < 10.0 { 3 } else { 2 };
+    format!("{value:.digits$}")
+}
+
+/// A progress bar on standard error; nothing where that is no terminal.
+pub fn progress(length: u64, what: &str) -> ProgressBar {
+    let bar = ProgressBar::new(length);
+    if let Ok(style) = ProgressStyle::with_template("{msg:28} {bar:40} {pos}/{len} {eta}") {
+        bar.set_style(style);
+    }
+    bar.set_message(what.to_owned());
+    bar
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_is_one_line() {
+        assert_eq!(one_line("a\r\nb\u{1b}[31m\n"), "a  b [31m");
+    }
+}
