@@ -18,3 +18,4 @@ pub mod quadrature;
 pub mod settings;
 pub mod step;
 pub mod swap;
+pub mod link;

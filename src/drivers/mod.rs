@@ -5,3 +5,4 @@
 
 pub mod ad7606c;
 pub mod converter;
+pub mod motion;

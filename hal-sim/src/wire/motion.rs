@@ -1,0 +1,344 @@
+//! The motion controller at the far end of its serial line, bytes in and bytes out, and the courier that it moves.
+//!
+//! Open loop: it ends tens of micrometres off and does not know it. [`MotionWire::line`] is the firmware's end (embedded-io),
+//! [`MotionWire::motion`] the true motion for the plant. Both run the controller up to the time they are asked for.
+
+use super::clock::Clock;
+use super::trajectory::{Leg, Trajectory};
+use courier_sensor::drivers::motion::{Command, FRAME_BYTES, FaultCode, Phase, Refusal, Reply, Request, Response, Target};
+use courier_sensor::link::framing::{self, Decoder, FrameCounters};
+use effects::motion::{Motion, Pose};
+use effects::random::{ChaCha8Rng, SeedableRng, normal, uniform};
+use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write, WriteReady};
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+/// How the courier moves. Every size is a standard deviation or a limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControllerConfig {
+    /// Where it ends, beside where it was told: drive force ripple and cable drag, unknown to the controller.
+    pub error_m: f64,
+    /// The same of the angle, radians.
+    pub error_rad: f64,
+    /// Swing after a move with the highest acceleration, metres; angle in proportion by [`LEVER_M`].
+    pub swing_m: f64,
+    /// Frequency of the magnetic spring between courier and platen, hertz.
+    pub swing_hz: f64,
+    /// Its time constant, seconds.
+    pub decay_s: f64,
+    /// Time from the end of a move to the word «settled», seconds.
+    pub settle_s: f64,
+    /// Highest acceleration, m/s^2.
+    pub acceleration_m_per_s2: f64,
+    /// Half the side of the square it may go to, metres.
+    pub reach_m: f64,
+    /// Largest angle, radians.
+    pub reach_rad: f64,
+}
+
+impl ControllerConfig {
+    /// A Sawyer-motor courier of plausible build: tens of micrometres off, at rest to 0.03 um when it says settled.
+    pub const TYPICAL: Self = Self {
+        error_m: 30.0e-6,
+        error_rad: 2.0e-4,
+        swing_m: 20.0e-6,
+        swing_hz: 60.0,
+        decay_s: 12.0e-3,
+        settle_s: 80.0e-3,
+        acceleration_m_per_s2: 5.0,
+        reach_m: 0.6,
+        reach_rad: 0.06,
+    };
+}
+
+/// Arm over which an angle counts as a length when times and swings are chosen.
+pub const LEVER_M: f64 = 0.1;
+/// A start and stop bit and eight bits at 1 Mbaud.
+const BYTE_NS: u64 = 10_000;
+/// From a request's last byte to the reply's first.
+const LATENCY_NS: u64 = 300_000;
+/// Bytes that the firmware's transmitter holds.
+const TRANSMITTER_BYTES: usize = 64;
+/// Shortest move, and the time of a stop.
+const SHORTEST_S: f64 = 0.02;
+
+/// Ways in which the controller itself is at fault; the line's faults are [`super::fault`]'s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum Misbehaviour {
+    /// None.
+    #[default]
+    None,
+    /// Takes everything, answers nothing, does not move.
+    Silent,
+    /// Answers with noise between good delimiters.
+    Nonsense,
+    /// Moves, but never says settled.
+    NeverSettles,
+    /// Says settled while the courier sways by this amplitude at 3 Hz, metres.
+    Sways(f64),
+    /// A fault stands.
+    Faulted(FaultCode),
+}
+
+struct Controller {
+    config: ControllerConfig,
+    clock: Clock,
+    rng: ChaCha8Rng,
+    told: Trajectory,
+    truth: Trajectory,
+    to_controller: VecDeque<(u64, u8)>,
+    to_sensor: VecDeque<(u64, u8)>,
+    decoder: Decoder<FRAME_BYTES>,
+    misbehaviour: Misbehaviour,
+}
+
+/// Both ends of the line and the courier. Clones are the same.
+#[derive(Clone)]
+pub struct MotionWire(Rc<RefCell<Controller>>);
+
+impl MotionWire {
+    /// A courier at rest at `start`.
+    pub fn new(clock: Clock, config: ControllerConfig, start: Pose, seed: u64) -> Self {
+        Self(Rc::new(RefCell::new(Controller {
+            config,
+            clock,
+            rng: ChaCha8Rng::seed_from_u64(seed),
+            told: Trajectory::standing(start),
+            truth: Trajectory::standing(start),
+            to_controller: VecDeque::new(),
+            to_sensor: VecDeque::new(),
+            decoder: Decoder::new(),
+            misbehaviour: Misbehaviour::None,
+        })))
+    }
+
+    /// The firmware's end of the line.
+    pub fn line(&self) -> Line {
+        Line(self.0.clone())
+    }
+
+    /// The courier's true motion.
+    pub fn motion(&self) -> CourierMotion {
+        CourierMotion(self.0.clone())
+    }
+
+    /// Lets the controller be at fault from now on.
+    pub fn misbehave(&self, misbehaviour: Misbehaviour) {
+        self.0.borrow_mut().misbehaviour = misbehaviour;
+    }
+
+    /// What the controller has received.
+    pub fn received(&self) -> FrameCounters {
+        self.0.borrow().decoder.counters()
+    }
+}
+
+impl Controller {
+    fn run_until(&mut self, now_ns: u64) {
+        while let Some((arrived_ns, byte)) = self.to_controller.front().copied()
+            && arrived_ns <= now_ns
+        {
+            self.to_controller.pop_front();
+            if let Some(Ok(request)) = self.decoder.feed::<Request>(byte) {
+                self.handle(&request, arrived_ns);
+            }
+        }
+    }
+
+    fn handle(&mut self, request: &Request, now_ns: u64) {
+        let now_s = now_ns as f64 * 1e-9;
+        let reply = match self.misbehaviour {
+            Misbehaviour::Silent => return,
+            Misbehaviour::Faulted(code) => {
+                self.brake(now_s);
+                Reply::Fault(code)
+            }
+            _ => self.obey(&request.command, now_s),
+        };
+        let mut buffer = [0; FRAME_BYTES];
+        let response = Response { number: request.number, reply };
+        let mut bytes = framing::encode(&response, &mut buffer).expect("a reply fits its frame").to_vec();
+        if self.misbehaviour == Misbehaviour::Nonsense {
+            let inside = 1..bytes.len() - 1;
+            bytes[inside].iter_mut().for_each(|byte| *byte = uniform(&mut self.rng, 0.0, 256.0) as u8);
+        }
+        let mut at_ns = self.to_sensor.back().map_or(0, |(at_ns, _)| *at_ns).max(now_ns + LATENCY_NS);
+        for byte in bytes {
+            at_ns += BYTE_NS;
+            self.to_sensor.push_back((at_ns, byte));
+        }
+    }
+
+    fn obey(&mut self, command: &Command, now_s: f64) -> Reply {
+        match *command {
+            Command::GoTo { target, speed_m_per_s } => {
+                if let Some(refusal) = self.refuse(&target, speed_m_per_s) {
+                    return Reply::Refused(refusal);
+                }
+                let to = Pose::new(target.x_m.into(), target.y_m.into(), target.theta_rad.into());
+                self.go(to, f64::from(speed_m_per_s), now_s);
+            }
+            Command::WhereAreYou => {}
+            Command::Stop => self.brake(now_s),
+        }
+        self.state(now_s)
+    }
+
+    fn refuse(&self, target: &Target, speed_m_per_s: f32) -> Option<Refusal> {
+        let reach_m = self.config.reach_m as f32;
+        let inside = target.x_m.abs() <= reach_m
+            && target.y_m.abs() <= reach_m
+            && target.theta_rad.abs() <= self.config.reach_rad as f32;
+        if !inside {
+            Some(Refusal::OutOfReach)
+        } else if speed_m_per_s.is_finite() && speed_m_per_s > 0.0 {
+            None
+        } else {
+            Some(Refusal::BadSpeed)
+        }
+    }
+
+    fn state(&self, now_s: f64) -> Reply {
+        let at = self.told.pose(now_s);
+        let since_end_s = now_s - self.told.last().end_s();
+        let phase = if since_end_s < 0.0 {
+            Phase::Moving
+        } else if since_end_s < self.config.settle_s || self.misbehaviour == Misbehaviour::NeverSettles {
+            Phase::Settling
+        } else {
+            Phase::Settled
+        };
+        Reply::State { at: Target { x_m: at.x_m as f32, y_m: at.y_m as f32, theta_rad: at.theta_rad as f32 }, phase }
+    }
+
+    /// Chooses the time so that a rest-to-rest quintic keeps to both limits: peak speed 1.875 d/T, peak acceleration 5.7735 d/T^2.
+    fn go(&mut self, to: Pose, speed_m_per_s: f64, now_s: f64) {
+        let way = to.plus(self.told.pose(now_s), -1.0);
+        let way_m = way.x_m.hypot(way.y_m).max(way.theta_rad.abs() * LEVER_M);
+        let by_speed_s = 1.875 * way_m / speed_m_per_s;
+        let by_acceleration_s = (5.7735 * way_m / self.config.acceleration_m_per_s2).sqrt();
+        let duration_s = by_speed_s.max(by_acceleration_s).max(SHORTEST_S);
+        let hardness = 5.7735 * way_m / (duration_s * duration_s) / self.config.acceleration_m_per_s2;
+        self.start_leg(to, duration_s, hardness, now_s);
+    }
+
+    /// Comes to rest ahead of where it is, as far as it rolls when braking evenly.
+    fn brake(&mut self, now_s: f64) {
+        let [at, velocity, _] = self.told.state(now_s);
+        if self.told.last().end_s() > now_s {
+            let speed = velocity.x_m.hypot(velocity.y_m).max(velocity.theta_rad.abs() * LEVER_M);
+            let duration_s = (2.0 * speed / self.config.acceleration_m_per_s2).max(SHORTEST_S);
+            self.start_leg(at.plus(velocity, 0.5 * duration_s), duration_s, 1.0, now_s);
+        }
+    }
+
+    fn start_leg(&mut self, to: Pose, duration_s: f64, hardness: f64, now_s: f64) {
+        let config = self.config;
+        let draws: [f64; 6] = std::array::from_fn(|_| normal(&mut self.rng));
+        let error = Pose::new(config.error_m * draws[0], config.error_m * draws[1], config.error_rad * draws[2]);
+        let swing_m = config.swing_m * hardness;
+        let swing = Pose::new(swing_m * draws[3], swing_m * draws[4], swing_m / LEVER_M * draws[5]);
+        let (swing_hz, decay_s) = (config.swing_hz, config.decay_s);
+        let told = Leg { start_s: now_s, duration_s, from: self.told.state(now_s), to, swing: Pose::default(), swing_hz, decay_s };
+        let truth = Leg { from: self.truth.state(now_s), to: to.plus(error, 1.0), swing, ..told };
+        self.told.push(told);
+        self.truth.push(truth);
+    }
+}
+
+/// True motion of the simulated courier.
+#[derive(Clone)]
+pub struct CourierMotion(Rc<RefCell<Controller>>);
+
+impl Motion for CourierMotion {
+    fn pose(&self, time_s: f64) -> Pose {
+        let mut controller = self.0.borrow_mut();
+        controller.run_until((time_s * 1e9).max(0.0) as u64);
+        let pose = controller.truth.pose(time_s);
+        match controller.misbehaviour {
+            Misbehaviour::Sways(amplitude_m) => {
+                let turn = std::f64::consts::TAU * 3.0 * time_s;
+                pose.plus(Pose::new(1.0, 0.7, 1.0), amplitude_m * turn.sin())
+            }
+            _ => pose,
+        }
+    }
+}
+
+/// The firmware's end of the serial line.
+pub struct Line(Rc<RefCell<Controller>>);
+
+impl ErrorType for Line {
+    type Error = ErrorKind;
+}
+
+impl ReadReady for Line {
+    fn read_ready(&mut self) -> Result<bool, ErrorKind> {
+        let mut controller = self.0.borrow_mut();
+        let now_ns = controller.clock.now_ns();
+        controller.run_until(now_ns);
+        Ok(controller.to_sensor.front().is_some_and(|(at_ns, _)| *at_ns <= now_ns))
+    }
+}
+
+impl Read for Line {
+    /// In place of blocking, virtual time goes on to the next byte; with none under way this is a time-out.
+    fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
+        if buffer.is_empty() {
+            return Ok(0);
+        }
+        self.read_ready()?;
+        let mut controller = self.0.borrow_mut();
+        let (first_ns, _) = controller.to_sensor.front().copied().ok_or(ErrorKind::TimedOut)?;
+        controller.clock.advance_to_ns(first_ns);
+        let now_ns = controller.clock.now_ns();
+        let mut taken = 0;
+        while let Some((at_ns, byte)) = controller.to_sensor.front().copied()
+            && at_ns <= now_ns
+            && taken < buffer.len()
+        {
+            buffer[taken] = byte;
+            taken += 1;
+            controller.to_sensor.pop_front();
+        }
+        Ok(taken)
+    }
+}
+
+impl WriteReady for Line {
+    fn write_ready(&mut self) -> Result<bool, ErrorKind> {
+        let mut controller = self.0.borrow_mut();
+        let now_ns = controller.clock.now_ns();
+        controller.run_until(now_ns);
+        Ok(controller.to_controller.len() < TRANSMITTER_BYTES)
+    }
+}
+
+impl Write for Line {
+    /// In place of blocking, virtual time goes on until the transmitter has room.
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, ErrorKind> {
+        if !self.write_ready()?
+            && let Some((at_ns, _)) = self.0.borrow().to_controller.front().copied()
+        {
+            self.0.borrow().clock.advance_to_ns(at_ns);
+        }
+        self.write_ready()?;
+        let mut controller = self.0.borrow_mut();
+        let room = TRANSMITTER_BYTES - controller.to_controller.len();
+        let now_ns = controller.clock.now_ns();
+        let mut at_ns = controller.to_controller.back().map_or(0, |(at_ns, _)| *at_ns).max(now_ns);
+        for &byte in bytes.iter().take(room) {
+            at_ns += BYTE_NS;
+            controller.to_controller.push_back((at_ns, byte));
+        }
+        Ok(bytes.len().min(room))
+    }
+
+    fn flush(&mut self) -> Result<(), ErrorKind> {
+        let last_ns = self.0.borrow().to_controller.back().map_or(0, |(at_ns, _)| *at_ns);
+        self.0.borrow().clock.advance_to_ns(last_ns);
+        Ok(())
+    }
+}
