@@ -7,6 +7,7 @@
 
 #[cfg(target_os = "none")]
 pub mod board;
+pub mod app;
 pub mod drivers;
 pub mod frame;
 pub mod geometry;

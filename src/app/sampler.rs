@@ -1,0 +1,113 @@
+//! The interrupt's half: one conversion in, one frame computed and queued. Nothing here waits, logs or allocates.
+//!
+//! The board reads the converter (its pins and its bus are the board's) and hands the result to [`Sampler::isr_sample`];
+//! everything that follows is the same code on every board. Owned by the interrupt alone; what the background may ask of
+//! it passes through [`Mailbox`], one atomic word each.
+
+use crate::drivers::converter::{ConverterError, Counts, store};
+use crate::frame::{Frame, RawFrame, Status};
+use crate::step::{StepState, step};
+use crate::swap::SwapReceiver;
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
+use heapless::spsc::{Producer, Queue};
+
+/// Frames between the interrupt and the background: 3.2 ms at 20 kHz.
+pub const QUEUE_FRAMES: usize = 64;
+
+/// The queue up. Lives as long as both ends: in a static on the target.
+pub type FrameQueue = Queue<Frame, QUEUE_FRAMES>;
+
+/// Single words that pass between the two halves without a lock.
+#[derive(Debug, Default)]
+pub struct Mailbox {
+    /// Board temperature minus the calibration's reference, kelvin, as bits; written by the background.
+    temperature_delta_bits: AtomicU32,
+    /// The background asks the interrupt to count teeth anew.
+    restart_count: AtomicBool,
+    /// Samples taken since start; written by the interrupt.
+    samples: AtomicU32,
+    /// Frames that found the queue full; written by the interrupt.
+    dropped: AtomicU32,
+    /// Sampling instants missed; written by the interrupt.
+    missed: AtomicU32,
+}
+
+impl Mailbox {
+    /// Nothing asked, nothing counted.
+    pub const fn new() -> Self {
+        Self {
+            temperature_delta_bits: AtomicU32::new(0),
+            restart_count: AtomicBool::new(false),
+            samples: AtomicU32::new(0),
+            dropped: AtomicU32::new(0),
+            missed: AtomicU32::new(0),
+        }
+    }
+
+    /// Tells the interrupt the board's temperature, as the difference to the calibration's, kelvin.
+    pub fn set_temperature_delta_k(&self, delta_k: f32) {
+        self.temperature_delta_bits.store(delta_k.to_bits(), Relaxed);
+    }
+
+    /// Asks for tooth counts as after start-up from the next sample on; clears slips.
+    pub fn ask_restart_count(&self) {
+        self.restart_count.store(true, Relaxed);
+    }
+
+    /// Samples taken since start, modulo 2^32.
+    pub fn samples(&self) -> u32 {
+        self.samples.load(Relaxed)
+    }
+
+    /// Frames lost because the background did not keep up, modulo 2^32.
+    pub fn dropped(&self) -> u32 {
+        self.dropped.load(Relaxed)
+    }
+
+    /// Sampling instants missed, modulo 2^32.
+    pub fn missed(&self) -> u32 {
+        self.missed.load(Relaxed)
+    }
+}
+
+/// All that the interrupt owns besides the converter.
+pub struct Sampler<'q, 'c> {
+    config: SwapReceiver<'q, 'c>,
+    state: StepState,
+    raw: RawFrame,
+    frames: Producer<'q, Frame>,
+    mailbox: &'q Mailbox,
+}
+
+impl<'q, 'c> Sampler<'q, 'c> {
+    /// Before the first sample.
+    pub fn new(config: SwapReceiver<'q, 'c>, frames: Producer<'q, Frame>, mailbox: &'q Mailbox) -> Self {
+        Self { config, state: StepState::new(), raw: RawFrame::default(), frames, mailbox }
+    }
+
+    /// One instant: `reading` as the driver gave it, `missed` sampling instants since the last call (an overrun, flagged
+    /// in this frame). Constant cost; a full queue drops the frame and counts it. Never panics.
+    #[inline]
+    pub fn isr_sample(&mut self, reading: Result<Counts, ConverterError>, missed: u32) -> Frame {
+        store(reading, &mut self.raw);
+        self.raw.fault.set(Status::OVERRUN, missed > 0);
+        self.raw.temperature_delta_k = f32::from_bits(self.mailbox.temperature_delta_bits.load(Relaxed));
+        if self.mailbox.restart_count.load(Relaxed) {
+            self.mailbox.restart_count.store(false, Relaxed);
+            self.state.restart_count();
+        }
+        let frame = step(self.config.current(), &mut self.state, &self.raw);
+        count(&self.mailbox.samples, 1);
+        count(&self.mailbox.missed, missed);
+        if self.frames.enqueue(frame).is_err() {
+            count(&self.mailbox.dropped, 1);
+        }
+        frame
+    }
+}
+
+/// Adds to a counter that only the interrupt writes: load and store, no exclusive access needed.
+#[inline(always)]
+fn count(counter: &AtomicU32, by: u32) {
+    counter.store(counter.load(Relaxed).wrapping_add(by), Relaxed);
+}
