@@ -46,7 +46,8 @@ impl Mailbox {
 
     /// Tells the interrupt the board's temperature, as the difference to the calibration's, kelvin.
     pub fn set_temperature_delta_k(&self, delta_k: f32) {
-        self.temperature_delta_bits.store(delta_k.to_bits(), Relaxed);
+        self.temperature_delta_bits
+            .store(delta_k.to_bits(), Relaxed);
     }
 
     /// Asks for tooth counts as after start-up from the next sample on; clears slips.
@@ -81,8 +82,18 @@ pub struct Sampler<'q, 'c> {
 
 impl<'q, 'c> Sampler<'q, 'c> {
     /// Before the first sample.
-    pub fn new(config: SwapReceiver<'q, 'c>, frames: Producer<'q, Frame>, mailbox: &'q Mailbox) -> Self {
-        Self { config, state: StepState::new(), raw: RawFrame::default(), frames, mailbox }
+    pub fn new(
+        config: SwapReceiver<'q, 'c>,
+        frames: Producer<'q, Frame>,
+        mailbox: &'q Mailbox,
+    ) -> Self {
+        Self {
+            config,
+            state: StepState::new(),
+            raw: RawFrame::default(),
+            frames,
+            mailbox,
+        }
     }
 
     /// One instant: `reading` as the driver gave it, `missed` sampling instants since the last call (an overrun, flagged
@@ -91,7 +102,8 @@ impl<'q, 'c> Sampler<'q, 'c> {
     pub fn isr_sample(&mut self, reading: Result<Counts, ConverterError>, missed: u32) -> Frame {
         store(reading, &mut self.raw);
         self.raw.fault.set(Status::OVERRUN, missed > 0);
-        self.raw.temperature_delta_k = f32::from_bits(self.mailbox.temperature_delta_bits.load(Relaxed));
+        self.raw.temperature_delta_k =
+            f32::from_bits(self.mailbox.temperature_delta_bits.load(Relaxed));
         if self.mailbox.restart_count.load(Relaxed) {
             self.mailbox.restart_count.store(false, Relaxed);
             self.state.restart_count();
