@@ -1,5 +1,6 @@
 //! Random smooth shapes, richer than any basis that a sensor-side model fits, scaled to a stated rms.
 
+use crate::plant::SEGMENTS;
 use crate::random::{ChaCha8Rng, log_uniform, normal, uniform};
 use core::f64::consts::TAU;
 
@@ -113,4 +114,49 @@ impl<const D: usize> Waves<D> {
             .map(|(k, a, offset)| a * (phase(k) + offset).sin())
             .sum()
     }
+}
+
+/// A slow wander over a stretch of time: mean 0 and rms 1 over it.
+#[derive(Clone, Debug)]
+pub struct Wander {
+    waves: Waves<1>,
+    mean: f64,
+    rms: f64,
+}
+
+impl Wander {
+    /// Over `0..duration_s`, with periods from a seventh of it to once and a half.
+    pub fn draw(rng: &mut ChaCha8Rng, duration_s: f64) -> Self {
+        let waves = Waves::draw(rng, 6, duration_s / 7.0, 1.5 * duration_s);
+        let values: Vec<f64> = (0..400)
+            .map(|i| waves.at([duration_s * f64::from(i) / 400.0]))
+            .collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let centred: Vec<f64> = values.iter().map(|v| v - mean).collect();
+        Self {
+            waves,
+            mean,
+            rms: root_mean_square(&centred).max(1.0e-9),
+        }
+    }
+
+    /// Value at a time.
+    #[must_use]
+    pub fn at(&self, time_s: f64) -> f64 {
+        (self.waves.at([time_s]) - self.mean) / self.rms
+    }
+}
+
+/// Sizes of the four segments' shares of an effect: positive, unequal as built parts are, mean square `size` squared.
+pub fn segment_sizes(rng: &mut ChaCha8Rng, size: f64) -> [f64; SEGMENTS] {
+    let raw: [f64; SEGMENTS] = core::array::from_fn(|_| (0.5 * normal(rng)).exp());
+    let rms = root_mean_square(&raw);
+    raw.map(|r| size * r / rms)
+}
+
+/// As [`segment_sizes`], each with a random sign and magnitude: what an assembly tolerance does.
+pub fn segment_offsets(rng: &mut ChaCha8Rng, size: f64) -> [f64; SEGMENTS] {
+    let raw: [f64; SEGMENTS] = core::array::from_fn(|_| normal(rng));
+    let rms = root_mean_square(&raw).max(1.0e-9);
+    raw.map(|r| size * r / rms)
 }

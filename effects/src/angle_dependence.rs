@@ -1,0 +1,53 @@
+//! `angle_dependence`: the error's harmonics change with theta.
+//!
+//! A turned coil pair no longer lies along the teeth: parts of it see another phase, so every order shrinks and shifts.
+
+// --- plant side: from the true pose to a displacement ---
+
+use crate::plant::{Instant, PlantEffect, SEGMENTS, Scene, SegmentPoint};
+use crate::random::{ChaCha8Rng, normal};
+use crate::shape::{Periodic, segment_sizes};
+
+/// Angle at which the size is stated: uniform within +-0.5 degrees.
+const REFERENCE_RAD: f64 = 0.5 * core::f64::consts::PI / 180.0;
+
+/// Orders of the shapes, with relative weights.
+const ORDERS: [(usize, f64); 5] = [(1, 1.0), (2, 0.7), (3, 0.2), (4, 0.35), (6, 0.15)];
+
+/// Amplitude of the part that is even in theta, relative to the odd one.
+const EVEN: f64 = 0.3;
+
+/// Plant side. Size: rms over the own phase and angles uniform within +-0.5 degrees, pooled over the segments.
+pub struct AngleDependence {
+    shapes: [[Periodic; 2]; SEGMENTS],
+    sizes_m: [f64; SEGMENTS],
+}
+
+impl AngleDependence {
+    /// An odd and a smaller even part in theta, each with its own shape.
+    pub fn draw(_scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        let mut shape = || {
+            let weights = ORDERS.map(|(order, weight)| (order, weight * normal(rng).abs()));
+            Periodic::draw(rng, &weights)
+        };
+        let shapes = core::array::from_fn(|_| [shape(), shape()]);
+        // Mean squares of u and u^2 over uniform u in +-1 are 1/3 and 1/5; the two parts are uncorrelated.
+        let rms = (1.0 / 3.0 + EVEN * EVEN / 5.0_f64).sqrt();
+        Box::new(Self { shapes, sizes_m: segment_sizes(rng, size_rms_m / rms) })
+    }
+}
+
+impl PlantEffect for AngleDependence {
+    fn scale(&mut self, factor: f64) {
+        self.sizes_m = self.sizes_m.map(|size| size * factor);
+    }
+
+    fn displacement_m(&mut self, at: &Instant, points: &[SegmentPoint; SEGMENTS]) -> [f64; SEGMENTS] {
+        let angle = at.pose.theta_rad / REFERENCE_RAD;
+        core::array::from_fn(|s| {
+            let turns = points[s].own_m / at.geometry.pitch_m;
+            let [odd, even] = &self.shapes[s];
+            self.sizes_m[s] * (angle * odd.at(turns) + EVEN * angle * angle * even.at(turns))
+        })
+    }
+}

@@ -1,0 +1,53 @@
+//! `axis_skew`: the platen's two rulings differ in pitch, or are not square.
+//!
+//! Both leave the parity alone (a pair shares them) and show against the coordination sensor or a reference.
+
+// --- plant side: where the segments are over the ruling ---
+
+use crate::plant::{Instant, PlantEffect, SEGMENTS, Scene, SegmentPoint};
+use crate::random::{ChaCha8Rng, normal};
+
+/// Range at which the size is stated: +-5 mm in x and y.
+const RANGE_M: f64 = 5.0e-3;
+
+/// Plant side. Size: rms of the displacement over +-5 mm, pooled over the segments.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisSkew {
+    /// Angle between the y direction and the lines that segments 1 and 3 cross, radians.
+    pub skew_rad: f64,
+    /// Pitch of the lines that segments 2 and 4 cross is smaller by this share.
+    pub pitch_difference: f64,
+    /// Bow of the first lines, 1/m.
+    pub bow_per_m: f64,
+}
+
+impl AxisSkew {
+    /// Both, of random sign and share, and a slight bow of the lines.
+    pub fn draw(_scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        let (skew, pitch) = (normal(rng), normal(rng));
+        let bow = 0.05 * skew / RANGE_M;
+        // Rms over the square: mean squares of y and y^2 are R^2/3 and R^4/5; half of the segments see each part.
+        let (r2, half) = (RANGE_M * RANGE_M, 0.5);
+        let power = half * ((skew * skew + pitch * pitch) * r2 / 3.0 + bow * bow * r2 * r2 / 5.0);
+        let unit = size_rms_m / power.sqrt().max(1.0e-12);
+        Box::new(Self { skew_rad: skew * unit, pitch_difference: pitch * unit, bow_per_m: bow * unit })
+    }
+}
+
+impl PlantEffect for AxisSkew {
+    fn scale(&mut self, factor: f64) {
+        self.skew_rad *= factor;
+        self.pitch_difference *= factor;
+        self.bow_per_m *= factor;
+    }
+
+    fn platen(&mut self, _at: &Instant, points: &mut [SegmentPoint; SEGMENTS]) {
+        for (s, point) in points.iter_mut().enumerate() {
+            point.own_m += if s % 2 == 0 {
+                point.across_m * (self.skew_rad + self.bow_per_m * point.across_m)
+            } else {
+                point.own_m * self.pitch_difference
+            };
+        }
+    }
+}

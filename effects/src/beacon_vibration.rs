@@ -1,0 +1,68 @@
+//! `beacon_vibration`: the beacon or its mount vibrates at one or a few frequencies.
+
+// --- plant side: where the beacon is ---
+
+use crate::plant::{Instant, PlantEffect, Scene};
+use crate::random::{ChaCha8Rng, index, log_uniform, normal, uniform};
+use core::f64::consts::TAU;
+
+/// One line of the vibration; its level swells slowly, as an excited resonance does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Line {
+    frequency_hz: f64,
+    amplitude_m: [f64; 2],
+    phase_rad: [f64; 2],
+    swell_hz: f64,
+    swell_phase_rad: f64,
+}
+
+/// Depth of the swell.
+const SWELL: f64 = 0.3;
+
+/// Plant side. Size: rms displacement of an axis, pooled over the two.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BeaconVibration {
+    lines: Vec<Line>,
+}
+
+impl BeaconVibration {
+    /// One to three resonances of a mount, 15 to 150 Hz, of any direction.
+    pub fn draw(_scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        let mut strength = 1.0;
+        let count = 1 + index(rng, 3);
+        let lines: Vec<Line> = (0..count)
+            .map(|_| {
+                strength *= 0.6;
+                Line {
+                    frequency_hz: log_uniform(rng, 15.0, 150.0),
+                    amplitude_m: [(); 2].map(|()| strength * normal(rng)),
+                    phase_rad: [(); 2].map(|()| uniform(rng, 0.0, TAU)),
+                    swell_hz: uniform(rng, 0.1, 1.5),
+                    swell_phase_rad: uniform(rng, 0.0, TAU),
+                }
+            })
+            .collect();
+        let power: f64 = lines.iter().flat_map(|line| line.amplitude_m).map(|a| 0.25 * a * a).sum();
+        let rms = (power * (1.0 + 0.5 * SWELL * SWELL)).sqrt();
+        let mut effect = Self { lines };
+        effect.scale(size_rms_m / rms.max(1.0e-12));
+        Box::new(effect)
+    }
+}
+
+impl PlantEffect for BeaconVibration {
+    fn scale(&mut self, factor: f64) {
+        self.lines.iter_mut().for_each(|line| line.amplitude_m = line.amplitude_m.map(|a| a * factor));
+    }
+
+    fn beacon_m(&mut self, at: &Instant) -> [f64; 2] {
+        core::array::from_fn(|axis| {
+            let value = |line: &Line| {
+                let swell = 1.0 + SWELL * (TAU * line.swell_hz * at.time_s + line.swell_phase_rad).sin();
+                let wave = (TAU * line.frequency_hz * at.time_s + line.phase_rad[axis]).sin();
+                line.amplitude_m[axis] * swell * wave
+            };
+            self.lines.iter().map(value).sum()
+        })
+    }
+}

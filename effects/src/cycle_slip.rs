@@ -1,0 +1,38 @@
+//! `cycle_slip`: a tooth count is off by whole teeth from some moment on.
+
+// --- plant side: the tooth counters' error ---
+
+use crate::plant::{Instant, PlantEffect, SEGMENTS, Scene};
+use crate::random::{ChaCha8Rng, index, sign, uniform};
+
+/// Plant side. Its size is whole pitches, whatever was asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CycleSlip {
+    /// `(time, segment, teeth)` of each slip.
+    pub slips: Vec<(f64, usize, i32)>,
+}
+
+impl CycleSlip {
+    /// One slip, seldom two, of one tooth, seldom two, within the middle of the recording.
+    pub fn draw(scene: &Scene, rng: &mut ChaCha8Rng, _size_rms_m: f64) -> Box<dyn PlantEffect> {
+        let count = if uniform(rng, 0.0, 1.0) < 0.8 { 1 } else { 2 };
+        let slips = (0..count).map(|_| {
+            let teeth = if uniform(rng, 0.0, 1.0) < 0.85 { 1.0 } else { 2.0 };
+            let time_s = scene.duration_s * uniform(rng, 0.15, 0.85);
+            (time_s, index(rng, SEGMENTS), (teeth * sign(rng)) as i32)
+        });
+        Box::new(Self { slips: slips.collect() })
+    }
+}
+
+impl PlantEffect for CycleSlip {
+    fn scale(&mut self, _factor: f64) {}
+
+    fn teeth(&mut self, at: &Instant) -> [i32; SEGMENTS] {
+        let mut off = [0; SEGMENTS];
+        for &(_, segment, teeth) in self.slips.iter().filter(|slip| slip.0 <= at.time_s) {
+            off[segment] += teeth;
+        }
+        off
+    }
+}

@@ -1,0 +1,68 @@
+//! `gap_variation`: platen flatness or tilt changes amplitude, and the error with it.
+//!
+//! The signals fall as `exp(-2 pi gap / pitch)` and their harmonics faster, so the error's shape changes with the gap.
+
+// --- plant side: from the true pose to signal level and displacement ---
+
+use crate::plant::{Instant, PlantEffect, SEGMENTS, Scene, SegmentPoint, Signal};
+use crate::random::{ChaCha8Rng, normal, uniform};
+use crate::shape::{Periodic, Waves, segment_sizes};
+
+/// Plant side. Size: rms of the displacement over the platen and the own phase, pooled over the segments.
+pub struct GapVariation {
+    /// Flatness, rms 1 over a large platen.
+    flatness: Waves<2>,
+    shapes: [Periodic; SEGMENTS],
+    sizes_m: [f64; SEGMENTS],
+    /// Rms of the gap's variation, metres.
+    gap_m: f64,
+}
+
+/// Orders of the error that change with the gap, with relative weights.
+const ORDERS: [(usize, f64); 4] = [(1, 1.0), (2, 0.8), (3, 0.25), (4, 0.3)];
+
+impl GapVariation {
+    /// Flatness with wavelengths of 15 to 90 mm; a gap three to eight times the error it causes.
+    pub fn draw(_scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        let shapes = core::array::from_fn(|_| {
+            let weights = ORDERS.map(|(order, weight)| (order, weight * normal(rng).abs()));
+            Periodic::draw(rng, &weights)
+        });
+        Box::new(Self {
+            flatness: Waves::draw(rng, 12, 15.0e-3, 90.0e-3),
+            shapes,
+            sizes_m: segment_sizes(rng, size_rms_m),
+            gap_m: size_rms_m * uniform(rng, 3.0, 8.0),
+        })
+    }
+
+    /// Gap under a segment in units of its rms.
+    fn gap(&self, at: &Instant, segment: usize, point: &SegmentPoint) -> f64 {
+        let across_m = point.across_m + at.geometry.across_offset_m(segment);
+        // Segments 0 and 2 run along x, 1 and 3 along y.
+        self.flatness.at(if segment % 2 == 0 { [point.own_m, across_m] } else { [across_m, point.own_m] })
+    }
+}
+
+impl PlantEffect for GapVariation {
+    fn scale(&mut self, factor: f64) {
+        self.sizes_m = self.sizes_m.map(|size| size * factor);
+        self.gap_m *= factor;
+    }
+
+    fn displacement_m(&mut self, at: &Instant, points: &[SegmentPoint; SEGMENTS]) -> [f64; SEGMENTS] {
+        core::array::from_fn(|s| {
+            let shape = self.shapes[s].at(points[s].own_m / at.geometry.pitch_m);
+            self.sizes_m[s] * self.gap(at, s, &points[s]) * shape
+        })
+    }
+
+    fn signal(&mut self, at: &Instant, signals: &mut [Signal; SEGMENTS]) {
+        let points = at.geometry.points(at.pose);
+        for (s, signal) in signals.iter_mut().enumerate() {
+            let level = (-at.geometry.wavenumber() * self.gap_m * self.gap(at, s, &points[s])).exp();
+            signal.sine *= level;
+            signal.cosine *= level;
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! `hysteresis`: the output depends on the direction of travel, not on the speed.
+//!
+//! Remanence of the teeth under the coils: the output trails by a fixed amount once the courier has moved some tens of
+//! micrometres one way, and turns over gradually on reversal (the memory of Dahl 1968's friction model).
+
+// --- plant side: from the true pose to a displacement ---
+
+use crate::plant::{Instant, PlantEffect, SEGMENTS, Scene, SegmentPoint};
+use crate::random::{ChaCha8Rng, log_uniform};
+use crate::shape::segment_offsets;
+
+/// Plant side. Size: rms over the segments of the displacement after long travel one way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hysteresis {
+    /// Each segment's displacement after long travel in the positive direction, metres.
+    pub saturated_m: [f64; SEGMENTS],
+    /// Travel over which it turns over, metres.
+    pub turnover_m: f64,
+    memory: [f64; SEGMENTS],
+    last_m: Option<[f64; SEGMENTS]>,
+}
+
+impl Hysteresis {
+    /// Turnover within 3 to 40 um.
+    pub fn draw(_scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        Box::new(Self {
+            saturated_m: segment_offsets(rng, size_rms_m),
+            turnover_m: log_uniform(rng, 3.0e-6, 40.0e-6),
+            memory: [0.0; SEGMENTS],
+            last_m: None,
+        })
+    }
+}
+
+impl PlantEffect for Hysteresis {
+    fn scale(&mut self, factor: f64) {
+        self.saturated_m = self.saturated_m.map(|b| b * factor);
+    }
+
+    fn displacement_m(&mut self, _at: &Instant, points: &[SegmentPoint; SEGMENTS]) -> [f64; SEGMENTS] {
+        let now_m = points.map(|point| point.own_m);
+        let last_m = self.last_m.replace(now_m).unwrap_or(now_m);
+        core::array::from_fn(|s| {
+            let travel_m = now_m[s] - last_m[s];
+            let towards = travel_m.signum();
+            self.memory[s] = towards + (self.memory[s] - towards) * (-travel_m.abs() / self.turnover_m).exp();
+            self.saturated_m[s] * self.memory[s]
+        })
+    }
+}

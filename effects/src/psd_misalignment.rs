@@ -1,0 +1,50 @@
+//! `psd_misalignment`: the diode is turned in its mount, or its axes differ in gain.
+
+// --- plant side: from the true deflection to the diode's ---
+
+use crate::plant::{Instant, PlantEffect, Scene};
+use crate::random::{ChaCha8Rng, normal, uniform};
+
+/// Range at which the size is stated, of full scale: the 8 mm sweeps.
+const RANGE: f64 = 0.8;
+
+/// Plant side. Size: rms of an axis' displacement over the square of +-0.8 of full scale, pooled over the axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PsdMisalignment {
+    /// Angle of the diode in its mount, radians.
+    pub turn_rad: f64,
+    /// Difference of the axes' gains: x has `1 + half`, y `1 - half` (what is common is the beacon's height).
+    pub gain_difference: f64,
+    /// Place of the diode's centre, normalised (what a constant of equation (11) absorbs).
+    pub centre: [f64; 2],
+}
+
+impl PsdMisalignment {
+    /// A turn, a difference of gains, or both.
+    pub fn draw(scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        let kind = uniform(rng, 0.0, 3.0);
+        let turn = if kind < 2.0 { normal(rng) } else { 0.0 };
+        let gain = if kind > 1.0 { normal(rng) } else { 0.0 };
+        // Rms over the square and both axes: range / sqrt(3) * sqrt(turn^2 + (gain / 2)^2).
+        let full_m = scene.geometry.height_m * scene.geometry.tan_full_scale;
+        let unit = size_rms_m / (full_m * RANGE / 3.0_f64.sqrt() * turn.hypot(0.5 * gain).max(1.0e-9));
+        let centre = [(); 2].map(|()| 0.002 * normal(rng));
+        Box::new(Self { turn_rad: turn * unit, gain_difference: gain * unit, centre })
+    }
+}
+
+impl PlantEffect for PsdMisalignment {
+    fn scale(&mut self, factor: f64) {
+        self.turn_rad *= factor;
+        self.gain_difference *= factor;
+        self.centre = self.centre.map(|c| c * factor);
+    }
+
+    fn deflection(&mut self, _at: &Instant, normalised: &mut [f64; 2]) {
+        let (sine, cosine) = self.turn_rad.sin_cos();
+        let [x, y] = *normalised;
+        let half = 0.5 * self.gain_difference;
+        normalised[0] = (1.0 + half) * (cosine * x + sine * y) + self.centre[0];
+        normalised[1] = (1.0 - half) * (cosine * y - sine * x) + self.centre[1];
+    }
+}

@@ -1,0 +1,65 @@
+//! `psd_nonlinearity`: cubic, quadratic and cross terms of the coordination sensor.
+//!
+//! A lateral-effect diode's current divides linearly only near its centre; towards the electrodes the field bends.
+
+// --- plant side: from the true deflection to the diode's ---
+
+use crate::plant::{Geometry, Instant, PlantEffect, Scene};
+use crate::random::{ChaCha8Rng, normal};
+use crate::shape::root_mean_square;
+
+/// Terms of one axis in its own deflection `u` and the other's `v`: powers and relative weight.
+const TERMS: [(i32, i32, f64); 8] =
+    [(3, 0, 1.0), (1, 2, 0.6), (2, 0, 0.25), (1, 1, 0.25), (0, 2, 0.2), (0, 3, 0.15), (5, 0, 0.2), (3, 2, 0.15)];
+
+/// Range at which the size is stated, of full scale: the 8 mm sweeps.
+const RANGE: f64 = 0.8;
+
+/// Plant side. Size: rms of an axis' displacement over the square of +-0.8 of full scale, pooled over the axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PsdNonlinearity {
+    /// Each axis' coefficients, in the order of the terms, of the normalised deflection.
+    coefficients: [[f64; TERMS.len()]; 2],
+}
+
+impl PsdNonlinearity {
+    /// All coefficients normal.
+    pub fn draw(scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        let mut effect = Self { coefficients: [(); 2].map(|()| TERMS.map(|(_, _, weight)| weight * normal(rng))) };
+        let rms = effect.rms_m(&scene.geometry);
+        effect.scale(size_rms_m / rms);
+        Box::new(effect)
+    }
+
+    /// From stated coefficients: cubic, then `u v^2`, `u^2`, `u v`, `v^2`, `v^3`, `u^5`, `u^3 v^2` of each axis.
+    #[must_use]
+    pub fn new(coefficients: [[f64; TERMS.len()]; 2]) -> Self {
+        Self { coefficients }
+    }
+
+    fn rms_m(&self, geometry: &Geometry) -> f64 {
+        let place = |i: i32| RANGE * (f64::from(i) / 20.0 - 1.0);
+        let grid = (0..=40).flat_map(|i| (0..=40).map(move |j| [place(i), place(j)]));
+        let values: Vec<f64> = grid.flat_map(|u| self.error(u)).collect();
+        root_mean_square(&values) * geometry.height_m * geometry.tan_full_scale
+    }
+
+    fn error(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let axis = |coefficients: &[f64], u: f64, v: f64| {
+            let terms = coefficients.iter().zip(TERMS);
+            terms.map(|(c, (n, m, _))| c * u.powi(n) * v.powi(m)).sum::<f64>()
+        };
+        [axis(&self.coefficients[0], x, y), axis(&self.coefficients[1], y, x)]
+    }
+}
+
+impl PlantEffect for PsdNonlinearity {
+    fn scale(&mut self, factor: f64) {
+        self.coefficients.iter_mut().flatten().for_each(|c| *c *= factor);
+    }
+
+    fn deflection(&mut self, _at: &Instant, normalised: &mut [f64; 2]) {
+        let error = self.error(*normalised);
+        normalised.iter_mut().zip(error).for_each(|(u, e)| *u += e);
+    }
+}

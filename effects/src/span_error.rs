@@ -1,0 +1,41 @@
+//! `span_error`: the segments do not sit where the drawing says.
+
+// --- plant side: where the segments are over the ruling ---
+
+use crate::plant::{Instant, PlantEffect, SEGMENTS, Scene, SegmentPoint};
+use crate::random::ChaCha8Rng;
+use crate::shape::segment_offsets;
+
+/// Angles at which the size is stated: uniform within +-0.5 degrees.
+const REFERENCE_RAD: f64 = 0.5 * core::f64::consts::PI / 180.0;
+
+/// Plant side. Size: rms of the displacement over angles uniform within +-0.5 degrees, pooled over the segments.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpanError {
+    /// How much further than half a span each segment sits from the centre, metres.
+    pub arm_m: [f64; SEGMENTS],
+    /// How much further than l_o each sits sideways, metres.
+    pub side_m: [f64; SEGMENTS],
+}
+
+impl SpanError {
+    /// Both directions of every segment, of like size.
+    pub fn draw(_scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        let size = size_rms_m * 3.0_f64.sqrt() / REFERENCE_RAD;
+        Box::new(Self { arm_m: segment_offsets(rng, size), side_m: segment_offsets(rng, size) })
+    }
+}
+
+impl PlantEffect for SpanError {
+    fn scale(&mut self, factor: f64) {
+        self.arm_m = self.arm_m.map(|m| m * factor);
+        self.side_m = self.side_m.map(|m| m * factor);
+    }
+
+    fn platen(&mut self, at: &Instant, points: &mut [SegmentPoint; SEGMENTS]) {
+        for (s, point) in points.iter_mut().enumerate() {
+            point.own_m += self.arm_m[s] * at.pose.theta_rad;
+            point.across_m += self.side_m[s] * at.pose.theta_rad;
+        }
+    }
+}

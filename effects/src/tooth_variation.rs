@@ -1,0 +1,123 @@
+//! `tooth_variation`: single teeth of the platen are displaced.
+//!
+//! Each post of the platen is off by its own amount in x and in y; a segment reads the mean of the posts under it. Lines
+//! may be displaced as a whole besides: that part is common to a pair and cancels in the parity.
+
+// --- plant side: from the true pose to a displacement ---
+
+use crate::plant::{Geometry, Instant, PlantEffect, SEGMENTS, Scene, SegmentPoint};
+use crate::random::{ChaCha8Rng, normal, uniform};
+use crate::shape::root_mean_square;
+
+/// Teeth of the table in each direction; it repeats beyond (130 mm: no recording goes around it).
+const TEETH: usize = 128;
+
+/// One direction's displacements: `[tooth along][tooth across]`, and each line's own.
+struct Field {
+    posts_m: Vec<f64>,
+    lines_m: Vec<f64>,
+}
+
+/// Plant side. Size: rms of a segment's reading over the platen, averaged as a segment averages.
+pub struct ToothVariation {
+    fields: [Field; 2],
+    /// Half of the footprint along and across, pitches.
+    half: [f64; 2],
+}
+
+impl ToothVariation {
+    /// Posts independent of each other; a footprint of five to seven teeth either way; lines carry up to a third of the power.
+    pub fn draw(scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        let half = [uniform(rng, 2.5, 3.5), uniform(rng, 2.5, 3.5)];
+        let line_share = uniform(rng, 0.0, 0.33);
+        Box::new(Self::new(&scene.geometry, rng, half, [1.0 - line_share, line_share], size_rms_m))
+    }
+
+    /// A stated footprint (half lengths along and across, pitches) and shares of power of single posts and whole lines,
+    /// which sum to one.
+    pub fn new(geometry: &Geometry, rng: &mut ChaCha8Rng, half: [f64; 2], shares: [f64; 2], size_rms_m: f64) -> Self {
+        let mut field = || Field {
+            posts_m: (0..TEETH * TEETH).map(|_| normal(rng)).collect(),
+            lines_m: (0..TEETH).map(|_| normal(rng)).collect(),
+        };
+        let mut effect = Self { fields: [field(), field()], half };
+        for part in 0..2 {
+            let rms = effect.rms(geometry, part);
+            let factor = size_rms_m * shares[part].sqrt() / rms;
+            for field in &mut effect.fields {
+                let values = if part == 0 { &mut field.posts_m } else { &mut field.lines_m };
+                values.iter_mut().for_each(|v| *v *= factor);
+            }
+        }
+        effect
+    }
+
+    /// Rms over the platen of the posts' (0) or the lines' (1) part.
+    fn rms(&self, geometry: &Geometry, part: usize) -> f64 {
+        let pitch_m = geometry.pitch_m;
+        let place = |i: usize, step: f64| (i as f64 * step).fract() * TEETH as f64 * pitch_m;
+        let value = |i: usize| self.parts_m(i % 2, place(i, 0.618_034), place(i, 0.754_878), pitch_m)[part];
+        root_mean_square(&(0..8000).map(value).collect::<Vec<_>>())
+    }
+
+    /// The posts' and the lines' part of a reading, metres.
+    fn parts_m(&self, direction: usize, own_m: f64, across_m: f64, pitch_m: f64) -> [f64; 2] {
+        let field = &self.fields[direction];
+        let (along, across) = (Window::new(own_m / pitch_m, self.half[0]), Window::new(across_m / pitch_m, self.half[1]));
+        let (mut posts, mut lines) = (0.0, 0.0);
+        for (tooth, weight) in along.teeth() {
+            let row = &field.posts_m[tooth * TEETH..][..TEETH];
+            posts += weight * across.teeth().map(|(t, w)| w * row[t]).sum::<f64>();
+            lines += weight * field.lines_m[tooth];
+        }
+        [posts / (along.sum * across.sum), lines / along.sum]
+    }
+
+    /// A segment's reading of the field at a place, metres.
+    #[must_use]
+    pub fn at_m(&self, geometry: &Geometry, segment: usize, point: &SegmentPoint) -> f64 {
+        let across_m = point.across_m + geometry.across_offset_m(segment);
+        let [posts, lines] = self.parts_m(segment % 2, point.own_m, across_m, geometry.pitch_m);
+        posts + lines
+    }
+}
+
+/// Weights of the teeth under a footprint: smooth to its edges, as fringing fields are.
+struct Window {
+    first: i64,
+    weights: [f64; 8],
+    count: usize,
+    sum: f64,
+}
+
+impl Window {
+    fn new(centre: f64, half: f64) -> Self {
+        let first = (centre - half).ceil() as i64;
+        let last = (centre + half).floor() as i64;
+        let mut window = Self { first, weights: [0.0; 8], count: 0, sum: 0.0 };
+        for (weight, tooth) in window.weights.iter_mut().zip(first..=last) {
+            let u = (tooth as f64 - centre) / half;
+            *weight = (1.0 - u * u).powi(2);
+            window.count += 1;
+            window.sum += *weight;
+        }
+        window
+    }
+
+    fn teeth(&self) -> impl Iterator<Item = (usize, f64)> {
+        let weights = self.weights[..self.count].iter().zip(self.first..);
+        weights.map(|(&weight, tooth)| (tooth.rem_euclid(TEETH as i64) as usize, weight))
+    }
+}
+
+impl PlantEffect for ToothVariation {
+    fn scale(&mut self, factor: f64) {
+        for field in &mut self.fields {
+            field.posts_m.iter_mut().chain(&mut field.lines_m).for_each(|d| *d *= factor);
+        }
+    }
+
+    fn displacement_m(&mut self, at: &Instant, points: &[SegmentPoint; SEGMENTS]) -> [f64; SEGMENTS] {
+        core::array::from_fn(|s| self.at_m(at.geometry, s, &points[s]))
+    }
+}

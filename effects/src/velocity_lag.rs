@@ -1,0 +1,63 @@
+//! `velocity_lag`: a segment's output lags with speed: eddy currents, filter or sampling delay.
+//!
+//! A delay shifts every pattern, so the plant looks at where the segment was; eddy currents in the teeth add a lag that
+//! saturates with speed.
+
+// --- plant side: from the true pose to where the segment reads ---
+
+use crate::plant::{Instant, PlantEffect, SEGMENTS, Scene, SegmentPoint};
+use crate::random::{ChaCha8Rng, normal, uniform};
+use crate::shape::root_mean_square;
+
+/// Speed at which the size is stated: the fly-bys'.
+const REFERENCE_M_S: f64 = 50.0e-3;
+
+/// Plant side. Size: rms over the segments of the lag at 50 mm/s along each.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VelocityLag {
+    /// Each segment's delay, seconds.
+    pub delay_s: [f64; SEGMENTS],
+    /// Share of the delay that is lost at high speed.
+    pub saturation: f64,
+    /// Speed at which half of that is lost, m/s.
+    pub saturation_m_s: f64,
+}
+
+impl VelocityLag {
+    /// A common delay and the segments' own, of like size.
+    pub fn draw(_scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        let common = uniform(rng, 0.0, 1.0);
+        let raw: [f64; SEGMENTS] = core::array::from_fn(|_| common + 0.6 * normal(rng));
+        let mut effect = Self {
+            delay_s: raw,
+            saturation: uniform(rng, 0.0, 0.25),
+            saturation_m_s: uniform(rng, 0.03, 0.3),
+        };
+        let lag = effect.delays_s([REFERENCE_M_S; SEGMENTS]).map(|delay| delay * REFERENCE_M_S);
+        effect.scale(size_rms_m / root_mean_square(&lag).max(1.0e-12));
+        Box::new(effect)
+    }
+
+    fn delays_s(&self, speeds_m_s: [f64; SEGMENTS]) -> [f64; SEGMENTS] {
+        core::array::from_fn(|s| {
+            let speed = speeds_m_s[s].abs();
+            self.delay_s[s] * (1.0 - self.saturation * speed / (speed + self.saturation_m_s))
+        })
+    }
+}
+
+impl PlantEffect for VelocityLag {
+    fn scale(&mut self, factor: f64) {
+        self.delay_s = self.delay_s.map(|delay| delay * factor);
+    }
+
+    fn platen(&mut self, at: &Instant, points: &mut [SegmentPoint; SEGMENTS]) {
+        let now = at.geometry.points(at.pose);
+        let delays_s = self.delays_s(at.own_speeds());
+        for (s, point) in points.iter_mut().enumerate() {
+            let then = at.geometry.points(at.motion.pose(at.time_s - delays_s[s]))[s];
+            point.own_m += then.own_m - now[s].own_m;
+            point.across_m += then.across_m - now[s].across_m;
+        }
+    }
+}
