@@ -8,9 +8,11 @@
 #[cfg(target_os = "none")]
 pub mod board;
 pub mod app;
+pub mod calibration;
 pub mod drivers;
 pub mod frame;
 pub mod geometry;
+pub mod link;
 pub mod lsq;
 pub mod math;
 pub mod model;
@@ -19,4 +21,3 @@ pub mod quadrature;
 pub mod settings;
 pub mod step;
 pub mod swap;
-pub mod link;

@@ -6,5 +6,6 @@
 pub mod ad7606c;
 pub mod clock;
 pub mod converter;
+pub mod flash;
 pub mod motion;
 pub mod trajectory;
