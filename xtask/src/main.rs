@@ -1,6 +1,9 @@
 //! Drives the checks of the project: `cargo xtask COMMAND`.
 
 mod arm;
+mod bench;
+mod cmsis;
+mod plugin;
 mod test;
 
 use std::process::ExitCode;
@@ -13,11 +16,16 @@ type Task = (
 );
 
 /// All commands. A further one is a line here.
-const TASKS: [Task; 2] = [
+const TASKS: [Task; 3] = [
     (
         "test",
         "everything that checks the project; sets up what is missing",
         test::run,
+    ),
+    (
+        "bench",
+        "the cost table, measured on the emulated Cortex-M4F (--json)",
+        bench::run,
     ),
     ("arm", "the checks on the Cortex-M4F alone", |_| {
         arm::checks()

@@ -27,7 +27,11 @@ impl Digest {
 
     /// Takes in a number, to the bit.
     pub fn float(&mut self, value: f32) {
-        self.word(if value.is_nan() { 0x7FC0_0000 } else { value.to_bits() });
+        self.word(if value.is_nan() {
+            0x7FC0_0000
+        } else {
+            value.to_bits()
+        });
     }
 
     /// Takes in numbers.
@@ -47,12 +51,21 @@ impl Digest {
         for segment in &frame.segments {
             self.coordinate(segment.unmodified);
             self.coordinate(segment.calibrated);
-            self.floats(&[segment.amplitude_counts, segment.speed_m_s, segment.direction]);
+            self.floats(&[
+                segment.amplitude_counts,
+                segment.speed_m_s,
+                segment.direction,
+            ]);
         }
         let pose = &frame.pose;
         self.coordinate(pose.x);
         self.coordinate(pose.y);
-        self.floats(&[pose.theta_x_rad, pose.theta_y_rad, pose.theta_rad, frame.parity_m]);
+        self.floats(&[
+            pose.theta_x_rad,
+            pose.theta_y_rad,
+            pose.theta_rad,
+            frame.parity_m,
+        ]);
         self.floats(&frame.tan_psi);
     }
 }

@@ -34,10 +34,31 @@ impl Random {
 }
 
 /// Counts at which arithmetic may go wrong.
-const EDGES: [i16; 12] =
-    [i16::MIN, i16::MIN + 1, -32_760, -20_000, -1, 0, 1, 2, 999, 20_000, 32_760, i16::MAX];
+const EDGES: [i16; 12] = [
+    i16::MIN,
+    i16::MIN + 1,
+    -32_760,
+    -20_000,
+    -1,
+    0,
+    1,
+    2,
+    999,
+    20_000,
+    32_760,
+    i16::MAX,
+];
 /// Temperatures likewise.
-const TEMPERATURES: [f32; 8] = [0.0, -0.0, 25.0, 1000.0, 1001.0, f32::INFINITY, f32::NAN, 1.0e-40];
+const TEMPERATURES: [f32; 8] = [
+    0.0,
+    -0.0,
+    25.0,
+    1000.0,
+    1001.0,
+    f32::INFINITY,
+    f32::NAN,
+    1.0e-40,
+];
 
 /// An endless sequence of frames: stretches of motion with noise, of random counts, of edges, of faults.
 #[derive(Clone, Debug)]
@@ -54,7 +75,14 @@ impl Inputs {
     /// From a seed.
     pub const fn new(seed: u64) -> Self {
         let zero = [0.0; SEGMENTS];
-        Self { random: Random::new(seed), left: 0, kind: 0, turns: zero, speed: zero, amplitude: 20_000.0 }
+        Self {
+            random: Random::new(seed),
+            left: 0,
+            kind: 0,
+            turns: zero,
+            speed: zero,
+            amplitude: 20_000.0,
+        }
     }
 
     /// The next frame.
@@ -63,19 +91,32 @@ impl Inputs {
             self.stretch();
         }
         self.left -= 1;
-        let mut raw = RawFrame { electrode_counts: self.electrodes(), ..RawFrame::default() };
+        let mut raw = RawFrame {
+            electrode_counts: self.electrodes(),
+            ..RawFrame::default()
+        };
         raw.temperature_delta_k = 20.0 * self.random.signed();
         match self.kind {
             0..=4 => raw.quadrature_counts = self.motion(),
-            5 => raw.quadrature_counts.as_flattened_mut().fill_with(|| self.random.bits() as i16),
+            5 => raw
+                .quadrature_counts
+                .as_flattened_mut()
+                .fill_with(|| self.random.bits() as i16),
             6 => {
-                raw.quadrature_counts.as_flattened_mut().fill_with(|| self.random.pick(&EDGES));
+                raw.quadrature_counts
+                    .as_flattened_mut()
+                    .fill_with(|| self.random.pick(&EDGES));
                 raw.electrode_counts.fill_with(|| self.random.pick(&EDGES));
                 raw.temperature_delta_k = self.random.pick(&TEMPERATURES);
             }
             _ => {
                 raw.quadrature_counts = self.motion();
-                let faults = [Status::CONVERTER_CRC, Status::CONVERTER_TIMEOUT, Status::OVERRUN, Status::empty()];
+                let faults = [
+                    Status::CONVERTER_CRC,
+                    Status::CONVERTER_TIMEOUT,
+                    Status::OVERRUN,
+                    Status::empty(),
+                ];
                 raw.fault = self.random.pick(&faults);
             }
         }

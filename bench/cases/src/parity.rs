@@ -55,7 +55,11 @@ fn solution(estimator: &mut Estimator<UNKNOWNS, PACKED>, digest: &mut Digest) {
     let solution = estimator.solution();
     digest.floats(&solution.values);
     digest.floats(&solution.deviations);
-    digest.floats(&[solution.condition, solution.condition_equilibrated, solution.noise]);
+    digest.floats(&[
+        solution.condition,
+        solution.condition_equilibrated,
+        solution.noise,
+    ]);
     digest.word(solution.rank as u32);
     for i in 0..UNKNOWNS {
         digest.float(estimator.covariance(i, UNKNOWNS - 1 - i));

@@ -25,7 +25,8 @@ impl Setup {
     /// # Panics
     /// Never: the settings are within their ranges (a test sees to it).
     pub fn config(self) -> StepConfig {
-        StepConfig::build(&self.settings()).unwrap_or_else(|_| unreachable!("settings of the bench are in range"))
+        StepConfig::build(&self.settings())
+            .unwrap_or_else(|_| unreachable!("settings of the bench are in range"))
     }
 
     /// The same in SI units.
@@ -34,13 +35,21 @@ impl Setup {
         model.constants_m = [1.0e-6, -2.0e-6, 3.0e-6, -4.0e-6];
         for (row, coefficients) in model.coefficients.iter_mut().enumerate() {
             for (k, value) in coefficients.as_flattened_mut().iter_mut().enumerate() {
-                *value = (1 + (5 * row + 3 * k) % 7) as f32 * if k % 3 == 0 { -2.0e-6 } else { 1.5e-6 };
+                *value =
+                    (1 + (5 * row + 3 * k) % 7) as f32 * if k % 3 == 0 { -2.0e-6 } else { 1.5e-6 };
             }
         }
-        let mut settings = Settings { model: Some(model), ..Settings::default() };
+        let mut settings = Settings {
+            model: Some(model),
+            ..Settings::default()
+        };
         for (i, pair) in settings.pairs.iter_mut().enumerate() {
             let i = i as f32;
-            *pair = PairCorrection { offset_counts: [30.0 - 10.0 * i, 20.0 * i], gain: 1.0 + 0.01 * i, angle_rad: 0.01 * i };
+            *pair = PairCorrection {
+                offset_counts: [30.0 - 10.0 * i, 20.0 * i],
+                gain: 1.0 + 0.01 * i,
+                angle_rad: 0.01 * i,
+            };
         }
         settings
     }
@@ -51,7 +60,11 @@ impl Setup {
             Self::Lateral => TermTable::equation_9(),
             Self::Extended => {
                 let mut table = TermTable::equation_9();
-                let mixed = Term { own_order: 1, lateral_order: -1, ..Term::default() };
+                let mixed = Term {
+                    own_order: 1,
+                    lateral_order: -1,
+                    ..Term::default()
+                };
                 let third = Term::own(3);
                 let warm = Term::default().with(Multiplier::Temperature);
                 let moving = Term::own(1).with(Multiplier::Direction);

@@ -42,7 +42,8 @@ fn interrupt(name: &str, setup: Setup) {
     let (mut statistics, mut frame) = (Statistics::default(), Frame::default());
     for _ in 0..FRAMES {
         let raw = inputs.frame();
-        let (taken, ()) = measure(|| interrupt_step(black_box(&config), &mut state, black_box(&raw), &mut frame));
+        let (taken, ()) =
+            measure(|| interrupt_step(black_box(&config), &mut state, black_box(&raw), &mut frame));
         black_box(&frame);
         statistics.add(taken);
     }
@@ -62,11 +63,16 @@ fn peer(name: &str, count: u32, work: fn(&peers::Coefficients, &RawFrame, &mut p
 }
 
 fn estimation(estimator: &mut Estimator<UNKNOWNS, PACKED>) {
-    let (mut rows, mut entering, mut predicting) = (Rows::new(3, false), Statistics::default(), Statistics::default());
+    let (mut rows, mut entering, mut predicting) = (
+        Rows::new(3, false),
+        Statistics::default(),
+        Statistics::default(),
+    );
     for n in 0..ROWS {
         let row = rows.row();
         if n > 2 * UNKNOWNS as u32 {
-            predicting.add(measure(|| black_box(estimator.rows.predict(black_box(&row.entries)))).0);
+            predicting
+                .add(measure(|| black_box(estimator.rows.predict(black_box(&row.entries)))).0);
         }
         let (taken, entered) = measure(|| estimator.rows.enter(black_box(&row.entries), row.rhs));
         assert!(entered.is_ok());

@@ -18,7 +18,12 @@ pub struct Reading {
 #[inline(always)]
 pub fn read() -> Reading {
     // SAFETY: RAM that the plugin writes and nothing else uses; the low words suffice for differences.
-    unsafe { Reading { instructions: read_volatile(COUNTERS.cast()), cycles: read_volatile(COUNTERS.add(1).cast()) } }
+    unsafe {
+        Reading {
+            instructions: read_volatile(COUNTERS.cast()),
+            cycles: read_volatile(COUNTERS.add(1).cast()),
+        }
+    }
 }
 
 /// Runs `work` and returns what it took, without the cost of looking.

@@ -8,5 +8,6 @@ use courier_sensor::lsq::Estimator;
 /// # Panics
 /// On the second call.
 pub fn take() -> &'static mut Estimator<UNKNOWNS, PACKED> {
-    cortex_m::singleton!(: Estimator<UNKNOWNS, PACKED> = Estimator::new(UNKNOWNS)).expect("taken once")
+    cortex_m::singleton!(: Estimator<UNKNOWNS, PACKED> = Estimator::new(UNKNOWNS))
+        .expect("taken once")
 }

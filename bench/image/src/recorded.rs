@@ -15,8 +15,14 @@ pub fn command_line(buffer: &mut [u8]) -> &str {
     let mut block = [buffer.as_mut_ptr() as usize, buffer.len()];
     // SAFETY: the block points to a buffer of the length it says.
     let failed = unsafe { syscall1(GET_COMMAND_LINE, block.as_mut_ptr() as usize) } != 0;
-    let length = if failed { 0 } else { block[1].min(buffer.len()) };
-    core::str::from_utf8(&buffer[..length]).unwrap_or("").trim_end_matches('\0')
+    let length = if failed {
+        0
+    } else {
+        block[1].min(buffer.len())
+    };
+    core::str::from_utf8(&buffer[..length])
+        .unwrap_or("")
+        .trim_end_matches('\0')
 }
 
 /// Prints the digest of every setup over a file's frames.
@@ -44,12 +50,24 @@ impl File {
         name.get_mut(..path.len())?.copy_from_slice(path.as_bytes());
         // SAFETY: the name is zero-terminated and its length is given without the zero.
         let handle = unsafe { syscall!(OPEN, name.as_ptr(), open::R_BINARY, path.len()) };
-        (handle != usize::MAX).then_some(Self { handle, buffer: [0; FRAME * 512], filled: 0, used: 0 })
+        (handle != usize::MAX).then_some(Self {
+            handle,
+            buffer: [0; FRAME * 512],
+            filled: 0,
+            used: 0,
+        })
     }
 
     fn fill(&mut self) {
         // SAFETY: reads at most the buffer's length into it; the answer is how many bytes were not read.
-        let left = unsafe { syscall!(READ, self.handle, self.buffer.as_mut_ptr(), self.buffer.len()) };
+        let left = unsafe {
+            syscall!(
+                READ,
+                self.handle,
+                self.buffer.as_mut_ptr(),
+                self.buffer.len()
+            )
+        };
         self.filled = self.buffer.len().saturating_sub(left);
         self.used = 0;
     }
@@ -62,7 +80,10 @@ impl Iterator for File {
         if self.used + FRAME > self.filled {
             self.fill();
         }
-        let bytes: &[u8; FRAME] = self.buffer[..self.filled].get(self.used..self.used + FRAME)?.try_into().ok()?;
+        let bytes: &[u8; FRAME] = self.buffer[..self.filled]
+            .get(self.used..self.used + FRAME)?
+            .try_into()
+            .ok()?;
         self.used += FRAME;
         let count = |k: usize| i16::from_le_bytes([bytes[2 * k], bytes[2 * k + 1]]);
         Some(RawFrame {

@@ -31,7 +31,12 @@ impl Counters {
     /// Makes every instruction of a block count when it runs.
     pub fn attach(&self, block: *mut Block, instructions: &[Translated]) {
         let mut before = None;
-        for Translated { handle, instruction, .. } in instructions {
+        for Translated {
+            handle,
+            instruction,
+            ..
+        } in instructions
+        {
             let cycles = u64::from(cost(before, instruction));
             for (counter, value) in [(0, 1), (1, cycles), (4 + instruction.class as usize, 1)] {
                 // SAFETY: the counter lies within the 256 mapped bytes (4 + 17 words); the handle is of this translation.
@@ -47,13 +52,25 @@ impl Counters {
 
     /// A block that ends in a branch and is not followed by the next address: the branch was taken.
     fn attach_branches(&self, block: *mut Block, instructions: &[Translated]) {
-        let (Some(first), Some(last)) = (instructions.first(), instructions.last()) else { return };
+        let (Some(first), Some(last)) = (instructions.first(), instructions.last()) else {
+            return;
+        };
         // SAFETY: QEMU's own functions, handles of this translation; addresses go as user data, never dereferenced.
         unsafe {
-            qemu::qemu_plugin_register_vcpu_tb_exec_cb(block, entered, 0, first.address as *mut c_void);
+            qemu::qemu_plugin_register_vcpu_tb_exec_cb(
+                block,
+                entered,
+                0,
+                first.address as *mut c_void,
+            );
             if last.instruction.class == Class::Branch && last.instruction.flow != Flow::Next {
                 let behind = last.address + u64::from(last.instruction.size);
-                qemu::qemu_plugin_register_vcpu_insn_exec_cb(last.handle, branched, 0, behind as *mut c_void);
+                qemu::qemu_plugin_register_vcpu_insn_exec_cb(
+                    last.handle,
+                    branched,
+                    0,
+                    behind as *mut c_void,
+                );
             }
         }
     }

@@ -48,7 +48,9 @@ pub unsafe extern "C" fn qemu_plugin_install(
 ) -> c_int {
     let words = (0..argc as usize).map(|k| {
         // SAFETY: the caller's promise.
-        unsafe { CStr::from_ptr(*argv.add(k)) }.to_string_lossy().into_owned()
+        unsafe { CStr::from_ptr(*argv.add(k)) }
+            .to_string_lossy()
+            .into_owned()
     });
     match parse(words) {
         Ok(setup) => {
@@ -67,10 +69,13 @@ pub unsafe extern "C" fn qemu_plugin_install(
 fn parse(words: impl Iterator<Item = String>) -> Result<Setup, String> {
     let (mut ram, mut count, mut bell, mut post) = (None, None, None, None);
     for word in words {
-        let (name, value) = word.split_once('=').ok_or(format!("found {word:?}, wanted NAME=VALUE"))?;
+        let (name, value) = word
+            .split_once('=')
+            .ok_or(format!("found {word:?}, wanted NAME=VALUE"))?;
         let number = || {
             let digits = value.trim_start_matches("0x");
-            u64::from_str_radix(digits, 16).map_err(|_| format!("{name}: found {value:?}, wanted a hexadecimal number"))
+            u64::from_str_radix(digits, 16)
+                .map_err(|_| format!("{name}: found {value:?}, wanted a hexadecimal number"))
         };
         match name {
             "ram" => ram = Some(value.to_owned()),
@@ -82,7 +87,9 @@ fn parse(words: impl Iterator<Item = String>) -> Result<Setup, String> {
     }
     let file = ram.ok_or("ram is missing")?;
     let page = |offset| shared::page(&file, offset);
-    let counters = count.map(|at| page(at).map(counters::Counters::new)).transpose()?;
+    let counters = count
+        .map(|at| page(at).map(counters::Counters::new))
+        .transpose()?;
     let bell = match (bell, post) {
         (Some(address), Some(at)) => Some(lockstep::Bell::new(address, page(at)?)),
         (None, None) => None,
@@ -103,7 +110,12 @@ extern "C" fn translate(_: Id, block: *mut Block) {
         for instruction in instructions.iter().filter(|i| i.address == bell.address()) {
             // SAFETY: QEMU's own function; the handle is of the block being translated.
             unsafe {
-                qemu::qemu_plugin_register_vcpu_insn_exec_cb(instruction.handle, ring, 0, std::ptr::null_mut());
+                qemu::qemu_plugin_register_vcpu_insn_exec_cb(
+                    instruction.handle,
+                    ring,
+                    0,
+                    std::ptr::null_mut(),
+                );
             }
         }
     }

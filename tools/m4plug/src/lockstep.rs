@@ -21,7 +21,10 @@ pub struct Bell {
 impl Bell {
     /// Rings when the guest executes `address`.
     pub fn new(address: u64, place: *mut u8) -> Self {
-        Self { address, words: place.cast_const().cast() }
+        Self {
+            address,
+            words: place.cast_const().cast(),
+        }
     }
 
     /// The guest address that rings.
@@ -62,7 +65,10 @@ fn wake(word: &AtomicU32) {
 }
 
 fn sleep(word: &AtomicU32, seen: u32) {
-    let nap = libc::timespec { tv_sec: 0, tv_nsec: i64::from(NAP.subsec_nanos()) };
+    let nap = libc::timespec {
+        tv_sec: 0,
+        tv_nsec: i64::from(NAP.subsec_nanos()),
+    };
     // SAFETY: as above; the time lives through the call.
     unsafe { libc::syscall(libc::SYS_futex, word.as_ptr(), libc::FUTEX_WAIT, seen, &nap) };
 }

@@ -19,7 +19,12 @@ pub type Callback = extern "C" fn(c_uint, *mut c_void);
 
 unsafe extern "C" {
     pub fn qemu_plugin_register_vcpu_tb_trans_cb(id: Id, callback: extern "C" fn(Id, *mut Block));
-    pub fn qemu_plugin_register_vcpu_tb_exec_cb(block: *mut Block, callback: Callback, flags: c_int, user: *mut c_void);
+    pub fn qemu_plugin_register_vcpu_tb_exec_cb(
+        block: *mut Block,
+        callback: Callback,
+        flags: c_int,
+        user: *mut c_void,
+    );
     pub fn qemu_plugin_register_vcpu_insn_exec_cb(
         handle: *mut Handle,
         callback: Callback,
@@ -63,7 +68,11 @@ pub unsafe fn instructions(block: *mut Block) -> Vec<Translated> {
                 let data = qemu_plugin_insn_data(handle);
                 let size = if *data.add(1) >= 0xe8 { 4 } else { 2 };
                 let instruction = decode(std::slice::from_raw_parts(data, size));
-                Translated { handle, address: qemu_plugin_insn_vaddr(handle), instruction }
+                Translated {
+                    handle,
+                    address: qemu_plugin_insn_vaddr(handle),
+                    instruction,
+                }
             })
             .collect()
     }

@@ -13,12 +13,16 @@ pub const REFILL: u32 = 2;
 
 /// Cycles of `instruction` after `before` (none at the start of a block), without the refill of a taken branch.
 pub fn cost(before: Option<&Instruction>, instruction: &Instruction) -> u32 {
-    let Some(before) = before else { return instruction.cycles };
+    let Some(before) = before else {
+        return instruction.cycles;
+    };
     let load = |class| matches!(class, Class::Load | Class::FloatLoad);
     let store = |class| matches!(class, Class::Store | Class::FloatStore);
     let dependent = instruction.address_registers & before.result_register != 0;
     let mut cycles = instruction.cycles;
-    if load(before.class) && (load(instruction.class) || (store(instruction.class) && instruction.cycles > 1)) {
+    if load(before.class)
+        && (load(instruction.class) || (store(instruction.class) && instruction.cycles > 1))
+    {
         cycles -= 1;
     }
     cycles + u32::from(dependent) + u32::from(instruction.float_reads & before.float_result != 0)
@@ -45,9 +49,21 @@ mod tests {
     #[test]
     fn manual_examples() {
         assert_eq!(total(&[0x6808, 0x6811]), 3, "ldr r0,[r1]; ldr r1,[r2]");
-        assert_eq!(total(&[0x5888, 0x6218]), 3, "ldr r0,[r1,r2]; str r0,[r3,#32]");
-        assert_eq!(total(&[0x5888, 0x5099]), 3, "ldr r0,[r1,r2]; str r1,[r3,r2]");
-        assert_eq!(total(&[0x1840, 0x6801]), 4, "adds r0,r0,r1; ldr r1,[r0]: one stall for the address");
+        assert_eq!(
+            total(&[0x5888, 0x6218]),
+            3,
+            "ldr r0,[r1,r2]; str r0,[r3,#32]"
+        );
+        assert_eq!(
+            total(&[0x5888, 0x5099]),
+            3,
+            "ldr r0,[r1,r2]; str r1,[r3,r2]"
+        );
+        assert_eq!(
+            total(&[0x1840, 0x6801]),
+            4,
+            "adds r0,r0,r1; ldr r1,[r0]: one stall for the address"
+        );
     }
 
     #[test]

@@ -43,7 +43,9 @@ impl Coefficients {
     pub fn new() -> Self {
         Self {
             offset: [[30.0, 20.0]; 4],
-            k: core::array::from_fn(|i| core::array::from_fn(|k| (1 + (3 * i + k) % 5) as f32 * 1.0e-6)),
+            k: core::array::from_fn(|i| {
+                core::array::from_fn(|k| (1 + (3 * i + k) % 5) as f32 * 1.0e-6)
+            }),
             pitch_m: 1.016e-3,
             span_m: 9.7e-3,
             amplitude: [4000.0, 32_000.0],
