@@ -1,6 +1,6 @@
 //! `cargo xtask bench`: the cost table, measured on the emulated Cortex-M4F.
 
-use crate::{arm, cmsis, plugin};
+use crate::{arm, cmsis, plugin, throughput};
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -36,11 +36,11 @@ pub fn run(arguments: &[String]) -> Result<()> {
     };
     let costs = measure()?;
     if json {
-        print_json(&costs)
-    } else {
-        print_table(&costs)
-    };
-    Ok(())
+        print_json(&costs);
+        return Ok(());
+    }
+    print_table(&costs);
+    throughput::run()
 }
 
 /// Builds and runs the measuring image.
