@@ -232,3 +232,19 @@ fn forgetting_follows_a_change_and_keeps_the_window() {
 fn fits_the_memory_bound() {
     assert!(size_of::<Estimator<49, { packed_len(49) }>>() <= 12 * 1024);
 }
+
+#[test]
+fn removing_a_row_is_as_if_it_had_not_been_entered() {
+    let rows = problem(11, 40, 0.1);
+    let (mut with, without) = (incremental(&rows), incremental(&rows[..39].to_vec()));
+    assert!(with.rows.remove(&rows[39].0, rows[39].1));
+    with.solve().unwrap();
+    for (a, b) in with.solution().values.iter().zip(without.solution().values) {
+        assert!((a - b).abs() < 2e-5, "{a} {b}");
+    }
+    assert!((with.solution().noise / without.solution().noise - 1.0).abs() < 1e-4);
+    assert!((with.covariance(2, 2) / without.covariance(2, 2) - 1.0).abs() < 1e-4);
+    assert_eq!(with.rows.rows(), 39);
+    let mut exact = incremental(&rows[..N].to_vec());
+    assert!(!exact.rows.remove(&rows[0].0, rows[0].1));
+}

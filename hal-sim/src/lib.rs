@@ -11,4 +11,3 @@ pub mod spec;
 pub mod trajectory;
 pub mod waveform;
 pub mod wire;
-pub mod world;

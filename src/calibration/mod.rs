@@ -1,4 +1,25 @@
-//! Self-calibration: from self-motions to coefficients that are accepted, stored and in force.
+//! Calibration on the device: the session, its acceptance, and what is stored of it.
+//!
+//! Of a session: `session` (state machine) -> `average` (one pose's frames) -> `gate` (outliers, rows) -> `regression` (equation 7)
+//! -> `outcome`. `plan` chooses the poses.
 
-pub mod record;
-pub mod slots;
+mod average;
+mod config;
+mod gate;
+mod outcome;
+mod plan;
+mod port;
+mod regression;
+mod sample;
+mod session;
+mod spread;
+
+pub use average::UNUSABLE;
+pub use config::{SessionConfig, StartError};
+pub use gate::{GatedFit, PlatenEstimator, STARTUP, Verdict};
+pub use outcome::{AcceptanceLimits, Evidence, Outcome, Refusal};
+pub use plan::{Plan, Planner, Range, RelativePose, foreseen};
+pub use port::{Action, MotionEvent, Progress, Stage};
+pub use regression::{PLATEN_UNKNOWNS, Regression};
+pub use sample::{PARITY_SIGN, Sample};
+pub use session::Session;

@@ -1,6 +1,6 @@
 //! One Givens rotation: makes the first entry of a row vanish against a diagonal entry.
 
-use super::sqrt;
+use crate::math::sqrt;
 
 /// Squares of values in this range neither overflow nor lose bits that matter beside each other.
 const SAFE: core::ops::Range<f32> = 1.0e-24..1.0e24;

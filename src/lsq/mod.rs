@@ -6,26 +6,25 @@
 //! the same bits. No allocation, no panic on any input. Runs below the interrupt.
 //!
 //! * `givens`: one plane rotation;
-//! * `triangle`: the factor, its right-hand side, residual and count, and predictions from it;
+//! * `triangle`: the factor, its right-hand side, residual and count; `downdate` takes a row out, `predict` foretells one;
+//! * `spectrum`: singular values;
 //! * `solve`: rank, condition number, solution, covariance.
 //!
 //! Sizes are const generics: `N` unknowns at most and `P = packed_len(N)`; fewer unknowns may be in use at run time.
 
+mod downdate;
 mod givens;
+mod predict;
 mod solve;
+mod spectrum;
 mod triangle;
 
+pub use predict::Prediction;
 pub use solve::{Estimator, Solution, SolveError};
-pub use triangle::{Prediction, RowError, Triangle};
+pub use triangle::{RowError, Triangle};
 
 /// Entries of a packed upper triangle of `n` unknowns.
 #[must_use]
 pub const fn packed_len(n: usize) -> usize {
     n * (n + 1) / 2
-}
-
-/// Square root, correctly rounded.
-#[inline]
-pub(crate) fn sqrt(x: f32) -> f32 {
-    libm::sqrtf(x)
 }

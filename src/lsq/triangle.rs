@@ -43,15 +43,6 @@ impl core::fmt::Display for RowError {
 
 impl core::error::Error for RowError {}
 
-/// What the rows so far say about one more.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Prediction {
-    /// `row * x` with the present estimate, in the right-hand side's unit.
-    pub value: f32,
-    /// Variance of `value` in units of the rows' noise variance; infinite if the rows do not determine it.
-    pub leverage: f32,
-}
-
 /// Triangular factor of up to `N` unknowns, packed by rows; `P = packed_len(N)`.
 #[derive(Clone, Debug)]
 pub struct Triangle<const N: usize, const P: usize> {
@@ -60,10 +51,10 @@ pub struct Triangle<const N: usize, const P: usize> {
     pub(super) rhs: [f32; N],
     pub(super) scale: [f32; N],
     pub(super) rhs_scale: f32,
-    work: [f32; N],
-    residual_norm: f32,
-    rows: u32,
-    weight: f32,
+    pub(super) work: [f32; N],
+    pub(super) residual_norm: f32,
+    pub(super) rows: u32,
+    pub(super) weight: f32,
 }
 
 impl<const N: usize, const P: usize> Default for Triangle<N, P> {
@@ -167,44 +158,12 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         if !(0.0..=1.0).contains(&factor) {
             return;
         }
-        let root = super::sqrt(factor);
+        let root = crate::math::sqrt(factor);
         for value in self.factor.iter_mut().chain(&mut self.rhs) {
             *value *= root;
         }
         self.residual_norm *= root;
         self.weight *= factor;
-    }
-
-    /// Value and leverage of a linear functional of the unknowns, for gating and planning. About as dear as entering a
-    /// row: one forward substitution. `None` if `row` has the wrong length or is not finite.
-    #[must_use]
-    pub fn predict(&self, row: &[f32]) -> Option<Prediction> {
-        self.check(row, 0.0).ok()?;
-        let mut solved = [0.0; N];
-        for ((solved, row), scale) in solved.iter_mut().zip(row).zip(&self.scale) {
-            if *row != 0.0 && *scale == 0.0 {
-                return Some(Prediction {
-                    value: 0.0,
-                    leverage: f32::INFINITY,
-                });
-            }
-            *solved = row * scale;
-        }
-        if !self.forward(&mut solved) {
-            return Some(Prediction {
-                value: 0.0,
-                leverage: f32::INFINITY,
-            });
-        }
-        let solved = &solved[..self.unknowns];
-        let value: f32 = solved.iter().zip(&self.rhs).map(|(a, b)| a * b).sum();
-        let leverage = solved.iter().map(|a| a * a).sum();
-        let value = if self.rhs_scale == 0.0 {
-            0.0
-        } else {
-            value / self.rhs_scale
-        };
-        Some(Prediction { value, leverage })
     }
 
     /// Solves `R^T y = v` in place in scaled columns; false if a diagonal entry that is needed has vanished.
@@ -262,7 +221,7 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         row * (2 * self.unknowns + 1 - row) / 2
     }
 
-    fn check(&self, row: &[f32], rhs: f32) -> Result<(), RowError> {
+    pub(super) fn check(&self, row: &[f32], rhs: f32) -> Result<(), RowError> {
         if row.len() != self.unknowns {
             return Err(RowError::Length {
                 given: row.len(),

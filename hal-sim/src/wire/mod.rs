@@ -6,6 +6,5 @@
 pub mod ad7606c;
 pub mod clock;
 pub mod converter;
-pub mod flash;
 pub mod motion;
 pub mod trajectory;

@@ -1,0 +1,174 @@
+//! Where to go next.
+//!
+//! Every row of equation (7) has the same length, so what a plan can gain is balance. Random poses leave the difference
+//! of a pair's equal coefficients weak: both segments see nearly the same phase unless the courier is turned. The
+//! optimal plan chooses, among candidates of which half are turned as far as allowed, the pose that takes most from the
+//! mean variance of the four corrections over a pitch (A-optimal; Pukelsheim 1993, sec. 6.5), which those weak directions
+//! make up.
+//!
+//! Bound: with phase differences `n d` of a pair at order n and `C_n = mean cos(n d)`, no design of M poses has a smaller
+//! worst variance than `2 / M * sum 1 / (1 - C_n^2)`, by the criterion's convexity and the invariance under shifts. At
+//! ±0.5° that is 18.3 / M, random poses have 33 / M: the best plan needs more than half as many. At ±1.5° it is 8 / M.
+
+use super::gate::PlatenEstimator;
+use super::regression::Regression;
+use super::sample::Sample;
+use crate::math::round;
+use serde::{Deserialize, Serialize};
+
+/// Candidates per chosen pose. Cost of a choice: as many times two substitutions of 33 unknowns, some 50 rows' worth.
+const CANDIDATES: usize = 24;
+
+/// How poses are chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Plan {
+    /// Uniformly over the range, as in the paper.
+    #[default]
+    Random,
+    /// Each to shrink the predicted deviation most.
+    Optimal,
+}
+
+/// A pose relative to where the session started.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RelativePose {
+    /// Along x, metres.
+    pub x_m: f32,
+    /// Along y, metres.
+    pub y_m: f32,
+    /// Counter-clockwise, radians.
+    pub theta_rad: f32,
+}
+
+/// Range of poses: `0..travel_m` in x and y, `-turn_rad..turn_rad`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Range {
+    /// Travel in x and y, metres.
+    pub travel_m: f32,
+    /// Largest angle, radians.
+    pub turn_rad: f32,
+}
+
+/// The sample to be expected at a pose, from the one at the start; equation (4).
+#[must_use]
+pub fn foreseen(regression: &Regression, start: &Sample, pose: &RelativePose) -> Sample {
+    let geometry = regression.geometry();
+    let arm = 0.5 * geometry.span_m * pose.theta_rad;
+    let moved = [
+        pose.x_m + arm,
+        pose.y_m + arm,
+        pose.x_m - arm,
+        pose.y_m - arm,
+    ];
+    let mut sample = *start;
+    for (output, moved) in sample.unmodified.iter_mut().zip(moved) {
+        let turns = output.fraction_turns + moved / geometry.pitch_m;
+        let (whole, teeth) = round(turns);
+        output.fraction_turns = turns - whole;
+        output.teeth = output.teeth.wrapping_add(teeth);
+    }
+    sample
+}
+
+/// Draws poses.
+#[derive(Clone, Debug)]
+pub struct Planner {
+    range: Range,
+    random: Pcg32,
+}
+
+impl Planner {
+    /// From a seed; the same seed gives the same poses everywhere.
+    #[must_use]
+    pub const fn new(range: Range, seed: u64) -> Self {
+        Self {
+            range,
+            random: Pcg32::new(seed),
+        }
+    }
+
+    /// Uniform over the range.
+    pub fn random(&mut self) -> RelativePose {
+        RelativePose {
+            x_m: self.random.unit() * self.range.travel_m,
+            y_m: self.random.unit() * self.range.travel_m,
+            theta_rad: (2.0 * self.random.unit() - 1.0) * self.range.turn_rad,
+        }
+    }
+
+    /// Best of [`CANDIDATES`] poses for the estimate so far.
+    pub fn optimal(
+        &mut self,
+        estimator: &PlatenEstimator,
+        regression: &Regression,
+        start: &Sample,
+    ) -> RelativePose {
+        let mut best = (RelativePose::default(), -1.0);
+        for candidate in 0..CANDIDATES {
+            let pose = if candidate % 2 == 0 {
+                self.random()
+            } else {
+                self.turned()
+            };
+            let gain = variance_gain(estimator, regression, &foreseen(regression, start, &pose));
+            if gain > best.1 {
+                best = (pose, gain);
+            }
+        }
+        best.0
+    }
+
+    /// Uniform in position, turned as far as allowed to either side.
+    fn turned(&mut self) -> RelativePose {
+        let pose = self.random();
+        let turn = self.range.turn_rad;
+        RelativePose {
+            theta_rad: if pose.theta_rad < 0.0 { -turn } else { turn },
+            ..pose
+        }
+    }
+}
+
+/// By how much a sample lowers the sum of the coefficients' variances, noise one: `|P v|^2 / (1 + v^T P v)` (Sherman and
+/// Morrison 1950), the offset left out: it moves no position.
+fn variance_gain(estimator: &PlatenEstimator, regression: &Regression, sample: &Sample) -> f32 {
+    let unknowns = regression.unknowns();
+    let (row, _) = regression.row(sample);
+    let Some((moved, leverage)) = estimator.rows.pull(&row[..unknowns]) else {
+        return 0.0;
+    };
+    let square: f32 = moved[..unknowns - 1].iter().map(|m| m * m).sum();
+    square / (1.0 + leverage)
+}
+
+/// Generator of random numbers, 64-bit state (O'Neill 2014, "PCG", XSH-RR).
+#[derive(Clone, Debug)]
+struct Pcg32 {
+    state: u64,
+}
+
+impl Pcg32 {
+    const MULTIPLIER: u64 = 6_364_136_223_846_793_005;
+    const INCREMENT: u64 = 1_442_695_040_888_963_407;
+
+    const fn new(seed: u64) -> Self {
+        let state = seed
+            .wrapping_add(Self::INCREMENT)
+            .wrapping_mul(Self::MULTIPLIER)
+            .wrapping_add(Self::INCREMENT);
+        Self { state }
+    }
+
+    fn next(&mut self) -> u32 {
+        let old = self.state;
+        self.state = old
+            .wrapping_mul(Self::MULTIPLIER)
+            .wrapping_add(Self::INCREMENT);
+        ((((old >> 18) ^ old) >> 27) as u32).rotate_right((old >> 59) as u32)
+    }
+
+    /// Uniform in 0..1, 24 bits.
+    fn unit(&mut self) -> f32 {
+        (self.next() >> 8) as f32 / 16_777_216.0
+    }
+}

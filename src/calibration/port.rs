@@ -1,0 +1,71 @@
+//! What passes between a session and its caller.
+
+use super::plan::RelativePose;
+use crate::drivers::motion;
+
+/// What the motion controller said.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MotionEvent {
+    /// At rest where it was told to be.
+    Settled,
+    /// Anything else of no consequence.
+    Underway,
+    /// A fault.
+    Fault(motion::FaultCode),
+    /// The pose is refused.
+    Refused(motion::Refusal),
+    /// A frame that means nothing.
+    Nonsense,
+}
+
+impl From<motion::Reply> for MotionEvent {
+    fn from(reply: motion::Reply) -> Self {
+        match reply {
+            motion::Reply::State {
+                phase: motion::Phase::Settled,
+                ..
+            } => Self::Settled,
+            motion::Reply::State { .. } => Self::Underway,
+            motion::Reply::Refused(refusal) => Self::Refused(refusal),
+            motion::Reply::Fault(fault) => Self::Fault(fault),
+        }
+    }
+}
+
+/// What the session wants done next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Action {
+    /// Go to a pose relative to where the courier stood when the session started; then tell when settled.
+    Go(RelativePose),
+    /// Come to rest.
+    Stop,
+}
+
+/// What a pose is for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stage {
+    /// The first pose, which the others are relative to.
+    #[default]
+    Origin,
+    /// Poses that are fitted.
+    Fit,
+    /// Poses that decide.
+    HeldOut,
+    /// Nothing more to do.
+    Finished,
+}
+
+/// How far a session is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Progress {
+    /// What the present pose is for.
+    pub stage: Stage,
+    /// Poses done in this stage.
+    pub done: u32,
+    /// Poses of this stage.
+    pub of: u32,
+    /// Poses lost so far.
+    pub lost: u32,
+    /// Largest predicted deviation of a correction, metres; infinite at first.
+    pub worst_deviation_m: f32,
+}

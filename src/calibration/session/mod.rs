@@ -1,0 +1,399 @@
+//! The platen sensor's calibration session, equations (5) to (8), as a state machine without clock or I/O.
+//!
+//! Time is counted in samples, by the frames' sequence numbers. The caller hands in every frame
+//! ([`Session::frame`]) and every word of the motion controller ([`Session::motion`]), and does what [`Session::poll`]
+//! asks for. Each pose: go there, wait until settled, average, check that the courier stood still, gate, add a row. Then
+//! as many random poses again that are not fitted: they decide. Nothing here changes the calibration in force.
+//!
+//! Memory: about 20 KiB, to live in a static. Runs below the interrupt; a frame costs some hundred cycles while
+//! averaging, the last one of a pose about 30 rows' worth, twenty thousand cycles each; the final solve some hundred.
+
+mod judge;
+
+use super::average::{Average, UNUSABLE, Unsteady};
+use super::config::{SessionConfig, StartError};
+use super::gate::GatedFit;
+use super::outcome::{Evidence, Outcome, Refusal};
+use super::plan::{Plan, Planner, Range, RelativePose};
+use super::port::{Action, MotionEvent, Progress, Stage};
+use super::regression::Regression;
+use super::sample::Sample;
+use super::spread::Spread;
+use crate::frame::{Frame, SEGMENTS, Status};
+use crate::math::sqrt;
+use crate::model::ErrorModel;
+
+/// Poses between two looks at the predicted deviation.
+const LOOK_EVERY: u32 = 8;
+/// Tries at a pose where the courier does not stand still.
+const TRIES: u8 = 3;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Doing {
+    Waiting { waited: u32 },
+    Resting { left: u32 },
+    Averaging,
+}
+
+/// The session. One at a time; starts idle.
+#[derive(Debug)]
+pub struct Session {
+    config: Option<(SessionConfig, Regression)>,
+    fit: GatedFit,
+    average: Average,
+    planner: Planner,
+    origin: Sample,
+    stage: Stage,
+    doing: Doing,
+    pose: RelativePose,
+    done: u32,
+    tries: u8,
+    lost_still: u32,
+    last_sequence: Option<u32>,
+    bad_frames: u32,
+    bad_status: Status,
+    answers: u32,
+    nonsense: u32,
+    action: Option<Action>,
+    raw: Spread,
+    held_out_raw: Spread,
+    held_out_in_force: Spread,
+    held_out: Spread,
+    held_out_refused: u32,
+    sums: [f32; SEGMENTS],
+    temperature_sum_k: f32,
+    worst_deviation_m: f32,
+    outcome: Option<Outcome>,
+}
+
+impl Default for Session {
+    fn default() -> Self {
+        Self::idle()
+    }
+}
+
+impl Session {
+    /// Nothing under way.
+    #[must_use]
+    pub const fn idle() -> Self {
+        Self {
+            config: None,
+            fit: GatedFit::EMPTY,
+            average: Average::EMPTY,
+            planner: Planner::new(
+                Range {
+                    travel_m: 0.0,
+                    turn_rad: 0.0,
+                },
+                0,
+            ),
+            origin: Sample::ZERO,
+            stage: Stage::Finished,
+            doing: Doing::Waiting { waited: 0 },
+            pose: RelativePose {
+                x_m: 0.0,
+                y_m: 0.0,
+                theta_rad: 0.0,
+            },
+            done: 0,
+            tries: 0,
+            lost_still: 0,
+            last_sequence: None,
+            bad_frames: 0,
+            bad_status: Status::empty(),
+            answers: 0,
+            nonsense: 0,
+            action: None,
+            raw: Spread::EMPTY,
+            held_out_raw: Spread::EMPTY,
+            held_out_in_force: Spread::EMPTY,
+            held_out: Spread::EMPTY,
+            held_out_refused: 0,
+            sums: [0.0; SEGMENTS],
+            temperature_sum_k: 0.0,
+            worst_deviation_m: f32::INFINITY,
+            outcome: None,
+        }
+    }
+
+    /// Starts from where the courier stands.
+    ///
+    /// # Errors
+    /// [`StartError`]; nothing is changed.
+    pub fn start(&mut self, config: SessionConfig) -> Result<(), StartError> {
+        if self.is_running() {
+            return Err(StartError::Busy);
+        }
+        config.validate()?;
+        let regression =
+            Regression::new(&config.geometry, &config.model).ok_or(StartError::Terms)?;
+        let parity_noise_m = 2.0 * config.frame_noise_m / sqrt(config.frames_per_pose as f32);
+        // The stated noise is an upper bound; a tenth of it is the least that is believed.
+        self.fit.reset(regression.unknowns(), 0.1 * parity_noise_m);
+        self.planner = Planner::new(config.range, config.seed);
+        self.config = Some((config, regression));
+        self.forget_numbers();
+        self.stage = Stage::Origin;
+        self.go(RelativePose::default());
+        Ok(())
+    }
+
+    fn forget_numbers(&mut self) {
+        (
+            self.done,
+            self.tries,
+            self.lost_still,
+            self.held_out_refused,
+        ) = (0, 0, 0, 0);
+        self.last_sequence = None;
+        self.raw = Spread::EMPTY;
+        self.held_out_raw = Spread::EMPTY;
+        self.held_out_in_force = Spread::EMPTY;
+        self.held_out = Spread::EMPTY;
+        self.sums = [0.0; SEGMENTS];
+        self.temperature_sum_k = 0.0;
+        self.worst_deviation_m = f32::INFINITY;
+        self.outcome = None;
+    }
+
+    /// Whether a session is under way.
+    #[must_use]
+    pub fn is_running(&self) -> bool {
+        self.stage != Stage::Finished
+    }
+
+    /// What is to be done now, once.
+    pub fn poll(&mut self) -> Option<Action> {
+        self.action.take()
+    }
+
+    /// How it ended, once it has.
+    #[must_use]
+    pub fn outcome(&self) -> Option<&Outcome> {
+        self.outcome.as_ref()
+    }
+
+    /// The fit so far, or of the last session.
+    #[must_use]
+    pub fn fit(&self) -> &GatedFit {
+        &self.fit
+    }
+
+    /// How far it is.
+    #[must_use]
+    pub fn progress(&self) -> Progress {
+        let of = self
+            .config
+            .as_ref()
+            .map_or(0, |(config, _)| match self.stage {
+                Stage::Origin => 1,
+                Stage::Fit => config.poses,
+                Stage::HeldOut => config.held_out_poses,
+                Stage::Finished => 0,
+            });
+        let lost = self.lost();
+        Progress {
+            stage: self.stage,
+            done: self.done,
+            of,
+            lost,
+            worst_deviation_m: self.worst_deviation_m,
+        }
+    }
+
+    /// Ends it by the user's wish.
+    pub fn abort(&mut self) {
+        if self.is_running() {
+            self.refuse(Refusal::Aborted);
+        }
+    }
+
+    /// Takes what the motion controller said.
+    pub fn motion(&mut self, event: MotionEvent) {
+        if !self.is_running() {
+            return;
+        }
+        let pose = self.done;
+        match event {
+            MotionEvent::Settled
+                if matches!(self.doing, Doing::Waiting { .. }) && self.action.is_none() =>
+            {
+                let rest = self.config.as_ref().map_or(0, |(config, _)| config.rest);
+                self.doing = Doing::Resting { left: rest };
+            }
+            MotionEvent::Settled | MotionEvent::Underway => {
+                self.answers = self.answers.saturating_add(1)
+            }
+            MotionEvent::Nonsense => self.nonsense = self.nonsense.saturating_add(1),
+            MotionEvent::Fault(fault) => self.refuse(Refusal::MotionFault { fault, pose }),
+            MotionEvent::Refused(refusal) => self.refuse(Refusal::MotionRefused { refusal, pose }),
+        }
+    }
+
+    /// Takes a frame; every one, also while moving: they are the clock.
+    pub fn frame(&mut self, frame: &Frame) {
+        if !self.is_running() {
+            return;
+        }
+        let passed = self
+            .last_sequence
+            .map_or(1, |last| frame.sequence.wrapping_sub(last));
+        self.last_sequence = Some(frame.sequence);
+        match self.doing {
+            Doing::Waiting { waited } => self.wait(waited.saturating_add(passed)),
+            Doing::Resting { left } if left > 0 => {
+                self.doing = Doing::Resting {
+                    left: left.saturating_sub(passed),
+                };
+            }
+            Doing::Resting { .. } | Doing::Averaging => {
+                self.doing = Doing::Averaging;
+                self.take(frame);
+            }
+        }
+    }
+
+    fn wait(&mut self, waited: u32) {
+        self.doing = Doing::Waiting { waited };
+        let limit = self
+            .config
+            .as_ref()
+            .map_or(0, |(config, _)| config.settle_limit);
+        if waited > limit {
+            let (pose, answers, nonsense) = (self.done, self.answers, self.nonsense);
+            self.refuse(Refusal::NotSettled {
+                pose,
+                waited,
+                limit,
+                answers,
+                nonsense,
+            });
+        }
+    }
+
+    fn take(&mut self, frame: &Frame) {
+        let Some((config, _)) = &self.config else {
+            return;
+        };
+        let wanted = config.frames_per_pose;
+        if frame.status.intersects(UNUSABLE) {
+            self.bad_frames += 1;
+            self.bad_status |= frame.status & UNUSABLE;
+            let (pose, status, bad) = (self.done, self.bad_status, self.bad_frames);
+            if bad > wanted {
+                self.refuse(Refusal::BadFrames {
+                    pose,
+                    status,
+                    bad,
+                    limit: wanted,
+                });
+            }
+            return;
+        }
+        self.average.add(frame);
+        if self.average.count() < wanted as usize {
+            return;
+        }
+        match self
+            .average
+            .finish(config.geometry.pitch_m, config.frame_noise_m)
+        {
+            Ok(mean) => self.use_pose(&mean),
+            Err(unsteady) => self.try_again(unsteady),
+        }
+    }
+
+    fn try_again(&mut self, unsteady: Unsteady) {
+        self.tries += 1;
+        if self.tries < TRIES {
+            self.go(self.pose);
+            return;
+        }
+        self.lost_still += 1;
+        if self.lost_still > self.loss_limit() || self.stage == Stage::Origin {
+            let (Unsteady { spread_m, limit_m }, lost) = (unsteady, self.lost_still);
+            self.refuse(Refusal::NotStill {
+                spread_m,
+                limit_m,
+                lost,
+            });
+        } else {
+            self.next_pose();
+        }
+    }
+
+    /// Counts the pose and goes on.
+    fn next_pose(&mut self) {
+        self.done += 1;
+        self.go_on();
+    }
+
+    fn go_on(&mut self) {
+        let complete = self.done >= self.planned();
+        match self.stage {
+            Stage::Fit if complete => self.end_fit(),
+            Stage::Fit => {
+                if self.target_met() {
+                    return self.end_fit();
+                }
+                let pose = self.choose();
+                self.fresh_go(pose);
+            }
+            Stage::HeldOut if complete => self.decide(),
+            Stage::HeldOut => {
+                let pose = self.planner.random();
+                self.fresh_go(pose);
+            }
+            Stage::Origin | Stage::Finished => {}
+        }
+    }
+
+    fn planned(&self) -> u32 {
+        self.progress().of
+    }
+
+    fn choose(&mut self) -> RelativePose {
+        match &self.config {
+            Some((config, regression)) if config.plan == Plan::Optimal => {
+                self.planner
+                    .optimal(self.fit.estimator(), regression, &self.origin)
+            }
+            _ => self.planner.random(),
+        }
+    }
+
+    fn target_met(&mut self) -> bool {
+        let Some((config, regression)) = &self.config else {
+            return false;
+        };
+        if self.done > 0 && self.done.is_multiple_of(LOOK_EVERY) {
+            self.worst_deviation_m = self.fit.worst_deviation_m(regression);
+        }
+        self.worst_deviation_m < config.target_deviation_m
+    }
+
+    fn fresh_go(&mut self, pose: RelativePose) {
+        self.tries = 0;
+        self.go(pose);
+    }
+
+    fn go(&mut self, pose: RelativePose) {
+        self.pose = pose;
+        self.average.clear();
+        (self.bad_frames, self.bad_status) = (0, Status::empty());
+        (self.answers, self.nonsense) = (0, 0);
+        self.doing = Doing::Waiting { waited: 0 };
+        self.action = Some(Action::Go(pose));
+    }
+
+    fn refuse(&mut self, refusal: Refusal) {
+        let evidence = self.evidence();
+        self.finish(Err(refusal), evidence);
+    }
+
+    fn finish(&mut self, result: Result<ErrorModel, Refusal>, evidence: Evidence) {
+        self.outcome = Some(Outcome { result, evidence });
+        self.stage = Stage::Finished;
+        self.action = Some(Action::Stop);
+    }
+}
