@@ -6,5 +6,7 @@
 pub mod ad7606c;
 pub mod clock;
 pub mod converter;
+pub mod fault;
+pub mod flash;
 pub mod motion;
 pub mod trajectory;

@@ -1,0 +1,133 @@
+//! The courier, its motion controller and the board's parts, joined by one virtual clock.
+//!
+//! [`World`] stands for everything outside the processor. A simulated board takes the embedded-hal parts from it; an
+//! emulated one has its mailboxes answered by the same parts.
+
+use crate::courier::{Courier, Sample, Truth};
+use crate::spec::CourierSpec;
+use crate::waveform::NotMonotonic;
+use crate::wire::clock::Clock;
+use crate::wire::converter::{AnalogInputs, ConverterWire};
+use crate::wire::motion::{ControllerConfig, CourierMotion, MotionWire};
+use effects::motion::Pose;
+use std::cell::RefCell;
+use std::rc::Rc;
+
+/// One conversion as seen from outside.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Witness {
+    /// Instant of the conversion, nanoseconds.
+    pub time_ns: u64,
+    /// Interferometer's reading.
+    pub reference: Pose,
+    /// Tooth counts that belong to the counts.
+    pub teeth: [i32; 4],
+}
+
+/// Everything outside the processor.
+pub struct World {
+    /// Virtual time of every part.
+    pub clock: Clock,
+    /// The motion controller and its serial line.
+    pub motion: MotionWire,
+    /// The converter chips.
+    pub converter: ConverterWire,
+    plant: Rc<RefCell<Plant>>,
+}
+
+impl World {
+    /// A courier at rest at `home` on its platen, everything switched on.
+    ///
+    /// # Errors
+    /// [`NotMonotonic`] if a segment's error has no unique inverse.
+    pub fn new(
+        spec: CourierSpec,
+        controller: ControllerConfig,
+        home: Pose,
+        seed: u64,
+    ) -> Result<Self, NotMonotonic> {
+        let clock = Clock::new();
+        // Two streams: the controller's draws must not depend on how many samples are taken.
+        let motion = MotionWire::new(clock.clone(), controller, home, seed ^ 0x6d6f_7469_6f6e);
+        let plant = Rc::new(RefCell::new(Plant {
+            courier: Courier::new(spec, seed)?,
+            motion: motion.motion(),
+            witnesses: None,
+            taken: 0,
+        }));
+        let converter = ConverterWire::new(clock.clone(), Inputs(plant.clone()));
+        Ok(Self {
+            clock,
+            motion,
+            converter,
+            plant,
+        })
+    }
+
+    /// From the next conversion on, the interferometer is read at each; what it saw before is dropped.
+    pub fn watch(&self) {
+        self.plant.borrow_mut().witnesses = Some(Vec::new());
+    }
+
+    /// Ends [`World::watch`]: the number of the first conversion watched, counted from 0, and what was seen from there on.
+    pub fn unwatch(&self) -> (u64, Vec<Witness>) {
+        let mut plant = self.plant.borrow_mut();
+        let seen = plant.witnesses.take().unwrap_or_default();
+        (plant.taken - seen.len() as u64, seen)
+    }
+
+    /// Conversions so far.
+    #[must_use]
+    pub fn conversions(&self) -> u64 {
+        self.plant.borrow().taken
+    }
+
+    /// Reaches the courier, e.g. to switch its beacon.
+    pub fn with_courier<R>(&self, f: impl FnOnce(&mut Courier) -> R) -> R {
+        f(&mut self.plant.borrow_mut().courier)
+    }
+
+    /// The truth at the last conversion: for tests.
+    #[must_use]
+    pub fn truth(&self) -> Truth {
+        *self.plant.borrow().courier.truth()
+    }
+}
+
+struct Plant {
+    courier: Courier,
+    motion: CourierMotion,
+    witnesses: Option<Vec<Witness>>,
+    taken: u64,
+}
+
+/// The courier's electrical side at the converters' inputs.
+struct Inputs(Rc<RefCell<Plant>>);
+
+impl AnalogInputs for Inputs {
+    fn sample(&mut self, now_ns: u64) -> [[i16; 8]; 2] {
+        let plant = &mut *self.0.borrow_mut();
+        let sample = plant
+            .courier
+            .counts_at(&plant.motion, now_ns as f64 * 1.0e-9);
+        plant.taken += 1;
+        if let Some(witnesses) = &mut plant.witnesses {
+            witnesses.push(Witness {
+                time_ns: now_ns,
+                reference: plant.courier.reference(&plant.motion),
+                teeth: plant.courier.teeth(),
+            });
+        }
+        channels(&sample)
+    }
+}
+
+/// Counts as the converters' pins are wired: chip 0 the four pairs, chip 1 the electrodes on its first four channels.
+fn channels(sample: &Sample) -> [[i16; 8]; 2] {
+    let mut chips = [[0; 8]; 2];
+    for (place, counts) in chips[0].iter_mut().zip(sample.quadrature.iter().flatten()) {
+        *place = *counts;
+    }
+    chips[1][..4].copy_from_slice(&sample.electrodes);
+    chips
+}
