@@ -1,16 +1,30 @@
 //! The motion port against the simulated controller, byte for byte.
 
-use courier_sensor::drivers::motion::{Command, FaultCode, MotionPort, Phase, PortError, Refusal, Reply, Target};
+use courier_sensor::drivers::motion::{
+    Command, FaultCode, MotionPort, Phase, PortError, Refusal, Reply, Target,
+};
 use effects::motion::{Motion, Pose};
 use hal_sim::wire::clock::Clock;
 use hal_sim::wire::motion::{ControllerConfig, Line, Misbehaviour, MotionWire};
 
-const TARGET: Target = Target { x_m: 0.010, y_m: -0.004, theta_rad: 0.005 };
-const GO: Command = Command::GoTo { target: TARGET, speed_m_per_s: 0.2 };
+const TARGET: Target = Target {
+    x_m: 0.010,
+    y_m: -0.004,
+    theta_rad: 0.005,
+};
+const GO: Command = Command::GoTo {
+    target: TARGET,
+    speed_m_per_s: 0.2,
+};
 
 fn courier(seed: u64) -> (Clock, MotionWire, MotionPort<Line>) {
     let clock = Clock::new();
-    let wire = MotionWire::new(clock.clone(), ControllerConfig::TYPICAL, Pose::default(), seed);
+    let wire = MotionWire::new(
+        clock.clone(),
+        ControllerConfig::TYPICAL,
+        Pose::default(),
+        seed,
+    );
     let port = MotionPort::new(wire.line());
     (clock, wire, port)
 }
@@ -27,7 +41,10 @@ fn settle(clock: &Clock, port: &mut MotionPort<Line>) -> Option<Target> {
     (0..200).find_map(|_| {
         port.send(Command::WhereAreYou).unwrap();
         match reply(clock, port) {
-            Some(Reply::State { at, phase: Phase::Settled }) => Some(at),
+            Some(Reply::State {
+                at,
+                phase: Phase::Settled,
+            }) => Some(at),
             _ => {
                 clock.advance_ns(10_000_000);
                 None
@@ -42,12 +59,21 @@ fn goes_settles_and_ends_tens_of_micrometres_off() {
     for seed in 0..50 {
         let (clock, wire, mut port) = courier(seed);
         port.send(GO).unwrap();
-        assert!(matches!(reply(&clock, &mut port), Some(Reply::State { phase: Phase::Moving, .. })));
+        assert!(matches!(
+            reply(&clock, &mut port),
+            Some(Reply::State {
+                phase: Phase::Moving,
+                ..
+            })
+        ));
         let at = settle(&clock, &mut port).unwrap();
         assert_eq!(at, TARGET, "open loop: it believes what it was told");
         let truth = wire.motion().pose(clock.now_s());
         let speed = wire.motion().velocity(clock.now_s());
-        assert!(speed.x_m.hypot(speed.y_m) < 40.0e-6, "at rest when it says so: {speed:?}");
+        assert!(
+            speed.x_m.hypot(speed.y_m) < 40.0e-6,
+            "at rest when it says so: {speed:?}"
+        );
         sum += (truth.x_m - 0.010).powi(2) + (truth.y_m + 0.004).powi(2);
     }
     // 100 draws of 30 um: the rms has a standard error of 7 %.
@@ -59,13 +85,23 @@ fn goes_settles_and_ends_tens_of_micrometres_off() {
 fn keeps_to_the_speed_limit_and_stops() {
     let (clock, wire, mut port) = courier(1);
     let far = Target { x_m: 0.3, ..TARGET };
-    port.send(Command::GoTo { target: far, speed_m_per_s: 0.2 }).unwrap();
+    port.send(Command::GoTo {
+        target: far,
+        speed_m_per_s: 0.2,
+    })
+    .unwrap();
     reply(&clock, &mut port).unwrap();
     let motion = wire.motion();
-    let fastest = (0..2000).map(|n| motion.velocity(f64::from(n) * 1e-3).x_m).fold(0.0, f64::max);
+    let fastest = (0..2000)
+        .map(|n| motion.velocity(f64::from(n) * 1e-3).x_m)
+        .fold(0.0, f64::max);
     assert!((0.19..0.201).contains(&fastest), "{fastest}");
     let (clock, wire, mut port) = courier(1);
-    port.send(Command::GoTo { target: far, speed_m_per_s: 0.2 }).unwrap();
+    port.send(Command::GoTo {
+        target: far,
+        speed_m_per_s: 0.2,
+    })
+    .unwrap();
     reply(&clock, &mut port).unwrap();
     clock.advance_ns(1_000_000_000);
     port.send(Command::Stop).unwrap();
@@ -78,15 +114,36 @@ fn keeps_to_the_speed_limit_and_stops() {
 #[test]
 fn refuses_by_name() {
     let (clock, _wire, mut port) = courier(1);
-    let outside = Target { x_m: 10.0, ..TARGET };
+    let outside = Target {
+        x_m: 10.0,
+        ..TARGET
+    };
     for (command, refusal) in [
-        (Command::GoTo { target: outside, speed_m_per_s: 0.1 }, Refusal::OutOfReach),
-        (Command::GoTo { target: TARGET, speed_m_per_s: 0.0 }, Refusal::BadSpeed),
+        (
+            Command::GoTo {
+                target: outside,
+                speed_m_per_s: 0.1,
+            },
+            Refusal::OutOfReach,
+        ),
+        (
+            Command::GoTo {
+                target: TARGET,
+                speed_m_per_s: 0.0,
+            },
+            Refusal::BadSpeed,
+        ),
     ] {
         port.send(command).unwrap();
         assert_eq!(reply(&clock, &mut port), Some(Reply::Refused(refusal)));
     }
-    let endless = Command::GoTo { target: Target { x_m: f32::NAN, ..TARGET }, speed_m_per_s: 0.1 };
+    let endless = Command::GoTo {
+        target: Target {
+            x_m: f32::NAN,
+            ..TARGET
+        },
+        speed_m_per_s: 0.1,
+    };
     assert_eq!(port.send(endless), Err(PortError::NotFinite));
 }
 
@@ -107,7 +164,10 @@ fn a_controller_at_fault_is_seen_and_never_waited_for() {
 
     wire.misbehave(Misbehaviour::Faulted(FaultCode::Overload));
     port.send(GO).unwrap();
-    assert_eq!(reply(&clock, &mut port), Some(Reply::Fault(FaultCode::Overload)));
+    assert_eq!(
+        reply(&clock, &mut port),
+        Some(Reply::Fault(FaultCode::Overload))
+    );
 
     wire.misbehave(Misbehaviour::NeverSettles);
     port.send(GO).unwrap();

@@ -11,3 +11,4 @@ pub mod spec;
 pub mod trajectory;
 pub mod waveform;
 pub mod wire;
+pub mod world;

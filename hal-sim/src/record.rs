@@ -1,8 +1,10 @@
 //! Whole recordings: a courier sampled along a plan.
 
 use crate::courier::{Courier, Sample, Truth};
+use crate::spec::CourierSpec;
 use crate::trajectory::Plan;
 use effects::motion::Pose;
+use recording::{Coordination, Electronics, Geometry, Meta, Recording, Row, Samples};
 
 /// One row of a recording, with the truth that no recording holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +27,7 @@ pub struct Observation {
 
 /// Samples a courier at every time of a plan's runs, in order.
 pub fn observe(courier: &mut Courier, plan: &Plan) -> Vec<Observation> {
-    let mut observations = Vec::with_capacity(plan.runs.iter().map(|run| run.times_s.len()).sum());
+    let mut observations = Vec::with_capacity(plan.samples());
     for (run, named) in plan.runs.iter().enumerate() {
         for &time_s in &named.times_s {
             let sample = courier.counts_at(&plan.schedule, time_s);
@@ -41,4 +43,76 @@ pub fn observe(courier: &mut Courier, plan: &Plan) -> Vec<Observation> {
         }
     }
     observations
+}
+
+/// `recording.toml` of a courier: what its drawing says and what its electronics state.
+#[must_use]
+pub fn meta(spec: &CourierSpec) -> Meta {
+    let (nominal, electronics) = (&spec.nominal, &spec.electronics);
+    Meta {
+        device: spec.device.clone(),
+        source: "hal-sim".into(),
+        geometry: Geometry {
+            pitch_m: nominal.pitch_m,
+            span_m: Some(nominal.span_m),
+            lateral_m: Some(nominal.lateral_m),
+        },
+        coordination: Some(Coordination {
+            height_m: nominal.height_m,
+            lever_x_m: nominal.lever_m[0],
+            lever_y_m: nominal.lever_m[1],
+            tan_full_scale: nominal.tan_full_scale,
+        }),
+        electronics: Electronics {
+            adc_bits: Some(16),
+            amplitude_counts: Some(electronics.amplitude_counts),
+            quadrature_noise_counts: Some(electronics.quadrature_noise_counts),
+            psd_sum_counts: Some(electronics.psd_sum_counts),
+            psd_noise_counts: Some(electronics.psd_noise_counts),
+            position_noise_m: None,
+        },
+    }
+}
+
+/// A whole recording: counts, tooth counts, temperature, commands and, if asked for, the reference.
+pub fn record(courier: &mut Courier, plan: &Plan, with_reference: bool) -> Recording {
+    let mut samples = Samples::default();
+    for observation in observe(courier, plan) {
+        samples.push(&row(
+            &observation,
+            &plan.runs[observation.run].name,
+            with_reference,
+        ));
+    }
+    Recording {
+        meta: meta(courier.spec()),
+        samples,
+        warnings: Vec::new(),
+    }
+}
+
+fn row<'a>(observation: &Observation, run: &'a str, with_reference: bool) -> Row<'a> {
+    let components = |pose: Pose| [pose.x_m, pose.y_m, pose.theta_rad].map(Some);
+    let sample = &observation.sample;
+    // A recorder writes zeros where the electrodes' sums say that no beacon is seen.
+    let electrodes = if observation.truth.beacon_seen {
+        sample.electrodes.map(f64::from)
+    } else {
+        [0.0; 4]
+    };
+    Row {
+        t_s: observation.time_s,
+        run,
+        quadrature_counts: sample.quadrature.map(|pair| Some(pair.map(f64::from))),
+        teeth: observation.teeth.map(Some),
+        position_m: [None; 4],
+        electrode_counts: Some(electrodes),
+        temperature_c: Some(sample.temperature_c),
+        commanded: components(observation.commanded),
+        reference: if with_reference {
+            components(observation.reference)
+        } else {
+            [None; 3]
+        },
+    }
 }

@@ -1,7 +1,9 @@
 //! A segment's error over its own tooth phase, and its inversion: true displacement to unmodified output.
 //!
-//! The error `e` is a function of the unmodified output and is added to it (equation 3): `p + e(p) = p*`. The plant knows
-//! the right side and needs `p`. It is solved once, on a grid over one pitch, and interpolated.
+//! Equation (3)'s error `e` is a function of the unmodified output and is added to it: `p + e(p) = p*`. The plant knows
+//! the right side and needs `p`. It is solved once, on a grid over one pitch, and interpolated. A measured waveform is
+//! steeper than any inversion allows (adjacent codes of real tables differ by a tenth of the rms and more), so it is taken
+//! over the true displacement, `p = p* - e(p*)`, which every waveform has.
 
 use core::f64::consts::TAU;
 use effects::shape::cubic;
@@ -11,7 +13,7 @@ use effects::shape::cubic;
 pub enum Waveform {
     /// Equation (3): `k_0` to `k_8`, metres, in its order: offset, then sine and cosine of orders 1, 2, 4 and 6.
     Equation3([f64; 9]),
-    /// Equally spaced values over one pitch, periodic, cubic between them.
+    /// Equally spaced values over one pitch of the true displacement, metres, periodic, cubic between them.
     Table(Vec<f64>),
 }
 
@@ -19,7 +21,7 @@ pub enum Waveform {
 pub const ORDERS: [f64; 4] = [1.0, 2.0, 4.0, 6.0];
 
 impl Waveform {
-    /// Error at an unmodified output given in turns of the pitch, metres.
+    /// Error at a phase in turns, metres: of the unmodified output for equation (3), of the true displacement for a table.
     #[must_use]
     pub fn at(&self, turns: f64) -> f64 {
         match self {
@@ -61,10 +63,13 @@ impl Waveform {
 /// below a nanometre for measured waveforms with orders up to 255.
 const GRID: usize = 4096;
 
+/// Steepest fall of an error that is inverted: beyond, the output would rise twenty times as fast as the displacement.
+const STEEPEST: f64 = -0.95;
+
 /// An error so steep that the output no longer rises with the displacement.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "the error waveform falls by {slope:.2} m a metre at {turns:.3} turns: wanted above -0.95, or the output is not unique"
+    "the error waveform falls by {slope:.2} m a metre at {turns:.3} turns: wanted above {STEEPEST}, or the output is not unique"
 )]
 pub struct NotMonotonic {
     /// Slope of the error there.
@@ -87,32 +92,15 @@ impl Inverse {
     /// # Errors
     /// [`NotMonotonic`] where the waveform has no unique inverse.
     pub fn new(waveform: &Waveform, pitch_m: f64) -> Result<Self, NotMonotonic> {
-        let step = 0.25 / GRID as f64;
-        let slope = |turns: f64| {
-            (waveform.at(turns + step) - waveform.at(turns - step)) / (2.0 * step * pitch_m)
+        let points = match waveform {
+            Waveform::Equation3(_) => solved(waveform, pitch_m)?,
+            Waveform::Table(_) => (0..GRID)
+                .map(|i| -waveform.at(i as f64 / GRID as f64))
+                .collect(),
         };
-        let mut reach = 0.0_f64;
-        for i in 0..GRID {
-            let turns = i as f64 / GRID as f64;
-            let slope = slope(turns);
-            if !(slope > -0.95) {
-                return Err(NotMonotonic { slope, turns });
-            }
-            reach = reach.max(waveform.at(turns).abs());
-        }
-        let reach_turns = 1.1 * reach / pitch_m + 1.0e-9;
-        let point = |i: usize| {
-            let wanted = i as f64 / GRID as f64;
-            let turns = bisect(
-                |p| p + waveform.at(p) / pitch_m - wanted,
-                wanted - reach_turns,
-                wanted + reach_turns,
-            );
-            let rise = 1.0 / (1.0 + slope(turns)) - 1.0;
-            [(turns - wanted) * pitch_m, rise * pitch_m / GRID as f64]
-        };
+        let slope = |i: usize| 0.5 * (points[(i + 1) % GRID] - points[(i + GRID - 1) % GRID]);
         Ok(Self {
-            grid: (0..GRID).map(point).collect(),
+            grid: (0..GRID).map(|i| [points[i], slope(i)]).collect(),
             pitch_m,
         })
     }
@@ -129,6 +117,28 @@ impl Inverse {
         // Hermite cubic: the line, plus what the end slopes differ from it by.
         true_m + a + t * gap + t * s * (s * (da - gap) - t * (db - gap))
     }
+}
+
+/// `p - p*` at each grid point of `p*`, metres, where the waveform is a function of `p`.
+fn solved(waveform: &Waveform, pitch_m: f64) -> Result<Vec<f64>, NotMonotonic> {
+    let step = 0.25 / GRID as f64;
+    let mut reach = 0.0_f64;
+    for i in 0..GRID {
+        let turns = i as f64 / GRID as f64;
+        let slope =
+            (waveform.at(turns + step) - waveform.at(turns - step)) / (2.0 * step * pitch_m);
+        if !(slope > STEEPEST) {
+            return Err(NotMonotonic { slope, turns });
+        }
+        reach = reach.max(waveform.at(turns).abs());
+    }
+    let reach = 1.1 * reach / pitch_m + 1.0e-9;
+    let point = |i: usize| {
+        let wanted = i as f64 / GRID as f64;
+        let miss = |turns: f64| turns + waveform.at(turns) / pitch_m - wanted;
+        (bisect(miss, wanted - reach, wanted + reach) - wanted) * pitch_m
+    };
+    Ok((0..GRID).map(point).collect())
 }
 
 /// Root of a rising function within a bracket, to the last bit that matters (60 halvings).
@@ -155,7 +165,12 @@ mod tests {
         let miss = |i: i32| {
             let true_m = f64::from(i) * 1.237e-6 - 2.0e-3;
             let p = inverse.unmodified_m(true_m);
-            (p + waveform.at(p / PITCH_M) - true_m).abs()
+            let at = if matches!(waveform, Waveform::Table(_)) {
+                true_m
+            } else {
+                p
+            };
+            (p + waveform.at(at / PITCH_M) - true_m).abs()
         };
         (0..4000).map(miss).fold(0.0, f64::max)
     }
@@ -164,9 +179,11 @@ mod tests {
     fn unmodified_output_plus_its_error_is_the_displacement() {
         let k = [3e-6, 20e-6, -15e-6, 9e-6, 6e-6, -3e-6, 2e-6, 1e-6, -1e-6];
         assert!(worst_m(&Waveform::Equation3(k)) < 1e-12);
-        let rough = (0..512)
-            .map(|i| 10e-6 * (f64::from(i) * 0.31).sin() * (f64::from(i) * TAU / 512.0).cos())
-            .collect();
+        let rough = |i: i32| {
+            let phase = f64::from(i) * TAU / 512.0;
+            4e-6 * (12.0 * phase).sin() + 0.3e-6 * (80.0 * phase).cos()
+        };
+        let rough = (0..512).map(rough).collect();
         assert!(worst_m(&Waveform::Table(rough)) < 1e-9);
     }
 

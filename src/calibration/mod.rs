@@ -1,7 +1,7 @@
 //! Calibration on the device: the session, its acceptance, and what is stored of it.
 //!
 //! Of a session: `session` (state machine) -> `average` (one pose's frames) -> `gate` (outliers, rows) -> `regression` (equation 7)
-//! -> `outcome`. `plan` chooses the poses.
+//! -> `outcome`. `plan` chooses the poses. `record` and `slots`: what is stored, and where.
 
 mod average;
 mod config;
@@ -9,9 +9,11 @@ mod gate;
 mod outcome;
 mod plan;
 mod port;
+pub mod record;
 mod regression;
 mod sample;
 mod session;
+pub mod slots;
 mod spread;
 
 pub use average::UNUSABLE;

@@ -58,8 +58,12 @@ impl core::fmt::Display for ConverterError {
         match *self {
             Self::Chip { index, error } => write!(f, "converter {index}: {error}"),
             Self::Pin(kind) => write!(f, "converter pin: {kind}"),
-            Self::BusyNeverRose { polls } => write!(f, "converter busy did not rise within {polls} readings"),
-            Self::BusyStuck { polls } => write!(f, "converter busy did not fall within {polls} readings"),
+            Self::BusyNeverRose { polls } => {
+                write!(f, "converter busy did not rise within {polls} readings")
+            }
+            Self::BusyStuck { polls } => {
+                write!(f, "converter busy did not fall within {polls} readings")
+            }
         }
     }
 }
@@ -89,7 +93,11 @@ pub struct Settings {
 
 impl Settings {
     /// The sensor board's: ±5 V, no oversampling (a moving courier is not averaged over its own motion).
-    pub const BOARD: Self = Self { range: Range::Bipolar5V, oversampling: Oversampling::X1, busy_polls: 4096 };
+    pub const BOARD: Self = Self {
+        range: Range::Bipolar5V,
+        oversampling: Oversampling::X1,
+        busy_polls: 4096,
+    };
 }
 
 /// Both chips and their lines.
@@ -112,9 +120,22 @@ where
     Busy: InputPin,
 {
     /// Takes the SPI devices of chip 0 and chip 1 and the common pins; nothing is sent.
-    pub fn new(chips: (A, B), convst: Convst, reset: Reset, busy: Busy, settings: Settings) -> Self {
+    pub fn new(
+        chips: (A, B),
+        convst: Convst,
+        reset: Reset,
+        busy: Busy,
+        settings: Settings,
+    ) -> Self {
         let (quadrature, electrodes) = (Ad7606c::new(chips.0), Ad7606c::new(chips.1));
-        Self { quadrature, electrodes, convst, reset, busy, settings }
+        Self {
+            quadrature,
+            electrodes,
+            convst,
+            reset,
+            busy,
+            settings,
+        }
     }
 
     /// Resets both chips, sets everything and reads it back, tries one conversion, and leaves them ready. About 0.6 ms.
@@ -130,14 +151,21 @@ where
         delay.delay_us(DEVICE_SETUP_US);
         self.quadrature.after_reset();
         self.electrodes.after_reset();
-        let mut settings =
-            ChipSettings { range: self.settings.range, oversampling: SELF_TEST_RATIO, offset_counts: [0; CHANNELS] };
+        let mut settings = ChipSettings {
+            range: self.settings.range,
+            oversampling: SELF_TEST_RATIO,
+            offset_counts: [0; CHANNELS],
+        };
         self.quadrature.configure(&settings).map_err(chip(0))?;
         settings.offset_counts[CHANNELS - 1] = WITNESS_COUNTS;
         self.electrodes.configure(&settings).map_err(chip(1))?;
         self.self_test()?;
-        self.quadrature.set_oversampling(self.settings.oversampling).map_err(chip(0))?;
-        self.electrodes.set_oversampling(self.settings.oversampling).map_err(chip(1))?;
+        self.quadrature
+            .set_oversampling(self.settings.oversampling)
+            .map_err(chip(0))?;
+        self.electrodes
+            .set_oversampling(self.settings.oversampling)
+            .map_err(chip(1))?;
         self.enter_conversion_mode()
     }
 
@@ -195,7 +223,9 @@ where
                 return Ok(());
             }
         }
-        Err(ConverterError::BusyStuck { polls: self.settings.busy_polls })
+        Err(ConverterError::BusyStuck {
+            polls: self.settings.busy_polls,
+        })
     }
 
     /// One slow conversion: BUSY must rise and fall, and both frames must hold. The first frame after register mode is thrown away:
@@ -226,10 +256,15 @@ where
 
 /// Puts a reading into a raw frame: counts and no converter fault, or the previous counts and the fault's bit.
 pub fn store(reading: Result<Counts, ConverterError>, raw: &mut RawFrame) {
-    raw.fault.remove(Status::CONVERTER_CRC.union(Status::CONVERTER_TIMEOUT));
+    raw.fault
+        .remove(Status::CONVERTER_CRC.union(Status::CONVERTER_TIMEOUT));
     match reading {
         Ok([quadrature, [x_plus, x_minus, y_plus, y_minus, ..]]) => {
-            for (pair, words) in raw.quadrature_counts.iter_mut().zip(quadrature.as_chunks::<2>().0) {
+            for (pair, words) in raw
+                .quadrature_counts
+                .iter_mut()
+                .zip(quadrature.as_chunks::<2>().0)
+            {
                 *pair = *words;
             }
             raw.electrode_counts = [x_plus, x_minus, y_plus, y_minus];

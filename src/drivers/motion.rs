@@ -180,7 +180,8 @@ impl<S: Read + ReadReady + Write + WriteReady> MotionPort<S> {
             return Err(PortError::NotFinite);
         }
         let number = self.number.wrapping_add(1);
-        let bytes = framing::encode(&Request { number, command }, &mut self.outgoing).map_err(|_| PortError::Full)?;
+        let bytes = framing::encode(&Request { number, command }, &mut self.outgoing)
+            .map_err(|_| PortError::Full)?;
         self.unsent = 0..bytes.len();
         self.number = number;
         self.awaiting = true;
@@ -218,7 +219,10 @@ impl<S: Read + ReadReady + Write + WriteReady> MotionPort<S> {
 
     /// What the line has brought so far.
     pub const fn counters(&self) -> PortCounters {
-        PortCounters { frames: self.decoder.counters(), stale: self.stale }
+        PortCounters {
+            frames: self.decoder.counters(),
+            stale: self.stale,
+        }
     }
 
     fn accept(&mut self, response: Response) -> Option<Reply> {
@@ -232,7 +236,11 @@ impl<S: Read + ReadReady + Write + WriteReady> MotionPort<S> {
     }
 
     fn flush(&mut self) -> Result<(), PortError> {
-        while let Some(bytes) = self.outgoing.get(self.unsent.clone()).filter(|bytes| !bytes.is_empty()) {
+        while let Some(bytes) = self
+            .outgoing
+            .get(self.unsent.clone())
+            .filter(|bytes| !bytes.is_empty())
+        {
             if !self.line.write_ready().map_err(line)? {
                 break;
             }
@@ -256,7 +264,10 @@ fn target_is_finite(target: &Target) -> bool {
 
 fn is_finite(command: &Command) -> bool {
     match command {
-        Command::GoTo { target, speed_m_per_s } => target_is_finite(target) && speed_m_per_s.is_finite(),
+        Command::GoTo {
+            target,
+            speed_m_per_s,
+        } => target_is_finite(target) && speed_m_per_s.is_finite(),
         Command::WhereAreYou | Command::Stop => true,
     }
 }

@@ -48,7 +48,9 @@ pub fn encode<'a, T: Serialize>(message: &T, buffer: &'a mut [u8]) -> Result<&'a
     *first = 0;
     let cobs = Cobs::try_new(Slice::new(rest)).map_err(|_| full)?;
     let flavor = CrcModifier::new(cobs, CRC32.digest());
-    let written = postcard::serialize_with_flavor(message, flavor).map_err(|_| full)?.len();
+    let written = postcard::serialize_with_flavor(message, flavor)
+        .map_err(|_| full)?
+        .len();
     buffer.get(..written + 1).ok_or(full)
 }
 
@@ -94,7 +96,10 @@ impl FrameCounters {
 
     /// Frames thrown away.
     pub const fn bad(&self) -> u32 {
-        self.too_long.saturating_add(self.malformed).saturating_add(self.crc).saturating_add(self.unknown)
+        self.too_long
+            .saturating_add(self.malformed)
+            .saturating_add(self.crc)
+            .saturating_add(self.unknown)
     }
 }
 
@@ -116,8 +121,19 @@ impl<const N: usize> Default for Decoder<N> {
 impl<const N: usize> Decoder<N> {
     /// An empty receiver.
     pub const fn new() -> Self {
-        let counters = FrameCounters { good: 0, too_long: 0, malformed: 0, crc: 0, unknown: 0 };
-        Self { buffer: [0; N], len: 0, overflowed: false, counters }
+        let counters = FrameCounters {
+            good: 0,
+            too_long: 0,
+            malformed: 0,
+            crc: 0,
+            unknown: 0,
+        };
+        Self {
+            buffer: [0; N],
+            len: 0,
+            overflowed: false,
+            counters,
+        }
     }
 
     /// What it has seen so far.
@@ -158,7 +174,10 @@ impl<const N: usize> Decoder<N> {
         if self.overflowed {
             return Err(FrameError::TooLong);
         }
-        let frame = self.buffer.get_mut(..self.len).ok_or(FrameError::Malformed)?;
+        let frame = self
+            .buffer
+            .get_mut(..self.len)
+            .ok_or(FrameError::Malformed)?;
         let decoded = cobs::decode_in_place(frame).map_err(|_| FrameError::Malformed)?;
         let (message, crc) = frame
             .get(..decoded)
@@ -181,8 +200,14 @@ mod tests {
     type Message = (u32, [u8; 8], Option<i16>);
     const MESSAGE: Message = (70_000, [0, 1, 0, 0, 255, 0, 3, 0], Some(-5));
 
-    fn feed_all<const N: usize>(decoder: &mut Decoder<N>, bytes: &[u8]) -> heapless::Vec<Result<Message, FrameError>, 8> {
-        bytes.iter().filter_map(|&byte| decoder.feed(byte)).collect()
+    fn feed_all<const N: usize>(
+        decoder: &mut Decoder<N>,
+        bytes: &[u8],
+    ) -> heapless::Vec<Result<Message, FrameError>, 8> {
+        bytes
+            .iter()
+            .filter_map(|&byte| decoder.feed(byte))
+            .collect()
     }
 
     #[test]
@@ -194,7 +219,13 @@ mod tests {
         let mut decoder = Decoder::<64>::new();
         assert_eq!(feed_all(&mut decoder, bytes), [Ok(MESSAGE)]);
         assert_eq!(feed_all(&mut decoder, bytes), [Ok(MESSAGE)]);
-        assert_eq!(decoder.counters(), FrameCounters { good: 2, ..Default::default() });
+        assert_eq!(
+            decoder.counters(),
+            FrameCounters {
+                good: 2,
+                ..Default::default()
+            }
+        );
     }
 
     #[test]
@@ -203,13 +234,19 @@ mod tests {
         let bytes = encode(&MESSAGE, &mut buffer).unwrap();
         let mut decoder = Decoder::<32>::new();
         assert_eq!(feed_all(&mut decoder, &[7, 9, 200]), []);
-        assert_eq!(feed_all(&mut decoder, bytes), [Err(FrameError::Malformed), Ok(MESSAGE)]);
+        assert_eq!(
+            feed_all(&mut decoder, bytes),
+            [Err(FrameError::Malformed), Ok(MESSAGE)]
+        );
         assert_eq!(feed_all(&mut decoder, &bytes[..bytes.len() / 2]), []);
         let after_half = feed_all(&mut decoder, bytes);
         assert_eq!((after_half.len(), after_half[1]), (2, Ok(MESSAGE)));
         assert!(after_half[0].is_err());
         assert_eq!(feed_all(&mut decoder, &[1; 1000]), []);
-        assert_eq!(feed_all(&mut decoder, bytes), [Err(FrameError::TooLong), Ok(MESSAGE)]);
+        assert_eq!(
+            feed_all(&mut decoder, bytes),
+            [Err(FrameError::TooLong), Ok(MESSAGE)]
+        );
         assert_eq!(decoder.counters().good, 3);
         assert_eq!(decoder.counters().bad(), 3);
     }
@@ -217,12 +254,19 @@ mod tests {
     #[test]
     fn every_flipped_bit_is_noticed() {
         let mut buffer = [0; 64];
-        let good: heapless::Vec<u8, 64> = encode(&MESSAGE, &mut buffer).unwrap().iter().copied().collect();
+        let good: heapless::Vec<u8, 64> = encode(&MESSAGE, &mut buffer)
+            .unwrap()
+            .iter()
+            .copied()
+            .collect();
         for bit in 8..8 * (good.len() - 1) {
             let mut bad = good.clone();
             bad[bit / 8] ^= 1 << (bit % 8);
             let mut decoder = Decoder::<64>::new();
-            assert!(feed_all(&mut decoder, &bad).iter().all(Result::is_err), "bit {bit}");
+            assert!(
+                feed_all(&mut decoder, &bad).iter().all(Result::is_err),
+                "bit {bit}"
+            );
         }
     }
 
@@ -230,19 +274,27 @@ mod tests {
     fn a_message_with_more_behind_it_is_unknown() {
         let mut buffer = [0; 64];
         let bytes = encode(&(MESSAGE, 1u8), &mut buffer).unwrap();
-        assert_eq!(feed_all(&mut Decoder::<64>::new(), bytes), [Err(FrameError::Unknown)]);
+        assert_eq!(
+            feed_all(&mut Decoder::<64>::new(), bytes),
+            [Err(FrameError::Unknown)]
+        );
     }
 
     #[test]
     fn too_small_a_buffer_is_an_error() {
         for room in 0..20 {
-            assert_eq!(encode(&MESSAGE, &mut [0; 64][..room]), Err(TooLong { room }));
+            assert_eq!(
+                encode(&MESSAGE, &mut [0; 64][..room]),
+                Err(TooLong { room })
+            );
         }
     }
 
     #[test]
     fn the_bound_on_the_wire_holds() {
-        for length in [0usize, 1, 249, 250, 251, 252, 253, 254, 255, 503, 504, 505, 506, 900] {
+        for length in [
+            0usize, 1, 249, 250, 251, 252, 253, 254, 255, 503, 504, 505, 506, 900,
+        ] {
             for fill in [0u8, 1] {
                 let message: heapless::Vec<u8, 1000> = core::iter::repeat_n(fill, length).collect();
                 let mut buffer = [0; 1100];

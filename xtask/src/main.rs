@@ -1,9 +1,13 @@
 //! Drives the checks of the project: `cargo xtask COMMAND`.
 
 mod arm;
+mod bench;
+mod cmsis;
+mod plugin;
 mod test;
+mod throughput;
 
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
 /// A command: its name, what it does, and the function that gets the arguments after the name.
 type Task = (
@@ -13,11 +17,16 @@ type Task = (
 );
 
 /// All commands. A further one is a line here.
-const TASKS: [Task; 2] = [
+const TASKS: &[Task] = &[
     (
         "test",
         "everything that checks the project; sets up what is missing",
         test::run,
+    ),
+    (
+        "bench",
+        "the cost table, measured on the emulated Cortex-M4F (--json), then throughput on this host",
+        bench::run,
     ),
     ("arm", "the checks on the Cortex-M4F alone", |_| {
         arm::checks()
@@ -50,4 +59,11 @@ fn usage(name: &str) -> ExitCode {
         println!("cargo xtask {name:<10} {what}");
     }
     ExitCode::SUCCESS
+}
+
+/// `cargo` with these arguments, in the project's root.
+fn cargo(arguments: &[&str]) -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(arm::root()).args(arguments);
+    command
 }

@@ -1,5 +1,7 @@
 //! Couriers that are asked for by name.
 
 mod ideal;
+mod measured;
 
 pub use ideal::ideal;
+pub use measured::{DEFAULT_RMS_M, MeasuredWaveforms, WaveformFileError, measured};

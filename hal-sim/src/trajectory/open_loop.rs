@@ -1,16 +1,17 @@
-//! Errors of the open-loop controller: the courier stands where the motor's field and friction leave it.
+//! Errors of the open-loop controller: the courier stands where the motors' field and friction leave it.
 
 use core::f64::consts::TAU;
 use effects::motion::Pose;
 use effects::random::{ChaCha8Rng, normal, uniform};
+use effects::shape::Waves;
 
 /// Open-loop command error and settling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OpenLoop {
-    /// Rms of the random part at each stop, metres: friction against a motor stiffness of some N/mm.
+    /// Rms of the error that depends on the place, metres: the motors' field and the platen's, smooth over some 100 mm.
+    pub place_error_m: f64,
+    /// Rms of the random part at each stop, metres: friction against a motor stiffness of some N/um.
     pub stop_error_m: f64,
-    /// Rms of the angle's part, radians: the same over an arm of 0.1 m.
-    pub stop_error_rad: f64,
     /// Amplitude of the motor's own periodic error (detent), metres.
     pub detent_m: f64,
     /// Amplitude of the ringing after a stop, metres.
@@ -21,11 +22,14 @@ pub struct OpenLoop {
     pub decay_s: f64,
 }
 
+/// Arm over which errors of position make errors of angle, metres: the motors' distance.
+const ARM_M: f64 = 0.1;
+
 impl OpenLoop {
-    /// Tens of micrometres, settled to below 10 nm within a quarter of a second.
+    /// Tens of micrometres, settled to 0.1 % of its ringing within a quarter of a second.
     pub const COURIER: Self = Self {
-        stop_error_m: 25.0e-6,
-        stop_error_rad: 0.2e-3,
+        place_error_m: 20.0e-6,
+        stop_error_m: 3.0e-6,
         detent_m: 8.0e-6,
         ringing_m: 15.0e-6,
         ringing_hz: 40.0,
@@ -34,8 +38,8 @@ impl OpenLoop {
 
     /// Goes exactly where it is told.
     pub const EXACT: Self = Self {
+        place_error_m: 0.0,
         stop_error_m: 0.0,
-        stop_error_rad: 0.0,
         detent_m: 0.0,
         ringing_m: 0.0,
         ringing_hz: 1.0,
@@ -48,33 +52,52 @@ impl OpenLoop {
         7.0 * self.decay_s
     }
 
-    /// Where a stop misses its target by.
-    pub fn stop_error(&self, rng: &mut ChaCha8Rng) -> Pose {
-        Pose::new(
-            self.stop_error_m * normal(rng),
-            self.stop_error_m * normal(rng),
-            self.stop_error_rad * normal(rng),
+    /// Random part of where a stop misses its target by.
+    pub(super) fn stop_error(&self, rng: &mut ChaCha8Rng) -> Pose {
+        let error = Pose::new(normal(rng), normal(rng), normal(rng) / ARM_M);
+        Pose::default().plus(error, self.stop_error_m)
+    }
+
+    /// Direction and size of a stop's ringing.
+    pub(super) fn ringing(&self, rng: &mut ChaCha8Rng) -> Pose {
+        let (sine, cosine) = uniform(rng, 0.0, TAU).sin_cos();
+        Pose::default().plus(
+            Pose::new(cosine, sine, uniform(rng, -1.0, 1.0) / ARM_M),
+            self.ringing_m,
         )
     }
 
-    /// Direction and phase of a stop's ringing, as a pose of unit size (angle over an arm of 0.1 m).
-    pub fn ringing(&self, rng: &mut ChaCha8Rng) -> Pose {
-        let direction = uniform(rng, 0.0, TAU);
-        let (sine, cosine) = direction.sin_cos();
-        Pose::new(
-            self.ringing_m * cosine,
-            self.ringing_m * sine,
-            10.0 * self.ringing_m * uniform(rng, -1.0, 1.0),
-        )
-    }
-
-    /// Detent at a commanded pose: periodic with the motor's pitch.
-    #[must_use]
-    pub fn detent(&self, pose: Pose, pitch_m: f64) -> Pose {
-        if self.detent_m == 0.0 {
-            return Pose::default();
+    /// Periodic and place-dependent error at a commanded pose.
+    pub(super) fn error_at(&self, place: &PlaceError, pose: Pose, pitch_m: f64) -> Pose {
+        let mut error = Pose::default();
+        if self.detent_m != 0.0 {
+            let wave = |place: f64| self.detent_m * (TAU * place / pitch_m).sin();
+            (error.x_m, error.y_m) = (wave(pose.x_m), wave(pose.y_m));
         }
-        let wave = |place: f64| self.detent_m * (TAU * place / pitch_m).sin();
-        Pose::new(wave(pose.x_m), wave(pose.y_m), 0.0)
+        if self.place_error_m != 0.0 {
+            error.plus(place.at(pose), self.place_error_m)
+        } else {
+            error
+        }
+    }
+}
+
+/// The error that depends on the place, of rms 1 (the angle's: 1 over the arm).
+#[derive(Clone, Debug)]
+pub(super) struct PlaceError {
+    parts: [Waves<2>; 3],
+}
+
+impl PlaceError {
+    /// Wavelengths of 150 to 500 mm: those of magnets and housing.
+    pub(super) fn draw(rng: &mut ChaCha8Rng) -> Self {
+        Self {
+            parts: [(); 3].map(|()| Waves::draw(rng, 3, 0.15, 0.5)),
+        }
+    }
+
+    fn at(&self, pose: Pose) -> Pose {
+        let [x, y, turn] = [0, 1, 2].map(|i| self.parts[i].at([pose.x_m, pose.y_m]));
+        Pose::new(x, y, turn / ARM_M)
     }
 }

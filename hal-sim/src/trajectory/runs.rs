@@ -177,6 +177,12 @@ impl Plan {
         self
     }
 
+    /// Number of samples of all runs.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.runs.iter().map(|run| run.times_s.len()).sum()
+    }
+
     /// True pose at a time.
     #[must_use]
     pub fn pose(&self, time_s: f64) -> Pose {

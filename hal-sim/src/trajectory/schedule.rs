@@ -1,6 +1,8 @@
 //! A schedule of moves: the true motion of the open-loop courier, and what it was commanded.
 
-use super::{OpenLoop, Profile};
+use super::OpenLoop;
+use super::Profile;
+use super::open_loop::PlaceError;
 use core::f64::consts::TAU;
 use effects::motion::{Motion, Pose};
 use effects::random::{ChaCha8Rng, SeedableRng};
@@ -35,6 +37,7 @@ struct Leg {
 #[derive(Clone, Debug)]
 pub struct Schedule {
     open_loop: OpenLoop,
+    place_error: PlaceError,
     pitch_m: f64,
     home: Pose,
     legs: Vec<Leg>,
@@ -51,12 +54,15 @@ impl Schedule {
     /// A courier that stands at `home`, which it hits exactly: it is where the platen's origin is.
     #[must_use]
     pub fn new(home: Pose, open_loop: OpenLoop, pitch_m: f64, seed: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let place_error = PlaceError::draw(&mut rng);
         Self {
             open_loop,
+            place_error,
             pitch_m,
             home,
             legs: Vec::new(),
-            rng: ChaCha8Rng::seed_from_u64(seed),
+            rng,
         }
     }
 
@@ -191,15 +197,21 @@ impl Leg {
 impl Motion for Schedule {
     fn pose(&self, time_s: f64) -> Pose {
         let Some(leg) = self.leg(time_s) else {
-            return self
-                .home
-                .plus(self.open_loop.detent(self.home, self.pitch_m), 1.0);
+            return self.home.plus(
+                self.open_loop
+                    .error_at(&self.place_error, self.home, self.pitch_m),
+                1.0,
+            );
         };
         let progress = leg.profile.at(time_s - leg.start_s);
         let commanded = leg.commanded(progress);
         commanded
             .plus(leg.error(progress), 1.0)
-            .plus(self.open_loop.detent(commanded, self.pitch_m), 1.0)
+            .plus(
+                self.open_loop
+                    .error_at(&self.place_error, commanded, self.pitch_m),
+                1.0,
+            )
             .plus(self.ringing(leg, time_s), 1.0)
     }
 }

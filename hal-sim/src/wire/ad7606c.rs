@@ -19,7 +19,9 @@ const INTERFACE_CRC: u8 = 1 << 2;
 const INTERFACE_CHECK: u8 = 1 << 7;
 const RESET_DETECTED: u8 = 1 << 7;
 /// Words given in place of conversions while the interface check is on; the first is confirmed by users' reports.
-const CHECK_PATTERN: [u16; CHANNELS] = [0xACCA, 0x5CC5, 0xA33A, 0x5335, 0xCAAC, 0xC55C, 0x3AA3, 0x3553];
+const CHECK_PATTERN: [u16; CHANNELS] = [
+    0xACCA, 0x5CC5, 0xA33A, 0x5335, 0xCAAC, 0xC55C, 0x3AA3, 0x3553,
+];
 /// Voltage that the plant's counts are of: 32768 counts at 5 V.
 const REFERENCE_FULL_SCALE_V: f64 = 5.0;
 const LONGEST_FRAME: usize = 64;
@@ -123,7 +125,11 @@ impl Ad7606c {
 
     /// Eight clocks: one byte in on SDI, one out on DOUTA.
     pub fn exchange(&mut self, sdi: u8) -> u8 {
-        let out = if self.clocked < self.out_len { self.out[self.clocked] } else { 0 };
+        let out = if self.clocked < self.out_len {
+            self.out[self.clocked]
+        } else {
+            0
+        };
         if let Some(slot) = self.command.get_mut(self.clocked) {
             *slot = sdi;
         }
@@ -185,7 +191,9 @@ impl Ad7606c {
         };
         let offset = f64::from(self.registers[usize::from(OFFSET_FIRST) + channel]) - 128.0;
         let counts = f64::from(input) * (REFERENCE_FULL_SCALE_V / full_scale_v) + offset;
-        counts.round().clamp(f64::from(i16::MIN), f64::from(i16::MAX)) as i16
+        counts
+            .round()
+            .clamp(f64::from(i16::MIN), f64::from(i16::MAX)) as i16
     }
 
     fn interface_crc(&self) -> bool {
@@ -193,7 +201,11 @@ impl Ad7606c {
     }
 
     fn load_register(&mut self, address: u8) {
-        let value = self.registers.get(usize::from(address)).copied().unwrap_or(0);
+        let value = self
+            .registers
+            .get(usize::from(address))
+            .copied()
+            .unwrap_or(0);
         self.out[..2].copy_from_slice(&[0, value]);
         self.out[2] = shift_crc(0x07, 8, &[0, value]) as u8;
         self.out_len = 2 + usize::from(self.interface_crc());
@@ -223,7 +235,8 @@ fn shift_crc(polynomial: u32, width: u32, bytes: &[u8]) -> u32 {
     for byte in bytes {
         for bit in (0..8).rev() {
             let feedback = (register >> (width - 1) ^ u32::from(byte >> bit)) & 1;
-            register = (register << 1 ^ if feedback == 1 { polynomial } else { 0 }) & ((1 << width) - 1);
+            register =
+                (register << 1 ^ if feedback == 1 { polynomial } else { 0 }) & ((1 << width) - 1);
         }
     }
     register

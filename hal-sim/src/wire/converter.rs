@@ -62,7 +62,10 @@ impl ConverterWire {
     /// If there is no such chip.
     pub fn spi(&self, chip: usize) -> Spi {
         assert!(chip < 2, "chip {chip}: there are 0 and 1");
-        Spi { wire: self.0.clone(), chip }
+        Spi {
+            wire: self.0.clone(),
+            chip,
+        }
     }
 
     /// The common CONVST line.
@@ -109,8 +112,13 @@ impl SpiDevice for Spi {
         chip.select(wire.clock.now_ns());
         for operation in operations {
             let bytes = run(chip, operation);
-            let wait_ns = if let Operation::DelayNs(ns) = operation { u64::from(*ns) } else { 0 };
-            wire.clock.advance_ns(wait_ns + bytes as u64 * 8 * 1_000_000_000 / SCLK_HZ);
+            let wait_ns = if let Operation::DelayNs(ns) = operation {
+                u64::from(*ns)
+            } else {
+                0
+            };
+            wire.clock
+                .advance_ns(wait_ns + bytes as u64 * 8 * 1_000_000_000 / SCLK_HZ);
         }
         chip.deselect();
         Ok(())
@@ -141,7 +149,9 @@ fn run(chip: &mut Ad7606c, operation: &mut Operation<'_, u8>) -> usize {
             clocks
         }
         Operation::TransferInPlace(bytes) => {
-            bytes.iter_mut().for_each(|byte| *byte = chip.exchange(*byte));
+            bytes
+                .iter_mut()
+                .for_each(|byte| *byte = chip.exchange(*byte));
             bytes.len()
         }
         Operation::DelayNs(_) => 0,
@@ -163,7 +173,10 @@ impl OutputPin for Convst {
             let now_ns = wire.clock.now_ns();
             let inputs = wire.inputs.sample(now_ns);
             wire.conversions += 1;
-            wire.chips.iter_mut().zip(&inputs).for_each(|(chip, inputs)| chip.convst(now_ns, inputs));
+            wire.chips
+                .iter_mut()
+                .zip(&inputs)
+                .for_each(|(chip, inputs)| chip.convst(now_ns, inputs));
         }
         wire.convst = true;
         Ok(())

@@ -5,7 +5,9 @@
 
 use super::clock::Clock;
 use super::trajectory::{Leg, Trajectory};
-use courier_sensor::drivers::motion::{Command, FRAME_BYTES, FaultCode, Phase, Refusal, Reply, Request, Response, Target};
+use courier_sensor::drivers::motion::{
+    Command, FRAME_BYTES, FaultCode, Phase, Refusal, Reply, Request, Response, Target,
+};
 use courier_sensor::link::framing::{self, Decoder, FrameCounters};
 use effects::motion::{Motion, Pose};
 use effects::random::{ChaCha8Rng, SeedableRng, normal, uniform};
@@ -158,13 +160,24 @@ impl Controller {
             _ => self.obey(&request.command, now_s),
         };
         let mut buffer = [0; FRAME_BYTES];
-        let response = Response { number: request.number, reply };
-        let mut bytes = framing::encode(&response, &mut buffer).expect("a reply fits its frame").to_vec();
+        let response = Response {
+            number: request.number,
+            reply,
+        };
+        let mut bytes = framing::encode(&response, &mut buffer)
+            .expect("a reply fits its frame")
+            .to_vec();
         if self.misbehaviour == Misbehaviour::Nonsense {
             let inside = 1..bytes.len() - 1;
-            bytes[inside].iter_mut().for_each(|byte| *byte = uniform(&mut self.rng, 0.0, 256.0) as u8);
+            bytes[inside]
+                .iter_mut()
+                .for_each(|byte| *byte = uniform(&mut self.rng, 0.0, 256.0) as u8);
         }
-        let mut at_ns = self.to_sensor.back().map_or(0, |(at_ns, _)| *at_ns).max(now_ns + LATENCY_NS);
+        let mut at_ns = self
+            .to_sensor
+            .back()
+            .map_or(0, |(at_ns, _)| *at_ns)
+            .max(now_ns + LATENCY_NS);
         for byte in bytes {
             at_ns += BYTE_NS;
             self.to_sensor.push_back((at_ns, byte));
@@ -173,11 +186,18 @@ impl Controller {
 
     fn obey(&mut self, command: &Command, now_s: f64) -> Reply {
         match *command {
-            Command::GoTo { target, speed_m_per_s } => {
+            Command::GoTo {
+                target,
+                speed_m_per_s,
+            } => {
                 if let Some(refusal) = self.refuse(&target, speed_m_per_s) {
                     return Reply::Refused(refusal);
                 }
-                let to = Pose::new(target.x_m.into(), target.y_m.into(), target.theta_rad.into());
+                let to = Pose::new(
+                    target.x_m.into(),
+                    target.y_m.into(),
+                    target.theta_rad.into(),
+                );
                 self.go(to, f64::from(speed_m_per_s), now_s);
             }
             Command::WhereAreYou => {}
@@ -205,12 +225,21 @@ impl Controller {
         let since_end_s = now_s - self.told.last().end_s();
         let phase = if since_end_s < 0.0 {
             Phase::Moving
-        } else if since_end_s < self.config.settle_s || self.misbehaviour == Misbehaviour::NeverSettles {
+        } else if since_end_s < self.config.settle_s
+            || self.misbehaviour == Misbehaviour::NeverSettles
+        {
             Phase::Settling
         } else {
             Phase::Settled
         };
-        Reply::State { at: Target { x_m: at.x_m as f32, y_m: at.y_m as f32, theta_rad: at.theta_rad as f32 }, phase }
+        Reply::State {
+            at: Target {
+                x_m: at.x_m as f32,
+                y_m: at.y_m as f32,
+                theta_rad: at.theta_rad as f32,
+            },
+            phase,
+        }
     }
 
     /// Chooses the time so that a rest-to-rest quintic keeps to both limits: peak speed 1.875 d/T, peak acceleration 5.7735 d/T^2.
@@ -220,7 +249,8 @@ impl Controller {
         let by_speed_s = 1.875 * way_m / speed_m_per_s;
         let by_acceleration_s = (5.7735 * way_m / self.config.acceleration_m_per_s2).sqrt();
         let duration_s = by_speed_s.max(by_acceleration_s).max(SHORTEST_S);
-        let hardness = 5.7735 * way_m / (duration_s * duration_s) / self.config.acceleration_m_per_s2;
+        let hardness =
+            5.7735 * way_m / (duration_s * duration_s) / self.config.acceleration_m_per_s2;
         self.start_leg(to, duration_s, hardness, now_s);
     }
 
@@ -228,7 +258,10 @@ impl Controller {
     fn brake(&mut self, now_s: f64) {
         let [at, velocity, _] = self.told.state(now_s);
         if self.told.last().end_s() > now_s {
-            let speed = velocity.x_m.hypot(velocity.y_m).max(velocity.theta_rad.abs() * LEVER_M);
+            let speed = velocity
+                .x_m
+                .hypot(velocity.y_m)
+                .max(velocity.theta_rad.abs() * LEVER_M);
             let duration_s = (2.0 * speed / self.config.acceleration_m_per_s2).max(SHORTEST_S);
             self.start_leg(at.plus(velocity, 0.5 * duration_s), duration_s, 1.0, now_s);
         }
@@ -237,12 +270,33 @@ impl Controller {
     fn start_leg(&mut self, to: Pose, duration_s: f64, hardness: f64, now_s: f64) {
         let config = self.config;
         let draws: [f64; 6] = std::array::from_fn(|_| normal(&mut self.rng));
-        let error = Pose::new(config.error_m * draws[0], config.error_m * draws[1], config.error_rad * draws[2]);
+        let error = Pose::new(
+            config.error_m * draws[0],
+            config.error_m * draws[1],
+            config.error_rad * draws[2],
+        );
         let swing_m = config.swing_m * hardness;
-        let swing = Pose::new(swing_m * draws[3], swing_m * draws[4], swing_m / LEVER_M * draws[5]);
+        let swing = Pose::new(
+            swing_m * draws[3],
+            swing_m * draws[4],
+            swing_m / LEVER_M * draws[5],
+        );
         let (swing_hz, decay_s) = (config.swing_hz, config.decay_s);
-        let told = Leg { start_s: now_s, duration_s, from: self.told.state(now_s), to, swing: Pose::default(), swing_hz, decay_s };
-        let truth = Leg { from: self.truth.state(now_s), to: to.plus(error, 1.0), swing, ..told };
+        let told = Leg {
+            start_s: now_s,
+            duration_s,
+            from: self.told.state(now_s),
+            to,
+            swing: Pose::default(),
+            swing_hz,
+            decay_s,
+        };
+        let truth = Leg {
+            from: self.truth.state(now_s),
+            to: to.plus(error, 1.0),
+            swing,
+            ..told
+        };
         self.told.push(told);
         self.truth.push(truth);
     }
@@ -279,7 +333,10 @@ impl ReadReady for Line {
         let mut controller = self.0.borrow_mut();
         let now_ns = controller.clock.now_ns();
         controller.run_until(now_ns);
-        Ok(controller.to_sensor.front().is_some_and(|(at_ns, _)| *at_ns <= now_ns))
+        Ok(controller
+            .to_sensor
+            .front()
+            .is_some_and(|(at_ns, _)| *at_ns <= now_ns))
     }
 }
 
@@ -291,7 +348,11 @@ impl Read for Line {
         }
         self.read_ready()?;
         let mut controller = self.0.borrow_mut();
-        let (first_ns, _) = controller.to_sensor.front().copied().ok_or(ErrorKind::TimedOut)?;
+        let (first_ns, _) = controller
+            .to_sensor
+            .front()
+            .copied()
+            .ok_or(ErrorKind::TimedOut)?;
         controller.clock.advance_to_ns(first_ns);
         let now_ns = controller.clock.now_ns();
         let mut taken = 0;
@@ -328,7 +389,11 @@ impl Write for Line {
         let mut controller = self.0.borrow_mut();
         let room = TRANSMITTER_BYTES - controller.to_controller.len();
         let now_ns = controller.clock.now_ns();
-        let mut at_ns = controller.to_controller.back().map_or(0, |(at_ns, _)| *at_ns).max(now_ns);
+        let mut at_ns = controller
+            .to_controller
+            .back()
+            .map_or(0, |(at_ns, _)| *at_ns)
+            .max(now_ns);
         for &byte in bytes.iter().take(room) {
             at_ns += BYTE_NS;
             controller.to_controller.push_back((at_ns, byte));
@@ -337,7 +402,12 @@ impl Write for Line {
     }
 
     fn flush(&mut self) -> Result<(), ErrorKind> {
-        let last_ns = self.0.borrow().to_controller.back().map_or(0, |(at_ns, _)| *at_ns);
+        let last_ns = self
+            .0
+            .borrow()
+            .to_controller
+            .back()
+            .map_or(0, |(at_ns, _)| *at_ns);
         self.0.borrow().clock.advance_to_ns(last_ns);
         Ok(())
     }

@@ -29,7 +29,15 @@ impl Leg {
     pub fn rest(at: Pose) -> Self {
         let still = Pose::default();
         let from = [at, still, still];
-        Self { start_s: f64::NEG_INFINITY, duration_s: 1.0, from, to: at, swing: still, swing_hz: 1.0, decay_s: 1.0 }
+        Self {
+            start_s: f64::NEG_INFINITY,
+            duration_s: 1.0,
+            from,
+            to: at,
+            swing: still,
+            swing_hz: 1.0,
+            decay_s: 1.0,
+        }
     }
 
     /// Instant at which the leg's end is reached, seconds.
@@ -39,7 +47,9 @@ impl Leg {
 
     fn pose(&self, time_s: f64) -> Pose {
         if time_s >= self.end_s() {
-            return self.to.plus(self.swing, self.swing_factor(time_s - self.end_s()));
+            return self
+                .to
+                .plus(self.swing, self.swing_factor(time_s - self.end_s()));
         }
         let [position, velocity, acceleration] = self.from;
         let (u, t) = ((time_s - self.start_s) / self.duration_s, self.duration_s);
@@ -48,7 +58,10 @@ impl Leg {
         position
             .plus(distance, 10.0 * u3 - 15.0 * u4 + 6.0 * u5)
             .plus(velocity, t * (u - 6.0 * u3 + 8.0 * u4 - 3.0 * u5))
-            .plus(acceleration, 0.5 * t * t * (u * u - 3.0 * u3 + 3.0 * u4 - u5))
+            .plus(
+                acceleration,
+                0.5 * t * t * (u * u - 3.0 * u3 + 3.0 * u4 - u5),
+            )
     }
 
     /// Starts at 0 with no velocity: the pose stays smooth at the leg's end.
@@ -70,7 +83,9 @@ pub struct Trajectory {
 impl Trajectory {
     /// Standing at a pose.
     pub fn standing(at: Pose) -> Self {
-        Self { legs: vec![Leg::rest(at)] }
+        Self {
+            legs: vec![Leg::rest(at)],
+        }
     }
 
     /// Begins a leg; it goes on smoothly from where the courier is if `from` was taken by [`Trajectory::state`].
@@ -85,9 +100,15 @@ impl Trajectory {
     pub fn state(&self, time_s: f64) -> [Pose; 3] {
         const STEP_S: f64 = 1.0e-5;
         let [before, at, after] = [-STEP_S, 0.0, STEP_S].map(|step| self.pose(time_s + step));
-        let velocity = Pose::default().plus(after, 0.5 / STEP_S).plus(before, -0.5 / STEP_S);
+        let velocity = Pose::default()
+            .plus(after, 0.5 / STEP_S)
+            .plus(before, -0.5 / STEP_S);
         let second = after.plus(at, -2.0).plus(before, 1.0);
-        [at, velocity, Pose::default().plus(second, 1.0 / (STEP_S * STEP_S))]
+        [
+            at,
+            velocity,
+            Pose::default().plus(second, 1.0 / (STEP_S * STEP_S)),
+        ]
     }
 
     /// The leg that runs, or ran last.
@@ -108,8 +129,19 @@ mod tests {
     use super::*;
 
     fn leg(start_s: f64, from: [Pose; 3]) -> Leg {
-        let (to, swing) = (Pose::new(0.02, -0.01, 0.004), Pose::new(2.0e-5, 0.0, 1.0e-4));
-        Leg { start_s, duration_s: 0.2, from, to, swing, swing_hz: 60.0, decay_s: 0.012 }
+        let (to, swing) = (
+            Pose::new(0.02, -0.01, 0.004),
+            Pose::new(2.0e-5, 0.0, 1.0e-4),
+        );
+        Leg {
+            start_s,
+            duration_s: 0.2,
+            from,
+            to,
+            swing,
+            swing_hz: 60.0,
+            decay_s: 0.012,
+        }
     }
 
     #[test]
@@ -117,13 +149,19 @@ mod tests {
         let mut trajectory = Trajectory::standing(Pose::default());
         trajectory.push(leg(1.0, trajectory.state(1.0)));
         // Taken over in the middle of the move, back to where it came from.
-        let turned = Leg { to: Pose::default(), ..leg(1.1, trajectory.state(1.1)) };
+        let turned = Leg {
+            to: Pose::default(),
+            ..leg(1.1, trajectory.state(1.1))
+        };
         trajectory.push(turned);
         let at = |index: i32| trajectory.pose(0.99 + f64::from(index) * 1.0e-5).x_m;
         for index in 1..50_000 {
             let second_difference = at(index + 1) - 2.0 * at(index) + at(index - 1);
             // 60 m/s^2 is what the swing starts with (20 um, 60 Hz: 2.8) and the quintics need (0.02 m in 0.2 s: 5 to 30).
-            assert!(second_difference.abs() < 60.0 * 1.0e-10, "{index}: {second_difference}");
+            assert!(
+                second_difference.abs() < 60.0 * 1.0e-10,
+                "{index}: {second_difference}"
+            );
         }
     }
 
@@ -132,7 +170,12 @@ mod tests {
         let mut trajectory = Trajectory::standing(Pose::default());
         trajectory.push(leg(0.0, trajectory.state(0.0)));
         assert_eq!(trajectory.pose(-1.0), Pose::default());
-        let rest = trajectory.pose(0.2 + 0.2).plus(Pose::new(0.02, -0.01, 0.004), -1.0);
-        assert!(rest.x_m.abs() < 1.0e-11 && rest.y_m == 0.0 && rest.theta_rad.abs() < 1.0e-10, "{rest:?}");
+        let rest = trajectory
+            .pose(0.2 + 0.2)
+            .plus(Pose::new(0.02, -0.01, 0.004), -1.0);
+        assert!(
+            rest.x_m.abs() < 1.0e-11 && rest.y_m == 0.0 && rest.theta_rad.abs() < 1.0e-10,
+            "{rest:?}"
+        );
     }
 }

@@ -30,5 +30,6 @@ macro_rules! commands {
 
 // A further command is a file and a line here.
 commands! {
+    Replay => replay,
     Completions => completions,
 }

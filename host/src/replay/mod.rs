@@ -1,8 +1,15 @@
 //! The firmware's signal path and estimator on a recording: what remains on stretches that were not fitted.
 //!
-//! `channel` says what is fitted to what, `blocks` which samples are held out, `fit` solves incrementally in f32 and
-//! at once in f64, `report` puts the figures together.
+//! `channel` says what is compared with what, `observe` runs the firmware's signal path, `blocks` tells which samples are
+//! held out, `fit` solves row by row in f32 (the firmware's estimator) and at once in f64 (its peer), `report` puts the
+//! figures together.
 
 mod blocks;
+mod channel;
+mod fit;
+mod observe;
+mod report;
 
 pub use blocks::{Split, split};
+pub use channel::Channel;
+pub use report::{ChannelReport, HeldOut, Position, Report, replay};

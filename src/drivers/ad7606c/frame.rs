@@ -37,7 +37,11 @@ pub fn decode_frame(bytes: &[u8; FRAME_BYTES]) -> Result<[i16; CHANNELS], ChipEr
         *count = i16::from_be_bytes(*word);
         seen |= *count;
     }
-    if seen == 0 { Err(ChipError::Silent) } else { Ok(counts) }
+    if seen == 0 {
+        Err(ChipError::Silent)
+    } else {
+        Ok(counts)
+    }
 }
 
 #[cfg(test)]
@@ -49,7 +53,10 @@ mod tests {
         let exponents = [14, 13, 12, 10, 8, 6, 4, 3, 1, 0];
         let polynomial = exponents.iter().fold(0u16, |sum, bit| sum | 1 << bit);
         let mut remainder = 0u16;
-        for bit in data.iter().flat_map(|byte| (0..8).rev().map(move |n| byte >> n & 1)) {
+        for bit in data
+            .iter()
+            .flat_map(|byte| (0..8).rev().map(move |n| byte >> n & 1))
+        {
             let out = (remainder >> 15) as u8 ^ bit;
             remainder = remainder << 1 ^ if out == 1 { polynomial } else { 0 };
         }
@@ -82,7 +89,10 @@ mod tests {
                 if second != first {
                     bad[second / 8] ^= 1 << (second % 8);
                 }
-                assert!(matches!(decode_frame(&bad), Err(ChipError::FrameCrc { .. })), "bits {first}, {second}");
+                assert!(
+                    matches!(decode_frame(&bad), Err(ChipError::FrameCrc { .. })),
+                    "bits {first}, {second}"
+                );
             }
         }
     }
@@ -96,6 +106,9 @@ mod tests {
     #[test]
     fn dead_lines_are_refused() {
         assert_eq!(decode_frame(&[0x00; FRAME_BYTES]), Err(ChipError::Silent));
-        assert!(matches!(decode_frame(&[0xFF; FRAME_BYTES]), Err(ChipError::FrameCrc { .. })));
+        assert!(matches!(
+            decode_frame(&[0xFF; FRAME_BYTES]),
+            Err(ChipError::FrameCrc { .. })
+        ));
     }
 }

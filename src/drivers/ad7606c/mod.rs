@@ -68,13 +68,28 @@ impl core::fmt::Display for ChipError {
         match *self {
             Self::Bus(kind) => write!(f, "SPI transfer failed: {kind}"),
             Self::Absent { level } => write!(f, "no answer: the identity reads {level:#04x}"),
-            Self::WrongId { id } => write!(f, "identity {id:#04x} is not an AD7606C-16's (0x3_ or 0x2_)"),
-            Self::ReadBack { register, wrote, read } => {
-                write!(f, "register {register:#04x} holds {read:#04x}, wanted {wrote:#04x}")
+            Self::WrongId { id } => write!(
+                f,
+                "identity {id:#04x} is not an AD7606C-16's (0x3_ or 0x2_)"
+            ),
+            Self::ReadBack {
+                register,
+                wrote,
+                read,
+            } => {
+                write!(
+                    f,
+                    "register {register:#04x} holds {read:#04x}, wanted {wrote:#04x}"
+                )
             }
-            Self::RegisterCrc { register } => write!(f, "register {register:#04x}: reply fails its CRC"),
+            Self::RegisterCrc { register } => {
+                write!(f, "register {register:#04x}: reply fails its CRC")
+            }
             Self::FrameCrc { received, computed } => {
-                write!(f, "conversion frame: CRC {received:#06x}, wanted {computed:#06x}")
+                write!(
+                    f,
+                    "conversion frame: CRC {received:#06x}, wanted {computed:#06x}"
+                )
             }
             Self::Silent => write!(f, "conversion frame of zeros only: dead data line"),
         }
@@ -105,7 +120,11 @@ pub struct Ad7606c<S> {
 impl<S: SpiDevice> Ad7606c<S> {
     /// Takes the chip's SPI device; nothing is sent.
     pub const fn new(spi: S) -> Self {
-        Self { spi, register_mode: false, crc: false }
+        Self {
+            spi,
+            register_mode: false,
+            crc: false,
+        }
     }
 
     /// Tells the driver that the chip's reset line was pulsed: conversion data, no CRC.
@@ -121,12 +140,21 @@ impl<S: SpiDevice> Ad7606c<S> {
     pub fn configure(&mut self, settings: &ChipSettings) -> Result<(), ChipError> {
         self.identify()?;
         // First of all: from here on every byte in either direction is covered.
-        self.write_register(Register::DigitalDiagnosticEnable, register::ROM_CRC_ERR_EN | register::INT_CRC_ERR_EN)?;
+        self.write_register(
+            Register::DigitalDiagnosticEnable,
+            register::ROM_CRC_ERR_EN | register::INT_CRC_ERR_EN,
+        )?;
         self.crc = true;
-        self.verify(Register::DigitalDiagnosticEnable, register::ROM_CRC_ERR_EN | register::INT_CRC_ERR_EN)?;
+        self.verify(
+            Register::DigitalDiagnosticEnable,
+            register::ROM_CRC_ERR_EN | register::INT_CRC_ERR_EN,
+        )?;
         self.write_verified(Register::Config, register::CONFIG_NORMAL_ONE_DOUT)?;
         for pair in 0..CHANNELS as u8 / 2 {
-            self.write_verified(Register::Range { pair }, settings.range.code() << 4 | settings.range.code())?;
+            self.write_verified(
+                Register::Range { pair },
+                settings.range.code() << 4 | settings.range.code(),
+            )?;
         }
         for (channel, &offset_counts) in (0..).zip(&settings.offset_counts) {
             self.write_verified(Register::Offset { channel }, (offset_counts as u8) ^ 0x80)?;
@@ -164,7 +192,9 @@ impl<S: SpiDevice> Ad7606c<S> {
         self.register_mode = true;
         let [first, value, crc] = self.command(command, 0)?;
         if self.crc && CRC8.checksum(&[first, value]) != crc {
-            return Err(ChipError::RegisterCrc { register: register.address() });
+            return Err(ChipError::RegisterCrc {
+                register: register.address(),
+            });
         }
         Ok(value)
     }
@@ -186,7 +216,9 @@ impl<S: SpiDevice> Ad7606c<S> {
     /// Bus, CRC, or a dead data line.
     pub fn read_frame(&mut self, counts: &mut [i16; CHANNELS]) -> Result<(), ChipError> {
         let mut bytes = [0; FRAME_BYTES];
-        self.spi.transfer_in_place(&mut bytes).map_err(|error| ChipError::Bus(error.kind()))?;
+        self.spi
+            .transfer_in_place(&mut bytes)
+            .map_err(|error| ChipError::Bus(error.kind()))?;
         *counts = decode_frame(&bytes)?;
         Ok(())
     }
@@ -206,14 +238,28 @@ impl<S: SpiDevice> Ad7606c<S> {
 
     fn verify(&mut self, register: Register, wrote: u8) -> Result<(), ChipError> {
         let read = self.read_register(register)?;
-        if read == wrote { Ok(()) } else { Err(ChipError::ReadBack { register: register.address(), wrote, read }) }
+        if read == wrote {
+            Ok(())
+        } else {
+            Err(ChipError::ReadBack {
+                register: register.address(),
+                wrote,
+                read,
+            })
+        }
     }
 
     /// One chip-select frame of register access; returns what came back.
     fn command(&mut self, command: u8, value: u8) -> Result<[u8; 3], ChipError> {
         let mut bytes = [command, value, CRC8.checksum(&[command, value])];
-        let frame = if self.crc { &mut bytes[..] } else { &mut bytes[..2] };
-        self.spi.transfer_in_place(frame).map_err(|error| ChipError::Bus(error.kind()))?;
+        let frame = if self.crc {
+            &mut bytes[..]
+        } else {
+            &mut bytes[..2]
+        };
+        self.spi
+            .transfer_in_place(frame)
+            .map_err(|error| ChipError::Bus(error.kind()))?;
         Ok(bytes)
     }
 }

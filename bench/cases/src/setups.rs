@@ -1,0 +1,78 @@
+//! Configurations of the signal path that are measured and compared.
+
+use courier_sensor::model::{ErrorModel, Multiplier, Term, TermTable};
+use courier_sensor::quadrature::PairCorrection;
+use courier_sensor::settings::Settings;
+use courier_sensor::step::StepConfig;
+
+/// Which rows the error model has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Setup {
+    /// Equation (3): the orders 1, 2, 4, 6 of the own phase.
+    Own,
+    /// Equation (9): the lateral terms besides.
+    Lateral,
+    /// Further rows: powers of theta, speed, direction, temperature, mixed orders.
+    Extended,
+}
+
+impl Setup {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Own, Self::Lateral, Self::Extended];
+
+    /// The interrupt's configuration: every coefficient of a different, plausible size; corrections of the pairs.
+    ///
+    /// # Panics
+    /// Never: the settings are within their ranges (a test sees to it).
+    pub fn config(self) -> StepConfig {
+        StepConfig::build(&self.settings())
+            .unwrap_or_else(|_| unreachable!("settings of the bench are in range"))
+    }
+
+    /// The same in SI units.
+    pub fn settings(self) -> Settings {
+        let mut model = ErrorModel::zero(self.terms());
+        model.constants_m = [1.0e-6, -2.0e-6, 3.0e-6, -4.0e-6];
+        for (row, coefficients) in model.coefficients.iter_mut().enumerate() {
+            for (k, value) in coefficients.as_flattened_mut().iter_mut().enumerate() {
+                *value =
+                    (1 + (5 * row + 3 * k) % 7) as f32 * if k % 3 == 0 { -2.0e-6 } else { 1.5e-6 };
+            }
+        }
+        let mut settings = Settings {
+            model: Some(model),
+            ..Settings::default()
+        };
+        for (i, pair) in settings.pairs.iter_mut().enumerate() {
+            let i = i as f32;
+            *pair = PairCorrection {
+                offset_counts: [30.0 - 10.0 * i, 20.0 * i],
+                gain: 1.0 + 0.01 * i,
+                angle_rad: 0.01 * i,
+            };
+        }
+        settings
+    }
+
+    fn terms(self) -> TermTable {
+        match self {
+            Self::Own => TermTable::equation_3(),
+            Self::Lateral => TermTable::equation_9(),
+            Self::Extended => {
+                let mut table = TermTable::equation_9();
+                let mixed = Term {
+                    own_order: 1,
+                    lateral_order: -1,
+                    ..Term::default()
+                };
+                let third = Term::own(3);
+                let warm = Term::default().with(Multiplier::Temperature);
+                let moving = Term::own(1).with(Multiplier::Direction);
+                for term in [third, third.with_theta(1), mixed, warm, moving] {
+                    let _ = table.push(term);
+                }
+                table
+            }
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! The cost table's rows.
+
+use crate::counter::{Statistics, measure};
+use crate::{estimator, peers};
+use cases::inputs::Inputs;
+use cases::rows::Rows;
+use cases::setups::Setup;
+use cases::{PACKED, UNKNOWNS};
+use core::hint::black_box;
+use courier_sensor::frame::{Frame, RawFrame};
+use courier_sensor::lsq::Estimator;
+use courier_sensor::step::{StepConfig, StepState, step};
+
+/// Inputs of the interrupt.
+const FRAMES: u32 = 120_000;
+/// Inputs of the slower peers.
+const PEER_FRAMES: u32 = 2_000;
+/// Equations.
+const ROWS: u32 = 1_000;
+
+/// Prints every row.
+pub fn run() {
+    interrupt("interrupt", Setup::Own);
+    interrupt("interrupt_lateral", Setup::Lateral);
+    interrupt("interrupt_extended", Setup::Extended);
+    peer("libm", PEER_FRAMES, peers::libm::step);
+    peer("libm_products", PEER_FRAMES, peers::libm::step_products);
+    #[cfg(feature = "cmsis")]
+    peer("cmsis", PEER_FRAMES, peers::cmsis::step);
+    estimation(estimator::take());
+    peers::qr::run();
+}
+
+/// The interrupt's computation as the image calls it: not inlined, the result written to memory.
+#[inline(never)]
+fn interrupt_step(config: &StepConfig, state: &mut StepState, raw: &RawFrame, out: &mut Frame) {
+    *out = step(config, state, raw);
+}
+
+fn interrupt(name: &str, setup: Setup) {
+    let (config, mut state, mut inputs) = (setup.config(), StepState::new(), Inputs::new(99));
+    let (mut statistics, mut frame) = (Statistics::default(), Frame::default());
+    for _ in 0..FRAMES {
+        let raw = inputs.frame();
+        let (taken, ()) =
+            measure(|| interrupt_step(black_box(&config), &mut state, black_box(&raw), &mut frame));
+        black_box(&frame);
+        statistics.add(taken);
+    }
+    statistics.print(name);
+}
+
+fn peer(name: &str, count: u32, work: fn(&peers::Coefficients, &RawFrame, &mut peers::Outcome)) {
+    let (coefficients, mut inputs) = (peers::Coefficients::new(), Inputs::new(99));
+    let (mut statistics, mut outcome) = (Statistics::default(), peers::Outcome::default());
+    for _ in 0..count {
+        let raw = inputs.frame();
+        let (taken, ()) = measure(|| work(black_box(&coefficients), black_box(&raw), &mut outcome));
+        black_box(&outcome);
+        statistics.add(taken);
+    }
+    statistics.print(name);
+}
+
+fn estimation(estimator: &mut Estimator<UNKNOWNS, PACKED>) {
+    let (mut rows, mut entering, mut predicting) = (
+        Rows::new(3, false),
+        Statistics::default(),
+        Statistics::default(),
+    );
+    for n in 0..ROWS {
+        let row = rows.row();
+        if n > 2 * UNKNOWNS as u32 {
+            predicting
+                .add(measure(|| black_box(estimator.rows.predict(black_box(&row.entries)))).0);
+        }
+        let (taken, entered) = measure(|| estimator.rows.enter(black_box(&row.entries), row.rhs));
+        assert!(entered.is_ok());
+        entering.add(taken);
+    }
+    entering.print("givens_row_33");
+    predicting.print("predict_row_33");
+    let mut solving = Statistics::default();
+    let (taken, solved) = measure(|| estimator.solve().is_ok());
+    assert!(solved);
+    solving.add(taken);
+    solving.print("solve_33");
+}

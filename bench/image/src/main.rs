@@ -1,0 +1,35 @@
+//! Image for QEMU's mps2-an386 with the counting plugin. Its command line says what to run: `costs`, `parity`, or
+//! `frames FILE` (raw frames of a recording, as `cargo xtask test` writes them). Results go to standard output.
+#![no_std]
+#![no_main]
+
+mod costs;
+mod counter;
+mod estimator;
+mod peers;
+mod recorded;
+
+use cortex_m_rt::entry;
+use cortex_m_semihosting::{debug, hprintln};
+use panic_semihosting as _;
+
+#[entry]
+fn main() -> ! {
+    let mut line = [0; 512];
+    let mut words = recorded::command_line(&mut line).split(' ').skip(1);
+    match (words.next(), words.next()) {
+        (Some("costs"), _) => costs::run(),
+        (Some("parity"), _) => parity(),
+        (Some("frames"), Some(file)) => recorded::run(file),
+        other => hprintln!("found {:?}, wanted costs, parity or frames FILE", other),
+    }
+    debug::exit(debug::EXIT_SUCCESS);
+    loop {}
+}
+
+fn parity() {
+    for setup in cases::setups::Setup::ALL {
+        hprintln!("signal {:?} {:016x}", setup, cases::parity::signal(setup));
+    }
+    hprintln!("rows {:016x}", cases::parity::rows(estimator::take()));
+}

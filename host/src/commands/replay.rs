@@ -1,0 +1,82 @@
+//! `courier replay RECORDING`.
+
+use crate::replay::{Report, replay};
+use crate::terminal::{micrometres, print, print_json, progress, table, warn};
+use anyhow::Result;
+use recording::Recording;
+use serde::Serialize;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Calibrate on a recording and show what remains on stretches that were not fitted.
+///
+/// The firmware's own signal path and incremental least squares run over the recording: one segment against a
+/// reference, or four segments against each other (g_p, equation 5). A third of the motion, in contiguous blocks of both
+/// directions of travel, is held out.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  courier replay ../shared/data/ess-rotary-normal --json")]
+pub struct Args {
+    /// Folder with recording.toml and samples.csv.
+    recording: PathBuf,
+    /// Print one JSON object instead of the table.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Output<'a> {
+    recording: String,
+    #[serde(flatten)]
+    report: &'a Report,
+}
+
+/// Reads, calibrates, prints.
+///
+/// # Errors
+/// A bad recording, or one that cannot be calibrated on.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let recording = Recording::read(&args.recording)?;
+    recording.warnings.iter().for_each(|warning| warn(warning));
+    let report = replay(&recording, &progress(0, "replaying"))?;
+    if args.json {
+        print_json(&Output { recording: args.recording.display().to_string(), report: &report })?;
+    } else {
+        print(&text(&recording, &report))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn text(recording: &Recording, report: &Report) -> String {
+    let channels: Vec<Vec<String>> = report
+        .channels
+        .iter()
+        .map(|channel| {
+            let rms = [channel.rms.raw_rms_m, channel.rms.calibrated_rms_m, channel.rms.batch_f64_rms_m];
+            let mut row = vec![channel.channel.name(), channel.fitted.to_string(), channel.held_out.to_string()];
+            row.extend(rms.map(micrometres));
+            row
+        })
+        .collect();
+    let header = ["residual, rms in µm", "fitted", "held out", "raw", "equation (3), f32", "batch, f64"];
+    let mut text = format!("{}: {} samples\n{}", recording.meta.device, recording.samples.len(), table(&header, &channels));
+    for channel in &report.channels {
+        if let Some(rms_m) = channel.reference_phase_rms_m {
+            let name = channel.channel.name();
+            text += &format!("\n{name}: {} µm with equation (3)'s orders in the phase of the reference", micrometres(rms_m));
+        }
+    }
+    if !report.position.is_empty() {
+        let rows: Vec<Vec<String>> = report
+            .position
+            .iter()
+            .map(|position| {
+                let rms = [position.raw_rms_m, position.calibrated_rms_m].map(micrometres);
+                [vec![position.axis.to_owned(), position.samples.to_string()], rms.to_vec()].concat()
+            })
+            .collect();
+        text += "\n\n";
+        text += &table(&["position against the reference, rms in µm", "samples", "raw", "calibrated"], &rows);
+    }
+    text
+}

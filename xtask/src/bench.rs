@@ -1,0 +1,210 @@
+//! `cargo xtask bench`: the cost table, measured on the emulated Cortex-M4F.
+
+use crate::{arm, cmsis, plugin, throughput};
+use anyhow::{Context, Result};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+
+/// Processor clock, hertz.
+const CLOCK_HZ: f64 = 170.0e6;
+/// Unknowns of the measured Givens row.
+const UNKNOWNS: u32 = 33;
+
+/// One measured piece of work.
+#[derive(Clone, Debug)]
+pub struct Cost {
+    /// How often it was run, on different inputs.
+    pub count: u32,
+    /// Exact, worst and mean.
+    pub instructions: (u32, f64),
+    /// By the public timings, worst and mean.
+    pub cycles: (u32, f64),
+}
+
+/// All of them by name, in the image's order.
+pub type Costs = BTreeMap<String, Cost>;
+
+/// The command.
+///
+/// # Errors
+/// What is missing cannot be set up, or the image fails.
+pub fn run(arguments: &[String]) -> Result<()> {
+    let json = match arguments {
+        [] => false,
+        [one] if one == "--json" => true,
+        other => anyhow::bail!("found {other:?}, wanted nothing or --json"),
+    };
+    let costs = measure()?;
+    if json {
+        print_json(&costs);
+        return Ok(());
+    }
+    print_table(&costs);
+    throughput::run()
+}
+
+/// Builds and runs the measuring image.
+///
+/// # Errors
+/// As [`run`].
+pub fn measure() -> Result<Costs> {
+    let arm = arm::ensure()?;
+    let peer = cmsis::build()
+        .inspect_err(|why| arm::say(&format!("no CMSIS-DSP in the table: {why:#}")))
+        .ok();
+    let image = plugin::build_image(&arm, peer.as_deref())?;
+    parse(&plugin::run_image(&image, &["costs"])?)
+}
+
+fn parse(text: &str) -> Result<Costs> {
+    text.lines()
+        .filter(|line| line.starts_with("cost "))
+        .map(line)
+        .collect()
+}
+
+fn line(line: &str) -> Result<(String, Cost)> {
+    let mut words = line.split(' ').skip(1);
+    let mut next = || {
+        words
+            .next()
+            .with_context(|| format!("the image's line {line:?} is too short"))
+    };
+    let name = next()?.to_owned();
+    let count = next()?.parse()?;
+    let instructions = (next()?.parse()?, next()?.parse()?);
+    let cycles = (next()?.parse()?, next()?.parse()?);
+    Ok((
+        name,
+        Cost {
+            count,
+            instructions,
+            cycles,
+        },
+    ))
+}
+
+fn print_table(costs: &Costs) {
+    println!(
+        "{:<20} {:>7} {:>12} {:>12} {:>12} {:>12} {:>8} {:>8} {:>8}",
+        "work",
+        "inputs",
+        "instructions",
+        "mean",
+        "cycles (est)",
+        "mean",
+        "20 kHz",
+        "50 kHz",
+        "100 kHz"
+    );
+    for (name, cost) in costs {
+        let [a, b, c] = RATES_HZ.map(|rate| share(cost, rate));
+        let (instructions, cycles) = (cost.instructions, cost.cycles);
+        println!(
+            "{name:<20} {:>7} {:>12} {:>12.1} {:>12} {:>12.1} {a:>8} {b:>8} {c:>8}",
+            cost.count, instructions.0, instructions.1, cycles.0, cycles.1,
+        );
+    }
+    let floor = GivensFloor::of(UNKNOWNS);
+    println!(
+        "\nfloor of givens_row_{UNKNOWNS}: {} loads, {} stores, {} multiplications, {} additions, {} roots, {} divisions: \
+         {} cycles if nothing else were done",
+        floor.loads,
+        floor.stores,
+        floor.multiplications,
+        floor.additions,
+        floor.roots,
+        floor.divisions,
+        floor.cycles()
+    );
+    println!(
+        "Worst case first, mean beside it. Instructions are exact; cycles are estimated from the public timings of the\n\
+         Cortex-M4F without wait states. Shares are of {:.0} MHz at the worst case, for work that is done at every sample.",
+        CLOCK_HZ / 1.0e6
+    );
+}
+
+/// Rates of the interrupt that the table has.
+const RATES_HZ: [f64; 3] = [20.0e3, 50.0e3, 100.0e3];
+
+fn share(cost: &Cost, rate: f64) -> String {
+    let share = f64::from(cost.cycles.0) * rate / CLOCK_HZ;
+    if share > 9.99 {
+        "-".into()
+    } else {
+        format!("{:.1}%", 100.0 * share)
+    }
+}
+
+/// What a Givens row cannot do without, however it is written: every entry of factor and row is read and written once a
+/// rotation (the entering row may stay in registers, so it counts once), and turned.
+struct GivensFloor {
+    loads: u32,
+    stores: u32,
+    multiplications: u32,
+    additions: u32,
+    roots: u32,
+    divisions: u32,
+}
+
+impl GivensFloor {
+    fn of(unknowns: u32) -> Self {
+        // Right-hand side included: n + 1 columns, column k is turned by k rotations beyond its own.
+        let turned = unknowns * (unknowns + 1) / 2;
+        let factor = turned + unknowns;
+        Self {
+            loads: factor + unknowns + 1,
+            stores: factor,
+            multiplications: 4 * turned + 4 * unknowns,
+            additions: 2 * turned + unknowns,
+            roots: unknowns,
+            divisions: unknowns,
+        }
+    }
+
+    /// One cycle a load in a row of loads, a store, a multiplication, an addition; 14 a root or a division.
+    fn cycles(&self) -> u32 {
+        self.loads
+            + self.stores
+            + self.multiplications
+            + self.additions
+            + 14 * (self.roots + self.divisions)
+    }
+}
+
+fn print_json(costs: &Costs) {
+    let worst = |name: &str| {
+        costs.get(name).map(|c| json!({"instructions_worst": c.instructions.0, "cycles_worst": c.cycles.0, "cycles_mean": c.cycles.1}))
+    };
+    let instructions = |name: &str| {
+        costs
+            .get(name)
+            .map(|c| json!({"instructions_worst": c.instructions.0}))
+    };
+    let floor = GivensFloor::of(UNKNOWNS);
+    let row = costs.get("givens_row_33").map(
+        |c| json!({"instructions": c.instructions.0, "cycles": c.cycles.0, "cycles_floor": floor.cycles()}),
+    );
+    let all: serde_json::Map<String, Value> = costs
+        .iter()
+        .map(|(name, c)| {
+            let value = json!({
+                "inputs": c.count,
+                "instructions_worst": c.instructions.0,
+                "instructions_mean": c.instructions.1,
+                "cycles_worst": c.cycles.0,
+                "cycles_mean": c.cycles.1,
+            });
+            (name.clone(), value)
+        })
+        .collect();
+    let object = json!({
+        "interrupt": worst("interrupt"),
+        "interrupt_lateral": worst("interrupt_lateral"),
+        "cmsis": instructions("cmsis"),
+        "libm": instructions("libm"),
+        "givens_row_33": row,
+        "all": all,
+    });
+    println!("{object}");
+}

@@ -1,0 +1,158 @@
+//! QEMU with the project's plugin: builds it, runs an image, hands back what the image printed.
+
+use crate::arm::{self, root, run, say};
+use anyhow::{Context, Result, bail, ensure};
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Size of the RAM that the host's file backs; QEMU wants exactly this.
+const RAM_BYTES: u64 = 16 << 20;
+/// Where in it the counters are: the last page.
+const COUNTERS: &str = "0xfff000";
+/// A run that takes longer has hung.
+const PATIENCE: Duration = Duration::from_secs(600);
+
+/// Builds the plugin for this machine.
+///
+/// # Errors
+/// The compiler's.
+pub fn build() -> Result<PathBuf> {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let folder = root().join("target").join("plugin");
+    let mut command = Command::new(cargo);
+    command.current_dir(root().join("tools/m4plug"));
+    command
+        .args(["build", "--quiet", "--release", "--target-dir"])
+        .arg(&folder);
+    run(&mut command)?;
+    Ok(folder.join("release").join("libm4plug.so"))
+}
+
+/// Runs an image on the emulated board, counting, and returns its standard output.
+///
+/// # Errors
+/// QEMU cannot be started or ends without success, or the image does not end.
+pub fn run_image(image: &Path, words: &[&str]) -> Result<String> {
+    arm::ensure_program("qemu-system-arm", &["qemu-system-arm"])?;
+    let plugin = build()?;
+    let ram = Ram::new()?;
+    let mut semihosting = String::from("enable=on,target=native,arg=image");
+    words
+        .iter()
+        .for_each(|word| semihosting.push_str(&format!(",arg={word}")));
+    let mut command = Command::new("qemu-system-arm");
+    command
+        .args([
+            "-cpu",
+            "cortex-m4",
+            "-machine",
+            "mps2-an386,memory-backend=ram",
+            "-object",
+        ])
+        .arg(format!(
+            "memory-backend-file,id=ram,size=16M,mem-path={},share=on",
+            ram.0.display()
+        ))
+        .args([
+            "-nographic",
+            "-monitor",
+            "none",
+            "-serial",
+            "null",
+            "-semihosting-config",
+            &semihosting,
+            "-plugin",
+        ])
+        .arg(format!(
+            "{},ram={},count={COUNTERS}",
+            plugin.display(),
+            ram.0.display()
+        ))
+        .arg("-kernel")
+        .arg(image)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped());
+    wait(&mut command)
+}
+
+fn wait(command: &mut Command) -> Result<String> {
+    let mut child = command.spawn().context("qemu-system-arm")?;
+    let mut stdout = child.stdout.take().context("qemu-system-arm: no output")?;
+    let reader = std::thread::spawn(move || {
+        let mut text = String::new();
+        stdout.read_to_string(&mut text).map(|_| text)
+    });
+    let begin = Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait()? {
+            break status;
+        }
+        if begin.elapsed() > PATIENCE {
+            child.kill()?;
+            child.wait()?;
+            bail!("the image did not end within {} s", PATIENCE.as_secs());
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    };
+    let text = reader
+        .join()
+        .map_err(|_| anyhow::anyhow!("reading the image's output failed"))??;
+    ensure!(
+        status.success(),
+        "qemu-system-arm: {status}; the image said:\n{text}"
+    );
+    Ok(text)
+}
+
+/// The file that backs the emulated RAM; gone when dropped.
+struct Ram(PathBuf);
+
+impl Ram {
+    fn new() -> Result<Self> {
+        let shared = Path::new("/dev/shm");
+        let folder = if shared.is_dir() {
+            shared.to_path_buf()
+        } else {
+            std::env::temp_dir()
+        };
+        let path = folder.join(format!(
+            "courier-bench-{}-{:?}",
+            std::process::id(),
+            std::thread::current().id()
+        ));
+        let file = File::create(&path).with_context(|| path.display().to_string())?;
+        file.set_len(RAM_BYTES)?;
+        Ok(Self(path))
+    }
+}
+
+impl Drop for Ram {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// Builds the measuring image, with the CMSIS-DSP peer where that could be had.
+///
+/// # Errors
+/// The compiler's.
+pub fn build_image(arm: &arm::Arm, peer: Option<&Path>) -> Result<PathBuf> {
+    say("building the measuring image");
+    let mut command = arm.cargo("build");
+    command
+        .current_dir(root().join("bench"))
+        .args(["--quiet", "--release", "--package", "image"]);
+    if let Some(folder) = peer {
+        command
+            .args(["--features", "cmsis"])
+            .env("COURIER_CMSIS", folder);
+    }
+    run(&mut command)?;
+    Ok(arm::target_dir()
+        .join(arm::TARGET)
+        .join("release")
+        .join("image"))
+}
