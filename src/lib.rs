@@ -10,6 +10,7 @@ pub mod board;
 pub mod app;
 pub mod calibration;
 pub mod drivers;
+pub mod emulation;
 pub mod frame;
 pub mod geometry;
 pub mod link;

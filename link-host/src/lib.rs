@@ -1,0 +1,10 @@
+//! The host's way to a board: [`rtt`] speaks SEGGER's real-time transfer over any [`memory::TargetMemory`], be it a debug
+//! probe's or the emulated board's. [`wire::Wire`] is what the commands use, whichever board there is.
+
+pub mod emulated;
+pub mod image;
+pub mod memory;
+#[cfg(feature = "probe")]
+pub mod probe;
+pub mod rtt;
+pub mod wire;
