@@ -13,13 +13,14 @@ pub struct CycleSlip {
 }
 
 impl CycleSlip {
-    /// One slip, seldom two, of one tooth, seldom two, within the middle of the recording.
+    /// One slip, seldom two on different segments, of one tooth, seldom two, within the middle of the recording.
     pub fn draw(scene: &Scene, rng: &mut ChaCha8Rng, _size_rms_m: f64) -> Box<dyn PlantEffect> {
         let count = if uniform(rng, 0.0, 1.0) < 0.8 { 1 } else { 2 };
-        let slips = (0..count).map(|_| {
+        let first = index(rng, SEGMENTS);
+        let slips = (0..count).map(|i| {
             let teeth = if uniform(rng, 0.0, 1.0) < 0.85 { 1.0 } else { 2.0 };
             let time_s = scene.duration_s * uniform(rng, 0.15, 0.85);
-            (time_s, index(rng, SEGMENTS), (teeth * sign(rng)) as i32)
+            (time_s, (first + i) % SEGMENTS, (teeth * sign(rng)) as i32)
         });
         Box::new(Self { slips: slips.collect() })
     }

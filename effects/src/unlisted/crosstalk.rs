@@ -4,7 +4,7 @@ use crate::plant::{Instant, PlantEffect, SEGMENTS, Scene, Signal};
 use crate::random::{ChaCha8Rng, normal};
 use crate::shape::root_mean_square;
 
-/// Size: rms of the displacement over independent phases, pooled over the segments.
+/// Size: rms of the displacement over independent phases of x and y at small angles, pooled over the segments.
 pub struct Crosstalk {
     /// `[into][from]`: share of each channel.
     leak: [[f64; SEGMENTS]; SEGMENTS],
@@ -20,8 +20,12 @@ impl Crosstalk {
         };
         let leak: [[f64; SEGMENTS]; SEGMENTS] =
             core::array::from_fn(|into| core::array::from_fn(|from| share(into, from) * normal(rng)));
-        // A leak of share k turns the phase by k sin(difference of phases): mean square k^2 / 2.
-        let power = leak.map(|row| row.iter().map(|k| 0.5 * k * k).sum::<f64>().sqrt());
+        // Leaks of shares k from the other axis' pair, whose phases are near equal, turn the phase by the sum of k times the
+        // sine of the phases' difference; the own axis' other segment is in phase and turns it little.
+        let power: [f64; SEGMENTS] = core::array::from_fn(|into| {
+            let across = (0..SEGMENTS).filter(|from| (from + into) % 2 == 1);
+            0.5_f64.sqrt() * across.map(|from| leak[into][from]).sum::<f64>()
+        });
         let mut effect = Self { leak };
         effect.scale(size_rms_m * scene.geometry.wavenumber() / root_mean_square(&power));
         Box::new(effect)

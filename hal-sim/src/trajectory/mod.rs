@@ -5,7 +5,7 @@ mod profile;
 mod runs;
 mod schedule;
 
-pub use open_loop::OpenLoop;
+pub use open_loop::{OpenLoop, PlaceError};
 pub use profile::Profile;
 pub use runs::{Plan, Run};
 pub use schedule::{Path, Schedule};

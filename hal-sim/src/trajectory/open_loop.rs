@@ -74,30 +74,31 @@ impl OpenLoop {
             let wave = |place: f64| self.detent_m * (TAU * place / pitch_m).sin();
             (error.x_m, error.y_m) = (wave(pose.x_m), wave(pose.y_m));
         }
-        if self.place_error_m != 0.0 {
-            error.plus(place.at(pose), self.place_error_m)
-        } else {
-            error
+        if self.place_error_m == 0.0 {
+            return error;
         }
+        let [x, y, turn] = place.at(pose);
+        error.plus(Pose::new(x, y, turn / ARM_M), self.place_error_m)
     }
 }
 
-/// The error that depends on the place, of rms 1 (the angle's: 1 over the arm).
+/// The error that depends on the place: x, y and angle, each of rms 1.
 #[derive(Clone, Debug)]
-pub(super) struct PlaceError {
+pub struct PlaceError {
     parts: [Waves<2>; 3],
 }
 
 impl PlaceError {
     /// Wavelengths of 150 to 500 mm: those of magnets and housing.
-    pub(super) fn draw(rng: &mut ChaCha8Rng) -> Self {
+    pub fn draw(rng: &mut ChaCha8Rng) -> Self {
         Self {
             parts: [(); 3].map(|()| Waves::draw(rng, 3, 0.15, 0.5)),
         }
     }
 
-    fn at(&self, pose: Pose) -> Pose {
-        let [x, y, turn] = [0, 1, 2].map(|i| self.parts[i].at([pose.x_m, pose.y_m]));
-        Pose::new(x, y, turn / ARM_M)
+    /// Error at a commanded pose.
+    #[must_use]
+    pub fn at(&self, pose: Pose) -> [f64; 3] {
+        [0, 1, 2].map(|i| self.parts[i].at([pose.x_m, pose.y_m]))
     }
 }

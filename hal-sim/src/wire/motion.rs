@@ -5,6 +5,7 @@
 
 use super::clock::Clock;
 use super::trajectory::{Leg, Trajectory};
+use crate::trajectory::PlaceError;
 use courier_sensor::drivers::motion::{
     Command, FRAME_BYTES, FaultCode, Phase, Refusal, Reply, Request, Response, Target,
 };
@@ -19,10 +20,13 @@ use std::rc::Rc;
 /// How the courier moves. Every size is a standard deviation or a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControllerConfig {
-    /// Where it ends, beside where it was told: drive force ripple and cable drag, unknown to the controller.
+    /// Where it ends, beside where it was told, as the place decides: the motors' and the platen's field, unknown to the
+    /// controller; smooth over some 100 mm, so that a fly-by drifts by a few micrometres and not by the whole of it.
     pub error_m: f64,
     /// The same of the angle, radians.
     pub error_rad: f64,
+    /// What each stop adds at random, metres: friction and cable drag; angle in proportion by [`LEVER_M`].
+    pub stop_error_m: f64,
     /// Swing after a move with the highest acceleration, metres; angle in proportion by [`LEVER_M`].
     pub swing_m: f64,
     /// Frequency of the magnetic spring between courier and platen, hertz.
@@ -44,6 +48,7 @@ impl ControllerConfig {
     pub const TYPICAL: Self = Self {
         error_m: 30.0e-6,
         error_rad: 2.0e-4,
+        stop_error_m: 3.0e-6,
         swing_m: 20.0e-6,
         swing_hz: 60.0,
         decay_s: 12.0e-3,
@@ -88,6 +93,7 @@ struct Controller {
     config: ControllerConfig,
     clock: Clock,
     rng: ChaCha8Rng,
+    place_error: PlaceError,
     told: Trajectory,
     truth: Trajectory,
     to_controller: VecDeque<(u64, u8)>,
@@ -103,10 +109,12 @@ pub struct MotionWire(Rc<RefCell<Controller>>);
 impl MotionWire {
     /// A courier at rest at `start`.
     pub fn new(clock: Clock, config: ControllerConfig, start: Pose, seed: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
         Self(Rc::new(RefCell::new(Controller {
             config,
             clock,
-            rng: ChaCha8Rng::seed_from_u64(seed),
+            place_error: PlaceError::draw(&mut rng),
+            rng,
             told: Trajectory::standing(start),
             truth: Trajectory::standing(start),
             to_controller: VecDeque::new(),
@@ -270,10 +278,12 @@ impl Controller {
     fn start_leg(&mut self, to: Pose, duration_s: f64, hardness: f64, now_s: f64) {
         let config = self.config;
         let draws: [f64; 6] = std::array::from_fn(|_| normal(&mut self.rng));
+        let place = self.place_error.at(to);
+        let stop_m = config.stop_error_m;
         let error = Pose::new(
-            config.error_m * draws[0],
-            config.error_m * draws[1],
-            config.error_rad * draws[2],
+            config.error_m * place[0] + stop_m * draws[0],
+            config.error_m * place[1] + stop_m * draws[1],
+            config.error_rad * place[2] + stop_m / LEVER_M * draws[2],
         );
         let swing_m = config.swing_m * hardness;
         let swing = Pose::new(

@@ -1,0 +1,341 @@
+//! Each effect's realised rms against its stated size, over the motion that its file states, computed from what the hooks
+//! do and not from the effect's own formula.
+
+use effects::motion::{Motion, Pose};
+use effects::plant::{
+    Channels, Codes, Geometry, Instant, PlantEffect, SEGMENTS, Scene, SegmentPoint, Signal,
+};
+use effects::random::{ChaCha8Rng, SeedableRng, uniform};
+use effects::{CATALOGUE, entry, unlisted};
+use std::f64::consts::TAU;
+
+const SIZE_M: f64 = 2.0e-6;
+const SCENE: Scene = Scene {
+    geometry: Geometry::PAPER,
+    duration_s: 100.0,
+    amplitude_counts: 20_000.0,
+};
+
+/// Straight motion at a constant velocity.
+struct Cruise(Pose);
+
+impl Motion for Cruise {
+    fn pose(&self, time_s: f64) -> Pose {
+        Pose::default().plus(self.0, time_s)
+    }
+}
+
+fn drawn(name: &str, seed: u64) -> Box<dyn PlantEffect> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let entry = entry(name).or_else(|| unlisted::UNLISTED.iter().find(|entry| entry.name == name));
+    (entry.expect(name).draw)(&SCENE, &mut rng, SIZE_M)
+}
+
+fn instant<'a>(motion: &'a dyn Motion, time_s: f64, temperature_delta_k: f64) -> Instant<'a> {
+    Instant {
+        time_s,
+        pose: motion.pose(time_s),
+        temperature_delta_k,
+        motion,
+        geometry: &SCENE.geometry,
+    }
+}
+
+/// A segment's whole displacement at an instant: through place, displacement, signals and converter.
+fn displacement_m(effect: &mut dyn PlantEffect, at: &Instant) -> [f64; SEGMENTS] {
+    let nominal = SCENE.geometry.points(at.pose);
+    let mut points: [SegmentPoint; SEGMENTS] = nominal;
+    effect.platen(at, &mut points);
+    let added = effect.displacement_m(at, &points);
+    let wavenumber = SCENE.geometry.wavenumber();
+    let outputs: [f64; SEGMENTS] = std::array::from_fn(|s| points[s].own_m + added[s]);
+    let mut signals = outputs.map(|p| {
+        let (sine, cosine) = (wavenumber * p).sin_cos();
+        Signal {
+            phase_rad: wavenumber * p,
+            sine,
+            cosine,
+        }
+    });
+    effect.signal(at, &mut signals);
+    let quadrature = signals.map(|s| [s.sine, s.cosine].map(|v| v * SCENE.amplitude_counts));
+    let mut channels = Channels {
+        quadrature,
+        electrodes: [15_000.0; 4],
+        amplitude_counts: SCENE.amplitude_counts,
+        psd_sum_counts: 30_000.0,
+    };
+    effect.analog(at, &mut channels);
+    let whole = channels
+        .quadrature
+        .map(|pair| pair.map(|counts| counts.round() as i16));
+    let mut codes = Codes {
+        quadrature: whole,
+        electrodes: [0; 4],
+    };
+    effect.codes(at, &mut codes);
+    std::array::from_fn(|s| {
+        let [sine, cosine] = codes.quadrature[s].map(f64::from);
+        let phase = sine.atan2(cosine) - wavenumber * nominal[s].own_m;
+        (phase - TAU * (phase / TAU).round()) / wavenumber
+    })
+}
+
+fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (sum, count) = values
+        .into_iter()
+        .fold((0.0, 0.0), |(sum, count), v| (sum + v * v, count + 1.0));
+    (sum / count).sqrt()
+}
+
+/// Rms over still poses uniform within `range` (x and y, metres; theta, radians), times and temperatures, pooled.
+fn still_rms_m(effect: &mut dyn PlantEffect, range: Pose, warm_k: f64, centred: bool) -> f64 {
+    let mut rng = ChaCha8Rng::seed_from_u64(99);
+    let count = 20_000;
+    let mut values: [Vec<f64>; SEGMENTS] = Default::default();
+    for i in 0..count {
+        let mut within = |half: f64| uniform(&mut rng, -half, half);
+        let pose = Pose::new(
+            within(range.x_m),
+            within(range.y_m),
+            within(range.theta_rad),
+        );
+        let temperature = uniform(&mut rng, 0.0, warm_k.max(1e-9));
+        let at = instant(
+            &pose,
+            SCENE.duration_s * f64::from(i) / f64::from(count),
+            temperature,
+        );
+        let displacement = displacement_m(effect, &at);
+        values
+            .iter_mut()
+            .zip(displacement)
+            .for_each(|(values, d)| values.push(d));
+    }
+    if centred {
+        for values in &mut values {
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            values.iter_mut().for_each(|v| *v -= mean);
+        }
+    }
+    rms(values.into_iter().flatten())
+}
+
+/// Asserts that the size over all seeds is what was asked for: `tolerance` of each, a third of it on average.
+fn assert_sizes(name: &str, tolerance: f64, realised: impl Fn(Box<dyn PlantEffect>) -> f64) {
+    let seeds = 6;
+    let ratios: Vec<f64> = (0..seeds)
+        .map(|seed| realised(drawn(name, seed)) / SIZE_M)
+        .collect();
+    let mean = rms(ratios.iter().copied());
+    assert!((mean - 1.0).abs() < tolerance, "{name}: {ratios:?}");
+    assert!(
+        ratios.iter().all(|r| (r - 1.0).abs() < 2.0 * tolerance),
+        "{name}: {ratios:?}"
+    );
+    // Twice the size is twice the displacement (saturating effects to first order).
+    let mut doubled = drawn(name, 0);
+    doubled.scale(2.0);
+    assert!(
+        (realised(doubled) / SIZE_M / ratios[0] - 2.0).abs() < 0.1,
+        "{name}: scale"
+    );
+}
+
+const HALF_DEGREE: f64 = 0.5 * std::f64::consts::PI / 180.0;
+const PLATEN: Pose = Pose::new(60e-3, 60e-3, HALF_DEGREE);
+
+#[test]
+fn effects_of_place_and_phase_have_their_stated_rms() {
+    for name in [
+        "lateral_dependence",
+        "extra_harmonics",
+        "angle_dependence",
+        "adc_clipping",
+        "span_error",
+        "crosstalk",
+        "subharmonic",
+    ] {
+        assert_sizes(name, 0.03, |mut effect| {
+            still_rms_m(&mut *effect, PLATEN, 0.0, false)
+        });
+    }
+    // A field is one draw over the platen.
+    assert_sizes("tooth_variation", 0.06, |mut effect| {
+        still_rms_m(&mut *effect, PLATEN, 0.0, false)
+    });
+    // Twelve waves over a finite platen: the realised flatness scatters.
+    assert_sizes("gap_variation", 0.25, |mut effect| {
+        still_rms_m(&mut *effect, Pose::new(0.3, 0.3, 0.0), 0.0, false)
+    });
+    assert_sizes("axis_skew", 0.03, |mut effect| {
+        still_rms_m(&mut *effect, Pose::new(5e-3, 5e-3, 0.0), 0.0, false)
+    });
+}
+
+#[test]
+fn effects_of_time_and_temperature_have_their_stated_rms() {
+    assert_sizes("excess_noise", 0.03, |mut effect| {
+        still_rms_m(&mut *effect, PLATEN, 0.0, false)
+    });
+    // A dozen steps over the amplitude: rounding is not quite uniform.
+    assert_sizes("missing_codes", 0.1, |mut effect| {
+        still_rms_m(&mut *effect, PLATEN, 0.0, false)
+    });
+
+    assert_sizes("quadrature_drift", 0.06, |mut effect| {
+        still_rms_m(&mut *effect, PLATEN, 0.0, false)
+    });
+    assert_sizes("thermal_drift", 0.03, |mut effect| {
+        still_rms_m(&mut *effect, Pose::default(), 4.0, true)
+    });
+    // Few and strong: the sum over 100 s scatters.
+    assert_sizes("outlier_bursts", 0.6, |mut effect| {
+        still_rms_m(&mut *effect, PLATEN, 0.0, false)
+    });
+}
+
+#[test]
+fn effects_of_speed_have_their_stated_rms() {
+    let both = |speed: f64| Cruise(Pose::new(speed, speed, 0.0));
+    let at_speed = |mut effect: Box<dyn PlantEffect>, speed: f64| {
+        let motion = both(speed);
+        let values: Vec<_> = (500..4000)
+            .map(|i| displacement_m(&mut *effect, &instant(&motion, f64::from(i) * 1e-3, 0.0)))
+            .collect();
+        rms(values.into_iter().flatten())
+    };
+    assert_sizes("velocity_lag", 0.03, |effect| at_speed(effect, 50e-3));
+    assert_sizes("hysteresis", 0.03, |effect| at_speed(effect, 10e-3));
+    // Speed along x and y together is the root of two times either.
+    assert_sizes("mains_pickup", 0.03, |effect| {
+        at_speed(effect, 50e-3 / 2.0_f64.sqrt())
+    });
+}
+
+#[test]
+fn a_lag_reverses_with_the_direction_and_hysteresis_forgets_the_speed() {
+    let mean = |name: &str, speed: f64| {
+        let mut effect = drawn(name, 3);
+        let motion = Cruise(Pose::new(speed, 0.0, 0.0));
+        let values: Vec<_> = (500..1500)
+            .map(|i| displacement_m(&mut *effect, &instant(&motion, f64::from(i) * 1e-3, 0.0))[0])
+            .collect();
+        values.iter().sum::<f64>() / 1000.0
+    };
+    assert!((mean("velocity_lag", 20e-3) + mean("velocity_lag", -20e-3)).abs() < 1e-9);
+    assert!(mean("velocity_lag", 5e-3).abs() < 0.4 * mean("velocity_lag", 20e-3).abs());
+    assert!((mean("hysteresis", 5e-3) / mean("hysteresis", 40e-3) - 1.0).abs() < 0.02);
+    assert!((mean("hysteresis", 5e-3) + mean("hysteresis", -5e-3)).abs() < 1e-9);
+}
+
+/// Rms of an axis' displacement by the coordination sensor's hooks over +-0.8 of full scale.
+fn deflection_rms_m(effect: &mut dyn PlantEffect, centred: bool) -> f64 {
+    let full_m = SCENE.geometry.height_m * SCENE.geometry.tan_full_scale;
+    let mut values = [Vec::new(), Vec::new()];
+    let still = Pose::default();
+    for i in 0..=80 {
+        for j in 0..=80 {
+            let at = instant(&still, f64::from(81 * i + j) * 0.013, 0.0);
+            let place = |i: i32| 0.8 * (f64::from(i) / 40.0 - 1.0);
+            let mut u = [place(i), place(j)];
+            effect.deflection(&at, &mut u);
+            let beacon = effect.beacon_m(&at);
+            let error = [u[0] - place(i), u[1] - place(j)];
+            (0..2).for_each(|axis| values[axis].push(error[axis] * full_m + beacon[axis]));
+        }
+    }
+    if centred {
+        for values in &mut values {
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            values.iter_mut().for_each(|v| *v -= mean);
+        }
+    }
+    rms(values.into_iter().flatten())
+}
+
+#[test]
+fn effects_of_the_coordination_sensor_have_their_stated_rms() {
+    assert_sizes("psd_nonlinearity", 0.05, |mut effect| {
+        deflection_rms_m(&mut *effect, false)
+    });
+    assert_sizes("psd_misalignment", 0.05, |mut effect| {
+        deflection_rms_m(&mut *effect, true)
+    });
+    assert_sizes("beacon_vibration", 0.05, |mut effect| {
+        deflection_rms_m(&mut *effect, false)
+    });
+    assert_sizes("psd_latency", 1e-9, |effect| {
+        effect.coordination_delay_s().abs() * 20e-3
+    });
+}
+
+#[test]
+fn a_slip_is_whole_teeth_from_a_moment_on() {
+    for seed in 0..50 {
+        let mut effect = drawn("cycle_slip", seed);
+        let still = Pose::default();
+        let teeth: Vec<_> = (0..1000)
+            .map(|i| effect.teeth(&instant(&still, f64::from(i) * 0.1, 0.0)))
+            .collect();
+        assert_eq!(teeth[0], [0; 4]);
+        assert_ne!(teeth[999], [0; 4]);
+        let changes = teeth.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        assert!((1..=2).contains(&changes));
+    }
+}
+
+#[test]
+fn the_same_seed_draws_the_same_effect_and_another_a_different_one() {
+    for entry in CATALOGUE.iter().chain(unlisted::UNLISTED) {
+        let trace = |seed: u64| {
+            let mut effect = drawn(entry.name, seed);
+            let motion = Cruise(Pose::new(30e-3, 20e-3, 1e-3));
+            let mut trace = vec![effect.coordination_delay_s()];
+            for i in 0..2000 {
+                let at = instant(&motion, f64::from(i) * 0.05, f64::from(i) * 1e-3);
+                trace.extend(displacement_m(&mut *effect, &at));
+                let (mut u, mut pose) = ([0.3, -0.5], Pose::default());
+                effect.deflection(&at, &mut u);
+                effect.reference(&at, &mut pose);
+                trace.extend(u.into_iter().chain(effect.beacon_m(&at)).chain([pose.x_m]));
+                trace.extend(effect.teeth(&at).map(f64::from));
+                let mut channels = Channels {
+                    electrodes: [1e4; 4],
+                    psd_sum_counts: 2e4,
+                    ..Channels::default()
+                };
+                effect.analog(&at, &mut channels);
+                trace.extend(channels.electrodes);
+                let mut codes = Codes {
+                    quadrature: [[12_345, -6_789]; 4],
+                    ..Default::default()
+                };
+                effect.codes(&at, &mut codes);
+                trace.extend(
+                    codes
+                        .quadrature
+                        .as_flattened()
+                        .iter()
+                        .map(|c| f64::from(*c)),
+                );
+            }
+            trace
+        };
+        assert_eq!(trace(5), trace(5), "{}", entry.name);
+        assert!(
+            (6..16).any(|seed| trace(seed) != trace(5)),
+            "{}",
+            entry.name
+        );
+    }
+}
+
+#[test]
+fn names_are_those_of_the_diagnosis() {
+    let names: Vec<_> = CATALOGUE.iter().map(|entry| entry.name).collect();
+    let wanted = "lateral_dependence extra_harmonics tooth_variation angle_dependence psd_nonlinearity psd_misalignment \
+                  thermal_drift velocity_lag psd_latency hysteresis gap_variation beacon_vibration axis_skew cycle_slip \
+                  outlier_bursts excess_noise adc_clipping quadrature_drift span_error";
+    assert_eq!(names, wanted.split_whitespace().collect::<Vec<_>>());
+}
