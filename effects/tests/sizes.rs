@@ -137,7 +137,7 @@ fn assert_sizes(name: &str, tolerance: f64, realised: impl Fn(Box<dyn PlantEffec
     let mut doubled = drawn(name, 0);
     doubled.scale(2.0);
     assert!(
-        (realised(doubled) / SIZE_M / ratios[0] - 2.0).abs() < 0.1,
+        (realised(doubled) / SIZE_M / ratios[0] - 2.0).abs() < 0.05 + 2.0 * tolerance,
         "{name}: scale"
     );
 }
