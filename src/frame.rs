@@ -20,7 +20,7 @@ pub struct RawFrame {
 
 bitflags::bitflags! {
     /// Everything that can be wrong with a frame. Stable bit numbers: `docs/faults.md` has a line for each.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
     pub struct Status: u32 {
         /// Segment 1's amplitude is below its lower limit (a dead channel reads so); bits 1 to 3: segments 2 to 4.
         const AMPLITUDE_LOW_1 = 1 << 0;
@@ -79,7 +79,7 @@ bitflags::bitflags! {
 /// A length as whole teeth and a fraction of one: f32 metres over a metre of platen resolve only 60 nm.
 ///
 /// Value: `(teeth + fraction_turns) * pitch`. The fraction may leave ±0.5 by the size of a correction.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Coordinate {
     /// Whole teeth.
     pub teeth: i32,
@@ -128,7 +128,7 @@ pub struct Segment {
 }
 
 /// Planar pose of the platen sensor's centre.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Pose {
     /// Mean of segments 1 and 3.
     pub x: Coordinate,

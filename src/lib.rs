@@ -5,9 +5,9 @@
 //! `docs/design.md` tells what each part may know. The library is `no_std` everywhere, also on the host.
 #![no_std]
 
+pub mod app;
 #[cfg(target_os = "none")]
 pub mod board;
-pub mod app;
 pub mod calibration;
 pub mod drivers;
 pub mod emulation;

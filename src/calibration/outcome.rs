@@ -27,7 +27,7 @@ impl Default for AcceptanceLimits {
 }
 
 /// What is known about a fit. Residuals are standard deviations of the parity, as in the paper's 3.1.2.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Evidence {
     /// Poses that were fitted.
     pub poses: u32,
@@ -69,7 +69,7 @@ pub struct Outcome {
 }
 
 /// Why a session ended without a calibration.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refusal {
     /// By the user.

@@ -42,7 +42,7 @@ pub enum Action {
 }
 
 /// What a pose is for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Stage {
     /// The first pose, which the others are relative to.
     #[default]

@@ -17,7 +17,7 @@ const RANK_TOLERANCE: f32 = 1.0e-4;
 const UNDETERMINED_SHARE: f32 = 1.0e-4;
 
 /// Why there is no solution at all.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub enum SolveError {
     /// No rows.

@@ -1,0 +1,92 @@
+//! Checks of what a host orders, before any of it reaches the background.
+
+use super::message::{Action, CalibrateOrder, Field, Refusal, Source};
+use super::telemetry::{Channels, StreamOrder};
+use crate::calibration::record::Method;
+use crate::calibration::slots::SLOTS;
+
+/// Poses that the joint calibration's buffer holds.
+pub const JOINT_POSES: u16 = 1000;
+/// 2100-01-01: a date beyond it is a mistake.
+const LATEST_UNIX_S: f64 = 4.1e9;
+
+impl Action {
+    /// Checks every number of the action.
+    ///
+    /// # Errors
+    /// [`Refusal::Range`] or [`Refusal::Calibration`] for the first that cannot be used.
+    pub fn validate(&self) -> Result<(), Refusal> {
+        match self {
+            Self::Calibrate(order) => order.validate(),
+            Self::Read(Source::Slot(slot)) => {
+                range(Field::Slot, f64::from(*slot), 0.0, (SLOTS - 1) as f64)
+            }
+            Self::Load(calibration) => calibration
+                .validate()
+                .map_err(|error| Refusal::Calibration(error.into())),
+            Self::Stream(order) => order.validate(),
+            Self::Record { samples } => range(
+                Field::Samples,
+                f64::from(*samples),
+                1.0,
+                f64::from(u32::MAX),
+            ),
+            Self::SetTime { unix_s } => range(Field::UnixS, *unix_s as f64, 0.0, LATEST_UNIX_S),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl CalibrateOrder {
+    fn validate(&self) -> Result<(), Refusal> {
+        let most = if self.method == Method::Joint {
+            JOINT_POSES
+        } else {
+            10_000
+        };
+        range(Field::Poses, self.poses.into(), 50.0, most.into())?;
+        range(Field::HeldOutPoses, self.held_out_poses.into(), 8.0, 1000.0)?;
+        range(Field::TravelM, self.travel_m.into(), 1.0e-3, 0.5)?;
+        range(Field::TurnRad, self.turn_rad.into(), 0.0, 0.06)?;
+        range(Field::SpeedMPerS, self.speed_m_per_s.into(), 1.0e-3, 1.5)?;
+        range(
+            Field::TargetDeviationM,
+            self.target_deviation_m.into(),
+            0.0,
+            1.0,
+        )
+    }
+}
+
+impl StreamOrder {
+    fn validate(&self) -> Result<(), Refusal> {
+        range(
+            Field::Channels,
+            self.channels.into(),
+            0.0,
+            Channels::all().bits().into(),
+        )?;
+        // An order that ends the stream needs no decimation.
+        let least = if self.channels == 0 { 0.0 } else { 1.0 };
+        range(
+            Field::Decimation,
+            self.decimation.into(),
+            least,
+            u16::MAX.into(),
+        )
+    }
+}
+
+/// Not a number fails as well.
+fn range(field: Field, value: f64, low: f64, high: f64) -> Result<(), Refusal> {
+    if (low..=high).contains(&value) {
+        Ok(())
+    } else {
+        Err(Refusal::Range {
+            field,
+            value: value as f32,
+            low: low as f32,
+            high: high as f32,
+        })
+    }
+}

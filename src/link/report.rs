@@ -1,0 +1,44 @@
+//! What a calibration session tells a host: how far it is, and how the last one ended.
+
+use crate::calibration::record::Method;
+use crate::calibration::slots::Place;
+use crate::calibration::{Evidence, Refusal, Stage};
+use serde::{Deserialize, Serialize};
+
+/// State of the session that runs, or ran last.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Progress {
+    /// What it rests on.
+    pub method: Method,
+    /// What the present pose is for.
+    pub stage: Stage,
+    /// Poses done in this stage.
+    pub done: u32,
+    /// Poses of this stage.
+    pub of: u32,
+    /// Poses lost so far.
+    pub lost: u32,
+    /// Worst predicted standard deviation of a calibrated position so far, metres; infinite at first.
+    pub worst_deviation_m: f32,
+    /// How it ended, if it has.
+    pub ending: Option<Ending>,
+}
+
+/// How a session ended.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Ending {
+    /// Its result is in force.
+    Accepted {
+        /// Why it is believed.
+        evidence: Evidence,
+        /// Where it is stored, if that was ordered and done.
+        stored: Option<Place>,
+    },
+    /// The calibration before is in force.
+    Refused {
+        /// Which limit, and both numbers.
+        refusal: Refusal,
+        /// What was known by then.
+        evidence: Evidence,
+    },
+}
