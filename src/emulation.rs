@@ -100,7 +100,9 @@ impl Operation {
 
     /// From the header's word.
     pub fn from_word(word: u32) -> Option<Self> {
-        Self::ALL.into_iter().find(|operation| *operation as u32 == word)
+        Self::ALL
+            .into_iter()
+            .find(|operation| *operation as u32 == word)
     }
 }
 
