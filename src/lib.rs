@@ -13,6 +13,7 @@ pub mod drivers;
 pub mod emulation;
 pub mod frame;
 pub mod geometry;
+mod lanes;
 pub mod link;
 pub mod lsq;
 pub mod math;

@@ -3,17 +3,29 @@
 //! Nothing here calls libm except [`sqrt`] on the host; nothing is fused; nothing branches on data. Angles are in turns,
 //! so that range reduction is exact.
 
+use crate::lanes::{Lanes, Real};
+
 /// 1.5 * 2^23: adding it to an f32 of magnitude below 2^22 leaves the nearest integer (ties to even) in the low bits.
 const ROUND: f32 = 12_582_912.0;
 
-/// Nearest integer, as f32 and as i32. Exact for |x| < 2^22; 4 cycles.
+/// Nearest integer of |x| < 2^22, and the number whose bits hold it for [`integer`].
+#[inline(always)]
+pub(crate) fn nearest<R: Real>(x: R) -> (R, R) {
+    let shifted = x + ROUND;
+    (shifted - ROUND, shifted)
+}
+
+/// The integer in the second result of [`nearest`].
+#[inline(always)]
+pub(crate) fn integer(shifted: f32) -> i32 {
+    (shifted.to_bits() as i32).wrapping_sub(ROUND.to_bits() as i32)
+}
+
+/// Nearest integer of |x| < 2^22, as f32 and as i32. 4 cycles.
 #[inline(always)]
 pub fn round(x: f32) -> (f32, i32) {
-    let shifted = x + ROUND;
-    (
-        shifted - ROUND,
-        (shifted.to_bits() as i32).wrapping_sub(ROUND.to_bits() as i32),
-    )
+    let (whole, shifted) = nearest(x);
+    (whole, integer(shifted))
 }
 
 /// Sine and cosine of an angle in turns, |turns| < 2^20; error below 1.5e-7.
@@ -21,7 +33,8 @@ pub fn round(x: f32) -> (f32, i32) {
 /// Minimax polynomials on ±1/8 turn after an exact reduction. About 30 cycles.
 #[inline(always)]
 pub fn sincos_turns(turns: f32) -> (f32, f32) {
-    let (quarters, quadrant) = round(4.0 * turns);
+    let (quarters, shifted) = nearest(4.0 * turns);
+    let quadrant = integer(shifted);
     let r = turns - 0.25 * quarters;
     let z = r * r;
     let sine = r * (6.283_185_2 + z * (-41.341_628 + z * (81.588_07 + z * -75.237_74)));
@@ -44,10 +57,10 @@ pub fn sincos_turns(turns: f32) -> (f32, f32) {
 /// Seed by exponent arithmetic and two Newton steps, the first with minimax coefficients (Moroz et al. 2018): 10
 /// operations where VSQRT and VDIV would take 28 cycles.
 #[inline(always)]
-pub fn inverse_sqrt(x: f32) -> f32 {
-    let seed = f32::from_bits(0x5F1F_FFF9_u32.wrapping_sub(x.to_bits() >> 1));
-    let first = 0.703_952_25 * seed * (2.389_244_6 - x * seed * seed);
-    first * (1.5 - 0.5 * x * first * first)
+pub fn inverse_sqrt<R: Real>(x: R) -> R {
+    let seed = x.map_bits(|bits| 0x5F1F_FFF9_u32.wrapping_sub(bits >> 1));
+    let first = (x * seed * seed - 2.389_244_6) * (seed * -0.703_952_25);
+    (x * -0.5 * first * first + 1.5) * first
 }
 
 /// Square root, correctly rounded: VSQRT on the target, libm on the host, the same bits.
@@ -63,37 +76,43 @@ pub fn sqrt(x: f32) -> f32 {
     }
 }
 
-/// Per octant: cosine and sine of its centre, and the centre in turns.
+/// Per octant: cosine and sine of its centre, the centre in turns, and nothing (for the size of a power of two).
 ///
 /// Index: bit 0 |sine| > |cosine|, bit 1 sine < 0, bit 2 cosine < 0.
-const OCTANTS: [[f32; 3]; 8] = {
+const OCTANTS: [[f32; 4]; 8] = {
     const C: f32 = 0.923_879_5;
     const S: f32 = 0.382_683_43;
     [
-        [C, S, 0.0625],
-        [S, C, 0.1875],
-        [C, -S, -0.0625],
-        [S, -C, -0.1875],
-        [-C, S, 0.4375],
-        [-S, C, 0.3125],
-        [-C, -S, -0.4375],
-        [-S, -C, -0.3125],
+        [C, S, 0.0625, 0.0],
+        [S, C, 0.1875, 0.0],
+        [C, -S, -0.0625, 0.0],
+        [S, -C, -0.1875, 0.0],
+        [-C, S, 0.4375, 0.0],
+        [-S, C, 0.3125, 0.0],
+        [-C, -S, -0.4375, 0.0],
+        [-S, -C, -0.3125, 0.0],
     ]
 };
 
-/// Phase of the unit vector (`sine`, `cosine`) in turns, -0.5 to 0.5; error below 2e-7 turns for a unit length within 1e-6.
+/// Phases of two unit vectors in turns, -0.5 to 0.5; error below 2.5e-7 turns for a length within 1e-6 of one.
 ///
-/// The vector is turned to its octant's centre, where the sine of the rest (at most sin(pi/8)) goes through an odd
-/// minimax arcsine: no division, no branch. About 25 cycles.
+/// `difference` has the sign of cosine² - sine². Each vector is turned to its octant's centre, where the sine of the
+/// rest (at most sin(pi/8)) goes through an odd minimax arcsine (error 1.7e-7): no division, no branch.
 #[inline(always)]
-pub fn phase_turns(sine: f32, cosine: f32) -> f32 {
-    let (s, c) = (sine.to_bits(), cosine.to_bits());
-    let octant = ((s << 1) > (c << 1)) as u32 | (s >> 31) << 1 | (c >> 31) << 2;
-    let [centre_cosine, centre_sine, centre_turns] = OCTANTS[(octant & 7) as usize];
-    let t = sine * centre_cosine - cosine * centre_sine;
+pub(crate) fn phase_turns(sine: Lanes, cosine: Lanes, difference: Lanes) -> Lanes {
+    let (s, c, d) = (sine.bits(), cosine.bits(), difference.bits());
+    let centre =
+        [0, 1].map(|i| OCTANTS[(d[i] >> 31 | (s[i] >> 30 & 2) | (c[i] >> 29 & 4)) as usize & 7]);
+    let t = sine * Lanes::new(|i| centre[i][0]) - cosine * Lanes::new(|i| centre[i][1]);
     let z = t * t;
-    centre_turns
-        + t * (0.159_154_84 + z * (0.026_535_204 + z * (0.011_713_856 + z * 0.009_013_116)))
+    t * (z * (z * 0.014_032_675 + 0.026_364_435) + 0.159_158) + Lanes::new(|i| centre[i][2])
+}
+
+/// Phase of a vector of any length within f32's square roots in turns, -0.5 to 0.5; error below 2.5e-7; 0.0625 for (0, 0).
+pub fn atan2_turns(sine: f32, cosine: f32) -> f32 {
+    let inverse = inverse_sqrt(sine * sine + cosine * cosine + 1.0e-30);
+    let (s, c) = (sine * inverse, cosine * inverse);
+    phase_turns(Lanes([s; 2]), Lanes([c; 2]), Lanes([c * c - s * s; 2])).0[0]
 }
 
 #[cfg(test)]
@@ -129,16 +148,16 @@ mod tests {
     }
 
     #[test]
-    fn phase_turns_is_within_its_stated_error_all_around() {
+    fn atan2_turns_is_within_its_stated_error_all_around() {
         let mut worst = 0.0_f64;
         for k in 0..2_000_000 {
             let (s, c) = (f64::from(k) * TAU / 2.0e6).sin_cos();
             let (s, c) = (s as f32, c as f32);
             let exact = f64::from(s).atan2(f64::from(c)) / TAU;
-            let error = f64::from(phase_turns(s, c)) - exact;
+            let error = f64::from(atan2_turns(s, c)) - exact;
             worst = worst.max((error - error.round()).abs());
         }
-        assert!(worst < 2.0e-7, "{worst:e}");
+        assert!(worst < 2.5e-7, "{worst:e}");
     }
 
     #[test]

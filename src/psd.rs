@@ -1,5 +1,7 @@
 //! The coordination sensor: four electrode counts of a lateral-effect diode to tan psi.
 
+use crate::frame::Status;
+use crate::lanes::Lanes;
 use serde::{Deserialize, Serialize};
 
 /// When the electrodes' reading is to be believed.
@@ -20,34 +22,31 @@ impl Default for BeaconLimits {
     }
 }
 
-/// tan psi of both axes, and what is wrong with it.
+/// tan psi of both axes, and the status bits that go with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Deflection {
     pub tan_psi: [f32; 2],
-    pub missing: bool,
-    pub saturated: bool,
+    pub bits: u32,
 }
 
-/// `full_scale * (plus - minus) / (plus + minus)` per axis, zero without a beacon. One division for both axes.
+/// `full_scale * (plus - minus) / (plus + minus)` per axis, zero without a beacon. One division for both axes, no branch.
 #[inline(always)]
 pub(crate) fn deflection(limits: &BeaconLimits, full_scale: f32, counts: [i16; 4]) -> Deflection {
     let [xp, xm, yp, ym] = counts.map(i32::from);
-    let (sum_x, sum_y) = (xp + xm, yp + ym);
-    let missing = sum_x < limits.sum_low_counts || sum_y < limits.sum_low_counts;
-    let limit = i32::from(limits.clip_counts);
-    let saturated = [xp, xm, yp, ym]
-        .iter()
-        .fold(false, |hit, &v| hit | (v >= limit) | (v <= -limit));
-    let (sum_x, sum_y) = if missing { (1, 1) } else { (sum_x, sum_y) };
-    let full_scale = if missing { 0.0 } else { full_scale };
-    let (sum_x, sum_y) = (sum_x as f32, sum_y as f32);
-    let factor = full_scale / (sum_x * sum_y);
+    let sums = [xp + xm, yp + ym];
+    let missing = ((sums[0] - limits.sum_low_counts) | (sums[1] - limits.sum_low_counts)) >> 31;
+    let limit = i32::from(limits.clip_counts) * i32::from(limits.clip_counts) - 1;
+    let saturated =
+        ((limit - xp * xp) | (limit - xm * xm) | (limit - yp * yp) | (limit - ym * ym)) >> 31;
+    // All ones where the beacon is missing: the sums become 1, the full scale 0.
+    let sum = Lanes(sums.map(|sum| ((sum & !missing) - missing) as f32));
+    let factor = f32::from_bits(full_scale.to_bits() & !missing as u32) / (sum.0[0] * sum.0[1]);
+    let difference = Lanes([(xp - xm) as f32, (yp - ym) as f32]);
+    let tan_psi = difference * Lanes([sum.0[1], sum.0[0]]) * factor;
+    let bits = missing as u32 & Status::BEACON_MISSING.bits()
+        | saturated as u32 & Status::BEACON_SATURATED.bits();
     Deflection {
-        tan_psi: [
-            (xp - xm) as f32 * sum_y * factor,
-            (yp - ym) as f32 * sum_x * factor,
-        ],
-        missing,
-        saturated,
+        tan_psi: tan_psi.0,
+        bits,
     }
 }

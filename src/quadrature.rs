@@ -1,5 +1,6 @@
 //! One segment's pair: counts to unit vector, amplitude and phase; phase to tooth count.
 
+use crate::lanes::{Bits, Lanes};
 use crate::math;
 use serde::{Deserialize, Serialize};
 
@@ -27,87 +28,114 @@ impl Default for PairCorrection {
 }
 
 impl PairCorrection {
-    /// Machine form: offsets, factor of the cosine channel, share of the sine channel to add to it.
-    pub(crate) fn compile(&self) -> CompiledPair {
+    /// Machine form of two segments' corrections.
+    pub(crate) fn compile(pairs: [&Self; 2]) -> CompiledPair {
         CompiledPair {
-            offset: self.offset_counts,
-            scale: 1.0 / (self.gain * libm::cosf(self.angle_rad)),
-            shear: libm::tanf(self.angle_rad),
+            sine_offset: Lanes::new(|i| pairs[i].offset_counts[0]),
+            cosine_offset: Lanes::new(|i| pairs[i].offset_counts[1]),
+            scale: Lanes::new(|i| 1.0 / (pairs[i].gain * libm::cosf(pairs[i].angle_rad))),
+            shear: Lanes::new(|i| libm::tanf(pairs[i].angle_rad)),
         }
     }
 }
 
-/// [`PairCorrection`] as the interrupt applies it.
+/// Two segments' [`PairCorrection`]s as the interrupt applies them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CompiledPair {
-    offset: [f32; 2],
-    scale: f32,
-    shear: f32,
+    sine_offset: Lanes,
+    cosine_offset: Lanes,
+    scale: Lanes,
+    shear: Lanes,
 }
 
-/// A pair after correction and interpolation.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Two pairs of channels after correction and interpolation.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Interpolated {
-    pub sine: f32,
-    pub cosine: f32,
-    pub amplitude: f32,
-    pub turns: f32,
+    pub sine: Lanes,
+    pub cosine: Lanes,
+    pub amplitude: Lanes,
+    /// Bits of the squared amplitude, for integer comparisons.
+    pub square: Bits,
+    /// Phase, -0.5 to 0.5.
+    pub turns: Lanes,
 }
 
-/// Corrects and interpolates one pair of counts; any input gives finite results. No branch.
+/// Corrects and interpolates the counts of two segments; any input gives finite results. No branch.
 #[inline(always)]
-pub(crate) fn interpolate(pair: &CompiledPair, counts: [i16; 2]) -> Interpolated {
-    let s = counts[0] as f32 - pair.offset[0];
-    let c = (counts[1] as f32 - pair.offset[1]) * pair.scale + s * pair.shear;
-    // A dead channel must not divide by zero; below 1e-7 counts² the term is far under f32's last place of a live one.
-    let square = s * s + c * c + 1.0e-6;
+pub(crate) fn interpolate(pair: &CompiledPair, counts: [[i16; 2]; 2]) -> Interpolated {
+    let sine = Lanes::new(|i| f32::from(counts[i][0]));
+    let cosine = Lanes::new(|i| f32::from(counts[i][1]));
+    let s = sine - pair.sine_offset;
+    let c = (cosine - pair.cosine_offset) * pair.scale + s * pair.shear;
+    let (ss, cc) = (s * s, c * c);
+    // A dead channel must not divide by zero; against a live one 1e-6 counts² is far under f32's last place.
+    let square = ss + cc + 1.0e-6;
     let inverse = math::inverse_sqrt(square);
     let (sine, cosine) = (s * inverse, c * inverse);
+    let turns = math::phase_turns(sine, cosine, cc - ss);
     Interpolated {
         sine,
         cosine,
         amplitude: square * inverse,
-        turns: math::phase_turns(sine, cosine),
+        square: square.bits(),
+        turns,
     }
 }
 
-/// Tooth counter and speed of one segment.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct ToothCounter {
-    pub turns: f32,
-    pub teeth: i32,
-    /// Filtered speed, turns a sample.
-    pub speed: f32,
-    /// Last direction of travel outside the dead band: -1, 0 (none yet) or 1.
-    pub direction: f32,
-}
-
-/// What the counter needs to know about motion, in turns and samples.
+/// What the counters need to know about motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CounterLimits {
+    /// Largest step from the predicted phase, turns.
     pub slip: f32,
+    /// Turns a sample of 1 m/s.
+    pub turns_per_m_s: f32,
+    /// Share of a step in the filtered speed, m/s per turn.
     pub speed_filter: f32,
-    pub dead_band: f32,
 }
 
-impl ToothCounter {
-    /// Takes the phase of a sample `elapsed` samples after the last good one (0: the same instant again) and returns
-    /// whether the step from the predicted phase was too large to be sure of the count.
+/// Tooth counts and speeds of two segments.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Counters {
+    pub turns: Lanes,
+    pub teeth: [i32; 2],
+    /// Filtered speed.
+    pub speed_m_s: Lanes,
+}
+
+impl Counters {
+    /// Takes phases measured `elapsed` samples after the last good ones (0: the same instant again); returns the new
+    /// counters and all ones for each lane whose step from the predicted phase was too large to be sure of the count.
     ///
     /// Prediction: last phase plus filtered speed. A slip sets the speed to zero, so that a false one cannot persist.
+    /// `teeth` moves by whole turns so that the step is the shortest; |step| < 2^22. No branch.
     #[inline(always)]
-    pub fn advance(&mut self, limits: &CounterLimits, turns: f32, elapsed: f32) -> bool {
-        let step = turns - self.turns - self.speed * elapsed;
-        let (whole, teeth) = math::round(step);
+    pub fn advance(&self, limits: &CounterLimits, turns: Lanes, elapsed: f32) -> (Self, Bits) {
+        let step = turns - self.turns - self.speed_m_s * (elapsed * limits.turns_per_m_s);
+        let (whole, shifted) = math::nearest(step);
         let rest = step - whole;
-        let slip = rest.to_bits() << 1 > limits.slip.to_bits() << 1;
-        let speed = self.speed + limits.speed_filter * rest;
-        self.turns = turns;
-        self.teeth = self.teeth.wrapping_sub(teeth);
-        self.speed = if slip { 0.0 } else { speed };
-        let moving = self.speed.to_bits() << 1 > limits.dead_band.to_bits() << 1;
-        let sign = f32::from_bits(1.0_f32.to_bits() | (self.speed.to_bits() & 0x8000_0000));
-        self.direction = if moving { sign } else { self.direction };
-        slip
+        let slip = rest.bits().map(|bits| above(bits, limits.slip.to_bits()));
+        let filtered = (self.speed_m_s + rest * limits.speed_filter).bits();
+        let counters = Self {
+            turns,
+            teeth: [0, 1].map(|i| self.teeth[i].wrapping_sub(math::integer(shifted.0[i]))),
+            speed_m_s: Lanes::from_bits([0, 1].map(|i| filtered[i] & !slip[i])),
+        };
+        (counters, slip)
     }
+}
+
+/// Direction of travel: the sign of a speed outside the dead band, else the old one.
+#[inline(always)]
+pub(crate) fn direction(old: f32, speed_m_s: f32, dead_band_m_s: f32) -> f32 {
+    let moving = above(speed_m_s.to_bits(), dead_band_m_s.to_bits());
+    let sign = (speed_m_s.to_bits() & SIGN) | 1.0_f32.to_bits();
+    f32::from_bits(old.to_bits() ^ ((old.to_bits() ^ sign) & moving))
+}
+
+const SIGN: u32 = 0x8000_0000;
+
+/// All ones if the magnitude of an f32 (its bits) is above a limit that is not negative, or the value is not a number.
+#[inline(always)]
+pub(crate) fn above(bits: u32, limit: u32) -> u32 {
+    ((limit as i32).wrapping_sub((bits & !SIGN) as i32) >> 31) as u32
 }

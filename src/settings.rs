@@ -18,6 +18,8 @@ pub struct Settings {
     pub pairs: [PairCorrection; SEGMENTS],
     /// When a reading is to be doubted.
     pub limits: Limits,
+    /// Keeps the directions of travel in the frames even if the model does not need them.
+    pub track_direction: bool,
     /// The error model in force; none: frames say [`crate::frame::Status::UNCALIBRATED`].
     pub model: Option<ErrorModel>,
 }
@@ -30,6 +32,7 @@ impl Default for Settings {
             rate_hz: 20_000.0,
             pairs: [PairCorrection::default(); SEGMENTS],
             limits: Limits::default(),
+            track_direction: false,
             model: None,
         }
     }
@@ -55,8 +58,9 @@ pub struct Limits {
     /// g_p of a magnitude above this means a wrong tooth count, turns. One tooth is 1; the paper's uncalibrated g_p is
     /// 0.03 rms.
     pub parity_turns: f32,
-    /// A channel that has not changed for this many samples is frozen; a power of two, 0: never. At 0.5 counts rms of
-    /// noise 256 equal samples do not happen; a simulation without noise must switch it off.
+    /// A channel of which no looked-at sample (one in four) has changed for this many samples is frozen; a power of two,
+    /// 0: never. With 0.3 counts rms of noise the odds of 256 equal looks in a row are below 1e-20; a simulation without
+    /// noise must switch it off.
     pub frozen_samples: u16,
     /// Electrodes.
     pub beacon: BeaconLimits,
@@ -72,7 +76,7 @@ impl Default for Limits {
             speed_filter: 1.0 / 16.0,
             direction_dead_band_m_s: 1.0e-3,
             parity_turns: 0.25,
-            frozen_samples: 256,
+            frozen_samples: 1024,
             beacon: BeaconLimits::default(),
         }
     }
@@ -97,6 +101,18 @@ pub enum ConfigError {
     /// The frozen window is no power of two.
     #[error("frozen_samples is {0}, wanted 0 or a power of two from 8 to 32768")]
     FrozenSamples(u16),
+    /// The coefficients of equations (3) and (9) could add up to more than half a pitch.
+    #[error(
+        "error model: segment {segment}'s coefficients add up to {sum_m} m, wanted at most half a pitch, {limit_m} m"
+    )]
+    ModelSize {
+        /// Segment, 0 to 3.
+        segment: usize,
+        /// Sum of the magnitudes of its coefficients.
+        sum_m: f32,
+        /// Half a pitch.
+        limit_m: f32,
+    },
     /// The error model.
     #[error("error model: {0}")]
     Model(#[from] ModelError),
@@ -119,7 +135,23 @@ impl Settings {
         self.limits.validate()?;
         self.model
             .iter()
-            .try_for_each(|model| Ok(model.validate()?))
+            .try_for_each(|model| self.check_model(model))
+    }
+
+    fn check_model(&self, model: &ErrorModel) -> Result<(), ConfigError> {
+        model.validate()?;
+        let limit_m = 0.5 * self.geometry.pitch_m;
+        for segment in 0..SEGMENTS {
+            let sum_m = model.bound_m(segment);
+            if sum_m > limit_m {
+                return Err(ConfigError::ModelSize {
+                    segment,
+                    sum_m,
+                    limit_m,
+                });
+            }
+        }
+        Ok(())
     }
 
     fn geometry_ranges(&self) -> Result<(), ConfigError> {

@@ -3,30 +3,46 @@
 //! Order of work: pairs to phases, tooth counts, error model (equations 3 and 9 dense, further rows if there are any),
 //! pose and parity (equations 4 and 5), electrodes, status. The same bits on host and target.
 
-use crate::frame::{BeaconPose, Coordinate, Frame, Pose, RawFrame, SEGMENTS, Segment, Status};
-use crate::model::{Basis, CompiledModel, Unit, lateral_units, mean_angle_turns};
-use crate::psd::{self, BeaconLimits, Deflection};
-use crate::quadrature::{self, CompiledPair, CounterLimits, Interpolated, ToothCounter};
+use crate::frame::{Coordinate, Frame, Pose, RawFrame, SEGMENTS, Status};
+use crate::lanes::Lanes;
+use crate::math;
+use crate::model::{
+    Basis, CompiledModel, ErrorModel, Further, OwnPolynomial, Unit, lateral_units, mean_angle_turns,
+};
+use crate::psd::{self, BeaconLimits};
+use crate::quadrature::{
+    self, CompiledPair, CounterLimits, Counters, Interpolated, PairCorrection, above,
+};
 use crate::settings::{ConfigError, Settings};
+use core::sync::atomic::{Ordering, compiler_fence};
 
 /// [`Settings`] in machine units: all the interrupt reads. About 1.3 KiB.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepConfig {
-    pairs: [CompiledPair; SEGMENTS],
+    /// Segments 1 and 3, 2 and 4.
+    pairs: [(CompiledPair, OwnPolynomial); 2],
     counter: CounterLimits,
-    amplitude_low: f32,
-    amplitude_high: f32,
-    clip_counts: i32,
+    /// Bits of the limits of the squared amplitude.
+    square_low: u32,
+    square_high: u32,
+    /// Largest square of a count that is not clipped.
+    clip_square: i32,
+    dead_band_m_s: f32,
     parity_turns: f32,
-    frozen_samples: u16,
+    /// Window less one; all ones for never.
+    frozen_mask: u32,
     beacon: BeaconLimits,
-    model: CompiledModel,
-    calibrated: bool,
     tan_full_scale: f32,
     pitch_m: f32,
     pitch_over_span: f32,
     lateral_over_span: f32,
-    speed_m_s: f32,
+    /// Whether the directions of travel are kept.
+    directions: bool,
+    /// Whether a sample needs more than equation (3).
+    beyond: bool,
+    /// Bits that every frame has.
+    standing_bits: u32,
+    further: Further,
 }
 
 impl StepConfig {
@@ -38,48 +54,57 @@ impl StepConfig {
         settings.validate()?;
         let (geometry, limits) = (&settings.geometry, &settings.limits);
         let speed_m_s = geometry.pitch_m * settings.rate_hz;
+        let none = ErrorModel::default();
+        let model = CompiledModel::new(settings.model.as_ref().unwrap_or(&none), geometry.pitch_m);
+        let directions = settings.track_direction || model.further.has_extra();
+        let pair = |p: usize| PairCorrection::compile([&settings.pairs[p], &settings.pairs[p + 2]]);
+        let square_bits = |amplitude: f32| (amplitude * amplitude).to_bits();
+        let standing = if settings.model.is_some() {
+            Status::empty()
+        } else {
+            Status::UNCALIBRATED
+        };
         Ok(Self {
-            pairs: settings.pairs.map(|pair| pair.compile()),
+            pairs: [(pair(0), model.own[0]), (pair(1), model.own[1])],
             counter: CounterLimits {
                 slip: limits.slip_turns,
-                speed_filter: limits.speed_filter,
-                dead_band: limits.direction_dead_band_m_s / speed_m_s,
+                turns_per_m_s: 1.0 / speed_m_s,
+                speed_filter: limits.speed_filter * speed_m_s,
             },
-            amplitude_low: limits.amplitude_low_counts,
-            amplitude_high: limits.amplitude_high_counts,
-            clip_counts: i32::from(limits.clip_counts),
+            square_low: square_bits(limits.amplitude_low_counts),
+            square_high: square_bits(limits.amplitude_high_counts),
+            clip_square: i32::from(limits.clip_counts) * i32::from(limits.clip_counts) - 1,
+            dead_band_m_s: limits.direction_dead_band_m_s,
             parity_turns: limits.parity_turns,
-            frozen_samples: limits.frozen_samples,
+            frozen_mask: u32::from(limits.frozen_samples).wrapping_sub(1),
             beacon: limits.beacon,
-            model: settings
-                .model
-                .as_ref()
-                .map_or_else(CompiledModel::default, |m| {
-                    CompiledModel::new(m, geometry.pitch_m)
-                }),
-            calibrated: settings.model.is_some(),
+            standing_bits: standing.bits(),
+            directions,
+            beyond: directions || model.further.used,
+            further: model.further,
             tan_full_scale: geometry.tan_full_scale,
             pitch_m: geometry.pitch_m,
             pitch_over_span: geometry.pitch_m / geometry.span_m,
             lateral_over_span: geometry.lateral_m / geometry.span_m,
-            speed_m_s,
         })
     }
 }
 
-/// What one sample leaves to the next.
+/// What one sample leaves to the next: the last frame, and what no frame shows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StepState {
-    counters: [ToothCounter; SEGMENTS],
-    quadrature_counts: [[i16; 2]; SEGMENTS],
-    electrode_counts: [i16; 4],
+    frame: Frame,
+    /// Samples since the last good one.
+    missed: f32,
+    /// Per segment, the counts that it was last looked at with for frozen channels.
+    watched: [u32; SEGMENTS],
     /// Bits of the counts that have changed since the frozen window began.
     changed: [u32; SEGMENTS],
-    frozen: [bool; SEGMENTS],
-    /// Samples since the last good one.
-    missed: u16,
-    sequence: u32,
+    /// Segments of which a channel did not change in the last window, as bits.
+    frozen: u32,
+    /// Latched slip bits.
     slips: u32,
+    sequence: u32,
     started: bool,
 }
 
@@ -89,6 +114,11 @@ impl StepState {
         Self::default()
     }
 
+    /// The last frame.
+    pub fn frame(&self) -> &Frame {
+        &self.frame
+    }
+
     /// Takes back the latched slip bits, once the pose is known again.
     pub fn clear_slips(&mut self) {
         self.slips = 0;
@@ -96,8 +126,8 @@ impl StepState {
 
     /// Sets the tooth counts, e.g. to those of a known place, and clears the slip bits.
     pub fn set_teeth(&mut self, teeth: [i32; SEGMENTS]) {
-        for (counter, teeth) in self.counters.iter_mut().zip(teeth) {
-            counter.teeth = teeth;
+        for (segment, teeth) in self.frame.segments.iter_mut().zip(teeth) {
+            segment.unmodified.teeth = teeth;
         }
         self.slips = 0;
     }
@@ -109,229 +139,290 @@ impl StepState {
     }
 }
 
-/// One sample. Cost: docs/costs.md.
+/// One sample: [`isr_step`] and a copy of its frame.
 #[inline]
 pub fn step(config: &StepConfig, state: &mut StepState, raw: &RawFrame) -> Frame {
-    let (mut raw, mut status) = sanitize(state, raw);
+    *isr_step(config, state, raw)
+}
+
+/// One sample, the frame written in place. Cost: docs/costs.md.
+#[inline]
+pub fn isr_step<'s>(config: &StepConfig, state: &'s mut StepState, raw: &RawFrame) -> &'s Frame {
+    if !state.started {
+        start(config, state, raw);
+    }
+    if config.beyond {
+        sample::<true>(config, state, raw)
+    } else {
+        sample::<false>(config, state, raw)
+    }
+    &state.frame
+}
+
+/// Sets the tooth counts so that the first sample continues them.
+#[cold]
+#[inline(never)]
+fn start(config: &StepConfig, state: &mut StepState, raw: &RawFrame) {
+    let first = |i: usize| {
+        let counts = [
+            raw.quadrature_counts[i & 1],
+            raw.quadrature_counts[i & 1 | 2],
+        ];
+        quadrature::interpolate(&config.pairs[i & 1].0, counts)
+            .turns
+            .0[i >> 1 & 1]
+    };
+    for (i, segment) in state.frame.segments.iter_mut().enumerate() {
+        let turns = first(i);
+        let teeth = math::round(first(i & 1) - turns).1;
+        segment.unmodified = Coordinate {
+            teeth,
+            fraction_turns: turns,
+        };
+        segment.speed_m_s = 0.0;
+        segment.direction = 0.0;
+    }
+    state.frame.raw = *raw;
+    state.missed = 0.0;
+    state.changed = [u32::MAX; SEGMENTS];
+    state.frozen = 0;
+    state.started = true;
+}
+
+/// One sample with (`BEYOND`) or without anything beyond equation (3).
+#[inline(never)]
+fn sample<const BEYOND: bool>(config: &StepConfig, state: &mut StepState, raw: &RawFrame) {
     let stale = raw
         .fault
         .intersects(Status::CONVERTER_CRC.union(Status::CONVERTER_TIMEOUT));
+    let elapsed = state.missed + 1.0;
+    let (elapsed, missed) = if stale {
+        (0.0, elapsed)
+    } else {
+        (elapsed, 0.0)
+    };
+    state.missed = missed;
     if stale {
-        raw.quadrature_counts = state.quadrature_counts;
-        raw.electrode_counts = state.electrode_counts;
-    }
-    let mut pairs = [Interpolated::default(); SEGMENTS];
-    let mut bits = 0;
-    for i in 0..SEGMENTS {
-        pairs[i] = quadrature::interpolate(&config.pairs[i], raw.quadrature_counts[i]);
-        bits |= doubts(config, pairs[i].amplitude, raw.quadrature_counts[i]) << i;
-    }
-    count(config, state, &pairs, stale);
-    let seen: [Coordinate; SEGMENTS] = core::array::from_fn(|i| Coordinate {
-        teeth: state.counters[i].teeth,
-        fraction_turns: pairs[i].turns,
-    });
-    let errors = errors(config, state, &pairs, &seen, raw.temperature_delta_k);
-    let segments: [Segment; SEGMENTS] = core::array::from_fn(|i| {
-        segment(
-            config,
-            &pairs[i],
-            &state.counters[i],
-            errors[i],
-            &mut status,
-        )
-    });
-    let (pose, parity_turns) = pose(config, &segments);
-    let deflection = psd::deflection(&config.beacon, config.tan_full_scale, raw.electrode_counts);
-    watch_frozen(config, state, &raw.quadrature_counts);
-    bits |= state.slips | overall(config, state, &deflection, parity_turns);
-    state.quadrature_counts = raw.quadrature_counts;
-    state.electrode_counts = raw.electrode_counts;
-    let sequence = state.sequence;
-    state.sequence = sequence.wrapping_add(1);
-    Frame {
-        sequence,
-        status: status
-            .union(raw.fault)
-            .union(Status::from_bits_retain(bits)),
-        raw,
-        segments,
-        pose,
-        parity_m: parity_turns * config.pitch_m,
-        tan_psi: deflection.tan_psi,
-        beacon: BeaconPose::default(),
-    }
-}
-
-/// Replaces a temperature that is not within ±1000 K by zero.
-#[inline(always)]
-fn sanitize(_state: &StepState, raw: &RawFrame) -> (RawFrame, Status) {
-    let mut raw = *raw;
-    if raw.temperature_delta_k.abs() <= 1000.0 {
-        return (raw, Status::empty());
-    }
-    raw.temperature_delta_k = 0.0;
-    (raw, Status::NUMERIC)
-}
-
-/// Amplitude and clip bits as for segment 1.
-#[inline(always)]
-fn doubts(config: &StepConfig, amplitude: f32, counts: [i16; 2]) -> u32 {
-    let limit = config.clip_counts;
-    let clipped = counts
-        .iter()
-        .fold(false, |hit, &c| hit | (i32::from(c).abs() >= limit));
-    u32::from(amplitude < config.amplitude_low)
-        | u32::from(amplitude > config.amplitude_high) << 4
-        | u32::from(clipped) << 8
-}
-
-/// Advances the tooth counters and latches slips.
-#[inline(always)]
-fn count(
-    config: &StepConfig,
-    state: &mut StepState,
-    pairs: &[Interpolated; SEGMENTS],
-    stale: bool,
-) {
-    if !state.started {
-        start(state, pairs);
-        return;
-    }
-    let elapsed = if stale {
-        0.0
+        state.frame.raw.fault = raw.fault;
     } else {
-        f32::from(state.missed) + 1.0
-    };
-    state.missed = if stale {
-        state.missed.saturating_add(1)
-    } else {
-        0
-    };
-    for i in 0..SEGMENTS {
-        let slip = state.counters[i].advance(&config.counter, pairs[i].turns, elapsed);
-        state.slips |= u32::from(slip) << (12 + i);
+        state.frame.raw = *raw;
     }
-}
+    let wrong_temperature = take_temperature(&mut state.frame.raw, raw.temperature_delta_k);
+    watch_frozen(config, state);
 
-/// First sample: counts 0, a pair's second segment within half a tooth of its first.
-#[inline(never)]
-fn start(state: &mut StepState, pairs: &[Interpolated; SEGMENTS]) {
-    for i in 0..SEGMENTS {
-        let apart = pairs[i & 1].turns - pairs[i].turns;
-        let teeth = crate::math::round(apart).1;
-        state.counters[i] = ToothCounter {
-            turns: pairs[i].turns,
-            teeth,
-            ..ToothCounter::default()
+    let frame = &mut state.frame;
+    let x = measure::<0>(config, frame, elapsed);
+    let mut pairs = [Corrected::default(); 2];
+    if !BEYOND {
+        pairs[0] = correct::<0>(frame, x.at.turns, x.error);
+    }
+    keep_order();
+    let y = measure::<1>(config, frame, elapsed);
+    if !BEYOND {
+        pairs[1] = correct::<1>(frame, y.at.turns, y.error);
+    }
+    keep_order();
+    state.slips |= x.slips | y.slips;
+    let mut bits = state.slips
+        | x.doubts
+        | y.doubts
+        | raw.fault.bits()
+        | config.standing_bits
+        | wrong_temperature;
+    if BEYOND {
+        let further = beyond(config, frame, &x.at, &y.at, &mut bits);
+        pairs = [
+            correct::<0>(frame, x.at.turns, x.error + further[0]),
+            correct::<1>(frame, y.at.turns, y.error + further[1]),
+        ];
+    }
+    let parity_turns = pose(config, frame, &pairs);
+    let deflection = psd::deflection(
+        &config.beacon,
+        config.tan_full_scale,
+        frame.raw.electrode_counts,
+    );
+    state.frame.tan_psi = deflection.tan_psi;
+    bits |= deflection.bits
+        | (above(parity_turns.to_bits(), config.parity_turns.to_bits()) & Status::PARITY.bits())
+        | if state.frozen == 0 {
+            0
+        } else {
+            Status::FROZEN.bits()
         };
-    }
-    state.changed = [u32::MAX; SEGMENTS];
-    state.started = true;
-    state.missed = 0;
+    state.frame.status = Status::from_bits_retain(bits);
+    state.frame.sequence = state.sequence;
+    state.sequence = state.sequence.wrapping_add(1);
 }
 
-/// The segments' errors e by the model in force, turns.
+/// Stores the temperature; one that is not within ±1000 K is replaced by zero and reported.
 #[inline(always)]
-fn errors(
+fn take_temperature(kept: &mut RawFrame, delta_k: f32) -> u32 {
+    let wrong = above(delta_k.to_bits(), 1000.0_f32.to_bits());
+    kept.temperature_delta_k = f32::from_bits(delta_k.to_bits() & !wrong);
+    wrong & Status::NUMERIC.bits()
+}
+
+/// Keeps the compiler from moving loads and stores across. It costs nothing by itself: it keeps the live values of one
+/// part of the work within the register file, and loads next to each other, where the core pipelines them.
+#[inline(always)]
+fn keep_order() {
+    compiler_fence(Ordering::SeqCst);
+}
+
+/// A pair of segments after counting: phases, equation (3), and what was noticed.
+#[derive(Clone, Copy)]
+struct Measured {
+    at: Interpolated,
+    error: Lanes,
+    slips: u32,
+    doubts: u32,
+}
+
+/// Interpolates and counts segments P and P + 2; writes all of their part of the frame but the calibrated outputs.
+#[inline(always)]
+fn measure<const P: usize>(config: &StepConfig, frame: &mut Frame, elapsed: f32) -> Measured {
+    let lanes = [P, P + 2];
+    let counts = lanes.map(|i| frame.raw.quadrature_counts[i]);
+    let at = quadrature::interpolate(&config.pairs[P].0, counts);
+    keep_order();
+    let old = lanes.map(|i| frame.segments[i]);
+    let counters = Counters {
+        turns: Lanes::new(|k| old[k].unmodified.fraction_turns),
+        teeth: [old[0].unmodified.teeth, old[1].unmodified.teeth],
+        speed_m_s: Lanes::new(|k| old[k].speed_m_s),
+    };
+    let (counters, slip) = counters.advance(&config.counter, at.turns, elapsed);
+    for (k, i) in lanes.into_iter().enumerate() {
+        let segment = &mut frame.segments[i];
+        segment.unmodified = Coordinate {
+            teeth: counters.teeth[k],
+            fraction_turns: at.turns.0[k],
+        };
+        segment.amplitude_counts = at.amplitude.0[k];
+        segment.speed_m_s = counters.speed_m_s.0[k];
+    }
+    let doubts = [0, 1].map(|k| doubts(config, at.square[k], counts[k]));
+    keep_order();
+    let own = config.pairs[P].1;
+    keep_order();
+    Measured {
+        error: own.errors(at.sine, at.cosine),
+        slips: (slip[0] & Status::SLIP_1.bits() | slip[1] & Status::SLIP_3.bits()) << P,
+        doubts: (doubts[0] | doubts[1] << 2) << P,
+        at,
+    }
+}
+
+/// Amplitude and clip bits as for segment 1, by the signs of integer differences.
+#[inline(always)]
+fn doubts(config: &StepConfig, square: u32, counts: [i16; 2]) -> u32 {
+    let [s, c] = counts.map(i32::from);
+    let low = square.wrapping_sub(config.square_low);
+    let high = config.square_high.wrapping_sub(square);
+    let clipped = (config.clip_square - s * s) | (config.clip_square - c * c);
+    low >> 31 | high >> 31 << 4 | (clipped as u32) >> 31 << 8
+}
+
+/// The errors' part by equation (9) and the further rows, turns. A sum that is not within half a pitch is replaced by
+/// zero and reported.
+#[inline(always)]
+fn beyond(
     config: &StepConfig,
-    state: &StepState,
-    pairs: &[Interpolated; SEGMENTS],
-    seen: &[Coordinate; SEGMENTS],
-    temperature_delta_k: f32,
-) -> [f32; SEGMENTS] {
-    let model = &config.model;
-    let own: [Unit; SEGMENTS] = core::array::from_fn(|i| Unit {
-        sine: pairs[i].sine,
-        cosine: pairs[i].cosine,
-    });
-    let mut errors: [f32; SEGMENTS] = core::array::from_fn(|i| model.dense[i].own_error(own[i]));
-    if !(model.lateral || model.has_extra()) {
-        return errors;
+    frame: &mut Frame,
+    x: &Interpolated,
+    y: &Interpolated,
+    bits: &mut u32,
+) -> [Lanes; 2] {
+    if config.directions {
+        for segment in &mut frame.segments {
+            segment.direction =
+                quadrature::direction(segment.direction, segment.speed_m_s, config.dead_band_m_s);
+        }
     }
-    let angle = mean_angle_turns(seen);
+    let further = &config.further;
+    let angle = mean_angle_turns(&frame.segments.map(|s| s.unmodified));
+    let unit = |at: &Interpolated, k: usize| Unit {
+        sine: at.sine.0[k],
+        cosine: at.cosine.0[k],
+    };
+    let own = [unit(x, 0), unit(y, 0), unit(x, 1), unit(y, 1)];
     let lateral = lateral_units(&own, angle * config.lateral_over_span);
-    for i in 0..SEGMENTS {
-        errors[i] += model.dense[i].lateral_error(lateral[i]);
-    }
-    if model.has_extra() {
+    let part = |i: usize| {
+        further.lateral[i][0] * lateral[i].sine + further.lateral[i][1] * lateral[i].cosine
+    };
+    let mut errors = [part(0), part(1), part(2), part(3)];
+    if further.has_extra() {
         let basis = Basis {
             own,
             lateral,
             theta_rad: angle * config.pitch_over_span,
-            speed_m_s: core::array::from_fn(|i| state.counters[i].speed * config.speed_m_s),
-            direction: core::array::from_fn(|i| state.counters[i].direction),
-            temperature_delta_k,
+            speed_m_s: frame.segments.map(|s| s.speed_m_s),
+            direction: frame.segments.map(|s| s.direction),
+            temperature_delta_k: frame.raw.temperature_delta_k,
         };
-        model.add_extra(&basis, &mut errors);
+        for (error, extra) in errors.iter_mut().zip(further.extra_errors(&basis)) {
+            let wrong = above((*error + extra).to_bits(), 0.5_f32.to_bits());
+            *error = f32::from_bits((*error + extra).to_bits() & !wrong);
+            *bits |= wrong & Status::NUMERIC.bits();
+        }
     }
-    errors
+    [Lanes([errors[0], errors[2]]), Lanes([errors[1], errors[3]])]
 }
 
-/// One segment's part of the frame; an error that is not within half a pitch is replaced by zero.
+/// A pair's calibrated outputs: middle and difference.
+#[derive(Clone, Copy, Default)]
+struct Corrected {
+    mean: Coordinate,
+    across_turns: f32,
+}
+
+/// Writes the calibrated outputs of segments p and p + 2.
 #[inline(always)]
-fn segment(
-    config: &StepConfig,
-    pair: &Interpolated,
-    counter: &ToothCounter,
-    error: f32,
-    status: &mut Status,
-) -> Segment {
-    let sound = error.abs() <= 0.5;
-    let error = if sound { error } else { 0.0 };
-    if !sound {
-        *status |= Status::NUMERIC;
+fn correct<const P: usize>(frame: &mut Frame, turns: Lanes, error: Lanes) -> Corrected {
+    let calibrated = turns + error;
+    let [a, b] = [0, 1].map(|k| {
+        let segment = &mut frame.segments[P + 2 * k];
+        segment.calibrated = Coordinate {
+            teeth: segment.unmodified.teeth,
+            fraction_turns: calibrated.0[k],
+        };
+        segment.calibrated
+    });
+    Corrected {
+        mean: a.mean(b),
+        across_turns: a.minus_turns(b),
     }
-    let unmodified = Coordinate {
-        teeth: counter.teeth,
-        fraction_turns: pair.turns,
+}
+
+/// Equations (4) and (5); returns g_p in turns.
+#[inline(always)]
+fn pose(config: &StepConfig, frame: &mut Frame, [x, y]: &[Corrected; 2]) -> f32 {
+    let theta = Lanes([x.across_turns, y.across_turns]) * config.pitch_over_span;
+    let parity_turns = x.across_turns - y.across_turns;
+    frame.pose = Pose {
+        x: x.mean,
+        y: y.mean,
+        theta_x_rad: theta.0[0],
+        theta_y_rad: theta.0[1],
+        theta_rad: 0.5 * (theta.0[0] + theta.0[1]),
     };
-    Segment {
-        unmodified,
-        calibrated: Coordinate {
-            teeth: counter.teeth,
-            fraction_turns: pair.turns + error,
-        },
-        amplitude_counts: pair.amplitude,
-        speed_m_s: counter.speed * config.speed_m_s,
-        direction: counter.direction,
-    }
+    frame.parity_m = parity_turns * config.pitch_m;
+    parity_turns
 }
 
-/// Equations (4) and (5), and the pairs' means.
+/// Looks at one segment a sample, in turn: which bits of its counts have changed since it was last looked at. At a
+/// window's end, a segment of which a channel did not change at all is marked frozen until the next end.
 #[inline(always)]
-fn pose(config: &StepConfig, segments: &[Segment; SEGMENTS]) -> (Pose, f32) {
-    let [p1, p2, p3, p4] = segments.map(|s| s.calibrated);
-    let (across_x, across_y) = (p1.minus_turns(p3), p2.minus_turns(p4));
-    let (theta_x_rad, theta_y_rad) = (
-        across_x * config.pitch_over_span,
-        across_y * config.pitch_over_span,
-    );
-    let theta_rad = 0.5 * (theta_x_rad + theta_y_rad);
-    (
-        Pose {
-            x: p1.mean(p3),
-            y: p2.mean(p4),
-            theta_x_rad,
-            theta_y_rad,
-            theta_rad,
-        },
-        across_x - across_y,
-    )
-}
-
-/// Marks what changed; at the window's end a pair of which a channel did not is frozen until the next end.
-#[inline(always)]
-fn watch_frozen(config: &StepConfig, state: &mut StepState, counts: &[[i16; 2]; SEGMENTS]) {
-    for i in 0..SEGMENTS {
-        state.changed[i] |= word(counts[i]) ^ word(state.quadrature_counts[i]);
-    }
-    // One segment a sample, so that no sample pays for all.
-    let phase = state.sequence & u32::from(config.frozen_samples).wrapping_sub(1);
-    if phase < SEGMENTS as u32 {
-        let i = (phase & 3) as usize;
-        let changed = state.changed[i];
-        state.frozen[i] = changed & 0xFFFF == 0 || changed >> 16 == 0;
+fn watch_frozen(config: &StepConfig, state: &mut StepState) {
+    let i = (state.sequence & 3) as usize;
+    let counts = word(state.frame.raw.quadrature_counts[i]);
+    let changed = state.changed[i] | (counts ^ state.watched[i]);
+    state.watched[i] = counts;
+    state.changed[i] = changed;
+    if state.sequence & config.frozen_mask < SEGMENTS as u32 {
+        let still = changed & 0xFFFF == 0 || changed >> 16 == 0;
+        state.frozen = state.frozen & !(1 << i) | u32::from(still) << i;
         state.changed[i] = 0;
     }
 }
@@ -339,66 +430,4 @@ fn watch_frozen(config: &StepConfig, state: &mut StepState, counts: &[[i16; 2]; 
 #[inline(always)]
 fn word(counts: [i16; 2]) -> u32 {
     u32::from(counts[0] as u16) | u32::from(counts[1] as u16) << 16
-}
-
-/// Bits that belong to no segment.
-#[inline(always)]
-fn overall(
-    config: &StepConfig,
-    state: &StepState,
-    deflection: &Deflection,
-    parity_turns: f32,
-) -> u32 {
-    let bit = |flag: Status, on: bool| if on { flag.bits() } else { 0 };
-    let frozen = state.frozen.iter().fold(false, |any, &f| any | f);
-    bit(Status::BEACON_MISSING, deflection.missing)
-        | bit(Status::BEACON_SATURATED, deflection.saturated)
-        | bit(Status::UNCALIBRATED, !config.calibrated)
-        | bit(Status::FROZEN, frozen)
-        | bit(Status::PARITY, parity_turns.abs() > config.parity_turns)
-}
-
-#[cfg(test)]
-mod tests {
-    extern crate std;
-    use super::*;
-    use std::f64::consts::TAU;
-
-    fn counts(amplitude: f64, turns: f64) -> [i16; 2] {
-        let (s, c) = (turns * TAU).sin_cos();
-        [
-            (amplitude * s).round() as i16,
-            (amplitude * c).round() as i16,
-        ]
-    }
-
-    fn raw(turns: [f64; 4]) -> RawFrame {
-        RawFrame {
-            quadrature_counts: turns.map(|t| counts(25_000.0, t)),
-            electrode_counts: [6000, 5000, 5500, 5500],
-            ..RawFrame::default()
-        }
-    }
-
-    #[test]
-    fn follows_a_pose() {
-        let config = StepConfig::build(&Settings::default()).unwrap();
-        let mut state = StepState::new();
-        let mut last = Frame::default();
-        for k in 0..2000 {
-            let (x, y, t) = (f64::from(k) * 0.07, -f64::from(k) * 0.03, 0.1);
-            last = step(&config, &mut state, &raw([x + t, y + t, x - t, y - t]));
-            assert_eq!(last.status, Status::UNCALIBRATED, "sample {k}");
-        }
-        let pitch = 1.016e-3_f32;
-        let (x, y) = (1999.0 * 0.07 * 1.016e-3, -1999.0 * 0.03 * 1.016e-3);
-        assert!(
-            (last.pose.x.metres(pitch) - x).abs() < 2e-8,
-            "{:?}",
-            last.pose
-        );
-        assert!((last.pose.y.metres(pitch) - y).abs() < 2e-8);
-        assert!((f64::from(last.pose.theta_rad) - 0.2 * 1.016e-3 / 9.7e-3).abs() < 2e-6);
-        assert!((last.tan_psi[0] - 0.1 / 11.0).abs() < 1e-7 && last.tan_psi[1] == 0.0);
-    }
 }

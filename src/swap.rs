@@ -110,3 +110,34 @@ impl SwapReceiver<'_, '_> {
         self.active
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::Settings;
+
+    fn set(rate_hz: f32) -> StepConfig {
+        StepConfig::build(&Settings {
+            rate_hz,
+            ..Settings::default()
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn a_set_is_in_force_from_the_next_sample_on() {
+        let (mut active, mut spare) = (set(1.0), set(1.0));
+        let mut queues = SwapQueues::new();
+        let (mut background, mut interrupt) = queues.split(&mut active, &mut spare);
+        assert_eq!(*interrupt.current(), set(1.0));
+        for rate in 2..50 {
+            let new = set(rate as f32);
+            background.offer(&new).unwrap();
+            assert!(!background.taken());
+            assert_eq!(background.offer(&set(99.0)), Err(SwapBusy));
+            assert_eq!(*interrupt.current(), new);
+            assert!(background.taken());
+            assert_eq!(*interrupt.current(), new);
+        }
+    }
+}

@@ -5,6 +5,7 @@
 use super::terms::{MAX_LATERAL_ORDER, MAX_OWN_ORDER, MAX_THETA_POWER, Term, TermTable};
 use crate::frame::{Coordinate, Frame, SEGMENTS};
 use crate::geometry::Geometry;
+use crate::lanes::Lanes;
 use crate::math;
 
 /// Sine and cosine of one angle.
@@ -57,25 +58,6 @@ impl Unit {
             cosine: self.cosine * self.cosine - self.sine * self.sine,
         }
     }
-
-    /// Mean of two angles less than half a turn apart (exactly half: finite, without meaning).
-    #[inline(always)]
-    pub fn mean(self, other: Self) -> Self {
-        let (sine, cosine) = (self.sine + other.sine, self.cosine + other.cosine);
-        let inverse = math::inverse_sqrt(sine * sine + cosine * cosine + 1.0e-12);
-        Self {
-            sine: sine * inverse,
-            cosine: cosine * inverse,
-        }
-    }
-}
-
-/// Orders 1, 2, 4 and 6 of equation (3). 16 operations.
-#[inline(always)]
-pub(crate) fn equation_3_orders(own: Unit) -> [Unit; 4] {
-    let second = own.doubled();
-    let fourth = second.doubled();
-    [own, second, fourth, fourth.plus(second)]
 }
 
 /// Lateral phases of all segments, equation (9); `shift_turns` is l_o theta / pitch.
@@ -85,8 +67,14 @@ pub(crate) fn equation_3_orders(own: Unit) -> [Unit; 4] {
 #[inline(always)]
 pub(crate) fn lateral_units(own: &[Unit; SEGMENTS], shift_turns: f32) -> [Unit; SEGMENTS] {
     let shift = Unit::from_turns(shift_turns);
-    let x = own[0].mean(own[2]);
-    let y = own[1].mean(own[3]);
+    let sine = Lanes([own[0].sine + own[2].sine, own[1].sine + own[3].sine]);
+    let cosine = Lanes([own[0].cosine + own[2].cosine, own[1].cosine + own[3].cosine]);
+    let inverse = math::inverse_sqrt(sine * sine + cosine * cosine + 1.0e-12);
+    let (sine, cosine) = (sine * inverse, cosine * inverse);
+    let [x, y] = [0, 1].map(|k| Unit {
+        sine: sine.0[k],
+        cosine: cosine.0[k],
+    });
     [y.minus(shift), x.plus(shift), y.plus(shift), x.minus(shift)]
 }
 

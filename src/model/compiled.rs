@@ -1,64 +1,116 @@
 //! The error model in machine units: equations (3) and (9) dense, every other row in a bounded list.
 
-use super::basis::{Basis, Unit, equation_3_orders};
+use super::basis::Basis;
 use super::{ErrorModel, MAX_TERMS, Term, TermCoefficients};
 use crate::frame::SEGMENTS;
+use crate::lanes::Lanes;
+use core::array::from_fn;
 use heapless::Vec;
 
 /// Own orders of the dense part.
 const DENSE_ORDERS: [u8; 4] = [1, 2, 4, 6];
 
-/// One segment's coefficients, turns.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct DenseSegment {
-    constant: f32,
-    own: [[f32; 2]; 4],
-    lateral: [f32; 2],
+/// Equation (3) of two segments as polynomials in the measured sine s and cosine c, turns.
+///
+/// With u = s²: `e = even(u) + s (sine + c odd(u)) + cosine c`. The multiple-angle formulas, orders 2, 4 and 6:
+/// cosines `1 - 2u`, `1 - 8u + 8u²`, `1 - 18u + 48u² - 32u³`; sines over s c: `2`, `4 - 8u`, `6 - 32u + 32u²`.
+/// 17 operations where the harmonics one by one take 33.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct OwnPolynomial {
+    even: [Lanes; 4],
+    odd: [Lanes; 3],
+    sine: Lanes,
+    cosine: Lanes,
+}
+
+impl OwnPolynomial {
+    /// From the constants and the `[sine, cosine]` coefficients of orders 1, 2, 4 and 6.
+    fn new(constant: Lanes, [[s1, c1], [s2, c2], [s4, c4], [s6, c6]]: [[Lanes; 2]; 4]) -> Self {
+        Self {
+            even: [
+                constant + c2 + c4 + c6,
+                c2 * -2.0 + c4 * -8.0 + c6 * -18.0,
+                c4 * 8.0 + c6 * 48.0,
+                c6 * -32.0,
+            ],
+            odd: [
+                s2 * 2.0 + s4 * 4.0 + s6 * 6.0,
+                s4 * -8.0 + s6 * -32.0,
+                s6 * 32.0,
+            ],
+            sine: s1,
+            cosine: c1,
+        }
+    }
+
+    /// Equation (3) of two segments, turns.
+    #[inline(always)]
+    pub fn errors(&self, sine: Lanes, cosine: Lanes) -> Lanes {
+        let (even, odd) = (&self.even, &self.odd);
+        let u = sine * sine;
+        let q = u * (u * odd[2] + odd[1]) + odd[0];
+        let r = u * (u * (u * even[3] + even[2]) + even[1]) + even[0];
+        r + sine * (cosine * q + self.sine) + cosine * self.cosine
+    }
 }
 
 /// An [`ErrorModel`] as the interrupt applies it.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CompiledModel {
-    pub dense: [DenseSegment; SEGMENTS],
-    /// Whether any coefficient of equation (9) is in use.
-    pub lateral: bool,
-    extra: Vec<(Term, TermCoefficients), MAX_TERMS>,
-    /// Highest own and lateral orders in the list.
-    extra_orders: (u8, u8),
+    /// Equation (3): segments 1 and 3, 2 and 4.
+    pub own: [OwnPolynomial; 2],
+    pub further: Further,
 }
 
 impl CompiledModel {
     /// Sorts the rows into the dense part and the list; coefficients in turns.
     pub fn new(model: &ErrorModel, pitch_m: f32) -> Self {
         let per_pitch = 1.0 / pitch_m;
-        let mut compiled = Self::default();
-        for (dense, constant) in compiled.dense.iter_mut().zip(model.constants_m) {
-            dense.constant = constant * per_pitch;
-        }
+        let constants = model.constants_m.map(|k| k * per_pitch);
+        let mut own = [[[0.0; 2]; 4]; SEGMENTS];
+        let mut further = Further::default();
         for (term, rows) in model.terms.iter().zip(&model.coefficients) {
             let rows = rows.map(|row| row.map(|k| k * per_pitch));
-            compiled.add(term, rows);
+            match DENSE_ORDERS.iter().position(|&n| *term == Term::own(n)) {
+                Some(order) => (0..SEGMENTS).for_each(|i| own[i][order] = rows[i]),
+                None => further.add(*term, rows),
+            }
         }
-        compiled
+        let polynomial = |p: usize| {
+            let lanes = |of: &dyn Fn(usize) -> f32| Lanes([of(p), of(p + 2)]);
+            let harmonics = from_fn(|order| from_fn(|part| lanes(&|i| own[i][order][part])));
+            OwnPolynomial::new(lanes(&|i| constants[i]), harmonics)
+        };
+        Self {
+            own: [polynomial(0), polynomial(1)],
+            further,
+        }
     }
+}
 
-    fn add(&mut self, term: &Term, rows: TermCoefficients) {
-        let order = DENSE_ORDERS.iter().position(|&n| *term == Term::own(n));
-        if let Some(order) = order {
-            for (dense, row) in self.dense.iter_mut().zip(rows) {
-                dense.own[order] = row;
-            }
-        } else if *term == Term::lateral(1) {
-            self.lateral = true;
-            for (dense, row) in self.dense.iter_mut().zip(rows) {
-                dense.lateral = row;
-            }
-        } else {
-            let (own, lateral) = &mut self.extra_orders;
-            *own = (*own).max(term.own_order);
-            *lateral = (*lateral).max(term.lateral_order.unsigned_abs());
-            let _ = self.extra.push((*term, rows)); // as many places as the table has
+/// What the interrupt adds to equation (3): the lateral terms of equation (9), and further rows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Further {
+    /// Whether there is anything.
+    pub used: bool,
+    /// Equation (9), `[sine, cosine]`, turns.
+    pub lateral: [[f32; 2]; SEGMENTS],
+    extra: Vec<(Term, TermCoefficients), MAX_TERMS>,
+    /// Highest own and lateral orders in the list.
+    extra_orders: (u8, u8),
+}
+
+impl Further {
+    fn add(&mut self, term: Term, rows: TermCoefficients) {
+        self.used = true;
+        if term == Term::lateral(1) {
+            self.lateral = rows;
+            return;
         }
+        let (own, lateral) = &mut self.extra_orders;
+        *own = (*own).max(term.own_order);
+        *lateral = (*lateral).max(term.lateral_order.unsigned_abs());
+        let _ = self.extra.push((term, rows)); // as many places as the table has
     }
 
     /// Whether there are rows beyond equations (3) and (9).
@@ -67,8 +119,10 @@ impl CompiledModel {
         !self.extra.is_empty()
     }
 
-    /// Adds the further rows to the segments' errors, turns. At most 24 rows.
-    pub fn add_extra(&self, basis: &Basis, errors: &mut [f32; SEGMENTS]) {
+    /// The further rows' part of the segments' errors, turns. At most 24 rows.
+    #[inline(never)]
+    pub fn extra_errors(&self, basis: &Basis) -> [f32; SEGMENTS] {
+        let mut errors = [0.0; SEGMENTS];
         for (segment, error) in errors.iter_mut().enumerate() {
             let basis = basis.segment(segment, self.extra_orders.0, self.extra_orders.1);
             for (term, rows) in &self.extra {
@@ -77,25 +131,6 @@ impl CompiledModel {
                 *error += a * sine + b * cosine;
             }
         }
-    }
-}
-
-impl DenseSegment {
-    /// Equation (3), turns.
-    #[inline(always)]
-    pub fn own_error(&self, own: Unit) -> f32 {
-        let orders = equation_3_orders(own);
-        let mut sum = self.constant;
-        for k in 0..4 {
-            sum += self.own[k][0] * orders[k].sine;
-            sum += self.own[k][1] * orders[k].cosine;
-        }
-        sum
-    }
-
-    /// The lateral terms of equation (9), turns.
-    #[inline(always)]
-    pub fn lateral_error(&self, lateral: Unit) -> f32 {
-        self.lateral[0] * lateral.sine + self.lateral[1] * lateral.cosine
+        errors
     }
 }

@@ -9,7 +9,7 @@ mod terms;
 
 pub use basis::{Basis, Observation, SegmentBasis, Unit};
 pub(crate) use basis::{lateral_units, mean_angle_turns};
-pub(crate) use compiled::CompiledModel;
+pub(crate) use compiled::{CompiledModel, Further, OwnPolynomial};
 pub use terms::{
     Column, MAX_COLUMNS, MAX_LATERAL_ORDER, MAX_OWN_ORDER, MAX_TERMS, MAX_THETA_POWER, Multiplier,
     Term, TermError, TermTable, Trigonometric,
@@ -133,6 +133,15 @@ impl ErrorModel {
             .zip(values)
             .map(|(slot, value)| *slot = value)
             .count()
+    }
+
+    /// Largest possible magnitude of one segment's error by the constant and the terms that depend on phases only, metres.
+    pub fn bound_m(&self, segment: usize) -> f32 {
+        let constant = self.constants_m.get(segment).map_or(0.0, |k| k.abs());
+        let rows = self.terms.iter().zip(&self.coefficients);
+        rows.filter(|(term, _)| term.theta_power == 0 && term.multiplier == Multiplier::None)
+            .filter_map(|(_, rows)| rows.get(segment))
+            .fold(constant, |sum, [a, b]| sum + a.abs() + b.abs())
     }
 
     /// The error e of one segment by this model, metres, from a basis of the same geometry.
