@@ -4,13 +4,16 @@
 //! [`Command::Hello`] and [`Reply::Hello`] keep their layout in every version, so that both sides can always tell who is the newer.
 //! A new command or field is a new protocol version.
 
+pub use super::refusal::{
+    Field, RecordRefusal, Refusal, SlotContent, SlotRefusal, SlotReport, StartRefusal,
+};
+pub use super::status::{Activity, BoardStatus, FaultReport, InForce, ResetCause};
+
 use crate::calibration::Plan;
 use crate::calibration::record::{self, Calibration};
 use crate::calibration::slots::Place;
 use crate::link::framing;
-use crate::link::refusal::{Refusal, SlotReport};
 use crate::link::report::Progress;
-use crate::link::status::{BoardStatus, FaultReport};
 use crate::link::telemetry::StreamOrder;
 use heapless::String;
 use serde::{Deserialize, Serialize};

@@ -7,10 +7,10 @@ pub mod client;
 pub mod framing;
 pub mod message;
 mod order;
-pub mod refusal;
+mod refusal;
 pub mod report;
 pub mod server;
-pub mod status;
+mod status;
 pub mod telemetry;
 
 pub use order::JOINT_POSES;
