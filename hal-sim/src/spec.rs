@@ -56,6 +56,32 @@ impl Interferometer {
     };
 }
 
+/// Where on the platen the usual runs take place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Places {
+    /// Corner of the square that the scatter covers, ten pitches a side.
+    pub scatter_corner: Pose,
+    /// Middle of the 40 mm fly-bys.
+    pub flyby: Pose,
+    /// Pose at which the coordination sensor stands under the beacon.
+    pub beacon: Pose,
+    /// Middle of the 8 mm sweeps under the beacon.
+    pub beacon_sweep: Pose,
+}
+
+impl Default for Places {
+    /// Scatter from the origin, fly-bys through its middle, the beacon over the origin.
+    fn default() -> Self {
+        let middle_m = 5.0 * Geometry::PAPER.pitch_m;
+        Self {
+            scatter_corner: Pose::default(),
+            flyby: Pose::new(middle_m, middle_m, 0.0),
+            beacon: Pose::default(),
+            beacon_sweep: Pose::default(),
+        }
+    }
+}
+
 /// A simulated courier, before it is switched on.
 pub struct CourierSpec {
     /// Free text for recordings.
@@ -66,6 +92,8 @@ pub struct CourierSpec {
     pub nominal: Geometry,
     /// Pose at which the coordination sensor stands under the beacon; `None` without one.
     pub beacon_over: Option<Pose>,
+    /// Where its usual runs take place.
+    pub places: Places,
     /// Converter scales and noise.
     pub electronics: Electronics,
     /// Each segment's error over its own phase.
@@ -87,6 +115,7 @@ impl CourierSpec {
             geometry: Geometry::PAPER,
             nominal: Geometry::PAPER,
             beacon_over: Some(Pose::default()),
+            places: Places::default(),
             electronics: Electronics::BOARD,
             waveforms: [const { Waveform::Equation3([0.0; 9]) }; SEGMENTS],
             temperature: Temperature::LABORATORY,

@@ -2,6 +2,8 @@
 
 mod ideal;
 mod measured;
+mod paper;
 
 pub use ideal::ideal;
 pub use measured::{DEFAULT_RMS_M, MeasuredWaveforms, WaveformFileError, measured};
+pub use paper::paper;

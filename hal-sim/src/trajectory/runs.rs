@@ -1,7 +1,8 @@
 //! The usual runs of a recording: a schedule of moves and the times at which it is sampled.
 
 use super::{OpenLoop, Path, Schedule};
-use crate::coordination::pose_under;
+use crate::coordination::{origin_under, pose_under};
+use crate::spec::Places;
 use effects::motion::{Motion, Pose};
 use effects::plant::Geometry;
 use effects::random::{ChaCha8Rng, SeedableRng, uniform};
@@ -130,16 +131,18 @@ impl Plan {
 
     /// A straight sweep from pose to pose at a speed, sampled from start to stop, ramps included.
     #[must_use]
-    pub fn sweep(self, name: &str, from: Pose, to: Pose, speed_m_s: f64) -> Self {
-        self.moving(name, from, to, speed_m_s, Path::Straight)
+    pub fn sweep(self, name: &str, ends: [Pose; 2], speed_m_s: f64) -> Self {
+        self.moving(name, ends, speed_m_s, Path::Straight)
     }
 
     /// There and back: `name` and `name_back`.
     #[must_use]
-    pub fn sweep_both_ways(self, name: &str, from: Pose, to: Pose, speed_m_s: f64) -> Self {
-        let back = format!("{name}_back");
-        self.sweep(name, from, to, speed_m_s)
-            .sweep(&back, to, from, speed_m_s)
+    pub fn sweep_both_ways(self, name: &str, [from, to]: [Pose; 2], speed_m_s: f64) -> Self {
+        self.sweep(name, [from, to], speed_m_s).sweep(
+            &format!("{name}_back"),
+            [to, from],
+            speed_m_s,
+        )
     }
 
     /// `spin`: a turn about the coordination sensor from -`angle_rad` to +`angle_rad` at 0.2 rad/s or less.
@@ -147,8 +150,8 @@ impl Plan {
     pub fn spin(self, origin_m: [f64; 2], angle_rad: f64) -> Self {
         let body_m = self.geometry.lever_m.map(|l| -l);
         let at = |angle| pose_under(&self.geometry, origin_m, [0.0; 2], angle);
-        let (from, to) = (at(-angle_rad), at(angle_rad));
-        self.moving("spin", from, to, SPIN_SPEED_M_S, Path::Pivot { body_m })
+        let ends = [at(-angle_rad), at(angle_rad)];
+        self.moving("spin", ends, SPIN_SPEED_M_S, Path::Pivot { body_m })
     }
 
     /// `still`: one pose for a time.
@@ -160,7 +163,7 @@ impl Plan {
         self.finish("still", times_s)
     }
 
-    fn moving(mut self, name: &str, from: Pose, to: Pose, speed_m_s: f64, path: Path) -> Self {
+    fn moving(mut self, name: &str, [from, to]: [Pose; 2], speed_m_s: f64, path: Path) -> Self {
         self.position(from);
         let start_s = self.now_s;
         let end_s = self.schedule.go_to(start_s, to, speed_m_s, path);
@@ -189,48 +192,40 @@ impl Plan {
         self.schedule.pose(time_s)
     }
 
-    /// Everything that a recording usually holds: scatter, beacon, fly-bys both ways over 40 mm, a slow one, 8 mm sweeps
-    /// under the beacon both ways, a spin, a still. About 9000 samples with 1000 poses each.
+    /// Everything that a recording usually holds: scatter, fly-bys both ways over 40 mm, a slow one, still poses under the
+    /// beacon, 8 mm sweeps there both ways, a spin, a still. Some 6500 samples besides twice `poses`.
     #[must_use]
     pub fn usual(
         poses: usize,
         geometry: Geometry,
-        origin_m: [f64; 2],
+        places: &Places,
         open_loop: OpenLoop,
         seed: u64,
     ) -> Self {
         let range_m = 10.0 * geometry.pitch_m;
-        let middle = Pose::new(0.5 * range_m, 0.5 * range_m, 0.0);
-        let (x, y) = (
-            Pose::new(FLYBY_M / 2.0, 0.0, 0.0),
-            Pose::new(0.0, FLYBY_M / 2.0, 0.0),
-        );
-        let under = pose_under(&geometry, origin_m, [0.0; 2], 0.0);
-        let (bx, by) = (
-            Pose::new(BEACON_SWEEP_M / 2.0, 0.0, 0.0),
-            Pose::new(0.0, BEACON_SWEEP_M / 2.0, 0.0),
-        );
-        let ends = |centre: Pose, half: Pose| (centre.plus(half, -1.0), centre.plus(half, 1.0));
-        let both = |plan: Self, name, (from, to): (Pose, Pose), speed| {
-            plan.sweep_both_ways(name, from, to, speed)
-        };
-        let plan = Self::new(middle, geometry, open_loop, seed).scatter(
-            poses,
-            Pose::default(),
-            range_m,
-            SCATTER_ANGLE_RAD,
-        );
-        let plan = both(plan, "flyby_x", ends(middle, x), FLYBY_SPEED_M_S);
-        let plan = both(plan, "flyby_y", ends(middle, y), FLYBY_SPEED_M_S);
-        let (from, to) = ends(middle, Pose::default().plus(y, 0.5));
-        let plan = plan.sweep("flyby_y_slow", from, to, SLOW_SPEED_M_S).beacon(
-            poses,
-            origin_m,
-            BEACON_ANGLE_RAD,
-        );
-        let plan = both(plan, "beacon_x", ends(under, bx), BEACON_SPEED_M_S);
-        let plan = both(plan, "beacon_y", ends(under, by), BEACON_SPEED_M_S);
-        plan.spin(origin_m, SPIN_ANGLE_RAD).still(under, 0.5)
+        let origin_m = origin_under(&geometry, places.beacon);
+        let x = |length_m: f64| Pose::new(0.5 * length_m, 0.0, 0.0);
+        let y = |length_m: f64| Pose::new(0.0, 0.5 * length_m, 0.0);
+        let about = |middle: Pose, half: Pose| [middle.plus(half, -1.0), middle.plus(half, 1.0)];
+        let slow = about(places.flyby, y(0.5 * FLYBY_M));
+        Self::new(places.flyby, geometry, open_loop, seed)
+            .scatter(poses, places.scatter_corner, range_m, SCATTER_ANGLE_RAD)
+            .sweep_both_ways("flyby_x", about(places.flyby, x(FLYBY_M)), FLYBY_SPEED_M_S)
+            .sweep_both_ways("flyby_y", about(places.flyby, y(FLYBY_M)), FLYBY_SPEED_M_S)
+            .sweep("flyby_y_slow", slow, SLOW_SPEED_M_S)
+            .beacon(poses, origin_m, BEACON_ANGLE_RAD)
+            .sweep_both_ways(
+                "beacon_x",
+                about(places.beacon_sweep, x(BEACON_SWEEP_M)),
+                BEACON_SPEED_M_S,
+            )
+            .sweep_both_ways(
+                "beacon_y",
+                about(places.beacon_sweep, y(BEACON_SWEEP_M)),
+                BEACON_SPEED_M_S,
+            )
+            .spin(origin_m, SPIN_ANGLE_RAD)
+            .still(places.beacon, 0.5)
     }
 }
 
