@@ -1,3 +1,10 @@
 //! The two halves of the firmware that every board runs: the interrupt's and the background's.
+//!
+//! `sampler` is the interrupt; `background` runs everything below it: `guide` moves the courier, `keeper` holds what is in force
+//! and stored, `console` speaks the debug link.
 
+pub mod background;
+pub mod console;
+pub mod guide;
+pub mod keeper;
 pub mod sampler;

@@ -1,7 +1,6 @@
 //! Checks of what a host orders, before any of it reaches the background.
 
-use super::message::{Action, CalibrateOrder, Source};
-use super::refusal::{Field, Refusal};
+use super::message::{Action, CalibrateOrder, Field, Refusal, Source};
 use super::telemetry::{Channels, StreamOrder};
 use crate::calibration::record::Method;
 use crate::calibration::slots::SLOTS;
@@ -33,6 +32,15 @@ impl Action {
                 f64::from(u32::MAX),
             ),
             Self::SetTime { unix_s } => range(Field::UnixS, *unix_s as f64, 0.0, LATEST_UNIX_S),
+            Self::GoTo {
+                target,
+                speed_m_per_s,
+            } => {
+                range(Field::XM, target.x_m.into(), -1.0, 1.0)?;
+                range(Field::YM, target.y_m.into(), -1.0, 1.0)?;
+                range(Field::ThetaRad, target.theta_rad.into(), -0.06, 0.06)?;
+                range(Field::SpeedMPerS, (*speed_m_per_s).into(), 1.0e-3, 1.5)
+            }
             _ => Ok(()),
         }
     }

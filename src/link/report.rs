@@ -34,6 +34,13 @@ pub enum Ending {
         /// Where it is stored, if that was ordered and done.
         stored: Option<Place>,
     },
+    /// It passed its own tests, but could not be put in force or stored: the calibration before is in force.
+    NotKept {
+        /// Why it is believed.
+        evidence: Evidence,
+        /// What stood in the way.
+        refusal: crate::link::message::Refusal,
+    },
     /// The calibration before is in force.
     Refused {
         /// Which limit, and both numbers.

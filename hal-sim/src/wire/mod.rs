@@ -8,5 +8,6 @@ pub mod clock;
 pub mod converter;
 pub mod fault;
 pub mod flash;
+pub mod link;
 pub mod motion;
 pub mod trajectory;

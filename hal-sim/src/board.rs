@@ -1,0 +1,196 @@
+//! The simulated sensor board: the firmware's own two halves on parts that answer on the wire, in one thread.
+//!
+//! One turn of [`SimBoard::sample`] is one sampling interval: the interrupt's half at its instant, then one poll of the
+//! background's. The same seeds give the same run, bit for bit.
+
+use crate::wire::converter::{Busy, Convst, Reset, Spi};
+use crate::wire::flash::{Flash, FlashError};
+use crate::wire::link::LinkWire;
+use crate::wire::motion::Line;
+use crate::world::World;
+use courier_sensor::app::background::Background;
+use courier_sensor::app::console::{Console, StartReport};
+use courier_sensor::app::sampler::{FrameQueue, Mailbox, Sampler};
+use courier_sensor::calibration::slots::Slots;
+use courier_sensor::drivers::converter::{Converter, ConverterError, Counts, Settings as Channels};
+use courier_sensor::drivers::motion::MotionPort;
+use courier_sensor::frame::Frame;
+use courier_sensor::link::message::{Hello, PROTOCOL};
+use courier_sensor::settings::{ConfigError, Settings};
+use courier_sensor::step::StepConfig;
+use courier_sensor::swap::SwapQueues;
+use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use std::cell::RefCell;
+use std::rc::Rc;
+
+/// Number of a simulated board.
+pub const DEVICE: [u8; 12] = *b"simulated-01";
+/// Pages of the slots' flash.
+pub const FLASH_PAGES: usize = 4;
+
+/// Flash that outlives the board's restarts. Clones are the same flash.
+#[derive(Clone, Debug)]
+pub struct SharedFlash(pub Rc<RefCell<Flash>>);
+
+impl SharedFlash {
+    /// Erased.
+    #[must_use]
+    pub fn erased(seed: u64) -> Self {
+        Self(Rc::new(RefCell::new(Flash::new(FLASH_PAGES, seed))))
+    }
+}
+
+impl ErrorType for SharedFlash {
+    type Error = FlashError;
+}
+
+impl ReadNorFlash for SharedFlash {
+    const READ_SIZE: usize = Flash::READ_SIZE;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
+        self.0.borrow_mut().read(offset, bytes)
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.borrow().capacity()
+    }
+}
+
+impl NorFlash for SharedFlash {
+    const WRITE_SIZE: usize = Flash::WRITE_SIZE;
+    const ERASE_SIZE: usize = Flash::ERASE_SIZE;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
+        self.0.borrow_mut().erase(from, to)
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
+        self.0.borrow_mut().write(offset, bytes)
+    }
+}
+
+/// Why a board does not start.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum StartError {
+    /// The settings cannot be used.
+    #[error("{0}")]
+    Config(#[from] ConfigError),
+    /// The converters do not answer as they should.
+    #[error("{0}")]
+    Converter(#[from] ConverterError),
+}
+
+/// The board, running.
+pub struct SimBoard {
+    /// Everything outside the processor.
+    pub world: World,
+    /// The firmware's background.
+    pub background: Background<'static, 'static, Line, SharedFlash>,
+    /// Host's end of the debug link.
+    pub link: LinkWire,
+    console: Console<LinkWire>,
+    converter: Converter<Spi, Spi, Convst, Reset, Busy>,
+    sampler: Sampler<'static, 'static>,
+    period_ns: u64,
+    next_ns: u64,
+    first_conversion: u64,
+}
+
+impl SimBoard {
+    /// Switches the board on: converters set up and tested, the stored calibration in force.
+    ///
+    /// The statics of a real board are leaked here, some 20 KiB a start.
+    ///
+    /// # Errors
+    /// [`StartError`].
+    pub fn start(world: World, flash: SharedFlash, settings: Settings) -> Result<Self, StartError> {
+        let initial = StepConfig::build(&settings)?;
+        let mut converter = Converter::new(
+            (world.converter.spi(0), world.converter.spi(1)),
+            world.converter.convst(),
+            world.converter.reset(),
+            world.converter.busy(),
+            Channels::BOARD,
+        );
+        converter.initialise(&mut world.clock.clone())?;
+        let mailbox: &'static Mailbox = Box::leak(Box::default());
+        let queues = Box::leak(Box::new(SwapQueues::new()));
+        let (active, spare) = (
+            Box::leak(Box::new(initial.clone())),
+            Box::leak(Box::new(initial)),
+        );
+        let (sender, receiver) = queues.split(active, spare);
+        let (up, down) = Box::leak(Box::new(FrameQueue::new())).split();
+        let period_ns = (1.0e9 / f64::from(settings.rate_hz)).round() as u64;
+        let rate_hz = settings.rate_hz;
+        let background = Background::new(
+            (down, sender, mailbox),
+            MotionPort::new(world.motion.line()),
+            Slots::new(flash, 0),
+            settings,
+            DEVICE,
+        );
+        let link = LinkWire::new();
+        let console = Console::new(link.clone(), hello(rate_hz), StartReport::default());
+        Ok(Self {
+            link,
+            console,
+            next_ns: world.clock.now_ns() + period_ns,
+            first_conversion: world.conversions(),
+            sampler: Sampler::new(receiver, up, mailbox),
+            background,
+            converter,
+            period_ns,
+            world,
+        })
+    }
+
+    /// One sampling interval: the interrupt at its instant, then one turn of the main loop.
+    pub fn sample(&mut self) -> Frame {
+        // An instant that the background's own transfers overran is missed, as on the board.
+        let late_ns = self.world.clock.now_ns().saturating_sub(self.next_ns);
+        let missed = late_ns / self.period_ns;
+        self.next_ns += missed * self.period_ns;
+        self.world.clock.advance_to_ns(self.next_ns);
+        self.next_ns += self.period_ns;
+        let mut counts = Counts::default();
+        let reading = self.converter.convert(&mut counts).map(|()| counts);
+        let frame = self.sampler.isr_sample(reading, missed as u32);
+        let temperature_c = self
+            .world
+            .with_courier(|courier| courier.sample().temperature_c);
+        self.background.set_temperature_c(temperature_c as f32);
+        let console = &mut self.console;
+        self.background.poll(|frame| console.stream(frame));
+        self.console.serve(&mut self.background);
+        frame
+    }
+
+    /// Whether the host asked for a restart.
+    #[must_use]
+    pub fn wants_restart(&self) -> bool {
+        self.console.wants_restart()
+    }
+
+    /// Number of the conversion that gave the frame of this sequence number.
+    #[must_use]
+    pub fn conversion_of(&self, frame: &Frame) -> u64 {
+        self.first_conversion + u64::from(frame.sequence)
+    }
+
+    /// Power off; the world, its courier and the flash go on.
+    #[must_use]
+    pub fn stop(self) -> World {
+        self.world
+    }
+}
+
+fn hello(rate_hz: f32) -> Hello {
+    Hello {
+        protocol: PROTOCOL,
+        firmware: env!("CARGO_PKG_VERSION").try_into().unwrap_or_default(),
+        board: "simulated".try_into().unwrap_or_default(),
+        device: DEVICE,
+        rate_hz,
+    }
+}

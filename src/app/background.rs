@@ -1,0 +1,335 @@
+//! The background's half: everything below the interrupt. [`Background::poll`] is called again and again by the board's main loop.
+//!
+//! Frames come up a lock-free queue and go to the session, the stream and the status; the session's wishes go to the
+//! motion controller; an accepted calibration goes to flash first and then in force. What fails leaves the calibration in
+//! force where it was. Knows no clock: time is the number of samples taken.
+
+use super::guide::Guide;
+use super::keeper::Keeper;
+use super::sampler::Mailbox;
+use crate::calibration::record::{Calibration, Gauge, Instant, Method, Quality};
+use crate::calibration::slots::{Place, Slots};
+use crate::calibration::{
+    Action, Evidence, Outcome, Refusal as SessionRefusal, Session, SessionConfig, StartError,
+};
+use crate::drivers::motion::{MotionPort, PortCounters, Target};
+use crate::frame::{Frame, Status};
+use crate::link::message::{Refusal, StartRefusal};
+use crate::model::{ErrorModel, TermTable};
+use crate::settings::Settings;
+use crate::swap::SwapSender;
+use embedded_io::{Read, ReadReady, Write, WriteReady};
+use embedded_storage::nor_flash::NorFlash;
+use heapless::spsc::Consumer;
+
+/// Speed of self-motions unless ordered otherwise, m/s.
+pub const SELF_MOTION_M_PER_S: f32 = 0.2;
+/// Frames taken from the queue at one poll: bounds the time between two looks at the motion port and the link.
+const FRAMES_A_POLL: usize = 32;
+
+/// How a session is run, beside what it fits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Errand {
+    /// Highest speed between poses, m/s.
+    pub speed_m_per_s: f32,
+    /// Store the result when it is accepted.
+    pub commit: bool,
+}
+
+/// How the last session ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ended {
+    /// What is known about the fit.
+    pub evidence: Evidence,
+    /// The session's own verdict: refused, or accepted and where it is stored (none if that was not ordered).
+    pub result: Result<Option<Place>, SessionRefusal>,
+    /// Accepted, but could not be put in force or stored: the one before is in force.
+    pub not_kept: Option<Refusal>,
+}
+
+/// Where the background lives: the ends that connect it to the interrupt, and its parts.
+pub struct Background<'q, 'c, S, F> {
+    frames: Consumer<'q, Frame>,
+    mailbox: &'q Mailbox,
+    guide: Guide<S>,
+    keeper: Keeper<'q, 'c, F>,
+    session: Session,
+    errand: Errand,
+    ended: Option<Ended>,
+    device: [u8; 12],
+    unix_offset_s: Option<u64>,
+    temperature_c: Option<f32>,
+    samples: u64,
+    last: Frame,
+    status_seen: Status,
+}
+
+impl<'q, 'c, S, F> Background<'q, 'c, S, F>
+where
+    S: Read + ReadReady + Write + WriteReady,
+    F: NorFlash,
+{
+    /// Starts from what is stored: the newest valid record comes in force; without one frames say
+    /// [`Status::UNCALIBRATED`] and [`Keeper::boot`] why.
+    pub fn new(
+        ends: (Consumer<'q, Frame>, SwapSender<'q, 'c>, &'q Mailbox),
+        motion: MotionPort<S>,
+        slots: Slots<F>,
+        settings: Settings,
+        device: [u8; 12],
+    ) -> Self {
+        let (frames, swap, mailbox) = ends;
+        Self {
+            frames,
+            mailbox,
+            guide: Guide::new(motion),
+            keeper: Keeper::start(slots, swap, settings),
+            session: Session::idle(),
+            errand: Errand {
+                speed_m_per_s: SELF_MOTION_M_PER_S,
+                commit: true,
+            },
+            ended: None,
+            device,
+            unix_offset_s: None,
+            temperature_c: None,
+            samples: 0,
+            last: Frame::default(),
+            status_seen: Status::empty(),
+        }
+    }
+
+    /// One turn of the main loop. `watch` sees every frame that comes up the queue. Returns how many did.
+    pub fn poll(&mut self, mut watch: impl FnMut(&Frame)) -> usize {
+        let mut taken = 0;
+        while taken < FRAMES_A_POLL
+            && let Some(frame) = self.frames.dequeue()
+        {
+            taken += 1;
+            self.samples += u64::from(frame.sequence.wrapping_sub(self.last.sequence));
+            self.status_seen |= frame.status;
+            self.session.frame(&frame);
+            watch(&frame);
+            self.last = frame;
+        }
+        self.move_on();
+        taken
+    }
+
+    /// Carries words between the session and the motion controller, and concludes a session that has ended.
+    fn move_on(&mut self) {
+        if let Some(event) = self.guide.poll(self.last.sequence) {
+            self.session.motion(event);
+        }
+        match self.session.poll() {
+            Some(Action::Go(pose)) => self.guide.go_relative(pose, self.errand.speed_m_per_s),
+            Some(Action::Stop) => self.guide.halt(),
+            None => {}
+        }
+        if self.ended.is_none()
+            && let Some(outcome) = self.session.outcome()
+        {
+            let outcome = outcome.clone();
+            self.ended = Some(self.conclude(outcome));
+        }
+    }
+
+    /// Starts a self-calibration from where the courier stands. Geometry and model of `config` are replaced by those
+    /// in force.
+    ///
+    /// # Errors
+    /// [`Refusal`]; nothing is changed.
+    pub fn calibrate(&mut self, mut config: SessionConfig, errand: Errand) -> Result<(), Refusal> {
+        config.geometry = self.keeper.settings().geometry;
+        config.model = self.model_to_fit();
+        self.session.start(config).map_err(|error| match error {
+            StartError::Busy => Refusal::Busy,
+            StartError::Terms => Refusal::Start(StartRefusal::Terms),
+            StartError::Range { .. } => Refusal::Start(StartRefusal::Settings),
+        })?;
+        self.errand = errand;
+        self.guide.forget_origin();
+        self.ended = None;
+        Ok(())
+    }
+
+    /// Ends the session; the calibration in force stays.
+    ///
+    /// # Errors
+    /// [`Refusal::NothingUnderWay`].
+    pub fn abort(&mut self) -> Result<(), Refusal> {
+        if !self.session.is_running() {
+            return Err(Refusal::NothingUnderWay);
+        }
+        self.session.abort();
+        Ok(())
+    }
+
+    /// Moves the courier, when no session does.
+    ///
+    /// # Errors
+    /// [`Refusal::Busy`].
+    pub fn go_to(&mut self, goal: Target, speed_m_per_s: f32) -> Result<(), Refusal> {
+        self.idle()?;
+        self.guide.go_to(goal, speed_m_per_s);
+        Ok(())
+    }
+
+    /// Slots and what is in force; to change them only while no session runs.
+    ///
+    /// # Errors
+    /// [`Refusal::Busy`].
+    pub fn keeper_mut(&mut self) -> Result<&mut Keeper<'q, 'c, F>, Refusal> {
+        self.idle()?;
+        Ok(&mut self.keeper)
+    }
+
+    /// Slots and what is in force.
+    pub fn keeper(&self) -> &Keeper<'q, 'c, F> {
+        &self.keeper
+    }
+
+    /// The session under way or the last one.
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// How the last session ended, once it has.
+    pub fn ended(&self) -> Option<&Ended> {
+        self.ended.as_ref()
+    }
+
+    /// The last frame that came up the queue.
+    pub fn last_frame(&self) -> &Frame {
+        &self.last
+    }
+
+    /// Status bits of all frames since the last call.
+    pub fn take_status(&mut self) -> Status {
+        core::mem::take(&mut self.status_seen)
+    }
+
+    /// Whether the courier is being moved.
+    pub fn is_moving(&self) -> bool {
+        self.guide.is_busy()
+    }
+
+    /// What the motion controller's line has brought.
+    pub fn motion_counters(&self) -> PortCounters {
+        self.guide.counters()
+    }
+
+    /// What the interrupt counts.
+    pub fn mailbox(&self) -> &'q Mailbox {
+        self.mailbox
+    }
+
+    /// Tells the board's temperature, from which the temperature terms count.
+    pub fn set_temperature_c(&mut self, temperature_c: f32) {
+        self.temperature_c = Some(temperature_c);
+        let reference_c = self.reference_c();
+        self.mailbox
+            .set_temperature_delta_k(temperature_c - reference_c);
+    }
+
+    /// Board temperature, if it is measured.
+    pub fn temperature_c(&self) -> Option<f32> {
+        self.temperature_c
+    }
+
+    /// Tells the time of day, seconds since 1970 UTC.
+    pub fn set_time(&mut self, unix_s: u64) {
+        self.unix_offset_s = Some(unix_s.saturating_sub(self.uptime_s()));
+    }
+
+    /// Uptime, by the samples that came up the queue, and the date if it was told.
+    pub fn time(&self) -> Instant {
+        let uptime_s = self.uptime_s();
+        Instant {
+            unix_s: self
+                .unix_offset_s
+                .map(|offset| offset.saturating_add(uptime_s)),
+            uptime_s: u32::try_from(uptime_s).unwrap_or(u32::MAX),
+        }
+    }
+
+    fn uptime_s(&self) -> u64 {
+        (self.samples as f32 / self.keeper.settings().rate_hz) as u64
+    }
+
+    fn reference_c(&self) -> f32 {
+        let measured = self.temperature_c.unwrap_or_default();
+        self.keeper
+            .in_force()
+            .map_or(measured, |calibration| calibration.temperature_c)
+    }
+
+    fn idle(&self) -> Result<(), Refusal> {
+        if self.session.is_running() {
+            Err(Refusal::Busy)
+        } else {
+            Ok(())
+        }
+    }
+
+    fn model_to_fit(&self) -> ErrorModel {
+        let in_force = self.keeper.settings().model.clone();
+        in_force.unwrap_or_else(|| ErrorModel::zero(TermTable::equation_3()))
+    }
+
+    fn conclude(&mut self, outcome: Outcome) -> Ended {
+        let evidence = outcome.evidence;
+        let model = match outcome.result {
+            Ok(model) => model,
+            Err(refusal) => {
+                return Ended {
+                    evidence,
+                    result: Err(refusal),
+                    not_kept: None,
+                };
+            }
+        };
+        let calibration = self.record(model, &evidence);
+        let kept = if self.errand.commit {
+            self.keeper.store(calibration).map(Some)
+        } else {
+            self.keeper.load(calibration).map(|()| None)
+        };
+        Ended {
+            evidence,
+            result: Ok(kept.unwrap_or(None)),
+            not_kept: kept.err(),
+        }
+    }
+
+    fn record(&self, model: ErrorModel, evidence: &Evidence) -> Calibration {
+        let settings = self.keeper.settings();
+        Calibration {
+            device: self.device,
+            made: self.time(),
+            temperature_c: self.reference_c() + evidence.temperature_delta_k,
+            method: Method::Platen,
+            gauge: Gauge::OffsetsSpread,
+            amplitude_counts: evidence.amplitude_counts,
+            geometry: settings.geometry,
+            pairs: settings.pairs,
+            model,
+            beacon: None,
+            quality: quality(evidence),
+        }
+    }
+}
+
+fn quality(evidence: &Evidence) -> Quality {
+    let count = |n: u32| u16::try_from(n).unwrap_or(u16::MAX);
+    Quality {
+        residual_before_m: evidence.held_out_in_force_m,
+        residual_after_m: evidence.held_out_m,
+        predicted_worst_m: evidence.worst_deviation_m,
+        condition_number: evidence.condition,
+        rank: count(evidence.rank),
+        unknowns: count(evidence.unknowns),
+        poses: count(evidence.poses),
+        rejected: count(evidence.lost),
+    }
+}

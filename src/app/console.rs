@@ -1,0 +1,271 @@
+//! The debug link's end on the board: commands to the background, its answers and the stream of samples back.
+//!
+//! Never blocks: a reply waits in its own buffer until the channel has room, and no further command is read until then;
+//! telemetry that finds no room is dropped and counted.
+
+use super::background::{Background, Errand};
+use crate::calibration::{Range, SessionConfig};
+use crate::frame::Frame;
+use crate::link::framing;
+use crate::link::message::{
+    Action, Activity, BoardStatus, CalibrateOrder, FRAME_BYTES, FaultReport, Hello, Refusal, Reply,
+    ResetCause, Response, Source,
+};
+use crate::link::report::{Ending, Progress};
+use crate::link::server::{Event, Server};
+use crate::link::telemetry::{self, Channels, Packer, StreamOrder};
+use embedded_io::{Read, ReadReady, Write, WriteReady};
+use embedded_storage::nor_flash::NorFlash;
+
+/// Command bytes taken at one poll.
+const BYTES_A_POLL: usize = 256;
+
+/// The link's byte channels. Nothing here may wait.
+pub trait Ports {
+    /// Takes command bytes that have come; how many.
+    fn read_commands(&mut self, bytes: &mut [u8]) -> usize;
+    /// Gives reply bytes; how many the channel took.
+    fn write_replies(&mut self, bytes: &[u8]) -> usize;
+    /// Gives a telemetry frame; false: there was no room and nothing was taken.
+    fn write_telemetry(&mut self, bytes: &[u8]) -> bool;
+}
+
+/// Why the board started, and what was kept from before.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StartReport {
+    /// Cause of the last reset.
+    pub cause: ResetCause,
+    /// Fault record, if there is one.
+    pub fault: Option<FaultReport>,
+}
+
+/// The board's end of the link. Owned by the background's loop.
+pub struct Console<P> {
+    ports: P,
+    server: Server,
+    packer: Packer,
+    reply: [u8; FRAME_BYTES],
+    unsent: core::ops::Range<usize>,
+    telemetry: [u8; telemetry::FRAME_BYTES],
+    started: StartReport,
+    restart: bool,
+}
+
+impl<P: Ports> Console<P> {
+    /// For a board that introduces itself as `hello` says.
+    pub fn new(ports: P, hello: Hello, started: StartReport) -> Self {
+        Self {
+            ports,
+            server: Server::new(hello),
+            packer: Packer::default(),
+            reply: [0; FRAME_BYTES],
+            unsent: 0..0,
+            telemetry: [0; telemetry::FRAME_BYTES],
+            started,
+            restart: false,
+        }
+    }
+
+    /// Whether the host asked for a restart and has been answered.
+    pub fn wants_restart(&self) -> bool {
+        self.restart && self.unsent.is_empty()
+    }
+
+    /// Takes a frame into the stream, if there is one.
+    pub fn stream(&mut self, frame: &Frame) {
+        let ports = &mut self.ports;
+        self.packer.push(frame, &mut self.telemetry, |bytes| {
+            ports.write_telemetry(bytes)
+        });
+    }
+
+    /// Sends what waits, then carries out at most one command.
+    pub fn serve<S, F>(&mut self, background: &mut Background<'_, '_, S, F>)
+    where
+        S: Read + ReadReady + Write + WriteReady,
+        F: NorFlash,
+    {
+        self.flush();
+        for _ in 0..BYTES_A_POLL {
+            let mut byte = [0];
+            if !self.unsent.is_empty() || self.restart || self.ports.read_commands(&mut byte) == 0 {
+                return;
+            }
+            match self.server.feed(byte[0]) {
+                Some(Event::Answer(response)) => self.send(&response),
+                Some(Event::Act { number, action }) => {
+                    let reply = self.act(action, background).unwrap_or_else(Reply::Refused);
+                    self.send(&Response { number, reply });
+                }
+                None => {}
+            }
+        }
+    }
+
+    fn send(&mut self, response: &Response) {
+        // A reply always fits: the buffer is the protocol's longest frame.
+        let length = framing::encode(response, &mut self.reply).map_or(0, <[u8]>::len);
+        self.unsent = 0..length;
+        self.flush();
+    }
+
+    fn flush(&mut self) {
+        if let Some(bytes) = self
+            .reply
+            .get(self.unsent.clone())
+            .filter(|bytes| !bytes.is_empty())
+        {
+            let taken = self.ports.write_replies(bytes);
+            self.unsent.start = (self.unsent.start + taken).min(self.unsent.end);
+        }
+    }
+
+    fn act<S, F>(
+        &mut self,
+        action: Action,
+        background: &mut Background<'_, '_, S, F>,
+    ) -> Result<Reply, Refusal>
+    where
+        S: Read + ReadReady + Write + WriteReady,
+        F: NorFlash,
+    {
+        match action {
+            Action::Status => Ok(Reply::Status(self.status(background))),
+            Action::Calibrate(order) => {
+                let (config, errand) = session_of(&order);
+                background.calibrate(config, errand).map(done)
+            }
+            Action::Abort => background.abort().map(done),
+            Action::Progress => Ok(Reply::Progress(progress(background))),
+            Action::GoTo {
+                target,
+                speed_m_per_s,
+            } => background.go_to(target, speed_m_per_s).map(done),
+            Action::Read(Source::InForce) => {
+                let calibration = background
+                    .keeper()
+                    .in_force()
+                    .ok_or(Refusal::NotCalibrated)?;
+                Ok(Reply::Calibration(calibration.clone()))
+            }
+            Action::Read(Source::Slot(slot)) => {
+                background.keeper_mut()?.read(slot).map(Reply::Calibration)
+            }
+            Action::Load(calibration) => background.keeper_mut()?.load(calibration).map(done),
+            Action::Commit { lose_unknown } => background
+                .keeper_mut()?
+                .commit(lose_unknown)
+                .map(Reply::Place),
+            Action::RollBack => background.keeper_mut()?.roll_back().map(Reply::Place),
+            Action::Slots => Ok(Reply::Slots(
+                background.keeper_mut()?.list().map(Into::into),
+            )),
+            Action::Stream(order) => {
+                self.packer.start(order);
+                Ok(Reply::Done)
+            }
+            Action::Record { samples } => {
+                let channels = Channels::RECORDING.bits();
+                self.packer.start(StreamOrder {
+                    channels,
+                    decimation: 1,
+                    samples,
+                });
+                Ok(Reply::Done)
+            }
+            Action::SetTime { unix_s } => {
+                background.set_time(unix_s);
+                Ok(Reply::Done)
+            }
+            Action::LastFault => Ok(Reply::LastFault(self.started.fault.clone())),
+            Action::Restart => {
+                self.restart = true;
+                Ok(Reply::Done)
+            }
+        }
+    }
+
+    fn status<S, F>(&self, background: &mut Background<'_, '_, S, F>) -> BoardStatus
+    where
+        S: Read + ReadReady + Write + WriteReady,
+        F: NorFlash,
+    {
+        let seen = background.take_status();
+        let (frame, mailbox) = (background.last_frame(), background.mailbox());
+        BoardStatus {
+            time: background.time(),
+            samples: mailbox.samples(),
+            missed: mailbox.missed(),
+            dropped_frames: mailbox.dropped(),
+            lost_telemetry: self.packer.lost(),
+            status: frame.status.bits(),
+            status_seen: seen.bits(),
+            activity: if background.session().is_running() {
+                Activity::Calibrating
+            } else {
+                Activity::Idle
+            },
+            moving: background.is_moving(),
+            in_force: background.keeper().source(),
+            pose: frame.pose,
+            parity_m: frame.parity_m,
+            amplitude_counts: frame.segments.map(|segment| segment.amplitude_counts),
+            temperature_c: background.temperature_c(),
+            link: self.server.counters(),
+            motion: background.motion_counters().frames,
+            reset: self.started.cause,
+        }
+    }
+}
+
+fn done((): ()) -> Reply {
+    Reply::Done
+}
+
+/// A session as ordered, over the defaults of [`SessionConfig`].
+fn session_of(order: &CalibrateOrder) -> (SessionConfig, Errand) {
+    let config = SessionConfig {
+        poses: order.poses.into(),
+        held_out_poses: order.held_out_poses.into(),
+        plan: order.plan,
+        seed: order.seed,
+        range: Range {
+            travel_m: order.travel_m,
+            turn_rad: order.turn_rad,
+        },
+        target_deviation_m: order.target_deviation_m,
+        ..SessionConfig::default()
+    };
+    (
+        config,
+        Errand {
+            speed_m_per_s: order.speed_m_per_s,
+            commit: order.commit,
+        },
+    )
+}
+
+fn progress<S, F>(background: &Background<'_, '_, S, F>) -> Progress
+where
+    S: Read + ReadReady + Write + WriteReady,
+    F: NorFlash,
+{
+    let session = background.session().progress();
+    let ending = background.ended().map(|ended| {
+        let evidence = ended.evidence;
+        match (ended.result, ended.not_kept) {
+            (Err(refusal), _) => Ending::Refused { refusal, evidence },
+            (Ok(_), Some(refusal)) => Ending::NotKept { evidence, refusal },
+            (Ok(stored), None) => Ending::Accepted { evidence, stored },
+        }
+    });
+    Progress {
+        method: Default::default(),
+        stage: session.stage,
+        done: session.done,
+        of: session.of,
+        lost: session.lost,
+        worst_deviation_m: session.worst_deviation_m,
+        ending,
+    }
+}
