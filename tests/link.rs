@@ -3,7 +3,7 @@
 use courier_sensor::calibration::record::{self, Calibration, Instant, Method};
 use courier_sensor::calibration::slots::{Place, SlotError};
 use courier_sensor::calibration::{self, Evidence, Plan, Stage};
-use courier_sensor::drivers::motion::FaultCode;
+use courier_sensor::drivers::motion::{FaultCode, Target};
 use courier_sensor::frame::Status;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::link::client::Client;
@@ -67,6 +67,14 @@ fn actions() -> Vec<Action> {
         }),
         Action::Abort,
         Action::Progress,
+        Action::GoTo {
+            target: Target {
+                x_m: 0.1,
+                y_m: -0.1,
+                theta_rad: 0.01,
+            },
+            speed_m_per_s: 0.2,
+        },
         Action::Read(Source::InForce),
         Action::Read(Source::Slot(1)),
         Action::Load(fullest()),
@@ -126,6 +134,10 @@ fn replies() -> Vec<Reply> {
         Reply::Progress(ended(Ending::Refused {
             refusal: motion,
             evidence,
+        })),
+        Reply::Progress(ended(Ending::NotKept {
+            evidence,
+            refusal: Refusal::SwapBusy,
         })),
         Reply::Calibration(fullest()),
         Reply::Place(place),

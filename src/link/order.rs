@@ -1,6 +1,7 @@
 //! Checks of what a host orders, before any of it reaches the background.
 
-use super::message::{Action, CalibrateOrder, Field, Refusal, Source};
+use super::message::{Action, CalibrateOrder, Source};
+use super::refusal::{Field, Refusal};
 use super::telemetry::{Channels, StreamOrder};
 use crate::calibration::record::Method;
 use crate::calibration::slots::SLOTS;

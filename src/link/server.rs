@@ -1,9 +1,8 @@
 //! The board's end of the command channel: bytes in, checked actions for the background out. Pure, never panics, never blocks.
 
 use super::framing::{Decoder, FrameCounters, FrameError};
-use super::message::{
-    Action, Command, FRAME_BYTES, Hello, PROTOCOL, Refusal, Reply, Request, Response,
-};
+use super::message::{Action, Command, FRAME_BYTES, Hello, PROTOCOL, Reply, Request, Response};
+use super::refusal::Refusal;
 
 /// What a byte has brought.
 #[derive(Clone, Debug, PartialEq)]

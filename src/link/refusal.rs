@@ -1,0 +1,236 @@
+//! Why a command was not carried out, and what the slots hold: named, with the numbers, and with their text for a host.
+
+use crate::calibration::record::RecordError;
+use crate::calibration::slots::{Place, SlotError, SlotInfo, SlotState};
+use serde::{Deserialize, Serialize};
+
+/// A number of an order that can be wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub enum Field {
+    Poses,
+    HeldOutPoses,
+    TravelM,
+    TurnRad,
+    SpeedMPerS,
+    XM,
+    YM,
+    ThetaRad,
+    TargetDeviationM,
+    Decimation,
+    Samples,
+    Channels,
+    Slot,
+    UnixS,
+}
+
+/// What a slot holds, on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SlotReport {
+    /// 0 or 1.
+    pub slot: u8,
+    /// Number of its record.
+    pub sequence: Option<u32>,
+    /// What it is.
+    pub state: SlotContent,
+}
+
+/// State of a slot, on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+pub enum SlotContent {
+    /// The record in force after a restart.
+    #[error("in force")]
+    InForce,
+    /// A valid older record.
+    #[error("older")]
+    Older,
+    /// A record that was rolled back.
+    #[error("rolled back")]
+    RolledBack,
+    /// No usable record.
+    #[error("refused: {0}")]
+    Refused(RecordRefusal),
+}
+
+/// Why a record is not used, on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+pub enum RecordRefusal {
+    /// Erased.
+    #[error("empty")]
+    Empty,
+    /// Cut off or decayed.
+    #[error("torn: its writing was cut off, or it decayed")]
+    Torn,
+    /// Does not read.
+    #[error("the flash could not be read")]
+    Unreadable,
+    /// Of another firmware.
+    #[error("layout version {0} is not known to the board's firmware")]
+    UnknownVersion(u16),
+    /// Numbers or terms that cannot be used.
+    #[error("terms, coefficients or other numbers cannot be used")]
+    Invalid,
+    /// Does not fit.
+    #[error("the record does not fit its slot")]
+    TooLong,
+}
+
+impl From<RecordError> for RecordRefusal {
+    fn from(error: RecordError) -> Self {
+        match error {
+            RecordError::Empty => Self::Empty,
+            RecordError::Torn => Self::Torn,
+            RecordError::Unreadable => Self::Unreadable,
+            RecordError::UnknownVersion { version } => Self::UnknownVersion(version),
+            RecordError::Body | RecordError::Model(_) | RecordError::NotFinite { .. } => {
+                Self::Invalid
+            }
+            RecordError::TooLong => Self::TooLong,
+        }
+    }
+}
+
+impl From<SlotInfo> for SlotReport {
+    fn from(info: SlotInfo) -> Self {
+        let state = match info.state {
+            SlotState::InForce => SlotContent::InForce,
+            SlotState::Older => SlotContent::Older,
+            SlotState::RolledBack => SlotContent::RolledBack,
+            SlotState::Refused(error) => SlotContent::Refused(error.into()),
+        };
+        Self {
+            slot: info.slot,
+            sequence: info.sequence,
+            state,
+        }
+    }
+}
+
+/// Why a command was not carried out. What was in force still is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// No hello of the same protocol version came before.
+    #[error("say hello first: the board speaks link protocol {protocol}")]
+    NotGreeted {
+        /// The board's.
+        protocol: u16,
+    },
+    /// A whole frame that is no command of this protocol version.
+    #[error("unknown command")]
+    Unknown,
+    /// A number outside its range.
+    #[error("{field:?} is {value}, wanted {low} to {high}")]
+    Range {
+        /// Which.
+        field: Field,
+        /// What was sent.
+        value: f32,
+        /// Smallest.
+        low: f32,
+        /// Largest.
+        high: f32,
+    },
+    /// A calibration is under way.
+    #[error("a calibration is under way: abort it first")]
+    Busy,
+    /// There is nothing to abort.
+    #[error("nothing is under way")]
+    NothingUnderWay,
+    /// There is no calibration in force to read or to store.
+    #[error("no calibration is in force")]
+    NotCalibrated,
+    /// What is in force is stored already.
+    #[error("what is in force is already stored in slot {}, number {}", .0.slot, .0.sequence)]
+    AlreadyStored(Place),
+    /// The calibration sent cannot be used.
+    #[error("the calibration cannot be used: {0}")]
+    Calibration(RecordRefusal),
+    /// A slot operation failed.
+    #[error("slots: {0}")]
+    Slots(SlotRefusal),
+    /// The interrupt has not taken the last set of coefficients yet: try again.
+    #[error("the interrupt has not taken the last coefficients yet: try again")]
+    SwapBusy,
+    /// The calibration did not start.
+    #[error("the calibration did not start: {0}")]
+    Start(StartRefusal),
+}
+
+/// Why a slot operation failed, on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+#[non_exhaustive]
+pub enum SlotRefusal {
+    /// Nothing valid is stored.
+    #[error("no slot holds a valid calibration")]
+    NoneInForce,
+    /// 0 and 1 exist.
+    #[error("slot {0}: there are 0 and 1")]
+    NoSuchSlot(u8),
+    /// The record.
+    #[error("record: {0}")]
+    Record(RecordRefusal),
+    /// A later firmware's record is in the way.
+    #[error(
+        "slot {slot} holds layout version {version} of another firmware: it is overwritten only when told to"
+    )]
+    WouldLoseUnknown {
+        /// Where.
+        slot: u8,
+        /// Its version.
+        version: u16,
+    },
+    /// Nothing to go back to.
+    #[error("no older valid calibration to roll back to")]
+    NothingOlder,
+    /// The flash does not erase.
+    #[error("slot {0} does not erase")]
+    Erase(u8),
+    /// The flash does not take data.
+    #[error("slot {0} does not take data")]
+    Write(u8),
+    /// The flash does not keep data.
+    #[error("slot {0}: what was read back is not what was written")]
+    ReadBack(u8),
+}
+
+impl From<SlotError> for SlotRefusal {
+    fn from(error: SlotError) -> Self {
+        match error {
+            SlotError::NoneInForce => Self::NoneInForce,
+            SlotError::NoSuchSlot { slot } => Self::NoSuchSlot(slot),
+            SlotError::Record(error) => Self::Record(error.into()),
+            SlotError::WouldLoseUnknown { slot, version } => {
+                Self::WouldLoseUnknown { slot, version }
+            }
+            SlotError::NothingOlder => Self::NothingOlder,
+            SlotError::Erase { slot, .. } => Self::Erase(slot),
+            SlotError::Write { slot, .. } => Self::Write(slot),
+            SlotError::ReadBack { slot } => Self::ReadBack(slot),
+        }
+    }
+}
+
+impl From<SlotError> for Refusal {
+    fn from(error: SlotError) -> Self {
+        Self::Slots(error.into())
+    }
+}
+
+/// Why a calibration did not start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+#[non_exhaustive]
+pub enum StartRefusal {
+    /// A number of the board's own settings does not allow it.
+    #[error("the board's settings do not allow it")]
+    Settings,
+    /// The error model in force has no term, or more, than a session can fit.
+    #[error("the error model in force has terms that this session cannot fit")]
+    Terms,
+    /// The motion controller does not answer.
+    #[error("the motion controller does not answer")]
+    NoMotionController,
+    /// No beacon is seen.
+    #[error("no beacon is seen: a joint calibration needs one")]
+    NoBeacon,
+}

@@ -1,0 +1,106 @@
+//! State of the board, as a host sees it.
+
+use crate::calibration::record::Instant;
+use crate::calibration::slots::Place;
+use crate::frame::{Pose, SEGMENTS};
+use crate::link::framing::FrameCounters;
+use heapless::String;
+use serde::{Deserialize, Serialize};
+
+/// What the background is at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Activity {
+    /// Nothing.
+    #[default]
+    Idle,
+    /// A calibration.
+    Calibrating,
+    /// Solving, at the end of a calibration.
+    Solving,
+}
+
+/// Where the calibration in force is from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum InForce {
+    /// There is none.
+    #[default]
+    None,
+    /// Loaded or just made, not stored.
+    Unsaved,
+    /// Stored.
+    Stored(Place),
+}
+
+/// State of the board.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BoardStatus {
+    /// Uptime and, if set, date.
+    pub time: Instant,
+    /// Samples taken, modulo 2^32.
+    pub samples: u32,
+    /// Sampling instants missed.
+    pub missed: u32,
+    /// Frames that the background was too late for.
+    pub dropped_frames: u32,
+    /// Telemetry samples that the host was too late for.
+    pub lost_telemetry: u32,
+    /// Status bits of the last frame.
+    pub status: u32,
+    /// Status bits that were seen since the last [`Action::Status`].
+    pub status_seen: u32,
+    /// What the background is at.
+    pub activity: Activity,
+    /// Whether the courier is being moved.
+    pub moving: bool,
+    /// Calibration in force.
+    pub in_force: InForce,
+    /// Last frame's pose.
+    pub pose: Pose,
+    /// Last frame's parity, metres.
+    pub parity_m: f32,
+    /// Last frame's amplitudes, counts.
+    pub amplitude_counts: [f32; SEGMENTS],
+    /// Board temperature, degrees Celsius, if it is measured.
+    pub temperature_c: Option<f32>,
+    /// Frames from the host.
+    pub link: FrameCounters,
+    /// Frames from the motion controller.
+    pub motion: FrameCounters,
+    /// Why the board last started.
+    pub reset: ResetCause,
+}
+
+/// Why the board started.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ResetCause {
+    /// The supply came, or it is not known.
+    #[default]
+    PowerOn,
+    /// The reset pin or the debug probe.
+    Pin,
+    /// [`Action::Restart`].
+    Requested,
+    /// The supply was too low.
+    BrownOut,
+    /// Interrupt or background made no progress.
+    Watchdog,
+    /// A panic; [`Action::LastFault`] tells where.
+    Panic,
+    /// A hard fault; [`Action::LastFault`] tells where.
+    HardFault,
+}
+
+/// What was kept over a reset.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FaultReport {
+    /// Panic, hard fault, watchdog or brown-out.
+    pub cause: ResetCause,
+    /// Seconds since the start before.
+    pub uptime_s: u32,
+    /// Address of the instruction; 0 if not known.
+    pub program_counter: u32,
+    /// Where it would have returned to; 0 if not known.
+    pub link_register: u32,
+    /// The panic's place and text, as far as it fits.
+    pub message: String<128>,
+}
