@@ -5,6 +5,7 @@
 
 use super::ad7606c::{Ad7606c, CHANNELS};
 use super::clock::Clock;
+use super::fault::{self, InputFault, Switch};
 use embedded_hal::digital::{ErrorType as PinErrorType, InputPin, OutputPin};
 use embedded_hal::spi::{ErrorType as SpiErrorType, Operation, SpiDevice};
 use std::cell::RefCell;
@@ -34,6 +35,8 @@ struct Wire {
     clock: Clock,
     chips: [Ad7606c; 2],
     inputs: Box<dyn AnalogInputs>,
+    input_fault: Switch<InputFault>,
+    last_inputs: [[i16; CHANNELS]; 2],
     convst: bool,
     reset: bool,
     conversions: u64,
@@ -50,6 +53,8 @@ impl ConverterWire {
             clock,
             chips: [Ad7606c::default(), Ad7606c::default()],
             inputs: Box::new(inputs),
+            input_fault: Switch::new(0),
+            last_inputs: [[0; CHANNELS]; 2],
             convst: false,
             reset: false,
             conversions: 0,
@@ -81,6 +86,11 @@ impl ConverterWire {
     /// Chip 0's BUSY line.
     pub fn busy(&self) -> Busy {
         Busy(self.0.clone())
+    }
+
+    /// Switch of the faults before the converters.
+    pub fn input_fault(&self) -> Switch<InputFault> {
+        self.0.borrow().input_fault.clone()
     }
 
     /// Rising edges of CONVST so far.
@@ -171,12 +181,12 @@ impl OutputPin for Convst {
         wire.clock.advance_ns(PIN_NS);
         if !wire.convst {
             let now_ns = wire.clock.now_ns();
-            let inputs = wire.inputs.sample(now_ns);
+            let fresh = wire.inputs.sample(now_ns);
             wire.conversions += 1;
-            wire.chips
-                .iter_mut()
-                .zip(&inputs)
-                .for_each(|(chip, inputs)| chip.convst(now_ns, inputs));
+            if let Some(inputs) = fault::spoil(&wire.input_fault, fresh, &mut wire.last_inputs) {
+                let chips = wire.chips.iter_mut().zip(&inputs);
+                chips.for_each(|(chip, inputs)| chip.convst(now_ns, inputs));
+            }
         }
         wire.convst = true;
         Ok(())

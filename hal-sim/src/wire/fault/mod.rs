@@ -4,11 +4,14 @@
 //! wrapped part is in the driver's hands. Everything is seeded: a run repeats exactly.
 
 mod flash;
+mod inputs;
 mod pin;
 mod serial;
 mod spi;
 
 pub use flash::{FaultyFlash, FlashFault};
+pub use inputs::InputFault;
+pub(crate) use inputs::spoil;
 pub use pin::{FaultyPin, Level};
 pub use serial::{FaultySerial, SerialFault};
 pub use spi::{FaultySpi, SpiFault};
