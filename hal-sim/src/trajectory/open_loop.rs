@@ -67,18 +67,19 @@ impl OpenLoop {
         )
     }
 
-    /// Periodic and place-dependent error at a commanded pose.
-    pub(super) fn error_at(&self, place: &PlaceError, pose: Pose, pitch_m: f64) -> Pose {
-        let mut error = Pose::default();
-        if self.detent_m != 0.0 {
-            let wave = |place: f64| self.detent_m * (TAU * place / pitch_m).sin();
-            (error.x_m, error.y_m) = (wave(pose.x_m), wave(pose.y_m));
+    /// Detent at a commanded pose: periodic with the motors' pitch.
+    pub(super) fn detent(&self, pose: Pose, pitch_m: f64) -> Pose {
+        if self.detent_m == 0.0 {
+            return Pose::default();
         }
-        if self.place_error_m == 0.0 {
-            return error;
-        }
-        let [x, y, turn] = place.at(pose);
-        error.plus(Pose::new(x, y, turn / ARM_M), self.place_error_m)
+        let wave = |place: f64| self.detent_m * (TAU * place / pitch_m).sin();
+        Pose::new(wave(pose.x_m), wave(pose.y_m), 0.0)
+    }
+
+    /// Error of a stop by its place; between two stops it goes over evenly.
+    pub(super) fn error_at(&self, place: &PlaceError, stop: Pose) -> Pose {
+        let [x, y, turn] = place.at(stop);
+        Pose::default().plus(Pose::new(x, y, turn / ARM_M), self.place_error_m)
     }
 }
 

@@ -74,10 +74,9 @@ impl Schedule {
         let way = target.plus(from, -1.0);
         let distance = way.x_m.hypot(way.y_m).max(ARM_M * way.theta_rad.abs());
         let profile = Profile::new(distance, speed_m_s, RAMP_S);
-        let (error_to, ringing) = (
-            self.open_loop.stop_error(&mut self.rng),
-            self.open_loop.ringing(&mut self.rng),
-        );
+        let stop_error = self.open_loop.stop_error(&mut self.rng);
+        let ringing = self.open_loop.ringing(&mut self.rng);
+        let error_to = stop_error.plus(self.open_loop.error_at(&self.place_error, target), 1.0);
         self.legs.retain(|leg| leg.start_s < start_s);
         self.legs.push(Leg {
             start_s,
@@ -197,21 +196,15 @@ impl Leg {
 impl Motion for Schedule {
     fn pose(&self, time_s: f64) -> Pose {
         let Some(leg) = self.leg(time_s) else {
-            return self.home.plus(
-                self.open_loop
-                    .error_at(&self.place_error, self.home, self.pitch_m),
-                1.0,
-            );
+            return self
+                .home
+                .plus(self.open_loop.detent(self.home, self.pitch_m), 1.0);
         };
         let progress = leg.profile.at(time_s - leg.start_s);
         let commanded = leg.commanded(progress);
         commanded
             .plus(leg.error(progress), 1.0)
-            .plus(
-                self.open_loop
-                    .error_at(&self.place_error, commanded, self.pitch_m),
-                1.0,
-            )
+            .plus(self.open_loop.detent(commanded, self.pitch_m), 1.0)
             .plus(self.ringing(leg, time_s), 1.0)
     }
 }
