@@ -1,1 +1,45 @@
 //! Where the simulation and the real sensor part, which effect does it, and how far adding it closes the gap.
+
+pub mod baseline;
+pub mod calibrate;
+pub mod clean;
+pub mod clip;
+pub mod diagnose;
+pub mod gram;
+pub mod heldout;
+pub mod judge;
+pub mod lines;
+pub mod motion;
+pub mod observe;
+pub mod places;
+pub mod report;
+pub mod scene;
+pub mod search;
+pub mod sides;
+pub mod simulate;
+pub mod statistics;
+
+pub use diagnose::Options;
+pub use judge::diagnose;
+pub use report::{Diagnosis, Verdict};
+
+/// The recording cannot answer: the limit that it violates, and both numbers.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{quantity}: {found} {unit}, at least {wanted} {unit} wanted")]
+pub struct Insufficient {
+    /// What is too little.
+    pub quantity: String,
+    /// What there is.
+    pub found: f64,
+    /// What would be needed.
+    pub wanted: f64,
+    /// Unit of both.
+    pub unit: String,
+}
+
+impl Insufficient {
+    /// From its parts.
+    pub fn new(quantity: &str, found: f64, wanted: f64, unit: &str) -> Self {
+        Self { quantity: quantity.into(), found, wanted, unit: unit.into() }
+    }
+}

@@ -6,6 +6,7 @@
 pub mod motion;
 pub mod plant;
 pub mod random;
+pub mod sensor;
 pub mod shape;
 pub mod unlisted;
 

@@ -1,0 +1,234 @@
+//! One pass over the samples: products of all columns, by fold, so that every later comparison is small algebra.
+
+use crate::scene::{ROWS, Scene};
+use effects::sensor::Regressor;
+use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+
+/// Folds of the cross-validation.
+pub const FOLDS: usize = 5;
+/// Samples that are turned into rows at once.
+const CHUNK: usize = 256;
+
+/// What a group of columns stands for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Block {
+    /// Name: an effect's, or a coordinate's.
+    pub name: String,
+    /// Its columns.
+    pub columns: Range<usize>,
+}
+
+/// All columns of a comparison.
+#[derive(Default)]
+pub struct Columns {
+    /// One regressor a column.
+    pub regressors: Vec<Regressor>,
+    /// Groups, in order; the first is the baseline.
+    pub blocks: Vec<Block>,
+    /// Prior mean of each amount.
+    pub centre: Vec<f64>,
+}
+
+impl Columns {
+    /// Appends a group and returns its number.
+    pub fn push(&mut self, name: impl Into<String>, regressors: Vec<Regressor>) -> usize {
+        let start = self.regressors.len();
+        self.centre.extend(std::iter::repeat_n(0.0, regressors.len()));
+        self.regressors.extend(regressors);
+        self.blocks.push(Block { name: name.into(), columns: start..self.regressors.len() });
+        self.blocks.len() - 1
+    }
+}
+
+/// Products of whitened columns by fold; the last column is the target, minus the residual.
+pub struct Gram {
+    /// `[fold]`, each `[columns + 1, columns + 1]`, of columns scaled by their prior deviation.
+    pub fold: Vec<DMatrix<f64>>,
+    /// Rows in each fold.
+    pub rows: [usize; FOLDS],
+    /// Prior deviation of each amount: a column times this is one prior deviation of effect.
+    pub scale: Vec<f64>,
+    /// Prior mean, in prior deviations.
+    pub centre: Vec<f64>,
+}
+
+/// Fold of each sample: pieces of runs, never single samples; a place that is passed twice falls into different folds.
+pub fn folds(stretch: &[usize]) -> Vec<u8> {
+    let mut out = vec![0; stretch.len()];
+    let mut start = 0;
+    while start < stretch.len() {
+        let end = (start..stretch.len()).find(|&i| stretch[i] != stretch[start]).unwrap_or(stretch.len());
+        let length = end - start;
+        let pieces = (length / 20).clamp(1, 4 * FOLDS);
+        for (k, fold) in out[start..end].iter_mut().enumerate() {
+            // Stepping by two folds from run to run parts there from back.
+            *fold = ((k * pieces / length + 2 * stretch[start]) % FOLDS) as u8;
+        }
+        start = end;
+    }
+    out
+}
+
+/// Rms response of each column over the rows where it acts, m: of g_p where it acts there, else of the largest channel.
+fn sizes(scene: &Scene, columns: &Columns) -> Vec<f64> {
+    let step = (scene.len() / 3000).max(1);
+    let mut sums = vec![[(0.0, 0usize); 7]; columns.regressors.len()];
+    for i in (0..scene.len()).step_by(step) {
+        let rows = scene.rows(i);
+        let moment = scene.moment(i);
+        for (sum, regressor) in sums.iter_mut().zip(&columns.regressors) {
+            let response = rows.response(regressor, &moment);
+            for (a, channel) in response.iter().zip(rows.channel).take(rows.count) {
+                if *a != 0.0 {
+                    sum[channel].0 += a * a;
+                    sum[channel].1 += 1;
+                }
+            }
+        }
+    }
+    let rms = |(sum, count): (f64, usize)| if count < 3 { 0.0 } else { (sum / count as f64).sqrt() };
+    sums.iter()
+        .map(|sum| {
+            let all = sum.map(rms);
+            if all[0] > 0.0 { all[0] } else { all.iter().copied().fold(0.0, f64::max) }
+        })
+        .collect()
+}
+
+impl Gram {
+    /// Accumulates over all kept samples. Cost: rows times columns squared.
+    pub fn new(scene: &Scene, columns: &Columns, folds: &[u8]) -> Self {
+        let size = sizes(scene, columns);
+        let scale: Vec<f64> =
+            columns.regressors.iter().zip(&size).map(|(r, s)| if *s > 0.0 { r.size_m / s } else { 0.0 }).collect();
+        let centre =
+            columns.centre.iter().zip(&scale).map(|(c, s)| if *s > 0.0 { c / s } else { 0.0 }).collect();
+        let width = columns.regressors.len() + 1;
+        let lists: Vec<Vec<usize>> = (0..FOLDS)
+            .map(|fold| (0..scene.len()).filter(|&i| scene.keep[i] && usize::from(folds[i]) == fold).collect())
+            .collect();
+        let jobs: Vec<(usize, &[usize])> =
+            lists.iter().enumerate().flat_map(|(f, list)| list.chunks(CHUNK).map(move |c| (f, c))).collect();
+        let threads = std::thread::available_parallelism().map_or(1, usize::from).min(8);
+        let next = std::sync::atomic::AtomicUsize::new(0);
+        let work = || {
+            let mut fold = vec![DMatrix::zeros(width, width); FOLDS];
+            let mut rows = [0usize; FOLDS];
+            while let Some((f, samples)) = jobs.get(next.fetch_add(1, std::sync::atomic::Ordering::Relaxed)) {
+                rows[*f] += accumulate(scene, columns, &scale, samples, &mut fold[*f]);
+            }
+            (fold, rows)
+        };
+        let parts: Vec<_> = std::thread::scope(|scope| {
+            let handles: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+            handles.into_iter().filter_map(|h| h.join().ok()).collect()
+        });
+        let mut fold = vec![DMatrix::zeros(width, width); FOLDS];
+        let mut rows = [0; FOLDS];
+        for (part, count) in parts {
+            for f in 0..FOLDS {
+                fold[f] += &part[f];
+                rows[f] += count[f];
+            }
+        }
+        Self { fold, rows, scale, centre }
+    }
+
+    /// Number of columns without the target.
+    pub fn width(&self) -> usize {
+        self.scale.len()
+    }
+
+    /// Number of rows.
+    pub fn total_rows(&self) -> usize {
+        self.rows.iter().sum()
+    }
+
+    /// Sum over all folds but one (or all).
+    pub fn training(&self, without: Option<usize>) -> DMatrix<f64> {
+        let mut sum = DMatrix::zeros(self.width() + 1, self.width() + 1);
+        for (f, gram) in self.fold.iter().enumerate() {
+            if Some(f) != without {
+                sum += gram;
+            }
+        }
+        sum
+    }
+}
+
+fn accumulate(scene: &Scene, columns: &Columns, scale: &[f64], samples: &[usize], gram: &mut DMatrix<f64>) -> usize {
+    let width = scale.len() + 1;
+    let mut across = DMatrix::<f64>::zeros(width, samples.len() * ROWS);
+    let mut count = 0;
+    for &i in samples {
+        let rows = scene.rows(i);
+        if rows.count == 0 {
+            continue;
+        }
+        let moment = scene.moment(i);
+        for (c, regressor) in columns.regressors.iter().enumerate() {
+            let white = rows.whitened(&rows.response(regressor, &moment));
+            for row in 0..rows.count {
+                across[(c, count + row)] = white[row] * scale[c];
+            }
+        }
+        let white = rows.whitened(&rows.residual_m);
+        for row in 0..rows.count {
+            across[(width - 1, count + row)] = -white[row];
+        }
+        count += rows.count;
+    }
+    let used = across.columns(0, count).into_owned();
+    let upright = used.transpose();
+    gram.gemm(1.0, &used, &upright, 1.0);
+    count
+}
+
+/// Fit of some columns with their priors, on a training Gram.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// Columns in the model.
+    pub columns: Vec<usize>,
+    /// Amounts in prior deviations.
+    pub amount: DVector<f64>,
+    /// Logarithm of the marginal likelihood for unit noise, up to a constant of the data.
+    pub log_evidence: f64,
+    /// Factor of the posterior precision.
+    pub factor: nalgebra::Cholesky<f64, nalgebra::Dyn>,
+}
+
+/// Solves for the columns with unit normal priors about `centre`, noise variance `variance`.
+pub fn solve(training: &DMatrix<f64>, columns: &[usize], centre: &[f64], variance: f64) -> Option<Fit> {
+    let n = columns.len();
+    let last = training.nrows() - 1;
+    let precision = 1.0 / variance;
+    let mut normal = DMatrix::from_fn(n, n, |a, b| training[(columns[a], columns[b])] * precision);
+    let mut right = DVector::from_fn(n, |a, _| training[(columns[a], last)] * precision);
+    for a in 0..n {
+        normal[(a, a)] += 1.0;
+        right[a] += centre[columns[a]];
+    }
+    let factor = normal.cholesky()?;
+    let amount = factor.solve(&right);
+    let log_det: f64 = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+    let prior: f64 = columns.iter().map(|&c| centre[c] * centre[c]).sum();
+    let log_evidence = 0.5 * (right.dot(&amount) - prior - training[(last, last)] * precision) - log_det;
+    Some(Fit { columns: columns.to_vec(), amount, log_evidence, factor })
+}
+
+/// Squared whitened residual of a fit on other data.
+pub fn squares(test: &DMatrix<f64>, fit: &Fit) -> f64 {
+    let last = test.nrows() - 1;
+    let n = fit.columns.len();
+    let mut sum = test[(last, last)];
+    for a in 0..n {
+        let ca = fit.columns[a];
+        let mut inner = -2.0 * test[(ca, last)];
+        for b in 0..n {
+            inner += test[(ca, fit.columns[b])] * fit.amount[b];
+        }
+        sum += inner * fit.amount[a];
+    }
+    sum
+}

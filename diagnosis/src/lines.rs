@@ -1,0 +1,161 @@
+//! Lines in the spectrum of unevenly sampled residuals: least squares at each frequency (Lomb 1976, Scargle 1982).
+
+use std::f64::consts::TAU;
+
+/// Most lines that are looked for.
+const LINES: usize = 3;
+/// Frequencies that are tried at most.
+const TRIALS: usize = 6_000;
+
+/// One residual series: times (s), values over their noise.
+pub struct Series<'a> {
+    /// Times, s, increasing.
+    pub t_s: &'a [f64],
+    /// Values in standard deviations.
+    pub value: Vec<f64>,
+    /// Stretch of each sample.
+    pub stretch: &'a [usize],
+}
+
+/// Frequencies whose power summed over the series stands out beyond chance among all that were tried, strongest first.
+/// `refine` subtracts each found line before the next is looked for. Cost: samples times trials.
+pub fn lines_hz(series: &mut [Series]) -> Vec<f64> {
+    let mut found = Vec::new();
+    for _ in 0..LINES {
+        let Some(hz) = strongest(series) else { break };
+        found.push(hz);
+        for one in series.iter_mut() {
+            subtract(one, hz);
+        }
+    }
+    found
+}
+
+/// An unbroken piece of a series.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    series: usize,
+    start: usize,
+    end: usize,
+    interval_s: f64,
+    length_s: f64,
+}
+
+/// Pieces of all series, by increasing interval.
+fn pieces(series: &[Series]) -> Vec<Piece> {
+    let mut list = Vec::new();
+    for (number, one) in series.iter().enumerate() {
+        let mut start = 0;
+        for i in 1..=one.t_s.len() {
+            if i == one.t_s.len() || one.stretch[i] != one.stretch[start] {
+                let length_s = one.t_s[i - 1] - one.t_s[start];
+                if i - start > 20 {
+                    list.push(Piece { series: number, start, end: i, interval_s: length_s / (i - 1 - start) as f64, length_s });
+                }
+                start = i;
+            }
+        }
+    }
+    list.sort_by(|a, b| a.interval_s.total_cmp(&b.interval_s));
+    list
+}
+
+/// Pieces of about the same sample rate together: each group has its own resolution and its own highest frequency.
+fn groups(series: &[Series]) -> Vec<Vec<Piece>> {
+    let mut list: Vec<Vec<Piece>> = Vec::new();
+    for piece in pieces(series) {
+        match list.last_mut().filter(|g| piece.interval_s < 4.0 * g[0].interval_s) {
+            Some(group) => group.push(piece),
+            None => list.push(vec![piece]),
+        }
+    }
+    list
+}
+
+/// Power at one frequency, summed over pieces: each has its own phase.
+fn power(series: &[Series], group: &[Piece], hz: f64) -> f64 {
+    group.iter().map(|piece| piece_power(&series[piece.series], piece, hz)).sum()
+}
+
+fn piece_power(one: &Series, piece: &Piece, hz: f64) -> f64 {
+    let (s, c) = piece_sums(one, piece, hz);
+    2.0 * (s * s + c * c) / (piece.end - piece.start) as f64
+}
+
+/// Sine and cosine sums from the piece's first sample on.
+fn piece_sums(one: &Series, piece: &Piece, hz: f64) -> (f64, f64) {
+    let (mut s, mut c) = (0.0, 0.0);
+    let mut turn = (0.0f64, 1.0f64);
+    let mut step = (0.0f64, 1.0f64, 0.0f64);
+    for i in piece.start..piece.end {
+        if i > piece.start {
+            let dt = one.t_s[i] - one.t_s[i - 1];
+            if (dt - step.2).abs() > 1e-6 * dt {
+                let (a, b) = (TAU * hz * dt).sin_cos();
+                step = (a, b, dt);
+            }
+            turn = (turn.0 * step.1 + turn.1 * step.0, turn.1 * step.1 - turn.0 * step.0);
+        }
+        s += turn.0 * one.value[i];
+        c += turn.1 * one.value[i];
+    }
+    (s, c)
+}
+
+/// Power with one phase over the whole recording.
+fn coherent(series: &[Series], pieces: &[Piece], hz: f64) -> f64 {
+    let mut sums = vec![(0.0, 0.0); series.len()];
+    for piece in pieces {
+        let one = &series[piece.series];
+        let (s, c) = piece_sums(one, piece, hz);
+        let (a, b) = (TAU * hz * one.t_s[piece.start]).sin_cos();
+        sums[piece.series].0 += s * b + c * a;
+        sums[piece.series].1 += c * b - s * a;
+    }
+    sums.iter().zip(series).map(|((s, c), one)| 2.0 * (s * s + c * c) / one.t_s.len().max(1) as f64).sum()
+}
+
+fn strongest(series: &[Series]) -> Option<f64> {
+    let groups = groups(series);
+    let found = groups.iter().find_map(|group| peak(series, group))?;
+    let (coarse, _, step) = found;
+    // The whole recording resolves far finer than one piece.
+    let whole = series.iter().map(|s| s.t_s.last().unwrap_or(&0.0) - s.t_s.first().unwrap_or(&0.0)).fold(0.0, f64::max);
+    let all = pieces(series);
+    let fine = (0.15 / whole.max(1e-9)).max(step / 2500.0);
+    let count = (2.0 * step / fine) as usize;
+    (0..=count)
+        .map(|k| coarse - step + k as f64 * fine)
+        .filter(|hz| *hz > 0.0)
+        .map(|hz| (hz, coherent(series, &all, hz)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|best| best.0)
+}
+
+/// The strongest frequency of a group, how far it stands above the median power, and the grid's step.
+fn peak(series: &[Series], group: &[Piece]) -> Option<(f64, f64, f64)> {
+    let longest = group.iter().map(|p| p.length_s).fold(0.0, f64::max);
+    let top = 0.5 / group[0].interval_s;
+    let step = (0.3 / longest).max(top / TRIALS as f64);
+    let trials = (top / step) as usize;
+    // Slower than one turn a piece is drift, not a line.
+    let powers: Vec<f64> = (4..=trials).map(|k| power(series, group, k as f64 * step)).collect();
+    let middle = crate::statistics::median(&mut powers.clone())?.max(1e-12);
+    let (at, top) = powers.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
+    let pieces = group.len() as f64;
+    (*top > 5.0 * middle && *top > 30.0 + 2.0 * pieces).then(|| ((at + 4) as f64 * step, top / middle, step))
+}
+
+fn subtract(one: &mut Series, hz: f64) {
+    let n = one.t_s.len().max(1) as f64;
+    let (mut s, mut c) = (0.0, 0.0);
+    for (t, v) in one.t_s.iter().zip(&one.value) {
+        let (a, b) = (TAU * hz * t).sin_cos();
+        s += a * v;
+        c += b * v;
+    }
+    for (t, v) in one.t_s.iter().zip(one.value.iter_mut()) {
+        let (a, b) = (TAU * hz * t).sin_cos();
+        *v -= 2.0 * (s * a + c * b) / n;
+    }
+}

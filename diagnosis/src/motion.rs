@@ -1,0 +1,163 @@
+//! Speeds, directions and rates from the readings themselves: what a run is called tells nothing.
+
+use crate::observe::Observations;
+
+/// Half the number of neighbours in a local fit.
+const HALF_WINDOW: usize = 3;
+/// A local quadratic must fit within this and a share of what was travelled, or the samples are separate poses, m.
+const SMOOTH_M: f64 = 15.0e-6;
+/// See [`SMOOTH_M`].
+const SMOOTH_SHARE: f64 = 0.02;
+/// A still pose was approached from a side if it moved by more than this, m.
+const APPROACH_M: f64 = 20.0e-6;
+
+/// Motion of the segments and of the spot on the coordination sensor, one value a sample.
+#[derive(Clone, Debug, Default)]
+pub struct Motion {
+    /// Speed of each segment's output, m/s; zero at separate poses.
+    pub speed_m_s: [Vec<f64>; 4],
+    /// Its derivative, m/s².
+    pub acceleration_m_s2: [Vec<f64>; 4],
+    /// -1, 0 or 1 while moving.
+    pub direction: [Vec<f64>; 4],
+    /// Where a segment does not move: the direction in which it last did.
+    pub approach: [Vec<f64>; 4],
+    /// Rates of tan(psi), 1/s.
+    pub tan_psi_rate: [Vec<f64>; 2],
+    /// 99th percentile of each segment's speed, m/s.
+    pub top_speed_m_s: [f64; 4],
+    /// True where the samples follow a smooth path.
+    pub smooth: Vec<bool>,
+}
+
+/// Value, slope, curvature and rms residual of a local quadratic.
+#[derive(Clone, Copy, Default)]
+struct Local {
+    slope: f64,
+    curvature: f64,
+    slope_noise: f64,
+    curvature_noise: f64,
+    residual: f64,
+    travel: f64,
+}
+
+impl Motion {
+    /// From calibrated segment positions (empty where a segment is absent), metres. Linear in samples.
+    /// Where there is a reference the caller gives its positions: they carry no error pattern.
+    pub fn new(observations: &Observations, position_m: &[Vec<f64>; 4]) -> Self {
+        let n = observations.len();
+        let windows = windows(&observations.stretch);
+        let mut this = Self { smooth: vec![true; n], ..Self::default() };
+        let mut fits: Vec<Vec<Local>> = Vec::new();
+        for position in position_m {
+            let fit: Vec<Local> = if position.is_empty() {
+                Vec::new()
+            } else {
+                windows.iter().enumerate().map(|(i, w)| local(&observations.t_s, position, i, w.clone())).collect()
+            };
+            for (i, local) in fit.iter().enumerate() {
+                this.smooth[i] &= local.residual < SMOOTH_M + SMOOTH_SHARE * local.travel;
+            }
+            fits.push(fit);
+        }
+        for segment in 0..4 {
+            this.fill_segment(segment, &fits[segment], &position_m[segment], observations);
+        }
+        for axis in 0..2 {
+            let tan = &observations.tan_psi[axis];
+            this.tan_psi_rate[axis] = tan
+                .iter()
+                .enumerate()
+                .map(|(i, _)| if this.smooth[i] { local(&observations.t_s, tan, i, windows[i].clone()).slope } else { 0.0 })
+                .collect();
+        }
+        this
+    }
+
+    fn fill_segment(&mut self, segment: usize, fit: &[Local], position: &[f64], observations: &Observations) {
+        let n = fit.len();
+        let smooth = &self.smooth;
+        // What the noise alone could show is no speed: else a reading's own noise would pass for a cause.
+        let clear = |value: f64, noise: f64, i: usize| if smooth[i] && value.abs() > 5.0 * noise { value } else { 0.0 };
+        let speed: Vec<f64> = (0..n).map(|i| clear(fit[i].slope, fit[i].slope_noise, i)).collect();
+        let mut magnitudes: Vec<f64> = speed.iter().map(|v| v.abs()).filter(|v| *v > 0.0).collect();
+        let top = if magnitudes.is_empty() {
+            0.0
+        } else {
+            let at = ((magnitudes.len() * 99) / 100).min(magnitudes.len() - 1);
+            *magnitudes.select_nth_unstable_by(at, f64::total_cmp).1
+        };
+        self.top_speed_m_s[segment] = top;
+        let mut direction = vec![0.0; n];
+        let mut approach = vec![0.0; n];
+        let mut last = 0.0;
+        for i in 0..n {
+            if smooth[i] && speed[i].abs() > (5.0 * fit[i].slope_noise).max(0.02 * top) {
+                direction[i] = speed[i].signum();
+                last = direction[i];
+            } else {
+                if i > 0 && observations.stretch[i] == observations.stretch[i - 1] && !smooth[i] {
+                    let step = position[i] - position[i - 1];
+                    if step.abs() > APPROACH_M {
+                        last = step.signum();
+                    }
+                }
+                approach[i] = last;
+            }
+        }
+        self.acceleration_m_s2[segment] = (0..n).map(|i| clear(fit[i].curvature, fit[i].curvature_noise, i)).collect();
+        self.speed_m_s[segment] = speed;
+        self.direction[segment] = direction;
+        self.approach[segment] = approach;
+    }
+}
+
+/// Neighbours of each sample within its stretch.
+fn windows(stretch: &[usize]) -> Vec<std::ops::Range<usize>> {
+    let n = stretch.len();
+    (0..n)
+        .map(|i| {
+            let mut first = i;
+            while first > 0 && i - first < HALF_WINDOW && stretch[first - 1] == stretch[i] {
+                first -= 1;
+            }
+            let mut end = i + 1;
+            while end < n && end - i <= HALF_WINDOW && stretch[end] == stretch[i] {
+                end += 1;
+            }
+            first..end
+        })
+        .collect()
+}
+
+/// Quadratic through the window by least squares, in time centred on sample `i`.
+fn local(t_s: &[f64], value: &[f64], i: usize, window: std::ops::Range<usize>) -> Local {
+    let points: Vec<(f64, f64)> =
+        window.filter(|&j| value[j].is_finite()).map(|j| (t_s[j] - t_s[i], value[j])).collect();
+    let count = points.len() as f64;
+    if points.len() < 4 {
+        return Local { residual: f64::INFINITY, ..Local::default() };
+    }
+    let scale = points.iter().map(|(t, _)| t.abs()).fold(0.0, f64::max).max(1e-12);
+    let mean = points.iter().map(|(_, y)| y).sum::<f64>() / count;
+    let mut normal = nalgebra::Matrix3::<f64>::zeros();
+    let mut right = nalgebra::Vector3::zeros();
+    for (t, y) in &points {
+        let row = nalgebra::Vector3::new(1.0, t / scale, (t / scale).powi(2));
+        normal += row * row.transpose();
+        right += row * (y - mean);
+    }
+    let Some(inverse) = normal.try_inverse() else { return Local { residual: f64::INFINITY, ..Local::default() } };
+    let c = inverse * right;
+    let misfit = |(t, y): &(f64, f64)| y - mean - c[0] - c[1] * t / scale - c[2] * (t / scale).powi(2);
+    let sum: f64 = points.iter().map(|p| misfit(p).powi(2)).sum();
+    let (low, high) = points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (_, y)| (l.min(*y), h.max(*y)));
+    Local {
+        slope: c[1] / scale,
+        curvature: 2.0 * c[2] / (scale * scale),
+        slope_noise: (sum / (count - 3.0) * inverse[(1, 1)]).sqrt() / scale,
+        curvature_noise: 2.0 * (sum / (count - 3.0) * inverse[(2, 2)]).sqrt() / (scale * scale),
+        residual: (sum / count).sqrt(),
+        travel: high - low,
+    }
+}

@@ -1,0 +1,193 @@
+//! The sensor's side of an effect: regressors over what a sensor knows at a sample, with priors of physical size.
+//!
+//! Nothing here knows the plant. A regressor is a unit amount of the effect, written as what must be *added* to the
+//! readings (segments 1 to 4 in metres, then tan(psi_x), tan(psi_y)) for the constraints to close, the convention of
+//! equation (3). The diagnosis turns it into channels, weighs it by the noise, and fits its amount.
+
+/// Readings of a sample: four segments (m), then tan(psi_x), tan(psi_y).
+pub const READINGS: usize = 6;
+/// Residual channels: g_p, g_x, g_y, then segment 1 to 4 against a reference.
+pub const CHANNELS: usize = 7;
+/// Highest order of the own tooth phase that is tabulated.
+pub const ORDERS: usize = 16;
+/// Highest order of the unmodified phase that is tabulated.
+pub const RAW_ORDERS: usize = 6;
+/// Highest order of the lateral tooth phase that is tabulated.
+pub const LATERAL_ORDERS: usize = 4;
+
+/// What the sensor knows at one sample, from calibrated readings. Lengths in metres, angles in radians, SI throughout.
+/// What is not measured is zero, and [`Survey`] says so.
+#[derive(Clone, Debug)]
+pub struct Moment {
+    /// Since the first sample, divided by the recording's length: 0 to 1.
+    pub progress: f64,
+    /// Time, s.
+    pub t_s: f64,
+    /// Number of the stretch (an unbroken piece of one run).
+    pub stretch: usize,
+    /// Tooth phase of the unmodified output, rad.
+    pub raw_phase: [f64; 4],
+    /// Tooth phase of the reference at the segment, rad; zero without one.
+    pub reference_phase: [f64; 4],
+    /// `raw[segment][n]` = (sin, cos) of n times the unmodified output's phase: what equation (3) is written in.
+    pub raw: [[(f64, f64); RAW_ORDERS + 1]; 4],
+    /// `own[segment][n] = (sin, cos)` of n times the own tooth phase.
+    pub own: [[(f64, f64); ORDERS + 1]; 4],
+    /// `lateral[segment][m] = (sin, cos)` of m times the tooth phase across the segment.
+    pub lateral: [[(f64, f64); LATERAL_ORDERS + 1]; 4],
+    /// Where each segment is on the platen: along its own direction and across it, m.
+    pub place_m: [[f64; 2]; 4],
+    /// Centre of the sensor, m.
+    pub centre_m: [f64; 2],
+    /// Angle of the courier, rad.
+    pub theta_rad: f64,
+    /// Speed of each segment along its own direction, m/s.
+    pub speed_m_s: [f64; 4],
+    /// Its derivative, m/s².
+    pub acceleration_m_s2: [f64; 4],
+    /// Direction of travel while moving: -1, 0 or 1.
+    pub direction: [f64; 4],
+    /// Direction from which a still pose was approached: -1, 0 or 1.
+    pub approach: [f64; 4],
+    /// tan(psi) of the coordination sensor.
+    pub tan_psi: [f64; 2],
+    /// Its rate, 1/s.
+    pub tan_psi_rate: [f64; 2],
+    /// tan(psi) over its full scale.
+    pub deflection: [f64; 2],
+    /// Board temperature less its mean, K.
+    pub warmth_k: f64,
+    /// Logarithm of each segment's amplitude less its mean and what repeats with the own phase.
+    pub ln_amplitude: [f64; 4],
+}
+
+/// What a recording offers: an effect without the data that it needs is not judged.
+#[derive(Clone, Debug, Default)]
+pub struct Survey {
+    /// Segments that were recorded.
+    pub segments: [bool; 4],
+    /// A beacon was seen.
+    pub beacon: bool,
+    /// Counts were recorded, so amplitudes are known.
+    pub counts: bool,
+    /// The temperature was recorded and changed.
+    pub temperature: bool,
+    /// The courier turned (largest less smallest angle over 0.5 mrad).
+    pub turning: bool,
+    /// There are samples in motion.
+    pub moving: bool,
+    /// Lateral phases are known (both axes were recorded).
+    pub lateral: bool,
+    /// Highest speed of each segment (99th percentile), m/s.
+    pub top_speed_m_s: [f64; 4],
+    /// Distance over which each segment moved, m.
+    pub travel_m: [f64; 4],
+    /// Tooth pitch, m.
+    pub pitch_m: f64,
+    /// tan(psi) at full scale.
+    pub tan_full_scale: f64,
+    /// Length of the recording, s.
+    pub duration_s: f64,
+    /// Frequencies at which g_x and g_y oscillate beyond chance, Hz, strongest first.
+    pub beacon_lines_hz: Vec<f64>,
+    /// Frequencies at which the segments oscillate beyond chance, Hz, strongest first.
+    pub segment_lines_hz: Vec<f64>,
+    /// Stretches in which a beacon was seen.
+    pub beacon_stretches: Vec<usize>,
+    /// The clip of each segment's pair, where the counts or a reference show one.
+    pub clip: [Option<Clip>; 4],
+}
+
+/// A pair whose channels saturate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Clip {
+    /// Level of the sine and of the cosine, of the amplitude.
+    pub level: [f64; 2],
+    /// Found against a reference: offset of sine and cosine, gain less one, quadrature angle (rad) beside it.
+    pub pair: Option<[f64; 4]>,
+    /// Electrical phase at the reference's zero, rad, and delay, s, found with it.
+    pub zero_and_delay: [f64; 2],
+}
+
+/// A unit amount added to the readings or, for shapes that no reading owns, to the channels.
+pub enum Action {
+    /// Adds to the readings.
+    Readings(Box<dyn Fn(&Moment, &mut [f64; READINGS]) + Send + Sync>),
+    /// Adds to the channels.
+    Channels(Box<dyn Fn(&Moment, &mut [f64; CHANNELS]) + Send + Sync>),
+}
+
+/// One unknown amount of an effect.
+pub struct Regressor {
+    /// What it is, for the report.
+    pub name: String,
+    /// Unit of the amount.
+    pub unit: &'static str,
+    /// Physical size: prior standard deviation of what it does to the readings, rms over the recording, m.
+    pub size_m: f64,
+    /// What a unit amount adds.
+    pub action: Action,
+}
+
+impl Regressor {
+    /// Adds to several readings at once.
+    pub fn readings(
+        name: impl Into<String>,
+        unit: &'static str,
+        size_m: f64,
+        add: impl Fn(&Moment, &mut [f64; READINGS]) + Send + Sync + 'static,
+    ) -> Self {
+        Self { name: name.into(), unit, size_m, action: Action::Readings(Box::new(add)) }
+    }
+
+    /// Adds to one reading.
+    pub fn reading(
+        name: impl Into<String>,
+        unit: &'static str,
+        size_m: f64,
+        reading: usize,
+        value: impl Fn(&Moment) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        Self::readings(name, unit, size_m, move |moment, out| out[reading] += value(moment))
+    }
+
+    /// Adds to one channel.
+    pub fn channel(
+        name: impl Into<String>,
+        unit: &'static str,
+        size_m: f64,
+        channel: usize,
+        value: impl Fn(&Moment) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        let action = Action::Channels(Box::new(move |moment: &Moment, out: &mut [f64; CHANNELS]| {
+            out[channel] += value(moment);
+        }));
+        Self { name: name.into(), unit, size_m, action }
+    }
+
+    /// Sine and cosine of order `order` of a segment's own phase times a factor.
+    pub fn harmonic(
+        list: &mut Vec<Self>,
+        segment: usize,
+        order: usize,
+        (label, unit, size_m): (&str, &'static str, f64),
+        factor: impl Fn(&Moment) -> f64 + Send + Sync + Clone + 'static,
+    ) {
+        let (f, g) = (factor.clone(), factor);
+        let name = |part| format!("{label}order {order} {part}, segment {}", segment + 1);
+        list.push(Self::reading(name("sine"), unit, size_m, segment, move |m| f(m) * m.own[segment][order].0));
+        list.push(Self::reading(name("cosine"), unit, size_m, segment, move |m| g(m) * m.own[segment][order].1));
+    }
+}
+
+/// The sensor's side of an effect.
+pub trait SensorEffect: Send + Sync {
+    /// Name in diagnosis.md.
+    fn name(&self) -> &'static str;
+    /// One sentence for the report.
+    fn sentence(&self) -> &'static str;
+    /// The motion that tells it from others.
+    fn telling_motion(&self) -> &'static str;
+    /// What it could add to the readings of such a recording; empty where the data cannot show it.
+    fn regressors(&self, survey: &Survey) -> Vec<Regressor>;
+}
