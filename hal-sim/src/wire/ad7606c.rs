@@ -43,6 +43,8 @@ pub struct Ad7606c {
     command: [u8; 3],
     /// Edges of CONVST that came while a conversion was under way: the chip ignores them.
     pub early_edges: u32,
+    /// Resets so far, the one at power-up included.
+    pub resets: u32,
 }
 
 impl Default for Ad7606c {
@@ -67,6 +69,7 @@ impl Ad7606c {
             clocked: 0,
             command: [0; 3],
             early_edges: 0,
+            resets: 0,
         };
         chip.reset();
         chip
@@ -79,6 +82,7 @@ impl Ad7606c {
 
     /// RESET pin, or the supply coming back.
     pub fn reset(&mut self) {
+        self.resets += 1;
         self.registers = [0; REGISTERS];
         self.registers[usize::from(STATUS)] = RESET_DETECTED;
         self.registers[usize::from(CONFIG)] = 0x08;

@@ -109,6 +109,9 @@ pub struct ChipSettings {
     pub offset_counts: [i8; CHANNELS],
 }
 
+/// Pieces of a configuration.
+pub const CONFIGURE_STEPS: u8 = 15;
+
 /// Driver of one chip. Keeps no copy of the registers but knows in which of its two modes the chip is.
 #[derive(Debug)]
 pub struct Ad7606c<S> {
@@ -138,28 +141,39 @@ impl<S: SpiDevice> Ad7606c<S> {
     /// # Errors
     /// Every variant of [`ChipError`] but those of conversion frames.
     pub fn configure(&mut self, settings: &ChipSettings) -> Result<(), ChipError> {
-        self.identify()?;
-        // First of all: from here on every byte in either direction is covered.
-        self.write_register(
-            Register::DigitalDiagnosticEnable,
-            register::ROM_CRC_ERR_EN | register::INT_CRC_ERR_EN,
-        )?;
-        self.crc = true;
-        self.verify(
-            Register::DigitalDiagnosticEnable,
-            register::ROM_CRC_ERR_EN | register::INT_CRC_ERR_EN,
-        )?;
-        self.write_verified(Register::Config, register::CONFIG_NORMAL_ONE_DOUT)?;
-        for pair in 0..CHANNELS as u8 / 2 {
-            self.write_verified(
-                Register::Range { pair },
-                settings.range.code() << 4 | settings.range.code(),
-            )?;
+        (0..CONFIGURE_STEPS).try_for_each(|step| self.configure_step(settings, step))
+    }
+
+    /// One of the [`CONFIGURE_STEPS`] pieces of [`Ad7606c::configure`], in order: at most five chip-select frames.
+    ///
+    /// # Errors
+    /// As [`Ad7606c::configure`].
+    pub fn configure_step(&mut self, settings: &ChipSettings, step: u8) -> Result<(), ChipError> {
+        const CHECKS: u8 = register::ROM_CRC_ERR_EN | register::INT_CRC_ERR_EN;
+        match step {
+            0 => {
+                self.identify()?;
+                // First of all: from here on every byte in either direction is covered.
+                self.write_register(Register::DigitalDiagnosticEnable, CHECKS)?;
+                self.crc = true;
+                self.verify(Register::DigitalDiagnosticEnable, CHECKS)
+            }
+            1 => self.write_verified(Register::Config, register::CONFIG_NORMAL_ONE_DOUT),
+            2..=5 => {
+                let both = settings.range.code() << 4 | settings.range.code();
+                self.write_verified(Register::Range { pair: step - 2 }, both)
+            }
+            6..=13 => {
+                let channel = step - 6;
+                let offset = settings
+                    .offset_counts
+                    .get(usize::from(channel))
+                    .copied()
+                    .unwrap_or(0);
+                self.write_verified(Register::Offset { channel }, (offset as u8) ^ 0x80)
+            }
+            _ => self.set_oversampling(settings.oversampling),
         }
-        for (channel, &offset_counts) in (0..).zip(&settings.offset_counts) {
-            self.write_verified(Register::Offset { channel }, (offset_counts as u8) ^ 0x80)?;
-        }
-        self.set_oversampling(settings.oversampling)
     }
 
     /// Sets the oversampling ratio and reads it back; the chip stays in register mode.

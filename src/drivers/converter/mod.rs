@@ -4,14 +4,17 @@
 //! Channels 5 to 8 of chip 1 are grounded; an offset of [`WITNESS_COUNTS`] in the chip keeps channel 8 away from zero, so that a frame of
 //! zeros only is a dead line on either chip. BUSY is chip 0's: chip 1 gets the same settings and edge and is read 6 us or more later.
 //!
-//! Runs in the sampling interrupt. A board that starts conversions by a timer and reads on BUSY's falling edge calls [`Converter::read`]
+//! Runs in the sampling interrupt. Chips that stop answering are reset and set again, a piece at each instant (`revival`). A board that starts conversions by a timer and reads on BUSY's falling edge calls [`Converter::read`]
 //! alone; one that does all itself calls [`Converter::convert`].
+
+mod revival;
 
 use super::ad7606c::{Ad7606c, CHANNELS, ChipError, ChipSettings, Oversampling, Range};
 use crate::frame::{RawFrame, Status};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{self, InputPin, OutputPin};
 use embedded_hal::spi::SpiDevice;
+use revival::{Revival, Stage, chip_settings};
 
 /// Counts of one instant, `[chip][channel]`.
 pub type Counts = [[i16; CHANNELS]; 2];
@@ -109,6 +112,7 @@ pub struct Converter<A, B, Convst, Reset, Busy> {
     reset: Reset,
     busy: Busy,
     settings: Settings,
+    revival: Revival,
 }
 
 impl<A, B, Convst, Reset, Busy> Converter<A, B, Convst, Reset, Busy>
@@ -135,6 +139,7 @@ where
             reset,
             busy,
             settings,
+            revival: Revival::new(),
         }
     }
 
@@ -151,14 +156,14 @@ where
         delay.delay_us(DEVICE_SETUP_US);
         self.quadrature.after_reset();
         self.electrodes.after_reset();
-        let mut settings = ChipSettings {
-            range: self.settings.range,
+        self.revival = Revival::new();
+        let slow = |chip| ChipSettings {
             oversampling: SELF_TEST_RATIO,
-            offset_counts: [0; CHANNELS],
+            ..chip_settings(&self.settings, chip)
         };
-        self.quadrature.configure(&settings).map_err(chip(0))?;
-        settings.offset_counts[CHANNELS - 1] = WITNESS_COUNTS;
-        self.electrodes.configure(&settings).map_err(chip(1))?;
+        let settings = [slow(0), slow(1)];
+        self.quadrature.configure(&settings[0]).map_err(chip(0))?;
+        self.electrodes.configure(&settings[1]).map_err(chip(1))?;
         self.self_test()?;
         self.quadrature
             .set_oversampling(self.settings.oversampling)
@@ -186,17 +191,23 @@ where
         self.busy.is_high().map_err(pin)
     }
 
-    /// Reads both chips' last conversion, 288 clocks. `counts` is untouched on error.
+    /// Reads both chips' last conversion, 288 clocks. `counts` is untouched on error. After [some](revival) failures in a row the
+    /// chips are reset and set again at the calls that follow.
     ///
     /// # Errors
-    /// [`ConverterError::Chip`].
+    /// [`ConverterError::Chip`]; while the chips are set again, the error that began it.
     pub fn read(&mut self, counts: &mut Counts) -> Result<(), ConverterError> {
-        let mut fresh = Counts::default();
-        let [first, second] = &mut fresh;
-        self.quadrature.read_frame(first).map_err(chip(0))?;
-        self.electrodes.read_frame(second).map_err(chip(1))?;
-        *counts = fresh;
-        Ok(())
+        if !self.revival.in_service() {
+            return Err(self.revive());
+        }
+        match self.read_both() {
+            Ok(fresh) => {
+                self.revival.moved(Ok(()));
+                *counts = fresh;
+                Ok(())
+            }
+            Err(error) => Err(self.fail(error)),
+        }
     }
 
     /// Start, wait for BUSY with a bound, read.
@@ -204,9 +215,20 @@ where
     /// # Errors
     /// All of the above; [`ConverterError::BusyStuck`] after [`Settings::busy_polls`] readings.
     pub fn convert(&mut self, counts: &mut Counts) -> Result<(), ConverterError> {
-        self.start()?;
-        self.wait_idle()?;
+        if self.revival.in_service() {
+            let ready = self.start().and_then(|()| self.wait_idle());
+            ready.map_err(|error| self.fail(error))?;
+        }
         self.read(counts)
+    }
+
+    /// To be called in place of [`Converter::read`] at an instant that went by without BUSY's edge: counts as a failed reading.
+    pub fn silent(&mut self) -> ConverterError {
+        if self.revival.in_service() {
+            self.fail(ConverterError::BusyStuck { polls: 0 })
+        } else {
+            self.revive()
+        }
     }
 
     /// [`Converter::convert`] into a raw frame: on error the previous counts stay and `raw.fault` says why.
@@ -215,6 +237,47 @@ where
         let result = self.convert(&mut counts);
         store(result.map(|()| counts), raw);
         result
+    }
+
+    fn read_both(&mut self) -> Result<Counts, ConverterError> {
+        let mut fresh = Counts::default();
+        let [first, second] = &mut fresh;
+        self.quadrature.read_frame(first).map_err(chip(0))?;
+        self.electrodes.read_frame(second).map_err(chip(1))?;
+        Ok(fresh)
+    }
+
+    fn fail(&mut self, error: ConverterError) -> ConverterError {
+        self.revival.failed(error);
+        error
+    }
+
+    /// One instant's piece of setting the chips again; tells why.
+    fn revive(&mut self) -> ConverterError {
+        let result = match self.revival.stage {
+            Stage::Reset { high: true } => self.reset.set_high().map_err(pin),
+            Stage::Reset { high: false } => {
+                self.quadrature.after_reset();
+                self.electrodes.after_reset();
+                self.reset.set_low().map_err(pin)
+            }
+            Stage::Set { chip: 0, step } => {
+                let settings = chip_settings(&self.settings, 0);
+                self.quadrature
+                    .configure_step(&settings, step)
+                    .map_err(chip(0))
+            }
+            Stage::Set { step, .. } => {
+                let settings = chip_settings(&self.settings, 1);
+                self.electrodes
+                    .configure_step(&settings, step)
+                    .map_err(chip(1))
+            }
+            Stage::Leave => self.enter_conversion_mode(),
+            Stage::Service { .. } | Stage::Settle { .. } | Stage::Pause { .. } => Ok(()),
+        };
+        self.revival.moved(result);
+        self.revival.error
     }
 
     fn wait_idle(&mut self) -> Result<(), ConverterError> {
