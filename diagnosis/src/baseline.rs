@@ -44,7 +44,11 @@ impl Baseline {
     /// Nominal geometry, nothing calibrated.
     pub fn nominal(observations: &Observations) -> Self {
         let [height_m, x, y] = observations.coordination_m;
-        Self { height_m, lever_m: [x, y], ..Self::default() }
+        Self {
+            height_m,
+            lever_m: [x, y],
+            ..Self::default()
+        }
     }
 
     /// Error e of equation (3) and its slope de/dp at an unmodified output.
@@ -83,7 +87,12 @@ impl Baseline {
     }
 
     /// Equation (11) with calibrated segments: `(g_x, g_y)`, m, and their derivatives by theta.
-    pub fn beacon_residual(&self, centre_m: [f64; 2], theta_rad: f64, tan_psi: [f64; 2]) -> ([f64; 2], [f64; 2]) {
+    pub fn beacon_residual(
+        &self,
+        centre_m: [f64; 2],
+        theta_rad: f64,
+        tan_psi: [f64; 2],
+    ) -> ([f64; 2], [f64; 2]) {
         let (sine, cosine) = theta_rad.sin_cos();
         let [cx, cy] = tan_psi.map(|t| t * self.height_m);
         let [lx, ly] = self.lever_m;
@@ -104,11 +113,29 @@ impl Baseline {
         let mut values = Vec::new();
         for segment in (0..4).filter(|s| scope.segments[*s]) {
             let free = if scope.reference { FREE_M } else { OFFSET_M };
-            list.push(Regressor::reading(format!("offset, segment {}", segment + 1), "m", free, segment, |_| 1.0));
+            list.push(Regressor::reading(
+                format!("offset, segment {}", segment + 1),
+                "m",
+                free,
+                segment,
+                |_| 1.0,
+            ));
             for order in ORDERS {
                 let name = |part| format!("order {order} {part}, segment {}", segment + 1);
-                list.push(Regressor::reading(name("sine"), "m", HARMONIC_M, segment, move |m| m.raw[segment][order].0));
-                list.push(Regressor::reading(name("cosine"), "m", HARMONIC_M, segment, move |m| m.raw[segment][order].1));
+                list.push(Regressor::reading(
+                    name("sine"),
+                    "m",
+                    HARMONIC_M,
+                    segment,
+                    move |m| m.raw[segment][order].0,
+                ));
+                list.push(Regressor::reading(
+                    name("cosine"),
+                    "m",
+                    HARMONIC_M,
+                    segment,
+                    move |m| m.raw[segment][order].1,
+                ));
             }
             values.extend(self.k_m[segment]);
         }
@@ -118,7 +145,13 @@ impl Baseline {
         }
         if scope.beacon {
             list.extend(beacon_regressors());
-            values.extend([self.height_m, self.lever_m[0], self.lever_m[1], self.origin_m[0], self.origin_m[1]]);
+            values.extend([
+                self.height_m,
+                self.lever_m[0],
+                self.lever_m[1],
+                self.origin_m[0],
+                self.origin_m[1],
+            ]);
         }
         (list, values)
     }
@@ -156,7 +189,10 @@ fn beacon_regressors() -> Vec<Regressor> {
     vec![
         both("height h", |m| {
             let (s, c) = m.theta_rad.sin_cos();
-            [c * m.tan_psi[0] - s * m.tan_psi[1], s * m.tan_psi[0] + c * m.tan_psi[1]]
+            [
+                c * m.tan_psi[0] - s * m.tan_psi[1],
+                s * m.tan_psi[0] + c * m.tan_psi[1],
+            ]
         }),
         both("lever l_x", |m| [m.theta_rad.cos(), m.theta_rad.sin()]),
         both("lever l_y", |m| [-m.theta_rad.sin(), m.theta_rad.cos()]),

@@ -17,8 +17,15 @@ pub fn calibrate(observations: &Observations, keep: &[bool]) -> Baseline {
         let columns = baseline_columns(&scene);
         let gram = Gram::new(&scene, &columns, &fold);
         let all: Vec<usize> = (0..gram.width()).collect();
-        let Some(fit) = solve(&gram.training(None), &all, &gram.centre, 1.0) else { break };
-        let step: Vec<f64> = fit.amount.iter().zip(&gram.scale).map(|(a, s)| a * s).collect();
+        let Some(fit) = solve(&gram.training(None), &all, &gram.centre, 1.0) else {
+            break;
+        };
+        let step: Vec<f64> = fit
+            .amount
+            .iter()
+            .zip(&gram.scale)
+            .map(|(a, s)| a * s)
+            .collect();
         baseline.add(scene.scope, &step);
         let largest = fit.amount.iter().fold(0.0f64, |m, a| m.max(a.abs()));
         if largest < 1e-6 {

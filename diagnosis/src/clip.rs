@@ -17,12 +17,20 @@ pub fn find(scene: &Scene, segment: usize) -> Option<Clip> {
     if !o.pair_counts[segment].is_empty() {
         return in_counts(o, segment);
     }
-    if scene.scope.reference && scene.scope.segments[segment] { against_reference(scene, segment) } else { None }
+    if scene.scope.reference && scene.scope.segments[segment] {
+        against_reference(scene, segment)
+    } else {
+        None
+    }
 }
 
 /// The counts pile up at a level that the amplitude exceeds.
 fn in_counts(o: &Observations, segment: usize) -> Option<Clip> {
-    let pairs: Vec<[f64; 2]> = o.pair_counts[segment].iter().copied().filter(|p| p[0].is_finite()).collect();
+    let pairs: Vec<[f64; 2]> = o.pair_counts[segment]
+        .iter()
+        .copied()
+        .filter(|p| p[0].is_finite())
+        .collect();
     // At 45 degrees neither channel is near its top (levels under 0.71 of amplitude cut even there).
     let mut radii: Vec<f64> = pairs
         .iter()
@@ -34,7 +42,11 @@ fn in_counts(o: &Observations, segment: usize) -> Option<Clip> {
     }
     let amplitude = median(&mut radii)?;
     let level = [0, 1].map(|channel| flat_top(&pairs, channel, amplitude, o.pair_noise_counts));
-    level.iter().any(|l| *l < WHOLE).then_some(Clip { level: level.map(|l| if l < WHOLE { l } else { 1.5 }), pair: None, zero_and_delay: [0.0; 2] })
+    level.iter().any(|l| *l < WHOLE).then_some(Clip {
+        level: level.map(|l| if l < WHOLE { l } else { 1.5 }),
+        pair: None,
+        zero_and_delay: [0.0; 2],
+    })
 }
 
 /// Level of a flat top relative to the amplitude; 1.5 if there is none.
@@ -47,10 +59,16 @@ fn flat_top(pairs: &[[f64; 2]], channel: usize, amplitude: f64, noise: f64) -> f
         return 1.5;
     }
     let width = (4.0 * noise).max(0.002 * amplitude);
-    let held = magnitude.iter().filter(|m| **m > top - width).count() as f64 / magnitude.len() as f64;
+    let held =
+        magnitude.iter().filter(|m| **m > top - width).count() as f64 / magnitude.len() as f64;
     // A sine's own share of time within `width` below that level.
-    let own = ((top / amplitude).asin() - ((top - width) / amplitude).asin()) * 2.0 / std::f64::consts::PI;
-    if held > 3.0 * own.max(0.005) { level } else { 1.5 }
+    let own = ((top / amplitude).asin() - ((top - width) / amplitude).asin()) * 2.0
+        / std::f64::consts::PI;
+    if held > 3.0 * own.max(0.005) {
+        level
+    } else {
+        1.5
+    }
 }
 
 /// Levels, offsets, gain, angle, shift, delay and electrical zero.
@@ -61,7 +79,11 @@ type Parameters = SVector<f64, UNKNOWN>;
 fn against_reference(scene: &Scene, segment: usize) -> Option<Clip> {
     let o = scene.observations;
     let metres = o.pitch_m / TAU;
-    let usable: Vec<usize> = (0..o.len()).filter(|&i| scene.motion.direction[segment][i] != 0.0 && o.reference_m(segment, i).is_finite()).collect();
+    let usable: Vec<usize> = (0..o.len())
+        .filter(|&i| {
+            scene.motion.direction[segment][i] != 0.0 && o.reference_m(segment, i).is_finite()
+        })
+        .collect();
     if usable.len() < 200 {
         return None;
     }
@@ -71,25 +93,50 @@ fn against_reference(scene: &Scene, segment: usize) -> Option<Clip> {
         .step_by(step)
         .map(|&i| {
             let reference = o.reference_m(segment, i);
-            ((o.position_m[segment][i] - reference) / metres, reference / metres, scene.motion.speed_m_s[segment][i] / metres)
+            (
+                (o.position_m[segment][i] - reference) / metres,
+                reference / metres,
+                scene.motion.speed_m_s[segment][i] / metres,
+            )
         })
         .collect();
     let top_speed = points.iter().map(|p| p.2.abs()).fold(1e-12, f64::max);
     let quarter = std::f64::consts::FRAC_PI_2;
-    let best = [(0.66, 0.0), (0.66, 0.25), (0.66, 0.5), (0.66, 0.75), (0.85, 0.0), (0.85, 0.33), (0.85, 0.67)]
-        .into_iter()
-        .filter_map(|(level, part)| {
-            let mut start = Parameters::zeros();
-            start[0] = level;
-            start[1] = level;
-            start[8] = part * quarter;
-            refine(&points, start, top_speed)
-        })
-        .min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let open = refine(&points, { let mut p = Parameters::zeros(); p[0] = 3.0; p[1] = 3.0; p }, top_speed)?;
+    let best = [
+        (0.66, 0.0),
+        (0.66, 0.25),
+        (0.66, 0.5),
+        (0.66, 0.75),
+        (0.85, 0.0),
+        (0.85, 0.33),
+        (0.85, 0.67),
+    ]
+    .into_iter()
+    .filter_map(|(level, part)| {
+        let mut start = Parameters::zeros();
+        start[0] = level;
+        start[1] = level;
+        start[8] = part * quarter;
+        refine(&points, start, top_speed)
+    })
+    .min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let open = refine(
+        &points,
+        {
+            let mut p = Parameters::zeros();
+            p[0] = 3.0;
+            p[1] = 3.0;
+            p
+        },
+        top_speed,
+    )?;
     let p = best.0;
     let found = p[0].min(p[1]) < WHOLE && best.1 < 0.8 * open.1;
-    found.then(|| Clip { level: [p[0], p[1]], pair: Some([p[2], p[3], p[4], p[5]]), zero_and_delay: [p[8], p[7] / top_speed] })
+    found.then(|| Clip {
+        level: [p[0], p[1]],
+        pair: Some([p[2], p[3], p[4], p[5]]),
+        zero_and_delay: [p[8], p[7] / top_speed],
+    })
 }
 
 fn error(p: &Parameters, phase: f64, speed: f64, top_speed: f64) -> f64 {
@@ -98,9 +145,18 @@ fn error(p: &Parameters, phase: f64, speed: f64, top_speed: f64) -> f64 {
 }
 
 /// Damped Gauss-Newton with differenced derivatives; the parameters and the sum of squares.
-fn refine(points: &[(f64, f64, f64)], start: Parameters, top_speed: f64) -> Option<(Parameters, f64)> {
+fn refine(
+    points: &[(f64, f64, f64)],
+    start: Parameters,
+    top_speed: f64,
+) -> Option<(Parameters, f64)> {
     let wrapped = |e: f64| e - TAU * (e / TAU).round();
-    let cost = |p: &Parameters| points.iter().map(|(e, phase, v)| wrapped(e - error(p, *phase, *v, top_speed)).powi(2)).sum::<f64>();
+    let cost = |p: &Parameters| {
+        points
+            .iter()
+            .map(|(e, phase, v)| wrapped(e - error(p, *phase, *v, top_speed)).powi(2))
+            .sum::<f64>()
+    };
     let mut p = start;
     let mut now = cost(&p);
     let mut damping = 1e-3;

@@ -20,15 +20,40 @@ pub struct Residuals {
 
 impl Residuals {
     /// Of the model with these columns, each fold fitted on the others. Samples not kept are predicted as well, and left out.
-    pub fn new(scene: &Scene, columns: &Columns, gram: &Gram, folds: &[u8], list: &[usize]) -> Self {
+    pub fn new(
+        scene: &Scene,
+        columns: &Columns,
+        gram: &Gram,
+        folds: &[u8],
+        list: &[usize],
+    ) -> Self {
         let amounts: Vec<Vec<f64>> = (0..FOLDS)
-            .map(|f| solve(&gram.training(Some(f)), list, &gram.centre, 1.0).map_or(vec![0.0; list.len()], |fit| fit.amount.iter().copied().collect()))
+            .map(|f| {
+                solve(&gram.training(Some(f)), list, &gram.centre, 1.0)
+                    .map_or(vec![0.0; list.len()], |fit| {
+                        fit.amount.iter().copied().collect()
+                    })
+            })
             .collect();
-        Self::predicted(scene, columns, gram, list, |i| &amounts[usize::from(folds[i])], false)
+        Self::predicted(
+            scene,
+            columns,
+            gram,
+            list,
+            |i| &amounts[usize::from(folds[i])],
+            false,
+        )
     }
 
     /// Of given amounts (in prior deviations), the same at every sample.
-    pub fn predicted<'b>(scene: &Scene, columns: &Columns, gram: &Gram, list: &[usize], amount: impl Fn(usize) -> &'b Vec<f64>, all: bool) -> Self {
+    pub fn predicted<'b>(
+        scene: &Scene,
+        columns: &Columns,
+        gram: &Gram,
+        list: &[usize],
+        amount: impl Fn(usize) -> &'b Vec<f64>,
+        all: bool,
+    ) -> Self {
         let mut out = Self::default();
         for i in (0..scene.len()).filter(|&i| all || scene.keep[i]) {
             let rows = scene.rows(i);
@@ -69,7 +94,12 @@ impl Residuals {
     }
 
     fn of(&self, channel: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        self.sample.iter().zip(&self.channel).zip(&self.value_m).filter(move |((_, c), _)| **c == channel).map(|((i, _), v)| (*i, *v))
+        self.sample
+            .iter()
+            .zip(&self.channel)
+            .zip(&self.value_m)
+            .filter(move |((_, c), _)| **c == channel)
+            .map(|((i, _), v)| (*i, *v))
     }
 
     /// Channels that have rows.
@@ -107,7 +137,10 @@ impl Residuals {
             })
             .collect();
         draws.sort_by(f64::total_cmp);
-        [draws[BOOTSTRAPS / 40], draws[BOOTSTRAPS - 1 - BOOTSTRAPS / 40]]
+        [
+            draws[BOOTSTRAPS / 40],
+            draws[BOOTSTRAPS - 1 - BOOTSTRAPS / 40],
+        ]
     }
 }
 

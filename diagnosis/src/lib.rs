@@ -40,6 +40,11 @@ pub struct Insufficient {
 impl Insufficient {
     /// From its parts.
     pub fn new(quantity: &str, found: f64, wanted: f64, unit: &str) -> Self {
-        Self { quantity: quantity.into(), found, wanted, unit: unit.into() }
+        Self {
+            quantity: quantity.into(),
+            found,
+            wanted,
+            unit: unit.into(),
+        }
     }
 }

@@ -50,7 +50,13 @@ fn pieces(series: &[Series]) -> Vec<Piece> {
             if i == one.t_s.len() || one.stretch[i] != one.stretch[start] {
                 let length_s = one.t_s[i - 1] - one.t_s[start];
                 if i - start > 20 {
-                    list.push(Piece { series: number, start, end: i, interval_s: length_s / (i - 1 - start) as f64, length_s });
+                    list.push(Piece {
+                        series: number,
+                        start,
+                        end: i,
+                        interval_s: length_s / (i - 1 - start) as f64,
+                        length_s,
+                    });
                 }
                 start = i;
             }
@@ -64,7 +70,10 @@ fn pieces(series: &[Series]) -> Vec<Piece> {
 fn groups(series: &[Series]) -> Vec<Vec<Piece>> {
     let mut list: Vec<Vec<Piece>> = Vec::new();
     for piece in pieces(series) {
-        match list.last_mut().filter(|g| piece.interval_s < 4.0 * g[0].interval_s) {
+        match list
+            .last_mut()
+            .filter(|g| piece.interval_s < 4.0 * g[0].interval_s)
+        {
             Some(group) => group.push(piece),
             None => list.push(vec![piece]),
         }
@@ -74,7 +83,10 @@ fn groups(series: &[Series]) -> Vec<Vec<Piece>> {
 
 /// Power at one frequency, summed over pieces: each has its own phase.
 fn power(series: &[Series], group: &[Piece], hz: f64) -> f64 {
-    group.iter().map(|piece| piece_power(&series[piece.series], piece, hz)).sum()
+    group
+        .iter()
+        .map(|piece| piece_power(&series[piece.series], piece, hz))
+        .sum()
 }
 
 fn piece_power(one: &Series, piece: &Piece, hz: f64) -> f64 {
@@ -94,7 +106,10 @@ fn piece_sums(one: &Series, piece: &Piece, hz: f64) -> (f64, f64) {
                 let (a, b) = (TAU * hz * dt).sin_cos();
                 step = (a, b, dt);
             }
-            turn = (turn.0 * step.1 + turn.1 * step.0, turn.1 * step.1 - turn.0 * step.0);
+            turn = (
+                turn.0 * step.1 + turn.1 * step.0,
+                turn.1 * step.1 - turn.0 * step.0,
+            );
         }
         s += turn.0 * one.value[i];
         c += turn.1 * one.value[i];
@@ -112,7 +127,10 @@ fn coherent(series: &[Series], pieces: &[Piece], hz: f64) -> f64 {
         sums[piece.series].0 += s * b + c * a;
         sums[piece.series].1 += c * b - s * a;
     }
-    sums.iter().zip(series).map(|((s, c), one)| 2.0 * (s * s + c * c) / one.t_s.len().max(1) as f64).sum()
+    sums.iter()
+        .zip(series)
+        .map(|((s, c), one)| 2.0 * (s * s + c * c) / one.t_s.len().max(1) as f64)
+        .sum()
 }
 
 fn strongest(series: &[Series]) -> Option<f64> {
@@ -120,7 +138,10 @@ fn strongest(series: &[Series]) -> Option<f64> {
     let found = groups.iter().find_map(|group| peak(series, group))?;
     let (coarse, _, step) = found;
     // The whole recording resolves far finer than one piece.
-    let whole = series.iter().map(|s| s.t_s.last().unwrap_or(&0.0) - s.t_s.first().unwrap_or(&0.0)).fold(0.0, f64::max);
+    let whole = series
+        .iter()
+        .map(|s| s.t_s.last().unwrap_or(&0.0) - s.t_s.first().unwrap_or(&0.0))
+        .fold(0.0, f64::max);
     let all = pieces(series);
     let fine = (0.15 / whole.max(1e-9)).max(step / 2500.0);
     let count = (2.0 * step / fine) as usize;
@@ -139,11 +160,17 @@ fn peak(series: &[Series], group: &[Piece]) -> Option<(f64, f64, f64)> {
     let step = (0.3 / longest).max(top / TRIALS as f64);
     let trials = (top / step) as usize;
     // Slower than one turn a piece is drift, not a line.
-    let powers: Vec<f64> = (4..=trials).map(|k| power(series, group, k as f64 * step)).collect();
+    let powers: Vec<f64> = (4..=trials)
+        .map(|k| power(series, group, k as f64 * step))
+        .collect();
     let middle = crate::statistics::median(&mut powers.clone())?.max(1e-12);
-    let (at, top) = powers.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
+    let (at, top) = powers
+        .iter()
+        .enumerate()
+        .max_by(|a, b| a.1.total_cmp(b.1))?;
     let pieces = group.len() as f64;
-    (*top > 5.0 * middle && *top > 30.0 + 2.0 * pieces).then(|| ((at + 4) as f64 * step, top / middle, step))
+    (*top > 5.0 * middle && *top > 30.0 + 2.0 * pieces)
+        .then(|| ((at + 4) as f64 * step, top / middle, step))
 }
 
 fn subtract(one: &mut Series, hz: f64) {

@@ -47,13 +47,20 @@ impl Motion {
     pub fn new(observations: &Observations, position_m: &[Vec<f64>; 4]) -> Self {
         let n = observations.len();
         let windows = windows(&observations.stretch);
-        let mut this = Self { smooth: vec![true; n], ..Self::default() };
+        let mut this = Self {
+            smooth: vec![true; n],
+            ..Self::default()
+        };
         let mut fits: Vec<Vec<Local>> = Vec::new();
         for position in position_m {
             let fit: Vec<Local> = if position.is_empty() {
                 Vec::new()
             } else {
-                windows.iter().enumerate().map(|(i, w)| local(&observations.t_s, position, i, w.clone())).collect()
+                windows
+                    .iter()
+                    .enumerate()
+                    .map(|(i, w)| local(&observations.t_s, position, i, w.clone()))
+                    .collect()
             };
             for (i, local) in fit.iter().enumerate() {
                 this.smooth[i] &= local.residual < SMOOTH_M + SMOOTH_SHARE * local.travel;
@@ -68,18 +75,38 @@ impl Motion {
             this.tan_psi_rate[axis] = tan
                 .iter()
                 .enumerate()
-                .map(|(i, _)| if this.smooth[i] { local(&observations.t_s, tan, i, windows[i].clone()).slope } else { 0.0 })
+                .map(|(i, _)| {
+                    if this.smooth[i] {
+                        local(&observations.t_s, tan, i, windows[i].clone()).slope
+                    } else {
+                        0.0
+                    }
+                })
                 .collect();
         }
         this
     }
 
-    fn fill_segment(&mut self, segment: usize, fit: &[Local], position: &[f64], observations: &Observations) {
+    fn fill_segment(
+        &mut self,
+        segment: usize,
+        fit: &[Local],
+        position: &[f64],
+        observations: &Observations,
+    ) {
         let n = fit.len();
         let smooth = &self.smooth;
         // What the noise alone could show is no speed: else a reading's own noise would pass for a cause.
-        let clear = |value: f64, noise: f64, i: usize| if smooth[i] && value.abs() > 5.0 * noise { value } else { 0.0 };
-        let speed: Vec<f64> = (0..n).map(|i| clear(fit[i].slope, fit[i].slope_noise, i)).collect();
+        let clear = |value: f64, noise: f64, i: usize| {
+            if smooth[i] && value.abs() > 5.0 * noise {
+                value
+            } else {
+                0.0
+            }
+        };
+        let speed: Vec<f64> = (0..n)
+            .map(|i| clear(fit[i].slope, fit[i].slope_noise, i))
+            .collect();
         let mut magnitudes: Vec<f64> = speed.iter().map(|v| v.abs()).filter(|v| *v > 0.0).collect();
         let top = if magnitudes.is_empty() {
             0.0
@@ -105,7 +132,9 @@ impl Motion {
                 approach[i] = last;
             }
         }
-        self.acceleration_m_s2[segment] = (0..n).map(|i| clear(fit[i].curvature, fit[i].curvature_noise, i)).collect();
+        self.acceleration_m_s2[segment] = (0..n)
+            .map(|i| clear(fit[i].curvature, fit[i].curvature_noise, i))
+            .collect();
         self.speed_m_s[segment] = speed;
         self.direction[segment] = direction;
         self.approach[segment] = approach;
@@ -132,13 +161,22 @@ fn windows(stretch: &[usize]) -> Vec<std::ops::Range<usize>> {
 
 /// Quadratic through the window by least squares, in time centred on sample `i`.
 fn local(t_s: &[f64], value: &[f64], i: usize, window: std::ops::Range<usize>) -> Local {
-    let points: Vec<(f64, f64)> =
-        window.filter(|&j| value[j].is_finite()).map(|j| (t_s[j] - t_s[i], value[j])).collect();
+    let points: Vec<(f64, f64)> = window
+        .filter(|&j| value[j].is_finite())
+        .map(|j| (t_s[j] - t_s[i], value[j]))
+        .collect();
     let count = points.len() as f64;
     if points.len() < 4 {
-        return Local { residual: f64::INFINITY, ..Local::default() };
+        return Local {
+            residual: f64::INFINITY,
+            ..Local::default()
+        };
     }
-    let scale = points.iter().map(|(t, _)| t.abs()).fold(0.0, f64::max).max(1e-12);
+    let scale = points
+        .iter()
+        .map(|(t, _)| t.abs())
+        .fold(0.0, f64::max)
+        .max(1e-12);
     let mean = points.iter().map(|(_, y)| y).sum::<f64>() / count;
     let mut normal = nalgebra::Matrix3::<f64>::zeros();
     let mut right = nalgebra::Vector3::zeros();
@@ -147,11 +185,21 @@ fn local(t_s: &[f64], value: &[f64], i: usize, window: std::ops::Range<usize>) -
         normal += row * row.transpose();
         right += row * (y - mean);
     }
-    let Some(inverse) = normal.try_inverse() else { return Local { residual: f64::INFINITY, ..Local::default() } };
+    let Some(inverse) = normal.try_inverse() else {
+        return Local {
+            residual: f64::INFINITY,
+            ..Local::default()
+        };
+    };
     let c = inverse * right;
-    let misfit = |(t, y): &(f64, f64)| y - mean - c[0] - c[1] * t / scale - c[2] * (t / scale).powi(2);
+    let misfit =
+        |(t, y): &(f64, f64)| y - mean - c[0] - c[1] * t / scale - c[2] * (t / scale).powi(2);
     let sum: f64 = points.iter().map(|p| misfit(p).powi(2)).sum();
-    let (low, high) = points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (_, y)| (l.min(*y), h.max(*y)));
+    let (low, high) = points
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (_, y)| {
+            (l.min(*y), h.max(*y))
+        });
     Local {
         slope: c[1] / scale,
         curvature: 2.0 * c[2] / (scale * scale),

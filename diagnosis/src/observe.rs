@@ -62,18 +62,30 @@ impl Observations {
         let n = samples.len();
         let meta = &recording.meta;
         if n < MINIMUM_SAMPLES {
-            return Err(Insufficient::new("samples", n as f64, MINIMUM_SAMPLES as f64, ""));
+            return Err(Insufficient::new(
+                "samples",
+                n as f64,
+                MINIMUM_SAMPLES as f64,
+                "",
+            ));
         }
         let electronics = &meta.electronics;
-        let counts_noise = (electronics.quadrature_noise_counts.unwrap_or(0.0).powi(2) + ROUNDING).sqrt();
-        let full_range = electronics.adc_bits.map_or(32768.0, |bits| 2f64.powi(bits as i32 - 1));
+        let counts_noise =
+            (electronics.quadrature_noise_counts.unwrap_or(0.0).powi(2) + ROUNDING).sqrt();
+        let full_range = electronics
+            .adc_bits
+            .map_or(32768.0, |bits| 2f64.powi(bits as i32 - 1));
         let take = |column| samples.column(column).to_vec();
         let coordination = meta.coordination.unwrap_or_default();
         let mut this = Self {
             pitch_m: meta.geometry.pitch_m,
             span_m: meta.geometry.span_m.unwrap_or(10.0 * meta.geometry.pitch_m),
             lateral_m: meta.geometry.lateral_m.unwrap_or(0.0),
-            coordination_m: [coordination.height_m, coordination.lever_x_m, coordination.lever_y_m],
+            coordination_m: [
+                coordination.height_m,
+                coordination.lever_x_m,
+                coordination.lever_y_m,
+            ],
             tan_full_scale: coordination.tan_full_scale,
             t_s: samples.t_s().to_vec(),
             run: (0..n).map(|i| samples.run_number(i)).collect(),
@@ -137,17 +149,27 @@ impl Observations {
             return;
         }
         let stated = recording.meta.electronics.position_noise_m;
-        let nominal_amplitude = recording.meta.electronics.amplitude_counts.unwrap_or(f64::NAN);
+        let nominal_amplitude = recording
+            .meta
+            .electronics
+            .amplitude_counts
+            .unwrap_or(f64::NAN);
         let mut position = vec![f64::NAN; n];
         let mut noise = vec![stated.unwrap_or(f64::NAN); n];
         if counted {
             let mut pairs = vec![[f64::NAN; 2]; n];
             let mut amplitudes = vec![f64::NAN; n];
             for i in 0..n {
-                let Some(pair) = samples.quadrature_counts(segment, i) else { continue };
+                let Some(pair) = samples.quadrature_counts(segment, i) else {
+                    continue;
+                };
                 pairs[i] = pair;
                 amplitudes[i] = pair[0].hypot(pair[1]);
-                let amplitude = if amplitudes[i] > 0.0 { amplitudes[i] } else { nominal_amplitude };
+                let amplitude = if amplitudes[i] > 0.0 {
+                    amplitudes[i]
+                } else {
+                    nominal_amplitude
+                };
                 noise[i] = self.pair_noise_counts / amplitude * self.pitch_m / TAU;
                 if let Some(teeth) = samples.teeth(segment, i) {
                     position[i] = recording::unmodified_m(teeth, pair, self.pitch_m);
@@ -167,11 +189,22 @@ impl Observations {
     }
 
     /// Without a tooth count: the tooth nearest to the command, else to the sample before.
-    fn count_teeth(&self, segment: usize, i: usize, before: &[f64], [sine, cosine]: [f64; 2]) -> f64 {
+    fn count_teeth(
+        &self,
+        segment: usize,
+        i: usize,
+        before: &[f64],
+        [sine, cosine]: [f64; 2],
+    ) -> f64 {
         let fraction = sine.atan2(cosine) / TAU * self.pitch_m;
         let near = match self.commanded_m(segment, i) {
             near if near.is_finite() => near,
-            _ => before[..i].iter().rev().find(|p| p.is_finite()).copied().unwrap_or(0.0),
+            _ => before[..i]
+                .iter()
+                .rev()
+                .find(|p| p.is_finite())
+                .copied()
+                .unwrap_or(0.0),
         };
         fraction + ((near - fraction) / self.pitch_m).round() * self.pitch_m
     }
@@ -182,24 +215,38 @@ impl Observations {
             return;
         }
         let n = samples.len();
-        let noise = (recording.meta.electronics.psd_noise_counts.unwrap_or(0.0).powi(2) + ROUNDING).sqrt();
+        let noise = (recording
+            .meta
+            .electronics
+            .psd_noise_counts
+            .unwrap_or(0.0)
+            .powi(2)
+            + ROUNDING)
+            .sqrt();
         let dim = 0.05 * recording.meta.electronics.psd_sum_counts.unwrap_or(0.0);
         for axis in 0..2 {
             let mut tan = vec![f64::NAN; n];
             let mut tan_noise = vec![f64::NAN; n];
             for i in 0..n {
-                let Some(counts) = samples.electrode_counts(i) else { continue };
+                let Some(counts) = samples.electrode_counts(i) else {
+                    continue;
+                };
                 let (plus, minus) = (counts[2 * axis], counts[2 * axis + 1]);
                 let sum = plus + minus;
                 if sum > dim.max(1.0) {
                     tan[i] = self.tan_full_scale * (plus - minus) / sum;
-                    tan_noise[i] = self.tan_full_scale * 2.0 * noise * plus.hypot(minus) / (sum * sum);
+                    tan_noise[i] =
+                        self.tan_full_scale * 2.0 * noise * plus.hypot(minus) / (sum * sum);
                 }
             }
             self.tan_psi[axis] = tan;
             self.tan_psi_noise[axis] = tan_noise;
         }
-        if !self.tan_psi[0].iter().zip(&self.tan_psi[1]).any(|(u, v)| u.is_finite() && v.is_finite()) {
+        if !self.tan_psi[0]
+            .iter()
+            .zip(&self.tan_psi[1])
+            .any(|(u, v)| u.is_finite() && v.is_finite())
+        {
             self.tan_psi = Default::default();
             self.tan_psi_noise = Default::default();
         }
@@ -210,7 +257,9 @@ impl Observations {
 pub const MINIMUM_SAMPLES: usize = 200;
 
 fn nominal_m(pose: &[Vec<f64>; 3], span_m: f64, segment: usize, i: usize) -> f64 {
-    let Some(&along) = pose[segment % 2].get(i) else { return f64::NAN };
+    let Some(&along) = pose[segment % 2].get(i) else {
+        return f64::NAN;
+    };
     let theta = pose[2].get(i).copied().unwrap_or(0.0);
     let half = if segment < 2 { 0.5 } else { -0.5 };
     along + half * span_m * theta
@@ -225,7 +274,10 @@ fn stretches(t_s: &[f64], run: &[usize]) -> Vec<usize> {
             intervals[run[i]].push(t_s[i] - t_s[i - 1]);
         }
     }
-    let typical: Vec<f64> = intervals.iter_mut().map(|list| crate::statistics::median(list).unwrap_or(f64::INFINITY)).collect();
+    let typical: Vec<f64> = intervals
+        .iter_mut()
+        .map(|list| crate::statistics::median(list).unwrap_or(f64::INFINITY))
+        .collect();
     let mut stretch = Vec::with_capacity(t_s.len());
     let mut number = 0;
     for i in 0..t_s.len() {

@@ -18,24 +18,64 @@ const SIZE_M: f64 = 3.0e-6;
 /// Every family that such a recording can show.
 pub fn places(survey: &Survey) -> Vec<Place> {
     let mut list = vec![
-        Place { coordinate: "time", regressors: on_channels(survey, time) },
-        Place { coordinate: "theta", regressors: if survey.turning { on_channels(survey, theta) } else { Vec::new() } },
-        Place { coordinate: "place on the platen", regressors: on_channels(survey, place) },
-        Place { coordinate: "own tooth phase, fractional orders", regressors: own_orders(survey) },
-        Place { coordinate: "own tooth phase of both segments of a pair", regressors: pair_phases(survey) },
-        Place { coordinate: "frequency", regressors: lines(survey) },
+        Place {
+            coordinate: "time",
+            regressors: on_channels(survey, time),
+        },
+        Place {
+            coordinate: "theta",
+            regressors: if survey.turning {
+                on_channels(survey, theta)
+            } else {
+                Vec::new()
+            },
+        },
+        Place {
+            coordinate: "place on the platen",
+            regressors: on_channels(survey, place),
+        },
+        Place {
+            coordinate: "own tooth phase, fractional orders",
+            regressors: own_orders(survey),
+        },
+        Place {
+            coordinate: "own tooth phase of both segments of a pair",
+            regressors: pair_phases(survey),
+        },
+        Place {
+            coordinate: "frequency",
+            regressors: lines(survey),
+        },
     ];
     if survey.temperature {
-        list.push(Place { coordinate: "temperature", regressors: on_channels(survey, warmth) });
-        list.push(Place { coordinate: "temperature and own tooth phase", regressors: times(survey, |m, _| m.warmth_k) });
+        list.push(Place {
+            coordinate: "temperature",
+            regressors: on_channels(survey, warmth),
+        });
+        list.push(Place {
+            coordinate: "temperature and own tooth phase",
+            regressors: times(survey, |m, _| m.warmth_k),
+        });
     }
     if survey.moving {
-        list.push(Place { coordinate: "speed", regressors: accelerations(survey) });
-        list.push(Place { coordinate: "speed and own tooth phase", regressors: times(survey, |m, s| m.speed_m_s[s]) });
-        list.push(Place { coordinate: "direction and own tooth phase", regressors: times(survey, |m, s| m.direction[s]) });
+        list.push(Place {
+            coordinate: "speed",
+            regressors: accelerations(survey),
+        });
+        list.push(Place {
+            coordinate: "speed and own tooth phase",
+            regressors: times(survey, |m, s| m.speed_m_s[s]),
+        });
+        list.push(Place {
+            coordinate: "direction and own tooth phase",
+            regressors: times(survey, |m, s| m.direction[s]),
+        });
     }
     if survey.beacon {
-        list.push(Place { coordinate: "deflection of the coordination sensor", regressors: on_channels(survey, deflection) });
+        list.push(Place {
+            coordinate: "deflection of the coordination sensor",
+            regressors: on_channels(survey, deflection),
+        });
     }
     list.retain(|place| !place.regressors.is_empty());
     list
@@ -45,15 +85,31 @@ pub fn places(survey: &Survey) -> Vec<Place> {
 fn on_channels(survey: &Survey, shapes: fn(&Survey) -> Vec<Shape>) -> Vec<Regressor> {
     let constraint = survey.segments.iter().all(|s| *s);
     let mut list = Vec::new();
-    for channel in 0..if survey.beacon { 3 } else { usize::from(constraint) } {
+    for channel in 0..if survey.beacon {
+        3
+    } else {
+        usize::from(constraint)
+    } {
         for (n, shape) in shapes(survey).into_iter().enumerate() {
-            list.push(Regressor::channel(format!("shape {n} on {}", CHANNEL[channel]), "m", SIZE_M, channel, shape));
+            list.push(Regressor::channel(
+                format!("shape {n} on {}", CHANNEL[channel]),
+                "m",
+                SIZE_M,
+                channel,
+                shape,
+            ));
         }
     }
     if !constraint || !survey.beacon {
         for s in (0..4).filter(|s| survey.segments[*s]) {
             for (n, shape) in shapes(survey).into_iter().enumerate() {
-                list.push(Regressor::channel(format!("shape {n} on segment {}", s + 1), "m", SIZE_M, 3 + s, shape));
+                list.push(Regressor::channel(
+                    format!("shape {n} on segment {}", s + 1),
+                    "m",
+                    SIZE_M,
+                    3 + s,
+                    shape,
+                ));
             }
         }
     }
@@ -78,7 +134,10 @@ fn time(_: &Survey) -> Vec<Shape> {
 
 fn theta(_: &Survey) -> Vec<Shape> {
     // Waves of 4 to 0.9 degrees and a square: what turns with the courier and is not a span.
-    let mut list: Vec<Shape> = vec![Box::new(|m: &Moment| m.theta_rad * m.theta_rad), Box::new(|m| m.theta_rad.powi(3))];
+    let mut list: Vec<Shape> = vec![
+        Box::new(|m: &Moment| m.theta_rad * m.theta_rad),
+        Box::new(|m| m.theta_rad.powi(3)),
+    ];
     for k in 1..4 {
         let w = 90.0 * f64::from(k);
         list.push(Box::new(move |m| (w * m.theta_rad).sin()));
@@ -101,7 +160,11 @@ fn place(_: &Survey) -> Vec<Shape> {
 }
 
 fn warmth(_: &Survey) -> Vec<Shape> {
-    vec![Box::new(|m| m.warmth_k), Box::new(|m| m.warmth_k * m.warmth_k), Box::new(|m| m.warmth_k.powi(3))]
+    vec![
+        Box::new(|m| m.warmth_k),
+        Box::new(|m| m.warmth_k * m.warmth_k),
+        Box::new(|m| m.warmth_k.powi(3)),
+    ]
 }
 
 fn deflection(_: &Survey) -> Vec<Shape> {
@@ -122,8 +185,16 @@ fn own_orders(survey: &Survey) -> Vec<Regressor> {
     for s in (0..4).filter(|s| survey.segments[*s]) {
         for order in [0.5, 1.5, 2.5, 1.0 / 3.0, 0.2, 0.1] {
             let name = |part| format!("order {order} {part}, segment {}", s + 1);
-            list.push(Regressor::reading(name("sine"), "m", SIZE_M, s, move |m| (f * order * m.place_m[s][0]).sin()));
-            list.push(Regressor::reading(name("cosine"), "m", SIZE_M, s, move |m| (f * order * m.place_m[s][0]).cos()));
+            list.push(Regressor::reading(name("sine"), "m", SIZE_M, s, move |m| {
+                (f * order * m.place_m[s][0]).sin()
+            }));
+            list.push(Regressor::reading(
+                name("cosine"),
+                "m",
+                SIZE_M,
+                s,
+                move |m| (f * order * m.place_m[s][0]).cos(),
+            ));
         }
     }
     list
@@ -134,10 +205,20 @@ fn pair_phases(survey: &Survey) -> Vec<Regressor> {
     let f = TAU / survey.pitch_m;
     for s in (0..4).filter(|s| survey.segments[*s] && survey.segments[(s + 2) % 4]) {
         for (n, m) in [(1.0, 1.0), (2.0, 1.0), (2.0, -1.0), (3.0, 1.0)] {
-            let wave = move |at: &Moment| (f * (n * at.place_m[s][0] + m * at.place_m[(s + 2) % 4][0])).sin_cos();
+            let wave = move |at: &Moment| {
+                (f * (n * at.place_m[s][0] + m * at.place_m[(s + 2) % 4][0])).sin_cos()
+            };
             let name = |part| format!("orders {n} and {m} {part}, segment {}", s + 1);
-            list.push(Regressor::reading(name("sine"), "m", SIZE_M, s, move |m| wave(m).0));
-            list.push(Regressor::reading(name("cosine"), "m", SIZE_M, s, move |m| wave(m).1));
+            list.push(Regressor::reading(name("sine"), "m", SIZE_M, s, move |m| {
+                wave(m).0
+            }));
+            list.push(Regressor::reading(
+                name("cosine"),
+                "m",
+                SIZE_M,
+                s,
+                move |m| wave(m).1,
+            ));
         }
     }
     list
@@ -147,7 +228,9 @@ fn times(survey: &Survey, factor: fn(&Moment, usize) -> f64) -> Vec<Regressor> {
     let mut list = Vec::new();
     for s in (0..4).filter(|s| survey.segments[*s]) {
         for order in [1, 2] {
-            Regressor::harmonic(&mut list, s, order, ("times ", "1", SIZE_M), move |m| factor(m, s));
+            Regressor::harmonic(&mut list, s, order, ("times ", "1", SIZE_M), move |m| {
+                factor(m, s)
+            });
         }
     }
     list
@@ -156,7 +239,15 @@ fn times(survey: &Survey, factor: fn(&Moment, usize) -> f64) -> Vec<Regressor> {
 fn accelerations(survey: &Survey) -> Vec<Regressor> {
     (0..4)
         .filter(|s| survey.segments[*s])
-        .map(|s| Regressor::reading(format!("acceleration, segment {}", s + 1), "s²", SIZE_M, s, move |m| m.acceleration_m_s2[s]))
+        .map(|s| {
+            Regressor::reading(
+                format!("acceleration, segment {}", s + 1),
+                "s²",
+                SIZE_M,
+                s,
+                move |m| m.acceleration_m_s2[s],
+            )
+        })
         .collect()
 }
 
@@ -165,8 +256,16 @@ fn lines(survey: &Survey) -> Vec<Regressor> {
     for &hz in &survey.segment_lines_hz {
         for s in (0..4).filter(|s| survey.segments[*s]) {
             let name = |part| format!("{hz:.3} Hz {part}, segment {}", s + 1);
-            list.push(Regressor::reading(name("sine"), "m", SIZE_M, s, move |m| (TAU * hz * m.t_s).sin()));
-            list.push(Regressor::reading(name("cosine"), "m", SIZE_M, s, move |m| (TAU * hz * m.t_s).cos()));
+            list.push(Regressor::reading(name("sine"), "m", SIZE_M, s, move |m| {
+                (TAU * hz * m.t_s).sin()
+            }));
+            list.push(Regressor::reading(
+                name("cosine"),
+                "m",
+                SIZE_M,
+                s,
+                move |m| (TAU * hz * m.t_s).cos(),
+            ));
         }
     }
     list

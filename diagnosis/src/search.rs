@@ -38,7 +38,12 @@ impl<'a> Arena<'a> {
     /// Prepares the training sums.
     pub fn new(gram: &'a Gram, columns: &'a Columns) -> Self {
         let training = (0..FOLDS).map(|f| gram.training(Some(f))).collect();
-        Self { gram, columns, training, known: HashMap::new() }
+        Self {
+            gram,
+            columns,
+            training,
+            known: HashMap::new(),
+        }
     }
 
     /// Number of rows.
@@ -65,7 +70,11 @@ impl<'a> Arena<'a> {
 
     /// Held-out score of any columns (the baseline's must be among them).
     pub fn score_columns(&self, list: &[usize]) -> Score {
-        let mut score = Score { squares: 0.0, fold: [0.0; FOLDS], log_evidence: 0.0 };
+        let mut score = Score {
+            squares: 0.0,
+            fold: [0.0; FOLDS],
+            log_evidence: 0.0,
+        };
         for f in 0..FOLDS {
             match solve(&self.training[f], list, &self.gram.centre, 1.0) {
                 Some(fit) => {
@@ -97,12 +106,22 @@ pub fn rest(arena: &mut Arena, blocks: &[usize], floor: f64) -> f64 {
 
 /// True if `with` beats `without` on all but one fold and by more than chance.
 fn steady(with: &Score, without: &Score) -> bool {
-    let better = with.fold.iter().zip(&without.fold).filter(|(a, b)| a < b).count();
+    let better = with
+        .fold
+        .iter()
+        .zip(&without.fold)
+        .filter(|(a, b)| a < b)
+        .count();
     better + 1 >= FOLDS && without.squares - with.squares > MINIMUM_SQUARES
 }
 
 /// Forward choice with elimination and exchange. `handicap` is added to a block's rest when it competes.
-pub fn search(arena: &mut Arena, candidates: &[usize], handicap: &dyn Fn(usize) -> f64, floor: f64) -> Found {
+pub fn search(
+    arena: &mut Arena,
+    candidates: &[usize],
+    handicap: &dyn Fn(usize) -> f64,
+    floor: f64,
+) -> Found {
     let mut chosen: Vec<usize> = Vec::new();
     for _ in 0..MOST {
         let before = rest(arena, &chosen, floor).max(1e-6);
@@ -120,7 +139,8 @@ pub fn search(arena: &mut Arena, candidates: &[usize], handicap: &dyn Fn(usize) 
         set.push(block);
         let (old, new) = (arena.score(&chosen), arena.score(&set));
         let gain = before - after;
-        let large = gain > MINIMUM_SHARE && gain > MINIMUM_OF_REST * before || chosen.is_empty() && gain > 0.05;
+        let large = gain > MINIMUM_SHARE && gain > MINIMUM_OF_REST * before
+            || chosen.is_empty() && gain > 0.05;
         if !large || !steady(&new, &old) {
             // Two that only help together: try the best pair before giving up.
             break;
@@ -129,11 +149,20 @@ pub fn search(arena: &mut Arena, candidates: &[usize], handicap: &dyn Fn(usize) 
     }
     order(arena, &mut chosen, floor);
     let rest = rest(arena, &chosen, floor);
-    Found { blocks: chosen, rest }
+    Found {
+        blocks: chosen,
+        rest,
+    }
 }
 
 /// Drops what is not needed and exchanges what another does better, until nothing changes.
-fn improve(arena: &mut Arena, mut set: Vec<usize>, candidates: &[usize], handicap: &dyn Fn(usize) -> f64, floor: f64) -> Vec<usize> {
+fn improve(
+    arena: &mut Arena,
+    mut set: Vec<usize>,
+    candidates: &[usize],
+    handicap: &dyn Fn(usize) -> f64,
+    floor: f64,
+) -> Vec<usize> {
     for _ in 0..6 {
         let mut changed = false;
         for at in 0..set.len() {

@@ -30,7 +30,11 @@ pub fn floor(scene: &Scene, repeats: u64) -> Floor {
             let error = reading_errors(scene, i, &mut rng);
             let mut value = [0.0; ROWS];
             for row in 0..rows.count {
-                value[row] = rows.by_reading[row].iter().zip(&error).map(|(j, e)| j * e).sum();
+                value[row] = rows.by_reading[row]
+                    .iter()
+                    .zip(&error)
+                    .map(|(j, e)| j * e)
+                    .sum();
                 sums[rows.channel[row]].0 += value[row] * value[row];
                 sums[rows.channel[row]].1 += 1;
             }
@@ -41,7 +45,11 @@ pub fn floor(scene: &Scene, repeats: u64) -> Floor {
     }
     Floor {
         channel_rms_m: sums.map(|(s, n)| if n > 0 { (s / n as f64).sqrt() } else { 0.0 }),
-        white_square: if white.1 > 0 { white.0 / white.1 as f64 } else { 1.0 },
+        white_square: if white.1 > 0 {
+            white.0 / white.1 as f64
+        } else {
+            1.0
+        },
     }
 }
 
@@ -58,7 +66,11 @@ fn reading_errors(scene: &Scene, i: usize, rng: &mut ChaCha8Rng) -> [f64; READIN
     }
     for axis in 0..2 {
         let noise = o.tan_psi_noise[axis].get(i).copied().unwrap_or(0.0);
-        out[4 + axis] = if noise.is_finite() { noise * normal(rng) } else { 0.0 };
+        out[4 + axis] = if noise.is_finite() {
+            noise * normal(rng)
+        } else {
+            0.0
+        };
     }
     out
 }

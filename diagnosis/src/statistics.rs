@@ -12,7 +12,9 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
 /// Median and 1.4826 times the median absolute deviation (a standard deviation for normal values).
 pub fn median_and_deviation(values: &mut [f64]) -> Option<(f64, f64)> {
     let centre = median(values)?;
-    values.iter_mut().for_each(|value| *value = (*value - centre).abs());
+    values
+        .iter_mut()
+        .for_each(|value| *value = (*value - centre).abs());
     Some((centre, 1.4826 * median(values)?))
 }
 
@@ -23,5 +25,9 @@ pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
         sum += value * value;
         count += 1;
     }
-    if count == 0 { 0.0 } else { (sum / count as f64).sqrt() }
+    if count == 0 {
+        0.0
+    } else {
+        (sum / count as f64).sqrt()
+    }
 }

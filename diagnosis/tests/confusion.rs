@@ -5,8 +5,15 @@ use diagnosis::{Diagnosis, Options, Verdict, diagnose};
 use std::path::PathBuf;
 
 fn on_rig(seed: u64, effects: &[(&str, f64)]) -> Diagnosis {
-    let options = rig::Options { samples: 6000, ..rig::Options::default() };
-    diagnose(&rig::record(seed, effects, &options).0, "rig", &Options::default())
+    let options = rig::Options {
+        samples: 6000,
+        ..rig::Options::default()
+    };
+    diagnose(
+        &rig::record(seed, effects, &options).0,
+        "rig",
+        &Options::default(),
+    )
 }
 
 fn names(d: &Diagnosis) -> Vec<&str> {
@@ -20,7 +27,15 @@ fn no_effect_is_no_gap() {
 
 #[test]
 fn single_effects_are_named() {
-    for name in ["lateral_dependence", "velocity_lag", "adc_clipping", "span_error", "cycle_slip", "outlier_bursts", "excess_noise"] {
+    for name in [
+        "lateral_dependence",
+        "velocity_lag",
+        "adc_clipping",
+        "span_error",
+        "cycle_slip",
+        "outlier_bursts",
+        "excess_noise",
+    ] {
         let d = on_rig(22, &[(name, 2.0e-6)]);
         assert_eq!(names(&d), [name], "{:?}", d.verdict);
     }
@@ -35,11 +50,16 @@ fn an_unlisted_effect_is_unknown() {
 
 /// The recordings that may not be copied into the project; without them the test says so and passes.
 fn shared(name: &str) -> Option<recording::Recording> {
-    let root = std::env::var_os("COURIER_SHARED")
-        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared")), PathBuf::from);
+    let root = std::env::var_os("COURIER_SHARED").map_or_else(
+        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared")),
+        PathBuf::from,
+    );
     let path = root.join("data").join(name);
     if !path.exists() {
-        eprintln!("SKIPPED: {} is not there; set COURIER_SHARED", path.display());
+        eprintln!(
+            "SKIPPED: {} is not there; set COURIER_SHARED",
+            path.display()
+        );
         return None;
     }
     Some(recording::Recording::read(path).expect("a readable recording"))
@@ -47,20 +67,41 @@ fn shared(name: &str) -> Option<recording::Recording> {
 
 #[test]
 fn a_real_clip_is_named() {
-    let Some(recording) = shared("ess-rotary-normal") else { return };
+    let Some(recording) = shared("ess-rotary-normal") else {
+        return;
+    };
     let d = diagnose(&recording, "normal", &Options::default());
     let mut found = names(&d);
     found.sort_unstable();
     assert_eq!(found, ["adc_clipping", "velocity_lag"]);
-    assert!(d.held_out.channels[0].after_rms_m < 1.25e-6, "{:?}", d.held_out);
-    let without = diagnose(&recording, "normal", &Options { without: vec!["adc_clipping".into()] });
+    assert!(
+        d.held_out.channels[0].after_rms_m < 1.25e-6,
+        "{:?}",
+        d.held_out
+    );
+    let without = diagnose(
+        &recording,
+        "normal",
+        &Options {
+            without: vec!["adc_clipping".into()],
+        },
+    );
     assert_eq!(without.verdict, Verdict::Unknown);
-    assert!(without.place.iter().any(|w| w.coordinate.contains("order 8")), "{:?}", without.place);
+    assert!(
+        without
+            .place
+            .iter()
+            .any(|w| w.coordinate.contains("order 8")),
+        "{:?}",
+        without.place
+    );
 }
 
 #[test]
 fn where_the_clip_is_gone_it_is_not_named() {
-    let Some(recording) = shared("ess-rotary-drive-divided") else { return };
+    let Some(recording) = shared("ess-rotary-drive-divided") else {
+        return;
+    };
     let d = diagnose(&recording, "divided", &Options::default());
     assert!(!names(&d).contains(&"adc_clipping"), "{:?}", d.effects);
 }

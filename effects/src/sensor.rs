@@ -137,7 +137,12 @@ impl Regressor {
         size_m: f64,
         add: impl Fn(&Moment, &mut [f64; READINGS]) + Send + Sync + 'static,
     ) -> Self {
-        Self { name: name.into(), unit, size_m, action: Action::Readings(Box::new(add)) }
+        Self {
+            name: name.into(),
+            unit,
+            size_m,
+            action: Action::Readings(Box::new(add)),
+        }
     }
 
     /// Adds to one reading.
@@ -148,7 +153,9 @@ impl Regressor {
         reading: usize,
         value: impl Fn(&Moment) -> f64 + Send + Sync + 'static,
     ) -> Self {
-        Self::readings(name, unit, size_m, move |moment, out| out[reading] += value(moment))
+        Self::readings(name, unit, size_m, move |moment, out| {
+            out[reading] += value(moment)
+        })
     }
 
     /// Adds to one channel.
@@ -159,10 +166,17 @@ impl Regressor {
         channel: usize,
         value: impl Fn(&Moment) -> f64 + Send + Sync + 'static,
     ) -> Self {
-        let action = Action::Channels(Box::new(move |moment: &Moment, out: &mut [f64; CHANNELS]| {
-            out[channel] += value(moment);
-        }));
-        Self { name: name.into(), unit, size_m, action }
+        let action = Action::Channels(Box::new(
+            move |moment: &Moment, out: &mut [f64; CHANNELS]| {
+                out[channel] += value(moment);
+            },
+        ));
+        Self {
+            name: name.into(),
+            unit,
+            size_m,
+            action,
+        }
     }
 
     /// Sine and cosine of order `order` of a segment's own phase times a factor.
@@ -175,8 +189,20 @@ impl Regressor {
     ) {
         let (f, g) = (factor.clone(), factor);
         let name = |part| format!("{label}order {order} {part}, segment {}", segment + 1);
-        list.push(Self::reading(name("sine"), unit, size_m, segment, move |m| f(m) * m.own[segment][order].0));
-        list.push(Self::reading(name("cosine"), unit, size_m, segment, move |m| g(m) * m.own[segment][order].1));
+        list.push(Self::reading(
+            name("sine"),
+            unit,
+            size_m,
+            segment,
+            move |m| f(m) * m.own[segment][order].0,
+        ));
+        list.push(Self::reading(
+            name("cosine"),
+            unit,
+            size_m,
+            segment,
+            move |m| g(m) * m.own[segment][order].1,
+        ));
     }
 }
 

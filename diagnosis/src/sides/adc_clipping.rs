@@ -35,7 +35,11 @@ fn correction(level: [f64; 2]) -> Vec<f64> {
                 at += 1;
             }
             let (a, b) = (seen[at], seen[(at + 1).min(seen.len() - 1)]);
-            let part = if b.0 > a.0 { ((wanted - a.0) / (b.0 - a.0)).clamp(0.0, 1.0) } else { 0.5 };
+            let part = if b.0 > a.0 {
+                ((wanted - a.0) / (b.0 - a.0)).clamp(0.0, 1.0)
+            } else {
+                0.5
+            };
             a.1 + part * (b.1 - a.1) - wanted
         })
         .collect()
@@ -58,29 +62,77 @@ impl ClipModel {
         for channel in 0..2 {
             let mut more = level;
             more[channel] += STEP;
-            let table: Vec<f64> = correction(more).iter().zip(&shape).map(|(a, b)| (a - b) / STEP).collect();
-            let name = format!("change of the {} level, segment {}", ["sine", "cosine"][channel], s + 1);
-            list.push(Regressor::reading(name, "of amplitude", 1.0e-6, s, move |m| metres * look_up(&table, m.raw_phase[s])));
+            let table: Vec<f64> = correction(more)
+                .iter()
+                .zip(&shape)
+                .map(|(a, b)| (a - b) / STEP)
+                .collect();
+            let name = format!(
+                "change of the {} level, segment {}",
+                ["sine", "cosine"][channel],
+                s + 1
+            );
+            list.push(Regressor::reading(
+                name,
+                "of amplitude",
+                1.0e-6,
+                s,
+                move |m| metres * look_up(&table, m.raw_phase[s]),
+            ));
         }
-        let name = format!("clip at {:.3} and {:.3} of amplitude, segment {}", level[0], level[1], s + 1);
-        list.push(Regressor::reading(name, "1", 10.0e-6, s, move |m| metres * look_up(&shape, m.raw_phase[s])));
+        let name = format!(
+            "clip at {:.3} and {:.3} of amplitude, segment {}",
+            level[0],
+            level[1],
+            s + 1
+        );
+        list.push(Regressor::reading(name, "1", 10.0e-6, s, move |m| {
+            metres * look_up(&shape, m.raw_phase[s])
+        }));
     }
 
     fn by_reference(list: &mut Vec<Regressor>, s: usize, clip: Clip, pair: [f64; 4], metres: f64) {
-        let p = [clip.level[0], clip.level[1], pair[0], pair[1], pair[2], pair[3]];
-        let name = format!("clip at {:.3} and {:.3} of amplitude, segment {}", p[0], p[1], s + 1);
+        let p = [
+            clip.level[0],
+            clip.level[1],
+            pair[0],
+            pair[1],
+            pair[2],
+            pair[3],
+        ];
+        let name = format!(
+            "clip at {:.3} and {:.3} of amplitude, segment {}",
+            p[0],
+            p[1],
+            s + 1
+        );
         let [zero, delay_s] = clip.zero_and_delay;
         let at = move |m: &Moment| m.reference_phase[s] + zero - delay_s * m.speed_m_s[s] / metres;
-        list.push(Regressor::reading(name, "1", 20.0e-6, s, move |m| -metres * phase_error(at(m), &p)));
+        list.push(Regressor::reading(name, "1", 20.0e-6, s, move |m| {
+            -metres * phase_error(at(m), &p)
+        }));
         for j in 0..6 {
             let mut more = p;
             more[j] += STEP;
-            let label = ["sine level", "cosine level", "sine offset", "cosine offset", "gain", "quadrature angle"][j];
+            let label = [
+                "sine level",
+                "cosine level",
+                "sine offset",
+                "cosine offset",
+                "gain",
+                "quadrature angle",
+            ][j];
             let name = format!("change of the {label}, segment {}", s + 1);
-            list.push(Regressor::reading(name, "of amplitude", 2.0e-6, s, move |m| {
-                let phase = at(m);
-                -metres * (phase_error(phase, &more) - phase_error(phase, &p)) / STEP
-            }));
+            list.push(Regressor::reading(
+                name,
+                "of amplitude",
+                2.0e-6,
+                s,
+                move |m| {
+                    let phase = at(m);
+                    -metres * (phase_error(phase, &more) - phase_error(phase, &p)) / STEP
+                },
+            ));
         }
     }
 
@@ -91,8 +143,14 @@ impl ClipModel {
                 let mut levels = [1.5, 1.5];
                 levels[channel] = level;
                 let table = correction(levels);
-                let name = format!("{} clipped at {level}, segment {}", ["sine", "cosine"][channel], s + 1);
-                list.push(Regressor::reading(name, "1", 4.0e-6, s, move |m| metres * look_up(&table, m.raw_phase[s])));
+                let name = format!(
+                    "{} clipped at {level}, segment {}",
+                    ["sine", "cosine"][channel],
+                    s + 1
+                );
+                list.push(Regressor::reading(name, "1", 4.0e-6, s, move |m| {
+                    metres * look_up(&table, m.raw_phase[s])
+                }));
             }
         }
     }

@@ -35,9 +35,14 @@ impl SensorEffect for RulingModel {
                     out[s] += m.centre_m[1];
                 }
             }),
-            Regressor::readings("pitch of x over y between the segments of a pair", "1", 0.3e-6, |m, out| {
-                out[0] += m.theta_rad;
-            }),
+            Regressor::readings(
+                "pitch of x over y between the segments of a pair",
+                "1",
+                0.3e-6,
+                |m, out| {
+                    out[0] += m.theta_rad;
+                },
+            ),
         ]
     }
 }

@@ -24,9 +24,13 @@ impl SensorEffect for GapModel {
         for s in (0..4).filter(|s| survey.segments[*s]) {
             let mut family = |label: &str, unit, size_m: f64, factor: fn(&Moment, usize) -> f64| {
                 let name = format!("{label}offset, segment {}", s + 1);
-                list.push(Regressor::reading(name, unit, size_m, s, move |m| factor(m, s)));
+                list.push(Regressor::reading(name, unit, size_m, s, move |m| {
+                    factor(m, s)
+                }));
                 for order in [1, 2, 4, 6] {
-                    Regressor::harmonic(&mut list, s, order, (label, unit, size_m), move |m| factor(m, s));
+                    Regressor::harmonic(&mut list, s, order, (label, unit, size_m), move |m| {
+                        factor(m, s)
+                    });
                 }
             };
             if survey.counts {

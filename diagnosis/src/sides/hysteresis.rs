@@ -27,15 +27,21 @@ impl SensorEffect for DirectionModel {
         for s in (0..4).filter(|s| survey.segments[*s]) {
             if survey.moving {
                 let name = format!("direction of travel, segment {}", s + 1);
-                list.push(Regressor::reading(name, "m", 4.0e-6, s, move |m| m.direction[s]));
+                list.push(Regressor::reading(name, "m", 4.0e-6, s, move |m| {
+                    m.direction[s]
+                }));
                 for part in SOFT {
                     let soft_m_s = part * survey.top_speed_m_s[s].max(1e-9);
                     let name = format!("softened below {soft_m_s:.1e} m/s, segment {}", s + 1);
-                    list.push(Regressor::reading(name, "m", 1.5e-6, s, move |m| (m.speed_m_s[s] / soft_m_s).tanh()));
+                    list.push(Regressor::reading(name, "m", 1.5e-6, s, move |m| {
+                        (m.speed_m_s[s] / soft_m_s).tanh()
+                    }));
                 }
             }
             let name = format!("direction of approach, segment {}", s + 1);
-            list.push(Regressor::reading(name, "m", 3.0e-6, s, move |m| m.approach[s]));
+            list.push(Regressor::reading(name, "m", 3.0e-6, s, move |m| {
+                m.approach[s]
+            }));
         }
         list
     }

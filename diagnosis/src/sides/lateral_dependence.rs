@@ -24,17 +24,38 @@ impl SensorEffect for LateralModel {
         for s in (0..4).filter(|s| survey.segments[*s] && survey.lateral) {
             for (order, size_m) in [(1, 4.0e-6), (2, 2.0e-6), (3, 0.5e-6)] {
                 let name = |part| format!("order {order} {part}, segment {}", s + 1);
-                list.push(Regressor::reading(name("sine"), "m", size_m, s, move |m| m.lateral[s][order].0));
-                list.push(Regressor::reading(name("cosine"), "m", size_m, s, move |m| m.lateral[s][order].1));
+                list.push(Regressor::reading(name("sine"), "m", size_m, s, move |m| {
+                    m.lateral[s][order].0
+                }));
+                list.push(Regressor::reading(
+                    name("cosine"),
+                    "m",
+                    size_m,
+                    s,
+                    move |m| m.lateral[s][order].1,
+                ));
             }
             for (own, sign) in [(1, 1.0), (1, -1.0), (2, 1.0), (2, -1.0)] {
-                let name = |part| format!("own order {own}, lateral order {sign} {part}, segment {}", s + 1);
+                let name = |part| {
+                    format!(
+                        "own order {own}, lateral order {sign} {part}, segment {}",
+                        s + 1
+                    )
+                };
                 let wave = move |m: &effects::sensor::Moment| {
                     let ((a, b), (c, d)) = (m.own[s][own], m.lateral[s][1]);
                     (a * d + sign * b * c, b * d - sign * a * c)
                 };
-                list.push(Regressor::reading(name("sine"), "m", 0.7e-6, s, move |m| wave(m).0));
-                list.push(Regressor::reading(name("cosine"), "m", 0.7e-6, s, move |m| wave(m).1));
+                list.push(Regressor::reading(name("sine"), "m", 0.7e-6, s, move |m| {
+                    wave(m).0
+                }));
+                list.push(Regressor::reading(
+                    name("cosine"),
+                    "m",
+                    0.7e-6,
+                    s,
+                    move |m| wave(m).1,
+                ));
             }
         }
         list

@@ -23,9 +23,14 @@ impl SensorEffect for LatencyModel {
         if !survey.beacon || !survey.moving {
             return Vec::new();
         }
-        vec![Regressor::readings("delay against the platen sensor", "s", 5.0e-6, |m, out| {
-            out[4] += m.tan_psi_rate[0];
-            out[5] += m.tan_psi_rate[1];
-        })]
+        vec![Regressor::readings(
+            "delay against the platen sensor",
+            "s",
+            5.0e-6,
+            |m, out| {
+                out[4] += m.tan_psi_rate[0];
+                out[5] += m.tan_psi_rate[1];
+            },
+        )]
     }
 }

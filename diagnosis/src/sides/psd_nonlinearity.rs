@@ -28,9 +28,13 @@ impl SensorEffect for DeflectionModel {
             for [a, b] in POWERS {
                 let full = survey.tan_full_scale;
                 let name = format!("x^{a} y^{b} on {}", ["x", "y"][axis]);
-                list.push(Regressor::reading(name, "of full scale", 4.0e-6, 4 + axis, move |m| {
-                    full * m.deflection[0].powi(a) * m.deflection[1].powi(b)
-                }));
+                list.push(Regressor::reading(
+                    name,
+                    "of full scale",
+                    4.0e-6,
+                    4 + axis,
+                    move |m| full * m.deflection[0].powi(a) * m.deflection[1].powi(b),
+                ));
             }
         }
         list

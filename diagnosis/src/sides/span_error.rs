@@ -23,10 +23,15 @@ impl SensorEffect for SpanModel {
         if !survey.turning || !survey.segments.iter().all(|s| *s) {
             return Vec::new();
         }
-        vec![Regressor::readings("span of segments 1 and 3 over 2 and 4", "m", 5.0e-6, |m, out| {
-            for (s, sign) in [1.0, -1.0, -1.0, 1.0].into_iter().enumerate() {
-                out[s] += 0.25 * sign * m.theta_rad;
-            }
-        })]
+        vec![Regressor::readings(
+            "span of segments 1 and 3 over 2 and 4",
+            "m",
+            5.0e-6,
+            |m, out| {
+                for (s, sign) in [1.0, -1.0, -1.0, 1.0].into_iter().enumerate() {
+                    out[s] += 0.25 * sign * m.theta_rad;
+                }
+            },
+        )]
     }
 }

@@ -28,20 +28,35 @@ impl SensorEffect for WarmthModel {
             let name = format!("offset, segment {}", s + 1);
             list.push(Regressor::reading(name, "m/K", 4.0e-6, s, |m| m.warmth_k));
             let name = format!("offset, second order, segment {}", s + 1);
-            list.push(Regressor::reading(name, "m/K²", 0.7e-6, s, |m| m.warmth_k * m.warmth_k));
+            list.push(Regressor::reading(name, "m/K²", 0.7e-6, s, |m| {
+                m.warmth_k * m.warmth_k
+            }));
         }
         for axis in 0..2 {
             let label = ["x", "y"][axis];
-            list.push(Regressor::readings(format!("scale of {label}"), "1/K", 4.0e-6, move |m, out| {
-                for s in [axis, axis + 2] {
-                    out[s] += m.warmth_k * m.centre_m[axis];
-                }
-            }));
+            list.push(Regressor::readings(
+                format!("scale of {label}"),
+                "1/K",
+                4.0e-6,
+                move |m, out| {
+                    for s in [axis, axis + 2] {
+                        out[s] += m.warmth_k * m.centre_m[axis];
+                    }
+                },
+            ));
             if survey.beacon {
                 let name = format!("coordination sensor's offset {label}");
-                list.push(Regressor::reading(name, "1/K", 2.0e-6, 4 + axis, |m| m.warmth_k));
+                list.push(Regressor::reading(name, "1/K", 2.0e-6, 4 + axis, |m| {
+                    m.warmth_k
+                }));
                 let name = format!("coordination sensor's gain {label}");
-                list.push(Regressor::reading(name, "1/K", 2.0e-6, 4 + axis, move |m| m.warmth_k * m.tan_psi[axis]));
+                list.push(Regressor::reading(
+                    name,
+                    "1/K",
+                    2.0e-6,
+                    4 + axis,
+                    move |m| m.warmth_k * m.tan_psi[axis],
+                ));
             }
         }
         list

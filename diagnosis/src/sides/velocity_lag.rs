@@ -23,9 +23,13 @@ impl SensorEffect for LagModel {
         let mut list = Vec::new();
         for s in (0..4).filter(|s| survey.segments[*s] && survey.moving) {
             let name = format!("delay, segment {}", s + 1);
-            list.push(Regressor::reading(name, "s", 5.0e-6, s, move |m| m.speed_m_s[s]));
+            list.push(Regressor::reading(name, "s", 5.0e-6, s, move |m| {
+                m.speed_m_s[s]
+            }));
             let name = format!("square of speed, segment {}", s + 1);
-            list.push(Regressor::reading(name, "s²/m", 1.0e-6, s, move |m| m.speed_m_s[s] * m.speed_m_s[s].abs()));
+            list.push(Regressor::reading(name, "s²/m", 1.0e-6, s, move |m| {
+                m.speed_m_s[s] * m.speed_m_s[s].abs()
+            }));
         }
         list
     }
