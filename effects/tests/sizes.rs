@@ -271,6 +271,76 @@ fn effects_of_the_coordination_sensor_have_their_stated_rms() {
 }
 
 #[test]
+fn unlisted_effects_have_their_stated_rms() {
+    assert_sizes("reference_mirror", 0.03, |mut effect| {
+        let mut values = [Vec::new(), Vec::new()];
+        for i in 0..4000 {
+            let mut pose = Pose::default();
+            let still = Pose::default();
+            effect.reference(&instant(&still, 0.0, f64::from(i) * 1e-3), &mut pose);
+            values[0].push(pose.x_m);
+            values[1].push(pose.y_m);
+        }
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        rms(values
+            .iter()
+            .flat_map(|axis| axis.iter().map(|v| v - mean(axis)).collect::<Vec<_>>()))
+    });
+    // To first order in the light's share.
+    assert_sizes("ambient_light", 0.05, |mut effect| {
+        let mut electrodes = [0.75, 0.25, 0.75, 0.25].map(|share| share * 30_000.0);
+        let mut channels = Channels {
+            electrodes,
+            psd_sum_counts: 30_000.0,
+            ..Channels::default()
+        };
+        let still = Pose::default();
+        effect.analog(&instant(&still, SCENE.duration_s, 0.0), &mut channels);
+        electrodes = channels.electrodes;
+        let axis = |a: f64, b: f64| {
+            ((a - b) / (a + b) - 0.5) * SCENE.geometry.height_m * SCENE.geometry.tan_full_scale
+        };
+        rms([
+            axis(electrodes[0], electrodes[1]),
+            axis(electrodes[2], electrodes[3]),
+        ])
+    });
+    // The highest rms over a second at any speed.
+    assert_sizes("tooth_resonance", 0.05, |mut effect| {
+        let at_speed = |speed: f64| {
+            let motion = Cruise(Pose::new(speed, 0.0, 0.0));
+            let values: Vec<_> = (0..2000)
+                .map(|i| {
+                    displacement_m(
+                        &mut *effect,
+                        &instant(&motion, speed * 1e5 + f64::from(i) * 1e-3, 0.0),
+                    )
+                })
+                .collect();
+            rms(values[1000..].iter().flatten().copied())
+        };
+        (30..120)
+            .map(|i| f64::from(i) * 0.5e-3)
+            .map(at_speed)
+            .fold(0.0, f64::max)
+    });
+    // A wander of metres over half a square metre: the cable's pull takes every direction.
+    assert_sizes("cable_drag", 0.6, |mut effect| {
+        let mut values = Vec::new();
+        for i in 0..200_000 {
+            let t = f64::from(i) * 1e-4;
+            let still = Pose::new(
+                0.2 * (3.1 * t).sin() + 0.15 * (1.7 * t).cos(),
+                0.25 * (2.3 * t).sin(),
+                0.0,
+            );
+            values.push(displacement_m(&mut *effect, &instant(&still, t, 0.0)));
+        }
+        rms(values.into_iter().flatten())
+    });
+}
+
+#[test]
 fn a_slip_is_whole_teeth_from_a_moment_on() {
     for seed in 0..50 {
         let mut effect = drawn("cycle_slip", seed);

@@ -217,10 +217,10 @@ pub fn fit_joint(
     unpack(&parameters)
 }
 
-/// Five steps of Gauss-Newton with a numeric Jacobian (the problem is nearly linear); QR of the scaled columns.
+/// Three steps of Gauss-Newton with a numeric Jacobian (the problem is nearly linear); QR of the scaled columns.
 fn gauss_newton(parameters: &mut [f64], residuals: impl Fn(&[f64]) -> Vec<f64>) {
     let step = 1.0e-7;
-    for _ in 0..4 {
+    for _ in 0..3 {
         let now = DVector::from_vec(residuals(parameters));
         let mut jacobian = DMatrix::zeros(now.len(), parameters.len());
         let mut moved = parameters.to_vec();
