@@ -6,6 +6,7 @@
 mod average;
 mod config;
 mod gate;
+pub mod joint;
 mod outcome;
 mod plan;
 mod port;

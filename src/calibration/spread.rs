@@ -26,6 +26,19 @@ impl Spread {
         self.squares += step * (value - self.mean);
     }
 
+    /// Adds a number unless it is further from the mean so far than `limit` deviations, once there are enough to tell.
+    pub fn add_within(&mut self, value: f32, limit: f32) {
+        if self.count < 16.0 || (value - self.mean).abs() <= limit * self.deviation() {
+            self.add(value);
+        }
+    }
+
+    /// Their mean; zero of none.
+    #[must_use]
+    pub fn mean(&self) -> f32 {
+        self.mean
+    }
+
     /// How many numbers.
     #[must_use]
     pub fn count(&self) -> f32 {

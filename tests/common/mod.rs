@@ -1,5 +1,6 @@
 //! A courier in f64 for the calibration's tests: from a true pose to a frame, by the plant's side of equations (3) and (4).
 #![allow(dead_code)]
+pub mod beacon;
 use courier_sensor::calibration::{
     Action, MotionEvent, Outcome, PARITY_SIGN, RelativePose, Session, SessionConfig,
 };
@@ -7,6 +8,7 @@ use courier_sensor::frame::{Coordinate, Frame, Status};
 use courier_sensor::geometry::Geometry;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+
 use rand_distr::{Distribution, StandardNormal};
 use std::f64::consts::TAU;
 
