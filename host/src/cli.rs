@@ -1,5 +1,6 @@
 //! The command line: one line on standard error and exit code 2 for anything that cannot be done as asked.
 
+use crate::board::Choice;
 use crate::commands::Command;
 use crate::terminal::one_line;
 use clap::Parser;
@@ -13,6 +14,9 @@ pub const EXIT_BAD_INPUT: u8 = 2;
 #[derive(Debug, Parser)]
 #[command(name = "courier", version, disable_help_subcommand = true)]
 pub struct Cli {
+    /// Which board.
+    #[command(flatten)]
+    pub board: Choice,
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
@@ -24,7 +28,7 @@ pub fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return usage(&error),
     };
-    match cli.command.run() {
+    match cli.command.run(&cli.board) {
         Ok(code) => code,
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => refuse(&format!("{error:#}")),

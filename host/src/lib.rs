@@ -1,9 +1,12 @@
 //! The host's side of the courier's position sensor: the `courier` command and what it is made of.
 //!
 //! `cli` takes the command line apart, `commands` holds one file a command, `terminal` is all that they print with,
-//! `replay` runs the firmware's signal path and estimator on recordings.
+//! `board` reaches a board over its debug link, `calibration_file` keeps a calibration, `demo` goes through the main job on a simulated courier, `replay` runs the firmware's signal path and estimator on recordings.
 
+pub mod board;
+pub mod calibration_file;
 pub mod cli;
 pub mod commands;
+pub mod demo;
 pub mod replay;
 pub mod terminal;

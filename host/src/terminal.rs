@@ -42,7 +42,7 @@ pub fn one_line(text: &str) -> String {
 pub fn table(header: &[&str], rows: &[Vec<String>]) -> String {
     let mut table = Table::new();
     table
-        .load_style(presets::UTF8_HORIZONTAL_ONLY)
+        .load_style(presets::ASCII_MARKDOWN)
         .set_content_arrangement(ContentArrangement::Disabled);
     table.set_header(header.to_vec());
     for row in rows {
@@ -54,11 +54,33 @@ pub fn table(header: &[&str], rows: &[Vec<String>]) -> String {
     table.trim_fmt()
 }
 
-/// A length in micrometres with as many digits as tell something.
-pub fn micrometres(length_m: f64) -> String {
-    let value = length_m * 1.0e6;
-    let digits = if value.abs() < 10.0 { 3 } else { 2 };
+/// Names and values, one pair a line.
+pub fn pairs(rows: &[(&str, String)]) -> String {
+    let width = rows
+        .iter()
+        .map(|(name, _)| name.chars().count())
+        .max()
+        .unwrap_or(0);
+    let lines: Vec<String> = rows
+        .iter()
+        .map(|(name, value)| format!("{name:width$}  {value}"))
+        .collect();
+    lines.join("\n")
+}
+
+/// A number with as many digits as tell something.
+pub fn figure(value: f64) -> String {
+    let digits = match value.abs() {
+        size if size >= 100.0 => 0,
+        size if size >= 1.0 => 2,
+        _ => 3,
+    };
     format!("{value:.digits$}")
+}
+
+/// A length in micrometres.
+pub fn micrometres(length_m: f64) -> String {
+    figure(length_m * 1.0e6)
 }
 
 /// A progress bar on standard error; nothing where that is no terminal.

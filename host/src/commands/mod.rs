@@ -1,17 +1,23 @@
 //! The commands, one file each: `Args` for the options, `run` for the work.
 
-use anyhow::Result;
+use crate::board::Choice;
+use anyhow::{Result, ensure};
 use std::process::ExitCode;
 
-/// Makes the list of commands from the names of variants and modules.
+/// What a reply of the wrong kind is told as.
+const STRANGE_REPLY: &str = "the board: found a reply of another kind than was asked for";
+
+/// Makes the list of commands from the names of variants and modules: those that need no board, then those that do.
 macro_rules! commands {
-    ($($variant:ident => $module:ident),* $(,)?) => {
-        $(pub mod $module;)*
+    (alone { $($alone:ident => $alone_module:ident,)* } with_board { $($with:ident => $with_module:ident,)* }) => {
+        $(pub mod $alone_module;)*
+        $(pub mod $with_module;)*
 
         /// What `courier` can do.
         #[derive(Debug, clap::Subcommand)]
         pub enum Command {
-            $(#[allow(missing_docs)] $variant($module::Args),)*
+            $(#[allow(missing_docs)] $alone($alone_module::Args),)*
+            $(#[allow(missing_docs)] $with($with_module::Args),)*
         }
 
         impl Command {
@@ -19,9 +25,13 @@ macro_rules! commands {
             ///
             /// # Errors
             /// Bad input or a refusal, to be told in one line.
-            pub fn run(self) -> Result<ExitCode> {
+            pub fn run(self, board: &Choice) -> Result<ExitCode> {
                 match self {
-                    $(Self::$variant(args) => $module::run(&args),)*
+                    $(Self::$alone(args) => {
+                        ensure!(!board.is_given(), "found a board named, wanted none: `{}` needs no board", stringify!($alone_module));
+                        $alone_module::run(&args)
+                    })*
+                    $(Self::$with(args) => $with_module::run(&args, board),)*
                 }
             }
         }
@@ -30,6 +40,20 @@ macro_rules! commands {
 
 // A further command is a file and a line here.
 commands! {
-    Replay => replay,
-    Completions => completions,
+    alone {
+        Demo => demo,
+        Replay => replay,
+        Completions => completions,
+    }
+    with_board {
+        Status => status,
+        Calibrate => calibrate,
+        Abort => abort,
+        Slots => slots,
+        Commit => commit,
+        Rollback => rollback,
+        Export => export,
+        Import => import,
+        Reset => reset,
+    }
 }

@@ -1,0 +1,165 @@
+//! The options by which a user names a board.
+
+use super::link::Link;
+use super::sim::SimWire;
+use crate::demo::Preset;
+use anyhow::{Context, Result, bail, ensure};
+use embedded_storage::nor_flash::NorFlash;
+use hal_sim::board::SharedFlash;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Which board to talk to; the simulated one if none is named.
+#[derive(Clone, Debug, Default, clap::Args)]
+#[command(next_help_heading = "Board")]
+pub struct Choice {
+    /// The simulated board, switched on for this command (the default).
+    #[arg(long, global = true, group = "board")]
+    sim: bool,
+    /// The firmware's image on an emulated Cortex-M4F, its courier simulated.
+    #[arg(long, global = true, group = "board")]
+    emulated: bool,
+    /// A board on a debug probe: `any`, or VENDOR:PRODUCT[:SERIAL] in hexadecimal.
+    #[arg(long, global = true, group = "board", value_name = "SELECTOR")]
+    probe: Option<String>,
+    /// Simulated courier [default: paper].
+    #[arg(long, global = true, value_enum, value_name = "PRESET")]
+    sim_preset: Option<Preset>,
+    /// Its seed [default: 1].
+    #[arg(long, global = true, value_name = "N")]
+    sim_seed: Option<u64>,
+    /// Keep the simulated board's flash in this file, so that what one command stores the next one finds.
+    #[arg(long, global = true, value_name = "FILE")]
+    sim_flash: Option<PathBuf>,
+}
+
+/// A board that was opened. [`Opened::close`] keeps a simulated one's flash.
+pub struct Opened {
+    /// The board.
+    pub link: Link,
+    flash: Option<(SharedFlash, PathBuf)>,
+}
+
+impl Choice {
+    /// True if the user named a board.
+    pub fn is_given(&self) -> bool {
+        self.sim || self.emulated || self.probe.is_some() || self.simulated_options()
+    }
+
+    fn simulated_options(&self) -> bool {
+        self.sim_preset.is_some() || self.sim_seed.is_some() || self.sim_flash.is_some()
+    }
+
+    /// Connects.
+    ///
+    /// # Errors
+    /// There is no such board, or it does not answer.
+    pub fn open(&self) -> Result<Opened> {
+        if let Some(selector) = &self.probe {
+            ensure!(
+                !self.simulated_options(),
+                "--sim-…: found --probe, wanted a simulated board"
+            );
+            return probe(selector);
+        }
+        if self.emulated {
+            ensure!(
+                !self.simulated_options(),
+                "--sim-…: found --emulated, wanted the simulated board"
+            );
+            bail!(
+                "--emulated: found no images beside this command, wanted them built by `cargo xtask firmware`"
+            );
+        }
+        self.simulated()
+    }
+
+    fn simulated(&self) -> Result<Opened> {
+        let seed = self.sim_seed.unwrap_or(1);
+        let spec = self.sim_preset.unwrap_or(Preset::Paper).courier(
+            seed,
+            None,
+            hal_sim::presets::DEFAULT_RMS_M,
+        )?;
+        let flash = SharedFlash::erased(seed);
+        if let Some(path) = &self.sim_flash {
+            restore(&flash, path)?;
+        }
+        let link = Link::connect(Box::new(SimWire::start(spec, seed, flash.clone())?))?;
+        Ok(Opened {
+            link,
+            flash: self.sim_flash.clone().map(|path| (flash, path)),
+        })
+    }
+}
+
+impl Opened {
+    /// Ends the connection and keeps the simulated flash, if the user named a file for it.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn close(self) -> Result<()> {
+        match self.flash {
+            Some((flash, path)) => keep(&flash, &path),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Fills erased flash with a file's bytes; no file: it stays erased.
+fn restore(flash: &SharedFlash, path: &Path) -> Result<()> {
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        Err(error) => {
+            return Err(error).with_context(|| format!("--sim-flash: {}", path.display()));
+        }
+    };
+    let mut inner = flash.0.borrow_mut();
+    let wanted = inner.bytes().len();
+    ensure!(
+        bytes.len() == wanted,
+        "--sim-flash: {}: found {} bytes, wanted {wanted}: the flash of a simulated board",
+        path.display(),
+        bytes.len()
+    );
+    // A double word that was never programmed must stay programmable.
+    for (place, word) in bytes.chunks(SharedFlash::WRITE_SIZE).enumerate() {
+        if word.iter().any(|byte| *byte != 0xFF) {
+            inner.force(place * SharedFlash::WRITE_SIZE, word);
+        }
+    }
+    Ok(())
+}
+
+fn keep(flash: &SharedFlash, path: &Path) -> Result<()> {
+    let inner = flash.0.borrow();
+    if std::fs::read(path).is_ok_and(|bytes| bytes == inner.bytes()) {
+        return Ok(());
+    }
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
+    let failed = || format!("--sim-flash: {}", path.display());
+    let mut file = tempfile::NamedTempFile::new_in(folder).with_context(failed)?;
+    file.write_all(inner.bytes()).with_context(failed)?;
+    file.persist(path).with_context(failed)?;
+    Ok(())
+}
+
+#[cfg(feature = "probe")]
+fn probe(selector: &str) -> Result<Opened> {
+    let wire = link_host::probe::open(selector)?;
+    Ok(Opened {
+        link: Link::connect(Box::new(wire))?,
+        flash: None,
+    })
+}
+
+#[cfg(not(feature = "probe"))]
+fn probe(_: &str) -> Result<Opened> {
+    bail!(
+        "--probe: this courier was built without debug probes; wanted: cargo run -p courier --release --features probe"
+    )
+}

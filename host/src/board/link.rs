@@ -1,0 +1,136 @@
+//! Commands to a board and samples from it, over any [`Wire`].
+
+use anyhow::{Context, Result, bail};
+use courier_sensor::link::client::Client;
+use courier_sensor::link::framing::Decoder;
+use courier_sensor::link::message::{
+    Action, FRAME_BYTES, Hello, PROTOCOL, REPLY_CHANNEL, Reply, TELEMETRY_CHANNEL, check_versions,
+};
+use courier_sensor::link::telemetry::{self, Block, Sample};
+use link_host::wire::Wire;
+use std::time::Duration;
+
+/// Time for one look at the channels, of the board's own.
+const LOOK: Duration = Duration::from_micros(500);
+/// Looks until a reply is given up: 2 s. A commit erases and writes flash, which takes some 25 ms.
+const LOOKS: u32 = 4000;
+/// Hellos until a board is given up.
+const HELLOS: u32 = 3;
+
+/// A board that has introduced itself.
+pub struct Link {
+    wire: Box<dyn Wire>,
+    client: Client,
+    hello: Hello,
+    samples: Decoder<{ telemetry::FRAME_BYTES }>,
+    lost: u32,
+}
+
+impl Link {
+    /// Says hello.
+    ///
+    /// # Errors
+    /// The board does not answer, or speaks another version of the protocol: the message says which side to update.
+    pub fn connect(mut wire: Box<dyn Wire>) -> Result<Self> {
+        let mut client = Client::new();
+        for _ in 0..HELLOS {
+            let mut buffer = [0; FRAME_BYTES];
+            let (number, bytes) = client.hello(&mut buffer)?;
+            let reply = exchange(&mut *wire, &mut client, number, bytes)?;
+            if let Some(Reply::Hello(hello)) = reply {
+                check_versions(hello.protocol, PROTOCOL)?;
+                return Ok(Self {
+                    wire,
+                    client,
+                    hello,
+                    samples: Decoder::new(),
+                    lost: 0,
+                });
+            }
+        }
+        bail!("the board: found no answer to {HELLOS} hellos, wanted one: is the firmware running?")
+    }
+
+    /// Who is there.
+    pub fn hello(&self) -> &Hello {
+        &self.hello
+    }
+
+    /// Asks and waits for the reply.
+    ///
+    /// # Errors
+    /// The board refuses, by name, or does not answer.
+    pub fn ask(&mut self, action: Action) -> Result<Reply> {
+        let mut buffer = [0; FRAME_BYTES];
+        let (number, bytes) = self.client.ask(action, &mut buffer)?;
+        let reply = exchange(&mut *self.wire, &mut self.client, number, bytes)?;
+        match reply.context("the board: found no reply within 2 s of its time, wanted one")? {
+            Reply::Refused(refusal) => bail!("the board refuses: {refusal}"),
+            reply => Ok(reply),
+        }
+    }
+
+    /// Lets the board run.
+    ///
+    /// # Errors
+    /// It cannot be reached.
+    pub fn pass(&mut self, time: Duration) -> Result<()> {
+        self.wire.pass(time)
+    }
+
+    /// Hands every sample that has come to `watch`.
+    ///
+    /// # Errors
+    /// The board cannot be reached, or `watch` fails.
+    pub fn listen(&mut self, mut watch: impl FnMut(&Sample) -> Result<()>) -> Result<()> {
+        let mut bytes = [0; 4096];
+        loop {
+            let taken = self.wire.receive(TELEMETRY_CHANNEL, &mut bytes)?;
+            if taken == 0 {
+                return Ok(());
+            }
+            for byte in &bytes[..taken] {
+                if let Some(Ok(block)) = self.samples.feed::<Block>(*byte) {
+                    self.lost = block.lost;
+                    block.samples().try_for_each(|sample| watch(&sample))?;
+                }
+            }
+        }
+    }
+
+    /// Samples of the running stream that the board could not send, as far as it has told.
+    pub fn lost(&self) -> u32 {
+        self.lost
+    }
+}
+
+/// Sends a request and waits for the reply of its number; none if it does not come.
+fn exchange(
+    wire: &mut dyn Wire,
+    client: &mut Client,
+    number: u16,
+    bytes: &[u8],
+) -> Result<Option<Reply>> {
+    let mut sent = 0;
+    let mut received = [0; 512];
+    for _ in 0..LOOKS {
+        if sent < bytes.len() {
+            sent += wire.send(&bytes[sent..])?;
+        }
+        wire.pass(LOOK)?;
+        loop {
+            let taken = wire.receive(REPLY_CHANNEL, &mut received)?;
+            let replies = received[..taken]
+                .iter()
+                .filter_map(|byte| client.feed(*byte));
+            let mut matching = replies.filter(|response| response.number == number);
+            if let Some(response) = matching.next() {
+                return Ok(Some(response.reply));
+            }
+            if taken == 0 {
+                break;
+            }
+        }
+    }
+    Ok(None)
+}

@@ -1,0 +1,46 @@
+//! `courier export FILE`.
+
+use crate::board::Choice;
+use crate::calibration_file::CalibrationFile;
+use crate::terminal::print;
+use anyhow::{Context, Result, bail};
+use courier_sensor::link::message::{Action, Reply, Source};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Write a board's calibration into a file.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  courier --probe any export courier7.json")]
+pub struct Args {
+    /// The file, JSON; `-` for standard output. A file that is there already is not overwritten without --force.
+    file: PathBuf,
+    /// The slot to read instead of what is in force, 0 or 1.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=1))]
+    slot: Option<u8>,
+    /// Overwrite the file.
+    #[arg(long)]
+    force: bool,
+}
+
+/// Reads and writes.
+///
+/// # Errors
+/// The board cannot be reached or has no calibration, or the file cannot be written.
+pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
+    let mut board = choice.open()?;
+    let source = args.slot.map_or(Source::InForce, Source::Slot);
+    let Reply::Calibration(calibration) = board.link.ask(Action::Read(source))? else { bail!(super::STRANGE_REPLY) };
+    board.close()?;
+    let text = CalibrationFile::new(calibration).to_json()?;
+    if args.file.as_os_str() == "-" {
+        print(&text)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let mut options = std::fs::OpenOptions::new();
+    let options = if args.force { options.write(true).create(true).truncate(true) } else { options.write(true).create_new(true) };
+    let wanted = || format!("{}: wanted a new file, or --force", args.file.display());
+    let mut file = options.open(&args.file).with_context(wanted)?;
+    std::io::Write::write_all(&mut file, format!("{text}\n").as_bytes()).with_context(wanted)?;
+    print(&format!("written to {}", args.file.display()))?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,32 @@
+//! `courier rollback`.
+
+use crate::board::Choice;
+use crate::terminal::{print, print_json};
+use anyhow::{Result, bail};
+use courier_sensor::link::message::{Action, Reply};
+use std::process::ExitCode;
+
+/// Go back to the stored calibration before the one in force.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  courier --probe any rollback")]
+pub struct Args {
+    /// Print JSON instead of a sentence.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Asks and prints.
+///
+/// # Errors
+/// The board cannot be reached or refuses; what was in force still is.
+pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
+    let mut board = choice.open()?;
+    let Reply::Place(place) = board.link.ask(Action::RollBack)? else { bail!(super::STRANGE_REPLY) };
+    board.close()?;
+    if args.json {
+        print_json(&place)?;
+    } else {
+        print(&format!("in force again: slot {}, number {}", place.slot, place.sequence))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,90 @@
+//! `courier status`.
+
+use crate::board::Choice;
+use crate::terminal::{figure, pairs, print, print_json};
+use anyhow::{Result, bail};
+use courier_sensor::frame::Status;
+use courier_sensor::geometry::Geometry;
+use courier_sensor::link::message::{Action, BoardStatus, FaultReport, Hello, InForce, Reply};
+use serde::Serialize;
+use std::process::ExitCode;
+
+/// Show who a board is, how it is, and why it last restarted.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  courier --probe any status --json")]
+pub struct Args {
+    /// Print one JSON object instead of the table.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Output {
+    board: Hello,
+    status: BoardStatus,
+    status_bits: Vec<&'static str>,
+    status_bits_seen: Vec<&'static str>,
+    last_fault: Option<FaultReport>,
+}
+
+/// Asks and prints.
+///
+/// # Errors
+/// The board cannot be reached.
+pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
+    let mut board = choice.open()?;
+    let Reply::Status(status) = board.link.ask(Action::Status)? else { bail!(super::STRANGE_REPLY) };
+    let Reply::LastFault(last_fault) = board.link.ask(Action::LastFault)? else { bail!(super::STRANGE_REPLY) };
+    let output = Output {
+        board: board.link.hello().clone(),
+        status_bits: names(status.status),
+        status_bits_seen: names(status.status_seen),
+        status,
+        last_fault,
+    };
+    board.close()?;
+    if args.json { print_json(&output)? } else { print(&text(&output))? }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Names of the bits that are set, as in docs/faults.md.
+fn names(bits: u32) -> Vec<&'static str> {
+    Status::from_bits_truncate(bits).iter_names().map(|(name, _)| name).collect()
+}
+
+fn text(output: &Output) -> String {
+    let (board, status) = (&output.board, &output.status);
+    let pitch_m = Geometry::PAPER.pitch_m;
+    let or_none = |names: &[&str]| if names.is_empty() { "none".to_owned() } else { names.join(" ") };
+    let mut rows = vec![
+        ("board", format!("{}, firmware {}, {} Hz", board.board, board.firmware, board.rate_hz)),
+        ("device", board.device.iter().map(|byte| format!("{byte:02x}")).collect()),
+        ("uptime", format!("{} s", status.time.uptime_s)),
+        ("last start", format!("{:?}", status.reset)),
+        ("calibration", in_force(status.in_force)),
+        ("activity", format!("{:?}", status.activity)),
+        ("samples", format!("{} taken, {} missed, {} frames dropped", status.samples, status.missed, status.dropped_frames)),
+        ("status bits", or_none(&output.status_bits)),
+        ("since last asked", or_none(&output.status_bits_seen)),
+        ("amplitudes", status.amplitude_counts.map(|counts| format!("{counts:.0}")).join(" ") + " counts"),
+        ("x, y", format!("{:.4} mm, {:.4} mm", 1.0e3 * status.pose.x.metres(pitch_m), 1.0e3 * status.pose.y.metres(pitch_m))),
+        ("θ_x, θ_y", format!("{:.4} mrad, {:.4} mrad", 1.0e3 * status.pose.theta_x_rad, 1.0e3 * status.pose.theta_y_rad)),
+        ("g_p", format!("{} µm", figure(1.0e6 * f64::from(status.parity_m)))),
+    ];
+    if let Some(temperature_c) = status.temperature_c {
+        rows.push(("temperature", format!("{temperature_c:.1} °C")));
+    }
+    if let Some(fault) = &output.last_fault {
+        rows.push(("last fault", format!("{:?} after {} s at {:#x}: {}", fault.cause, fault.uptime_s, fault.program_counter, fault.message)));
+    }
+    pairs(&rows)
+}
+
+fn in_force(in_force: InForce) -> String {
+    match in_force {
+        InForce::None => "none in force".to_owned(),
+        InForce::Unsaved => "in force, not stored".to_owned(),
+        InForce::Stored(place) => format!("in force, slot {}, number {}", place.slot, place.sequence),
+    }
+}

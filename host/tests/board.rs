@@ -1,0 +1,190 @@
+//! The commands that talk to a board, against the simulated one.
+
+mod common;
+
+use common::courier_in;
+use serde_json::Value;
+use std::path::Path;
+
+fn ok(folder: &Path, arguments: &[&str]) -> String {
+    let ran = courier_in(folder, arguments);
+    assert_eq!(
+        (ran.code, ran.err.as_str()),
+        (0, ""),
+        "{arguments:?}: {}",
+        ran.out
+    );
+    ran.out
+}
+
+fn refused(folder: &Path, arguments: &[&str], wanted: &str) {
+    let ran = courier_in(folder, arguments);
+    assert_eq!(
+        (ran.code, ran.out.as_str()),
+        (2, ""),
+        "{arguments:?}: {}",
+        ran.err
+    );
+    assert_eq!(
+        ran.err.trim_end().lines().count(),
+        1,
+        "{arguments:?}: {}",
+        ran.err
+    );
+    assert!(
+        ran.err.contains(wanted),
+        "{arguments:?}: wanted {wanted:?} in {}",
+        ran.err
+    );
+}
+
+fn status(folder: &Path, flash: &str) -> Value {
+    serde_json::from_str(&ok(folder, &["--sim-flash", flash, "status", "--json"])).unwrap()
+}
+
+/// A calibration outlives the command that made it, goes into a file and onto another board, and back again.
+#[test]
+fn a_calibration_is_stored_exported_imported_and_rolled_back() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let calibrate = |seed: &str| {
+        let options = [
+            "--sim-preset",
+            "ideal",
+            "--sim-flash",
+            "a.bin",
+            "calibrate",
+            "--plan",
+            "optimal",
+            "--poses",
+            "100",
+            "--held-out",
+            "40",
+        ];
+        ok(
+            folder,
+            &[&options[..], &["--seed", seed, "--json"]].concat(),
+        )
+    };
+    let first: Value = serde_json::from_str(&calibrate("1")).unwrap();
+    assert_eq!(
+        first["ending"]["Accepted"]["stored"]["sequence"], 1,
+        "{first}"
+    );
+    assert_eq!(
+        status(folder, "a.bin")["status"]["in_force"]["Stored"]["sequence"],
+        1
+    );
+
+    // A second session starts from the first and can only be accepted if its own test says that it is better.
+    ok(folder, &["--sim-flash", "a.bin", "export", "first.json"]);
+    refused(
+        folder,
+        &["--sim-flash", "a.bin", "export", "first.json"],
+        "--force",
+    );
+    refused(
+        folder,
+        &["--sim-flash", "a.bin", "rollback"],
+        "no older valid calibration",
+    );
+    refused(
+        folder,
+        &["--sim-flash", "a.bin", "commit"],
+        "already stored in slot 0, number 1",
+    );
+
+    ok(folder, &["--sim-flash", "b.bin", "import", "first.json"]);
+    assert_eq!(
+        status(folder, "b.bin")["status"]["in_force"]["Stored"]["sequence"],
+        1
+    );
+    ok(folder, &["--sim-flash", "b.bin", "export", "second.json"]);
+    let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
+    assert_eq!(read("first.json"), read("second.json"));
+
+    ok(folder, &["--sim-flash", "b.bin", "import", "first.json"]);
+    let slots: Value =
+        serde_json::from_str(&ok(folder, &["--sim-flash", "b.bin", "slots", "--json"])).unwrap();
+    assert_eq!(
+        (&slots[0]["state"], &slots[1]["state"]),
+        (&"Older".into(), &"InForce".into())
+    );
+    assert!(ok(folder, &["--sim-flash", "b.bin", "rollback"]).contains("slot 0, number 1"));
+    assert_eq!(
+        status(folder, "b.bin")["status"]["in_force"]["Stored"]["slot"],
+        0
+    );
+}
+
+#[test]
+fn an_uncalibrated_board_says_so() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let text = ok(folder, &["status"]);
+    assert!(
+        text.contains("simulated")
+            && text.contains("UNCALIBRATED")
+            && text.contains("none in force"),
+        "{text}"
+    );
+    assert!(ok(folder, &["slots"]).contains("refused: empty"));
+    assert!(ok(folder, &["reset"]).contains("restarting"));
+    refused(
+        folder,
+        &["export", "none.json"],
+        "no calibration is in force",
+    );
+    refused(folder, &["commit"], "no calibration is in force");
+    refused(folder, &["abort"], "nothing is under way");
+    assert_eq!(std::fs::read_dir(folder).unwrap().count(), 0);
+}
+
+#[test]
+fn wrong_boards_orders_and_files() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    std::fs::write(folder.join("short.bin"), "x").unwrap();
+    std::fs::write(folder.join("text.json"), "hello").unwrap();
+    std::fs::write(
+        folder.join("other.json"),
+        "{\"courier_calibration\": 99, \"calibration\": {}}",
+    )
+    .unwrap();
+    std::fs::write(
+        folder.join("half.json"),
+        "{\"courier_calibration\": 1, \"calibration\": {\"device\": 3}}",
+    )
+    .unwrap();
+    let cases: [(&[&str], &str); 12] = [
+        (&["--sim", "--emulated", "status"], "cannot be used with"),
+        (&["--sim", "replay", "x"], "needs no board"),
+        (
+            &["--probe", "any", "--sim-seed", "3", "status"],
+            "wanted a simulated board",
+        ),
+        (&["--probe", "any", "status"], "--probe"),
+        (
+            &["--sim-flash", "short.bin", "status"],
+            "found 1 bytes, wanted",
+        ),
+        (
+            &["--sim-flash", "no/such/folder.bin", "import", "text.json"],
+            "text.json: wanted JSON",
+        ),
+        (&["import", "none.json"], "none.json"),
+        (&["import", "other.json"], "found 99, wanted 1"),
+        (&["import", "half.json"], "half.json: wanted a calibration"),
+        (
+            &["calibrate", "--poses", "3"],
+            "Poses is 3, wanted 50 to 10000",
+        ),
+        (&["calibrate", "--travel-mm", "nan"], "TravelM is NaN"),
+        (&["calibrate", "--turn-deg", "90"], "TurnRad"),
+    ];
+    let before = std::fs::read_dir(folder).unwrap().count();
+    for (arguments, wanted) in cases {
+        refused(folder, arguments, wanted);
+    }
+    assert_eq!(std::fs::read_dir(folder).unwrap().count(), before);
+}

@@ -1,0 +1,235 @@
+//! `courier demo`, end to end.
+
+mod common;
+
+use common::{courier, courier_in, shared};
+use serde_json::Value;
+
+/// Names of the rows, in the order of the paper's table.
+const NAMES: [&str; 11] = [
+    "condition_number",
+    "scatter_residual_before_um",
+    "scatter_residual_after_um",
+    "flyby_residual_before_um",
+    "flyby_residual_after_um",
+    "flyby_position_before_um",
+    "flyby_position_after_um",
+    "theta_x_before_mrad",
+    "theta_x_after_mrad",
+    "theta_y_before_mrad",
+    "theta_y_after_mrad",
+];
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap()
+}
+
+fn here(report: &Value, name: &str) -> f64 {
+    let rows = report["rows"].as_array().unwrap();
+    rows.iter().find(|row| row["name"] == name).unwrap()["here"]
+        .as_f64()
+        .unwrap()
+}
+
+/// From an uncalibrated board to a flight on what it stored. The noise of a segment is 0.16 µm a sample: 0.32 µm in g_p of
+/// single samples on the flight, a quarter of that in the mean of 16 at each pose; the slope of e adds some tens of percent.
+#[test]
+fn ideal_reaches_the_noise() {
+    let ran = courier(&["demo", "--preset", "ideal", "--seed", "5", "--json"]);
+    assert_eq!((ran.code, ran.err.as_str()), (0, ""));
+    let report = json(&ran.out);
+    let names: Vec<&str> = report["rows"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|row| row["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, NAMES);
+    assert_eq!(
+        (&report["preset"], &report["poses"], &report["accepted"]),
+        (&"ideal".into(), &1000.into(), &true.into())
+    );
+    assert!(
+        (7.0..8.7).contains(&here(&report, "condition_number")),
+        "{report}"
+    );
+    assert!(
+        (0.07..0.13).contains(&here(&report, "scatter_residual_after_um")),
+        "{report}"
+    );
+    assert!(
+        (0.28..0.50).contains(&here(&report, "flyby_residual_after_um")),
+        "{report}"
+    );
+    assert!(here(&report, "flyby_position_after_um") < 0.2, "{report}");
+    assert!(
+        here(&report, "flyby_position_after_um") < 0.2 * here(&report, "flyby_position_before_um"),
+        "{report}"
+    );
+}
+
+/// The same seed gives the same run, another one another courier; a recording of it calibrates to the same sensor.
+#[test]
+fn seeds_repeat_and_recordings_replay() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |seed: &str, name: &str| {
+        let ran = courier_in(
+            folder.path(),
+            &[
+                "demo", "--preset", "ideal", "--plan", "optimal", "--poses", "120", "--seed", seed,
+                "--json", "--record", name,
+            ],
+        );
+        assert_eq!((ran.code, ran.err.as_str()), (0, ""));
+        ran.out
+    };
+    let (first, second, other) = (run("7", "first"), run("7", "second"), run("8", "other"));
+    assert_eq!(first, second);
+    assert_ne!(first, other);
+    let file = |name: &str| std::fs::read(folder.path().join(name).join("samples.csv")).unwrap();
+    assert_eq!(file("first"), file("second"));
+    let replayed = json(&courier_in(folder.path(), &["replay", "first", "--json"]).out);
+    let residual_m = replayed["held_out"]["calibrated_rms_m"].as_f64().unwrap();
+    assert!((0.28e-6..0.50e-6).contains(&residual_m), "{replayed}");
+}
+
+/// Shapes that no model of ours made: from the shared data, and from a file of the user's.
+#[test]
+fn measured_waveforms() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut table = "code,a,b,c,d\n".to_owned();
+    for code in 0..512 {
+        let phase = std::f64::consts::TAU * f64::from(code) / 512.0;
+        let value =
+            |order: f64, shift: f64| (order * phase + shift).sin() + 0.3 * (2.0 * phase).cos();
+        table += &format!(
+            "{code},{},{},{},{}\n",
+            value(1.0, 0.0),
+            value(2.0, 1.0),
+            value(1.0, 2.0),
+            value(4.0, 3.0)
+        );
+    }
+    std::fs::write(folder.path().join("mine.csv"), table).unwrap();
+    let mine = [
+        "demo",
+        "--preset",
+        "measured",
+        "--waveforms",
+        "mine.csv",
+        "--rms-um",
+        "1",
+        "--poses",
+        "150",
+        "--json",
+    ];
+    let ran = courier_in(folder.path(), &mine);
+    assert_eq!((ran.code, ran.err.as_str()), (0, ""));
+    // At 1 µm the error is small enough for equation (3)'s phase to be the output's: what is left is the noise, 0.08 µm.
+    assert!(
+        here(&json(&ran.out), "scatter_residual_after_um") < 0.13,
+        "{}",
+        ran.out
+    );
+    if shared("encoder-waveforms").is_some() {
+        let ran = courier(&["demo", "--preset", "measured", "--poses", "150", "--json"]);
+        assert_eq!((ran.code, ran.err.as_str()), (0, ""));
+        let report = json(&ran.out);
+        println!(
+            "measured waveforms at 10 µm: {} µm left by equation (3)",
+            here(&report, "scatter_residual_after_um")
+        );
+        assert!(
+            here(&report, "scatter_residual_after_um")
+                < here(&report, "scatter_residual_before_um")
+        );
+    }
+}
+
+#[test]
+fn wrong_options_are_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("full")).unwrap();
+    std::fs::write(folder.path().join("full/thesis.txt"), "precious").unwrap();
+    std::fs::write(folder.path().join("bad.csv"), "code,a\n0,1\n1,x\n").unwrap();
+    let cases: [(&[&str], &[&str]); 10] = [
+        (
+            &["--preset", "perfect"],
+            &["perfect", "paper", "ideal", "measured"],
+        ),
+        (&["--plan", "best"], &["best", "random", "optimal"]),
+        (&["--poses", "0"], &["'0'", "40..=20000"]),
+        (&["--poses", "many"], &["many"]),
+        (&["--seed", "-1"], &["-1"]),
+        (
+            &["--waveforms", "bad.csv"],
+            &["--waveforms", "--preset measured"],
+        ),
+        (
+            &["--preset", "measured", "--waveforms", "none.csv"],
+            &["none.csv"],
+        ),
+        (
+            &["--preset", "measured", "--waveforms", "bad.csv"],
+            &["bad.csv", "row 3", "\u{60}x\u{60}"],
+        ),
+        (
+            &[
+                "--preset",
+                "measured",
+                "--waveforms",
+                "bad.csv",
+                "--rms-um",
+                "nan",
+            ],
+            &["row 3"],
+        ),
+        (&["--record", "full"], &["full", "thesis.txt", "wanted"]),
+    ];
+    for (options, wanted) in cases {
+        let ran = courier_in(folder.path(), &[&["demo"], options].concat());
+        assert_eq!(
+            (ran.code, ran.out.as_str()),
+            (2, ""),
+            "{options:?}: {}",
+            ran.err
+        );
+        assert_eq!(
+            ran.err.trim_end().lines().count(),
+            1,
+            "{options:?}: {}",
+            ran.err
+        );
+        for word in wanted {
+            assert!(
+                ran.err.contains(word),
+                "{options:?}: wanted {word:?} in {}",
+                ran.err
+            );
+        }
+    }
+    let names: Vec<_> = std::fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name())
+        .collect();
+    assert_eq!(names.len(), 2, "{names:?}");
+}
+
+/// The accepted result is told in the table, the refused one by name and with exit code 1.
+#[test]
+fn the_table_names_every_row() {
+    let ran = courier(&["demo", "--preset", "ideal", "--poses", "100"]);
+    assert_eq!((ran.code, ran.err.as_str()), (0, ""));
+    assert!(
+        ran.out.contains("accepted: held-out g_p residual")
+            && ran.out.contains("in force after a restart"),
+        "{}",
+        ran.out
+    );
+    assert_eq!(
+        ran.out.lines().filter(|line| line.contains("| ")).count(),
+        1 + NAMES.len(),
+        "{}",
+        ran.out
+    );
+}
