@@ -49,6 +49,7 @@ pub struct Flash {
     torn: Vec<bool>,
     ecc: bool,
     powered: bool,
+    worn: bool,
     steps_left: Option<u64>,
     steps: u64,
     rng: ChaCha8Rng,
@@ -64,6 +65,7 @@ impl Flash {
             torn: vec![false; words],
             ecc: true,
             powered: true,
+            worn: false,
             steps_left: None,
             steps: 0,
             rng: ChaCha8Rng::seed_from_u64(seed),
@@ -74,6 +76,11 @@ impl Flash {
     pub fn without_ecc(mut self) -> Self {
         self.ecc = false;
         self
+    }
+
+    /// From now on nothing erases.
+    pub fn wear_out(&mut self) {
+        self.worn = true;
     }
 
     /// Cuts the power after so many steps from now.
@@ -218,6 +225,9 @@ impl NorFlash for Flash {
     fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
         self.on()?;
         check_erase(self, from, to).map_err(FlashError::Arguments)?;
+        if self.worn {
+            return Err(FlashError::Failed);
+        }
         (from as usize / PAGE_BYTES..to as usize / PAGE_BYTES)
             .try_for_each(|page| self.erase_page(page))
     }
