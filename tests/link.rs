@@ -362,12 +362,8 @@ fn half_frames_noise_and_the_largest_frame() {
     assert!(server.counters().bad() >= 7, "{:?}", server.counters());
 }
 
-/// Bytes of the fuzz tests: ten million in a release build.
-const FUZZ_BYTES: usize = if cfg!(debug_assertions) {
-    300_000
-} else {
-    10_000_000
-};
+/// Bytes of each fuzz test.
+const FUZZ_BYTES: usize = 10_000_000;
 
 #[test]
 fn random_bytes_do_nothing_and_break_nothing() {

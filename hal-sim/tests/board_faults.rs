@@ -275,11 +275,7 @@ fn a_host_that_stops_reading_costs_telemetry_and_nothing_else() {
 fn noise_half_frames_and_fuzzed_bytes_do_not_reach_the_board() {
     let (mut bench, _flash, before) = stored(8);
     let mut rng = ChaCha8Rng::seed_from_u64(8);
-    let total = if cfg!(debug_assertions) {
-        100_000
-    } else {
-        1_000_000
-    };
+    let total = 1_000_000;
     let mut sent = 0;
     while sent < total {
         let request = bench.request(

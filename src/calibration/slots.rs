@@ -178,10 +178,16 @@ impl<F: NorFlash> Slots<F> {
     /// The calibration in force.
     ///
     /// # Errors
-    /// [`SlotError::NoneInForce`]; [`Slots::list`] tells what there is instead.
+    /// [`SlotError::NoneInForce`], or [`RecordError::UnknownVersion`] if that is why; [`Slots::list`] tells what there is.
     pub fn load(&mut self) -> Result<(Place, Calibration), SlotError> {
         let found = [self.examine(0), self.examine(1)];
-        let slot = newest(&found).ok_or(SlotError::NoneInForce)?;
+        let Some(slot) = newest(&found) else {
+            let unknown = found.iter().find_map(|found| match found.result {
+                Err(error @ RecordError::UnknownVersion { .. }) => Some(SlotError::Record(error)),
+                _ => None,
+            });
+            return Err(unknown.unwrap_or(SlotError::NoneInForce));
+        };
         self.read(slot as u8)
     }
 

@@ -32,7 +32,8 @@ impl Bench {
     pub fn hello(&mut self) {
         let mut buffer = [0; FRAME_BYTES];
         let (_, bytes) = self.client.hello(&mut buffer).expect("a hello fits");
-        self.send(&bytes.to_vec());
+        let bytes = bytes.to_vec();
+        self.send(&bytes);
         assert!(matches!(self.reply(), Reply::Hello(_)));
     }
 

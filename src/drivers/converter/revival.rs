@@ -1,7 +1,7 @@
 //! Brings converters back that stopped answering in service: a chip whose supply dipped has forgotten its settings.
 //!
 //! Done in the sampling interrupt, a piece at each instant, so that no instant is missed for it: at most five chip-select frames of
-//! 24 clocks at a time, some 90 instants in all (4 ms at 20 kHz). Until the first good frame every reading is the error that began it.
+//! 24 clocks at a time, 94 instants in all (4.7 ms at 20 kHz). Until the first good frame every reading is the error that began it.
 
 use super::{ConverterError, Settings, WITNESS_COUNTS};
 use crate::drivers::ad7606c::{CHANNELS, CONFIGURE_STEPS, ChipError, ChipSettings};
