@@ -26,8 +26,8 @@ impl<F: FnMut(u64) -> [[i16; CHANNELS]; 2]> AnalogInputs for F {
 
 /// SPI clock of the board: 170 MHz / 8.
 const SCLK_HZ: u64 = 21_250_000;
-/// One look at a pin, or one write to it.
-const PIN_NS: u64 = 20;
+/// One look at a pin, or one write to it: some eight cycles at 170 MHz.
+const PIN_NS: u64 = 50;
 /// Chip select's set-up and hold around a transfer.
 const SELECT_NS: u64 = 50;
 

@@ -90,7 +90,7 @@ pub struct Settings {
     pub range: Range,
     /// Conversions averaged in the chip; [`Oversampling::X8`] takes 10 of the 50 us at 20 kHz.
     pub oversampling: Oversampling,
-    /// Readings of BUSY after which [`Converter::convert`] gives up.
+    /// Readings of BUSY after which [`Converter::convert`] gives up; at 50 ns each 2048 are 100 us, enough up to [`Oversampling::X64`].
     pub busy_polls: u32,
 }
 
@@ -99,7 +99,7 @@ impl Settings {
     pub const BOARD: Self = Self {
         range: Range::Bipolar5V,
         oversampling: Oversampling::X1,
-        busy_polls: 4096,
+        busy_polls: 2048,
     };
 }
 
