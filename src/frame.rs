@@ -121,10 +121,6 @@ pub struct Segment {
     pub calibrated: Coordinate,
     /// Signal amplitude after offset and gain correction, counts.
     pub amplitude_counts: f32,
-    /// Filtered speed, m/s.
-    pub speed_m_s: f32,
-    /// Last direction of travel outside the dead band: -1, 0 (none yet) or 1.
-    pub direction: f32,
 }
 
 /// Planar pose of the platen sensor's centre.
@@ -181,6 +177,11 @@ pub struct Frame {
     pub pose: Pose,
     /// Parity of the two angles, g_p of equation (5), metres.
     pub parity_m: f32,
+    /// Filtered speeds of segments 1 and 3 (along x) and 2 and 4 (along y), m/s.
+    pub speed_m_s: [f32; 2],
+    /// Last directions of travel outside the dead band along x and y: -1, 0 (none yet) or 1; kept if the model or the
+    /// settings ask for it, else 0.
+    pub direction: [f32; 2],
     /// Coordination sensor: tan psi_x, tan psi_y; zero without a beacon.
     pub tan_psi: [f32; 2],
     /// Pose relative to the beacon.

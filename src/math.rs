@@ -52,15 +52,15 @@ pub fn sincos_turns(turns: f32) -> (f32, f32) {
     )
 }
 
-/// `1 / sqrt(x)` for 1e-30 < x < 1e30, relative error below 1e-6; finite for any x >= 0.
+/// `1 / sqrt(x)` for 1e-30 < x < 1e30, relative error below 1.2e-6; finite for any x >= 0.
 ///
-/// Seed by exponent arithmetic and two Newton steps, the first with minimax coefficients (Moroz et al. 2018): 10
-/// operations where VSQRT and VDIV would take 28 cycles.
+/// Seed y by exponent arithmetic, then y times a minimax polynomial for 1/sqrt on the range of x y² (0.932 to 1.070):
+/// 9 operations where VSQRT and VDIV take 28 cycles.
 #[inline(always)]
 pub fn inverse_sqrt<R: Real>(x: R) -> R {
-    let seed = x.map_bits(|bits| 0x5F1F_FFF9_u32.wrapping_sub(bits >> 1));
-    let first = (x * seed * seed - 2.389_244_6) * (seed * -0.703_952_25);
-    (x * -0.5 * first * first + 1.5) * first
+    let seed = x.map_bits(|bits| 0x5F37_59DF_u32.wrapping_sub(bits >> 1));
+    let e = x * seed * seed;
+    (e * (e * (e * -0.313_070_83 + 1.315_490_9) - 2.191_769_7) + 2.189_349) * seed
 }
 
 /// Square root, correctly rounded: VSQRT on the target, libm on the host, the same bits.
@@ -143,7 +143,7 @@ mod tests {
             worst = worst.max((f64::from(inverse_sqrt(x)) * f64::from(x).sqrt() - 1.0).abs());
             x *= 1.000_1;
         }
-        assert!(worst < 1.0e-6, "{worst:e}");
+        assert!(worst < 1.2e-6, "{worst:e}");
         assert!(inverse_sqrt(0.0).is_finite());
     }
 

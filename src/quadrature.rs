@@ -68,8 +68,8 @@ pub(crate) fn interpolate(pair: &CompiledPair, counts: [[i16; 2]; 2]) -> Interpo
     let s = sine - pair.sine_offset;
     let c = (cosine - pair.cosine_offset) * pair.scale + s * pair.shear;
     let (ss, cc) = (s * s, c * c);
-    // A dead channel must not divide by zero; against a live one 1e-6 counts² is far under f32's last place.
-    let square = ss + cc + 1.0e-6;
+    // A dead channel's zero comes out as an amplitude of zero and some phase: the inverse of zero is finite.
+    let square = ss + cc;
     let inverse = math::inverse_sqrt(square);
     let (sine, cosine) = (s * inverse, c * inverse);
     let turns = math::phase_turns(sine, cosine, cc - ss);
@@ -89,17 +89,16 @@ pub(crate) struct CounterLimits {
     pub slip: f32,
     /// Turns a sample of 1 m/s.
     pub turns_per_m_s: f32,
-    /// Share of a step in the filtered speed, m/s per turn.
+    /// Half the share of a step in the filtered speed, m/s per turn.
     pub speed_filter: f32,
 }
 
-/// Tooth counts and speeds of two segments.
+/// Tooth counts of the two segments of a pair, and their filtered speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Counters {
     pub turns: Lanes,
     pub teeth: [i32; 2],
-    /// Filtered speed.
-    pub speed_m_s: Lanes,
+    pub speed_m_s: f32,
 }
 
 impl Counters {
@@ -113,12 +112,14 @@ impl Counters {
         let step = turns - self.turns - self.speed_m_s * (elapsed * limits.turns_per_m_s);
         let (whole, shifted) = math::nearest(step);
         let rest = step - whole;
-        let slip = rest.bits().map(|bits| above(bits, limits.slip.to_bits()));
-        let filtered = (self.speed_m_s + rest * limits.speed_filter).bits();
+        let slip = rest
+            .bits()
+            .map(|bits| above(bits, limits.slip.to_bits()));
+        let filtered = self.speed_m_s + (rest.0[0] + rest.0[1]) * limits.speed_filter;
         let counters = Self {
             turns,
             teeth: [0, 1].map(|i| self.teeth[i].wrapping_sub(math::integer(shifted.0[i]))),
-            speed_m_s: Lanes::from_bits([0, 1].map(|i| filtered[i] & !slip[i])),
+            speed_m_s: f32::from_bits(filtered.to_bits() & !(slip[0] | slip[1])),
         };
         (counters, slip)
     }

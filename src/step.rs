@@ -7,11 +7,11 @@ use crate::frame::{Coordinate, Frame, Pose, RawFrame, SEGMENTS, Status};
 use crate::lanes::Lanes;
 use crate::math;
 use crate::model::{
-    Basis, CompiledModel, ErrorModel, Further, OwnPolynomial, Unit, lateral_units, mean_angle_turns,
+    Basis, CompiledModel, ErrorModel, Further, Observation, OwnPolynomial, Unit, lateral_units, mean_angle_turns,
 };
 use crate::psd::{self, BeaconLimits};
 use crate::quadrature::{
-    self, CompiledPair, CounterLimits, Counters, Interpolated, PairCorrection, above,
+    self, CompiledPair, CounterLimits, Counters, PairCorrection, above,
 };
 use crate::settings::{ConfigError, Settings};
 use core::sync::atomic::{Ordering, compiler_fence};
@@ -29,17 +29,17 @@ pub struct StepConfig {
     clip_square: i32,
     dead_band_m_s: f32,
     parity_turns: f32,
-    /// Window less one; all ones for never.
+    gap_samples: f32,
+    /// Samples in a window less one, and their logarithm; 2^31 for never.
     frozen_mask: u32,
+    frozen_shift: u32,
     beacon: BeaconLimits,
     tan_full_scale: f32,
     pitch_m: f32,
     pitch_over_span: f32,
     lateral_over_span: f32,
-    /// Whether the directions of travel are kept.
-    directions: bool,
-    /// Whether a sample needs more than equation (3).
-    beyond: bool,
+    /// Whether a sample needs more than equations (3) and (9).
+    extended: bool,
     /// Bits that every frame has.
     standing_bits: u32,
     further: Further,
@@ -58,6 +58,7 @@ impl StepConfig {
         let model = CompiledModel::new(settings.model.as_ref().unwrap_or(&none), geometry.pitch_m);
         let directions = settings.track_direction || model.further.has_extra();
         let pair = |p: usize| PairCorrection::compile([&settings.pairs[p], &settings.pairs[p + 2]]);
+        let frozen_shift = limits.frozen_samples.checked_ilog2().map_or(31, |log| log - 2);
         let square_bits = |amplitude: f32| (amplitude * amplitude).to_bits();
         let standing = if settings.model.is_some() {
             Status::empty()
@@ -69,18 +70,19 @@ impl StepConfig {
             counter: CounterLimits {
                 slip: limits.slip_turns,
                 turns_per_m_s: 1.0 / speed_m_s,
-                speed_filter: limits.speed_filter * speed_m_s,
+                speed_filter: 0.5 * limits.speed_filter * speed_m_s,
             },
             square_low: square_bits(limits.amplitude_low_counts),
             square_high: square_bits(limits.amplitude_high_counts),
             clip_square: i32::from(limits.clip_counts) * i32::from(limits.clip_counts) - 1,
             dead_band_m_s: limits.direction_dead_band_m_s,
             parity_turns: limits.parity_turns,
-            frozen_mask: u32::from(limits.frozen_samples).wrapping_sub(1),
+            gap_samples: f32::from(limits.gap_samples),
+            frozen_mask: (1 << frozen_shift) - 1,
+            frozen_shift,
             beacon: limits.beacon,
             standing_bits: standing.bits(),
-            directions,
-            beyond: directions || model.further.used,
+            extended: directions || model.further.has_extra(),
             further: model.further,
             tan_full_scale: geometry.tan_full_scale,
             pitch_m: geometry.pitch_m,
@@ -96,11 +98,13 @@ pub struct StepState {
     frame: Frame,
     /// Samples since the last good one.
     missed: f32,
-    /// Per segment, the counts that it was last looked at with for frozen channels.
-    watched: [u32; SEGMENTS],
-    /// Bits of the counts that have changed since the frozen window began.
-    changed: [u32; SEGMENTS],
-    /// Segments of which a channel did not change in the last window, as bits.
+    /// The counts of the segment that is watched for frozen channels, at the last sample.
+    watched: u32,
+    /// Which of their bits have changed since the window began.
+    changed: u32,
+    /// Segments of which a channel stood still in their last window, as bits.
+    still: u32,
+    /// [`Status::FROZEN`] or nothing.
     frozen: u32,
     /// Latched slip bits.
     slips: u32,
@@ -117,6 +121,11 @@ impl StepState {
     /// The last frame.
     pub fn frame(&self) -> &Frame {
         &self.frame
+    }
+
+    /// Where the next sample's counts go before [`isr_step`]: the driver's place to write to.
+    pub fn raw_mut(&mut self) -> &mut RawFrame {
+        &mut self.frame.raw
     }
 
     /// Takes back the latched slip bits, once the pose is known again.
@@ -139,22 +148,33 @@ impl StepState {
     }
 }
 
-/// One sample: [`isr_step`] and a copy of its frame.
+/// One sample: `raw` into the state, [`isr_step`], and a copy of its frame.
 #[inline]
 pub fn step(config: &StepConfig, state: &mut StepState, raw: &RawFrame) -> Frame {
-    *isr_step(config, state, raw)
+    let kept = &mut state.frame.raw;
+    if raw.fault.intersects(STALE) && state.started {
+        kept.fault = raw.fault;
+        kept.temperature_delta_k = raw.temperature_delta_k;
+    } else {
+        *kept = *raw;
+    }
+    *isr_step(config, state)
 }
 
-/// One sample, the frame written in place. Cost: docs/costs.md.
+/// Faults with which the counts are not this instant's.
+const STALE: Status = Status::CONVERTER_CRC.union(Status::CONVERTER_TIMEOUT);
+
+/// One sample from the counts in [`StepState::raw_mut`], the frame written in place. With a converter's fault bit set the
+/// counts there must be the previous ones. Cost: docs/costs.md.
 #[inline]
-pub fn isr_step<'s>(config: &StepConfig, state: &'s mut StepState, raw: &RawFrame) -> &'s Frame {
+pub fn isr_step<'s>(config: &StepConfig, state: &'s mut StepState) -> &'s Frame {
     if !state.started {
-        start(config, state, raw);
+        start(config, state);
     }
-    if config.beyond {
-        sample::<true>(config, state, raw)
+    if config.further.has_lateral {
+        sample::<true>(config, state)
     } else {
-        sample::<false>(config, state, raw)
+        sample::<false>(config, state)
     }
     &state.frame
 }
@@ -162,7 +182,8 @@ pub fn isr_step<'s>(config: &StepConfig, state: &'s mut StepState, raw: &RawFram
 /// Sets the tooth counts so that the first sample continues them.
 #[cold]
 #[inline(never)]
-fn start(config: &StepConfig, state: &mut StepState, raw: &RawFrame) {
+fn start(config: &StepConfig, state: &mut StepState) {
+    let raw = state.frame.raw;
     let first = |i: usize| {
         let counts = [
             raw.quadrature_counts[i & 1],
@@ -179,104 +200,90 @@ fn start(config: &StepConfig, state: &mut StepState, raw: &RawFrame) {
             teeth,
             fraction_turns: turns,
         };
-        segment.speed_m_s = 0.0;
-        segment.direction = 0.0;
     }
-    state.frame.raw = *raw;
+    state.frame.speed_m_s = [0.0; 2];
+    state.frame.direction = [0.0; 2];
     state.missed = 0.0;
-    state.changed = [u32::MAX; SEGMENTS];
+    state.changed = u32::MAX;
+    state.still = 0;
     state.frozen = 0;
     state.started = true;
 }
 
-/// One sample with (`BEYOND`) or without anything beyond equation (3).
+/// One sample, with or without the lateral terms of equation (9).
 #[inline(never)]
-fn sample<const BEYOND: bool>(config: &StepConfig, state: &mut StepState, raw: &RawFrame) {
-    let stale = raw
-        .fault
-        .intersects(Status::CONVERTER_CRC.union(Status::CONVERTER_TIMEOUT));
-    let elapsed = state.missed + 1.0;
-    let (elapsed, missed) = if stale {
-        (0.0, elapsed)
-    } else {
-        (elapsed, 0.0)
-    };
+fn sample<const LATERAL: bool>(config: &StepConfig, state: &mut StepState) {
+    let fault = state.frame.raw.fault;
+    let mut elapsed = state.missed + 1.0;
+    let mut missed = 0.0;
+    if fault.intersects(STALE) {
+        (elapsed, missed) = (0.0, elapsed);
+        state.slips |= if missed > config.gap_samples { SLIPS } else { 0 };
+    }
     state.missed = missed;
-    if stale {
-        state.frame.raw.fault = raw.fault;
-    } else {
-        state.frame.raw = *raw;
-    }
-    let wrong_temperature = take_temperature(&mut state.frame.raw, raw.temperature_delta_k);
     watch_frozen(config, state);
-
+    let standing = fault.bits() | config.standing_bits | state.slips | state.frozen;
     let frame = &mut state.frame;
-    let x = measure::<0>(config, frame, elapsed);
-    let mut pairs = [Corrected::default(); 2];
-    if !BEYOND {
-        pairs[0] = correct::<0>(frame, x.at.turns, x.error);
+    frame.status = Status::from_bits_retain(standing);
+    if above(frame.raw.temperature_delta_k.to_bits(), TEMPERATURE_LIMIT_K.to_bits()) != 0 {
+        refuse_temperature(frame);
     }
+    let x = measure::<0>(config, frame, elapsed);
+    let x_corrected = correct::<0>(frame, x.turns + x.error);
     keep_order();
     let y = measure::<1>(config, frame, elapsed);
-    if !BEYOND {
-        pairs[1] = correct::<1>(frame, y.at.turns, y.error);
-    }
+    let mut pairs = [x_corrected, correct::<1>(frame, y.turns + y.error)];
     keep_order();
-    state.slips |= x.slips | y.slips;
-    let mut bits = state.slips
-        | x.doubts
-        | y.doubts
-        | raw.fault.bits()
-        | config.standing_bits
-        | wrong_temperature;
-    if BEYOND {
-        let further = beyond(config, frame, &x.at, &y.at, &mut bits);
-        pairs = [
-            correct::<0>(frame, x.at.turns, x.error + further[0]),
-            correct::<1>(frame, y.at.turns, y.error + further[1]),
-        ];
+    if LATERAL {
+        pairs = correct_laterally(config, frame, &x, &y);
+    }
+    if config.extended {
+        pairs = correct_further(config, frame);
     }
     let parity_turns = pose(config, frame, &pairs);
+    keep_order();
     let deflection = psd::deflection(
         &config.beacon,
         config.tan_full_scale,
         frame.raw.electrode_counts,
     );
-    state.frame.tan_psi = deflection.tan_psi;
-    bits |= deflection.bits
-        | (above(parity_turns.to_bits(), config.parity_turns.to_bits()) & Status::PARITY.bits())
-        | if state.frozen == 0 {
-            0
-        } else {
-            Status::FROZEN.bits()
-        };
-    state.frame.status = Status::from_bits_retain(bits);
-    state.frame.sequence = state.sequence;
+    frame.tan_psi = deflection.tan_psi;
+    let parity = above(parity_turns.to_bits(), config.parity_turns.to_bits());
+    let bits = frame.status.bits() | deflection.bits | (parity & Status::PARITY.bits());
+    frame.status = Status::from_bits_retain(bits);
+    frame.sequence = state.sequence;
+    state.slips = bits & SLIPS;
     state.sequence = state.sequence.wrapping_add(1);
 }
 
-/// Stores the temperature; one that is not within ±1000 K is replaced by zero and reported.
-#[inline(always)]
-fn take_temperature(kept: &mut RawFrame, delta_k: f32) -> u32 {
-    let wrong = above(delta_k.to_bits(), 1000.0_f32.to_bits());
-    kept.temperature_delta_k = f32::from_bits(delta_k.to_bits() & !wrong);
-    wrong & Status::NUMERIC.bits()
+/// All slip bits.
+const SLIPS: u32 = 0b1111 * Status::SLIP_1.bits();
+
+/// Largest difference of temperature that is believed.
+const TEMPERATURE_LIMIT_K: f32 = 1000.0;
+
+/// Replaces the temperature by zero and says so.
+#[cold]
+#[inline(never)]
+fn refuse_temperature(frame: &mut Frame) {
+    frame.raw.temperature_delta_k = 0.0;
+    frame.status |= Status::NUMERIC;
 }
 
-/// Keeps the compiler from moving loads and stores across. It costs nothing by itself: it keeps the live values of one
-/// part of the work within the register file, and loads next to each other, where the core pipelines them.
+/// Keeps the compiler from moving loads and stores across: the live values of one part of the work then fit the register
+/// file. It is no instruction.
 #[inline(always)]
 fn keep_order() {
     compiler_fence(Ordering::SeqCst);
 }
 
-/// A pair of segments after counting: phases, equation (3), and what was noticed.
+/// A pair of segments: unit vectors, phases, and equation (3).
 #[derive(Clone, Copy)]
 struct Measured {
-    at: Interpolated,
+    sine: Lanes,
+    cosine: Lanes,
+    turns: Lanes,
     error: Lanes,
-    slips: u32,
-    doubts: u32,
 }
 
 /// Interpolates and counts segments P and P + 2; writes all of their part of the frame but the calibrated outputs.
@@ -285,12 +292,16 @@ fn measure<const P: usize>(config: &StepConfig, frame: &mut Frame, elapsed: f32)
     let lanes = [P, P + 2];
     let counts = lanes.map(|i| frame.raw.quadrature_counts[i]);
     let at = quadrature::interpolate(&config.pairs[P].0, counts);
+    let doubts = [0, 1].map(|k| doubts(config, at.square[k], counts[k]));
+    frame.status |= Status::from_bits_retain((doubts[0] | doubts[1] << 2) << P);
+    (0..2).for_each(|k| frame.segments[lanes[k]].amplitude_counts = at.amplitude.0[k]);
     keep_order();
+    let error = config.pairs[P].1.errors(at.sine, at.cosine);
     let old = lanes.map(|i| frame.segments[i]);
     let counters = Counters {
         turns: Lanes::new(|k| old[k].unmodified.fraction_turns),
         teeth: [old[0].unmodified.teeth, old[1].unmodified.teeth],
-        speed_m_s: Lanes::new(|k| old[k].speed_m_s),
+        speed_m_s: frame.speed_m_s[P],
     };
     let (counters, slip) = counters.advance(&config.counter, at.turns, elapsed);
     for (k, i) in lanes.into_iter().enumerate() {
@@ -299,18 +310,15 @@ fn measure<const P: usize>(config: &StepConfig, frame: &mut Frame, elapsed: f32)
             teeth: counters.teeth[k],
             fraction_turns: at.turns.0[k],
         };
-        segment.amplitude_counts = at.amplitude.0[k];
-        segment.speed_m_s = counters.speed_m_s.0[k];
     }
-    let doubts = [0, 1].map(|k| doubts(config, at.square[k], counts[k]));
-    keep_order();
-    let own = config.pairs[P].1;
-    keep_order();
+    frame.speed_m_s[P] = counters.speed_m_s;
+    let slips = slip[0] & Status::SLIP_1.bits() | slip[1] & Status::SLIP_3.bits();
+    frame.status |= Status::from_bits_retain(slips << P);
     Measured {
-        error: own.errors(at.sine, at.cosine),
-        slips: (slip[0] & Status::SLIP_1.bits() | slip[1] & Status::SLIP_3.bits()) << P,
-        doubts: (doubts[0] | doubts[1] << 2) << P,
-        at,
+        sine: at.sine,
+        cosine: at.cosine,
+        turns: at.turns,
+        error,
     }
 }
 
@@ -324,50 +332,46 @@ fn doubts(config: &StepConfig, square: u32, counts: [i16; 2]) -> u32 {
     low >> 31 | high >> 31 << 4 | (clipped as u32) >> 31 << 8
 }
 
-/// The errors' part by equation (9) and the further rows, turns. A sum that is not within half a pitch is replaced by
-/// zero and reported.
+/// Adds the lateral terms of equation (9).
 #[inline(always)]
-fn beyond(
-    config: &StepConfig,
-    frame: &mut Frame,
-    x: &Interpolated,
-    y: &Interpolated,
-    bits: &mut u32,
-) -> [Lanes; 2] {
-    if config.directions {
-        for segment in &mut frame.segments {
-            segment.direction =
-                quadrature::direction(segment.direction, segment.speed_m_s, config.dead_band_m_s);
-        }
-    }
-    let further = &config.further;
-    let angle = mean_angle_turns(&frame.segments.map(|s| s.unmodified));
-    let unit = |at: &Interpolated, k: usize| Unit {
+fn correct_laterally(config: &StepConfig, frame: &mut Frame, x: &Measured, y: &Measured) -> [Corrected; 2] {
+    let unit = |at: &Measured, k: usize| Unit {
         sine: at.sine.0[k],
         cosine: at.cosine.0[k],
     };
     let own = [unit(x, 0), unit(y, 0), unit(x, 1), unit(y, 1)];
+    let angle = mean_angle_turns(&frame.segments.map(|s| s.unmodified));
     let lateral = lateral_units(&own, angle * config.lateral_over_span);
-    let part = |i: usize| {
-        further.lateral[i][0] * lateral[i].sine + further.lateral[i][1] * lateral[i].cosine
+    let coefficients = &config.further.lateral;
+    let error = |i: usize| {
+        coefficients[i][0] * lateral[i].sine + coefficients[i][1] * lateral[i].cosine
     };
-    let mut errors = [part(0), part(1), part(2), part(3)];
-    if further.has_extra() {
-        let basis = Basis {
-            own,
-            lateral,
-            theta_rad: angle * config.pitch_over_span,
-            speed_m_s: frame.segments.map(|s| s.speed_m_s),
-            direction: frame.segments.map(|s| s.direction),
-            temperature_delta_k: frame.raw.temperature_delta_k,
-        };
-        for (error, extra) in errors.iter_mut().zip(further.extra_errors(&basis)) {
-            let wrong = above((*error + extra).to_bits(), 0.5_f32.to_bits());
-            *error = f32::from_bits((*error + extra).to_bits() & !wrong);
-            *bits |= wrong & Status::NUMERIC.bits();
-        }
+    let sum = |i: usize| frame.segments[i].calibrated.fraction_turns + error(i);
+    let sums = [Lanes([sum(0), sum(2)]), Lanes([sum(1), sum(3)])];
+    [correct::<0>(frame, sums[0]), correct::<1>(frame, sums[1])]
+}
+
+/// Keeps the directions of travel and adds the model's further rows. A sum of these that is not within half a pitch is
+/// left out and reported.
+#[inline(never)]
+fn correct_further(config: &StepConfig, frame: &mut Frame) -> [Corrected; 2] {
+    for (direction, speed_m_s) in frame.direction.iter_mut().zip(frame.speed_m_s) {
+        *direction = quadrature::direction(*direction, speed_m_s, config.dead_band_m_s);
     }
-    [Lanes([errors[0], errors[2]]), Lanes([errors[1], errors[3]])]
+    let seen = Observation::from(&*frame);
+    let basis = Basis::with_ratios(config.pitch_over_span, config.lateral_over_span, &seen);
+    let errors = config.further.extra_errors(&basis);
+    let mut sums = [0.0; SEGMENTS];
+    for i in 0..SEGMENTS {
+        let wrong = above(errors[i].to_bits(), 0.5_f32.to_bits());
+        frame.status |= Status::from_bits_retain(wrong & Status::NUMERIC.bits());
+        sums[i] = frame.segments[i].calibrated.fraction_turns
+            + f32::from_bits(errors[i].to_bits() & !wrong);
+    }
+    [
+        correct::<0>(frame, Lanes([sums[0], sums[2]])),
+        correct::<1>(frame, Lanes([sums[1], sums[3]])),
+    ]
 }
 
 /// A pair's calibrated outputs: middle and difference.
@@ -379,8 +383,7 @@ struct Corrected {
 
 /// Writes the calibrated outputs of segments p and p + 2.
 #[inline(always)]
-fn correct<const P: usize>(frame: &mut Frame, turns: Lanes, error: Lanes) -> Corrected {
-    let calibrated = turns + error;
+fn correct<const P: usize>(frame: &mut Frame, calibrated: Lanes) -> Corrected {
     let [a, b] = [0, 1].map(|k| {
         let segment = &mut frame.segments[P + 2 * k];
         segment.calibrated = Coordinate {
@@ -411,20 +414,27 @@ fn pose(config: &StepConfig, frame: &mut Frame, [x, y]: &[Corrected; 2]) -> f32 
     parity_turns
 }
 
-/// Looks at one segment a sample, in turn: which bits of its counts have changed since it was last looked at. At a
-/// window's end, a segment of which a channel did not change at all is marked frozen until the next end.
+/// Watches one segment for a window of samples, then the next: which bits of its counts change. At a window's end the
+/// segment is marked frozen, until it is judged again, if a channel did not change at all.
 #[inline(always)]
 fn watch_frozen(config: &StepConfig, state: &mut StepState) {
-    let i = (state.sequence & 3) as usize;
+    let i = (state.sequence >> config.frozen_shift & 3) as usize;
     let counts = word(state.frame.raw.quadrature_counts[i]);
-    let changed = state.changed[i] | (counts ^ state.watched[i]);
-    state.watched[i] = counts;
-    state.changed[i] = changed;
-    if state.sequence & config.frozen_mask < SEGMENTS as u32 {
-        let still = changed & 0xFFFF == 0 || changed >> 16 == 0;
-        state.frozen = state.frozen & !(1 << i) | u32::from(still) << i;
-        state.changed[i] = 0;
+    state.changed |= counts ^ state.watched;
+    state.watched = counts;
+    if state.sequence & config.frozen_mask == config.frozen_mask {
+        judge_frozen(config, state, i);
     }
+}
+
+/// Ends the window of segment `i` and begins that of the next.
+#[inline(always)]
+fn judge_frozen(config: &StepConfig, state: &mut StepState, i: usize) {
+    let still = state.changed & 0xFFFF == 0 || state.changed >> 16 == 0;
+    state.still = state.still & !(1 << i) | u32::from(still) << i;
+    state.frozen = if state.still == 0 || config.frozen_shift == 31 { 0 } else { Status::FROZEN.bits() };
+    state.watched = word(state.frame.raw.quadrature_counts[(i + 1) & 3]);
+    state.changed = 0;
 }
 
 #[inline(always)]

@@ -69,7 +69,7 @@ fn exact(term: &Term, seen: &Observation, i: usize) -> [f64; 2] {
     [factor * angle.sin(), factor * angle.cos()]
 }
 
-/// Quoted in the documentation: 1e-5 relative to the multiplier, at order 16 (2e-6 at equation 3's orders).
+/// Quoted in the documentation: 1e-5 relative to the multiplier, at order 16 (3e-6 at the orders of equations 3 and 9).
 #[test]
 fn regressors_are_their_definition() {
     let mut rng = ChaCha8Rng::seed_from_u64(11);
@@ -94,7 +94,7 @@ fn regressors_are_their_definition() {
             }
         }
     }
-    assert!(worst < 1e-5 && worst_low < 2e-6, "{worst:e} {worst_low:e}");
+    assert!(worst < 1e-5 && worst_low < 3e-6, "{worst:e} {worst_low:e}");
 }
 
 #[test]

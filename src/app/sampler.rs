@@ -5,8 +5,8 @@
 //! it passes through [`Mailbox`], one atomic word each.
 
 use crate::drivers::converter::{ConverterError, Counts, store};
-use crate::frame::{Frame, RawFrame, Status};
-use crate::step::{StepState, step};
+use crate::frame::{Frame, Status};
+use crate::step::{StepState, isr_step};
 use crate::swap::SwapReceiver;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use heapless::spsc::{Producer, Queue};
@@ -75,7 +75,6 @@ impl Mailbox {
 pub struct Sampler<'q, 'c> {
     config: SwapReceiver<'q, 'c>,
     state: StepState,
-    raw: RawFrame,
     frames: Producer<'q, Frame>,
     mailbox: &'q Mailbox,
 }
@@ -90,7 +89,6 @@ impl<'q, 'c> Sampler<'q, 'c> {
         Self {
             config,
             state: StepState::new(),
-            raw: RawFrame::default(),
             frames,
             mailbox,
         }
@@ -100,15 +98,16 @@ impl<'q, 'c> Sampler<'q, 'c> {
     /// in this frame). Constant cost; a full queue drops the frame and counts it. Never panics.
     #[inline]
     pub fn isr_sample(&mut self, reading: Result<Counts, ConverterError>, missed: u32) -> Frame {
-        store(reading, &mut self.raw);
-        self.raw.fault.set(Status::OVERRUN, missed > 0);
-        self.raw.temperature_delta_k =
+        let raw = self.state.raw_mut();
+        store(reading, raw);
+        raw.fault.set(Status::OVERRUN, missed > 0);
+        raw.temperature_delta_k =
             f32::from_bits(self.mailbox.temperature_delta_bits.load(Relaxed));
         if self.mailbox.restart_count.load(Relaxed) {
             self.mailbox.restart_count.store(false, Relaxed);
             self.state.restart_count();
         }
-        let frame = step(self.config.current(), &mut self.state, &self.raw);
+        let frame = *isr_step(self.config.current(), &mut self.state);
         count(&self.mailbox.samples, 1);
         count(&self.mailbox.missed, missed);
         if self.frames.enqueue(frame).is_err() {

@@ -33,7 +33,7 @@ impl Sample {
     pub fn of(frame: &Frame) -> Self {
         Self {
             unmodified: frame.segments.map(|s| s.unmodified),
-            direction: frame.segments.map(|s| s.direction as i8),
+            direction: [0, 1, 0, 1].map(|axis: usize| frame.direction[axis] as i8),
             temperature_delta_k: frame.raw.temperature_delta_k,
         }
     }

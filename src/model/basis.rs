@@ -78,7 +78,7 @@ pub(crate) fn lateral_units(own: &[Unit; SEGMENTS], shift_turns: f32) -> [Unit; 
     [y.minus(shift), x.plus(shift), y.plus(shift), x.minus(shift)]
 }
 
-/// Mean unmodified angle, rad: half the sum of both pairs' differences over the span.
+/// Mean unmodified angle times span over pitch: half the sum of both pairs' differences, turns.
 #[inline(always)]
 pub(crate) fn mean_angle_turns(p: &[Coordinate; SEGMENTS]) -> f32 {
     0.5 * (p[0].minus_turns(p[2]) + p[1].minus_turns(p[3]))
@@ -101,11 +101,16 @@ impl From<&Frame> for Observation {
     fn from(frame: &Frame) -> Self {
         Self {
             unmodified: frame.segments.map(|s| s.unmodified),
-            speed_m_s: frame.segments.map(|s| s.speed_m_s),
-            direction: frame.segments.map(|s| s.direction),
+            speed_m_s: per_segment(frame.speed_m_s),
+            direction: per_segment(frame.direction),
             temperature_delta_k: frame.raw.temperature_delta_k,
         }
     }
+}
+
+/// A value of each axis as one of each segment.
+fn per_segment([x, y]: [f32; 2]) -> [f32; SEGMENTS] {
+    [x, y, x, y]
 }
 
 /// All phases and multipliers of one instant, ready to give any term of any segment.
@@ -122,13 +127,24 @@ pub struct Basis {
 impl Basis {
     /// From an observation; the phases go through [`math::sincos_turns`], everything after is the interrupt's own code.
     pub fn new(geometry: &Geometry, seen: &Observation) -> Self {
-        let own = seen.unmodified.map(|p| Unit::from_turns(p.fraction_turns));
+        let pitch_over_span = geometry.pitch_m / geometry.span_m;
+        Self::with_ratios(pitch_over_span, geometry.lateral_m / geometry.span_m, seen)
+    }
+
+    /// The same from ratios of lengths.
+    pub(crate) fn with_ratios(
+        pitch_over_span: f32,
+        lateral_over_span: f32,
+        seen: &Observation,
+    ) -> Self {
+        let own = seen
+            .unmodified
+            .map(|p| Unit::from_turns(p.fraction_turns));
         let angle_turns = mean_angle_turns(&seen.unmodified);
-        let theta_rad = angle_turns * (geometry.pitch_m / geometry.span_m);
         Self {
             own,
-            lateral: lateral_units(&own, angle_turns * (geometry.lateral_m / geometry.span_m)),
-            theta_rad,
+            lateral: lateral_units(&own, angle_turns * lateral_over_span),
+            theta_rad: angle_turns * pitch_over_span,
             speed_m_s: seen.speed_m_s,
             direction: seen.direction,
             temperature_delta_k: seen.temperature_delta_k,

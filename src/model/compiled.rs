@@ -91,9 +91,9 @@ impl CompiledModel {
 /// What the interrupt adds to equation (3): the lateral terms of equation (9), and further rows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Further {
-    /// Whether there is anything.
-    pub used: bool,
-    /// Equation (9), `[sine, cosine]`, turns.
+    /// Whether equation (9) is in use.
+    pub has_lateral: bool,
+    /// Its coefficients, `[sine, cosine]`, turns.
     pub lateral: [[f32; 2]; SEGMENTS],
     extra: Vec<(Term, TermCoefficients), MAX_TERMS>,
     /// Highest own and lateral orders in the list.
@@ -102,8 +102,8 @@ pub(crate) struct Further {
 
 impl Further {
     fn add(&mut self, term: Term, rows: TermCoefficients) {
-        self.used = true;
         if term == Term::lateral(1) {
+            self.has_lateral = true;
             self.lateral = rows;
             return;
         }

@@ -51,11 +51,7 @@ impl Digest {
         for segment in &frame.segments {
             self.coordinate(segment.unmodified);
             self.coordinate(segment.calibrated);
-            self.floats(&[
-                segment.amplitude_counts,
-                segment.speed_m_s,
-                segment.direction,
-            ]);
+            self.floats(&[segment.amplitude_counts]);
         }
         let pose = &frame.pose;
         self.coordinate(pose.x);
@@ -67,5 +63,7 @@ impl Digest {
             frame.parity_m,
         ]);
         self.floats(&frame.tan_psi);
+        self.floats(&frame.speed_m_s);
+        self.floats(&frame.direction);
     }
 }
