@@ -97,7 +97,7 @@ fn synthetic(seed: u64, initial: f64, groups: Groups) -> Fitted {
     solver.set_priors(&constraints, &start, &Priors::default());
     let mut found = start;
     let report = solver
-        .fit(&constraints, &samples, groups, &mut found)
+        .fit(&constraints, &samples, groups, &mut found, &mut || {})
         .unwrap();
     let free: Vec<usize> = solver.free().iter().map(|&i| i.into()).collect();
     let errors = free
@@ -203,7 +203,13 @@ fn device_f32_agrees_with_f64_on_the_same_rows() {
         },
     );
     solver
-        .fit(&constraints, &samples, Groups::PAPER, &mut found)
+        .fit(
+            &constraints,
+            &samples,
+            Groups::PAPER,
+            &mut found,
+            &mut || {},
+        )
         .unwrap();
     // A Gauss-Newton step in f64 from where f32 came to rest says how far off that is.
     let free: Vec<usize> = solver.free().iter().map(|&i| i.into()).collect();
@@ -266,7 +272,17 @@ fn schedule(
     };
     let reports = steps
         .iter()
-        .map(|&step| make_step(step, &mut constraints, &mut solver, buffer, &mut progress).unwrap())
+        .map(|&step| {
+            make_step(
+                step,
+                &mut constraints,
+                &mut solver,
+                buffer,
+                &mut progress,
+                &mut || {},
+            )
+            .unwrap()
+        })
         .collect();
     (progress, reports, constraints)
 }

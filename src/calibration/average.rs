@@ -32,6 +32,10 @@ pub struct PoseMean {
     pub parity_in_force_m: f32,
     /// Amplitudes, counts.
     pub amplitude_counts: [f32; SEGMENTS],
+    /// Measured tan psi of the coordination sensor.
+    pub tan_psi: [f32; 2],
+    /// Mean sum of the coordination sensor's electrodes: the light, counts.
+    pub light_counts: f32,
     /// Largest of the channels' standard deviations, metres.
     pub spread_m: f32,
 }
@@ -51,6 +55,8 @@ pub struct Average {
     first: Sample,
     deviation_turns: [[f32; SEGMENTS]; FRAMES],
     parity_in_force_m: [f32; FRAMES],
+    tan_psi: [[f32; 2]; FRAMES],
+    light_counts: f32,
     amplitude_counts: [f32; SEGMENTS],
     temperature_k: f32,
     count: usize,
@@ -62,6 +68,8 @@ impl Average {
         first: Sample::ZERO,
         deviation_turns: [[0.0; SEGMENTS]; FRAMES],
         parity_in_force_m: [0.0; FRAMES],
+        tan_psi: [[0.0; 2]; FRAMES],
+        light_counts: 0.0,
         amplitude_counts: [0.0; SEGMENTS],
         temperature_k: 0.0,
         count: 0,
@@ -72,6 +80,7 @@ impl Average {
         self.count = 0;
         self.amplitude_counts = [0.0; SEGMENTS];
         self.temperature_k = 0.0;
+        self.light_counts = 0.0;
     }
 
     /// Frames collected.
@@ -95,6 +104,13 @@ impl Average {
             self.amplitude_counts[segment] += frame.segments[segment].amplitude_counts;
         }
         self.parity_in_force_m[self.count] = frame.parity_m;
+        self.tan_psi[self.count] = frame.tan_psi;
+        self.light_counts += frame
+            .raw
+            .electrode_counts
+            .iter()
+            .map(|&c| f32::from(c))
+            .sum::<f32>();
         self.temperature_k += frame.raw.temperature_delta_k;
         self.count += 1;
     }
@@ -116,8 +132,8 @@ impl Average {
                 .zip(&allowed)
                 .any(|((d, m), a)| (d - m).abs() > *a);
             if !off {
-                sums.add(frame, &medians, self.parity_in_force_m[i]);
-                halves[2 * i / self.count].add(frame, &medians, 0.0);
+                sums.add(frame, &medians, self.parity_in_force_m[i], self.tan_psi[i]);
+                halves[2 * i / self.count].add(frame, &medians, 0.0, [0.0; 2]);
             }
         }
         let spread_m = sums.spread() * pitch_m;
@@ -160,6 +176,8 @@ impl Average {
             sample,
             parity_in_force_m: sums.parity / sums.count,
             amplitude_counts: self.amplitude_counts.map(|a| a / all),
+            tan_psi: sums.tan_psi.map(|t| t / sums.count),
+            light_counts: self.light_counts / all,
             spread_m,
         }
     }
@@ -189,17 +207,25 @@ struct Sums {
     sum: [f32; SEGMENTS],
     squares: [f32; SEGMENTS],
     parity: f32,
+    tan_psi: [f32; 2],
     count: f32,
 }
 
 impl Sums {
-    fn add(&mut self, frame: &[f32; SEGMENTS], medians: &[f32; SEGMENTS], parity: f32) {
+    fn add(
+        &mut self,
+        frame: &[f32; SEGMENTS],
+        medians: &[f32; SEGMENTS],
+        parity: f32,
+        tan_psi: [f32; 2],
+    ) {
         for segment in 0..SEGMENTS {
             let d = frame[segment] - medians[segment];
             self.sum[segment] += d;
             self.squares[segment] += d * d;
         }
         self.parity += parity;
+        self.tan_psi = [self.tan_psi[0] + tan_psi[0], self.tan_psi[1] + tan_psi[1]];
         self.count += 1.0;
     }
 

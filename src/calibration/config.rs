@@ -139,7 +139,12 @@ impl SessionConfig {
 }
 
 /// Not a number fails as well.
-fn within(name: &'static str, value: f32, low: f32, high: f32) -> Result<(), StartError> {
+pub(super) fn within(
+    name: &'static str,
+    value: f32,
+    low: f32,
+    high: f32,
+) -> Result<(), StartError> {
     if (low..=high).contains(&value) {
         Ok(())
     } else {

@@ -16,11 +16,12 @@ mod sample;
 mod session;
 pub mod slots;
 mod spread;
+mod visit;
 
 pub use average::UNUSABLE;
 pub use config::{SessionConfig, StartError};
 pub use gate::{GatedFit, PlatenEstimator, STARTUP, Verdict};
-pub use outcome::{AcceptanceLimits, Evidence, Outcome, Refusal};
+pub use outcome::{AcceptanceLimits, Evidence, Length, Outcome, Refusal};
 pub use plan::{Plan, Planner, Range, RelativePose, foreseen};
 pub use port::{Action, MotionEvent, Progress, Stage};
 pub use regression::{PLATEN_UNKNOWNS, Regression};

@@ -68,6 +68,27 @@ pub struct Outcome {
     pub evidence: Evidence,
 }
 
+/// A length of the coordination sensor's mounting.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Length {
+    /// h.
+    Height,
+    /// l_x.
+    LeverX,
+    /// l_y.
+    LeverY,
+}
+
+impl core::fmt::Display for Length {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Height => "height h",
+            Self::LeverX => "lever arm l_x",
+            Self::LeverY => "lever arm l_y",
+        })
+    }
+}
+
 /// Why a session ended without a calibration.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, thiserror::Error)]
 #[non_exhaustive]
@@ -172,6 +193,64 @@ pub enum Refusal {
         after_m: f32,
         /// Allowed.
         limit_m: f32,
+    },
+    /// The light on the coordination sensor is not the one beacon's.
+    #[error(
+        "light on the coordination sensor changed: {light_counts:.0} counts at {lost} poses, {reference_counts:.0} at the first, limit {limit_share:.2} of it"
+    )]
+    Light {
+        /// Sum of the electrodes at the last such pose, counts.
+        light_counts: f32,
+        /// At the first pose, counts.
+        reference_counts: f32,
+        /// Change allowed, as a share.
+        limit_share: f32,
+        /// Poses lost by then.
+        lost: u32,
+    },
+    /// The courier did not turn enough to tell the lever arm.
+    #[error(
+        "turned by {turn_rad:e} rad rms, wanted {wanted_rad:e} rad or more: the lever arm cannot be told"
+    )]
+    NoRotation {
+        /// Rms of the poses' angles.
+        turn_rad: f32,
+        /// Least.
+        wanted_rad: f32,
+    },
+    /// Height or lever arm is far from what was entered: wrong sign, wrong unit, wrong drawing.
+    #[error(
+        "{name} is {found_m:e} m by the data, entered {entered_m:e} m, limit of the difference {limit_m:e} m"
+    )]
+    Geometry {
+        /// Which.
+        name: Length,
+        /// As entered.
+        entered_m: f32,
+        /// By the data.
+        found_m: f32,
+        /// Difference allowed.
+        limit_m: f32,
+    },
+    /// Height or lever arm is not told by the data.
+    #[error("{name} is known to {deviation_m:e} m only, wanted {limit_m:e} m or better")]
+    Undetermined {
+        /// Which.
+        name: Length,
+        /// Its predicted standard deviation.
+        deviation_m: f32,
+        /// Wanted.
+        limit_m: f32,
+    },
+    /// No step of the joint calibration was of use to the held-out poses.
+    #[error(
+        "held-out poses gain by no step: whitened residual {before:.3} before, {after:.3} after the best"
+    )]
+    NoGain {
+        /// Before.
+        before: f32,
+        /// After the best step.
+        after: f32,
     },
     /// Arithmetic left f32's range.
     #[error("solve: {0}")]

@@ -96,6 +96,17 @@ impl Planner {
         }
     }
 
+    /// Uniform about the middle of the range, the angle as far as allowed to either side if `turned`.
+    pub fn centred(&mut self, turned: bool) -> RelativePose {
+        let pose = if turned { self.turned() } else { self.random() };
+        let half = 0.5 * self.range.travel_m;
+        RelativePose {
+            x_m: pose.x_m - half,
+            y_m: pose.y_m - half,
+            ..pose
+        }
+    }
+
     /// Best of [`CANDIDATES`] poses for the estimate so far.
     pub fn optimal(
         &mut self,

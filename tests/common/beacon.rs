@@ -1,8 +1,8 @@
 //! A courier under a beacon in f64: from a true pose to readings, by the plant's side of equations (3), (4), (9), (10), (11).
 use super::{ORDERS, normal};
-use courier_sensor::calibration::Sample;
 use courier_sensor::calibration::joint::*;
-use courier_sensor::frame::Coordinate;
+use courier_sensor::calibration::{Action, MotionEvent, Sample};
+use courier_sensor::frame::{Coordinate, Frame, Status};
 use courier_sensor::geometry::Geometry;
 use courier_sensor::model::{ErrorModel, TermTable};
 use rand::{RngExt, SeedableRng};
@@ -213,5 +213,84 @@ impl BeaconCourier {
         truth.extend(place);
         truth.extend(self.sensor);
         truth
+    }
+}
+
+/// What goes wrong around a [`BeaconCourier`], by the pose's number.
+pub struct Trouble {
+    pub status: fn(u32) -> Status,
+    pub light: fn(u32) -> i16,
+}
+
+impl Default for Trouble {
+    fn default() -> Self {
+        Self {
+            status: |_| Status::empty(),
+            light: |_| 8000,
+        }
+    }
+}
+
+impl BeaconCourier {
+    fn frame(&mut self, pose: [f64; 3], structure: [f64; 4], sequence: u32) -> Frame {
+        let mut frame = Frame {
+            sequence,
+            ..Frame::default()
+        };
+        let outputs = self.outputs_m(pose);
+        for i in 0..4 {
+            let turns = (outputs[i] + structure[i] + self.noise_m * normal(&mut self.rng)) / PITCH;
+            let unmodified = Coordinate {
+                teeth: turns.round() as i32,
+                fraction_turns: (turns - turns.round()) as f32,
+            };
+            frame.segments[i].unmodified = unmodified;
+            frame.segments[i].calibrated = unmodified;
+        }
+        let scale = self.height_m * self.full_scale;
+        frame.tan_psi = self
+            .deflection(pose)
+            .map(|u| ((u + self.noise_m * normal(&mut self.rng) / scale) * self.full_scale) as f32);
+        let p = frame.segments.map(|s| s.calibrated);
+        frame.parity_m = ((f64::from(p[0].minus_turns(p[2])) - f64::from(p[1].minus_turns(p[3])))
+            * PITCH) as f32;
+        frame
+    }
+
+    /// Runs a joint session from under the beacon to its end, by an open-loop controller 20 um off.
+    pub fn run(
+        &mut self,
+        session: &mut JointSession,
+        config: JointConfig,
+        trouble: &Trouble,
+    ) -> JointOutcome {
+        session.start(config).unwrap();
+        let start = [
+            self.origin_m[0] + self.lever_m[0],
+            self.origin_m[1] + self.lever_m[1],
+            0.0,
+        ];
+        let (mut pose, mut structure, mut count, mut sequence) = (start, [0.0; 4], 0, 0);
+        while session.is_running() {
+            if let Some(Action::Go(to)) = session.poll() {
+                let off: [f64; 2] = std::array::from_fn(|_| 20.0e-6 * normal(&mut self.rng));
+                pose = [
+                    start[0] + f64::from(to.x_m) + off[0],
+                    start[1] + f64::from(to.y_m) + off[1],
+                    f64::from(to.theta_rad),
+                ];
+                structure = (self.structure)(&mut self.rng);
+                count += 1;
+                session.motion(MotionEvent::Settled);
+            }
+            let mut frame = self.frame(pose, structure, sequence);
+            frame.status |= (trouble.status)(count - 1);
+            frame.raw.electrode_counts = [(trouble.light)(count - 1); 4];
+            sequence += 1;
+            session.frame(&frame);
+            session.work(&mut || {});
+        }
+        assert_eq!(session.poll(), Some(Action::Stop));
+        session.outcome().unwrap().clone()
     }
 }

@@ -3,16 +3,22 @@
 //! `sample` (buffer of poses) -> `constraint` (three whitened rows a pose) -> `solver` (Gauss-Newton) -> `steps` (schedule, held-out
 //! acceptance). `layout` orders the unknowns and removes the gauge freedoms; `sensor` has the diode's own errors.
 
+mod config;
 mod constraint;
 mod layout;
+mod plan;
 mod sample;
 pub mod sensor;
+mod session;
 mod solver;
 mod steps;
 mod whitening;
 
+pub use config::{JointConfig, JointLimits, entered, model_of};
 pub use constraint::{Constraints, Misclosure, ReadingNoise, Rows, Values, Weighting};
 pub use layout::{Groups, JOINT_UNKNOWNS, Layout, MAX_FITTED, Unknown};
+pub use plan::{about_sensor, foreseen_under_beacon};
 pub use sample::{JointBuffer, JointSample, POSES};
+pub use session::{JointOutcome, JointResult, JointSession};
 pub use solver::{FitReport, JointEstimator, JointSolver, Priors};
 pub use steps::{HeldOut, JointProgress, Step, StepReport, make_step};

@@ -90,8 +90,8 @@ pub struct FitReport {
 /// Solver with its state; to live in a static.
 #[derive(Debug)]
 pub struct JointSolver {
-    estimator: JointEstimator,
-    free: heapless::Vec<u8, JOINT_UNKNOWNS>,
+    pub(super) estimator: JointEstimator,
+    pub(super) free: heapless::Vec<u8, JOINT_UNKNOWNS>,
     prior_centre: Values,
     prior_deviation: Values,
     /// Constraints in use: g_p alone, or all three.
@@ -160,7 +160,8 @@ impl JointSolver {
         &self.free
     }
 
-    /// Fits the unknowns of some groups to the poses, from `values` on, in place.
+    /// Fits the unknowns of some groups to the poses, from `values` on, in place. `breathe` is called between poses, every 60,000
+    /// cycles or sooner: for the watchdog and the frame queue.
     ///
     /// # Errors
     /// [`SolveError`]; `values` are then the best so far.
@@ -170,6 +171,7 @@ impl JointSolver {
         samples: &[JointSample],
         groups: Groups,
         values: &mut Values,
+        breathe: &mut dyn FnMut(),
     ) -> Result<FitReport, SolveError> {
         self.free = constraints.layout.free(groups);
         // g_p comes first in the whitening, so its row alone is right when g_x and g_y are not used.
@@ -186,7 +188,7 @@ impl JointSolver {
         let (mut best, mut best_cost, mut damping) = (*values, f32::INFINITY, 0.0);
         while report.passes < PASSES {
             report.passes += 1;
-            let cost = self.pass(constraints, samples, values, scale, &mut report);
+            let cost = self.pass(constraints, samples, values, scale, &mut report, breathe);
             if cost > best_cost * WORSE {
                 damping = if damping == 0.0 {
                     DAMPING
@@ -194,7 +196,7 @@ impl JointSolver {
                     damping * DAMPING_GROWTH
                 };
                 *values = best;
-                self.pass(constraints, samples, values, scale, &mut report);
+                self.pass(constraints, samples, values, scale, &mut report, breathe);
             } else {
                 (best, best_cost) = (*values, cost);
                 damping /= DAMPING_GROWTH;
@@ -228,11 +230,13 @@ impl JointSolver {
         values: &Values,
         scale: f32,
         report: &mut FitReport,
+        breathe: &mut dyn FnMut(),
     ) -> f32 {
         self.estimator.reset(self.free.len());
         report.left_out = 0;
         let (mut cost, mut squares) = (0.0, 0.0);
         for sample in samples {
+            breathe();
             let rows = constraints.rows(values, sample);
             let square: f32 = rows
                 .misclosure
@@ -272,7 +276,7 @@ impl JointSolver {
         cost + self.enter_priors(values)
     }
 
-    fn enter(&mut self, row: &Values, rhs: f32, factor: f32) {
+    pub(super) fn enter(&mut self, row: &Values, rhs: f32, factor: f32) {
         let mut packed = [0.0; JOINT_UNKNOWNS];
         for (to, &from) in packed.iter_mut().zip(&self.free) {
             *to = row[usize::from(from)] * factor;
@@ -284,7 +288,7 @@ impl JointSolver {
             .enter(&packed[..self.free.len()], rhs * factor);
     }
 
-    fn enter_priors(&mut self, values: &Values) -> f32 {
+    pub(super) fn enter_priors(&mut self, values: &Values) -> f32 {
         let mut cost = 0.0;
         for column in 0..self.free.len() {
             let i = usize::from(self.free[column]);

@@ -107,6 +107,7 @@ pub fn make_step(
     solver: &mut JointSolver,
     buffer: &JointBuffer,
     progress: &mut JointProgress,
+    breathe: &mut dyn FnMut(),
 ) -> Result<StepReport, SolveError> {
     let (groups, noise) = (step.groups(progress.accepted), constraints.noise);
     let mut values = progress.values;
@@ -117,6 +118,7 @@ pub fn make_step(
         buffer.fitted(),
         groups,
         &mut values,
+        breathe,
     );
     let fit = fit.inspect_err(|_| constraints.noise = noise)?;
     let channels = if step == Step::Platen { 1 } else { 3 };
@@ -157,8 +159,9 @@ fn fit_with_shown_noise(
     samples: &[JointSample],
     groups: Groups,
     values: &mut Values,
+    breathe: &mut dyn FnMut(),
 ) -> Result<FitReport, SolveError> {
-    let mut report = solver.fit(constraints, samples, groups, values)?;
+    let mut report = solver.fit(constraints, samples, groups, values, breathe)?;
     for _ in 0..REWEIGHTINGS {
         let (before, shown) = (
             constraints.noise,
@@ -171,7 +174,7 @@ fn fit_with_shown_noise(
         {
             break;
         }
-        report = solver.fit(constraints, samples, groups, values)?;
+        report = solver.fit(constraints, samples, groups, values, breathe)?;
     }
     Ok(report)
 }

@@ -10,7 +10,7 @@
 
 mod judge;
 
-use super::average::{Average, UNUSABLE, Unsteady};
+use super::average::{UNUSABLE, Unsteady};
 use super::config::{SessionConfig, StartError};
 use super::gate::GatedFit;
 use super::outcome::{Evidence, Outcome, Refusal};
@@ -19,42 +19,25 @@ use super::port::{Action, MotionEvent, Progress, Stage};
 use super::regression::Regression;
 use super::sample::Sample;
 use super::spread::Spread;
-use crate::frame::{Frame, SEGMENTS, Status};
+use super::visit::{Visit, VisitRules, Visited};
+use crate::frame::{Frame, SEGMENTS};
 use crate::math::sqrt;
 use crate::model::ErrorModel;
 
 /// Poses between two looks at the predicted deviation.
 const LOOK_EVERY: u32 = 8;
-/// Tries at a pose where the courier does not stand still.
-const TRIES: u8 = 3;
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Doing {
-    Waiting { waited: u32 },
-    Resting { left: u32 },
-    Averaging,
-}
 
 /// The session. One at a time; starts idle.
 #[derive(Debug)]
 pub struct Session {
     config: Option<(SessionConfig, Regression)>,
     fit: GatedFit,
-    average: Average,
+    visit: Visit,
     planner: Planner,
     origin: Sample,
     stage: Stage,
-    doing: Doing,
-    pose: RelativePose,
     done: u32,
-    tries: u8,
     lost_still: u32,
-    last_sequence: Option<u32>,
-    bad_frames: u32,
-    bad_status: Status,
-    answers: u32,
-    nonsense: u32,
-    action: Option<Action>,
     raw: Spread,
     held_out_raw: Spread,
     held_out_in_force: Spread,
@@ -79,7 +62,7 @@ impl Session {
         Self {
             config: None,
             fit: GatedFit::EMPTY,
-            average: Average::EMPTY,
+            visit: Visit::NONE,
             planner: Planner::new(
                 Range {
                     travel_m: 0.0,
@@ -89,21 +72,8 @@ impl Session {
             ),
             origin: Sample::ZERO,
             stage: Stage::Finished,
-            doing: Doing::Waiting { waited: 0 },
-            pose: RelativePose {
-                x_m: 0.0,
-                y_m: 0.0,
-                theta_rad: 0.0,
-            },
             done: 0,
-            tries: 0,
             lost_still: 0,
-            last_sequence: None,
-            bad_frames: 0,
-            bad_status: Status::empty(),
-            answers: 0,
-            nonsense: 0,
-            action: None,
             raw: Spread::EMPTY,
             held_out_raw: Spread::EMPTY,
             held_out_in_force: Spread::EMPTY,
@@ -134,18 +104,12 @@ impl Session {
         self.config = Some((config, regression));
         self.forget_numbers();
         self.stage = Stage::Origin;
-        self.go(RelativePose::default());
+        self.visit.go(RelativePose::default(), 0);
         Ok(())
     }
 
     fn forget_numbers(&mut self) {
-        (
-            self.done,
-            self.tries,
-            self.lost_still,
-            self.held_out_refused,
-        ) = (0, 0, 0, 0);
-        self.last_sequence = None;
+        (self.done, self.lost_still, self.held_out_refused) = (0, 0, 0);
         self.raw = Spread::EMPTY;
         self.held_out_raw = Spread::EMPTY;
         self.held_out_in_force = Spread::EMPTY;
@@ -164,7 +128,7 @@ impl Session {
 
     /// What is to be done now, once.
     pub fn poll(&mut self) -> Option<Action> {
-        self.action.take()
+        self.visit.poll()
     }
 
     /// How it ended, once it has.
@@ -210,108 +174,42 @@ impl Session {
 
     /// Takes what the motion controller said.
     pub fn motion(&mut self, event: MotionEvent) {
-        if !self.is_running() {
-            return;
-        }
-        let pose = self.done;
-        match event {
-            MotionEvent::Settled
-                if matches!(self.doing, Doing::Waiting { .. }) && self.action.is_none() =>
-            {
-                let rest = self.config.as_ref().map_or(0, |(config, _)| config.rest);
-                self.doing = Doing::Resting { left: rest };
-            }
-            MotionEvent::Settled | MotionEvent::Underway => {
-                self.answers = self.answers.saturating_add(1)
-            }
-            MotionEvent::Nonsense => self.nonsense = self.nonsense.saturating_add(1),
-            MotionEvent::Fault(fault) => self.refuse(Refusal::MotionFault { fault, pose }),
-            MotionEvent::Refused(refusal) => self.refuse(Refusal::MotionRefused { refusal, pose }),
+        if let (true, Some(rules)) = (self.is_running(), self.rules())
+            && let Some(refusal) = self.visit.motion(event, &rules)
+        {
+            self.refuse(refusal);
         }
     }
 
     /// Takes a frame; every one, also while moving: they are the clock.
     pub fn frame(&mut self, frame: &Frame) {
-        if !self.is_running() {
-            return;
-        }
-        let passed = self
-            .last_sequence
-            .map_or(1, |last| frame.sequence.wrapping_sub(last));
-        self.last_sequence = Some(frame.sequence);
-        match self.doing {
-            Doing::Waiting { waited } => self.wait(waited.saturating_add(passed)),
-            Doing::Resting { left } if left > 0 => {
-                self.doing = Doing::Resting {
-                    left: left.saturating_sub(passed),
-                };
-            }
-            Doing::Resting { .. } | Doing::Averaging => {
-                self.doing = Doing::Averaging;
-                self.take(frame);
-            }
-        }
-    }
-
-    fn wait(&mut self, waited: u32) {
-        self.doing = Doing::Waiting { waited };
-        let limit = self
-            .config
-            .as_ref()
-            .map_or(0, |(config, _)| config.settle_limit);
-        if waited > limit {
-            let (pose, answers, nonsense) = (self.done, self.answers, self.nonsense);
-            self.refuse(Refusal::NotSettled {
-                pose,
-                waited,
-                limit,
-                answers,
-                nonsense,
-            });
-        }
-    }
-
-    fn take(&mut self, frame: &Frame) {
-        let Some((config, _)) = &self.config else {
+        let (true, Some(rules)) = (self.is_running(), self.rules()) else {
             return;
         };
-        let wanted = config.frames_per_pose;
-        if frame.status.intersects(UNUSABLE) {
-            self.bad_frames += 1;
-            self.bad_status |= frame.status & UNUSABLE;
-            let (pose, status, bad) = (self.done, self.bad_status, self.bad_frames);
-            if bad > wanted {
-                self.refuse(Refusal::BadFrames {
-                    pose,
-                    status,
-                    bad,
-                    limit: wanted,
-                });
-            }
-            return;
-        }
-        self.average.add(frame);
-        if self.average.count() < wanted as usize {
-            return;
-        }
-        match self
-            .average
-            .finish(config.geometry.pitch_m, config.frame_noise_m)
-        {
-            Ok(mean) => self.use_pose(&mean),
-            Err(unsteady) => self.try_again(unsteady),
+        match self.visit.frame(frame, &rules) {
+            Visited::Nothing => {}
+            Visited::Mean(mean) => self.use_pose(&mean),
+            Visited::Unsteady(unsteady) => self.lose(unsteady),
+            Visited::BadFrames(refusal) | Visited::NotSettled(refusal) => self.refuse(refusal),
         }
     }
 
-    fn try_again(&mut self, unsteady: Unsteady) {
-        self.tries += 1;
-        if self.tries < TRIES {
-            self.go(self.pose);
-            return;
-        }
+    fn rules(&self) -> Option<VisitRules> {
+        let (config, _) = self.config.as_ref()?;
+        Some(VisitRules {
+            frames_per_pose: config.frames_per_pose,
+            frame_noise_m: config.frame_noise_m,
+            pitch_m: config.geometry.pitch_m,
+            settle_limit: config.settle_limit,
+            rest: config.rest,
+            unusable: UNUSABLE,
+        })
+    }
+
+    fn lose(&mut self, Unsteady { spread_m, limit_m }: Unsteady) {
         self.lost_still += 1;
         if self.lost_still > self.loss_limit() || self.stage == Stage::Origin {
-            let (Unsteady { spread_m, limit_m }, lost) = (unsteady, self.lost_still);
+            let lost = self.lost_still;
             self.refuse(Refusal::NotStill {
                 spread_m,
                 limit_m,
@@ -337,12 +235,12 @@ impl Session {
                     return self.end_fit();
                 }
                 let pose = self.choose();
-                self.fresh_go(pose);
+                self.visit.go(pose, self.done);
             }
             Stage::HeldOut if complete => self.decide(),
             Stage::HeldOut => {
                 let pose = self.planner.random();
-                self.fresh_go(pose);
+                self.visit.go(pose, self.done);
             }
             Stage::Origin | Stage::Finished => {}
         }
@@ -372,20 +270,6 @@ impl Session {
         self.worst_deviation_m < config.target_deviation_m
     }
 
-    fn fresh_go(&mut self, pose: RelativePose) {
-        self.tries = 0;
-        self.go(pose);
-    }
-
-    fn go(&mut self, pose: RelativePose) {
-        self.pose = pose;
-        self.average.clear();
-        (self.bad_frames, self.bad_status) = (0, Status::empty());
-        (self.answers, self.nonsense) = (0, 0);
-        self.doing = Doing::Waiting { waited: 0 };
-        self.action = Some(Action::Go(pose));
-    }
-
     fn refuse(&mut self, refusal: Refusal) {
         let evidence = self.evidence();
         self.finish(Err(refusal), evidence);
@@ -394,6 +278,6 @@ impl Session {
     fn finish(&mut self, result: Result<ErrorModel, Refusal>, evidence: Evidence) {
         self.outcome = Some(Outcome { result, evidence });
         self.stage = Stage::Finished;
-        self.action = Some(Action::Stop);
+        self.visit.stop();
     }
 }

@@ -1,0 +1,514 @@
+//! The joint calibration's session under a beacon: poses, buffer, then the schedule's steps. A state machine like
+//! [`crate::calibration::Session`], with one more duty for its caller: [`JointSession::work`], again and again, which makes a
+//! step of the schedule when the poses are complete.
+//!
+//! It starts where the courier stands with the coordination sensor under the beacon, and turns about that sensor as far as
+//! the entered lever arm is right. Memory: 41 KiB of poses, 20 KiB of estimator, to live in a static.
+
+use super::config::{JointConfig, model_of};
+use super::constraint::{Constraints, Values};
+use super::layout::{Groups, JOINT_UNKNOWNS};
+use super::plan::about_sensor;
+use super::sample::{JointBuffer, JointSample};
+use super::solver::JointSolver;
+use super::steps::{JointProgress, Step, StepReport, make_step};
+use crate::calibration::average::{PoseMean, UNUSABLE};
+use crate::calibration::config::StartError;
+use crate::calibration::outcome::{Evidence, Length, Refusal};
+use crate::calibration::plan::{Plan, Planner, Range, RelativePose};
+use crate::calibration::port::{Action, MotionEvent, Progress, Stage};
+use crate::calibration::sample::Sample;
+use crate::calibration::spread::Spread;
+use crate::calibration::visit::{Visit, VisitRules, Visited};
+use crate::frame::{Frame, SEGMENTS, Status};
+use crate::geometry::Geometry;
+use crate::model::ErrorModel;
+
+/// What makes a frame under the beacon useless beside [`UNUSABLE`].
+const BEACON: Status = Status::BEACON_MISSING.union(Status::BEACON_SATURATED);
+
+/// An accepted joint calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointResult {
+    /// Terms and coefficients. Gauge: pair means of the constants are zero.
+    pub model: ErrorModel,
+    /// With height and lever arm as found.
+    pub geometry: Geometry,
+    /// The beacon's place o', metres from the platen sensor's reading at the first pose's whole teeth.
+    pub origin_m: [f32; 2],
+    /// Those teeth, of x and y.
+    pub origin_teeth: [i32; 2],
+    /// The coordination sensor's own errors: gain difference, angle, six terms an axis ([`super::sensor::TERMS`]).
+    pub sensor: [f32; 14],
+    /// Groups of unknowns that the data were allowed to set.
+    pub groups: Groups,
+}
+
+/// How a joint session ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointOutcome {
+    /// The calibration, or why the one in force stays.
+    pub result: Result<JointResult, Refusal>,
+    /// What is known; held-out residuals are those of g_p.
+    pub evidence: Evidence,
+    /// What each step did.
+    pub reports: heapless::Vec<StepReport, 5>,
+}
+
+/// The session. One at a time; starts idle.
+#[derive(Debug)]
+pub struct JointSession {
+    config: Option<(JointConfig, Constraints)>,
+    visit: Visit,
+    planner: Planner,
+    buffer: JointBuffer,
+    solver: JointSolver,
+    entered: Values,
+    progress: JointProgress,
+    origin: Sample,
+    light_counts: f32,
+    stage: Stage,
+    done: u32,
+    lost: u32,
+    next_step: usize,
+    reports: heapless::Vec<StepReport, 5>,
+    turn: Spread,
+    raw: Spread,
+    in_force: Spread,
+    sums: [f32; SEGMENTS],
+    temperature_sum_k: f32,
+    outcome: Option<JointOutcome>,
+}
+
+impl Default for JointSession {
+    fn default() -> Self {
+        Self::idle()
+    }
+}
+
+impl JointSession {
+    /// Nothing under way.
+    #[must_use]
+    pub const fn idle() -> Self {
+        Self {
+            config: None,
+            visit: Visit::NONE,
+            planner: Planner::new(
+                Range {
+                    travel_m: 0.0,
+                    turn_rad: 0.0,
+                },
+                0,
+            ),
+            buffer: JointBuffer::EMPTY,
+            solver: JointSolver::EMPTY,
+            entered: [0.0; JOINT_UNKNOWNS],
+            progress: JointProgress {
+                values: [0.0; JOINT_UNKNOWNS],
+                accepted: Groups::empty(),
+            },
+            origin: Sample::ZERO,
+            light_counts: 0.0,
+            stage: Stage::Finished,
+            done: 0,
+            lost: 0,
+            next_step: 0,
+            reports: heapless::Vec::new(),
+            turn: Spread::EMPTY,
+            raw: Spread::EMPTY,
+            in_force: Spread::EMPTY,
+            sums: [0.0; SEGMENTS],
+            temperature_sum_k: 0.0,
+            outcome: None,
+        }
+    }
+
+    /// Starts from where the courier stands, under the beacon.
+    ///
+    /// # Errors
+    /// [`StartError`]; nothing is changed.
+    pub fn start(&mut self, mut config: JointConfig) -> Result<(), StartError> {
+        if self.is_running() {
+            return Err(StartError::Busy);
+        }
+        config.validate()?;
+        let (constraints, values) = config.prepare()?;
+        self.solver
+            .set_priors(&constraints, &values, &config.priors);
+        self.solver.begin_plan(&constraints, &values, Groups::PAPER);
+        self.planner = Planner::new(config.range, config.seed);
+        self.entered = values;
+        self.progress = JointProgress {
+            values,
+            accepted: Groups::empty(),
+        };
+        self.config = Some((config, constraints));
+        self.buffer.clear();
+        self.reports.clear();
+        (self.done, self.lost, self.next_step) = (0, 0, 0);
+        (self.turn, self.raw, self.in_force) = (Spread::EMPTY, Spread::EMPTY, Spread::EMPTY);
+        (self.sums, self.temperature_sum_k) = ([0.0; SEGMENTS], 0.0);
+        self.outcome = None;
+        self.stage = Stage::Origin;
+        self.visit.go(RelativePose::default(), 0);
+        Ok(())
+    }
+
+    /// Whether a session is under way.
+    #[must_use]
+    pub fn is_running(&self) -> bool {
+        self.stage != Stage::Finished
+    }
+
+    /// What is to be done now, once.
+    pub fn poll(&mut self) -> Option<Action> {
+        self.visit.poll()
+    }
+
+    /// How it ended, once it has.
+    #[must_use]
+    pub fn outcome(&self) -> Option<&JointOutcome> {
+        self.outcome.as_ref()
+    }
+
+    /// Steps made so far.
+    #[must_use]
+    pub fn reports(&self) -> &[StepReport] {
+        &self.reports
+    }
+
+    /// How far it is.
+    #[must_use]
+    pub fn progress(&self) -> Progress {
+        let of = self
+            .config
+            .as_ref()
+            .map_or(0, |(config, _)| match self.stage {
+                Stage::Origin => 1,
+                Stage::Fit => config.poses,
+                Stage::HeldOut => config.held_out_poses,
+                Stage::Finished => 0,
+            });
+        Progress {
+            stage: self.stage,
+            done: self.done,
+            of,
+            lost: self.lost,
+            worst_deviation_m: f32::INFINITY,
+        }
+    }
+
+    /// Ends it by the user's wish.
+    pub fn abort(&mut self) {
+        if self.is_running() {
+            self.refuse(Refusal::Aborted);
+        }
+    }
+
+    /// Takes what the motion controller said.
+    pub fn motion(&mut self, event: MotionEvent) {
+        if let (true, Some(rules)) = (self.is_running(), self.rules())
+            && let Some(refusal) = self.visit.motion(event, &rules)
+        {
+            self.refuse(refusal);
+        }
+    }
+
+    /// Takes a frame; every one, also while moving: they are the clock.
+    pub fn frame(&mut self, frame: &Frame) {
+        let (true, false, Some(rules)) = (self.is_running(), self.is_complete(), self.rules())
+        else {
+            return;
+        };
+        match self.visit.frame(frame, &rules) {
+            Visited::Nothing => {}
+            Visited::Mean(mean) => self.use_pose(&mean),
+            Visited::Unsteady(unsteady) => {
+                let (spread_m, limit_m) = (unsteady.spread_m, unsteady.limit_m);
+                self.lose(Refusal::NotStill {
+                    spread_m,
+                    limit_m,
+                    lost: self.lost + 1,
+                });
+            }
+            Visited::BadFrames(refusal) => match refusal {
+                // A beacon that comes and goes costs poses; anything else is the board's or the platen sensor's fault.
+                Refusal::BadFrames { status, .. } if BEACON.contains(status) => self.lose(refusal),
+                _ => self.refuse(refusal),
+            },
+            Visited::NotSettled(refusal) => self.refuse(refusal),
+        }
+    }
+
+    /// Makes a step of the schedule if the poses are complete; true if it did. A step takes 0.5 to 4 s at 170 MHz;
+    /// `breathe` is called every 60,000 cycles or sooner.
+    pub fn work(&mut self, breathe: &mut dyn FnMut()) -> bool {
+        if !self.is_running() || !self.is_complete() {
+            return false;
+        }
+        let Some((config, constraints)) = &mut self.config else {
+            return false;
+        };
+        let Some(&step) = config.steps().get(self.next_step) else {
+            self.decide();
+            return true;
+        };
+        self.next_step += 1;
+        match make_step(
+            step,
+            constraints,
+            &mut self.solver,
+            &self.buffer,
+            &mut self.progress,
+            breathe,
+        ) {
+            Ok(report) => {
+                let _ = self.reports.push(report); // as many places as steps
+                self.check_after(step);
+            }
+            Err(error) => self.refuse(error.into()),
+        }
+        true
+    }
+
+    /// All poses visited.
+    fn is_complete(&self) -> bool {
+        self.stage == Stage::HeldOut && self.done >= self.progress().of
+    }
+
+    fn rules(&self) -> Option<VisitRules> {
+        let (config, _) = self.config.as_ref()?;
+        Some(VisitRules {
+            frames_per_pose: config.frames_per_pose,
+            frame_noise_m: config.frame_noise_m,
+            pitch_m: config.geometry.pitch_m,
+            settle_limit: config.settle_limit,
+            rest: config.rest,
+            unusable: UNUSABLE.union(BEACON),
+        })
+    }
+
+    fn use_pose(&mut self, mean: &PoseMean) {
+        if self.stage == Stage::Origin {
+            self.origin = mean.sample;
+            self.light_counts = mean.light_counts;
+            self.stage = Stage::Fit;
+            return self.go_on();
+        }
+        let Some((config, constraints)) = &self.config else {
+            return;
+        };
+        let limit_share = config.limits.light_share;
+        let (light_counts, reference_counts) = (mean.light_counts, self.light_counts);
+        if (light_counts - reference_counts).abs() > limit_share * reference_counts.abs() {
+            let lost = self.lost + 1;
+            return self.lose(Refusal::Light {
+                light_counts,
+                reference_counts,
+                limit_share,
+                lost,
+            });
+        }
+        let geometry = &config.geometry;
+        let [x, y] = self.origin_teeth();
+        let deflection = mean.tan_psi.map(|t| t / geometry.tan_full_scale);
+        if let Some(sample) = JointSample::new(&[x, y, x, y], &mean.sample, deflection) {
+            if config.plan == Plan::Optimal && self.stage == Stage::Fit {
+                self.solver.add_to_plan(constraints, &self.entered, &sample);
+            }
+            self.buffer.push(sample);
+        }
+        let pitch_m = geometry.pitch_m;
+        let [p1, p2, p3, p4] = mean.sample.unmodified;
+        self.turn
+            .add((p1.minus_turns(p3) + p2.minus_turns(p4)) * pitch_m / (2.0 * geometry.span_m));
+        if self.stage == Stage::HeldOut {
+            self.raw.add(mean.sample.parity_m(pitch_m));
+            self.in_force.add(mean.parity_in_force_m);
+        }
+        for (sum, amplitude) in self.sums.iter_mut().zip(mean.amplitude_counts) {
+            *sum += amplitude;
+        }
+        self.temperature_sum_k += mean.sample.temperature_delta_k;
+        self.next_pose();
+    }
+
+    /// Whole teeth that positions are counted from: one number a pair, so that its difference stays.
+    fn origin_teeth(&self) -> [i32; 2] {
+        [
+            self.origin.unmodified[0].teeth,
+            self.origin.unmodified[1].teeth,
+        ]
+    }
+
+    fn lose(&mut self, why: Refusal) {
+        self.lost += 1;
+        let limit = self.config.as_ref().map_or(0.0, |(config, _)| {
+            config.limits.lost_share * (config.poses + config.held_out_poses) as f32
+        });
+        if self.lost as f32 > limit || self.stage == Stage::Origin {
+            self.refuse(why);
+        } else {
+            self.next_pose();
+        }
+    }
+
+    fn next_pose(&mut self) {
+        self.done += 1;
+        self.go_on();
+    }
+
+    fn go_on(&mut self) {
+        let of = self.progress().of;
+        if self.stage == Stage::Fit && self.done >= of {
+            self.buffer.hold_out_rest();
+            self.stage = Stage::HeldOut;
+            self.done = 0;
+        }
+        if self.is_complete() {
+            return self.check_motion();
+        }
+        let Some((config, constraints)) = &self.config else {
+            return;
+        };
+        let pose = if self.stage == Stage::Fit && config.plan == Plan::Optimal {
+            self.solver
+                .choose(constraints, &self.entered, &self.origin, &mut self.planner)
+        } else {
+            about_sensor(config.geometry.lever_m, self.planner.centred(false))
+        };
+        self.visit.go(pose, self.done);
+    }
+
+    /// Before any fit: did the courier turn at all?
+    fn check_motion(&mut self) {
+        let Some((config, _)) = &self.config else {
+            return;
+        };
+        let (turn_rad, wanted_rad) = (self.turn.deviation(), config.limits.least_turn_rad);
+        if turn_rad < wanted_rad {
+            self.refuse(Refusal::NoRotation {
+                turn_rad,
+                wanted_rad,
+            });
+        }
+    }
+
+    /// After the steps that set height and lever arm: are they what was entered, about, and told by the data?
+    fn check_after(&mut self, step: Step) {
+        let Some((config, constraints)) = &self.config else {
+            return;
+        };
+        if !matches!(step, Step::Mounting | Step::Joint)
+            || !self.reports.last().is_some_and(|r| r.accepted)
+        {
+            return;
+        }
+        let (layout, limits) = (&constraints.layout, &config.limits);
+        let lever_m = super::config::lever_length_m(&config.geometry);
+        let lengths = [
+            (Length::Height, layout.height(), config.geometry.height_m),
+            (Length::LeverX, layout.lever(), lever_m),
+            (Length::LeverY, layout.lever() + 1, lever_m),
+        ];
+        let refusal = lengths.into_iter().find_map(|(name, index, length_m)| {
+            let (entered_m, found_m) = (self.entered[index], self.progress.values[index]);
+            let limit_m = limits.geometry_share * length_m;
+            if (found_m - entered_m).abs() > limit_m {
+                return Some(Refusal::Geometry {
+                    name,
+                    entered_m,
+                    found_m,
+                    limit_m,
+                });
+            }
+            let limit_m = limits.undetermined_share * length_m;
+            let (deviation_m, _) = self.solver.deviation(index)?;
+            (deviation_m > limit_m).then_some(Refusal::Undetermined {
+                name,
+                deviation_m,
+                limit_m,
+            })
+        });
+        if let Some(refusal) = refusal {
+            self.refuse(refusal);
+        }
+    }
+
+    fn decide(&mut self) {
+        let Some((config, constraints)) = &self.config else {
+            return;
+        };
+        if !self.progress.accepted.contains(Groups::MOUNTING) {
+            let best = self
+                .reports
+                .iter()
+                .map(|r| r.after.whitened_rms)
+                .fold(f32::INFINITY, f32::min);
+            let before = self.reports.first().map_or(0.0, |r| r.before.whitened_rms);
+            return self.refuse(Refusal::NoGain {
+                before,
+                after: best,
+            });
+        }
+        let (layout, values) = (&constraints.layout, &self.progress.values);
+        let (lever, place) = (layout.lever(), layout.place());
+        let lever_m = [values[lever], values[lever + 1]];
+        let geometry = Geometry {
+            height_m: values[layout.height()],
+            lever_m,
+            ..config.geometry
+        };
+        let mut sensor = [0.0; 14];
+        sensor.copy_from_slice(&values[layout.gain_difference()..layout.len()]);
+        let result = JointResult {
+            model: model_of(layout, values, &config.model),
+            geometry,
+            origin_m: core::array::from_fn(|i| values[place + i] - lever_m[i]),
+            origin_teeth: self.origin_teeth(),
+            sensor,
+            groups: self.progress.accepted,
+        };
+        self.finish(Ok(result));
+    }
+
+    fn evidence(&self) -> Evidence {
+        let solution = self.solver.estimator().solution();
+        let poses = self.turn.count().max(1.0);
+        let last = self.reports.iter().rev().find(|r| r.accepted);
+        Evidence {
+            poses: self.buffer.fitted().len() as u32,
+            lost: self.lost + last.map_or(0, |r| r.fit.left_out),
+            unknowns: last.map_or(0, |r| r.fit.unknowns),
+            rank: last.map_or(0, |r| r.fit.rank),
+            condition: last.map_or(solution.condition_equilibrated, |r| r.fit.condition),
+            residual_m: last.map_or(0.0, |r| r.after.rms_m[0]),
+            raw_m: self.raw.deviation(),
+            worst_deviation_m: self
+                .config
+                .as_ref()
+                .map_or(0.0, |(_, c)| self.solver.worst_deviation_m(c)),
+            held_out_poses: self.buffer.held_out().len() as u32,
+            held_out_raw_m: self.raw.deviation(),
+            held_out_in_force_m: self.in_force.deviation(),
+            held_out_m: last.map_or(0.0, |r| r.after.rms_m[0]),
+            amplitude_counts: self.sums.map(|s| s / poses),
+            temperature_delta_k: self.temperature_sum_k / poses,
+        }
+    }
+
+    fn refuse(&mut self, refusal: Refusal) {
+        self.finish(Err(refusal));
+    }
+
+    fn finish(&mut self, result: Result<JointResult, Refusal>) {
+        let (evidence, reports) = (self.evidence(), self.reports.clone());
+        self.outcome = Some(JointOutcome {
+            result,
+            evidence,
+            reports,
+        });
+        self.stage = Stage::Finished;
+        self.visit.stop();
+    }
+}
