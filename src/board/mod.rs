@@ -1,3 +1,22 @@
 //! What only the target has. The one place of `unsafe` in the firmware.
+//!
+//! `emulated` and `g474` are the boards; `main_loop` runs on both, over the trait [`main_loop::Board`].
 
 pub mod fpu;
+
+#[cfg(feature = "board")]
+mod critical;
+#[cfg(feature = "emulated")]
+pub mod emulated;
+#[cfg(feature = "board")]
+pub mod fault;
+#[cfg(feature = "g474")]
+pub mod g474;
+#[cfg(feature = "board")]
+pub mod interrupt;
+#[cfg(feature = "board")]
+pub mod main_loop;
+#[cfg(feature = "board")]
+pub mod rtt;
+#[cfg(feature = "board")]
+mod start;

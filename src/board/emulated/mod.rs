@@ -1,0 +1,132 @@
+//! The emulated board: QEMU's mps2-an386. SPI, pins, serial line and flash are questions to the host ([`crate::emulation`]).
+#![allow(unsafe_code)] // start-up, vectors, priorities
+
+mod clock;
+mod mailbox;
+mod parts;
+
+use self::clock::Delay;
+use self::mailbox::Mailbox as Post;
+use self::parts::{Flash, Line, Serial, Spi};
+use super::interrupt::{self, Owned};
+use super::main_loop::{self, Board, RATE_HZ, WATCHDOG_MS};
+use super::start::{self, Ends};
+use super::{fault, rtt};
+use crate::app::sampler::Sampler;
+use crate::drivers::converter::{Converter, ConverterError, Counts, Settings};
+use crate::emulation::{BACKGROUND, INTERRUPT, Operation, Pin};
+use crate::link::message::ResetCause;
+use cortex_m::peripheral::NVIC;
+use cortex_m_rt::{Vector, exception};
+
+type Chips = Converter<Spi, Spi, Line, Line, Line>;
+
+/// What the sampling interrupt owns.
+static SAMPLING: Owned<(Chips, Sampler<'static, 'static>)> = Owned::empty();
+
+/// CMSDK timer 0.
+#[derive(Clone, Copy)]
+struct Timer;
+
+// SAFETY: the timer's line on this machine.
+unsafe impl cortex_m::interrupt::InterruptNumber for Timer {
+    fn number(self) -> u16 {
+        8
+    }
+}
+
+/// Vectors of the machine's lines.
+#[unsafe(link_section = ".vector_table.interrupts")]
+#[unsafe(no_mangle)]
+static __INTERRUPTS: [Vector; 16] = {
+    const UNUSED: Vector = Vector { handler: unused };
+    let mut vectors = [UNUSED; 16];
+    vectors[8] = Vector { handler: isr_sampling };
+    vectors
+};
+
+extern "C" fn unused() {}
+
+/// One sampling instant. The highest priority there is.
+extern "C" fn isr_sampling() {
+    clock::acknowledge();
+    // SAFETY: this interrupt owns it.
+    let Some((converter, sampler)) = (unsafe { SAMPLING.get() }) else { return };
+    let reading = isr_convert(converter);
+    let missed = u32::from(clock::is_pending());
+    sampler.isr_sample(reading, missed);
+}
+
+/// What the timer's pulse does on the real board is one question here; then both chips are read.
+fn isr_convert(converter: &mut Chips) -> Result<Counts, ConverterError> {
+    match Post::new(INTERRUPT).ask(Operation::Convert, 0, &[], &mut []) {
+        Ok(1) => {
+            let mut counts = Counts::default();
+            converter.read(&mut counts).map(|()| counts)
+        }
+        _ => Err(ConverterError::BusyStuck { polls: 0 }),
+    }
+}
+
+/// The watchdog's warning, one period before its reset: the place is not known, but the time is.
+#[exception]
+unsafe fn NonMaskableInt() -> ! {
+    fault::keep(ResetCause::Watchdog, 0, 0, "no progress of interrupt or background");
+    loop {
+        cortex_m::asm::nop();
+    }
+}
+
+struct Emulated {
+    post: Post,
+}
+
+impl Board for Emulated {
+    fn feed(&mut self) {
+        clock::feed();
+    }
+
+    fn wake_silent_converter(&mut self) {
+        // The timer itself interrupts here.
+    }
+
+    fn set_led(&mut self, on: bool) {
+        let _ = self.post.ask(Operation::SetPin, 2 * Pin::Led as u32 + u32::from(on), &[], &mut []);
+    }
+
+    fn temperature_c(&mut self) -> Option<f32> {
+        let word = self.post.ask(Operation::Temperature, 0, &[], &mut []).ok()?;
+        Some((f64::from(word) - 1.0e6) as f32 * 1.0e-3)
+    }
+
+    fn sleep(&mut self) {
+        cortex_m::asm::wfi();
+    }
+}
+
+/// Start-up and main loop.
+pub fn main() -> ! {
+    clock::start_counter();
+    let post = Post::new(BACKGROUND);
+    let _ = post.ask(Operation::Boot, 0, &[], &mut []);
+    let rings = rtt::start();
+    let report = fault::take(ResetCause::PowerOn);
+    start::log(&report);
+    let line = |pin| Line { mailbox: Post::new(INTERRUPT), pin };
+    let spi = |chip| Spi { mailbox: Post::new(INTERRUPT), chip };
+    let lines = (line(Pin::Convst), line(Pin::Reset), line(Pin::Busy));
+    let mut converter = Converter::new((spi(0), spi(1)), lines.0, lines.1, lines.2, Settings::BOARD);
+    start::initialise(&mut converter, &mut Delay);
+    let parts = (Serial::new(post), Flash { mailbox: post });
+    let Ends { sampler, background, console } = start::connect(parts, rings, "emulated", *b"emulated\0\0\0\0", report);
+    clock::start_watchdog(WATCHDOG_MS * 1000);
+    // SAFETY: the interrupt is enabled afterwards.
+    unsafe {
+        SAMPLING.put((converter, sampler));
+        let mut processor = cortex_m::Peripherals::steal();
+        processor.NVIC.set_priority(Timer, interrupt::SAMPLING);
+        NVIC::unmask(Timer);
+    }
+    clock::start_sampling(RATE_HZ);
+    main_loop::run(Emulated { post }, background, console)
+}

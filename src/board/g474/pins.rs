@@ -1,0 +1,114 @@
+//! Pins. The map is in the README; every pin is named here once.
+
+use core::convert::Infallible;
+use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
+use stm32_metapac::gpio::Gpio;
+use stm32_metapac::gpio::vals::{Moder, Ospeedr, Pupdr};
+use stm32_metapac::{GPIOA, GPIOB, GPIOC, RCC};
+
+/// One pin of a port.
+#[derive(Clone, Copy)]
+pub struct Pin {
+    port: Gpio,
+    number: usize,
+}
+
+/// Chip selects of converter chips 0 and 1.
+pub const SELECT: [Pin; 2] = [Pin::new(GPIOA, 4), Pin::new(GPIOB, 0)];
+/// SPI1: clock, data from the converters, data to them.
+pub const SPI: [Pin; 3] = [Pin::new(GPIOA, 5), Pin::new(GPIOA, 6), Pin::new(GPIOA, 7)];
+/// USART1 to the motion controller: transmit, receive.
+pub const SERIAL: [Pin; 2] = [Pin::new(GPIOA, 9), Pin::new(GPIOA, 10)];
+/// Start of conversion: a plain output while the converters are set up, then the timer's (TIM3 channel 1).
+pub const CONVST: Pin = Pin::new(GPIOC, 6);
+/// Reset of both converters.
+pub const RESET: Pin = Pin::new(GPIOC, 7);
+/// Busy line of chip 0; its falling edge is the sampling interrupt.
+pub const BUSY: Pin = Pin::new(GPIOC, 8);
+/// Status LED.
+pub const LED: Pin = Pin::new(GPIOB, 2);
+
+/// Alternate functions (data sheet DS12288, table 13).
+const SPI1: u8 = 5;
+const USART1: u8 = 7;
+const TIM3: u8 = 2;
+
+/// Sets every pin to its purpose.
+pub fn start() {
+    RCC.ahb2enr().modify(|w| {
+        w.set_gpioaen(true);
+        w.set_gpioben(true);
+        w.set_gpiocen(true);
+    });
+    for pin in SELECT {
+        pin.level(true);
+        pin.mode(Moder::OUTPUT);
+    }
+    for pin in [CONVST, RESET, LED] {
+        pin.mode(Moder::OUTPUT);
+    }
+    // A line that is not driven reads as not busy, so that its interrupt never comes and the silence is noticed.
+    BUSY.pull(Pupdr::PULL_DOWN);
+    BUSY.mode(Moder::INPUT);
+    SPI.iter().for_each(|pin| pin.alternate(SPI1));
+    SERIAL.iter().for_each(|pin| pin.alternate(USART1));
+    SERIAL[1].pull(Pupdr::PULL_UP);
+}
+
+/// Gives CONVST to the timer.
+pub fn hand_convst_to_timer() {
+    CONVST.alternate(TIM3);
+}
+
+impl Pin {
+    const fn new(port: Gpio, number: usize) -> Self {
+        Self { port, number }
+    }
+
+    fn mode(self, mode: Moder) {
+        self.port.moder().modify(|w| w.set_moder(self.number, mode));
+    }
+
+    fn pull(self, pull: Pupdr) {
+        self.port.pupdr().modify(|w| w.set_pupdr(self.number, pull));
+    }
+
+    fn alternate(self, function: u8) {
+        let (half, place) = (self.number / 8, self.number % 8);
+        self.port.afr(half).modify(|w| w.set_afr(place, function));
+        self.port.ospeedr().modify(|w| w.set_ospeedr(self.number, Ospeedr::HIGH_SPEED));
+        self.mode(Moder::ALTERNATE);
+    }
+
+    /// Sets an output.
+    #[inline(always)]
+    pub fn level(self, high: bool) {
+        self.port.bsrr().write(|w| if high { w.set_bs(self.number, true) } else { w.set_br(self.number, true) });
+    }
+}
+
+impl ErrorType for Pin {
+    type Error = Infallible;
+}
+
+impl OutputPin for Pin {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.level(false);
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.level(true);
+        Ok(())
+    }
+}
+
+impl InputPin for Pin {
+    fn is_high(&mut self) -> Result<bool, Infallible> {
+        Ok(self.port.idr().read().0 >> self.number & 1 == 1)
+    }
+
+    fn is_low(&mut self) -> Result<bool, Infallible> {
+        self.is_high().map(|high| !high)
+    }
+}

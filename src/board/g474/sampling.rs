@@ -1,0 +1,51 @@
+//! The sampling instants: TIM3 makes CONVST's pulse, TIM2 counts the pulses, BUSY's falling edge is the interrupt.
+//!
+//! The edge of CONVST comes from the timer alone: no software can move it. TIM2 tells how many there were, so that a missed
+//! one is known. A converter that is silent makes no edge of BUSY; the background then calls the interrupt by hand.
+
+use super::clocks::CLOCK_HZ;
+use stm32_metapac::timer::vals::{Mms, Ocm, Sms, Ts};
+use stm32_metapac::{EXTI, RCC, SYSCFG, TIM2, TIM3};
+
+/// EXTI line of BUSY (PC8), and port C's number in SYSCFG.
+const BUSY_LINE: usize = 8;
+const PORT_C: u8 = 2;
+/// CONVST is high so long: 0.5 us (data sheet: 10 ns at least).
+const PULSE_CYCLES: u16 = (CLOCK_HZ / 2_000_000) as u16;
+
+/// Starts the timers and lets BUSY interrupt.
+pub fn start(rate_hz: u32) {
+    SYSCFG.exticr(BUSY_LINE / 4).modify(|w| w.set_exti(BUSY_LINE % 4, PORT_C));
+    EXTI.ftsr(0).modify(|w| w.set_line(BUSY_LINE, true));
+    EXTI.imr(0).modify(|w| w.set_line(BUSY_LINE, true));
+    RCC.apb1enr1().modify(|w| {
+        w.set_tim2en(true);
+        w.set_tim3en(true);
+    });
+    // TIM2 is clocked by TIM3's update, its internal trigger 2 (RM0440, table 253).
+    TIM2.smcr().modify(|w| {
+        w.set_ts(Ts::ITR2);
+        w.set_sms(Sms::EXT_CLOCK_MODE);
+    });
+    TIM2.cr1().modify(|w| w.set_cen(true));
+    TIM3.arr().write(|w| w.set_arr(u16::try_from(CLOCK_HZ / rate_hz - 1).unwrap_or(u16::MAX)));
+    TIM3.ccr(0).write(|w| w.set_ccr(PULSE_CYCLES));
+    TIM3.ccmr_output(0).modify(|w| w.set_ocm(0, Ocm::PWM_MODE1));
+    TIM3.ccer().modify(|w| w.set_cce(0, true));
+    TIM3.cr2().modify(|w| w.set_mms(Mms::UPDATE));
+    TIM3.cr1().modify(|w| w.set_cen(true));
+}
+
+/// Sampling instants since start, modulo 2^32.
+#[inline(always)]
+pub fn instants() -> u32 {
+    TIM2.cnt().read()
+}
+
+/// Takes back the interrupt; false if BUSY did not ask for it.
+#[inline(always)]
+pub fn acknowledge() -> bool {
+    let asked = EXTI.pr(0).read().line(BUSY_LINE);
+    EXTI.pr(0).write(|w| w.set_line(BUSY_LINE, true));
+    asked
+}

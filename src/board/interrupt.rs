@@ -1,0 +1,41 @@
+//! Priorities, and what an interrupt owns.
+#![allow(unsafe_code)] // sharing with an interrupt that nothing else is allowed to run in
+
+use core::cell::UnsafeCell;
+
+/// Priority of the sampling interrupt: the highest there is.
+pub const SAMPLING: u8 = 0x00;
+/// Priority of every other one, and the mask that holds them back.
+pub const BELOW_SAMPLING: u8 = 0x80;
+
+/// Something that one interrupt owns from the moment it is put there.
+pub struct Owned<T>(UnsafeCell<Option<T>>);
+
+// SAFETY: see `put` and `get`.
+unsafe impl<T: Send> Sync for Owned<T> {}
+
+impl<T> Owned<T> {
+    /// Nothing there yet.
+    pub const fn empty() -> Self {
+        Self(UnsafeCell::new(None))
+    }
+
+    /// Gives it away.
+    ///
+    /// # Safety
+    /// The interrupt that owns it is not enabled yet.
+    pub unsafe fn put(&self, value: T) {
+        // SAFETY: the caller's promise: nobody else looks.
+        unsafe { *self.0.get() = Some(value) };
+    }
+
+    /// The interrupt's access; none before [`Owned::put`].
+    ///
+    /// # Safety
+    /// Called by the one interrupt that owns it, once at a time.
+    #[inline(always)]
+    pub unsafe fn get(&self) -> Option<&mut T> {
+        // SAFETY: the caller's promise: an interrupt does not interrupt itself.
+        unsafe { (*self.0.get()).as_mut() }
+    }
+}

@@ -1,0 +1,83 @@
+//! The main loop of every board: everything below the sampling interrupt.
+
+use super::fault;
+use super::rtt::Rings;
+use crate::app::background::Background;
+use crate::app::console::Console;
+use crate::frame::Status;
+use crate::link::message::ResetCause;
+use core::sync::atomic::Ordering::Relaxed;
+use embedded_io::{Read, ReadReady, Write, WriteReady};
+use embedded_storage::nor_flash::NorFlash;
+
+/// Sampling rate, hertz.
+pub const RATE_HZ: u32 = 20_000;
+/// Without progress of interrupt and background for so long the watchdog restarts the board.
+pub const WATCHDOG_MS: u32 = 1000;
+/// Samples between two looks at what changes slowly: 100 ms.
+const SLOW_SAMPLES: u32 = RATE_HZ / 10;
+
+/// What the loop needs of a board. Invariants: nothing here waits, but [`Board::sleep`] until the next interrupt.
+pub trait Board {
+    /// Feeds the watchdog.
+    fn feed(&mut self);
+    /// Calls the sampling interrupt by hand if the converter has been silent for some instants.
+    fn wake_silent_converter(&mut self);
+    /// Switches the status LED.
+    fn set_led(&mut self, on: bool);
+    /// Board temperature, where there is a new one.
+    fn temperature_c(&mut self) -> Option<f32>;
+    /// Sleeps until an interrupt has been served.
+    fn sleep(&mut self);
+}
+
+/// Runs for ever. The watchdog is fed only if, since the last time, the interrupt has sampled and the background has come
+/// round.
+pub fn run<S, F>(mut board: impl Board, mut background: Background<'_, '_, S, F>, mut console: Console<Rings>) -> !
+where
+    S: Read + ReadReady + Write + WriteReady,
+    F: NorFlash,
+{
+    let mailbox = background.mailbox();
+    let (mut fed_at, mut slow_at) = (mailbox.samples(), mailbox.samples());
+    let mut said = Status::empty();
+    loop {
+        let taken = background.poll(|frame| console.stream(frame));
+        console.serve(&mut background);
+        if console.wants_restart() {
+            fault::keep(ResetCause::Requested, 0, 0, "");
+            cortex_m::peripheral::SCB::sys_reset();
+        }
+        let samples = mailbox.samples();
+        if samples != fed_at {
+            fed_at = samples;
+            board.feed();
+        }
+        if samples.wrapping_sub(slow_at) >= SLOW_SAMPLES {
+            slow_at = samples;
+            fault::UPTIME_S.store(background.time().uptime_s, Relaxed);
+            if let Some(temperature_c) = board.temperature_c() {
+                background.set_temperature_c(temperature_c);
+            }
+            said = show(&mut board, background.last_frame().status, said, samples);
+        }
+        board.wake_silent_converter();
+        if taken == 0 {
+            board.sleep();
+        }
+    }
+}
+
+/// LED: on when all is well, blinking without a calibration, dark at a fault. Changes are logged.
+fn show(board: &mut impl Board, status: Status, said: Status, samples: u32) -> Status {
+    let blink = samples / (5 * SLOW_SAMPLES) % 2 == 0;
+    board.set_led(match status {
+        s if s.is_empty() => true,
+        s if s == Status::UNCALIBRATED => blink,
+        _ => false,
+    });
+    if status != said {
+        defmt::info!("status {=u32:#x}, was {=u32:#x}", status.bits(), said.bits());
+    }
+    status
+}

@@ -1,0 +1,125 @@
+//! Start-up that every board shares: statics, both halves of the firmware, the queues between them.
+
+use super::main_loop::RATE_HZ;
+use super::rtt::Rings;
+use crate::app::background::Background;
+use crate::app::console::{Console, StartReport};
+use crate::app::sampler::{FrameQueue, Mailbox, Sampler};
+use crate::calibration::slots::Slots;
+use crate::drivers::converter::{Converter, ConverterError};
+use crate::drivers::motion::MotionPort;
+use crate::link::message::{Hello, PROTOCOL};
+use crate::settings::Settings;
+use crate::step::StepConfig;
+use crate::swap::SwapQueues;
+use embedded_hal::delay::DelayNs;
+use embedded_hal::digital::{InputPin, OutputPin};
+use embedded_hal::spi::SpiDevice;
+use embedded_io::{Read, ReadReady, Write, WriteReady};
+use embedded_storage::nor_flash::NorFlash;
+use heapless::String;
+
+/// Attempts at setting the converters up; after that the frames say what is wrong.
+const ATTEMPTS: u32 = 3;
+
+/// The firmware's parts, connected.
+pub struct Ends<S, F> {
+    /// For the sampling interrupt.
+    pub sampler: Sampler<'static, 'static>,
+    /// For the main loop.
+    pub background: Background<'static, 'static, S, F>,
+    /// For the main loop.
+    pub console: Console<Rings>,
+}
+
+/// Sets the converters up; what fails is logged, and every frame will say so.
+pub fn initialise<A, B, C, R, I>(converter: &mut Converter<A, B, C, R, I>, delay: &mut impl DelayNs)
+where
+    A: SpiDevice,
+    B: SpiDevice,
+    C: OutputPin,
+    R: OutputPin,
+    I: InputPin,
+{
+    for attempt in 1..=ATTEMPTS {
+        match converter.initialise(delay) {
+            Ok(()) => return defmt::info!("converters ready"),
+            Err(error) => defmt::error!("converters, attempt {=u32}: {}", attempt, name(&error)),
+        }
+    }
+}
+
+fn name(error: &ConverterError) -> &'static str {
+    match error {
+        ConverterError::Chip { .. } => "a chip does not answer as it should",
+        ConverterError::Pin(_) => "a pin cannot be driven",
+        ConverterError::BusyNeverRose { .. } => "BUSY did not rise",
+        ConverterError::BusyStuck { .. } => "BUSY did not fall",
+    }
+}
+
+/// Says why the board started.
+pub fn log(report: &StartReport) {
+    let cause = report.cause as u8;
+    match &report.fault {
+        None => defmt::info!("start, cause {=u8}", cause),
+        Some(fault) => defmt::error!(
+            "start after a fault, cause {=u8}, at {=u32:#x}, {=u32} s after its start: {=str}",
+            cause,
+            fault.program_counter,
+            fault.uptime_s,
+            fault.message.as_str()
+        ),
+    }
+}
+
+/// Connects both halves. To be called once.
+///
+/// # Panics
+/// On a second call, before sampling begins.
+pub fn connect<S, F>(
+    (serial, flash): (S, F),
+    rings: Rings,
+    board: &str,
+    device: [u8; 12],
+    report: StartReport,
+) -> Ends<S, F>
+where
+    S: Read + ReadReady + Write + WriteReady,
+    F: NorFlash,
+{
+    let settings = Settings { rate_hz: RATE_HZ as f32, ..Settings::default() };
+    let build = || StepConfig::build(&settings).expect("the board's own settings are in range");
+    let active = cortex_m::singleton!(: StepConfig = build()).expect("called once");
+    let spare = cortex_m::singleton!(: StepConfig = build()).expect("called once");
+    let queues = cortex_m::singleton!(: SwapQueues<'static> = SwapQueues::new()).expect("called once");
+    let frames = cortex_m::singleton!(: FrameQueue = FrameQueue::new()).expect("called once");
+    let mailbox: &'static Mailbox = cortex_m::singleton!(: Mailbox = Mailbox::new()).expect("called once");
+    let (sender, receiver) = queues.split(active, spare);
+    let (produce, consume) = frames.split();
+    let hello = Hello {
+        protocol: PROTOCOL,
+        firmware: text(env!("CARGO_PKG_VERSION")),
+        board: text(board),
+        device,
+        rate_hz: settings.rate_hz,
+    };
+    let motion = MotionPort::new(serial);
+    let background = Background::new((consume, sender, mailbox), motion, Slots::new(flash, 0), settings, device);
+    Ends {
+        sampler: Sampler::new(receiver, produce, mailbox),
+        background,
+        console: Console::new(rings, hello, report),
+    }
+}
+
+/// As much of a text as fits.
+fn text<const N: usize>(text: &str) -> String<N> {
+    let mut built = String::new();
+    for character in text.chars() {
+        if built.push(character).is_err() {
+            break;
+        }
+    }
+    built
+}
