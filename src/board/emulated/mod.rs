@@ -17,7 +17,7 @@ use crate::drivers::converter::{Converter, ConverterError, Counts, Settings};
 use crate::emulation::{BACKGROUND, INTERRUPT, Operation, Pin};
 use crate::link::message::ResetCause;
 use cortex_m::peripheral::NVIC;
-use cortex_m_rt::{Vector, exception};
+use cortex_m_rt::exception;
 
 type Chips = Converter<Spi, Spi, Line, Line, Line>;
 
@@ -38,10 +38,9 @@ unsafe impl cortex_m::interrupt::InterruptNumber for Timer {
 /// Vectors of the machine's lines.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
-static __INTERRUPTS: [Vector; 16] = {
-    const UNUSED: Vector = Vector { handler: unused };
-    let mut vectors = [UNUSED; 16];
-    vectors[8] = Vector { handler: isr_sampling };
+static __INTERRUPTS: [extern "C" fn(); 16] = {
+    let mut vectors = [unused as extern "C" fn(); 16];
+    vectors[8] = isr_sampling;
     vectors
 };
 

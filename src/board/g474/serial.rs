@@ -100,7 +100,7 @@ impl Write for Serial {
             count += 1;
         }
         // The interrupt may switch this off at the same instant; the next write switches it on again.
-        cortex_m::interrupt::free(|_| USART1.cr1().modify(|w| w.set_txeie(true)));
+        critical_section::with(|_| USART1.cr1().modify(|w| w.set_txeie(true)));
         if count == 0 && !bytes.is_empty() { Err(ErrorKind::TimedOut) } else { Ok(count) }
     }
 

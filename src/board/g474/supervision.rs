@@ -1,15 +1,15 @@
 //! Watchdog, supply, reset causes, temperature, identity.
 #![allow(unsafe_code)] // calibration values of the factory lie in system memory
 
-use crate::board::fault::Cause;
+use crate::link::message::ResetCause;
 use core::ptr::read_volatile;
 use stm32_metapac::adc::vals::SampleTime;
 use stm32_metapac::adccommon::vals::Ckmode;
 use stm32_metapac::iwdg::vals::{Key, Pr};
 use stm32_metapac::{ADC1, ADC12_COMMON, DBGMCU, IWDG, PWR, RCC, UID};
 
-/// Watchdog's clock over its prescaler: 32 kHz / 8; so many of its ticks are 100 ms.
-const WATCHDOG_TICKS: u16 = 400;
+/// Watchdog's clock over its prescaler: 32 kHz / 32, so a tick is 1 ms.
+const WATCHDOG_TICKS: u16 = crate::board::main_loop::WATCHDOG_MS as u16;
 /// Supply detector's level 5: 2.9 V falling (data sheet), above the 2.8 V that brown-out reset level 4 needs.
 const SUPPLY_LEVEL: u8 = 5;
 /// Temperature sensor's channel of ADC1.
@@ -24,7 +24,7 @@ pub fn start_watchdog() {
     DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(true));
     IWDG.kr().write(|w| w.set_key(Key::START));
     IWDG.kr().write(|w| w.set_key(Key::ENABLE));
-    IWDG.pr().write(|w| w.set_pr(Pr::DIVIDE_BY8));
+    IWDG.pr().write(|w| w.set_pr(Pr::DIVIDE_BY32));
     IWDG.rlr().write(|w| w.set_rl(WATCHDOG_TICKS));
     feed();
 }
@@ -43,14 +43,15 @@ pub fn start_supply_detector() {
 }
 
 /// Why the processor was reset; the cause is forgotten then.
-pub fn take_reset_cause() -> Cause {
+pub fn take_reset_cause() -> ResetCause {
     let csr = RCC.csr().read();
     RCC.csr().modify(|w| w.set_rmvf(true));
     match () {
-        () if csr.iwdgrstf() || csr.wwdgrstf() => Cause::Watchdog,
-        () if csr.borrstf() => Cause::Supply,
-        () if csr.sftrstf() => Cause::Restart,
-        () => Cause::PowerOn,
+        () if csr.iwdgrstf() || csr.wwdgrstf() => ResetCause::Watchdog,
+        () if csr.borrstf() => ResetCause::BrownOut,
+        () if csr.pinrstf() && !csr.sftrstf() => ResetCause::Pin,
+        () if csr.sftrstf() => ResetCause::Requested,
+        () => ResetCause::PowerOn,
     }
 }
 
