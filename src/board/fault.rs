@@ -3,7 +3,6 @@
 
 use crate::app::console::StartReport;
 use crate::link::message::{FaultReport, ResetCause};
-use core::fmt::Write;
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use core::ptr::{addr_of, addr_of_mut, read_volatile, write_volatile};
@@ -99,11 +98,16 @@ fn check(record: &Record) -> u32 {
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
     let mut text: String<128> = String::new();
-    // What does not fit is cut off.
-    let _ = match info.location() {
-        Some(place) => write!(text, "{}:{} {}", place.file(), place.line(), info.message()),
-        None => write!(text, "{}", info.message()),
-    };
+    // Place and fixed text alone: formatting the rest would bring 15 KiB of code along. What does not fit is cut off.
+    if let Some(place) = info.location() {
+        push(&mut text, place.file());
+        push(&mut text, ":");
+        push_number(&mut text, place.line());
+    }
+    if let Some(fixed) = info.message().as_str() {
+        push(&mut text, " ");
+        push(&mut text, fixed);
+    }
     keep(ResetCause::Panic, 0, 0, &text);
     SCB::sys_reset();
 }
@@ -114,7 +118,26 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     // SAFETY: status registers of the processor, read only.
     let status = unsafe { (*cortex_m::peripheral::SCB::PTR).cfsr.read() };
     let mut text: String<128> = String::new();
-    let _ = write!(text, "fault status {status:#010x}");
+    push(&mut text, "fault status ");
+    push_number(&mut text, status);
     keep(ResetCause::HardFault, frame.pc(), frame.lr(), &text);
     SCB::sys_reset();
+}
+
+fn push(text: &mut String<128>, more: &str) {
+    for character in more.chars() {
+        let _ = text.push(character);
+    }
+}
+
+/// Decimal.
+fn push_number(text: &mut String<128>, number: u32) {
+    let mut digits = [0; 10];
+    let (mut rest, mut first) = (number, digits.len());
+    while first == digits.len() || rest > 0 {
+        first -= 1;
+        digits[first] = b'0' + (rest % 10) as u8;
+        rest /= 10;
+    }
+    push(text, core::str::from_utf8(&digits[first..]).unwrap_or(""));
 }

@@ -3,7 +3,9 @@
 mod arm;
 mod bench;
 mod cmsis;
+mod firmware;
 mod plugin;
+mod stack;
 mod test;
 mod throughput;
 
@@ -27,6 +29,11 @@ const TASKS: &[Task] = &[
         "bench",
         "the cost table, measured on the emulated Cortex-M4F (--json), then throughput on this host",
         bench::run,
+    ),
+    (
+        "firmware",
+        "both images: flash, RAM, worst stack, no panic in the interrupt",
+        firmware::run_command,
     ),
     ("arm", "the checks on the Cortex-M4F alone", |_| {
         arm::checks()

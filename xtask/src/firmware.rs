@@ -1,0 +1,235 @@
+//! `cargo xtask firmware`: builds both images and checks that they fit.
+
+use crate::arm::{self, Arm, TARGET, root, run, say, target_dir};
+use crate::stack::{CallGraph, Worst, readable};
+use anyhow::{Context, Result, bail, ensure};
+use object::{Object, ObjectSection, SectionFlags};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Limits of both images, bytes.
+const FLASH_LIMIT: u32 = 128 << 10;
+const RAM_LIMIT: u32 = 96 << 10;
+/// RAM that the image may use for stack: what the limit leaves of it.
+const STACK_SPARE: f64 = 0.3;
+/// What an exception pushes with the floating-point registers, and the alignment it may add.
+const EXCEPTION_FRAME: u32 = 26 * 4 + 4;
+/// Version of the linker wrapper that puts the stack below everything else.
+const FLIP_LINK: &str = "0.1.12";
+
+/// An image: its name (feature and binary) and its interrupts, the sampling one first, then those of one priority below.
+pub struct Image {
+    /// Feature and binary.
+    pub name: &'static str,
+    sampling: &'static str,
+    below: &'static [&'static str],
+}
+
+/// Both images. A further board is a line here.
+pub const IMAGES: [Image; 2] = [
+    Image { name: "g474", sampling: "EXTI9_5", below: &["USART1"] },
+    Image { name: "emulated", sampling: "isr_sampling", below: &[] },
+];
+
+/// What an image needs.
+pub struct Sizes {
+    /// Sections that take flash.
+    pub flash: Vec<(String, u32)>,
+    /// Sections that take RAM, the stack not among them.
+    pub ram: Vec<(String, u32)>,
+    /// Worst stack of each context.
+    pub contexts: Vec<(String, Worst)>,
+    /// All contexts on top of one another, exception frames included.
+    pub stack_bytes: u32,
+    /// RAM that is left for it.
+    pub stack_room: u32,
+}
+
+impl Sizes {
+    /// All flash.
+    pub fn flash_bytes(&self) -> u32 {
+        self.flash.iter().map(|(_, bytes)| bytes).sum()
+    }
+
+    /// All RAM: data and worst stack.
+    pub fn ram_bytes(&self) -> u32 {
+        self.ram.iter().map(|(_, bytes)| bytes).sum::<u32>() + self.stack_bytes
+    }
+
+    /// As the bench's JSON has it.
+    pub fn json(&self) -> Value {
+        json!({
+            "flash_bytes": self.flash_bytes(),
+            "ram_bytes": self.ram_bytes(),
+            "stack_worst_bytes": self.stack_bytes,
+        })
+    }
+}
+
+/// The command. Words: names of images; none: all.
+///
+/// # Errors
+/// An image cannot be built or does not fit.
+pub fn run_command(arguments: &[String]) -> Result<()> {
+    let arm = arm::ensure()?;
+    let chosen = |image: &&Image| arguments.is_empty() || arguments.iter().any(|name| name == image.name);
+    if let Some(unknown) = arguments.iter().find(|name| IMAGES.iter().all(|image| image.name != **name)) {
+        bail!("found {unknown:?}, wanted g474 or emulated");
+    }
+    for image in IMAGES.iter().filter(chosen) {
+        let file = build(&arm, image.name)?;
+        let sizes = image.measure(&file)?;
+        print(image, &file, &sizes);
+        image.check(&file, &sizes)?;
+    }
+    Ok(())
+}
+
+/// Builds an image and returns its file.
+///
+/// # Errors
+/// The compiler's.
+pub fn build(arm: &Arm, name: &str) -> Result<PathBuf> {
+    let linker = flip_link()?;
+    say(&format!("building the {name} image"));
+    let mut command = arm.cargo("build");
+    command.args(["--quiet", "--package", "courier-sensor", "--profile", "firmware", "--features", name, "--bin", name]);
+    command.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker);
+    run(&mut command)?;
+    Ok(target_dir().join(TARGET).join("firmware").join(name))
+}
+
+/// flip-link: the linker that puts the stack at RAM's lower end, so that one that runs over faults instead of overwriting.
+fn flip_link() -> Result<PathBuf> {
+    if arm::on_path("flip-link") {
+        return Ok("flip-link".into());
+    }
+    let folder = root().join("target").join("tools");
+    let program = folder.join("bin").join("flip-link");
+    if !program.is_file() {
+        say(&format!("cargo install flip-link {FLIP_LINK}"));
+        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+        let mut command = Command::new(cargo);
+        command.args(["install", "--quiet", "--locked", "flip-link", "--version", FLIP_LINK, "--root"]).arg(&folder);
+        run(&mut command)?;
+    }
+    Ok(program)
+}
+
+impl Image {
+    /// Reads an image's needs.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn measure(&self, file: &Path) -> Result<Sizes> {
+        let bytes = std::fs::read(file).with_context(|| file.display().to_string())?;
+        let elf = object::File::parse(&*bytes).with_context(|| file.display().to_string())?;
+        let (mut flash, mut ram) = (vec![], vec![]);
+        for section in elf.sections().filter(|section| section.size() > 0 && is_loaded(section)) {
+            let (name, size) = (section.name().unwrap_or_default().to_owned(), section.size() as u32);
+            let in_ram = section.address() >= 0x2000_0000;
+            if in_ram {
+                ram.push((name.clone(), size));
+            }
+            if !in_ram || name == ".data" {
+                flash.push((name, size));
+            }
+        }
+        let graph = CallGraph::of(file)?;
+        let mut contexts = vec![];
+        for root in ["main", self.sampling].iter().chain(self.below).chain(&["HardFault", "NonMaskableInt"]) {
+            contexts.push(((*root).to_owned(), graph.worst(&self.symbol(&graph, root)?)?));
+        }
+        let worst = |names: &[&str]| {
+            let of = contexts.iter().filter(|(name, _)| names.contains(&name.as_str()));
+            of.map(|(_, worst)| worst.bytes + EXCEPTION_FRAME).max().unwrap_or(0)
+        };
+        // One priority runs one interrupt at a time; each may lie on top of the one below.
+        let stack_bytes = worst(&["main"]) - EXCEPTION_FRAME
+            + worst(self.below)
+            + worst(&[self.sampling])
+            + worst(&["NonMaskableInt"])
+            + worst(&["HardFault"]);
+        let data: u32 = ram.iter().map(|(_, bytes)| bytes).sum();
+        Ok(Sizes { flash, ram, contexts, stack_bytes, stack_room: RAM_LIMIT.saturating_sub(data) })
+    }
+
+    /// The mangled name of a root.
+    fn symbol(&self, graph: &CallGraph, root: &str) -> Result<String> {
+        graph.named(root).with_context(|| format!("{}: no function {root}", self.name))
+    }
+
+    /// Fails if an image does not fit, or if the sampling interrupt can reach a panic.
+    ///
+    /// # Errors
+    /// What it is, with both numbers.
+    pub fn check(&self, file: &Path, sizes: &Sizes) -> Result<()> {
+        let name = self.name;
+        ensure!(sizes.flash_bytes() <= FLASH_LIMIT, "{name}: {} bytes of flash, limit {FLASH_LIMIT}", sizes.flash_bytes());
+        ensure!(sizes.ram_bytes() <= RAM_LIMIT, "{name}: {} bytes of RAM, limit {RAM_LIMIT}", sizes.ram_bytes());
+        let allowed = (f64::from(sizes.stack_room) * (1.0 - STACK_SPARE)) as u32;
+        ensure!(
+            sizes.stack_bytes <= allowed,
+            "{name}: worst stack {} bytes, {allowed} are 70 % of what is left for it",
+            sizes.stack_bytes
+        );
+        let graph = CallGraph::of(file)?;
+        let (reach, register) = graph.reach(&self.symbol(&graph, self.sampling)?)?;
+        let panics = reach.iter().map(|name| readable(name)).find(|name| is_panic(name));
+        ensure!(panics.is_none(), "{name}: the sampling interrupt can reach {}", panics.unwrap_or_default());
+        ensure!(!register, "{name}: the sampling interrupt calls through a register");
+        Ok(())
+    }
+}
+
+fn is_loaded(section: &object::Section<'_, '_>) -> bool {
+    const ALLOCATED: u64 = 2;
+    matches!(section.flags(), SectionFlags::Elf { sh_flags } if sh_flags & ALLOCATED != 0)
+}
+
+fn is_panic(name: &str) -> bool {
+    name.contains("panic") || name.contains("unwrap_failed") || name.contains("expect_failed")
+}
+
+fn print(image: &Image, file: &Path, sizes: &Sizes) {
+    println!("{} ({})", image.name, file.strip_prefix(root()).unwrap_or(file).display());
+    for (kind, sections, total, limit) in [
+        ("flash", &sizes.flash, sizes.flash_bytes(), FLASH_LIMIT),
+        ("RAM", &sizes.ram, sizes.ram_bytes(), RAM_LIMIT),
+    ] {
+        for (section, bytes) in sections {
+            println!("  {kind:<6} {section:<16} {bytes:>8} B");
+        }
+        if kind == "RAM" {
+            println!("  {kind:<6} {:<16} {:>8} B", "worst stack", sizes.stack_bytes);
+        }
+        println!("  {kind:<6} {:<16} {total:>8} B of {limit}", "together");
+    }
+    for (context, worst) in &sizes.contexts {
+        let chain: Vec<&str> = worst.chain.iter().map(|name| short(name)).collect();
+        println!("  stack  {context:<16} {:>8} B  {}", worst.bytes, chain.join(" > "));
+        if worst.through_register {
+            println!("         calls through a register are bounded by the worst function whose address is taken");
+        }
+        if !worst.recursive.is_empty() {
+            println!("         not bounded here, counted once: {}", worst.recursive.join(", "));
+        }
+    }
+    let spare = 100.0 * (1.0 - f64::from(sizes.stack_bytes) / f64::from(sizes.stack_room.max(1)));
+    println!("  stack  {:<16} {:>8} B  of {} B left for it, {spare:.0} % spare", "all together", sizes.stack_bytes, sizes.stack_room);
+}
+
+/// The last part of a path.
+fn short(name: &str) -> &str {
+    let plain = name.split('<').next().unwrap_or(name);
+    if plain.is_empty() { name } else { plain.rsplit("::").next().unwrap_or(plain) }
+}
+
+/// Sizes of the g474 image for the bench's JSON.
+///
+/// # Errors
+/// As [`run_command`].
+pub fn sizes(arm: &Arm) -> Result<Vec<(&'static str, Sizes)>> {
+    IMAGES.iter().map(|image| Ok((image.name, image.measure(&build(arm, image.name)?)?))).collect()
+}

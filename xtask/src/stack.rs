@@ -1,0 +1,216 @@
+//! Worst stack and call graph of an image, from its instructions alone.
+//!
+//! A function's frame is the sum of all that its instructions take, so shrink-wrapped prologues count in full: an upper
+//! bound. A call through a register may reach every function whose address lies in the image's data or is made by code.
+
+use anyhow::{Context, Result, ensure};
+use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use thumb::{Flow, Stack, decode};
+
+/// Address of a function's first instruction.
+type Place = u32;
+
+#[derive(Clone, Debug, Default)]
+struct Function {
+    name: String,
+    size: u32,
+    frame: u32,
+    unknown_frame: bool,
+    calls: BTreeSet<Place>,
+    calls_register: bool,
+}
+
+/// An image's functions and who calls whom.
+pub struct CallGraph {
+    functions: BTreeMap<Place, Function>,
+    /// Functions that a call through a register may reach.
+    reachable_by_address: BTreeSet<Place>,
+}
+
+/// Worst stack from one root.
+#[derive(Clone, Debug)]
+pub struct Worst {
+    /// Bytes; an upper bound.
+    pub bytes: u32,
+    /// The chain of calls that needs them, root first.
+    pub chain: Vec<String>,
+    /// Whether a call through a register was in reach and bounded by the worst function whose address is taken.
+    pub through_register: bool,
+    /// Functions in reach that call themselves, directly or not: their depth is not bounded by this analysis.
+    pub recursive: Vec<String>,
+}
+
+impl CallGraph {
+    /// Reads an image.
+    ///
+    /// # Errors
+    /// It cannot be read or has no symbols.
+    pub fn of(image: &Path) -> Result<Self> {
+        let bytes = std::fs::read(image).with_context(|| image.display().to_string())?;
+        let file = object::File::parse(&*bytes).with_context(|| image.display().to_string())?;
+        let mut functions = functions(&file);
+        ensure!(!functions.is_empty(), "{}: no functions", image.display());
+        let places: BTreeSet<Place> = functions.keys().copied().collect();
+        let mut reachable_by_address = BTreeSet::new();
+        for section in file.sections() {
+            let data = section.data().unwrap_or_default();
+            if section.kind() == SectionKind::Text {
+                for (place, function) in &mut functions {
+                    let from = place.wrapping_sub(section.address() as u32) as usize;
+                    if let Some(code) = data.get(from..from + function.size as usize) {
+                        follow(*place, code, &places, function);
+                    }
+                }
+            }
+            if matches!(section.kind(), SectionKind::Text | SectionKind::ReadOnlyData | SectionKind::Data)
+                && section.name() != Ok(".vector_table")
+            {
+                reachable_by_address.extend(addresses(data, &places));
+            }
+        }
+        Ok(Self { functions, reachable_by_address })
+    }
+
+    /// The symbol of a function by its own name: plain, or the last part of its path.
+    pub fn named(&self, name: &str) -> Option<String> {
+        let by_path = |function: &&Function| readable(&function.name).ends_with(&format!("::{name}"));
+        let plain = self.functions.values().find(|function| function.name == name);
+        plain.or_else(|| self.functions.values().find(by_path)).map(|function| function.name.clone())
+    }
+
+    fn root(&self, name: &str) -> Result<Place> {
+        let found = self.functions.iter().find(|(_, function)| function.name == name);
+        found.map(|(place, _)| *place).with_context(|| format!("no function {name}"))
+    }
+
+    /// Worst stack of `root` and all that it calls.
+    ///
+    /// # Errors
+    /// There is no such function.
+    pub fn worst(&self, root: &str) -> Result<Worst> {
+        let mut walk = Walk { graph: self, known: BTreeMap::new(), path: vec![], through_register: false, recursive: BTreeSet::new() };
+        let (bytes, chain) = walk.from(self.root(root)?);
+        let name = |place: &Place| self.functions.get(place).map_or_else(String::new, |f| readable(&f.name));
+        Ok(Worst {
+            bytes,
+            chain: chain.iter().map(name).collect(),
+            through_register: walk.through_register,
+            recursive: walk.recursive.iter().map(name).collect(),
+        })
+    }
+
+    /// Names of all functions that `root` may reach, and whether one of them calls through a register.
+    ///
+    /// # Errors
+    /// There is no such function.
+    pub fn reach(&self, root: &str) -> Result<(Vec<String>, bool)> {
+        let (mut seen, mut open) = (BTreeSet::new(), vec![self.root(root)?]);
+        let mut register = false;
+        while let Some(place) = open.pop() {
+            let Some(function) = self.functions.get(&place).filter(|_| seen.insert(place)) else { continue };
+            register |= function.calls_register;
+            open.extend(&function.calls);
+        }
+        let names = seen.iter().filter_map(|place| self.functions.get(place)).map(|f| f.name.clone());
+        Ok((names.collect(), register))
+    }
+}
+
+struct Walk<'g> {
+    graph: &'g CallGraph,
+    known: BTreeMap<Place, (u32, Vec<Place>)>,
+    path: Vec<Place>,
+    through_register: bool,
+    recursive: BTreeSet<Place>,
+}
+
+impl Walk<'_> {
+    fn from(&mut self, place: Place) -> (u32, Vec<Place>) {
+        if let Some(known) = self.known.get(&place) {
+            return known.clone();
+        }
+        if self.path.contains(&place) {
+            self.recursive.insert(place);
+            return (0, vec![]);
+        }
+        let Some(function) = self.graph.functions.get(&place) else { return (0, vec![]) };
+        self.path.push(place);
+        let mut worst = (0, vec![]);
+        let by_address = function.calls_register.then_some(&self.graph.reachable_by_address);
+        self.through_register |= function.calls_register;
+        let graph = self.graph;
+        for callee in graph.functions[&place].calls.iter().chain(by_address.into_iter().flatten()) {
+            let candidate = self.from(*callee);
+            if candidate.0 > worst.0 {
+                worst = candidate;
+            }
+        }
+        self.path.pop();
+        if function.unknown_frame {
+            self.recursive.insert(place);
+        }
+        worst.0 += function.frame;
+        worst.1.insert(0, place);
+        self.known.insert(place, worst.clone());
+        worst
+    }
+}
+
+/// Functions by symbol; one without a size reaches to the next.
+fn functions(file: &object::File<'_>) -> BTreeMap<Place, Function> {
+    let mut functions: BTreeMap<Place, Function> = BTreeMap::new();
+    for symbol in file.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.is_definition()) {
+        let (place, name) = (symbol.address() as u32 & !1, symbol.name().unwrap_or_default());
+        let function = functions.entry(place).or_default();
+        function.size = function.size.max(symbol.size() as u32);
+        if function.name.is_empty() || name.len() < function.name.len() {
+            function.name = name.to_owned();
+        }
+    }
+    let places: Vec<Place> = functions.keys().copied().collect();
+    for (place, next) in places.iter().zip(places.iter().skip(1)) {
+        if let Some(function) = functions.get_mut(place).filter(|function| function.size == 0) {
+            function.size = (next - place).min(4096);
+        }
+    }
+    functions
+}
+
+/// Walks a function's instructions. Constants between them may be taken for instructions: what they seem to call counts
+/// only if it is a function's start.
+fn follow(place: Place, code: &[u8], places: &BTreeSet<Place>, function: &mut Function) {
+    let mut at = 0;
+    while at + 2 <= code.len() {
+        let instruction = decode(&code[at..]);
+        match instruction.stack {
+            Stack::Keeps => {}
+            Stack::Takes(bytes) => function.frame += bytes,
+            Stack::TakesUnknown => function.unknown_frame = true,
+        }
+        match instruction.flow {
+            Flow::Call(offset) | Flow::Jump(offset) | Flow::Branch(offset) => {
+                let target = (place + at as u32).wrapping_add_signed(offset);
+                let inside = target >= place && target < place + function.size;
+                if places.contains(&target) && (!inside || matches!(instruction.flow, Flow::Call(_))) {
+                    function.calls.insert(target);
+                }
+            }
+            Flow::CallRegister => function.calls_register = true,
+            Flow::Next | Flow::Away => {}
+        }
+        at += instruction.size as usize;
+    }
+}
+
+/// Words that are a function's address with the Thumb bit set.
+fn addresses(data: &[u8], places: &BTreeSet<Place>) -> BTreeSet<Place> {
+    let words = data.as_chunks::<4>().0.iter().map(|word| u32::from_le_bytes(*word));
+    words.filter(|word| word & 1 == 1 && places.contains(&(word - 1))).map(|word| word - 1).collect()
+}
+
+/// A symbol as in the source.
+pub fn readable(name: &str) -> String {
+    format!("{:#}", rustc_demangle::demangle(name))
+}
