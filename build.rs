@@ -11,7 +11,11 @@ fn main() {
         return;
     }
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    let map = if feature("G474") { "memory.x" } else { "memory-emulated.x" };
+    let map = if feature("G474") {
+        "memory.x"
+    } else {
+        "memory-emulated.x"
+    };
     println!("cargo:rerun-if-changed={map}");
     fs::copy(Path::new(map), out.join("memory.x")).expect("the memory map is beside build.rs");
     if !feature("G474") {

@@ -11,15 +11,8 @@ pub mod board;
 pub mod calibration;
 pub mod drivers;
 pub mod emulation;
-pub mod frame;
-pub mod geometry;
-mod lanes;
 pub mod link;
-pub mod lsq;
-pub mod math;
-pub mod model;
-pub mod psd;
-pub mod quadrature;
-pub mod settings;
-pub mod step;
-pub mod swap;
+
+pub use courier_signal::{
+    frame, geometry, lsq, math, model, psd, quadrature, settings, step, swap,
+};

@@ -68,7 +68,7 @@ pub fn inverse_sqrt<R: Real>(x: R) -> R {
 pub fn sqrt(x: f32) -> f32 {
     #[cfg(target_os = "none")]
     {
-        crate::board::fpu::sqrt(x)
+        crate::fpu::sqrt(x)
     }
     #[cfg(not(target_os = "none"))]
     {

@@ -149,7 +149,6 @@ impl StepState {
 }
 
 /// One sample: `raw` into the state, [`isr_step`], and a copy of its frame.
-#[inline]
 pub fn step(config: &StepConfig, state: &mut StepState, raw: &RawFrame) -> Frame {
     let kept = &mut state.frame.raw;
     if raw.fault.intersects(STALE) && state.started {
@@ -166,7 +165,6 @@ const STALE: Status = Status::CONVERTER_CRC.union(Status::CONVERTER_TIMEOUT);
 
 /// One sample from the counts in [`StepState::raw_mut`], the frame written in place. With a converter's fault bit set the
 /// counts there must be the previous ones. Cost: docs/costs.md.
-#[inline]
 pub fn isr_step<'s>(config: &StepConfig, state: &'s mut StepState) -> &'s Frame {
     if !state.started {
         start(config, state);

@@ -242,12 +242,8 @@ fn direction_is_held_within_the_dead_band() {
         .chain(std::iter::repeat_n(1.99, 2000));
     let frames = run(&settings, path.map(|x| raw(at(x, -x, 0.0))));
     assert_eq!(frames[0].direction[0], 0.0);
-    assert_eq!(
-        frames[199].direction, [1.0, -1.0]
-    );
-    assert_eq!(
-        frames[2199].direction, [1.0, -1.0]
-    );
+    assert_eq!(frames[199].direction, [1.0, -1.0]);
+    assert_eq!(frames[2199].direction, [1.0, -1.0]);
 }
 
 #[test]
@@ -424,7 +420,10 @@ fn too_long_a_gap_is_a_slip() {
         &calibrated(),
         (0..100).map(|k| match k < 20 || k > 52 {
             true => raw([0.1; SEGMENTS]),
-            false => RawFrame { fault: Status::CONVERTER_TIMEOUT, ..raw([0.1; SEGMENTS]) },
+            false => RawFrame {
+                fault: Status::CONVERTER_TIMEOUT,
+                ..raw([0.1; SEGMENTS])
+            },
         }),
     );
     let slips = Status::SLIP_1 | Status::SLIP_2 | Status::SLIP_3 | Status::SLIP_4;
@@ -586,10 +585,7 @@ fn both_entries_give_the_same_bits() {
     for k in 0..1000 {
         let raw = raw(at(0.07 * f64::from(k), 0.01, 0.1));
         *b.raw_mut() = raw;
-        assert_eq!(
-            step(&config, &mut a, &raw),
-            *isr_step(&config, &mut b)
-        );
+        assert_eq!(step(&config, &mut a, &raw), *isr_step(&config, &mut b));
     }
 }
 
@@ -654,9 +650,7 @@ mod any_input {
         ];
         for s in &frame.segments {
             let fractions = [s.unmodified.fraction_turns, s.calibrated.fraction_turns];
-            values.extend(fractions.into_iter().chain([
-                s.amplitude_counts,
-            ]));
+            values.extend(fractions.into_iter().chain([s.amplitude_counts]));
         }
         values.iter().all(|v| v.is_finite())
     }

@@ -101,8 +101,7 @@ impl<'q, 'c> Sampler<'q, 'c> {
         let raw = self.state.raw_mut();
         store(reading, raw);
         raw.fault.set(Status::OVERRUN, missed > 0);
-        raw.temperature_delta_k =
-            f32::from_bits(self.mailbox.temperature_delta_bits.load(Relaxed));
+        raw.temperature_delta_k = f32::from_bits(self.mailbox.temperature_delta_bits.load(Relaxed));
         if self.mailbox.restart_count.load(Relaxed) {
             self.mailbox.restart_count.store(false, Relaxed);
             self.state.restart_count();

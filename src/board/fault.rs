@@ -48,11 +48,18 @@ pub fn take(hardware: ResetCause) -> StartReport {
     // SAFETY: the first word alone, so that the record is read once.
     unsafe { write_volatile(addr_of_mut!(RECORD).cast::<u32>(), 0) };
     let kept = KINDS.iter().find(|(kind, _)| *kind == record.cause);
-    let Some((_, cause)) = kept.filter(|_| record.magic == MAGIC && record.check == check(&record)) else {
-        return StartReport { cause: hardware, fault: None };
+    let Some((_, cause)) = kept.filter(|_| record.magic == MAGIC && record.check == check(&record))
+    else {
+        return StartReport {
+            cause: hardware,
+            fault: None,
+        };
     };
     if *cause == ResetCause::Requested {
-        return StartReport { cause: *cause, fault: None };
+        return StartReport {
+            cause: *cause,
+            fault: None,
+        };
     }
     let text = record.message.get(..record.length as usize).unwrap_or(&[]);
     let mut message = String::new();
@@ -64,12 +71,18 @@ pub fn take(hardware: ResetCause) -> StartReport {
         link_register: record.link_register,
         message,
     };
-    StartReport { cause: *cause, fault: Some(fault) }
+    StartReport {
+        cause: *cause,
+        fault: Some(fault),
+    }
 }
 
 /// Keeps a record for the next start.
 pub fn keep(cause: ResetCause, program_counter: u32, link_register: u32, message: &str) {
-    let kind = KINDS.iter().find(|(_, known)| *known == cause).map_or(0, |(kind, _)| *kind);
+    let kind = KINDS
+        .iter()
+        .find(|(_, known)| *known == cause)
+        .map_or(0, |(kind, _)| *kind);
     let mut record = Record {
         magic: MAGIC,
         cause: kind,
@@ -90,9 +103,21 @@ pub fn keep(cause: ResetCause, program_counter: u32, link_register: u32, message
 }
 
 fn check(record: &Record) -> u32 {
-    let words = [record.magic, record.cause, record.uptime_s, record.program_counter, record.link_register, record.length];
+    let words = [
+        record.magic,
+        record.cause,
+        record.uptime_s,
+        record.program_counter,
+        record.link_register,
+        record.length,
+    ];
     let bytes = record.message.iter().map(|byte| u32::from(*byte));
-    words.into_iter().chain(bytes).fold(0x811C_9DC5, |hash, word| (hash ^ word).wrapping_mul(0x0100_0193))
+    words
+        .into_iter()
+        .chain(bytes)
+        .fold(0x811C_9DC5, |hash, word| {
+            (hash ^ word).wrapping_mul(0x0100_0193)
+        })
 }
 
 #[panic_handler]

@@ -33,7 +33,11 @@ pub trait Board {
 
 /// Runs for ever. The watchdog is fed only if, since the last time, the interrupt has sampled and the background has come
 /// round.
-pub fn run<S, F>(mut board: impl Board, mut background: Background<'_, '_, S, F>, mut console: Console<Rings>) -> !
+pub fn run<S, F>(
+    mut board: impl Board,
+    mut background: Background<'_, '_, S, F>,
+    mut console: Console<Rings>,
+) -> !
 where
     S: Read + ReadReady + Write + WriteReady,
     F: NorFlash,
@@ -77,7 +81,11 @@ fn show(board: &mut impl Board, status: Status, said: Status, samples: u32) -> S
         _ => false,
     });
     if status != said {
-        defmt::info!("status {=u32:#x}, was {=u32:#x}", status.bits(), said.bits());
+        defmt::info!(
+            "status {=u32:#x}, was {=u32:#x}",
+            status.bits(),
+            said.bits()
+        );
     }
     status
 }

@@ -2,8 +2,6 @@
 //!
 //! `emulated` and `g474` are the boards; `main_loop` runs on both, over the trait [`main_loop::Board`].
 
-pub mod fpu;
-
 #[cfg(feature = "board")]
 mod critical;
 #[cfg(feature = "emulated")]

@@ -25,7 +25,11 @@ pub fn start() -> Rings {
         }
     };
     set_defmt_channel(rings.up.0);
-    Rings { commands: rings.down.0, replies: rings.up.2, telemetry: rings.up.1 }
+    Rings {
+        commands: rings.down.0,
+        replies: rings.up.2,
+        telemetry: rings.up.1,
+    }
 }
 
 impl Ports for Rings {

@@ -88,14 +88,23 @@ where
     S: Read + ReadReady + Write + WriteReady,
     F: NorFlash,
 {
-    let settings = Settings { rate_hz: RATE_HZ as f32, ..Settings::default() };
+    let settings = Settings {
+        rate_hz: RATE_HZ as f32,
+        ..Settings::default()
+    };
     // Without the error's own text: its numbers would bring float formatting into the image.
-    let build = || StepConfig::build(&settings).ok().expect("the board's own settings are in range");
+    let build = || {
+        StepConfig::build(&settings)
+            .ok()
+            .expect("the board's own settings are in range")
+    };
     let active = cortex_m::singleton!(: StepConfig = build()).expect("called once");
     let spare = cortex_m::singleton!(: StepConfig = build()).expect("called once");
-    let queues = cortex_m::singleton!(: SwapQueues<'static> = SwapQueues::new()).expect("called once");
+    let queues =
+        cortex_m::singleton!(: SwapQueues<'static> = SwapQueues::new()).expect("called once");
     let frames = cortex_m::singleton!(: FrameQueue = FrameQueue::new()).expect("called once");
-    let mailbox: &'static Mailbox = cortex_m::singleton!(: Mailbox = Mailbox::new()).expect("called once");
+    let mailbox: &'static Mailbox =
+        cortex_m::singleton!(: Mailbox = Mailbox::new()).expect("called once");
     let (sender, receiver) = queues.split(active, spare);
     let (produce, consume) = frames.split();
     let hello = Hello {
@@ -106,7 +115,13 @@ where
         rate_hz: settings.rate_hz,
     };
     let motion = MotionPort::new(serial);
-    let background = Background::new((consume, sender, mailbox), motion, Slots::new(flash, 0), settings, device);
+    let background = Background::new(
+        (consume, sender, mailbox),
+        motion,
+        Slots::new(flash, 0),
+        settings,
+        device,
+    );
     Ends {
         sampler: Sampler::new(receiver, produce, mailbox),
         background,

@@ -15,7 +15,6 @@ pub(super) struct Rotation {
 impl Rotation {
     /// Rotation that takes `(pivot, entry)` to `(radius, 0)`, and the radius (never negative). `pivot` is not
     /// negative and `entry` is not zero.
-    #[inline]
     pub fn new(pivot: f32, entry: f32) -> (Self, f32) {
         let square = pivot * pivot + entry * entry;
         if SAFE.contains(&square) {
@@ -63,7 +62,6 @@ impl Rotation {
     /// Turns the rest of a factor's row against the rest of the entering row, of equal length.
     ///
     /// Per pair: 2 loads, 4 multiplications, 2 additions, 2 stores; unrolled by four, no bounds checks.
-    #[inline]
     pub fn turn_all(self, factor: &mut [f32], entries: &mut [f32]) {
         let (factor, factor_rest) = factor.as_chunks_mut::<4>();
         let (entries, entries_rest) = entries.as_chunks_mut::<4>();

@@ -28,8 +28,16 @@ pub struct Image {
 
 /// Both images. A further board is a line here.
 pub const IMAGES: [Image; 2] = [
-    Image { name: "g474", sampling: "EXTI9_5", below: &["USART1"] },
-    Image { name: "emulated", sampling: "isr_sampling", below: &[] },
+    Image {
+        name: "g474",
+        sampling: "EXTI9_5",
+        below: &["USART1"],
+    },
+    Image {
+        name: "emulated",
+        sampling: "isr_sampling",
+        below: &[],
+    },
 ];
 
 /// What an image needs.
@@ -73,8 +81,12 @@ impl Sizes {
 /// An image cannot be built or does not fit.
 pub fn run_command(arguments: &[String]) -> Result<()> {
     let arm = arm::ensure()?;
-    let chosen = |image: &&Image| arguments.is_empty() || arguments.iter().any(|name| name == image.name);
-    if let Some(unknown) = arguments.iter().find(|name| IMAGES.iter().all(|image| image.name != **name)) {
+    let chosen =
+        |image: &&Image| arguments.is_empty() || arguments.iter().any(|name| name == image.name);
+    if let Some(unknown) = arguments
+        .iter()
+        .find(|name| IMAGES.iter().all(|image| image.name != **name))
+    {
         bail!("found {unknown:?}, wanted g474 or emulated");
     }
     for image in IMAGES.iter().filter(chosen) {
@@ -94,7 +106,17 @@ pub fn build(arm: &Arm, name: &str) -> Result<PathBuf> {
     let linker = flip_link()?;
     say(&format!("building the {name} image"));
     let mut command = arm.cargo("build");
-    command.args(["--quiet", "--package", "courier-sensor", "--profile", "firmware", "--features", name, "--bin", name]);
+    command.args([
+        "--quiet",
+        "--package",
+        "courier-sensor",
+        "--profile",
+        "firmware",
+        "--features",
+        name,
+        "--bin",
+        name,
+    ]);
     command.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker);
     run(&mut command)?;
     Ok(target_dir().join(TARGET).join("firmware").join(name))
@@ -111,7 +133,17 @@ fn flip_link() -> Result<PathBuf> {
         say(&format!("cargo install flip-link {FLIP_LINK}"));
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
         let mut command = Command::new(cargo);
-        command.args(["install", "--quiet", "--locked", "flip-link", "--version", FLIP_LINK, "--root"]).arg(&folder);
+        command
+            .args([
+                "install",
+                "--quiet",
+                "--locked",
+                "flip-link",
+                "--version",
+                FLIP_LINK,
+                "--root",
+            ])
+            .arg(&folder);
         run(&mut command)?;
     }
     Ok(program)
@@ -126,8 +158,14 @@ impl Image {
         let bytes = std::fs::read(file).with_context(|| file.display().to_string())?;
         let elf = object::File::parse(&*bytes).with_context(|| file.display().to_string())?;
         let (mut flash, mut ram) = (vec![], vec![]);
-        for section in elf.sections().filter(|section| section.size() > 0 && is_loaded(section)) {
-            let (name, size) = (section.name().unwrap_or_default().to_owned(), section.size() as u32);
+        for section in elf
+            .sections()
+            .filter(|section| section.size() > 0 && is_loaded(section))
+        {
+            let (name, size) = (
+                section.name().unwrap_or_default().to_owned(),
+                section.size() as u32,
+            );
             let in_ram = section.address() >= 0x2000_0000;
             if in_ram {
                 ram.push((name.clone(), size));
@@ -138,12 +176,23 @@ impl Image {
         }
         let graph = CallGraph::of(file)?;
         let mut contexts = vec![];
-        for root in ["main", self.sampling].iter().chain(self.below).chain(&["HardFault", "NonMaskableInt"]) {
-            contexts.push(((*root).to_owned(), graph.worst(&self.symbol(&graph, root)?)?));
+        for root in ["main", self.sampling]
+            .iter()
+            .chain(self.below)
+            .chain(&["HardFault", "NonMaskableInt"])
+        {
+            contexts.push((
+                (*root).to_owned(),
+                graph.worst(&self.symbol(&graph, root)?)?,
+            ));
         }
         let worst = |names: &[&str]| {
-            let of = contexts.iter().filter(|(name, _)| names.contains(&name.as_str()));
-            of.map(|(_, worst)| worst.bytes + EXCEPTION_FRAME).max().unwrap_or(0)
+            let of = contexts
+                .iter()
+                .filter(|(name, _)| names.contains(&name.as_str()));
+            of.map(|(_, worst)| worst.bytes + EXCEPTION_FRAME)
+                .max()
+                .unwrap_or(0)
         };
         // One priority runs one interrupt at a time; each may lie on top of the one below.
         let stack_bytes = worst(&["main"]) - EXCEPTION_FRAME
@@ -152,12 +201,20 @@ impl Image {
             + worst(&["NonMaskableInt"])
             + worst(&["HardFault"]);
         let data: u32 = ram.iter().map(|(_, bytes)| bytes).sum();
-        Ok(Sizes { flash, ram, contexts, stack_bytes, stack_room: RAM_LIMIT.saturating_sub(data) })
+        Ok(Sizes {
+            flash,
+            ram,
+            contexts,
+            stack_bytes,
+            stack_room: RAM_LIMIT.saturating_sub(data),
+        })
     }
 
     /// The mangled name of a root.
     fn symbol(&self, graph: &CallGraph, root: &str) -> Result<String> {
-        graph.named(root).with_context(|| format!("{}: no function {root}", self.name))
+        graph
+            .named(root)
+            .with_context(|| format!("{}: no function {root}", self.name))
     }
 
     /// Fails if an image does not fit, or if the sampling interrupt can reach a panic.
@@ -166,8 +223,16 @@ impl Image {
     /// What it is, with both numbers.
     pub fn check(&self, file: &Path, sizes: &Sizes) -> Result<()> {
         let name = self.name;
-        ensure!(sizes.flash_bytes() <= FLASH_LIMIT, "{name}: {} bytes of flash, limit {FLASH_LIMIT}", sizes.flash_bytes());
-        ensure!(sizes.ram_bytes() <= RAM_LIMIT, "{name}: {} bytes of RAM, limit {RAM_LIMIT}", sizes.ram_bytes());
+        ensure!(
+            sizes.flash_bytes() <= FLASH_LIMIT,
+            "{name}: {} bytes of flash, limit {FLASH_LIMIT}",
+            sizes.flash_bytes()
+        );
+        ensure!(
+            sizes.ram_bytes() <= RAM_LIMIT,
+            "{name}: {} bytes of RAM, limit {RAM_LIMIT}",
+            sizes.ram_bytes()
+        );
         let allowed = (f64::from(sizes.stack_room) * (1.0 - STACK_SPARE)) as u32;
         ensure!(
             sizes.stack_bytes <= allowed,
@@ -176,9 +241,19 @@ impl Image {
         );
         let graph = CallGraph::of(file)?;
         let (reach, register) = graph.reach(&self.symbol(&graph, self.sampling)?)?;
-        let panics = reach.iter().map(|name| readable(name)).find(|name| is_panic(name));
-        ensure!(panics.is_none(), "{name}: the sampling interrupt can reach {}", panics.unwrap_or_default());
-        ensure!(!register, "{name}: the sampling interrupt calls through a register");
+        let panics = reach
+            .iter()
+            .map(|name| readable(name))
+            .find(|name| is_panic(name));
+        ensure!(
+            panics.is_none(),
+            "{name}: the sampling interrupt can reach {}",
+            panics.unwrap_or_default()
+        );
+        ensure!(
+            !register,
+            "{name}: the sampling interrupt calls through a register"
+        );
         Ok(())
     }
 }
@@ -193,7 +268,11 @@ fn is_panic(name: &str) -> bool {
 }
 
 fn print(image: &Image, file: &Path, sizes: &Sizes) {
-    println!("{} ({})", image.name, file.strip_prefix(root()).unwrap_or(file).display());
+    println!(
+        "{} ({})",
+        image.name,
+        file.strip_prefix(root()).unwrap_or(file).display()
+    );
     for (kind, sections, total, limit) in [
         ("flash", &sizes.flash, sizes.flash_bytes(), FLASH_LIMIT),
         ("RAM", &sizes.ram, sizes.ram_bytes(), RAM_LIMIT),
@@ -202,28 +281,47 @@ fn print(image: &Image, file: &Path, sizes: &Sizes) {
             println!("  {kind:<6} {section:<16} {bytes:>8} B");
         }
         if kind == "RAM" {
-            println!("  {kind:<6} {:<16} {:>8} B", "worst stack", sizes.stack_bytes);
+            println!(
+                "  {kind:<6} {:<16} {:>8} B",
+                "worst stack", sizes.stack_bytes
+            );
         }
         println!("  {kind:<6} {:<16} {total:>8} B of {limit}", "together");
     }
     for (context, worst) in &sizes.contexts {
         let chain: Vec<&str> = worst.chain.iter().map(|name| short(name)).collect();
-        println!("  stack  {context:<16} {:>8} B  {}", worst.bytes, chain.join(" > "));
+        println!(
+            "  stack  {context:<16} {:>8} B  {}",
+            worst.bytes,
+            chain.join(" > ")
+        );
         if worst.through_register {
-            println!("         calls through a register are bounded by the worst function whose address is taken");
+            println!(
+                "         calls through a register are bounded by the worst function whose address is taken"
+            );
         }
         if !worst.recursive.is_empty() {
-            println!("         not bounded here, counted once: {}", worst.recursive.join(", "));
+            println!(
+                "         not bounded here, counted once: {}",
+                worst.recursive.join(", ")
+            );
         }
     }
     let spare = 100.0 * (1.0 - f64::from(sizes.stack_bytes) / f64::from(sizes.stack_room.max(1)));
-    println!("  stack  {:<16} {:>8} B  of {} B left for it, {spare:.0} % spare", "all together", sizes.stack_bytes, sizes.stack_room);
+    println!(
+        "  stack  {:<16} {:>8} B  of {} B left for it, {spare:.0} % spare",
+        "all together", sizes.stack_bytes, sizes.stack_room
+    );
 }
 
 /// The last part of a path.
 fn short(name: &str) -> &str {
     let plain = name.split('<').next().unwrap_or(name);
-    if plain.is_empty() { name } else { plain.rsplit("::").next().unwrap_or(plain) }
+    if plain.is_empty() {
+        name
+    } else {
+        plain.rsplit("::").next().unwrap_or(plain)
+    }
 }
 
 /// Sizes of the g474 image for the bench's JSON.
@@ -231,5 +329,8 @@ fn short(name: &str) -> &str {
 /// # Errors
 /// As [`run_command`].
 pub fn sizes(arm: &Arm) -> Result<Vec<(&'static str, Sizes)>> {
-    IMAGES.iter().map(|image| Ok((image.name, image.measure(&build(arm, image.name)?)?))).collect()
+    IMAGES
+        .iter()
+        .map(|image| Ok((image.name, image.measure(&build(arm, image.name)?)?)))
+        .collect()
 }

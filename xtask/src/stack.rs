@@ -64,25 +64,41 @@ impl CallGraph {
                     }
                 }
             }
-            if matches!(section.kind(), SectionKind::Text | SectionKind::ReadOnlyData | SectionKind::Data)
-                && section.name() != Ok(".vector_table")
+            if matches!(
+                section.kind(),
+                SectionKind::Text | SectionKind::ReadOnlyData | SectionKind::Data
+            ) && section.name() != Ok(".vector_table")
             {
                 reachable_by_address.extend(addresses(data, &places));
             }
         }
-        Ok(Self { functions, reachable_by_address })
+        Ok(Self {
+            functions,
+            reachable_by_address,
+        })
     }
 
     /// The symbol of a function by its own name: plain, or the last part of its path.
     pub fn named(&self, name: &str) -> Option<String> {
-        let by_path = |function: &&Function| readable(&function.name).ends_with(&format!("::{name}"));
-        let plain = self.functions.values().find(|function| function.name == name);
-        plain.or_else(|| self.functions.values().find(by_path)).map(|function| function.name.clone())
+        let by_path =
+            |function: &&Function| readable(&function.name).ends_with(&format!("::{name}"));
+        let plain = self
+            .functions
+            .values()
+            .find(|function| function.name == name);
+        plain
+            .or_else(|| self.functions.values().find(by_path))
+            .map(|function| function.name.clone())
     }
 
     fn root(&self, name: &str) -> Result<Place> {
-        let found = self.functions.iter().find(|(_, function)| function.name == name);
-        found.map(|(place, _)| *place).with_context(|| format!("no function {name}"))
+        let found = self
+            .functions
+            .iter()
+            .find(|(_, function)| function.name == name);
+        found
+            .map(|(place, _)| *place)
+            .with_context(|| format!("no function {name}"))
     }
 
     /// Worst stack of `root` and all that it calls.
@@ -90,9 +106,19 @@ impl CallGraph {
     /// # Errors
     /// There is no such function.
     pub fn worst(&self, root: &str) -> Result<Worst> {
-        let mut walk = Walk { graph: self, known: BTreeMap::new(), path: vec![], through_register: false, recursive: BTreeSet::new() };
+        let mut walk = Walk {
+            graph: self,
+            known: BTreeMap::new(),
+            path: vec![],
+            through_register: false,
+            recursive: BTreeSet::new(),
+        };
         let (bytes, chain) = walk.from(self.root(root)?);
-        let name = |place: &Place| self.functions.get(place).map_or_else(String::new, |f| readable(&f.name));
+        let name = |place: &Place| {
+            self.functions
+                .get(place)
+                .map_or_else(String::new, |f| readable(&f.name))
+        };
         Ok(Worst {
             bytes,
             chain: chain.iter().map(name).collect(),
@@ -109,11 +135,16 @@ impl CallGraph {
         let (mut seen, mut open) = (BTreeSet::new(), vec![self.root(root)?]);
         let mut register = false;
         while let Some(place) = open.pop() {
-            let Some(function) = self.functions.get(&place).filter(|_| seen.insert(place)) else { continue };
+            let Some(function) = self.functions.get(&place).filter(|_| seen.insert(place)) else {
+                continue;
+            };
             register |= function.calls_register;
             open.extend(&function.calls);
         }
-        let names = seen.iter().filter_map(|place| self.functions.get(place)).map(|f| f.name.clone());
+        let names = seen
+            .iter()
+            .filter_map(|place| self.functions.get(place))
+            .map(|f| f.name.clone());
         Ok((names.collect(), register))
     }
 }
@@ -135,13 +166,21 @@ impl Walk<'_> {
             self.recursive.insert(place);
             return (0, vec![]);
         }
-        let Some(function) = self.graph.functions.get(&place) else { return (0, vec![]) };
+        let Some(function) = self.graph.functions.get(&place) else {
+            return (0, vec![]);
+        };
         self.path.push(place);
         let mut worst = (0, vec![]);
-        let by_address = function.calls_register.then_some(&self.graph.reachable_by_address);
+        let by_address = function
+            .calls_register
+            .then_some(&self.graph.reachable_by_address);
         self.through_register |= function.calls_register;
         let graph = self.graph;
-        for callee in graph.functions[&place].calls.iter().chain(by_address.into_iter().flatten()) {
+        for callee in graph.functions[&place]
+            .calls
+            .iter()
+            .chain(by_address.into_iter().flatten())
+        {
             let candidate = self.from(*callee);
             if candidate.0 > worst.0 {
                 worst = candidate;
@@ -161,8 +200,14 @@ impl Walk<'_> {
 /// Functions by symbol; one without a size reaches to the next.
 fn functions(file: &object::File<'_>) -> BTreeMap<Place, Function> {
     let mut functions: BTreeMap<Place, Function> = BTreeMap::new();
-    for symbol in file.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.is_definition()) {
-        let (place, name) = (symbol.address() as u32 & !1, symbol.name().unwrap_or_default());
+    for symbol in file
+        .symbols()
+        .filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.is_definition())
+    {
+        let (place, name) = (
+            symbol.address() as u32 & !1,
+            symbol.name().unwrap_or_default(),
+        );
         let function = functions.entry(place).or_default();
         function.size = function.size.max(symbol.size() as u32);
         if function.name.is_empty() || name.len() < function.name.len() {
@@ -171,7 +216,10 @@ fn functions(file: &object::File<'_>) -> BTreeMap<Place, Function> {
     }
     let places: Vec<Place> = functions.keys().copied().collect();
     for (place, next) in places.iter().zip(places.iter().skip(1)) {
-        if let Some(function) = functions.get_mut(place).filter(|function| function.size == 0) {
+        if let Some(function) = functions
+            .get_mut(place)
+            .filter(|function| function.size == 0)
+        {
             function.size = (next - place).min(4096);
         }
     }
@@ -193,7 +241,9 @@ fn follow(place: Place, code: &[u8], places: &BTreeSet<Place>, function: &mut Fu
             Flow::Call(offset) | Flow::Jump(offset) | Flow::Branch(offset) => {
                 let target = (place + at as u32).wrapping_add_signed(offset);
                 let inside = target >= place && target < place + function.size;
-                if places.contains(&target) && (!inside || matches!(instruction.flow, Flow::Call(_))) {
+                if places.contains(&target)
+                    && (!inside || matches!(instruction.flow, Flow::Call(_)))
+                {
                     function.calls.insert(target);
                 }
             }
@@ -206,8 +256,15 @@ fn follow(place: Place, code: &[u8], places: &BTreeSet<Place>, function: &mut Fu
 
 /// Words that are a function's address with the Thumb bit set.
 fn addresses(data: &[u8], places: &BTreeSet<Place>) -> BTreeSet<Place> {
-    let words = data.as_chunks::<4>().0.iter().map(|word| u32::from_le_bytes(*word));
-    words.filter(|word| word & 1 == 1 && places.contains(&(word - 1))).map(|word| word - 1).collect()
+    let words = data
+        .as_chunks::<4>()
+        .0
+        .iter()
+        .map(|word| u32::from_le_bytes(*word));
+    words
+        .filter(|word| word & 1 == 1 && places.contains(&(word - 1)))
+        .map(|word| word - 1)
+        .collect()
 }
 
 /// A symbol as in the source.

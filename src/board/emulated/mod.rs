@@ -50,7 +50,9 @@ extern "C" fn unused() {}
 extern "C" fn isr_sampling() {
     clock::acknowledge();
     // SAFETY: this interrupt owns it.
-    let Some((converter, sampler)) = (unsafe { SAMPLING.get() }) else { return };
+    let Some((converter, sampler)) = (unsafe { SAMPLING.get() }) else {
+        return;
+    };
     let reading = isr_convert(converter);
     let missed = u32::from(clock::is_pending());
     sampler.isr_sample(reading, missed);
@@ -70,7 +72,12 @@ fn isr_convert(converter: &mut Chips) -> Result<Counts, ConverterError> {
 /// The watchdog's warning, one period before its reset: the place is not known, but the time is.
 #[exception]
 unsafe fn NonMaskableInt() -> ! {
-    fault::keep(ResetCause::Watchdog, 0, 0, "no progress of interrupt or background");
+    fault::keep(
+        ResetCause::Watchdog,
+        0,
+        0,
+        "no progress of interrupt or background",
+    );
     loop {
         cortex_m::asm::nop();
     }
@@ -90,11 +97,19 @@ impl Board for Emulated {
     }
 
     fn set_led(&mut self, on: bool) {
-        let _ = self.post.ask(Operation::SetPin, 2 * Pin::Led as u32 + u32::from(on), &[], &mut []);
+        let _ = self.post.ask(
+            Operation::SetPin,
+            2 * Pin::Led as u32 + u32::from(on),
+            &[],
+            &mut [],
+        );
     }
 
     fn temperature_c(&mut self) -> Option<f32> {
-        let word = self.post.ask(Operation::Temperature, 0, &[], &mut []).ok()?;
+        let word = self
+            .post
+            .ask(Operation::Temperature, 0, &[], &mut [])
+            .ok()?;
         Some((f64::from(word) - 1.0e6) as f32 * 1.0e-3)
     }
 
@@ -111,13 +126,24 @@ pub fn main() -> ! {
     let rings = rtt::start();
     let report = fault::take(ResetCause::PowerOn);
     start::log(&report);
-    let line = |pin| Line { mailbox: Post::new(INTERRUPT), pin };
-    let spi = |chip| Spi { mailbox: Post::new(INTERRUPT), chip };
+    let line = |pin| Line {
+        mailbox: Post::new(INTERRUPT),
+        pin,
+    };
+    let spi = |chip| Spi {
+        mailbox: Post::new(INTERRUPT),
+        chip,
+    };
     let lines = (line(Pin::Convst), line(Pin::Reset), line(Pin::Busy));
-    let mut converter = Converter::new((spi(0), spi(1)), lines.0, lines.1, lines.2, Settings::BOARD);
+    let mut converter =
+        Converter::new((spi(0), spi(1)), lines.0, lines.1, lines.2, Settings::BOARD);
     start::initialise(&mut converter, &mut Delay);
     let parts = (Serial::new(post), Flash { mailbox: post });
-    let Ends { sampler, background, console } = start::connect(parts, rings, "emulated", *b"emulated\0\0\0\0", report);
+    let Ends {
+        sampler,
+        background,
+        console,
+    } = start::connect(parts, rings, "emulated", *b"emulated\0\0\0\0", report);
     clock::start_watchdog(WATCHDOG_MS * 1000);
     // SAFETY: the interrupt is enabled afterwards.
     unsafe {

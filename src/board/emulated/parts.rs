@@ -53,13 +53,17 @@ impl SpiDevice for Spi {
                 spi::Operation::TransferInPlace(words) => words,
                 _ => &[],
             };
-            place.iter_mut().zip(written).for_each(|(place, byte)| *place = *byte);
+            place
+                .iter_mut()
+                .zip(written)
+                .for_each(|(place, byte)| *place = *byte);
             at += length;
         }
         let mut answer = [0; TRANSFER_BYTES];
         let answer = answer.get_mut(..at).ok_or(Refused)?;
         let question = bytes.get(..at).ok_or(Refused)?;
-        self.mailbox.ask(Operation::Spi, self.chip, question, answer)?;
+        self.mailbox
+            .ask(Operation::Spi, self.chip, question, answer)?;
         let mut rest: &[u8] = answer;
         for operation in operations.iter_mut() {
             let (now, later) = rest.split_at_checked(clocks(operation)).ok_or(Refused)?;
@@ -69,7 +73,9 @@ impl SpiDevice for Spi {
                 spi::Operation::TransferInPlace(words) => words,
                 _ => &mut [],
             };
-            read.iter_mut().zip(now).for_each(|(place, byte)| *place = *byte);
+            read.iter_mut()
+                .zip(now)
+                .for_each(|(place, byte)| *place = *byte);
         }
         Ok(())
     }
@@ -97,7 +103,9 @@ pub struct Line {
 impl Line {
     fn set(&mut self, level: u32) -> Result<(), Refused> {
         let argument = 2 * self.pin as u32 + level;
-        self.mailbox.ask(Operation::SetPin, argument, &[], &mut []).map(|_| ())
+        self.mailbox
+            .ask(Operation::SetPin, argument, &[], &mut [])
+            .map(|_| ())
     }
 }
 
@@ -117,7 +125,9 @@ impl OutputPin for Line {
 
 impl InputPin for Line {
     fn is_high(&mut self) -> Result<bool, Refused> {
-        let level = self.mailbox.ask(Operation::GetPin, self.pin as u32, &[], &mut [])?;
+        let level = self
+            .mailbox
+            .ask(Operation::GetPin, self.pin as u32, &[], &mut [])?;
         Ok(level != 0)
     }
 
@@ -180,7 +190,9 @@ impl Read for Serial {
         }
         let mut count = 0;
         for place in buffer {
-            let Some(byte) = self.received.pop_front() else { break };
+            let Some(byte) = self.received.pop_front() else {
+                break;
+            };
             *place = byte;
             count += 1;
         }
@@ -198,7 +210,9 @@ impl Write for Serial {
     fn write(&mut self, bytes: &[u8]) -> Result<usize, ErrorKind> {
         let bytes = bytes.get(..bytes.len().min(DATA_BYTES)).unwrap_or(bytes);
         let taken = self.mailbox.ask(Operation::SerialWrite, 0, bytes, &mut []);
-        taken.map(|count| count as usize).map_err(|Refused| ErrorKind::Other)
+        taken
+            .map(|count| count as usize)
+            .map_err(|Refused| ErrorKind::Other)
     }
 
     fn flush(&mut self) -> Result<(), ErrorKind> {
@@ -241,7 +255,8 @@ impl NorFlash for Flash {
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Refused> {
         let mut at = from;
         while at < to {
-            self.mailbox.ask(Operation::FlashErase, at, &[], &mut [0; 0])?;
+            self.mailbox
+                .ask(Operation::FlashErase, at, &[], &mut [0; 0])?;
             at += Self::ERASE_SIZE as u32;
         }
         Ok(())

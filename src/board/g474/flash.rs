@@ -7,7 +7,8 @@
 use core::ptr::{read_volatile, write_volatile};
 use core::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use embedded_storage::nor_flash::{
-    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
+    check_write,
 };
 use stm32_metapac::flash::regs::Sr;
 use stm32_metapac::{FLASH, PWR};
@@ -83,7 +84,11 @@ fn wait() -> Result<(), Error> {
     for _ in 0..PATIENCE {
         let status = FLASH.sr().read();
         if !status.bsy() {
-            return if status.0 & 0xC3FA == 0 { Ok(()) } else { Err(Error::Controller) };
+            return if status.0 & 0xC3FA == 0 {
+                Ok(())
+            } else {
+                Err(Error::Controller)
+            };
         }
     }
     Err(Error::Controller)
@@ -103,7 +108,11 @@ impl ReadNorFlash for Flash {
             // SAFETY: within the bank, checked above.
             *place = unsafe { read_volatile(address as *const u8) };
         }
-        if TORN.load(SeqCst) { Err(Error::Torn) } else { Ok(()) }
+        if TORN.load(SeqCst) {
+            Err(Error::Torn)
+        } else {
+            Ok(())
+        }
     }
 
     fn capacity(&self) -> usize {
@@ -135,7 +144,12 @@ impl NorFlash for Flash {
         check_write(self, offset, bytes.len()).map_err(Error::Arguments)?;
         unlocked(|| {
             FLASH.cr().write(|w| w.set_pg(true));
-            for (words, address) in bytes.as_chunks::<8>().0.iter().zip((BASE + offset..).step_by(8)) {
+            for (words, address) in bytes
+                .as_chunks::<8>()
+                .0
+                .iter()
+                .zip((BASE + offset..).step_by(8))
+            {
                 let [a, b, c, d, e, f, g, h] = *words;
                 // SAFETY: a double word within the bank, checked above; the controller is unlocked and waits for it.
                 unsafe {

@@ -38,7 +38,9 @@ const SILENT_INSTANTS: u32 = 4;
 fn EXTI9_5() {
     let asked = sampling::acknowledge();
     // SAFETY: this interrupt owns it.
-    let Some((converter, sampler, served)) = (unsafe { SAMPLING.get() }) else { return };
+    let Some((converter, sampler, served)) = (unsafe { SAMPLING.get() }) else {
+        return;
+    };
     let now = sampling::instants();
     let missed = now.wrapping_sub(*served).saturating_sub(1);
     *served = now;
@@ -118,14 +120,26 @@ pub fn main() -> ! {
     supervision::start_thermometer();
     spi::start();
     let chips = (Device::new(0), Device::new(1));
-    let mut converter = Converter::new(chips, pins::CONVST, pins::RESET, pins::BUSY, Settings::BOARD);
+    let mut converter = Converter::new(
+        chips,
+        pins::CONVST,
+        pins::RESET,
+        pins::BUSY,
+        Settings::BOARD,
+    );
     start::initialise(&mut converter, &mut Delay);
     pins::hand_convst_to_timer();
-    let received = cortex_m::singleton!(: serial::ByteQueue = serial::ByteQueue::new()).expect("called once");
-    let to_send = cortex_m::singleton!(: serial::ByteQueue = serial::ByteQueue::new()).expect("called once");
+    let received =
+        cortex_m::singleton!(: serial::ByteQueue = serial::ByteQueue::new()).expect("called once");
+    let to_send =
+        cortex_m::singleton!(: serial::ByteQueue = serial::ByteQueue::new()).expect("called once");
     let (serial_interrupt, serial) = serial::start(received, to_send);
     let parts = (serial, Flash::take());
-    let Ends { sampler, background, console } = start::connect(parts, rings, "g474", supervision::device(), report);
+    let Ends {
+        sampler,
+        background,
+        console,
+    } = start::connect(parts, rings, "g474", supervision::device(), report);
     let mailbox = background.mailbox();
     supervision::start_watchdog();
     // SAFETY: the interrupts are enabled afterwards.
@@ -133,11 +147,23 @@ pub fn main() -> ! {
         SAMPLING.put((converter, sampler, 0));
         SERIAL.put(serial_interrupt);
         let mut processor = cortex_m::Peripherals::steal();
-        processor.NVIC.set_priority(Interrupt::EXTI9_5, SAMPLING_PRIORITY);
-        processor.NVIC.set_priority(Interrupt::USART1, BELOW_SAMPLING);
+        processor
+            .NVIC
+            .set_priority(Interrupt::EXTI9_5, SAMPLING_PRIORITY);
+        processor
+            .NVIC
+            .set_priority(Interrupt::USART1, BELOW_SAMPLING);
         NVIC::unmask(Interrupt::EXTI9_5);
         NVIC::unmask(Interrupt::USART1);
     }
     sampling::start(RATE_HZ);
-    main_loop::run(G474 { samples_seen: 0, mailbox, seen_at: 0 }, background, console)
+    main_loop::run(
+        G474 {
+            samples_seen: 0,
+            mailbox,
+            seen_at: 0,
+        },
+        background,
+        console,
+    )
 }

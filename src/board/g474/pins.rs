@@ -76,14 +76,22 @@ impl Pin {
     fn alternate(self, function: u8) {
         let (half, place) = (self.number / 8, self.number % 8);
         self.port.afr(half).modify(|w| w.set_afr(place, function));
-        self.port.ospeedr().modify(|w| w.set_ospeedr(self.number, Ospeedr::HIGH_SPEED));
+        self.port
+            .ospeedr()
+            .modify(|w| w.set_ospeedr(self.number, Ospeedr::HIGH_SPEED));
         self.mode(Moder::ALTERNATE);
     }
 
     /// Sets an output.
     #[inline(always)]
     pub fn level(self, high: bool) {
-        self.port.bsrr().write(|w| if high { w.set_bs(self.number, true) } else { w.set_br(self.number, true) });
+        self.port.bsrr().write(|w| {
+            if high {
+                w.set_bs(self.number, true)
+            } else {
+                w.set_br(self.number, true)
+            }
+        });
     }
 }
 

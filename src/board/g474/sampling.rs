@@ -15,7 +15,9 @@ const PULSE_CYCLES: u16 = (CLOCK_HZ / 2_000_000) as u16;
 
 /// Starts the timers and lets BUSY interrupt.
 pub fn start(rate_hz: u32) {
-    SYSCFG.exticr(BUSY_LINE / 4).modify(|w| w.set_exti(BUSY_LINE % 4, PORT_C));
+    SYSCFG
+        .exticr(BUSY_LINE / 4)
+        .modify(|w| w.set_exti(BUSY_LINE % 4, PORT_C));
     EXTI.ftsr(0).modify(|w| w.set_line(BUSY_LINE, true));
     EXTI.imr(0).modify(|w| w.set_line(BUSY_LINE, true));
     RCC.apb1enr1().modify(|w| {
@@ -28,7 +30,8 @@ pub fn start(rate_hz: u32) {
         w.set_sms(Sms::EXT_CLOCK_MODE);
     });
     TIM2.cr1().modify(|w| w.set_cen(true));
-    TIM3.arr().write(|w| w.set_arr(u16::try_from(CLOCK_HZ / rate_hz - 1).unwrap_or(u16::MAX)));
+    TIM3.arr()
+        .write(|w| w.set_arr(u16::try_from(CLOCK_HZ / rate_hz - 1).unwrap_or(u16::MAX)));
     TIM3.ccr(0).write(|w| w.set_ccr(PULSE_CYCLES));
     TIM3.ccmr_output(0).modify(|w| w.set_ocm(0, Ocm::PWM_MODE1));
     TIM3.ccer().modify(|w| w.set_cce(0, true));

@@ -26,9 +26,14 @@ pub struct Serial {
 }
 
 /// Switches the peripheral on and gives out both ends.
-pub fn start(received: &'static mut ByteQueue, to_send: &'static mut ByteQueue) -> (Interrupt, Serial) {
+pub fn start(
+    received: &'static mut ByteQueue,
+    to_send: &'static mut ByteQueue,
+) -> (Interrupt, Serial) {
     RCC.apb2enr().modify(|w| w.set_usart1en(true));
-    USART1.brr().write(|w| w.set_brr(u16::try_from(CLOCK_HZ.div_ceil(BAUD)).unwrap_or(u16::MAX)));
+    USART1
+        .brr()
+        .write(|w| w.set_brr(u16::try_from(CLOCK_HZ.div_ceil(BAUD)).unwrap_or(u16::MAX)));
     USART1.cr3().modify(|w| w.set_ovrdis(true));
     USART1.cr1().modify(|w| {
         w.set_fifoen(true);
@@ -39,7 +44,16 @@ pub fn start(received: &'static mut ByteQueue, to_send: &'static mut ByteQueue) 
     });
     let (receive, received) = received.split();
     let (send, to_send) = to_send.split();
-    (Interrupt { received: receive, to_send }, Serial { received, to_send: send })
+    (
+        Interrupt {
+            received: receive,
+            to_send,
+        },
+        Serial {
+            received,
+            to_send: send,
+        },
+    )
 }
 
 impl Interrupt {
@@ -75,11 +89,17 @@ impl Read for Serial {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
         let mut count = 0;
         for place in buffer.iter_mut() {
-            let Some(byte) = self.received.dequeue() else { break };
+            let Some(byte) = self.received.dequeue() else {
+                break;
+            };
             *place = byte;
             count += 1;
         }
-        if count == 0 && !buffer.is_empty() { Err(ErrorKind::TimedOut) } else { Ok(count) }
+        if count == 0 && !buffer.is_empty() {
+            Err(ErrorKind::TimedOut)
+        } else {
+            Ok(count)
+        }
     }
 }
 
@@ -101,7 +121,11 @@ impl Write for Serial {
         }
         // The interrupt may switch this off at the same instant; the next write switches it on again.
         critical_section::with(|_| USART1.cr1().modify(|w| w.set_txeie(true)));
-        if count == 0 && !bytes.is_empty() { Err(ErrorKind::TimedOut) } else { Ok(count) }
+        if count == 0 && !bytes.is_empty() {
+            Err(ErrorKind::TimedOut)
+        } else {
+            Ok(count)
+        }
     }
 
     fn flush(&mut self) -> Result<(), ErrorKind> {

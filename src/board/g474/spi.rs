@@ -46,7 +46,9 @@ pub struct Device {
 impl Device {
     /// Chip 0 or 1.
     pub fn new(chip: usize) -> Self {
-        Self { select: pins::SELECT[chip & 1] }
+        Self {
+            select: pins::SELECT[chip & 1],
+        }
     }
 }
 
@@ -67,9 +69,15 @@ impl SpiDevice for Device {
 #[inline]
 fn run(operation: &mut Operation<'_, u8>) -> Result<(), Timeout> {
     match operation {
-        Operation::Read(read) => read.iter_mut().try_for_each(|byte| exchange(0).map(|got| *byte = got)),
-        Operation::Write(write) => write.iter().try_for_each(|byte| exchange(*byte).map(|_| ())),
-        Operation::TransferInPlace(bytes) => bytes.iter_mut().try_for_each(|byte| exchange(*byte).map(|got| *byte = got)),
+        Operation::Read(read) => read
+            .iter_mut()
+            .try_for_each(|byte| exchange(0).map(|got| *byte = got)),
+        Operation::Write(write) => write
+            .iter()
+            .try_for_each(|byte| exchange(*byte).map(|_| ())),
+        Operation::TransferInPlace(bytes) => bytes
+            .iter_mut()
+            .try_for_each(|byte| exchange(*byte).map(|got| *byte = got)),
         Operation::Transfer(read, write) => {
             for index in 0..read.len().max(write.len()) {
                 let got = exchange(write.get(index).copied().unwrap_or(0))?;

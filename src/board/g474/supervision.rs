@@ -15,7 +15,10 @@ const SUPPLY_LEVEL: u8 = 5;
 /// Temperature sensor's channel of ADC1.
 const SENSOR_CHANNEL: u8 = 16;
 /// Factory readings at 30 and 110 °C, taken at 3.0 V (data sheet DS12288).
-const CALIBRATION: [(*const u16, f32); 2] = [(0x1FFF_75A8 as *const u16, 30.0), (0x1FFF_75CA as *const u16, 110.0)];
+const CALIBRATION: [(*const u16, f32); 2] = [
+    (0x1FFF_75A8 as *const u16, 30.0),
+    (0x1FFF_75CA as *const u16, 110.0),
+];
 const CALIBRATION_V: f32 = 3.0;
 const SUPPLY_V: f32 = 3.3;
 
@@ -73,7 +76,8 @@ pub fn start_thermometer() {
         }
     }
     cortex_m::asm::delay(64);
-    ADC1.smpr2().modify(|w| w.set_smp(usize::from(SENSOR_CHANNEL) - 10, SampleTime::CYCLES640_5));
+    ADC1.smpr2()
+        .modify(|w| w.set_smp(usize::from(SENSOR_CHANNEL) - 10, SampleTime::CYCLES640_5));
     ADC1.sqr1().write(|w| w.set_sq(0, SENSOR_CHANNEL));
     ADC1.cr().modify(|w| w.set_aden(true));
     for _ in 0..1_000_000 {
@@ -92,7 +96,8 @@ pub fn temperature_c() -> Option<f32> {
     let reading = f32::from(ADC1.dr().read().rdata()) * (SUPPLY_V / CALIBRATION_V);
     ADC1.cr().modify(|w| w.set_adstart(true));
     // SAFETY: readable addresses of the system memory.
-    let [(low, low_c), (high, high_c)] = CALIBRATION.map(|(place, c)| (f32::from(unsafe { read_volatile(place) }), c));
+    let [(low, low_c), (high, high_c)] =
+        CALIBRATION.map(|(place, c)| (f32::from(unsafe { read_volatile(place) }), c));
     (high > low).then(|| low_c + (reading - low) * (high_c - low_c) / (high - low))
 }
 
