@@ -1,0 +1,101 @@
+//! A board behind a debug probe.
+
+use crate::memory::TargetMemory;
+use crate::rtt::Rtt;
+use crate::wire::Wire;
+use anyhow::{Context, Result, bail};
+use probe_rs::probe::DebugProbeSelector;
+use probe_rs::probe::list::Lister;
+use probe_rs::{Core, MemoryInterface, Permissions, Session};
+use std::time::Duration;
+
+/// The chip, as probe-rs names it.
+pub const CHIP: &str = "STM32G474RETx";
+/// Its RAM.
+const RAM: (u32, u32) = (0x2000_0000, 128 << 10);
+/// The ring of commands.
+const COMMAND_CHANNEL: usize = 0;
+
+/// Opens the probe that `selector` names (VID:PID or VID:PID:serial), or the only one there is.
+///
+/// # Errors
+/// No probe, more than one without a selector, or the chip does not answer.
+pub fn attach(selector: Option<&str>) -> Result<Session> {
+    let lister = Lister::new();
+    let probe = match selector {
+        Some(text) => {
+            let selector = DebugProbeSelector::try_from(text).with_context(|| format!("probe {text:?}"))?;
+            lister.open(selector).with_context(|| format!("probe {text:?}"))?
+        }
+        None => match lister.list_all().as_slice() {
+            [] => bail!("no debug probe found: connect one to the board's SWD header and to this machine"),
+            [one] => one.open().context("debug probe")?,
+            several => {
+                let names: Vec<String> = several.iter().map(ToString::to_string).collect();
+                bail!("found {} debug probes, wanted a selector for one of: {}", several.len(), names.join("; "))
+            }
+        },
+    };
+    probe.attach(CHIP, Permissions::default()).with_context(|| format!("no {CHIP} behind the probe"))
+}
+
+/// A running board. The processor is not halted.
+pub struct Probed {
+    session: Session,
+    rtt: Rtt,
+}
+
+impl Probed {
+    /// Finds the running image's rings.
+    ///
+    /// # Errors
+    /// As [`attach`]; or no image with this project's debug link runs.
+    pub fn open(selector: Option<&str>) -> Result<Self> {
+        let mut session = attach(selector)?;
+        let mut core = session.core(0).context("processor")?;
+        let mut memory = ProbeMemory(&mut core);
+        let block = Rtt::search(&mut memory, RAM.0, RAM.1)?;
+        let rtt = block.map(|at| Rtt::attach(&mut memory, at)).transpose()?.flatten();
+        drop(core);
+        let rtt = rtt.context("the board runs no firmware with a debug link: write it with `cargo flash`")?;
+        Ok(Self { session, rtt })
+    }
+}
+
+/// Memory through a probe.
+pub struct ProbeMemory<'a, 'p>(pub &'a mut Core<'p>);
+
+impl TargetMemory for ProbeMemory<'_, '_> {
+    fn read(&mut self, address: u32, bytes: &mut [u8]) -> Result<()> {
+        self.0.read(u64::from(address), bytes).with_context(|| format!("{address:#x}"))
+    }
+
+    fn write(&mut self, address: u32, bytes: &[u8]) -> Result<()> {
+        self.0.write(u64::from(address), bytes).with_context(|| format!("{address:#x}"))
+    }
+
+    fn read_word(&mut self, address: u32) -> Result<u32> {
+        self.0.read_word_32(u64::from(address)).with_context(|| format!("{address:#x}"))
+    }
+
+    fn write_word(&mut self, address: u32, word: u32) -> Result<()> {
+        self.0.write_word_32(u64::from(address), word).with_context(|| format!("{address:#x}"))
+    }
+}
+
+impl Wire for Probed {
+    fn receive(&mut self, channel: usize, bytes: &mut [u8]) -> Result<usize> {
+        let mut core = self.session.core(0).context("processor")?;
+        self.rtt.read(&mut ProbeMemory(&mut core), channel, bytes)
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<usize> {
+        let mut core = self.session.core(0).context("processor")?;
+        self.rtt.write(&mut ProbeMemory(&mut core), COMMAND_CHANNEL, bytes)
+    }
+
+    fn pass(&mut self, time: Duration) -> Result<()> {
+        std::thread::sleep(time);
+        Ok(())
+    }
+}
