@@ -9,7 +9,6 @@ use crate::lines::{Series, lines_hz};
 use crate::observe::Observations;
 use crate::places::places;
 use crate::scene::Scene;
-use crate::search::{Arena, Found, rest, search};
 use crate::simulate::{Floor, floor};
 use crate::{Insufficient, clip, sides};
 use recording::Recording;
@@ -26,6 +25,8 @@ pub struct Options {
 pub enum Kind {
     /// A catalogued effect.
     Effect(String),
+    /// The shapes of an effect that may not be named: they tell where a gap lies, and nothing else.
+    Shape(String),
     /// Free shapes over a coordinate.
     Place(String),
 }
@@ -49,16 +50,12 @@ pub struct Study<'a> {
 impl Study<'_> {
     /// Blocks of the catalogue.
     pub fn effects(&self) -> Vec<usize> {
-        (1..self.columns.blocks.len())
-            .filter(|b| matches!(self.kinds[b - 1], Kind::Effect(_)))
-            .collect()
+        (1..self.columns.blocks.len()).filter(|b| matches!(self.kinds[b - 1], Kind::Effect(_))).collect()
     }
 
     /// Blocks of free shapes.
     pub fn places(&self) -> Vec<usize> {
-        (1..self.columns.blocks.len())
-            .filter(|b| matches!(self.kinds[b - 1], Kind::Place(_)))
-            .collect()
+        (1..self.columns.blocks.len()).filter(|b| !matches!(self.kinds[b - 1], Kind::Effect(_))).collect()
     }
 
     /// Columns of the baseline and some blocks.
@@ -97,16 +94,8 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     keep.iter_mut().zip(&resting).for_each(|(k, r)| *k &= !r);
     let mut baseline = calibrate(&observations, &keep);
     for _ in 0..2 {
-        let scene = Scene::new(
-            &observations,
-            baseline.clone(),
-            vec![true; observations.len()],
-        );
-        let marked = disturbed(
-            &white_rows(&scene),
-            observations.len(),
-            &observations.stretch,
-        );
+        let scene = Scene::new(&observations, baseline.clone(), vec![true; observations.len()]);
+        let marked = disturbed(&white_rows(&scene), observations.len(), &observations.stretch);
         let next: Vec<bool> = marked.iter().zip(&resting).map(|(m, r)| !m && !r).collect();
         if next == keep {
             break;
@@ -114,33 +103,19 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
         keep = next;
         baseline = calibrate(&observations, &keep);
     }
-    Ok(Prepared {
-        observations,
-        slips,
-        keep,
-        resting,
-        baseline,
-    })
+    Ok(Prepared { observations, slips, keep, resting, baseline })
 }
 
 /// Against a reference, samples that rest on one place tell that place only, over and over: they are left out.
-fn resting(observations: &Observations) -> Vec<bool> {
+pub fn resting(observations: &Observations) -> Vec<bool> {
     let n = observations.len();
     let scene = Scene::new(observations, Baseline::nominal(observations), vec![true; n]);
-    let moving = |i: usize| {
-        scene
-            .motion
-            .direction
-            .iter()
-            .any(|d| d.get(i).is_some_and(|v| *v != 0.0))
-    };
+    let moving = |i: usize| scene.motion.direction.iter().any(|d| d.get(i).is_some_and(|v| *v != 0.0));
     let count = (0..n).filter(|&i| moving(i)).count();
     if !scene.scope.reference || count < crate::observe::MINIMUM_SAMPLES {
         return vec![false; n];
     }
-    (0..n)
-        .map(|i| scene.motion.smooth[i] && !moving(i))
-        .collect()
+    (0..n).map(|i| scene.motion.smooth[i] && !moving(i)).collect()
 }
 
 fn white_rows(scene: &Scene) -> Vec<(usize, usize, f64)> {
@@ -154,16 +129,8 @@ fn white_rows(scene: &Scene) -> Vec<(usize, usize, f64)> {
 }
 
 /// Builds all columns. `residuals` is what the line search looks at: those of the best model so far.
-pub fn study<'a>(
-    prepared: &'a Prepared,
-    options: &Options,
-    residuals: Option<&Residuals>,
-) -> Study<'a> {
-    let mut scene = Scene::new(
-        &prepared.observations,
-        prepared.baseline.clone(),
-        prepared.keep.clone(),
-    );
+pub fn study<'a>(prepared: &'a Prepared, options: &Options, residuals: Option<&Residuals>) -> Study<'a> {
+    let mut scene = Scene::new(&prepared.observations, prepared.baseline.clone(), prepared.keep.clone());
     for segment in 0..4 {
         scene.survey.clip[segment] = clip::find(&scene, segment);
     }
@@ -172,47 +139,25 @@ pub fn study<'a>(
     }
     let mut columns = baseline_columns(&scene);
     let mut kinds = Vec::new();
-    for effect in sides::linear()
-        .iter()
-        .filter(|e| !options.without.iter().any(|w| w == e.name()))
-    {
-        add(
-            &mut columns,
-            &mut kinds,
-            Kind::Effect(effect.name().into()),
-            effect.regressors(&scene.survey),
-        );
+    for effect in sides::linear() {
+        // An effect that is taken out of the catalogue loses its name; the coordinate that it acts on stays to be looked at.
+        let taken_out = options.without.iter().any(|w| w == effect.name());
+        let kind = if taken_out { Kind::Shape(effect.name().into()) } else { Kind::Effect(effect.name().into()) };
+        add(&mut columns, &mut kinds, kind, effect.regressors(&scene.survey));
     }
     for place in places(&scene.survey) {
-        add(
-            &mut columns,
-            &mut kinds,
-            Kind::Place(place.coordinate.into()),
-            place.regressors,
-        );
+        add(&mut columns, &mut kinds, Kind::Place(place.coordinate.into()), place.regressors);
     }
     let folds = folds(&prepared.observations.stretch);
     let gram = Gram::new(&scene, &columns, &folds);
     let floor = floor(&scene, 4);
-    Study {
-        scene,
-        columns,
-        kinds,
-        gram,
-        folds,
-        floor,
-    }
+    Study { scene, columns, kinds, gram, folds, floor }
 }
 
-fn add(
-    columns: &mut Columns,
-    kinds: &mut Vec<Kind>,
-    kind: Kind,
-    regressors: Vec<effects::sensor::Regressor>,
-) {
+fn add(columns: &mut Columns, kinds: &mut Vec<Kind>, kind: Kind, regressors: Vec<effects::sensor::Regressor>) {
     if !regressors.is_empty() {
         let name = match &kind {
-            Kind::Effect(name) | Kind::Place(name) => name.clone(),
+            Kind::Effect(name) | Kind::Place(name) | Kind::Shape(name) => name.clone(),
         };
         columns.push(name, regressors);
         kinds.push(kind);
@@ -234,24 +179,9 @@ fn find_lines(scene: &mut Scene, residuals: &Residuals) {
         out
     };
     let search = |channels: &[usize]| {
-        let data: Vec<_> = channels
-            .iter()
-            .map(|c| pick(*c))
-            .filter(|d| d.0.len() > 50)
-            .collect();
-        let mut series: Vec<Series> = data
-            .iter()
-            .map(|d| Series {
-                t_s: &d.0,
-                value: d.1.clone(),
-                stretch: &d.2,
-            })
-            .collect();
-        if series.is_empty() {
-            Vec::new()
-        } else {
-            lines_hz(&mut series)
-        }
+        let data: Vec<_> = channels.iter().map(|c| pick(*c)).filter(|d| d.0.len() > 50).collect();
+        let mut series: Vec<Series> = data.iter().map(|d| Series { t_s: &d.0, value: d.1.clone(), stretch: &d.2 }).collect();
+        if series.is_empty() { Vec::new() } else { lines_hz(&mut series) }
     };
     scene.survey.beacon_lines_hz = search(&[1, 2]);
     scene.survey.segment_lines_hz = search(&[0, 3, 4, 5, 6]);
@@ -265,33 +195,6 @@ pub fn handicap(name: &str) -> f64 {
         "gap_variation" | "thermal_drift" => 0.01,
         _ => 0.0,
     }
-}
-
-/// The set that explains the gap best.
-pub fn explain(study: &Study) -> (Found, f64) {
-    let mut arena = Arena::new(&study.gram, &study.columns);
-    let base = arena.rows() * study.floor.white_square;
-    let candidates = study.effects();
-    let names: Vec<String> = study
-        .columns
-        .blocks
-        .iter()
-        .map(|b| b.name.clone())
-        .collect();
-    let found = search(&mut arena, &candidates, &|b| handicap(&names[b]), base);
-    let generic = study
-        .places()
-        .into_iter()
-        .map(|g| {
-            let mut set = found.blocks.clone();
-            set.push(g);
-            (rest(&mut arena, &set, base), g)
-        })
-        .collect::<Vec<_>>();
-    for (r, g) in generic {
-        log(&format!("   with {}: {r:.3}", names[g]));
-    }
-    (found, base)
 }
 
 /// Debugging output, on demand.

@@ -9,6 +9,7 @@ pub mod gram;
 pub mod heldout;
 pub mod judge;
 pub mod lines;
+pub mod model;
 pub mod motion;
 pub mod observe;
 pub mod places;
@@ -20,7 +21,8 @@ pub mod simulate;
 pub mod statistics;
 
 pub use diagnose::Options;
-pub use judge::diagnose;
+pub use judge::{Answer, diagnose, diagnose_fully};
+pub use model::{Check, Model, check};
 pub use report::{Diagnosis, Verdict};
 
 /// The recording cannot answer: the limit that it violates, and both numbers.

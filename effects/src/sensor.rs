@@ -4,6 +4,8 @@
 //! readings (segments 1 to 4 in metres, then tan(psi_x), tan(psi_y)) for the constraints to close, the convention of
 //! equation (3). The diagnosis turns it into channels, weighs it by the noise, and fits its amount.
 
+use serde::{Deserialize, Serialize};
+
 /// Readings of a sample: four segments (m), then tan(psi_x), tan(psi_y).
 pub const READINGS: usize = 6;
 /// Residual channels: g_p, g_x, g_y, then segment 1 to 4 against a reference.
@@ -62,7 +64,7 @@ pub struct Moment {
 }
 
 /// What a recording offers: an effect without the data that it needs is not judged.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Survey {
     /// Segments that were recorded.
     pub segments: [bool; 4],
@@ -99,7 +101,7 @@ pub struct Survey {
 }
 
 /// A pair whose channels saturate.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Clip {
     /// Level of the sine and of the cosine, of the amplitude.
     pub level: [f64; 2],

@@ -8,5 +8,6 @@ pub mod calibration_file;
 pub mod cli;
 pub mod commands;
 pub mod demo;
+pub mod output;
 pub mod replay;
 pub mod terminal;

@@ -27,7 +27,7 @@ impl SensorEffect for RulingModel {
             Regressor::readings("pitch of x over y", "1", 3.0e-6, |m, out| {
                 for s in 0..4 {
                     let sign = if s % 2 == 0 { 0.5 } else { -0.5 };
-                    out[s] += sign * m.centre_m[s % 2];
+                    out[s] += sign * m.place_m[s][0];
                 }
             }),
             Regressor::readings("out of square", "rad", 3.0e-6, |m, out| {
@@ -35,14 +35,6 @@ impl SensorEffect for RulingModel {
                     out[s] += m.centre_m[1];
                 }
             }),
-            Regressor::readings(
-                "pitch of x over y between the segments of a pair",
-                "1",
-                0.3e-6,
-                |m, out| {
-                    out[0] += m.theta_rad;
-                },
-            ),
         ]
     }
 }

@@ -43,6 +43,8 @@ commands! {
     alone {
         Demo => demo,
         Replay => replay,
+        Diagnose => diagnose,
+        Check => check,
         Completions => completions,
     }
     with_board {

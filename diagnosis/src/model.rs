@@ -1,0 +1,172 @@
+//! The diagnosed model on disk, and its check on another recording.
+
+use crate::Insufficient;
+use crate::baseline::Baseline;
+use crate::clean::{disturbed, repair_slips};
+use crate::gram::{Columns, Gram, folds, solve};
+use crate::heldout::Residuals;
+use crate::judge::{CHANNEL_NAMES, PIECE};
+use crate::observe::Observations;
+use crate::report::{HeldOut, HeldOutChannel, Magnitude};
+use crate::scene::{Normal, Scene};
+use crate::simulate::floor;
+use crate::sides;
+use effects::sensor::{Regressor, Survey};
+use recording::Recording;
+use serde::{Deserialize, Serialize};
+
+/// What `diagnose --model` writes: everything that `check` needs, in SI.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Model {
+    /// 1.
+    pub schema: u32,
+    /// The recording that it is of.
+    pub recording: String,
+    /// Baseline calibrated alone.
+    pub baseline: Baseline,
+    /// Baseline fitted together with the effects.
+    pub baseline_with_effects: Baseline,
+    /// Amounts of each effect: what is added to the readings, in the convention of equation (3).
+    pub effects: Vec<EffectAmounts>,
+    /// Values that amounts are relative to.
+    pub normal: Normal,
+    /// What was surveyed: frequencies, clip levels, speeds.
+    pub survey: Survey,
+    /// Held-out figures that `check` should confirm.
+    pub claimed: HeldOut,
+}
+
+/// Amounts of one effect.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EffectAmounts {
+    /// Name in diagnosis.md.
+    pub name: String,
+    /// False where the amounts belong to that recording's own time (a drift, a phase): `check` refits them.
+    pub carries_over: bool,
+    /// All amounts.
+    pub amounts: Vec<Magnitude>,
+}
+
+/// What `check --json` prints.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Check {
+    /// 1.
+    pub schema: u32,
+    /// Path of the recording.
+    pub recording: String,
+    /// Path of the model.
+    pub model: String,
+    /// As in the diagnosis.
+    pub held_out: HeldOut,
+}
+
+/// Effects whose amounts are tied to a recording's own time.
+pub const OF_THEIR_TIME: [&str; 2] = ["quadrature_drift", "beacon_vibration"];
+
+/// Applies a model to another recording of the same courier. Fits nothing but what is arbitrary from one recording to the
+/// next: the zeros of the tooth counts (offset of g_p, o'_x, o'_y; each segment's against a reference), and amounts that
+/// belong to a recording's own time ([`OF_THEIR_TIME`]), each held out.
+///
+/// # Errors
+/// [`Insufficient`] where the recording gives no residuals.
+pub fn check(model: &Model, recording: &Recording) -> Result<HeldOut, Insufficient> {
+    let mut observations = Observations::new(recording)?;
+    repair_slips(&mut observations);
+    let n = observations.len();
+    let resting = crate::diagnose::resting(&observations);
+    let all: Vec<bool> = resting.iter().map(|r| !r).collect();
+    // Disturbed samples are left out by the model in full, so that none of its gaps passes for a disturbance.
+    let (scene, columns, list) = apply(model, &observations, all.clone(), true);
+    let first = evaluate(&scene, &columns, &list);
+    let rows: Vec<(usize, usize, f64)> =
+        (0..first.sample.len()).map(|k| (first.sample[k], first.channel[k], first.white[k])).collect();
+    let marked = disturbed(&rows, n, &observations.stretch);
+    let keep: Vec<bool> = all.iter().zip(&marked).map(|(a, m)| *a && !m).collect();
+    let (scene, columns, list) = apply(model, &observations, keep.clone(), true);
+    let after = evaluate(&scene, &columns, &list);
+    let floor = floor(&scene, 4);
+    let (scene, columns, list) = apply(model, &observations, keep, false);
+    let before = evaluate(&scene, &columns, &list);
+    let white = floor.white_square.sqrt();
+    let channels = after
+        .channels()
+        .into_iter()
+        .map(|c| HeldOutChannel {
+            channel: CHANNEL_NAMES[c].into(),
+            before_rms_m: before.channel_rms_m(c).0,
+            after_rms_m: after.channel_rms_m(c).0,
+            after_ci95_m: after.interval_m(c, PIECE),
+            floor_rms_m: floor.channel_rms_m[c],
+        })
+        .collect();
+    Ok(HeldOut { whitened_before: before.white_rms() / white, whitened_after: after.white_rms() / white, channels })
+}
+
+/// The scene under the model: known amounts are put into the residual by columns with a prior that does not move.
+fn apply<'a>(model: &Model, observations: &'a Observations, keep: Vec<bool>, with: bool) -> (Scene<'a>, Columns, Vec<usize>) {
+    let baseline = if with { &model.baseline_with_effects } else { &model.baseline };
+    let mut scene = Scene::relative_to(observations, baseline.clone(), keep, Some(&model.normal));
+    let own = scene.survey.clone();
+    scene.survey = Survey { segments: own.segments, beacon: own.beacon, temperature: own.temperature, counts: own.counts, beacon_stretches: own.beacon_stretches, ..model.survey.clone() };
+    let mut columns = Columns::default();
+    let zeros = zeros(&scene);
+    columns.push("zeros", zeros);
+    if with {
+        for effect in &model.effects {
+            let Some(side) = sides::linear().into_iter().find(|e| e.name() == effect.name) else { continue };
+            let regressors: Vec<Regressor> = side.regressors(&scene.survey);
+            let start = columns.regressors.len();
+            columns.push(effect.name.clone(), regressors);
+            if effect.carries_over {
+                for c in start..columns.regressors.len() {
+                    let name = &columns.regressors[c].name;
+                    columns.centre[c] = effect.amounts.iter().find(|a| a.name == *name).map_or(0.0, |a| a.value);
+                    columns.held[c] = true;
+                }
+            }
+        }
+    }
+    let list = (0..columns.regressors.len()).collect();
+    (scene, columns, list)
+}
+
+/// What is arbitrary from recording to recording.
+fn zeros(scene: &Scene) -> Vec<Regressor> {
+    const FREE_M: f64 = 0.3;
+    let mut list = Vec::new();
+    if scene.scope.reference {
+        for s in (0..4).filter(|s| scene.scope.segments[*s]) {
+            list.push(Regressor::reading(format!("zero of segment {}", s + 1), "m", FREE_M, s, |_| 1.0));
+        }
+        return list;
+    }
+    for channel in 0..if scene.scope.beacon { 3 } else { 1 } {
+        list.push(Regressor::channel(format!("zero of {}", CHANNEL_NAMES[channel]), "m", FREE_M, channel, |_| 1.0));
+    }
+    list
+}
+
+fn evaluate(scene: &Scene, columns: &Columns, list: &[usize]) -> Residuals {
+    let fold = folds(&scene.observations.stretch);
+    // Held columns first: their amounts are known and leave the residual.
+    let gram = Gram::new(scene, columns, &fold);
+    let free: Vec<usize> = list.iter().copied().filter(|c| !columns.held[*c]).collect();
+    let held: Vec<usize> = list.iter().copied().filter(|c| columns.held[*c]).collect();
+    let order: Vec<usize> = free.iter().chain(&held).copied().collect();
+    let last = gram.width();
+    let amounts: Vec<Vec<f64>> = (0..crate::gram::FOLDS)
+        .map(|f| {
+            let mut training = gram.training(Some(f));
+            for &h in &held {
+                let amount = gram.centre[h];
+                let column = training.column(h) * amount;
+                for row in 0..last {
+                    training[(row, last)] -= column[row];
+                }
+            }
+            let fitted = solve(&training, &free, &gram.centre, 1.0).map_or(vec![0.0; free.len()], |fit| fit.amount.iter().copied().collect());
+            fitted.into_iter().chain(held.iter().map(|h| gram.centre[*h])).collect()
+        })
+        .collect();
+    Residuals::predicted(scene, columns, &gram, &order, |i| &amounts[usize::from(fold[i])], false)
+}

@@ -1,0 +1,82 @@
+//! `courier check MODEL RECORDING`.
+
+use crate::output::replace_file;
+use crate::terminal::{micrometres, print, table, warn};
+use anyhow::{Context, Result, bail};
+use diagnosis::{Check, Model};
+use recording::Recording;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Apply a diagnosed model to another recording of the same courier and see whether the gap shrinks as claimed.
+///
+/// Nothing is fitted but what is arbitrary from one recording to the next: the zeros of the tooth counts (offset of g_p,
+/// o'_x, o'_y) and amounts that belong to a recording's own time (a wander, the phase of a vibration).
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  courier diagnose first --model model.json && courier check model.json second")]
+pub struct Args {
+    /// Model that `courier diagnose --model` wrote.
+    model: PathBuf,
+    /// Folder of the other recording.
+    recording: PathBuf,
+    /// Write the figures as JSON to this file; - is standard output, instead of the text.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// Reads, applies, prints.
+///
+/// # Errors
+/// A bad model or recording, or one that gives no residuals.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let name = args.model.display().to_string();
+    let text = std::fs::read_to_string(&args.model).with_context(|| format!("{name}: a readable model was wanted"))?;
+    let model: Model = serde_json::from_str(&text).with_context(|| format!("{name}: a model by `courier diagnose --model` was wanted"))?;
+    if model.schema != 1 {
+        bail!("{name}: schema {}, 1 was wanted", model.schema);
+    }
+    let recording = Recording::read(&args.recording)?;
+    recording.warnings.iter().for_each(|warning| warn(warning));
+    let path = args.recording.display().to_string();
+    let held_out = diagnosis::check(&model, &recording).with_context(|| path.clone())?;
+    let check = Check { schema: 1, recording: path, model: name, held_out };
+    let json = serde_json::to_string_pretty(&check)?;
+    match &args.json {
+        Some(file) if file.as_os_str() == "-" => print(&json)?,
+        Some(file) => {
+            replace_file(file, json.as_bytes())?;
+            print(&told(&model, &check))?;
+        }
+        None => print(&told(&model, &check))?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn told(model: &Model, check: &Check) -> String {
+    let rows: Vec<Vec<String>> = check
+        .held_out
+        .channels
+        .iter()
+        .map(|c| {
+            let claimed = model.claimed.channels.iter().find(|m| m.channel == c.channel);
+            vec![
+                c.channel.clone(),
+                micrometres(c.before_rms_m),
+                micrometres(c.after_rms_m),
+                format!("{} to {}", micrometres(c.after_ci95_m[0]), micrometres(c.after_ci95_m[1])),
+                claimed.map_or(String::new(), |m| micrometres(m.after_rms_m)),
+                micrometres(c.floor_rms_m),
+            ]
+        })
+        .collect();
+    let names: Vec<&str> = model.effects.iter().map(|e| e.name.as_str()).collect();
+    format!(
+        "{} with {}\n{}\nover the simulator's own scatter: {:.2} before, {:.2} after, {:.2} claimed",
+        check.recording,
+        if names.is_empty() { "the baseline alone".into() } else { names.join(", ") },
+        table(&["rms µm", "before", "after", "95 %", "claimed", "floor"], &rows),
+        check.held_out.whitened_before,
+        check.held_out.whitened_after,
+        model.claimed.whitened_after
+    )
+}
