@@ -1,6 +1,7 @@
 //! From scores to a verdict.
 
 use crate::clean::Slip;
+use crate::evidence::{Evidence, Step};
 use crate::diagnose::{Kind, Options, Prepared, Study, handicap, prepare, study};
 use crate::gram::solve;
 use crate::heldout::Residuals;
@@ -40,6 +41,8 @@ pub struct Answer {
     pub before: Residuals,
     /// Held-out residuals with what is named.
     pub after: Residuals,
+    /// What a reader may see for himself.
+    pub evidence: Evidence,
 }
 
 /// Diagnoses a recording; `name` is what the answer calls it.
@@ -54,7 +57,8 @@ pub fn diagnose_fully(recording: &Recording, name: &str, options: &Options) -> A
             let judge = Judge::new(&prepared, options);
             let diagnosis = judge.answer(name);
             let model = (diagnosis.verdict != Verdict::InsufficientData).then(|| judge.model(&diagnosis));
-            Answer { diagnosis, model, before: judge.before, after: judge.after }
+            let evidence = judge.evidence(&diagnosis);
+            Answer { diagnosis, model, before: judge.before, after: judge.after, evidence }
         }
         Err(limit) => Answer {
             diagnosis: Diagnosis {
@@ -101,6 +105,24 @@ impl<'a> Judge<'a> {
         let before = residuals(&study_now, &[]);
         let base = study_now.gram.total_rows() as f64 * study_now.floor.white_square;
         Self { prepared, options, study: study_now, found, shaped, base, before, after }
+    }
+
+    /// Residuals beside their coordinates, and the gap after each effect in the order of the answer.
+    fn evidence(&self, diagnosis: &Diagnosis) -> Evidence {
+        let columns = &self.study.columns;
+        let floor = self.study.floor.white_square.sqrt();
+        let step = |effect: &str, of: &Residuals| Step { effect: effect.into(), whitened: of.white_rms() / floor };
+        let mut steps = vec![step("", &self.before)];
+        let mut blocks = Vec::new();
+        for effect in &diagnosis.effects {
+            if let Some(&block) = self.found.blocks.iter().find(|&&b| columns.blocks[b].name == effect.name) {
+                blocks.push(block);
+                let whole = blocks.len() == self.found.blocks.len();
+                steps.push(if whole { step(&effect.name, &self.after) } else { step(&effect.name, &residuals(&self.study, &blocks)) });
+            }
+        }
+        let after = if blocks.is_empty() { &self.before } else { &self.after };
+        Evidence::new(&self.study.scene, &self.before, after, steps)
     }
 
     fn allowed(&self, name: &str) -> bool {

@@ -1,12 +1,16 @@
 //! Where the simulation and the real sensor part, which effect does it, and how far adding it closes the gap.
 
+pub mod advice;
 pub mod baseline;
+pub mod blind;
 pub mod calibrate;
 pub mod clean;
 pub mod clip;
 pub mod diagnose;
+pub mod evidence;
 pub mod gram;
 pub mod heldout;
+pub mod html;
 pub mod judge;
 pub mod lines;
 pub mod model;

@@ -26,6 +26,9 @@ pub struct Args {
     /// Write the diagnosed model to this file, for `courier check` and `courier load`.
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
+    /// Write a report with plots to this file: one HTML file that needs no network.
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// Take an effect out of the catalogue; may be given several times.
     #[arg(long, value_name = "EFFECT")]
     without: Vec<String>,
@@ -53,6 +56,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         (Some(path), Some(model)) => replace_file(path, serde_json::to_string_pretty(model)?.as_bytes())?,
         (Some(path), None) => warn(&format!("{}: not written, the data give no model", path.display())),
         _ => {}
+    }
+    if let Some(path) = &args.report {
+        replace_file(path, diagnosis::html::page(&answer.diagnosis, &answer.evidence).as_bytes())?;
     }
     print(if quiet { json } else { text(&answer.diagnosis) }.as_str())?;
     Ok(ExitCode::SUCCESS)

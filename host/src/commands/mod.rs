@@ -44,6 +44,7 @@ commands! {
         Demo => demo,
         Replay => replay,
         Diagnose => diagnose,
+        Blind => blind,
         Check => check,
         Completions => completions,
     }

@@ -1,0 +1,206 @@
+//! The whole tool checked on data whose effect is withheld: [`write()`] makes recordings and seals the answers under a hash,
+//! [`diagnose()`] sees nothing but the recordings, [`score()`] opens the seal and counts.
+//!
+//! The folder: `recordings/case_000` …, `second/case_000` … (the same couriers again, for `check`), `answers.json` (sealed),
+//! `seal.txt`, `diagnoses/case_000.json`, `models/case_000.json`.
+
+mod cases;
+mod page;
+mod seal;
+mod tally;
+mod verdicts;
+
+pub use cases::{Case, Kind};
+pub use page::{matrix, page, row};
+pub use tally::{Claim, Detection, Figure, Judged, Score};
+
+use crate::diagnose::Options;
+use crate::model::{Model, check};
+use crate::report::Diagnosis;
+use crate::{diagnose as diagnose_recording, diagnose_fully};
+use rayon::prelude::*;
+use recording::{Existing, Recording};
+use serde::de::DeserializeOwned;
+use std::path::{Path, PathBuf};
+
+/// Cases that run side by side.
+const THREADS: usize = 2;
+/// File of the sealed answers.
+const ANSWERS: &str = "answers.json";
+/// File of their hash.
+const SEAL: &str = "seal.txt";
+
+/// Why a step could not be done: one line.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file could not be read or written.
+    #[error("{}: {problem}", path.display())]
+    File {
+        /// The file or folder.
+        path: PathBuf,
+        /// What was found and wanted.
+        problem: String,
+    },
+    /// The answers are not those that were sealed.
+    #[error("answers.json: found hash {found}, wanted {wanted} of seal.txt: the answers were changed after sealing")]
+    BrokenSeal {
+        /// Hash of what is there.
+        found: String,
+        /// Hash that was printed first.
+        wanted: String,
+    },
+    /// A recording is bad.
+    #[error(transparent)]
+    Recording(#[from] recording::Error),
+}
+
+impl Error {
+    fn file(path: &Path, problem: impl ToString) -> Self {
+        Self::File { path: path.into(), problem: problem.to_string() }
+    }
+}
+
+/// Outcome of a step.
+pub type Result<T> = std::result::Result<T, Error>;
+
+fn name(case: usize) -> String {
+    format!("case_{case:03}")
+}
+
+fn pool() -> Result<rayon::ThreadPool> {
+    rayon::ThreadPoolBuilder::new().num_threads(THREADS).build().map_err(|e| Error::file(Path::new("threads"), e))
+}
+
+fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T> {
+    let text = std::fs::read_to_string(path).map_err(|e| Error::file(path, e))?;
+    serde_json::from_str(&text).map_err(|e| Error::file(path, e))
+}
+
+fn write_json<T: serde::Serialize>(path: &Path, value: &T) -> Result<()> {
+    let text = serde_json::to_string_pretty(value).map_err(|e| Error::file(path, e))?;
+    std::fs::write(path, text).map_err(|e| Error::file(path, e))
+}
+
+fn folder(path: PathBuf) -> Result<PathBuf> {
+    std::fs::create_dir_all(&path).map_err(|e| Error::file(&path, e))?;
+    Ok(path)
+}
+
+/// First step: recordings of `cases` couriers drawn from `seed` into an empty or new folder, and the sealed answers.
+/// Returns the hash. `sealed` is told the hash before anything is recorded; `tick` is called after each case.
+///
+/// # Errors
+/// The folder is not empty or cannot be written.
+pub fn write(into: &Path, cases: usize, seed: u64, sealed: impl FnOnce(&str), tick: impl Fn() + Sync) -> Result<String> {
+    folder(into.into())?;
+    let full = std::fs::read_dir(into).map_err(|e| Error::file(into, e))?.next().is_some();
+    if full {
+        return Err(Error::file(into, "found a folder that is not empty, wanted an empty or a new one"));
+    }
+    let drawn: Vec<Case> = (0..cases).map(|number| Case::draw(number, seed)).collect();
+    let answers = seal::answers(&drawn).map_err(|problem| Error::file(into, problem))?;
+    let hash = seal::hash(answers.as_bytes());
+    sealed(&hash);
+    std::fs::write(into.join(ANSWERS), &answers).map_err(|e| Error::file(&into.join(ANSWERS), e))?;
+    std::fs::write(into.join(SEAL), format!("{hash}\n")).map_err(|e| Error::file(&into.join(SEAL), e))?;
+    let (first, second) = (folder(into.join("recordings"))?, folder(into.join("second"))?);
+    pool()?.install(|| {
+        drawn.par_iter().try_for_each(|case| {
+            case.record(0, true).write(first.join(name(case.number)), Existing::Refuse)?;
+            case.record(1, true).write(second.join(name(case.number)), Existing::Refuse)?;
+            tick();
+            Ok::<_, Error>(())
+        })
+    })?;
+    Ok(hash)
+}
+
+/// Number of recordings in a folder.
+///
+/// # Errors
+/// There are none.
+pub fn count(folder: &Path) -> Result<usize> {
+    let path = folder.join("recordings");
+    let entries = std::fs::read_dir(&path).map_err(|e| Error::file(&path, e))?;
+    match entries.filter_map(std::result::Result::ok).filter(|e| e.file_name().to_string_lossy().starts_with("case_")).count() {
+        0 => Err(Error::file(&path, "found no case, wanted those of `courier blind write`")),
+        cases => Ok(cases),
+    }
+}
+
+/// Second step: diagnoses every recording, with nothing but the recordings.
+///
+/// # Errors
+/// A recording is missing or bad, or an answer cannot be written.
+pub fn diagnose(within: &Path, tick: impl Fn() + Sync) -> Result<usize> {
+    let cases = count(within)?;
+    let (diagnoses, models) = (folder(within.join("diagnoses"))?, folder(within.join("models"))?);
+    pool()?.install(|| {
+        (0..cases).into_par_iter().try_for_each(|case| {
+            let path = within.join("recordings").join(name(case));
+            let recording = Recording::read(&path)?;
+            let answer = diagnose_fully(&recording, &name(case), &Options::default());
+            write_json(&diagnoses.join(name(case)).with_extension("json"), &answer.diagnosis)?;
+            if let Some(model) = &answer.model {
+                write_json(&models.join(name(case)).with_extension("json"), model)?;
+            }
+            tick();
+            Ok::<_, Error>(())
+        })
+    })?;
+    Ok(cases)
+}
+
+/// Third step: opens the seal and scores. `thorough` also diagnoses each single effect's recording with that effect taken out
+/// of the catalogue, and the same courier without its effects for the best possible gap.
+///
+/// # Errors
+/// The seal is broken, or a step before is missing.
+pub fn score(within: &Path, thorough: bool, tick: impl Fn() + Sync) -> Result<Score> {
+    let path = within.join(ANSWERS);
+    let text = std::fs::read_to_string(&path).map_err(|e| Error::file(&path, e))?;
+    let seal_path = within.join(SEAL);
+    let wanted = std::fs::read_to_string(&seal_path).map_err(|e| Error::file(&seal_path, e))?.trim().to_owned();
+    let found = seal::hash(text.as_bytes());
+    if found != wanted {
+        return Err(Error::BrokenSeal { found, wanted });
+    }
+    let cases = seal::open(&text).map_err(|problem| Error::file(&path, problem))?;
+    let judged = pool()?.install(|| {
+        cases
+            .par_iter()
+            .map(|case| {
+                let judged = judge(within, case, thorough);
+                tick();
+                judged
+            })
+            .collect::<Result<Vec<Judged>>>()
+    })?;
+    Ok(Score::new(wanted, judged))
+}
+
+fn judge(within: &Path, case: &Case, thorough: bool) -> Result<Judged> {
+    let of = |folder: &str| within.join(folder).join(name(case.number));
+    let answer: Diagnosis = read_json(&of("diagnoses").with_extension("json"))?;
+    let claim = if answer.effects.is_empty() {
+        None
+    } else {
+        let model: Model = read_json(&of("models").with_extension("json"))?;
+        let again = check(&model, &Recording::read(of("second"))?).ok();
+        let best = if thorough && case.can_be_taken_out() {
+            Some(diagnose_recording(&case.record(0, false), "without its effects", &Options::default()).held_out)
+        } else {
+            None
+        };
+        Some(Claim::new(&answer.held_out, again.as_ref(), best.as_ref()))
+    };
+    let without = match (&case.kind, thorough) {
+        (Kind::Single, true) => {
+            let options = Options { without: vec![case.effects[0].name.clone()] };
+            let names = diagnose_recording(&Recording::read(of("recordings"))?, "withheld", &options).effects;
+            Some(names.into_iter().map(|e| e.name).collect())
+        }
+        _ => None,
+    };
+    Ok(Judged::new(case, &answer, claim, without))
+}

@@ -1,0 +1,168 @@
+//! `courier blind`.
+
+use crate::output::replace_file;
+use crate::terminal::{print, progress, table};
+use anyhow::{Context, Result};
+use diagnosis::blind::{self, Score};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Check the diagnosis on simulated couriers whose effects are withheld.
+///
+/// Couriers are drawn with no effect, one, two, or one that is in no catalogue, and recorded; the answers are sealed under a
+/// hash that is printed first. The recordings are diagnosed, then the seal is opened and the answers are scored. Without a
+/// step all three are done in a row.
+#[derive(Debug, clap::Args)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    disable_help_subcommand = true,
+    after_help = "Example:\n  courier blind --cases 40 --seed 7 --report blind.html\n\nExample, step by step:\n  courier blind write cases --cases 40 --seed 7\n  courier blind diagnose cases\n  courier blind score cases"
+)]
+pub struct Args {
+    #[command(subcommand)]
+    step: Option<Step>,
+    #[command(flatten)]
+    draw: Draw,
+    /// Keep recordings, answers and diagnoses in this folder, empty or new; otherwise they are thrown away.
+    #[arg(long, value_name = "DIR")]
+    folder: Option<PathBuf>,
+    #[command(flatten)]
+    told: Told,
+}
+
+/// What is drawn.
+#[derive(Debug, clap::Args)]
+struct Draw {
+    /// Number of couriers.
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    cases: u32,
+    /// Seed: the same one draws the same couriers.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+/// How the scores are told.
+#[derive(Debug, clap::Args)]
+struct Told {
+    /// Write the scores as JSON to this file; - is standard output, instead of the tables.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write the scores with plots to this file.
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Leave out what needs further diagnoses: effects taken out of the catalogue, the best possible gap.
+    #[arg(long)]
+    quick: bool,
+}
+
+/// One step.
+#[derive(Debug, clap::Subcommand)]
+enum Step {
+    /// Draw couriers, seal the answers, record.
+    Write {
+        /// Folder to write into, empty or new.
+        folder: PathBuf,
+        #[command(flatten)]
+        draw: Draw,
+    },
+    /// Diagnose the recordings, with nothing but them.
+    Diagnose {
+        /// The folder of `courier blind write`.
+        folder: PathBuf,
+    },
+    /// Open the seal and score.
+    Score {
+        /// The folder of `courier blind write`.
+        folder: PathBuf,
+        #[command(flatten)]
+        told: Told,
+    },
+}
+
+/// Does a step, or all of them.
+///
+/// # Errors
+/// A folder that is not as it should be, or a broken seal.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    match &args.step {
+        Some(Step::Write { folder, draw }) => write(folder, draw)?,
+        Some(Step::Diagnose { folder }) => {
+            let cases = diagnose(folder)?;
+            eprintln!("{cases} recordings diagnosed; next: courier blind score {}", folder.display());
+        }
+        Some(Step::Score { folder, told }) => score(folder, told)?,
+        None => {
+            let scratch = tempfile::tempdir().context("a folder for the recordings")?;
+            let folder = args.folder.as_deref().unwrap_or(scratch.path());
+            write(folder, &args.draw)?;
+            diagnose(folder)?;
+            score(folder, &args.told)?;
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn write(folder: &Path, draw: &Draw) -> Result<()> {
+    let bar = progress(u64::from(draw.cases), "recording couriers");
+    // On standard error: standard output may be the JSON alone.
+    blind::write(folder, draw.cases as usize, draw.seed, |hash| bar.suspend(|| eprintln!("seal (SHA-256 of the answers): {hash}")), || bar.inc(1))?;
+    bar.finish_and_clear();
+    Ok(())
+}
+
+fn diagnose(folder: &Path) -> Result<usize> {
+    let bar = progress(blind::count(folder)? as u64, "diagnosing");
+    let cases = blind::diagnose(folder, || bar.inc(1))?;
+    bar.finish_and_clear();
+    Ok(cases)
+}
+
+fn score(folder: &Path, told: &Told) -> Result<()> {
+    let bar = progress(blind::count(folder)? as u64, "opening the seal, scoring");
+    let score = blind::score(folder, !told.quick, || bar.inc(1))?;
+    bar.finish_and_clear();
+    let json = serde_json::to_string_pretty(&score)?;
+    if let Some(path) = &told.report {
+        replace_file(path, blind::page(&score).as_bytes())?;
+    }
+    match &told.json {
+        Some(path) if path.as_os_str() == "-" => return print(&json),
+        Some(path) => replace_file(path, json.as_bytes())?,
+        None => {}
+    }
+    print(&text(&score))
+}
+
+/// The figures, the detection by size, and every case that was not right.
+fn text(score: &Score) -> String {
+    let rows: Vec<Vec<String>> = score.figures.iter().map(blind::row).collect();
+    let mut out = format!("seal {} holds; {} cases\n", score.seal, score.cases);
+    out += &table(&["figure", "measured", "95 % interval", "cases", "wanted", ""], &rows);
+    let sizes: Vec<Vec<String>> = score
+        .detection
+        .iter()
+        .filter(|d| d.cases > 0)
+        .map(|d| {
+            let size = format!("{:.2} to {:.2} µm", 1e6 * d.from_m, 1e6 * d.to_m);
+            vec![size, d.cases.to_string(), d.detected.to_string(), d.named.to_string()]
+        })
+        .collect();
+    out += "\n\n";
+    out += &table(&["one effect, rms", "cases", "gap seen", "cause right"], &sizes);
+    let wrong: Vec<Vec<String>> = score
+        .judged
+        .iter()
+        .filter(|j| !j.right())
+        .map(|j| {
+            let truth: Vec<String> = j.case.effects.iter().map(|e| format!("{} {:.2} µm", e.name, 1e6 * e.size_m)).collect();
+            let answer = if j.named.is_empty() { format!("{:?}", j.verdict) } else { j.named.join(" + ") };
+            let place = j.places.first().cloned().unwrap_or_default();
+            vec![format!("case_{:03}", j.case.number), truth.join(" + "), answer, place]
+        })
+        .collect();
+    if !wrong.is_empty() {
+        out += "\n\n";
+        out += &table(&["not right", "truth", "answer", "placed over"], &wrong);
+    }
+    out
+}
