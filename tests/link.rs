@@ -114,6 +114,7 @@ fn replies() -> Vec<Reply> {
     let ended = |ending| Progress {
         stage: Stage::Finished,
         worst_deviation_m: f32::INFINITY,
+        steps: [None; 5],
         ending: Some(ending),
         ..Progress::default()
     };

@@ -2,11 +2,12 @@
 //! to an accepted one that survives a restart, and what must not happen when something is in the way.
 
 use courier_sensor::calibration::Refusal as SessionRefusal;
+use courier_sensor::calibration::record::Method;
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::frame::Status;
 use courier_sensor::link::client::Client;
 use courier_sensor::link::message::{
-    Action, CalibrateOrder, FRAME_BYTES, InForce, Refusal, Reply, Source,
+    Action, CalibrateOrder, FRAME_BYTES, InForce, Refusal, Reply, Source, StartRefusal,
 };
 use courier_sensor::link::report::{Ending, Progress};
 use courier_sensor::settings::Settings;
@@ -205,4 +206,63 @@ fn moves_where_it_is_told() {
     assert!((truth.x_m - 2.0e-3).abs() < 2.0e-4, "{truth:?}");
     assert!((truth.y_m + 1.0e-3).abs() < 2.0e-4, "{truth:?}");
     assert!((truth.theta_rad - 0.004).abs() < 1.5e-3, "{truth:?}");
+}
+
+#[test]
+fn calibrates_both_sensors_under_the_beacon() {
+    let mut spec = presets::ideal(7);
+    // The drawing is 5 % off.
+    spec.geometry.height_m *= 1.05;
+    spec.geometry.lever_m[0] *= 0.95;
+    spec.geometry.lever_m[1] *= 1.05;
+    let truth = spec.geometry;
+    let world =
+        World::new(spec, ControllerConfig::TYPICAL, Default::default(), 7).expect("monotonic");
+    let flash = SharedFlash::erased(5);
+    let mut bench = Bench::start(world, flash.clone());
+    let order = CalibrateOrder {
+        method: Method::Joint,
+        poses: 300,
+        held_out_poses: 60,
+        travel_m: 2.032e-3,
+        turn_rad: 0.02618,
+        ..CalibrateOrder::default()
+    };
+    assert_eq!(bench.ask(Action::Calibrate(order)), Reply::Done);
+    let ending = bench.ending(4_000_000);
+    let progress = bench.progress();
+    assert!(
+        matches!(
+            ending,
+            Ending::Accepted {
+                stored: Some(_),
+                ..
+            }
+        ),
+        "{ending:?} {:?}",
+        progress.steps
+    );
+    let Reply::Calibration(found) = bench.ask(Action::Read(Source::InForce)) else {
+        panic!("no calibration")
+    };
+    assert_eq!(found.method, Method::Joint);
+    // 300 poses at a twentieth of the paper's noise: the synthetic problem's 20 um, with room.
+    let errors = [
+        f64::from(found.geometry.height_m) - truth.height_m,
+        f64::from(found.geometry.lever_m[0]) - truth.lever_m[0],
+        f64::from(found.geometry.lever_m[1]) - truth.lever_m[1],
+    ];
+    assert!(errors.iter().all(|e| e.abs() < 20.0e-6), "{errors:?}");
+    // The beacon is switched off: a joint calibration is refused by name, and what is in force stays.
+    bench
+        .board
+        .world
+        .with_courier(|courier| courier.set_beacon(None));
+    (0..100).for_each(|_| {
+        bench.board.sample();
+    });
+    assert_eq!(
+        bench.ask(Action::Calibrate(order)),
+        Reply::Refused(Refusal::Start(StartRefusal::NoBeacon))
+    );
 }

@@ -7,10 +7,12 @@
 use super::guide::Guide;
 use super::keeper::Keeper;
 use super::sampler::Mailbox;
-use crate::calibration::record::{Calibration, Gauge, Instant, Method, Quality};
+use crate::calibration::joint::{JointConfig, JointOutcome, JointResult, JointSession};
+use crate::calibration::record::{Beacon, Calibration, Gauge, Instant, Method, Quality};
 use crate::calibration::slots::{Place, Slots};
 use crate::calibration::{
-    Action, Evidence, Outcome, Refusal as SessionRefusal, Session, SessionConfig, StartError,
+    Action, Evidence, Outcome, Progress, Refusal as SessionRefusal, Session, SessionConfig,
+    StartError,
 };
 use crate::drivers::motion::{MotionPort, PortCounters, Target};
 use crate::frame::{Frame, Status};
@@ -54,6 +56,8 @@ pub struct Background<'q, 'c, S, F> {
     guide: Guide<S>,
     keeper: Keeper<'q, 'c, F>,
     session: Session,
+    joint: JointSession,
+    method: Method,
     errand: Errand,
     ended: Option<Ended>,
     device: [u8; 12],
@@ -85,6 +89,8 @@ where
             guide: Guide::new(motion),
             keeper: Keeper::start(slots, swap, settings),
             session: Session::idle(),
+            joint: JointSession::idle(),
+            method: Method::Platen,
             errand: Errand {
                 speed_m_per_s: SELF_MOTION_M_PER_S,
                 commit: true,
@@ -106,32 +112,68 @@ where
             && let Some(frame) = self.frames.dequeue()
         {
             taken += 1;
-            self.samples += u64::from(frame.sequence.wrapping_sub(self.last.sequence));
-            self.status_seen |= frame.status;
+            self.note(&frame);
             self.session.frame(&frame);
+            self.joint.frame(&frame);
             watch(&frame);
-            self.last = frame;
         }
         self.move_on();
+        self.work(&mut watch);
         taken
     }
 
-    /// Carries words between the session and the motion controller, and concludes a session that has ended.
+    fn note(&mut self, frame: &Frame) {
+        self.samples += u64::from(frame.sequence.wrapping_sub(self.last.sequence));
+        self.status_seen |= frame.status;
+        self.last = *frame;
+    }
+
+    /// Carries words between the sessions and the motion controller, and concludes a session that has ended.
     fn move_on(&mut self) {
         if let Some(event) = self.guide.poll(self.last.sequence) {
             self.session.motion(event);
+            self.joint.motion(event);
         }
-        match self.session.poll() {
+        match self.session.poll().or_else(|| self.joint.poll()) {
             Some(Action::Go(pose)) => self.guide.go_relative(pose, self.errand.speed_m_per_s),
             Some(Action::Stop) => self.guide.halt(),
             None => {}
         }
-        if self.ended.is_none()
+        if self.ended.is_some() {
+            return;
+        }
+        if self.method == Method::Platen
             && let Some(outcome) = self.session.outcome()
         {
             let outcome = outcome.clone();
             self.ended = Some(self.conclude(outcome));
+        } else if self.method == Method::Joint
+            && let Some(outcome) = self.joint.outcome()
+        {
+            let outcome = outcome.clone();
+            self.ended = Some(self.conclude_joint(outcome));
         }
+    }
+
+    /// A step of the joint schedule, if one is due: seconds on the target, in which the frames still come up the queue
+    /// and are shown to `watch`.
+    fn work(&mut self, watch: &mut dyn FnMut(&Frame)) {
+        let Self {
+            joint,
+            frames,
+            samples,
+            last,
+            status_seen,
+            ..
+        } = self;
+        joint.work(&mut || {
+            while let Some(frame) = frames.dequeue() {
+                *samples += u64::from(frame.sequence.wrapping_sub(last.sequence));
+                *status_seen |= frame.status;
+                *last = frame;
+                watch(&frame);
+            }
+        });
     }
 
     /// Starts a self-calibration from where the courier stands. Geometry and model of `config` are replaced by those
@@ -140,17 +182,41 @@ where
     /// # Errors
     /// [`Refusal`]; nothing is changed.
     pub fn calibrate(&mut self, mut config: SessionConfig, errand: Errand) -> Result<(), Refusal> {
+        self.idle()?;
         config.geometry = self.keeper.settings().geometry;
-        config.model = self.model_to_fit();
-        self.session.start(config).map_err(|error| match error {
-            StartError::Busy => Refusal::Busy,
-            StartError::Terms => Refusal::Start(StartRefusal::Terms),
-            StartError::Range { .. } => Refusal::Start(StartRefusal::Settings),
-        })?;
+        config.model = self.model_to_fit(TermTable::equation_3());
+        self.session.start(config).map_err(not_started)?;
+        self.begin(Method::Platen, errand);
+        Ok(())
+    }
+
+    /// Starts a joint calibration of both sensors from where the courier stands, under a beacon. Geometry and model of
+    /// `config` are replaced by those in force.
+    ///
+    /// # Errors
+    /// [`Refusal`]; nothing is changed.
+    pub fn calibrate_joint(
+        &mut self,
+        mut config: JointConfig,
+        errand: Errand,
+    ) -> Result<(), Refusal> {
+        self.idle()?;
+        let status = self.last.status;
+        if status.contains(Status::BEACON_MISSING) {
+            return Err(Refusal::Start(StartRefusal::NoBeacon));
+        }
+        config.geometry = self.keeper.settings().geometry;
+        config.model = self.model_to_fit(TermTable::equation_9());
+        self.joint.start(config).map_err(not_started)?;
+        self.begin(Method::Joint, errand);
+        Ok(())
+    }
+
+    fn begin(&mut self, method: Method, errand: Errand) {
+        self.method = method;
         self.errand = errand;
         self.guide.forget_origin();
         self.ended = None;
-        Ok(())
     }
 
     /// Ends the session; the calibration in force stays.
@@ -158,10 +224,11 @@ where
     /// # Errors
     /// [`Refusal::NothingUnderWay`].
     pub fn abort(&mut self) -> Result<(), Refusal> {
-        if !self.session.is_running() {
+        if !self.is_calibrating() {
             return Err(Refusal::NothingUnderWay);
         }
         self.session.abort();
+        self.joint.abort();
         Ok(())
     }
 
@@ -189,9 +256,27 @@ where
         &self.keeper
     }
 
-    /// The session under way or the last one.
-    pub fn session(&self) -> &Session {
-        &self.session
+    /// Whether a calibration is under way.
+    pub fn is_calibrating(&self) -> bool {
+        self.session.is_running() || self.joint.is_running()
+    }
+
+    /// What the calibration under way, or the last one, rests on.
+    pub fn method(&self) -> Method {
+        self.method
+    }
+
+    /// How far it is.
+    pub fn progress(&self) -> Progress {
+        match self.method {
+            Method::Platen => self.session.progress(),
+            Method::Joint => self.joint.progress(),
+        }
+    }
+
+    /// The joint session under way or the last one.
+    pub fn joint(&self) -> &JointSession {
+        &self.joint
     }
 
     /// How the last session ended, once it has.
@@ -265,16 +350,16 @@ where
     }
 
     fn idle(&self) -> Result<(), Refusal> {
-        if self.session.is_running() {
+        if self.is_calibrating() {
             Err(Refusal::Busy)
         } else {
             Ok(())
         }
     }
 
-    fn model_to_fit(&self) -> ErrorModel {
+    fn model_to_fit(&self, fresh: TermTable) -> ErrorModel {
         let in_force = self.keeper.settings().model.clone();
-        in_force.unwrap_or_else(|| ErrorModel::zero(TermTable::equation_3()))
+        in_force.unwrap_or_else(|| ErrorModel::zero(fresh))
     }
 
     fn conclude(&mut self, outcome: Outcome) -> Ended {
@@ -290,15 +375,57 @@ where
             }
         };
         let calibration = self.record(model, &evidence);
+        self.keep(calibration, evidence)
+    }
+
+    fn conclude_joint(&mut self, outcome: JointOutcome) -> Ended {
+        let evidence = outcome.evidence;
+        match outcome.result {
+            Ok(result) => {
+                let calibration = self.joint_record(result, &evidence);
+                self.keep(calibration, evidence)
+            }
+            Err(refusal) => Ended {
+                evidence,
+                result: Err(refusal),
+                not_kept: None,
+            },
+        }
+    }
+
+    /// Puts an accepted calibration in force, stored first if that was ordered.
+    fn keep(&mut self, calibration: Calibration, evidence: Evidence) -> Ended {
         let kept = if self.errand.commit {
             self.keeper.store(calibration).map(Some)
         } else {
             self.keeper.load(calibration).map(|()| None)
         };
+        let (place, not_kept) = match kept {
+            Ok(place) => (place, None),
+            Err(refusal) => (None, Some(refusal)),
+        };
         Ended {
             evidence,
-            result: Ok(kept.unwrap_or(None)),
-            not_kept: kept.err(),
+            result: Ok(place),
+            not_kept,
+        }
+    }
+
+    fn joint_record(&self, result: JointResult, evidence: &Evidence) -> Calibration {
+        let pitch_m = result.geometry.pitch_m;
+        let beacon = Beacon {
+            // From the platen sensor's zero, as the interrupt counts.
+            origin_m: core::array::from_fn(|i| {
+                result.origin_teeth[i] as f32 * pitch_m + result.origin_m[i]
+            }),
+            sensor: heapless::Vec::from_slice(&result.sensor).unwrap_or_default(),
+        };
+        Calibration {
+            method: Method::Joint,
+            gauge: Gauge::OffsetsSpreadBeaconFree,
+            geometry: result.geometry,
+            beacon: Some(beacon),
+            ..self.record(result.model, evidence)
         }
     }
 
@@ -317,6 +444,14 @@ where
             beacon: None,
             quality: quality(evidence),
         }
+    }
+}
+
+fn not_started(error: StartError) -> Refusal {
+    match error {
+        StartError::Busy => Refusal::Busy,
+        StartError::Terms => Refusal::Start(StartRefusal::Terms),
+        StartError::Range { .. } => Refusal::Start(StartRefusal::Settings),
     }
 }
 

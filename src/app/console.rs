@@ -4,6 +4,8 @@
 //! telemetry that finds no room is dropped and counted.
 
 use super::background::{Background, Errand};
+use crate::calibration::joint::JointConfig;
+use crate::calibration::record::Method;
 use crate::calibration::{Range, SessionConfig};
 use crate::frame::Frame;
 use crate::link::framing;
@@ -132,8 +134,15 @@ impl<P: Ports> Console<P> {
         match action {
             Action::Status => Ok(Reply::Status(self.status(background))),
             Action::Calibrate(order) => {
-                let (config, errand) = session_of(&order);
-                background.calibrate(config, errand).map(done)
+                let errand = Errand {
+                    speed_m_per_s: order.speed_m_per_s,
+                    commit: order.commit,
+                };
+                match order.method {
+                    Method::Platen => background.calibrate(session_of(&order), errand),
+                    Method::Joint => background.calibrate_joint(joint_of(&order), errand),
+                }
+                .map(done)
             }
             Action::Abort => background.abort().map(done),
             Action::Progress => Ok(Reply::Progress(progress(background))),
@@ -200,7 +209,7 @@ impl<P: Ports> Console<P> {
             lost_telemetry: self.packer.lost(),
             status: frame.status.bits(),
             status_seen: seen.bits(),
-            activity: if background.session().is_running() {
+            activity: if background.is_calibrating() {
                 Activity::Calibrating
             } else {
                 Activity::Idle
@@ -223,26 +232,35 @@ fn done((): ()) -> Reply {
 }
 
 /// A session as ordered, over the defaults of [`SessionConfig`].
-fn session_of(order: &CalibrateOrder) -> (SessionConfig, Errand) {
-    let config = SessionConfig {
+fn session_of(order: &CalibrateOrder) -> SessionConfig {
+    SessionConfig {
         poses: order.poses.into(),
         held_out_poses: order.held_out_poses.into(),
         plan: order.plan,
         seed: order.seed,
-        range: Range {
-            travel_m: order.travel_m,
-            turn_rad: order.turn_rad,
-        },
+        range: range_of(order),
         target_deviation_m: order.target_deviation_m,
         ..SessionConfig::default()
-    };
-    (
-        config,
-        Errand {
-            speed_m_per_s: order.speed_m_per_s,
-            commit: order.commit,
-        },
-    )
+    }
+}
+
+/// A joint session as ordered, over the defaults of [`JointConfig`].
+fn joint_of(order: &CalibrateOrder) -> JointConfig {
+    JointConfig {
+        poses: order.poses.into(),
+        held_out_poses: order.held_out_poses.into(),
+        plan: order.plan,
+        seed: order.seed,
+        range: range_of(order),
+        ..JointConfig::default()
+    }
+}
+
+fn range_of(order: &CalibrateOrder) -> Range {
+    Range {
+        travel_m: order.travel_m,
+        turn_rad: order.turn_rad,
+    }
 }
 
 fn progress<S, F>(background: &Background<'_, '_, S, F>) -> Progress
@@ -250,7 +268,7 @@ where
     S: Read + ReadReady + Write + WriteReady,
     F: NorFlash,
 {
-    let session = background.session().progress();
+    let session = background.progress();
     let ending = background.ended().map(|ended| {
         let evidence = ended.evidence;
         match (ended.result, ended.not_kept) {
@@ -260,12 +278,16 @@ where
         }
     });
     Progress {
-        method: Default::default(),
+        method: background.method(),
         stage: session.stage,
         done: session.done,
         of: session.of,
         lost: session.lost,
         worst_deviation_m: session.worst_deviation_m,
+        steps: core::array::from_fn(|i| {
+            let made = background.joint().reports().get(i).copied();
+            made.filter(|_| background.method() == Method::Joint)
+        }),
         ending,
     }
 }

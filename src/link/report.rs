@@ -1,5 +1,6 @@
 //! What a calibration session tells a host: how far it is, and how the last one ended.
 
+use crate::calibration::joint::StepReport;
 use crate::calibration::record::Method;
 use crate::calibration::slots::Place;
 use crate::calibration::{Evidence, Refusal, Stage};
@@ -20,6 +21,8 @@ pub struct Progress {
     pub lost: u32,
     /// Worst predicted standard deviation of a calibrated position so far, metres; infinite at first.
     pub worst_deviation_m: f32,
+    /// Steps of a joint calibration's schedule that were made so far, each accepted or reverted by itself.
+    pub steps: [Option<StepReport>; 5],
     /// How it ended, if it has.
     pub ending: Option<Ending>,
 }

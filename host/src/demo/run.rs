@@ -153,7 +153,7 @@ fn calibrate(
     let mut last = (Stage::Origin, 0);
     for sample in 0_u32.. {
         let frame = board.sample();
-        let now = board.background.session().progress();
+        let now = board.background.progress();
         if (now.stage, now.done) != last {
             last = (now.stage, now.done);
             recorder.pose(board, &frame)?;

@@ -25,7 +25,7 @@ pub const JOINT_UNKNOWNS: usize = SEGMENTS * 2 * MAX_FITTED + OTHERS;
 
 bitflags::bitflags! {
     /// Groups of unknowns that are free, or not, together.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
     pub struct Groups: u8 {
         /// Coefficients of the own phase, equation (3).
         const OWN = 1;

@@ -9,6 +9,7 @@ use super::layout::{Groups, JOINT_UNKNOWNS, Unknown};
 use super::sample::JointSample;
 use crate::lsq::{Estimator, SolveError, packed_len};
 use crate::math::sqrt;
+use serde::{Deserialize, Serialize};
 
 /// Rows, workspace and solution of a joint fit; 20 KiB.
 pub type JointEstimator = Estimator<JOINT_UNKNOWNS, { packed_len(JOINT_UNKNOWNS) }>;
@@ -69,7 +70,7 @@ impl Default for Priors {
 }
 
 /// How a fit ended.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FitReport {
     /// Unknowns that were free.
     pub unknowns: u32,

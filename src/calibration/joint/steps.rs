@@ -8,6 +8,7 @@ use super::solver::{FitReport, JointSolver};
 use crate::calibration::spread::Spread;
 use crate::lsq::SolveError;
 use crate::math::sqrt;
+use serde::{Deserialize, Serialize};
 
 /// A gain must be this many of its own standard errors: by chance one useless step in 40 would pass, were its expected
 /// gain zero; it is negative.
@@ -19,7 +20,7 @@ const SAME_NOISE: f32 = 0.05;
 const OUTLIER: f32 = 8.0;
 
 /// A step of the schedule.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Step {
     /// Own-phase coefficients, by g_p.
     Platen,
@@ -60,7 +61,7 @@ impl Step {
 }
 
 /// Residuals of the held-out poses at some values.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HeldOut {
     /// Rms of g_p, g_x and g_y about their means, metres.
     pub rms_m: [f32; 3],
@@ -69,7 +70,7 @@ pub struct HeldOut {
 }
 
 /// What a step did.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StepReport {
     /// Which.
     pub step: Step,
