@@ -188,3 +188,103 @@ fn wrong_boards_orders_and_files() {
     }
     assert_eq!(std::fs::read_dir(folder).unwrap().count(), before);
 }
+
+/// A recording of a flight: every sample is there, its noise is what the simulated board has, and the reader takes it.
+#[test]
+fn a_board_is_watched_and_recorded() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let recorded = ok(
+        folder,
+        &[
+            "--sim-preset",
+            "ideal",
+            "record",
+            "flight",
+            "--seconds",
+            "0.5",
+            "--go-to",
+            "5,5,0",
+            "--speed-mm-s",
+            "20",
+            "--json",
+        ],
+    );
+    assert_eq!(
+        serde_json::from_str::<Value>(&recorded).unwrap(),
+        serde_json::json!({"samples": 10_000, "lost": 0})
+    );
+    let recording = recording::Recording::read(folder.join("flight")).unwrap();
+    assert_eq!(
+        (recording.samples.len(), recording.warnings.len()),
+        (10_000, 0)
+    );
+    // 20 counts and 20 000 counts are what `hal-sim` says of its board.
+    let electronics = recording.meta.electronics;
+    assert!(
+        (electronics.quadrature_noise_counts.unwrap() / 20.0 - 1.0).abs() < 0.05,
+        "{electronics:?}"
+    );
+    assert!(
+        (electronics.amplitude_counts.unwrap() / 20_000.0 - 1.0).abs() < 0.02,
+        "{electronics:?}"
+    );
+    let output_m = |index: usize| {
+        recording
+            .samples
+            .unmodified_m(1, index, recording.meta.geometry.pitch_m)
+            .unwrap()
+    };
+    assert!(
+        (output_m(9_999) - output_m(0) - 5.0e-3).abs() < 1.5e-3,
+        "{} -> {}",
+        output_m(0),
+        output_m(9_999)
+    );
+    let steps = (1..10_000).map(|index| (output_m(index) - output_m(index - 1)).abs());
+    assert!(steps.fold(0.0, f64::max) < 5.0e-6, "a tooth was lost");
+
+    let lines = ok(
+        folder,
+        &[
+            "--sim-preset",
+            "ideal",
+            "monitor",
+            "--rate-hz",
+            "100",
+            "--seconds",
+            "0.2",
+            "--json",
+        ],
+    );
+    assert!((18..=22).contains(&lines.lines().count()), "{lines}");
+    let first: Value = serde_json::from_str(lines.lines().next().unwrap()).unwrap();
+    assert!(
+        first["status"]
+            .as_array()
+            .unwrap()
+            .contains(&"UNCALIBRATED".into()),
+        "{first}"
+    );
+
+    refused(
+        folder,
+        &["monitor", "--rate-hz", "nan"],
+        "--rate-hz: found NaN",
+    );
+    refused(folder, &["monitor", "--seconds", "0"], "--seconds");
+    refused(
+        folder,
+        &["record", "x", "--seconds", "0"],
+        "--seconds: found 0",
+    );
+    refused(folder, &["record", "x", "--go-to", "1,2"], "three numbers");
+    refused(
+        folder,
+        &["record", "x", "--go-to", "9000,0,0"],
+        "the board refuses",
+    );
+    std::fs::write(folder.join("flight/thesis.txt"), "precious").unwrap();
+    refused(folder, &["record", "flight"], "thesis.txt");
+    assert!(!folder.join("x").exists());
+}

@@ -233,3 +233,18 @@ fn the_table_names_every_row() {
         ran.out
     );
 }
+
+/// Figure asked for: the ten rows of 3.1.2 within 25 % of the paper's, whatever the noise and the poses.
+#[test]
+fn the_papers_table_comes_out() {
+    for seed in ["1", "20"] {
+        let ran = courier(&["demo", "--seed", seed, "--json"]);
+        assert_eq!((ran.code, ran.err.as_str()), (0, ""));
+        let report = json(&ran.out);
+        assert!((7.0..8.7).contains(&here(&report, NAMES[0])), "{report}");
+        for row in report["rows"].as_array().unwrap().iter().skip(1) {
+            let ratio = row["here"].as_f64().unwrap() / row["paper"].as_f64().unwrap();
+            assert!((0.75..1.25).contains(&ratio), "seed {seed}: {row}");
+        }
+    }
+}

@@ -73,6 +73,12 @@ impl Writer {
         Ok(writer)
     }
 
+    /// The table of units, which is written last: noise that is measured while recording may still be entered. The
+    /// ranges of counts are those that were given at first.
+    pub fn meta_mut(&mut self) -> &mut Meta {
+        &mut self.meta
+    }
+
     /// Appends a sample.
     ///
     /// # Errors

@@ -52,6 +52,8 @@ commands! {
         Status => status,
         Calibrate => calibrate,
         Abort => abort,
+        Monitor => monitor,
+        Record => record,
         Slots => slots,
         Commit => commit,
         Rollback => rollback,

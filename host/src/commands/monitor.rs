@@ -1,0 +1,119 @@
+//! `courier monitor`.
+
+use crate::board::{Choice, Link};
+use crate::terminal::{figure, print, warn};
+use anyhow::{Result, bail, ensure};
+use courier_sensor::frame::{Pose, Status};
+use courier_sensor::geometry::Geometry;
+use courier_sensor::link::message::{Action, Reply, Source};
+use courier_sensor::link::telemetry::{Channels, Sample, StreamOrder};
+use serde::Serialize;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+/// Watch a board's pose, parity and status as they come.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  courier --probe any monitor --rate-hz 50 --seconds 10")]
+pub struct Args {
+    /// Lines a second.
+    #[arg(long, default_value_t = 10.0, value_name = "HZ")]
+    rate_hz: f64,
+    /// Stop after so many seconds; without it, when interrupted.
+    #[arg(long, value_name = "S")]
+    seconds: Option<f64>,
+    /// Print one JSON object a line.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Time between two looks at the channel.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// One line of `--json`.
+#[derive(Serialize)]
+struct Line {
+    sequence: u32,
+    t_s: f64,
+    x_m: f64,
+    y_m: f64,
+    theta_x_rad: f32,
+    theta_y_rad: f32,
+    parity_m: f32,
+    status: Vec<&'static str>,
+}
+
+/// Streams and prints.
+///
+/// # Errors
+/// The board cannot be reached, or a rate that it cannot send.
+pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
+    let seconds = args.seconds.unwrap_or(f64::INFINITY);
+    ensure!(seconds > 0.0, "--seconds: found {seconds}, wanted above 0");
+    let mut board = choice.open()?;
+    let board_hz = f64::from(board.link.hello().rate_hz);
+    let decimation = (board_hz / args.rate_hz).round();
+    ensure!(
+        (1.0..=f64::from(u16::MAX)).contains(&decimation),
+        "--rate-hz: found {}, wanted {:.2} to {board_hz}",
+        args.rate_hz,
+        board_hz / f64::from(u16::MAX)
+    );
+    let pitch_m = pitch_m(&mut board.link);
+    let channels = Channels::STATUS | Channels::POSE | Channels::PARITY;
+    stream(&mut board.link, StreamOrder { channels: channels.bits(), decimation: decimation as u16, samples: 0 })?;
+    let begin = Instant::now();
+    let mut passed = Duration::ZERO;
+    while passed.as_secs_f64() < seconds {
+        board.link.pass(LOOK)?;
+        passed += LOOK;
+        board.link.listen(|sample| line(sample, board_hz, pitch_m, args.json))?;
+        // A simulated board's time runs as fast as it can: live is what is asked for here.
+        std::thread::sleep(passed.saturating_sub(begin.elapsed()));
+    }
+    stream(&mut board.link, StreamOrder::default())?;
+    if board.link.lost() > 0 {
+        warn(&format!("{} samples were lost on the way", board.link.lost()));
+    }
+    board.close()?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn stream(link: &mut Link, order: StreamOrder) -> Result<()> {
+    let Reply::Done = link.ask(Action::Stream(order))? else { bail!(super::STRANGE_REPLY) };
+    Ok(())
+}
+
+/// The pitch of the calibration in force; without one, of the firmware's own geometry.
+fn pitch_m(link: &mut Link) -> f32 {
+    match link.ask(Action::Read(Source::InForce)) {
+        Ok(Reply::Calibration(calibration)) => calibration.geometry.pitch_m,
+        _ => Geometry::PAPER.pitch_m,
+    }
+}
+
+fn line(sample: &Sample, board_hz: f64, pitch_m: f32, json: bool) -> Result<()> {
+    let Pose { x, y, theta_x_rad, theta_y_rad, .. } = sample.pose.unwrap_or_default();
+    let bits = sample.status.unwrap_or_default();
+    let line = Line {
+        sequence: sample.sequence,
+        t_s: f64::from(sample.sequence) / board_hz,
+        x_m: x.metres(pitch_m),
+        y_m: y.metres(pitch_m),
+        theta_x_rad,
+        theta_y_rad,
+        parity_m: sample.parity_m.unwrap_or_default(),
+        status: bits.iter_names().map(|(name, _)| name).collect(),
+    };
+    if json {
+        return print(&serde_json::to_string(&line)?);
+    }
+    let parity_um = figure(1.0e6 * f64::from(line.parity_m));
+    print(&format!(
+        "{:10.3} s  x {:10.4} mm  y {:10.4} mm  θ {:8.4} mrad  g_p {parity_um:>7} µm  {}",
+        line.t_s,
+        1.0e3 * line.x_m,
+        1.0e3 * line.y_m,
+        0.5e3 * (theta_x_rad + theta_y_rad),
+        if bits == Status::empty() { "ok".to_owned() } else { line.status.join(" ") }
+    ))
+}

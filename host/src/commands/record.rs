@@ -1,0 +1,73 @@
+//! `courier record DIR`.
+
+use crate::board::Choice;
+use crate::recorder::{Order, record};
+use crate::terminal::{print, print_json, progress};
+use anyhow::{Result, ensure};
+use courier_sensor::drivers::motion::Target;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Record the raw counts of every sample that a board can send, in the recording layout.
+///
+/// Amplitudes and noise in recording.toml are measured from the recording itself: the noise by third differences of
+/// neighbouring samples, which a smooth motion does not reach.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  courier --probe any record flight --seconds 2 --go-to 0,40,0")]
+pub struct Args {
+    /// Folder to make; a recording that is there already is replaced.
+    folder: PathBuf,
+    /// How long, s.
+    #[arg(long, default_value_t = 1.0, value_name = "S")]
+    seconds: f64,
+    /// One sample in so many.
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    decimation: u16,
+    /// Name of the motion.
+    #[arg(long, default_value = "recorded")]
+    run: String,
+    /// Move there meanwhile: mm, mm and degrees in the motion controller's frame.
+    #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, value_parser = target)]
+    go_to: Option<Target>,
+    /// Speed of that motion, mm/s.
+    #[arg(long, default_value_t = 50.0, value_name = "MM_S")]
+    speed_mm_s: f32,
+    /// Print one JSON object instead of a sentence.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Records and says how many samples there are and how many are not.
+///
+/// # Errors
+/// The board cannot be reached or refuses the motion, or the folder cannot be written.
+pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
+    ensure!((1.0e-3..=86_400.0).contains(&args.seconds), "--seconds: found {}, wanted 0.001 to 86400", args.seconds);
+    let mut board = choice.open()?;
+    let order = Order {
+        folder: args.folder.clone(),
+        seconds: args.seconds,
+        decimation: args.decimation,
+        run: args.run.clone(),
+        motion: args.go_to.map(|target| (target, args.speed_mm_s * 1.0e-3)),
+    };
+    let recorded = record(&mut board.link, &order, &progress(0, "recording: samples"))?;
+    board.close()?;
+    if args.json {
+        print_json(&recorded)?;
+    } else {
+        print(&format!("{} samples in {}, {} could not be taken", recorded.samples, args.folder.display(), recorded.lost))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// `X,Y,THETA` in mm, mm and degrees.
+fn target(text: &str) -> Result<Target, String> {
+    let numbers: Vec<f32> = text.split(',').map_while(|part| part.trim().parse().ok()).collect();
+    match numbers[..] {
+        [x_mm, y_mm, theta_deg] if numbers.iter().all(|number| number.is_finite()) && text.split(',').count() == 3 => {
+            Ok(Target { x_m: x_mm * 1.0e-3, y_m: y_mm * 1.0e-3, theta_rad: theta_deg.to_radians() })
+        }
+        _ => Err("wanted three numbers: mm, mm, degrees".to_owned()),
+    }
+}
