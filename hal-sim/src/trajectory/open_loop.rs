@@ -8,7 +8,7 @@ use effects::shape::Waves;
 /// Open-loop command error and settling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OpenLoop {
-    /// Rms of the error that depends on the place, metres: the motors' field and the platen's, smooth over some 100 mm.
+    /// Rms of the error that depends on the place, metres: the motors' field and the platen's, smooth over half a metre.
     pub place_error_m: f64,
     /// Rms of the random part at each stop, metres: friction against a motor stiffness of some N/um.
     pub stop_error_m: f64,
@@ -29,7 +29,7 @@ impl OpenLoop {
     /// Tens of micrometres, settled to 0.1 % of its ringing within a quarter of a second.
     pub const COURIER: Self = Self {
         place_error_m: 20.0e-6,
-        stop_error_m: 3.0e-6,
+        stop_error_m: 2.0e-6,
         detent_m: 8.0e-6,
         ringing_m: 15.0e-6,
         ringing_hz: 40.0,
@@ -90,10 +90,10 @@ pub struct PlaceError {
 }
 
 impl PlaceError {
-    /// Wavelengths of 150 to 500 mm: those of magnets and housing.
+    /// Wavelengths of 0.5 to 2 m: the platen's level, the cable's pull, the motors' common field.
     pub fn draw(rng: &mut ChaCha8Rng) -> Self {
         Self {
-            parts: [(); 3].map(|()| Waves::draw(rng, 3, 0.15, 0.5)),
+            parts: [(); 3].map(|()| Waves::draw(rng, 3, 0.5, 2.0)),
         }
     }
 

@@ -115,8 +115,9 @@ fn without_noise_the_parity_and_equation_11_close() {
                 .map(|r| batch::constraint(r, &platen, &mount, &GEOMETRY)[axis]),
         );
         // An electrode's rounding, 0.29 counts of 30 000, is 68 nm of c at the centre and 87 nm at 0.8 of full scale; the
-        // angle's, through l_x = 90 mm, 21 nm.
-        assert!(g < 95e-9, "axis {axis}: {g}");
+        // angle's, through l_x = 90 mm, 21 nm; a
+        // courier that stands still repeats one rounding, up to sqrt(3) times its rms.
+        assert!(g < 3.0_f64.sqrt() * 90e-9, "axis {axis}: {g}");
     }
 }
 

@@ -24,7 +24,7 @@ use std::rc::Rc;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControllerConfig {
     /// Where it ends, beside where it was told, as the place decides: the motors' and the platen's field, unknown to the
-    /// controller; smooth over some 100 mm, so that a fly-by drifts by a few micrometres and not by the whole of it.
+    /// controller; smooth over half a metre, so that a fly-by drifts by a few micrometres and not by the whole of it.
     pub error_m: f64,
     /// The same of the angle, radians.
     pub error_rad: f64,
@@ -51,7 +51,7 @@ impl ControllerConfig {
     pub const TYPICAL: Self = Self {
         error_m: 30.0e-6,
         error_rad: 2.0e-4,
-        stop_error_m: 3.0e-6,
+        stop_error_m: 2.0e-6,
         swing_m: 20.0e-6,
         swing_hz: 60.0,
         decay_s: 12.0e-3,
