@@ -33,6 +33,8 @@ pub struct StepConfig {
     /// Samples in a window less one, and their logarithm; 2^31 for never.
     frozen_mask: u32,
     frozen_shift: u32,
+    /// [`Status::FROZEN`], or nothing if that is switched off.
+    frozen_bit: u32,
     beacon: BeaconLimits,
     tan_full_scale: f32,
     pitch_m: f32,
@@ -80,6 +82,7 @@ impl StepConfig {
             gap_samples: f32::from(limits.gap_samples),
             frozen_mask: (1 << frozen_shift) - 1,
             frozen_shift,
+            frozen_bit: if limits.frozen_samples == 0 { 0 } else { Status::FROZEN.bits() },
             beacon: limits.beacon,
             standing_bits: standing.bits(),
             extended: directions || model.further.has_extra(),
@@ -102,7 +105,7 @@ pub struct StepState {
     watched: u32,
     /// Which of their bits have changed since the window began.
     changed: u32,
-    /// Segments of which a channel stood still in their last window, as bits.
+    /// In which of the last four windows a channel stood still, as bits.
     still: u32,
     /// [`Status::FROZEN`] or nothing.
     frozen: u32,
@@ -412,26 +415,27 @@ fn pose(config: &StepConfig, frame: &mut Frame, [x, y]: &[Corrected; 2]) -> f32 
     parity_turns
 }
 
-/// Watches one segment for a window of samples, then the next: which bits of its counts change. At a window's end the
-/// segment is marked frozen, until it is judged again, if a channel did not change at all.
+/// Watches one segment for a window of samples, then the next: which bits of its counts change.
 #[inline(always)]
 fn watch_frozen(config: &StepConfig, state: &mut StepState) {
     let i = (state.sequence >> config.frozen_shift & 3) as usize;
     let counts = word(state.frame.raw.quadrature_counts[i]);
-    state.changed |= counts ^ state.watched;
+    let changed = state.changed | (counts ^ state.watched);
     state.watched = counts;
-    if state.sequence & config.frozen_mask == config.frozen_mask {
-        judge_frozen(config, state, i);
+    if state.sequence & config.frozen_mask == 0 {
+        judge_frozen(config, state);
+    } else {
+        state.changed = changed;
     }
 }
 
-/// Ends the window of segment `i` and begins that of the next.
+/// At a window's first sample: judges the last one. The converter is frozen while in any of the last four windows a
+/// channel did not change at all.
 #[inline(always)]
-fn judge_frozen(config: &StepConfig, state: &mut StepState, i: usize) {
+fn judge_frozen(config: &StepConfig, state: &mut StepState) {
     let still = state.changed & 0xFFFF == 0 || state.changed >> 16 == 0;
-    state.still = state.still & !(1 << i) | u32::from(still) << i;
-    state.frozen = if state.still == 0 || config.frozen_shift == 31 { 0 } else { Status::FROZEN.bits() };
-    state.watched = word(state.frame.raw.quadrature_counts[(i + 1) & 3]);
+    state.still = (state.still << 1 | u32::from(still)) & 0b1111;
+    state.frozen = if state.still == 0 { 0 } else { config.frozen_bit };
     state.changed = 0;
 }
 
