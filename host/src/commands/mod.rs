@@ -46,6 +46,7 @@ commands! {
         Diagnose => diagnose,
         Blind => blind,
         Check => check,
+        Isolability => isolability,
         Completions => completions,
     }
     with_board {
