@@ -1,6 +1,6 @@
 //! `cargo xtask bench`: the cost table, measured on the emulated Cortex-M4F.
 
-use crate::{arm, cmsis, plugin, throughput};
+use crate::{arm, cmsis, figures, plugin, throughput};
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -40,6 +40,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
         return Ok(());
     }
     print_table(&costs);
+    figures::run()?;
     throughput::run()
 }
 

@@ -3,6 +3,7 @@
 mod arm;
 mod bench;
 mod cmsis;
+mod figures;
 mod firmware;
 mod plugin;
 mod stack;
@@ -27,7 +28,7 @@ const TASKS: &[Task] = &[
     ),
     (
         "bench",
-        "the cost table, measured on the emulated Cortex-M4F (--json), then throughput on this host",
+        "the cost table, measured on the emulated Cortex-M4F (--json), then accuracy figures and throughput on this host",
         bench::run,
     ),
     (

@@ -1,0 +1,59 @@
+//! The accuracy figures: the tests that assert them, run again for what they print.
+
+use crate::arm;
+use anyhow::{Context, Result, ensure};
+use std::process::Command;
+
+/// Package, test program and the tests of it that print a figure. A further one is a line here.
+const SOURCES: &[(&str, &str, &[&str])] = &[
+    (
+        "courier-sensor",
+        "calibration",
+        &[
+            "parameter_errors_agree_with_the_predicted_covariance_over_200_seeds",
+            "incremental_f32_agrees_with_batch_f64_on_the_same_rows",
+            "one_bad_sample_of_any_size_hardly_moves_the_calibration",
+            "optimal_plan_reaches_the_bound_at_half_a_degree_and_a_third_at_one_and_a_half",
+        ],
+    ),
+    (
+        "courier-sensor",
+        "joint",
+        &["synthetic_problem_of_the_paper", "lateral_terms", "device_f32"],
+    ),
+    ("hal-sim", "figures", &["ideal", "measured"]),
+    ("courier", "replay", &["ess", "g_p"]),
+];
+
+/// Runs the tests and prints their figures.
+///
+/// # Errors
+/// A test fails: its figure is not reached.
+pub fn run() -> Result<()> {
+    println!("accuracy figures, each asserted by the test that prints it:");
+    for (package, program, names) in SOURCES {
+        let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        command
+            .current_dir(arm::root())
+            .args(["test", "--quiet", "--profile", "checked"])
+            .args(["--package", package, "--test", program, "--"])
+            .args(["--nocapture", "--test-threads=1"])
+            .args(*names);
+        let output = command.output().context("cargo test")?;
+        let text = String::from_utf8_lossy(&output.stdout);
+        text.lines()
+            .filter(|line| is_figure(line))
+            .for_each(|line| println!("  {line}"));
+        ensure!(
+            output.status.success(),
+            "{package}, {program}: a figure is not reached:\n{text}"
+        );
+    }
+    Ok(())
+}
+
+/// What a test printed, not what its harness says of it.
+fn is_figure(line: &str) -> bool {
+    let harness = ["running ", "test result", "test ", "."];
+    !line.is_empty() && !harness.iter().any(|start| line.starts_with(start))
+}
