@@ -76,7 +76,11 @@ fn main() {
                 format!("seed {seed} {text} {}", show(&d)),
             );
         }
-        for name in rig::CATALOGUE {
+        let only = std::env::var("ONLY").unwrap_or_default();
+        for name in rig::CATALOGUE
+            .into_iter()
+            .filter(|n| only.is_empty() || only.contains(n))
+        {
             let size = 0.7e-6 * (4.0f64 / 0.7).powf(dice.unit());
             if kinds.contains("single") {
                 let (text, d) = run(seed, &[(name, size)], &[]);
@@ -110,7 +114,10 @@ fn main() {
                 );
             }
         }
-        for name in rig::UNLISTED {
+        for name in rig::UNLISTED
+            .into_iter()
+            .filter(|n| only.is_empty() || only.contains(n))
+        {
             let size = 0.7e-6 * (4.0f64 / 0.7).powf(dice.unit());
             if kinds.contains("unlisted") {
                 let (text, d) = run(seed, &[(name, size)], &[]);

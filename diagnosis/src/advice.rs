@@ -12,18 +12,39 @@ pub fn sentence(effect: &str) -> &'static str {
 /// The motion that tells an effect from others, where its sensor side states one.
 #[must_use]
 pub fn telling_motion(effect: &str) -> Option<&'static str> {
-    sides::linear().iter().find(|side| side.name() == effect).map(|side| side.telling_motion())
+    sides::linear()
+        .iter()
+        .find(|side| side.name() == effect)
+        .map(|side| side.telling_motion())
 }
 
 /// The verdict as a sentence.
 #[must_use]
 pub fn headline(diagnosis: &Diagnosis) -> String {
-    let names: Vec<&str> = diagnosis.effects.iter().map(|effect| effect.name.as_str()).collect();
+    let names: Vec<&str> = diagnosis
+        .effects
+        .iter()
+        .map(|effect| effect.name.as_str())
+        .collect();
     match diagnosis.verdict {
-        Verdict::NoGap => "The recording and its simulation agree: no gap beyond the simulator's own scatter.".into(),
-        Verdict::Named => format!("{} {} the gap.", joined(&names), if names.len() == 1 { "explains" } else { "explain" }),
+        Verdict::NoGap => {
+            "The recording and its simulation agree: no gap beyond the simulator's own scatter."
+                .into()
+        }
+        Verdict::Named => format!(
+            "{} {} the gap.",
+            joined(&names),
+            if names.len() == 1 {
+                "explains"
+            } else {
+                "explain"
+            }
+        ),
         Verdict::Alias => format!("{}: not told apart on this motion.", alias_sets(diagnosis)),
-        Verdict::Unknown => format!("There is a gap that no catalogued effect explains{}.", located(diagnosis)),
+        Verdict::Unknown => format!(
+            "There is a gap that no catalogued effect explains{}.",
+            located(diagnosis)
+        ),
         Verdict::InsufficientData => match diagnosis.notes.first() {
             Some(note) => format!("The recording cannot answer: {note}."),
             None => "The recording cannot answer.".into(),
@@ -32,14 +53,23 @@ pub fn headline(diagnosis: &Diagnosis) -> String {
 }
 
 fn located(diagnosis: &Diagnosis) -> String {
-    let place = diagnosis.unexplained.place.first().or(diagnosis.place.first());
-    place.map_or(String::new(), |p| format!("; it lies over {} ({})", p.coordinate, p.channel))
+    let place = diagnosis
+        .unexplained
+        .place
+        .first()
+        .or(diagnosis.place.first());
+    place.map_or(String::new(), |p| {
+        format!("; it lies over {} ({})", p.coordinate, p.channel)
+    })
 }
 
 /// Each alias set, likeliest first.
 fn alias_sets(diagnosis: &Diagnosis) -> String {
     let sets = diagnosis.effects.iter().map(|effect| {
-        let all: Vec<&str> = std::iter::once(&effect.name).chain(&effect.aliases).map(String::as_str).collect();
+        let all: Vec<&str> = std::iter::once(&effect.name)
+            .chain(&effect.aliases)
+            .map(String::as_str)
+            .collect();
         all.join(" or ")
     });
     sets.collect::<Vec<_>>().join("; ")
@@ -56,15 +86,29 @@ fn joined(names: &[&str]) -> String {
 /// What to record or do next, most useful first. Never empty.
 #[must_use]
 pub fn next_measurements(diagnosis: &Diagnosis) -> Vec<String> {
-    let mut list: Vec<String> = diagnosis.notes.iter().filter(|_| diagnosis.verdict == Verdict::InsufficientData).cloned().collect();
+    let mut list: Vec<String> = diagnosis
+        .notes
+        .iter()
+        .filter(|_| diagnosis.verdict == Verdict::InsufficientData)
+        .cloned()
+        .collect();
     for effect in &diagnosis.effects {
         list.extend(part_aliases(effect));
     }
     match diagnosis.verdict {
-        Verdict::NoGap => list.push("Nothing is missing. Repeat after a change of platen, mount or temperature.".into()),
+        Verdict::NoGap => list.push(
+            "Nothing is missing. Repeat after a change of platen, mount or temperature.".into(),
+        ),
         Verdict::Named | Verdict::Alias => {
-            list.push("Confirm on another recording of the same courier: courier check MODEL RECORDING.".into());
-            for effect in diagnosis.effects.iter().filter(|effect| effect.aliases.is_empty() && effect.probability < 0.9) {
+            list.push(
+                "Confirm on another recording of the same courier: courier check MODEL RECORDING."
+                    .into(),
+            );
+            for effect in diagnosis
+                .effects
+                .iter()
+                .filter(|effect| effect.aliases.is_empty() && effect.probability < 0.9)
+            {
                 if let Some(motion) = telling_motion(&effect.name) {
                     list.push(format!("To be surer of {}: {motion}.", effect.name));
                 }
@@ -72,11 +116,17 @@ pub fn next_measurements(diagnosis: &Diagnosis) -> Vec<String> {
         }
         Verdict::Unknown => {
             if let Some(place) = diagnosis.unexplained.place.first() {
-                list.push(format!("Vary {} and nothing else: that is where {} of the rest lies.", place.coordinate, percent(place.share)));
+                list.push(format!(
+                    "Vary {} and nothing else: that is where {} of the rest lies.",
+                    place.coordinate,
+                    percent(place.share)
+                ));
             }
             list.push("Record against an independent reference (ref_x_m, ref_y_m): it parts the segments from each other.".into());
         }
-        Verdict::InsufficientData => list.push("Record the usual runs: scatter, fly-bys both ways, and those under a beacon.".into()),
+        Verdict::InsufficientData => list.push(
+            "Record the usual runs: scatter, fly-bys both ways, and those under a beacon.".into(),
+        ),
     }
     list
 }
@@ -86,8 +136,15 @@ fn part_aliases(effect: &Named) -> Option<String> {
         return None;
     }
     let others: Vec<&str> = effect.aliases.iter().map(String::as_str).collect();
-    let motion = effect.break_alias.as_deref().or(telling_motion(&effect.name))?;
-    Some(format!("To part {} from {}: {motion}.", effect.name, joined(&others)))
+    let motion = effect
+        .break_alias
+        .as_deref()
+        .or(telling_motion(&effect.name))?;
+    Some(format!(
+        "To part {} from {}: {motion}.",
+        effect.name,
+        joined(&others)
+    ))
 }
 
 /// A share as a percentage.

@@ -50,12 +50,16 @@ pub struct Study<'a> {
 impl Study<'_> {
     /// Blocks of the catalogue.
     pub fn effects(&self) -> Vec<usize> {
-        (1..self.columns.blocks.len()).filter(|b| matches!(self.kinds[b - 1], Kind::Effect(_))).collect()
+        (1..self.columns.blocks.len())
+            .filter(|b| matches!(self.kinds[b - 1], Kind::Effect(_)))
+            .collect()
     }
 
     /// Blocks of free shapes.
     pub fn places(&self) -> Vec<usize> {
-        (1..self.columns.blocks.len()).filter(|b| !matches!(self.kinds[b - 1], Kind::Effect(_))).collect()
+        (1..self.columns.blocks.len())
+            .filter(|b| !matches!(self.kinds[b - 1], Kind::Effect(_)))
+            .collect()
     }
 
     /// Columns of the baseline and some blocks.
@@ -94,8 +98,16 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     keep.iter_mut().zip(&resting).for_each(|(k, r)| *k &= !r);
     let mut baseline = calibrate(&observations, &keep);
     for _ in 0..2 {
-        let scene = Scene::new(&observations, baseline.clone(), vec![true; observations.len()]);
-        let marked = disturbed(&white_rows(&scene), observations.len(), &observations.stretch);
+        let scene = Scene::new(
+            &observations,
+            baseline.clone(),
+            vec![true; observations.len()],
+        );
+        let marked = disturbed(
+            &white_rows(&scene),
+            observations.len(),
+            &observations.stretch,
+        );
         let next: Vec<bool> = marked.iter().zip(&resting).map(|(m, r)| !m && !r).collect();
         if next == keep {
             break;
@@ -103,19 +115,33 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
         keep = next;
         baseline = calibrate(&observations, &keep);
     }
-    Ok(Prepared { observations, slips, keep, resting, baseline })
+    Ok(Prepared {
+        observations,
+        slips,
+        keep,
+        resting,
+        baseline,
+    })
 }
 
 /// Against a reference, samples that rest on one place tell that place only, over and over: they are left out.
 pub fn resting(observations: &Observations) -> Vec<bool> {
     let n = observations.len();
     let scene = Scene::new(observations, Baseline::nominal(observations), vec![true; n]);
-    let moving = |i: usize| scene.motion.direction.iter().any(|d| d.get(i).is_some_and(|v| *v != 0.0));
+    let moving = |i: usize| {
+        scene
+            .motion
+            .direction
+            .iter()
+            .any(|d| d.get(i).is_some_and(|v| *v != 0.0))
+    };
     let count = (0..n).filter(|&i| moving(i)).count();
     if !scene.scope.reference || count < crate::observe::MINIMUM_SAMPLES {
         return vec![false; n];
     }
-    (0..n).map(|i| scene.motion.smooth[i] && !moving(i)).collect()
+    (0..n)
+        .map(|i| scene.motion.smooth[i] && !moving(i))
+        .collect()
 }
 
 fn white_rows(scene: &Scene) -> Vec<(usize, usize, f64)> {
@@ -129,32 +155,96 @@ fn white_rows(scene: &Scene) -> Vec<(usize, usize, f64)> {
 }
 
 /// Builds all columns. `residuals` is what the line search looks at: those of the best model so far.
-pub fn study<'a>(prepared: &'a Prepared, options: &Options, residuals: Option<&Residuals>) -> Study<'a> {
-    let mut scene = Scene::new(&prepared.observations, prepared.baseline.clone(), prepared.keep.clone());
+pub fn study<'a>(
+    prepared: &'a Prepared,
+    options: &Options,
+    residuals: Option<&Residuals>,
+) -> Study<'a> {
+    build(prepared, options, residuals, None)
+}
+
+/// The same with a field over the platen; only the blocks named in `keep` stay, for the field has hundreds of unknowns.
+pub fn study_with_field<'a>(
+    prepared: &'a Prepared,
+    options: &Options,
+    residuals: &Residuals,
+    keep: &[String],
+) -> Study<'a> {
+    build(prepared, options, Some(residuals), Some(keep))
+}
+
+fn build<'a>(
+    prepared: &'a Prepared,
+    options: &Options,
+    residuals: Option<&Residuals>,
+    keep: Option<&[String]>,
+) -> Study<'a> {
+    let mut scene = Scene::new(
+        &prepared.observations,
+        prepared.baseline.clone(),
+        prepared.keep.clone(),
+    );
     for segment in 0..4 {
         scene.survey.clip[segment] = clip::find(&scene, segment);
     }
     if let Some(residuals) = residuals {
         find_lines(&mut scene, residuals);
     }
+    if keep.is_some() {
+        (scene.survey.node_step_m, scene.survey.nodes) = crate::nodes::nodes(&scene);
+    }
+    let wanted =
+        |name: &str| keep.is_none_or(|list| name == FIELD || list.iter().any(|k| k == name));
     let mut columns = baseline_columns(&scene);
     let mut kinds = Vec::new();
-    for effect in sides::linear() {
+    for effect in sides::linear().into_iter().filter(|e| wanted(e.name())) {
         // An effect that is taken out of the catalogue loses its name; the coordinate that it acts on stays to be looked at.
         let taken_out = options.without.iter().any(|w| w == effect.name());
-        let kind = if taken_out { Kind::Shape(effect.name().into()) } else { Kind::Effect(effect.name().into()) };
-        add(&mut columns, &mut kinds, kind, effect.regressors(&scene.survey));
+        let kind = if taken_out {
+            Kind::Shape(effect.name().into())
+        } else {
+            Kind::Effect(effect.name().into())
+        };
+        add(
+            &mut columns,
+            &mut kinds,
+            kind,
+            effect.regressors(&scene.survey),
+        );
     }
-    for place in places(&scene.survey) {
-        add(&mut columns, &mut kinds, Kind::Place(place.coordinate.into()), place.regressors);
+    for place in places(&scene.survey)
+        .into_iter()
+        .filter(|p| wanted(p.coordinate))
+    {
+        add(
+            &mut columns,
+            &mut kinds,
+            Kind::Place(place.coordinate.into()),
+            place.regressors,
+        );
     }
     let folds = folds(&prepared.observations.stretch);
     let gram = Gram::new(&scene, &columns, &folds);
     let floor = floor(&scene, 4);
-    Study { scene, columns, kinds, gram, folds, floor }
+    Study {
+        scene,
+        columns,
+        kinds,
+        gram,
+        folds,
+        floor,
+    }
 }
 
-fn add(columns: &mut Columns, kinds: &mut Vec<Kind>, kind: Kind, regressors: Vec<effects::sensor::Regressor>) {
+/// The effect that is a field over the platen.
+pub const FIELD: &str = "tooth_variation";
+
+fn add(
+    columns: &mut Columns,
+    kinds: &mut Vec<Kind>,
+    kind: Kind,
+    regressors: Vec<effects::sensor::Regressor>,
+) {
     if !regressors.is_empty() {
         let name = match &kind {
             Kind::Effect(name) | Kind::Place(name) | Kind::Shape(name) => name.clone(),
@@ -179,9 +269,24 @@ fn find_lines(scene: &mut Scene, residuals: &Residuals) {
         out
     };
     let search = |channels: &[usize]| {
-        let data: Vec<_> = channels.iter().map(|c| pick(*c)).filter(|d| d.0.len() > 50).collect();
-        let mut series: Vec<Series> = data.iter().map(|d| Series { t_s: &d.0, value: d.1.clone(), stretch: &d.2 }).collect();
-        if series.is_empty() { Vec::new() } else { lines_hz(&mut series) }
+        let data: Vec<_> = channels
+            .iter()
+            .map(|c| pick(*c))
+            .filter(|d| d.0.len() > 50)
+            .collect();
+        let mut series: Vec<Series> = data
+            .iter()
+            .map(|d| Series {
+                t_s: &d.0,
+                value: d.1.clone(),
+                stretch: &d.2,
+            })
+            .collect();
+        if series.is_empty() {
+            Vec::new()
+        } else {
+            lines_hz(&mut series)
+        }
     };
     scene.survey.beacon_lines_hz = search(&[1, 2]);
     scene.survey.segment_lines_hz = search(&[0, 3, 4, 5, 6]);
@@ -192,14 +297,20 @@ pub fn handicap(name: &str) -> f64 {
     match name {
         "extra_harmonics" => 0.10,
         "quadrature_drift" => 0.05,
+        FIELD => 0.10,
         "gap_variation" | "thermal_drift" => 0.01,
         _ => 0.0,
     }
 }
 
-/// Debugging output, on demand.
+/// True if COURIER_DIAGNOSIS_TRACE asks for the search's steps on standard error.
+pub fn tracing() -> bool {
+    std::env::var_os("COURIER_DIAGNOSIS_TRACE").is_some()
+}
+
+/// One step of the search, where that was asked for.
 pub fn log(text: &str) {
-    if std::env::var_os("COURIER_DIAGNOSIS_TRACE").is_some() {
+    if tracing() {
         eprintln!("{text}");
     }
 }

@@ -98,21 +98,40 @@ impl Evidence {
         let mut traces: Vec<Trace> = before
             .channels()
             .into_iter()
-            .map(|c| Trace { channel: CHANNEL_NAMES[c].into(), segment: c.checked_sub(3), points: Vec::new() })
+            .map(|c| Trace {
+                channel: CHANNEL_NAMES[c].into(),
+                segment: c.checked_sub(3),
+                points: Vec::new(),
+            })
             .collect();
         let same = after.value_m.len() == before.value_m.len();
         for k in 0..before.value_m.len() {
             let at = index[before.sample[k]];
             let name = CHANNEL_NAMES[before.channel[k]];
-            if let Some(trace) = traces.iter_mut().find(|t| t.channel == name).filter(|_| at != usize::MAX) {
+            if let Some(trace) = traces
+                .iter_mut()
+                .find(|t| t.channel == name)
+                .filter(|_| at != usize::MAX)
+            {
                 let before_m = before.value_m[k];
                 let after_m = if same { after.value_m[k] } else { before_m };
-                trace.points.push(Point { place: at, before_m, after_m });
+                trace.points.push(Point {
+                    place: at,
+                    before_m,
+                    after_m,
+                });
             }
         }
         let kept = scene.keep.iter().filter(|k| **k).count();
         let pitch_m = scene.observations.pitch_m;
-        Self { pitch_m, samples: scene.len(), set_aside: scene.len() - kept, places, traces, steps }
+        Self {
+            pitch_m,
+            samples: scene.len(),
+            set_aside: scene.len() - kept,
+            places,
+            traces,
+            steps,
+        }
     }
 }
 
@@ -134,7 +153,13 @@ fn place(scene: &Scene, i: usize) -> Place {
         theta_rad: m.theta_rad,
         centre_m: m.centre_m,
         speed_m_s: m.speed_m_s,
-        direction: std::array::from_fn(|s| if m.direction[s] != 0.0 { m.direction[s] } else { m.approach[s] }),
+        direction: std::array::from_fn(|s| {
+            if m.direction[s] != 0.0 {
+                m.direction[s]
+            } else {
+                m.approach[s]
+            }
+        }),
         warmth_k: m.warmth_k,
         deflection: m.deflection,
         ln_amplitude: m.ln_amplitude,

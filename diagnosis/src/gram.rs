@@ -36,10 +36,15 @@ impl Columns {
     /// Appends a group and returns its number.
     pub fn push(&mut self, name: impl Into<String>, regressors: Vec<Regressor>) -> usize {
         let start = self.regressors.len();
-        self.centre.extend(std::iter::repeat_n(0.0, regressors.len()));
-        self.held.extend(std::iter::repeat_n(false, regressors.len()));
+        self.centre
+            .extend(std::iter::repeat_n(0.0, regressors.len()));
+        self.held
+            .extend(std::iter::repeat_n(false, regressors.len()));
         self.regressors.extend(regressors);
-        self.blocks.push(Block { name: name.into(), columns: start..self.regressors.len() });
+        self.blocks.push(Block {
+            name: name.into(),
+            columns: start..self.regressors.len(),
+        });
         self.blocks.len() - 1
     }
 }
@@ -61,7 +66,9 @@ pub fn folds(stretch: &[usize]) -> Vec<u8> {
     let mut out = vec![0; stretch.len()];
     let mut start = 0;
     while start < stretch.len() {
-        let end = (start..stretch.len()).find(|&i| stretch[i] != stretch[start]).unwrap_or(stretch.len());
+        let end = (start..stretch.len())
+            .find(|&i| stretch[i] != stretch[start])
+            .unwrap_or(stretch.len());
         let length = end - start;
         let pieces = (length / 20).clamp(1, 4 * FOLDS);
         for (k, fold) in out[start..end].iter_mut().enumerate() {
@@ -73,10 +80,10 @@ pub fn folds(stretch: &[usize]) -> Vec<u8> {
     out
 }
 
-/// Rms response of each column over the rows where it acts, m: of g_p where it acts there, else of the largest channel.
+/// Spread of each column's response over the rows where it acts, m: of g_p where it acts there, else of the largest channel.
 fn sizes(scene: &Scene, columns: &Columns) -> Vec<f64> {
     let step = (scene.len() / 3000).max(1);
-    let mut sums = vec![[(0.0, 0usize); 7]; columns.regressors.len()];
+    let mut sums = vec![[(0.0, 0.0, 0usize); 7]; columns.regressors.len()];
     for i in (0..scene.len()).step_by(step) {
         let rows = scene.rows(i);
         let moment = scene.moment(i);
@@ -85,16 +92,33 @@ fn sizes(scene: &Scene, columns: &Columns) -> Vec<f64> {
             for (a, channel) in response.iter().zip(rows.channel).take(rows.count) {
                 if *a != 0.0 {
                     sum[channel].0 += a * a;
-                    sum[channel].1 += 1;
+                    sum[channel].1 += a;
+                    sum[channel].2 += 1;
                 }
             }
         }
     }
-    let rms = |(sum, count): (f64, usize)| if count < 3 { 0.0 } else { (sum / count as f64).sqrt() };
+    // About the mean: what is constant is an offset's business, unless there is nothing else.
+    let spread = |(square, sum, count): (f64, f64, usize)| {
+        let n = count as f64;
+        let (square, mean) = (square / n, sum / n);
+        let variance = square - mean * mean;
+        if count < 3 {
+            0.0
+        } else if variance > 1e-6 * square {
+            variance.sqrt()
+        } else {
+            square.sqrt()
+        }
+    };
     sums.iter()
         .map(|sum| {
-            let all = sum.map(rms);
-            if all[0] > 0.0 { all[0] } else { all.iter().copied().fold(0.0, f64::max) }
+            let all = sum.map(spread);
+            if all[0] > 0.0 {
+                all[0]
+            } else {
+                all.iter().copied().fold(0.0, f64::max)
+            }
         })
         .collect()
 }
@@ -103,22 +127,41 @@ impl Gram {
     /// Accumulates over all kept samples. Cost: rows times columns squared.
     pub fn new(scene: &Scene, columns: &Columns, folds: &[u8]) -> Self {
         let size = sizes(scene, columns);
-        let scale: Vec<f64> =
-            columns.regressors.iter().zip(&size).map(|(r, s)| if *s > 0.0 { r.size_m / s } else { 0.0 }).collect();
-        let centre =
-            columns.centre.iter().zip(&scale).map(|(c, s)| if *s > 0.0 { c / s } else { 0.0 }).collect();
+        let scale: Vec<f64> = columns
+            .regressors
+            .iter()
+            .zip(&size)
+            .map(|(r, s)| if *s > 0.0 { r.size_m / s } else { 0.0 })
+            .collect();
+        let centre = columns
+            .centre
+            .iter()
+            .zip(&scale)
+            .map(|(c, s)| if *s > 0.0 { c / s } else { 0.0 })
+            .collect();
         let width = columns.regressors.len() + 1;
         let lists: Vec<Vec<usize>> = (0..FOLDS)
-            .map(|fold| (0..scene.len()).filter(|&i| scene.keep[i] && usize::from(folds[i]) == fold).collect())
+            .map(|fold| {
+                (0..scene.len())
+                    .filter(|&i| scene.keep[i] && usize::from(folds[i]) == fold)
+                    .collect()
+            })
             .collect();
-        let jobs: Vec<(usize, &[usize])> =
-            lists.iter().enumerate().flat_map(|(f, list)| list.chunks(CHUNK).map(move |c| (f, c))).collect();
-        let threads = std::thread::available_parallelism().map_or(1, usize::from).min(8);
+        let jobs: Vec<(usize, &[usize])> = lists
+            .iter()
+            .enumerate()
+            .flat_map(|(f, list)| list.chunks(CHUNK).map(move |c| (f, c)))
+            .collect();
+        let threads = std::thread::available_parallelism()
+            .map_or(1, usize::from)
+            .min(8);
         let next = std::sync::atomic::AtomicUsize::new(0);
         let work = || {
             let mut fold = vec![DMatrix::zeros(width, width); FOLDS];
             let mut rows = [0usize; FOLDS];
-            while let Some((f, samples)) = jobs.get(next.fetch_add(1, std::sync::atomic::Ordering::Relaxed)) {
+            while let Some((f, samples)) =
+                jobs.get(next.fetch_add(1, std::sync::atomic::Ordering::Relaxed))
+            {
                 rows[*f] += accumulate(scene, columns, &scale, samples, &mut fold[*f]);
             }
             (fold, rows)
@@ -135,7 +178,12 @@ impl Gram {
                 rows[f] += count[f];
             }
         }
-        Self { fold, rows, scale, centre }
+        Self {
+            fold,
+            rows,
+            scale,
+            centre,
+        }
     }
 
     /// Number of columns without the target.
@@ -160,7 +208,13 @@ impl Gram {
     }
 }
 
-fn accumulate(scene: &Scene, columns: &Columns, scale: &[f64], samples: &[usize], gram: &mut DMatrix<f64>) -> usize {
+fn accumulate(
+    scene: &Scene,
+    columns: &Columns,
+    scale: &[f64],
+    samples: &[usize],
+    gram: &mut DMatrix<f64>,
+) -> usize {
     let width = scale.len() + 1;
     let mut across = DMatrix::<f64>::zeros(width, samples.len() * ROWS);
     let mut count = 0;
@@ -202,7 +256,12 @@ pub struct Fit {
 }
 
 /// Solves for the columns with unit normal priors about `centre`, noise variance `variance`.
-pub fn solve(training: &DMatrix<f64>, columns: &[usize], centre: &[f64], variance: f64) -> Option<Fit> {
+pub fn solve(
+    training: &DMatrix<f64>,
+    columns: &[usize],
+    centre: &[f64],
+    variance: f64,
+) -> Option<Fit> {
     let n = columns.len();
     let last = training.nrows() - 1;
     let precision = 1.0 / variance;
@@ -214,10 +273,21 @@ pub fn solve(training: &DMatrix<f64>, columns: &[usize], centre: &[f64], varianc
     }
     let factor = normal.cholesky()?;
     let amount = factor.solve(&right);
-    let log_det: f64 = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+    let log_det: f64 = factor
+        .l_dirty()
+        .diagonal()
+        .iter()
+        .map(|d| d.ln())
+        .sum::<f64>();
     let prior: f64 = columns.iter().map(|&c| centre[c] * centre[c]).sum();
-    let log_evidence = 0.5 * (right.dot(&amount) - prior - training[(last, last)] * precision) - log_det;
-    Some(Fit { columns: columns.to_vec(), amount, log_evidence, factor })
+    let log_evidence =
+        0.5 * (right.dot(&amount) - prior - training[(last, last)] * precision) - log_det;
+    Some(Fit {
+        columns: columns.to_vec(),
+        amount,
+        log_evidence,
+        factor,
+    })
 }
 
 /// Squared whitened residual of a fit on other data.

@@ -1,24 +1,38 @@
 //! From scores to a verdict.
 
 use crate::clean::Slip;
+use crate::diagnose::{
+    FIELD, Kind, Options, Prepared, Study, handicap, prepare, study, study_with_field,
+};
 use crate::evidence::{Evidence, Step};
-use crate::diagnose::{Kind, Options, Prepared, Study, handicap, prepare, study};
 use crate::gram::solve;
 use crate::heldout::Residuals;
 use crate::model::{EffectAmounts, Model, OF_THEIR_TIME};
-use crate::report::{Diagnosis, Gap, HeldOutChannel, Magnitude, Named, Share, Unexplained, Verdict};
+use crate::report::{
+    Diagnosis, Gap, HeldOutChannel, Magnitude, Named, Share, Unexplained, Verdict,
+};
 use crate::search::{Arena, Found, MINIMUM_SQUARES, rest, search};
 use crate::sides;
 use recording::Recording;
 
 /// Names of the channels.
-pub const CHANNEL_NAMES: [&str; 7] = ["g_p", "g_x", "g_y", "segment_1", "segment_2", "segment_3", "segment_4"];
+pub const CHANNEL_NAMES: [&str; 7] = [
+    "g_p",
+    "g_x",
+    "g_y",
+    "segment_1",
+    "segment_2",
+    "segment_3",
+    "segment_4",
+];
 /// A gap shows if the whitened rms exceeds the simulator's own by this factor, or if shapes stand out beyond chance.
 const VISIBLE: f64 = 1.05;
 /// White noise is named from this factor on.
 const NOISY: f64 = 1.10;
 /// More of the gap than this left over, and located, is a gap that nothing named explains.
 const LEFT_OVER: f64 = 0.10;
+/// Effects with so many unknowns that a simpler shape which does nearly as well is to be believed instead.
+pub const FLEXIBLE: [&str; 2] = [FIELD, "quadrature_drift"];
 /// A set of causes that leaves more than this is no explanation.
 const HALF_DONE: f64 = 0.5;
 /// A remainder is located if some shape takes this share of it.
@@ -56,9 +70,16 @@ pub fn diagnose_fully(recording: &Recording, name: &str, options: &Options) -> A
         Ok(prepared) => {
             let judge = Judge::new(&prepared, options);
             let diagnosis = judge.answer(name);
-            let model = (diagnosis.verdict != Verdict::InsufficientData).then(|| judge.model(&diagnosis));
+            let model =
+                (diagnosis.verdict != Verdict::InsufficientData).then(|| judge.model(&diagnosis));
             let evidence = judge.evidence(&diagnosis);
-            Answer { diagnosis, model, before: judge.before, after: judge.after, evidence }
+            Answer {
+                diagnosis,
+                model,
+                before: judge.before,
+                after: judge.after,
+                evidence,
+            }
         }
         Err(limit) => Answer {
             diagnosis: Diagnosis {
@@ -102,26 +123,64 @@ impl<'a> Judge<'a> {
                 after = residuals(&study_now, &found.blocks);
             }
         }
+        if found.rest > LEFT_OVER
+            && after.white_rms() / study_now.floor.white_square.sqrt() > VISIBLE
+        {
+            let keep = leading(&study_now, &found, &shaped);
+            let fielded = study_with_field(prepared, options, &after, &keep);
+            if fielded.columns.blocks.iter().any(|b| b.name == FIELD) {
+                let (f, s) = explain(&fielded);
+                if f.rest < 0.7 * found.rest {
+                    after = residuals(&fielded, &f.blocks);
+                    (study_now, found, shaped) = (fielded, f, s);
+                }
+            }
+        }
         let before = residuals(&study_now, &[]);
         let base = study_now.gram.total_rows() as f64 * study_now.floor.white_square;
-        Self { prepared, options, study: study_now, found, shaped, base, before, after }
+        Self {
+            prepared,
+            options,
+            study: study_now,
+            found,
+            shaped,
+            base,
+            before,
+            after,
+        }
     }
 
     /// Residuals beside their coordinates, and the gap after each effect in the order of the answer.
     fn evidence(&self, diagnosis: &Diagnosis) -> Evidence {
         let columns = &self.study.columns;
         let floor = self.study.floor.white_square.sqrt();
-        let step = |effect: &str, of: &Residuals| Step { effect: effect.into(), whitened: of.white_rms() / floor };
+        let step = |effect: &str, of: &Residuals| Step {
+            effect: effect.into(),
+            whitened: of.white_rms() / floor,
+        };
         let mut steps = vec![step("", &self.before)];
         let mut blocks = Vec::new();
         for effect in &diagnosis.effects {
-            if let Some(&block) = self.found.blocks.iter().find(|&&b| columns.blocks[b].name == effect.name) {
+            if let Some(&block) = self
+                .found
+                .blocks
+                .iter()
+                .find(|&&b| columns.blocks[b].name == effect.name)
+            {
                 blocks.push(block);
                 let whole = blocks.len() == self.found.blocks.len();
-                steps.push(if whole { step(&effect.name, &self.after) } else { step(&effect.name, &residuals(&self.study, &blocks)) });
+                steps.push(if whole {
+                    step(&effect.name, &self.after)
+                } else {
+                    step(&effect.name, &residuals(&self.study, &blocks))
+                });
             }
         }
-        let after = if blocks.is_empty() { &self.before } else { &self.after };
+        let after = if blocks.is_empty() {
+            &self.before
+        } else {
+            &self.after
+        };
         Evidence::new(&self.study.scene, &self.before, after, steps)
     }
 
@@ -139,9 +198,15 @@ impl<'a> Judge<'a> {
         let total = whole.max(0.0) + bursts.energy;
         let located_after = self.locate(&mut arena, &self.found.blocks);
         let left = rest(&mut arena, &self.found.blocks, self.base);
-        let located = located_after.first().is_some_and(|l| l.1 > LOCATED && l.1 * left * whole > 2.0 * MINIMUM_SQUARES);
+        let located = located_after
+            .first()
+            .is_some_and(|l| l.1 > LOCATED && l.1 * left * whole > 2.0 * MINIMUM_SQUARES);
         let beaten = self.beaten(&mut arena, left);
-        let mut out = Diagnosis { schema: 1, recording: name.into(), ..Diagnosis::default() };
+        let mut out = Diagnosis {
+            schema: 1,
+            recording: name.into(),
+            ..Diagnosis::default()
+        };
         let structured = !self.found.blocks.is_empty();
         let mut effects: Vec<Named> = Vec::new();
         if white_before < TOO_QUIET {
@@ -150,10 +215,20 @@ impl<'a> Judge<'a> {
             ));
             out.verdict = Verdict::InsufficientData;
         }
-        for slip in self.prepared.slips.iter().filter(|_| self.allowed("cycle_slip")).take(1) {
+        for slip in self
+            .prepared
+            .slips
+            .iter()
+            .filter(|_| self.allowed("cycle_slip"))
+            .take(1)
+        {
             effects.push(slip_named(slip, &self.prepared.slips));
         }
-        if bursts.count >= 3 && bursts.energy > 0.05 * total && bursts.energy > 300.0 && self.allowed("outlier_bursts") {
+        if bursts.count >= 3
+            && bursts.energy > 0.05 * total
+            && bursts.energy > 300.0
+            && self.allowed("outlier_bursts")
+        {
             effects.push(bursts.named(bursts.energy / total.max(1e-9)));
         }
         if structured {
@@ -161,20 +236,41 @@ impl<'a> Judge<'a> {
         }
         let noisy = white_after > NOISY && !located;
         if noisy && self.allowed("excess_noise") && (left > 0.05 || !structured) {
-            effects.push(self.noise(white_after, (left * whole / total.max(1e-9)).clamp(0.0, 1.0)));
+            effects.push(self.noise(
+                white_after,
+                (left * whole / total.max(1e-9)).clamp(0.0, 1.0),
+            ));
         }
         let slipped_unnamed = !self.prepared.slips.is_empty() && !self.allowed("cycle_slip");
-        let burst_unnamed = bursts.count >= 3 && bursts.energy > 300.0 && bursts.energy > 0.3 * total && !self.allowed("outlier_bursts");
+        let burst_unnamed = bursts.count >= 3
+            && bursts.energy > 300.0
+            && bursts.energy > 0.3 * total
+            && !self.allowed("outlier_bursts");
         let noise_unnamed = noisy && !self.allowed("excess_noise");
-        let left_over = (located && left > LEFT_OVER) || (structured && left > HALF_DONE && !noisy) || beaten || slipped_unnamed || burst_unnamed || noise_unnamed;
-        let visible = white_before > VISIBLE || self.stands_out(&mut arena) || !self.prepared.slips.is_empty() || !effects.is_empty();
+        let left_over = (located && left > LEFT_OVER)
+            || (structured && left > HALF_DONE && !noisy)
+            || beaten
+            || slipped_unnamed
+            || burst_unnamed
+            || noise_unnamed;
+        let visible = white_before > VISIBLE
+            || self.stands_out(&mut arena)
+            || !self.prepared.slips.is_empty()
+            || !effects.is_empty();
         out.verdict = if out.verdict == Verdict::InsufficientData && !out.notes.is_empty() {
             Verdict::InsufficientData
         } else if !visible {
             Verdict::NoGap
         } else if left_over || effects.is_empty() {
-            if visible && effects.is_empty() && !left_over && white_before < NOISY && !located { Verdict::NoGap } else { Verdict::Unknown }
-        } else if effects.iter().any(|e| e.aliases.iter().any(|_| e.probability < 0.7)) {
+            if visible && effects.is_empty() && !left_over && white_before < NOISY && !located {
+                Verdict::NoGap
+            } else {
+                Verdict::Unknown
+            }
+        } else if effects
+            .iter()
+            .any(|e| e.aliases.iter().any(|_| e.probability < 0.7))
+        {
             Verdict::Alias
         } else {
             Verdict::Named
@@ -184,33 +280,79 @@ impl<'a> Judge<'a> {
         }
         effects.sort_by(|a, b| b.share.total_cmp(&a.share));
         out.effects = effects;
-        self.fill(&mut out, &mut arena, left * whole / total.max(1e-9), located_after);
+        self.fill(
+            &mut out,
+            &mut arena,
+            left * whole / total.max(1e-9),
+            located_after,
+        );
         if slipped_unnamed || burst_unnamed {
-            out.place.insert(0, Share { channel: "g_p".into(), coordinate: "time".into(), share: 1.0 });
+            out.place.insert(
+                0,
+                Share {
+                    channel: "g_p".into(),
+                    coordinate: "time".into(),
+                    share: 1.0,
+                },
+            );
         }
         out
     }
 
     /// True if shapes without a name do far better than the causes, or as well where only what was taken out differs.
     fn beaten(&self, arena: &mut Arena, left: f64) -> bool {
-        let shapes = self.shaped.blocks.iter().any(|b| !matches!(self.study.kinds[b - 1], Kind::Effect(_)));
-        let better = shapes && left > 2.0 * self.shaped.rest.max(0.0) + 0.03;
-        let withheld: Vec<usize> =
-            (1..self.study.columns.blocks.len()).filter(|b| matches!(self.study.kinds[b - 1], Kind::Shape(_))).collect();
+        let shapes = self
+            .shaped
+            .blocks
+            .iter()
+            .any(|b| !matches!(self.study.kinds[b - 1], Kind::Effect(_)));
+        // A field that a few long waves describe as well is no matter of single teeth, nor is a wander that follows the
+        // temperature.
+        let flexible = |found: &Found| {
+            found
+                .blocks
+                .iter()
+                .any(|b| FLEXIBLE.contains(&self.study.columns.blocks[*b].name.as_str()))
+        };
+        let simpler = shapes
+            && flexible(&self.found)
+            && !flexible(&self.shaped)
+            && self.shaped.rest < left + 0.1;
+        let better = simpler || shapes && left > 2.0 * self.shaped.rest.max(0.0) + 0.03;
+        let withheld: Vec<usize> = (1..self.study.columns.blocks.len())
+            .filter(|b| matches!(self.study.kinds[b - 1], Kind::Shape(_)))
+            .collect();
         let tied = self.found.blocks.iter().any(|&block| {
-            let others: Vec<usize> = self.found.blocks.iter().copied().filter(|b| *b != block).collect();
-            self.rivals(arena, block, &others, &withheld).first().is_some_and(|r| r.1 > 0.3)
+            let others: Vec<usize> = self
+                .found
+                .blocks
+                .iter()
+                .copied()
+                .filter(|b| *b != block)
+                .collect();
+            self.rivals(arena, block, &others, &withheld)
+                .first()
+                .is_some_and(|r| r.1 > 0.3)
         });
         better || tied
     }
 
-    fn fill(&self, out: &mut Diagnosis, arena: &mut Arena, left: f64, after: Vec<(String, f64, Vec<usize>)>) {
+    fn fill(
+        &self,
+        out: &mut Diagnosis,
+        arena: &mut Arena,
+        left: f64,
+        after: Vec<(String, f64, Vec<usize>)>,
+    ) {
         let named = matches!(out.verdict, Verdict::Named | Verdict::Alias);
         let model = if named { &self.after } else { &self.before };
         for c in self.before.channels() {
             let (real, samples) = self.before.channel_rms_m(c);
             let simulated = self.study.floor.channel_rms_m[c];
-            let signed = |v: f64| (v * v - simulated * simulated).signum() * (v * v - simulated * simulated).abs().sqrt();
+            let signed = |v: f64| {
+                (v * v - simulated * simulated).signum()
+                    * (v * v - simulated * simulated).abs().sqrt()
+            };
             let interval = self.before.interval_m(c, PIECE);
             out.gap.push(Gap {
                 channel: CHANNEL_NAMES[c].into(),
@@ -234,8 +376,15 @@ impl<'a> Judge<'a> {
         if out.verdict != Verdict::NoGap {
             out.place = self.shares(self.locate(arena, &[]));
             let share = if named { left } else { 1.0 };
-            let list = if named { self.shares(after) } else { out.place.clone() };
-            out.unexplained = Unexplained { share: share.clamp(0.0, 1.0), place: list };
+            let list = if named {
+                self.shares(after)
+            } else {
+                out.place.clone()
+            };
+            out.unexplained = Unexplained {
+                share: share.clamp(0.0, 1.0),
+                place: list,
+            };
         }
     }
 
@@ -243,7 +392,10 @@ impl<'a> Judge<'a> {
     fn stands_out(&self, arena: &mut Arena) -> bool {
         let alone = arena.score(&[]).squares;
         let all: Vec<usize> = (1..self.study.columns.blocks.len()).collect();
-        let gain = all.into_iter().map(|b| alone - arena.score(&[b]).squares).fold(0.0, f64::max);
+        let gain = all
+            .into_iter()
+            .map(|b| alone - arena.score(&[b]).squares)
+            .fold(0.0, f64::max);
         gain > 2.0 * MINIMUM_SQUARES && gain > 0.01 * self.base
     }
 
@@ -274,7 +426,10 @@ impl<'a> Judge<'a> {
                 continue;
             }
             for c in block.columns.clone() {
-                let label = coordinate(&self.study.kinds[b - 1], &self.study.columns.regressors[c].name);
+                let label = coordinate(
+                    &self.study.kinds[b - 1],
+                    &self.study.columns.regressors[c].name,
+                );
                 match list.iter_mut().find(|l| l.0 == label) {
                     Some(entry) => entry.1.push(c),
                     None => list.push((label, vec![c])),
@@ -289,14 +444,24 @@ impl<'a> Judge<'a> {
         list.into_iter()
             .filter(|(_, share, _)| *share > 0.03)
             .take(8)
-            .map(|(coordinate, share, _)| Share { channel: channel.into(), coordinate, share: share.min(1.0) })
+            .map(|(coordinate, share, _)| Share {
+                channel: channel.into(),
+                coordinate,
+                share: share.min(1.0),
+            })
             .collect()
     }
 
     /// The channel with the largest excess over its own floor.
     fn main_channel(&self) -> &'static str {
-        let excess = |c: &usize| self.before.channel_rms_m(*c).0 / self.study.floor.channel_rms_m[*c].max(1e-12);
-        let best = self.before.channels().into_iter().max_by(|a, b| excess(a).total_cmp(&excess(b)));
+        let excess = |c: &usize| {
+            self.before.channel_rms_m(*c).0 / self.study.floor.channel_rms_m[*c].max(1e-12)
+        };
+        let best = self
+            .before
+            .channels()
+            .into_iter()
+            .max_by(|a, b| excess(a).total_cmp(&excess(b)));
         CHANNEL_NAMES[best.unwrap_or(0)]
     }
 
@@ -307,15 +472,32 @@ impl<'a> Judge<'a> {
             .blocks
             .iter()
             .map(|&block| {
-                let others: Vec<usize> = self.found.blocks.iter().copied().filter(|b| *b != block).collect();
+                let others: Vec<usize> = self
+                    .found
+                    .blocks
+                    .iter()
+                    .copied()
+                    .filter(|b| *b != block)
+                    .collect();
                 let without = rest(arena, &others, self.base);
                 let name = self.study.columns.blocks[block].name.clone();
                 let rivals = self.rivals(arena, block, &others, &candidates);
                 let sum: f64 = 1.0 + rivals.iter().map(|r| r.1).sum::<f64>();
-                let aliases: Vec<String> = rivals.iter().filter(|r| r.1 / sum > ALIAS).map(|r| r.0.clone()).collect();
-                let motion = sides::linear().iter().find(|e| e.name() == name).map(|e| e.telling_motion().to_string());
+                let aliases: Vec<String> = rivals
+                    .iter()
+                    .filter(|r| r.1 / sum > ALIAS)
+                    .map(|r| r.0.clone())
+                    .collect();
+                let motion = sides::linear()
+                    .iter()
+                    .find(|e| e.name() == name)
+                    .map(|e| e.telling_motion().to_string());
                 let alone = residuals(&self.study, &[block]);
-                let gap_after_alone_m = alone.channels().iter().map(|c| alone.channel_rms_m(*c).0).fold(0.0, f64::max);
+                let gap_after_alone_m = alone
+                    .channels()
+                    .iter()
+                    .map(|c| alone.channel_rms_m(*c).0)
+                    .fold(0.0, f64::max);
                 Named {
                     magnitude: self.magnitudes(block),
                     name,
@@ -330,7 +512,13 @@ impl<'a> Judge<'a> {
     }
 
     /// Effects that would do in the place of `block`, with their odds against it.
-    fn rivals(&self, arena: &mut Arena, block: usize, others: &[usize], candidates: &[usize]) -> Vec<(String, f64)> {
+    fn rivals(
+        &self,
+        arena: &mut Arena,
+        block: usize,
+        others: &[usize],
+        candidates: &[usize],
+    ) -> Vec<(String, f64)> {
         let mut with = others.to_vec();
         with.push(block);
         let mine = rest(arena, &with, self.base);
@@ -344,8 +532,13 @@ impl<'a> Judge<'a> {
             // The model is never exact: what differs by less than a few percent of the effect is not told apart by fit.
             let behind = (theirs - mine) / (without - mine).max(1e-9);
             let fit = (-behind.max(0.0) / 0.01).exp();
-            let occam = (arena.score(&set).log_evidence - evidence).clamp(-5.0, 0.0).exp();
-            list.push((self.study.columns.blocks[c].name.clone(), fit * occam.max(fit * 0.2)));
+            let occam = (arena.score(&set).log_evidence - evidence)
+                .clamp(-5.0, 0.0)
+                .exp();
+            list.push((
+                self.study.columns.blocks[c].name.clone(),
+                fit * occam.max(fit * 0.2),
+            ));
         }
         list.sort_by(|a, b| b.1.total_cmp(&a.1));
         list
@@ -355,7 +548,9 @@ impl<'a> Judge<'a> {
     fn magnitudes(&self, block: usize) -> Vec<Magnitude> {
         let list = self.study.list(&self.found.blocks);
         let training = self.study.gram.training(None);
-        let Some(fit) = crate::gram::solve(&training, &list, &self.study.gram.centre, 1.0) else { return Vec::new() };
+        let Some(fit) = crate::gram::solve(&training, &list, &self.study.gram.centre, 1.0) else {
+            return Vec::new();
+        };
         let columns = &self.study.columns;
         let mut out: Vec<(f64, Magnitude)> = list
             .iter()
@@ -364,7 +559,14 @@ impl<'a> Judge<'a> {
             .map(|(&c, amount)| {
                 let regressor = &columns.regressors[c];
                 let value = amount * self.study.gram.scale[c];
-                ((amount * regressor.size_m).abs(), Magnitude { name: regressor.name.clone(), value, unit: regressor.unit.into() })
+                (
+                    (amount * regressor.size_m).abs(),
+                    Magnitude {
+                        name: regressor.name.clone(),
+                        value,
+                        unit: regressor.unit.into(),
+                    },
+                )
             })
             .collect();
         out.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -378,9 +580,19 @@ impl<'a> Judge<'a> {
         let blocks: &[usize] = if named { &self.found.blocks } else { &[] };
         let fitted = |blocks: &[usize]| {
             let list = self.study.list(blocks);
-            let fit = solve(&self.study.gram.training(None), &list, &self.study.gram.centre, 1.0);
-            let amounts: Vec<f64> = fit.map_or(vec![0.0; list.len()], |f| f.amount.iter().copied().collect());
-            list.into_iter().zip(amounts).map(|(c, a)| (c, a * self.study.gram.scale[c])).collect::<Vec<_>>()
+            let fit = solve(
+                &self.study.gram.training(None),
+                &list,
+                &self.study.gram.centre,
+                1.0,
+            );
+            let amounts: Vec<f64> = fit.map_or(vec![0.0; list.len()], |f| {
+                f.amount.iter().copied().collect()
+            });
+            list.into_iter()
+                .zip(amounts)
+                .map(|(c, a)| (c, a * self.study.gram.scale[c]))
+                .collect::<Vec<_>>()
         };
         let scene = &self.study.scene;
         let with = |amounts: &[(usize, f64)]| {
@@ -399,7 +611,11 @@ impl<'a> Judge<'a> {
                 amounts: joint
                     .iter()
                     .filter(|(c, _)| columns.blocks[b].columns.contains(c))
-                    .map(|&(c, value)| Magnitude { name: columns.regressors[c].name.clone(), value, unit: columns.regressors[c].unit.into() })
+                    .map(|&(c, value)| Magnitude {
+                        name: columns.regressors[c].name.clone(),
+                        value,
+                        unit: columns.regressors[c].unit.into(),
+                    })
                     .collect(),
             })
             .collect();
@@ -421,11 +637,24 @@ impl<'a> Judge<'a> {
             .channels()
             .into_iter()
             .map(|c| {
-                let (rms, floor) = (self.after.channel_rms_m(c).0, self.study.floor.channel_rms_m[c]);
-                Magnitude { name: format!("beyond the stated noise, {}", CHANNEL_NAMES[c]), value: (rms * rms - floor * floor).max(0.0).sqrt(), unit: "m".into() }
+                let (rms, floor) = (
+                    self.after.channel_rms_m(c).0,
+                    self.study.floor.channel_rms_m[c],
+                );
+                Magnitude {
+                    name: format!("beyond the stated noise, {}", CHANNEL_NAMES[c]),
+                    value: (rms * rms - floor * floor).max(0.0).sqrt(),
+                    unit: "m".into(),
+                }
             })
             .collect();
-        Named { name: "excess_noise".into(), probability: if white > 1.2 { 0.97 } else { 0.8 }, magnitude, share, ..Named::default() }
+        Named {
+            name: "excess_noise".into(),
+            probability: if white > 1.2 { 0.97 } else { 0.8 },
+            magnitude,
+            share,
+            ..Named::default()
+        }
     }
 
     fn bursts(&self) -> Bursts {
@@ -433,12 +662,21 @@ impl<'a> Judge<'a> {
         let mut out = Bursts::default();
         let list = self.study.list(&self.found.blocks);
         let training = self.study.gram.training(None);
-        let Some(fit) = crate::gram::solve(&training, &list, &self.study.gram.centre, 1.0) else { return out };
+        let Some(fit) = crate::gram::solve(&training, &list, &self.study.gram.centre, 1.0) else {
+            return out;
+        };
         let amounts: Vec<f64> = fit.amount.iter().copied().collect();
         if scene.keep.iter().all(|k| *k) {
             return out;
         }
-        let all = Residuals::predicted(scene, &self.study.columns, &self.study.gram, &list, |_| &amounts, true);
+        let all = Residuals::predicted(
+            scene,
+            &self.study.columns,
+            &self.study.gram,
+            &list,
+            |_| &amounts,
+            true,
+        );
         let mut last = usize::MAX;
         for k in 0..all.sample.len() {
             let i = all.sample[k];
@@ -469,8 +707,16 @@ impl Bursts {
             name: "outlier_bursts".into(),
             probability: 0.97,
             magnitude: vec![
-                Magnitude { name: "disturbed samples".into(), value: self.count as f64, unit: "samples".into() },
-                Magnitude { name: "largest".into(), value: self.largest_m, unit: "m".into() },
+                Magnitude {
+                    name: "disturbed samples".into(),
+                    value: self.count as f64,
+                    unit: "samples".into(),
+                },
+                Magnitude {
+                    name: "largest".into(),
+                    value: self.largest_m,
+                    unit: "m".into(),
+                },
             ],
             share: share.clamp(0.0, 1.0),
             ..Named::default()
@@ -481,23 +727,43 @@ impl Bursts {
 fn slip_named(first: &Slip, all: &[Slip]) -> Named {
     let magnitude = all
         .iter()
-        .map(|s| Magnitude { name: format!("segment {} from sample {}", s.segment + 1, s.sample), value: f64::from(s.teeth), unit: "teeth".into() })
+        .map(|s| Magnitude {
+            name: format!("segment {} from sample {}", s.segment + 1, s.sample),
+            value: f64::from(s.teeth),
+            unit: "teeth".into(),
+        })
         .collect();
-    Named { name: "cycle_slip".into(), probability: if first.sure { 0.99 } else { 0.95 }, magnitude, share: 1.0, ..Named::default() }
+    Named {
+        name: "cycle_slip".into(),
+        probability: if first.sure { 0.99 } else { 0.95 },
+        magnitude,
+        share: 1.0,
+        ..Named::default()
+    }
 }
 
 /// The coordinate of a column in the words of diagnosis.md.
 fn coordinate(kind: &Kind, column: &str) -> String {
-    let order = |text: &str| column.split("order ").nth(1).map(|t| format!("{text}, order {}", t.split(' ').next().unwrap_or(""))).unwrap_or(text.into());
+    let order = |text: &str| {
+        column
+            .split("order ")
+            .nth(1)
+            .map(|t| format!("{text}, order {}", t.split(' ').next().unwrap_or("")))
+            .unwrap_or(text.into())
+    };
     match kind {
         Kind::Place(name) => name.clone(),
         Kind::Effect(name) | Kind::Shape(name) => match name.as_str() {
             "extra_harmonics" => order("own tooth phase"),
-            "lateral_dependence" if column.starts_with("own") => "own and lateral tooth phase".into(),
+            "lateral_dependence" if column.starts_with("own") => {
+                "own and lateral tooth phase".into()
+            }
             "lateral_dependence" => order("lateral tooth phase"),
             "adc_clipping" => "own tooth phase, orders 4, 8, 12, 16".into(),
             "angle_dependence" => "theta and own tooth phase".into(),
-            "psd_nonlinearity" | "psd_misalignment" => "deflection of the coordination sensor".into(),
+            "psd_nonlinearity" | "psd_misalignment" => {
+                "deflection of the coordination sensor".into()
+            }
             "thermal_drift" => "temperature".into(),
             "velocity_lag" | "psd_latency" => "speed".into(),
             "hysteresis" => "direction".into(),
@@ -511,20 +777,73 @@ fn coordinate(kind: &Kind, column: &str) -> String {
     }
 }
 
+/// Blocks that stay in competition beside a field: what was found, and the best by themselves.
+fn leading(study: &Study, found: &Found, shaped: &Found) -> Vec<String> {
+    let mut arena = Arena::new(&study.gram, &study.columns);
+    let mut alone: Vec<(f64, usize)> = (1..study.columns.blocks.len())
+        .map(|b| (arena.score(&[b]).squares, b))
+        .collect();
+    alone.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let place = (1..study.columns.blocks.len())
+        .filter(|b| study.columns.blocks[*b].name == "place on the platen");
+    let best = alone.iter().take(5).map(|a| a.1);
+    let mut list: Vec<usize> = found
+        .blocks
+        .iter()
+        .chain(&shaped.blocks)
+        .copied()
+        .chain(best)
+        .chain(place)
+        .collect();
+    list.dedup();
+    list.into_iter()
+        .map(|b| study.columns.blocks[b].name.clone())
+        .collect()
+}
+
 /// The best set of effects, and the best set if free shapes compete with them.
 fn explain(study: &Study) -> (Found, Found) {
     let mut arena = Arena::new(&study.gram, &study.columns);
     let base = arena.rows() * study.floor.white_square;
-    let names: Vec<String> = study.columns.blocks.iter().map(|b| b.name.clone()).collect();
+    let names: Vec<String> = study
+        .columns
+        .blocks
+        .iter()
+        .map(|b| b.name.clone())
+        .collect();
     let places = study.places();
     let effects = study.effects();
-    let weight = |b: usize| handicap(&names[b]) + if places.contains(&b) { SHAPE_HANDICAP } else { 0.0 };
+    let weight = |b: usize| {
+        handicap(&names[b])
+            + if places.contains(&b) {
+                SHAPE_HANDICAP
+            } else {
+                0.0
+            }
+    };
     let found = search(&mut arena, &effects, &weight, base);
     let all: Vec<usize> = effects.iter().chain(&places).copied().collect();
     let shaped = search(&mut arena, &all, &weight, base);
-    crate::diagnose::log(&format!("found {:?} {:.4}; with shapes {:?} {:.4}",
-        found.blocks.iter().map(|b| &names[*b]).collect::<Vec<_>>(), found.rest,
-        shaped.blocks.iter().map(|b| &names[*b]).collect::<Vec<_>>(), shaped.rest));
+    if crate::diagnose::tracing() {
+        let mut alone: Vec<(f64, &str)> = all
+            .iter()
+            .map(|&b| (rest(&mut arena, &[b], base), names[b].as_str()))
+            .collect();
+        alone.sort_by(|a, b| a.0.total_cmp(&b.0));
+        crate::diagnose::log(&format!(
+            "{} columns; alone {:?}",
+            study.gram.width(),
+            &alone[..alone.len().min(6)]
+        ));
+        crate::diagnose::log(&format!("{:?}", alone.iter().find(|a| a.1 == FIELD)));
+    }
+    crate::diagnose::log(&format!(
+        "found {:?} {:.4}; with shapes {:?} {:.4}",
+        found.blocks.iter().map(|b| &names[*b]).collect::<Vec<_>>(),
+        found.rest,
+        shaped.blocks.iter().map(|b| &names[*b]).collect::<Vec<_>>(),
+        shaped.rest
+    ));
     (found, shaped)
 }
 
@@ -532,5 +851,11 @@ fn explain(study: &Study) -> (Found, Found) {
 const SHAPE_HANDICAP: f64 = 0.02;
 
 fn residuals(study: &Study, blocks: &[usize]) -> Residuals {
-    Residuals::new(&study.scene, &study.columns, &study.gram, &study.folds, &study.list(blocks))
+    Residuals::new(
+        &study.scene,
+        &study.columns,
+        &study.gram,
+        &study.folds,
+        &study.list(blocks),
+    )
 }

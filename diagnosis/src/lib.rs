@@ -15,6 +15,7 @@ pub mod judge;
 pub mod lines;
 pub mod model;
 pub mod motion;
+pub mod nodes;
 pub mod observe;
 pub mod places;
 pub mod report;
@@ -27,7 +28,7 @@ pub mod statistics;
 pub use diagnose::Options;
 pub use judge::{Answer, diagnose, diagnose_fully};
 pub use model::{Check, Model, check};
-pub use report::{Diagnosis, Verdict};
+pub use report::{Diagnosis, HeldOut, Verdict};
 
 /// The recording cannot answer: the limit that it violates, and both numbers.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -9,8 +9,8 @@ use crate::judge::{CHANNEL_NAMES, PIECE};
 use crate::observe::Observations;
 use crate::report::{HeldOut, HeldOutChannel, Magnitude};
 use crate::scene::{Normal, Scene};
-use crate::simulate::floor;
 use crate::sides;
+use crate::simulate::floor;
 use effects::sensor::{Regressor, Survey};
 use recording::Recording;
 use serde::{Deserialize, Serialize};
@@ -78,8 +78,9 @@ pub fn check(model: &Model, recording: &Recording) -> Result<HeldOut, Insufficie
     // Disturbed samples are left out by the model in full, so that none of its gaps passes for a disturbance.
     let (scene, columns, list) = apply(model, &observations, all.clone(), true);
     let first = evaluate(&scene, &columns, &list);
-    let rows: Vec<(usize, usize, f64)> =
-        (0..first.sample.len()).map(|k| (first.sample[k], first.channel[k], first.white[k])).collect();
+    let rows: Vec<(usize, usize, f64)> = (0..first.sample.len())
+        .map(|k| (first.sample[k], first.channel[k], first.white[k]))
+        .collect();
     let marked = disturbed(&rows, n, &observations.stretch);
     let keep: Vec<bool> = all.iter().zip(&marked).map(|(a, m)| *a && !m).collect();
     let (scene, columns, list) = apply(model, &observations, keep.clone(), true);
@@ -99,28 +100,57 @@ pub fn check(model: &Model, recording: &Recording) -> Result<HeldOut, Insufficie
             floor_rms_m: floor.channel_rms_m[c],
         })
         .collect();
-    Ok(HeldOut { whitened_before: before.white_rms() / white, whitened_after: after.white_rms() / white, channels })
+    Ok(HeldOut {
+        whitened_before: before.white_rms() / white,
+        whitened_after: after.white_rms() / white,
+        channels,
+    })
 }
 
 /// The scene under the model: known amounts are put into the residual by columns with a prior that does not move.
-fn apply<'a>(model: &Model, observations: &'a Observations, keep: Vec<bool>, with: bool) -> (Scene<'a>, Columns, Vec<usize>) {
-    let baseline = if with { &model.baseline_with_effects } else { &model.baseline };
+fn apply<'a>(
+    model: &Model,
+    observations: &'a Observations,
+    keep: Vec<bool>,
+    with: bool,
+) -> (Scene<'a>, Columns, Vec<usize>) {
+    let baseline = if with {
+        &model.baseline_with_effects
+    } else {
+        &model.baseline
+    };
     let mut scene = Scene::relative_to(observations, baseline.clone(), keep, Some(&model.normal));
     let own = scene.survey.clone();
-    scene.survey = Survey { segments: own.segments, beacon: own.beacon, temperature: own.temperature, counts: own.counts, beacon_stretches: own.beacon_stretches, ..model.survey.clone() };
+    scene.survey = Survey {
+        segments: own.segments,
+        beacon: own.beacon,
+        temperature: own.temperature,
+        counts: own.counts,
+        beacon_stretches: own.beacon_stretches,
+        ..model.survey.clone()
+    };
     let mut columns = Columns::default();
     let zeros = zeros(&scene);
     columns.push("zeros", zeros);
     if with {
         for effect in &model.effects {
-            let Some(side) = sides::linear().into_iter().find(|e| e.name() == effect.name) else { continue };
+            let Some(side) = sides::linear()
+                .into_iter()
+                .find(|e| e.name() == effect.name)
+            else {
+                continue;
+            };
             let regressors: Vec<Regressor> = side.regressors(&scene.survey);
             let start = columns.regressors.len();
             columns.push(effect.name.clone(), regressors);
             if effect.carries_over {
                 for c in start..columns.regressors.len() {
                     let name = &columns.regressors[c].name;
-                    columns.centre[c] = effect.amounts.iter().find(|a| a.name == *name).map_or(0.0, |a| a.value);
+                    columns.centre[c] = effect
+                        .amounts
+                        .iter()
+                        .find(|a| a.name == *name)
+                        .map_or(0.0, |a| a.value);
                     columns.held[c] = true;
                 }
             }
@@ -136,12 +166,24 @@ fn zeros(scene: &Scene) -> Vec<Regressor> {
     let mut list = Vec::new();
     if scene.scope.reference {
         for s in (0..4).filter(|s| scene.scope.segments[*s]) {
-            list.push(Regressor::reading(format!("zero of segment {}", s + 1), "m", FREE_M, s, |_| 1.0));
+            list.push(Regressor::reading(
+                format!("zero of segment {}", s + 1),
+                "m",
+                FREE_M,
+                s,
+                |_| 1.0,
+            ));
         }
         return list;
     }
     for channel in 0..if scene.scope.beacon { 3 } else { 1 } {
-        list.push(Regressor::channel(format!("zero of {}", CHANNEL_NAMES[channel]), "m", FREE_M, channel, |_| 1.0));
+        list.push(Regressor::channel(
+            format!("zero of {}", CHANNEL_NAMES[channel]),
+            "m",
+            FREE_M,
+            channel,
+            |_| 1.0,
+        ));
     }
     list
 }
@@ -164,9 +206,22 @@ fn evaluate(scene: &Scene, columns: &Columns, list: &[usize]) -> Residuals {
                     training[(row, last)] -= column[row];
                 }
             }
-            let fitted = solve(&training, &free, &gram.centre, 1.0).map_or(vec![0.0; free.len()], |fit| fit.amount.iter().copied().collect());
-            fitted.into_iter().chain(held.iter().map(|h| gram.centre[*h])).collect()
+            let fitted = solve(&training, &free, &gram.centre, 1.0)
+                .map_or(vec![0.0; free.len()], |fit| {
+                    fit.amount.iter().copied().collect()
+                });
+            fitted
+                .into_iter()
+                .chain(held.iter().map(|h| gram.centre[*h]))
+                .collect()
         })
         .collect();
-    Residuals::predicted(scene, columns, &gram, &order, |i| &amounts[usize::from(fold[i])], false)
+    Residuals::predicted(
+        scene,
+        columns,
+        &gram,
+        &order,
+        |i| &amounts[usize::from(fold[i])],
+        false,
+    )
 }

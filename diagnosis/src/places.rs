@@ -32,7 +32,7 @@ pub fn places(survey: &Survey) -> Vec<Place> {
         },
         Place {
             coordinate: "place on the platen",
-            regressors: on_channels(survey, place),
+            regressors: waves(survey),
         },
         Place {
             coordinate: "own tooth phase, fractional orders",
@@ -146,14 +146,32 @@ fn theta(_: &Survey) -> Vec<Shape> {
     list
 }
 
-fn place(_: &Survey) -> Vec<Shape> {
-    // Waves longer than the teeth: 60, 30, 20 mm along x and y.
-    let mut list: Vec<Shape> = Vec::new();
-    for axis in 0..2 {
-        for k in 1..4 {
-            let w = TAU * f64::from(k) / 60.0e-3;
-            list.push(Box::new(move |m| (w * m.centre_m[axis]).sin()));
-            list.push(Box::new(move |m| (w * m.centre_m[axis]).cos()));
+/// Waves longer than what a field of teeth has: 60 mm down to 10 mm, along and across each segment.
+fn waves(survey: &Survey) -> Vec<Regressor> {
+    let mut list = Vec::new();
+    for s in (0..4).filter(|s| survey.segments[*s] && survey.travel_m[*s] > 3.0 * survey.pitch_m) {
+        for direction in 0..if survey.lateral { 2 } else { 1 } {
+            for k in 1..7 {
+                let w = TAU * f64::from(k) / 60.0e-3;
+                let name = |part| {
+                    format!(
+                        "{} mm {part}, {}, segment {}",
+                        60 / k,
+                        ["along", "across"][direction],
+                        s + 1
+                    )
+                };
+                list.push(Regressor::reading(name("sine"), "m", SIZE_M, s, move |m| {
+                    (w * m.place_m[s][direction]).sin()
+                }));
+                list.push(Regressor::reading(
+                    name("cosine"),
+                    "m",
+                    SIZE_M,
+                    s,
+                    move |m| (w * m.place_m[s][direction]).cos(),
+                ));
+            }
         }
     }
     list

@@ -3,7 +3,9 @@
 use crate::baseline::{Baseline, Scope};
 use crate::motion::Motion;
 use crate::observe::Observations;
-use effects::sensor::{Action, CHANNELS, LATERAL_ORDERS, Moment, ORDERS, RAW_ORDERS, READINGS, Regressor, Survey};
+use effects::sensor::{
+    Action, CHANNELS, LATERAL_ORDERS, Moment, ORDERS, RAW_ORDERS, READINGS, Regressor, Survey,
+};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -74,7 +76,11 @@ impl SampleRows {
                 let mut readings = [0.0; READINGS];
                 add(moment, &mut readings);
                 for row in 0..self.count {
-                    out[row] = self.by_reading[row].iter().zip(&readings).map(|(j, d)| j * d).sum();
+                    out[row] = self.by_reading[row]
+                        .iter()
+                        .zip(&readings)
+                        .map(|(j, d)| j * d)
+                        .sum();
                 }
             }
             Action::Channels(add) => {
@@ -96,7 +102,12 @@ impl<'a> Scene<'a> {
     }
 
     /// The same with amounts relative to another recording's normal values.
-    pub fn relative_to(observations: &'a Observations, baseline: Baseline, keep: Vec<bool>, normal: Option<&Normal>) -> Self {
+    pub fn relative_to(
+        observations: &'a Observations,
+        baseline: Baseline,
+        keep: Vec<bool>,
+        normal: Option<&Normal>,
+    ) -> Self {
         let n = observations.len();
         let scope = scope(observations);
         let mut calibrated_m: [Vec<f64>; 4] = Default::default();
@@ -109,13 +120,22 @@ impl<'a> Scene<'a> {
         }
         let motion = if scope.reference {
             let reference = std::array::from_fn(|s| {
-                if scope.segments[s] { (0..n).map(|i| observations.reference_m(s, i)).collect() } else { Vec::new() }
+                if scope.segments[s] {
+                    (0..n).map(|i| observations.reference_m(s, i)).collect()
+                } else {
+                    Vec::new()
+                }
             });
             Motion::new(observations, &reference)
         } else {
             Motion::new(observations, &calibrated_m)
         };
-        let known: Vec<f64> = observations.temperature_c.iter().copied().filter(|t| t.is_finite()).collect();
+        let known: Vec<f64> = observations
+            .temperature_c
+            .iter()
+            .copied()
+            .filter(|t| t.is_finite())
+            .collect();
         let mean_temperature_c = known.iter().sum::<f64>() / known.len().max(1) as f64;
         let mut this = Self {
             observations,
@@ -127,7 +147,10 @@ impl<'a> Scene<'a> {
             keep,
             gain,
             ln_amplitude: Default::default(),
-            normal: normal.cloned().unwrap_or(Normal { temperature_c: mean_temperature_c, ..Normal::default() }),
+            normal: normal.cloned().unwrap_or(Normal {
+                temperature_c: mean_temperature_c,
+                ..Normal::default()
+            }),
         };
         for segment in 0..4 {
             if this.normal.ln_amplitude[segment].is_empty() {
@@ -152,13 +175,26 @@ impl<'a> Scene<'a> {
     fn look_over(&self, n: usize, temperatures: &[f64]) -> Survey {
         let o = self.observations;
         let spread = |values: &[f64]| {
-            let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+            let (low, high) = values
+                .iter()
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+                    (l.min(*v), h.max(*v))
+                });
             high - low
         };
         let pairs = self.scope.segments.iter().all(|s| *s);
-        let thetas: Vec<f64> = if pairs { (0..n).map(|i| self.theta_rad(i)).filter(|t| t.is_finite()).collect() } else { Vec::new() };
-        let mut beacon_stretches: Vec<usize> =
-            (0..n).filter(|&i| self.scope.beacon && o.sees_beacon(i)).map(|i| o.stretch[i]).collect();
+        let thetas: Vec<f64> = if pairs {
+            (0..n)
+                .map(|i| self.theta_rad(i))
+                .filter(|t| t.is_finite())
+                .collect()
+        } else {
+            Vec::new()
+        };
+        let mut beacon_stretches: Vec<usize> = (0..n)
+            .filter(|&i| self.scope.beacon && o.sees_beacon(i))
+            .map(|i| o.stretch[i])
+            .collect();
         beacon_stretches.dedup();
         Survey {
             segments: self.scope.segments,
@@ -166,12 +202,25 @@ impl<'a> Scene<'a> {
             counts: o.amplitude_counts.iter().any(|a| !a.is_empty()),
             temperature: temperatures.len() > n / 4 && spread(temperatures) > 0.05,
             turning: !thetas.is_empty() && spread(&thetas) > 0.5e-3,
-            moving: self.motion.direction.iter().any(|d| d.iter().filter(|v| **v != 0.0).count() > 20),
-            lateral: (self.scope.segments[0] || self.scope.segments[2]) && (self.scope.segments[1] || self.scope.segments[3]),
+            moving: self
+                .motion
+                .direction
+                .iter()
+                .any(|d| d.iter().filter(|v| **v != 0.0).count() > 20),
+            lateral: (self.scope.segments[0] || self.scope.segments[2])
+                && (self.scope.segments[1] || self.scope.segments[3]),
             top_speed_m_s: self.motion.top_speed_m_s,
             travel_m: std::array::from_fn(|s| {
-                let known: Vec<f64> = self.calibrated_m[s].iter().copied().filter(|p| p.is_finite()).collect();
-                if known.is_empty() { 0.0 } else { spread(&known) }
+                let known: Vec<f64> = self.calibrated_m[s]
+                    .iter()
+                    .copied()
+                    .filter(|p| p.is_finite())
+                    .collect();
+                if known.is_empty() {
+                    0.0
+                } else {
+                    spread(&known)
+                }
             }),
             pitch_m: o.pitch_m,
             tan_full_scale: o.tan_full_scale,
@@ -190,7 +239,11 @@ impl<'a> Scene<'a> {
             }
             (Some(a), _, Some(c), _) => (a - c) / self.observations.span_m,
             (_, Some(b), _, Some(d)) => (b - d) / self.observations.span_m,
-            _ => self.observations.reference[2].get(i).copied().filter(|t| t.is_finite()).unwrap_or(0.0),
+            _ => self.observations.reference[2]
+                .get(i)
+                .copied()
+                .filter(|t| t.is_finite())
+                .unwrap_or(0.0),
         }
     }
 
@@ -201,8 +254,15 @@ impl<'a> Scene<'a> {
 
     fn centre_m(&self, i: usize) -> [f64; 2] {
         [0, 1].map(|axis| {
-            let values: Vec<f64> = [axis, axis + 2].iter().filter_map(|&s| self.calibrated_m[s].get(i).copied()).collect();
-            if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }
+            let values: Vec<f64> = [axis, axis + 2]
+                .iter()
+                .filter_map(|&s| self.calibrated_m[s].get(i).copied())
+                .collect();
+            if values.is_empty() {
+                0.0
+            } else {
+                values.iter().sum::<f64>() / values.len() as f64
+            }
         })
     }
 
@@ -226,7 +286,8 @@ impl<'a> Scene<'a> {
 
     fn reference_rows(&self, i: usize, rows: &mut SampleRows) {
         for segment in (0..4).filter(|s| self.scope.segments[*s]) {
-            let residual = self.calibrated_m[segment][i] - self.observations.reference_m(segment, i);
+            let residual =
+                self.calibrated_m[segment][i] - self.observations.reference_m(segment, i);
             if residual.is_finite() {
                 rows.channel[rows.count] = 3 + segment;
                 rows.residual_m[rows.count] = residual;
@@ -274,17 +335,24 @@ impl<'a> Scene<'a> {
         let mut lower = [[0.0; ROWS]; ROWS];
         for a in 0..m {
             for b in 0..=a {
-                let covariance: f64 =
-                    (0..READINGS).map(|r| rows.by_reading[a][r] * variance[r] * rows.by_reading[b][r]).sum();
+                let covariance: f64 = (0..READINGS)
+                    .map(|r| rows.by_reading[a][r] * variance[r] * rows.by_reading[b][r])
+                    .sum();
                 let known: f64 = (0..b).map(|k| lower[a][k] * lower[b][k]).sum();
                 let rest: f64 = covariance - known;
-                lower[a][b] = if a == b { rest.max(1e-24).sqrt() } else { rest / lower[b][b] };
+                lower[a][b] = if a == b {
+                    rest.max(1e-24).sqrt()
+                } else {
+                    rest / lower[b][b]
+                };
             }
         }
         for column in 0..m {
             for row in column..m {
                 let unit = if row == column { 1.0 } else { 0.0 };
-                let known: f64 = (column..row).map(|k| lower[row][k] * rows.whiten[k][column]).sum();
+                let known: f64 = (column..row)
+                    .map(|k| lower[row][k] * rows.whiten[k][column])
+                    .sum();
                 rows.whiten[row][column] = (unit - known) / lower[row][row];
             }
         }
@@ -294,12 +362,22 @@ impl<'a> Scene<'a> {
     pub fn reading_variance(&self, i: usize) -> [f64; READINGS] {
         std::array::from_fn(|r| {
             if r < 4 {
-                let noise = self.observations.position_noise_m[r].get(i).copied().unwrap_or(0.0);
+                let noise = self.observations.position_noise_m[r]
+                    .get(i)
+                    .copied()
+                    .unwrap_or(0.0);
                 let gain = self.gain[r].get(i).copied().unwrap_or(1.0);
                 (noise * gain).powi(2)
             } else {
-                let noise = self.observations.tan_psi_noise[r - 4].get(i).copied().unwrap_or(0.0);
-                if noise.is_finite() { noise * noise } else { 0.0 }
+                let noise = self.observations.tan_psi_noise[r - 4]
+                    .get(i)
+                    .copied()
+                    .unwrap_or(0.0);
+                if noise.is_finite() {
+                    noise * noise
+                } else {
+                    0.0
+                }
             }
         })
     }
@@ -313,8 +391,9 @@ impl<'a> Scene<'a> {
         let centre = self.centre_m(i);
         let own_m: [f64; 4] = std::array::from_fn(|s| finite(self.calibrated_m[s].get(i)));
         let lateral_sign = [-1.0, 1.0, 1.0, -1.0];
-        let across_m: [f64; 4] =
-            std::array::from_fn(|s| finite(Some(&centre[1 - s % 2])) + lateral_sign[s] * o.lateral_m * theta);
+        let across_m: [f64; 4] = std::array::from_fn(|s| {
+            finite(Some(&centre[1 - s % 2])) + lateral_sign[s] * o.lateral_m * theta
+        });
         let shift = [-0.5, 0.5, 0.5, -0.5];
         let at = |list: &[Vec<f64>; 4]| std::array::from_fn(|s| finite(list[s].get(i)));
         let tan_psi = [0, 1].map(|axis: usize| finite(o.tan_psi[axis].get(i)));
@@ -325,7 +404,9 @@ impl<'a> Scene<'a> {
             stretch: o.stretch[i],
             raw_phase: std::array::from_fn(|s| f * finite(o.position_m[s].get(i))),
             reference_phase: std::array::from_fn(|s| f * finite(Some(&o.reference_m(s, i)))),
-            raw: std::array::from_fn(|s| multiples::<{ RAW_ORDERS + 1 }>(f * finite(o.position_m[s].get(i)))),
+            raw: std::array::from_fn(|s| {
+                multiples::<{ RAW_ORDERS + 1 }>(f * finite(o.position_m[s].get(i)))
+            }),
             own: std::array::from_fn(|s| multiples::<{ ORDERS + 1 }>(f * own_m[s])),
             lateral: std::array::from_fn(|s| multiples::<{ LATERAL_ORDERS + 1 }>(f * across_m[s])),
             place_m: std::array::from_fn(|s| [own_m[s], across_m[s] + shift[s] * o.span_m]),
@@ -337,19 +418,39 @@ impl<'a> Scene<'a> {
             approach: at(&self.motion.approach),
             tan_psi,
             tan_psi_rate: [0, 1].map(|axis: usize| finite(self.motion.tan_psi_rate[axis].get(i))),
-            deflection: tan_psi.map(|t| if o.tan_full_scale > 0.0 { t / o.tan_full_scale } else { 0.0 }),
-            warmth_k: o.temperature_c.get(i).filter(|t| t.is_finite()).map_or(0.0, |t| t - self.normal.temperature_c),
+            deflection: tan_psi.map(|t| {
+                if o.tan_full_scale > 0.0 {
+                    t / o.tan_full_scale
+                } else {
+                    0.0
+                }
+            }),
+            warmth_k: o
+                .temperature_c
+                .get(i)
+                .filter(|t| t.is_finite())
+                .map_or(0.0, |t| t - self.normal.temperature_c),
             ln_amplitude: at(&self.ln_amplitude),
         }
     }
 
     /// Logarithm of the amplitude and its regressors: mean and own-phase orders up to eight.
-    fn amplitude_row(&self, segment: usize, i: usize) -> Option<(nalgebra::SVector<f64, PATTERN>, f64)> {
+    fn amplitude_row(
+        &self,
+        segment: usize,
+        i: usize,
+    ) -> Option<(nalgebra::SVector<f64, PATTERN>, f64)> {
         let value = self.observations.amplitude_counts[segment][i].ln();
         let phase = TAU / self.observations.pitch_m * self.calibrated_m[segment][i];
         (value.is_finite() && phase.is_finite()).then(|| {
             let table = multiples::<9>(phase);
-            let entry = |j: usize| if j % 2 == 1 { table[j.div_ceil(2)].0 } else { table[j / 2].1 };
+            let entry = |j: usize| {
+                if j % 2 == 1 {
+                    table[j.div_ceil(2)].0
+                } else {
+                    table[j / 2].1
+                }
+            };
             (nalgebra::SVector::from_fn(|j, _| entry(j)), value)
         })
     }
@@ -362,7 +463,12 @@ impl<'a> Scene<'a> {
             normal += x * x.transpose();
             right += x * y;
         }
-        normal.cholesky().filter(|_| n > 0).map_or(Vec::new(), |factor| factor.solve(&right).iter().copied().collect())
+        normal
+            .cholesky()
+            .filter(|_| n > 0)
+            .map_or(Vec::new(), |factor| {
+                factor.solve(&right).iter().copied().collect()
+            })
     }
 
     fn amplitude_excess(&self, segment: usize) -> Vec<f64> {
@@ -372,7 +478,12 @@ impl<'a> Scene<'a> {
         }
         let c = nalgebra::SVector::<f64, PATTERN>::from_column_slice(pattern);
         let n = self.observations.amplitude_counts[segment].len();
-        (0..n).map(|i| self.amplitude_row(segment, i).map_or(0.0, |(x, y)| y - c.dot(&x))).collect()
+        (0..n)
+            .map(|i| {
+                self.amplitude_row(segment, i)
+                    .map_or(0.0, |(x, y)| y - c.dot(&x))
+            })
+            .collect()
     }
 }
 
@@ -399,10 +510,20 @@ pub fn scope(o: &Observations) -> Scope {
     let segments: [bool; 4] = std::array::from_fn(|s| o.has_segment(s));
     let all = segments.iter().all(|s| *s);
     let beacon = all && !o.tan_psi[0].is_empty();
-    let referenced = |s: usize| segments[s] && (0..o.len()).any(|i| o.reference_m(s, i).is_finite());
-    let turning_known = !o.reference[2].is_empty() || !(segments[0] && segments[2] || segments[1] && segments[3]);
+    let referenced =
+        |s: usize| segments[s] && (0..o.len()).any(|i| o.reference_m(s, i).is_finite());
+    let turning_known =
+        !o.reference[2].is_empty() || !(segments[0] && segments[2] || segments[1] && segments[3]);
     let reference = !beacon && turning_known && (0..4).any(referenced);
-    let in_use = if reference { std::array::from_fn(referenced) } else { segments };
+    let in_use = if reference {
+        std::array::from_fn(referenced)
+    } else {
+        segments
+    };
     let complete = reference && all && in_use.iter().all(|s| *s);
-    Scope { segments: in_use, beacon, reference: reference && (complete || !all) }
+    Scope {
+        segments: in_use,
+        beacon,
+        reference: reference && (complete || !all),
+    }
 }

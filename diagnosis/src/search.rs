@@ -26,11 +26,15 @@ pub struct Score {
 }
 
 /// A further effect must take this share of the whole gap.
-pub const MINIMUM_SHARE: f64 = 0.015;
+pub const MINIMUM_SHARE: f64 = 0.025;
+/// The same beside an effect with very many unknowns, whose own remainder is larger.
+pub const MINIMUM_SHARE_BESIDE_FLEXIBLE: f64 = 0.05;
 /// And this share of what those before it left.
 pub const MINIMUM_OF_REST: f64 = 0.4;
 /// And this many whitened squares, well past what chance gives the best of twenty candidates.
 pub const MINIMUM_SQUARES: f64 = 60.0;
+/// Amounts beyond this many prior deviations are of no physical size, however well they fit.
+const IMPLAUSIBLE: f64 = 30.0;
 /// Most effects in one answer.
 const MOST: usize = 4;
 
@@ -78,6 +82,20 @@ impl<'a> Arena<'a> {
         for f in 0..FOLDS {
             match solve(&self.training[f], list, &self.gram.centre, 1.0) {
                 Some(fit) => {
+                    let first = self.columns.blocks[0].columns.end;
+                    let largest = fit
+                        .columns
+                        .iter()
+                        .zip(fit.amount.iter())
+                        .filter(|(c, _)| **c >= first);
+                    if largest.map(|(_, a)| a.abs()).fold(0.0, f64::max) > IMPLAUSIBLE {
+                        score.squares = f64::INFINITY;
+                        return Score {
+                            fold: [f64::INFINITY; FOLDS],
+                            log_evidence: f64::NEG_INFINITY,
+                            ..score
+                        };
+                    }
                     score.fold[f] = squares(&self.gram.fold[f], &fit);
                     score.log_evidence += fit.log_evidence / (FOLDS - 1) as f64;
                 }
@@ -101,7 +119,13 @@ pub struct Found {
 /// Whitened squares beyond `floor`, as a share of those of the baseline.
 pub fn rest(arena: &mut Arena, blocks: &[usize], floor: f64) -> f64 {
     let whole = arena.score(&[]).squares - floor;
-    (arena.score(blocks).squares - floor) / whole.max(1e-9)
+    let left = arena.score(blocks).squares;
+    // What is of no physical size explains nothing.
+    if left.is_finite() {
+        (left - floor) / whole.max(1e-9)
+    } else {
+        1.0
+    }
 }
 
 /// True if `with` beats `without` on all but one fold and by more than chance.
@@ -139,7 +163,7 @@ pub fn search(
         set.push(block);
         let (old, new) = (arena.score(&chosen), arena.score(&set));
         let gain = before - after;
-        let large = gain > MINIMUM_SHARE && gain > MINIMUM_OF_REST * before
+        let large = gain > minimum_share(arena, &set) && gain > MINIMUM_OF_REST * before
             || chosen.is_empty() && gain > 0.05;
         if !large || !steady(&new, &old) {
             // Two that only help together: try the best pair before giving up.
@@ -152,6 +176,17 @@ pub fn search(
     Found {
         blocks: chosen,
         rest,
+    }
+}
+
+fn minimum_share(arena: &Arena, set: &[usize]) -> f64 {
+    let flexible = set
+        .iter()
+        .any(|b| crate::judge::FLEXIBLE.contains(&arena.columns.blocks[*b].name.as_str()));
+    if flexible {
+        MINIMUM_SHARE_BESIDE_FLEXIBLE
+    } else {
+        MINIMUM_SHARE
     }
 }
 
@@ -172,7 +207,9 @@ fn improve(
             let mut less = set.clone();
             less.remove(at);
             let (with, without) = (rest(arena, &set, floor), rest(arena, &less, floor));
-            if without - with < MINIMUM_SHARE || without - with < MINIMUM_OF_REST * without {
+            if without - with < minimum_share(arena, &set)
+                || without - with < MINIMUM_OF_REST * without
+            {
                 set = less;
                 changed = true;
                 break;

@@ -96,6 +96,10 @@ pub struct Survey {
     pub segment_lines_hz: Vec<f64>,
     /// Stretches in which a beacon was seen.
     pub beacon_stretches: Vec<usize>,
+    /// Mesh width of a field over the platen, m, and each segment's nodes along and across; zero where none is judged.
+    pub node_step_m: f64,
+    /// See `node_step_m`.
+    pub nodes: [Vec<[i32; 2]>; 4],
     /// The clip of each segment's pair, where the counts or a reference show one.
     pub clip: [Option<Clip>; 4],
 }

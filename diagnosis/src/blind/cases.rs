@@ -78,15 +78,28 @@ impl Case {
         };
         let effects = names
             .into_iter()
-            .map(|name| Drawn { name: name.into(), size_m: log_uniform(&mut rng, SIZES_M[0], SIZES_M[1]) })
+            .map(|name| Drawn {
+                name: name.into(),
+                size_m: log_uniform(&mut rng, SIZES_M[0], SIZES_M[1]),
+            })
             .collect();
-        Self { number, seed, kind, effects }
+        Self {
+            number,
+            seed,
+            kind,
+            effects,
+        }
     }
 
     /// Whether knowing the effects exactly would take them out of the residual: noise and bursts it would not.
     #[must_use]
     pub fn can_be_taken_out(&self) -> bool {
-        !self.effects.iter().any(|e| matches!(e.name.as_str(), "excess_noise" | "outlier_bursts" | "quadrature_drift"))
+        !self.effects.iter().any(|e| {
+            matches!(
+                e.name.as_str(),
+                "excess_noise" | "outlier_bursts" | "quadrature_drift"
+            )
+        })
     }
 
     /// Records the courier, with or without its effects. `take` 0 and 1 differ in poses, noise and place errors, and in
@@ -102,7 +115,13 @@ impl Case {
         if reference {
             spec.beacon_over = None;
         }
-        let plan = Plan::usual(POSES, spec.nominal, &spec.places, OpenLoop::COURIER, self.seed ^ (0x5eed_0000 + take));
+        let plan = Plan::usual(
+            POSES,
+            spec.nominal,
+            &spec.places,
+            OpenLoop::COURIER,
+            self.seed ^ (0x5eed_0000 + take),
+        );
         if with_effects {
             // The first take's length for both: the effects are the courier's own, not the recording's.
             let scene = Scene {
@@ -113,12 +132,17 @@ impl Case {
             for (k, drawn) in self.effects.iter().enumerate() {
                 let mut rng = ChaCha8Rng::seed_from_u64(self.seed ^ 0xeffe_c700);
                 rng.set_stream(k as u64);
-                let found = entry(&drawn.name).or_else(|| UNLISTED.iter().find(|e| e.name == drawn.name));
-                let entry = found.unwrap_or_else(|| panic!("{}: an effect of a catalogue was wanted", drawn.name));
-                spec.effects.push((entry.draw)(&scene, &mut rng, drawn.size_m));
+                let found =
+                    entry(&drawn.name).or_else(|| UNLISTED.iter().find(|e| e.name == drawn.name));
+                let entry = found.unwrap_or_else(|| {
+                    panic!("{}: an effect of a catalogue was wanted", drawn.name)
+                });
+                spec.effects
+                    .push((entry.draw)(&scene, &mut rng, drawn.size_m));
             }
         }
-        let mut courier = Courier::new(spec, self.seed ^ (0x0150_0000 + take)).unwrap_or_else(|error| panic!("{error}"));
+        let mut courier = Courier::new(spec, self.seed ^ (0x0150_0000 + take))
+            .unwrap_or_else(|error| panic!("{error}"));
         hal_sim::record::record(&mut courier, &plan, reference)
     }
 
@@ -148,6 +172,11 @@ mod tests {
         for kind in [Kind::None, Kind::Single, Kind::Pair, Kind::Unlisted] {
             assert!(draw(5).iter().any(|c| c.kind == kind));
         }
-        assert!(draw(5).iter().flat_map(|c| &c.effects).all(|e| (SIZES_M[0]..=SIZES_M[1]).contains(&e.size_m)));
+        assert!(
+            draw(5)
+                .iter()
+                .flat_map(|c| &c.effects)
+                .all(|e| (SIZES_M[0]..=SIZES_M[1]).contains(&e.size_m))
+        );
     }
 }

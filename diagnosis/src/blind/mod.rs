@@ -42,7 +42,9 @@ pub enum Error {
         problem: String,
     },
     /// The answers are not those that were sealed.
-    #[error("answers.json: found hash {found}, wanted {wanted} of seal.txt: the answers were changed after sealing")]
+    #[error(
+        "answers.json: found hash {found}, wanted {wanted} of seal.txt: the answers were changed after sealing"
+    )]
     BrokenSeal {
         /// Hash of what is there.
         found: String,
@@ -56,7 +58,10 @@ pub enum Error {
 
 impl Error {
     fn file(path: &Path, problem: impl ToString) -> Self {
-        Self::File { path: path.into(), problem: problem.to_string() }
+        Self::File {
+            path: path.into(),
+            problem: problem.to_string(),
+        }
     }
 }
 
@@ -68,7 +73,10 @@ fn name(case: usize) -> String {
 }
 
 fn pool() -> Result<rayon::ThreadPool> {
-    rayon::ThreadPoolBuilder::new().num_threads(THREADS).build().map_err(|e| Error::file(Path::new("threads"), e))
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(THREADS)
+        .build()
+        .map_err(|e| Error::file(Path::new("threads"), e))
 }
 
 fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T> {
@@ -91,23 +99,42 @@ fn folder(path: PathBuf) -> Result<PathBuf> {
 ///
 /// # Errors
 /// The folder is not empty or cannot be written.
-pub fn write(into: &Path, cases: usize, seed: u64, sealed: impl FnOnce(&str), tick: impl Fn() + Sync) -> Result<String> {
+pub fn write(
+    into: &Path,
+    cases: usize,
+    seed: u64,
+    sealed: impl FnOnce(&str),
+    tick: impl Fn() + Sync,
+) -> Result<String> {
     folder(into.into())?;
-    let full = std::fs::read_dir(into).map_err(|e| Error::file(into, e))?.next().is_some();
+    let full = std::fs::read_dir(into)
+        .map_err(|e| Error::file(into, e))?
+        .next()
+        .is_some();
     if full {
-        return Err(Error::file(into, "found a folder that is not empty, wanted an empty or a new one"));
+        return Err(Error::file(
+            into,
+            "found a folder that is not empty, wanted an empty or a new one",
+        ));
     }
     let drawn: Vec<Case> = (0..cases).map(|number| Case::draw(number, seed)).collect();
     let answers = seal::answers(&drawn).map_err(|problem| Error::file(into, problem))?;
     let hash = seal::hash(answers.as_bytes());
     sealed(&hash);
-    std::fs::write(into.join(ANSWERS), &answers).map_err(|e| Error::file(&into.join(ANSWERS), e))?;
-    std::fs::write(into.join(SEAL), format!("{hash}\n")).map_err(|e| Error::file(&into.join(SEAL), e))?;
-    let (first, second) = (folder(into.join("recordings"))?, folder(into.join("second"))?);
+    std::fs::write(into.join(ANSWERS), &answers)
+        .map_err(|e| Error::file(&into.join(ANSWERS), e))?;
+    std::fs::write(into.join(SEAL), format!("{hash}\n"))
+        .map_err(|e| Error::file(&into.join(SEAL), e))?;
+    let (first, second) = (
+        folder(into.join("recordings"))?,
+        folder(into.join("second"))?,
+    );
     pool()?.install(|| {
         drawn.par_iter().try_for_each(|case| {
-            case.record(0, true).write(first.join(name(case.number)), Existing::Refuse)?;
-            case.record(1, true).write(second.join(name(case.number)), Existing::Refuse)?;
+            case.record(0, true)
+                .write(first.join(name(case.number)), Existing::Refuse)?;
+            case.record(1, true)
+                .write(second.join(name(case.number)), Existing::Refuse)?;
             tick();
             Ok::<_, Error>(())
         })
@@ -122,8 +149,15 @@ pub fn write(into: &Path, cases: usize, seed: u64, sealed: impl FnOnce(&str), ti
 pub fn count(folder: &Path) -> Result<usize> {
     let path = folder.join("recordings");
     let entries = std::fs::read_dir(&path).map_err(|e| Error::file(&path, e))?;
-    match entries.filter_map(std::result::Result::ok).filter(|e| e.file_name().to_string_lossy().starts_with("case_")).count() {
-        0 => Err(Error::file(&path, "found no case, wanted those of `courier blind write`")),
+    match entries
+        .filter_map(std::result::Result::ok)
+        .filter(|e| e.file_name().to_string_lossy().starts_with("case_"))
+        .count()
+    {
+        0 => Err(Error::file(
+            &path,
+            "found no case, wanted those of `courier blind write`",
+        )),
         cases => Ok(cases),
     }
 }
@@ -134,13 +168,19 @@ pub fn count(folder: &Path) -> Result<usize> {
 /// A recording is missing or bad, or an answer cannot be written.
 pub fn diagnose(within: &Path, tick: impl Fn() + Sync) -> Result<usize> {
     let cases = count(within)?;
-    let (diagnoses, models) = (folder(within.join("diagnoses"))?, folder(within.join("models"))?);
+    let (diagnoses, models) = (
+        folder(within.join("diagnoses"))?,
+        folder(within.join("models"))?,
+    );
     pool()?.install(|| {
         (0..cases).into_par_iter().try_for_each(|case| {
             let path = within.join("recordings").join(name(case));
             let recording = Recording::read(&path)?;
             let answer = diagnose_fully(&recording, &name(case), &Options::default());
-            write_json(&diagnoses.join(name(case)).with_extension("json"), &answer.diagnosis)?;
+            write_json(
+                &diagnoses.join(name(case)).with_extension("json"),
+                &answer.diagnosis,
+            )?;
             if let Some(model) = &answer.model {
                 write_json(&models.join(name(case)).with_extension("json"), model)?;
             }
@@ -160,7 +200,10 @@ pub fn score(within: &Path, thorough: bool, tick: impl Fn() + Sync) -> Result<Sc
     let path = within.join(ANSWERS);
     let text = std::fs::read_to_string(&path).map_err(|e| Error::file(&path, e))?;
     let seal_path = within.join(SEAL);
-    let wanted = std::fs::read_to_string(&seal_path).map_err(|e| Error::file(&seal_path, e))?.trim().to_owned();
+    let wanted = std::fs::read_to_string(&seal_path)
+        .map_err(|e| Error::file(&seal_path, e))?
+        .trim()
+        .to_owned();
     let found = seal::hash(text.as_bytes());
     if found != wanted {
         return Err(Error::BrokenSeal { found, wanted });
@@ -188,7 +231,14 @@ fn judge(within: &Path, case: &Case, thorough: bool) -> Result<Judged> {
         let model: Model = read_json(&of("models").with_extension("json"))?;
         let again = check(&model, &Recording::read(of("second"))?).ok();
         let best = if thorough && case.can_be_taken_out() {
-            Some(diagnose_recording(&case.record(0, false), "without its effects", &Options::default()).held_out)
+            Some(
+                diagnose_recording(
+                    &case.record(0, false),
+                    "without its effects",
+                    &Options::default(),
+                )
+                .held_out,
+            )
         } else {
             None
         };
@@ -196,8 +246,12 @@ fn judge(within: &Path, case: &Case, thorough: bool) -> Result<Judged> {
     };
     let without = match (&case.kind, thorough) {
         (Kind::Single, true) => {
-            let options = Options { without: vec![case.effects[0].name.clone()] };
-            let names = diagnose_recording(&Recording::read(of("recordings"))?, "withheld", &options).effects;
+            let options = Options {
+                without: vec![case.effects[0].name.clone()],
+            };
+            let names =
+                diagnose_recording(&Recording::read(of("recordings"))?, "withheld", &options)
+                    .effects;
             Some(names.into_iter().map(|e| e.name).collect())
         }
         _ => None,

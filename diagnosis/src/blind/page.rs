@@ -11,7 +11,9 @@ use maud::html;
 #[must_use]
 pub fn page(score: &Score) -> String {
     let rows: Vec<Vec<String>> = score.figures.iter().map(row).collect();
-    let header: Vec<String> = ["figure", "measured", "95 % interval", "cases", "wanted", ""].map(Into::into).to_vec();
+    let header: Vec<String> = ["figure", "measured", "95 % interval", "cases", "wanted", ""]
+        .map(Into::into)
+        .to_vec();
     let (confusion_header, confusion) = matrix(score);
     let body = html! {
         header {
@@ -38,19 +40,36 @@ pub fn row(figure: &Wanted) -> Vec<String> {
         figure.share().map_or("none".into(), percent),
         format!("{:.0} to {:.0} %", 100.0 * low, 100.0 * high),
         format!("{} of {}", figure.count, figure.of),
-        format!("{} {}", if figure.at_least { "≥" } else { "≤" }, percent(figure.wanted)),
-        if figure.reached() { "reached" } else { "not reached" }.into(),
+        format!(
+            "{} {}",
+            if figure.at_least { "≥" } else { "≤" },
+            percent(figure.wanted)
+        ),
+        if figure.reached() {
+            "reached"
+        } else {
+            "not reached"
+        }
+        .into(),
     ]
 }
 
 /// The confusion matrix as a table: only answers that were given.
 pub fn matrix(score: &Score) -> (Vec<String>, Vec<Vec<String>>) {
-    let mut answers: Vec<&String> = score.confusion.values().flat_map(|row| row.keys()).collect();
+    let mut answers: Vec<&String> = score
+        .confusion
+        .values()
+        .flat_map(|row| row.keys())
+        .collect();
     answers.sort();
     answers.dedup();
-    let header = std::iter::once("truth".to_owned()).chain(answers.iter().map(|a| (*a).clone())).collect();
+    let header = std::iter::once("truth".to_owned())
+        .chain(answers.iter().map(|a| (*a).clone()))
+        .collect();
     let rows = score.confusion.iter().map(|(truth, row)| {
-        let counts = answers.iter().map(|a| row.get(*a).map_or(String::new(), ToString::to_string));
+        let counts = answers
+            .iter()
+            .map(|a| row.get(*a).map_or(String::new(), ToString::to_string));
         std::iter::once(truth.clone()).chain(counts).collect()
     });
     (header, rows.collect())
@@ -60,7 +79,12 @@ fn detection(score: &Score) -> Figure {
     let classes = || {
         score.detection.iter().map(|d| {
             let name = format!("{} to {} µm", short(1e6 * d.from_m), short(1e6 * d.to_m));
-            let share = |count: usize, colour| Bar { from: 0.0, value: 100.0 * count as f64 / d.cases.max(1) as f64, interval: None, colour };
+            let share = |count: usize, colour| Bar {
+                from: 0.0,
+                value: 100.0 * count as f64 / d.cases.max(1) as f64,
+                interval: None,
+                colour,
+            };
             (name, vec![share(d.detected, FLOOR), share(d.named, AFTER)])
         })
     };
@@ -69,14 +93,33 @@ fn detection(score: &Score) -> Figure {
         .detection
         .iter()
         .zip(classes())
-        .map(|(d, (name, _))| vec![name, d.cases.to_string(), d.detected.to_string(), d.named.to_string()])
+        .map(|(d, (name, _))| {
+            vec![
+                name,
+                d.cases.to_string(),
+                d.detected.to_string(),
+                d.named.to_string(),
+            ]
+        })
         .collect();
     Figure {
         id: "detection",
         title: "Detection against effect size".into(),
         caption: caption.into(),
-        plots: plot(caption, [1, 1], |area, narrow| bars(area, narrow, &classes().collect::<Vec<_>>(), "% of the cases")),
-        table: (["size", "cases", "gap seen", "cause right"].map(Into::into).to_vec(), rows),
+        plots: plot(caption, [1, 1], |area, narrow| {
+            bars(
+                area,
+                narrow,
+                &classes().collect::<Vec<_>>(),
+                "% of the cases",
+            )
+        }),
+        table: (
+            ["size", "cases", "gap seen", "cause right"]
+                .map(Into::into)
+                .to_vec(),
+            rows,
+        ),
     }
 }
 
@@ -84,21 +127,46 @@ fn claims(score: &Score) -> Figure {
     let pairs: Vec<(usize, f64, f64)> = score
         .judged
         .iter()
-        .filter_map(|j| j.claim.as_ref().and_then(|c| Some((j.case.number, c.confirmed?, c.claimed))))
+        .filter_map(|j| {
+            j.claim
+                .as_ref()
+                .and_then(|c| Some((j.case.number, c.confirmed?, c.claimed)))
+        })
         .collect();
     let top = pairs.iter().map(|p| p.1.max(p.2)).fold(1.5, f64::max) * 1.05;
     let caption = "Gap after as claimed, over the gap after by check on a second recording; rms over the simulator's own scatter. The line is equality.";
     let points: Vec<(f64, f64)> = pairs.iter().map(|p| (p.1, p.2)).collect();
     let draw = |area: &crate::html::svg::Area, narrow: bool| {
-        let axes = Axes { x: 0.9..top, y: 0.9..top, x_title: "confirmed", y_title: "claimed", title: "" };
-        scatter(area, narrow, &axes, &points, &[(0.9, 0.9), (top, top)], BEFORE)
+        let axes = Axes {
+            x: 0.9..top,
+            y: 0.9..top,
+            x_title: "confirmed",
+            y_title: "claimed",
+            title: "",
+        };
+        scatter(
+            area,
+            narrow,
+            &axes,
+            &points,
+            &[(0.9, 0.9), (top, top)],
+            BEFORE,
+        )
     };
-    let rows = pairs.iter().map(|(n, confirmed, claimed)| vec![format!("case {n}"), short(*claimed), short(*confirmed)]).collect();
+    let rows = pairs
+        .iter()
+        .map(|(n, confirmed, claimed)| {
+            vec![format!("case {n}"), short(*claimed), short(*confirmed)]
+        })
+        .collect();
     Figure {
         id: "claims",
         title: "Claimed against true gap".into(),
         caption: caption.into(),
         plots: plot(caption, [1, 1], draw),
-        table: (["case", "claimed", "confirmed"].map(Into::into).to_vec(), rows),
+        table: (
+            ["case", "claimed", "confirmed"].map(Into::into).to_vec(),
+            rows,
+        ),
     }
 }

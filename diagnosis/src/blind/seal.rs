@@ -16,14 +16,22 @@ struct Sealed {
 pub fn answers(cases: &[Case]) -> Result<String, String> {
     let mut salt = [0_u8; 32];
     getrandom::fill(&mut salt).map_err(|error| format!("no random salt: {error}"))?;
-    let sealed = Sealed { schema: 1, salt: hex(&salt), cases: cases.to_vec() };
+    let sealed = Sealed {
+        schema: 1,
+        salt: hex(&salt),
+        cases: cases.to_vec(),
+    };
     serde_json::to_string_pretty(&sealed).map_err(|error| error.to_string())
 }
 
 /// The cases of a text.
 pub fn open(text: &str) -> Result<Vec<Case>, String> {
     let sealed: Sealed = serde_json::from_str(text).map_err(|error| error.to_string())?;
-    if sealed.schema == 1 { Ok(sealed.cases) } else { Err(format!("schema: found {}, wanted 1", sealed.schema)) }
+    if sealed.schema == 1 {
+        Ok(sealed.cases)
+    } else {
+        Err(format!("schema: found {}, wanted 1", sealed.schema))
+    }
 }
 
 /// SHA-256 in hexadecimal.
@@ -41,7 +49,10 @@ mod tests {
 
     #[test]
     fn the_hash_is_sha_256() {
-        assert_eq!(hash(b"abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+        assert_eq!(
+            hash(b"abc"),
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+        );
     }
 
     #[test]

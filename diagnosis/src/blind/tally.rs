@@ -34,7 +34,13 @@ impl Claim {
             answer
                 .channels
                 .iter()
-                .filter_map(|c| again.channels.iter().find(|a| a.channel == c.channel).map(|a| (c.after_rms_m / a.after_rms_m - 1.0).abs()))
+                .filter_map(|c| {
+                    again
+                        .channels
+                        .iter()
+                        .find(|a| a.channel == c.channel)
+                        .map(|a| (c.after_rms_m / a.after_rms_m - 1.0).abs())
+                })
                 .fold(0.0, f64::max)
         };
         Self {
@@ -49,7 +55,8 @@ impl Claim {
     /// Whether the claim is confirmed within [`CLAIM_WITHIN`].
     #[must_use]
     pub fn holds(&self) -> Option<bool> {
-        self.confirmed.map(|c| (self.claimed / c - 1.0).abs() <= CLAIM_WITHIN)
+        self.confirmed
+            .map(|c| (self.claimed / c - 1.0).abs() <= CLAIM_WITHIN)
     }
 
     /// Whether it is within [`CLAIM_WITHIN`] of the best possible.
@@ -81,14 +88,26 @@ pub struct Judged {
 impl Judged {
     /// From the truth and the answer.
     #[must_use]
-    pub fn new(case: &Case, answer: &Diagnosis, claim: Option<Claim>, without: Option<Vec<String>>) -> Self {
+    pub fn new(
+        case: &Case,
+        answer: &Diagnosis,
+        claim: Option<Claim>,
+        without: Option<Vec<String>>,
+    ) -> Self {
         let unexplained = answer.unexplained.place.iter();
         Self {
             case: case.clone(),
             verdict: answer.verdict,
             named: answer.effects.iter().map(|e| e.name.clone()).collect(),
-            aliases: answer.effects.iter().flat_map(|e| e.aliases.clone()).collect(),
-            places: unexplained.chain(&answer.place).map(|p| p.coordinate.clone()).collect(),
+            aliases: answer
+                .effects
+                .iter()
+                .flat_map(|e| e.aliases.clone())
+                .collect(),
+            places: unexplained
+                .chain(&answer.place)
+                .map(|p| p.coordinate.clone())
+                .collect(),
             claim,
             without,
         }
@@ -105,14 +124,19 @@ impl Judged {
         match self.case.kind {
             Kind::None => self.verdict == Verdict::NoGap,
             Kind::Single => self.named.first().is_some_and(|n| n == truth[0]),
-            Kind::Pair => self.named.len() == 2 && truth.iter().all(|t| self.named.iter().any(|n| n == t)),
+            Kind::Pair => {
+                self.named.len() == 2 && truth.iter().all(|t| self.named.iter().any(|n| n == t))
+            }
             Kind::Unlisted => self.verdict == Verdict::Unknown && self.located(),
         }
     }
 
     fn located(&self) -> bool {
         let right = coordinates(self.truth()[0]);
-        self.places.iter().take(3).any(|place| right.iter().any(|r| place.contains(r)))
+        self.places
+            .iter()
+            .take(3)
+            .any(|place| right.iter().any(|r| place.contains(r)))
     }
 
     /// Something was named that is not there.
@@ -152,8 +176,17 @@ pub struct Figure {
 
 impl Figure {
     fn new(name: &str, outcomes: impl Iterator<Item = bool>, wanted: f64, at_least: bool) -> Self {
-        let (count, of) = outcomes.fold((0, 0), |(count, of), yes| (count + usize::from(yes), of + 1));
-        Self { name: name.into(), count, of, interval: wilson(count, of), wanted, at_least }
+        let (count, of) = outcomes.fold((0, 0), |(count, of), yes| {
+            (count + usize::from(yes), of + 1)
+        });
+        Self {
+            name: name.into(),
+            count,
+            of,
+            interval: wilson(count, of),
+            wanted,
+            at_least,
+        }
     }
 
     /// The share; none of nothing.
@@ -165,7 +198,13 @@ impl Figure {
     /// Whether it is reached; nothing looked at is nothing reached.
     #[must_use]
     pub fn reached(&self) -> bool {
-        self.share().is_some_and(|s| if self.at_least { s >= self.wanted } else { s <= self.wanted })
+        self.share().is_some_and(|s| {
+            if self.at_least {
+                s >= self.wanted
+            } else {
+                s <= self.wanted
+            }
+        })
     }
 }
 
@@ -221,27 +260,95 @@ impl Score {
     pub fn new(seal: String, judged: Vec<Judged>) -> Self {
         let of = |kind: Kind| judged.iter().filter(move |j| j.case.kind == kind);
         let claims = || judged.iter().filter_map(|j| j.claim.as_ref());
-        let right_claims = || judged.iter().filter(|j| !j.wrong_culprit()).filter_map(|j| j.claim.as_ref());
+        let right_claims = || {
+            judged
+                .iter()
+                .filter(|j| !j.wrong_culprit())
+                .filter_map(|j| j.claim.as_ref())
+        };
         let withheld = |names: &Vec<String>| names.iter().any(|n| n != "extra_harmonics");
         let with_effect = || judged.iter().filter(|j| j.case.kind != Kind::None);
         let figures = vec![
-            Figure::new("one effect: first named cause right", of(Kind::Single).map(Judged::right), 0.95, true),
-            Figure::new("two effects: both named and nothing else", of(Kind::Pair).map(Judged::right), 0.85, true),
-            Figure::new("no effect: a false alarm", of(Kind::None).map(|j| !j.right()), 0.01, false),
-            Figure::new("an unlisted effect: unknown, rightly located", of(Kind::Unlisted).map(Judged::right), 0.90, true),
-            Figure::new("taken out by --without: another named in its place", judged.iter().filter_map(|j| j.without.as_ref()).map(withheld), 0.05, false),
-            Figure::new("claimed gap within 10 % of check's on a second recording", claims().filter_map(Claim::holds), 0.95, true),
-            Figure::new("claimed gap within 10 % of the best possible", right_claims().filter_map(Claim::best_reached), 0.95, true),
-            Figure::new("open set: right cause, or rightly unknown", with_effect().map(Judged::right), 0.662, true),
-            Figure::new("a wrong culprit among what is named", with_effect().map(Judged::wrong_culprit), 0.05, false),
+            Figure::new(
+                "one effect: first named cause right",
+                of(Kind::Single).map(Judged::right),
+                0.95,
+                true,
+            ),
+            Figure::new(
+                "two effects: both named and nothing else",
+                of(Kind::Pair).map(Judged::right),
+                0.85,
+                true,
+            ),
+            Figure::new(
+                "no effect: a false alarm",
+                of(Kind::None).map(|j| !j.right()),
+                0.01,
+                false,
+            ),
+            Figure::new(
+                "an unlisted effect: unknown, rightly located",
+                of(Kind::Unlisted).map(Judged::right),
+                0.90,
+                true,
+            ),
+            Figure::new(
+                "taken out by --without: another named in its place",
+                judged
+                    .iter()
+                    .filter_map(|j| j.without.as_ref())
+                    .map(withheld),
+                0.05,
+                false,
+            ),
+            Figure::new(
+                "claimed gap within 10 % of check's on a second recording",
+                claims().filter_map(Claim::holds),
+                0.95,
+                true,
+            ),
+            Figure::new(
+                "claimed gap within 10 % of the best possible",
+                right_claims().filter_map(Claim::best_reached),
+                0.95,
+                true,
+            ),
+            Figure::new(
+                "open set: right cause, or rightly unknown",
+                with_effect().map(Judged::right),
+                0.662,
+                true,
+            ),
+            Figure::new(
+                "a wrong culprit among what is named",
+                with_effect().map(Judged::wrong_culprit),
+                0.05,
+                false,
+            ),
         ];
         let mut confusion: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
         for one in judged.iter().filter(|j| j.case.kind != Kind::Pair) {
-            let truth = one.truth().first().map_or("nothing".to_owned(), |t| (*t).to_owned());
-            *confusion.entry(truth).or_default().entry(one.answered()).or_default() += 1;
+            let truth = one
+                .truth()
+                .first()
+                .map_or("nothing".to_owned(), |t| (*t).to_owned());
+            *confusion
+                .entry(truth)
+                .or_default()
+                .entry(one.answered())
+                .or_default() += 1;
         }
         let detection = detection(&judged);
-        Self { schema: 1, seal, cases: judged.len(), figures, confusion, detection, judged }
+        Self {
+            schema: 1,
+            seal,
+            cases: judged.len(),
+            figures,
+            confusion,
+            detection,
+            judged,
+        }
     }
 }
 
@@ -253,11 +360,22 @@ fn detection(judged: &[Judged]) -> Vec<Detection> {
             let to_m = from_m * step;
             let within: Vec<&Judged> = judged
                 .iter()
-                .filter(|j| j.case.kind == Kind::Single && j.case.effects[0].size_m >= from_m && j.case.effects[0].size_m < to_m)
+                .filter(|j| {
+                    j.case.kind == Kind::Single
+                        && j.case.effects[0].size_m >= from_m
+                        && j.case.effects[0].size_m < to_m
+                })
                 .collect();
-            let seen = |j: &&&Judged| !matches!(j.verdict, Verdict::NoGap | Verdict::InsufficientData);
+            let seen =
+                |j: &&&Judged| !matches!(j.verdict, Verdict::NoGap | Verdict::InsufficientData);
             let named = within.iter().filter(|j| j.right()).count();
-            Detection { from_m, to_m, cases: within.len(), detected: within.iter().filter(seen).count(), named }
+            Detection {
+                from_m,
+                to_m,
+                cases: within.len(),
+                detected: within.iter().filter(seen).count(),
+                named,
+            }
         })
         .collect()
 }

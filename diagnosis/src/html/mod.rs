@@ -95,10 +95,21 @@ fn first_figures(diagnosis: &Diagnosis, evidence: &Evidence) -> Vec<Figure> {
 }
 
 fn further_figures(diagnosis: &Diagnosis, evidence: &Evidence) -> Vec<Figure> {
-    let places: Vec<&str> = diagnosis.place.iter().take(1).map(|p| p.coordinate.as_str()).collect();
-    let Some((trace, coordinate)) = telling::telling(evidence, &places) else { return Vec::new() };
-    let segmented = !coordinate.family.starts_with("place") && !coordinate.family.starts_with("deflection");
-    let segment = trace.segment.or(coordinate.of.filter(|_| segmented)).unwrap_or(0);
+    let places: Vec<&str> = diagnosis
+        .place
+        .iter()
+        .take(1)
+        .map(|p| p.coordinate.as_str())
+        .collect();
+    let Some((trace, coordinate)) = telling::telling(evidence, &places) else {
+        return Vec::new();
+    };
+    let segmented =
+        !coordinate.family.starts_with("place") && !coordinate.family.starts_with("deflection");
+    let segment = trace
+        .segment
+        .or(coordinate.of.filter(|_| segmented))
+        .unwrap_or(0);
     let mut list = Vec::new();
     list.extend(figures::telling(evidence, trace, &coordinate));
     list.extend(figures::orders(evidence, trace, segment, false));
@@ -154,8 +165,17 @@ fn effects_section(diagnosis: &Diagnosis) -> Markup {
 }
 
 fn effect_card(effect: &Named) -> Markup {
-    let rows: Vec<Vec<String>> =
-        effect.magnitude.iter().map(|m| vec![m.name.clone(), format!("{:.3e}", m.value).replace('-', "−"), m.unit.clone()]).collect();
+    let rows: Vec<Vec<String>> = effect
+        .magnitude
+        .iter()
+        .map(|m| {
+            vec![
+                m.name.clone(),
+                format!("{:.3e}", m.value).replace('-', "−"),
+                m.unit.clone(),
+            ]
+        })
+        .collect();
     let header: Vec<String> = ["amount", "value", "unit"].map(Into::into).to_vec();
     html! {
         article.effect {
@@ -174,9 +194,13 @@ fn effect_card(effect: &Named) -> Markup {
 
 fn where_section(diagnosis: &Diagnosis) -> Markup {
     let rows = |list: &[Share]| -> Vec<Vec<String>> {
-        list.iter().map(|s| vec![s.coordinate.clone(), s.channel.clone(), percent(s.share)]).collect()
+        list.iter()
+            .map(|s| vec![s.coordinate.clone(), s.channel.clone(), percent(s.share)])
+            .collect()
     };
-    let header: Vec<String> = ["coordinate", "channel", "share of the excess"].map(Into::into).to_vec();
+    let header: Vec<String> = ["coordinate", "channel", "share of the excess"]
+        .map(Into::into)
+        .to_vec();
     html! {
         section aria-labelledby="where" {
             h2 id="where" { "Where it lies" }

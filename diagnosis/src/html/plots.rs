@@ -23,9 +23,20 @@ pub struct Bar {
 
 /// Horizontal bars in named groups.
 pub fn bars(area: &Area, narrow: bool, groups: &[(String, Vec<Bar>)], axis: &str) -> Drawn {
-    let top = groups.iter().flat_map(|g| &g.1).map(|b| b.interval.map_or(b.value.max(b.from), |i| b.value.max(i[1]))).fold(0.0, f64::max);
+    let top = groups
+        .iter()
+        .flat_map(|g| &g.1)
+        .map(|b| {
+            b.interval
+                .map_or(b.value.max(b.from), |i| b.value.max(i[1]))
+        })
+        .fold(0.0, f64::max);
     let count = groups.len().max(1) as f64;
-    let longest = groups.iter().map(|g| g.0.chars().count()).max().unwrap_or(0) as u32;
+    let longest = groups
+        .iter()
+        .map(|g| g.0.chars().count())
+        .max()
+        .unwrap_or(0) as u32;
     let mut chart = ChartBuilder::on(area)
         .margin(8)
         .margin_right(if narrow { 44 } else { 64 })
@@ -50,19 +61,36 @@ pub fn bars(area: &Area, narrow: bool, groups: &[(String, Vec<Bar>)], axis: &str
         let upper = count - g as f64;
         let thick = 0.8 / bars.len().max(1) as f64;
         let middle = chart.backend_coord(&(0.0, upper - 0.5));
-        area.draw(&Text::new(name.clone(), (middle.0 - 8, middle.1), text(narrow).pos(end)))?;
+        area.draw(&Text::new(
+            name.clone(),
+            (middle.0 - 8, middle.1),
+            text(narrow).pos(end),
+        ))?;
         for (b, bar) in bars.iter().enumerate() {
             let high = upper - 0.1 - b as f64 * thick;
             let low = high - 0.86 * thick;
-            chart.draw_series(std::iter::once(Rectangle::new([(bar.from.min(bar.value), low), (bar.from.max(bar.value), high)], bar.colour.filled())))?;
+            chart.draw_series(std::iter::once(Rectangle::new(
+                [
+                    (bar.from.min(bar.value), low),
+                    (bar.from.max(bar.value), high),
+                ],
+                bar.colour.filled(),
+            )))?;
             let mut right = bar.value.max(bar.from);
             if let Some([from, to]) = bar.interval {
                 let y = 0.5 * (low + high);
-                chart.draw_series(LineSeries::new([(from.max(0.0), y), (to.max(0.0), y)], INK.stroke_width(1)))?;
+                chart.draw_series(LineSeries::new(
+                    [(from.max(0.0), y), (to.max(0.0), y)],
+                    INK.stroke_width(1),
+                ))?;
                 right = right.max(to);
             }
             let at = chart.backend_coord(&(right, 0.5 * (low + high)));
-            area.draw(&Text::new(short(bar.value), (at.0 + 5, at.1), text(narrow).pos(start)))?;
+            area.draw(&Text::new(
+                short(bar.value),
+                (at.0 + 5, at.1),
+                text(narrow).pos(start),
+            ))?;
         }
     }
     Ok(())
@@ -83,7 +111,14 @@ pub struct Axes<'a> {
 }
 
 /// Points with the means of cells over them.
-pub fn scatter(area: &Area, narrow: bool, axes: &Axes, points: &[(f64, f64)], means: &[(f64, f64)], colour: RGBColor) -> Drawn {
+pub fn scatter(
+    area: &Area,
+    narrow: bool,
+    axes: &Axes,
+    points: &[(f64, f64)],
+    means: &[(f64, f64)],
+    colour: RGBColor,
+) -> Drawn {
     let mut chart = ChartBuilder::on(area)
         .margin(8)
         .caption(axes.title, text(narrow))
@@ -104,9 +139,19 @@ pub fn scatter(area: &Area, narrow: bool, axes: &Axes, points: &[(f64, f64)], me
         .y_label_formatter(&|v| short(*v))
         .draw()?;
     let inside = |y: f64| y.clamp(axes.y.start, axes.y.end);
-    chart.draw_series(points.iter().map(|&(x, y)| Circle::new((x, inside(y)), 1, colour.mix(0.35).filled())))?;
-    chart.draw_series(LineSeries::new(means.iter().map(|&(x, y)| (x, inside(y))), GROUND.stroke_width(5)))?;
-    chart.draw_series(LineSeries::new(means.iter().map(|&(x, y)| (x, inside(y))), colour.stroke_width(3)))?;
+    chart.draw_series(
+        points
+            .iter()
+            .map(|&(x, y)| Circle::new((x, inside(y)), 1, colour.mix(0.35).filled())),
+    )?;
+    chart.draw_series(LineSeries::new(
+        means.iter().map(|&(x, y)| (x, inside(y))),
+        GROUND.stroke_width(5),
+    ))?;
+    chart.draw_series(LineSeries::new(
+        means.iter().map(|&(x, y)| (x, inside(y))),
+        colour.stroke_width(3),
+    ))?;
     Ok(())
 }
 
@@ -117,7 +162,11 @@ pub fn curve(bins: &[Bin], pick: fn(&Bin) -> f64) -> Vec<(f64, f64)> {
 
 /// Amplitude over order or frequency, before and after.
 pub fn lines(area: &Area, narrow: bool, title: &str, axis: &str, spectrum: &[Line]) -> Drawn {
-    let top = spectrum.iter().map(|l| l.before_m.max(l.after_m)).fold(0.0, f64::max) * MICRO;
+    let top = spectrum
+        .iter()
+        .map(|l| l.before_m.max(l.after_m))
+        .fold(0.0, f64::max)
+        * MICRO;
     let last = spectrum.last().map_or(1.0, |l| l.at);
     let mut chart = ChartBuilder::on(area)
         .margin(8)
@@ -138,8 +187,18 @@ pub fn lines(area: &Area, narrow: bool, title: &str, axis: &str, spectrum: &[Lin
         .x_label_formatter(&|v| short(*v))
         .y_label_formatter(&|v| short(*v))
         .draw()?;
-    chart.draw_series(AreaSeries::new(spectrum.iter().map(|l| (l.at, MICRO * l.before_m)), 0.0, BEFORE.mix(0.25)).border_style(BEFORE.stroke_width(2)))?;
-    chart.draw_series(LineSeries::new(spectrum.iter().map(|l| (l.at, MICRO * l.after_m)), AFTER.stroke_width(2)))?;
+    chart.draw_series(
+        AreaSeries::new(
+            spectrum.iter().map(|l| (l.at, MICRO * l.before_m)),
+            0.0,
+            BEFORE.mix(0.25),
+        )
+        .border_style(BEFORE.stroke_width(2)),
+    )?;
+    chart.draw_series(LineSeries::new(
+        spectrum.iter().map(|l| (l.at, MICRO * l.after_m)),
+        AFTER.stroke_width(2),
+    ))?;
     Ok(())
 }
 
@@ -150,7 +209,9 @@ pub type Cell = ([f64; 2], f64);
 pub fn map(area: &Area, narrow: bool, title: &str, cells: &[Cell], size: f64, full: f64) -> Drawn {
     let bound = |axis: usize| {
         let values = cells.iter().map(|c| c.0[axis]);
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v - 0.5 * size), h.max(v + 0.5 * size)))
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+            (l.min(v - 0.5 * size), h.max(v + 0.5 * size))
+        })
     };
     let mut chart = ChartBuilder::on(area)
         .margin(8)
@@ -174,12 +235,21 @@ pub fn map(area: &Area, narrow: bool, title: &str, cells: &[Cell], size: f64, fu
     chart.draw_series(cells.iter().map(|&([x, y], value)| {
         let colour = if value > 0.0 { BEFORE } else { AFTER };
         let half = 0.5 * size;
-        Rectangle::new([(x - half, y - half), (x + half, y + half)], colour.mix((value.abs() / full).clamp(0.06, 1.0)).filled())
+        Rectangle::new(
+            [(x - half, y - half), (x + half, y + half)],
+            colour.mix((value.abs() / full).clamp(0.06, 1.0)).filled(),
+        )
     }))?;
     Ok(())
 }
 
 /// Colour of a waterfall's step.
 pub fn step_colour(first: bool, last: bool) -> RGBColor {
-    if first { BEFORE } else if last { FLOOR } else { AFTER }
+    if first {
+        BEFORE
+    } else if last {
+        FLOOR
+    } else {
+        AFTER
+    }
 }

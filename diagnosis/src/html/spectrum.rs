@@ -24,7 +24,11 @@ pub fn spectrum(argument: &[f64], before_m: &[f64], after_m: &[f64], places: &[f
             for ((x, b), a) in argument.iter().zip(before_m).zip(after_m) {
                 sums.add((TAU * at * x).sin_cos(), b - before_mean, a - after_mean);
             }
-            Line { at, before_m: sums.amplitude(sums.before), after_m: sums.amplitude(sums.after) }
+            Line {
+                at,
+                before_m: sums.amplitude(sums.before),
+                after_m: sums.amplitude(sums.after),
+            }
         })
         .collect()
 }
@@ -67,12 +71,20 @@ mod tests {
 
     #[test]
     fn a_wave_at_uneven_places_has_its_amplitude() {
-        let x: Vec<f64> = (0..500).map(|i| (f64::from(i) * 0.618_034).fract() * 9.3).collect();
-        let wave: Vec<f64> = x.iter().map(|x| 2.0 * (TAU * 3.0 * x + 0.4).sin() + 5.0).collect();
+        let x: Vec<f64> = (0..500)
+            .map(|i| (f64::from(i) * 0.618_034).fract() * 9.3)
+            .collect();
+        let wave: Vec<f64> = x
+            .iter()
+            .map(|x| 2.0 * (TAU * 3.0 * x + 0.4).sin() + 5.0)
+            .collect();
         let nothing = vec![0.0; x.len()];
         let lines = spectrum(&x, &wave, &nothing, &[1.0, 3.0, 4.0]);
         assert!((lines[1].before_m - 2.0).abs() < 0.02, "{lines:?}");
-        assert!(lines[0].before_m < 0.1 && lines[2].before_m < 0.1, "{lines:?}");
+        assert!(
+            lines[0].before_m < 0.1 && lines[2].before_m < 0.1,
+            "{lines:?}"
+        );
         assert_eq!(lines[1].after_m, 0.0);
     }
 }

@@ -45,13 +45,24 @@ pub fn plot(label: &str, rows: [u32; 2], draw: impl Fn(&Area, bool) -> Drawn) ->
     [false, true]
         .into_iter()
         .map(|narrow| {
-            let (width, height) = if narrow { (360, 250 * rows[1]) } else { (900, 330 * rows[0]) };
-            Plot { svg: svg((width, height), label, |area| draw(area, narrow)).unwrap_or_default(), narrow }
+            let (width, height) = if narrow {
+                (360, 250 * rows[1])
+            } else {
+                (900, 330 * rows[0])
+            };
+            Plot {
+                svg: svg((width, height), label, |area| draw(area, narrow)).unwrap_or_default(),
+                narrow,
+            }
         })
         .collect()
 }
 
-fn svg(size: (u32, u32), label: &str, draw: impl Fn(&Area) -> Drawn) -> Result<String, Box<dyn std::error::Error + Send + Sync>> {
+fn svg(
+    size: (u32, u32),
+    label: &str,
+    draw: impl Fn(&Area) -> Drawn,
+) -> Result<String, Box<dyn std::error::Error + Send + Sync>> {
     let mut text = String::new();
     {
         let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
@@ -63,12 +74,21 @@ fn svg(size: (u32, u32), label: &str, draw: impl Fn(&Area) -> Drawn) -> Result<S
     }
     let open = format!("<svg width=\"{}\" height=\"{}\" ", size.0, size.1);
     let label = maud::html! { (label) }.into_string();
-    Ok(text.replacen(&open, &format!("<svg role=\"img\" aria-label=\"{}\" ", label.replace('"', "&quot;")), 1))
+    Ok(text.replacen(
+        &open,
+        &format!(
+            "<svg role=\"img\" aria-label=\"{}\" ",
+            label.replace('"', "&quot;")
+        ),
+        1,
+    ))
 }
 
 /// Style of labels and titles.
 pub fn text(narrow: bool) -> TextStyle<'static> {
-    ("system-ui, sans-serif", if narrow { 11 } else { 13 }).into_font().color(&INK)
+    ("system-ui, sans-serif", if narrow { 11 } else { 13 })
+        .into_font()
+        .color(&INK)
 }
 
 /// A range with a margin on both sides; never empty.
@@ -85,5 +105,11 @@ pub fn short(value: f64) -> String {
         _ => 2,
     };
     let text = format!("{value:.digits$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').replace('-', "−") } else { text.replace('-', "−") }
+    if text.contains('.') {
+        text.trim_end_matches('0')
+            .trim_end_matches('.')
+            .replace('-', "−")
+    } else {
+        text.replace('-', "−")
+    }
 }

@@ -23,7 +23,9 @@ impl Coordinate {
     pub fn title(&self) -> String {
         let whose = match (self.of, self.family) {
             (None, _) => String::new(),
-            (Some(axis), "place on the platen" | "deflection of the coordination sensor") => format!(" {}", ["x", "y"][axis % 2]),
+            (Some(axis), "place on the platen" | "deflection of the coordination sensor") => {
+                format!(" {}", ["x", "y"][axis % 2])
+            }
             (Some(segment), _) => format!(", segment {}", segment + 1),
         };
         format!("{}{whose}, {}", self.family, self.unit)
@@ -39,18 +41,32 @@ impl Coordinate {
 fn all() -> Vec<Coordinate> {
     type Value = fn(&Place, usize) -> f64;
     let by_segment: [(&'static str, &'static str, Value); 5] = [
-        ("own tooth phase", "turns", |p, s| p.own_turns[s].rem_euclid(1.0)),
+        ("own tooth phase", "turns", |p, s| {
+            p.own_turns[s].rem_euclid(1.0)
+        }),
         ("lateral tooth phase", "turns", |p, s| p.lateral_turns[s]),
         ("speed", "mm/s", |p, s| 1.0e3 * p.speed_m_s[s]),
         ("direction", "(−1, 0, 1)", |p, s| p.direction[s]),
-        ("signal amplitude", "% beside its mean", |p, s| 100.0 * p.ln_amplitude[s]),
+        ("signal amplitude", "% beside its mean", |p, s| {
+            100.0 * p.ln_amplitude[s]
+        }),
     ];
     let mut list = Vec::new();
     for (family, unit, value) in by_segment {
-        list.extend((0..4).map(|s| Coordinate { family, of: Some(s), unit, value }));
+        list.extend((0..4).map(|s| Coordinate {
+            family,
+            of: Some(s),
+            unit,
+            value,
+        }));
     }
     for axis in 0..2 {
-        list.push(Coordinate { family: "place on the platen", of: Some(axis), unit: "mm", value: |p, a| 1.0e3 * p.centre_m[a] });
+        list.push(Coordinate {
+            family: "place on the platen",
+            of: Some(axis),
+            unit: "mm",
+            value: |p, a| 1.0e3 * p.centre_m[a],
+        });
         list.push(Coordinate {
             family: "deflection of the coordination sensor",
             of: Some(axis),
@@ -58,9 +74,24 @@ fn all() -> Vec<Coordinate> {
             value: |p, a| p.deflection[a],
         });
     }
-    list.push(Coordinate { family: "theta", of: None, unit: "mrad", value: |p, _| 1.0e3 * p.theta_rad });
-    list.push(Coordinate { family: "temperature", of: None, unit: "K beside its mean", value: |p, _| p.warmth_k });
-    list.push(Coordinate { family: "time", of: None, unit: "s", value: |p, _| p.t_s });
+    list.push(Coordinate {
+        family: "theta",
+        of: None,
+        unit: "mrad",
+        value: |p, _| 1.0e3 * p.theta_rad,
+    });
+    list.push(Coordinate {
+        family: "temperature",
+        of: None,
+        unit: "K beside its mean",
+        value: |p, _| p.warmth_k,
+    });
+    list.push(Coordinate {
+        family: "time",
+        of: None,
+        unit: "s",
+        value: |p, _| p.t_s,
+    });
     list
 }
 
@@ -79,7 +110,11 @@ pub struct Bin {
 
 /// Means over the cells of a coordinate; empty ones are left out. `None` where the coordinate does not vary.
 pub fn bins(evidence: &Evidence, trace: &Trace, coordinate: &Coordinate) -> Option<Vec<Bin>> {
-    let values: Vec<f64> = trace.points.iter().map(|p| coordinate.at(&evidence.places[p.place])).collect();
+    let values: Vec<f64> = trace
+        .points
+        .iter()
+        .map(|p| coordinate.at(&evidence.places[p.place]))
+        .collect();
     let (low, high) = range(&values)?;
     let width = (high - low) / BINS as f64;
     let mut cells = vec![Bin::default(); BINS];
@@ -89,26 +124,39 @@ pub fn bins(evidence: &Evidence, trace: &Trace, coordinate: &Coordinate) -> Opti
         cell.before_m += point.before_m;
         cell.after_m += point.after_m;
     }
-    let means = cells.into_iter().enumerate().filter(|(_, c)| c.count > 0).map(|(k, c)| Bin {
-        at: low + (k as f64 + 0.5) * width,
-        count: c.count,
-        before_m: c.before_m / c.count as f64,
-        after_m: c.after_m / c.count as f64,
-    });
+    let means = cells
+        .into_iter()
+        .enumerate()
+        .filter(|(_, c)| c.count > 0)
+        .map(|(k, c)| Bin {
+            at: low + (k as f64 + 0.5) * width,
+            count: c.count,
+            before_m: c.before_m / c.count as f64,
+            after_m: c.after_m / c.count as f64,
+        });
     Some(means.collect())
 }
 
 /// Smallest and largest value, if there are two.
 pub fn range(values: &[f64]) -> Option<(f64, f64)> {
-    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let (low, high) = values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+            (l.min(*v), h.max(*v))
+        });
     (high - low > 1e-12 * (1.0 + high.abs().max(low.abs()))).then_some((low, high))
 }
 
 /// Share of the residual's square that the means over a coordinate take, beyond what chance gives as many cells.
 fn told(evidence: &Evidence, trace: &Trace, coordinate: &Coordinate) -> f64 {
-    let Some(bins) = bins(evidence, trace, coordinate) else { return 0.0 };
+    let Some(bins) = bins(evidence, trace, coordinate) else {
+        return 0.0;
+    };
     let total: f64 = trace.points.iter().map(|p| p.before_m * p.before_m).sum();
-    let taken: f64 = bins.iter().map(|b| b.count as f64 * b.before_m * b.before_m).sum();
+    let taken: f64 = bins
+        .iter()
+        .map(|b| b.count as f64 * b.before_m * b.before_m)
+        .sum();
     let n = trace.points.len() as f64;
     (taken / total.max(1e-30) - bins.len() as f64 / n.max(1.0)).max(0.0)
 }
@@ -117,10 +165,24 @@ fn told(evidence: &Evidence, trace: &Trace, coordinate: &Coordinate) -> f64 {
 pub fn telling<'a>(evidence: &'a Evidence, pointed_to: &[&str]) -> Option<(&'a Trace, Coordinate)> {
     let mut best: Option<(f64, &Trace, Coordinate)> = None;
     for trace in evidence.traces.iter().filter(|t| t.points.len() > 2 * BINS) {
-        for coordinate in all().into_iter().filter(|c| c.of.is_none_or(|s| trace.segment.is_none_or(|own| own == s || c.family.starts_with("place")))) {
-            let preferred = pointed_to.iter().any(|place| place.contains(coordinate.family));
+        for coordinate in all().into_iter().filter(|c| {
+            c.of.is_none_or(|s| {
+                trace
+                    .segment
+                    .is_none_or(|own| own == s || c.family.starts_with("place"))
+            })
+        }) {
+            let preferred = pointed_to
+                .iter()
+                .any(|place| place.contains(coordinate.family));
             // Time is where everything shows that differs from run to run.
-            let weight = if preferred { 3.0 } else if coordinate.family == "time" { 0.3 } else { 1.0 };
+            let weight = if preferred {
+                3.0
+            } else if coordinate.family == "time" {
+                0.3
+            } else {
+                1.0
+            };
             let score = weight * told(evidence, trace, &coordinate);
             if best.as_ref().is_none_or(|b| score > b.0) {
                 best = Some((score, trace, coordinate));

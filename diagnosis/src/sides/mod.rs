@@ -13,6 +13,7 @@ pub mod psd_nonlinearity;
 pub mod quadrature_drift;
 pub mod span_error;
 pub mod thermal_drift;
+pub mod tooth_variation;
 pub mod velocity_lag;
 
 use effects::sensor::SensorEffect;
@@ -35,5 +36,6 @@ pub fn linear() -> Vec<Box<dyn SensorEffect>> {
         Box::new(axis_skew::RulingModel),
         Box::new(quadrature_drift::WanderModel),
         Box::new(span_error::SpanModel),
+        Box::new(tooth_variation::FieldModel),
     ]
 }

@@ -7,7 +7,7 @@ use effects::sensor::{Regressor, SensorEffect, Survey};
 pub struct WanderModel;
 
 /// Knots over the recording.
-const KNOTS: usize = 12;
+const KNOTS: usize = 15;
 
 impl SensorEffect for WanderModel {
     fn name(&self) -> &'static str {
@@ -24,7 +24,9 @@ impl SensorEffect for WanderModel {
 
     fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
         let mut list = Vec::new();
-        for s in (0..4).filter(|s| survey.segments[*s]) {
+        for s in
+            (0..4).filter(|s| survey.segments[*s] && survey.travel_m[*s] > 3.0 * survey.pitch_m)
+        {
             for knot in 0..KNOTS {
                 // Uniform cubic B-splines that reach one knot past both ends.
                 let step = 1.0 / (KNOTS - 3) as f64;
