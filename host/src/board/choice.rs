@@ -3,9 +3,15 @@
 use super::link::Link;
 use super::sim::SimWire;
 use crate::demo::Preset;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use embedded_storage::nor_flash::NorFlash;
-use hal_sim::board::SharedFlash;
+use hal_sim::board::{FLASH_PAGES, SharedFlash};
+use hal_sim::presets::DEFAULT_RMS_M;
+use hal_sim::spec::CourierSpec;
+use hal_sim::wire::flash::Flash;
+use hal_sim::wire::motion::ControllerConfig;
+use hal_sim::world::World;
+use link_host::emulated::{Emulated, Images, Parts};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -64,32 +70,51 @@ impl Choice {
         }
         if self.emulated {
             ensure!(
-                !self.simulated_options(),
-                "--sim-…: found --emulated, wanted the simulated board"
+                self.sim_flash.is_none(),
+                "--sim-flash: found --emulated, wanted the simulated board"
             );
-            bail!(
-                "--emulated: found no images beside this command, wanted them built by `cargo xtask firmware`"
-            );
+            return self.emulated();
         }
         self.simulated()
     }
 
-    fn simulated(&self) -> Result<Opened> {
+    fn courier(&self) -> Result<(CourierSpec, u64)> {
         let seed = self.sim_seed.unwrap_or(1);
-        let spec = self.sim_preset.unwrap_or(Preset::Paper).courier(
-            seed,
-            None,
-            hal_sim::presets::DEFAULT_RMS_M,
-        )?;
+        let preset = self.sim_preset.unwrap_or(Preset::Paper);
+        Ok((preset.courier(seed, None, DEFAULT_RMS_M)?, seed))
+    }
+
+    fn simulated(&self) -> Result<Opened> {
+        let (spec, seed) = self.courier()?;
         let flash = SharedFlash::erased(seed);
         if let Some(path) = &self.sim_flash {
             restore(&flash, path)?;
         }
         let link = Link::connect(Box::new(SimWire::start(spec, seed, flash.clone())?))?;
-        Ok(Opened {
-            link,
-            flash: self.sim_flash.clone().map(|path| (flash, path)),
-        })
+        let flash = self.sim_flash.clone().map(|path| (flash, path));
+        Ok(Opened { link, flash })
+    }
+
+    /// The images are named by the environment: this command does not build for another processor.
+    fn emulated(&self) -> Result<Opened> {
+        let named = |variable: &str| {
+            let path = std::env::var_os(variable).map(PathBuf::from);
+            path.with_context(|| {
+                format!(
+                    "--emulated: found no {variable} in the environment, wanted an image's path"
+                )
+            })
+        };
+        let images = Images {
+            firmware: named("COURIER_EMULATED_FIRMWARE")?,
+            plugin: named("COURIER_EMULATED_PLUGIN")?,
+        };
+        let (spec, seed) = self.courier()?;
+        let home = spec.places.scatter_corner;
+        let world = World::new(spec, ControllerConfig::TYPICAL, home, seed)?;
+        let parts = Parts::new(world, Flash::new(FLASH_PAGES, seed));
+        let link = Link::connect(Box::new(Emulated::start(&images, parts)?))?;
+        Ok(Opened { link, flash: None })
     }
 }
 
@@ -150,7 +175,8 @@ fn keep(flash: &SharedFlash, path: &Path) -> Result<()> {
 
 #[cfg(feature = "probe")]
 fn probe(selector: &str) -> Result<Opened> {
-    let wire = link_host::probe::open(selector)?;
+    let selector = (selector != "any").then_some(selector);
+    let wire = link_host::probe::Probed::open(selector)?;
     Ok(Opened {
         link: Link::connect(Box::new(wire))?,
         flash: None,
@@ -159,7 +185,7 @@ fn probe(selector: &str) -> Result<Opened> {
 
 #[cfg(not(feature = "probe"))]
 fn probe(_: &str) -> Result<Opened> {
-    bail!(
+    anyhow::bail!(
         "--probe: this courier was built without debug probes; wanted: cargo run -p courier --release --features probe"
     )
 }
