@@ -4,6 +4,7 @@
 //! `board` reaches a board over its debug link, `calibration_file` keeps a calibration, `isolability` foretells what a motion can identify, `demo` goes through the main job on a simulated courier, `recorder` keeps a board's samples, `replay` runs the firmware's signal path and estimator on recordings.
 
 pub mod board;
+pub mod board_model;
 pub mod calibration_file;
 pub mod cli;
 pub mod commands;

@@ -189,7 +189,10 @@ pub fn on_path(program: &str) -> bool {
 }
 
 /// Installs Debian packages.
-fn install(packages: &[&str]) -> Result<()> {
+///
+/// # Errors
+/// There is no apt-get, this is not root, or a package cannot be had.
+pub fn install(packages: &[&str]) -> Result<()> {
     let by_hand = format!("apt-get install {}", packages.join(" "));
     ensure!(
         on_path("apt-get"),

@@ -2,6 +2,8 @@
 
 mod arm;
 mod bench;
+mod blind;
+mod browser;
 mod cmsis;
 mod figures;
 mod firmware;
@@ -35,6 +37,16 @@ const TASKS: &[Task] = &[
         "firmware",
         "both images: flash, RAM, worst stack, no panic in the interrupt",
         firmware::run_command,
+    ),
+    (
+        "report",
+        "the HTML reports in a headless browser, at the width of a desk and of a phone",
+        browser::run,
+    ),
+    (
+        "blind",
+        "the nightly blind check of the diagnosis: its figures against those asked for (CASES SEED)",
+        blind::run,
     ),
     ("arm", "the checks on the Cortex-M4F alone", |_| {
         arm::checks()

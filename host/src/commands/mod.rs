@@ -60,6 +60,7 @@ commands! {
         Rollback => rollback,
         Export => export,
         Import => import,
+        Load => load,
         Reset => reset,
     }
 }
