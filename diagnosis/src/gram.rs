@@ -9,6 +9,9 @@ use std::ops::Range;
 pub const FOLDS: usize = 5;
 /// Samples that are turned into rows at once.
 const CHUNK: usize = 256;
+/// Sums that are formed side by side. Their number and what goes into each is the same on every machine and in every run, so
+/// that the last digit is.
+const LANES: usize = 4;
 
 /// What a group of columns stands for.
 #[derive(Clone, Debug, PartialEq)]
@@ -152,22 +155,19 @@ impl Gram {
             .enumerate()
             .flat_map(|(f, list)| list.chunks(CHUNK).map(move |c| (f, c)))
             .collect();
-        let threads = std::thread::available_parallelism()
-            .map_or(1, usize::from)
-            .min(8);
-        let next = std::sync::atomic::AtomicUsize::new(0);
-        let work = || {
+        let work = |lane: usize| {
             let mut fold = vec![DMatrix::zeros(width, width); FOLDS];
             let mut rows = [0usize; FOLDS];
-            while let Some((f, samples)) =
-                jobs.get(next.fetch_add(1, std::sync::atomic::Ordering::Relaxed))
-            {
+            for (f, samples) in jobs.iter().skip(lane).step_by(LANES) {
                 rows[*f] += accumulate(scene, columns, &scale, samples, &mut fold[*f]);
             }
             (fold, rows)
         };
+        let work = &work;
         let parts: Vec<_> = std::thread::scope(|scope| {
-            let handles: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+            let handles: Vec<_> = (0..LANES)
+                .map(|lane| scope.spawn(move || work(lane)))
+                .collect();
             handles.into_iter().filter_map(|h| h.join().ok()).collect()
         });
         let mut fold = vec![DMatrix::zeros(width, width); FOLDS];

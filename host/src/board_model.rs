@@ -30,7 +30,10 @@ struct Row {
 impl Row {
     /// Largest magnitude of any coefficient.
     fn size(&self) -> f64 {
-        self.coefficients.as_flattened().iter().fold(0.0, |largest, c| c.abs().max(largest))
+        self.coefficients
+            .as_flattened()
+            .iter()
+            .fold(0.0, |largest, c| c.abs().max(largest))
     }
 }
 
@@ -64,9 +67,17 @@ impl BoardModel {
         ensure!(
             !taken.is_empty(),
             "found {}, wanted an effect that the board's error model has terms for (lateral_dependence, extra_harmonics, angle_dependence, velocity_lag, hysteresis, thermal_drift)",
-            if diagnosed.effects.is_empty() { "no effect in the model".into() } else { left.join("; ") }
+            if diagnosed.effects.is_empty() {
+                "no effect in the model".into()
+            } else {
+                left.join("; ")
+            }
         );
-        Ok(Self { model: model(diagnosed, &rows)?, taken, left })
+        Ok(Self {
+            model: model(diagnosed, &rows)?,
+            taken,
+            left,
+        })
     }
 }
 
@@ -81,7 +92,10 @@ fn equation_3(diagnosed: &Model) -> Vec<Row> {
 
 fn set(rows: &mut Vec<Row>, term: Term, part: usize, segment: usize, value: f64) {
     if !rows.iter().any(|row| row.term == term) {
-        rows.push(Row { term, coefficients: [[0.0; 2]; SEGMENTS] });
+        rows.push(Row {
+            term,
+            coefficients: [[0.0; 2]; SEGMENTS],
+        });
     }
     if let Some(row) = rows.iter_mut().find(|row| row.term == term) {
         row.coefficients[segment][part] += value;
@@ -105,7 +119,8 @@ fn fit_in(before: &[Row], rows: &mut Vec<Row>) -> usize {
 
 fn model(diagnosed: &Model, rows: &[Row]) -> Result<ErrorModel> {
     let terms: Vec<Term> = rows.iter().map(|row| row.term).collect();
-    let table = TermTable::new(&terms).map_err(|(index, error)| anyhow::anyhow!("term {index}: {error}"))?;
+    let table = TermTable::new(&terms)
+        .map_err(|(index, error)| anyhow::anyhow!("term {index}: {error}"))?;
     let mut model = ErrorModel::zero(table);
     model.constants_m = diagnosed.baseline_with_effects.k_m.map(|k| k[0] as f32);
     for (slot, row) in model.coefficients.iter_mut().zip(rows) {
@@ -117,24 +132,42 @@ fn model(diagnosed: &Model, rows: &[Row]) -> Result<ErrorModel> {
 
 /// Term, its part (0 sine, 1 cosine) and segment of a named amount; none where the board has no such term.
 fn place(effect: &str, amount: &str) -> Option<(Term, usize, usize)> {
-    let segment = number(amount, "segment ")?.checked_sub(1).filter(|s| *s < SEGMENTS as i64)? as usize;
+    let segment = number(amount, "segment ")?
+        .checked_sub(1)
+        .filter(|s| *s < SEGMENTS as i64)? as usize;
     let constant = |multiplier| Some((Term::default().with(multiplier), 1, segment));
     match effect {
         "velocity_lag" if amount.starts_with("delay,") => return constant(Multiplier::Speed),
-        "hysteresis" if amount.starts_with("direction of travel,") => return constant(Multiplier::Direction),
-        "thermal_drift" if amount.starts_with("offset, segment") => return constant(Multiplier::Temperature),
+        "hysteresis" if amount.starts_with("direction of travel,") => {
+            return constant(Multiplier::Direction);
+        }
+        "thermal_drift" if amount.starts_with("offset, segment") => {
+            return constant(Multiplier::Temperature);
+        }
         _ => {}
     }
-    let part = if amount.contains(" sine,") { 0 } else if amount.contains(" cosine,") { 1 } else { return None };
+    let part = if amount.contains(" sine,") {
+        0
+    } else if amount.contains(" cosine,") {
+        1
+    } else {
+        return None;
+    };
     let order = |mark| number(amount, mark).and_then(|n| i8::try_from(n).ok());
     let term = match effect {
-        "lateral_dependence" if amount.starts_with("own order ") => {
-            Term { own_order: order("own order ")?.unsigned_abs(), lateral_order: order("lateral order ")?, ..Term::default() }
-        }
+        "lateral_dependence" if amount.starts_with("own order ") => Term {
+            own_order: order("own order ")?.unsigned_abs(),
+            lateral_order: order("lateral order ")?,
+            ..Term::default()
+        },
         "lateral_dependence" => Term::lateral(order("order ")?),
         "extra_harmonics" => Term::own(order("order ")?.unsigned_abs()),
-        "angle_dependence" if amount.starts_with("theta times ") => Term::own(order("order ")?.unsigned_abs()).with_theta(1),
-        "angle_dependence" if amount.starts_with("theta squared times ") => Term::own(order("order ")?.unsigned_abs()).with_theta(2),
+        "angle_dependence" if amount.starts_with("theta times ") => {
+            Term::own(order("order ")?.unsigned_abs()).with_theta(1)
+        }
+        "angle_dependence" if amount.starts_with("theta squared times ") => {
+            Term::own(order("order ")?.unsigned_abs()).with_theta(2)
+        }
         _ => return None,
     };
     Some((term, part, segment))
@@ -143,7 +176,10 @@ fn place(effect: &str, amount: &str) -> Option<(Term, usize, usize)> {
 /// The whole number behind a mark.
 fn number(text: &str, mark: &str) -> Option<i64> {
     let rest = text.split(mark).nth(1)?;
-    let end = rest.char_indices().find(|(i, c)| !(c.is_ascii_digit() || *i == 0 && *c == '-')).map_or(rest.len(), |(i, _)| i);
+    let end = rest
+        .char_indices()
+        .find(|(i, c)| !(c.is_ascii_digit() || *i == 0 && *c == '-'))
+        .map_or(rest.len(), |(i, _)| i);
     rest[..end].parse().ok()
 }
 
@@ -154,21 +190,52 @@ mod tests {
     use diagnosis::report::Magnitude;
 
     fn amount(name: &str, value: f64) -> Magnitude {
-        Magnitude { name: name.into(), value, unit: "m".into() }
+        Magnitude {
+            name: name.into(),
+            value,
+            unit: "m".into(),
+        }
     }
 
     fn diagnosed(effect: &str, amounts: Vec<Magnitude>) -> Model {
-        Model { effects: vec![EffectAmounts { name: effect.into(), carries_over: true, amounts }], ..Model::default() }
+        Model {
+            effects: vec![EffectAmounts {
+                name: effect.into(),
+                carries_over: true,
+                amounts,
+            }],
+            ..Model::default()
+        }
     }
 
     #[test]
     fn amounts_become_the_terms_that_they_are() {
-        let at = |effect, name| place(effect, name).map(|(term, part, segment)| (term, part, segment));
-        assert_eq!(at("lateral_dependence", "order 2 cosine, segment 3"), Some((Term::lateral(2), 1, 2)));
-        let mixed = Term { own_order: 2, lateral_order: -1, ..Term::default() };
-        assert_eq!(at("lateral_dependence", "own order 2, lateral order -1 sine, segment 1"), Some((mixed, 0, 0)));
-        assert_eq!(at("angle_dependence", "theta times order 1 sine, segment 4"), Some((Term::own(1).with_theta(1), 0, 3)));
-        assert_eq!(at("velocity_lag", "delay, segment 2"), Some((Term::default().with(Multiplier::Speed), 1, 1)));
+        let at =
+            |effect, name| place(effect, name).map(|(term, part, segment)| (term, part, segment));
+        assert_eq!(
+            at("lateral_dependence", "order 2 cosine, segment 3"),
+            Some((Term::lateral(2), 1, 2))
+        );
+        let mixed = Term {
+            own_order: 2,
+            lateral_order: -1,
+            ..Term::default()
+        };
+        assert_eq!(
+            at(
+                "lateral_dependence",
+                "own order 2, lateral order -1 sine, segment 1"
+            ),
+            Some((mixed, 0, 0))
+        );
+        assert_eq!(
+            at("angle_dependence", "theta times order 1 sine, segment 4"),
+            Some((Term::own(1).with_theta(1), 0, 3))
+        );
+        assert_eq!(
+            at("velocity_lag", "delay, segment 2"),
+            Some((Term::default().with(Multiplier::Speed), 1, 1))
+        );
         assert_eq!(at("velocity_lag", "square of speed, segment 2"), None);
         assert_eq!(at("psd_nonlinearity", "cubic x"), None);
     }
@@ -185,9 +252,23 @@ mod tests {
             top_speed_m_s: [0.05; 4],
             ..Default::default()
         };
-        for name in ["lateral_dependence", "extra_harmonics", "angle_dependence", "velocity_lag", "hysteresis", "thermal_drift"] {
-            let side = diagnosis::sides::linear().into_iter().find(|side| side.name() == name).expect(name);
-            let amounts = side.regressors(&survey).iter().map(|r| amount(&r.name, 1.0e-6)).collect();
+        for name in [
+            "lateral_dependence",
+            "extra_harmonics",
+            "angle_dependence",
+            "velocity_lag",
+            "hysteresis",
+            "thermal_drift",
+        ] {
+            let side = diagnosis::sides::linear()
+                .into_iter()
+                .find(|side| side.name() == name)
+                .expect(name);
+            let amounts = side
+                .regressors(&survey)
+                .iter()
+                .map(|r| amount(&r.name, 1.0e-6))
+                .collect();
             let board = BoardModel::new(&diagnosed(name, amounts)).expect(name);
             assert!(board.model.terms.len() > 4, "{name}");
         }
@@ -195,9 +276,15 @@ mod tests {
 
     #[test]
     fn the_largest_harmonics_are_kept_where_not_all_have_room() {
-        let amounts = [(3, 1.0e-7), (5, 3.0e-6), (8, 2.0e-6)].map(|(n, v)| amount(&format!("order {n} sine, segment 1"), v));
+        let amounts = [(3, 1.0e-7), (5, 3.0e-6), (8, 2.0e-6)]
+            .map(|(n, v)| amount(&format!("order {n} sine, segment 1"), v));
         let board = BoardModel::new(&diagnosed("extra_harmonics", amounts.to_vec())).unwrap();
-        let orders: Vec<u8> = board.model.terms.iter().map(|term| term.own_order).collect();
+        let orders: Vec<u8> = board
+            .model
+            .terms
+            .iter()
+            .map(|term| term.own_order)
+            .collect();
         assert_eq!(orders, [1, 2, 4, 6, 5, 8]);
         assert_eq!(board.left.len(), 1);
     }
@@ -205,6 +292,8 @@ mod tests {
     #[test]
     fn a_model_without_a_term_for_the_board_is_refused() {
         assert!(BoardModel::new(&Model::default()).is_err());
-        assert!(BoardModel::new(&diagnosed("psd_nonlinearity", vec![amount("cubic x", 1.0)])).is_err());
+        assert!(
+            BoardModel::new(&diagnosed("psd_nonlinearity", vec![amount("cubic x", 1.0)])).is_err()
+        );
     }
 }

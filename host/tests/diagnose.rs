@@ -23,13 +23,19 @@ fn refused(ran: &Ran, wanted: &[&str]) {
 fn a_blind_check_step_by_step() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let written = courier_in(at, &["blind", "write", "cases", "--cases", "5", "--seed", "12"]);
+    let written = courier_in(
+        at,
+        &["blind", "write", "cases", "--cases", "5", "--seed", "12"],
+    );
     assert_eq!(written.code, 0, "{}", written.err);
     let seal = std::fs::read_to_string(at.join("cases/seal.txt")).unwrap();
     assert!(written.err.contains(seal.trim()));
     for case in 0..5 {
         // Nothing in the recordings tells the answer.
-        let meta = std::fs::read_to_string(at.join(format!("cases/recordings/case_00{case}/recording.toml"))).unwrap();
+        let meta = std::fs::read_to_string(
+            at.join(format!("cases/recordings/case_00{case}/recording.toml")),
+        )
+        .unwrap();
         assert!(!meta.contains("seed"), "{meta}");
     }
     // The diagnosis must do without the answers.
@@ -38,24 +44,54 @@ fn a_blind_check_step_by_step() {
     std::fs::rename(&answers, &aside).unwrap();
     assert_eq!(courier_in(at, &["blind", "diagnose", "cases"]).code, 0);
     std::fs::rename(&aside, &answers).unwrap();
-    let scored = courier_in(at, &["blind", "score", "cases", "--quick", "--json", "score.json", "--report", "score.html"]);
+    let scored = courier_in(
+        at,
+        &[
+            "blind",
+            "score",
+            "cases",
+            "--quick",
+            "--json",
+            "score.json",
+            "--report",
+            "score.html",
+        ],
+    );
     assert_eq!(scored.code, 0, "{}", scored.err);
     assert!(scored.out.lines().count() <= 40, "{}", scored.out);
     let score = json(&at.join("score.json"));
     assert_eq!(score["seal"].as_str().unwrap(), seal.trim());
     assert_eq!(score["judged"].as_array().unwrap().len(), 5);
-    let counted: u64 = score["figures"].as_array().unwrap()[..4].iter().map(|f| f["of"].as_u64().unwrap()).sum();
+    let counted: u64 = score["figures"].as_array().unwrap()[..4]
+        .iter()
+        .map(|f| f["of"].as_u64().unwrap())
+        .sum();
     assert_eq!(counted, 5);
     // A wrong culprit is worse than none, and an alarm for nothing is one.
-    for one in score["judged"].as_array().unwrap().iter().filter(|one| one["case"]["kind"] == "none") {
+    for one in score["judged"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|one| one["case"]["kind"] == "none")
+    {
         assert_eq!(one["verdict"], "no_gap", "{one}");
     }
-    assert!(std::fs::read_to_string(at.join("score.html")).unwrap().contains("<svg"));
+    assert!(
+        std::fs::read_to_string(at.join("score.html"))
+            .unwrap()
+            .contains("<svg")
+    );
     let mut changed = std::fs::read_to_string(&answers).unwrap();
     changed.push(' ');
     std::fs::write(&answers, changed).unwrap();
-    refused(&courier_in(at, &["blind", "score", "cases"]), &["answers.json", "hash", seal.trim()]);
-    refused(&courier_in(at, &["blind", "write", "cases"]), &["cases", "empty"]);
+    refused(
+        &courier_in(at, &["blind", "score", "cases"]),
+        &["answers.json", "hash", seal.trim()],
+    );
+    refused(
+        &courier_in(at, &["blind", "write", "cases"]),
+        &["cases", "empty"],
+    );
 }
 
 /// A model goes to a file, is confirmed on a second recording, and is refused where it is none.
@@ -63,31 +99,85 @@ fn a_blind_check_step_by_step() {
 fn a_diagnosis_is_written_reported_and_checked() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    assert_eq!(courier_in(at, &["blind", "write", "cases", "--cases", "1", "--seed", "4"]).code, 0);
+    assert_eq!(
+        courier_in(
+            at,
+            &["blind", "write", "cases", "--cases", "1", "--seed", "4"]
+        )
+        .code,
+        0
+    );
     let first = "cases/recordings/case_000";
-    let ran = courier_in(at, &["diagnose", first, "--json", "d.json", "--model", "m.json", "--report", "r.html"]);
+    let ran = courier_in(
+        at,
+        &[
+            "diagnose", first, "--json", "d.json", "--model", "m.json", "--report", "r.html",
+        ],
+    );
     assert_eq!(ran.code, 0, "{}", ran.err);
     assert!(ran.out.lines().count() <= 40, "{}", ran.out);
     let diagnosis = json(&at.join("d.json"));
-    for key in ["schema", "recording", "verdict", "gap", "where", "effects", "held_out", "unexplained"] {
+    for key in [
+        "schema",
+        "recording",
+        "verdict",
+        "gap",
+        "where",
+        "effects",
+        "held_out",
+        "unexplained",
+    ] {
         assert!(diagnosis.get(key).is_some(), "{key}");
     }
     let printed = courier_in(at, &["diagnose", first, "--json", "-"]);
-    assert_eq!(serde_json::from_str::<Value>(&printed.out).unwrap(), diagnosis);
+    assert_eq!(
+        serde_json::from_str::<Value>(&printed.out).unwrap(),
+        diagnosis
+    );
     let page = std::fs::read_to_string(at.join("r.html")).unwrap();
     assert!(page.contains("<svg") && !page.contains("src=\"http") && !page.contains("<script"));
-    let checked = courier_in(at, &["check", "m.json", "cases/second/case_000", "--json", "c.json"]);
+    let checked = courier_in(
+        at,
+        &[
+            "check",
+            "m.json",
+            "cases/second/case_000",
+            "--json",
+            "c.json",
+        ],
+    );
     assert_eq!(checked.code, 0, "{}", checked.err);
     let check = json(&at.join("c.json"));
     let mut keys: Vec<&String> = check.as_object().unwrap().keys().collect();
     keys.sort();
     assert_eq!(keys, ["held_out", "model", "recording", "schema"]);
-    refused(&courier_in(at, &["check", "d.json", first]), &["d.json", "model"]);
+    refused(
+        &courier_in(at, &["check", "d.json", first]),
+        &["d.json", "model"],
+    );
     refused(&courier_in(at, &["load", "d.json"]), &["d.json", "model"]);
-    refused(&courier_in(at, &["load", "nowhere.json"]), &["nowhere.json"]);
-    refused(&courier_in(at, &["diagnose", first, "--without", "gremlins"]), &["gremlins", "adc_clipping", "span_error"]);
+    refused(
+        &courier_in(at, &["load", "nowhere.json"]),
+        &["nowhere.json"],
+    );
+    refused(
+        &courier_in(at, &["diagnose", first, "--without", "gremlins"]),
+        &["gremlins", "adc_clipping", "span_error"],
+    );
     refused(&courier_in(at, &["diagnose", "nowhere"]), &["nowhere"]);
-    refused(&courier_in(at, &["diagnose", first, "--report", "no/such/folder/r.html"]), &["no/such/folder/r.html"]);
-    refused(&courier_in(at, &["blind", "diagnose", "nowhere"]), &["nowhere"]);
-    refused(&courier_in(at, &["blind", "--cases", "0"]), &["--cases", "0"]);
+    refused(
+        &courier_in(
+            at,
+            &["diagnose", first, "--report", "no/such/folder/r.html"],
+        ),
+        &["no/such/folder/r.html"],
+    );
+    refused(
+        &courier_in(at, &["blind", "diagnose", "nowhere"]),
+        &["nowhere"],
+    );
+    refused(
+        &courier_in(at, &["blind", "--cases", "0"]),
+        &["--cases", "0"],
+    );
 }

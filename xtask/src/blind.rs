@@ -16,11 +16,30 @@ const SEED: &str = "20260101";
 pub fn run(arguments: &[String]) -> Result<()> {
     let cases = arguments.first().map_or(CASES, String::as_str);
     let seed = arguments.get(1).map_or(SEED, String::as_str);
-    ensure!(arguments.len() <= 2, "found {:?}, wanted at most CASES and SEED", arguments[2]);
-    let mut command = cargo(&["run", "--quiet", "--release", "--package", "courier", "--", "blind", "--json", "-"]);
+    ensure!(
+        arguments.len() <= 2,
+        "found {:?}, wanted at most CASES and SEED",
+        arguments[2]
+    );
+    let mut command = cargo(&[
+        "run",
+        "--quiet",
+        "--release",
+        "--package",
+        "courier",
+        "--",
+        "blind",
+        "--json",
+        "-",
+    ]);
     let report = crate::arm::root().join("target/blind.html");
-    command.args(["--cases", cases, "--seed", seed, "--report"]).arg(&report);
-    let done = command.stderr(Stdio::inherit()).output().context("courier blind")?;
+    command
+        .args(["--cases", cases, "--seed", seed, "--report"])
+        .arg(&report);
+    let done = command
+        .stderr(Stdio::inherit())
+        .output()
+        .context("courier blind")?;
     ensure!(done.status.success(), "courier blind: {}", done.status);
     let score: serde_json::Value = serde_json::from_slice(&done.stdout).context("the scores")?;
     let missed = judge(&score)?;
@@ -32,16 +51,33 @@ pub fn run(arguments: &[String]) -> Result<()> {
 /// Prints every figure and returns those that are not reached.
 fn judge(score: &serde_json::Value) -> Result<Vec<String>> {
     let mut missed = Vec::new();
-    for figure in score["figures"].as_array().context("no figures in the scores")? {
+    for figure in score["figures"]
+        .as_array()
+        .context("no figures in the scores")?
+    {
         let name = figure["name"].as_str().context("a figure without a name")?;
-        let number = |key: &str| figure[key].as_f64().with_context(|| format!("{name}: no {key}"));
+        let number = |key: &str| {
+            figure[key]
+                .as_f64()
+                .with_context(|| format!("{name}: no {key}"))
+        };
         let (count, of, wanted) = (number("count")?, number("of")?, number("wanted")?);
-        let at_least = figure["at_least"].as_bool().with_context(|| format!("{name}: no at_least"))?;
+        let at_least = figure["at_least"]
+            .as_bool()
+            .with_context(|| format!("{name}: no at_least"))?;
         let share = count / of;
         // Nothing looked at is NaN, which reaches nothing.
-        let reached = if at_least { share >= wanted } else { share <= wanted };
+        let reached = if at_least {
+            share >= wanted
+        } else {
+            share <= wanted
+        };
         let bound = if at_least { "at least" } else { "at most" };
-        println!("{name}: {count} of {of}, {:.1} %; {bound} {:.1} % wanted", 100.0 * share, 100.0 * wanted);
+        println!(
+            "{name}: {count} of {of}, {:.1} %; {bound} {:.1} % wanted",
+            100.0 * share,
+            100.0 * wanted
+        );
         if !reached {
             missed.push(name.to_owned());
         }
@@ -56,7 +92,11 @@ mod tests {
     #[test]
     fn a_figure_that_was_not_looked_at_is_missed() {
         let figure = |count, of, wanted, at_least| serde_json::json!({ "name": "f", "count": count, "of": of, "wanted": wanted, "at_least": at_least });
-        let missed = |figure| judge(&serde_json::json!({ "figures": [figure] })).unwrap().len();
+        let missed = |figure| {
+            judge(&serde_json::json!({ "figures": [figure] }))
+                .unwrap()
+                .len()
+        };
         assert_eq!(missed(figure(19, 20, 0.95, true)), 0);
         assert_eq!(missed(figure(18, 20, 0.95, true)), 1);
         assert_eq!(missed(figure(0, 0, 0.01, false)), 1);

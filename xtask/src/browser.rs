@@ -44,8 +44,14 @@ addEventListener('load', () => {
 /// # Errors
 /// A page has errors, overflows, asks for the network, or lacks a text equivalent.
 pub fn run(arguments: &[String]) -> Result<()> {
-    ensure!(arguments.is_empty(), "found {:?}, wanted no argument", arguments[0]);
-    let Some(browser) = browser() else { return Ok(()) };
+    ensure!(
+        arguments.is_empty(),
+        "found {:?}, wanted no argument",
+        arguments[0]
+    );
+    let Some(browser) = browser() else {
+        return Ok(());
+    };
     let folder = root().join("target/report-check");
     if folder.exists() {
         std::fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
@@ -55,9 +61,13 @@ pub fn run(arguments: &[String]) -> Result<()> {
         let text = std::fs::read_to_string(&page).with_context(|| page.display().to_string())?;
         alone(&text).with_context(|| page.display().to_string())?;
         let probed = page.with_extension("probed.html");
-        std::fs::write(&probed, text.replacen("<head>", &format!("<head>{PROBE}"), 1))?;
+        std::fs::write(
+            &probed,
+            text.replacen("<head>", &format!("<head>{PROBE}"), 1),
+        )?;
         for width in WIDTHS {
-            open(browser, &folder, &probed, width).with_context(|| format!("{} at {width}", page.display()))?;
+            open(browser, &folder, &probed, width)
+                .with_context(|| format!("{} at {width}", page.display()))?;
         }
     }
     Ok(())
@@ -80,16 +90,48 @@ fn browser() -> Option<&'static str> {
 /// Reports on couriers with and without a gap, and the blind check's page.
 fn pages(folder: &Path) -> Result<Vec<PathBuf>> {
     let courier = |arguments: &[&str]| -> Result<()> {
-        let mut command = cargo(&["run", "--quiet", "--release", "--package", "courier", "--manifest-path"]);
-        command.current_dir(folder).arg(root().join("Cargo.toml")).arg("--").args(arguments).stdout(Stdio::null());
-        ensure!(command.status().context("courier")?.success(), "courier {}", arguments.join(" "));
+        let mut command = cargo(&[
+            "run",
+            "--quiet",
+            "--release",
+            "--package",
+            "courier",
+            "--manifest-path",
+        ]);
+        command
+            .current_dir(folder)
+            .arg(root().join("Cargo.toml"))
+            .arg("--")
+            .args(arguments)
+            .stdout(Stdio::null());
+        ensure!(
+            command.status().context("courier")?.success(),
+            "courier {}",
+            arguments.join(" ")
+        );
         Ok(())
     };
-    courier(&["blind", "--cases", "4", "--seed", "1", "--quick", "--folder", "cases", "--report", "blind.html"])?;
+    courier(&[
+        "blind",
+        "--cases",
+        "4",
+        "--seed",
+        "1",
+        "--quick",
+        "--folder",
+        "cases",
+        "--report",
+        "blind.html",
+    ])?;
     let mut list = vec![folder.join("blind.html")];
     for case in 0..4 {
         let page = format!("case_{case}.html");
-        courier(&["diagnose", &format!("cases/recordings/case_00{case}"), "--report", &page])?;
+        courier(&[
+            "diagnose",
+            &format!("cases/recordings/case_00{case}"),
+            "--report",
+            &page,
+        ])?;
         list.push(folder.join(page));
     }
     Ok(list)
@@ -97,11 +139,25 @@ fn pages(folder: &Path) -> Result<Vec<PathBuf>> {
 
 /// Nothing on the page is fetched from anywhere.
 fn alone(page: &str) -> Result<()> {
-    for wanted in ["<!DOCTYPE html>", "lang=\"en\"", "name=\"viewport\"", "prefers-color-scheme:dark"] {
+    for wanted in [
+        "<!DOCTYPE html>",
+        "lang=\"en\"",
+        "name=\"viewport\"",
+        "prefers-color-scheme:dark",
+    ] {
         ensure!(page.contains(wanted), "{wanted} is not in it");
     }
-    for foreign in ["src=\"http", "href=\"http", "url(http", "@import", "<script"] {
-        ensure!(!page.contains(foreign), "found {foreign}, wanted a page that needs nothing else");
+    for foreign in [
+        "src=\"http",
+        "href=\"http",
+        "url(http",
+        "@import",
+        "<script",
+    ] {
+        ensure!(
+            !page.contains(foreign),
+            "found {foreign}, wanted a page that needs nothing else"
+        );
     }
     Ok(())
 }
@@ -110,29 +166,69 @@ fn alone(page: &str) -> Result<()> {
 fn open(browser: &str, folder: &Path, page: &Path, width: u32) -> Result<()> {
     let profile = folder.join(format!("profile-{width}"));
     let mut command = Command::new(browser);
-    command.args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"]);
-    command.args(["--disable-background-networking", "--disable-component-update", "--disable-sync"]);
-    command.args(["--enable-logging=stderr", "--dump-dom", "--virtual-time-budget=5000"]);
-    command.arg(format!("--user-data-dir={}", profile.display())).arg(format!("--window-size={width},900"));
+    command.args([
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--disable-quic",
+        "--no-first-run",
+    ]);
+    command.args([
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-sync",
+    ]);
+    command.args([
+        "--enable-logging=stderr",
+        "--dump-dom",
+        "--virtual-time-budget=5000",
+    ]);
+    command
+        .arg(format!("--user-data-dir={}", profile.display()))
+        .arg(format!("--window-size={width},900"));
     command.arg(format!("file://{}", page.display()));
     let (document, log) = within(&mut command, folder, PATIENCE)?;
-    let console: Vec<&str> = log.lines().filter(|line| line.contains(":CONSOLE")).collect();
-    ensure!(console.is_empty(), "the console says: {}", console.join("; "));
-    let found = document.split("data-probe=\"").nth(1).and_then(|rest| rest.split('"').next());
-    let found = found.context("the probe did not run")?.replace("&quot;", "\"").replace("&amp;", "&");
+    let console: Vec<&str> = log
+        .lines()
+        .filter(|line| line.contains(":CONSOLE"))
+        .collect();
+    ensure!(
+        console.is_empty(),
+        "the console says: {}",
+        console.join("; ")
+    );
+    let found = document
+        .split("data-probe=\"")
+        .nth(1)
+        .and_then(|rest| rest.split('"').next());
+    let found = found
+        .context("the probe did not run")?
+        .replace("&quot;", "\"")
+        .replace("&amp;", "&");
     let probe: serde_json::Value = serde_json::from_str(&found).context(found.clone())?;
-    ensure!(probe["width"] == width, "the window is {} wide, wanted {width}", probe["width"]);
+    ensure!(
+        probe["width"] == width,
+        "the window is {} wide, wanted {width}",
+        probe["width"]
+    );
     ensure!(probe["figures"].as_u64() > Some(0), "no figure on the page");
     let faults = probe["faults"].as_array().map_or(&[][..], Vec::as_slice);
     ensure!(faults.is_empty(), "{faults:?}");
-    eprintln!("report: {} at {width}: {} figures, no faults", page.display(), probe["figures"]);
+    eprintln!(
+        "report: {} at {width}: {} figures, no faults",
+        page.display(),
+        probe["figures"]
+    );
     Ok(())
 }
 
 /// Output and log of a command that must end in time.
 fn within(command: &mut Command, folder: &Path, patience: Duration) -> Result<(String, String)> {
     let (out, err) = (folder.join("document.html"), folder.join("browser.log"));
-    command.stdin(Stdio::null()).stdout(std::fs::File::create(&out)?).stderr(std::fs::File::create(&err)?);
+    command
+        .stdin(Stdio::null())
+        .stdout(std::fs::File::create(&out)?)
+        .stderr(std::fs::File::create(&err)?);
     let mut child = command.spawn().context("the browser")?;
     let begin = Instant::now();
     while child.try_wait()?.is_none() {
@@ -143,6 +239,8 @@ fn within(command: &mut Command, folder: &Path, patience: Duration) -> Result<(S
         }
         std::thread::sleep(Duration::from_millis(50));
     }
-    let text = |path: &Path| -> Result<String> { Ok(String::from_utf8_lossy(&std::fs::read(path)?).into_owned()) };
+    let text = |path: &Path| -> Result<String> {
+        Ok(String::from_utf8_lossy(&std::fs::read(path)?).into_owned())
+    };
     Ok((text(&out)?, text(&err)?))
 }

@@ -88,7 +88,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Some(Step::Write { folder, draw }) => write(folder, draw)?,
         Some(Step::Diagnose { folder }) => {
             let cases = diagnose(folder)?;
-            eprintln!("{cases} recordings diagnosed; next: courier blind score {}", folder.display());
+            eprintln!(
+                "{cases} recordings diagnosed; next: courier blind score {}",
+                folder.display()
+            );
         }
         Some(Step::Score { folder, told }) => score(folder, told)?,
         None => {
@@ -105,7 +108,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 fn write(folder: &Path, draw: &Draw) -> Result<()> {
     let bar = progress(u64::from(draw.cases), "recording couriers");
     // On standard error: standard output may be the JSON alone.
-    blind::write(folder, draw.cases as usize, draw.seed, |hash| bar.suspend(|| eprintln!("seal (SHA-256 of the answers): {hash}")), || bar.inc(1))?;
+    blind::write(
+        folder,
+        draw.cases as usize,
+        draw.seed,
+        |hash| bar.suspend(|| eprintln!("seal (SHA-256 of the answers): {hash}")),
+        || bar.inc(1),
+    )?;
     bar.finish_and_clear();
     Ok(())
 }
@@ -137,27 +146,52 @@ fn score(folder: &Path, told: &Told) -> Result<()> {
 fn text(score: &Score) -> String {
     let rows: Vec<Vec<String>> = score.figures.iter().map(blind::row).collect();
     let mut out = format!("seal {} holds; {} cases\n", score.seal, score.cases);
-    out += &table(&["figure", "measured", "95 % interval", "cases", "wanted", ""], &rows);
+    out += &table(
+        &["figure", "measured", "95 % interval", "cases", "wanted", ""],
+        &rows,
+    );
     let sizes: Vec<Vec<String>> = score
         .detection
         .iter()
         .filter(|d| d.cases > 0)
         .map(|d| {
             let size = format!("{:.2} to {:.2} µm", 1e6 * d.from_m, 1e6 * d.to_m);
-            vec![size, d.cases.to_string(), d.detected.to_string(), d.named.to_string()]
+            vec![
+                size,
+                d.cases.to_string(),
+                d.detected.to_string(),
+                d.named.to_string(),
+            ]
         })
         .collect();
     out += "\n\n";
-    out += &table(&["one effect, rms", "cases", "gap seen", "cause right"], &sizes);
+    out += &table(
+        &["one effect, rms", "cases", "gap seen", "cause right"],
+        &sizes,
+    );
     let wrong: Vec<Vec<String>> = score
         .judged
         .iter()
         .filter(|j| !j.right())
         .map(|j| {
-            let truth: Vec<String> = j.case.effects.iter().map(|e| format!("{} {:.2} µm", e.name, 1e6 * e.size_m)).collect();
-            let answer = if j.named.is_empty() { format!("{:?}", j.verdict) } else { j.named.join(" + ") };
+            let truth: Vec<String> = j
+                .case
+                .effects
+                .iter()
+                .map(|e| format!("{} {:.2} µm", e.name, 1e6 * e.size_m))
+                .collect();
+            let answer = if j.named.is_empty() {
+                format!("{:?}", j.verdict)
+            } else {
+                j.named.join(" + ")
+            };
             let place = j.places.first().cloned().unwrap_or_default();
-            vec![format!("case_{:03}", j.case.number), truth.join(" + "), answer, place]
+            vec![
+                format!("case_{:03}", j.case.number),
+                truth.join(" + "),
+                answer,
+                place,
+            ]
         })
         .collect();
     if !wrong.is_empty() {

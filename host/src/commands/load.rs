@@ -15,7 +15,9 @@ use std::process::ExitCode;
 /// afterwards: `courier calibrate` fits equation (3) anew beside the further terms. Effects that the board has no terms for
 /// (those of the coordination sensor, clipping, slips, noise) are named and left out.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  courier diagnose first --model model.json && courier --probe any load model.json")]
+#[command(
+    after_help = "Example:\n  courier diagnose first --model model.json && courier --probe any load model.json"
+)]
 pub struct Args {
     /// The model, as `courier diagnose --model` wrote it.
     model: PathBuf,
@@ -31,23 +33,48 @@ pub struct Args {
 /// still is.
 pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let name = args.model.display().to_string();
-    let text = std::fs::read_to_string(&args.model).with_context(|| format!("{name}: a readable model was wanted"))?;
-    let model: Model = serde_json::from_str(&text).with_context(|| format!("{name}: a model by `courier diagnose --model` was wanted"))?;
-    ensure!(model.schema == 1, "{name}: schema: found {}, wanted 1", model.schema);
+    let text = std::fs::read_to_string(&args.model)
+        .with_context(|| format!("{name}: a readable model was wanted"))?;
+    let model: Model = serde_json::from_str(&text)
+        .with_context(|| format!("{name}: a model by `courier diagnose --model` was wanted"))?;
+    ensure!(
+        model.schema == 1,
+        "{name}: schema: found {}, wanted 1",
+        model.schema
+    );
     let translated = BoardModel::new(&model).context(name)?;
     let mut board = choice.open()?;
-    let Reply::Calibration(mut calibration) = board.link.ask(Action::Read(Source::InForce))? else { bail!(super::STRANGE_REPLY) };
+    let Reply::Calibration(mut calibration) = board.link.ask(Action::Read(Source::InForce))? else {
+        bail!(super::STRANGE_REPLY)
+    };
     calibration.model = translated.model;
-    let Reply::Done = board.link.ask(Action::Load(calibration))? else { bail!(super::STRANGE_REPLY) };
+    let Reply::Done = board.link.ask(Action::Load(calibration))? else {
+        bail!(super::STRANGE_REPLY)
+    };
     let place = if args.dry_run {
         "in force, not stored".to_owned()
     } else {
-        let Reply::Place(place) = board.link.ask(Action::Commit { lose_unknown: false })? else { bail!(super::STRANGE_REPLY) };
-        format!("in force and stored: slot {}, number {}", place.slot, place.sequence)
+        let Reply::Place(place) = board.link.ask(Action::Commit {
+            lose_unknown: false,
+        })?
+        else {
+            bail!(super::STRANGE_REPLY)
+        };
+        format!(
+            "in force and stored: slot {}, number {}",
+            place.slot, place.sequence
+        )
     };
     board.close()?;
     translated.left.iter().for_each(|line| warn(line));
-    let taken: Vec<String> = translated.taken.iter().map(|(effect, terms)| format!("{effect} ({terms} terms)")).collect();
-    print(&format!("{}\n{place}; next: courier calibrate", taken.join(", ")))?;
+    let taken: Vec<String> = translated
+        .taken
+        .iter()
+        .map(|(effect, terms)| format!("{effect} ({terms} terms)"))
+        .collect();
+    print(&format!(
+        "{}\n{place}; next: courier calibrate",
+        taken.join(", ")
+    ))?;
     Ok(ExitCode::SUCCESS)
 }
