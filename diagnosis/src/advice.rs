@@ -1,7 +1,6 @@
 //! The answers in words: one sentence for the verdict, and what to measure next.
 
 use crate::report::{Diagnosis, Named, Verdict};
-use crate::sides;
 
 /// What an effect is, in one sentence.
 #[must_use]
@@ -12,7 +11,7 @@ pub fn sentence(effect: &str) -> &'static str {
 /// The motion that tells an effect from others, where its sensor side states one.
 #[must_use]
 pub fn telling_motion(effect: &str) -> Option<&'static str> {
-    sides::linear()
+    effects::sensor_sides()
         .iter()
         .find(|side| side.name() == effect)
         .map(|side| side.telling_motion())

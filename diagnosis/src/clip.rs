@@ -2,8 +2,8 @@
 
 use crate::observe::Observations;
 use crate::scene::Scene;
-use crate::sides::adc_clipping::phase_error;
 use crate::statistics::median;
+use effects::adc_clipping::sensor_side::phase_error;
 use effects::sensor::Clip;
 use nalgebra::{SMatrix, SVector};
 use std::f64::consts::TAU;

@@ -10,7 +10,7 @@ use crate::observe::Observations;
 use crate::places::places;
 use crate::scene::Scene;
 use crate::simulate::{Floor, floor};
-use crate::{Insufficient, clip, sides};
+use crate::{Insufficient, clip};
 use recording::Recording;
 
 /// What a caller may change.
@@ -197,7 +197,10 @@ fn build<'a>(
         |name: &str| keep.is_none_or(|list| name == FIELD || list.iter().any(|k| k == name));
     let mut columns = baseline_columns(&scene);
     let mut kinds = Vec::new();
-    for effect in sides::linear().into_iter().filter(|e| wanted(e.name())) {
+    for effect in effects::sensor_sides()
+        .into_iter()
+        .filter(|e| wanted(e.name()))
+    {
         // An effect that is taken out of the catalogue loses its name; the coordinate that it acts on stays to be looked at.
         let taken_out = options.without.iter().any(|w| w == effect.name());
         let kind = if taken_out {

@@ -12,7 +12,6 @@ use crate::report::{
     Diagnosis, Gap, HeldOutChannel, Magnitude, Named, Share, Unexplained, Verdict,
 };
 use crate::search::{Arena, Found, MINIMUM_SQUARES, rest, search};
-use crate::sides;
 use recording::Recording;
 
 /// Names of the channels.
@@ -488,7 +487,7 @@ impl<'a> Judge<'a> {
                     .filter(|r| r.1 / sum > ALIAS)
                     .map(|r| r.0.clone())
                     .collect();
-                let motion = sides::linear()
+                let motion = effects::sensor_sides()
                     .iter()
                     .find(|e| e.name() == name)
                     .map(|e| e.telling_motion().to_string());

@@ -21,7 +21,6 @@ pub mod places;
 pub mod report;
 pub mod scene;
 pub mod search;
-pub mod sides;
 pub mod simulate;
 pub mod statistics;
 

@@ -9,7 +9,6 @@ use crate::judge::{CHANNEL_NAMES, PIECE};
 use crate::observe::Observations;
 use crate::report::{HeldOut, HeldOutChannel, Magnitude};
 use crate::scene::{Normal, Scene};
-use crate::sides;
 use crate::simulate::floor;
 use effects::sensor::{Regressor, Survey};
 use recording::Recording;
@@ -134,7 +133,7 @@ fn apply<'a>(
     columns.push("zeros", zeros);
     if with {
         for effect in &model.effects {
-            let Some(side) = sides::linear()
+            let Some(side) = effects::sensor_sides()
                 .into_iter()
                 .find(|e| e.name() == effect.name)
             else {

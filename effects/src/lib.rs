@@ -62,3 +62,26 @@ catalogue! {
 pub fn entry(name: &str) -> Option<&'static Entry> {
     CATALOGUE.iter().find(|entry| entry.name == name)
 }
+
+/// The sensor's sides, of every effect that adds something to the readings; slips, bursts and noise are judged directly.
+#[must_use]
+pub fn sensor_sides() -> Vec<Box<dyn sensor::SensorEffect>> {
+    vec![
+        Box::new(adc_clipping::ClipModel),
+        Box::new(lateral_dependence::LateralModel),
+        Box::new(extra_harmonics::HarmonicsModel),
+        Box::new(angle_dependence::AngleModel),
+        Box::new(psd_nonlinearity::DeflectionModel),
+        Box::new(psd_misalignment::MountingModel),
+        Box::new(thermal_drift::WarmthModel),
+        Box::new(velocity_lag::LagModel),
+        Box::new(psd_latency::LatencyModel),
+        Box::new(hysteresis::DirectionModel),
+        Box::new(gap_variation::GapModel),
+        Box::new(beacon_vibration::VibrationModel),
+        Box::new(axis_skew::RulingModel),
+        Box::new(quadrature_drift::WanderModel),
+        Box::new(span_error::SpanModel),
+        Box::new(tooth_variation::FieldModel),
+    ]
+}
