@@ -1,6 +1,6 @@
 //! `cargo xtask bench`: the cost table, measured on the emulated Cortex-M4F.
 
-use crate::{arm, cmsis, figures, plugin, throughput};
+use crate::{arm, cmsis, figures, firmware, plugin, throughput};
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -36,7 +36,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
     };
     let costs = measure()?;
     if json {
-        print_json(&costs);
+        print_json(&costs, &firmware::sizes(&arm::ensure()?)?);
         return Ok(());
     }
     print_table(&costs);
@@ -173,7 +173,7 @@ impl GivensFloor {
     }
 }
 
-fn print_json(costs: &Costs) {
+fn print_json(costs: &Costs, images: &serde_json::Map<String, Value>) {
     let worst = |name: &str| {
         costs.get(name).map(|c| json!({"instructions_worst": c.instructions.0, "cycles_worst": c.cycles.0, "cycles_mean": c.cycles.1}))
     };
@@ -205,6 +205,7 @@ fn print_json(costs: &Costs) {
         "cmsis": instructions("cmsis"),
         "libm": instructions("libm"),
         "givens_row_33": row,
+        "images": images,
         "all": all,
     });
     println!("{object}");

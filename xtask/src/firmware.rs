@@ -1,6 +1,7 @@
 //! `cargo xtask firmware`: builds both images and checks that they fit.
 
 use crate::arm::{self, Arm, TARGET, root, run, say, target_dir};
+use crate::plugin;
 use crate::stack::{CallGraph, Worst, readable};
 use anyhow::{Context, Result, bail, ensure};
 use object::{Object, ObjectSection, SectionFlags};
@@ -106,17 +107,12 @@ pub fn build(arm: &Arm, name: &str) -> Result<PathBuf> {
     let linker = flip_link()?;
     say(&format!("building the {name} image"));
     let mut command = arm.cargo("build");
-    command.args([
-        "--quiet",
-        "--package",
-        "courier-sensor",
-        "--profile",
-        "firmware",
-        "--features",
-        name,
-        "--bin",
-        name,
-    ]);
+    command.args(["--quiet", "--profile", "firmware", "--bin", name]);
+    if name == "emulated" {
+        command.current_dir(root().join("emulated"));
+    } else {
+        command.args(["--package", "courier-sensor", "--features", name]);
+    }
     command.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker);
     run(&mut command)?;
     Ok(target_dir().join(TARGET).join("firmware").join(name))
@@ -324,13 +320,26 @@ fn short(name: &str) -> &str {
     }
 }
 
-/// Sizes of the g474 image for the bench's JSON.
+/// Sizes of both images, for the bench's JSON.
 ///
 /// # Errors
 /// As [`run_command`].
-pub fn sizes(arm: &Arm) -> Result<Vec<(&'static str, Sizes)>> {
-    IMAGES
-        .iter()
-        .map(|image| Ok((image.name, image.measure(&build(arm, image.name)?)?)))
-        .collect()
+pub fn sizes(arm: &Arm) -> Result<serde_json::Map<String, Value>> {
+    let measured = IMAGES.iter().map(|image| {
+        let sizes = image.measure(&build(arm, image.name)?)?;
+        Ok((image.name.to_owned(), sizes.json()))
+    });
+    measured.collect()
+}
+
+/// Builds the emulated board's image and the plugin; their paths go to standard output, one a line.
+///
+/// # Errors
+/// The compiler's, or QEMU cannot be had.
+pub fn images(_: &[String]) -> Result<()> {
+    arm::ensure_program("qemu-system-arm", &["qemu-system-arm"])?;
+    let firmware = build(&arm::ensure()?, "emulated")?;
+    println!("{}", firmware.display());
+    println!("{}", plugin::build()?.display());
+    Ok(())
 }

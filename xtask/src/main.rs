@@ -48,6 +48,11 @@ const TASKS: &[Task] = &[
         "the nightly blind check of the diagnosis: its figures against those asked for (CASES SEED)",
         blind::run,
     ),
+    (
+        "images",
+        "builds what `courier --emulated` runs and prints where it is",
+        firmware::images,
+    ),
     ("arm", "the checks on the Cortex-M4F alone", |_| {
         arm::checks()
     }),

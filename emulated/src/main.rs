@@ -1,4 +1,4 @@
-//! The `emulated` image; everything is in the library.
+//! The image for the emulated board; everything is in the library.
 #![no_std]
 #![no_main]
 
