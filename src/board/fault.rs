@@ -158,11 +158,16 @@ fn push(text: &mut String<128>, more: &str) {
 /// Decimal.
 fn push_number(text: &mut String<128>, number: u32) {
     let mut digits = [0; 10];
-    let (mut rest, mut first) = (number, digits.len());
-    while first == digits.len() || rest > 0 {
-        first -= 1;
-        digits[first] = b'0' + (rest % 10) as u8;
+    let (mut rest, mut used) = (number, 0);
+    for place in &mut digits {
+        *place = b'0' + (rest % 10) as u8;
         rest /= 10;
+        used += 1;
+        if rest == 0 {
+            break;
+        }
     }
-    push(text, core::str::from_utf8(&digits[first..]).unwrap_or(""));
+    for digit in digits.iter().take(used).rev() {
+        let _ = text.push(char::from(*digit));
+    }
 }

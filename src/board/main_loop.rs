@@ -35,8 +35,8 @@ pub trait Board {
 /// round.
 pub fn run<S, F>(
     mut board: impl Board,
-    mut background: Background<'_, '_, S, F>,
-    mut console: Console<Rings>,
+    background: &mut Background<'_, '_, S, F>,
+    console: &mut Console<Rings>,
 ) -> !
 where
     S: Read + ReadReady + Write + WriteReady,
@@ -47,7 +47,7 @@ where
     let mut said = Status::empty();
     loop {
         let taken = background.poll(|frame| console.stream(frame));
-        console.serve(&mut background);
+        console.serve(background);
         if console.wants_restart() {
             fault::keep(ResetCause::Requested, 0, 0, "");
             cortex_m::peripheral::SCB::sys_reset();

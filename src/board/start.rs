@@ -12,6 +12,7 @@ use crate::link::message::{Hello, PROTOCOL};
 use crate::settings::Settings;
 use crate::step::StepConfig;
 use crate::swap::SwapQueues;
+use core::mem::MaybeUninit;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::spi::SpiDevice;
@@ -23,14 +24,17 @@ use heapless::String;
 const ATTEMPTS: u32 = 3;
 
 /// The firmware's parts, connected.
-pub struct Ends<S, F> {
+pub struct Ends<S: 'static, F: 'static> {
     /// For the sampling interrupt.
     pub sampler: Sampler<'static, 'static>,
     /// For the main loop.
-    pub background: Background<'static, 'static, S, F>,
+    pub background: &'static mut Background<'static, 'static, S, F>,
     /// For the main loop.
-    pub console: Console<Rings>,
+    pub console: &'static mut Console<Rings>,
 }
+
+/// Where the background lives: the board's own static, since it knows the types, and too large for a stack.
+pub type BackgroundPlace<S, F> = &'static mut MaybeUninit<Background<'static, 'static, S, F>>;
 
 /// Sets the converters up; what fails is logged, and every frame will say so.
 pub fn initialise<A, B, C, R, I>(converter: &mut Converter<A, B, C, R, I>, delay: &mut impl DelayNs)
@@ -77,7 +81,9 @@ pub fn log(report: &StartReport) {
 ///
 /// # Panics
 /// On a second call, before sampling begins.
+#[inline(never)]
 pub fn connect<S, F>(
+    place: BackgroundPlace<S, F>,
     (serial, flash): (S, F),
     rings: Rings,
     board: &str,
@@ -85,8 +91,8 @@ pub fn connect<S, F>(
     report: StartReport,
 ) -> Ends<S, F>
 where
-    S: Read + ReadReady + Write + WriteReady,
-    F: NorFlash,
+    S: Read + ReadReady + Write + WriteReady + 'static,
+    F: NorFlash + 'static,
 {
     let settings = Settings {
         rate_hz: RATE_HZ as f32,
@@ -115,17 +121,19 @@ where
         rate_hz: settings.rate_hz,
     };
     let motion = MotionPort::new(serial);
-    let background = Background::new(
+    let background = place.write(Background::new(
         (consume, sender, mailbox),
         motion,
         Slots::new(flash, 0),
         settings,
         device,
-    );
+    ));
+    let console = cortex_m::singleton!(: MaybeUninit<Console<Rings>> = MaybeUninit::uninit());
+    let console = console.expect("called once").write(Console::new(rings, hello, report));
     Ends {
         sampler: Sampler::new(receiver, produce, mailbox),
         background,
-        console: Console::new(rings, hello, report),
+        console,
     }
 }
 

@@ -51,16 +51,18 @@ pub struct GatedFit {
 }
 
 impl GatedFit {
-    /// Empty.
-    pub const EMPTY: Self = Self {
-        estimator: Estimator::new(PLATEN_UNKNOWNS),
-        startup: [Sample::ZERO; STARTUP],
-        startup_weight: [1.0; STARTUP],
-        buffered: 0,
-        started: false,
-        refused: 0,
-        noise_floor_m: 0.0,
-    };
+    /// Empty. A function, not a constant: a constant of this size would lie in the image's flash, zeros and all.
+    pub const fn new() -> Self {
+        Self {
+            estimator: Estimator::new(PLATEN_UNKNOWNS),
+            startup: [Sample::ZERO; STARTUP],
+            startup_weight: [1.0; STARTUP],
+            buffered: 0,
+            started: false,
+            refused: 0,
+            noise_floor_m: 0.0,
+        }
+    }
 
     /// Empties it. `noise_floor_m`: the least parity noise that is believed when gating.
     pub fn reset(&mut self, unknowns: usize, noise_floor_m: f32) {

@@ -12,7 +12,9 @@ use super::interrupt::{self, Owned};
 use super::main_loop::{self, Board, RATE_HZ, WATCHDOG_MS};
 use super::start::{self, Ends};
 use super::{fault, rtt};
+use crate::app::background::Background;
 use crate::app::sampler::Sampler;
+use core::mem::MaybeUninit;
 use crate::drivers::converter::{Converter, ConverterError, Counts, Settings};
 use crate::emulation::{BACKGROUND, INTERRUPT, Operation, Pin};
 use crate::link::message::ResetCause;
@@ -139,11 +141,13 @@ pub fn main() -> ! {
         Converter::new((spi(0), spi(1)), lines.0, lines.1, lines.2, Settings::BOARD);
     start::initialise(&mut converter, &mut Delay);
     let parts = (Serial::new(post), Flash { mailbox: post });
+    let place = cortex_m::singleton!(: MaybeUninit<Background<'static, 'static, Serial, Flash>> = MaybeUninit::uninit());
+    let place = place.expect("called once");
     let Ends {
         sampler,
         background,
         console,
-    } = start::connect(parts, rings, "emulated", *b"emulated\0\0\0\0", report);
+    } = start::connect(place, parts, rings, "emulated", *b"emulated\0\0\0\0", report);
     clock::start_watchdog(WATCHDOG_MS * 1000);
     // SAFETY: the interrupt is enabled afterwards.
     unsafe {

@@ -12,12 +12,15 @@ mod supervision;
 use self::clocks::Delay;
 use self::flash::Flash;
 use self::pins::Pin;
+use self::serial::Serial;
 use self::spi::Device;
 use super::interrupt::{BELOW_SAMPLING, Owned, SAMPLING as SAMPLING_PRIORITY};
 use super::main_loop::{self, Board, RATE_HZ};
 use super::start::{self, Ends};
 use super::{fault, rtt};
+use crate::app::background::Background;
 use crate::app::sampler::Sampler;
+use core::mem::MaybeUninit;
 use crate::drivers::converter::{Converter, ConverterError, Counts, Settings};
 use cortex_m::peripheral::NVIC;
 use cortex_m_rt::exception;
@@ -135,11 +138,13 @@ pub fn main() -> ! {
         cortex_m::singleton!(: serial::ByteQueue = serial::ByteQueue::new()).expect("called once");
     let (serial_interrupt, serial) = serial::start(received, to_send);
     let parts = (serial, Flash::take());
+    let place = cortex_m::singleton!(: MaybeUninit<Background<'static, 'static, Serial, Flash>> = MaybeUninit::uninit());
+    let place = place.expect("called once");
     let Ends {
         sampler,
         background,
         console,
-    } = start::connect(parts, rings, "g474", supervision::device(), report);
+    } = start::connect(place, parts, rings, "g474", supervision::device(), report);
     let mailbox = background.mailbox();
     supervision::start_watchdog();
     // SAFETY: the interrupts are enabled afterwards.

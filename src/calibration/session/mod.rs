@@ -61,7 +61,7 @@ impl Session {
     pub const fn idle() -> Self {
         Self {
             config: None,
-            fit: GatedFit::EMPTY,
+            fit: GatedFit::new(),
             visit: Visit::NONE,
             planner: Planner::new(
                 Range {
