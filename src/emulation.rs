@@ -60,7 +60,7 @@ pub const FAILED: u32 = u32::MAX;
 pub enum Operation {
     /// The image starts; its counter starts from the stamp.
     Boot = 1,
-    /// The timer's edge of CONVST, and BUSY's fall. Answer: 1 if it fell, 0 if it did not.
+    /// The timer's edge of CONVST, and BUSY's fall. Answer: bit 0 if it fell, bit 1 if the serial line has bytes.
     Convert = 2,
     /// Full-duplex transfer with the chip given as argument; the answer's data are as long.
     Spi = 3,

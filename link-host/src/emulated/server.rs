@@ -93,7 +93,11 @@ impl Parts {
         let done = Some(0);
         match operation {
             Operation::Boot => done,
-            Operation::Convert => Some(u32::from(self.convert())),
+            Operation::Convert => {
+                let fell = u32::from(self.convert());
+                let bytes = u32::from(self.line.read_ready() == Ok(true));
+                Some(fell | bytes << 1)
+            }
             Operation::Spi => {
                 let chip = self.chips.get_mut(argument as usize)?;
                 chip.transfer_in_place(data).ok()?;

@@ -15,6 +15,7 @@ use super::{fault, rtt};
 use crate::app::background::Background;
 use crate::app::sampler::Sampler;
 use core::mem::MaybeUninit;
+use core::sync::atomic::Ordering::Relaxed;
 use crate::drivers::converter::{Converter, ConverterError, Counts, Settings};
 use crate::emulation::{BACKGROUND, INTERRUPT, Operation, Pin};
 use crate::link::message::ResetCause;
@@ -62,13 +63,13 @@ extern "C" fn isr_sampling() {
 
 /// What the timer's pulse does on the real board is one question here; then both chips are read.
 fn isr_convert(converter: &mut Chips) -> Result<Counts, ConverterError> {
-    match Post::new(INTERRUPT).ask(Operation::Convert, 0, &[], &mut []) {
-        Ok(1) => {
-            let mut counts = Counts::default();
-            converter.read(&mut counts).map(|()| counts)
-        }
-        _ => Err(ConverterError::BusyStuck { polls: 0 }),
+    let answer = Post::new(INTERRUPT).ask(Operation::Convert, 0, &[], &mut []).unwrap_or(0);
+    parts::BYTES_WAIT.store(answer & 2 != 0, Relaxed);
+    if answer & 1 == 0 {
+        return Err(ConverterError::BusyStuck { polls: 0 });
     }
+    let mut counts = Counts::default();
+    converter.read(&mut counts).map(|()| counts)
 }
 
 /// The watchdog's warning, one period before its reset: the place is not known, but the time is.
