@@ -5,10 +5,12 @@
 //! the same space (principal angles; Björck and Golub 1973), and which change of motion parts them.
 
 use courier_sensor::calibration::joint::{
-    Constraints, Groups, JointSolver, Layout, Priors, ReadingNoise, Unknown, Values, Weighting, about_sensor, entered,
-    foreseen_under_beacon,
+    Constraints, Groups, JointSolver, Layout, Priors, ReadingNoise, Unknown, Values, Weighting,
+    about_sensor, entered, foreseen_under_beacon,
 };
-use courier_sensor::calibration::{GatedFit, Planner, Range, Regression, RelativePose, Sample, foreseen};
+use courier_sensor::calibration::{
+    GatedFit, Planner, Range, Regression, RelativePose, Sample, foreseen,
+};
 use courier_sensor::geometry::Geometry;
 use courier_sensor::model::{ErrorModel, TermTable};
 use nalgebra::{DMatrix, DVector};
@@ -223,15 +225,24 @@ impl Problem {
             .into_iter()
             .flat_map(|pose| {
                 let sample = foreseen_under_beacon(&constraints, &values, &start(), &pose);
-                constraints.rows(&values, &sample).jacobian.into_iter().take(channels)
+                constraints
+                    .rows(&values, &sample)
+                    .jacobian
+                    .into_iter()
+                    .take(channels)
             })
             .flat_map(|row| free.iter().map(|&i| f64::from(row[i])).collect::<Vec<_>>())
             .collect::<Vec<f64>>();
         let jacobian = DMatrix::from_row_slice(rows.len() / free.len(), free.len(), &rows);
         let mut triangle = jacobian.qr().unpack_r();
-        let priors: Vec<f64> = free.iter().map(|&i| f64::from(solver.prior_deviation(i))).collect();
+        let priors: Vec<f64> = free
+            .iter()
+            .map(|&i| f64::from(solver.prior_deviation(i)))
+            .collect();
         let mut lengths: Vec<f64> = triangle.column_iter().map(|c| c.norm()).collect();
-        for ((mut column, length), prior) in triangle.column_iter_mut().zip(&mut lengths).zip(&priors) {
+        for ((mut column, length), prior) in
+            triangle.column_iter_mut().zip(&mut lengths).zip(&priors)
+        {
             if *length * prior < UNFELT {
                 column.fill(0.0);
                 *length = 1.0;
@@ -251,8 +262,11 @@ impl Problem {
     fn answer(&self, motion: Motion) -> Isolability {
         let singular = self.triangle.clone().singular_values();
         let largest = singular.max();
-        let undetermined_directions =
-            self.free.len() - singular.iter().filter(|&&s| s > UNDETERMINED * largest).count();
+        let undetermined_directions = self.free.len()
+            - singular
+                .iter()
+                .filter(|&&s| s > UNDETERMINED * largest)
+                .count();
         Isolability {
             motion,
             condition_number: (undetermined_directions == 0).then(|| largest / singular.min()),
@@ -300,7 +314,13 @@ impl Problem {
         let triangle = stacked.qr().unpack_r();
         (0..n)
             .map(|column| {
-                let unit = DVector::from_fn(n, |i, _| if i == column { 1.0 / self.lengths[i] } else { 0.0 });
+                let unit = DVector::from_fn(n, |i, _| {
+                    if i == column {
+                        1.0 / self.lengths[i]
+                    } else {
+                        0.0
+                    }
+                });
                 triangle
                     .tr_solve_upper_triangular(&unit)
                     .map_or(f64::INFINITY, |v| v.norm_squared())
@@ -365,8 +385,8 @@ impl Problem {
     }
 
     fn angle_from_others(&self, group: &str) -> f64 {
-        let (own, others): (Vec<usize>, Vec<usize>) =
-            (0..self.free.len()).partition(|&column| group_name(self.layout.unknown(self.free[column])) == group);
+        let (own, others): (Vec<usize>, Vec<usize>) = (0..self.free.len())
+            .partition(|&column| group_name(self.layout.unknown(self.free[column])) == group);
         self.angle(&own, &others)
     }
 
@@ -392,13 +412,16 @@ impl Problem {
         let keep: Vec<usize> = (0..svd.singular_values.len())
             .filter(|&i| svd.singular_values[i] > UNDETERMINED)
             .collect();
-        svd.u
-            .map_or_else(|| DMatrix::zeros(self.triangle.nrows(), 0), |u| u.select_columns(&keep))
+        svd.u.map_or_else(
+            || DMatrix::zeros(self.triangle.nrows(), 0),
+            |u| u.select_columns(&keep),
+        )
     }
 
     fn worst_deviation(&self, group: &str) -> Option<f64> {
         let variances = self.variances();
-        let of_group = (0..self.free.len()).filter(|&c| group_name(self.layout.unknown(self.free[c])) == group);
+        let of_group = (0..self.free.len())
+            .filter(|&c| group_name(self.layout.unknown(self.free[c])) == group);
         let worst = of_group.map(|c| variances[c]).fold(0.0, f64::max);
         worst.is_finite().then(|| worst.sqrt())
     }
@@ -460,7 +483,7 @@ fn chosen_for_platen(question: &Question, planner: &mut Planner) -> Vec<Relative
     let Some(regression) = Regression::new(&question.geometry, &model) else {
         return Vec::new();
     };
-    let mut fit = Box::new(GatedFit::EMPTY);
+    let mut fit = Box::new(GatedFit::new());
     fit.reset(regression.unknowns(), question.noise_m);
     (0..question.motion.poses)
         .map(|_| {
@@ -472,8 +495,9 @@ fn chosen_for_platen(question: &Question, planner: &mut Planner) -> Vec<Relative
 }
 
 fn gauge(beacon: bool) -> Vec<&'static str> {
-    let mut gauge =
-        vec!["constants: g_p tells k1 - k2 - k3 + k4 only; it is spread equally, each pair's mean is left alone"];
+    let mut gauge = vec![
+        "constants: g_p tells k1 - k2 - k3 + k4 only; it is spread equally, each pair's mean is left alone",
+    ];
     if beacon {
         gauge.push("each pair's mean constant is exchangeable with the beacon's place: it is zero");
         gauge
@@ -565,11 +589,16 @@ mod tests {
             .iter()
             .find(|a| a.group == "own order 1" && a.other == "lateral terms")
             .unwrap();
-        assert!((pair.angle_deg - lateral.angle_deg).abs() < 0.3, "{pair:?} {lateral:?}");
+        assert!(
+            (pair.angle_deg - lateral.angle_deg).abs() < 0.3,
+            "{pair:?} {lateral:?}"
+        );
         let under_beacon = answer
             .remedies
             .iter()
-            .find(|r| r.group == "lateral terms" && r.change == "go under a beacon and turn by ±1.5°")
+            .find(|r| {
+                r.group == "lateral terms" && r.change == "go under a beacon and turn by ±1.5°"
+            })
             .unwrap();
         assert!(
             under_beacon.angle_after_deg > 10.0 && under_beacon.deviation_after.unwrap() < 0.15e-6,

@@ -24,19 +24,38 @@ pub fn attach(selector: Option<&str>) -> Result<Session> {
     let lister = Lister::new();
     let probe = match selector {
         Some(text) => {
-            let selector = DebugProbeSelector::try_from(text).with_context(|| format!("probe {text:?}"))?;
-            lister.open(selector).with_context(|| format!("probe {text:?}"))?
+            let selector =
+                DebugProbeSelector::try_from(text).with_context(|| format!("probe {text:?}"))?;
+            lister
+                .open(selector)
+                .with_context(|| format!("probe {text:?}"))?
         }
         None => match lister.list_all().as_slice() {
-            [] => bail!("no debug probe found: connect one to the board's SWD header and to this machine"),
+            [] => bail!(
+                "no debug probe found: connect one to the board's SWD header and to this machine"
+            ),
             [one] => one.open().context("debug probe")?,
             several => {
                 let names: Vec<String> = several.iter().map(ToString::to_string).collect();
-                bail!("found {} debug probes, wanted a selector for one of: {}", several.len(), names.join("; "))
+                bail!(
+                    "found {} debug probes, wanted a selector for one of: {}",
+                    several.len(),
+                    names.join("; ")
+                )
             }
         },
     };
-    probe.attach(CHIP, Permissions::default()).with_context(|| format!("no {CHIP} behind the probe"))
+    probe
+        .attach(CHIP, Permissions::default())
+        .with_context(|| format!("no {CHIP} behind the probe"))
+}
+
+/// Opens the board behind the probe that `selector` names; `any`: the only probe there is.
+///
+/// # Errors
+/// As [`Probed::open`].
+pub fn open(selector: &str) -> Result<Probed> {
+    Probed::open((selector != "any").then_some(selector))
 }
 
 /// A running board. The processor is not halted.
@@ -55,9 +74,13 @@ impl Probed {
         let mut core = session.core(0).context("processor")?;
         let mut memory = ProbeMemory(&mut core);
         let block = Rtt::search(&mut memory, RAM.0, RAM.1)?;
-        let rtt = block.map(|at| Rtt::attach(&mut memory, at)).transpose()?.flatten();
+        let rtt = block
+            .map(|at| Rtt::attach(&mut memory, at))
+            .transpose()?
+            .flatten();
         drop(core);
-        let rtt = rtt.context("the board runs no firmware with a debug link: write it with `cargo flash`")?;
+        let rtt = rtt
+            .context("the board runs no firmware with a debug link: write it with `cargo flash`")?;
         Ok(Self { session, rtt })
     }
 }
@@ -67,19 +90,27 @@ pub struct ProbeMemory<'a, 'p>(pub &'a mut Core<'p>);
 
 impl TargetMemory for ProbeMemory<'_, '_> {
     fn read(&mut self, address: u32, bytes: &mut [u8]) -> Result<()> {
-        self.0.read(u64::from(address), bytes).with_context(|| format!("{address:#x}"))
+        self.0
+            .read(u64::from(address), bytes)
+            .with_context(|| format!("{address:#x}"))
     }
 
     fn write(&mut self, address: u32, bytes: &[u8]) -> Result<()> {
-        self.0.write(u64::from(address), bytes).with_context(|| format!("{address:#x}"))
+        self.0
+            .write(u64::from(address), bytes)
+            .with_context(|| format!("{address:#x}"))
     }
 
     fn read_word(&mut self, address: u32) -> Result<u32> {
-        self.0.read_word_32(u64::from(address)).with_context(|| format!("{address:#x}"))
+        self.0
+            .read_word_32(u64::from(address))
+            .with_context(|| format!("{address:#x}"))
     }
 
     fn write_word(&mut self, address: u32, word: u32) -> Result<()> {
-        self.0.write_word_32(u64::from(address), word).with_context(|| format!("{address:#x}"))
+        self.0
+            .write_word_32(u64::from(address), word)
+            .with_context(|| format!("{address:#x}"))
     }
 }
 
@@ -91,7 +122,8 @@ impl Wire for Probed {
 
     fn send(&mut self, bytes: &[u8]) -> Result<usize> {
         let mut core = self.session.core(0).context("processor")?;
-        self.rtt.write(&mut ProbeMemory(&mut core), COMMAND_CHANNEL, bytes)
+        self.rtt
+            .write(&mut ProbeMemory(&mut core), COMMAND_CHANNEL, bytes)
     }
 
     fn pass(&mut self, time: Duration) -> Result<()> {

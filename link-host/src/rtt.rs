@@ -45,17 +45,36 @@ impl Rtt {
         if identifier != *IDENTIFIER {
             return Ok(None);
         }
-        let (up, down) = (memory.read_word(address + 16)?, memory.read_word(address + 20)?);
-        ensure!(up <= MOST_RINGS && down <= MOST_RINGS, "control block at {address:#x}: {up} up and {down} down rings");
+        let (up, down) = (
+            memory.read_word(address + 16)?,
+            memory.read_word(address + 20)?,
+        );
+        ensure!(
+            up <= MOST_RINGS && down <= MOST_RINGS,
+            "control block at {address:#x}: {up} up and {down} down rings"
+        );
         let mut ring = |index: u32| -> Result<Ring> {
             let at = address + HEADER_BYTES + RING_BYTES * index;
             let (buffer, size) = (memory.read_word(at + 4)?, memory.read_word(at + 8)?);
-            ensure!(size <= LARGEST_RING, "ring {index} at {at:#x}: {size} bytes");
-            Ok(Ring { write_index: at + 12, read_index: at + 16, buffer, size })
+            ensure!(
+                size <= LARGEST_RING,
+                "ring {index} at {at:#x}: {size} bytes"
+            );
+            Ok(Ring {
+                write_index: at + 12,
+                read_index: at + 16,
+                buffer,
+                size,
+            })
         };
         let up: Vec<Ring> = (0..up).map(&mut ring).collect::<Result<_>>()?;
-        let down: Vec<Ring> = (up.len() as u32..up.len() as u32 + down).map(&mut ring).collect::<Result<_>>()?;
-        let ready = up.iter().chain(&down).all(|ring| ring.buffer != 0 && ring.size != 0);
+        let down: Vec<Ring> = (up.len() as u32..up.len() as u32 + down)
+            .map(&mut ring)
+            .collect::<Result<_>>()?;
+        let ready = up
+            .iter()
+            .chain(&down)
+            .all(|ring| ring.buffer != 0 && ring.size != 0);
         Ok(ready.then_some(Self { up, down }))
     }
 
@@ -69,7 +88,10 @@ impl Rtt {
         while at < from + bytes {
             let length = window.len().min((from + bytes - at) as usize);
             memory.read(at, &mut window[..length])?;
-            if let Some(place) = window[..length].windows(IDENTIFIER.len()).position(|w| w == IDENTIFIER) {
+            if let Some(place) = window[..length]
+                .windows(IDENTIFIER.len())
+                .position(|w| w == IDENTIFIER)
+            {
                 return Ok(Some(at + place as u32));
             }
             at += SEARCH_BYTES as u32;
@@ -81,8 +103,16 @@ impl Rtt {
     ///
     /// # Errors
     /// There is no such ring, the memory cannot be read, or the ring's indices make no sense.
-    pub fn read(&self, memory: &mut impl TargetMemory, channel: usize, bytes: &mut [u8]) -> Result<usize> {
-        let ring = self.up.get(channel).with_context(|| format!("no up ring {channel}"))?;
+    pub fn read(
+        &self,
+        memory: &mut impl TargetMemory,
+        channel: usize,
+        bytes: &mut [u8],
+    ) -> Result<usize> {
+        let ring = self
+            .up
+            .get(channel)
+            .with_context(|| format!("no up ring {channel}"))?;
         let (write, mut read) = ring.indices(memory)?;
         let mut count = 0;
         while count < bytes.len() && read != write {
@@ -102,13 +132,25 @@ impl Rtt {
     ///
     /// # Errors
     /// As [`Rtt::read`].
-    pub fn write(&self, memory: &mut impl TargetMemory, channel: usize, bytes: &[u8]) -> Result<usize> {
-        let ring = self.down.get(channel).with_context(|| format!("no down ring {channel}"))?;
+    pub fn write(
+        &self,
+        memory: &mut impl TargetMemory,
+        channel: usize,
+        bytes: &[u8],
+    ) -> Result<usize> {
+        let ring = self
+            .down
+            .get(channel)
+            .with_context(|| format!("no down ring {channel}"))?;
         let (mut write, read) = ring.indices(memory)?;
         let mut count = 0;
         while count < bytes.len() {
             // One place stays free, or a full ring would look empty.
-            let end = if read > write { read - 1 } else { ring.size - u32::from(read == 0) };
+            let end = if read > write {
+                read - 1
+            } else {
+                ring.size - u32::from(read == 0)
+            };
             let now = (end.saturating_sub(write) as usize).min(bytes.len() - count);
             if now == 0 {
                 break;
@@ -126,8 +168,15 @@ impl Rtt {
 
 impl Ring {
     fn indices(&self, memory: &mut impl TargetMemory) -> Result<(u32, u32)> {
-        let (write, read) = (memory.read_word(self.write_index)?, memory.read_word(self.read_index)?);
-        ensure!(write < self.size && read < self.size, "ring of {} bytes: indices {write} and {read}", self.size);
+        let (write, read) = (
+            memory.read_word(self.write_index)?,
+            memory.read_word(self.read_index)?,
+        );
+        ensure!(
+            write < self.size && read < self.size,
+            "ring of {} bytes: indices {write} and {read}",
+            self.size
+        );
         Ok((write, read))
     }
 }
@@ -141,12 +190,20 @@ mod tests {
 
     impl TargetMemory for Bytes {
         fn read(&mut self, address: u32, bytes: &mut [u8]) -> Result<()> {
-            bytes.copy_from_slice(self.0.get(address as usize..).and_then(|b| b.get(..bytes.len())).context("outside")?);
+            bytes.copy_from_slice(
+                self.0
+                    .get(address as usize..)
+                    .and_then(|b| b.get(..bytes.len()))
+                    .context("outside")?,
+            );
             Ok(())
         }
 
         fn write(&mut self, address: u32, bytes: &[u8]) -> Result<()> {
-            let place = self.0.get_mut(address as usize..).and_then(|b| b.get_mut(..bytes.len()));
+            let place = self
+                .0
+                .get_mut(address as usize..)
+                .and_then(|b| b.get_mut(..bytes.len()));
             place.context("outside")?.copy_from_slice(bytes);
             Ok(())
         }
@@ -181,7 +238,11 @@ mod tests {
         for start in 0..8 {
             let _ = memory.write_word(down + 12, start);
             let _ = memory.write_word(down + 16, start);
-            assert_eq!(rtt.write(&mut memory, 0, b"123456789").unwrap(), 7, "one place stays free");
+            assert_eq!(
+                rtt.write(&mut memory, 0, b"123456789").unwrap(),
+                7,
+                "one place stays free"
+            );
             assert_eq!(rtt.write(&mut memory, 0, b"x").unwrap(), 0);
             assert_eq!(memory.read_word(down + 12).unwrap(), (start + 7) % 8);
         }

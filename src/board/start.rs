@@ -129,7 +129,9 @@ where
         device,
     ));
     let console = cortex_m::singleton!(: MaybeUninit<Console<Rings>> = MaybeUninit::uninit());
-    let console = console.expect("called once").write(Console::new(rings, hello, report));
+    let console = console
+        .expect("called once")
+        .write(Console::new(rings, hello, report));
     Ends {
         sampler: Sampler::new(receiver, produce, mailbox),
         background,

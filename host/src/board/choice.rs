@@ -1,17 +1,15 @@
 //! The options by which a user names a board.
 
+use super::emulated;
 use super::link::Link;
 use super::sim::SimWire;
 use crate::demo::Preset;
 use anyhow::{Context, Result, ensure};
 use embedded_storage::nor_flash::NorFlash;
-use hal_sim::board::{FLASH_PAGES, SharedFlash};
+use hal_sim::board::SharedFlash;
 use hal_sim::presets::DEFAULT_RMS_M;
 use hal_sim::spec::CourierSpec;
-use hal_sim::wire::flash::Flash;
-use hal_sim::wire::motion::ControllerConfig;
-use hal_sim::world::World;
-use link_host::emulated::{Emulated, Images, Parts};
+use link_host::wire::Wire;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -68,13 +66,6 @@ impl Choice {
             );
             return probe(selector);
         }
-        if self.emulated {
-            ensure!(
-                self.sim_flash.is_none(),
-                "--sim-flash: found --emulated, wanted the simulated board"
-            );
-            return self.emulated();
-        }
         self.simulated()
     }
 
@@ -90,31 +81,14 @@ impl Choice {
         if let Some(path) = &self.sim_flash {
             restore(&flash, path)?;
         }
-        let link = Link::connect(Box::new(SimWire::start(spec, seed, flash.clone())?))?;
+        let wire: Box<dyn Wire> = if self.emulated {
+            Box::new(emulated::start(spec, seed, flash.clone())?)
+        } else {
+            Box::new(SimWire::start(spec, seed, flash.clone())?)
+        };
+        let link = Link::connect(wire)?;
         let flash = self.sim_flash.clone().map(|path| (flash, path));
         Ok(Opened { link, flash })
-    }
-
-    /// The images are named by the environment: this command does not build for another processor.
-    fn emulated(&self) -> Result<Opened> {
-        let named = |variable: &str| {
-            let path = std::env::var_os(variable).map(PathBuf::from);
-            path.with_context(|| {
-                format!(
-                    "--emulated: found no {variable} in the environment, wanted an image's path"
-                )
-            })
-        };
-        let images = Images {
-            firmware: named("COURIER_EMULATED_FIRMWARE")?,
-            plugin: named("COURIER_EMULATED_PLUGIN")?,
-        };
-        let (spec, seed) = self.courier()?;
-        let home = spec.places.scatter_corner;
-        let world = World::new(spec, ControllerConfig::TYPICAL, home, seed)?;
-        let parts = Parts::new(world, Flash::new(FLASH_PAGES, seed));
-        let link = Link::connect(Box::new(Emulated::start(&images, parts)?))?;
-        Ok(Opened { link, flash: None })
     }
 }
 

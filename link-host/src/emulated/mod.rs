@@ -60,7 +60,15 @@ impl Emulated {
         let bell = image::symbol(&images.firmware, "courier_bell")?;
         let control_block = image::symbol(&images.firmware, "_SEGGER_RTT")?;
         let qemu = spawn(images, ram.path(), bell)?;
-        let mut board = Self { qemu, ram, parts, control_block, rtt: None, answered: 0, starts: 0 };
+        let mut board = Self {
+            qemu,
+            ram,
+            parts,
+            control_block,
+            rtt: None,
+            answered: 0,
+            starts: 0,
+        };
         board.pass(START_UP)?;
         Ok(board)
     }
@@ -90,7 +98,10 @@ impl Emulated {
                 bail!("the emulated board has ended: {status}");
             }
             if begin.elapsed() > PATIENCE {
-                bail!("the emulated board has not asked for anything for {} s", PATIENCE.as_secs());
+                bail!(
+                    "the emulated board has not asked for anything for {} s",
+                    PATIENCE.as_secs()
+                );
             }
         }
         if self.parts.answer(&mut self.ram)? {
@@ -115,12 +126,16 @@ impl Emulated {
 
 impl Wire for Emulated {
     fn receive(&mut self, channel: usize, bytes: &mut [u8]) -> Result<usize> {
-        let Some(rtt) = self.rings()?.cloned() else { return Ok(0) };
+        let Some(rtt) = self.rings()?.cloned() else {
+            return Ok(0);
+        };
         rtt.read(&mut self.ram, channel, bytes)
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<usize> {
-        let Some(rtt) = self.rings()?.cloned() else { return Ok(0) };
+        let Some(rtt) = self.rings()?.cloned() else {
+            return Ok(0);
+        };
         rtt.write(&mut self.ram, COMMAND_CHANNEL, bytes)
     }
 
@@ -157,11 +172,33 @@ impl Drop for Emulated {
 fn spawn(images: &Images, ram: &Path, bell: u32) -> Result<Child> {
     let post = POST_BASE - RAM_BASE;
     Command::new("qemu-system-arm")
-        .args(["-cpu", "cortex-m4", "-machine", "mps2-an386,memory-backend=ram", "-object"])
-        .arg(format!("memory-backend-file,id=ram,size=16M,mem-path={},share=on", ram.display()))
+        .args([
+            "-cpu",
+            "cortex-m4",
+            "-machine",
+            "mps2-an386,memory-backend=ram",
+            "-object",
+        ])
+        .arg(format!(
+            "memory-backend-file,id=ram,size=16M,mem-path={},share=on",
+            ram.display()
+        ))
         // 8 ns of virtual time an instruction, and no waiting for the wall clock.
-        .args(["-icount", "shift=3,sleep=off", "-nographic", "-monitor", "none", "-serial", "null", "-plugin"])
-        .arg(format!("{},ram={},bell={bell:#x},post={post:#x}", images.plugin.display(), ram.display()))
+        .args([
+            "-icount",
+            "shift=3,sleep=off",
+            "-nographic",
+            "-monitor",
+            "none",
+            "-serial",
+            "null",
+            "-plugin",
+        ])
+        .arg(format!(
+            "{},ram={},bell={bell:#x},post={post:#x}",
+            images.plugin.display(),
+            ram.display()
+        ))
         .arg("-kernel")
         .arg(&images.firmware)
         .stdin(Stdio::null())

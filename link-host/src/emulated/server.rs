@@ -2,14 +2,16 @@
 
 use anyhow::Result;
 use courier_sensor::emulation::{
-    BACKGROUND, DATA_BYTES, FAILED, HEADER_BYTES, INTERRUPT, MAILBOX_BASE, MAILBOX_STRIDE, Operation, Pin, TICK_HZ, Word,
+    BACKGROUND, DATA_BYTES, FAILED, HEADER_BYTES, INTERRUPT, MAILBOX_BASE, MAILBOX_STRIDE,
+    Operation, Pin, TICK_HZ, Word,
 };
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::spi::SpiDevice;
 use embedded_io::{Read, ReadReady, Write};
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
+use hal_sim::board::SharedFlash;
 use hal_sim::wire::converter::{Busy, Convst, Reset, Spi};
-use hal_sim::wire::flash::{Flash, PAGE_BYTES};
+use hal_sim::wire::flash::PAGE_BYTES;
 use hal_sim::wire::motion::Line;
 use hal_sim::world::World;
 
@@ -24,7 +26,7 @@ pub struct Parts {
     /// Everything around the processor.
     pub world: World,
     /// The flash bank of the slots.
-    pub flash: Flash,
+    pub flash: SharedFlash,
     /// Board temperature, degrees Celsius.
     pub temperature_c: f64,
     /// The status LED's level.
@@ -40,11 +42,28 @@ pub struct Parts {
 
 impl Parts {
     /// A board in this world.
-    pub fn new(world: World, flash: Flash) -> Self {
+    pub fn new(world: World, flash: SharedFlash) -> Self {
         let wire = &world.converter;
-        let (chips, convst, reset, busy) = ([wire.spi(0), wire.spi(1)], wire.convst(), wire.reset(), wire.busy());
+        let (chips, convst, reset, busy) = (
+            [wire.spi(0), wire.spi(1)],
+            wire.convst(),
+            wire.reset(),
+            wire.busy(),
+        );
         let line = world.motion.line();
-        Self { chips, convst, reset, busy, line, world, flash, temperature_c: 25.0, led: false, last_ticks: 0, board_ns: 0 }
+        Self {
+            chips,
+            convst,
+            reset,
+            busy,
+            line,
+            world,
+            flash,
+            temperature_c: 25.0,
+            led: false,
+            last_ticks: 0,
+            board_ns: 0,
+        }
     }
 
     /// Answers every open question of both mailboxes; returns whether the image has just started.
@@ -67,7 +86,8 @@ impl Parts {
             ram.read(base + HEADER_BYTES, &mut data[..length])?;
             self.pass_time(operation, ram.read_word(word(Word::Ticks))?);
             started |= operation == Some(Operation::Boot);
-            let answer = operation.and_then(|operation| self.carry_out(operation, argument, &mut data[..length]));
+            let answer = operation
+                .and_then(|operation| self.carry_out(operation, argument, &mut data[..length]));
             ram.write(base + HEADER_BYTES, &data[..length])?;
             ram.write_word(word(Word::Answer), answer.unwrap_or(FAILED))?;
             ram.write_word(word(Word::Done), sequence)?;
@@ -82,7 +102,11 @@ impl Parts {
 
     /// Brings the world's time to the board's.
     fn pass_time(&mut self, operation: Option<Operation>, ticks: u32) {
-        let passed = if operation == Some(Operation::Boot) { ticks } else { ticks.wrapping_sub(self.last_ticks) };
+        let passed = if operation == Some(Operation::Boot) {
+            ticks
+        } else {
+            ticks.wrapping_sub(self.last_ticks)
+        };
         self.last_ticks = ticks;
         // What the parts themselves took is already past, so the clock is brought up to the board's, not added to.
         self.board_ns += u64::from(passed) * (1_000_000_000 / u64::from(TICK_HZ));
@@ -104,14 +128,24 @@ impl Parts {
                 done
             }
             Operation::SetPin => self.set_pin(argument),
-            Operation::GetPin => (argument == Pin::Busy as u32).then(|| u32::from(self.busy.is_high() == Ok(true))),
+            Operation::GetPin => {
+                (argument == Pin::Busy as u32).then(|| u32::from(self.busy.is_high() == Ok(true)))
+            }
             Operation::SerialWrite => self.line.write(data).ok().map(|count| count as u32),
-            Operation::SerialRead if self.line.read_ready().ok()? => self.line.read(data).ok().map(|count| count as u32),
+            Operation::SerialRead if self.line.read_ready().ok()? => {
+                self.line.read(data).ok().map(|count| count as u32)
+            }
             Operation::SerialRead => done,
             Operation::FlashRead => self.flash.read(argument, data).ok().map(|()| 0),
-            Operation::FlashErase => self.flash.erase(argument, argument + PAGE_BYTES as u32).ok().map(|()| 0),
+            Operation::FlashErase => self
+                .flash
+                .erase(argument, argument + PAGE_BYTES as u32)
+                .ok()
+                .map(|()| 0),
             Operation::FlashWrite => self.flash.write(argument, data).ok().map(|()| 0),
-            Operation::Temperature => Some((self.temperature_c * 1000.0) as i32 as u32).map(|t| t.wrapping_add(1_000_000)),
+            Operation::Temperature => {
+                Some((self.temperature_c * 1000.0) as i32 as u32).map(|t| t.wrapping_add(1_000_000))
+            }
         }
     }
 

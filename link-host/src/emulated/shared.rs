@@ -25,19 +25,44 @@ impl SharedRam {
     pub fn create() -> Result<Self> {
         static NUMBER: AtomicU64 = AtomicU64::new(0);
         let memory = Path::new("/dev/shm");
-        let folder = if memory.is_dir() { memory.to_path_buf() } else { std::env::temp_dir() };
+        let folder = if memory.is_dir() {
+            memory.to_path_buf()
+        } else {
+            std::env::temp_dir()
+        };
         let number = NUMBER.fetch_add(1, SeqCst);
         let path = folder.join(format!("courier-board-{}-{number}", std::process::id()));
-        let file = OpenOptions::new().read(true).write(true).create(true).truncate(true).open(&path);
+        let file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(true)
+            .open(&path);
         let file = file.with_context(|| path.display().to_string())?;
-        file.set_len(RAM_BYTES as u64).with_context(|| path.display().to_string())?;
+        file.set_len(RAM_BYTES as u64)
+            .with_context(|| path.display().to_string())?;
         // SAFETY: a new shared mapping of a file of this length.
         let base = unsafe {
             let protection = libc::PROT_READ | libc::PROT_WRITE;
-            libc::mmap(std::ptr::null_mut(), RAM_BYTES, protection, libc::MAP_SHARED, file.as_raw_fd(), 0)
+            libc::mmap(
+                std::ptr::null_mut(),
+                RAM_BYTES,
+                protection,
+                libc::MAP_SHARED,
+                file.as_raw_fd(),
+                0,
+            )
         };
-        ensure!(base != libc::MAP_FAILED, "{}: {}", path.display(), std::io::Error::last_os_error());
-        Ok(Self { base: base.cast(), path })
+        ensure!(
+            base != libc::MAP_FAILED,
+            "{}: {}",
+            path.display(),
+            std::io::Error::last_os_error()
+        );
+        Ok(Self {
+            base: base.cast(),
+            path,
+        })
     }
 
     /// The file.
@@ -47,8 +72,13 @@ impl SharedRam {
 
     fn place(&self, address: u32, length: usize) -> Result<*mut u8> {
         let offset = address.wrapping_sub(RAM_BASE) as usize;
-        let inside = offset.checked_add(length).is_some_and(|end| end <= RAM_BYTES);
-        ensure!(inside, "{address:#x}: {length} bytes are not in the board's RAM");
+        let inside = offset
+            .checked_add(length)
+            .is_some_and(|end| end <= RAM_BYTES);
+        ensure!(
+            inside,
+            "{address:#x}: {length} bytes are not in the board's RAM"
+        );
         // SAFETY: within the mapping, checked above.
         Ok(unsafe { self.base.add(offset) })
     }
@@ -72,7 +102,10 @@ impl SharedRam {
 
     /// Sleeps until a word is no longer `seen`, somebody wakes it, or `most` is over.
     pub fn sleep(word: &AtomicU32, seen: u32, most: Duration) {
-        let nap = libc::timespec { tv_sec: most.as_secs() as i64, tv_nsec: i64::from(most.subsec_nanos()) };
+        let nap = libc::timespec {
+            tv_sec: most.as_secs() as i64,
+            tv_nsec: i64::from(most.subsec_nanos()),
+        };
         // SAFETY: a futex call on a mapped word; the time lives through it.
         unsafe { libc::syscall(libc::SYS_futex, word.as_ptr(), libc::FUTEX_WAIT, seen, &nap) };
     }

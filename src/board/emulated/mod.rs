@@ -14,11 +14,11 @@ use super::start::{self, Ends};
 use super::{fault, rtt};
 use crate::app::background::Background;
 use crate::app::sampler::Sampler;
-use core::mem::MaybeUninit;
-use core::sync::atomic::Ordering::Relaxed;
 use crate::drivers::converter::{Converter, ConverterError, Counts, Settings};
 use crate::emulation::{BACKGROUND, INTERRUPT, Operation, Pin};
 use crate::link::message::ResetCause;
+use core::mem::MaybeUninit;
+use core::sync::atomic::Ordering::Relaxed;
 use cortex_m::peripheral::NVIC;
 use cortex_m_rt::exception;
 
@@ -63,7 +63,9 @@ extern "C" fn isr_sampling() {
 
 /// What the timer's pulse does on the real board is one question here; then both chips are read.
 fn isr_convert(converter: &mut Chips) -> Result<Counts, ConverterError> {
-    let answer = Post::new(INTERRUPT).ask(Operation::Convert, 0, &[], &mut []).unwrap_or(0);
+    let answer = Post::new(INTERRUPT)
+        .ask(Operation::Convert, 0, &[], &mut [])
+        .unwrap_or(0);
     parts::BYTES_WAIT.store(answer & 2 != 0, Relaxed);
     if answer & 1 == 0 {
         return Err(ConverterError::BusyStuck { polls: 0 });
@@ -148,7 +150,14 @@ pub fn main() -> ! {
         sampler,
         background,
         console,
-    } = start::connect(place, parts, rings, "emulated", *b"emulated\0\0\0\0", report);
+    } = start::connect(
+        place,
+        parts,
+        rings,
+        "emulated",
+        *b"emulated\0\0\0\0",
+        report,
+    );
     clock::start_watchdog(WATCHDOG_MS * 1000);
     // SAFETY: the interrupt is enabled afterwards.
     unsafe {
