@@ -288,3 +288,41 @@ fn a_board_is_watched_and_recorded() {
     refused(folder, &["record", "flight"], "thesis.txt");
     assert!(!folder.join("x").exists());
 }
+
+/// Both sensors under the simulated beacon; every step says what it did by itself.
+#[test]
+fn both_sensors_calibrate_together() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let options = [
+        "--sim-preset",
+        "ideal",
+        "calibrate",
+        "--joint",
+        "--poses",
+        "200",
+        "--held-out",
+        "40",
+        "--json",
+    ];
+    let progress: Value = serde_json::from_str(&ok(folder, &options)).unwrap();
+    assert!(
+        progress["ending"]["Accepted"]["stored"]["sequence"] == 1,
+        "{progress}"
+    );
+    assert_eq!(progress["method"], "Joint");
+    assert!(
+        progress["steps"][0]["accepted"].as_bool().unwrap()
+            && progress["steps"][1]["accepted"].as_bool().unwrap()
+    );
+    refused(
+        folder,
+        &["calibrate", "--joint", "--from", "1,2"],
+        "three numbers",
+    );
+    refused(
+        folder,
+        &["calibrate", "--joint", "--poses", "5000"],
+        "Poses is 5000, wanted 50 to 1000",
+    );
+}

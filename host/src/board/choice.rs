@@ -5,6 +5,8 @@ use super::link::Link;
 use super::sim::SimWire;
 use crate::demo::Preset;
 use anyhow::{Context, Result, ensure};
+use courier_sensor::drivers::motion::Target;
+use effects::motion::Pose;
 use embedded_storage::nor_flash::NorFlash;
 use hal_sim::board::SharedFlash;
 use hal_sim::presets::DEFAULT_RMS_M;
@@ -41,6 +43,8 @@ pub struct Choice {
 pub struct Opened {
     /// The board.
     pub link: Link,
+    /// Where a simulated courier stands under its beacon.
+    pub beacon: Option<Target>,
     flash: Option<(SharedFlash, PathBuf)>,
 }
 
@@ -77,6 +81,7 @@ impl Choice {
 
     fn simulated(&self) -> Result<Opened> {
         let (spec, seed) = self.courier()?;
+        let beacon = Some(target(spec.places.beacon));
         let flash = SharedFlash::erased(seed);
         if let Some(path) = &self.sim_flash {
             restore(&flash, path)?;
@@ -88,7 +93,11 @@ impl Choice {
         };
         let link = Link::connect(wire)?;
         let flash = self.sim_flash.clone().map(|path| (flash, path));
-        Ok(Opened { link, flash })
+        Ok(Opened {
+            link,
+            beacon,
+            flash,
+        })
     }
 }
 
@@ -102,6 +111,15 @@ impl Opened {
             Some((flash, path)) => keep(&flash, &path),
             None => Ok(()),
         }
+    }
+}
+
+/// A pose as the motion controller is told it.
+fn target(pose: Pose) -> Target {
+    Target {
+        x_m: pose.x_m as f32,
+        y_m: pose.y_m as f32,
+        theta_rad: pose.theta_rad as f32,
     }
 }
 
@@ -153,6 +171,7 @@ fn probe(selector: &str) -> Result<Opened> {
     let wire = link_host::probe::Probed::open(selector)?;
     Ok(Opened {
         link: Link::connect(Box::new(wire))?,
+        beacon: None,
         flash: None,
     })
 }

@@ -4,7 +4,11 @@ use crate::board::{Choice, Link};
 use crate::terminal::{figure, print, print_json, progress};
 use anyhow::{Result, bail};
 use clap::ValueEnum;
-use courier_sensor::calibration::{self, Evidence, Stage};
+use courier_sensor::app::background::SELF_MOTION_M_PER_S;
+use courier_sensor::calibration::joint::JointConfig;
+use courier_sensor::calibration::record::Method;
+use courier_sensor::calibration::{self, Evidence, SessionConfig, Stage};
+use courier_sensor::drivers::motion::Target;
 use courier_sensor::link::message::{Action, CalibrateOrder, Reply};
 use courier_sensor::link::report::{Ending, Progress};
 use std::process::ExitCode;
@@ -38,15 +42,22 @@ pub struct Args {
     /// Poses are drawn from this seed.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Poses lie within so much of the start, mm, 1 to 500.
-    #[arg(long, default_value_t = 10.16, value_name = "MM")]
-    travel_mm: f32,
-    /// Largest angle, degrees [default: 0.5, or 1.5 if optimal].
+    /// Poses lie within so much of the start, mm, 1 to 500 [default: 10.16, or 2.032 if joint].
+    #[arg(long, value_name = "MM")]
+    travel_mm: Option<f32>,
+    /// Largest angle, degrees [default: 0.5, or 1.5 if optimal or joint].
     #[arg(long, value_name = "DEG")]
     turn_deg: Option<f32>,
     /// Stop when the worst predicted deviation is below this, µm; 0: use all poses.
     #[arg(long, default_value_t = 0.0, value_name = "UM")]
     target_um: f32,
+    /// Both sensors together, under a beacon: the platen sensor, then the coordination sensor's place, then all.
+    #[arg(long)]
+    joint: bool,
+    /// Go there first: mm, mm and degrees in the motion controller's frame [default for a simulated courier with --joint:
+    /// under its beacon].
+    #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, value_parser = super::target)]
+    from: Option<Target>,
     /// Put the result in force, but do not store it.
     #[arg(long)]
     dry_run: bool,
@@ -54,6 +65,11 @@ pub struct Args {
     #[arg(long)]
     json: bool,
 }
+
+/// Largest angle of a planned motion, 1.5 degrees.
+const OPTIMAL_TURN_RAD: f32 = 0.026_18;
+/// Looks until a motion is given up: 20 s.
+const MOTION_LOOKS: u32 = 400;
 
 /// Time between two looks at the progress, of the board's own.
 const LOOK: Duration = Duration::from_millis(50);
@@ -64,10 +80,17 @@ const LOOK: Duration = Duration::from_millis(50);
 /// The board cannot be reached, or does not start.
 pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let mut board = choice.open()?;
+    let start = args.from.or(if args.joint { board.beacon } else { None });
+    if let Some(target) = start {
+        go(&mut board.link, target)?;
+    }
     let progress = wait(&mut board.link, &order(args))?;
     board.close()?;
     if args.json {
         print_json(&progress)?;
+    }
+    if !args.json && args.joint {
+        print(steps(&progress).trim_end())?;
     }
     match &progress.ending {
         Some(Ending::Accepted { evidence, stored, .. }) => {
@@ -94,21 +117,61 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
 }
 
 fn order(args: &Args) -> CalibrateOrder {
-    let (plan, poses, turn_deg) = match args.plan {
-        Plan::Random => (calibration::Plan::Random, 1000, 0.5_f32),
-        Plan::Optimal => (calibration::Plan::Optimal, 333, 1.5),
+    let paper = if args.joint {
+        JointConfig::default().range
+    } else {
+        SessionConfig::default().range
+    };
+    let (plan, poses, turn_rad) = match args.plan {
+        Plan::Random => (calibration::Plan::Random, 1000, paper.turn_rad),
+        Plan::Optimal => (calibration::Plan::Optimal, 333, OPTIMAL_TURN_RAD),
     };
     CalibrateOrder {
+        method: if args.joint { Method::Joint } else { Method::Platen },
         plan,
         poses: args.poses.unwrap_or(poses),
         held_out_poses: args.held_out,
         seed: args.seed,
-        travel_m: args.travel_mm * 1.0e-3,
-        turn_rad: args.turn_deg.unwrap_or(turn_deg).to_radians(),
+        travel_m: args.travel_mm.map_or(paper.travel_m, |travel_mm| travel_mm * 1.0e-3),
+        turn_rad: args.turn_deg.map_or(turn_rad, f32::to_radians),
         target_deviation_m: args.target_um * 1.0e-6,
         commit: !args.dry_run,
         ..CalibrateOrder::default()
     }
+}
+
+/// Brings the courier to where the session is to start.
+fn go(link: &mut Link, target: Target) -> Result<()> {
+    let speed_m_per_s = SELF_MOTION_M_PER_S;
+    let Reply::Done = link.ask(Action::GoTo { target, speed_m_per_s })? else {
+        bail!(super::STRANGE_REPLY)
+    };
+    for _ in 0..MOTION_LOOKS {
+        link.pass(LOOK)?;
+        let Reply::Status(status) = link.ask(Action::Status)? else {
+            bail!(super::STRANGE_REPLY)
+        };
+        if !status.moving {
+            return Ok(());
+        }
+    }
+    bail!("the motion controller: found no rest within 20 s, wanted one")
+}
+
+/// The steps of a joint session, one a line.
+fn steps(progress: &Progress) -> String {
+    let um = |length_m: f32| figure(1.0e6 * f64::from(length_m));
+    let lines = progress.steps.iter().flatten().map(|step| {
+        let verdict = if step.accepted { "accepted" } else { "reverted" };
+        let (before, after) = (&step.before, &step.after);
+        let channels: Vec<String> = ["g_p", "g_x", "g_y"]
+            .iter()
+            .zip(before.rms_m.iter().zip(&after.rms_m))
+            .map(|(name, (before_m, after_m))| format!("{name} {} -> {} µm", um(*before_m), um(*after_m)))
+            .collect();
+        format!("{:?}: {verdict}; held out {}\n", step.step, channels.join(", "))
+    });
+    lines.collect()
 }
 
 fn wait(link: &mut Link, order: &CalibrateOrder) -> Result<Progress> {

@@ -2,10 +2,31 @@
 
 use crate::board::Choice;
 use anyhow::{Result, ensure};
+use courier_sensor::drivers::motion::Target;
 use std::process::ExitCode;
 
 /// What a reply of the wrong kind is told as.
 const STRANGE_REPLY: &str = "the board: found a reply of another kind than was asked for";
+
+/// `X,Y,THETA` in mm, mm and degrees.
+fn target(text: &str) -> Result<Target, String> {
+    let numbers: Vec<f32> = text
+        .split(',')
+        .map_while(|part| part.trim().parse().ok())
+        .collect();
+    match numbers[..] {
+        [x_mm, y_mm, theta_deg]
+            if numbers.iter().all(|number| number.is_finite()) && text.split(',').count() == 3 =>
+        {
+            Ok(Target {
+                x_m: x_mm * 1.0e-3,
+                y_m: y_mm * 1.0e-3,
+                theta_rad: theta_deg.to_radians(),
+            })
+        }
+        _ => Err("wanted three numbers: mm, mm, degrees".to_owned()),
+    }
+}
 
 /// Makes the list of commands from the names of variants and modules: those that need no board, then those that do.
 macro_rules! commands {

@@ -27,7 +27,7 @@ pub struct Args {
     #[arg(long, default_value = "recorded")]
     run: String,
     /// Move there meanwhile: mm, mm and degrees in the motion controller's frame.
-    #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, value_parser = target)]
+    #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, value_parser = super::target)]
     go_to: Option<Target>,
     /// Speed of that motion, mm/s.
     #[arg(long, default_value_t = 50.0, value_name = "MM_S")]
@@ -59,15 +59,4 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         print(&format!("{} samples in {}, {} could not be taken", recorded.samples, args.folder.display(), recorded.lost))?;
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// `X,Y,THETA` in mm, mm and degrees.
-fn target(text: &str) -> Result<Target, String> {
-    let numbers: Vec<f32> = text.split(',').map_while(|part| part.trim().parse().ok()).collect();
-    match numbers[..] {
-        [x_mm, y_mm, theta_deg] if numbers.iter().all(|number| number.is_finite()) && text.split(',').count() == 3 => {
-            Ok(Target { x_m: x_mm * 1.0e-3, y_m: y_mm * 1.0e-3, theta_rad: theta_deg.to_radians() })
-        }
-        _ => Err("wanted three numbers: mm, mm, degrees".to_owned()),
-    }
 }
