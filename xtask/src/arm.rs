@@ -283,5 +283,6 @@ pub fn checks() -> Result<()> {
         "--package",
         "courier-sensor",
         "--lib",
-    ]))
+    ]))?;
+    crate::parity::check()
 }

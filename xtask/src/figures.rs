@@ -19,7 +19,11 @@ const SOURCES: &[(&str, &str, &[&str])] = &[
     (
         "courier-sensor",
         "joint",
-        &["synthetic_problem_of_the_paper", "lateral_terms", "device_f32"],
+        &[
+            "synthetic_problem_of_the_paper",
+            "lateral_terms",
+            "device_f32",
+        ],
     ),
     ("hal-sim", "figures", &["ideal", "measured"]),
     ("courier", "replay", &["ess", "g_p"]),

@@ -7,6 +7,8 @@ mod browser;
 mod cmsis;
 mod figures;
 mod firmware;
+mod flash;
+mod parity;
 mod plugin;
 mod stack;
 mod test;
@@ -47,6 +49,11 @@ const TASKS: &[Task] = &[
         "blind",
         "the nightly blind check of the diagnosis: its figures against those asked for (CASES SEED)",
         blind::run,
+    ),
+    (
+        "flash",
+        "writes the board behind a debug probe (also `cargo flash`)",
+        flash::run,
     ),
     (
         "images",
