@@ -112,9 +112,7 @@ impl Counters {
         let step = turns - self.turns - self.speed_m_s * (elapsed * limits.turns_per_m_s);
         let (whole, shifted) = math::nearest(step);
         let rest = step - whole;
-        let slip = rest
-            .bits()
-            .map(|bits| above(bits, limits.slip.to_bits()));
+        let slip = rest.bits().map(|bits| above(bits, limits.slip.to_bits()));
         let filtered = self.speed_m_s + (rest.0[0] + rest.0[1]) * limits.speed_filter;
         let counters = Self {
             turns,

@@ -7,12 +7,11 @@ use crate::frame::{Coordinate, Frame, Pose, RawFrame, SEGMENTS, Status};
 use crate::lanes::Lanes;
 use crate::math;
 use crate::model::{
-    Basis, CompiledModel, ErrorModel, Further, Observation, OwnPolynomial, Unit, lateral_units, mean_angle_turns,
+    Basis, CompiledModel, ErrorModel, Further, Observation, OwnPolynomial, Unit, lateral_units,
+    mean_angle_turns,
 };
 use crate::psd::{self, BeaconLimits};
-use crate::quadrature::{
-    self, CompiledPair, CounterLimits, Counters, PairCorrection, above,
-};
+use crate::quadrature::{self, CompiledPair, CounterLimits, Counters, PairCorrection, above};
 use crate::settings::{ConfigError, Settings};
 use core::sync::atomic::{Ordering, compiler_fence};
 
@@ -60,7 +59,10 @@ impl StepConfig {
         let model = CompiledModel::new(settings.model.as_ref().unwrap_or(&none), geometry.pitch_m);
         let directions = settings.track_direction || model.further.has_extra();
         let pair = |p: usize| PairCorrection::compile([&settings.pairs[p], &settings.pairs[p + 2]]);
-        let frozen_shift = limits.frozen_samples.checked_ilog2().map_or(31, |log| log - 2);
+        let frozen_shift = limits
+            .frozen_samples
+            .checked_ilog2()
+            .map_or(31, |log| log - 2);
         let square_bits = |amplitude: f32| (amplitude * amplitude).to_bits();
         let standing = if settings.model.is_some() {
             Status::empty()
@@ -82,7 +84,11 @@ impl StepConfig {
             gap_samples: f32::from(limits.gap_samples),
             frozen_mask: (1 << frozen_shift) - 1,
             frozen_shift,
-            frozen_bit: if limits.frozen_samples == 0 { 0 } else { Status::FROZEN.bits() },
+            frozen_bit: if limits.frozen_samples == 0 {
+                0
+            } else {
+                Status::FROZEN.bits()
+            },
             beacon: limits.beacon,
             standing_bits: standing.bits(),
             extended: directions || model.further.has_extra(),
@@ -219,14 +225,22 @@ fn sample<const LATERAL: bool>(config: &StepConfig, state: &mut StepState) {
     let mut missed = 0.0;
     if fault.intersects(STALE) {
         (elapsed, missed) = (0.0, elapsed);
-        state.slips |= if missed > config.gap_samples { SLIPS } else { 0 };
+        state.slips |= if missed > config.gap_samples {
+            SLIPS
+        } else {
+            0
+        };
     }
     state.missed = missed;
     watch_frozen(config, state);
     let standing = fault.bits() | config.standing_bits | state.slips | state.frozen;
     let frame = &mut state.frame;
     frame.status = Status::from_bits_retain(standing);
-    if above(frame.raw.temperature_delta_k.to_bits(), TEMPERATURE_LIMIT_K.to_bits()) != 0 {
+    if above(
+        frame.raw.temperature_delta_k.to_bits(),
+        TEMPERATURE_LIMIT_K.to_bits(),
+    ) != 0
+    {
         refuse_temperature(frame);
     }
     let x = measure::<0>(config, frame, elapsed);
@@ -335,7 +349,12 @@ fn doubts(config: &StepConfig, square: u32, counts: [i16; 2]) -> u32 {
 
 /// Adds the lateral terms of equation (9).
 #[inline(always)]
-fn correct_laterally(config: &StepConfig, frame: &mut Frame, x: &Measured, y: &Measured) -> [Corrected; 2] {
+fn correct_laterally(
+    config: &StepConfig,
+    frame: &mut Frame,
+    x: &Measured,
+    y: &Measured,
+) -> [Corrected; 2] {
     let unit = |at: &Measured, k: usize| Unit {
         sine: at.sine.0[k],
         cosine: at.cosine.0[k],
@@ -344,9 +363,8 @@ fn correct_laterally(config: &StepConfig, frame: &mut Frame, x: &Measured, y: &M
     let angle = mean_angle_turns(&frame.segments.map(|s| s.unmodified));
     let lateral = lateral_units(&own, angle * config.lateral_over_span);
     let coefficients = &config.further.lateral;
-    let error = |i: usize| {
-        coefficients[i][0] * lateral[i].sine + coefficients[i][1] * lateral[i].cosine
-    };
+    let error =
+        |i: usize| coefficients[i][0] * lateral[i].sine + coefficients[i][1] * lateral[i].cosine;
     let sum = |i: usize| frame.segments[i].calibrated.fraction_turns + error(i);
     let sums = [Lanes([sum(0), sum(2)]), Lanes([sum(1), sum(3)])];
     [correct::<0>(frame, sums[0]), correct::<1>(frame, sums[1])]
@@ -435,7 +453,11 @@ fn watch_frozen(config: &StepConfig, state: &mut StepState) {
 fn judge_frozen(config: &StepConfig, state: &mut StepState) {
     let still = state.changed & 0xFFFF == 0 || state.changed >> 16 == 0;
     state.still = (state.still << 1 | u32::from(still)) & 0b1111;
-    state.frozen = if state.still == 0 { 0 } else { config.frozen_bit };
+    state.frozen = if state.still == 0 {
+        0
+    } else {
+        config.frozen_bit
+    };
     state.changed = 0;
 }
 

@@ -137,9 +137,7 @@ impl Basis {
         lateral_over_span: f32,
         seen: &Observation,
     ) -> Self {
-        let own = seen
-            .unmodified
-            .map(|p| Unit::from_turns(p.fraction_turns));
+        let own = seen.unmodified.map(|p| Unit::from_turns(p.fraction_turns));
         let angle_turns = mean_angle_turns(&seen.unmodified);
         Self {
             own,
