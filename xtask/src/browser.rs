@@ -17,7 +17,7 @@ const PATIENCE: Duration = Duration::from_secs(120);
 /// Names under which the browser is found.
 const BROWSERS: [&str; 2] = ["chromium", "chromium-browser"];
 
-/// Runs after the page has loaded and leaves its findings as one attribute of the document.
+/// Runs after the page has loaded and sends its findings to the frame around it.
 const PROBE: &str = r#"<script>
 window.faults = [];
 addEventListener('error', event => faults.push(event.message), true);
@@ -35,9 +35,18 @@ addEventListener('load', () => {
     if (!figure.querySelector('figcaption')?.textContent.trim()) faults.push(name + ': no caption');
     if (!section.querySelector('details table tbody tr')) faults.push(name + ': no table');
   }
-  page.setAttribute('data-probe', JSON.stringify({ width: innerWidth, figures: list('figure').length, faults }));
+  parent.postMessage(JSON.stringify({ width: innerWidth, figures: list('figure').length, faults }), '*');
 });
 </script>"#;
+
+/// Holds the page in a frame of its own width, since no window is narrower than 500 pixels, and keeps what the probe says.
+fn frame(page: &Path, width: u32) -> String {
+    format!(
+        "<!DOCTYPE html><script>addEventListener('message', event => document.documentElement.setAttribute('data-probe', event.data));\
+         </script><iframe style=\"width:{width}px;height:900px;border:0\" src=\"file://{}\"></iframe>",
+        page.display()
+    )
+}
 
 /// Makes reports and opens them.
 ///
@@ -185,8 +194,10 @@ fn open(browser: &str, folder: &Path, page: &Path, width: u32) -> Result<()> {
     ]);
     command
         .arg(format!("--user-data-dir={}", profile.display()))
-        .arg(format!("--window-size={width},900"));
-    command.arg(format!("file://{}", page.display()));
+        .arg("--window-size=1400,1000");
+    let framed = page.with_extension(format!("{width}.html"));
+    std::fs::write(&framed, frame(page, width))?;
+    command.arg(format!("file://{}", framed.display()));
     let (document, log) = within(&mut command, folder, PATIENCE)?;
     let console: Vec<&str> = log
         .lines()
