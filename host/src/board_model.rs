@@ -260,7 +260,7 @@ mod tests {
             "hysteresis",
             "thermal_drift",
         ] {
-            let side = diagnosis::sides::linear()
+            let side = effects::sensor_sides()
                 .into_iter()
                 .find(|side| side.name() == name)
                 .expect(name);
