@@ -93,7 +93,7 @@ fn synthetic(seed: u64, initial: f64, groups: Groups) -> Fitted {
             _ => {}
         }
     }
-    let mut solver = Box::new(JointSolver::EMPTY);
+    let mut solver = Box::new(JointSolver::new());
     solver.set_priors(&constraints, &start, &Priors::default());
     let mut found = start;
     let report = solver
@@ -193,7 +193,7 @@ fn device_f32_agrees_with_f64_on_the_same_rows() {
         .collect();
     let constraints = courier.constraints();
     let mut found = values(&courier.truth());
-    let mut solver = Box::new(JointSolver::EMPTY);
+    let mut solver = Box::new(JointSolver::new());
     solver.set_priors(
         &constraints,
         &found.clone(),
@@ -237,7 +237,7 @@ fn device_f32_agrees_with_f64_on_the_same_rows() {
 }
 
 fn collected(courier: &mut BeaconCourier, half_range_m: f64) -> Box<JointBuffer> {
-    let mut buffer = Box::new(JointBuffer::EMPTY);
+    let mut buffer = Box::new(JointBuffer::new());
     for (i, reading) in courier
         .readings(1200, half_range_m, TURN)
         .iter()
@@ -264,7 +264,7 @@ fn schedule(
             _ => {}
         }
     }
-    let mut solver = Box::new(JointSolver::EMPTY);
+    let mut solver = Box::new(JointSolver::new());
     solver.set_priors(&constraints, &entered, &Priors::default());
     let mut progress = JointProgress {
         values: entered,

@@ -250,7 +250,7 @@ fn chosen_poses_come_near_the_bound_of_all_plans() {
     };
     let values = entered(&constraints.layout, &config.model, &config.geometry);
     let start = Sample::ZERO;
-    let mut solver = Box::new(JointSolver::EMPTY);
+    let mut solver = Box::new(JointSolver::new());
     solver.set_priors(&constraints, &values, &Priors::default());
     let optimum = least_variance_sum(&constraints, &values, &config);
     for seed in 0..3 {

@@ -216,7 +216,7 @@ impl Problem {
             weighting: Weighting::Covariance,
         };
         let values = entered(&layout, &model, &geometry);
-        let mut solver = Box::new(JointSolver::EMPTY);
+        let mut solver = Box::new(JointSolver::new());
         solver.set_priors(&constraints, &values, &Priors::default());
         let groups = groups(question);
         let free: Vec<usize> = layout.free(groups).iter().map(|&i| i.into()).collect();

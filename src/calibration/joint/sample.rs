@@ -71,11 +71,14 @@ pub struct JointBuffer {
 
 impl JointBuffer {
     /// Nothing collected.
-    pub const EMPTY: Self = Self {
-        samples: [JointSample::ZERO; POSES],
-        count: 0,
-        held_out_from: POSES,
-    };
+    // A function: a constant of this size would lie in the image's flash, zeros and all.
+    pub const fn new() -> Self {
+        Self {
+            samples: [JointSample::ZERO; POSES],
+            count: 0,
+            held_out_from: POSES,
+        }
+    }
 
     /// Empties it.
     pub fn clear(&mut self) {

@@ -100,8 +100,8 @@ impl JointSession {
                 },
                 0,
             ),
-            buffer: JointBuffer::EMPTY,
-            solver: JointSolver::EMPTY,
+            buffer: JointBuffer::new(),
+            solver: JointSolver::new(),
             entered: [0.0; JOINT_UNKNOWNS],
             progress: JointProgress {
                 values: [0.0; JOINT_UNKNOWNS],

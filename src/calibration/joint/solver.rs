@@ -101,13 +101,16 @@ pub struct JointSolver {
 
 impl JointSolver {
     /// Empty.
-    pub const EMPTY: Self = Self {
-        estimator: Estimator::new(JOINT_UNKNOWNS),
-        free: heapless::Vec::new(),
-        prior_centre: [0.0; JOINT_UNKNOWNS],
-        prior_deviation: [f32::INFINITY; JOINT_UNKNOWNS],
-        channels: 3,
-    };
+    // A function: a constant of this size would lie in the image's flash, zeros and all.
+    pub const fn new() -> Self {
+        Self {
+            estimator: Estimator::new(JOINT_UNKNOWNS),
+            free: heapless::Vec::new(),
+            prior_centre: [0.0; JOINT_UNKNOWNS],
+            prior_deviation: [f32::INFINITY; JOINT_UNKNOWNS],
+            channels: 3,
+        }
+    }
 
     /// States what is believed before the data: the entered values of height and lever arm, zero for the rest.
     pub fn set_priors(&mut self, constraints: &Constraints, entered: &Values, priors: &Priors) {
