@@ -226,7 +226,7 @@ fn plan_until(seed: u64, plan: Plan, turn_rad: f32, stop: impl Fn(u32, f64) -> b
         },
         seed,
     );
-    let mut fit = Box::new(GatedFit::EMPTY);
+    let mut fit = Box::new(GatedFit::new());
     fit.reset(33, 1e-7);
     for count in 1.. {
         let pose = match plan {
