@@ -32,6 +32,10 @@ const NOISY: f64 = 1.10;
 const LEFT_OVER: f64 = 0.10;
 /// Effects with so many unknowns that a simpler shape which does nearly as well is to be believed instead.
 pub const FLEXIBLE: [&str; 2] = [FIELD, "quadrature_drift"];
+/// Neighbours on smooth paths that are needed to tell noise from a pattern.
+const ROUGH_PAIRS: usize = 300;
+/// Half the mean squared step over the mean square is 1 for white noise; a pattern stays below this.
+const ROUGH: f64 = 0.6;
 /// A set of causes that leaves more than this is no explanation.
 const HALF_DONE: f64 = 0.5;
 /// A remainder is located if some shape takes this share of it.
@@ -233,7 +237,7 @@ impl<'a> Judge<'a> {
         if structured {
             effects.extend(self.structured(&mut arena, whole / total.max(1e-9)));
         }
-        let noisy = white_after > NOISY && !located;
+        let noisy = white_after > NOISY && !located && self.rough();
         if noisy && self.allowed("excess_noise") && (left > 0.05 || !structured) {
             effects.push(self.noise(
                 white_after,
@@ -278,11 +282,16 @@ impl<'a> Judge<'a> {
             effects.clear();
         }
         effects.sort_by(|a, b| b.share.total_cmp(&a.share));
+        let effects_have_noise = effects.iter().any(|e| e.name == "excess_noise");
         out.effects = effects;
         self.fill(
             &mut out,
             &mut arena,
-            left * whole / total.max(1e-9),
+            if effects_have_noise {
+                0.0
+            } else {
+                left * whole / total.max(1e-9)
+            },
             located_after,
         );
         if slipped_unnamed || burst_unnamed {
@@ -296,6 +305,30 @@ impl<'a> Judge<'a> {
             );
         }
         out
+    }
+
+    /// True if what is left changes from sample to sample as white noise does: where the path is smooth, a pattern would not.
+    fn rough(&self) -> bool {
+        let scene = &self.study.scene;
+        let r = &self.after;
+        let (mut step, mut level, mut pairs) = (0.0, 0.0, 0);
+        for channel in r.channels() {
+            let list: Vec<usize> = (0..r.sample.len())
+                .filter(|k| r.channel[*k] == channel)
+                .collect();
+            for pair in list.windows(2) {
+                let (i, j) = (r.sample[pair[0]], r.sample[pair[1]]);
+                let near =
+                    j == i + 1 && scene.observations.stretch[i] == scene.observations.stretch[j];
+                if near && scene.motion.smooth[i] && scene.motion.smooth[j] {
+                    let (a, b) = (r.white[pair[0]], r.white[pair[1]]);
+                    step += 0.5 * (a - b) * (a - b);
+                    level += 0.5 * (a * a + b * b);
+                    pairs += 1;
+                }
+            }
+        }
+        pairs < ROUGH_PAIRS || step > ROUGH * level
     }
 
     /// True if shapes without a name do far better than the causes, or as well where only what was taken out differs.

@@ -72,11 +72,13 @@ pub use sensor_side::DeflectionModel;
 pub mod sensor_side {
     use crate::sensor::{Regressor, SensorEffect, Survey};
 
-    /// Sensor side: all terms of second and third degree in the two deflections.
+    /// Sensor side: all terms of second to fifth degree in the two deflections, the higher ones small.
     pub struct DeflectionModel;
 
     /// Powers of the deflections along x and y.
     const POWERS: [[i32; 2]; 7] = [[3, 0], [0, 3], [2, 1], [1, 2], [2, 0], [1, 1], [0, 2]];
+    /// The same of fourth and fifth degree: a diode bends the more the nearer to its edge.
+    const HIGHER: [[i32; 2]; 7] = [[5, 0], [0, 5], [3, 2], [2, 3], [4, 0], [2, 2], [0, 4]];
 
     impl SensorEffect for DeflectionModel {
         fn name(&self) -> &'static str {
@@ -94,13 +96,14 @@ pub mod sensor_side {
         fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
             let mut list = Vec::new();
             for axis in (0..2).filter(|_| survey.beacon) {
-                for [a, b] in POWERS {
+                let higher = HIGHER.map(|powers| (powers, 1.5e-6));
+                for ([a, b], size_m) in POWERS.map(|powers| (powers, 4.0e-6)).into_iter().chain(higher) {
                     let full = survey.tan_full_scale;
                     let name = format!("x^{a} y^{b} on {}", ["x", "y"][axis]);
                     list.push(Regressor::reading(
                         name,
                         "of full scale",
-                        4.0e-6,
+                        size_m,
                         4 + axis,
                         move |m| full * m.deflection[0].powi(a) * m.deflection[1].powi(b),
                     ));
