@@ -50,6 +50,12 @@ pub struct GatedFit {
     noise_floor_m: f32,
 }
 
+impl Default for GatedFit {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl GatedFit {
     /// Empty. A function, not a constant: a constant of this size would lie in the image's flash, zeros and all.
     pub const fn new() -> Self {
