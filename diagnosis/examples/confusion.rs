@@ -97,7 +97,7 @@ fn main() {
                 note(
                     "single, nothing else",
                     good && d.effects.len() == 1,
-                    format!("{name}"),
+                    name.to_string(),
                 );
             }
             if kinds.contains("without") {

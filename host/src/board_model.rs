@@ -210,8 +210,7 @@ mod tests {
 
     #[test]
     fn amounts_become_the_terms_that_they_are() {
-        let at =
-            |effect, name| place(effect, name).map(|(term, part, segment)| (term, part, segment));
+        let at = |effect, name| place(effect, name);
         assert_eq!(
             at("lateral_dependence", "order 2 cosine, segment 3"),
             Some((Term::lateral(2), 1, 2))

@@ -48,7 +48,7 @@ impl Rows {
             entries,
             rhs: 30.0e-6 * self.random.signed(),
         };
-        if self.extremes && self.random.bits() % 64 == 0 {
+        if self.extremes && self.random.bits().is_multiple_of(64) {
             self.spoil(&mut row);
         }
         row

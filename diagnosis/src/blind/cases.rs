@@ -151,9 +151,10 @@ impl Case {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed ^ 0xc0de_0000);
         let mut spec = ideal(self.seed);
         spec.device = "simulated courier of a blind check".into();
-        let mut off = |value: f64| value * (1.0 + BUILD_ERROR * normal(&mut rng));
-        spec.geometry.height_m = off(spec.geometry.height_m);
-        spec.geometry.lever_m = spec.geometry.lever_m.map(&mut off);
+        let [height, x, y] = core::array::from_fn(|_| 1.0 + BUILD_ERROR * normal(&mut rng));
+        spec.geometry.height_m *= height;
+        spec.geometry.lever_m[0] *= x;
+        spec.geometry.lever_m[1] *= y;
         spec.electronics.quadrature_noise_counts = log_uniform(&mut rng, 6.0, 25.0);
         spec.electronics.psd_noise_counts = log_uniform(&mut rng, 1.0, 3.0);
         spec

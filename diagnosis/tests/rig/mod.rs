@@ -298,12 +298,8 @@ impl Effect {
                 "half_order" => b[0] * (0.5 * p + b[1]).sin() + b[2] * (1.5 * p + b[3]).sin(),
                 "warm_harmonics" => (q.temp - 25.0) * (b[0] * p.sin() + b[1] * (2.0 * p).cos()),
                 "speed_harmonics" => vs[s] / 0.02 * (b[0] * p.sin() + b[1] * (2.0 * p).cos()),
-                "direction_harmonics" => {
-                    if vs[s].abs() > 1e-9 {
-                        vs[s].signum() * (b[0] * p.sin() + b[1] * (2.0 * p).cos())
-                    } else {
-                        0.0
-                    }
+                "direction_harmonics" if vs[s].abs() > 1e-9 => {
+                    vs[s].signum() * (b[0] * p.sin() + b[1] * (2.0 * p).cos())
                 }
                 "theta_bend" => {
                     (b[0] * 0.3 * (th * 90.0).sin() + b[1] * (th * 130.0).cos())
@@ -371,6 +367,7 @@ impl Effect {
     }
 }
 
+#[allow(clippy::too_many_arguments)]
 fn moving(
     from: [f64; 3],
     to: [f64; 3],
@@ -721,10 +718,10 @@ fn measure(
         let mut teeth = [0i32; 4];
         for s in 0..4 {
             let mut raw = u.raw(s, p[s]);
-            if let Some(b) = burst.get(&i) {
-                if s == burst_seg {
-                    raw += b * d.range(0.7, 1.3);
-                }
+            if let Some(b) = burst.get(&i)
+                && s == burst_seg
+            {
+                raw += b * d.range(0.7, 1.3);
             }
             let mut amp = u.amp;
             if let Some(e) = find("gap_variation") {
@@ -760,10 +757,11 @@ fn measure(
             teeth[s] = (raw / u.pitch).round() as i32;
             let seen = (counts[s][0].atan2(counts[s][1])) / TAU;
             teeth[s] = ((raw / u.pitch) - seen).round() as i32;
-            if let Some(e) = find("cycle_slip") {
-                if s == e.slip.1 && i as f64 > e.slip.0 * truth.len() as f64 {
-                    teeth[s] += e.slip.2;
-                }
+            if let Some(e) = find("cycle_slip")
+                && s == e.slip.1
+                && i as f64 > e.slip.0 * truth.len() as f64
+            {
+                teeth[s] += e.slip.2;
             }
         }
         let electrodes = (o.beacon).then(|| {

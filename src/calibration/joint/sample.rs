@@ -69,6 +69,12 @@ pub struct JointBuffer {
     held_out_from: usize,
 }
 
+impl Default for JointBuffer {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl JointBuffer {
     /// Nothing collected.
     // A function: a constant of this size would lie in the image's flash, zeros and all.

@@ -99,6 +99,12 @@ pub struct JointSolver {
     channels: usize,
 }
 
+impl Default for JointSolver {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl JointSolver {
     /// Empty.
     // A function: a constant of this size would lie in the image's flash, zeros and all.
