@@ -418,7 +418,7 @@ fn previous_counts_stand_in_for_a_failed_conversion() {
 fn too_long_a_gap_is_a_slip() {
     let frames = run(
         &calibrated(),
-        (0..100).map(|k| match k < 20 || k > 52 {
+        (0..100).map(|k| match !(20..=52).contains(&k) {
             true => raw([0.1; SEGMENTS]),
             false => RawFrame {
                 fault: Status::CONVERTER_TIMEOUT,
