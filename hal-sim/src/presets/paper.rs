@@ -46,12 +46,12 @@ const LATERAL_ORDERS: [(f64, f64); 6] = [
 /// Their sine and cosine amplitudes, micrometres, `[segment][order]`.
 const LATERAL_UM: [[[f64; 2]; 6]; 4] = [
     [
-        [-1.398, 0.713],
-        [0.055, -1.101],
-        [0.659, -1.255],
-        [-1.838, 0.209],
-        [1.181, -0.026],
-        [0.885, 0.620],
+        [-1.377, 0.711],
+        [0.254, -1.058],
+        [0.688, -1.085],
+        [-1.937, 0.188],
+        [1.218, -0.097],
+        [0.914, 0.792],
     ],
     [
         [-1.132, -1.005],
@@ -62,12 +62,12 @@ const LATERAL_UM: [[[f64; 2]; 6]; 4] = [
         [-0.251, -2.071],
     ],
     [
-        [-1.736, 0.528],
-        [1.981, -0.354],
-        [0.168, 1.031],
-        [-0.501, 1.653],
-        [0.521, -0.578],
-        [-0.454, 0.151],
+        [-1.783, 0.468],
+        [1.794, -0.408],
+        [0.131, 0.862],
+        [-0.428, 1.688],
+        [0.465, -0.522],
+        [-0.494, -0.024],
     ],
     [
         [-0.713, 0.784],
@@ -99,11 +99,11 @@ const PSD: [[f64; 8]; 2] = [
 ];
 
 /// Where the fly-by in y runs: x, metres.
-const FLYBY_X_M: f64 = 4.7649e-3;
+const FLYBY_X_M: f64 = 4.7350e-3;
 
 /// Where the beacon stands (pose of the platen sensor), and how far to its side the sweep runs, metres.
 const BEACON_M: [f64; 2] = [22.1327e-3, 25.0800e-3];
-const SWEEP_OFFSET_M: f64 = -0.4449e-3;
+const SWEEP_OFFSET_M: f64 = -0.4524e-3;
 
 /// Wavelength of the long wave and the place of its crest, metres: the scatter and the fly-by run down its slope, the
 /// beacon stands at its crest.

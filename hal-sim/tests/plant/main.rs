@@ -2,4 +2,5 @@
 
 mod batch;
 mod measured;
+mod paper;
 mod physics;
