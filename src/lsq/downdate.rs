@@ -17,6 +17,7 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         for ((v, row), scale) in sines.iter_mut().zip(row).zip(&self.scale) {
             *v = row * scale;
         }
+        self.settle_rows();
         if !self.forward(&mut sines) {
             return false;
         }

@@ -5,7 +5,7 @@
 //! number is squared, are never formed. All arithmetic is plain multiply and add, never fused: host and target give
 //! the same bits. No allocation, no panic on any input. Runs below the interrupt.
 //!
-//! * `givens`: one plane rotation;
+//! * `givens`: one plane rotation; `rotate`: a row into the factor, four scaled rotations a pass;
 //! * `triangle`: the factor, its right-hand side, residual and count; `downdate` takes a row out, `predict` foretells one;
 //! * `spectrum`: singular values;
 //! * `solve`: rank, condition number, solution, covariance.
@@ -15,6 +15,7 @@
 mod downdate;
 mod givens;
 mod predict;
+mod rotate;
 mod solve;
 mod spectrum;
 mod triangle;

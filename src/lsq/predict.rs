@@ -35,7 +35,11 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         }
         let solved = &solved[..self.unknowns];
         let value: f32 = solved.iter().zip(&self.rhs).map(|(a, b)| a * b).sum();
-        let leverage = solved.iter().map(|a| a * a).sum();
+        let leverage = solved
+            .iter()
+            .zip(&self.row_weight)
+            .map(|(a, w)| a * a * w)
+            .sum();
         let value = if self.rhs_scale == 0.0 {
             0.0
         } else {
@@ -56,7 +60,11 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         if !self.forward(&mut v) || self.scale[..self.unknowns].contains(&0.0) {
             return None;
         }
-        let leverage = v[..self.unknowns].iter().map(|a| a * a).sum();
+        let mut leverage = 0.0;
+        for (v, weight) in v[..self.unknowns].iter_mut().zip(&self.row_weight) {
+            leverage += *v * *v * weight;
+            *v *= weight;
+        }
         self.backward(&mut v);
         for (v, scale) in v.iter_mut().zip(&self.scale) {
             *v *= scale;

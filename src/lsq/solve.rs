@@ -120,6 +120,7 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
         if self.rows.rows() == 0 || self.rows.unknowns == 0 {
             return Err(SolveError::Empty);
         }
+        self.rows.settle_rows();
         let n = self.rows.unknowns;
         let mut undetermined = [0.0f32; N];
         let as_entered = self.condition_as_entered();

@@ -3,7 +3,7 @@
 //! Each column and the right-hand side carry a scale, a power of two set by the first value seen and lowered when a much
 //! larger one comes: problems in metres, micrometres or at the ends of f32 give the same bits in the factor.
 
-use super::givens::{Rotation, hypot};
+use super::givens::hypot;
 use super::packed_len;
 
 /// Scaled values above this lower their column's scale: far from overflow even after 2^40 rows.
@@ -50,7 +50,10 @@ pub struct Triangle<const N: usize, const P: usize> {
     pub(super) factor: [f32; P],
     pub(super) rhs: [f32; N],
     pub(super) scale: [f32; N],
+    all_scaled: bool,
     pub(super) rhs_scale: f32,
+    /// Row `i` of factor and right-hand side is to be divided by the root of this.
+    pub(super) row_weight: [f32; N],
     pub(super) work: [f32; N],
     pub(super) residual_norm: f32,
     pub(super) rows: u32,
@@ -73,7 +76,9 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
             factor: [0.0; P],
             rhs: [0.0; N],
             scale: [0.0; N],
+            all_scaled: false,
             rhs_scale: 0.0,
+            row_weight: [1.0; N],
             work: [0.0; N],
             residual_norm: 0.0,
             rows: 0,
@@ -87,7 +92,9 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         self.factor.fill(0.0);
         self.rhs.fill(0.0);
         self.scale.fill(0.0);
+        self.all_scaled = false;
         self.rhs_scale = 0.0;
+        self.row_weight.fill(1.0);
         self.residual_norm = 0.0;
         self.rows = 0;
         self.weight = 0.0;
@@ -127,7 +134,9 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         if row > column || column >= self.unknowns || self.scale[column] == 0.0 {
             return 0.0;
         }
-        self.factor[self.start(row) + column - row] / self.scale[column]
+        let scaled =
+            self.factor[self.start(row) + column - row] / crate::math::sqrt(self.row_weight[row]);
+        scaled / self.scale[column]
     }
 
     /// Enters the equation `row * x = rhs`. Weight an equation by multiplying both sides by 1 / standard deviation.
@@ -138,8 +147,10 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
     /// # Errors
     /// [`RowError`], and nothing is changed.
     pub fn enter(&mut self, row: &[f32], rhs: f32) -> Result<f32, RowError> {
-        self.check(row, rhs)?;
-        self.load(row);
+        if !self.load_quickly(row) || !rhs.is_finite() {
+            self.check(row, rhs)?;
+            self.load(row);
+        }
         let rest = self.load_rhs(rhs);
         let rest = self.rotate_in(rest);
         self.residual_norm = hypot(self.residual_norm, rest);
@@ -166,7 +177,8 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         self.weight *= factor;
     }
 
-    /// Solves `R^T y = v` in place in scaled columns; false if a diagonal entry that is needed has vanished.
+    /// Solves `r^T u = v` in place in scaled columns, `r` the factor without its row weights `w`: with `R = r / sqrt(w)` it is
+    /// `R^-T v = sqrt(w) u`. False if a diagonal entry that is needed has vanished.
     pub(super) fn forward(&self, v: &mut [f32]) -> bool {
         let mut start = 0;
         for i in 0..self.unknowns {
@@ -188,7 +200,7 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         true
     }
 
-    /// Solves `R x = v` in place in scaled columns. A vanished diagonal entry gives infinities.
+    /// Solves `r x = v` in place in scaled columns: `R x = v / sqrt(w)`. A vanished diagonal entry gives infinities.
     pub(super) fn backward(&self, v: &mut [f32]) {
         let mut start = packed_len(self.unknowns);
         for i in (0..self.unknowns).rev() {
@@ -201,10 +213,12 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
     }
 
     /// Enters a row given in scaled columns with a scaled right-hand side; neither residual nor count is touched.
-    /// Returns what is left of the right-hand side.
+    /// Returns what is left of the right-hand side; row weights are one afterwards.
     pub(super) fn enter_scaled(&mut self, row: &[f32], rhs: f32) -> f32 {
         self.work[..self.unknowns].copy_from_slice(&row[..self.unknowns]);
-        self.rotate_in(rhs)
+        let left = self.rotate_in(rhs);
+        self.settle_rows();
+        left
     }
 
     /// The residual with a further, scaled part in it.
@@ -238,6 +252,20 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         }
     }
 
+    /// Brings the row to the columns' scales; false if these are not all set, or do not suit, or an entry is not finite.
+    #[inline]
+    fn load_quickly(&mut self, row: &[f32]) -> bool {
+        if row.len() != self.unknowns || !self.all_scaled {
+            return false;
+        }
+        let mut squares = 0.0;
+        for ((work, scale), x) in self.work.iter_mut().zip(&self.scale).zip(row) {
+            *work = x * scale;
+            squares += *work * *work;
+        }
+        squares < LARGE * LARGE
+    }
+
     /// Brings the row to the columns' scales, and these to the row where it is out of their reach.
     fn load(&mut self, row: &[f32]) {
         let mut largest = 0.0f32;
@@ -252,6 +280,7 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         if largest > LARGE {
             self.rescale(row);
         }
+        self.all_scaled = !self.scale[..self.unknowns].contains(&0.0);
     }
 
     #[cold]
@@ -282,28 +311,6 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
             self.rhs_scale = new;
         }
         rhs * self.rhs_scale
-    }
-
-    /// Rotates the loaded row into the factor; returns what is left of its right-hand side.
-    fn rotate_in(&mut self, mut rest: f32) -> f32 {
-        let mut factor = &mut self.factor[..packed_len(self.unknowns)];
-        let mut entries = &mut self.work[..self.unknowns];
-        for z in &mut self.rhs[..self.unknowns] {
-            let (row, below) = factor.split_at_mut(entries.len());
-            let (Some((pivot, row)), Some((entry, right))) =
-                (row.split_first_mut(), entries.split_first_mut())
-            else {
-                break;
-            };
-            if *entry != 0.0 {
-                let (rotation, radius) = Rotation::new(*pivot, *entry);
-                *pivot = radius;
-                rotation.turn_all(row, right);
-                rotation.turn(z, &mut rest);
-            }
-            (factor, entries) = (below, right);
-        }
-        rest
     }
 }
 
