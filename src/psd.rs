@@ -22,6 +22,27 @@ impl Default for BeaconLimits {
     }
 }
 
+/// [`BeaconLimits`] as the interrupt applies them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct CompiledBeacon {
+    sum_low_counts: i32,
+    /// Largest square of a count that is not clipped.
+    clip_square: i32,
+    full_scale: f32,
+}
+
+impl BeaconLimits {
+    /// With tan(psi) at a normalised deflection of 1.
+    pub(crate) fn compile(&self, full_scale: f32) -> CompiledBeacon {
+        let clip_counts = i32::from(self.clip_counts);
+        CompiledBeacon {
+            sum_low_counts: self.sum_low_counts,
+            clip_square: clip_counts * clip_counts - 1,
+            full_scale,
+        }
+    }
+}
+
 /// tan psi of both axes, and the status bits that go with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Deflection {
@@ -31,16 +52,17 @@ pub(crate) struct Deflection {
 
 /// `full_scale * (plus - minus) / (plus + minus)` per axis, zero without a beacon. One division for both axes, no branch.
 #[inline(always)]
-pub(crate) fn deflection(limits: &BeaconLimits, full_scale: f32, counts: [i16; 4]) -> Deflection {
+pub(crate) fn deflection(limits: &CompiledBeacon, counts: [i16; 4]) -> Deflection {
     let [xp, xm, yp, ym] = counts.map(i32::from);
     let sums = [xp + xm, yp + ym];
     let missing = ((sums[0] - limits.sum_low_counts) | (sums[1] - limits.sum_low_counts)) >> 31;
-    let limit = i32::from(limits.clip_counts) * i32::from(limits.clip_counts) - 1;
+    let limit = limits.clip_square;
     let saturated =
         ((limit - xp * xp) | (limit - xm * xm) | (limit - yp * yp) | (limit - ym * ym)) >> 31;
     // All ones where the beacon is missing: the sums become 1, the full scale 0.
     let sum = Lanes(sums.map(|sum| ((sum & !missing) - missing) as f32));
-    let factor = f32::from_bits(full_scale.to_bits() & !missing as u32) / (sum.0[0] * sum.0[1]);
+    let factor =
+        f32::from_bits(limits.full_scale.to_bits() & !missing as u32) / (sum.0[0] * sum.0[1]);
     let difference = Lanes([(xp - xm) as f32, (yp - ym) as f32]);
     let tan_psi = difference * Lanes([sum.0[1], sum.0[0]]) * factor;
     let bits = missing as u32 & Status::BEACON_MISSING.bits()

@@ -87,8 +87,6 @@ pub(crate) fn interpolate(pair: &CompiledPair, counts: [[i16; 2]; 2]) -> Interpo
 pub(crate) struct CounterLimits {
     /// Largest step from the predicted phase, turns.
     pub slip: f32,
-    /// Turns a sample of 1 m/s.
-    pub turns_per_m_s: f32,
     /// Half the share of a step in the filtered speed, m/s per turn.
     pub speed_filter: f32,
 }
@@ -102,14 +100,31 @@ pub(crate) struct Counters {
 }
 
 impl Counters {
-    /// Takes phases measured `elapsed` samples after the last good ones (0: the same instant again); returns the new
+    /// Before the first sample, of which these are the phases: no teeth for the first segment, for the second as many as
+    /// make it the nearest to the first.
+    #[cold]
+    #[inline(never)]
+    pub fn first(turns: Lanes) -> Self {
+        Self {
+            turns,
+            teeth: [0, math::round(turns.0[0] - turns.0[1]).1],
+            speed_m_s: 0.0,
+        }
+    }
+
+    /// Takes the phases that follow the last good ones, in which time 1 m/s goes `turns_per_m_s`; returns the new
     /// counters and all ones for each lane whose step from the predicted phase was too large to be sure of the count.
     ///
     /// Prediction: last phase plus filtered speed. A slip sets the speed to zero, so that a false one cannot persist.
     /// `teeth` moves by whole turns so that the step is the shortest; |step| < 2^22. No branch.
     #[inline(always)]
-    pub fn advance(&self, limits: &CounterLimits, turns: Lanes, elapsed: f32) -> (Self, Bits) {
-        let step = turns - self.turns - self.speed_m_s * (elapsed * limits.turns_per_m_s);
+    pub fn advance(
+        &self,
+        limits: &CounterLimits,
+        turns: Lanes,
+        turns_per_m_s: f32,
+    ) -> (Self, Bits) {
+        let step = turns - self.turns - self.speed_m_s * turns_per_m_s;
         let (whole, shifted) = math::nearest(step);
         let rest = step - whole;
         let slip = rest.bits().map(|bits| above(bits, limits.slip.to_bits()));

@@ -1,5 +1,6 @@
 //! What a user sets, in SI units, and its check; [`crate::step::StepConfig::build`] turns it into machine units.
 
+use crate::beacon::BeaconSettings;
 use crate::frame::SEGMENTS;
 use crate::geometry::Geometry;
 use crate::model::{ErrorModel, ModelError};
@@ -20,6 +21,8 @@ pub struct Settings {
     pub limits: Limits,
     /// Keeps the directions of travel in the frames even if the model does not need them.
     pub track_direction: bool,
+    /// Where the beacon is, after a joint calibration; none: no pose relative to it.
+    pub beacon: Option<BeaconSettings>,
     /// The error model in force; none: frames say [`crate::frame::Status::UNCALIBRATED`].
     pub model: Option<ErrorModel>,
 }
@@ -33,6 +36,7 @@ impl Default for Settings {
             pairs: [PairCorrection::default(); SEGMENTS],
             limits: Limits::default(),
             track_direction: false,
+            beacon: None,
             model: None,
         }
     }
@@ -137,6 +141,18 @@ impl Settings {
             range("angle_rad", pair.angle_rad, -1.0, 1.0)?;
         }
         self.limits.validate()?;
+        if let Some(beacon) = &self.beacon {
+            let [x_m, y_m] = beacon.origin_m;
+            range("beacon.origin_m", x_m, -100.0, 100.0)?;
+            range("beacon.origin_m", y_m, -100.0, 100.0)?;
+            range("beacon.segment_sd_m", beacon.segment_sd_m, 1.0e-9, 1.0e-3)?;
+            range(
+                "beacon.displacement_sd_m",
+                beacon.displacement_sd_m,
+                1.0e-9,
+                1.0e-3,
+            )?;
+        }
         self.model
             .iter()
             .try_for_each(|model| self.check_model(model))

@@ -4,6 +4,7 @@
 //! or boards.
 #![no_std]
 
+pub mod beacon;
 pub mod frame;
 pub mod geometry;
 mod lanes;

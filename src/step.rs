@@ -3,20 +3,21 @@
 //! Order of work: pairs to phases, tooth counts, error model (equations 3 and 9 dense, further rows if there are any),
 //! pose and parity (equations 4 and 5), electrodes, status. The same bits on host and target.
 
-use crate::frame::{Coordinate, Frame, Pose, RawFrame, SEGMENTS, Status};
+use crate::beacon::CompiledBeaconPose;
+use crate::frame::{BeaconPose, Coordinate, Frame, Pose, RawFrame, SEGMENTS, Status};
 use crate::lanes::Lanes;
-use crate::math;
 use crate::model::{
     Basis, CompiledModel, ErrorModel, Further, Observation, OwnPolynomial, Unit, lateral_units,
     mean_angle_turns,
 };
-use crate::psd::{self, BeaconLimits};
+use crate::psd::{self, CompiledBeacon};
 use crate::quadrature::{self, CompiledPair, CounterLimits, Counters, PairCorrection, above};
 use crate::settings::{ConfigError, Settings};
 use core::sync::atomic::{Ordering, compiler_fence};
 
 /// [`Settings`] in machine units: all the interrupt reads. About 1.3 KiB.
 #[derive(Clone, Debug, PartialEq)]
+#[repr(C)] // what every sample reads comes first, within reach of one load
 pub struct StepConfig {
     /// Segments 1 and 3, 2 and 4.
     pairs: [(CompiledPair, OwnPolynomial); 2],
@@ -28,21 +29,24 @@ pub struct StepConfig {
     clip_square: i32,
     dead_band_m_s: f32,
     parity_turns: f32,
-    gap_samples: f32,
-    /// Samples in a window less one, and their logarithm; 2^31 for never.
+    gap_samples: u16,
+    /// Between two samples.
+    reach: Reach,
+    /// Samples in a window less one; all ones for never.
     frozen_mask: u32,
-    frozen_shift: u32,
     /// [`Status::FROZEN`], or nothing if that is switched off.
     frozen_bit: u32,
-    beacon: BeaconLimits,
-    tan_full_scale: f32,
+    beacon: CompiledBeacon,
     pitch_m: f32,
     pitch_over_span: f32,
     lateral_over_span: f32,
+    /// Whether a sample needs more than equation (3).
+    beyond_own: bool,
     /// Whether a sample needs more than equations (3) and (9).
     extended: bool,
     /// Bits that every frame has.
     standing_bits: u32,
+    beacon_pose: Option<CompiledBeaconPose>,
     further: Further,
 }
 
@@ -57,12 +61,9 @@ impl StepConfig {
         let speed_m_s = geometry.pitch_m * settings.rate_hz;
         let none = ErrorModel::default();
         let model = CompiledModel::new(settings.model.as_ref().unwrap_or(&none), geometry.pitch_m);
-        let directions = settings.track_direction || model.further.has_extra();
+        let beacon_pose = settings.beacon.map(|beacon| beacon.compile(geometry));
+        let extended = settings.track_direction || model.further.has_extra();
         let pair = |p: usize| PairCorrection::compile([&settings.pairs[p], &settings.pairs[p + 2]]);
-        let frozen_shift = limits
-            .frozen_samples
-            .checked_ilog2()
-            .map_or(31, |log| log - 2);
         let square_bits = |amplitude: f32| (amplitude * amplitude).to_bits();
         let standing = if settings.model.is_some() {
             Status::empty()
@@ -73,7 +74,6 @@ impl StepConfig {
             pairs: [(pair(0), model.own[0]), (pair(1), model.own[1])],
             counter: CounterLimits {
                 slip: limits.slip_turns,
-                turns_per_m_s: 1.0 / speed_m_s,
                 speed_filter: 0.5 * limits.speed_filter * speed_m_s,
             },
             square_low: square_bits(limits.amplitude_low_counts),
@@ -81,19 +81,20 @@ impl StepConfig {
             clip_square: i32::from(limits.clip_counts) * i32::from(limits.clip_counts) - 1,
             dead_band_m_s: limits.direction_dead_band_m_s,
             parity_turns: limits.parity_turns,
-            gap_samples: f32::from(limits.gap_samples),
-            frozen_mask: (1 << frozen_shift) - 1,
-            frozen_shift,
+            gap_samples: limits.gap_samples,
+            reach: Reach::new(1.0 / speed_m_s),
+            frozen_mask: u32::from(limits.frozen_samples / 4).wrapping_sub(1),
             frozen_bit: if limits.frozen_samples == 0 {
                 0
             } else {
                 Status::FROZEN.bits()
             },
-            beacon: limits.beacon,
+            beacon: limits.beacon.compile(geometry.tan_full_scale),
             standing_bits: standing.bits(),
-            extended: directions || model.further.has_extra(),
+            beacon_pose,
+            beyond_own: extended || model.further.has_lateral || beacon_pose.is_some(),
+            extended,
             further: model.further,
-            tan_full_scale: geometry.tan_full_scale,
             pitch_m: geometry.pitch_m,
             pitch_over_span: geometry.pitch_m / geometry.span_m,
             lateral_over_span: geometry.lateral_m / geometry.span_m,
@@ -102,23 +103,52 @@ impl StepConfig {
 }
 
 /// What one sample leaves to the next: the last frame, and what no frame shows.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct StepState {
     frame: Frame,
-    /// Samples since the last good one.
-    missed: f32,
-    /// The counts of the segment that is watched for frozen channels, at the last sample.
-    watched: u32,
+    /// Samples since the last good one, or [`NEVER`].
+    missed: u16,
+    watch: Watch,
+}
+
+/// The watch for frozen channels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Watch {
+    /// Which segment it is at, modulo 4.
+    segment: u32,
+    /// Its counts at the last sample.
+    counts: u32,
     /// Which of their bits have changed since the window began.
     changed: u32,
     /// In which of the last four windows a channel stood still, as bits.
     still: u32,
-    /// [`Status::FROZEN`] or nothing.
-    frozen: u32,
-    /// Latched slip bits.
-    slips: u32,
-    sequence: u32,
-    started: bool,
+}
+
+impl Watch {
+    /// Before the first sample: its window is not judged.
+    const NEW: Self = Self {
+        segment: 0,
+        counts: 0,
+        changed: u32::MAX,
+        still: 0,
+    };
+}
+
+/// Before the first sample, and when the count is to begin anew.
+const NEVER: u16 = u16::MAX;
+
+impl Default for StepState {
+    fn default() -> Self {
+        let frame = Frame {
+            sequence: u32::MAX,
+            ..Frame::default()
+        };
+        Self {
+            frame,
+            missed: NEVER,
+            watch: Watch::NEW,
+        }
+    }
 }
 
 impl StepState {
@@ -139,7 +169,7 @@ impl StepState {
 
     /// Takes back the latched slip bits, once the pose is known again.
     pub fn clear_slips(&mut self) {
-        self.slips = 0;
+        self.frame.status.remove(SLIPS);
     }
 
     /// Sets the tooth counts, e.g. to those of a known place, and clears the slip bits.
@@ -147,24 +177,28 @@ impl StepState {
         for (segment, teeth) in self.frame.segments.iter_mut().zip(teeth) {
             segment.unmodified.teeth = teeth;
         }
-        self.slips = 0;
+        self.clear_slips();
     }
 
     /// Counts again from the next sample as after start-up; the sequence number goes on.
     pub fn restart_count(&mut self) {
-        self.started = false;
-        self.slips = 0;
+        self.missed = NEVER;
+        self.clear_slips();
     }
 }
 
 /// One sample: `raw` into the state, [`isr_step`], and a copy of its frame.
 pub fn step(config: &StepConfig, state: &mut StepState, raw: &RawFrame) -> Frame {
     let kept = &mut state.frame.raw;
-    if raw.fault.intersects(STALE) && state.started {
+    if raw.fault.intersects(STALE) && state.missed != NEVER {
         kept.fault = raw.fault;
         kept.temperature_delta_k = raw.temperature_delta_k;
     } else {
         *kept = *raw;
+    }
+    if !believable(kept.temperature_delta_k) {
+        kept.temperature_delta_k = 0.0;
+        kept.fault |= Status::NUMERIC;
     }
     *isr_step(config, state)
 }
@@ -173,116 +207,129 @@ pub fn step(config: &StepConfig, state: &mut StepState, raw: &RawFrame) -> Frame
 const STALE: Status = Status::CONVERTER_CRC.union(Status::CONVERTER_TIMEOUT);
 
 /// One sample from the counts in [`StepState::raw_mut`], the frame written in place. With a converter's fault bit set the
-/// counts there must be the previous ones. Cost: docs/costs.md.
+/// counts there must be the previous ones. A temperature not within ±1000 K counts for nothing. Cost: docs/costs.md.
 pub fn isr_step<'s>(config: &StepConfig, state: &'s mut StepState) -> &'s Frame {
-    if !state.started {
-        start(config, state);
-    }
-    if config.further.has_lateral {
-        sample::<true>(config, state)
+    if config.beyond_own {
+        sample::<true>(config, state);
+        match &config.beacon_pose {
+            Some(beacon) => relate_to_beacon(beacon, &mut state.frame),
+            None => state.frame.beacon.seen = false,
+        }
     } else {
-        sample::<false>(config, state)
+        sample::<false>(config, state);
+        state.frame.beacon.seen = false;
     }
     &state.frame
 }
 
-/// Sets the tooth counts so that the first sample continues them.
-#[cold]
+/// The pose relative to the beacon, where one is seen.
 #[inline(never)]
-fn start(config: &StepConfig, state: &mut StepState) {
-    let raw = state.frame.raw;
-    let first = |i: usize| {
-        let counts = [
-            raw.quadrature_counts[i & 1],
-            raw.quadrature_counts[i & 1 | 2],
-        ];
-        quadrature::interpolate(&config.pairs[i & 1].0, counts)
-            .turns
-            .0[i >> 1 & 1]
+fn relate_to_beacon(beacon: &CompiledBeaconPose, frame: &mut Frame) {
+    let blind = Status::BEACON_MISSING.union(Status::BEACON_SATURATED);
+    frame.beacon = if frame.status.intersects(blind) {
+        BeaconPose::default()
+    } else {
+        beacon.pose(&frame.pose, frame.tan_psi)
     };
-    for (i, segment) in state.frame.segments.iter_mut().enumerate() {
-        let turns = first(i);
-        let teeth = math::round(first(i & 1) - turns).1;
-        segment.unmodified = Coordinate {
-            teeth,
-            fraction_turns: turns,
-        };
-    }
-    state.frame.speed_m_s = [0.0; 2];
-    state.frame.direction = [0.0; 2];
-    state.missed = 0.0;
-    state.changed = u32::MAX;
-    state.still = 0;
-    state.frozen = 0;
-    state.started = true;
 }
 
-/// One sample, with or without the lateral terms of equation (9).
-#[inline(never)]
-fn sample<const LATERAL: bool>(config: &StepConfig, state: &mut StepState) {
+/// One sample, with or without (`BEYOND`) what goes beyond equation (3).
+#[inline(always)]
+fn sample<const BEYOND: bool>(config: &StepConfig, state: &mut StepState) {
     let fault = state.frame.raw.fault;
-    let mut elapsed = state.missed + 1.0;
-    let mut missed = 0.0;
-    if fault.intersects(STALE) {
-        (elapsed, missed) = (0.0, elapsed);
-        state.slips |= if missed > config.gap_samples {
-            SLIPS
-        } else {
-            0
-        };
-    }
-    state.missed = missed;
-    watch_frozen(config, state);
-    let standing = fault.bits() | config.standing_bits | state.slips | state.frozen;
+    let interrupted = fault.intersection(STALE).bits() | u32::from(state.missed);
+    let sequence = state.frame.sequence.wrapping_add(1);
+    let reach = if interrupted == 0 {
+        watch_frozen(config, state, sequence);
+        config.reach
+    } else {
+        bridge(config, state)
+    };
     let frame = &mut state.frame;
-    frame.status = Status::from_bits_retain(standing);
-    if above(
-        frame.raw.temperature_delta_k.to_bits(),
-        TEMPERATURE_LIMIT_K.to_bits(),
-    ) != 0
-    {
-        refuse_temperature(frame);
-    }
-    let x = measure::<0>(config, frame, elapsed);
+    frame.sequence = sequence;
+    let kept = frame.status.intersection(SLIPS.union(Status::FROZEN));
+    let bits = kept.bits() | fault.bits() | config.standing_bits;
+
+    let (x, bits) = measure::<0>(config, frame, reach, bits);
     let x_corrected = correct::<0>(frame, x.turns + x.error);
     keep_order();
-    let y = measure::<1>(config, frame, elapsed);
+    let (y, bits) = measure::<1>(config, frame, reach, bits);
     let mut pairs = [x_corrected, correct::<1>(frame, y.turns + y.error)];
     keep_order();
-    if LATERAL {
+    let mut bits = bits;
+    if BEYOND {
         pairs = correct_laterally(config, frame, &x, &y);
-    }
-    if config.extended {
-        pairs = correct_further(config, frame);
+        if config.extended {
+            pairs = correct_further(config, frame, &mut bits);
+        }
     }
     let parity_turns = pose(config, frame, &pairs);
-    keep_order();
-    let deflection = psd::deflection(
-        &config.beacon,
-        config.tan_full_scale,
-        frame.raw.electrode_counts,
-    );
+    let electrodes = frame.raw.electrode_counts;
+    let deflection = psd::deflection(&config.beacon, electrodes);
     frame.tan_psi = deflection.tan_psi;
     let parity = above(parity_turns.to_bits(), config.parity_turns.to_bits());
-    let bits = frame.status.bits() | deflection.bits | (parity & Status::PARITY.bits());
+    bits |= deflection.bits | (parity & Status::PARITY.bits());
     frame.status = Status::from_bits_retain(bits);
-    frame.sequence = state.sequence;
-    state.slips = bits & SLIPS;
-    state.sequence = state.sequence.wrapping_add(1);
 }
 
 /// All slip bits.
-const SLIPS: u32 = 0b1111 * Status::SLIP_1.bits();
+const SLIPS: Status = Status::SLIP_1
+    .union(Status::SLIP_2)
+    .union(Status::SLIP_3)
+    .union(Status::SLIP_4);
 
-/// Largest difference of temperature that is believed.
-const TEMPERATURE_LIMIT_K: f32 = 1000.0;
+/// How far 1 m/s goes between the last good sample and this one, in turns, as bits; negative for the first sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Reach(u32);
 
-/// Replaces the temperature by zero and says so.
+impl Reach {
+    /// No sample came before.
+    const FIRST: Self = Self(1 << 31);
+
+    /// From turns, not negative.
+    const fn new(turns_per_m_s: f32) -> Self {
+        Self(turns_per_m_s.to_bits())
+    }
+
+    #[inline(always)]
+    const fn is_first(self) -> bool {
+        (self.0 as i32) < 0
+    }
+
+    #[inline(always)]
+    const fn turns_per_m_s(self) -> f32 {
+        f32::from_bits(self.0)
+    }
+}
+
+/// What a sample must know that is the first, a failed conversion (no time has passed: the same instant again), or the
+/// first good one after some.
 #[cold]
 #[inline(never)]
-fn refuse_temperature(frame: &mut Frame) {
-    frame.raw.temperature_delta_k = 0.0;
-    frame.status |= Status::NUMERIC;
+fn bridge(config: &StepConfig, state: &mut StepState) -> Reach {
+    let stale = state.frame.raw.fault.intersects(STALE);
+    if state.missed == NEVER {
+        state.frame.direction = [0.0; 2];
+        state.frame.status = Status::empty();
+        state.watch = Watch::NEW;
+        state.missed = u16::from(stale);
+        return Reach::FIRST;
+    }
+    let missed = (state.missed + 1).min(NEVER - 1);
+    if !stale {
+        state.missed = 0;
+        return Reach::new(f32::from(missed) * config.reach.turns_per_m_s());
+    }
+    state.missed = missed;
+    if missed > config.gap_samples {
+        state.frame.status |= SLIPS;
+    }
+    Reach::new(0.0)
+}
+
+/// Whether a difference of temperature can be one, kelvin.
+fn believable(delta_k: f32) -> bool {
+    delta_k.abs() <= 1000.0
 }
 
 /// Keeps the compiler from moving loads and stores across: the live values of one part of the work then fit the register
@@ -301,40 +348,51 @@ struct Measured {
     error: Lanes,
 }
 
-/// Interpolates and counts segments P and P + 2; writes all of their part of the frame but the calibrated outputs.
+/// Interpolates and counts segments P and P + 2; writes all of their part of the frame but the calibrated outputs, and
+/// adds their status bits.
 #[inline(always)]
-fn measure<const P: usize>(config: &StepConfig, frame: &mut Frame, elapsed: f32) -> Measured {
+fn measure<const P: usize>(
+    config: &StepConfig,
+    frame: &mut Frame,
+    reach: Reach,
+    mut bits: u32,
+) -> (Measured, u32) {
     let lanes = [P, P + 2];
     let counts = lanes.map(|i| frame.raw.quadrature_counts[i]);
     let at = quadrature::interpolate(&config.pairs[P].0, counts);
     let doubts = [0, 1].map(|k| doubts(config, at.square[k], counts[k]));
-    frame.status |= Status::from_bits_retain((doubts[0] | doubts[1] << 2) << P);
+    bits |= (doubts[0] | doubts[1] << 2) << P;
+    // Stored at once, so that what the bits are made of need not be kept.
+    frame.status = Status::from_bits_retain(bits);
     (0..2).for_each(|k| frame.segments[lanes[k]].amplitude_counts = at.amplitude.0[k]);
-    keep_order();
-    let error = config.pairs[P].1.errors(at.sine, at.cosine);
-    let old = lanes.map(|i| frame.segments[i]);
-    let counters = Counters {
-        turns: Lanes::new(|k| old[k].unmodified.fraction_turns),
-        teeth: [old[0].unmodified.teeth, old[1].unmodified.teeth],
+    let old = lanes.map(|i| frame.segments[i].unmodified);
+    let mut counters = Counters {
+        turns: Lanes::new(|k| old[k].fraction_turns),
+        teeth: [old[0].teeth, old[1].teeth],
         speed_m_s: frame.speed_m_s[P],
     };
-    let (counters, slip) = counters.advance(&config.counter, at.turns, elapsed);
+    if reach.is_first() {
+        counters = Counters::first(at.turns);
+    }
+    let (counters, slip) = counters.advance(&config.counter, at.turns, reach.turns_per_m_s());
     for (k, i) in lanes.into_iter().enumerate() {
-        let segment = &mut frame.segments[i];
-        segment.unmodified = Coordinate {
+        frame.segments[i].unmodified = Coordinate {
             teeth: counters.teeth[k],
             fraction_turns: at.turns.0[k],
         };
     }
     frame.speed_m_s[P] = counters.speed_m_s;
+    let error = config.pairs[P].1.errors(at.sine, at.cosine);
     let slips = slip[0] & Status::SLIP_1.bits() | slip[1] & Status::SLIP_3.bits();
-    frame.status |= Status::from_bits_retain(slips << P);
-    Measured {
+    bits |= slips << P;
+    frame.status = Status::from_bits_retain(bits);
+    let measured = Measured {
         sine: at.sine,
         cosine: at.cosine,
         turns: at.turns,
         error,
-    }
+    };
+    (measured, bits)
 }
 
 /// Amplitude and clip bits as for segment 1, by the signs of integer differences.
@@ -373,7 +431,11 @@ fn correct_laterally(
 /// Keeps the directions of travel and adds the model's further rows. A sum of these that is not within half a pitch is
 /// left out and reported.
 #[inline(never)]
-fn correct_further(config: &StepConfig, frame: &mut Frame) -> [Corrected; 2] {
+fn correct_further(config: &StepConfig, frame: &mut Frame, bits: &mut u32) -> [Corrected; 2] {
+    if !believable(frame.raw.temperature_delta_k) {
+        frame.raw.temperature_delta_k = 0.0;
+        *bits |= Status::NUMERIC.bits();
+    }
     for (direction, speed_m_s) in frame.direction.iter_mut().zip(frame.speed_m_s) {
         *direction = quadrature::direction(*direction, speed_m_s, config.dead_band_m_s);
     }
@@ -383,7 +445,7 @@ fn correct_further(config: &StepConfig, frame: &mut Frame) -> [Corrected; 2] {
     let mut sums = [0.0; SEGMENTS];
     for i in 0..SEGMENTS {
         let wrong = above(errors[i].to_bits(), 0.5_f32.to_bits());
-        frame.status |= Status::from_bits_retain(wrong & Status::NUMERIC.bits());
+        *bits |= wrong & Status::NUMERIC.bits();
         sums[i] = frame.segments[i].calibrated.fraction_turns
             + f32::from_bits(errors[i].to_bits() & !wrong);
     }
@@ -435,30 +497,34 @@ fn pose(config: &StepConfig, frame: &mut Frame, [x, y]: &[Corrected; 2]) -> f32 
 
 /// Watches one segment for a window of samples, then the next: which bits of its counts change.
 #[inline(always)]
-fn watch_frozen(config: &StepConfig, state: &mut StepState) {
-    let i = (state.sequence >> config.frozen_shift & 3) as usize;
-    let counts = word(state.frame.raw.quadrature_counts[i]);
-    let changed = state.changed | (counts ^ state.watched);
-    state.watched = counts;
-    if state.sequence & config.frozen_mask == 0 {
+fn watch_frozen(config: &StepConfig, state: &mut StepState, sequence: u32) {
+    let watch = state.watch;
+    let counts = word(state.frame.raw.quadrature_counts[watch.segment as usize & 3]);
+    state.watch.counts = counts;
+    state.watch.changed = watch.changed | (counts ^ watch.counts);
+    if sequence & config.frozen_mask == 0 {
         judge_frozen(config, state);
-    } else {
-        state.changed = changed;
     }
 }
 
-/// At a window's first sample: judges the last one. The converter is frozen while in any of the last four windows a
-/// channel did not change at all.
+/// At a window's end: the converter is frozen while in any of the last four windows a channel did not change at all.
 #[inline(always)]
 fn judge_frozen(config: &StepConfig, state: &mut StepState) {
-    let still = state.changed & 0xFFFF == 0 || state.changed >> 16 == 0;
-    state.still = (state.still << 1 | u32::from(still)) & 0b1111;
-    state.frozen = if state.still == 0 {
-        0
-    } else {
-        config.frozen_bit
+    let changed = state.watch.changed;
+    // A sign bit for each half that is zero (the lower one's borrow changes nothing: it is zero then).
+    let halves = changed.wrapping_sub(0x0001_0001) & !changed & 0x8000_8000;
+    let still = (state.watch.still << 1 | u32::from(halves != 0)) & 0b1111;
+    let frozen = if still == 0 { 0 } else { config.frozen_bit };
+    let rest = state.frame.status.difference(Status::FROZEN).bits();
+    state.frame.status = Status::from_bits_retain(rest | frozen);
+    let segment = state.watch.segment.wrapping_add(1);
+    let counts = word(state.frame.raw.quadrature_counts[segment as usize & 3]);
+    state.watch = Watch {
+        segment,
+        counts,
+        changed: 0,
+        still,
     };
-    state.changed = 0;
 }
 
 #[inline(always)]

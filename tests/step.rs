@@ -1,5 +1,6 @@
 //! The signal path from counts to frame: what the documentation quotes, every status bit, and no surprise for any input.
 
+use courier_sensor::beacon::BeaconSettings;
 use courier_sensor::frame::{Frame, RawFrame, SEGMENTS, Status};
 use courier_sensor::geometry::Geometry;
 use courier_sensor::model::{ErrorModel, Multiplier, Term, TermTable};
@@ -576,6 +577,37 @@ fn exact_error_m(model: &ErrorModel, frame: &Frame, i: usize) -> f64 {
         sum += factor * (f64::from(rows[i][0]) * angle.sin() + f64::from(rows[i][1]) * angle.cos());
     }
     sum
+}
+
+#[test]
+fn the_pose_under_a_beacon_comes_and_goes_with_it() {
+    let beacon = BeaconSettings {
+        origin_teeth: [3, -2],
+        origin_m: [0.0; 2],
+        segment_sd_m: 1e-6,
+        displacement_sd_m: 1e-6,
+    };
+    let settings = Settings {
+        beacon: Some(beacon),
+        ..calibrated()
+    };
+    let dark = RawFrame {
+        electrode_counts: [0; 4],
+        ..raw([0.25; SEGMENTS])
+    };
+    let frames = run(
+        &settings,
+        [raw([0.25; SEGMENTS]), dark, raw([0.25; SEGMENTS])],
+    );
+    assert!(frames[0].beacon.seen && frames[2].beacon.seen);
+    assert_eq!(frames[1].beacon, Default::default());
+    let seen = frames[0].beacon;
+    let g = Geometry::PAPER;
+    assert!((f64::from(seen.platen.x_m) + 2.75 * PITCH_M).abs() < 30e-9);
+    assert!((f64::from(seen.platen.y_m) - 2.25 * PITCH_M).abs() < 30e-9);
+    assert!((seen.sensor.x_m - g.lever_m[0] - g.height_m * frames[0].tan_psi[0]).abs() < 1e-7);
+    assert!((seen.sensor.y_m - g.lever_m[1]).abs() < 1e-6);
+    assert!(!run(&calibrated(), [raw([0.25; SEGMENTS])])[0].beacon.seen);
 }
 
 #[test]
