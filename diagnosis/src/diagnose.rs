@@ -92,6 +92,7 @@ pub struct Prepared {
 /// [`Insufficient`] where the recording cannot answer.
 pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     let mut observations = Observations::new(recording)?;
+    crate::adequacy::check(&observations)?;
     let slips = repair_slips(&mut observations);
     let mut keep = vec![true; observations.len()];
     let resting = resting(&observations);
@@ -299,7 +300,7 @@ fn find_lines(scene: &mut Scene, residuals: &Residuals) {
 pub fn handicap(name: &str) -> f64 {
     match name {
         "extra_harmonics" => 0.10,
-        "quadrature_drift" => 0.05,
+        "quadrature_drift" => 0.10,
         FIELD => 0.10,
         "gap_variation" | "thermal_drift" => 0.01,
         _ => 0.0,

@@ -32,6 +32,8 @@ const NOISY: f64 = 1.10;
 const LEFT_OVER: f64 = 0.10;
 /// Effects with so many unknowns that a simpler shape which does nearly as well is to be believed instead.
 pub const FLEXIBLE: [&str; 2] = [FIELD, "quadrature_drift"];
+/// All channels this far above the stated noise, and alike: the statement is not believed.
+const MISSTATED: f64 = 4.0;
 /// Neighbours on smooth paths that are needed to tell noise from a pattern.
 const ROUGH_PAIRS: usize = 300;
 /// Half the mean squared step over the mean square is 1 for white noise; a pattern stays below this.
@@ -200,17 +202,25 @@ impl<'a> Judge<'a> {
         let bursts = self.bursts();
         let total = whole.max(0.0) + bursts.energy;
         let located_after = self.locate(&mut arena, &self.found.blocks);
-        let left = rest(&mut arena, &self.found.blocks, self.base);
-        let located = located_after
-            .first()
-            .is_some_and(|l| l.1 > LOCATED && l.1 * left * whole > 2.0 * MINIMUM_SQUARES);
-        let beaten = self.beaten(&mut arena, left);
+        // Few samples scatter more: four standard deviations of an rms over these rows.
+        let chance = 4.0 / (2.0 * arena.rows()).sqrt();
+        let gap = white_before > VISIBLE + chance || self.stands_out(&mut arena);
+        let left = if gap {
+            rest(&mut arena, &self.found.blocks, self.base)
+        } else {
+            0.0
+        };
+        let located = gap
+            && located_after
+                .first()
+                .is_some_and(|l| l.1 > LOCATED && l.1 * left * whole > 2.0 * MINIMUM_SQUARES);
+        let beaten = gap && self.beaten(&mut arena, left);
         let mut out = Diagnosis {
             schema: 1,
             recording: name.into(),
             ..Diagnosis::default()
         };
-        let structured = !self.found.blocks.is_empty();
+        let structured = gap && !self.found.blocks.is_empty();
         let mut effects: Vec<Named> = Vec::new();
         if white_before < TOO_QUIET {
             out.notes.push(format!(
@@ -237,12 +247,18 @@ impl<'a> Judge<'a> {
         if structured {
             effects.extend(self.structured(&mut arena, whole / total.max(1e-9)));
         }
-        let noisy = white_after > NOISY && !located && self.rough();
+        let noisy = white_after > NOISY + chance && !located && self.rough();
         if noisy && self.allowed("excess_noise") && (left > 0.05 || !structured) {
             effects.push(self.noise(
                 white_after,
                 (left * whole / total.max(1e-9)).clamp(0.0, 1.0),
             ));
+        }
+        if noisy && !structured && self.misstated() {
+            out.notes.push(format!(
+                "stated noise: every channel scatters by the same factor above it, {white_after:.1}, at most {MISSTATED} wanted"
+            ));
+            out.verdict = Verdict::InsufficientData;
         }
         let slipped_unnamed = !self.prepared.slips.is_empty() && !self.allowed("cycle_slip");
         let burst_unnamed = bursts.count >= 3
@@ -256,10 +272,7 @@ impl<'a> Judge<'a> {
             || slipped_unnamed
             || burst_unnamed
             || noise_unnamed;
-        let visible = white_before > VISIBLE
-            || self.stands_out(&mut arena)
-            || !self.prepared.slips.is_empty()
-            || !effects.is_empty();
+        let visible = gap || !self.prepared.slips.is_empty() || !effects.is_empty();
         out.verdict = if out.verdict == Verdict::InsufficientData && !out.notes.is_empty() {
             Verdict::InsufficientData
         } else if !visible {
@@ -305,6 +318,20 @@ impl<'a> Judge<'a> {
             );
         }
         out
+    }
+
+    /// True if platen and coordination sensor exceed their stated noise alike: then the statement is wrong, not a channel.
+    fn misstated(&self) -> bool {
+        let ratios: Vec<f64> = self
+            .after
+            .channels()
+            .into_iter()
+            .map(|c| self.after.channel_rms_m(c).0 / self.study.floor.channel_rms_m[c].max(1e-15))
+            .collect();
+        let (low, high) = ratios
+            .iter()
+            .fold((f64::INFINITY, 0.0f64), |(l, h), r| (l.min(*r), h.max(*r)));
+        ratios.len() > 1 && low > MISSTATED && low > 0.4 * high
     }
 
     /// True if what is left changes from sample to sample as white noise does: where the path is smooth, a pattern would not.

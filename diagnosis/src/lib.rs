@@ -1,5 +1,6 @@
 //! Where the simulation and the real sensor part, which effect does it, and how far adding it closes the gap.
 
+pub mod adequacy;
 pub mod advice;
 pub mod baseline;
 pub mod blind;

@@ -35,6 +35,8 @@ pub const MINIMUM_OF_REST: f64 = 0.4;
 pub const MINIMUM_SQUARES: f64 = 60.0;
 /// Amounts beyond this many prior deviations are of no physical size, however well they fit.
 const IMPLAUSIBLE: f64 = 30.0;
+/// No held-out model beats the noise: below this share of it, and where the baseline does not, it is an artefact.
+const TOO_GOOD: f64 = 0.3;
 /// Most effects in one answer.
 const MOST: usize = 4;
 
@@ -53,6 +55,12 @@ impl<'a> Arena<'a> {
     /// Number of rows.
     pub fn rows(&self) -> f64 {
         self.gram.total_rows() as f64
+    }
+
+    /// True if already the baseline alone stays below the stated noise.
+    fn overstated(&self) -> bool {
+        let base: Vec<usize> = self.columns.blocks[0].columns.clone().collect();
+        self.score_columns(&base).squares < 2.0 * TOO_GOOD * self.rows()
     }
 
     /// Held-out score of the baseline with some blocks.
@@ -102,6 +110,17 @@ impl<'a> Arena<'a> {
                 None => score.fold[f] = f64::INFINITY,
             }
             score.squares += score.fold[f];
+        }
+        // Below the noise: the columns hold the noise itself.
+        if list.len() > self.columns.blocks[0].columns.len()
+            && score.squares < TOO_GOOD * self.rows()
+            && !self.overstated()
+        {
+            return Score {
+                squares: f64::INFINITY,
+                fold: [f64::INFINITY; FOLDS],
+                log_evidence: f64::NEG_INFINITY,
+            };
         }
         score
     }

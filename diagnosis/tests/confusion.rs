@@ -105,3 +105,52 @@ fn where_the_clip_is_gone_it_is_not_named() {
     let d = diagnose(&recording, "divided", &Options::default());
     assert!(!names(&d).contains(&"adc_clipping"), "{:?}", d.effects);
 }
+
+/// A recording that cannot answer says which limit it violates, with both numbers, and names nothing.
+#[test]
+fn what_cannot_answer_says_so() {
+    let good = rig::record(
+        24,
+        &[],
+        &rig::Options {
+            samples: 6000,
+            ..rig::Options::default()
+        },
+    )
+    .0;
+    let told = |recording: &recording::Recording| {
+        let d = diagnose(recording, "bad", &Options::default());
+        assert_eq!(d.verdict, Verdict::InsufficientData, "{d:?}");
+        assert!(d.effects.is_empty());
+        d.notes.join(" ")
+    };
+    let with = |change: &dyn Fn(usize, &mut recording::Row) -> bool| {
+        let mut samples = recording::Samples::default();
+        for i in 0..good.samples.len() {
+            let mut row = good.samples.row(i);
+            if change(i, &mut row) {
+                samples.push(&row);
+            }
+        }
+        recording::Recording {
+            samples,
+            ..good.clone()
+        }
+    };
+    assert!(told(&with(&|i, _| i < 150)).contains("samples"));
+    assert!(told(&with(&|_, row| row.run == "scatter")).contains("runs"));
+    let dead = with(&|_, row| {
+        row.quadrature_counts[1] = row.quadrature_counts[1].map(|pair| [0.0, pair[1]]);
+        true
+    });
+    assert!(told(&dead).contains("q2s"));
+    let mut loud = good.clone();
+    loud.meta.electronics.quadrature_noise_counts = good
+        .meta
+        .electronics
+        .quadrature_noise_counts
+        .map(|n| 10.0 * n);
+    loud.meta.electronics.psd_noise_counts =
+        good.meta.electronics.psd_noise_counts.map(|n| 10.0 * n);
+    assert!(told(&loud).contains("stated noise"));
+}
