@@ -207,7 +207,7 @@ pub fn step(config: &StepConfig, state: &mut StepState, raw: &RawFrame) -> Frame
 const STALE: Status = Status::CONVERTER_CRC.union(Status::CONVERTER_TIMEOUT);
 
 /// One sample from the counts in [`StepState::raw_mut`], the frame written in place. With a converter's fault bit set the
-/// counts there must be the previous ones. A temperature not within ±1000 K counts for nothing. Cost: docs/costs.md.
+/// counts there must be the previous ones. A temperature not within ±1000 K counts for nothing. Cost: `cargo xtask bench`.
 pub fn isr_step<'s>(config: &StepConfig, state: &'s mut StepState) -> &'s Frame {
     if config.beyond_own {
         sample::<true>(config, state);
