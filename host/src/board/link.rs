@@ -12,8 +12,8 @@ use std::time::Duration;
 
 /// Time for one look at the channels, of the board's own.
 const LOOK: Duration = Duration::from_micros(500);
-/// Looks until a reply is given up: 2 s. A commit erases and writes flash, which takes some 25 ms.
-const LOOKS: u32 = 4000;
+/// A reply is given up after so long. A commit erases and writes flash, which takes some 25 ms.
+const PATIENCE: Duration = Duration::from_secs(2);
 /// Hellos until a board is given up.
 const HELLOS: u32 = 3;
 
@@ -36,7 +36,7 @@ impl Link {
         for _ in 0..HELLOS {
             let mut buffer = [0; FRAME_BYTES];
             let (number, bytes) = client.hello(&mut buffer)?;
-            let reply = exchange(&mut *wire, &mut client, number, bytes)?;
+            let reply = exchange(&mut *wire, &mut client, number, bytes, PATIENCE)?;
             if let Some(Reply::Hello(hello)) = reply {
                 check_versions(hello.protocol, PROTOCOL)?;
                 return Ok(Self {
@@ -61,10 +61,19 @@ impl Link {
     /// # Errors
     /// The board refuses, by name, or does not answer.
     pub fn ask(&mut self, action: Action) -> Result<Reply> {
+        self.ask_patiently(action, PATIENCE)
+    }
+
+    /// Asks and waits so long for the reply, of the board's own time: one that solves answers afterwards.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn ask_patiently(&mut self, action: Action, patience: Duration) -> Result<Reply> {
         let mut buffer = [0; FRAME_BYTES];
         let (number, bytes) = self.client.ask(action, &mut buffer)?;
-        let reply = exchange(&mut *self.wire, &mut self.client, number, bytes)?;
-        match reply.context("the board: found no reply within 2 s of its time, wanted one")? {
+        let reply = exchange(&mut *self.wire, &mut self.client, number, bytes, patience)?;
+        let told = || format!("the board: found no reply within {patience:?} of its time, wanted one");
+        match reply.with_context(told)? {
             Reply::Refused(refusal) => bail!("the board refuses: {refusal}"),
             reply => Ok(reply),
         }
@@ -110,10 +119,11 @@ fn exchange(
     client: &mut Client,
     number: u16,
     bytes: &[u8],
+    patience: Duration,
 ) -> Result<Option<Reply>> {
     let mut sent = 0;
     let mut received = [0; 512];
-    for _ in 0..LOOKS {
+    for _ in 0..patience.as_micros() / LOOK.as_micros() {
         if sent < bytes.len() {
             sent += wire.send(&bytes[sent..])?;
         }

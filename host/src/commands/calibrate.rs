@@ -1,5 +1,6 @@
 //! `courier calibrate`.
 
+use super::calibrate_joint::{Found, steps_table};
 use crate::board::{Choice, Link};
 use crate::terminal::{figure, print, print_json, progress};
 use anyhow::{Result, bail};
@@ -9,8 +10,9 @@ use courier_sensor::calibration::joint::JointConfig;
 use courier_sensor::calibration::record::Method;
 use courier_sensor::calibration::{self, Evidence, SessionConfig, Stage};
 use courier_sensor::drivers::motion::Target;
-use courier_sensor::link::message::{Action, CalibrateOrder, Reply};
+use courier_sensor::link::message::{Action, CalibrateOrder, Reply, Source};
 use courier_sensor::link::report::{Ending, Progress};
+use serde::Serialize;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -49,7 +51,7 @@ pub struct Args {
     #[arg(long, value_name = "DEG")]
     turn_deg: Option<f32>,
     /// Stop when the worst predicted deviation is below this, µm; 0: use all poses.
-    #[arg(long, default_value_t = 0.0, value_name = "UM")]
+    #[arg(long, default_value_t = 0.0, value_name = "UM", conflicts_with = "joint")]
     target_um: f32,
     /// Both sensors together, under a beacon: the platen sensor, then the coordination sensor's place, then all.
     #[arg(long)]
@@ -73,6 +75,17 @@ const MOTION_LOOKS: u32 = 400;
 
 /// Time between two looks at the progress, of the board's own.
 const LOOK: Duration = Duration::from_millis(50);
+/// A board that makes a joint step answers when it has: seconds on the target, more where a step is fitted again.
+const SOLVING: Duration = Duration::from_secs(60);
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Told<'a> {
+    #[serde(flatten)]
+    progress: &'a Progress,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    found: Option<Found>,
+}
 
 /// Orders, waits, prints.
 ///
@@ -85,12 +98,19 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         go(&mut board.link, target)?;
     }
     let progress = wait(&mut board.link, &order(args))?;
+    let found = match progress.ending {
+        Some(Ending::Accepted { .. }) if args.joint => Some(found(&mut board.link)?),
+        _ => None,
+    };
     board.close()?;
     if args.json {
-        print_json(&progress)?;
-    }
-    if !args.json && args.joint {
-        print(steps(&progress).trim_end())?;
+        let progress = &progress;
+        print_json(&Told { progress, found })?;
+    } else if args.joint {
+        print(&steps_table(&progress))?;
+        if let Some(found) = found {
+            print(&found.text())?;
+        }
     }
     match &progress.ending {
         Some(Ending::Accepted { evidence, stored, .. }) => {
@@ -158,20 +178,12 @@ fn go(link: &mut Link, target: Target) -> Result<()> {
     bail!("the motion controller: found no rest within 20 s, wanted one")
 }
 
-/// The steps of a joint session, one a line.
-fn steps(progress: &Progress) -> String {
-    let um = |length_m: f32| figure(1.0e6 * f64::from(length_m));
-    let lines = progress.steps.iter().flatten().map(|step| {
-        let verdict = if step.accepted { "accepted" } else { "reverted" };
-        let (before, after) = (&step.before, &step.after);
-        let channels: Vec<String> = ["g_p", "g_x", "g_y"]
-            .iter()
-            .zip(before.rms_m.iter().zip(&after.rms_m))
-            .map(|(name, (before_m, after_m))| format!("{name} {} -> {} µm", um(*before_m), um(*after_m)))
-            .collect();
-        format!("{:?}: {verdict}; held out {}\n", step.step, channels.join(", "))
-    });
-    lines.collect()
+/// The joint calibration that was just put in force.
+fn found(link: &mut Link) -> Result<Found> {
+    let Reply::Calibration(calibration) = link.ask(Action::Read(Source::InForce))? else {
+        bail!(super::STRANGE_REPLY)
+    };
+    Ok(Found::new(&calibration))
 }
 
 fn wait(link: &mut Link, order: &CalibrateOrder) -> Result<Progress> {
@@ -179,7 +191,7 @@ fn wait(link: &mut Link, order: &CalibrateOrder) -> Result<Progress> {
     let bar = progress(u64::from(order.poses) + u64::from(order.held_out_poses), "calibrating: poses");
     loop {
         link.pass(LOOK)?;
-        let Reply::Progress(now) = link.ask(Action::Progress)? else { bail!(super::STRANGE_REPLY) };
+        let Reply::Progress(now) = link.ask_patiently(Action::Progress, SOLVING)? else { bail!(super::STRANGE_REPLY) };
         let before = if now.stage == Stage::HeldOut { u64::from(order.poses) } else { 0 };
         bar.set_position(before + u64::from(now.done));
         if now.ending.is_some() {

@@ -5,6 +5,8 @@ use anyhow::{Result, ensure};
 use courier_sensor::drivers::motion::Target;
 use std::process::ExitCode;
 
+mod calibrate_joint;
+
 /// What a reply of the wrong kind is told as.
 const STRANGE_REPLY: &str = "the board: found a reply of another kind than was asked for";
 

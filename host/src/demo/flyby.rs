@@ -4,7 +4,7 @@ use courier_sensor::frame::{Coordinate, Frame};
 use effects::motion::Pose;
 
 /// Distance between two places that are judged: twenty a pitch; a rest at either end counts once.
-const SPACING_M: f64 = 50.0e-6;
+pub(super) const SPACING_M: f64 = 50.0e-6;
 
 /// A flight along y: frames and what the interferometer read at the same instants.
 #[derive(Debug)]
@@ -110,7 +110,7 @@ impl Errors {
 }
 
 /// Standard deviation, as the paper gives its errors.
-fn deviation(values: &[f64]) -> f64 {
+pub(super) fn deviation(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     (values
         .iter()

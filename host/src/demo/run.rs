@@ -16,7 +16,7 @@ use hal_sim::presets;
 use hal_sim::spec::CourierSpec;
 use hal_sim::trajectory::{FLYBY_M, FLYBY_SPEED_M_S};
 use hal_sim::wire::motion::ControllerConfig;
-use hal_sim::world::World;
+use hal_sim::world::{Witness, World};
 use indicatif::ProgressBar;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -207,28 +207,10 @@ fn fly(
 ) -> Result<[Deviations; 2]> {
     progress.set_message("flying by");
     let geometry = board.background.keeper().settings().geometry;
-    let end = line_up(board, middle, 0.5 * FLYBY_M)?;
-    let start = line_up(board, middle, -0.5 * FLYBY_M)?;
-    go(board, start, POSITIONING_M_PER_S, |_, _| ())?;
-    (0..CALM_SAMPLES).for_each(|_| {
-        board.sample();
-    });
-    board.world.watch();
-    let mut frames: Vec<(u64, Frame)> = Vec::new();
-    go(board, end, FLYBY_SPEED_M_S as f32, |board, frame| {
-        if frame.sequence.is_multiple_of(FLYBY_DECIMATION) {
-            frames.push((board.conversion_of(frame), *frame));
-        }
-    })?;
-    let (first, witnesses) = board.world.unwatch();
     let mut flyby = Flyby::new(f64::from(geometry.pitch_m), f64::from(geometry.span_m));
-    for (conversion, frame) in &frames {
-        let index = usize::try_from(conversion.saturating_sub(first))?;
-        let witness = witnesses
-            .get(index)
-            .context("a frame without its conversion")?;
-        flyby.add(frame, &witness.reference);
-        recorder.flight(frame, witness)?;
+    for (frame, witness) in fly_along(board, middle, FLYBY_M, FLYBY_SPEED_M_S as f32)? {
+        flyby.add(&frame, &witness.reference);
+        recorder.flight(&frame, &witness)?;
     }
     flyby.deviations().with_context(|| {
         format!(
@@ -236,6 +218,55 @@ fn fly(
             flyby.places()
         )
     })
+}
+
+/// A straight flight along y over `length_m` about `middle`: frames at 1 kHz, and what the interferometer read at each.
+///
+/// # Errors
+/// A motion that never ends.
+pub(super) fn fly_along(
+    board: &mut SimBoard,
+    middle: Pose,
+    length_m: f64,
+    speed_m_per_s: f32,
+) -> Result<Vec<(Frame, Witness)>> {
+    let end = line_up(board, middle, 0.5 * length_m)?;
+    let start = line_up(board, middle, -0.5 * length_m)?;
+    go(board, start, POSITIONING_M_PER_S, |_, _| ())?;
+    (0..CALM_SAMPLES).for_each(|_| {
+        board.sample();
+    });
+    board.world.watch();
+    let mut frames: Vec<(u64, Frame)> = Vec::new();
+    go(board, end, speed_m_per_s, |board, frame| {
+        if frame.sequence.is_multiple_of(FLYBY_DECIMATION) {
+            frames.push((board.conversion_of(frame), *frame));
+        }
+    })?;
+    let (first, witnesses) = board.world.unwatch();
+    let of = |(conversion, frame): (u64, Frame)| {
+        let index = usize::try_from(conversion.saturating_sub(first))?;
+        let witness = witnesses.get(index).context("a frame without its conversion")?;
+        Ok((frame, *witness))
+    };
+    frames.into_iter().map(of).collect()
+}
+
+/// Goes to a pose and waits there.
+///
+/// # Errors
+/// A motion that never ends.
+pub(super) fn stand_at(board: &mut SimBoard, pose: Pose) -> Result<()> {
+    let goal = Target {
+        x_m: pose.x_m as f32,
+        y_m: pose.y_m as f32,
+        theta_rad: pose.theta_rad as f32,
+    };
+    go(board, goal, POSITIONING_M_PER_S, |_, _| ())?;
+    (0..CALM_SAMPLES).for_each(|_| {
+        board.sample();
+    });
+    Ok(())
 }
 
 /// The command that brings the courier to `along_m` on the line through `middle`. The controller is open loop and tens of

@@ -1,0 +1,15 @@
+//! The paper's section 3.2.1 with our own figures beside it: `courier demo --joint`.
+//!
+//! `synthetic` is the paper's synthetic problem. `run` takes a simulated courier through platen calibration, joint calibration
+//! under a beacon and the 8 mm fly-by, with the firmware's own code; `poses` keeps what it saw at each pose, `paper_method` fits
+//! the paper's equations to the same poses, `fused` joins both sensors' readings in flight, `report` holds the table.
+
+mod fused;
+mod paper_method;
+mod poses;
+mod report;
+mod run;
+mod synthetic;
+
+pub use report::{JointReport, JointRow};
+pub use run::{JointOptions, run};

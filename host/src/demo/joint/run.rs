@@ -1,0 +1,368 @@
+//! The steps: synthetic problems, then one courier through platen calibration, joint calibration and fly-bys.
+
+use super::super::flyby::{Deviations, Flyby, SPACING_M, deviation};
+use super::super::run::{fly_along, stand_at};
+use super::fused::Fusion;
+use super::paper_method::{self, PaperFit};
+use super::poses::Poses;
+use super::report::{JointReport, Method};
+use super::synthetic::{self, PROBLEMS};
+use crate::demo::Preset;
+use anyhow::{Context, Result, anyhow};
+use courier_sensor::app::background::{Ended, Errand, SELF_MOTION_M_PER_S};
+use courier_sensor::calibration::joint::{JointConfig, Weighting};
+use courier_sensor::calibration::record::Calibration;
+use courier_sensor::calibration::{SessionConfig, Stage};
+use courier_sensor::frame::Frame;
+use courier_sensor::model::ErrorModel;
+use courier_sensor::settings::Settings;
+use effects::motion::Pose;
+use hal_sim::board::{SharedFlash, SimBoard};
+use hal_sim::trajectory::{BEACON_SPEED_M_S, BEACON_SWEEP_M};
+use hal_sim::wire::motion::ControllerConfig;
+use hal_sim::world::World;
+use indicatif::ProgressBar;
+
+/// What to demonstrate.
+#[derive(Clone, Debug)]
+pub struct JointOptions {
+    /// Which courier.
+    pub preset: Preset,
+    /// Seed of the courier, its noise, its poses and the synthetic problems.
+    pub seed: u64,
+    /// Poses to fit under the beacon; none: 1000.
+    pub poses: Option<u32>,
+}
+
+/// Samples between two looks at the progress.
+const LOOK_SAMPLES: u32 = 2000;
+/// Poses of this system's method lie within half of this to either side of the beacon: over all of the fly-by. The paper's two
+/// pitches would leave the coordination sensor's own errors extrapolated fourfold.
+const TRAVEL_M: f32 = 8.4e-3;
+const COMMIT: Errand = Errand {
+    speed_m_per_s: SELF_MOTION_M_PER_S,
+    commit: true,
+};
+
+/// Everything of 3.2.1.
+///
+/// # Errors
+/// Options that make no courier, a board that does not start, a motion that never ends. A calibration that the firmware
+/// refuses is no error: the report says so.
+pub fn run(options: &JointOptions, progress: &ProgressBar) -> Result<JointReport> {
+    let mut report = JointReport::new(options);
+    synthetic_rows(options, &mut report, progress)?;
+    let spec = options
+        .preset
+        .courier(options.seed, None, hal_sim::presets::DEFAULT_RMS_M)?;
+    let places = spec.places;
+    let world = World::new(
+        spec,
+        ControllerConfig::TYPICAL,
+        places.scatter_corner,
+        options.seed,
+    )?;
+    let mut board = SimBoard::start(
+        world,
+        SharedFlash::erased(options.seed),
+        Settings::default(),
+    )?;
+    if let Err(refusal) = demonstrate(
+        &mut board,
+        options,
+        [places.beacon, places.beacon_sweep],
+        &mut report,
+        progress,
+    )? {
+        report.refusal = Some(refusal);
+    }
+    report.accepted = report.refusal.is_none();
+    progress.finish_and_clear();
+    Ok(report)
+}
+
+fn synthetic_rows(
+    options: &JointOptions,
+    report: &mut JointReport,
+    progress: &ProgressBar,
+) -> Result<()> {
+    progress.set_message("synthetic problems");
+    progress.set_length(2 * PROBLEMS);
+    let poses = options.poses.unwrap_or(JointConfig::default().poses);
+    let methods = [
+        (Method::Here, Weighting::Covariance),
+        (Method::Paper, Weighting::Equal),
+    ];
+    for (column, (method, weighting)) in methods.into_iter().enumerate() {
+        let worst = synthetic::worst(options.seed, poses, weighting, || progress.inc(1))?;
+        report.synthetic_place_um[column] = 1.0e6 * worst.place_m;
+        report.set(method, "height_um", 1.0e6 * worst.height_m);
+        report.set(method, "lever_um", 1.0e6 * worst.lever_m);
+        report.set(method, "other_um", 1.0e6 * worst.other_m);
+    }
+    Ok(())
+}
+
+/// The courier's part; the inner error is the firmware's refusal.
+fn demonstrate(
+    board: &mut SimBoard,
+    options: &JointOptions,
+    [beacon, sweep]: [Pose; 2],
+    report: &mut JointReport,
+    progress: &ProgressBar,
+) -> Result<Result<(), String>> {
+    let platen = SessionConfig {
+        seed: options.seed,
+        ..SessionConfig::default()
+    };
+    announce(
+        progress,
+        "platen sensor: poses",
+        platen.poses,
+        platen.held_out_poses,
+    );
+    let fitted = platen.poses;
+    board.background.calibrate(platen, COMMIT)?;
+    let ended = calibrated(board, fitted, progress, |_, _| ())?;
+    if let Some(refusal) = refusal(&ended) {
+        return Ok(Err(format!("platen sensor: {refusal}")));
+    }
+    let [before, separate] = judged(&fly(board, sweep, progress)?)?;
+    for method in [Method::Here, Method::Paper] {
+        report.set(
+            method,
+            "position_uncalibrated_um",
+            1.0e6 * before.position_m,
+        );
+    }
+    report.set(
+        Method::Here,
+        "position_separate_um",
+        1.0e6 * separate.position_m,
+    );
+
+    progress.set_message("going under the beacon");
+    stand_at(board, beacon)?;
+    let (_, ended) = joint(board, options, TRAVEL_M, COMMIT, progress)?;
+    report.poses = ended.evidence.poses;
+    report.steps = board.background.joint().reports().to_vec();
+    if let Some(refusal) = refusal(&ended) {
+        return Ok(Err(format!("joint: {refusal}")));
+    }
+    joint_rows(board, sweep, report, progress)?;
+    // The paper's motion, for its method; whether the firmware would take it too is not asked.
+    stand_at(board, beacon)?;
+    let travel_m = JointConfig::default().range.travel_m;
+    let errand = Errand {
+        commit: false,
+        ..COMMIT
+    };
+    let (poses, _) = joint(board, options, travel_m, errand, progress)?;
+    paper_rows(board, &poses, sweep, report, progress)?;
+    Ok(Ok(()))
+}
+
+/// Joint calibration under the beacon, by the firmware; what it saw at each pose.
+fn joint(
+    board: &mut SimBoard,
+    options: &JointOptions,
+    travel_m: f32,
+    errand: Errand,
+    progress: &ProgressBar,
+) -> Result<(Poses, Ended)> {
+    let mut config = JointConfig {
+        seed: options.seed,
+        ..JointConfig::default()
+    };
+    config.poses = options.poses.unwrap_or(config.poses);
+    config.range.travel_m = travel_m;
+    announce(
+        progress,
+        "both sensors: poses",
+        config.poses,
+        config.held_out_poses,
+    );
+    let (fitted, averaged) = (config.poses, config.frames_per_pose);
+    let full_scale = board.background.keeper().settings().geometry.tan_full_scale;
+    board.background.calibrate_joint(config, errand)?;
+    let mut poses = Poses::new(averaged, full_scale, board.background.progress());
+    let ended = calibrated(board, fitted, progress, |board, frame| {
+        poses.see(frame, board.background.progress())
+    })?;
+    Ok((poses, ended))
+}
+
+/// This system's rows: residuals as the firmware judged them, flight by the calibration now in force.
+fn joint_rows(
+    board: &mut SimBoard,
+    sweep: Pose,
+    report: &mut JointReport,
+    progress: &ProgressBar,
+) -> Result<()> {
+    let step = *report
+        .steps
+        .iter()
+        .rfind(|step| step.accepted)
+        .context("an accepted calibration without a step")?;
+    residual_rows(report, Method::Here, step.after.rms_m.map(f64::from));
+    let flight = fly(board, sweep, progress)?;
+    let [_, platen] = judged(&flight)?;
+    flight_rows(report, Method::HerePlatenAlone, &platen);
+    let in_force = board
+        .background
+        .keeper()
+        .in_force()
+        .context("no calibration in force")?;
+    let fusion = Fusion::new(in_force, &step).context("a joint calibration without a beacon")?;
+    let both = fused(&flight, &fusion);
+    flight_rows(report, Method::Here, &both);
+    Ok(())
+}
+
+/// The paper's method on the same poses, loaded into the same board.
+fn paper_rows(
+    board: &mut SimBoard,
+    poses: &Poses,
+    sweep: Pose,
+    report: &mut JointReport,
+    progress: &ProgressBar,
+) -> Result<()> {
+    progress.set_message("the paper's method");
+    let PaperFit {
+        separate,
+        joint,
+        geometry,
+        residuals_m,
+    } = paper_method::fit(&poses.buffer, &Settings::default().geometry)?;
+    residual_rows(report, Method::Paper, residuals_m);
+    let here = board
+        .background
+        .keeper()
+        .in_force()
+        .context("no calibration in force")?
+        .clone();
+    let mut with = |model: ErrorModel| -> Result<Deviations> {
+        // The interrupt takes what was put in force last at its next sample; only then is there room for another.
+        board.sample();
+        board.background.keeper_mut()?.load(Calibration {
+            model,
+            geometry,
+            ..here.clone()
+        })?;
+        let [_, calibrated] = judged(&fly(board, sweep, progress)?)?;
+        Ok(calibrated)
+    };
+    let separate = with(separate)?;
+    report.set(
+        Method::Paper,
+        "position_separate_um",
+        1.0e6 * separate.position_m,
+    );
+    let joint = with(joint)?;
+    flight_rows(report, Method::Paper, &joint);
+    Ok(())
+}
+
+fn residual_rows(report: &mut JointReport, method: Method, [g_p, g_x, g_y]: [f64; 3]) {
+    for (name, residual_m) in [
+        ("g_x_residual_um", g_x),
+        ("g_y_residual_um", g_y),
+        ("g_p_residual_um", g_p),
+    ] {
+        report.set(method, name, 1.0e6 * residual_m);
+    }
+}
+
+fn flight_rows(report: &mut JointReport, method: Method, deviations: &Deviations) {
+    report.set(method, "position_joint_um", 1.0e6 * deviations.position_m);
+    report.set(method, "theta_x_joint_mrad", 1.0e3 * deviations.theta_x_rad);
+    report.set(method, "theta_y_joint_mrad", 1.0e3 * deviations.theta_y_rad);
+}
+
+fn announce(progress: &ProgressBar, what: &'static str, poses: u32, held_out: u32) {
+    progress.set_position(0);
+    progress.set_length(u64::from(poses + held_out));
+    progress.set_message(what);
+}
+
+/// Lets the board work until its session has ended.
+fn calibrated(
+    board: &mut SimBoard,
+    fitted: u32,
+    progress: &ProgressBar,
+    mut watch: impl FnMut(&SimBoard, &Frame),
+) -> Result<Ended> {
+    for sample in 0_u32.. {
+        let frame = board.sample();
+        watch(board, &frame);
+        if sample.is_multiple_of(LOOK_SAMPLES) {
+            let now = board.background.progress();
+            let before = if now.stage == Stage::HeldOut {
+                fitted
+            } else {
+                0
+            };
+            progress.set_position(u64::from(before + now.done));
+        }
+        if let Some(ended) = board.background.ended() {
+            return Ok(*ended);
+        }
+    }
+    Err(anyhow!("the session has not ended"))
+}
+
+fn refusal(ended: &Ended) -> Option<String> {
+    match (&ended.result, &ended.not_kept) {
+        (Err(refusal), _) => Some(refusal.to_string()),
+        (Ok(_), Some(why)) => Some(format!("accepted, but not kept: {why}")),
+        (Ok(_), None) => None,
+    }
+}
+
+/// 8 mm along y at 20 mm/s through the place under the beacon.
+fn fly(board: &mut SimBoard, sweep: Pose, progress: &ProgressBar) -> Result<Vec<(Frame, Pose)>> {
+    progress.set_message("flying by under the beacon");
+    let flight = fly_along(board, sweep, BEACON_SWEEP_M, BEACON_SPEED_M_S as f32)?;
+    Ok(flight
+        .into_iter()
+        .map(|(frame, witness)| (frame, witness.reference))
+        .collect())
+}
+
+/// By the platen sensor's outputs, unmodified and calibrated.
+fn judged(flight: &[(Frame, Pose)]) -> Result<[Deviations; 2]> {
+    let geometry = Settings::default().geometry;
+    let mut flyby = Flyby::new(f64::from(geometry.pitch_m), f64::from(geometry.span_m));
+    flight
+        .iter()
+        .for_each(|(frame, reference)| flyby.add(frame, reference));
+    flyby.deviations().with_context(|| {
+        format!(
+            "the fly-by gave {} places, wanted 2 or more",
+            flyby.places()
+        )
+    })
+}
+
+/// By both sensors: one angle, so that both of its rows are the same. At the same places as [`judged`].
+fn fused(flight: &[(Frame, Pose)], fusion: &Fusion) -> Deviations {
+    let (mut y_m, mut theta_rad, mut parity_m) = (Vec::new(), Vec::new(), Vec::new());
+    let mut last_y_m = f64::NEG_INFINITY;
+    for (frame, reference) in flight {
+        if (reference.y_m - last_y_m).abs() < SPACING_M {
+            continue;
+        }
+        last_y_m = reference.y_m;
+        let [_, y, theta] = fusion.pose(frame);
+        y_m.push(y - reference.y_m);
+        theta_rad.push(theta - reference.theta_rad);
+        parity_m.push(f64::from(frame.parity_m));
+    }
+    let theta = deviation(&theta_rad);
+    Deviations {
+        parity_m: deviation(&parity_m),
+        position_m: deviation(&y_m),
+        theta_x_rad: theta,
+        theta_y_rad: theta,
+    }
+}
