@@ -44,7 +44,7 @@ pub fn fit(poses: &JointBuffer, drawing: &Geometry) -> Result<PaperFit> {
         weighting: Weighting::Equal,
     };
     let mut values = entered(&constraints.layout, &template, drawing);
-    let mut solver = Box::new(JointSolver::EMPTY);
+    let mut solver = Box::new(JointSolver::new());
     solver.set_priors(&constraints, &values, &Priors::default());
     let mut step = |groups: Groups, values: &mut Values| {
         let fitted = solver.fit(&constraints, poses.fitted(), groups, values, &mut || {});

@@ -25,7 +25,7 @@ impl Poses {
             full_scale,
             last: start,
             origin_teeth: [0; SEGMENTS],
-            buffer: Box::new(JointBuffer::EMPTY),
+            buffer: Box::new(JointBuffer::new()),
         }
     }
 

@@ -83,7 +83,7 @@ fn solve(rng: &mut ChaCha8Rng, poses: u32, weighting: Weighting, worst: &mut Wor
     };
     let truth = courier.truth(&constraints.layout, &model);
     let mut values = started(&constraints.layout, &truth, rng);
-    let mut solver = Box::new(JointSolver::EMPTY);
+    let mut solver = Box::new(JointSolver::new());
     solver.set_priors(&constraints, &values, &Priors::default());
     solver
         .fit(
