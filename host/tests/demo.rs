@@ -153,9 +153,18 @@ fn wrong_options_are_one_line() {
     std::fs::write(folder.path().join("full/thesis.txt"), "precious").unwrap();
     std::fs::write(folder.path().join("bad.csv"), "code,a\n0,1\n1,x\n").unwrap();
     let cases: [(&[&str], &[&str]); 13] = [
-        (&["--joint", "--plan", "optimal"], &["--joint", "cannot be used with"]),
-        (&["--joint", "--record", "new"], &["--joint", "cannot be used with"]),
-        (&["--joint", "--poses", "2000"], &["--poses", "2000", "50 to 1000"]),
+        (
+            &["--joint", "--plan", "optimal"],
+            &["--joint", "cannot be used with"],
+        ),
+        (
+            &["--joint", "--record", "new"],
+            &["--joint", "cannot be used with"],
+        ),
+        (
+            &["--joint", "--poses", "2000"],
+            &["--poses", "2000", "50 to 1000"],
+        ),
         (
             &["--preset", "perfect"],
             &["perfect", "paper", "ideal", "measured"],
@@ -270,17 +279,35 @@ const JOINT_NAMES: [&str; 11] = [
 /// Equation (3) and noise only: both methods have the right model, and the joint calibration must not make a flight worse.
 #[test]
 fn joint_has_the_rows_of_the_paper() {
-    let ran = courier(&["demo", "--joint", "--preset", "ideal", "--poses", "150", "--json"]);
+    let ran = courier(&[
+        "demo", "--joint", "--preset", "ideal", "--poses", "150", "--json",
+    ]);
     assert_eq!((ran.code, ran.err.as_str()), (0, ""));
     let report = json(&ran.out);
     let rows = report["rows"].as_array().unwrap();
-    let names: Vec<&str> = rows.iter().map(|row| row["name"].as_str().unwrap()).collect();
+    let names: Vec<&str> = rows
+        .iter()
+        .map(|row| row["name"].as_str().unwrap())
+        .collect();
     assert_eq!(names, JOINT_NAMES);
-    assert_eq!((&report["preset"], &report["poses"]), (&"ideal".into(), &150.into()));
-    let complete = |row: &Value| ["paper", "here", "paper_method"].iter().all(|key| row[key].is_number());
+    assert_eq!(
+        (&report["preset"], &report["poses"]),
+        (&"ideal".into(), &150.into())
+    );
+    let complete = |row: &Value| {
+        ["paper", "here", "paper_method"]
+            .iter()
+            .all(|key| row[key].is_number())
+    };
     assert!(rows.iter().all(complete), "{report}");
     // Single samples of 0.16 um a segment; the calibration adds its own error to that.
     assert!(here(&report, "position_joint_um") < 0.3, "{report}");
-    assert!(here(&report, "position_joint_um") < 0.2 * here(&report, "position_uncalibrated_um"), "{report}");
-    assert!(here(&report, "theta_x_joint_mrad") < 0.06 && here(&report, "theta_y_joint_mrad") < 0.06, "{report}");
+    assert!(
+        here(&report, "position_joint_um") < 0.2 * here(&report, "position_uncalibrated_um"),
+        "{report}"
+    );
+    assert!(
+        here(&report, "theta_x_joint_mrad") < 0.06 && here(&report, "theta_y_joint_mrad") < 0.06,
+        "{report}"
+    );
 }

@@ -72,7 +72,8 @@ impl Link {
         let mut buffer = [0; FRAME_BYTES];
         let (number, bytes) = self.client.ask(action, &mut buffer)?;
         let reply = exchange(&mut *self.wire, &mut self.client, number, bytes, patience)?;
-        let told = || format!("the board: found no reply within {patience:?} of its time, wanted one");
+        let told =
+            || format!("the board: found no reply within {patience:?} of its time, wanted one");
         match reply.with_context(told)? {
             Reply::Refused(refusal) => bail!("the board refuses: {refusal}"),
             reply => Ok(reply),

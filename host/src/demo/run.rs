@@ -246,7 +246,9 @@ pub(super) fn fly_along(
     let (first, witnesses) = board.world.unwatch();
     let of = |(conversion, frame): (u64, Frame)| {
         let index = usize::try_from(conversion.saturating_sub(first))?;
-        let witness = witnesses.get(index).context("a frame without its conversion")?;
+        let witness = witnesses
+            .get(index)
+            .context("a frame without its conversion")?;
         Ok((frame, *witness))
     };
     frames.into_iter().map(of).collect()
