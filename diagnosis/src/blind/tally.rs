@@ -52,14 +52,14 @@ impl Claim {
         }
     }
 
-    /// Whether the claim is confirmed within [`CLAIM_WITHIN`].
+    /// Whether the claim is confirmed within `CLAIM_WITHIN`.
     #[must_use]
     pub fn holds(&self) -> Option<bool> {
         self.confirmed
             .map(|c| (self.claimed / c - 1.0).abs() <= CLAIM_WITHIN)
     }
 
-    /// Whether it is within [`CLAIM_WITHIN`] of the best possible.
+    /// Whether it is within `CLAIM_WITHIN` of the best possible.
     #[must_use]
     pub fn best_reached(&self) -> Option<bool> {
         self.best.map(|b| self.claimed / b - 1.0 <= CLAIM_WITHIN)
