@@ -107,7 +107,7 @@ impl Planner {
         }
     }
 
-    /// Best of [`CANDIDATES`] poses for the estimate so far.
+    /// Best of `CANDIDATES` poses for the estimate so far.
     pub fn optimal(
         &mut self,
         estimator: &PlatenEstimator,

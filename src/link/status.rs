@@ -46,7 +46,7 @@ pub struct BoardStatus {
     pub lost_telemetry: u32,
     /// Status bits of the last frame.
     pub status: u32,
-    /// Status bits that were seen since the last [`Action::Status`].
+    /// Status bits that were seen since the last `Action::Status`.
     pub status_seen: u32,
     /// What the background is at.
     pub activity: Activity,
@@ -78,15 +78,15 @@ pub enum ResetCause {
     PowerOn,
     /// The reset pin or the debug probe.
     Pin,
-    /// [`Action::Restart`].
+    /// `Action::Restart`.
     Requested,
     /// The supply was too low.
     BrownOut,
     /// Interrupt or background made no progress.
     Watchdog,
-    /// A panic; [`Action::LastFault`] tells where.
+    /// A panic; `Action::LastFault` tells where.
     Panic,
-    /// A hard fault; [`Action::LastFault`] tells where.
+    /// A hard fault; `Action::LastFault` tells where.
     HardFault,
 }
 

@@ -61,7 +61,7 @@ impl JointSample {
     }
 }
 
-/// Poses in the order of their visit; from [`Self::held_out_from`] on they are not fitted.
+/// Poses in the order of their visit; from `held_out_from` on they are not fitted.
 #[derive(Clone, Debug)]
 pub struct JointBuffer {
     samples: [JointSample; POSES],

@@ -191,7 +191,7 @@ where
         self.busy.is_high().map_err(pin)
     }
 
-    /// Reads both chips' last conversion, 288 clocks. `counts` is untouched on error. After [some](revival) failures in a row the
+    /// Reads both chips' last conversion, 288 clocks. `counts` is untouched on error. After some failures in a row the
     /// chips are reset and set again at the calls that follow.
     ///
     /// # Errors
