@@ -1,7 +1,8 @@
 //! One segment's pair: counts to unit vector, amplitude and phase; phase to tooth count.
 
 use crate::lanes::{Bits, Lanes};
-use crate::math;
+use crate::math::{self, sincos_turns};
+use core::f32::consts::TAU;
 use serde::{Deserialize, Serialize};
 
 /// Known errors of a pair's two channels, removed before interpolation. The default removes nothing.
@@ -30,11 +31,12 @@ impl Default for PairCorrection {
 impl PairCorrection {
     /// Machine form of two segments' corrections.
     pub(crate) fn compile(pairs: [&Self; 2]) -> CompiledPair {
+        let sincos = pairs.map(|pair| sincos_turns(pair.angle_rad / TAU));
         CompiledPair {
             sine_offset: Lanes::new(|i| pairs[i].offset_counts[0]),
             cosine_offset: Lanes::new(|i| pairs[i].offset_counts[1]),
-            scale: Lanes::new(|i| 1.0 / (pairs[i].gain * libm::cosf(pairs[i].angle_rad))),
-            shear: Lanes::new(|i| libm::tanf(pairs[i].angle_rad)),
+            scale: Lanes::new(|i| 1.0 / (pairs[i].gain * sincos[i].1)),
+            shear: Lanes::new(|i| sincos[i].0 / sincos[i].1),
         }
     }
 }

@@ -97,7 +97,13 @@ fn synthetic(seed: u64, initial: f64, groups: Groups) -> Fitted {
     solver.set_priors(&constraints, &start, &Priors::default());
     let mut found = start;
     let report = solver
-        .fit(&constraints, &samples, groups, &mut found, &mut || {})
+        .fit(
+            &constraints,
+            &samples.iter().copied(),
+            groups,
+            &mut found,
+            &mut || {},
+        )
         .unwrap();
     let free: Vec<usize> = solver.free().iter().map(|&i| i.into()).collect();
     let errors = free
@@ -205,7 +211,7 @@ fn device_f32_agrees_with_f64_on_the_same_rows() {
     solver
         .fit(
             &constraints,
-            &samples,
+            &samples.iter().copied(),
             Groups::PAPER,
             &mut found,
             &mut || {},

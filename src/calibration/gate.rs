@@ -6,14 +6,15 @@
 //! compared with their prediction, whose variance holds noise and parameter covariance. When all are in, the whole fit
 //! judges the start-up samples again.
 
+use super::joint::JointEstimator;
 use super::regression::{PLATEN_UNKNOWNS, Regression};
 use super::sample::Sample;
 use crate::frame::SEGMENTS;
-use crate::lsq::{Estimator, packed_len};
+use crate::lsq::Estimator;
 use crate::math::sqrt;
 
-/// The platen sensor's estimator.
-pub type PlatenEstimator = Estimator<PLATEN_UNKNOWNS, { packed_len(PLATEN_UNKNOWNS) }>;
+/// The platen sensor's estimator: the joint calibration's, whose memory it shares. One size is one copy of the code.
+pub type PlatenEstimator = JointEstimator;
 
 /// Samples judged together: three for each unknown of equation (3), nearly; two for each of the most.
 pub const STARTUP: usize = 96;

@@ -13,7 +13,7 @@ use crate::frame::SEGMENTS;
 use crate::geometry::Geometry;
 use crate::model::{ErrorModel, ModelError};
 use crate::quadrature::PairCorrection;
-use crc::{CRC_32_ISO_HDLC, Crc};
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use serde::{Deserialize, Serialize};
 
 /// Layout version that this firmware writes and reads.
@@ -26,7 +26,8 @@ pub const HEADER_BYTES: usize = 16;
 pub const MAX_BYTES: usize = 2040;
 
 const CRC_BYTES: usize = 4;
-static CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+// Without a table: a record is written once in a session, and the table is 1 KiB.
+static CRC32: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// When a calibration was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -133,7 +133,14 @@ impl JointConfig {
             48.0,
             room,
         )?;
-        within("travel_m", self.range.travel_m, g.pitch_m, 0.1)?;
+        // What the buffer can hold, with as much again for the turns about the sensor.
+        let farthest_m = f32::from(super::sample::FARTHEST_TEETH) * g.pitch_m;
+        within(
+            "travel_m",
+            self.range.travel_m,
+            g.pitch_m,
+            farthest_m.min(0.1),
+        )?;
         within("turn_rad", self.range.turn_rad, 0.0, 0.05)?;
         within(
             "frames_per_pose",

@@ -315,7 +315,8 @@ impl Constraints {
                 .sum();
             // Far-off poses (an early iteration, an outlier) are not drawn to where the linearisation has no meaning.
             let deviations = 4.0 * sqrt(variances[reading]);
-            let change = (variances[reading] * pull).clamp(-deviations, deviations);
+            // Not `clamp`: the text of its panic would bring 14 KiB of float formatting into the image.
+            let change = bounded(variances[reading] * pull, deviations);
             match reading {
                 0..SEGMENTS => estimate.fraction_turns[reading] -= change / self.geometry.pitch_m,
                 _ => estimate.deflection[reading - SEGMENTS] -= change,
@@ -402,5 +403,16 @@ impl Constraints {
             put(at + k, [x, 0.0]);
             put(at + sensor::TERMS.len() + k, [0.0, y]);
         }
+    }
+}
+
+/// `x`, at most `limit` either way; NaN stays.
+fn bounded(x: f32, limit: f32) -> f32 {
+    if x > limit {
+        limit
+    } else if x < -limit {
+        -limit
+    } else {
+        x
     }
 }

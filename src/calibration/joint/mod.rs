@@ -18,7 +18,7 @@ pub use config::{JointConfig, JointLimits, entered, model_of};
 pub use constraint::{Constraints, Misclosure, ReadingNoise, Rows, Values, Weighting};
 pub use layout::{Groups, JOINT_UNKNOWNS, Layout, MAX_FITTED, Unknown};
 pub use plan::{about_sensor, foreseen_under_beacon};
-pub use sample::{JointBuffer, JointSample, POSES};
+pub use sample::{FARTHEST_TEETH, JointBuffer, JointSample, POSES, Poses};
 pub use session::{JointOutcome, JointResult, JointSession};
 pub use solver::{FitReport, JointEstimator, JointSolver, Priors};
 pub use steps::{HeldOut, JointProgress, Step, StepReport, make_step};

@@ -7,7 +7,8 @@ use super::solver::JointSolver;
 use crate::calibration::plan::{Planner, RelativePose};
 use crate::calibration::sample::Sample;
 use crate::frame::SEGMENTS;
-use crate::math::{round, sqrt};
+use crate::math::{round, sincos_turns, sqrt};
+use core::f32::consts::TAU;
 
 /// Candidates per chosen pose. Cost of a choice: as many times six substitutions of 61 unknowns, about 5 Mcycles.
 const CANDIDATES: usize = 16;
@@ -20,8 +21,9 @@ const LATERAL_PHASES: usize = 8;
 #[must_use]
 pub fn about_sensor(lever_m: [f32; 2], displaced: RelativePose) -> RelativePose {
     let [lx, ly] = lever_m;
-    let sine = libm::sinf(displaced.theta_rad);
-    let rest = 2.0 * libm::sinf(0.5 * displaced.theta_rad) * libm::sinf(0.5 * displaced.theta_rad);
+    let (sine, _) = sincos_turns(displaced.theta_rad / TAU);
+    let (half, _) = sincos_turns(0.5 * displaced.theta_rad / TAU);
+    let rest = 2.0 * half * half;
     RelativePose {
         x_m: displaced.x_m - rest * lx - sine * ly,
         y_m: displaced.y_m + sine * lx - rest * ly,
@@ -62,7 +64,7 @@ pub fn foreseen_under_beacon(
         },
     );
     let (dx, dy) = (pose.x_m - straight.x_m, pose.y_m - straight.y_m);
-    let (s, c) = (libm::sinf(pose.theta_rad), libm::cosf(pose.theta_rad));
+    let (s, c) = sincos_turns(pose.theta_rad / TAU);
     let scale = values[constraints.layout.height()] * geometry.tan_full_scale;
     sample.deflection = [(c * dx + s * dy) / scale, (c * dy - s * dx) / scale];
     sample

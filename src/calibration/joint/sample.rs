@@ -4,8 +4,13 @@ use crate::calibration::sample::Sample;
 use crate::frame::{Coordinate, SEGMENTS};
 use crate::model::Observation;
 
-/// Poses in the buffer, fitted and held out. 32 bytes each.
+/// Poses in the buffer, fitted and held out. 24 bytes each.
 pub const POSES: usize = 1280;
+/// Farthest from the origin's teeth that a stored output may be.
+pub const FARTHEST_TEETH: i16 = 500;
+/// Binary places of a stored output's fraction: 2^-22 of a pitch of 1.016 mm is 0.24 nm, 0.07 nm rms.
+const FRACTION_BITS: u32 = 22;
+const STEPS_PER_PITCH: f32 = (1 << FRACTION_BITS) as f32;
 
 /// One pose: unmodified outputs relative to the origin's teeth, and the deflection.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -61,12 +66,62 @@ impl JointSample {
     }
 }
 
+/// A pose as it is stored: outputs in steps of [`STEPS_PER_PITCH`], counted from the origin's teeth.
+#[derive(Clone, Copy, Debug)]
+struct Stored {
+    outputs: [i32; SEGMENTS],
+    deflection: [f32; 2],
+}
+
+impl Stored {
+    const ZERO: Self = Self {
+        outputs: [0; SEGMENTS],
+        deflection: [0.0; 2],
+    };
+
+    /// `None` if an output is more than [`FARTHEST_TEETH`] from the origin, or no number.
+    fn of(sample: &JointSample) -> Option<Self> {
+        let mut outputs = [0; SEGMENTS];
+        for (i, output) in outputs.iter_mut().enumerate() {
+            let (teeth, fraction) = (sample.teeth[i], sample.fraction_turns[i]);
+            let near = teeth.unsigned_abs() <= FARTHEST_TEETH.unsigned_abs();
+            if !near || !(-1.0..=1.0).contains(&fraction) {
+                return None;
+            }
+            let steps = fraction * STEPS_PER_PITCH;
+            let rounded = (steps + if steps < 0.0 { -0.5 } else { 0.5 }) as i32;
+            *output = (i32::from(teeth) << FRACTION_BITS) + rounded;
+        }
+        Some(Self {
+            outputs,
+            deflection: sample.deflection,
+        })
+    }
+
+    fn sample(&self) -> JointSample {
+        const HALF: i32 = 1 << (FRACTION_BITS - 1);
+        let teeth = self.outputs.map(|steps| (steps + HALF) >> FRACTION_BITS);
+        JointSample {
+            fraction_turns: core::array::from_fn(|i| {
+                (self.outputs[i] - (teeth[i] << FRACTION_BITS)) as f32 / STEPS_PER_PITCH
+            }),
+            deflection: self.deflection,
+            teeth: teeth.map(|whole| whole as i16), // at most FARTHEST_TEETH + 1
+        }
+    }
+}
+
+/// Poses that can be walked again and again: a part of a [`JointBuffer`], or a slice's `iter().copied()`.
+pub trait Poses: Clone + ExactSizeIterator<Item = JointSample> {}
+
+impl<I: Clone + ExactSizeIterator<Item = JointSample>> Poses for I {}
+
 /// Poses in the order of their visit; from `held_out_from` on they are not fitted.
 #[derive(Clone, Debug)]
 pub struct JointBuffer {
-    samples: [JointSample; POSES],
+    stored: [Stored; POSES],
     count: usize,
-    held_out_from: usize,
+    held_out_from: Option<usize>,
 }
 
 impl Default for JointBuffer {
@@ -80,41 +135,103 @@ impl JointBuffer {
     // A function: a constant of this size would lie in the image's flash, zeros and all.
     pub const fn new() -> Self {
         Self {
-            samples: [JointSample::ZERO; POSES],
+            stored: [Stored::ZERO; POSES],
             count: 0,
-            held_out_from: POSES,
+            held_out_from: None,
         }
     }
 
     /// Empties it.
     pub fn clear(&mut self) {
-        (self.count, self.held_out_from) = (0, POSES);
+        (self.count, self.held_out_from) = (0, None);
     }
 
-    /// Adds a pose; false if there is no room.
+    /// Adds a pose, its outputs rounded to 2^-22 of a pitch; false if there is no room, or an output is no number or more than
+    /// [`FARTHEST_TEETH`] from the origin's.
     pub fn push(&mut self, sample: JointSample) -> bool {
-        let Some(place) = self.samples.get_mut(self.count) else {
+        let (Some(place), Some(stored)) = (self.stored.get_mut(self.count), Stored::of(&sample))
+        else {
             return false;
         };
-        *place = sample;
+        *place = stored;
         self.count += 1;
         true
     }
 
     /// What comes after is held out.
     pub fn hold_out_rest(&mut self) {
-        self.held_out_from = self.count;
+        self.held_out_from = Some(self.count);
     }
 
     /// Poses to fit.
     #[must_use]
-    pub fn fitted(&self) -> &[JointSample] {
-        &self.samples[..self.count.min(self.held_out_from)]
+    pub fn fitted(&self) -> impl Poses {
+        self.part(0, self.fits())
     }
 
     /// Poses that decide.
     #[must_use]
-    pub fn held_out(&self) -> &[JointSample] {
-        &self.samples[self.count.min(self.held_out_from)..self.count]
+    pub fn held_out(&self) -> impl Poses {
+        self.part(self.fits(), self.count)
+    }
+
+    fn part(&self, from: usize, to: usize) -> impl Poses {
+        let part = self.stored.get(from..to).unwrap_or_default();
+        part.iter().map(Stored::sample)
+    }
+
+    fn fits(&self) -> usize {
+        self.held_out_from.unwrap_or(self.count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stored_pose_is_the_same_to_half_a_step() {
+        assert_eq!(size_of::<Stored>(), 24);
+        let mut buffer = JointBuffer::new();
+        for n in 0..1000i16 {
+            let fraction = f32::from(n - 500) * 0.001_003;
+            let sample = JointSample {
+                fraction_turns: [fraction, -fraction, 0.5, -0.5],
+                deflection: [0.123, -fraction],
+                teeth: [n - 500, 500 - n, 499, -500],
+            };
+            assert!(buffer.push(sample));
+            let back = buffer.fitted().last().unwrap();
+            for (a, b) in sample.turns_exactly().iter().zip(back.turns_exactly()) {
+                assert!((a - b).abs() <= 0.5 / f64::from(STEPS_PER_PITCH), "{a} {b}");
+            }
+            assert_eq!(back.deflection, sample.deflection);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_stored_is_told() {
+        let mut buffer = JointBuffer::new();
+        let far = JointSample {
+            teeth: [0, 0, FARTHEST_TEETH + 1, 0],
+            ..JointSample::ZERO
+        };
+        let none = JointSample {
+            fraction_turns: [f32::NAN; SEGMENTS],
+            ..JointSample::ZERO
+        };
+        assert!(!buffer.push(far) && !buffer.push(none));
+        for _ in 0..POSES {
+            assert!(buffer.push(JointSample::ZERO));
+        }
+        assert!(!buffer.push(JointSample::ZERO));
+        buffer.hold_out_rest();
+        assert_eq!((buffer.fitted().len(), buffer.held_out().len()), (POSES, 0));
+    }
+
+    impl JointSample {
+        fn turns_exactly(&self) -> [f64; SEGMENTS] {
+            core::array::from_fn(|i| f64::from(self.teeth[i]) + f64::from(self.fraction_turns[i]))
+        }
     }
 }

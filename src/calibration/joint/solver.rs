@@ -6,7 +6,7 @@
 
 use super::constraint::{Constraints, Values};
 use super::layout::{Groups, JOINT_UNKNOWNS, Unknown};
-use super::sample::JointSample;
+use super::sample::Poses;
 use crate::lsq::{Estimator, SolveError, packed_len};
 use crate::math::sqrt;
 use serde::{Deserialize, Serialize};
@@ -178,7 +178,7 @@ impl JointSolver {
     pub fn fit(
         &mut self,
         constraints: &Constraints,
-        samples: &[JointSample],
+        samples: &impl Poses,
         groups: Groups,
         values: &mut Values,
         breathe: &mut dyn FnMut(),
@@ -236,7 +236,7 @@ impl JointSolver {
     fn pass(
         &mut self,
         constraints: &Constraints,
-        samples: &[JointSample],
+        samples: &impl Poses,
         values: &Values,
         scale: f32,
         report: &mut FitReport,
@@ -245,9 +245,9 @@ impl JointSolver {
         self.estimator.reset(self.free.len());
         report.left_out = 0;
         let (mut cost, mut squares) = (0.0, 0.0);
-        for sample in samples {
+        for sample in samples.clone() {
             breathe();
-            let rows = constraints.rows(values, sample);
+            let rows = constraints.rows(values, &sample);
             let square: f32 = rows
                 .misclosure
                 .iter()
@@ -353,13 +353,13 @@ impl JointSolver {
     fn robust_scale(
         &self,
         constraints: &Constraints,
-        samples: &[JointSample],
+        samples: &impl Poses,
         values: &Values,
     ) -> f32 {
         const BINS: usize = 256;
         let mut counts = [0u16; BINS];
-        for sample in samples {
-            let w = constraints.whitened(values, values, sample);
+        for sample in samples.clone() {
+            let w = constraints.whitened(values, values, &sample);
             let square: f32 = w.iter().take(self.channels).map(|w| w * w).sum();
             // Exponent and two bits of mantissa of the square: eighths of an octave in length, from 2^-8 on.
             let bin = (square.to_bits() >> 21).saturating_sub((127 - 16) << 2) as usize;

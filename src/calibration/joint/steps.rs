@@ -3,7 +3,7 @@
 
 use super::constraint::{Constraints, Misclosure, ReadingNoise, Values};
 use super::layout::Groups;
-use super::sample::{JointBuffer, JointSample};
+use super::sample::{JointBuffer, Poses};
 use super::solver::{FitReport, JointSolver};
 use crate::calibration::spread::Spread;
 use crate::lsq::SolveError;
@@ -116,7 +116,7 @@ pub fn make_step(
         step,
         constraints,
         solver,
-        buffer.fitted(),
+        &buffer.fitted(),
         groups,
         &mut values,
         breathe,
@@ -125,7 +125,7 @@ pub fn make_step(
     let channels = if step == Step::Platen { 1 } else { 3 };
     let comparison = Comparison::of(
         constraints,
-        buffer.held_out(),
+        &buffer.held_out(),
         &progress.values,
         &values,
         channels,
@@ -157,7 +157,7 @@ fn fit_with_shown_noise(
     step: Step,
     constraints: &mut Constraints,
     solver: &mut JointSolver,
-    samples: &[JointSample],
+    samples: &impl Poses,
     groups: Groups,
     values: &mut Values,
     breathe: &mut dyn FnMut(),
@@ -183,18 +183,18 @@ fn fit_with_shown_noise(
 /// Noise as the poses show it, not below the stated: segments by g_p, deflections by what of g_x the segments leave.
 fn shown_noise(
     constraints: &Constraints,
-    samples: &[JointSample],
+    samples: &impl Poses,
     values: &Values,
     step: Step,
 ) -> ReadingNoise {
     let mut shown = [Spread::EMPTY; 3];
     let mut share = 0.0;
-    for sample in samples {
-        let misclosure = constraints.misclosure(values, sample);
+    for sample in samples.clone() {
+        let misclosure = constraints.misclosure(values, &sample);
         for (spread, g) in shown.iter_mut().zip(misclosure) {
             spread.add_within(g, OUTLIER);
         }
-        share += constraints.segment_share_of_x(values, sample) / samples.len() as f32;
+        share += constraints.segment_share_of_x(values, &sample) / samples.len() as f32;
     }
     let stated = constraints.stated_noise;
     let segment_m = stated.segment_m.max(shown[0].deviation() / 2.0);
@@ -222,7 +222,7 @@ impl Comparison {
     /// Both sides whitened by the covariance of the values after.
     fn of(
         constraints: &Constraints,
-        samples: &[JointSample],
+        samples: &impl Poses,
         before: &Values,
         after: &Values,
         channels: usize,
@@ -231,16 +231,16 @@ impl Comparison {
         let mut sides = [Side::default(), Side::default()];
         let mut gain = Spread::EMPTY;
         let limit = OUTLIER * OUTLIER * median_square(constraints, samples, after, channels);
-        for sample in samples {
+        for sample in samples.clone() {
             let squares =
-                [before, after].map(|values| square(constraints.whitened(values, after, sample)));
+                [before, after].map(|values| square(constraints.whitened(values, after, &sample)));
             // A pose that is far off after the step, by the measure of the others, is no evidence for or against it.
             if squares[1].is_nan() || squares[1] > limit {
                 continue;
             }
             gain.add(squares[0] - squares[1]);
             for ((side, values), square) in sides.iter_mut().zip([before, after]).zip(squares) {
-                side.add(constraints.misclosure(values, sample), square);
+                side.add(constraints.misclosure(values, &sample), square);
             }
         }
         let error = gain.deviation() / sqrt(gain.count().max(1.0));
@@ -284,14 +284,14 @@ impl Side {
 /// Median, within an eighth, of the squared whitened misclosure, by bisection: no memory.
 fn median_square(
     constraints: &Constraints,
-    samples: &[JointSample],
+    samples: &impl Poses,
     values: &Values,
     channels: usize,
 ) -> f32 {
     let (mut low, mut high) = (1.0e-3f32, 1.0e12f32);
     while high / low > 1.3 {
         let middle = sqrt(low * high);
-        let below = samples.iter().filter(|sample| {
+        let below = samples.clone().filter(|sample| {
             let w = constraints.whitened(values, values, sample);
             w.iter().take(channels).map(|w| w * w).sum::<f32>() < middle
         });

@@ -47,7 +47,7 @@ pub fn fit(poses: &JointBuffer, drawing: &Geometry) -> Result<PaperFit> {
     let mut solver = Box::new(JointSolver::new());
     solver.set_priors(&constraints, &values, &Priors::default());
     let mut step = |groups: Groups, values: &mut Values| {
-        let fitted = solver.fit(&constraints, poses.fitted(), groups, values, &mut || {});
+        let fitted = solver.fit(&constraints, &poses.fitted(), groups, values, &mut || {});
         fitted
             .map(|_| ())
             .map_err(|error| anyhow!("the paper's method: {error:?}"))
@@ -58,8 +58,7 @@ pub fn fit(poses: &JointBuffer, drawing: &Geometry) -> Result<PaperFit> {
     step(Groups::PAPER, &mut values)?;
     let misclosures: Vec<_> = poses
         .held_out()
-        .iter()
-        .map(|pose| constraints.misclosure(&values, pose))
+        .map(|pose| constraints.misclosure(&values, &pose))
         .collect();
     let mut geometry = *drawing;
     for index in 0..constraints.layout.len() {

@@ -88,7 +88,7 @@ fn solve(rng: &mut ChaCha8Rng, poses: u32, weighting: Weighting, worst: &mut Wor
     solver
         .fit(
             &constraints,
-            &samples,
+            &samples.iter().copied(),
             Groups::PAPER,
             &mut values,
             &mut || {},
