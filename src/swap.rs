@@ -65,17 +65,21 @@ pub struct SwapSender<'q, 'c> {
 }
 
 impl SwapSender<'_, '_> {
-    /// Puts a set in force from the next sample on.
+    /// The set that is not in force, to be written: [`SwapSender::send`] hands it over.
     ///
     /// # Errors
     /// [`SwapBusy`] while the last one waits: at most one sample's time while the interrupt runs.
-    pub fn offer(&mut self, config: &StepConfig) -> Result<(), SwapBusy> {
-        let spare = self
-            .spare
-            .take()
-            .or_else(|| self.reclaim.dequeue())
-            .ok_or(SwapBusy)?;
-        spare.clone_from(config);
+    pub fn spare(&mut self) -> Result<&mut StepConfig, SwapBusy> {
+        self.spare = self.spare.take().or_else(|| self.reclaim.dequeue());
+        self.spare.as_deref_mut().ok_or(SwapBusy)
+    }
+
+    /// Puts the spare set in force from the next sample on.
+    ///
+    /// # Errors
+    /// [`SwapBusy`] as for [`SwapSender::spare`].
+    pub fn send(&mut self) -> Result<(), SwapBusy> {
+        let spare = self.spare.take().ok_or(SwapBusy)?;
         self.send.enqueue(spare).map_err(|spare| {
             self.spare = Some(spare);
             SwapBusy
@@ -84,8 +88,7 @@ impl SwapSender<'_, '_> {
 
     /// Whether the interrupt has taken the last offered set.
     pub fn taken(&mut self) -> bool {
-        self.spare = self.spare.take().or_else(|| self.reclaim.dequeue());
-        self.spare.is_some()
+        self.spare().is_ok()
     }
 }
 
@@ -132,9 +135,11 @@ mod tests {
         assert_eq!(*interrupt.current(), set(1.0));
         for rate in 2..50 {
             let new = set(rate as f32);
-            background.offer(&new).unwrap();
+            *background.spare().unwrap() = new.clone();
+            background.send().unwrap();
             assert!(!background.taken());
-            assert_eq!(background.offer(&set(99.0)), Err(SwapBusy));
+            assert_eq!(background.spare().err(), Some(SwapBusy));
+            assert_eq!(background.send(), Err(SwapBusy));
             assert_eq!(*interrupt.current(), new);
             assert!(background.taken());
             assert_eq!(*interrupt.current(), new);

@@ -99,7 +99,7 @@ pub struct SimBoard {
 impl SimBoard {
     /// Switches the board on: converters set up and tested, the stored calibration in force.
     ///
-    /// The statics of a real board are leaked here, some 20 KiB a start.
+    /// The statics of a real board are leaked here, some 80 KiB a start.
     ///
     /// # Errors
     /// [`StartError`].
@@ -123,13 +123,15 @@ impl SimBoard {
         let (up, down) = Box::leak(Box::new(FrameQueue::new())).split();
         let period_ns = (1.0e9 / f64::from(settings.rate_hz)).round() as u64;
         let rate_hz = settings.rate_hz;
-        let background = Background::new(
+        let mut background = Background::new(
             (down, sender, mailbox),
             MotionPort::new(world.motion.line()),
             Slots::new(flash, 0),
             settings,
             DEVICE,
+            Box::leak(Box::default()),
         );
+        background.start();
         let link = LinkWire::new();
         let console = Console::new(link.clone(), hello(rate_hz), StartReport::default());
         Ok(Self {

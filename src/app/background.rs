@@ -7,12 +7,12 @@
 use super::guide::Guide;
 use super::keeper::Keeper;
 use super::sampler::Mailbox;
-use crate::calibration::joint::{JointConfig, JointOutcome, JointResult, JointSession};
+use super::task::Task;
+use crate::calibration::joint::{JointConfig, JointResult, StepReport};
 use crate::calibration::record::{Beacon, Calibration, Gauge, Instant, Method, Quality};
 use crate::calibration::slots::{Place, Slots};
 use crate::calibration::{
-    Action, Evidence, Outcome, Progress, Refusal as SessionRefusal, Session, SessionConfig,
-    StartError,
+    Action, Evidence, Progress, Refusal as SessionRefusal, SessionConfig, StartError,
 };
 use crate::drivers::motion::{MotionPort, PortCounters, Target};
 use crate::frame::{Frame, Status};
@@ -55,8 +55,7 @@ pub struct Background<'q, 'c, S, F> {
     mailbox: &'q Mailbox,
     guide: Guide<S>,
     keeper: Keeper<'q, 'c, F>,
-    session: Session,
-    joint: JointSession,
+    task: &'q mut Task,
     method: Method,
     errand: Errand,
     ended: Option<Ended>,
@@ -73,23 +72,22 @@ where
     S: Read + ReadReady + Write + WriteReady,
     F: NorFlash,
 {
-    /// Starts from what is stored: the newest valid record comes in force; without one frames say
-    /// [`Status::UNCALIBRATED`] and [`Keeper::boot`] why.
+    /// Nothing in force but the board's own settings. `task` is where sessions live. To be followed by [`Background::start`].
     pub fn new(
         ends: (Consumer<'q, Frame>, SwapSender<'q, 'c>, &'q Mailbox),
         motion: MotionPort<S>,
         slots: Slots<F>,
         settings: Settings,
         device: [u8; 12],
+        task: &'q mut Task,
     ) -> Self {
         let (frames, swap, mailbox) = ends;
         Self {
             frames,
             mailbox,
             guide: Guide::new(motion),
-            keeper: Keeper::start(slots, swap, settings),
-            session: Session::idle(),
-            joint: JointSession::idle(),
+            keeper: Keeper::new(slots, swap, settings),
+            task,
             method: Method::Platen,
             errand: Errand {
                 speed_m_per_s: SELF_MOTION_M_PER_S,
@@ -105,6 +103,12 @@ where
         }
     }
 
+    /// Starts from what is stored: the newest valid record comes in force; without one frames say
+    /// [`Status::UNCALIBRATED`] and [`Keeper::boot`] why.
+    pub fn start(&mut self) {
+        self.keeper.start();
+    }
+
     /// One turn of the main loop. `watch` sees every frame that comes up the queue. Returns how many did.
     pub fn poll(&mut self, mut watch: impl FnMut(&Frame)) -> usize {
         let mut taken = 0;
@@ -113,8 +117,7 @@ where
         {
             taken += 1;
             self.note(&frame);
-            self.session.frame(&frame);
-            self.joint.frame(&frame);
+            self.task.frame(&frame);
             watch(&frame);
         }
         self.move_on();
@@ -131,27 +134,37 @@ where
     /// Carries words between the sessions and the motion controller, and concludes a session that has ended.
     fn move_on(&mut self) {
         if let Some(event) = self.guide.poll(self.last.sequence) {
-            self.session.motion(event);
-            self.joint.motion(event);
+            self.task.motion(event);
         }
-        match self.session.poll().or_else(|| self.joint.poll()) {
+        match self.task.poll() {
             Some(Action::Go(pose)) => self.guide.go_relative(pose, self.errand.speed_m_per_s),
             Some(Action::Stop) => self.guide.halt(),
             None => {}
         }
-        if self.ended.is_some() {
-            return;
+        if self.ended.is_none()
+            && let Some((result, evidence)) = self.outcome()
+        {
+            self.ended = Some(self.conclude(result, evidence));
         }
-        if self.method == Method::Platen
-            && let Some(outcome) = self.session.outcome()
-        {
-            let outcome = outcome.clone();
-            self.ended = Some(self.conclude(outcome));
-        } else if self.method == Method::Joint
-            && let Some(outcome) = self.joint.outcome()
-        {
-            let outcome = outcome.clone();
-            self.ended = Some(self.conclude_joint(outcome));
+    }
+
+    /// What the session came to, once it has: the record that is to be kept, or why there is none.
+    #[inline(never)] // the record is large, and only here for a moment
+    fn outcome(&self) -> Option<(Result<Calibration, SessionRefusal>, Evidence)> {
+        match &*self.task {
+            Task::Idle => None,
+            Task::Platen(session) => session.outcome().map(|outcome| {
+                let evidence = outcome.evidence;
+                let model = outcome.result.as_ref();
+                let record = model.map(|model| self.record(model, &evidence));
+                (record.map_err(|refusal| *refusal), evidence)
+            }),
+            Task::Joint(session) => session.outcome().map(|outcome| {
+                let evidence = outcome.evidence;
+                let result = outcome.result.as_ref();
+                let record = result.map(|result| self.joint_record(result, &evidence));
+                (record.map_err(|refusal| *refusal), evidence)
+            }),
         }
     }
 
@@ -159,14 +172,14 @@ where
     /// and are shown to `watch`.
     fn work(&mut self, watch: &mut dyn FnMut(&Frame)) {
         let Self {
-            joint,
+            task,
             frames,
             samples,
             last,
             status_seen,
             ..
         } = self;
-        joint.work(&mut || {
+        task.work(&mut || {
             while let Some(frame) = frames.dequeue() {
                 *samples += u64::from(frame.sequence.wrapping_sub(last.sequence));
                 *status_seen |= frame.status;
@@ -181,11 +194,12 @@ where
     ///
     /// # Errors
     /// [`Refusal`]; nothing is changed.
+    #[inline(never)]
     pub fn calibrate(&mut self, mut config: SessionConfig, errand: Errand) -> Result<(), Refusal> {
         self.idle()?;
         config.geometry = self.keeper.settings().geometry;
         config.model = self.model_to_fit(TermTable::equation_3());
-        self.session.start(config).map_err(not_started)?;
+        self.task.start(config).map_err(not_started)?;
         self.begin(Method::Platen, errand);
         Ok(())
     }
@@ -195,6 +209,7 @@ where
     ///
     /// # Errors
     /// [`Refusal`]; nothing is changed.
+    #[inline(never)]
     pub fn calibrate_joint(
         &mut self,
         mut config: JointConfig,
@@ -207,7 +222,7 @@ where
         }
         config.geometry = self.keeper.settings().geometry;
         config.model = self.model_to_fit(TermTable::equation_9());
-        self.joint.start(config).map_err(not_started)?;
+        self.task.start_joint(config).map_err(not_started)?;
         self.begin(Method::Joint, errand);
         Ok(())
     }
@@ -227,8 +242,7 @@ where
         if !self.is_calibrating() {
             return Err(Refusal::NothingUnderWay);
         }
-        self.session.abort();
-        self.joint.abort();
+        self.task.abort();
         Ok(())
     }
 
@@ -258,7 +272,7 @@ where
 
     /// Whether a calibration is under way.
     pub fn is_calibrating(&self) -> bool {
-        self.session.is_running() || self.joint.is_running()
+        self.task.is_running()
     }
 
     /// What the calibration under way, or the last one, rests on.
@@ -268,15 +282,12 @@ where
 
     /// How far it is.
     pub fn progress(&self) -> Progress {
-        match self.method {
-            Method::Platen => self.session.progress(),
-            Method::Joint => self.joint.progress(),
-        }
+        self.task.progress()
     }
 
-    /// The joint session under way or the last one.
-    pub fn joint(&self) -> &JointSession {
-        &self.joint
+    /// Steps that a joint calibration under way, or the last one, has made so far.
+    pub fn reports(&self) -> &[StepReport] {
+        self.task.reports()
     }
 
     /// How the last session ended, once it has.
@@ -362,29 +373,13 @@ where
         in_force.unwrap_or_else(|| ErrorModel::zero(fresh))
     }
 
-    fn conclude(&mut self, outcome: Outcome) -> Ended {
-        let evidence = outcome.evidence;
-        let model = match outcome.result {
-            Ok(model) => model,
-            Err(refusal) => {
-                return Ended {
-                    evidence,
-                    result: Err(refusal),
-                    not_kept: None,
-                };
-            }
-        };
-        let calibration = self.record(model, &evidence);
-        self.keep(calibration, evidence)
-    }
-
-    fn conclude_joint(&mut self, outcome: JointOutcome) -> Ended {
-        let evidence = outcome.evidence;
-        match outcome.result {
-            Ok(result) => {
-                let calibration = self.joint_record(result, &evidence);
-                self.keep(calibration, evidence)
-            }
+    fn conclude(
+        &mut self,
+        result: Result<Calibration, SessionRefusal>,
+        evidence: Evidence,
+    ) -> Ended {
+        match result {
+            Ok(calibration) => self.keep(calibration, evidence),
             Err(refusal) => Ended {
                 evidence,
                 result: Err(refusal),
@@ -411,25 +406,23 @@ where
         }
     }
 
-    fn joint_record(&self, result: JointResult, evidence: &Evidence) -> Calibration {
+    fn joint_record(&self, result: &JointResult, evidence: &Evidence) -> Calibration {
         let pitch_m = result.geometry.pitch_m;
-        let beacon = Beacon {
+        let mut record = self.record(&result.model, evidence);
+        record.method = Method::Joint;
+        record.gauge = Gauge::OffsetsSpreadBeaconFree;
+        record.geometry = result.geometry;
+        record.beacon = Some(Beacon {
             // From the platen sensor's zero, as the interrupt counts.
             origin_m: core::array::from_fn(|i| {
                 result.origin_teeth[i] as f32 * pitch_m + result.origin_m[i]
             }),
             sensor: heapless::Vec::from_slice(&result.sensor).unwrap_or_default(),
-        };
-        Calibration {
-            method: Method::Joint,
-            gauge: Gauge::OffsetsSpreadBeaconFree,
-            geometry: result.geometry,
-            beacon: Some(beacon),
-            ..self.record(result.model, evidence)
-        }
+        });
+        record
     }
 
-    fn record(&self, model: ErrorModel, evidence: &Evidence) -> Calibration {
+    fn record(&self, model: &ErrorModel, evidence: &Evidence) -> Calibration {
         let settings = self.keeper.settings();
         Calibration {
             device: self.device,
@@ -440,7 +433,7 @@ where
             amplitude_counts: evidence.amplitude_counts,
             geometry: settings.geometry,
             pairs: settings.pairs,
-            model,
+            model: model.clone(),
             beacon: None,
             quality: quality(evidence),
         }

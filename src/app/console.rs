@@ -82,6 +82,7 @@ impl<P: Ports> Console<P> {
     }
 
     /// Sends what waits, then carries out at most one command.
+    #[inline(never)]
     pub fn serve<S, F>(&mut self, background: &mut Background<'_, '_, S, F>)
     where
         S: Read + ReadReady + Write + WriteReady,
@@ -104,6 +105,7 @@ impl<P: Ports> Console<P> {
         }
     }
 
+    #[inline(never)]
     fn send(&mut self, response: &Response) {
         // A reply always fits: the buffer is the protocol's longest frame.
         let length = framing::encode(response, &mut self.reply).map_or(0, <[u8]>::len);
@@ -122,6 +124,7 @@ impl<P: Ports> Console<P> {
         }
     }
 
+    #[inline(never)] // its frame is there only while it runs
     fn act<S, F>(
         &mut self,
         action: Action,
@@ -194,6 +197,7 @@ impl<P: Ports> Console<P> {
         }
     }
 
+    #[inline(never)]
     fn status<S, F>(&self, background: &mut Background<'_, '_, S, F>) -> BoardStatus
     where
         S: Read + ReadReady + Write + WriteReady,
@@ -263,6 +267,7 @@ fn range_of(order: &CalibrateOrder) -> Range {
     }
 }
 
+#[inline(never)]
 fn progress<S, F>(background: &Background<'_, '_, S, F>) -> Progress
 where
     S: Read + ReadReady + Write + WriteReady,
@@ -285,7 +290,7 @@ where
         lost: session.lost,
         worst_deviation_m: session.worst_deviation_m,
         steps: core::array::from_fn(|i| {
-            let made = background.joint().reports().get(i).copied();
+            let made = background.reports().get(i).copied();
             made.filter(|_| background.method() == Method::Joint)
         }),
         ending,

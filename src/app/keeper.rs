@@ -5,7 +5,10 @@
 
 use crate::calibration::record::Calibration;
 use crate::calibration::slots::{Place, SLOTS, SlotError, SlotInfo, Slots};
+use crate::frame::SEGMENTS;
+use crate::geometry::Geometry;
 use crate::link::message::{InForce, RecordRefusal, Refusal};
+use crate::quadrature::PairCorrection;
 use crate::settings::Settings;
 use crate::step::StepConfig;
 use crate::swap::SwapSender;
@@ -15,29 +18,32 @@ use embedded_storage::nor_flash::NorFlash;
 pub struct Keeper<'q, 'c, F> {
     slots: Slots<F>,
     swap: SwapSender<'q, 'c>,
-    /// In force; without the parts that a calibration brings: the board's own.
+    /// In force.
     settings: Settings,
-    board: Settings,
+    /// The board's own, in force without a calibration.
+    board: (Geometry, [PairCorrection; SEGMENTS]),
     in_force: Option<Calibration>,
     stored: Option<Place>,
     boot: Result<(), Refusal>,
 }
 
 impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
-    /// Puts the newest stored record in force, or `board`'s own settings where there is none that can be used.
-    pub fn start(slots: Slots<F>, swap: SwapSender<'q, 'c>, board: Settings) -> Self {
-        let settings = board.clone();
-        let mut keeper = Self {
+    /// Nothing in force but the board's own settings, without a model; [`Keeper::start`] looks into the slots.
+    pub fn new(slots: Slots<F>, swap: SwapSender<'q, 'c>, board: Settings) -> Self {
+        Self {
             slots,
             swap,
-            settings,
-            board,
+            board: (board.geometry, board.pairs),
+            settings: board,
             in_force: None,
             stored: None,
-            boot: Ok(()),
-        };
-        keeper.boot = keeper.load_stored();
-        keeper
+            boot: Err(Refusal::NotCalibrated),
+        }
+    }
+
+    /// Puts the newest stored record in force, or the board's own settings where there is none that can be used.
+    pub fn start(&mut self) {
+        self.boot = self.load_stored();
     }
 
     /// How loading the stored calibration went at start-up.
@@ -82,10 +88,8 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
     /// # Errors
     /// [`Refusal::Calibration`], [`Refusal::SwapBusy`].
     pub fn load(&mut self, calibration: Calibration) -> Result<(), Refusal> {
-        let (settings, config) = self.checked(&calibration)?;
-        self.swap.offer(&config).map_err(|_| Refusal::SwapBusy)?;
-        self.adopt(calibration, settings, None);
-        Ok(())
+        self.prepare(&calibration)?;
+        self.adopt(calibration, None)
     }
 
     /// Stores a calibration and puts it in force.
@@ -93,15 +97,14 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
     /// # Errors
     /// As [`Keeper::load`], and [`Refusal::Slots`].
     pub fn store(&mut self, calibration: Calibration) -> Result<Place, Refusal> {
-        let (settings, config) = self.checked(&calibration)?;
-        if !self.swap.taken() {
-            return Err(Refusal::SwapBusy);
+        self.prepare(&calibration)?;
+        match self.slots.commit(&calibration, false) {
+            Ok(place) => self.adopt(calibration, Some(place)).map(|()| place),
+            Err(error) => {
+                self.restore_settings();
+                Err(error.into())
+            }
         }
-        let place = self.slots.commit(&calibration, false)?;
-        // The interrupt's end was free a moment ago and only this end can have filled it.
-        self.swap.offer(&config).map_err(|_| Refusal::SwapBusy)?;
-        self.adopt(calibration, settings, Some(place));
-        Ok(place)
     }
 
     /// Stores what is in force. `lose_unknown` as in [`Slots::commit`].
@@ -132,42 +135,63 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
     }
 
     fn load_stored(&mut self) -> Result<(), Refusal> {
-        match self.slots.load() {
+        let error = match self.slots.load() {
             Ok((place, calibration)) => {
-                self.load(calibration)?;
-                self.stored = Some(place);
-                Ok(())
+                self.prepare(&calibration)?;
+                return self.adopt(calibration, Some(place));
             }
-            Err(error) => {
-                let config = StepConfig::build(&self.board).map_err(|_| INVALID)?;
-                self.swap.offer(&config).map_err(|_| Refusal::SwapBusy)?;
-                (self.in_force, self.stored) = (None, None);
-                self.settings = self.board.clone();
-                match error {
-                    // A new board: nothing was lost.
-                    SlotError::NoneInForce => Err(Refusal::NotCalibrated),
-                    other => Err(other.into()),
-                }
-            }
+            Err(error) => error,
+        };
+        self.in_force = None;
+        self.restore_settings();
+        self.build()?;
+        self.stored = None;
+        self.swap.send().map_err(|_| Refusal::SwapBusy)?;
+        match error {
+            // A new board: nothing was lost.
+            SlotError::NoneInForce => Err(Refusal::NotCalibrated),
+            other => Err(other.into()),
         }
     }
 
-    fn checked(&self, calibration: &Calibration) -> Result<(Settings, StepConfig), Refusal> {
-        let settings = Settings {
-            geometry: calibration.geometry,
-            pairs: calibration.pairs,
-            model: Some(calibration.model.clone()),
-            ..self.board.clone()
-        };
-        let config = StepConfig::build(&settings).map_err(|_| INVALID)?;
-        Ok((settings, config))
+    /// Brings settings and spare set to a calibration; where that cannot be done, the settings stay as they were.
+    fn prepare(&mut self, calibration: &Calibration) -> Result<(), Refusal> {
+        apply(&mut self.settings, calibration);
+        self.build().inspect_err(|_| self.restore_settings())
     }
 
-    fn adopt(&mut self, calibration: Calibration, settings: Settings, stored: Option<Place>) {
-        self.settings = settings;
+    /// Writes the spare set by the settings.
+    fn build(&mut self) -> Result<(), Refusal> {
+        let spare = self.swap.spare().map_err(|_| Refusal::SwapBusy)?;
+        *spare = StepConfig::build(&self.settings).map_err(|_| INVALID)?;
+        Ok(())
+    }
+
+    /// Hands the prepared set to the interrupt.
+    fn adopt(&mut self, calibration: Calibration, stored: Option<Place>) -> Result<(), Refusal> {
+        // The spare set was there when it was prepared, and only this end can have sent it.
+        self.swap.send().map_err(|_| Refusal::SwapBusy)?;
         self.in_force = Some(calibration);
         self.stored = stored;
+        Ok(())
     }
+
+    /// Settings as in force.
+    fn restore_settings(&mut self) {
+        match &self.in_force {
+            Some(calibration) => apply(&mut self.settings, calibration),
+            None => {
+                (self.settings.geometry, self.settings.pairs) = self.board;
+                self.settings.model = None;
+            }
+        }
+    }
+}
+
+fn apply(settings: &mut Settings, calibration: &Calibration) {
+    settings.geometry = calibration.geometry;
+    settings.pairs = calibration.pairs;
+    settings.model = Some(calibration.model.clone());
 }
 
 const INVALID: Refusal = Refusal::Calibration(RecordRefusal::Invalid);

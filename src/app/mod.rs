@@ -8,3 +8,4 @@ pub mod console;
 pub mod guide;
 pub mod keeper;
 pub mod sampler;
+pub mod task;

@@ -11,8 +11,8 @@ use crate::swap::SwapReceiver;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use heapless::spsc::{Producer, Queue};
 
-/// Frames between the interrupt and the background: 3.2 ms at 20 kHz.
-pub const QUEUE_FRAMES: usize = 64;
+/// Frames between the interrupt and the background: 1.6 ms at 20 kHz.
+pub const QUEUE_FRAMES: usize = 32;
 
 /// The queue up. Lives as long as both ends: in a static on the target.
 pub type FrameQueue = Queue<Frame, QUEUE_FRAMES>;

@@ -15,6 +15,8 @@ pub mod interrupt;
 #[cfg(feature = "board")]
 pub mod main_loop;
 #[cfg(feature = "board")]
+mod once;
+#[cfg(feature = "board")]
 pub mod rtt;
 #[cfg(feature = "board")]
 mod start;

@@ -1,10 +1,12 @@
 //! Start-up that every board shares: statics, both halves of the firmware, the queues between them.
 
 use super::main_loop::RATE_HZ;
+use super::once::Once;
 use super::rtt::Rings;
 use crate::app::background::Background;
 use crate::app::console::{Console, StartReport};
 use crate::app::sampler::{FrameQueue, Mailbox, Sampler};
+use crate::app::task::Task;
 use crate::calibration::slots::Slots;
 use crate::drivers::converter::{Converter, ConverterError};
 use crate::drivers::motion::MotionPort;
@@ -22,6 +24,9 @@ use heapless::String;
 
 /// Attempts at setting the converters up; after that the frames say what is wrong.
 const ATTEMPTS: u32 = 3;
+
+/// The sessions' memory.
+static TASK: Once<Task> = Once::new(Task::Idle);
 
 /// The firmware's parts, connected.
 pub struct Ends<S: 'static, F: 'static> {
@@ -127,7 +132,9 @@ where
         Slots::new(flash, 0),
         settings,
         device,
+        TASK.take().expect("called once"),
     ));
+    background.start();
     let console = cortex_m::singleton!(: MaybeUninit<Console<Rings>> = MaybeUninit::uninit());
     let console = console
         .expect("called once")

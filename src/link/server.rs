@@ -42,6 +42,7 @@ impl Server {
     }
 
     /// Takes one byte of the command channel.
+    #[inline(never)]
     pub fn feed(&mut self, byte: u8) -> Option<Event> {
         match self.decoder.feed::<Request>(byte)? {
             Ok(request) => Some(self.serve(request)),

@@ -61,6 +61,7 @@ impl CallGraph {
                     let from = place.wrapping_sub(section.address() as u32) as usize;
                     if let Some(code) = data.get(from..from + function.size as usize) {
                         follow(*place, code, &places, function);
+                        reachable_by_address.extend(made(code, &places));
                     }
                 }
             }
@@ -265,6 +266,35 @@ fn addresses(data: &[u8], places: &BTreeSet<Place>) -> BTreeSet<Place> {
         .filter(|word| word & 1 == 1 && places.contains(&(word - 1)))
         .map(|word| word - 1)
         .collect()
+}
+
+/// Addresses of functions that code makes of two halves, MOVW and MOVT (ARMv7-M manual, A7.7.76 and A7.7.79).
+fn made(code: &[u8], places: &BTreeSet<Place>) -> BTreeSet<Place> {
+    let mut low = [None; 16];
+    let mut found = BTreeSet::new();
+    let mut at = 0;
+    while let Some(&[a, b]) = code.get(at..at + 2) {
+        let first = u16::from_le_bytes([a, b]);
+        if let Some(&[c, d]) = code.get(at + 2..at + 4) {
+            let second = u16::from_le_bytes([c, d]);
+            let half = u32::from(first & 0xF) << 12
+                | u32::from(first >> 10 & 1) << 11
+                | u32::from(second >> 12 & 7) << 8
+                | u32::from(second & 0xFF);
+            let register = &mut low[usize::from(second >> 8 & 0xF)];
+            match (first & 0xFBF0, second >> 15) {
+                (0xF240, 0) => *register = Some(half),
+                (0xF2C0, 0) => {
+                    let word = register.map(|low| half << 16 | low);
+                    let function = word.filter(|w| w & 1 == 1 && places.contains(&(w - 1)));
+                    found.extend(function.map(|w| w - 1));
+                }
+                _ => {}
+            }
+        }
+        at += decode(&code[at..]).size as usize;
+    }
+    found
 }
 
 /// A symbol as in the source.

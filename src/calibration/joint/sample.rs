@@ -66,48 +66,34 @@ impl JointSample {
     }
 }
 
-/// A pose as it is stored: outputs in steps of [`STEPS_PER_PITCH`], counted from the origin's teeth.
-#[derive(Clone, Copy, Debug)]
-struct Stored {
-    outputs: [i32; SEGMENTS],
-    deflection: [f32; 2],
+/// Outputs of a pose as they are stored: steps of 2^-22 of a pitch, counted from the origin's teeth.
+type Stored = [i32; SEGMENTS];
+
+/// `None` if an output is more than [`FARTHEST_TEETH`] from the origin, or no number.
+fn stored(sample: &JointSample) -> Option<Stored> {
+    let mut outputs = [0; SEGMENTS];
+    for (i, output) in outputs.iter_mut().enumerate() {
+        let (teeth, fraction) = (sample.teeth[i], sample.fraction_turns[i]);
+        let near = teeth.unsigned_abs() <= FARTHEST_TEETH.unsigned_abs();
+        if !near || !(-1.0..=1.0).contains(&fraction) {
+            return None;
+        }
+        let steps = fraction * STEPS_PER_PITCH;
+        let rounded = (steps + if steps < 0.0 { -0.5 } else { 0.5 }) as i32;
+        *output = (i32::from(teeth) << FRACTION_BITS) + rounded;
+    }
+    Some(outputs)
 }
 
-impl Stored {
-    const ZERO: Self = Self {
-        outputs: [0; SEGMENTS],
-        deflection: [0.0; 2],
-    };
-
-    /// `None` if an output is more than [`FARTHEST_TEETH`] from the origin, or no number.
-    fn of(sample: &JointSample) -> Option<Self> {
-        let mut outputs = [0; SEGMENTS];
-        for (i, output) in outputs.iter_mut().enumerate() {
-            let (teeth, fraction) = (sample.teeth[i], sample.fraction_turns[i]);
-            let near = teeth.unsigned_abs() <= FARTHEST_TEETH.unsigned_abs();
-            if !near || !(-1.0..=1.0).contains(&fraction) {
-                return None;
-            }
-            let steps = fraction * STEPS_PER_PITCH;
-            let rounded = (steps + if steps < 0.0 { -0.5 } else { 0.5 }) as i32;
-            *output = (i32::from(teeth) << FRACTION_BITS) + rounded;
-        }
-        Some(Self {
-            outputs,
-            deflection: sample.deflection,
-        })
-    }
-
-    fn sample(&self) -> JointSample {
-        const HALF: i32 = 1 << (FRACTION_BITS - 1);
-        let teeth = self.outputs.map(|steps| (steps + HALF) >> FRACTION_BITS);
-        JointSample {
-            fraction_turns: core::array::from_fn(|i| {
-                (self.outputs[i] - (teeth[i] << FRACTION_BITS)) as f32 / STEPS_PER_PITCH
-            }),
-            deflection: self.deflection,
-            teeth: teeth.map(|whole| whole as i16), // at most FARTHEST_TEETH + 1
-        }
+fn sample((outputs, deflection): (&Stored, &[f32; 2])) -> JointSample {
+    const HALF: i32 = 1 << (FRACTION_BITS - 1);
+    let teeth = outputs.map(|steps| (steps + HALF) >> FRACTION_BITS);
+    JointSample {
+        fraction_turns: core::array::from_fn(|i| {
+            (outputs[i] - (teeth[i] << FRACTION_BITS)) as f32 / STEPS_PER_PITCH
+        }),
+        deflection: *deflection,
+        teeth: teeth.map(|whole| whole as i16), // at most FARTHEST_TEETH + 1
     }
 }
 
@@ -119,9 +105,11 @@ impl<I: Clone + ExactSizeIterator<Item = JointSample>> Poses for I {}
 /// Poses in the order of their visit; from `held_out_from` on they are not fitted.
 #[derive(Clone, Debug)]
 pub struct JointBuffer {
-    stored: [Stored; POSES],
+    // Flat arrays of numbers: those the compiler clears in their place, arrays of structures it makes on the stack first.
+    outputs: [i32; SEGMENTS * POSES],
+    deflections: [f32; 2 * POSES],
     count: usize,
-    held_out_from: Option<usize>,
+    held_out_from: usize,
 }
 
 impl Default for JointBuffer {
@@ -135,32 +123,36 @@ impl JointBuffer {
     // A function: a constant of this size would lie in the image's flash, zeros and all.
     pub const fn new() -> Self {
         Self {
-            stored: [Stored::ZERO; POSES],
+            outputs: [0; SEGMENTS * POSES],
+            deflections: [0.0; 2 * POSES],
             count: 0,
-            held_out_from: None,
+            held_out_from: POSES,
         }
     }
 
     /// Empties it.
     pub fn clear(&mut self) {
-        (self.count, self.held_out_from) = (0, None);
+        (self.count, self.held_out_from) = (0, POSES);
     }
 
     /// Adds a pose, its outputs rounded to 2^-22 of a pitch; false if there is no room, or an output is no number or more than
     /// [`FARTHEST_TEETH`] from the origin's.
     pub fn push(&mut self, sample: JointSample) -> bool {
-        let (Some(place), Some(stored)) = (self.stored.get_mut(self.count), Stored::of(&sample))
+        let outputs = self.outputs.as_chunks_mut().0.get_mut(self.count);
+        let deflections = self.deflections.as_chunks_mut().0.get_mut(self.count);
+        let (Some(output), Some(deflection), Some(stored)) =
+            (outputs, deflections, stored(&sample))
         else {
             return false;
         };
-        *place = stored;
+        (*output, *deflection) = (stored, sample.deflection);
         self.count += 1;
         true
     }
 
     /// What comes after is held out.
     pub fn hold_out_rest(&mut self) {
-        self.held_out_from = Some(self.count);
+        self.held_out_from = self.count;
     }
 
     /// Poses to fit.
@@ -176,12 +168,17 @@ impl JointBuffer {
     }
 
     fn part(&self, from: usize, to: usize) -> impl Poses {
-        let part = self.stored.get(from..to).unwrap_or_default();
-        part.iter().map(Stored::sample)
+        let outputs = self.outputs.as_chunks().0.get(from..to);
+        let deflections = self.deflections.as_chunks().0.get(from..to);
+        let pairs = outputs
+            .unwrap_or_default()
+            .iter()
+            .zip(deflections.unwrap_or_default());
+        pairs.map(sample)
     }
 
     fn fits(&self) -> usize {
-        self.held_out_from.unwrap_or(self.count)
+        self.held_out_from.min(self.count)
     }
 }
 
@@ -191,7 +188,6 @@ mod tests {
 
     #[test]
     fn a_stored_pose_is_the_same_to_half_a_step() {
-        assert_eq!(size_of::<Stored>(), 24);
         let mut buffer = JointBuffer::new();
         for n in 0..1000i16 {
             let fraction = f32::from(n - 500) * 0.001_003;

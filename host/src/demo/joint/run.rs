@@ -145,7 +145,7 @@ fn demonstrate(
     stand_at(board, beacon)?;
     let (_, ended) = joint(board, options, TRAVEL_M, COMMIT, progress)?;
     report.poses = ended.evidence.poses;
-    report.steps = board.background.joint().reports().to_vec();
+    report.steps = board.background.reports().to_vec();
     if let Some(refusal) = refusal(&ended) {
         return Ok(Err(format!("joint: {refusal}")));
     }
