@@ -23,6 +23,36 @@ pub const HEADER_BYTES: u32 = 64;
 /// Most bytes of one question or answer.
 pub const DATA_BYTES: usize = 4096;
 
+/// Guest address of the answers ahead: while nothing but samples is asked for, the host carries out the next few instants
+/// (the timer's edge, then each chip's transfer as it was asked the last time) and leaves the answers here, stamped. The
+/// board takes them at their instants without a question. If it asks a chip for something else, what was done ahead is
+/// taken back: the wire carries the same bits either way. Layout: [`AheadWord`], both chips' questions, then the instants.
+pub const AHEAD_BASE: u32 = RAM_BASE + 0x00FF_E000;
+/// Instants answered ahead at most: 0.4 ms at 20 kHz, by which a byte on the serial line may be late.
+pub const AHEAD_INSTANTS: u32 = 8;
+/// Longest transfer that is answered ahead.
+pub const AHEAD_BYTES: u32 = 64;
+/// Place of a chip's question: its length in a word, then its bytes.
+pub const fn ahead_question(chip: u32) -> u32 {
+    AHEAD_BASE + 0x10 + chip * (AHEAD_BYTES + 4)
+}
+/// Place of an instant: its stamp, its answer as of [`Operation::Convert`], then both chips' answers.
+pub const fn ahead_instant(index: u32) -> u32 {
+    AHEAD_BASE + 0x100 + index * (8 + 2 * AHEAD_BYTES)
+}
+
+/// Word at [`AHEAD_BASE`], as an index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum AheadWord {
+    /// Instants that are answered; written by the host.
+    Given = 0,
+    /// Instants taken or let go by; written by the board.
+    Taken = 1,
+    /// Bit c: the transfer of chip c at the last instant taken has been taken too.
+    Chips = 2,
+}
+
 /// Guest address of the words by which plugin and host hand over: questions rung, questions answered, host gone.
 pub const POST_BASE: u32 = RAM_BASE + 0x00FF_D000;
 /// Guest address of the plugin's counters.
@@ -53,6 +83,10 @@ pub enum Word {
 
 /// Answer of an operation that did not succeed.
 pub const FAILED: u32 = u32::MAX;
+/// Answer when the supply has gone in the middle of the operation: the board starts anew, keeping nothing.
+pub const POWER_LOST: u32 = u32::MAX - 1;
+/// Answer of a part that never answers: who asked waits for ever.
+pub const HUNG: u32 = u32::MAX - 2;
 
 /// What may be asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +94,8 @@ pub const FAILED: u32 = u32::MAX;
 pub enum Operation {
     /// The image starts; its counter starts from the stamp.
     Boot = 1,
-    /// The timer's edge of CONVST, and BUSY's fall. Answer: bit 0 if it fell, bit 1 if the serial line has bytes.
+    /// The timer's edge of CONVST, and BUSY's rise and fall; the argument is the ticks between two instants. Answer: bit 0 if
+    /// it rose and fell, bit 1 if the serial line has bytes.
     Convert = 2,
     /// Full-duplex transfer with the chip given as argument; the answer's data are as long.
     Spi = 3,

@@ -254,8 +254,8 @@ fn numbers_out_of_range_are_refused_before_the_background_sees_them() {
     bad.model.coefficients[0][0][0] = f32::NAN;
     let orders = [
         (
-            Action::Calibrate(CalibrateOrder { poses: 49, ..order }),
-            "Poses is 49, wanted 50 to 10000",
+            Action::Calibrate(CalibrateOrder { poses: 39, ..order }),
+            "Poses is 39, wanted 40 to 20000",
         ),
         (
             Action::Calibrate(CalibrateOrder {

@@ -93,7 +93,6 @@ pub struct SimBoard {
     sampler: Sampler<'static, 'static>,
     period_ns: u64,
     next_ns: u64,
-    first_conversion: u64,
 }
 
 impl SimBoard {
@@ -134,11 +133,11 @@ impl SimBoard {
         background.start();
         let link = LinkWire::new();
         let console = Console::new(link.clone(), hello(rate_hz), StartReport::default());
+        world.begin_sampling();
         Ok(Self {
             link,
             console,
             next_ns: world.clock.now_ns() + period_ns,
-            first_conversion: world.conversions(),
             sampler: Sampler::new(receiver, up, mailbox),
             background,
             converter,
@@ -177,7 +176,7 @@ impl SimBoard {
     /// Number of the conversion that gave the frame of this sequence number.
     #[must_use]
     pub fn conversion_of(&self, frame: &Frame) -> u64 {
-        self.first_conversion + u64::from(frame.sequence)
+        self.world.first_conversion() + u64::from(frame.sequence)
     }
 
     /// Power off; the world, its courier and the flash go on.

@@ -24,7 +24,8 @@ pub struct Witness {
     pub teeth: [i32; 4],
 }
 
-/// Everything outside the processor.
+/// Everything outside the processor. Clones are the same world.
+#[derive(Clone)]
 pub struct World {
     /// Virtual time of every part.
     pub clock: Clock,
@@ -54,6 +55,7 @@ impl World {
             motion: motion.motion(),
             witnesses: None,
             taken: 0,
+            first: 0,
         }));
         let converter = ConverterWire::new(clock.clone(), Inputs(plant.clone()));
         Ok(Self {
@@ -74,6 +76,18 @@ impl World {
         let mut plant = self.plant.borrow_mut();
         let seen = plant.witnesses.take().unwrap_or_default();
         (plant.taken - seen.len() as u64, seen)
+    }
+
+    /// The board has been set up: its frame of sequence number 0 is the next conversion's.
+    pub fn begin_sampling(&self) {
+        let mut plant = self.plant.borrow_mut();
+        plant.first = plant.taken;
+    }
+
+    /// Number of the conversion of sequence number 0, counted as in [`World::conversions`].
+    #[must_use]
+    pub fn first_conversion(&self) -> u64 {
+        self.plant.borrow().first
     }
 
     /// Conversions so far.
@@ -99,6 +113,7 @@ struct Plant {
     motion: CourierMotion,
     witnesses: Option<Vec<Witness>>,
     taken: u64,
+    first: u64,
 }
 
 /// The courier's electrical side at the converters' inputs.

@@ -177,7 +177,7 @@ fn wrong_boards_orders_and_files() {
         (&["import", "half.json"], "half.json: wanted a calibration"),
         (
             &["calibrate", "--poses", "3"],
-            "Poses is 3, wanted 50 to 10000",
+            "Poses is 3, wanted 40 to 20000",
         ),
         (&["calibrate", "--travel-mm", "nan"], "TravelM is NaN"),
         (&["calibrate", "--turn-deg", "90"], "TurnRad"),

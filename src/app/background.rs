@@ -265,6 +265,11 @@ where
         Ok(&mut self.keeper)
     }
 
+    /// Whether the interrupt works with what was put in force last, as it does from its next sample on.
+    pub fn is_settled(&mut self) -> bool {
+        self.keeper.is_taken()
+    }
+
     /// Slots and what is in force.
     pub fn keeper(&self) -> &Keeper<'q, 'c, F> {
         &self.keeper

@@ -81,7 +81,8 @@ impl<P: Ports> Console<P> {
         });
     }
 
-    /// Sends what waits, then carries out at most one command.
+    /// Sends what waits, then carries out at most one command; none while the interrupt has yet to take what was put in
+    /// force last, as it does at its next sample: a command that changes that would be refused for no good reason.
     #[inline(never)]
     pub fn serve<S, F>(&mut self, background: &mut Background<'_, '_, S, F>)
     where
@@ -89,6 +90,9 @@ impl<P: Ports> Console<P> {
         F: NorFlash,
     {
         self.flush();
+        if !background.is_settled() {
+            return;
+        }
         for _ in 0..BYTES_A_POLL {
             let mut byte = [0];
             if !self.unsent.is_empty() || self.restart || self.ports.read_commands(&mut byte) == 0 {
@@ -98,7 +102,7 @@ impl<P: Ports> Console<P> {
                 Some(Event::Answer(response)) => self.send(&response),
                 Some(Event::Act { number, action }) => {
                     let reply = self.act(action, background).unwrap_or_else(Reply::Refused);
-                    self.send(&Response { number, reply });
+                    return self.send(&Response { number, reply });
                 }
                 None => {}
             }

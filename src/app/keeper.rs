@@ -51,6 +51,11 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
         &self.boot
     }
 
+    /// Whether the interrupt has taken what was put in force last: one sample after it was. Until then nothing else can be.
+    pub fn is_taken(&mut self) -> bool {
+        self.swap.taken()
+    }
+
     /// Settings in force.
     pub fn settings(&self) -> &Settings {
         &self.settings

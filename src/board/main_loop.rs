@@ -17,6 +17,9 @@ pub const WATCHDOG_MS: u32 = 1000;
 /// Samples between two looks at what changes slowly: 100 ms.
 const SLOW_SAMPLES: u32 = RATE_HZ / 10;
 
+/// From the reply to a restart until the restart, 20 ms: the host takes the reply out of RAM meanwhile.
+const FAREWELL_SAMPLES: u32 = RATE_HZ / 50;
+
 /// What the loop needs of a board. Invariants: nothing here waits, but [`Board::sleep`] until the next interrupt.
 pub trait Board {
     /// Feeds the watchdog.
@@ -44,15 +47,18 @@ where
 {
     let mailbox = background.mailbox();
     let (mut fed_at, mut slow_at) = (mailbox.samples(), mailbox.samples());
-    let mut said = Status::empty();
+    let (mut said, mut restart_at) = (Status::empty(), None);
     loop {
         let taken = background.poll(|frame| console.stream(frame));
         console.serve(background);
-        if console.wants_restart() {
-            fault::keep(ResetCause::Requested, 0, 0, "");
-            cortex_m::peripheral::SCB::sys_reset();
-        }
         let samples = mailbox.samples();
+        if console.wants_restart() {
+            let since = samples.wrapping_sub(*restart_at.get_or_insert(samples));
+            if since >= FAREWELL_SAMPLES {
+                fault::keep(ResetCause::Requested, 0, 0, "");
+                cortex_m::peripheral::SCB::sys_reset();
+            }
+        }
         if samples != fed_at {
             fed_at = samples;
             board.feed();

@@ -129,7 +129,7 @@ pub struct CalibrateOrder {
     pub method: record::Method,
     /// How poses are chosen.
     pub plan: Plan,
-    /// Poses to fit at most, 50 to 10,000 (jointly: to 1000, what the buffer holds).
+    /// Poses to fit at most, 40 to 20,000 (jointly: 50 to 1000, what the buffer holds).
     pub poses: u16,
     /// Poses held out for the test, 8 to 1000.
     pub held_out_poses: u16,

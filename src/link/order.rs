@@ -8,6 +8,8 @@ use crate::calibration::slots::SLOTS;
 
 /// Poses that the joint calibration's buffer holds.
 pub const JOINT_POSES: u16 = 1000;
+/// Two hours of self-motions.
+const PLATEN_POSES: u16 = 20_000;
 /// 2100-01-01: a date beyond it is a mistake.
 const LATEST_UNIX_S: f64 = 4.1e9;
 
@@ -49,12 +51,11 @@ impl Action {
 
 impl CalibrateOrder {
     fn validate(&self) -> Result<(), Refusal> {
-        let most = if self.method == Method::Joint {
-            JOINT_POSES
-        } else {
-            10_000
+        let (least, most) = match self.method {
+            Method::Joint => (50, JOINT_POSES),
+            Method::Platen => (40, PLATEN_POSES),
         };
-        range(Field::Poses, self.poses.into(), 50.0, most.into())?;
+        range(Field::Poses, self.poses.into(), least.into(), most.into())?;
         range(Field::HeldOutPoses, self.held_out_poses.into(), 8.0, 1000.0)?;
         range(Field::TravelM, self.travel_m.into(), 1.0e-3, 0.5)?;
         range(Field::TurnRad, self.turn_rad.into(), 0.0, 0.06)?;

@@ -4,9 +4,10 @@ use anyhow::{Context, Result, bail};
 use courier_sensor::link::client::Client;
 use courier_sensor::link::framing::Decoder;
 use courier_sensor::link::message::{
-    Action, FRAME_BYTES, Hello, PROTOCOL, REPLY_CHANNEL, Reply, TELEMETRY_CHANNEL, check_versions,
+    Action, BoardStatus, FRAME_BYTES, Hello, PROTOCOL, REPLY_CHANNEL, Reply, TELEMETRY_CHANNEL,
+    check_versions,
 };
-use courier_sensor::link::telemetry::{self, Block, Sample};
+use courier_sensor::link::telemetry::{self, Block, Channels, Sample, StreamOrder};
 use link_host::wire::Wire;
 use std::time::Duration;
 
@@ -33,22 +34,40 @@ impl Link {
     /// The board does not answer, or speaks another version of the protocol: the message says which side to update.
     pub fn connect(mut wire: Box<dyn Wire>) -> Result<Self> {
         let mut client = Client::new();
-        for _ in 0..HELLOS {
-            let mut buffer = [0; FRAME_BYTES];
-            let (number, bytes) = client.hello(&mut buffer)?;
-            let reply = exchange(&mut *wire, &mut client, number, bytes, PATIENCE)?;
-            if let Some(Reply::Hello(hello)) = reply {
-                check_versions(hello.protocol, PROTOCOL)?;
-                return Ok(Self {
-                    wire,
-                    client,
-                    hello,
-                    samples: Decoder::new(),
-                    lost: 0,
-                });
-            }
-        }
-        bail!("the board: found no answer to {HELLOS} hellos, wanted one: is the firmware running?")
+        let hello = greet(&mut *wire, &mut client)?;
+        Ok(Self {
+            wire,
+            client,
+            hello,
+            samples: Decoder::new(),
+            lost: 0,
+        })
+    }
+
+    /// Lets the board restart from what it has stored, and says hello anew.
+    ///
+    /// # Errors
+    /// As [`Link::connect`].
+    pub fn restart(&mut self) -> Result<()> {
+        let Reply::Done = self.ask(Action::Restart)? else {
+            bail!("the board: found a strange reply to a restart")
+        };
+        self.reconnect()
+    }
+
+    /// Says hello to a board that has restarted by itself.
+    ///
+    /// # Errors
+    /// As [`Link::connect`].
+    pub fn reconnect(&mut self) -> Result<()> {
+        self.hello = greet(&mut *self.wire, &mut self.client)?;
+        self.samples = Decoder::new();
+        Ok(())
+    }
+
+    /// The bytes below: for what is no command.
+    pub fn wire(&mut self) -> &mut dyn Wire {
+        &mut *self.wire
     }
 
     /// Who is there.
@@ -77,6 +96,34 @@ impl Link {
         match reply.with_context(told)? {
             Reply::Refused(refusal) => bail!("the board refuses: {refusal}"),
             reply => Ok(reply),
+        }
+    }
+
+    /// State of the board.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn status(&mut self) -> Result<BoardStatus> {
+        match self.ask(Action::Status)? {
+            Reply::Status(status) => Ok(status),
+            _ => bail!("the board: found a strange reply to a question for its status"),
+        }
+    }
+
+    /// Starts a stream of samples, or ends it if no channel is named.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn stream(&mut self, channels: Channels, decimation: u16) -> Result<()> {
+        let order = StreamOrder {
+            channels: channels.bits(),
+            decimation,
+            samples: 0,
+        };
+        self.lost = 0;
+        match self.ask(Action::Stream(order))? {
+            Reply::Done => Ok(()),
+            _ => bail!("the board: found a strange reply to an order for samples"),
         }
     }
 
@@ -112,6 +159,20 @@ impl Link {
     pub fn lost(&self) -> u32 {
         self.lost
     }
+}
+
+/// Hellos until the board answers one.
+fn greet(wire: &mut dyn Wire, client: &mut Client) -> Result<Hello> {
+    for _ in 0..HELLOS {
+        let mut buffer = [0; FRAME_BYTES];
+        let (number, bytes) = client.hello(&mut buffer)?;
+        let reply = exchange(wire, client, number, bytes, PATIENCE)?;
+        if let Some(Reply::Hello(hello)) = reply {
+            check_versions(hello.protocol, PROTOCOL)?;
+            return Ok(hello);
+        }
+    }
+    bail!("the board: found no answer to {HELLOS} hellos, wanted one: is the firmware running?")
 }
 
 /// Sends a request and waits for the reply of its number; none if it does not come.

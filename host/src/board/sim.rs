@@ -31,7 +31,17 @@ impl SimWire {
     /// The courier's errors have no unique inverse, or the board does not start.
     pub fn start(spec: CourierSpec, seed: u64, flash: SharedFlash) -> Result<Self> {
         let home = spec.places.scatter_corner;
-        let world = World::new(spec, ControllerConfig::TYPICAL, home, seed)?;
+        Self::around(
+            World::new(spec, ControllerConfig::TYPICAL, home, seed)?,
+            flash,
+        )
+    }
+
+    /// Switches the board in this world on.
+    ///
+    /// # Errors
+    /// The board does not start.
+    pub fn around(world: World, flash: SharedFlash) -> Result<Self> {
         let settings = Settings::default();
         let rate_hz = f64::from(settings.rate_hz);
         let board = SimBoard::start(world, flash.clone(), settings)?;

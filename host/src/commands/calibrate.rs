@@ -1,6 +1,7 @@
 //! `courier calibrate`.
 
 use super::calibrate_joint::{Found, steps_table};
+use crate::board::session::{self, LOOK};
 use crate::board::{Choice, Link};
 use crate::terminal::{figure, print, print_json, progress};
 use anyhow::{Result, bail};
@@ -8,13 +9,12 @@ use clap::ValueEnum;
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
 use courier_sensor::calibration::joint::JointConfig;
 use courier_sensor::calibration::record::Method;
-use courier_sensor::calibration::{self, Evidence, SessionConfig, Stage};
+use courier_sensor::calibration::{self, Evidence, SessionConfig};
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::link::message::{Action, CalibrateOrder, Reply, Source};
 use courier_sensor::link::report::{Ending, Progress};
 use serde::Serialize;
 use std::process::ExitCode;
-use std::time::Duration;
 
 /// How poses are chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -35,7 +35,7 @@ pub struct Args {
     /// How poses are chosen.
     #[arg(long, value_enum, default_value_t = Plan::Random)]
     plan: Plan,
-    /// Poses to fit at most, 50 to 10000 [default: 1000, or 333 if optimal].
+    /// Poses to fit at most, 40 to 20000 (50 to 1000 if joint) [default: 1000, or 333 if optimal].
     #[arg(long)]
     poses: Option<u16>,
     /// Poses held out for the test, 8 to 1000.
@@ -72,11 +72,6 @@ pub struct Args {
 const OPTIMAL_TURN_RAD: f32 = 0.026_18;
 /// Looks until a motion is given up: 20 s.
 const MOTION_LOOKS: u32 = 400;
-
-/// Time between two looks at the progress, of the board's own.
-const LOOK: Duration = Duration::from_millis(50);
-/// A board that makes a joint step answers when it has: seconds on the target, more where a step is fitted again.
-const SOLVING: Duration = Duration::from_secs(60);
 
 /// What `--json` prints.
 #[derive(Serialize)]
@@ -187,18 +182,10 @@ fn found(link: &mut Link) -> Result<Found> {
 }
 
 fn wait(link: &mut Link, order: &CalibrateOrder) -> Result<Progress> {
-    let Reply::Done = link.ask(Action::Calibrate(*order))? else { bail!(super::STRANGE_REPLY) };
-    let bar = progress(u64::from(order.poses) + u64::from(order.held_out_poses), "calibrating: poses");
-    loop {
-        link.pass(LOOK)?;
-        let Reply::Progress(now) = link.ask_patiently(Action::Progress, SOLVING)? else { bail!(super::STRANGE_REPLY) };
-        let before = if now.stage == Stage::HeldOut { u64::from(order.poses) } else { 0 };
-        bar.set_position(before + u64::from(now.done));
-        if now.ending.is_some() {
-            bar.finish_and_clear();
-            return Ok(now);
-        }
-    }
+    let bar = progress(0, "calibrating: poses");
+    let ended = session::run(link, order, LOOK, &bar, |_, _| Ok(()))?;
+    bar.finish_and_clear();
+    Ok(ended)
 }
 
 fn sentence(evidence: &Evidence) -> String {

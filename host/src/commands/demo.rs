@@ -1,5 +1,6 @@
 //! `courier demo`.
 
+use crate::board::On;
 use crate::demo::joint::{JointOptions, JointReport, run as demonstrate_jointly};
 use crate::demo::{Options, Plan, Preset, Report, run as demonstrate};
 use crate::terminal::{figure, print, print_json, progress, table};
@@ -10,7 +11,7 @@ use std::process::ExitCode;
 
 /// Show the main job on a simulated courier: self-motions, calibration, restart, fly-by.
 ///
-/// The firmware's own code boots on a simulated board without a calibration, commands self-motions, calibrates during them
+/// The firmware's own code boots on a simulated board (or, with --on emulated, as the board's image on an emulated Cortex-M4F) without a calibration, commands self-motions, calibrates during them
 /// by incremental QR, accepts the result by its own tests, stores it, restarts from what it stored and flies by 40 mm. The
 /// table is the paper's section 3.1.2 with the figures found here beside it. Exit code 1 if the calibration was refused.
 ///
@@ -19,11 +20,14 @@ use std::process::ExitCode;
 /// method (equal weights, no terms of the coordination sensor's own) on poses of the paper's range, two pitches; this
 /// system's poses cover the fly-by.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  courier demo --preset measured --plan optimal --seed 7\n  courier demo --joint")]
+#[command(after_help = "Examples:\n  courier demo --preset measured --plan optimal --seed 7\n  courier demo --on emulated --poses 200\n  courier demo --joint")]
 pub struct Args {
     /// The joint calibration of both sensors, section 3.2.1.
     #[arg(long, conflicts_with_all = ["plan", "waveforms", "rms_um", "record"])]
     joint: bool,
+    /// What the firmware runs on; what is missing for the emulated board is built first.
+    #[arg(long, value_enum, value_name = "BOARD", default_value_t = On::Sim)]
+    on: On,
     /// Which courier is simulated.
     #[arg(long, value_enum, default_value_t = Preset::Paper)]
     preset: Preset,
@@ -62,6 +66,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     ensure!(measured || args.waveforms.is_none(), "--waveforms: found preset {:?}, wanted --preset measured", args.preset);
     ensure!(measured || args.rms_um.is_none(), "--rms-um: found preset {:?}, wanted --preset measured", args.preset);
     let options = Options {
+        on: args.on,
         preset: args.preset,
         seed: args.seed,
         poses: args.poses,
@@ -80,6 +85,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 fn run_jointly(args: &Args) -> Result<ExitCode> {
+    ensure!(args.on == On::Sim, "--on: found emulated, wanted sim with --joint");
     if let Some(poses) = args.poses {
         ensure!((50..=1000).contains(&poses), "--poses: found {poses}, wanted 50 to 1000 with --joint");
     }

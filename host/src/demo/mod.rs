@@ -1,13 +1,18 @@
 //! The whole of the main job on a simulated courier: boot, self-motions, calibration, storage, restart, fly-by.
 //!
-//! `run` goes through it with the firmware's own code, `flyby` judges a flight against the interferometer, `report` holds
-//! the paper's table beside the figures found, `record` keeps what was measured. `joint` is the paper's second half.
+//! `run` goes through it over the debug link of a board, simulated or emulated; `flight` flies, `flyby` judges a flight against
+//! the interferometer, `report` holds the paper's table beside the figures found, `record` keeps what was measured. `joint` is
+//! the paper's second half.
 
+mod direct;
+mod flight;
 mod flyby;
 pub mod joint;
+mod linked;
 mod record;
 mod report;
 mod run;
+mod still;
 
 pub use report::{Report, ReportRow};
 pub use run::{Options, Plan, Preset, run};

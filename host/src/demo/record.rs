@@ -1,9 +1,10 @@
 //! `--record`: the poses of the session and the fly-by as a recording of the layout.
 
+use crate::board::Simulated;
 use anyhow::Result;
-use courier_sensor::frame::{Frame, Status};
+use courier_sensor::frame::{Frame, RawFrame, Status};
+use courier_sensor::link::telemetry::Sample;
 use effects::motion::Pose;
-use hal_sim::board::SimBoard;
 use hal_sim::record::meta;
 use hal_sim::spec::CourierSpec;
 use hal_sim::world::Witness;
@@ -23,23 +24,29 @@ impl Recorder {
         Ok(Self(folder.map(create).transpose()?))
     }
 
-    /// A still pose at the end of its averaging; run `scatter`.
-    pub fn pose(&mut self, board: &SimBoard, frame: &Frame) -> Result<()> {
-        if self.0.is_none() {
-            return Ok(());
-        }
-        let teeth = board.world.with_courier(|courier| courier.teeth());
+    /// Whether anything is written.
+    pub fn is_on(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// A still pose; run `scatter`.
+    pub fn pose(&mut self, board: &Simulated, sample: &Sample, witness: &Witness) -> Result<()> {
+        let (quadrature_counts, electrode_counts) = sample.raw.unwrap_or_default();
+        let frame = Frame {
+            status: sample.status.unwrap_or_default(),
+            raw: RawFrame {
+                quadrature_counts,
+                electrode_counts,
+                ..RawFrame::default()
+            },
+            ..Frame::default()
+        };
         let temperature_c = board
             .world
             .with_courier(|courier| courier.sample().temperature_c);
-        self.push(
-            "scatter",
-            board.world.clock.now_s(),
-            frame,
-            teeth,
-            Some(temperature_c),
-            None,
-        )
+        let time_s = witness.time_ns as f64 * 1.0e-9;
+        let teeth = witness.teeth;
+        self.push("scatter", time_s, &frame, teeth, Some(temperature_c), None)
     }
 
     /// An instant of the fly-by, with the interferometer; run `flyby_y`.

@@ -1,8 +1,11 @@
 //! An emulated board: QEMU runs the image, this process is the courier around it.
 //!
 //! In lockstep: whenever the board asks for something outside the processor, it stands still, its time too, until
-//! [`Emulated::pass`] answers. So a run repeats exactly, and between two calls the board is frozen.
+//! [`Emulated::pass`] answers. `pass` returns at a question that it has not answered, so that between two calls the board is
+//! frozen and a run repeats exactly.
 
+mod ahead;
+mod child;
 mod server;
 mod shared;
 
@@ -22,12 +25,13 @@ use std::time::{Duration, Instant};
 
 /// The ring of commands.
 const COMMAND_CHANNEL: usize = 0;
-/// Looks at the bell before sleeping.
-const LOOKS: u32 = 4000;
+/// Looks at the bell before sleeping: the next question mostly comes some instants later.
+const LOOKS: u32 = 100;
 /// How long the board may think between two questions, wall clock: ten times what starting takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Virtual time in which an image sets its link up.
+/// Virtual time in which an image sets its link up, and how often it is looked for.
 const START_UP: Duration = Duration::from_millis(500);
+const START_LOOK: Duration = Duration::from_millis(2);
 
 /// What to run.
 #[derive(Clone, Debug)]
@@ -69,7 +73,15 @@ impl Emulated {
             answered: 0,
             starts: 0,
         };
-        board.pass(START_UP)?;
+        // Everybody has opened it by the first question: nothing is left behind if this process is killed.
+        board.wait()?;
+        board.ram.unlink();
+        for _ in 0..START_UP.as_micros() / START_LOOK.as_micros() {
+            board.pass(START_LOOK)?;
+            if board.rings()?.is_some() {
+                break;
+            }
+        }
         Ok(board)
     }
 
@@ -78,8 +90,8 @@ impl Emulated {
         self.starts
     }
 
-    /// Waits for the bell and answers; false if the board has ended.
-    fn serve(&mut self) -> Result<()> {
+    /// Waits until the board has rung and stands still, and takes note of what it asks.
+    fn wait(&mut self) -> Result<()> {
         let begin = Instant::now();
         let mut looks = 0;
         loop {
@@ -104,10 +116,16 @@ impl Emulated {
                 );
             }
         }
-        if self.parts.answer(&mut self.ram)? {
+        if self.parts.arrive(&mut self.ram)? {
             self.starts += 1;
             self.rtt = None;
         }
+        Ok(())
+    }
+
+    /// Answers what it asks and lets it go on.
+    fn answer(&mut self) -> Result<()> {
+        self.parts.answer(&mut self.ram)?;
         self.answered = self.answered.wrapping_add(1);
         let answered = self.ram.word(POST_BASE + 4)?;
         answered.store(self.answered, SeqCst);
@@ -140,9 +158,11 @@ impl Wire for Emulated {
     }
 
     fn pass(&mut self, time: Duration) -> Result<()> {
+        self.wait()?;
         let end = self.parts.board_ns() + time.as_nanos() as u64;
         while self.parts.board_ns() < end {
-            self.serve()?;
+            self.answer()?;
+            self.wait()?;
         }
         Ok(())
     }
@@ -171,7 +191,7 @@ impl Drop for Emulated {
 
 fn spawn(images: &Images, ram: &Path, bell: u32) -> Result<Child> {
     let post = POST_BASE - RAM_BASE;
-    Command::new("qemu-system-arm")
+    child::tie(&mut Command::new("qemu-system-arm"))
         .args([
             "-cpu",
             "cortex-m4",

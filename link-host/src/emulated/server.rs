@@ -2,22 +2,26 @@
 
 use anyhow::Result;
 use courier_sensor::emulation::{
-    BACKGROUND, DATA_BYTES, FAILED, HEADER_BYTES, INTERRUPT, MAILBOX_BASE, MAILBOX_STRIDE,
-    Operation, Pin, TICK_HZ, Word,
+    BACKGROUND, DATA_BYTES, FAILED, HEADER_BYTES, HUNG, INTERRUPT, MAILBOX_BASE, MAILBOX_STRIDE,
+    Operation, POWER_LOST, Pin, TICK_HZ, Word,
 };
 use embedded_hal::digital::{InputPin, OutputPin};
-use embedded_hal::spi::SpiDevice;
+use embedded_hal::spi::SpiDevice as _;
 use embedded_io::{Read, ReadReady, Write};
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 use hal_sim::board::SharedFlash;
 use hal_sim::wire::converter::{Busy, Convst, Reset, Spi};
-use hal_sim::wire::flash::PAGE_BYTES;
+use hal_sim::wire::fault::{FaultySpi, SpiFault, Switch};
+use hal_sim::wire::flash::{FlashError, PAGE_BYTES};
 use hal_sim::wire::motion::Line;
 use hal_sim::world::World;
 
+use super::ahead::Ahead;
 use super::shared::SharedRam;
 use crate::memory::TargetMemory;
 
+/// Nanoseconds of a tick.
+const TICK_NS: u64 = 1_000_000_000 / TICK_HZ as u64;
 /// Looks at BUSY after which a conversion is given up: 80 us.
 const BUSY_LOOKS: u32 = 4096;
 
@@ -27,11 +31,17 @@ pub struct Parts {
     pub world: World,
     /// The flash bank of the slots.
     pub flash: SharedFlash,
-    /// Board temperature, degrees Celsius.
-    pub temperature_c: f64,
     /// The status LED's level.
     pub led: bool,
-    chips: [Spi; 2],
+    /// Faults on the bus, a switch each chip.
+    pub bus_faults: [Switch<SpiFault>; 2],
+    /// The next questions of this operation are never answered: who asks hangs.
+    pub hang: Option<Operation>,
+    chips: [FaultySpi<Spi>; 2],
+    ahead: Ahead,
+    /// No conversion since the start yet.
+    fresh: bool,
+    arrived: [Option<u32>; 2],
     convst: Convst,
     reset: Reset,
     busy: Busy,
@@ -44,37 +54,58 @@ impl Parts {
     /// A board in this world.
     pub fn new(world: World, flash: SharedFlash) -> Self {
         let wire = &world.converter;
-        let (chips, convst, reset, busy) = (
-            [wire.spi(0), wire.spi(1)],
-            wire.convst(),
-            wire.reset(),
-            wire.busy(),
-        );
+        let bus_faults = [Switch::new(0), Switch::new(1)];
+        let chips =
+            [0, 1].map(|chip: usize| FaultySpi::new(wire.spi(chip), bus_faults[chip].clone()));
+        let (convst, reset, busy) = (wire.convst(), wire.reset(), wire.busy());
         let line = world.motion.line();
         Self {
+            bus_faults,
+            hang: None,
             chips,
+            ahead: Ahead::default(),
+            fresh: true,
+            arrived: [None; 2],
             convst,
             reset,
             busy,
             line,
             world,
             flash,
-            temperature_c: 25.0,
             led: false,
             last_ticks: 0,
             board_ns: 0,
         }
     }
 
-    /// Answers every open question of both mailboxes; returns whether the image has just started.
+    /// Takes note of the open questions and brings the world's time to theirs; returns whether the image has just started.
     ///
     /// # Errors
     /// The mailboxes cannot be reached.
-    pub fn answer(&mut self, ram: &mut SharedRam) -> Result<bool> {
+    pub fn arrive(&mut self, ram: &mut SharedRam) -> Result<bool> {
         let mut started = false;
         for index in [INTERRUPT, BACKGROUND] {
-            let base = MAILBOX_BASE + index as u32 * MAILBOX_STRIDE;
-            let word = |word: Word| base + 4 * word as u32;
+            let word = |word: Word| word_of(index, word);
+            let sequence = ram.read_word(word(Word::Sequence))?;
+            if sequence == ram.read_word(word(Word::Done))? || self.arrived[index] == Some(sequence)
+            {
+                continue;
+            }
+            self.arrived[index] = Some(sequence);
+            let operation = Operation::from_word(ram.read_word(word(Word::Operation))?);
+            self.pass_time(operation, ram.read_word(word(Word::Ticks))?);
+            started |= operation == Some(Operation::Boot);
+        }
+        Ok(started)
+    }
+
+    /// Answers every open question of both mailboxes.
+    ///
+    /// # Errors
+    /// The mailboxes cannot be reached.
+    pub fn answer(&mut self, ram: &mut SharedRam) -> Result<()> {
+        for index in [INTERRUPT, BACKGROUND] {
+            let word = |word: Word| word_of(index, word);
             let sequence = ram.read_word(word(Word::Sequence))?;
             if sequence == ram.read_word(word(Word::Done))? {
                 continue;
@@ -83,16 +114,18 @@ impl Parts {
             let length = (ram.read_word(word(Word::Length))? as usize).min(DATA_BYTES);
             let argument = ram.read_word(word(Word::Argument))?;
             let mut data = [0; DATA_BYTES];
-            ram.read(base + HEADER_BYTES, &mut data[..length])?;
-            self.pass_time(operation, ram.read_word(word(Word::Ticks))?);
-            started |= operation == Some(Operation::Boot);
-            let answer = operation
-                .and_then(|operation| self.carry_out(operation, argument, &mut data[..length]));
-            ram.write(base + HEADER_BYTES, &data[..length])?;
-            ram.write_word(word(Word::Answer), answer.unwrap_or(FAILED))?;
+            let place = word(Word::Sequence) + HEADER_BYTES;
+            ram.read(place, &mut data[..length])?;
+            let answer = match operation {
+                Some(operation) if self.hang == Some(operation) => HUNG,
+                Some(operation) => self.carry_out(operation, argument, &mut data[..length], ram)?,
+                None => FAILED,
+            };
+            ram.write(place, &data[..length])?;
+            ram.write_word(word(Word::Answer), answer)?;
             ram.write_word(word(Word::Done), sequence)?;
         }
-        Ok(started)
+        Ok(())
     }
 
     /// The board's own time since it was first switched on, nanoseconds.
@@ -105,55 +138,130 @@ impl Parts {
         let passed = if operation == Some(Operation::Boot) {
             ticks
         } else {
-            ticks.wrapping_sub(self.last_ticks)
+            let passed = ticks.wrapping_sub(self.last_ticks);
+            // The background's stamp is older than that of the interrupt which came between stamp and bell.
+            if passed > u32::MAX / 2 {
+                return;
+            }
+            passed
         };
         self.last_ticks = ticks;
         // What the parts themselves took is already past, so the clock is brought up to the board's, not added to.
-        self.board_ns += u64::from(passed) * (1_000_000_000 / u64::from(TICK_HZ));
+        self.board_ns += u64::from(passed) * TICK_NS;
         self.world.clock.advance_to_ns(self.board_ns);
     }
 
-    fn carry_out(&mut self, operation: Operation, argument: u32, data: &mut [u8]) -> Option<u32> {
-        let done = Some(0);
+    fn carry_out(
+        &mut self,
+        operation: Operation,
+        argument: u32,
+        data: &mut [u8],
+        ram: &mut SharedRam,
+    ) -> Result<u32> {
         match operation {
-            Operation::Boot => done,
-            Operation::Convert => {
-                let fell = u32::from(self.convert());
-                let bytes = u32::from(self.line.read_ready() == Ok(true));
-                Some(fell | bytes << 1)
+            Operation::Boot => self.boot(ram)?,
+            Operation::Convert => return self.conversion(argument, ram),
+            Operation::Spi => return self.transfer(argument as usize, data, ram),
+            Operation::SetPin => {
+                if argument >> 1 != Pin::Led as u32 {
+                    self.ahead.take_back(&self.world, ram)?;
+                }
+                return Ok(self.set_pin(argument).unwrap_or(FAILED));
             }
-            Operation::Spi => {
-                let chip = self.chips.get_mut(argument as usize)?;
-                chip.transfer_in_place(data).ok()?;
-                done
+            Operation::GetPin if argument == Pin::Busy as u32 => {
+                return Ok(u32::from(self.busy.is_high() == Ok(true)));
             }
-            Operation::SetPin => self.set_pin(argument),
-            Operation::GetPin => {
-                (argument == Pin::Busy as u32).then(|| u32::from(self.busy.is_high() == Ok(true)))
+            Operation::GetPin => return Ok(FAILED),
+            Operation::SerialWrite => return Ok(count(self.line.write(data))),
+            Operation::SerialRead if self.line.read_ready() == Ok(true) => {
+                return Ok(count(self.line.read(data)));
             }
-            Operation::SerialWrite => self.line.write(data).ok().map(|count| count as u32),
-            Operation::SerialRead if self.line.read_ready().ok()? => {
-                self.line.read(data).ok().map(|count| count as u32)
+            Operation::SerialRead => {}
+            Operation::FlashRead => return Ok(flash(self.flash.read(argument, data))),
+            Operation::FlashErase => {
+                let end = argument + PAGE_BYTES as u32;
+                return Ok(flash(self.flash.erase(argument, end)));
             }
-            Operation::SerialRead => done,
-            Operation::FlashRead => self.flash.read(argument, data).ok().map(|()| 0),
-            Operation::FlashErase => self
-                .flash
-                .erase(argument, argument + PAGE_BYTES as u32)
-                .ok()
-                .map(|()| 0),
-            Operation::FlashWrite => self.flash.write(argument, data).ok().map(|()| 0),
+            Operation::FlashWrite => return Ok(flash(self.flash.write(argument, data))),
             Operation::Temperature => {
-                Some((self.temperature_c * 1000.0) as i32 as u32).map(|t| t.wrapping_add(1_000_000))
+                let sample = self.world.with_courier(|courier| *courier.sample());
+                let thousandths = (sample.temperature_c * 1000.0) as i32 as u32;
+                return Ok(thousandths.wrapping_add(1_000_000));
             }
         }
+        Ok(0)
     }
 
-    /// What the timer's pulse and BUSY do on the real board.
-    fn convert(&mut self) -> bool {
+    /// The supply is there again, and nothing that was answered ahead holds.
+    fn boot(&mut self, ram: &mut SharedRam) -> Result<()> {
+        self.flash.0.borrow_mut().power_up();
+        self.fresh = true;
+        self.ahead.take_back(&self.world, ram)
+    }
+
+    /// One sampling instant as asked, and some more ahead.
+    fn conversion(&mut self, period: u32, ram: &mut SharedRam) -> Result<u32> {
+        if core::mem::take(&mut self.fresh) {
+            self.world.begin_sampling();
+        }
+        let further = self.ahead.begin(ram)?;
+        let answer = self.convert();
+        if further == 0 || answer & 1 == 0 {
+            return Ok(answer);
+        }
+        let (at_ns, stamp) = (self.board_ns, self.last_ticks);
+        // The instant that was asked for leads the row: its transfers are given as well.
+        let mut conversion = answer;
+        for index in 0..further {
+            let ticks = index * period;
+            if index > 0 {
+                let instant_ns = at_ns + u64::from(ticks) * TICK_NS;
+                self.world.clock.advance_to_ns(instant_ns);
+                conversion = self.convert();
+            }
+            let before =
+                [0, 1].map(|chip| self.world.converter.with_chip(chip, |chip| chip.clone()));
+            let mut transfers = [0, 1].map(|chip| self.ahead.question(chip).to_vec());
+            if conversion & 1 == 0 || !self.transfers(&mut transfers) {
+                // Not as usual: what happens at this instant is seen when it comes.
+                for (chip, before) in before.into_iter().enumerate() {
+                    self.world.converter.with_chip(chip, |now| *now = before);
+                }
+                break;
+            }
+            let stamp = stamp.wrapping_add(ticks);
+            self.ahead.give(stamp, conversion, transfers, before, ram)?;
+        }
+        self.ahead.take_first(ram)?;
+        Ok(answer)
+    }
+
+    /// Both chips' transfers; false if the bus failed.
+    fn transfers(&mut self, both: &mut [Vec<u8>; 2]) -> bool {
+        let mut chips = self.chips.iter_mut().zip(both);
+        chips.all(|(chip, bytes)| chip.transfer_in_place(bytes).is_ok())
+    }
+
+    fn transfer(&mut self, index: usize, data: &mut [u8], ram: &mut SharedRam) -> Result<u32> {
+        self.ahead.learn(index, data, &self.world, ram)?;
+        let chip = self.chips.get_mut(index);
+        let done = chip.map(|chip| chip.transfer_in_place(data));
+        Ok(if matches!(done, Some(Ok(()))) {
+            0
+        } else {
+            FAILED
+        })
+    }
+
+    /// What the timer's pulse and BUSY do on the real board, an edge each: bit 0 if it rose and fell, bit 1 if the serial
+    /// line has bytes.
+    fn convert(&mut self) -> u32 {
         let _ = self.convst.set_high();
+        let rose = self.busy.is_high() == Ok(true);
         let _ = self.convst.set_low();
-        (0..BUSY_LOOKS).any(|_| self.busy.is_low() == Ok(true))
+        let fell = rose && (0..BUSY_LOOKS).any(|_| self.busy.is_low() == Ok(true));
+        let bytes = u32::from(self.line.read_ready() == Ok(true));
+        u32::from(fell) | bytes << 1
     }
 
     fn set_pin(&mut self, argument: u32) -> Option<u32> {
@@ -165,6 +273,24 @@ impl Parts {
             _ => return None,
         }
         Some(0)
+    }
+}
+
+/// Address of a word of mailbox `index`.
+fn word_of(index: usize, word: Word) -> u32 {
+    MAILBOX_BASE + index as u32 * MAILBOX_STRIDE + 4 * word as u32
+}
+
+fn count<E>(bytes: Result<usize, E>) -> u32 {
+    bytes.map_or(FAILED, |count| count as u32)
+}
+
+/// The flash works from the board's own supply: when it has none, nothing has.
+fn flash(result: Result<(), FlashError>) -> u32 {
+    match result {
+        Ok(()) => 0,
+        Err(FlashError::Off) => POWER_LOST,
+        Err(_) => FAILED,
     }
 }
 

@@ -70,6 +70,11 @@ impl SharedRam {
         &self.path
     }
 
+    /// Takes the file's name away; who has it open keeps the memory.
+    pub fn unlink(&self) {
+        let _ = std::fs::remove_file(&self.path);
+    }
+
     fn place(&self, address: u32, length: usize) -> Result<*mut u8> {
         let offset = address.wrapping_sub(RAM_BASE) as usize;
         let inside = offset
@@ -142,6 +147,6 @@ impl Drop for SharedRam {
     fn drop(&mut self) {
         // SAFETY: the mapping made in `create`; no reference into it outlives this.
         unsafe { libc::munmap(self.base.cast(), RAM_BYTES) };
-        let _ = std::fs::remove_file(&self.path);
+        self.unlink();
     }
 }

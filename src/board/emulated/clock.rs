@@ -65,13 +65,28 @@ pub fn feed() {
     unsafe { write_volatile(WATCHDOG.add(3), 1) };
 }
 
+/// Waits so many ticks.
+pub fn wait(wanted: u32) {
+    let start = ticks();
+    while ticks().wrapping_sub(start) < wanted {
+        pause();
+    }
+}
+
+/// Some microseconds of doing nothing. The emulator runs a row of these at once; asleep (WFI) it would hand over to
+/// another thread and back for each interrupt, ten times as long.
+#[inline(never)]
+pub fn pause() {
+    // SAFETY: touches nothing.
+    unsafe { core::arch::asm!(".rept 200", "nop", ".endr", options(nomem, nostack)) };
+}
+
 /// Waits by the free counter.
 #[derive(Debug)]
 pub struct Delay;
 
 impl DelayNs for Delay {
     fn delay_ns(&mut self, ns: u32) {
-        let (start, wanted) = (ticks(), ns.div_ceil(1_000_000_000 / TICKS_PER_SECOND));
-        while ticks().wrapping_sub(start) < wanted {}
+        wait(ns.div_ceil(1_000_000_000 / TICKS_PER_SECOND));
     }
 }

@@ -2,7 +2,8 @@
 #![allow(unsafe_code)] // memory that the host shares
 
 use crate::emulation::{
-    DATA_BYTES, FAILED, HEADER_BYTES, MAILBOX_BASE, MAILBOX_STRIDE, Operation, Word,
+    DATA_BYTES, FAILED, HEADER_BYTES, HUNG, MAILBOX_BASE, MAILBOX_STRIDE, Operation, POWER_LOST,
+    Word,
 };
 use core::ptr::{read_volatile, write_volatile};
 use core::sync::atomic::{Ordering::SeqCst, compiler_fence};
@@ -64,8 +65,13 @@ impl Mailbox {
             courier_bell();
             compiler_fence(SeqCst);
             let word = read_volatile(self.word(Word::Answer));
-            if word == FAILED {
-                return Err(Refused);
+            match word {
+                FAILED => return Err(Refused),
+                POWER_LOST => cortex_m::peripheral::SCB::sys_reset(),
+                HUNG => loop {
+                    cortex_m::asm::nop();
+                },
+                _ => {}
             }
             for (index, byte) in answer.iter_mut().enumerate() {
                 *byte = read_volatile(self.data().add(index));

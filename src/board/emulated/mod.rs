@@ -1,6 +1,7 @@
 //! The emulated board: QEMU's mps2-an386. SPI, pins, serial line and flash are questions to the host ([`crate::emulation`]).
 #![allow(unsafe_code)] // start-up, vectors, priorities
 
+mod ahead;
 mod clock;
 mod mailbox;
 mod parts;
@@ -15,10 +16,10 @@ use super::{fault, rtt};
 use crate::app::background::Background;
 use crate::app::sampler::Sampler;
 use crate::drivers::converter::{Converter, ConverterError, Counts, Settings};
-use crate::emulation::{BACKGROUND, INTERRUPT, Operation, Pin};
+use crate::emulation::{BACKGROUND, INTERRUPT, Operation, Pin, TICK_HZ};
 use crate::link::message::ResetCause;
 use core::mem::MaybeUninit;
-use core::sync::atomic::Ordering::Relaxed;
+use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use cortex_m::peripheral::NVIC;
 use cortex_m_rt::exception;
 
@@ -26,6 +27,9 @@ type Chips = Converter<Spi, Spi, Line, Line, Line>;
 
 /// What the sampling interrupt owns.
 static SAMPLING: Owned<(Chips, Sampler<'static, 'static>)> = Owned::empty();
+
+/// The sampling interrupt has run: what the background sleeps for.
+static SAMPLED: AtomicBool = AtomicBool::new(false);
 
 /// CMSDK timer 0.
 #[derive(Clone, Copy)]
@@ -59,16 +63,18 @@ extern "C" fn isr_sampling() {
     let reading = isr_convert(converter);
     let missed = u32::from(clock::is_pending());
     sampler.isr_sample(reading, missed);
+    SAMPLED.store(true, Relaxed);
 }
 
 /// What the timer's pulse does on the real board is one question here; then both chips are read.
 fn isr_convert(converter: &mut Chips) -> Result<Counts, ConverterError> {
-    let answer = Post::new(INTERRUPT)
-        .ask(Operation::Convert, 0, &[], &mut [])
-        .unwrap_or(0);
+    const PERIOD: u32 = TICK_HZ / RATE_HZ;
+    let ask = || Post::new(INTERRUPT).ask(Operation::Convert, PERIOD, &[], &mut []);
+    let answer =
+        ahead::take_conversion(clock::ticks(), PERIOD).unwrap_or_else(|| ask().unwrap_or(0));
     parts::BYTES_WAIT.store(answer & 2 != 0, Relaxed);
     if answer & 1 == 0 {
-        return Err(ConverterError::BusyStuck { polls: 0 });
+        return Err(converter.silent());
     }
     let mut counts = Counts::default();
     converter.read(&mut counts).map(|()| counts)
@@ -119,7 +125,9 @@ impl Board for Emulated {
     }
 
     fn sleep(&mut self) {
-        cortex_m::asm::wfi();
+        while !SAMPLED.swap(false, Relaxed) {
+            clock::pause();
+        }
     }
 }
 

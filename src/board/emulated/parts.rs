@@ -1,7 +1,8 @@
 //! SPI devices, pins, serial line and flash as embedded-hal parts: each operation is one question to the host.
 
 use super::mailbox::{Mailbox, Refused};
-use crate::emulation::{DATA_BYTES, Operation, Pin};
+use super::{ahead, clock};
+use crate::emulation::{DATA_BYTES, Operation, Pin, TICK_HZ};
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use embedded_hal::digital::{self, InputPin, OutputPin};
 use embedded_hal::spi::{self, SpiDevice};
@@ -63,8 +64,10 @@ impl SpiDevice for Spi {
         let mut answer = [0; TRANSFER_BYTES];
         let answer = answer.get_mut(..at).ok_or(Refused)?;
         let question = bytes.get(..at).ok_or(Refused)?;
-        self.mailbox
-            .ask(Operation::Spi, self.chip, question, answer)?;
+        if !ahead::take_transfer(self.chip, question, answer) {
+            self.mailbox
+                .ask(Operation::Spi, self.chip, question, answer)?;
+        }
         let mut rest: &[u8] = answer;
         for operation in operations.iter_mut() {
             let (now, later) = rest.split_at_checked(clocks(operation)).ok_or(Refused)?;
@@ -224,6 +227,11 @@ impl Write for Serial {
     }
 }
 
+/// Erasing a page takes 22 ms, programming a double word 82 µs (STM32G474 data sheet, typical); interrupts are served
+/// meanwhile, since code does not run from this bank.
+const ERASE_TICKS: u32 = TICK_HZ / 1000 * 22;
+const PROGRAM_TICKS: u32 = TICK_HZ / 1_000_000 * 82;
+
 /// The flash that the calibration's slots are in; geometry of the G474's second bank.
 #[derive(Debug)]
 pub struct Flash {
@@ -261,6 +269,7 @@ impl NorFlash for Flash {
         while at < to {
             self.mailbox
                 .ask(Operation::FlashErase, at, &[], &mut [0; 0])?;
+            clock::wait(ERASE_TICKS);
             at += Self::ERASE_SIZE as u32;
         }
         Ok(())
@@ -270,6 +279,7 @@ impl NorFlash for Flash {
         let mut at = offset;
         for part in bytes.chunks(DATA_BYTES) {
             self.mailbox.ask(Operation::FlashWrite, at, part, &mut [])?;
+            clock::wait(PROGRAM_TICKS * (part.len() / Self::WRITE_SIZE) as u32);
             at += part.len() as u32;
         }
         Ok(())

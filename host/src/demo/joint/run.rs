@@ -1,7 +1,7 @@
 //! The steps: synthetic problems, then one courier through platen calibration, joint calibration and fly-bys.
 
+use super::super::flight::{fly_along, stand_at};
 use super::super::flyby::{Deviations, Flyby, SPACING_M, deviation};
-use super::super::run::{fly_along, stand_at};
 use super::fused::Fusion;
 use super::paper_method::{self, PaperFit};
 use super::poses::Poses;
