@@ -20,3 +20,7 @@ pub mod swap;
 #[cfg(target_os = "none")]
 #[path = "board/fpu.rs"]
 mod fpu;
+
+#[cfg(target_os = "none")]
+#[path = "board/givens.rs"]
+mod givens;

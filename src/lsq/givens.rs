@@ -58,22 +58,6 @@ impl Rotation {
         *factor = self.c * f + self.s * e;
         *entry = self.c * e - self.s * f;
     }
-
-    /// Turns the rest of a factor's row against the rest of the entering row, of equal length.
-    ///
-    /// Per pair: 2 loads, 4 multiplications, 2 additions, 2 stores; unrolled by four, no bounds checks.
-    pub fn turn_all(self, factor: &mut [f32], entries: &mut [f32]) {
-        let (factor, factor_rest) = factor.as_chunks_mut::<4>();
-        let (entries, entries_rest) = entries.as_chunks_mut::<4>();
-        for (f, e) in factor.iter_mut().zip(entries) {
-            for (f, e) in f.iter_mut().zip(e) {
-                self.turn(f, e);
-            }
-        }
-        for (f, e) in factor_rest.iter_mut().zip(entries_rest) {
-            self.turn(f, e);
-        }
-    }
 }
 
 /// `sqrt(a^2 + b^2)` without overflow or loss.

@@ -5,27 +5,24 @@
 //! number is squared, are never formed. All arithmetic is plain multiply and add, never fused: host and target give
 //! the same bits. No allocation, no panic on any input. Runs below the interrupt.
 //!
-//! * `givens`: one plane rotation; `rotate`: a row into the factor, four scaled rotations a pass;
+//! * `packed`: where things lie; `rotate`: a row into the factor, four square-root-free rotations a pass;
 //! * `triangle`: the factor, its right-hand side, residual and count; `downdate` takes a row out, `predict` foretells one;
-//! * `spectrum`: singular values;
+//! * `upper`: the factor as it is solved, with ordinary rotations (`givens`); `spectrum`: its singular values;
 //! * `solve`: rank, condition number, solution, covariance.
 //!
 //! Sizes are const generics: `N` unknowns at most and `P = packed_len(N)`; fewer unknowns may be in use at run time.
 
 mod downdate;
 mod givens;
+mod packed;
 mod predict;
 mod rotate;
 mod solve;
 mod spectrum;
 mod triangle;
+mod upper;
 
+pub use packed::packed_len;
 pub use predict::Prediction;
 pub use solve::{Estimator, Solution, SolveError};
 pub use triangle::{RowError, Triangle};
-
-/// Entries of a packed upper triangle of `n` unknowns.
-#[must_use]
-pub const fn packed_len(n: usize) -> usize {
-    n * (n + 1) / 2
-}

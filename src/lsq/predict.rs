@@ -33,19 +33,18 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
                 leverage: f32::INFINITY,
             });
         }
-        let solved = &solved[..self.unknowns];
-        let value: f32 = solved.iter().zip(&self.rhs).map(|(a, b)| a * b).sum();
-        let leverage = solved
-            .iter()
-            .zip(&self.row_weight)
-            .map(|(a, w)| a * a * w)
-            .sum();
-        let value = if self.rhs_scale == 0.0 {
-            0.0
-        } else {
-            value / self.rhs_scale
-        };
-        Some(Prediction { value, leverage })
+        let (mut value, mut leverage) = (0.0, 0.0);
+        for (i, y) in solved.iter().enumerate().take(self.unknowns) {
+            let row = self.row(i);
+            if let (true, Some(z)) = (*y != 0.0, row.last()) {
+                value += y * z;
+                leverage += y * y / row[0];
+            }
+        }
+        Some(Prediction {
+            value: value * self.rhs_unit,
+            leverage,
+        })
     }
 
     /// `P row` (the change of the unknowns for an innovation of `1 + leverage`), with the leverage; `P` is the unknowns'
@@ -61,9 +60,10 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
             return None;
         }
         let mut leverage = 0.0;
-        for (v, weight) in v[..self.unknowns].iter_mut().zip(&self.row_weight) {
-            leverage += *v * *v * weight;
-            *v *= weight;
+        for (i, v) in v.iter_mut().enumerate().take(self.unknowns) {
+            let share = *v / self.row(i)[0];
+            leverage += *v * share;
+            *v = share;
         }
         self.backward(&mut v);
         for (v, scale) in v.iter_mut().zip(&self.scale) {

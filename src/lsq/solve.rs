@@ -8,6 +8,7 @@
 
 use super::spectrum::norm;
 use super::triangle::Triangle;
+use super::upper::Upper;
 use crate::math::sqrt;
 
 /// Smallest singular value, relative to the largest, that counts as determined, columns equally long. f32 rounding of
@@ -76,7 +77,7 @@ impl<const N: usize> Solution<N> {
 pub struct Estimator<const N: usize, const P: usize> {
     /// Where rows go.
     pub rows: Triangle<N, P>,
-    solved: Triangle<N, P>,
+    solved: Upper<N, P>,
     inverse_length: [f32; N],
     solution: Solution<N>,
 }
@@ -93,7 +94,7 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
     pub const fn new(unknowns: usize) -> Self {
         Self {
             rows: Triangle::new(unknowns),
-            solved: Triangle::new(unknowns),
+            solved: Upper::new(unknowns),
             inverse_length: [0.0; N],
             solution: Solution::NONE,
         }
@@ -120,7 +121,6 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
         if self.rows.rows() == 0 || self.rows.unknowns == 0 {
             return Err(SolveError::Empty);
         }
-        self.rows.settle_rows();
         let n = self.rows.unknowns;
         let mut undetermined = [0.0f32; N];
         let as_entered = self.condition_as_entered();
@@ -202,15 +202,14 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
     fn equilibrate(&mut self) {
         let n = self.rows.unknowns;
         self.inverse_length = [0.0; N];
-        let mut start = 0;
         for i in 0..n {
-            for (length, r) in self.inverse_length[i..n]
-                .iter_mut()
-                .zip(&self.rows.factor[start..])
-            {
-                *length = super::givens::hypot(*length, *r);
+            let row = self.rows.row(i);
+            let root = sqrt(row[0]);
+            let lengths = &mut self.inverse_length[i..n];
+            lengths[0] = super::givens::hypot(lengths[0], root);
+            for (length, u) in lengths[1..].iter_mut().zip(&row[1..]) {
+                *length = super::givens::hypot(*length, root * u);
             }
-            start += n - i;
         }
         for length in &mut self.inverse_length[..n] {
             *length = if *length > 0.0 { 1.0 / *length } else { 0.0 };
@@ -221,19 +220,20 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
 
     fn copy_with_columns(&mut self, factors: &[f32; N]) {
         let n = self.rows.unknowns;
-        self.solved.reset(n);
-        self.solved.rhs = self.rows.rhs;
-        let mut start = 0;
+        self.solved.unknowns = n;
         for i in 0..n {
-            let row = start..start + n - i;
-            for ((to, from), factor) in self.solved.factor[row.clone()]
+            let from = self.rows.row(i);
+            let root = sqrt(from[0]);
+            let to = self.solved.row_mut(i);
+            to[0] = root * factors[i];
+            to[n - i] = root * from[n - i];
+            for ((to, u), factor) in to[1..n - i]
                 .iter_mut()
-                .zip(&self.rows.factor[row])
-                .zip(&factors[i..n])
+                .zip(&from[1..])
+                .zip(&factors[i + 1..])
             {
-                *to = from * factor;
+                *to = root * u * factor;
             }
-            start += n - i;
         }
     }
 
@@ -268,20 +268,15 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
             for (share, d) in undetermined.iter_mut().zip(&direction[..n]) {
                 *share += d * d;
             }
-            let row = direction.map(|d| d * largest);
-            left = super::givens::hypot(left, self.solved.enter_scaled(&row, 0.0));
+            left = super::givens::hypot(left, self.solved.enter(&direction[..n], largest));
         }
     }
 
     fn back_substitute(&mut self) -> Result<(), SolveError> {
-        let mut x = self.solved.rhs;
+        let mut x = [0.0; N];
         self.solved.backward(&mut x);
         for (i, x) in x.iter().enumerate().take(self.rows.unknowns) {
-            let value = if self.rows.rhs_scale == 0.0 {
-                0.0
-            } else {
-                x * self.inverse_length[i] / self.rows.rhs_scale * self.rows.scale[i]
-            };
+            let value = x * self.inverse_length[i] * self.rows.rhs_unit * self.rows.scale[i];
             if !value.is_finite() {
                 return Err(SolveError::Numeric);
             }

@@ -1,13 +1,14 @@
-//! Largest and smallest singular value of a packed triangle, by power and inverse iteration.
+//! Largest and smallest singular value of a triangle, by power and inverse iteration.
 
-use super::triangle::Triangle;
+use super::packed;
+use super::upper::Upper;
 use crate::math::sqrt;
 
 /// Power and inverse iterations at most; they stop when the estimate changes by less than [`SETTLED`].
 const ITERATIONS: usize = 300;
 const SETTLED: f32 = 1.0e-6;
 
-impl<const N: usize, const P: usize> Triangle<N, P> {
+impl<const N: usize, const P: usize> Upper<N, P> {
     /// Of the scaled factor, by power iteration on `R^T R` through products with `R` and `R^T`.
     pub(super) fn largest_singular_value(&self) -> f32 {
         let mut v = start_vector::<N>(self.unknowns);
@@ -45,10 +46,8 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
 
     /// `v <- R v`.
     fn multiply(&self, v: &mut [f32; N]) {
-        let mut start = 0;
         for i in 0..self.unknowns {
-            let row = &self.factor[start..start + self.unknowns - i];
-            start += row.len();
+            let row = self.row(i);
             v[i] = row.iter().zip(&v[i..]).map(|(r, v)| r * v).sum();
         }
     }
@@ -56,10 +55,8 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
     /// `v <- R^T v`.
     fn multiply_transposed(&self, v: &mut [f32; N]) {
         let mut out = [0.0; N];
-        let mut start = 0;
         for i in 0..self.unknowns {
-            let row = &self.factor[start..start + self.unknowns - i];
-            start += row.len();
+            let row = self.row(i);
             for (out, r) in out[i..].iter_mut().zip(row) {
                 *out += r * v[i];
             }
@@ -70,15 +67,11 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
     /// `v <- R^-T v`, brought to length one; returns the inverse of the length it had.
     fn forward_floored(&self, v: &mut [f32; N], floor: f32) -> f32 {
         let mut shrunk = 1.0;
-        let mut start = 0;
         for i in 0..self.unknowns {
-            let row = &self.factor[start..start + self.unknowns - i];
-            start += row.len();
+            let row = self.row(i);
             let y = v[i] / row[0].max(floor);
             v[i] = y;
-            for (rest, row) in v[i + 1..].iter_mut().zip(&row[1..]) {
-                *rest -= y * row;
-            }
+            packed::subtract(&mut v[i + 1..self.unknowns], y, &row[1..]);
             shrunk *= limit(v, i);
         }
         shrunk / normalise(&mut v[..self.unknowns])
@@ -88,8 +81,7 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
     fn backward_floored(&self, v: &mut [f32; N], floor: f32) -> f32 {
         let mut shrunk = 1.0;
         for i in (0..self.unknowns).rev() {
-            let start = self.start(i);
-            let row = &self.factor[start..start + self.unknowns - i];
+            let row = self.row(i);
             let sum: f32 = row[1..].iter().zip(&v[i + 1..]).map(|(r, x)| r * x).sum();
             v[i] = (v[i] - sum) / row[0].max(floor);
             shrunk *= limit(v, i);

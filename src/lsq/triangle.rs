@@ -1,10 +1,12 @@
-//! The upper-triangular factor `R` with right-hand side `z`, residual and count.
+//! The upper-triangular factor `R = sqrt(D) U` with right-hand side, residual and count.
 //!
 //! Each column and the right-hand side carry a scale, a power of two set by the first value seen and lowered when a much
 //! larger one comes: problems in metres, micrometres or at the ends of f32 give the same bits in the factor.
 
 use super::givens::hypot;
-use super::packed_len;
+use super::packed::{self, packed_len};
+use super::rotate::LEAST_PIVOT;
+use crate::math::sqrt;
 
 /// Scaled values above this lower their column's scale: far from overflow even after 2^40 rows.
 const LARGE: f32 = 1.0e12;
@@ -47,15 +49,16 @@ impl core::error::Error for RowError {}
 #[derive(Clone, Debug)]
 pub struct Triangle<const N: usize, const P: usize> {
     pub(super) unknowns: usize,
-    pub(super) factor: [f32; P],
-    pub(super) rhs: [f32; N],
+    /// The entering row, then the factor's ([`packed`]): a row is `d`, then `U`'s right of the diagonal, then the
+    /// right-hand side over `sqrt(d)`.
+    pub(super) packed: [f32; P],
     pub(super) scale: [f32; N],
     all_scaled: bool,
     pub(super) rhs_scale: f32,
-    /// Row `i` of factor and right-hand side is to be divided by the root of this.
-    pub(super) row_weight: [f32; N],
-    pub(super) work: [f32; N],
-    pub(super) residual_norm: f32,
+    /// Its inverse, exactly; zero with it.
+    pub(super) rhs_unit: f32,
+    /// Sum of squared residuals, scaled.
+    pub(super) residual_square: f32,
     pub(super) rows: u32,
     pub(super) weight: f32,
 }
@@ -73,14 +76,12 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         const { assert!(P == packed_len(N)) };
         Self {
             unknowns: if unknowns < N { unknowns } else { N },
-            factor: [0.0; P],
-            rhs: [0.0; N],
+            packed: [0.0; P],
             scale: [0.0; N],
             all_scaled: false,
             rhs_scale: 0.0,
-            row_weight: [1.0; N],
-            work: [0.0; N],
-            residual_norm: 0.0,
+            rhs_unit: 0.0,
+            residual_square: 0.0,
             rows: 0,
             weight: 0.0,
         }
@@ -89,13 +90,12 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
     /// Forgets everything, in place, and sets the number of unknowns in use (at most `N`).
     pub fn reset(&mut self, unknowns: usize) {
         self.unknowns = unknowns.min(N);
-        self.factor.fill(0.0);
-        self.rhs.fill(0.0);
+        self.packed.fill(0.0);
         self.scale.fill(0.0);
         self.all_scaled = false;
         self.rhs_scale = 0.0;
-        self.row_weight.fill(1.0);
-        self.residual_norm = 0.0;
+        self.rhs_unit = 0.0;
+        self.residual_square = 0.0;
         self.rows = 0;
         self.weight = 0.0;
     }
@@ -121,11 +121,7 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
     /// Square root of the sum of squared residuals of the least-squares solution, in the right-hand side's unit.
     #[must_use]
     pub fn residual_norm(&self) -> f32 {
-        if self.rhs_scale == 0.0 {
-            0.0
-        } else {
-            self.residual_norm / self.rhs_scale
-        }
+        self.residual_norm_with(0.0)
     }
 
     /// Entry of the factor in the units of the rows as entered; zero below the diagonal and outside the unknowns in use.
@@ -134,8 +130,13 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         if row > column || column >= self.unknowns || self.scale[column] == 0.0 {
             return 0.0;
         }
-        let scaled =
-            self.factor[self.start(row) + column - row] / crate::math::sqrt(self.row_weight[row]);
+        let factor = self.row(row);
+        let root = sqrt(factor[0]);
+        let scaled = if row == column {
+            root
+        } else {
+            root * factor[column - row]
+        };
         scaled / self.scale[column]
     }
 
@@ -147,20 +148,17 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
     /// # Errors
     /// [`RowError`], and nothing is changed.
     pub fn enter(&mut self, row: &[f32], rhs: f32) -> Result<f32, RowError> {
-        if !self.load_quickly(row) || !rhs.is_finite() {
+        if !self.load_quickly(row, rhs) {
             self.check(row, rhs)?;
-            self.load(row);
+            self.rescale(row);
+            self.rescale_rhs(rhs);
+            self.load(row, rhs);
         }
-        let rest = self.load_rhs(rhs);
-        let rest = self.rotate_in(rest);
-        self.residual_norm = hypot(self.residual_norm, rest);
+        let rest = self.rotate_in(0);
+        self.residual_square += rest * rest;
         self.rows = self.rows.saturating_add(1);
         self.weight += 1.0;
-        Ok(if self.rhs_scale == 0.0 {
-            0.0
-        } else {
-            rest / self.rhs_scale
-        })
+        Ok(rest * self.rhs_unit)
     }
 
     /// Lets all rows so far count `factor` (0 to 1) times as much: an exponential window of `1 / (1 - factor)` rows if
@@ -169,70 +167,58 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         if !(0.0..=1.0).contains(&factor) {
             return;
         }
-        let root = crate::math::sqrt(factor);
-        for value in self.factor.iter_mut().chain(&mut self.rhs) {
-            *value *= root;
+        for row in 0..self.unknowns {
+            let pivot = &mut self.row_mut(row)[0];
+            *pivot *= factor;
+            if *pivot < LEAST_PIVOT {
+                *pivot = 0.0;
+            }
         }
-        self.residual_norm *= root;
+        self.residual_square *= factor;
         self.weight *= factor;
     }
 
-    /// Solves `r^T u = v` in place in scaled columns, `r` the factor without its row weights `w`: with `R = r / sqrt(w)` it is
-    /// `R^-T v = sqrt(w) u`. False if a diagonal entry that is needed has vanished.
+    /// Row of the factor: `d`, the rest of `U`'s row, the right-hand side.
+    #[inline]
+    pub(super) fn row(&self, row: usize) -> &[f32] {
+        &self.packed[packed::row(self.unknowns, row)]
+    }
+
+    #[inline]
+    pub(super) fn row_mut(&mut self, row: usize) -> &mut [f32] {
+        &mut self.packed[packed::row(self.unknowns, row)]
+    }
+
+    /// Solves `U^T y = v` in place in scaled columns: `R^-T v = y / sqrt(D)`. False if a pivot that is needed has vanished.
     pub(super) fn forward(&self, v: &mut [f32]) -> bool {
-        let mut start = 0;
-        for i in 0..self.unknowns {
-            let row = &self.factor[start..start + self.unknowns - i];
-            start += row.len();
-            let rest = &mut v[i..self.unknowns];
-            if rest[0] == 0.0 {
+        let (mut rest, mut factor) = (v, &self.packed[self.unknowns + 1..]);
+        for length in (1..=self.unknowns).rev() {
+            let ((y, v), (row, next)) =
+                (rest[..length].split_at_mut(1), factor.split_at(length + 1));
+            (rest, factor) = (v, next);
+            if y[0] == 0.0 {
                 continue;
             }
-            let y = rest[0] / row[0];
-            if !y.is_finite() {
+            if row[0] == 0.0 || !y[0].is_finite() {
                 return false;
             }
-            rest[0] = y;
-            for (rest, row) in rest[1..].iter_mut().zip(&row[1..]) {
-                *rest -= y * row;
-            }
+            packed::subtract(rest, y[0], &row[1..length]);
         }
         true
     }
 
-    /// Solves `r x = v` in place in scaled columns: `R x = v / sqrt(w)`. A vanished diagonal entry gives infinities.
+    /// Solves `U x = v` in place in scaled columns.
     pub(super) fn backward(&self, v: &mut [f32]) {
-        let mut start = packed_len(self.unknowns);
         for i in (0..self.unknowns).rev() {
-            start -= self.unknowns - i;
-            let row = &self.factor[start..start + self.unknowns - i];
             let (head, tail) = v[i..self.unknowns].split_at_mut(1);
-            let sum: f32 = row[1..].iter().zip(tail).map(|(r, x)| r * *x).sum();
-            head[0] = (head[0] - sum) / row[0];
+            let sum: f32 = self.row(i)[1..].iter().zip(tail).map(|(u, x)| u * *x).sum();
+            head[0] -= sum;
         }
-    }
-
-    /// Enters a row given in scaled columns with a scaled right-hand side; neither residual nor count is touched.
-    /// Returns what is left of the right-hand side; row weights are one afterwards.
-    pub(super) fn enter_scaled(&mut self, row: &[f32], rhs: f32) -> f32 {
-        self.work[..self.unknowns].copy_from_slice(&row[..self.unknowns]);
-        let left = self.rotate_in(rhs);
-        self.settle_rows();
-        left
     }
 
     /// The residual with a further, scaled part in it.
     pub(super) fn residual_norm_with(&self, scaled: f32) -> f32 {
-        if self.rhs_scale == 0.0 {
-            0.0
-        } else {
-            hypot(self.residual_norm, scaled) / self.rhs_scale
-        }
-    }
-
-    /// Where a row of the packed factor starts.
-    pub(super) fn start(&self, row: usize) -> usize {
-        row * (2 * self.unknowns + 1 - row) / 2
+        hypot(sqrt(self.residual_square), scaled) * self.rhs_unit
     }
 
     pub(super) fn check(&self, row: &[f32], rhs: f32) -> Result<(), RowError> {
@@ -252,37 +238,38 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         }
     }
 
-    /// Brings the row to the columns' scales; false if these are not all set, or do not suit, or an entry is not finite.
+    /// Makes the row the entering one, in the columns' scales; false if these are not all set or do not suit, or a number is
+    /// not finite.
     #[inline]
-    fn load_quickly(&mut self, row: &[f32]) -> bool {
-        if row.len() != self.unknowns || !self.all_scaled {
-            return false;
-        }
-        let mut squares = 0.0;
-        for ((work, scale), x) in self.work.iter_mut().zip(&self.scale).zip(row) {
-            *work = x * scale;
-            squares += *work * *work;
-        }
-        squares < LARGE * LARGE
+    fn load_quickly(&mut self, row: &[f32], rhs: f32) -> bool {
+        self.all_scaled && row.len() == self.unknowns && self.load(row, rhs) < LARGE * LARGE
     }
 
-    /// Brings the row to the columns' scales, and these to the row where it is out of their reach.
-    fn load(&mut self, row: &[f32]) {
-        let mut largest = 0.0f32;
-        for ((work, scale), x) in self.work.iter_mut().zip(&self.scale).zip(row) {
-            *work = x * scale;
-            largest = if *scale == 0.0 && *x != 0.0 {
-                f32::INFINITY
-            } else {
-                largest.max(work.abs())
-            };
+    /// Makes the row the entering one, in the columns' scales; returns its squared length. Four entries in step, so that no
+    /// result is waited for.
+    #[inline]
+    fn load(&mut self, row: &[f32], rhs: f32) -> f32 {
+        let (fours, rest) = self.packed[..self.unknowns].as_chunks_mut::<4>();
+        let (row_fours, row_rest) = row.as_chunks::<4>();
+        let (scale_fours, scale_rest) = self.scale[..self.unknowns].as_chunks::<4>();
+        let mut squares = [0.0; 4];
+        for ((entries, row), scale) in fours.iter_mut().zip(row_fours).zip(scale_fours) {
+            let (row, scale) = (*row, *scale);
+            let scaled: [f32; 4] = core::array::from_fn(|k| row[k] * scale[k]);
+            let square = scaled.map(|x| x * x);
+            *entries = scaled;
+            (0..4).for_each(|k| squares[k] += square[k]);
         }
-        if largest > LARGE {
-            self.rescale(row);
+        for ((entry, x), scale) in rest.iter_mut().zip(row_rest).zip(scale_rest) {
+            *entry = x * scale;
+            squares[0] += *entry * *entry;
         }
-        self.all_scaled = !self.scale[..self.unknowns].contains(&0.0);
+        let rhs = rhs * self.rhs_scale;
+        self.packed[self.unknowns] = rhs;
+        squares.iter().sum::<f32>() + rhs * rhs
     }
 
+    /// Brings the columns' scales to the row where it is out of their reach.
     #[cold]
     fn rescale(&mut self, row: &[f32]) {
         for (column, x) in row.iter().enumerate() {
@@ -291,26 +278,59 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
                 continue;
             }
             let new = power_of_two_scale(*x);
-            for i in 0..=column {
-                let at = self.start(i) + column - i;
-                self.factor[at] = rescaled(self.factor[at], old, new);
-            }
             self.scale[column] = new;
-            self.work[column] = x * new;
+            if old != 0.0 {
+                self.rescale_column(column, old, new);
+            }
         }
+        self.all_scaled = !self.scale[..self.unknowns].contains(&0.0);
     }
 
-    fn load_rhs(&mut self, rhs: f32) -> f32 {
+    /// Brings a column of the factor, which has had numbers in it, to another scale. Where its pivot vanishes by that, what
+    /// its row says of the other unknowns is entered again.
+    fn rescale_column(&mut self, column: usize, old: f32, new: f32) {
+        for i in 0..column {
+            let u = &mut self.row_mut(i)[column - i];
+            *u = rescaled(*u, old, new);
+        }
+        let row = self.row_mut(column);
+        let pivot = rescaled(sqrt(row[0]), old, new);
+        if pivot * pivot >= LEAST_PIVOT {
+            row[1..]
+                .iter_mut()
+                .for_each(|u| *u = rescaled(*u, new, old));
+            row[0] = pivot * pivot;
+            return;
+        }
+        let root = sqrt(row[0]);
+        let (entering, factor) = self.packed.split_at_mut(self.unknowns + 1);
+        let row = packed::row(self.unknowns, column);
+        let row = &mut factor[row.start - entering.len()..row.end - entering.len()];
+        entering[..=column].fill(0.0);
+        for (entry, u) in entering[column + 1..].iter_mut().zip(&row[1..]) {
+            *entry = root * u;
+        }
+        row.fill(0.0);
+        let rest = self.rotate_in(column + 1);
+        self.residual_square += rest * rest;
+    }
+
+    /// Brings the right-hand side's scale to a value that is out of its reach.
+    #[cold]
+    fn rescale_rhs(&mut self, rhs: f32) {
         let old = self.rhs_scale;
-        if rhs != 0.0 && (old == 0.0 || (rhs * old).abs() > LARGE) {
-            let new = power_of_two_scale(rhs);
-            for z in &mut self.rhs {
+        if rhs == 0.0 || (old != 0.0 && (rhs * old).abs() <= LARGE) {
+            return;
+        }
+        let new = power_of_two_scale(rhs);
+        for i in 0..self.unknowns {
+            if let Some(z) = self.row_mut(i).last_mut() {
                 *z = rescaled(*z, old, new);
             }
-            self.residual_norm = rescaled(self.residual_norm, old, new);
-            self.rhs_scale = new;
         }
-        rhs * self.rhs_scale
+        self.residual_square = rescaled(rescaled(self.residual_square, old, new), old, new);
+        self.rhs_scale = new;
+        self.rhs_unit = 1.0 / new;
     }
 }
 

@@ -108,13 +108,12 @@ fn print_table(costs: &Costs) {
     }
     let floor = GivensFloor::of(UNKNOWNS);
     println!(
-        "\nfloor of givens_row_{UNKNOWNS}: {} loads, {} stores, {} multiplications, {} additions, {} roots, {} divisions: \
-         {} cycles if nothing else were done",
+        "\nfloor of givens_row_{UNKNOWNS}: {} loads, {} stores, {} multiplications, {} additions, {} divisions: {} cycles if nothing \
+         else were done\ngivens_row_{UNKNOWNS} is every row after as many as unknowns; givens_row_{UNKNOWNS}_start the rows before",
         floor.loads,
         floor.stores,
         floor.multiplications,
         floor.additions,
-        floor.roots,
         floor.divisions,
         floor.cycles()
     );
@@ -137,39 +136,35 @@ fn share(cost: &Cost, rate: f64) -> String {
     }
 }
 
-/// What a Givens row cannot do without, however it is written: every entry of factor and row is read and written once a
-/// rotation (the entering row may stay in registers, so it counts once), and turned.
+/// What a Givens row cannot do without, however it is written: every number of the factor and of the row is read, the factor's
+/// are written, and every rotation turns the entries right of it, by two multiplications and two additions a pair where no
+/// roots are taken (Gentleman 1973; with roots it is four multiplications).
 struct GivensFloor {
     loads: u32,
     stores: u32,
     multiplications: u32,
     additions: u32,
-    roots: u32,
     divisions: u32,
 }
 
 impl GivensFloor {
     fn of(unknowns: u32) -> Self {
-        // Right-hand side included: n + 1 columns, column k is turned by k rotations beyond its own.
-        let turned = unknowns * (unknowns + 1) / 2;
-        let factor = turned + unknowns;
+        // Right-hand side included, the diagonal apart.
+        let pairs = unknowns * (unknowns + 1) / 2;
+        let factor = pairs + unknowns;
         Self {
             loads: factor + unknowns + 1,
             stores: factor,
-            multiplications: 4 * turned + 4 * unknowns,
-            additions: 2 * turned + unknowns,
-            roots: unknowns,
+            // A rotation's own: g a, g a a, the two quotients, g.
+            multiplications: 2 * pairs + 5 * unknowns,
+            additions: 2 * pairs + unknowns,
             divisions: unknowns,
         }
     }
 
-    /// One cycle a load in a row of loads, a store, a multiplication, an addition; 14 a root or a division.
+    /// One cycle a load in a row of loads, a store in a row of stores, a multiplication, an addition; 14 a division.
     fn cycles(&self) -> u32 {
-        self.loads
-            + self.stores
-            + self.multiplications
-            + self.additions
-            + 14 * (self.roots + self.divisions)
+        self.loads + self.stores + self.multiplications + self.additions + 14 * self.divisions
     }
 }
 

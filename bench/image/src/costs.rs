@@ -60,12 +60,10 @@ fn peer(name: &str, count: u32, work: fn(&peers::Coefficients, &RawFrame, &mut p
     statistics.print(name);
 }
 
+/// Rows, predictions and a solution. The first as many rows as unknowns fill the factor and count apart.
 fn estimation(estimator: &mut Estimator<UNKNOWNS, PACKED>) {
-    let (mut rows, mut entering, mut predicting) = (
-        Rows::new(3, false),
-        Statistics::default(),
-        Statistics::default(),
-    );
+    let mut rows = Rows::new(3, false);
+    let [mut filling, mut entering, mut predicting] = [Statistics::default(); 3];
     for n in 0..ROWS {
         let row = rows.row();
         if n > 2 * UNKNOWNS as u32 {
@@ -74,9 +72,14 @@ fn estimation(estimator: &mut Estimator<UNKNOWNS, PACKED>) {
         }
         let (taken, entered) = measure(|| estimator.rows.enter(black_box(&row.entries), row.rhs));
         assert!(entered.is_ok());
-        entering.add(taken);
+        if n < UNKNOWNS as u32 {
+            filling.add(taken);
+        } else {
+            entering.add(taken);
+        }
     }
     entering.print("givens_row_33");
+    filling.print("givens_row_33_start");
     predicting.print("predict_row_33");
     let mut solving = Statistics::default();
     let (taken, solved) = measure(|| estimator.solve().is_ok());
