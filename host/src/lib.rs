@@ -1,7 +1,7 @@
 //! The host's side of the courier's position sensor: the `courier` command and what it is made of.
 //!
 //! `cli` takes the command line apart, `commands` holds one file a command, `terminal` is all that they print with,
-//! `board` reaches a board over its debug link, `calibration_file` keeps a calibration, `isolability` foretells what a motion can identify, `demo` goes through the main job on a simulated courier, `recorder` keeps a board's samples, `replay` runs the firmware's signal path and estimator on recordings.
+//! `board` reaches a board over its debug link, `calibration_file` keeps a calibration, `isolability` foretells what a motion can identify, `demo` goes through the main job on a simulated courier, `recorder` keeps a board's samples, `survey` lists the motions that a diagnosis wants, `replay` runs the firmware's signal path and estimator on recordings.
 
 pub mod board;
 pub mod board_model;
@@ -13,4 +13,5 @@ pub mod isolability;
 pub mod output;
 pub mod recorder;
 pub mod replay;
+pub mod survey;
 pub mod terminal;

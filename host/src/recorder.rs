@@ -1,7 +1,8 @@
 //! A recording from a board's telemetry.
 
-use crate::board::Link;
+use crate::board::{Link, motion};
 use anyhow::{Result, bail};
+use courier_sensor::app::background::SELF_MOTION_M_PER_S;
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::frame::{Coordinate, SEGMENTS, Status};
 use courier_sensor::geometry::Geometry;
@@ -19,14 +20,23 @@ use std::time::Duration;
 pub struct Order {
     /// Where to.
     pub folder: PathBuf,
-    /// How long, s.
-    pub seconds: f64,
     /// One sample in so many.
     pub decimation: u16,
+    /// One after the other.
+    pub runs: Vec<Run>,
+}
+
+/// One motion and its samples.
+#[derive(Clone, Debug)]
+pub struct Run {
     /// Name of the motion.
-    pub run: String,
-    /// Where to go meanwhile, and how fast, m/s.
-    pub motion: Option<(Target, f32)>,
+    pub name: String,
+    /// Where it starts; none: where the courier is.
+    pub from: Option<Target>,
+    /// Where it goes, and how fast, m/s; none: it stands, or others move it.
+    pub to: Option<(Target, f32)>,
+    /// How long, s.
+    pub seconds: f64,
 }
 
 /// What was recorded.
@@ -54,13 +64,16 @@ pub fn record(link: &mut Link, order: &Order, progress: &ProgressBar) -> Result<
         bail!("the board: wanted a status")
     };
     let rate_hz = f64::from(link.hello().rate_hz);
-    let wanted = (order.seconds * rate_hz / f64::from(order.decimation))
-        .ceil()
-        .max(2.0) as u32;
+    let wanted = |run: &Run| {
+        (run.seconds * rate_hz / f64::from(order.decimation))
+            .ceil()
+            .max(2.0) as u32
+    };
     let meta = meta(link);
     let mut tape = Tape {
         writer: Writer::create(&order.folder, &meta, Existing::ReplaceRecording)?,
-        order,
+        decimation: order.decimation,
+        run: String::new(),
         rate_hz,
         status,
         measured: Measured::default(),
@@ -68,45 +81,55 @@ pub fn record(link: &mut Link, order: &Order, progress: &ProgressBar) -> Result<
         first: None,
         temperature_0_k: None,
     };
+    let all = order.runs.iter().map(wanted).sum::<u32>();
+    progress.set_length(u64::from(all));
+    for run in &order.runs {
+        tape.run.clone_from(&run.name);
+        take_run(link, run, wanted(run), &mut tape, progress)?;
+    }
+    progress.finish_and_clear();
+    let recorded = Recorded {
+        samples: tape.samples,
+        lost: all - tape.samples.min(all),
+    };
+    tape.finish()?;
+    Ok(recorded)
+}
+
+/// Goes to where the run starts, and keeps `wanted` samples from the moment at which its motion begins.
+fn take_run(
+    link: &mut Link,
+    run: &Run,
+    wanted: u32,
+    tape: &mut Tape,
+    progress: &ProgressBar,
+) -> Result<()> {
+    if let Some(from) = run.from {
+        motion::go(link, from, SELF_MOTION_M_PER_S)?;
+    }
+    link.drop_samples()?;
+    let before = tape.samples;
     let channels = Channels::STATUS | Channels::RAW | Channels::UNMODIFIED | Channels::TEMPERATURE;
     ask(
         link,
         Action::Stream(StreamOrder {
             channels: channels.bits(),
-            decimation: order.decimation,
+            decimation: tape.decimation,
             samples: wanted,
         }),
     )?;
-    if let Some((target, speed_m_per_s)) = order.motion {
-        ask(
-            link,
-            Action::GoTo {
-                target,
-                speed_m_per_s,
-            },
-        )?;
+    if let Some((target, speed_m_per_s)) = run.to {
+        motion::start(link, target, speed_m_per_s)?;
     }
-    progress.set_length(u64::from(wanted));
     let mut silent = 0;
-    while tape.samples + link.lost() < wanted && silent < PATIENCE_LOOKS {
-        let before = tape.samples;
+    while tape.samples - before + link.lost() < wanted && silent < PATIENCE_LOOKS {
+        let seen = tape.samples;
         link.pass(LOOK)?;
         link.listen(|sample| tape.take(sample))?;
-        silent = if tape.samples == before {
-            silent + 1
-        } else {
-            0
-        };
+        silent = if tape.samples == seen { silent + 1 } else { 0 };
         progress.set_position(u64::from(tape.samples));
     }
-    ask(link, Action::Stream(StreamOrder::default()))?;
-    progress.finish_and_clear();
-    let recorded = Recorded {
-        samples: tape.samples,
-        lost: wanted - tape.samples.min(wanted),
-    };
-    tape.finish()?;
-    Ok(recorded)
+    ask(link, Action::Stream(StreamOrder::default()))
 }
 
 fn ask(link: &mut Link, action: Action) -> Result<()> {
@@ -158,9 +181,10 @@ fn shortest(value: f32) -> f64 {
 }
 
 /// A recording under way.
-struct Tape<'a> {
+struct Tape {
     writer: Writer,
-    order: &'a Order,
+    decimation: u16,
+    run: String,
     rate_hz: f64,
     status: BoardStatus,
     measured: Measured,
@@ -169,7 +193,7 @@ struct Tape<'a> {
     temperature_0_k: Option<f32>,
 }
 
-impl Tape<'_> {
+impl Tape {
     fn take(&mut self, sample: &Sample) -> Result<()> {
         let (Some((pairs, electrodes)), Some(outputs)) = (sample.raw, sample.unmodified) else {
             return Ok(());
@@ -185,7 +209,7 @@ impl Tape<'_> {
         let electrode_counts = beacon.then(|| electrodes.map(f64::from));
         self.writer.push(&Row {
             t_s: f64::from(sample.sequence.wrapping_sub(first)) / self.rate_hz,
-            run: &self.order.run,
+            run: &self.run,
             quadrature_counts: quadrature.map(Some),
             teeth: std::array::from_fn(|segment| {
                 Some(teeth(outputs[segment], quadrature[segment]))
@@ -199,7 +223,7 @@ impl Tape<'_> {
         })?;
         self.measured.add(
             sample.sequence,
-            u32::from(self.order.decimation),
+            u32::from(self.decimation),
             &quadrature,
             electrode_counts,
         );

@@ -14,10 +14,15 @@ use super::gate::PlatenEstimator;
 use super::regression::Regression;
 use super::sample::Sample;
 use crate::math::round;
+use rand_pcg::Lcg64Xsh32;
+use rand_pcg::rand_core::Rng;
 use serde::{Deserialize, Serialize};
 
 /// Candidates per chosen pose. Cost of a choice: as many times two substitutions of 33 unknowns, some 50 rows' worth.
 const CANDIDATES: usize = 24;
+
+/// The generator's stream: any would do.
+const STREAM: u64 = 721_347_520_444_481_703;
 
 /// How poses are chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -74,7 +79,9 @@ pub fn foreseen(regression: &Regression, start: &Sample, pose: &RelativePose) ->
 #[derive(Clone, Debug)]
 pub struct Planner {
     range: Range,
-    random: Pcg32,
+    seed: u64,
+    /// Numbers drawn so far.
+    drawn: u64,
 }
 
 impl Planner {
@@ -83,16 +90,17 @@ impl Planner {
     pub const fn new(range: Range, seed: u64) -> Self {
         Self {
             range,
-            random: Pcg32::new(seed),
+            seed,
+            drawn: 0,
         }
     }
 
     /// Uniform over the range.
     pub fn random(&mut self) -> RelativePose {
         RelativePose {
-            x_m: self.random.unit() * self.range.travel_m,
-            y_m: self.random.unit() * self.range.travel_m,
-            theta_rad: (2.0 * self.random.unit() - 1.0) * self.range.turn_rad,
+            x_m: self.unit() * self.range.travel_m,
+            y_m: self.unit() * self.range.travel_m,
+            theta_rad: (2.0 * self.unit() - 1.0) * self.range.turn_rad,
         }
     }
 
@@ -129,6 +137,14 @@ impl Planner {
         best.0
     }
 
+    /// Uniform in 0..1, 24 bits. The generator is wound to its place: it cannot be made at compile time.
+    fn unit(&mut self) -> f32 {
+        let mut generator = Lcg64Xsh32::new(self.seed, STREAM);
+        generator.advance(self.drawn);
+        self.drawn += 1;
+        (generator.next_u32() >> 8) as f32 / 16_777_216.0
+    }
+
     /// Uniform in position, turned as far as allowed to either side.
     fn turned(&mut self) -> RelativePose {
         let pose = self.random();
@@ -150,36 +166,4 @@ fn variance_gain(estimator: &PlatenEstimator, regression: &Regression, sample: &
     };
     let square: f32 = moved[..unknowns - 1].iter().map(|m| m * m).sum();
     square / (1.0 + leverage)
-}
-
-/// Generator of random numbers, 64-bit state (O'Neill 2014, "PCG", XSH-RR).
-#[derive(Clone, Debug)]
-struct Pcg32 {
-    state: u64,
-}
-
-impl Pcg32 {
-    const MULTIPLIER: u64 = 6_364_136_223_846_793_005;
-    const INCREMENT: u64 = 1_442_695_040_888_963_407;
-
-    const fn new(seed: u64) -> Self {
-        let state = seed
-            .wrapping_add(Self::INCREMENT)
-            .wrapping_mul(Self::MULTIPLIER)
-            .wrapping_add(Self::INCREMENT);
-        Self { state }
-    }
-
-    fn next(&mut self) -> u32 {
-        let old = self.state;
-        self.state = old
-            .wrapping_mul(Self::MULTIPLIER)
-            .wrapping_add(Self::INCREMENT);
-        ((((old >> 18) ^ old) >> 27) as u32).rotate_right((old >> 59) as u32)
-    }
-
-    /// Uniform in 0..1, 24 bits.
-    fn unit(&mut self) -> f32 {
-        (self.next() >> 8) as f32 / 16_777_216.0
-    }
 }

@@ -1,4 +1,5 @@
-//! How the courier really moves: quintic legs between rests, an open-loop error at the end of each, and swinging after it.
+//! How the courier really moves: quintic legs between rests, an open-loop error at the end of each, and swinging after it
+//! that dies away whatever it is told next.
 
 use effects::motion::{Motion, Pose};
 
@@ -45,11 +46,10 @@ impl Leg {
         self.start_s + self.duration_s
     }
 
-    fn pose(&self, time_s: f64) -> Pose {
+    /// The move alone, without its swing.
+    fn course(&self, time_s: f64) -> Pose {
         if time_s >= self.end_s() {
-            return self
-                .to
-                .plus(self.swing, self.swing_factor(time_s - self.end_s()));
+            return self.to;
         }
         let [position, velocity, acceleration] = self.from;
         let (u, t) = ((time_s - self.start_s) / self.duration_s, self.duration_s);
@@ -64,13 +64,15 @@ impl Leg {
             )
     }
 
-    /// Starts at 0 with no velocity: the pose stays smooth at the leg's end.
-    fn swing_factor(&self, since_end_s: f64) -> f64 {
-        if !since_end_s.is_finite() {
-            return 0.0;
+    /// The swing about the end. Starts at 0 with no velocity: the pose stays smooth at the leg's end.
+    fn swing(&self, time_s: f64) -> Pose {
+        let since_end_s = time_s - self.end_s();
+        if !(since_end_s.is_finite() && since_end_s > 0.0) {
+            return Pose::default();
         }
         let turn = std::f64::consts::TAU * self.swing_hz * since_end_s;
-        (-since_end_s / self.decay_s).exp() * (1.0 - turn.cos())
+        let factor = (-since_end_s / self.decay_s).exp() * (1.0 - turn.cos());
+        Pose::default().plus(self.swing, factor)
     }
 }
 
@@ -88,18 +90,24 @@ impl Trajectory {
         }
     }
 
-    /// Begins a leg; it goes on smoothly from where the courier is if `from` was taken by [`Trajectory::state`].
+    /// Begins a leg; it goes on smoothly from where the courier is if `from` was taken by [`Trajectory::course_state`]. What
+    /// is left of earlier swings dies away under it; a leg that is cut short has none.
     pub fn push(&mut self, leg: Leg) {
         if self.legs.len() == KEPT {
             self.legs.remove(0);
         }
+        if let Some(last) = self.legs.last_mut()
+            && last.end_s() > leg.start_s
+        {
+            last.swing = Pose::default();
+        }
         self.legs.push(leg);
     }
 
-    /// Pose, velocity and acceleration at an instant, by central differences of 10 us.
-    pub fn state(&self, time_s: f64) -> [Pose; 3] {
-        const STEP_S: f64 = 1.0e-5;
-        let [before, at, after] = [-STEP_S, 0.0, STEP_S].map(|step| self.pose(time_s + step));
+    /// Pose, velocity and acceleration of the move at an instant, swings aside, by central differences of 0.1 ms.
+    pub fn course_state(&self, time_s: f64) -> [Pose; 3] {
+        const STEP_S: f64 = 1.0e-4;
+        let [before, at, after] = [-STEP_S, 0.0, STEP_S].map(|step| self.course(time_s + step));
         let velocity = Pose::default()
             .plus(after, 0.5 / STEP_S)
             .plus(before, -0.5 / STEP_S);
@@ -111,6 +119,11 @@ impl Trajectory {
         ]
     }
 
+    fn course(&self, time_s: f64) -> Pose {
+        let running = self.legs.iter().rev().find(|leg| leg.start_s <= time_s);
+        running.map_or(self.legs[0].from[0], |leg| leg.course(time_s))
+    }
+
     /// The leg that runs, or ran last.
     pub fn last(&self) -> &Leg {
         self.legs.last().expect("there is always a leg")
@@ -119,8 +132,10 @@ impl Trajectory {
 
 impl Motion for Trajectory {
     fn pose(&self, time_s: f64) -> Pose {
-        let running = self.legs.iter().rev().find(|leg| leg.start_s <= time_s);
-        running.map_or(self.legs[0].from[0], |leg| leg.pose(time_s))
+        let begun = self.legs.iter().filter(|leg| leg.start_s <= time_s);
+        begun.fold(self.course(time_s), |pose, leg| {
+            pose.plus(leg.swing(time_s), 1.0)
+        })
     }
 }
 
@@ -147,11 +162,11 @@ mod tests {
     #[test]
     fn pose_and_velocity_have_no_steps() {
         let mut trajectory = Trajectory::standing(Pose::default());
-        trajectory.push(leg(1.0, trajectory.state(1.0)));
+        trajectory.push(leg(1.0, trajectory.course_state(1.0)));
         // Taken over in the middle of the move, back to where it came from.
         let turned = Leg {
             to: Pose::default(),
-            ..leg(1.1, trajectory.state(1.1))
+            ..leg(1.1, trajectory.course_state(1.1))
         };
         trajectory.push(turned);
         let at = |index: i32| trajectory.pose(0.99 + f64::from(index) * 1.0e-5).x_m;
@@ -166,9 +181,27 @@ mod tests {
     }
 
     #[test]
+    fn a_swing_is_not_taken_for_acceleration() {
+        let mut trajectory = Trajectory::standing(Pose::default());
+        trajectory.push(leg(0.0, trajectory.course_state(0.0)));
+        let rest = trajectory.legs[1].to;
+        // The courier still swings by some micrometres when it is told to stay.
+        let stay = Leg {
+            to: rest,
+            swing: Pose::default(),
+            ..leg(0.205, trajectory.course_state(0.205))
+        };
+        trajectory.push(stay);
+        let farthest = (0..200)
+            .map(|ms| trajectory.pose(0.205 + f64::from(ms) * 1.0e-3).x_m - rest.x_m)
+            .fold(0.0, |far: f64, off| far.max(off.abs()));
+        assert!(farthest > 1.0e-6 && farthest < 40.0e-6, "{farthest}");
+    }
+
+    #[test]
     fn comes_to_rest_at_its_end() {
         let mut trajectory = Trajectory::standing(Pose::default());
-        trajectory.push(leg(0.0, trajectory.state(0.0)));
+        trajectory.push(leg(0.0, trajectory.course_state(0.0)));
         assert_eq!(trajectory.pose(-1.0), Pose::default());
         let rest = trajectory
             .pose(0.2 + 0.2)

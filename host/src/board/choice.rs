@@ -7,6 +7,8 @@ use crate::demo::Preset;
 use anyhow::{Context, Result, ensure};
 use courier_sensor::drivers::motion::Target;
 use effects::motion::Pose;
+use effects::plant::Scene;
+use effects::random::{ChaCha8Rng, SeedableRng};
 use embedded_storage::nor_flash::NorFlash;
 use hal_sim::board::SharedFlash;
 use hal_sim::presets::DEFAULT_RMS_M;
@@ -34,9 +36,39 @@ pub struct Choice {
     /// Its seed [default: 1].
     #[arg(long, global = true, value_name = "N")]
     sim_seed: Option<u64>,
+    /// Give it a catalogued effect of that size, µm rms: `velocity_lag=2`; may be repeated.
+    #[arg(long, global = true, value_name = "EFFECT=UM", value_parser = flaw)]
+    sim_effect: Vec<Flaw>,
     /// Keep the simulated board's flash in this file, so that what one command stores the next one finds.
     #[arg(long, global = true, value_name = "FILE")]
     sim_flash: Option<PathBuf>,
+}
+
+/// What `--sim-effect` names.
+#[derive(Clone, Debug)]
+struct Flaw {
+    entry: &'static effects::Entry,
+    rms_m: f64,
+}
+
+/// Time over which effects of a simulated courier drift and slip, s: a survey's.
+const SIM_DURATION_S: f64 = 40.0;
+
+fn flaw(text: &str) -> Result<Flaw, String> {
+    let (name, size) = text
+        .split_once('=')
+        .ok_or("wanted EFFECT=UM, e.g. velocity_lag=2")?;
+    let entry = effects::entry(name).ok_or_else(|| {
+        let names: Vec<&str> = effects::CATALOGUE.iter().map(|entry| entry.name).collect();
+        format!("{name}: no effect, wanted one of {}", names.join(", "))
+    })?;
+    match size.parse::<f64>() {
+        Ok(size_um) if size_um > 0.0 && size_um <= 100.0 => Ok(Flaw {
+            entry,
+            rms_m: 1.0e-6 * size_um,
+        }),
+        _ => Err(format!("{size}: wanted a size above 0 and up to 100 µm")),
+    }
 }
 
 /// A board that was opened. [`Opened::close`] keeps a simulated one's flash.
@@ -55,7 +87,10 @@ impl Choice {
     }
 
     fn simulated_options(&self) -> bool {
-        self.sim_preset.is_some() || self.sim_seed.is_some() || self.sim_flash.is_some()
+        self.sim_preset.is_some()
+            || self.sim_seed.is_some()
+            || self.sim_flash.is_some()
+            || !self.sim_effect.is_empty()
     }
 
     /// Connects.
@@ -76,7 +111,19 @@ impl Choice {
     fn courier(&self) -> Result<(CourierSpec, u64)> {
         let seed = self.sim_seed.unwrap_or(1);
         let preset = self.sim_preset.unwrap_or(Preset::Paper);
-        Ok((preset.courier(seed, None, DEFAULT_RMS_M)?, seed))
+        let mut spec = preset.courier(seed, None, DEFAULT_RMS_M)?;
+        let scene = Scene {
+            geometry: spec.geometry,
+            duration_s: SIM_DURATION_S,
+            amplitude_counts: spec.electronics.amplitude_counts,
+        };
+        for (stream, flaw) in self.sim_effect.iter().enumerate() {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(1 + stream as u64);
+            spec.effects
+                .push((flaw.entry.draw)(&scene, &mut rng, flaw.rms_m));
+        }
+        Ok((spec, seed))
     }
 
     fn simulated(&self) -> Result<Opened> {

@@ -155,6 +155,16 @@ impl Link {
         }
     }
 
+    /// Throws away what has come, before a new stream.
+    ///
+    /// # Errors
+    /// The board cannot be reached.
+    pub fn drop_samples(&mut self) -> Result<()> {
+        self.listen(|_| Ok(()))?;
+        self.lost = 0;
+        Ok(())
+    }
+
     /// Samples of the running stream that the board could not send, as far as it has told.
     pub fn lost(&self) -> u32 {
         self.lost

@@ -2,7 +2,7 @@
 
 use super::calibrate_joint::{Found, steps_table};
 use crate::board::session::{self, LOOK};
-use crate::board::{Choice, Link};
+use crate::board::{Choice, Link, motion};
 use crate::terminal::{figure, print, print_json, progress};
 use anyhow::{Result, bail};
 use clap::ValueEnum;
@@ -70,8 +70,6 @@ pub struct Args {
 
 /// Largest angle of a planned motion, 1.5 degrees.
 const OPTIMAL_TURN_RAD: f32 = 0.026_18;
-/// Looks until a motion is given up: 20 s.
-const MOTION_LOOKS: u32 = 400;
 
 /// What `--json` prints.
 #[derive(Serialize)]
@@ -90,7 +88,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let mut board = choice.open()?;
     let start = args.from.or(if args.joint { board.beacon } else { None });
     if let Some(target) = start {
-        go(&mut board.link, target)?;
+        motion::go(&mut board.link, target, SELF_MOTION_M_PER_S)?;
     }
     let progress = wait(&mut board.link, &order(args))?;
     let found = match progress.ending {
@@ -153,24 +151,6 @@ fn order(args: &Args) -> CalibrateOrder {
         commit: !args.dry_run,
         ..CalibrateOrder::default()
     }
-}
-
-/// Brings the courier to where the session is to start.
-fn go(link: &mut Link, target: Target) -> Result<()> {
-    let speed_m_per_s = SELF_MOTION_M_PER_S;
-    let Reply::Done = link.ask(Action::GoTo { target, speed_m_per_s })? else {
-        bail!(super::STRANGE_REPLY)
-    };
-    for _ in 0..MOTION_LOOKS {
-        link.pass(LOOK)?;
-        let Reply::Status(status) = link.ask(Action::Status)? else {
-            bail!(super::STRANGE_REPLY)
-        };
-        if !status.moving {
-            return Ok(());
-        }
-    }
-    bail!("the motion controller: found no rest within 20 s, wanted one")
 }
 
 /// The joint calibration that was just put in force.

@@ -2,10 +2,11 @@
 
 use crate::board::Choice;
 use crate::board_model::BoardModel;
-use crate::terminal::{print, warn};
+use crate::terminal::{print, print_json, warn};
 use anyhow::{Context, Result, bail, ensure};
 use courier_sensor::link::message::{Action, Reply, Source};
 use diagnosis::Model;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -24,6 +25,9 @@ pub struct Args {
     /// Put it in force, but do not store it.
     #[arg(long)]
     dry_run: bool,
+    /// Print one JSON object instead of sentences.
+    #[arg(long)]
+    json: bool,
 }
 
 /// Reads, translates, loads, stores.
@@ -42,39 +46,34 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         "{name}: schema: found {}, wanted 1",
         model.schema
     );
-    let translated = BoardModel::new(&model).context(name)?;
     let mut board = choice.open()?;
     let Reply::Calibration(mut calibration) = board.link.ask(Action::Read(Source::InForce))? else {
         bail!(super::STRANGE_REPLY)
     };
+    let translated = BoardModel::new(&model, &calibration.geometry).context(name)?;
     calibration.model = translated.model;
     let Reply::Done = board.link.ask(Action::Load(calibration))? else {
         bail!(super::STRANGE_REPLY)
     };
-    let place = if args.dry_run {
-        "in force, not stored".to_owned()
+    let stored = if args.dry_run {
+        None
     } else {
-        let Reply::Place(place) = board.link.ask(Action::Commit {
-            lose_unknown: false,
-        })?
-        else {
+        let Reply::Place(place) = board.link.ask(Action::Commit { lose_unknown: false })? else {
             bail!(super::STRANGE_REPLY)
         };
-        format!(
-            "in force and stored: slot {}, number {}",
-            place.slot, place.sequence
-        )
+        Some(place)
     };
     board.close()?;
+    if args.json {
+        let taken: BTreeMap<_, _> = translated.taken.into_iter().collect();
+        print_json(&serde_json::json!({ "terms": taken, "left": translated.left, "left_rms_m": translated.left_m, "stored": stored }))?;
+        return Ok(ExitCode::SUCCESS);
+    }
     translated.left.iter().for_each(|line| warn(line));
-    let taken: Vec<String> = translated
-        .taken
-        .iter()
-        .map(|(effect, terms)| format!("{effect} ({terms} terms)"))
-        .collect();
-    print(&format!(
-        "{}\n{place}; next: courier calibrate",
-        taken.join(", ")
-    ))?;
+    let taken: Vec<String> = translated.taken.iter().map(|(effect, terms)| format!("{effect} ({terms} terms)")).collect();
+    let place = stored.map_or("in force, not stored".to_owned(), |place| {
+        format!("in force and stored: slot {}, number {}", place.slot, place.sequence)
+    });
+    print(&format!("{}\n{place}; next: courier calibrate", taken.join(", ")))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,7 +1,8 @@
 //! `courier record DIR`.
 
 use crate::board::Choice;
-use crate::recorder::{Order, record};
+use crate::recorder::{Order, Run, record};
+use crate::survey;
 use crate::terminal::{print, print_json, progress};
 use anyhow::{Result, ensure};
 use courier_sensor::drivers::motion::Target;
@@ -13,16 +14,16 @@ use std::process::ExitCode;
 /// Amplitudes and noise in recording.toml are measured from the recording itself: the noise by third differences of
 /// neighbouring samples, which a smooth motion does not reach.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  courier --probe any record flight --seconds 2 --go-to 0,40,0")]
+#[command(after_help = "Examples:\n  courier --probe any record flight --seconds 2 --go-to 0,40,0\n  courier --probe any record survey --survey 0,0,0")]
 pub struct Args {
     /// Folder to make; a recording that is there already is replaced.
     folder: PathBuf,
     /// How long, s.
     #[arg(long, default_value_t = 1.0, value_name = "S")]
     seconds: f64,
-    /// One sample in so many.
-    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    decimation: u16,
+    /// One sample in so many [default: 1, or 20 for a survey].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    decimation: Option<u16>,
     /// Name of the motion.
     #[arg(long, default_value = "recorded")]
     run: String,
@@ -32,10 +33,17 @@ pub struct Args {
     /// Speed of that motion, mm/s.
     #[arg(long, default_value_t = 50.0, value_name = "MM_S")]
     speed_mm_s: f32,
+    /// Make the motions that a diagnosis wants, within 26 mm of this place: both directions, three speeds, turned, turning,
+    /// still; some 25 s.
+    #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, value_parser = super::target, conflicts_with_all = ["seconds", "run", "go_to", "speed_mm_s"])]
+    survey: Option<Target>,
     /// Print one JSON object instead of a sentence.
     #[arg(long)]
     json: bool,
 }
+
+/// A survey's samples at 20 kHz: one a millisecond.
+const SURVEY_DECIMATION: u16 = 20;
 
 /// Records and says how many samples there are and how many are not.
 ///
@@ -44,13 +52,11 @@ pub struct Args {
 pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     ensure!((1.0e-3..=86_400.0).contains(&args.seconds), "--seconds: found {}, wanted 0.001 to 86400", args.seconds);
     let mut board = choice.open()?;
-    let order = Order {
-        folder: args.folder.clone(),
-        seconds: args.seconds,
-        decimation: args.decimation,
-        run: args.run.clone(),
-        motion: args.go_to.map(|target| (target, args.speed_mm_s * 1.0e-3)),
+    let (runs, decimation) = match args.survey {
+        Some(centre) => (survey::runs(centre), SURVEY_DECIMATION),
+        None => (vec![single(args)], 1),
     };
+    let order = Order { folder: args.folder.clone(), decimation: args.decimation.unwrap_or(decimation), runs };
     let recorded = record(&mut board.link, &order, &progress(0, "recording: samples"))?;
     board.close()?;
     if args.json {
@@ -59,4 +65,9 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         print(&format!("{} samples in {}, {} could not be taken", recorded.samples, args.folder.display(), recorded.lost))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn single(args: &Args) -> Run {
+    let to = args.go_to.map(|target| (target, args.speed_mm_s * 1.0e-3));
+    Run { name: args.run.clone(), from: None, to, seconds: args.seconds }
 }

@@ -1,11 +1,12 @@
 //! `courier replay RECORDING`.
 
-use crate::replay::{Report, replay};
+use crate::calibration_file::CalibrationFile;
+use crate::replay::{Report, applied, replay};
 use crate::terminal::{micrometres, print, print_json, progress, table, warn};
 use anyhow::Result;
 use recording::Recording;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Calibrate on a recording and show what remains on stretches that were not fitted.
@@ -18,6 +19,9 @@ use std::process::ExitCode;
 pub struct Args {
     /// Folder with recording.toml and samples.csv.
     recording: PathBuf,
+    /// Fit nothing: apply this calibration, as `courier export` wrote it, and show g_p over the whole recording.
+    #[arg(long, value_name = "FILE")]
+    calibration: Option<PathBuf>,
     /// Print one JSON object instead of the table.
     #[arg(long)]
     json: bool,
@@ -38,11 +42,29 @@ struct Output<'a> {
 pub fn run(args: &Args) -> Result<ExitCode> {
     let recording = Recording::read(&args.recording)?;
     recording.warnings.iter().for_each(|warning| warn(warning));
+    if let Some(path) = &args.calibration {
+        return apply(args, &recording, path);
+    }
     let report = replay(&recording, &progress(0, "replaying"))?;
     if args.json {
         print_json(&Output { recording: args.recording.display().to_string(), report: &report })?;
     } else {
         print(&text(&recording, &report))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn apply(args: &Args, recording: &Recording, path: &Path) -> Result<ExitCode> {
+    let g_p = applied(recording, &CalibrationFile::read(path)?)?;
+    if args.json {
+        print_json(&serde_json::json!({
+            "recording": args.recording.display().to_string(),
+            "calibration": path.display().to_string(),
+            "g_p": g_p,
+        }))?;
+    } else {
+        let (raw, calibrated) = (micrometres(g_p.raw_rms_m), micrometres(g_p.calibrated_rms_m));
+        print(&format!("{}: {} samples, g_p {raw} -> {calibrated} µm rms, nothing fitted", recording.meta.device, g_p.samples))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -111,7 +111,7 @@ impl Observer {
 }
 
 /// A count of a 16 bit converter; none if it is not whole or too large.
-fn as_count(value: f64) -> Option<i16> {
+pub(super) fn as_count(value: f64) -> Option<i16> {
     (value.fract() == 0.0 && (f64::from(i16::MIN)..=f64::from(i16::MAX)).contains(&value))
         .then_some(value as i16)
 }

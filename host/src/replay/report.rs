@@ -222,7 +222,8 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
     (sum / count as f64).sqrt()
 }
 
-fn deviation(values: &[f64]) -> f64 {
+/// Root mean square about the mean.
+pub(super) fn deviation(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     rms(values.iter().map(|value| value - mean))
 }

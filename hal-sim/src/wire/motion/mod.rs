@@ -267,7 +267,7 @@ impl Controller {
 
     /// Comes to rest ahead of where it is, as far as it rolls when braking evenly.
     fn brake(&mut self, now_s: f64) {
-        let [at, velocity, _] = self.told.state(now_s);
+        let [at, velocity, _] = self.told.course_state(now_s);
         if self.told.last().end_s() > now_s {
             let speed = velocity
                 .x_m
@@ -298,14 +298,14 @@ impl Controller {
         let told = Leg {
             start_s: now_s,
             duration_s,
-            from: self.told.state(now_s),
+            from: self.told.course_state(now_s),
             to,
             swing: Pose::default(),
             swing_hz,
             decay_s,
         };
         let truth = Leg {
-            from: self.truth.state(now_s),
+            from: self.truth.course_state(now_s),
             to: to.plus(error, 1.0),
             swing,
             ..told

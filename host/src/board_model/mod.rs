@@ -1,0 +1,445 @@
+//! The diagnosed model as the board's error model: which of its effects are terms there, and with which coefficients.
+
+mod refit;
+
+use anyhow::{Result, ensure};
+use courier_sensor::frame::SEGMENTS;
+use courier_sensor::geometry::Geometry;
+use courier_sensor::model::{
+    ErrorModel, MAX_LATERAL_ORDER, MAX_TERMS, Multiplier, Term, TermTable,
+};
+use diagnosis::Model;
+use diagnosis::baseline::ORDERS;
+use refit::{Diagnosed, Refitted, refit};
+
+/// Most terms of the own phase alone that the board can recalibrate with (`calibration::StartError::Terms`).
+const MOST_OWN: usize = 6;
+
+/// Terms smaller than this are left out: a tenth of what the sensor resolves, and each costs the interrupt its time.
+const LEAST_M: f64 = 20.0e-9;
+/// Half a degree.
+const USUAL_ANGLE_RAD: f64 = 8.727e-3;
+/// A fly-by's.
+const USUAL_SPEED_M_S: f64 = 0.1;
+/// A morning's.
+const USUAL_WARMING_K: f64 = 5.0;
+
+/// A model for the board.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BoardModel {
+    /// Terms and coefficients.
+    pub model: ErrorModel,
+    /// Effects that became terms, and how many each.
+    pub taken: Vec<(String, usize)>,
+    /// What the board has no term for, one line each.
+    pub left: Vec<String>,
+    /// What the board's terms leave of the model's correction, rms of a segment, m.
+    pub left_m: f64,
+}
+
+/// A term with the coefficients of all segments.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Row {
+    term: Term,
+    coefficients: [[f64; 2]; SEGMENTS],
+}
+
+impl Row {
+    fn empty(term: Term) -> Self {
+        Self {
+            term,
+            coefficients: [[0.0; 2]; SEGMENTS],
+        }
+    }
+
+    fn is_own(&self) -> bool {
+        self.term == Term::own(self.term.own_order)
+    }
+
+    fn is_equation_3(&self) -> bool {
+        self.is_own() && ORDERS.contains(&usize::from(self.term.own_order))
+    }
+
+    /// Largest correction that it makes, metres, at the angle, speed and temperature of usual work.
+    fn size_m(&self) -> f64 {
+        let all = self.coefficients.as_flattened();
+        let largest = all.iter().fold(0.0, |largest: f64, c| c.abs().max(largest));
+        let factor = match self.term.multiplier {
+            Multiplier::None | Multiplier::Direction => 1.0,
+            Multiplier::Speed => USUAL_SPEED_M_S,
+            Multiplier::Temperature => USUAL_WARMING_K,
+        };
+        largest * factor * USUAL_ANGLE_RAD.powi(i32::from(self.term.theta_power))
+    }
+}
+
+impl BoardModel {
+    /// Takes over equation (3) and every effect that the board has terms for, fitted to the board's phases.
+    ///
+    /// # Errors
+    /// No effect is one, or a coefficient is out of the board's range.
+    pub fn new(diagnosed: &Model, geometry: &Geometry) -> Result<Self> {
+        let own = equation_3(diagnosed);
+        let Effects {
+            all,
+            chosen,
+            taken,
+            mut left,
+        } = effects(diagnosed, &own);
+        ensure!(
+            !taken.is_empty(),
+            "found {}, wanted an effect that the board's error model has terms for (lateral_dependence, extra_harmonics, angle_dependence, velocity_lag, hysteresis, thermal_drift)",
+            if diagnosed.effects.is_empty() {
+                "no effect in the model".into()
+            } else {
+                left.join("; ")
+            }
+        );
+        let correction = Diagnosed {
+            own: &own,
+            effects: &all,
+            constants_m: diagnosed.baseline_with_effects.k_m.map(|k| k[0]),
+        };
+        let mut candidates = [own.as_slice(), &chosen].concat();
+        let lateral = chosen.iter().any(|row| row.term.lateral_order != 0);
+        if lateral && candidates.len() < MAX_TERMS {
+            candidates.push(Row::empty(Term::lateral(MAX_LATERAL_ORDER as i8)));
+        }
+        let mut refitted = refit(&correction, &candidates, geometry)?;
+        let worth = |row: &Row| row.is_equation_3() || row.size_m() >= LEAST_M;
+        let kept: Vec<Row> = refitted.rows.iter().copied().filter(worth).collect();
+        if kept.len() < refitted.rows.len() {
+            left.push(format!(
+                "{} terms below 20 nm are left out",
+                refitted.rows.len() - kept.len()
+            ));
+            refitted = refit(&correction, &kept, geometry)?;
+        }
+        if refitted.left_m > LEAST_M {
+            left.push(format!(
+                "{:.3} µm rms of the model's correction is in no term of the board's",
+                1.0e6 * refitted.left_m
+            ));
+        }
+        Ok(Self {
+            model: model(&refitted)?,
+            taken,
+            left,
+            left_m: refitted.left_m,
+        })
+    }
+}
+
+/// The effects' terms.
+struct Effects {
+    /// Every one that the board's error model can express.
+    all: Vec<Row>,
+    /// Those that have room in its table.
+    chosen: Vec<Row>,
+    taken: Vec<(String, usize)>,
+    left: Vec<String>,
+}
+
+fn effects(diagnosed: &Model, own: &[Row]) -> Effects {
+    let (mut all, mut table) = (Vec::new(), own.to_vec());
+    let (mut taken, mut left) = (Vec::new(), Vec::new());
+    for effect in &diagnosed.effects {
+        let mut rows: Vec<Row> = Vec::new();
+        let mut unknown = 0;
+        for amount in &effect.amounts {
+            match place(&effect.name, &amount.name) {
+                Some((term, part, segment)) => set(&mut rows, term, part, segment, amount.value),
+                None => unknown += 1,
+            }
+        }
+        all.extend_from_slice(&rows);
+        let dropped = fit_in(&table, &mut rows);
+        if !rows.is_empty() {
+            taken.push((effect.name.clone(), rows.len()));
+        }
+        table.extend(rows);
+        if unknown + dropped > 0 {
+            left.push(format!("{}: {unknown} amounts are no term of the board's error model, {dropped} terms have no room in it", effect.name));
+        }
+    }
+    let chosen = table.split_off(own.len());
+    Effects {
+        all,
+        chosen,
+        taken,
+        left,
+    }
+}
+
+fn equation_3(diagnosed: &Model) -> Vec<Row> {
+    let k = &diagnosed.baseline_with_effects.k_m;
+    let row = |(j, &order): (usize, &usize)| Row {
+        term: Term::own(order as u8),
+        coefficients: std::array::from_fn(|s| [k[s][1 + 2 * j], k[s][2 + 2 * j]]),
+    };
+    ORDERS.iter().enumerate().map(row).collect()
+}
+
+fn set(rows: &mut Vec<Row>, term: Term, part: usize, segment: usize, value: f64) {
+    if !rows.iter().any(|row| row.term == term) {
+        rows.push(Row::empty(term));
+    }
+    if let Some(row) = rows.iter_mut().find(|row| row.term == term) {
+        row.coefficients[segment][part] += value;
+    }
+}
+
+/// Keeps the largest rows that there is room for beside those before, and tells how many had none.
+fn fit_in(before: &[Row], rows: &mut Vec<Row>) -> usize {
+    let all = rows.len();
+    rows.sort_by(|a, b| b.size_m().total_cmp(&a.size_m()));
+    let mut room_own = MOST_OWN.saturating_sub(before.iter().filter(|row| row.is_own()).count());
+    rows.retain(|row| {
+        let fits = !row.is_own() || room_own > 0;
+        room_own -= usize::from(row.is_own() && fits);
+        fits
+    });
+    rows.truncate(MAX_TERMS - before.len());
+    all - rows.len()
+}
+
+fn model(refitted: &Refitted) -> Result<ErrorModel> {
+    let terms: Vec<Term> = refitted.rows.iter().map(|row| row.term).collect();
+    let table = TermTable::new(&terms)
+        .map_err(|(index, error)| anyhow::anyhow!("term {index}: {error}"))?;
+    let mut model = ErrorModel::zero(table);
+    model.constants_m = refitted.constants_m.map(|k| k as f32);
+    for (slot, row) in model.coefficients.iter_mut().zip(&refitted.rows) {
+        *slot = row.coefficients.map(|pair| pair.map(|value| value as f32));
+    }
+    model.validate()?;
+    Ok(model)
+}
+
+/// Term, its part (0 sine, 1 cosine) and segment of a named amount; none where the board has no such term.
+fn place(effect: &str, amount: &str) -> Option<(Term, usize, usize)> {
+    let segment = number(amount, "segment ")?
+        .checked_sub(1)
+        .filter(|s| *s < SEGMENTS as i64)? as usize;
+    let constant = |multiplier| Some((Term::default().with(multiplier), 1, segment));
+    match effect {
+        "velocity_lag" if amount.starts_with("delay,") => return constant(Multiplier::Speed),
+        "hysteresis" if amount.starts_with("direction of travel,") => {
+            return constant(Multiplier::Direction);
+        }
+        "thermal_drift" if amount.starts_with("offset, segment") => {
+            return constant(Multiplier::Temperature);
+        }
+        _ => {}
+    }
+    let part = if amount.contains(" sine,") {
+        0
+    } else if amount.contains(" cosine,") {
+        1
+    } else {
+        return None;
+    };
+    let order = |mark| number(amount, mark).and_then(|n| i8::try_from(n).ok());
+    let term = match effect {
+        "lateral_dependence" if amount.starts_with("own order ") => Term {
+            own_order: order("own order ")?.unsigned_abs(),
+            lateral_order: order("lateral order ")?,
+            ..Term::default()
+        },
+        "lateral_dependence" => Term::lateral(order("order ")?),
+        "extra_harmonics" => Term::own(order("order ")?.unsigned_abs()),
+        "angle_dependence" if amount.starts_with("theta times ") => {
+            Term::own(order("order ")?.unsigned_abs()).with_theta(1)
+        }
+        "angle_dependence" if amount.starts_with("theta squared times ") => {
+            Term::own(order("order ")?.unsigned_abs()).with_theta(2)
+        }
+        _ => return None,
+    };
+    Some((term, part, segment))
+}
+
+/// The whole number behind a mark.
+fn number(text: &str, mark: &str) -> Option<i64> {
+    let rest = text.split(mark).nth(1)?;
+    let end = rest
+        .char_indices()
+        .find(|(i, c)| !(c.is_ascii_digit() || *i == 0 && *c == '-'))
+        .map_or(rest.len(), |(i, _)| i);
+    rest[..end].parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use diagnosis::model::EffectAmounts;
+    use diagnosis::report::Magnitude;
+
+    fn amount(name: &str, value: f64) -> Magnitude {
+        Magnitude {
+            name: name.into(),
+            value,
+            unit: "m".into(),
+        }
+    }
+
+    fn diagnosed(effect: &str, amounts: Vec<Magnitude>) -> Model {
+        Model {
+            effects: vec![EffectAmounts {
+                name: effect.into(),
+                carries_over: true,
+                amounts,
+            }],
+            ..Model::default()
+        }
+    }
+
+    #[test]
+    fn amounts_become_the_terms_that_they_are() {
+        let at = |effect, name| place(effect, name);
+        assert_eq!(
+            at("lateral_dependence", "order 2 cosine, segment 3"),
+            Some((Term::lateral(2), 1, 2))
+        );
+        let mixed = Term {
+            own_order: 2,
+            lateral_order: -1,
+            ..Term::default()
+        };
+        assert_eq!(
+            at(
+                "lateral_dependence",
+                "own order 2, lateral order -1 sine, segment 1"
+            ),
+            Some((mixed, 0, 0))
+        );
+        assert_eq!(
+            at("angle_dependence", "theta times order 1 sine, segment 4"),
+            Some((Term::own(1).with_theta(1), 0, 3))
+        );
+        assert_eq!(
+            at("velocity_lag", "delay, segment 2"),
+            Some((Term::default().with(Multiplier::Speed), 1, 1))
+        );
+        assert_eq!(at("velocity_lag", "square of speed, segment 2"), None);
+        assert_eq!(at("psd_nonlinearity", "cubic x"), None);
+    }
+
+    #[test]
+    fn every_term_that_the_sensor_sides_can_give_is_one_of_the_board() {
+        let survey = effects::sensor::Survey {
+            segments: [true; 4],
+            turning: true,
+            moving: true,
+            lateral: true,
+            temperature: true,
+            pitch_m: 1.0e-3,
+            top_speed_m_s: [0.05; 4],
+            ..Default::default()
+        };
+        for name in [
+            "lateral_dependence",
+            "extra_harmonics",
+            "angle_dependence",
+            "velocity_lag",
+            "hysteresis",
+            "thermal_drift",
+        ] {
+            let side = effects::sensor_sides()
+                .into_iter()
+                .find(|side| side.name() == name)
+                .expect(name);
+            let amounts = side
+                .regressors(&survey)
+                .iter()
+                .map(|r| amount(&r.name, if r.unit == "m" { 1.0e-6 } else { 1.0e-5 }))
+                .collect();
+            let board = BoardModel::new(&diagnosed(name, amounts), &Geometry::PAPER).expect(name);
+            assert!(board.model.terms.len() > 4, "{name}");
+        }
+    }
+
+    #[test]
+    fn the_largest_harmonics_are_kept_where_not_all_have_room() {
+        let amounts = [(3, 1.0e-7), (5, 3.0e-6), (8, 2.0e-6)]
+            .map(|(n, v)| amount(&format!("order {n} sine, segment 1"), v));
+        let board = BoardModel::new(
+            &diagnosed("extra_harmonics", amounts.to_vec()),
+            &Geometry::PAPER,
+        )
+        .unwrap();
+        let orders: Vec<u8> = board
+            .model
+            .terms
+            .iter()
+            .map(|term| term.own_order)
+            .collect();
+        assert_eq!(orders, [1, 2, 4, 6, 5, 8]);
+        assert!(
+            board.left[0].contains("1 terms have no room"),
+            "{:?}",
+            board.left
+        );
+        // Order 3's 0.035 µm, and what the phases' own error makes of the others.
+        assert!(
+            (0.035e-6..0.15e-6).contains(&board.left_m),
+            "{:e}",
+            board.left_m
+        );
+    }
+
+    /// The error of equation (3) moves the phases that the diagnosis speaks of: terms taken over as they are miss more than
+    /// terms fitted to the board's own phases.
+    #[test]
+    fn terms_are_fitted_to_the_board_s_own_phases() {
+        let amounts = [
+            ("order 1 sine, segment 1", 6.0e-6),
+            ("order 1 cosine, segment 2", -4.0e-6),
+        ];
+        let mixed = [1, 2, 3].into_iter().flat_map(|order| {
+            [-1, 1].map(|lateral| {
+                format!("own order {order}, lateral order {lateral} sine, segment 3")
+            })
+        });
+        let mut list = amounts.map(|(name, value)| amount(name, value)).to_vec();
+        list.extend(mixed.map(|name| amount(&name, 1.0e-12)));
+        list.push(amount("order 2 sine, segment 1", 1.0e-12));
+        let mut model = diagnosed("lateral_dependence", list);
+        for k in &mut model.baseline_with_effects.k_m {
+            (k[1], k[4]) = (12.0e-6, -8.0e-6);
+        }
+        let geometry = Geometry::PAPER;
+        let (own, board) = (
+            equation_3(&model),
+            BoardModel::new(&model, &geometry).unwrap(),
+        );
+        let Effects { all, chosen, .. } = effects(&model, &own);
+        let as_they_are: Vec<Row> = [own.as_slice(), &chosen].concat();
+        let correction = Diagnosed {
+            own: &own,
+            effects: &all,
+            constants_m: [0.0; SEGMENTS],
+        };
+        let refitted = refit(&correction, &as_they_are, &geometry).unwrap();
+        assert!(refitted.left_m < 0.1e-6, "{:e}", refitted.left_m);
+        let unchanged = refit::miss_m(&correction, &as_they_are, &geometry);
+        assert!(
+            unchanged > 1.5 * refitted.left_m,
+            "{unchanged:e} against {:e}",
+            refitted.left_m
+        );
+        assert!(board.model.terms.len() > 5);
+    }
+
+    #[test]
+    fn a_model_without_a_term_for_the_board_is_refused() {
+        assert!(BoardModel::new(&Model::default(), &Geometry::PAPER).is_err());
+        assert!(
+            BoardModel::new(
+                &diagnosed("psd_nonlinearity", vec![amount("cubic x", 1.0)]),
+                &Geometry::PAPER
+            )
+            .is_err()
+        );
+    }
+}
