@@ -1,9 +1,10 @@
-//! `cargo xtask test`: formatting, lints, documentation, every test of the workspace, the library on the target.
+//! `cargo xtask test`: formatting, lints, documentation, every test of the workspace, the reports in a
+//! browser, the library on the target.
 //!
 //! All tests run in the profile `checked` (Cargo.toml): optimised, since they simulate for minutes otherwise, and
 //! with the overflow checks and debug assertions of a debug build. The last line is `N passed, N failed`.
 
-use crate::{arm, cargo};
+use crate::{arm, browser, cargo};
 use anyhow::{Context, Result, ensure};
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
@@ -62,7 +63,8 @@ pub fn run(arguments: &[String]) -> Result<()> {
     let mut documentation = cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
     documentation.env("RUSTDOCFLAGS", "-D warnings");
     total.add(step("documentation", documentation));
-    total.add(target());
+    total.add(checked("reports in a browser", || browser::run(&[])));
+    total.add(checked("the Cortex-M4F", arm::checks));
     println!("{} passed, {} failed", total.passed, total.failed);
     ensure!(total.failed == 0, "{} failed", total.failed);
     Ok(())
@@ -148,15 +150,15 @@ fn summary(line: &str) -> Option<Tally> {
     })
 }
 
-/// What has to hold on the Cortex-M4F.
-fn target() -> Tally {
-    say("the Cortex-M4F");
+/// A check of this program's own.
+fn checked(name: &str, check: impl FnOnce() -> Result<()>) -> Tally {
+    say(name);
     let begin = Instant::now();
-    let outcome = arm::checks();
+    let outcome = check();
     if let Err(error) = &outcome {
         say(&format!("{error:#}"));
     }
-    say_done("the Cortex-M4F", outcome.is_ok(), begin);
+    say_done(name, outcome.is_ok(), begin);
     Tally::one(outcome.is_ok())
 }
 
