@@ -73,6 +73,8 @@ bitflags::bitflags! {
         const FROZEN = 1 << 23;
         /// The two angles disagree by more than any error of the segments: some segment's tooth count is off.
         const PARITY = 1 << 24;
+        /// A tooth map is in force and a segment is outside its trusted area: its field is taken as zero there.
+        const OUTSIDE_MAP = 1 << 25;
     }
 }
 

@@ -14,5 +14,5 @@ pub mod emulation;
 pub mod link;
 
 pub use courier_signal::{
-    beacon, frame, geometry, lsq, math, model, psd, quadrature, settings, step, swap,
+    beacon, diode, frame, geometry, lsq, math, model, psd, quadrature, settings, step, swap, teeth,
 };

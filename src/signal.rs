@@ -5,6 +5,7 @@
 #![no_std]
 
 pub mod beacon;
+pub mod diode;
 pub mod frame;
 pub mod geometry;
 mod lanes;
@@ -16,6 +17,7 @@ pub mod quadrature;
 pub mod settings;
 pub mod step;
 pub mod swap;
+pub mod teeth;
 
 #[cfg(target_os = "none")]
 #[path = "board/fpu.rs"]

@@ -13,6 +13,7 @@ use crate::model::{
 use crate::psd::{self, CompiledBeacon};
 use crate::quadrature::{self, CompiledPair, CounterLimits, Counters, PairCorrection, above};
 use crate::settings::{ConfigError, Settings};
+use crate::teeth::ToothMap;
 use core::sync::atomic::{Ordering, compiler_fence};
 
 /// [`Settings`] in machine units: all the interrupt reads. About 1.3 KiB.
@@ -218,6 +219,28 @@ pub fn isr_step<'s>(config: &StepConfig, state: &'s mut StepState) -> &'s Frame 
     } else {
         sample::<false>(config, state);
         state.frame.beacon.seen = false;
+    }
+    &state.frame
+}
+
+/// The same with a tooth map: its errors are added to the calibrated outputs before the pose.
+#[inline(never)]
+pub fn isr_step_mapped<'s>(
+    config: &StepConfig,
+    state: &'s mut StepState,
+    map: &ToothMap,
+) -> &'s Frame {
+    sample::<true>(config, state);
+    let frame = &mut state.frame;
+    let (errors, inside) = map.errors_turns(frame);
+    let sum = |i: usize| frame.segments[i].calibrated.fraction_turns + errors[i];
+    let sums = [Lanes([sum(0), sum(2)]), Lanes([sum(1), sum(3)])];
+    let pairs = [correct::<0>(frame, sums[0]), correct::<1>(frame, sums[1])];
+    pose(config, frame, &pairs);
+    frame.status.set(Status::OUTSIDE_MAP, !inside);
+    match &config.beacon_pose {
+        Some(beacon) => relate_to_beacon(beacon, frame),
+        None => frame.beacon.seen = false,
     }
     &state.frame
 }

@@ -4,14 +4,22 @@
 //! writes its spare and sends the reference down a queue of one place; the interrupt, before a sample, takes it and sends
 //! its old one up. So each set has one owner at any time, none is ever half-written, nothing is copied in the interrupt,
 //! and the interrupt's cost is a few loads and stores whether or not there is a new set.
+//!
+//! Of the tooth map there is one only: the background's while it is being filled, the interrupt's while it is applied, and
+//! asked back by a flag.
 
 use crate::step::StepConfig;
+use crate::teeth::ToothMap;
+use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use heapless::spsc::{Consumer, Producer, Queue};
 
 /// The two queues. Lives as long as both ends: in a static on the target.
 pub struct SwapQueues<'c> {
     down: Queue<&'c mut StepConfig, 2>,
     up: Queue<&'c mut StepConfig, 2>,
+    map_down: Queue<&'c mut ToothMap, 2>,
+    map_up: Queue<&'c mut ToothMap, 2>,
+    map_recalled: AtomicBool,
 }
 
 impl<'c> SwapQueues<'c> {
@@ -20,27 +28,42 @@ impl<'c> SwapQueues<'c> {
         Self {
             down: Queue::new(),
             up: Queue::new(),
+            map_down: Queue::new(),
+            map_up: Queue::new(),
+            map_recalled: AtomicBool::new(false),
         }
     }
 
-    /// Gives `active` to the interrupt's end and `spare` to the background's.
+    /// Gives `active` to the interrupt's end, `spare` and the map's memory to the background's.
     pub fn split<'q>(
         &'q mut self,
         active: &'c mut StepConfig,
         spare: &'c mut StepConfig,
+        map: &'c mut ToothMap,
     ) -> (SwapSender<'q, 'c>, SwapReceiver<'q, 'c>) {
         let (send, receive) = self.down.split();
         let (give_back, reclaim) = self.up.split();
+        let (send_map, receive_map) = self.map_down.split();
+        let (give_back_map, reclaim_map) = self.map_up.split();
+        let recalled: &AtomicBool = &self.map_recalled;
         (
             SwapSender {
                 spare: Some(spare),
                 send,
                 reclaim,
+                map: Some(map),
+                send_map,
+                reclaim_map,
+                recalled,
             },
             SwapReceiver {
                 active,
                 receive,
                 give_back,
+                map: None,
+                receive_map,
+                give_back_map,
+                recalled,
             },
         )
     }
@@ -62,6 +85,10 @@ pub struct SwapSender<'q, 'c> {
     spare: Option<&'c mut StepConfig>,
     send: Producer<'q, &'c mut StepConfig>,
     reclaim: Consumer<'q, &'c mut StepConfig>,
+    map: Option<&'c mut ToothMap>,
+    send_map: Producer<'q, &'c mut ToothMap>,
+    reclaim_map: Consumer<'q, &'c mut ToothMap>,
+    recalled: &'q AtomicBool,
 }
 
 impl SwapSender<'_, '_> {
@@ -86,6 +113,36 @@ impl SwapSender<'_, '_> {
         })
     }
 
+    /// The map's memory, for filling; none while the interrupt has it.
+    pub fn map_mut(&mut self) -> Option<&mut ToothMap> {
+        self.take_map_back();
+        self.map.as_deref_mut()
+    }
+
+    /// Has the map applied from the next sample on, as it is.
+    ///
+    /// # Errors
+    /// [`SwapBusy`] if it is not here: recall it first.
+    pub fn apply_map(&mut self) -> Result<(), SwapBusy> {
+        self.take_map_back();
+        let map = self.map.take().ok_or(SwapBusy)?;
+        self.recalled.store(false, Relaxed);
+        self.send_map.enqueue(map).map_err(|map| {
+            self.map = Some(map);
+            SwapBusy
+        })
+    }
+
+    /// Has it applied no longer; it is here within a sample's time.
+    pub fn recall_map(&mut self) {
+        self.take_map_back();
+        self.recalled.store(self.map.is_none(), Relaxed);
+    }
+
+    fn take_map_back(&mut self) {
+        self.map = self.map.take().or_else(|| self.reclaim_map.dequeue());
+    }
+
     /// Whether the interrupt has taken the last offered set.
     pub fn taken(&mut self) -> bool {
         self.spare().is_ok()
@@ -97,6 +154,10 @@ pub struct SwapReceiver<'q, 'c> {
     active: &'c mut StepConfig,
     receive: Consumer<'q, &'c mut StepConfig>,
     give_back: Producer<'q, &'c mut StepConfig>,
+    map: Option<&'c mut ToothMap>,
+    receive_map: Consumer<'q, &'c mut ToothMap>,
+    give_back_map: Producer<'q, &'c mut ToothMap>,
+    recalled: &'q AtomicBool,
 }
 
 impl SwapReceiver<'_, '_> {
@@ -111,6 +172,22 @@ impl SwapReceiver<'_, '_> {
             let _ = self.give_back.enqueue(old);
         }
         self.active
+    }
+
+    /// The same, and the tooth map if one is in force.
+    #[inline(always)]
+    pub fn current_with_map(&mut self) -> (&StepConfig, Option<&ToothMap>) {
+        if self.recalled.load(Relaxed)
+            && let Some(map) = self.map.take()
+        {
+            // There is one map: its place is free.
+            let _ = self.give_back_map.enqueue(map);
+        }
+        if let Some(map) = self.receive_map.dequeue() {
+            self.map = Some(map);
+        }
+        self.current();
+        (self.active, self.map.as_deref())
     }
 }
 
@@ -129,9 +206,9 @@ mod tests {
 
     #[test]
     fn a_set_is_in_force_from_the_next_sample_on() {
-        let (mut active, mut spare) = (set(1.0), set(1.0));
+        let (mut active, mut spare, mut map) = (set(1.0), set(1.0), ToothMap::new());
         let mut queues = SwapQueues::new();
-        let (mut background, mut interrupt) = queues.split(&mut active, &mut spare);
+        let (mut background, mut interrupt) = queues.split(&mut active, &mut spare, &mut map);
         assert_eq!(*interrupt.current(), set(1.0));
         for rate in 2..50 {
             let new = set(rate as f32);
@@ -144,5 +221,29 @@ mod tests {
             assert!(background.taken());
             assert_eq!(*interrupt.current(), new);
         }
+    }
+
+    #[test]
+    fn the_map_has_one_owner_at_any_time() {
+        let (mut active, mut spare, mut map) = (set(1.0), set(1.0), ToothMap::new());
+        let mut queues = SwapQueues::new();
+        let (mut background, mut interrupt) = queues.split(&mut active, &mut spare, &mut map);
+        assert!(interrupt.current_with_map().1.is_none());
+        for _ in 0..3 {
+            assert!(background.map_mut().is_some());
+            background.apply_map().unwrap();
+            assert!(background.map_mut().is_none());
+            assert!(interrupt.current_with_map().1.is_some());
+            assert_eq!(background.apply_map(), Err(SwapBusy));
+            background.recall_map();
+            assert!(background.map_mut().is_none());
+            assert!(interrupt.current_with_map().1.is_none());
+        }
+        // Recalled before the interrupt has seen it.
+        background.apply_map().unwrap();
+        background.recall_map();
+        interrupt.current_with_map();
+        assert!(interrupt.current_with_map().1.is_none());
+        assert!(background.map_mut().is_some());
     }
 }

@@ -51,8 +51,11 @@ fn fullest() -> Calibration {
         uptime_s: u32::MAX,
     };
     calibration.beacon = Some(record::Beacon {
+        origin_teeth: [i32::MAX; 2],
         origin_m: [1.0; 2],
-        sensor: std::iter::repeat_n(1.0, 16).collect(),
+        sensor: [1.0; 16],
+        segment_sd_m: 1.0e-6,
+        displacement_sd_m: 1.0e-6,
     });
     calibration
 }

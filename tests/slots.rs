@@ -259,7 +259,10 @@ fn an_unknown_version_is_refused_said_and_kept() {
     assert_eq!(refusal, SlotError::WouldLoseUnknown { slot: 1, version });
     assert_eq!(
         refusal.to_string(),
-        "slot 1 holds layout version 2, not known here: it is overwritten only when told to"
+        format!(
+            "slot 1 holds layout version {}, not known here: it is overwritten only when told to",
+            record::VERSION + 1
+        )
     );
     assert_eq!(
         both.commit(&calibration(3.0), true),
@@ -328,8 +331,11 @@ fn the_fullest_record_fits() {
     fullest.model.coefficients.clear();
     while fullest.model.coefficients.push([[999.0; 2]; 4]).is_ok() {}
     fullest.beacon = Some(record::Beacon {
+        origin_teeth: [i32::MAX; 2],
         origin_m: [1.0; 2],
-        sensor: core::iter::repeat_n(1.0, 16).collect(),
+        sensor: [1.0; 16],
+        segment_sd_m: 1.0e-6,
+        displacement_sd_m: 1.0e-6,
     });
     let mut buffer = [0; MAX_BYTES];
     let length = record::encode(&fullest, u32::MAX, &mut buffer).unwrap();

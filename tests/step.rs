@@ -584,6 +584,7 @@ fn the_pose_under_a_beacon_comes_and_goes_with_it() {
     let beacon = BeaconSettings {
         origin_teeth: [3, -2],
         origin_m: [0.0; 2],
+        sensor: [0.0; 16],
         segment_sd_m: 1e-6,
         displacement_sd_m: 1e-6,
     };

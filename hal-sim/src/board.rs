@@ -118,7 +118,7 @@ impl SimBoard {
             Box::leak(Box::new(initial.clone())),
             Box::leak(Box::new(initial)),
         );
-        let (sender, receiver) = queues.split(active, spare);
+        let (sender, receiver) = queues.split(active, spare, Box::leak(Box::default()));
         let (up, down) = Box::leak(Box::new(FrameQueue::new())).split();
         let period_ns = (1.0e9 / f64::from(settings.rate_hz)).round() as u64;
         let rate_hz = settings.rate_hz;

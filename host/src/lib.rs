@@ -14,4 +14,5 @@ pub mod output;
 pub mod recorder;
 pub mod replay;
 pub mod survey;
+pub mod teeth;
 pub mod terminal;

@@ -153,7 +153,7 @@ fn wrong_boards_orders_and_files() {
     .unwrap();
     std::fs::write(
         folder.join("half.json"),
-        "{\"courier_calibration\": 1, \"calibration\": {\"device\": 3}}",
+        "{\"courier_calibration\": 2, \"calibration\": {\"device\": 3}}",
     )
     .unwrap();
     let cases: [(&[&str], &str); 12] = [
@@ -173,7 +173,7 @@ fn wrong_boards_orders_and_files() {
             "text.json: wanted JSON",
         ),
         (&["import", "none.json"], "none.json"),
-        (&["import", "other.json"], "found 99, wanted 1"),
+        (&["import", "other.json"], "found 99, wanted 2"),
         (&["import", "half.json"], "half.json: wanted a calibration"),
         (
             &["calibrate", "--poses", "3"],

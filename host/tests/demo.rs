@@ -311,3 +311,27 @@ fn joint_has_the_rows_of_the_paper() {
         "{report}"
     );
 }
+
+/// The figures: with the tooth map in force the fly-by's position within 0.6 um and both angles within 0.06 mrad, by the
+/// platen sensor alone; the paper's method on the same courier within 30 % of what the paper printed.
+#[test]
+fn joint_with_the_tooth_map_goes_past_the_paper() {
+    let ran = courier(&["demo", "--joint", "--json"]);
+    assert_eq!((ran.code, ran.err.as_str()), (0, ""));
+    let report = json(&ran.out);
+    let position_um = here(&report, "position_joint_um");
+    let theta_mrad = ["theta_x_joint_mrad", "theta_y_joint_mrad"].map(|name| here(&report, name));
+    println!("fly-by with the tooth map: {position_um:.3} um, {theta_mrad:.4?} mrad");
+    assert!(report["map"].is_object(), "{report}");
+    assert!(position_um <= 0.6, "{report}");
+    assert!(theta_mrad.iter().all(|theta| *theta <= 0.06), "{report}");
+    for row in report["rows"].as_array().unwrap() {
+        let name = row["name"].as_str().unwrap();
+        let of_the_courier = !matches!(name, "height_um" | "lever_um" | "other_um");
+        let ratio = row["paper_method"].as_f64().unwrap() / row["paper"].as_f64().unwrap();
+        assert!(
+            !of_the_courier || (0.7..1.3).contains(&ratio),
+            "{name}: {ratio}"
+        );
+    }
+}

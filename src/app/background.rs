@@ -412,17 +412,16 @@ where
     }
 
     fn joint_record(&self, result: &JointResult, evidence: &Evidence) -> Calibration {
-        let pitch_m = result.geometry.pitch_m;
         let mut record = self.record(&result.model, evidence);
         record.method = Method::Joint;
         record.gauge = Gauge::OffsetsSpreadBeaconFree;
         record.geometry = result.geometry;
         record.beacon = Some(Beacon {
-            // From the platen sensor's zero, as the interrupt counts.
-            origin_m: core::array::from_fn(|i| {
-                result.origin_teeth[i] as f32 * pitch_m + result.origin_m[i]
-            }),
-            sensor: heapless::Vec::from_slice(&result.sensor).unwrap_or_default(),
+            origin_teeth: result.origin_teeth,
+            origin_m: result.origin_m,
+            sensor: result.sensor,
+            segment_sd_m: result.noise.segment_m,
+            displacement_sd_m: result.noise.displacement_m,
         });
         record
     }

@@ -168,6 +168,13 @@ impl<P: Ports> Console<P> {
                 background.keeper_mut()?.read(slot).map(Reply::Calibration)
             }
             Action::Load(calibration) => background.keeper_mut()?.load(calibration).map(done),
+            Action::MapBegin(header) => background.keeper_mut()?.map_begin(&header).map(done),
+            Action::MapNodes(nodes) => background.keeper_mut()?.map_nodes(&nodes).map(done),
+            Action::MapApply => background.keeper_mut()?.map_apply().map(done),
+            Action::MapDrop => {
+                background.keeper_mut()?.map_drop();
+                Ok(Reply::Done)
+            }
             Action::Commit { lose_unknown } => background
                 .keeper_mut()?
                 .commit(lose_unknown)
@@ -224,6 +231,7 @@ impl<P: Ports> Console<P> {
             },
             moving: background.is_moving(),
             in_force: background.keeper().source(),
+            map: background.keeper().map(),
             pose: frame.pose,
             parity_m: frame.parity_m,
             amplitude_counts: frame.segments.map(|segment| segment.amplitude_counts),

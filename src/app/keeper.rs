@@ -3,6 +3,7 @@
 //! In force means: the interrupt applies it. Every change is checked first, stored second and handed to the interrupt
 //! third, so that a refusal at any step leaves both as they were.
 
+use crate::beacon::BeaconSettings;
 use crate::calibration::record::Calibration;
 use crate::calibration::slots::{Place, SLOTS, SlotError, SlotInfo, Slots};
 use crate::frame::SEGMENTS;
@@ -12,6 +13,7 @@ use crate::quadrature::PairCorrection;
 use crate::settings::Settings;
 use crate::step::StepConfig;
 use crate::swap::SwapSender;
+use crate::teeth::{Grid, MapHeader};
 use embedded_storage::nor_flash::NorFlash;
 
 /// The calibration in force, the slots and the way to the interrupt.
@@ -25,6 +27,7 @@ pub struct Keeper<'q, 'c, F> {
     in_force: Option<Calibration>,
     stored: Option<Place>,
     boot: Result<(), Refusal>,
+    map: Option<[Grid; 2]>,
 }
 
 impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
@@ -38,6 +41,7 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
             in_force: None,
             stored: None,
             boot: Err(Refusal::NotCalibrated),
+            map: None,
         }
     }
 
@@ -139,6 +143,53 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
         Ok(place)
     }
 
+    /// Lattices of the tooth map in force.
+    pub fn map(&self) -> Option<[Grid; 2]> {
+        self.map
+    }
+
+    /// Begins to load a tooth map for the calibration in force.
+    ///
+    /// # Errors
+    /// [`Refusal::NotCalibrated`]: a map is added to a calibration; [`Refusal::MapBusy`], [`Refusal::Map`].
+    pub fn map_begin(&mut self, header: &MapHeader) -> Result<(), Refusal> {
+        if self.in_force.is_none() {
+            return Err(Refusal::NotCalibrated);
+        }
+        self.map_drop();
+        let map = self.swap.map_mut().ok_or(Refusal::MapBusy)?;
+        map.begin(header, &self.settings.geometry)
+            .map_err(Refusal::Map)
+    }
+
+    /// Takes its next nodes.
+    ///
+    /// # Errors
+    /// [`Refusal::MapBusy`], [`Refusal::Map`].
+    pub fn map_nodes(&mut self, nodes_nm: &[i16]) -> Result<(), Refusal> {
+        let map = self.swap.map_mut().ok_or(Refusal::MapBusy)?;
+        map.extend(nodes_nm).map_err(Refusal::Map)
+    }
+
+    /// Puts it in force.
+    ///
+    /// # Errors
+    /// [`Refusal::Map`] if nodes are missing, [`Refusal::MapBusy`].
+    pub fn map_apply(&mut self) -> Result<(), Refusal> {
+        let map = self.swap.map_mut().ok_or(Refusal::MapBusy)?;
+        map.complete().map_err(Refusal::Map)?;
+        let grids = map.header().grids;
+        self.swap.apply_map().map_err(|_| Refusal::MapBusy)?;
+        self.map = Some(grids);
+        Ok(())
+    }
+
+    /// Takes the tooth map out of force.
+    pub fn map_drop(&mut self) {
+        self.swap.recall_map();
+        self.map = None;
+    }
+
     fn load_stored(&mut self) -> Result<(), Refusal> {
         let error = match self.slots.load() {
             Ok((place, calibration)) => {
@@ -147,6 +198,7 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
             }
             Err(error) => error,
         };
+        self.map_drop();
         self.in_force = None;
         self.restore_settings();
         self.build()?;
@@ -176,6 +228,8 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
     fn adopt(&mut self, calibration: Calibration, stored: Option<Place>) -> Result<(), Refusal> {
         // The spare set was there when it was prepared, and only this end can have sent it.
         self.swap.send().map_err(|_| Refusal::SwapBusy)?;
+        // A map was estimated with the calibration before.
+        self.map_drop();
         self.in_force = Some(calibration);
         self.stored = stored;
         Ok(())
@@ -188,6 +242,7 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
             None => {
                 (self.settings.geometry, self.settings.pairs) = self.board;
                 self.settings.model = None;
+                self.settings.beacon = None;
             }
         }
     }
@@ -197,6 +252,13 @@ fn apply(settings: &mut Settings, calibration: &Calibration) {
     settings.geometry = calibration.geometry;
     settings.pairs = calibration.pairs;
     settings.model = Some(calibration.model.clone());
+    settings.beacon = calibration.beacon.as_ref().map(|beacon| BeaconSettings {
+        origin_teeth: beacon.origin_teeth,
+        origin_m: beacon.origin_m,
+        sensor: beacon.sensor,
+        segment_sd_m: beacon.segment_sd_m,
+        displacement_sd_m: beacon.displacement_sd_m,
+    });
 }
 
 const INVALID: Refusal = Refusal::Calibration(RecordRefusal::Invalid);

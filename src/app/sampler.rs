@@ -6,7 +6,7 @@
 
 use crate::drivers::converter::{ConverterError, Counts, store};
 use crate::frame::{Frame, Status};
-use crate::step::{StepState, isr_step};
+use crate::step::{StepState, isr_step, isr_step_mapped};
 use crate::swap::SwapReceiver;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use heapless::spsc::{Producer, Queue};
@@ -106,7 +106,10 @@ impl<'q, 'c> Sampler<'q, 'c> {
             self.mailbox.restart_count.store(false, Relaxed);
             self.state.restart_count();
         }
-        let frame = *isr_step(self.config.current(), &mut self.state);
+        let frame = *match self.config.current_with_map() {
+            (config, None) => isr_step(config, &mut self.state),
+            (config, Some(map)) => isr_step_mapped(config, &mut self.state, map),
+        };
         count(&self.mailbox.samples, 1);
         count(&self.mailbox.missed, missed);
         if self.frames.enqueue(frame).is_err() {

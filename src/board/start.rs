@@ -14,6 +14,7 @@ use crate::link::message::{Hello, PROTOCOL};
 use crate::settings::Settings;
 use crate::step::StepConfig;
 use crate::swap::SwapQueues;
+use crate::teeth::ToothMap;
 use core::mem::MaybeUninit;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{InputPin, OutputPin};
@@ -116,7 +117,9 @@ where
     let frames = cortex_m::singleton!(: FrameQueue = FrameQueue::new()).expect("called once");
     let mailbox: &'static Mailbox =
         cortex_m::singleton!(: Mailbox = Mailbox::new()).expect("called once");
-    let (sender, receiver) = queues.split(active, spare);
+    static MAP: Once<ToothMap> = Once::new(ToothMap::new());
+    let map = MAP.take().expect("called once");
+    let (sender, receiver) = queues.split(active, spare, map);
     let (produce, consume) = frames.split();
     let hello = Hello {
         protocol: PROTOCOL,

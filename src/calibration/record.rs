@@ -9,6 +9,7 @@
 //! place are the same in every version, so that a record of a later firmware is recognised, named and left alone. The body of
 //! version [`VERSION`] is [`Calibration`] in postcard's format; a change of its fields is a new version.
 
+use crate::diode::DiodeErrors;
 use crate::frame::SEGMENTS;
 use crate::geometry::Geometry;
 use crate::model::{ErrorModel, ModelError};
@@ -17,7 +18,7 @@ use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use serde::{Deserialize, Serialize};
 
 /// Layout version that this firmware writes and reads.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 /// First bytes of every record.
 pub const MAGIC: [u8; 4] = *b"CSRC";
 /// Magic, version, length and sequence.
@@ -93,10 +94,16 @@ pub struct Quality {
 /// The coordination sensor's part of a joint calibration.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Beacon {
-    /// The beacon's place o'_x, o'_y, metres.
+    /// The beacon's place o'_x, o'_y: whole teeth from the platen sensor's zero.
+    pub origin_teeth: [i32; 2],
+    /// The rest of it, metres.
     pub origin_m: [f32; 2],
-    /// The sensor's own errors, in the order of its table of terms; zero where a term is off.
-    pub sensor: heapless::Vec<f32, 16>,
+    /// The sensor's own errors: gain difference, angle, terms of x and y; zero where a term is off.
+    pub sensor: DiodeErrors,
+    /// Standard deviation of a segment's calibrated output, metres, as the poses showed it.
+    pub segment_sd_m: f32,
+    /// Standard deviation of a displacement under the beacon, metres.
+    pub displacement_sd_m: f32,
 }
 
 /// Everything that a calibration consists of.
@@ -310,10 +317,10 @@ impl Calibration {
         self.model.validate()?;
         let g = &self.geometry;
         let q = &self.quality;
-        let beacon = self
-            .beacon
-            .iter()
-            .flat_map(|beacon| beacon.origin_m.iter().chain(&beacon.sensor));
+        let beacon = self.beacon.iter().flat_map(|beacon| {
+            let noise = [&beacon.segment_sd_m, &beacon.displacement_sd_m];
+            beacon.origin_m.iter().chain(&beacon.sensor).chain(noise)
+        });
         let pairs = self.pairs.iter().flat_map(|pair| {
             [
                 pair.offset_counts[0],

@@ -16,13 +16,16 @@ use crate::drivers::motion::Target;
 use crate::link::framing;
 use crate::link::report::Progress;
 use crate::link::telemetry::StreamOrder;
-use heapless::String;
+use crate::teeth::MapHeader;
+use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
 /// Version of this file's types.
-pub const PROTOCOL: u16 = 1;
+pub const PROTOCOL: u16 = 2;
 /// Longest frame of the command and reply channel: a whole calibration fits it.
 pub const FRAME_BYTES: usize = framing::encoded_bytes(record::MAX_BYTES);
+/// Nodes of a tooth map that one command carries.
+pub const MAP_NODES_A_COMMAND: usize = 200;
 /// Channel numbers, in both directions of the target's memory: 0 up is the log.
 pub const TELEMETRY_CHANNEL: usize = 1;
 /// Replies up, commands down: channel 2 up and 0 down.
@@ -86,6 +89,14 @@ pub enum Action {
     Read(Source),
     /// Put these coefficients, terms and geometry in force; not stored until [`Action::Commit`].
     Load(Calibration),
+    /// Begin to load a tooth map; one in force is taken out of it.
+    MapBegin(MapHeader),
+    /// Its next nodes, nanometres.
+    MapNodes(Vec<i16, MAP_NODES_A_COMMAND>),
+    /// Put it in force, until another calibration or map comes, or the board restarts.
+    MapApply,
+    /// Take the tooth map out of force.
+    MapDrop,
     /// Store what is in force. [`Reply::Place`].
     Commit {
         /// Whether a later firmware's record may be overwritten.

@@ -27,6 +27,7 @@ impl Action {
             Self::Load(calibration) => calibration
                 .validate()
                 .map_err(|error| Refusal::Calibration(error.into())),
+            Self::MapBegin(header) => header.validate().map_err(Refusal::Map),
             Self::Stream(order) => order.validate(),
             Self::Record { samples } => range(
                 Field::Samples,

@@ -2,6 +2,7 @@
 
 use crate::calibration::record::RecordError;
 use crate::calibration::slots::{Place, SlotError, SlotInfo, SlotState};
+use crate::teeth::MapError;
 use serde::{Deserialize, Serialize};
 
 /// A number of an order that can be wrong.
@@ -146,6 +147,12 @@ pub enum Refusal {
     /// The calibration sent cannot be used.
     #[error("the calibration cannot be used: {0}")]
     Calibration(RecordRefusal),
+    /// The tooth map sent cannot be used.
+    #[error("tooth map: {0}")]
+    Map(MapError),
+    /// The interrupt still has the tooth map: try again.
+    #[error("the interrupt has not given the tooth map back yet: try again")]
+    MapBusy,
     /// A slot operation failed.
     #[error("slots: {0}")]
     Slots(SlotRefusal),

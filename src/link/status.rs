@@ -4,6 +4,7 @@ use crate::calibration::record::Instant;
 use crate::calibration::slots::Place;
 use crate::frame::{Pose, SEGMENTS};
 use crate::link::framing::FrameCounters;
+use crate::teeth::Grid;
 use heapless::String;
 use serde::{Deserialize, Serialize};
 
@@ -54,6 +55,8 @@ pub struct BoardStatus {
     pub moving: bool,
     /// Calibration in force.
     pub in_force: InForce,
+    /// Tooth map in force: its two fields' lattices.
+    pub map: Option<[Grid; 2]>,
     /// Last frame's pose.
     pub pose: Pose,
     /// Last frame's parity, metres.

@@ -21,8 +21,8 @@ pub struct BeaconCourier {
     pub lever_m: [f64; 2],
     pub origin_m: [f64; 2],
     pub full_scale: f64,
-    /// Gain difference and angle, then six coefficients an axis.
-    pub sensor: [f64; 14],
+    /// Gain difference and angle, then seven coefficients an axis.
+    pub sensor: [f64; 16],
     pub noise_m: f64,
     /// Added to each output of a pose.
     pub structure: fn(&mut ChaCha8Rng) -> [f64; 4],
@@ -50,7 +50,7 @@ impl BeaconCourier {
             lever_m: g.lever_m.map(f64::from),
             origin_m: [0.01, -0.02],
             full_scale: f64::from(g.tan_full_scale),
-            sensor: [0.0; 14],
+            sensor: [0.0; 16],
             noise_m,
             structure: |_| [0.0; 4],
             rng,
@@ -114,15 +114,16 @@ impl BeaconCourier {
         let [gain, turn] = [self.sensor[0], self.sensor[1]];
         let sum = |k: &[f64], u: f64, v: f64| {
             k[0] * u.powi(3)
-                + k[1] * u * v * v
-                + k[2] * u * u
-                + k[3] * u * v
-                + k[4] * v * v
-                + k[5] * v.powi(3)
+                + k[1] * u * u * v
+                + k[2] * u * v * v
+                + k[3] * u * u
+                + k[4] * u * v
+                + k[5] * v * v
+                + k[6] * v.powi(3)
         };
         [
-            u + gain * u - turn * v + sum(&self.sensor[2..8], u, v),
-            v - gain * v + turn * u + sum(&self.sensor[8..14], v, u),
+            u + gain * u - turn * v + sum(&self.sensor[2..9], u, v),
+            v - gain * v + turn * u + sum(&self.sensor[9..16], v, u),
         ]
     }
 

@@ -40,7 +40,9 @@ impl Found {
         Self {
             height_m: calibration.geometry.height_m,
             lever_m: calibration.geometry.lever_m,
-            beacon_m: beacon.origin_m,
+            beacon_m: std::array::from_fn(|i| {
+                beacon.origin_teeth[i] as f32 * calibration.geometry.pitch_m + beacon.origin_m[i]
+            }),
             sensor_terms: terms
                 .map(|(name, value)| SensorTerm {
                     name,
@@ -148,10 +150,10 @@ mod tests {
     #[test]
     fn every_coefficient_has_its_name() {
         let names = sensor_names();
-        assert_eq!(names.len(), 14);
+        assert_eq!(names.len(), 16);
         assert_eq!(
-            (names[2].as_str(), names[3].as_str(), names[13].as_str()),
-            ("x: u^3", "x: u v^2", "y: u^3")
+            (names[2].as_str(), names[3].as_str(), names[15].as_str()),
+            ("x: u^3", "x: u^2 v", "y: u^3")
         );
     }
 }

@@ -3,7 +3,7 @@
 use crate::board::On;
 use crate::demo::joint::{JointOptions, JointReport, run as demonstrate_jointly};
 use crate::demo::{Options, Plan, Preset, Report, run as demonstrate};
-use crate::terminal::{figure, print, print_json, progress, table};
+use crate::terminal::{figure, micrometres, print, print_json, progress, table};
 use anyhow::{Result, ensure};
 use courier_sensor::calibration::joint::StepReport;
 use std::path::PathBuf;
@@ -120,16 +120,14 @@ fn joint_text(report: &JointReport) -> String {
         None => format!("accepted and stored: {}", steps.join(", ")),
         Some(why) => format!("REFUSED: {why}; the calibration in force before stays"),
     };
-    let alone = |name: &str| {
-        let row = report.rows.iter().find(|row| row.name == name);
-        cell(row.and_then(|row| row.here_platen_alone))
+    let note = match (&report.map, &report.map_refusal) {
+        (Some(map), _) => {
+            let [before, after] = [map.before_m, map.after_m].map(|g| g.map(micrometres).join(", "));
+            format!("tooth map in force: held-out g_p, g_x, g_y {before} -> {after} µm over {} poses", map.held_out_poses)
+        }
+        (None, Some(why)) => format!("no tooth map: {why}"),
+        (None, None) => "no tooth map".to_owned(),
     };
-    let note = format!(
-        "here, joint: pose by both sensors, one angle for both rows; by the platen sensor alone {} µm, {} and {} mrad",
-        alone("position_joint_um"),
-        alone("theta_x_joint_mrad"),
-        alone("theta_y_joint_mrad")
-    );
     let [place_here, place_paper] = report.synthetic_place_um.map(figure);
     let place = format!("synthetic, beacon's place and angle offset: {place_here} µm here, {place_paper} µm by the paper's method");
     let table = table(&["section 3.2.1", "unit", "paper", "here", "paper's method"], &rows);

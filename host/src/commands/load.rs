@@ -2,6 +2,7 @@
 
 use crate::board::Choice;
 use crate::board_model::BoardModel;
+use crate::teeth::MapFile;
 use crate::terminal::{print, print_json, warn};
 use anyhow::{Context, Result, bail, ensure};
 use courier_sensor::link::message::{Action, Reply, Source};
@@ -10,7 +11,10 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Make a diagnosed model further terms of a board's error model, and store it.
+/// Make a diagnosed model further terms of a board's error model, and store it; or load a tooth map.
+///
+/// A map (of `courier map`) brings its own coefficients of equations (3) and (9), which are stored; the map itself stays in force until
+/// the board restarts or another calibration comes in force.
 ///
 /// The board must have a calibration: its geometry and device stay, terms and coefficients become the model's. Recalibrate
 /// afterwards: `courier calibrate` fits equation (3) anew beside the further terms. Effects that the board has no terms for
@@ -20,7 +24,7 @@ use std::process::ExitCode;
     after_help = "Example:\n  courier diagnose first --model model.json && courier --probe any load model.json"
 )]
 pub struct Args {
-    /// The model, as `courier diagnose --model` wrote it.
+    /// The model, as `courier diagnose --model` wrote it, or the map of `courier map`.
     model: PathBuf,
     /// Put it in force, but do not store it.
     #[arg(long)]
@@ -39,7 +43,13 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let name = args.model.display().to_string();
     let text = std::fs::read_to_string(&args.model)
         .with_context(|| format!("{name}: a readable model was wanted"))?;
-    let model: Model = serde_json::from_str(&text)
+    let value: serde_json::Value =
+        serde_json::from_str(&text).with_context(|| format!("{name}: a model by `courier diagnose --model`, or a map by `courier map`, was wanted"))?;
+    if MapFile::is_one(&value) {
+        let file = MapFile::from_json(&args.model, value)?;
+        return super::load_map::run(&file, args.dry_run, args.json, choice);
+    }
+    let model: Model = serde_json::from_value(value)
         .with_context(|| format!("{name}: a model by `courier diagnose --model` was wanted"))?;
     ensure!(
         model.schema == 1,

@@ -6,6 +6,7 @@ use courier_sensor::drivers::motion::Target;
 use std::process::ExitCode;
 
 mod calibrate_joint;
+mod load_map;
 
 /// What a reply of the wrong kind is told as.
 const STRANGE_REPLY: &str = "the board: found a reply of another kind than was asked for";
@@ -70,6 +71,7 @@ commands! {
         Blind => blind,
         Check => check,
         Isolability => isolability,
+        Map => map,
         Completions => completions,
     }
     with_board {

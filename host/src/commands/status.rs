@@ -6,6 +6,7 @@ use anyhow::{Result, bail};
 use courier_sensor::frame::Status;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::link::message::{Action, BoardStatus, FaultReport, Hello, InForce, Reply};
+use courier_sensor::teeth::Grid;
 use serde::Serialize;
 use std::process::ExitCode;
 
@@ -63,6 +64,7 @@ fn text(output: &Output) -> String {
         ("uptime", format!("{} s", status.time.uptime_s)),
         ("last start", format!("{:?}", status.reset)),
         ("calibration", in_force(status.in_force)),
+        ("tooth map", tooth_map(status.map)),
         ("activity", format!("{:?}", status.activity)),
         ("samples", format!("{} taken, {} missed, {} frames dropped", status.samples, status.missed, status.dropped_frames)),
         ("status bits", or_none(&output.status_bits)),
@@ -79,6 +81,12 @@ fn text(output: &Output) -> String {
         rows.push(("last fault", format!("{:?} after {} s at {:#x}: {}", fault.cause, fault.uptime_s, fault.program_counter, fault.message)));
     }
     pairs(&rows)
+}
+
+fn tooth_map(map: Option<[Grid; 2]>) -> String {
+    map.map_or("none".to_owned(), |[x, y]| {
+        format!("in force, x {} by {} nodes, y {} by {}", x.nodes[0], x.nodes[1], y.nodes[0], y.nodes[1])
+    })
 }
 
 fn in_force(in_force: InForce) -> String {

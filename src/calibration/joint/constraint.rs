@@ -14,9 +14,9 @@
 
 use super::layout::{JOINT_UNKNOWNS, Layout};
 use super::sample::JointSample;
-use super::sensor;
 use super::whitening::{Whitening, small_angle};
 use crate::calibration::sample::PARITY_SIGN;
+use crate::diode::{self, DiodeErrors};
 use crate::frame::SEGMENTS;
 use crate::geometry::Geometry;
 use crate::math::sqrt;
@@ -203,10 +203,10 @@ impl Constraints {
     /// Displacement of the beacon in the sensor's frame, equation (10).
     fn displacement_m(&self, values: &Values, sample: &JointSample) -> [f32; 2] {
         let layout = &self.layout;
-        let misalignment = [values[layout.gain_difference()], values[layout.turn()]];
-        let nonlinearity = &values[layout.nonlinearity()..layout.len()];
+        let mut errors: DiodeErrors = [0.0; _];
+        errors.copy_from_slice(&values[layout.gain_difference()..layout.len()]);
         let scale = values[layout.height()] * self.geometry.tan_full_scale;
-        sensor::corrected(sample.deflection, &misalignment, nonlinearity).map(|u| u * scale)
+        diode::corrected(sample.deflection, &errors).map(|u| u * scale)
     }
 
     /// Derivatives of the constraints by the calibrated outputs.
@@ -395,13 +395,13 @@ impl Constraints {
         put(layout.gain_difference(), [u, -v]);
         put(layout.turn(), [-v, u]);
         let at = layout.nonlinearity();
-        for (k, (x, y)) in sensor::functions(u, v)
+        for (k, (x, y)) in diode::functions(u, v)
             .into_iter()
-            .zip(sensor::functions(v, u))
+            .zip(diode::functions(v, u))
             .enumerate()
         {
             put(at + k, [x, 0.0]);
-            put(at + sensor::TERMS.len() + k, [0.0, y]);
+            put(at + diode::AXIS_TERMS + k, [0.0, y]);
         }
     }
 }

@@ -18,8 +18,8 @@ const OTHERS: usize = 2 + MOUNTING + MISALIGNMENT + NONLINEARITY;
 pub(super) const MOUNTING: usize = 5;
 /// Difference of the axes' gains, angle of the diode.
 pub(super) const MISALIGNMENT: usize = 2;
-/// Terms of second and third degree, six an axis.
-pub(super) const NONLINEARITY: usize = 12;
+/// Terms of second and third degree.
+pub(super) const NONLINEARITY: usize = 2 * crate::diode::AXIS_TERMS;
 /// Most unknowns.
 pub const JOINT_UNKNOWNS: usize = SEGMENTS * 2 * MAX_FITTED + OTHERS;
 
@@ -76,7 +76,7 @@ pub enum Unknown {
     GainDifference,
     /// Angle of the diode in its mount, radians.
     Turn,
-    /// Coefficient of a term of the diode, axis and index into [`super::sensor::TERMS`].
+    /// Coefficient of a term of the diode, axis and index into [`crate::diode::TERMS`].
     Nonlinearity(usize, usize),
 }
 
@@ -110,7 +110,7 @@ impl core::fmt::Display for Unknown {
             Self::GainDifference => write!(f, "diode gain difference"),
             Self::Turn => write!(f, "diode angle"),
             Self::Nonlinearity(i, term) => {
-                let (own, other) = super::sensor::TERMS[term];
+                let (own, other) = crate::diode::TERMS[term];
                 write!(f, "diode {} u^{own} v^{other}", axis(i))
             }
         }

@@ -1,19 +1,19 @@
 //! Joint calibration of the platen sensor and the coordination sensor under a beacon: equations (5), (9), (10), (11).
 //!
 //! `sample` (buffer of poses) -> `constraint` (three whitened rows a pose) -> `solver` (Gauss-Newton) -> `steps` (schedule, held-out
-//! acceptance). `layout` orders the unknowns and removes the gauge freedoms; `sensor` has the diode's own errors.
+//! acceptance). `layout` orders the unknowns and removes the gauge freedoms; the diode's own errors are in [`crate::diode`].
 
 mod config;
 mod constraint;
 mod layout;
 mod plan;
 mod sample;
-pub mod sensor;
 mod session;
 mod solver;
 mod steps;
 mod whitening;
 
+pub use crate::diode as sensor;
 pub use config::{JointConfig, JointLimits, entered, model_of};
 pub use constraint::{Constraints, Misclosure, ReadingNoise, Rows, Values, Weighting};
 pub use layout::{Groups, JOINT_UNKNOWNS, Layout, MAX_FITTED, Unknown};

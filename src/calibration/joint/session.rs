@@ -6,7 +6,7 @@
 //! the entered lever arm is right. Memory: 41 KiB of poses, 20 KiB of estimator, to live in a static.
 
 use super::config::{JointConfig, model_of};
-use super::constraint::{Constraints, Values};
+use super::constraint::{Constraints, ReadingNoise, Values};
 use super::layout::{Groups, JOINT_UNKNOWNS};
 use super::plan::about_sensor;
 use super::sample::{JointBuffer, JointSample};
@@ -20,6 +20,7 @@ use crate::calibration::port::{Action, MotionEvent, Progress, Stage};
 use crate::calibration::sample::Sample;
 use crate::calibration::spread::Spread;
 use crate::calibration::visit::{Visit, VisitRules, Visited};
+use crate::diode::DiodeErrors;
 use crate::frame::{Frame, SEGMENTS, Status};
 use crate::geometry::Geometry;
 use crate::model::ErrorModel;
@@ -38,8 +39,10 @@ pub struct JointResult {
     pub origin_m: [f32; 2],
     /// Those teeth, of x and y.
     pub origin_teeth: [i32; 2],
-    /// The coordination sensor's own errors: gain difference, angle, six terms an axis ([`super::sensor::TERMS`]).
-    pub sensor: [f32; 14],
+    /// The coordination sensor's own errors: gain difference, angle, terms of x and y ([`crate::diode::TERMS`]).
+    pub sensor: DiodeErrors,
+    /// Noise of a pose's readings as the poses show it: what is not modelled is noise.
+    pub noise: ReadingNoise,
     /// Groups of unknowns that the data were allowed to set.
     pub groups: Groups,
 }
@@ -459,7 +462,7 @@ impl JointSession {
             lever_m,
             ..config.geometry
         };
-        let mut sensor = [0.0; 14];
+        let mut sensor: DiodeErrors = [0.0; _];
         sensor.copy_from_slice(&values[layout.gain_difference()..layout.len()]);
         let result = JointResult {
             model: model_of(layout, values, &config.model),
@@ -467,6 +470,7 @@ impl JointSession {
             origin_m: core::array::from_fn(|i| values[place + i] - lever_m[i]),
             origin_teeth: self.origin_teeth(),
             sensor,
+            noise: constraints.noise,
             groups: self.progress.accepted,
         };
         self.finish(Ok(result));

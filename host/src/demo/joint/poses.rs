@@ -1,8 +1,11 @@
-//! What the board saw at each pose of a joint session: the same averages that the session takes, for another method to fit.
+//! What the board saw at each pose of a joint session: the same averages that the session takes, for another method to fit, and
+//! for the tooth map.
 
+use crate::teeth::TeethPose;
 use courier_sensor::calibration::joint::{JointBuffer, JointSample};
 use courier_sensor::calibration::{Progress, Sample, Stage};
 use courier_sensor::frame::{Frame, SEGMENTS};
+use courier_sensor::geometry::Geometry;
 use std::collections::VecDeque;
 
 /// Frames and the session's progress go in, averaged poses come out.
@@ -12,20 +15,25 @@ pub struct Poses {
     full_scale: f32,
     last: Progress,
     origin_teeth: [i32; SEGMENTS],
+    pitch_m: f64,
     /// Poses in the order of their visit.
     pub buffer: Box<JointBuffer>,
+    /// The same in metres from the board's tooth count zero.
+    pub teeth: Vec<TeethPose>,
 }
 
 impl Poses {
-    /// For a session that averages so many frames a pose, at this full scale of tan psi.
-    pub fn new(averaged: u32, full_scale: f32, start: Progress) -> Self {
+    /// For a session that averages so many frames a pose.
+    pub fn new(averaged: u32, geometry: &Geometry, start: Progress) -> Self {
         Self {
             frames: VecDeque::new(),
             averaged: averaged as usize,
-            full_scale,
+            full_scale: geometry.tan_full_scale,
+            pitch_m: f64::from(geometry.pitch_m),
             last: start,
             origin_teeth: [0; SEGMENTS],
             buffer: Box::new(JointBuffer::new()),
+            teeth: Vec::new(),
         }
     }
 
@@ -44,6 +52,12 @@ impl Poses {
             self.origin_teeth = [x, y, x, y];
         } else if now.lost == before.lost {
             let (sample, deflection) = self.mean();
+            self.teeth.push(TeethPose {
+                outputs_m: sample
+                    .unmodified
+                    .map(|output| output.metres(self.pitch_m as f32)),
+                deflection: deflection.map(f64::from),
+            });
             if let Some(sample) = JointSample::new(&self.origin_teeth, &sample, deflection) {
                 self.buffer.push(sample);
             }

@@ -3,6 +3,7 @@
 use super::run::JointOptions;
 use super::synthetic::PROBLEMS;
 use crate::demo::Preset;
+use crate::teeth::Evidence;
 use courier_sensor::calibration::joint::StepReport;
 use serde::Serialize;
 
@@ -80,9 +81,6 @@ pub struct JointRow {
     pub here: Option<f64>,
     /// The paper's method on the same poses and flights.
     pub paper_method: Option<f64>,
-    /// This system's method by the platen sensor alone, where `here` is the pose by both sensors.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub here_platen_alone: Option<f64>,
     /// In words.
     #[serde(skip)]
     pub words: &'static str,
@@ -109,6 +107,11 @@ pub struct JointReport {
     /// Why not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refusal: Option<String>,
+    /// What the tooth map rests on, where one is in force.
+    pub map: Option<Evidence>,
+    /// Why none is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub map_refusal: Option<String>,
     /// Steps of the joint schedule.
     pub steps: Vec<StepReport>,
     /// The table.
@@ -120,8 +123,6 @@ pub struct JointReport {
 pub enum Method {
     /// This system's.
     Here,
-    /// This system's, without the beacon in flight.
-    HerePlatenAlone,
     /// The paper's.
     Paper,
 }
@@ -134,7 +135,6 @@ impl JointReport {
             paper,
             here: None,
             paper_method: None,
-            here_platen_alone: None,
             words,
             unit,
         };
@@ -146,6 +146,8 @@ impl JointReport {
             poses: 0,
             accepted: false,
             refusal: None,
+            map: None,
+            map_refusal: None,
             steps: Vec::new(),
             rows: PAPER.into_iter().map(row).collect(),
         }
@@ -156,7 +158,6 @@ impl JointReport {
         if let Some(row) = self.rows.iter_mut().find(|row| row.name == name) {
             *match method {
                 Method::Here => &mut row.here,
-                Method::HerePlatenAlone => &mut row.here_platen_alone,
                 Method::Paper => &mut row.paper_method,
             } = Some(value);
         }

@@ -1,18 +1,18 @@
 //! The steps: synthetic problems, then one courier through platen calibration, joint calibration and fly-bys.
 
 use super::super::flight::{fly_along, stand_at};
-use super::super::flyby::{Deviations, Flyby, SPACING_M, deviation};
-use super::fused::Fusion;
+use super::super::flyby::{Deviations, Flyby};
 use super::paper_method::{self, PaperFit};
 use super::poses::Poses;
 use super::report::{JointReport, Method};
 use super::synthetic::{self, PROBLEMS};
 use crate::demo::Preset;
+use crate::teeth::{Setup, TeethPose, estimate};
 use anyhow::{Context, Result, anyhow};
 use courier_sensor::app::background::{Ended, Errand, SELF_MOTION_M_PER_S};
 use courier_sensor::calibration::joint::{JointConfig, Weighting};
 use courier_sensor::calibration::record::Calibration;
-use courier_sensor::calibration::{SessionConfig, Stage};
+use courier_sensor::calibration::{Range, SessionConfig, Stage};
 use courier_sensor::frame::Frame;
 use courier_sensor::model::ErrorModel;
 use courier_sensor::settings::Settings;
@@ -39,6 +39,13 @@ const LOOK_SAMPLES: u32 = 2000;
 /// Poses of this system's method lie within half of this to either side of the beacon: over all of the fly-by. The paper's two
 /// pitches would leave the coordination sensor's own errors extrapolated fourfold.
 const TRAVEL_M: f32 = 8.4e-3;
+/// Angle of the map's further poses, either way: at the end of the lever arm it carries the platen sensor over lines beyond the
+/// fly-by's, whose mean pitch is the map's scale. 2.2°.
+const MAP_TURN_RAD: f32 = 38.4e-3;
+/// Draws the map's further poses.
+const MAP_SEED: u64 = 0x7ee7_0000;
+/// One frame's noise of a segment and of a displacement, as the board's electronics state it: 20 of 20,000 counts, 2 of 30,000.
+const FRAME_NOISE_M: [f64; 2] = [0.16e-6, 0.5e-6];
 const COMMIT: Errand = Errand {
     speed_m_per_s: SELF_MOTION_M_PER_S,
     commit: true,
@@ -143,12 +150,15 @@ fn demonstrate(
 
     progress.set_message("going under the beacon");
     stand_at(board, beacon)?;
-    let (_, ended) = joint(board, options, TRAVEL_M, COMMIT, progress)?;
+    let turn_rad = JointConfig::default().range.turn_rad;
+    let range = (TRAVEL_M, turn_rad);
+    let (poses, ended) = joint(board, options, range, COMMIT, progress)?;
     report.poses = ended.evidence.poses;
     report.steps = board.background.reports().to_vec();
     if let Some(refusal) = refusal(&ended) {
         return Ok(Err(format!("joint: {refusal}")));
     }
+    map_teeth(board, options, poses.teeth, beacon, report, progress)?;
     joint_rows(board, sweep, report, progress)?;
     // The paper's motion, for its method; whether the firmware would take it too is not asked.
     stand_at(board, beacon)?;
@@ -157,7 +167,7 @@ fn demonstrate(
         commit: false,
         ..COMMIT
     };
-    let (poses, _) = joint(board, options, travel_m, errand, progress)?;
+    let (poses, _) = joint(board, options, (travel_m, turn_rad), errand, progress)?;
     paper_rows(board, &poses, sweep, report, progress)?;
     Ok(Ok(()))
 }
@@ -166,7 +176,7 @@ fn demonstrate(
 fn joint(
     board: &mut SimBoard,
     options: &JointOptions,
-    travel_m: f32,
+    (travel_m, turn_rad): (f32, f32),
     errand: Errand,
     progress: &ProgressBar,
 ) -> Result<(Poses, Ended)> {
@@ -175,7 +185,7 @@ fn joint(
         ..JointConfig::default()
     };
     config.poses = options.poses.unwrap_or(config.poses);
-    config.range.travel_m = travel_m;
+    config.range = Range { travel_m, turn_rad };
     announce(
         progress,
         "both sensors: poses",
@@ -183,40 +193,92 @@ fn joint(
         config.held_out_poses,
     );
     let (fitted, averaged) = (config.poses, config.frames_per_pose);
-    let full_scale = board.background.keeper().settings().geometry.tan_full_scale;
+    let geometry = Settings::default().geometry;
     board.background.calibrate_joint(config, errand)?;
-    let mut poses = Poses::new(averaged, full_scale, board.background.progress());
+    let mut poses = Poses::new(averaged, &geometry, board.background.progress());
     let ended = calibrated(board, fitted, progress, |board, frame| {
         poses.see(frame, board.background.progress())
     })?;
     Ok((poses, ended))
 }
 
-/// This system's rows: residuals as the firmware judged them, flight by the calibration now in force.
+/// This system's rows: residuals and flight by the calibration and the tooth map now in force.
 fn joint_rows(
     board: &mut SimBoard,
     sweep: Pose,
     report: &mut JointReport,
     progress: &ProgressBar,
 ) -> Result<()> {
-    let step = *report
+    let step = report
         .steps
         .iter()
         .rfind(|step| step.accepted)
         .context("an accepted calibration without a step")?;
-    residual_rows(report, Method::Here, step.after.rms_m.map(f64::from));
-    let flight = fly(board, sweep, progress)?;
-    let [_, platen] = judged(&flight)?;
-    flight_rows(report, Method::HerePlatenAlone, &platen);
-    let in_force = board
-        .background
-        .keeper()
-        .in_force()
-        .context("no calibration in force")?;
-    let fusion = Fusion::new(in_force, &step).context("a joint calibration without a beacon")?;
-    let both = fused(&flight, &fusion);
-    flight_rows(report, Method::Here, &both);
+    let without_map_m = step.after.rms_m.map(f64::from);
+    let residuals_m = report.map.map_or(without_map_m, |map| map.after_m);
+    residual_rows(report, Method::Here, residuals_m);
+    let [_, here] = judged(&fly(board, sweep, progress)?)?;
+    flight_rows(report, Method::Here, &here);
     Ok(())
+}
+
+/// The tooth map: estimated from the joint calibration's poses and as many again over the same area, and put in force.
+/// Where held-out poses do not want one the report says so, and none is in force.
+fn map_teeth(
+    board: &mut SimBoard,
+    options: &JointOptions,
+    mut poses: Vec<TeethPose>,
+    beacon: Pose,
+    report: &mut JointReport,
+    progress: &ProgressBar,
+) -> Result<()> {
+    let calibrated_jointly = in_force(board)?;
+    stand_at(board, beacon)?;
+    let more = JointOptions {
+        seed: options.seed ^ MAP_SEED,
+        ..options.clone()
+    };
+    let errand = Errand {
+        commit: false,
+        ..COMMIT
+    };
+    let (seen, _) = joint(board, &more, (TRAVEL_M, MAP_TURN_RAD), errand, progress)?;
+    poses.extend(seen.teeth);
+    let frames = f64::from(JointConfig::default().frames_per_pose).sqrt();
+    let noise_m = FRAME_NOISE_M.map(|noise_m| noise_m / frames);
+    let setup = Setup::entered(&Settings::default().geometry, noise_m[0], noise_m[1]);
+    progress.set_message("tooth map");
+    progress.set_position(0);
+    let mapped = estimate(&setup, &poses, &mut || progress.inc(1));
+    let model = match &mapped {
+        Ok(mapped) => mapped.model.clone(),
+        Err(why) => {
+            report.map_refusal = Some(why.to_string());
+            calibrated_jointly.model.clone()
+        }
+    };
+    board.sample();
+    board.background.keeper_mut()?.load(Calibration {
+        model,
+        ..calibrated_jointly
+    })?;
+    if let Ok(mapped) = mapped {
+        board.sample();
+        let keeper = board.background.keeper_mut()?;
+        keeper.map_begin(&mapped.header)?;
+        keeper.map_nodes(&mapped.nodes_nm)?;
+        keeper.map_apply()?;
+        report.map = Some(mapped.evidence);
+    }
+    Ok(())
+}
+
+fn in_force(board: &SimBoard) -> Result<Calibration> {
+    let keeper = board.background.keeper();
+    Ok(keeper
+        .in_force()
+        .context("no calibration in force")?
+        .clone())
 }
 
 /// The paper's method on the same poses, loaded into the same board.
@@ -235,12 +297,7 @@ fn paper_rows(
         residuals_m,
     } = paper_method::fit(&poses.buffer, &Settings::default().geometry)?;
     residual_rows(report, Method::Paper, residuals_m);
-    let here = board
-        .background
-        .keeper()
-        .in_force()
-        .context("no calibration in force")?
-        .clone();
+    let here = in_force(board)?;
     let mut with = |model: ErrorModel| -> Result<Deviations> {
         // The interrupt takes what was put in force last at its next sample; only then is there room for another.
         board.sample();
@@ -342,27 +399,4 @@ fn judged(flight: &[(Frame, Pose)]) -> Result<[Deviations; 2]> {
             flyby.places()
         )
     })
-}
-
-/// By both sensors: one angle, so that both of its rows are the same. At the same places as [`judged`].
-fn fused(flight: &[(Frame, Pose)], fusion: &Fusion) -> Deviations {
-    let (mut y_m, mut theta_rad, mut parity_m) = (Vec::new(), Vec::new(), Vec::new());
-    let mut last_y_m = f64::NEG_INFINITY;
-    for (frame, reference) in flight {
-        if (reference.y_m - last_y_m).abs() < SPACING_M {
-            continue;
-        }
-        last_y_m = reference.y_m;
-        let [_, y, theta] = fusion.pose(frame);
-        y_m.push(y - reference.y_m);
-        theta_rad.push(theta - reference.theta_rad);
-        parity_m.push(f64::from(frame.parity_m));
-    }
-    let theta = deviation(&theta_rad);
-    Deviations {
-        parity_m: deviation(&parity_m),
-        position_m: deviation(&y_m),
-        theta_x_rad: theta,
-        theta_y_rad: theta,
-    }
 }

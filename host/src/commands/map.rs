@@ -1,0 +1,97 @@
+//! `courier map RECORDING`.
+
+use crate::output::replace_file;
+use crate::teeth::{Evidence, MapFile, TeethPose, estimate, poses_of};
+use crate::terminal::{micrometres, pairs, print, print_json, progress, warn};
+use anyhow::{Result, ensure};
+use courier_sensor::frame::SEGMENTS;
+use recording::Recording;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Passes of a usual fit, for the progress bar.
+const PASSES: u64 = 24;
+
+/// Estimate a map of the platen's teeth from a recording under a beacon.
+///
+/// The recording holds all four segments and the coordination sensor, over the area to be mapped and with rotation (±1.5° or so):
+/// 1000 still poses, or sweeps. The map holds how far the teeth are displaced along x and y, where poses have told it, and lateral
+/// waves of mixed order; `courier load FILE` puts it into a board, until that restarts: places count from the board's own tooth count.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  courier map under_beacon --out teeth.json && courier --probe any load teeth.json")]
+pub struct Args {
+    /// The recording's folder.
+    recording: PathBuf,
+    /// Where to write the map, JSON; without it, only what it is worth is told.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Overwrite the file.
+    #[arg(long)]
+    force: bool,
+    /// Take poses within so much of the median place only, mm: a smaller map.
+    #[arg(long, value_name = "MM")]
+    within: Option<f64>,
+    /// Print one JSON object instead of the table.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Reads, estimates, writes.
+///
+/// # Errors
+/// The recording cannot be read or does not tell a map, or the file cannot be written; nothing is written then.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    if let Some(path) = &args.out {
+        ensure!(args.force || !path.exists(), "{}: found a file, wanted a new one, or --force", path.display());
+    }
+    let recording = Recording::read(&args.recording)?;
+    recording.warnings.iter().for_each(|line| warn(line));
+    let (setup, mut poses) = poses_of(&recording)?;
+    if let Some(within_mm) = args.within {
+        near_middle(&mut poses, 1.0e-3 * within_mm);
+    }
+    let bar = progress(PASSES, "fitting");
+    let mapped = estimate(&setup, &poses, &mut || bar.inc(1));
+    bar.finish_and_clear();
+    let file = MapFile::new(mapped?);
+    if let Some(path) = &args.out {
+        let text = serde_json::to_string_pretty(&file)?;
+        replace_file(path, text.as_bytes())?;
+    }
+    if args.json { print_json(&file.evidence)? } else { print(&text(&file))? }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Keeps poses whose outputs are all near their medians.
+fn near_middle(poses: &mut Vec<TeethPose>, within_m: f64) {
+    let medians: [f64; SEGMENTS] = std::array::from_fn(|i| {
+        let mut values: Vec<f64> = poses.iter().map(|pose| pose.outputs_m[i]).collect();
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied().unwrap_or_default()
+    });
+    poses.retain(|pose| (0..SEGMENTS).all(|i| (pose.outputs_m[i] - medians[i]).abs() <= within_m));
+}
+
+fn text(file: &MapFile) -> String {
+    let Evidence { poses, held_out_poses, unknowns, before_m, after_m, .. } = file.evidence;
+    let evidence = &file.evidence;
+    let three = |g: [f64; 3]| g.map(micrometres).join(", ");
+    let size = |k: usize| {
+        let [along, across] = file.header.grids[k].nodes;
+        let mapped = file.header.trusted.iter().map(|word| word.count_ones()).sum::<u32>();
+        let of = if k == 0 { String::new() } else { format!("; {mapped} cells of both trusted") };
+        format!("{along} by {across} nodes, known to {} µm or better{of}", micrometres(evidence.worst_deviation_m[k]))
+    };
+    pairs(&[
+        ("poses", format!("{poses} fitted, {held_out_poses} held out, {unknowns} unknowns")),
+        ("held-out g_p, g_x, g_y", format!("{} -> {} µm, {:.0} standard errors", three(before_m), three(after_m), evidence.significance)),
+        ("noise shown", format!("segment {} µm, displacement {} µm", micrometres(evidence.segment_noise_m), micrometres(evidence.displacement_noise_m))),
+        ("field along x", size(0)),
+        ("field along y", size(1)),
+        (
+            "gauge",
+            "mean and slope of each field are zero: the mean pitch over the map is the nominal one"
+                .to_owned(),
+        ),
+    ])
+}

@@ -1,0 +1,149 @@
+//! g_p, g_x and g_y of a pose (equations 5, 10, 11), their derivatives by the unknowns, and their covariance.
+
+use super::model::{ANGLE_SIGN, PARITY_SIGN, outputs};
+use super::pose::{Setup, TeethPose};
+use super::unknowns::Unknowns;
+use courier_sensor::frame::SEGMENTS;
+use nalgebra::Matrix3;
+
+/// Readings' noise, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// Of a segment.
+    pub segment_m: f64,
+    /// Of a displacement under the beacon.
+    pub displacement_m: f64,
+}
+
+/// One pose linearised.
+#[derive(Clone, Debug)]
+pub struct Linear {
+    /// g_p, g_x, g_y, metres.
+    pub g_m: [f64; 3],
+    /// `(unknown, derivatives of the three)`.
+    pub by: Vec<(usize, [f64; 3])>,
+    /// Derivatives by the calibrated outputs, `[segment][constraint]`.
+    by_outputs: [[f64; 3]; SEGMENTS],
+}
+
+/// Displacement of the beacon in the sensor's frame: raw deflection to metres.
+struct Displacement {
+    c_m: [f64; 2],
+    scale_m: f64,
+}
+
+fn displacement(
+    setup: &Setup,
+    unknowns: &Unknowns,
+    values: &[f64],
+    [u, v]: [f64; 2],
+) -> Displacement {
+    let (gain, turn) = (
+        values[unknowns.misalignment()],
+        values[unknowns.misalignment() + 1],
+    );
+    let bend = |axis: usize, own: f64, other: f64| -> f64 {
+        let coefficients = &values[unknowns.bend(axis)..unknowns.bend(axis + 1)];
+        unknowns
+            .powers
+            .iter()
+            .zip(coefficients)
+            .map(|((n, m), k)| k * own.powi(*n) * other.powi(*m))
+            .sum()
+    };
+    let scale_m = values[unknowns.mounting()] * setup.tan_full_scale;
+    let x = u + gain * u - turn * v + bend(0, u, v);
+    let y = v - gain * v + turn * u + bend(1, v, u);
+    Displacement {
+        c_m: [x * scale_m, y * scale_m],
+        scale_m,
+    }
+}
+
+/// Linearises one pose.
+pub fn linear(setup: &Setup, unknowns: &Unknowns, values: &[f64], pose: &TeethPose) -> Linear {
+    let out = outputs(setup, unknowns, values, pose);
+    let p = out.p_m;
+    let theta = (p[0] - p[2] + p[1] - p[3]) / (2.0 * setup.span_m);
+    let (s, c) = theta.sin_cos();
+    let at = unknowns.mounting();
+    let (height_m, [lx, ly], [bx, by]) = (
+        values[at],
+        [values[at + 1], values[at + 2]],
+        [values[at + 3], values[at + 4]],
+    );
+    let moved = displacement(setup, unknowns, values, pose.deflection);
+    let [cx, cy] = moved.c_m;
+    let turned = [c * cx - s * cy, s * cx + c * cy];
+    let g_m = [
+        p[0] - p[2] - p[1] + p[3],
+        turned[0] - 0.5 * (p[0] + p[2]) - ly * s - lx * (1.0 - c) + bx,
+        turned[1] - 0.5 * (p[1] + p[3]) + lx * s - ly * (1.0 - c) + by,
+    ];
+    let by_angle = [-turned[1] - ly * c - lx * s, turned[0] + lx * c - ly * s];
+    let per_output = 0.5 / setup.span_m;
+    let by_outputs: [[f64; 3]; SEGMENTS] = std::array::from_fn(|i| {
+        let half = |direction: usize| if i % 2 == direction { 0.5 } else { 0.0 };
+        let angle = ANGLE_SIGN[i] * per_output;
+        [
+            PARITY_SIGN[i],
+            by_angle[0] * angle - half(0),
+            by_angle[1] * angle - half(1),
+        ]
+    });
+    let mut derivatives = Vec::with_capacity(256);
+    for (by_output, list) in by_outputs.iter().zip(&out.by) {
+        derivatives.extend(
+            list.iter()
+                .map(|(index, d)| (*index, by_output.map(|b| b * d))),
+        );
+    }
+    derivatives.extend([
+        (at, [0.0, turned[0] / height_m, turned[1] / height_m]),
+        (at + 1, [0.0, c - 1.0, s]),
+        (at + 2, [0.0, -s, c - 1.0]),
+        (at + 3, [0.0, 1.0, 0.0]),
+        (at + 4, [0.0, 0.0, 1.0]),
+    ]);
+    let turn = |x: f64, y: f64| {
+        [
+            0.0,
+            moved.scale_m * (c * x - s * y),
+            moved.scale_m * (s * x + c * y),
+        ]
+    };
+    let [u, v] = pose.deflection;
+    derivatives.push((unknowns.misalignment(), turn(u, -v)));
+    derivatives.push((unknowns.misalignment() + 1, turn(-v, u)));
+    for (k, (n, m)) in unknowns.powers.iter().enumerate() {
+        derivatives.push((unknowns.bend(0) + k, turn(u.powi(*n) * v.powi(*m), 0.0)));
+        derivatives.push((unknowns.bend(1) + k, turn(0.0, v.powi(*n) * u.powi(*m))));
+    }
+    Linear {
+        g_m,
+        by: derivatives,
+        by_outputs,
+    }
+}
+
+impl Linear {
+    /// Share of the segments' variance in g_x.
+    pub fn segment_share_of_x(&self) -> f64 {
+        self.by_outputs.iter().map(|b| b[1] * b[1]).sum()
+    }
+
+    /// Inverse of the Cholesky factor of the constraints' covariance.
+    pub fn whitening(&self, noise: &Noise) -> Matrix3<f64> {
+        let mut covariance = Matrix3::zeros();
+        for b in &self.by_outputs {
+            covariance += Matrix3::from_fn(|i, j| b[i] * b[j]) * noise.segment_m.powi(2);
+        }
+        covariance[(1, 1)] += noise.displacement_m.powi(2);
+        covariance[(2, 2)] += noise.displacement_m.powi(2);
+        // Positive definite: g_p has segments alone, the others each their own displacement.
+        let factor = covariance.cholesky().map(|c| c.l());
+        factor
+            .and_then(|l| l.try_inverse())
+            .unwrap_or_else(Matrix3::identity)
+    }
+}

@@ -1,0 +1,356 @@
+//! The whole estimation: plain fit, fit with waves and fields, judgement by held-out poses, and what a board is given.
+
+use super::constraint::{Noise, linear};
+use super::fit::{Fit, Problem};
+use super::lattice;
+use super::model::places;
+use super::pose::{Setup, TeethPose};
+use super::unknowns::{NODE_M, OWN, Unknowns, WAVES};
+use anyhow::{Result, ensure};
+use courier_sensor::frame::SEGMENTS;
+use courier_sensor::model::{ErrorModel, TermTable};
+use courier_sensor::teeth::{Grid, MAX_NODES, MapHeader, Wave};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// One pose in so many is held out.
+const HELD_OUT: usize = 6;
+/// A map stays if held-out poses gain more than this many standard errors of the gain.
+const SIGNIFICANT: f64 = 2.0;
+/// Fewest poses for a map.
+const FEWEST: usize = 240;
+/// Least rms angle, as for the firmware's joint calibration.
+const LEAST_TURN_RAD: f64 = 1.75e-3;
+/// A cell is trusted where its middle is known to this share of the fields' deviation before the data: 1 um.
+const TRUSTED_SHARE: f64 = 0.5;
+/// Times that the noise is measured and the fit repeated.
+const REWEIGHTINGS: usize = 2;
+/// Noise to begin with: bad teeth, and a diode not yet known.
+const FIRST: Noise = Noise {
+    segment_m: 2.0e-6,
+    displacement_m: 3.0e-6,
+};
+/// Deviation of a field of independent nodes over theirs, mean over a cell: (151 / 315) squared is the mean square of the weights.
+const FIELD_SHARE: f64 = 0.479;
+
+/// What the estimation rests on and how good it is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evidence {
+    /// Poses fitted.
+    pub poses: usize,
+    /// Poses held out.
+    pub held_out_poses: usize,
+    /// Unknowns.
+    pub unknowns: usize,
+    /// Held-out g_p, g_x, g_y without waves and fields, metres rms.
+    pub before_m: [f64; 3],
+    /// With them.
+    pub after_m: [f64; 3],
+    /// Gain of the held-out poses over its standard error.
+    pub significance: f64,
+    /// Noise of a segment that the poses show, metres.
+    pub segment_noise_m: f64,
+    /// Noise of a displacement, metres.
+    pub displacement_noise_m: f64,
+    /// Largest predicted deviation of a trusted cell's middle, metres: x's field, y's.
+    pub worst_deviation_m: [f64; 2],
+}
+
+/// What a board is given, and on what grounds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mapped {
+    /// Equations (3) and (9) as fitted with the map.
+    pub model: ErrorModel,
+    /// Lattices, waves, trusted cells.
+    pub header: MapHeader,
+    /// Nodes, nanometres: x's field first.
+    pub nodes_nm: Vec<i16>,
+    /// Predicted deviation of each cell's middle, metres, numbered as its first node; none outside and where nothing was visited.
+    pub deviations_m: Vec<Option<f64>>,
+    /// Grounds.
+    pub evidence: Evidence,
+}
+
+/// Estimates; `tick` is called after each pass.
+///
+/// # Errors
+/// Too few poses, no rotation, an area larger than the board's memory, or held-out poses that do not want a map.
+pub fn estimate(setup: &Setup, poses: &[TeethPose], tick: &mut dyn FnMut()) -> Result<Mapped> {
+    let (fitted, held_out) = split(poses);
+    ensure!(
+        fitted.len() >= FEWEST,
+        "the recording: found {} poses to fit, wanted {FEWEST} or more",
+        fitted.len()
+    );
+    check_turn(setup, &fitted)?;
+    let unknowns = Unknowns::new(lattices(setup, poses)?);
+    let slopes = slopes(setup, &unknowns, &fitted);
+    let problem = Problem {
+        setup,
+        unknowns: &unknowns,
+        poses: &fitted,
+        slopes: &slopes,
+    };
+    let mut fit = Fit::start(&problem, FIRST);
+    fit.improve(&problem, |i| unknowns.is_plain(i), tick)?;
+    let mut plain = Fit::start(&problem, FIRST);
+    plain.values.clone_from(&fit.values);
+    let spent = (unknowns.len() as f64 / (3.0 * fitted.len() as f64)).min(0.5);
+    for _ in 0..=REWEIGHTINGS {
+        fit.improve(&problem, |_| true, tick)?;
+        fit.show_noise(&problem, spent);
+    }
+    fit.improve(&problem, |_| true, tick)?;
+    let judged = Judged::of(setup, &unknowns, &held_out, [&plain, &fit]);
+    let [before, after] = judged
+        .rms_m
+        .map(|g| g.map(|g| format!("{:.2}", 1.0e6 * g)).join(", "));
+    ensure!(
+        judged.significance > SIGNIFICANT,
+        "the recording: held-out g_p, g_x, g_y went from {before} to {after} µm, a gain of {:.1} standard errors, wanted over {SIGNIFICANT}",
+        judged.significance
+    );
+    Ok(result(&problem, &fit, &judged, held_out.len()))
+}
+
+fn split(poses: &[TeethPose]) -> (Vec<TeethPose>, Vec<TeethPose>) {
+    let part = |held: bool| {
+        let chosen = poses
+            .iter()
+            .enumerate()
+            .filter(move |(i, _)| (i % HELD_OUT == HELD_OUT - 1) == held);
+        chosen.map(|(_, pose)| *pose).collect()
+    };
+    (part(false), part(true))
+}
+
+fn check_turn(setup: &Setup, poses: &[TeethPose]) -> Result<()> {
+    let angles = poses.iter().map(|pose| {
+        let p = pose.outputs_m;
+        (p[0] - p[2] + p[1] - p[3]) / (2.0 * setup.span_m)
+    });
+    let angles: Vec<f64> = angles.collect();
+    let turn_rad = deviation(&angles);
+    ensure!(
+        turn_rad >= LEAST_TURN_RAD,
+        "the recording: found a rotation of {:.3} mrad rms, wanted {:.2} or more: without it the fields and the coordination sensor's own errors are one",
+        1.0e3 * turn_rad,
+        1.0e3 * LEAST_TURN_RAD
+    );
+    Ok(())
+}
+
+/// Lattices over all poses; calibration moves a place by some hundredths of a pitch.
+fn lattices(setup: &Setup, poses: &[TeethPose]) -> Result<[Grid; 2]> {
+    const MARGIN_PITCHES: f64 = 0.05;
+    let mut bounds = [[[f64::INFINITY, f64::NEG_INFINITY]; 2]; 2];
+    for pose in poses {
+        for (i, place) in places(setup, &pose.outputs_m).into_iter().enumerate() {
+            for (bound, p) in bounds[i % 2].iter_mut().zip(place) {
+                *bound = [
+                    bound[0].min(p - MARGIN_PITCHES),
+                    bound[1].max(p + MARGIN_PITCHES),
+                ];
+            }
+        }
+    }
+    let grids = bounds.map(lattice::covering);
+    let nodes: usize = grids.iter().map(Grid::count).sum();
+    ensure!(
+        nodes <= MAX_NODES,
+        "the recording: found an area of {nodes} nodes, wanted at most {MAX_NODES}, which is what a board holds: --within takes the middle"
+    );
+    Ok(grids)
+}
+
+/// Standard deviation.
+fn deviation(values: &[f64]) -> f64 {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt()
+}
+
+/// Cells of a direction's field that a pose has visited.
+fn visited(setup: &Setup, unknowns: &Unknowns, poses: &[TeethPose], direction: usize) -> Vec<bool> {
+    let grid = &unknowns.grids[direction];
+    let mut visited = vec![false; grid.count()];
+    for pose in poses {
+        let places = places(setup, &pose.outputs_m);
+        for place in places.iter().skip(direction).step_by(2) {
+            if let Some(cell) = lattice::cell(grid, *place) {
+                visited[cell] = true;
+            }
+        }
+    }
+    visited
+}
+
+/// Slopes of both fields over the visited cells, each counted once: with lines displaced independently of each other, the
+/// slope that tells least of them.
+fn slopes(setup: &Setup, unknowns: &Unknowns, poses: &[TeethPose]) -> [Vec<(usize, f64)>; 2] {
+    [0, 1].map(|direction| {
+        let visited = visited(setup, unknowns, poses, direction);
+        let cells = (0..visited.len()).filter(|cell| visited[*cell]);
+        let middles = cells.filter_map(|cell| lattice::middle(&unknowns.grids[direction], cell));
+        unknowns.slope(direction, &middles.collect::<Vec<_>>())
+    })
+}
+
+struct Judged {
+    rms_m: [[f64; 3]; 2],
+    significance: f64,
+}
+
+impl Judged {
+    /// Before and after, both whitened by the covariance of the fit after.
+    fn of(setup: &Setup, unknowns: &Unknowns, poses: &[TeethPose], fits: [&Fit; 2]) -> Self {
+        let mut squares = [[0.0; 3]; 2];
+        let mut gains = Vec::with_capacity(poses.len());
+        for pose in poses {
+            let lines = fits.map(|fit| linear(setup, unknowns, &fit.values, pose));
+            let whitening = lines[1].whitening(&fits[1].noise);
+            let lengths = [0, 1].map(|k| (whitening * Vector3::from(lines[k].g_m)).norm_squared());
+            gains.push(lengths[0] - lengths[1]);
+            for (sums, line) in squares.iter_mut().zip(&lines) {
+                sums.iter_mut()
+                    .zip(line.g_m)
+                    .for_each(|(sum, g)| *sum += g * g);
+            }
+        }
+        let count = poses.len().max(1) as f64;
+        let mean = gains.iter().sum::<f64>() / count;
+        let error = deviation(&gains) / count.sqrt();
+        Self {
+            rms_m: squares.map(|s| s.map(|s| (s / count).sqrt())),
+            significance: if error > 0.0 { mean / error } else { 0.0 },
+        }
+    }
+}
+
+fn result(problem: &Problem, fit: &Fit, judged: &Judged, held_out: usize) -> Mapped {
+    let unknowns = problem.unknowns;
+    let mut deviations_m = Vec::new();
+    let mut nodes_nm = Vec::new();
+    let mut worst_deviation_m = [0.0; 2];
+    let mut trusted = MapHeader::default().trusted;
+    let nodes: usize = unknowns.grids.iter().map(Grid::count).sum();
+    let _ = trusted.resize(nodes.div_ceil(32), 0);
+    for direction in 0..2 {
+        let grid = &unknowns.grids[direction];
+        let first = nodes_nm.len();
+        let known = cell_deviations(problem, fit, direction);
+        let mean_m = mean_field(unknowns, fit, direction, &known);
+        for (cell, deviation) in known.iter().enumerate() {
+            if deviation.is_some_and(|d| d < TRUSTED_SHARE * FIELD_SHARE * NODE_M) {
+                trusted[(first + cell) / 32] |= 1 << ((first + cell) % 32);
+                worst_deviation_m[direction] =
+                    f64::max(worst_deviation_m[direction], deviation.unwrap_or(0.0));
+            }
+        }
+        deviations_m.extend(known);
+        let row = usize::from(grid.nodes[1]);
+        let value = |node: usize| {
+            let line = fit.values[unknowns.line(direction) + node / row];
+            fit.values[unknowns.field(direction) + node] + line - mean_m
+        };
+        // `as` saturates; 32 um is eight prior deviations.
+        nodes_nm.extend((0..grid.count()).map(|node| (1.0e9 * value(node)).round() as i16));
+    }
+    Mapped {
+        model: error_model(unknowns, &fit.values),
+        header: MapHeader {
+            grids: unknowns.grids,
+            waves: waves(unknowns, &fit.values),
+            trusted,
+        },
+        nodes_nm,
+        deviations_m,
+        evidence: Evidence {
+            poses: problem.poses.len(),
+            held_out_poses: held_out,
+            unknowns: unknowns.len(),
+            before_m: judged.rms_m[0],
+            after_m: judged.rms_m[1],
+            significance: judged.significance,
+            segment_noise_m: fit.noise.segment_m,
+            displacement_noise_m: fit.noise.displacement_m,
+            worst_deviation_m,
+        },
+    }
+}
+
+/// Predicted deviation at the middle of each visited cell, less what all of them have in common.
+fn cell_deviations(problem: &Problem, fit: &Fit, direction: usize) -> Vec<Option<f64>> {
+    let unknowns = problem.unknowns;
+    let grid = &unknowns.grids[direction];
+    let visited = visited(problem.setup, unknowns, problem.poses, direction);
+    let middle = |cell: usize| lattice::middle(grid, cell).filter(|_| visited[cell]);
+    let functions: Vec<_> = (0..grid.count())
+        .map(|cell| middle(cell).and_then(|place| unknowns.field_at(direction, place)))
+        .collect();
+    let count = functions.iter().flatten().count().max(1) as f64;
+    let common: Vec<(usize, f64)> = functions
+        .iter()
+        .flatten()
+        .flatten()
+        .map(|(i, w)| (*i, -w / count))
+        .collect();
+    functions
+        .into_iter()
+        .map(|function| {
+            let mut function = function?;
+            function.extend(&common);
+            Some(fit.deviation(&function))
+        })
+        .collect()
+}
+
+/// Mean over the visited cells: gauge.
+fn mean_field(unknowns: &Unknowns, fit: &Fit, direction: usize, known: &[Option<f64>]) -> f64 {
+    let grid = &unknowns.grids[direction];
+    let cells = (0..known.len()).filter(|cell| known[*cell].is_some());
+    let places = cells.filter_map(|cell| lattice::middle(grid, cell));
+    let fields = places.filter_map(|place| unknowns.field_at(direction, place));
+    let values: Vec<f64> = fields
+        .map(|f| f.iter().map(|(i, w)| w * fit.values[*i]).sum())
+        .collect();
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+fn error_model(unknowns: &Unknowns, values: &[f64]) -> ErrorModel {
+    let mut model = ErrorModel::zero(TermTable::equation_9());
+    let at = |i: usize| [values[i] as f32, values[i + 1] as f32];
+    for segment in 0..SEGMENTS {
+        let mut columns: Vec<f32> = (0..OWN.len())
+            .flat_map(|order| at(unknowns.own(segment, order)))
+            .collect();
+        columns.extend(at(unknowns.lateral(segment)));
+        model.set_columns(segment, &columns);
+    }
+    let (parity, angle) = (
+        0.25 * values[unknowns.parity()] as f32,
+        0.25 * values[unknowns.angle()] as f32,
+    );
+    model.constants_m = [
+        parity + angle,
+        angle - parity,
+        -parity - angle,
+        parity - angle,
+    ];
+    model
+}
+
+fn waves(
+    unknowns: &Unknowns,
+    values: &[f64],
+) -> heapless::Vec<Wave, { courier_sensor::teeth::MAX_WAVES }> {
+    let wave = |(k, (own_order, lateral_order)): (usize, &(u8, i8))| Wave {
+        own_order: *own_order,
+        lateral_order: *lateral_order,
+        coefficients_m: std::array::from_fn(|segment| {
+            let at = unknowns.wave(segment, k);
+            [values[at] as f32, values[at + 1] as f32]
+        }),
+    };
+    WAVES.iter().enumerate().map(wave).collect()
+}

@@ -1,0 +1,82 @@
+//! A map as a file on the host: JSON.
+
+use super::estimate::{Evidence, Mapped};
+use anyhow::{Context, Result, ensure};
+use courier_sensor::model::ErrorModel;
+use courier_sensor::teeth::MapHeader;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Version of the file.
+const VERSION: u64 = 1;
+/// The key that tells a map from other JSON.
+const KEY: &str = "courier_tooth_map";
+
+/// The file's one object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MapFile {
+    courier_tooth_map: u64,
+    /// What the map leaves open.
+    gauge: String,
+    /// Equations (3) and (9) as fitted with the map: in force together with it.
+    pub model: ErrorModel,
+    /// Lattices (tooth counts of the board since its start), waves, trusted cells.
+    pub header: MapHeader,
+    /// Nodes, nanometres: x's field, then y's; across runs fastest.
+    pub nodes_nm: Vec<i16>,
+    /// Predicted deviation at the middle of each cell, metres; null where nothing was visited.
+    pub deviations_m: Vec<Option<f64>>,
+    /// On what it rests.
+    pub evidence: Evidence,
+}
+
+impl MapFile {
+    /// For writing.
+    pub fn new(mapped: Mapped) -> Self {
+        let Mapped {
+            model,
+            header,
+            nodes_nm,
+            deviations_m,
+            evidence,
+        } = mapped;
+        Self {
+            courier_tooth_map: VERSION,
+            gauge: "each field's mean and its slope along the measured direction are zero: the platen's mean pitch over the map is the nominal one".into(),
+            model,
+            header,
+            nodes_nm,
+            deviations_m,
+            evidence,
+        }
+    }
+
+    /// Whether a file's text claims to be a map.
+    pub fn is_one(value: &serde_json::Value) -> bool {
+        value.get(KEY).is_some()
+    }
+
+    /// From a file's JSON.
+    ///
+    /// # Errors
+    /// Another version, a part missing, numbers that cannot be used.
+    pub fn from_json(path: &Path, value: serde_json::Value) -> Result<Self> {
+        let place = path.display();
+        let version = value.get(KEY).and_then(serde_json::Value::as_u64);
+        ensure!(
+            version == Some(VERSION),
+            "{place}: key {KEY}, found {}, wanted {VERSION}",
+            version.map_or("none".to_owned(), |version| version.to_string())
+        );
+        let file: Self = serde_json::from_value(value)
+            .with_context(|| format!("{place}: wanted a tooth map"))?;
+        file.model.validate().with_context(|| place.to_string())?;
+        file.header.validate().with_context(|| place.to_string())?;
+        let (found, wanted) = (file.nodes_nm.len(), file.header.nodes());
+        ensure!(
+            found == wanted,
+            "{place}: nodes_nm: found {found} nodes, wanted {wanted}"
+        );
+        Ok(file)
+    }
+}

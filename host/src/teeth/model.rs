@@ -1,0 +1,95 @@
+//! Calibrated outputs of a pose and their derivatives: the order of work is the interrupt's. Equations (3) and (9) take the raw phases,
+//! waves and fields the outputs that these have calibrated.
+
+use super::pose::{Setup, TeethPose};
+use super::unknowns::{OWN, Unknowns, WAVES};
+use courier_sensor::frame::SEGMENTS;
+use std::f64::consts::TAU;
+
+/// Sign of each segment in the parity.
+pub const PARITY_SIGN: [f64; SEGMENTS] = [1.0, -1.0, -1.0, 1.0];
+/// In the angle, equation (4).
+pub const ANGLE_SIGN: [f64; SEGMENTS] = [1.0, 1.0, -1.0, -1.0];
+/// Of l_o theta in the lateral argument, equation (9).
+const LATERAL_SIGN: [f64; SEGMENTS] = [-1.0, 1.0, 1.0, -1.0];
+/// Side of the courier's middle across the own direction.
+const SIDE: [f64; SEGMENTS] = [-1.0, 1.0, 1.0, -1.0];
+
+/// Outputs of a pose, metres, and each one's derivatives by unknowns.
+#[derive(Clone, Debug, Default)]
+pub struct Outputs {
+    /// Calibrated.
+    pub p_m: [f64; SEGMENTS],
+    /// `(unknown, derivative)`.
+    pub by: [Vec<(usize, f64)>; SEGMENTS],
+}
+
+impl Outputs {
+    fn add(&mut self, segment: usize, values: &[f64], at: usize, derivative: f64) {
+        self.p_m[segment] += values[at] * derivative;
+        self.by[segment].push((at, derivative));
+    }
+}
+
+/// Position of the pair across, with equation (9)'s turn: the lateral argument of each segment, metres.
+fn lateral_m(setup: &Setup, p: &[f64; SEGMENTS]) -> [f64; SEGMENTS] {
+    let middle = [0.5 * (p[1] + p[3]), 0.5 * (p[0] + p[2])];
+    let theta = (p[0] - p[2] + p[1] - p[3]) / (2.0 * setup.span_m);
+    std::array::from_fn(|i| middle[i % 2] + LATERAL_SIGN[i] * setup.lateral_m * theta)
+}
+
+/// Places of a segment in its direction's field, pitches, from outputs.
+pub fn places(setup: &Setup, p: &[f64; SEGMENTS]) -> [[f64; 2]; SEGMENTS] {
+    let lateral = lateral_m(setup, p);
+    std::array::from_fn(|i| {
+        let across_m = lateral[i] + SIDE[i] * 0.5 * setup.span_m;
+        [p[i] / setup.pitch_m, across_m / setup.pitch_m]
+    })
+}
+
+/// Everything of one pose. A place outside the lattice has no field.
+pub fn outputs(setup: &Setup, unknowns: &Unknowns, values: &[f64], pose: &TeethPose) -> Outputs {
+    let raw = pose.outputs_m;
+    let mut out = Outputs {
+        p_m: raw,
+        ..Outputs::default()
+    };
+    equations_3_and_9(setup, unknowns, values, &raw, &mut out);
+    let calibrated = out.p_m;
+    let lateral = lateral_m(setup, &calibrated);
+    let per_m = TAU / setup.pitch_m;
+    for (i, place) in places(setup, &calibrated).into_iter().enumerate() {
+        for (k, (own, across)) in WAVES.iter().enumerate() {
+            let phase = per_m * (f64::from(*own) * calibrated[i] + f64::from(*across) * lateral[i]);
+            out.add(i, values, unknowns.wave(i, k), phase.sin());
+            out.add(i, values, unknowns.wave(i, k) + 1, phase.cos());
+        }
+        for (unknown, weight) in unknowns.field_at(i % 2, place).into_iter().flatten() {
+            out.add(i, values, unknown, weight);
+        }
+    }
+    out
+}
+
+fn equations_3_and_9(
+    setup: &Setup,
+    unknowns: &Unknowns,
+    values: &[f64],
+    raw: &[f64; SEGMENTS],
+    out: &mut Outputs,
+) {
+    let per_m = TAU / setup.pitch_m;
+    let lateral = lateral_m(setup, raw);
+    for i in 0..SEGMENTS {
+        for (k, order) in OWN.iter().enumerate() {
+            let (sine, cosine) = (f64::from(*order) * per_m * raw[i]).sin_cos();
+            out.add(i, values, unknowns.own(i, k), sine);
+            out.add(i, values, unknowns.own(i, k) + 1, cosine);
+        }
+        let (sine, cosine) = (per_m * lateral[i]).sin_cos();
+        out.add(i, values, unknowns.lateral(i), sine);
+        out.add(i, values, unknowns.lateral(i) + 1, cosine);
+        out.add(i, values, unknowns.parity(), 0.25 * PARITY_SIGN[i]);
+        out.add(i, values, unknowns.angle(), 0.25 * ANGLE_SIGN[i]);
+    }
+}

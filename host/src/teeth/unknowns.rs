@@ -1,0 +1,174 @@
+//! Order and priors of the unknowns.
+
+use super::lattice;
+use super::pose::Setup;
+use courier_sensor::frame::SEGMENTS;
+use courier_sensor::teeth::Grid;
+
+/// Own orders of equation (3).
+pub const OWN: [u8; 4] = [1, 2, 4, 6];
+/// Own and lateral orders of the waves beside equation (9).
+pub const WAVES: [(u8, i8); 5] = [(0, 2), (1, 1), (1, -1), (2, 1), (2, -1)];
+/// Highest degree of the coordination sensor's polynomial: the inverse of a diode that bends by cubes needs some more.
+const DEGREE: i32 = 7;
+
+/// Standard deviations before the data. Coefficients as for the firmware's joint fit; waves as for lateral terms seen; the diode's
+/// terms halve from degree to degree beyond the third; a node's and a whole line's are twice
+/// the paper's 1.9 um of tooth variation.
+const OWN_M: f64 = 60.0e-6;
+const WAVE_M: f64 = 5.0e-6;
+const PARITY_M: f64 = 0.5e-3;
+const ANGLE_M: f64 = 0.1e-3;
+const MOUNTING_SHARE: f64 = 0.3;
+const PLACE_M: f64 = 20.0e-3;
+const MISALIGNMENT: f64 = 0.1;
+const BEND: f64 = 0.2;
+/// Of a node by itself, and of a whole line.
+pub const NODE_M: f64 = 4.0e-6;
+/// Deviation of a field's slope, which is gauge.
+pub const SLOPE: f64 = 1.0e-6;
+
+/// Where each unknown is.
+#[derive(Clone, Debug)]
+pub struct Unknowns {
+    /// Powers of own and other deflection.
+    pub powers: Vec<(i32, i32)>,
+    /// Lattices of x's and y's field.
+    pub grids: [Grid; 2],
+}
+
+impl Unknowns {
+    /// For fields on these lattices.
+    pub fn new(grids: [Grid; 2]) -> Self {
+        let powers =
+            (2..=DEGREE).flat_map(|degree| (0..=degree).map(move |other| (degree - other, other)));
+        Self {
+            powers: powers.collect(),
+            grids,
+        }
+    }
+
+    /// Sine of an order of equation (3); the cosine follows.
+    pub fn own(&self, segment: usize, order: usize) -> usize {
+        (segment * OWN.len() + order) * 2
+    }
+
+    /// Sine of equation (9)'s term.
+    pub fn lateral(&self, segment: usize) -> usize {
+        SEGMENTS * OWN.len() * 2 + 2 * segment
+    }
+
+    /// k1 - k2 - k3 + k4.
+    pub fn parity(&self) -> usize {
+        self.lateral(SEGMENTS)
+    }
+
+    /// k1 + k2 - k3 - k4.
+    pub fn angle(&self) -> usize {
+        self.parity() + 1
+    }
+
+    /// h, l_x, l_y, beacon's place x, y.
+    pub fn mounting(&self) -> usize {
+        self.parity() + 2
+    }
+
+    /// Half the difference of gains, angle of the diode.
+    pub fn misalignment(&self) -> usize {
+        self.mounting() + 5
+    }
+
+    /// The diode's polynomial of one axis.
+    pub fn bend(&self, axis: usize) -> usize {
+        self.misalignment() + 2 + axis * self.powers.len()
+    }
+
+    /// Sine of a wave.
+    pub fn wave(&self, segment: usize, wave: usize) -> usize {
+        self.bend(2) + (segment * WAVES.len() + wave) * 2
+    }
+
+    /// First node of a direction's field.
+    pub fn field(&self, direction: usize) -> usize {
+        let before: usize = self.grids[..direction].iter().map(Grid::count).sum();
+        self.wave(SEGMENTS, 0) + before
+    }
+
+    /// First line of a direction: a node's displacement common to the whole line across.
+    pub fn line(&self, direction: usize) -> usize {
+        let before: usize = self.grids[..direction]
+            .iter()
+            .map(|grid| usize::from(grid.nodes[0]))
+            .sum();
+        self.field(2) + before
+    }
+
+    /// A direction's field at a place as a function of the unknowns: nodes, and the lines they lie on.
+    pub fn field_at(&self, direction: usize, place: [f64; 2]) -> Option<Vec<(usize, f64)>> {
+        let grid = &self.grids[direction];
+        let weights = lattice::weights(grid, place)?;
+        let row = usize::from(grid.nodes[1]);
+        let nodes = weights
+            .iter()
+            .map(|(node, w)| (self.field(direction) + node, *w));
+        let lines = weights.chunks(lattice::SUPPORT).map(|line| {
+            let along = line.iter().map(|(_, w)| w).sum();
+            (self.line(direction) + line[0].0 / row, along)
+        });
+        Some(nodes.chain(lines).collect())
+    }
+
+    /// Slope of a field along its direction, per pitch, as a function of the unknowns: least squares over these places.
+    pub fn slope(&self, direction: usize, places: &[[f64; 2]]) -> Vec<(usize, f64)> {
+        let middle = places.iter().map(|p| p[0]).sum::<f64>() / places.len().max(1) as f64;
+        let squares: f64 = places.iter().map(|p| (p[0] - middle).powi(2)).sum();
+        let mut sums = vec![0.0; self.len()];
+        for place in places {
+            for (unknown, w) in self.field_at(direction, *place).into_iter().flatten() {
+                sums[unknown] += w * (place[0] - middle) / squares;
+            }
+        }
+        let used = sums.into_iter().enumerate();
+        used.filter(|(_, w)| *w != 0.0).collect()
+    }
+
+    /// How many.
+    pub fn len(&self) -> usize {
+        self.line(2)
+    }
+
+    /// Whether an unknown belongs to what a plain joint calibration fits.
+    pub fn is_plain(&self, index: usize) -> bool {
+        index < self.wave(0, 0)
+    }
+
+    /// Values to start from.
+    pub fn start(&self, setup: &Setup) -> Vec<f64> {
+        let mut values = vec![0.0; self.len()];
+        let mounting = self.mounting();
+        values[mounting] = setup.height_m;
+        values[mounting + 1..mounting + 3].copy_from_slice(&setup.lever_m);
+        values
+    }
+
+    /// Prior deviations.
+    pub fn deviations(&self, setup: &Setup) -> Vec<f64> {
+        let mut sd = vec![NODE_M; self.len()];
+        sd[..self.parity()].fill(OWN_M);
+        let mounting = self.mounting();
+        let lever_m = setup.lever_m[0].hypot(setup.lever_m[1]);
+        sd[self.parity()] = PARITY_M;
+        sd[self.angle()] = ANGLE_M;
+        sd[mounting] = MOUNTING_SHARE * setup.height_m;
+        sd[mounting + 1..mounting + 3].fill(MOUNTING_SHARE * lever_m);
+        sd[mounting + 3..mounting + 5].fill(PLACE_M);
+        sd[self.misalignment()..self.bend(0)].fill(MISALIGNMENT);
+        for axis in 0..2 {
+            for (k, (own, other)) in self.powers.iter().enumerate() {
+                sd[self.bend(axis) + k] = BEND * 0.5_f64.powi((own + other - 3).max(0));
+            }
+        }
+        sd[self.wave(0, 0)..self.field(0)].fill(WAVE_M);
+        sd
+    }
+}

@@ -1,0 +1,130 @@
+//! `courier map` and `courier load` of what it writes: on a simulated courier under a beacon, and everything that is refused.
+
+mod common;
+
+use common::courier_in;
+use hal_sim::coordination::origin_under;
+use hal_sim::courier::Courier;
+use hal_sim::presets;
+use hal_sim::record::record;
+use hal_sim::trajectory::{OpenLoop, Plan};
+use recording::Existing;
+use serde_json::Value;
+use std::path::Path;
+
+/// Still poses under the beacon of the `paper` courier, ±1 pitch and ±`turn_deg`, in a recording.
+fn write(folder: &Path, name: &str, poses: usize, turn_deg: f64) {
+    let spec = presets::paper();
+    let (geometry, places) = (spec.nominal, spec.places);
+    let origin_m = origin_under(&spec.geometry, places.beacon);
+    let mut courier = Courier::new(spec, 1).unwrap();
+    let plan = Plan::new(places.beacon, geometry, OpenLoop::COURIER, 1).beacon(
+        poses,
+        origin_m,
+        turn_deg.to_radians(),
+    );
+    record(&mut courier, &plan, false)
+        .write(folder.join(name), Existing::Refuse)
+        .unwrap();
+}
+
+#[test]
+fn map_is_estimated_written_and_loaded() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(folder, "beacon", 900, 1.5);
+    let ran = courier_in(folder, &["map", "beacon", "--out", "teeth.json", "--json"]);
+    assert_eq!((ran.code, ran.err.as_str()), (0, ""));
+    let evidence: Value = serde_json::from_str(&ran.out).unwrap();
+    let after = |k: usize| evidence["after_m"][k].as_f64().unwrap();
+    let before = |k: usize| evidence["before_m"][k].as_f64().unwrap();
+    println!(
+        "held-out g_p, g_x, g_y: {} -> {}",
+        evidence["before_m"], evidence["after_m"]
+    );
+    // Single samples: 0.33 um of noise in g_p, and the angle's at the end of the lever arm in g_y.
+    assert!(
+        after(0) < 0.25 * before(0) && after(2) < 0.25 * before(2),
+        "{evidence}"
+    );
+    assert!(after(0) < 0.6e-6 && after(2) < 3.0e-6, "{evidence}");
+    let again = courier_in(folder, &["map", "beacon", "--out", "teeth.json"]);
+    assert_eq!(again.code, 2);
+    assert!(
+        again.err.contains("teeth.json") && again.err.contains("--force"),
+        "{}",
+        again.err
+    );
+
+    let none = courier_in(folder, &["load", "teeth.json"]);
+    assert_eq!(none.code, 2);
+    assert!(
+        none.err.contains("no calibration is in force"),
+        "{}",
+        none.err
+    );
+    let calibrate = [
+        "--sim-flash",
+        "f.bin",
+        "calibrate",
+        "--poses",
+        "150",
+        "--held-out",
+        "40",
+    ];
+    let calibrated = courier_in(folder, &calibrate);
+    assert_eq!(calibrated.code, 0, "{}", calibrated.err);
+    let loaded = courier_in(folder, &["--sim-flash", "f.bin", "load", "teeth.json"]);
+    assert_eq!((loaded.code, loaded.err.as_str()), (0, ""));
+    assert!(
+        loaded.out.contains("stored: slot") && loaded.out.contains("in force until"),
+        "{}",
+        loaded.out
+    );
+}
+
+#[test]
+fn recordings_that_tell_no_map_are_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(folder, "few", 100, 1.5);
+    write(folder, "unturned", 400, 0.01);
+    let head = "schema = 1\n[geometry]\npitch_m = 1e-3\n[electronics]\nposition_noise_m = 1e-8\n";
+    std::fs::create_dir(folder.join("one")).unwrap();
+    std::fs::write(folder.join("one/recording.toml"), head).unwrap();
+    std::fs::write(folder.join("one/samples.csv"), "t_s,p1_m\n0,0\n1,1e-4\n").unwrap();
+    std::fs::write(folder.join("other.json"), "{\"courier_tooth_map\": 7}").unwrap();
+    let cases: [(&[&str], &[&str]); 5] = [
+        (&["map", "few"], &["84 poses", "240"]),
+        (
+            &["map", "unturned"],
+            &["rotation of", "mrad", "wanted 1.75"],
+        ),
+        (
+            &["map", "one"],
+            &["recording.toml", "span_m", "wanted both"],
+        ),
+        (&["map", "nowhere"], &["nowhere"]),
+        (
+            &["load", "other.json"],
+            &["other.json", "courier_tooth_map", "found 7", "wanted 1"],
+        ),
+    ];
+    for (arguments, wanted) in cases {
+        let ran = courier_in(folder, arguments);
+        assert_eq!(
+            (ran.code, ran.out.as_str()),
+            (2, ""),
+            "{arguments:?}: {}",
+            ran.err
+        );
+        assert_eq!(ran.err.trim().lines().count(), 1, "{}", ran.err);
+        for word in wanted {
+            assert!(
+                ran.err.contains(word),
+                "{arguments:?}: {word} not in {}",
+                ran.err
+            );
+        }
+    }
+}
