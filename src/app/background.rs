@@ -112,23 +112,26 @@ where
     /// One turn of the main loop. `watch` sees every frame that comes up the queue. Returns how many did.
     pub fn poll(&mut self, mut watch: impl FnMut(&Frame)) -> usize {
         let mut taken = 0;
-        while taken < FRAMES_A_POLL
-            && let Some(frame) = self.frames.dequeue()
-        {
+        while taken < FRAMES_A_POLL && self.take() {
             taken += 1;
-            self.note(&frame);
-            self.task.frame(&frame);
-            watch(&frame);
+            self.task.frame(&self.last);
+            watch(&self.last);
         }
         self.move_on();
         self.work(&mut watch);
         taken
     }
 
-    fn note(&mut self, frame: &Frame) {
+    /// Takes a frame off the queue, copied once: a frame is a quarter of a kilobyte, and there are 20 000 a second.
+    fn take(&mut self) -> bool {
+        let Some(frame) = self.frames.peek() else {
+            return false;
+        };
         self.samples += u64::from(frame.sequence.wrapping_sub(self.last.sequence));
         self.status_seen |= frame.status;
         self.last = *frame;
+        let _ = self.frames.dequeue();
+        true
     }
 
     /// Carries words between the sessions and the motion controller, and concludes a session that has ended.

@@ -26,7 +26,9 @@ pub const PROTOCOL: u16 = 2;
 pub const FRAME_BYTES: usize = framing::encoded_bytes(record::MAX_BYTES);
 /// Nodes of a tooth map that one command carries.
 pub const MAP_NODES_A_COMMAND: usize = 200;
-/// Channel numbers, in both directions of the target's memory: 0 up is the log.
+/// Channel numbers, in both directions of the target's memory.
+pub const LOG_CHANNEL: usize = 0;
+/// See [`LOG_CHANNEL`].
 pub const TELEMETRY_CHANNEL: usize = 1;
 /// Replies up, commands down: channel 2 up and 0 down.
 pub const REPLY_CHANNEL: usize = 2;

@@ -16,7 +16,7 @@
 //! | 8 | temperature minus the calibration's, kelvin | f32 |
 
 use super::framing;
-use crate::frame::{Coordinate, Frame, Pose, SEGMENTS, Status};
+use crate::frame::{Coordinate, Frame, Pose, SEGMENTS, Segment, Status};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -218,7 +218,15 @@ impl Packer {
         if self.block.body.is_empty() {
             return;
         }
-        if !framing::encode(&self.block, buffer).is_ok_and(send) {
+        let block = &self.block;
+        let head = (
+            block.number,
+            block.lost,
+            block.first,
+            block.decimation,
+            block.channels,
+        );
+        if !framing::encode_with_body(&head, &block.body, buffer).is_ok_and(send) {
             let samples = self.block.body.len() / self.sample_bytes();
             self.block.lost = self.block.lost.wrapping_add(samples as u32);
         }
@@ -253,57 +261,65 @@ fn pack(channels: Channels, frame: &Frame, body: &mut Vec<u8, BODY_BYTES>) {
         put(&frame.status.bits().to_le_bytes());
     }
     if channels.contains(Channels::RAW) {
-        let counts = frame
-            .raw
-            .quadrature_counts
-            .iter()
-            .flatten()
-            .chain(&frame.raw.electrode_counts);
-        counts.for_each(|count| put(&count.to_le_bytes()));
+        let raw = &frame.raw;
+        let [[a, b], [c, d], [e, f], [g, h]] = raw.quadrature_counts;
+        let [i, j, k, l] = raw.electrode_counts;
+        put(&joined::<2, 24>(
+            [a, b, c, d, e, f, g, h, i, j, k, l].map(i16::to_le_bytes),
+        ));
     }
-    let coordinate = |coordinate: &Coordinate| {
-        let [a, b, c, d] = coordinate.teeth.to_le_bytes();
-        let [e, f, g, h] = coordinate.fraction_turns.to_le_bytes();
-        [a, b, c, d, e, f, g, h]
+    let outputs = |pick: fn(&Segment) -> &Coordinate| {
+        joined::<8, 32>(
+            frame
+                .segments
+                .each_ref()
+                .map(|segment| coordinate(pick(segment))),
+        )
     };
     if channels.contains(Channels::UNMODIFIED) {
-        frame
-            .segments
-            .iter()
-            .for_each(|segment| put(&coordinate(&segment.unmodified)));
+        put(&outputs(|segment| &segment.unmodified));
     }
     if channels.contains(Channels::CALIBRATED) {
-        frame
-            .segments
-            .iter()
-            .for_each(|segment| put(&coordinate(&segment.calibrated)));
+        put(&outputs(|segment| &segment.calibrated));
     }
     if channels.contains(Channels::AMPLITUDE) {
-        frame
-            .segments
-            .iter()
-            .for_each(|segment| put(&segment.amplitude_counts.to_le_bytes()));
+        let amplitudes = frame.segments.each_ref();
+        put(&joined::<4, 16>(
+            amplitudes.map(|segment| segment.amplitude_counts.to_le_bytes()),
+        ));
     }
     if channels.contains(Channels::POSE) {
         let pose = &frame.pose;
         put(&coordinate(&pose.x));
         put(&coordinate(&pose.y));
-        [pose.theta_x_rad, pose.theta_y_rad, pose.theta_rad]
-            .iter()
-            .for_each(|angle| put(&angle.to_le_bytes()));
+        let angles = [pose.theta_x_rad, pose.theta_y_rad, pose.theta_rad];
+        put(&joined::<4, 12>(angles.map(f32::to_le_bytes)));
     }
     if channels.contains(Channels::PARITY) {
         put(&frame.parity_m.to_le_bytes());
     }
     if channels.contains(Channels::TAN_PSI) {
-        frame
-            .tan_psi
-            .iter()
-            .for_each(|tangent| put(&tangent.to_le_bytes()));
+        put(&joined::<4, 8>(frame.tan_psi.map(f32::to_le_bytes)));
     }
     if channels.contains(Channels::TEMPERATURE) {
         put(&frame.raw.temperature_delta_k.to_le_bytes());
     }
+}
+
+fn coordinate(coordinate: &Coordinate) -> [u8; 8] {
+    let [a, b, c, d] = coordinate.teeth.to_le_bytes();
+    let [e, f, g, h] = coordinate.fraction_turns.to_le_bytes();
+    [a, b, c, d, e, f, g, h]
+}
+
+/// One behind the other. One copy of many bytes costs less than many of a few.
+fn joined<const N: usize, const ALL: usize>(parts: impl AsRef<[[u8; N]]>) -> [u8; ALL] {
+    let mut all = [0; ALL];
+    let bytes = parts.as_ref().as_flattened();
+    all.iter_mut()
+        .zip(bytes)
+        .for_each(|(place, byte)| *place = *byte);
+    all
 }
 
 /// Takes values off the front of a packed sample.
@@ -447,6 +463,29 @@ mod tests {
             decimation,
             samples,
         }
+    }
+
+    #[test]
+    fn a_block_is_encoded_as_any_message() {
+        for length in [0, 1, 253, 254, 255, 480] {
+            let body = (0..length).map(|k| if k % 7 == 0 { 0 } else { k as u8 });
+            let block = Block {
+                number: 300,
+                lost: u32::MAX,
+                first: 0,
+                decimation: 20,
+                channels: 0x1FF,
+                body: body.collect(),
+            };
+            let (mut slow, mut fast) = ([0; FRAME_BYTES], [0; FRAME_BYTES]);
+            let head = (300_u32, u32::MAX, 0_u32, 20_u16, 0x1FF_u16);
+            assert_eq!(
+                framing::encode_with_body(&head, &block.body, &mut fast),
+                framing::encode(&block, &mut slow),
+                "{length}"
+            );
+        }
+        assert!(framing::encode_with_body(&1_u8, &[1; 30], &mut [0; 37]).is_err());
     }
 
     #[test]

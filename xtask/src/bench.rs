@@ -1,6 +1,6 @@
 //! `cargo xtask bench`: the cost table, measured on the emulated Cortex-M4F.
 
-use crate::{arm, cmsis, figures, firmware, plugin, throughput};
+use crate::{arm, cmsis, figures, firmware, onboard, plugin, throughput};
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -41,6 +41,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
     }
     print_table(&costs);
     figures::run()?;
+    onboard::figures()?;
     throughput::run()
 }
 

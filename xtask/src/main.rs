@@ -8,6 +8,7 @@ mod cmsis;
 mod figures;
 mod firmware;
 mod flash;
+mod onboard;
 mod parity;
 mod plugin;
 mod stack;
@@ -59,6 +60,11 @@ const TASKS: &[Task] = &[
         "images",
         "builds what `courier --emulated` runs and prints where it is",
         firmware::images,
+    ),
+    (
+        "emulated",
+        "the image on the emulated board at full length: every fault, 10 million fuzzed bytes, 60 s, 1000 poses (NAMES OF TESTS)",
+        onboard::run,
     ),
     ("arm", "the checks on the Cortex-M4F alone", |_| {
         arm::checks()

@@ -4,7 +4,7 @@
 //! All tests run in the profile `checked` (Cargo.toml): optimised, since they simulate for minutes otherwise, and
 //! with the overflow checks and debug assertions of a debug build. The last line is `N passed, N failed`.
 
-use crate::{arm, browser, cargo};
+use crate::{arm, browser, cargo, onboard};
 use anyhow::{Context, Result, ensure};
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
@@ -59,12 +59,29 @@ pub fn run(arguments: &[String]) -> Result<()> {
             "warnings",
         ]),
     ));
+    // Not among all targets, since a bare `cargo test` leaves it out.
+    total.add(step(
+        "lints of the emulated board's tests",
+        cargo(&[
+            "clippy",
+            "--package",
+            "courier",
+            "--test",
+            "emulated",
+            "--profile",
+            "checked",
+            "--",
+            "-D",
+            "warnings",
+        ]),
+    ));
     total.add(tests());
     let mut documentation = cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
     documentation.env("RUSTDOCFLAGS", "-D warnings");
     total.add(step("documentation", documentation));
     total.add(checked("reports in a browser", || browser::run(&[])));
     total.add(checked("the Cortex-M4F", arm::checks));
+    total.add(emulated());
     println!("{} passed, {} failed", total.passed, total.failed);
     ensure!(total.failed == 0, "{} failed", total.failed);
     Ok(())
@@ -160,6 +177,22 @@ fn checked(name: &str, check: impl FnOnce() -> Result<()>) -> Tally {
     }
     say_done(name, outcome.is_ok(), begin);
     Tally::one(outcome.is_ok())
+}
+
+/// The firmware's image on the emulated board, under every fault.
+fn emulated() -> Tally {
+    say("the image on the emulated board: faults, power cuts, everything at once");
+    let begin = Instant::now();
+    let outcome = onboard::command(&[]).and_then(|mut command| counted(&mut command));
+    if let Err(error) = &outcome {
+        say(&format!("{error:#}"));
+    }
+    let (mut tally, success) = outcome.unwrap_or((Tally::default(), false));
+    if !success && tally.failed == 0 {
+        tally.failed = 1;
+    }
+    say_done("the emulated board", success, begin);
+    tally
 }
 
 fn say(what: &str) {

@@ -80,7 +80,27 @@ pub struct Opened {
     flash: Option<(SharedFlash, PathBuf)>,
 }
 
+/// What kind of board was named.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Simulated in this process.
+    Sim,
+    /// The image in QEMU.
+    Emulated,
+    /// Behind a debug probe.
+    Probe,
+}
+
 impl Choice {
+    /// The kind of board.
+    pub fn kind(&self) -> Kind {
+        match (&self.probe, self.emulated) {
+            (Some(_), _) => Kind::Probe,
+            (None, true) => Kind::Emulated,
+            (None, false) => Kind::Sim,
+        }
+    }
+
     /// True if the user named a board.
     pub fn is_given(&self) -> bool {
         self.sim || self.emulated || self.probe.is_some() || self.simulated_options()

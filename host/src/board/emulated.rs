@@ -57,6 +57,14 @@ pub fn images() -> Result<Images> {
     })
 }
 
+/// Where an image lies once it is built.
+pub fn built(name: &str) -> PathBuf {
+    let target = "../target/arm/thumbv7em-none-eabihf/firmware";
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join(target)
+        .join(name)
+}
+
 /// An image that the environment names: one that is already built.
 fn named(which: &str) -> Option<PathBuf> {
     std::env::var_os(format!("COURIER_EMULATED_{which}")).map(PathBuf::from)

@@ -12,7 +12,7 @@ pub mod session;
 mod sim;
 mod simulated;
 
-pub use choice::{Choice, Opened};
+pub use choice::{Choice, Kind, Opened};
 pub use link::Link;
 pub use sim::SimWire;
 pub use simulated::{On, Simulated};

@@ -86,6 +86,7 @@ commands! {
         Export => export,
         Import => import,
         Load => load,
+        Log => log,
         Reset => reset,
     }
 }

@@ -16,6 +16,9 @@ use hal_sim::wire::flash::{FlashError, PAGE_BYTES};
 use hal_sim::wire::motion::Line;
 use hal_sim::world::World;
 
+use std::cell::Cell;
+use std::rc::Rc;
+
 use super::ahead::Ahead;
 use super::shared::SharedRam;
 use crate::memory::TargetMemory;
@@ -35,8 +38,8 @@ pub struct Parts {
     pub led: bool,
     /// Faults on the bus, a switch each chip.
     pub bus_faults: [Switch<SpiFault>; 2],
-    /// The next questions of this operation are never answered: who asks hangs.
-    pub hang: Option<Operation>,
+    /// Questions of this operation are never answered: who asks hangs. Clones are the same.
+    pub hang: Rc<Cell<Option<Operation>>>,
     chips: [FaultySpi<Spi>; 2],
     ahead: Ahead,
     /// No conversion since the start yet.
@@ -61,7 +64,7 @@ impl Parts {
         let line = world.motion.line();
         Self {
             bus_faults,
-            hang: None,
+            hang: Rc::default(),
             chips,
             ahead: Ahead::default(),
             fresh: true,
@@ -117,7 +120,7 @@ impl Parts {
             let place = word(Word::Sequence) + HEADER_BYTES;
             ram.read(place, &mut data[..length])?;
             let answer = match operation {
-                Some(operation) if self.hang == Some(operation) => HUNG,
+                Some(operation) if self.hang.get() == Some(operation) => HUNG,
                 Some(operation) => self.carry_out(operation, argument, &mut data[..length], ram)?,
                 None => FAILED,
             };

@@ -33,27 +33,25 @@ pub fn take_conversion(now: u32, period: u32) -> Option<u32> {
     }
 }
 
-/// Takes the answer to a chip's transfer at the instant taken last; false: there is none, or something else was asked.
-pub fn take_transfer(chip: u32, question: &[u8], answer: &mut [u8]) -> bool {
+/// Takes the answer to a chip's transfer at the instant taken last, into the place of the question; false: there is none,
+/// or something else was asked.
+#[inline(always)]
+pub fn take_transfer(chip: u32, words: &mut [u8]) -> bool {
     let asked = ahead_question(chip);
     // SAFETY: as above; the lengths are bounded by the place's.
     unsafe {
         let taken = read_volatile(word(AheadWord::Taken));
         let chips = read_volatile(word(AheadWord::Chips));
         let known = read_volatile(asked as *const u32);
-        let fits = known as usize == question.len() && (1..=AHEAD_BYTES).contains(&known);
+        let fits = known as usize == words.len() && (1..=AHEAD_BYTES).contains(&known);
         if chip > 1 || !(1..=AHEAD_INSTANTS).contains(&taken) || chips >> chip & 1 != 0 || !fits {
             return false;
         }
-        let byte = |place: u32, index: usize| read_volatile((place + index as u32) as *const u8);
-        let same = |(index, byte_asked): (usize, &u8)| byte(asked + 4, index) == *byte_asked;
-        if !question.iter().enumerate().all(same) {
+        let bytes = |place: u32| core::slice::from_raw_parts(place as *const u8, words.len());
+        if *words != *bytes(asked + 4) {
             return false;
         }
-        let place = ahead_instant(taken - 1) + 8 + chip * AHEAD_BYTES;
-        for (index, slot) in answer.iter_mut().enumerate() {
-            *slot = byte(place, index);
-        }
+        words.copy_from_slice(bytes(ahead_instant(taken - 1) + 8 + chip * AHEAD_BYTES));
         write_volatile(word(AheadWord::Chips), chips | 1 << chip);
     }
     true

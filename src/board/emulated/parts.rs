@@ -45,6 +45,12 @@ impl spi::ErrorType for Spi {
 
 impl SpiDevice for Spi {
     fn transaction(&mut self, operations: &mut [spi::Operation<'_, u8>]) -> Result<(), Refused> {
+        // A frame of samples: in place, at every instant.
+        if let [spi::Operation::TransferInPlace(words)] = operations
+            && ahead::take_transfer(self.chip, words)
+        {
+            return Ok(());
+        }
         let mut bytes = [0; TRANSFER_BYTES];
         let mut at = 0;
         for operation in operations.iter() {
@@ -64,10 +70,8 @@ impl SpiDevice for Spi {
         let mut answer = [0; TRANSFER_BYTES];
         let answer = answer.get_mut(..at).ok_or(Refused)?;
         let question = bytes.get(..at).ok_or(Refused)?;
-        if !ahead::take_transfer(self.chip, question, answer) {
-            self.mailbox
-                .ask(Operation::Spi, self.chip, question, answer)?;
-        }
+        self.mailbox
+            .ask(Operation::Spi, self.chip, question, answer)?;
         let mut rest: &[u8] = answer;
         for operation in operations.iter_mut() {
             let (now, later) = rest.split_at_checked(clocks(operation)).ok_or(Refused)?;

@@ -1,0 +1,121 @@
+//! `courier log`.
+
+use crate::board::{Choice, Kind, Link, emulated};
+use crate::terminal::{print, warn};
+use anyhow::{Context, Result, bail, ensure};
+use courier_sensor::link::message::LOG_CHANNEL;
+use defmt_decoder::{DecodeError, Frame, Locations, Table};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+/// Show a board's log: start-up, faults, changes of state.
+///
+/// The board sends numbers for texts; the texts are in its image, which has to be the one that it runs.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  courier --emulated log --seconds 1")]
+pub struct Args {
+    /// The image that the board runs [default: the one that `cargo xtask firmware` builds].
+    #[arg(long, value_name = "FILE")]
+    elf: Option<PathBuf>,
+    /// Stop after so many seconds; without it, when interrupted.
+    #[arg(long, value_name = "S")]
+    seconds: Option<f64>,
+    /// Print one JSON object a line.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Time between two looks at the channel.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// One line of `--json`.
+#[derive(Serialize)]
+struct Line {
+    level: String,
+    message: String,
+    file: Option<String>,
+    line: Option<u64>,
+}
+
+/// Reads, decodes, prints.
+///
+/// # Errors
+/// The board has no log or cannot be reached, or the image is none or has no texts.
+pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
+    let seconds = args.seconds.unwrap_or(f64::INFINITY);
+    ensure!(seconds > 0.0, "--seconds: found {seconds}, wanted above 0");
+    let path = match (&args.elf, choice.kind()) {
+        (_, Kind::Sim) => bail!("log: found the simulated board, which has none: its firmware runs in this process; wanted --emulated or --probe"),
+        (Some(path), _) => path.clone(),
+        (None, Kind::Emulated) => emulated::images()?.firmware,
+        (None, Kind::Probe) => emulated::built("g474"),
+    };
+    let image = Image::read(&path)?;
+    let mut board = choice.open()?;
+    let mut decoder = image.table.new_stream_decoder();
+    let begin = Instant::now();
+    let mut passed = Duration::ZERO;
+    while passed.as_secs_f64() < seconds {
+        decoder.received(&read(&mut board.link)?);
+        loop {
+            match decoder.decode() {
+                Ok(frame) => image.show(&frame, args.json)?,
+                Err(DecodeError::UnexpectedEof) => break,
+                Err(DecodeError::Malformed) => {
+                    warn("the log: found what the image has no text for; is it the one that the board runs?");
+                    ensure!(image.table.encoding().can_recover(), "the log: found a broken frame, wanted one of this image");
+                }
+            }
+        }
+        board.link.pass(LOOK)?;
+        passed += LOOK;
+        // As in `monitor`: live.
+        std::thread::sleep(passed.saturating_sub(begin.elapsed()));
+    }
+    board.close()?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn read(link: &mut Link) -> Result<Vec<u8>> {
+    let mut bytes = vec![0; 1024];
+    let taken = link.wire().receive(LOG_CHANNEL, &mut bytes)?;
+    bytes.truncate(taken);
+    Ok(bytes)
+}
+
+/// The texts of an image.
+struct Image {
+    table: Table,
+    places: Locations,
+}
+
+impl Image {
+    fn read(path: &Path) -> Result<Self> {
+        let name = || path.display().to_string();
+        let bytes = std::fs::read(path).with_context(name)?;
+        let table = Table::parse(&bytes).with_context(name)?;
+        let table = table.with_context(|| format!("{}: found no log texts, wanted an image of this firmware", name()))?;
+        let places = table.get_locations(&bytes).with_context(name)?;
+        Ok(Self { table, places })
+    }
+
+    fn show(&self, frame: &Frame<'_>, json: bool) -> Result<()> {
+        let place = self.places.get(&frame.index());
+        let line = Line {
+            level: frame.level().map_or("-", |level| level.as_str()).to_owned(),
+            message: frame.display_message().to_string(),
+            file: place.map(|place| place.file.display().to_string()),
+            line: place.map(|place| place.line),
+        };
+        if json {
+            return print(&serde_json::to_string(&line)?);
+        }
+        let place = match (&line.file, line.line) {
+            (Some(file), Some(number)) => format!("  ({file}:{number})"),
+            _ => String::new(),
+        };
+        print(&format!("{:<5} {}{place}", line.level, line.message))
+    }
+}

@@ -1,0 +1,11 @@
+//! The firmware's image on the emulated Cortex-M4F under every fault there is: nothing lost that was committed, no sampling
+//! instant missed, the reason readable afterwards. `cargo xtask test` runs it.
+
+mod bytes;
+mod demo;
+mod long;
+mod parts;
+mod restarts;
+mod rig;
+mod speed;
+mod storage;
