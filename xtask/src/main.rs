@@ -63,7 +63,7 @@ const TASKS: &[Task] = &[
     ),
     (
         "emulated",
-        "the image on the emulated board at full length: every fault, 10 million fuzzed bytes, 60 s, 1000 poses (NAMES OF TESTS)",
+        "the tests of the image on the emulated board alone, with what they print and 1000 poses (NAMES OF TESTS)",
         onboard::run,
     ),
     ("arm", "the checks on the Cortex-M4F alone", |_| {

@@ -183,7 +183,8 @@ fn checked(name: &str, check: impl FnOnce() -> Result<()>) -> Tally {
 fn emulated() -> Tally {
     say("the image on the emulated board: faults, power cuts, everything at once");
     let begin = Instant::now();
-    let outcome = onboard::command(&[]).and_then(|mut command| counted(&mut command));
+    let outcome =
+        onboard::command(&["--test-threads=2"]).and_then(|mut command| counted(&mut command));
     if let Err(error) = &outcome {
         say(&format!("{error:#}"));
     }

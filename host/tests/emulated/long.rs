@@ -10,14 +10,14 @@ const READ_MS: u64 = 5;
 /// Readings between two looks at the session.
 const LOOK: u64 = 10;
 
-/// Figure asked for: no interrupt missed in 60 s (`COURIER_EMULATED_SECONDS`, as `cargo xtask bench` sets it) at 20 kHz.
+/// Figure asked for: no interrupt missed in 60 s at 20 kHz (`COURIER_EMULATED_SECONDS`: another time).
 #[test]
 fn no_interrupt_is_missed_with_calibration_stream_and_flash_at_once() {
-    let seconds = amount("COURIER_EMULATED_SECONDS", 15);
+    let seconds = amount("COURIER_EMULATED_SECONDS", 60);
     let mut rig = Rig::start(17);
     rig.link.stream(Channels::RECORDING, 1).expect("a stream");
     let begin = rig.status();
-    let (mut samples, mut sessions, mut writes) = (0_u64, 0_u32, 0_u32);
+    let (mut samples, mut sessions, mut accepted, mut writes) = (0_u64, 0_u32, 0_u32, 0_u32);
     let mut under_way = false;
     for reading in 0..seconds * 1000 / READ_MS {
         rig.run(READ_MS);
@@ -42,22 +42,30 @@ fn no_interrupt_is_missed_with_calibration_stream_and_flash_at_once() {
             (under_way, sessions) = (true, sessions + 1);
         } else if let Some(ending) = rig.progress().ending {
             under_way = false;
-            match ending {
-                Ending::Accepted { stored, .. } => writes += u32::from(stored.is_some()),
-                other => panic!("{other:?}"),
-            }
+            // A session of so few poses may be refused for its condition number, which is no matter here.
+            accepted += u32::from(matches!(
+                ending,
+                Ending::Accepted {
+                    stored: Some(_),
+                    ..
+                }
+            ));
         }
     }
     let status = rig.status();
     let taken = u64::from(status.samples.wrapping_sub(begin.samples));
     println!(
-        "{seconds} s at 20 kHz: {taken} samples, {} interrupts missed; {sessions} sessions, {writes} flash writes, {samples} samples \
-         streamed, {} not: {} frames not taken up while a result was solved or flash written",
+        "{seconds} s at 20 kHz: {taken} samples, {} interrupts missed; {sessions} sessions, {accepted} accepted and stored, {writes} \
+         calibrations written beside; {samples} samples streamed, {} not: {} frames not taken up while a result was solved or \
+         flash written",
         status.missed, status.lost_telemetry, status.dropped_frames
     );
     assert!(taken >= seconds * 20_000, "{taken}");
     assert_eq!(status.missed, 0);
-    assert!(writes > 1 || seconds < 15, "{writes} writes");
+    assert!(
+        accepted > 0 && writes > 0,
+        "{accepted} accepted, {writes} written"
+    );
     let told = samples + u64::from(status.lost_telemetry);
     assert!(
         told + 1000 > taken,

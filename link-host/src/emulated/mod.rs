@@ -224,5 +224,5 @@ fn spawn(images: &Images, ram: &Path, bell: u32) -> Result<Child> {
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .spawn()
-        .context("qemu-system-arm")
+        .context("qemu-system-arm: wanted QEMU's emulator of ARM systems on the PATH")
 }
