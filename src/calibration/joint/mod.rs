@@ -6,6 +6,7 @@
 mod config;
 mod constraint;
 mod layout;
+mod outcome;
 mod plan;
 mod sample;
 mod session;
@@ -17,8 +18,9 @@ pub use crate::diode as sensor;
 pub use config::{JointConfig, JointLimits, entered, model_of};
 pub use constraint::{Constraints, Misclosure, ReadingNoise, Rows, Values, Weighting};
 pub use layout::{Groups, JOINT_UNKNOWNS, Layout, MAX_FITTED, Unknown};
+pub use outcome::{JointOutcome, JointResult};
 pub use plan::{about_sensor, foreseen_under_beacon};
 pub use sample::{FARTHEST_TEETH, JointBuffer, JointSample, POSES, Poses};
-pub use session::{JointOutcome, JointResult, JointSession};
+pub use session::JointSession;
 pub use solver::{FitReport, JointEstimator, JointSolver, Priors};
 pub use steps::{HeldOut, JointProgress, Step, StepReport, make_step};

@@ -194,7 +194,9 @@ impl JointSolver {
             unknowns: self.free.len() as u32,
             ..FitReport::default()
         };
-        let mut scale = self.robust_scale(constraints, samples, values).max(1.0);
+        let mut scale = self
+            .robust_scale(constraints, samples, values, breathe)
+            .max(1.0);
         let (mut best, mut best_cost, mut damping) = (*values, f32::INFINITY, 0.0);
         while report.passes < PASSES {
             report.passes += 1;
@@ -215,7 +217,9 @@ impl JointSolver {
             let step = self.step(values)?;
             if step < NEAR {
                 // The robust size has shrunk with the misclosures; costs are then of another measure.
-                let now = self.robust_scale(constraints, samples, values).max(1.0);
+                let now = self
+                    .robust_scale(constraints, samples, values, breathe)
+                    .max(1.0);
                 if now < 0.9 * scale {
                     (scale, best_cost) = (now, f32::INFINITY);
                     continue;
@@ -355,10 +359,12 @@ impl JointSolver {
         constraints: &Constraints,
         samples: &impl Poses,
         values: &Values,
+        breathe: &mut dyn FnMut(),
     ) -> f32 {
         const BINS: usize = 256;
         let mut counts = [0u16; BINS];
         for sample in samples.clone() {
+            breathe();
             let w = constraints.whitened(values, values, &sample);
             let square: f32 = w.iter().take(self.channels).map(|w| w * w).sum();
             // Exponent and two bits of mantissa of the square: eighths of an octave in length, from 2^-8 on.

@@ -129,8 +129,10 @@ pub fn make_step(
         &progress.values,
         &values,
         channels,
+        breathe,
     );
-    let accepted = comparison.significance > SIGNIFICANT;
+    // What has not settled is not where the data want it, whatever it gains.
+    let accepted = comparison.significance > SIGNIFICANT && fit.settled;
     if accepted {
         progress.values = values;
         progress.accepted |= groups;
@@ -166,7 +168,7 @@ fn fit_with_shown_noise(
     for _ in 0..REWEIGHTINGS {
         let (before, shown) = (
             constraints.noise,
-            shown_noise(constraints, samples, values, step),
+            shown_noise(constraints, samples, values, step, breathe),
         );
         constraints.noise = shown;
         let same = |a: f32, b: f32| (a / b - 1.0).abs() < SAME_NOISE;
@@ -186,10 +188,12 @@ fn shown_noise(
     samples: &impl Poses,
     values: &Values,
     step: Step,
+    breathe: &mut dyn FnMut(),
 ) -> ReadingNoise {
     let mut shown = [Spread::EMPTY; 3];
     let mut share = 0.0;
     for sample in samples.clone() {
+        breathe();
         let misclosure = constraints.misclosure(values, &sample);
         for (spread, g) in shown.iter_mut().zip(misclosure) {
             spread.add_within(g, OUTLIER);
@@ -226,12 +230,15 @@ impl Comparison {
         before: &Values,
         after: &Values,
         channels: usize,
+        breathe: &mut dyn FnMut(),
     ) -> Self {
         let square = |w: Misclosure| w.iter().take(channels).map(|w| w * w).sum::<f32>();
         let mut sides = [Side::default(), Side::default()];
         let mut gain = Spread::EMPTY;
-        let limit = OUTLIER * OUTLIER * median_square(constraints, samples, after, channels);
+        let limit =
+            OUTLIER * OUTLIER * median_square(constraints, samples, after, channels, breathe);
         for sample in samples.clone() {
+            breathe();
             let squares =
                 [before, after].map(|values| square(constraints.whitened(values, after, &sample)));
             // A pose that is far off after the step, by the measure of the others, is no evidence for or against it.
@@ -287,11 +294,13 @@ fn median_square(
     samples: &impl Poses,
     values: &Values,
     channels: usize,
+    breathe: &mut dyn FnMut(),
 ) -> f32 {
     let (mut low, mut high) = (1.0e-3f32, 1.0e12f32);
     while high / low > 1.3 {
         let middle = sqrt(low * high);
         let below = samples.clone().filter(|sample| {
+            breathe();
             let w = constraints.whitened(values, values, sample);
             w.iter().take(channels).map(|w| w * w).sum::<f32>() < middle
         });

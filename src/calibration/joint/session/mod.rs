@@ -5,58 +5,28 @@
 //! It starts where the courier stands with the coordination sensor under the beacon, and turns about that sensor as far as
 //! the entered lever arm is right. Memory: 41 KiB of poses, 20 KiB of estimator, to live in a static.
 
-use super::config::{JointConfig, model_of};
-use super::constraint::{Constraints, ReadingNoise, Values};
-use super::layout::{Groups, JOINT_UNKNOWNS};
-use super::plan::about_sensor;
-use super::sample::{JointBuffer, JointSample};
-use super::solver::JointSolver;
-use super::steps::{JointProgress, Step, StepReport, make_step};
+mod verdict;
+
 use crate::calibration::average::{PoseMean, UNUSABLE};
 use crate::calibration::config::StartError;
-use crate::calibration::outcome::{Evidence, Length, Refusal};
+use crate::calibration::joint::config::JointConfig;
+use crate::calibration::joint::constraint::{Constraints, Values};
+use crate::calibration::joint::layout::{Groups, JOINT_UNKNOWNS};
+use crate::calibration::joint::outcome::JointOutcome;
+use crate::calibration::joint::plan::about_sensor;
+use crate::calibration::joint::sample::{JointBuffer, JointSample};
+use crate::calibration::joint::solver::JointSolver;
+use crate::calibration::joint::steps::{JointProgress, StepReport, make_step};
+use crate::calibration::outcome::Refusal;
 use crate::calibration::plan::{Plan, Planner, Range, RelativePose};
 use crate::calibration::port::{Action, MotionEvent, Progress, Stage};
 use crate::calibration::sample::Sample;
 use crate::calibration::spread::Spread;
 use crate::calibration::visit::{Visit, VisitRules, Visited};
-use crate::diode::DiodeErrors;
 use crate::frame::{Frame, SEGMENTS, Status};
-use crate::geometry::Geometry;
-use crate::model::ErrorModel;
 
 /// What makes a frame under the beacon useless beside [`UNUSABLE`].
 const BEACON: Status = Status::BEACON_MISSING.union(Status::BEACON_SATURATED);
-
-/// An accepted joint calibration.
-#[derive(Clone, Debug, PartialEq)]
-pub struct JointResult {
-    /// Terms and coefficients. Gauge: pair means of the constants are zero.
-    pub model: ErrorModel,
-    /// With height and lever arm as found.
-    pub geometry: Geometry,
-    /// The beacon's place o', metres from the platen sensor's reading at the first pose's whole teeth.
-    pub origin_m: [f32; 2],
-    /// Those teeth, of x and y.
-    pub origin_teeth: [i32; 2],
-    /// The coordination sensor's own errors: gain difference, angle, terms of x and y ([`crate::diode::TERMS`]).
-    pub sensor: DiodeErrors,
-    /// Noise of a pose's readings as the poses show it: what is not modelled is noise.
-    pub noise: ReadingNoise,
-    /// Groups of unknowns that the data were allowed to set.
-    pub groups: Groups,
-}
-
-/// How a joint session ended.
-#[derive(Clone, Debug, PartialEq)]
-pub struct JointOutcome {
-    /// The calibration, or why the one in force stays.
-    pub result: Result<JointResult, Refusal>,
-    /// What is known; held-out residuals are those of g_p.
-    pub evidence: Evidence,
-    /// What each step did.
-    pub reports: heapless::Vec<StepReport, 5>,
-}
 
 /// The session. One at a time; starts idle.
 #[derive(Debug)]
@@ -267,7 +237,7 @@ impl JointSession {
         ) {
             Ok(report) => {
                 let _ = self.reports.push(report); // as many places as steps
-                self.check_after(step);
+                self.check_after();
             }
             Err(error) => self.refuse(error.into()),
         }
@@ -381,138 +351,5 @@ impl JointSession {
             about_sensor(config.geometry.lever_m, self.planner.centred(false))
         };
         self.visit.go(pose, self.done);
-    }
-
-    /// Before any fit: did the courier turn at all?
-    fn check_motion(&mut self) {
-        let Some((config, _)) = &self.config else {
-            return;
-        };
-        let (turn_rad, wanted_rad) = (self.turn.deviation(), config.limits.least_turn_rad);
-        if turn_rad < wanted_rad {
-            self.refuse(Refusal::NoRotation {
-                turn_rad,
-                wanted_rad,
-            });
-        }
-    }
-
-    /// After the steps that set height and lever arm: are they what was entered, about, and told by the data?
-    fn check_after(&mut self, step: Step) {
-        let Some((config, constraints)) = &self.config else {
-            return;
-        };
-        if !matches!(step, Step::Mounting | Step::Joint)
-            || !self.reports.last().is_some_and(|r| r.accepted)
-        {
-            return;
-        }
-        let (layout, limits) = (&constraints.layout, &config.limits);
-        let lever_m = super::config::lever_length_m(&config.geometry);
-        let lengths = [
-            (Length::Height, layout.height(), config.geometry.height_m),
-            (Length::LeverX, layout.lever(), lever_m),
-            (Length::LeverY, layout.lever() + 1, lever_m),
-        ];
-        let refusal = lengths.into_iter().find_map(|(name, index, length_m)| {
-            let (entered_m, found_m) = (self.entered[index], self.progress.values[index]);
-            let limit_m = limits.geometry_share * length_m;
-            if (found_m - entered_m).abs() > limit_m {
-                return Some(Refusal::Geometry {
-                    name,
-                    entered_m,
-                    found_m,
-                    limit_m,
-                });
-            }
-            let limit_m = limits.undetermined_share * length_m;
-            let (deviation_m, _) = self.solver.deviation(index)?;
-            (deviation_m > limit_m).then_some(Refusal::Undetermined {
-                name,
-                deviation_m,
-                limit_m,
-            })
-        });
-        if let Some(refusal) = refusal {
-            self.refuse(refusal);
-        }
-    }
-
-    fn decide(&mut self) {
-        let Some((config, constraints)) = &self.config else {
-            return;
-        };
-        if !self.progress.accepted.contains(Groups::MOUNTING) {
-            let best = self
-                .reports
-                .iter()
-                .map(|r| r.after.whitened_rms)
-                .fold(f32::INFINITY, f32::min);
-            let before = self.reports.first().map_or(0.0, |r| r.before.whitened_rms);
-            return self.refuse(Refusal::NoGain {
-                before,
-                after: best,
-            });
-        }
-        let (layout, values) = (&constraints.layout, &self.progress.values);
-        let (lever, place) = (layout.lever(), layout.place());
-        let lever_m = [values[lever], values[lever + 1]];
-        let geometry = Geometry {
-            height_m: values[layout.height()],
-            lever_m,
-            ..config.geometry
-        };
-        let mut sensor: DiodeErrors = [0.0; _];
-        sensor.copy_from_slice(&values[layout.gain_difference()..layout.len()]);
-        let result = JointResult {
-            model: model_of(layout, values, &config.model),
-            geometry,
-            origin_m: core::array::from_fn(|i| values[place + i] - lever_m[i]),
-            origin_teeth: self.origin_teeth(),
-            sensor,
-            noise: constraints.noise,
-            groups: self.progress.accepted,
-        };
-        self.finish(Ok(result));
-    }
-
-    fn evidence(&self) -> Evidence {
-        let solution = self.solver.estimator().solution();
-        let poses = self.turn.count().max(1.0);
-        let last = self.reports.iter().rev().find(|r| r.accepted);
-        Evidence {
-            poses: self.buffer.fitted().len() as u32,
-            lost: self.lost + last.map_or(0, |r| r.fit.left_out),
-            unknowns: last.map_or(0, |r| r.fit.unknowns),
-            rank: last.map_or(0, |r| r.fit.rank),
-            condition: last.map_or(solution.condition_equilibrated, |r| r.fit.condition),
-            residual_m: last.map_or(0.0, |r| r.after.rms_m[0]),
-            raw_m: self.raw.deviation(),
-            worst_deviation_m: self
-                .config
-                .as_ref()
-                .map_or(0.0, |(_, c)| self.solver.worst_deviation_m(c)),
-            held_out_poses: self.buffer.held_out().len() as u32,
-            held_out_raw_m: self.raw.deviation(),
-            held_out_in_force_m: self.in_force.deviation(),
-            held_out_m: last.map_or(0.0, |r| r.after.rms_m[0]),
-            amplitude_counts: self.sums.map(|s| s / poses),
-            temperature_delta_k: self.temperature_sum_k / poses,
-        }
-    }
-
-    fn refuse(&mut self, refusal: Refusal) {
-        self.finish(Err(refusal));
-    }
-
-    fn finish(&mut self, result: Result<JointResult, Refusal>) {
-        let (evidence, reports) = (self.evidence(), self.reports.clone());
-        self.outcome = Some(JointOutcome {
-            result,
-            evidence,
-            reports,
-        });
-        self.stage = Stage::Finished;
-        self.visit.stop();
     }
 }

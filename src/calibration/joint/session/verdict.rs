@@ -1,0 +1,144 @@
+//! What a session is judged by: before any fit, after the steps that set height and lever arm, and at its end.
+
+use super::JointSession;
+use crate::calibration::joint::config::{lever_length_m, model_of};
+use crate::calibration::joint::layout::Groups;
+use crate::calibration::joint::outcome::{JointOutcome, JointResult};
+use crate::calibration::outcome::{Evidence, Length, Refusal};
+use crate::calibration::port::Stage;
+use crate::diode::DiodeErrors;
+use crate::geometry::Geometry;
+
+impl JointSession {
+    /// Before any fit: did the courier turn at all?
+    pub(super) fn check_motion(&mut self) {
+        let Some((config, _)) = &self.config else {
+            return;
+        };
+        let (turn_rad, wanted_rad) = (self.turn.deviation(), config.limits.least_turn_rad);
+        if turn_rad < wanted_rad {
+            self.refuse(Refusal::NoRotation {
+                turn_rad,
+                wanted_rad,
+            });
+        }
+    }
+
+    /// After the steps that set height and lever arm: are they what was entered, about, and told by the data?
+    pub(super) fn check_after(&mut self) {
+        let Some((config, constraints)) = &self.config else {
+            return;
+        };
+        let last = self.reports.last();
+        if !last.is_some_and(|r| r.accepted && r.groups.contains(Groups::MOUNTING)) {
+            return;
+        }
+        let (layout, limits) = (&constraints.layout, &config.limits);
+        let lever_m = lever_length_m(&config.geometry);
+        let lengths = [
+            (Length::Height, layout.height(), config.geometry.height_m),
+            (Length::LeverX, layout.lever(), lever_m),
+            (Length::LeverY, layout.lever() + 1, lever_m),
+        ];
+        let refusal = lengths.into_iter().find_map(|(name, index, length_m)| {
+            let (entered_m, found_m) = (self.entered[index], self.progress.values[index]);
+            let limit_m = limits.geometry_share * length_m;
+            if (found_m - entered_m).abs() > limit_m {
+                return Some(Refusal::Geometry {
+                    name,
+                    entered_m,
+                    found_m,
+                    limit_m,
+                });
+            }
+            let limit_m = limits.undetermined_share * length_m;
+            let (deviation_m, _) = self.solver.deviation(index)?;
+            (deviation_m > limit_m).then_some(Refusal::Undetermined {
+                name,
+                deviation_m,
+                limit_m,
+            })
+        });
+        if let Some(refusal) = refusal {
+            self.refuse(refusal);
+        }
+    }
+
+    pub(super) fn decide(&mut self) {
+        let Some((config, constraints)) = &self.config else {
+            return;
+        };
+        if !self.progress.accepted.contains(Groups::MOUNTING) {
+            let best = self
+                .reports
+                .iter()
+                .map(|r| r.after.whitened_rms)
+                .fold(f32::INFINITY, f32::min);
+            let before = self.reports.first().map_or(0.0, |r| r.before.whitened_rms);
+            return self.refuse(Refusal::NoGain {
+                before,
+                after: best,
+            });
+        }
+        let (layout, values) = (&constraints.layout, &self.progress.values);
+        let (lever, place) = (layout.lever(), layout.place());
+        let lever_m = [values[lever], values[lever + 1]];
+        let geometry = Geometry {
+            height_m: values[layout.height()],
+            lever_m,
+            ..config.geometry
+        };
+        let mut sensor: DiodeErrors = [0.0; _];
+        sensor.copy_from_slice(&values[layout.gain_difference()..layout.len()]);
+        let result = JointResult {
+            model: model_of(layout, values, &config.model),
+            geometry,
+            origin_m: core::array::from_fn(|i| values[place + i] - lever_m[i]),
+            origin_teeth: self.origin_teeth(),
+            sensor,
+            noise: constraints.noise,
+            groups: self.progress.accepted,
+        };
+        self.finish(Ok(result));
+    }
+
+    fn evidence(&self) -> Evidence {
+        let solution = self.solver.estimator().solution();
+        let poses = self.turn.count().max(1.0);
+        let last = self.reports.iter().rev().find(|r| r.accepted);
+        Evidence {
+            poses: self.buffer.fitted().len() as u32,
+            lost: self.lost + last.map_or(0, |r| r.fit.left_out),
+            unknowns: last.map_or(0, |r| r.fit.unknowns),
+            rank: last.map_or(0, |r| r.fit.rank),
+            condition: last.map_or(solution.condition_equilibrated, |r| r.fit.condition),
+            residual_m: last.map_or(0.0, |r| r.after.rms_m[0]),
+            raw_m: self.raw.deviation(),
+            worst_deviation_m: self
+                .config
+                .as_ref()
+                .map_or(0.0, |(_, c)| self.solver.worst_deviation_m(c)),
+            held_out_poses: self.buffer.held_out().len() as u32,
+            held_out_raw_m: self.raw.deviation(),
+            held_out_in_force_m: self.in_force.deviation(),
+            held_out_m: last.map_or(0.0, |r| r.after.rms_m[0]),
+            amplitude_counts: self.sums.map(|s| s / poses),
+            temperature_delta_k: self.temperature_sum_k / poses,
+        }
+    }
+
+    pub(super) fn refuse(&mut self, refusal: Refusal) {
+        self.finish(Err(refusal));
+    }
+
+    fn finish(&mut self, result: Result<JointResult, Refusal>) {
+        let (evidence, reports) = (self.evidence(), self.reports.clone());
+        self.outcome = Some(JointOutcome {
+            result,
+            evidence,
+            reports,
+        });
+        self.stage = Stage::Finished;
+        self.visit.stop();
+    }
+}
