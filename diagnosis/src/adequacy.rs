@@ -12,18 +12,51 @@ const ALIVE: f64 = 0.1;
 /// More samples than this share at a channel's very top are clipped throughout.
 const AT_TOP: f64 = 0.6;
 
+/// A step in time by more than this many sample intervals within a run of even sampling is a jump, not a pause.
+const JUMP: f64 = 50.0;
+/// Share of a run's intervals that must be alike for its sampling to count as even.
+const EVEN: f64 = 0.95;
+
+/// What a reader should know of the recording, though it can be diagnosed.
+pub fn remarks(o: &Observations) -> Vec<String> {
+    let mut list = Vec::new();
+    for (run, name) in o.run_names.iter().enumerate() {
+        let mut steps: Vec<(f64, usize)> = (1..o.len())
+            .filter(|&i| o.run[i] == run && o.run[i - 1] == run)
+            .map(|i| (o.t_s[i] - o.t_s[i - 1], i))
+            .collect();
+        let mut values: Vec<f64> = steps.iter().map(|s| s.0).collect();
+        let Some(typical) = crate::statistics::median(&mut values) else {
+            continue;
+        };
+        let alike = steps
+            .iter()
+            .filter(|s| (s.0 / typical - 1.0).abs() < 0.5)
+            .count();
+        if (alike as f64) < EVEN * steps.len() as f64 {
+            continue;
+        }
+        steps.retain(|s| s.0 > JUMP * typical);
+        if let Some((step, row)) = steps.first() {
+            list.push(format!(
+                "t_s: jumps by {step:.3} s before sample {row} of run {name} ({} such jumps), steps of {typical:.4} s wanted; each part is taken for itself",
+                steps.len()
+            ));
+        }
+    }
+    list
+}
+
 /// Checks runs, motion and channels.
 ///
 /// # Errors
 /// The first limit that is violated.
 pub fn check(o: &Observations) -> Result<(), Insufficient> {
-    let mut runs = o.run.clone();
-    runs.sort_unstable();
-    runs.dedup();
-    if runs.len() < RUNS {
+    let parts = runs(o);
+    if parts < RUNS {
         return Err(Insufficient::new(
             "runs of motion",
-            runs.len() as f64,
+            parts as f64,
             RUNS as f64,
             "",
         ));
@@ -40,6 +73,53 @@ pub fn check(o: &Observations) -> Result<(), Insufficient> {
         }
     }
     Ok(())
+}
+
+/// Runs by their labels; under one label, legs of travel that turn back over some teeth: what a run is called tells nothing.
+fn runs(o: &Observations) -> usize {
+    let mut labels = o.run.clone();
+    labels.sort_unstable();
+    labels.dedup();
+    if labels.len() > 1 {
+        return labels.len();
+    }
+    (0..4)
+        .filter(|s| o.has_segment(*s))
+        .map(|s| legs(&o.position_m[s], LEG_PITCHES * o.pitch_m))
+        .max()
+        .unwrap_or(1)
+        .max(1)
+}
+
+/// Steps of more than this share of a leg are jumps between poses, not travel.
+const LEG_STEP: f64 = 0.3;
+/// Teeth that a leg of travel passes.
+const LEG_PITCHES: f64 = 3.0;
+
+/// Legs of steady travel one way, each longer than `length`.
+fn legs(position_m: &[f64], length: f64) -> usize {
+    let known: Vec<f64> = position_m
+        .iter()
+        .copied()
+        .filter(|p| p.is_finite())
+        .collect();
+    let (mut count, mut way, mut turn) = (0, 0.0, known.first().copied().unwrap_or(0.0));
+    for pair in known.windows(2) {
+        let (before, here) = (pair[0], pair[1]);
+        if (here - before).abs() > LEG_STEP * length {
+            (way, turn) = (0.0, here);
+            continue;
+        }
+        let travelled = here - turn;
+        if way * travelled > 0.0 {
+            turn = here;
+        } else if travelled.abs() > length {
+            count += 1;
+            way = travelled.signum();
+            turn = here;
+        }
+    }
+    count
 }
 
 fn phases(o: &Observations, segment: usize) -> usize {

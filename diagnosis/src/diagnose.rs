@@ -8,9 +8,10 @@ use crate::heldout::Residuals;
 use crate::lines::{Series, lines_hz};
 use crate::observe::Observations;
 use crate::places::places;
-use crate::scene::Scene;
+use crate::scene::{Scene, Shift};
 use crate::simulate::{Floor, floor};
 use crate::{Insufficient, clip};
+use effects::sensor::READINGS;
 use recording::Recording;
 
 /// What a caller may change.
@@ -62,6 +63,12 @@ impl Study<'_> {
             .collect()
     }
 
+    /// Held-out residuals of the baseline with some blocks.
+    pub fn residuals(&self, blocks: &[usize]) -> Residuals {
+        let list = self.list(blocks);
+        Residuals::new(&self.scene, &self.columns, &self.gram, &self.folds, &list)
+    }
+
     /// Columns of the baseline and some blocks.
     pub fn list(&self, blocks: &[usize]) -> Vec<usize> {
         let mut list: Vec<usize> = self.columns.blocks[0].columns.clone().collect();
@@ -82,8 +89,39 @@ pub struct Prepared {
     pub keep: Vec<bool>,
     /// Samples left out because they rest on one place.
     pub resting: Vec<bool>,
+    /// Samples left out because a part tells as much: a very long recording is thinned by whole pieces.
+    pub thinned: Vec<bool>,
     /// Calibrated baseline.
     pub baseline: Baseline,
+    /// What must be said of the recording.
+    pub notes: Vec<String>,
+}
+
+impl Prepared {
+    /// The linearisation about the baseline alone.
+    pub fn about(&self) -> About {
+        About {
+            baseline: self.baseline.clone(),
+            ..About::default()
+        }
+    }
+}
+
+/// Samples that an answer is made of; of more, whole pieces are left out evenly.
+const MOST_SAMPLES: usize = 60_000;
+/// Samples in such a piece.
+const THINNED_PIECE: usize = 250;
+
+/// Pieces to leave out.
+fn thinned(samples: usize) -> Vec<bool> {
+    let every = samples.div_ceil(MOST_SAMPLES).max(1);
+    // The place within each group of pieces changes, so that no period of the motion is missed.
+    (0..samples)
+        .map(|i| {
+            let piece = i / THINNED_PIECE;
+            (piece + piece / every) % every != 0
+        })
+        .collect()
 }
 
 /// Reads, repairs and calibrates.
@@ -96,7 +134,13 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     let slips = repair_slips(&mut observations);
     let mut keep = vec![true; observations.len()];
     let resting = resting(&observations);
-    keep.iter_mut().zip(&resting).for_each(|(k, r)| *k &= !r);
+    let thinned = thinned(observations.len());
+    let usable: Vec<bool> = resting
+        .iter()
+        .zip(&thinned)
+        .map(|(r, t)| !r && !t)
+        .collect();
+    keep.copy_from_slice(&usable);
     let mut baseline = calibrate(&observations, &keep);
     for _ in 0..2 {
         let scene = Scene::new(
@@ -109,19 +153,22 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
             observations.len(),
             &observations.stretch,
         );
-        let next: Vec<bool> = marked.iter().zip(&resting).map(|(m, r)| !m && !r).collect();
+        let next: Vec<bool> = marked.iter().zip(&usable).map(|(m, u)| !m && *u).collect();
         if next == keep {
             break;
         }
         keep = next;
         baseline = calibrate(&observations, &keep);
     }
+    let notes = crate::adequacy::remarks(&observations);
     Ok(Prepared {
         observations,
         slips,
         keep,
         resting,
+        thinned,
         baseline,
+        notes,
     })
 }
 
@@ -155,78 +202,54 @@ fn white_rows(scene: &Scene) -> Vec<(usize, usize, f64)> {
     list
 }
 
-/// Builds all columns. `residuals` is what the line search looks at: those of the best model so far.
+/// What a recording is linearised about.
+#[derive(Clone, Debug, Default)]
+pub struct About {
+    /// Parameters of equations (3), (10) and (11).
+    pub baseline: Baseline,
+    /// What the effects found so far add to the readings.
+    pub shift: Shift,
+    /// Noise of each reading over the stated one, where it was found to be above.
+    pub noise: Option<[f64; READINGS]>,
+}
+
+/// What to look at besides the catalogue and the places.
+#[derive(Clone, Copy, Default)]
+pub struct Look<'a> {
+    /// Residuals of the best model so far, in which lines of the spectrum are looked for.
+    pub lines_of: Option<&'a Residuals>,
+    /// A field over the platen is judged, and beside it only the blocks named here: the field has hundreds of unknowns.
+    pub field_beside: Option<&'a [String]>,
+}
+
+/// Builds all columns and their products.
 pub fn study<'a>(
     prepared: &'a Prepared,
     options: &Options,
-    residuals: Option<&Residuals>,
-) -> Study<'a> {
-    build(prepared, options, residuals, None)
-}
-
-/// The same with a field over the platen; only the blocks named in `keep` stay, for the field has hundreds of unknowns.
-pub fn study_with_field<'a>(
-    prepared: &'a Prepared,
-    options: &Options,
-    residuals: &Residuals,
-    keep: &[String],
-) -> Study<'a> {
-    build(prepared, options, Some(residuals), Some(keep))
-}
-
-fn build<'a>(
-    prepared: &'a Prepared,
-    options: &Options,
-    residuals: Option<&Residuals>,
-    keep: Option<&[String]>,
+    about: &About,
+    look: Look,
 ) -> Study<'a> {
     let mut scene = Scene::new(
         &prepared.observations,
-        prepared.baseline.clone(),
+        about.baseline.clone(),
         prepared.keep.clone(),
-    );
+    )
+    .moved(about.baseline.clone(), about.shift.clone());
+    scene.noise = about.noise.unwrap_or([1.0; READINGS]);
     for segment in 0..4 {
         scene.survey.clip[segment] = clip::find(&scene, segment);
     }
-    if let Some(residuals) = residuals {
+    if let Some(residuals) = look.lines_of {
         find_lines(&mut scene, residuals);
     }
-    if keep.is_some() {
+    if look.field_beside.is_some() {
         (scene.survey.node_step_m, scene.survey.nodes) = crate::nodes::nodes(&scene);
     }
-    let wanted =
-        |name: &str| keep.is_none_or(|list| name == FIELD || list.iter().any(|k| k == name));
-    let mut columns = baseline_columns(&scene);
-    let mut kinds = Vec::new();
-    for effect in effects::sensor_sides()
-        .into_iter()
-        .filter(|e| wanted(e.name()))
-    {
-        // An effect that is taken out of the catalogue loses its name; the coordinate that it acts on stays to be looked at.
-        let taken_out = options.without.iter().any(|w| w == effect.name());
-        let kind = if taken_out {
-            Kind::Shape(effect.name().into())
-        } else {
-            Kind::Effect(effect.name().into())
-        };
-        add(
-            &mut columns,
-            &mut kinds,
-            kind,
-            effect.regressors(&scene.survey),
-        );
-    }
-    for place in places(&scene.survey)
-        .into_iter()
-        .filter(|p| wanted(p.coordinate))
-    {
-        add(
-            &mut columns,
-            &mut kinds,
-            Kind::Place(place.coordinate.into()),
-            place.regressors,
-        );
-    }
+    let wanted = |name: &str| {
+        look.field_beside
+            .is_none_or(|list| name == FIELD || list.iter().any(|k| k == name))
+    };
+    let (columns, kinds) = all_columns(&scene, options, &wanted);
     let folds = folds(&prepared.observations.stretch);
     let gram = Gram::new(&scene, &columns, &folds);
     let floor = floor(&scene, 4);
@@ -238,6 +261,35 @@ fn build<'a>(
         folds,
         floor,
     }
+}
+
+fn all_columns(
+    scene: &Scene,
+    options: &Options,
+    wanted: &dyn Fn(&str) -> bool,
+) -> (Columns, Vec<Kind>) {
+    let mut columns = baseline_columns(scene);
+    let mut kinds = Vec::new();
+    let sides = effects::sensor_sides();
+    for effect in sides.iter().filter(|e| wanted(e.name())) {
+        // An effect that is taken out of the catalogue loses its name; the coordinate that it acts on stays to be looked at.
+        let taken_out = options.without.iter().any(|w| w == effect.name());
+        let kind = if taken_out {
+            Kind::Shape(effect.name().into())
+        } else {
+            Kind::Effect(effect.name().into())
+        };
+        let regressors = effect.regressors(&scene.survey);
+        add(&mut columns, &mut kinds, kind, regressors);
+    }
+    for place in places(&scene.survey)
+        .into_iter()
+        .filter(|p| wanted(p.coordinate))
+    {
+        let kind = Kind::Place(place.coordinate.into());
+        add(&mut columns, &mut kinds, kind, place.regressors);
+    }
+    (columns, kinds)
 }
 
 /// The effect that is a field over the platen.
@@ -302,6 +354,7 @@ pub fn handicap(name: &str) -> f64 {
         "extra_harmonics" => 0.10,
         "quadrature_drift" => 0.10,
         FIELD => 0.10,
+        "hysteresis" => 0.03,
         "gap_variation" | "thermal_drift" => 0.01,
         _ => 0.0,
     }

@@ -178,6 +178,7 @@ impl Gram {
                 rows[f] += count[f];
             }
         }
+        fold.iter_mut().for_each(mirror);
         Self {
             fold,
             rows,
@@ -208,6 +209,8 @@ impl Gram {
     }
 }
 
+/// Adds a chunk's products to the lower triangle. Columns that are zero throughout the chunk (shapes of another run, of
+/// another time, of another place) cost nothing but their evaluation.
 fn accumulate(
     scene: &Scene,
     columns: &Columns,
@@ -216,7 +219,9 @@ fn accumulate(
     gram: &mut DMatrix<f64>,
 ) -> usize {
     let width = scale.len() + 1;
-    let mut across = DMatrix::<f64>::zeros(width, samples.len() * ROWS);
+    let mut across = DMatrix::<f64>::zeros(samples.len() * ROWS, width);
+    let mut active = vec![false; width];
+    active[width - 1] = true;
     let mut count = 0;
     for &i in samples {
         let rows = scene.rows(i);
@@ -225,21 +230,59 @@ fn accumulate(
         }
         let moment = scene.moment(i);
         for (c, regressor) in columns.regressors.iter().enumerate() {
-            let white = rows.whitened(&rows.response(regressor, &moment));
+            let response = rows.response(regressor, &moment);
+            if response.iter().all(|r| *r == 0.0) {
+                continue;
+            }
+            active[c] = true;
+            let white = rows.whitened(&response);
             for row in 0..rows.count {
-                across[(c, count + row)] = white[row] * scale[c];
+                across[(count + row, c)] = white[row] * scale[c];
             }
         }
         let white = rows.whitened(&rows.residual_m);
         for row in 0..rows.count {
-            across[(width - 1, count + row)] = -white[row];
+            across[(count + row, width - 1)] = -white[row];
         }
         count += rows.count;
     }
-    let used = across.columns(0, count).into_owned();
-    let upright = used.transpose();
-    gram.gemm(1.0, &used, &upright, 1.0);
+    let list: Vec<usize> = (0..width).filter(|c| active[*c]).collect();
+    let used = DMatrix::from_fn(count, list.len(), |row, k| across[(row, list[k])]);
+    add_products(&used, &list, gram);
     count
+}
+
+/// Columns whose products are formed at once.
+const PANEL: usize = 160;
+
+fn add_products(used: &DMatrix<f64>, list: &[usize], gram: &mut DMatrix<f64>) {
+    let upright = used.transpose();
+    for first in (0..list.len()).step_by(PANEL) {
+        let size = PANEL.min(list.len() - first);
+        // Rows from the panel's first on: the lower triangle and the panel's own square.
+        let rest = list.len() - first;
+        let mut part = DMatrix::zeros(rest, size);
+        part.gemm(
+            1.0,
+            &upright.rows(first, rest),
+            &used.columns(first, size),
+            0.0,
+        );
+        for k in 0..size {
+            for r in k..rest {
+                gram[(list[first + r], list[first + k])] += part[(r, k)];
+            }
+        }
+    }
+}
+
+/// Copies the lower triangle to the upper one.
+fn mirror(gram: &mut DMatrix<f64>) {
+    for column in 0..gram.ncols() {
+        for row in column + 1..gram.nrows() {
+            gram[(column, row)] = gram[(row, column)];
+        }
+    }
 }
 
 /// Fit of some columns with their priors, on a training Gram.

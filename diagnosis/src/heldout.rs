@@ -19,7 +19,7 @@ pub struct Residuals {
 }
 
 impl Residuals {
-    /// Of the model with these columns, each fold fitted on the others. Samples not kept are predicted as well, and left out.
+    /// Of the model with these columns, each fold fitted on the others.
     pub fn new(
         scene: &Scene,
         columns: &Columns,
@@ -78,6 +78,22 @@ impl Residuals {
                 out.value_m.push(value[row]);
                 out.white.push(white[row]);
             }
+        }
+        out
+    }
+
+    /// The same residuals whitened by the noise of another scene of the same recording.
+    pub fn rewhitened(&self, scene: &Scene) -> Self {
+        let mut out = self.clone();
+        let mut start = 0;
+        while start < self.sample.len() {
+            let i = self.sample[start];
+            let rows = scene.rows(i);
+            let end = (start + rows.count.max(1)).min(self.sample.len());
+            let mut value = [0.0; ROWS];
+            value[..end - start].copy_from_slice(&self.value_m[start..end]);
+            out.white[start..end].copy_from_slice(&rows.whitened(&value)[..end - start]);
+            start = end;
         }
         out
     }

@@ -122,6 +122,7 @@ fn apply<'a>(
     let own = scene.survey.clone();
     scene.survey = Survey {
         segments: own.segments,
+        reference: own.reference,
         beacon: own.beacon,
         temperature: own.temperature,
         counts: own.counts,
@@ -155,8 +156,24 @@ fn apply<'a>(
             }
         }
     }
+    if with {
+        scene = settled(scene, &columns);
+    }
     let list = (0..columns.regressors.len()).collect();
     (scene, columns, list)
+}
+
+/// The scene about where the known amounts say that the segments are.
+fn settled<'a>(mut scene: Scene<'a>, columns: &Columns) -> Scene<'a> {
+    let known: Vec<usize> = (0..columns.regressors.len())
+        .filter(|c| columns.held[*c])
+        .collect();
+    let amounts: Vec<f64> = known.iter().map(|c| columns.centre[*c]).collect();
+    for _ in 0..crate::refine::ROUNDS {
+        let shift = crate::refine::shift(&scene, columns, &known, &amounts);
+        scene = scene.moved(scene.baseline.clone(), shift);
+    }
+    scene
 }
 
 /// What is arbitrary from recording to recording.

@@ -8,6 +8,10 @@ const HALF_WINDOW: usize = 3;
 const SMOOTH_M: f64 = 15.0e-6;
 /// See [`SMOOTH_M`].
 const SMOOTH_SHARE: f64 = 0.02;
+/// Travel that counts, in rms misfits of the local path (some 0.75 of the noise): less may be noise.
+const DEAD: f64 = 8.0;
+/// Travel after which a segment's own memory of its direction has turned over to 1/e, m.
+pub const TURNOVER_M: [f64; 3] = [4.0e-6, 12.0e-6, 40.0e-6];
 /// A still pose was approached from a side if it moved by more than this, m.
 const APPROACH_M: f64 = 20.0e-6;
 
@@ -22,12 +26,17 @@ pub struct Motion {
     pub direction: [Vec<f64>; 4],
     /// Where a segment does not move: the direction in which it last did.
     pub approach: [Vec<f64>; 4],
+    /// Direction of travel that turns over gradually, one for each of [`TURNOVER_M`]: the state of Dahl 1968's friction model.
+    pub memory: [Vec<[f64; 3]>; 4],
     /// Rates of tan(psi), 1/s.
     pub tan_psi_rate: [Vec<f64>; 2],
     /// 99th percentile of each segment's speed, m/s.
     pub top_speed_m_s: [f64; 4],
     /// True where the samples follow a smooth path.
     pub smooth: Vec<bool>,
+    /// Each segment's scatter about its own smooth path (median over the path), m; zero where there is none. Nothing but noise
+    /// and what changes within some samples is in it.
+    pub scatter_m: [f64; 4],
 }
 
 /// Value, slope, curvature and rms residual of a local quadratic.
@@ -123,7 +132,9 @@ impl Motion {
                 direction[i] = speed[i].signum();
                 last = direction[i];
             } else {
-                if i > 0 && observations.stretch[i] == observations.stretch[i - 1] && !smooth[i] {
+                let apart =
+                    |i: usize| !smooth[i] || observations.stretch[i] != observations.stretch[i - 1];
+                if i > 0 && apart(i) {
                     let step = position[i] - position[i - 1];
                     if step.abs() > APPROACH_M {
                         last = step.signum();
@@ -135,10 +146,47 @@ impl Motion {
         self.acceleration_m_s2[segment] = (0..n)
             .map(|i| clear(fit[i].curvature, fit[i].curvature_noise, i))
             .collect();
+        let mut scatter: Vec<f64> = (0..n)
+            .filter(|i| self.smooth[*i])
+            .map(|i| fit[i].residual)
+            .collect();
+        let scatter_m = crate::statistics::median(&mut scatter).unwrap_or(0.0);
+        self.scatter_m[segment] = scatter_m;
+        self.memory[segment] = memory(DEAD * scatter_m, position, &self.smooth, observations);
         self.speed_m_s[segment] = speed;
         self.direction[segment] = direction;
         self.approach[segment] = approach;
     }
+}
+
+/// The gradual direction of travel. Between separate poses and between stretches the way is taken to be straight.
+fn memory(
+    dead_m: f64,
+    position: &[f64],
+    smooth: &[bool],
+    observations: &Observations,
+) -> Vec<[f64; 3]> {
+    let mut state = [0.0; 3];
+    let mut mark = f64::NAN;
+    (0..position.len())
+        .map(|i| {
+            let here = position[i];
+            let apart =
+                i > 0 && (!smooth[i] || observations.stretch[i] != observations.stretch[i - 1]);
+            let wanted = if apart { APPROACH_M } else { dead_m };
+            if mark.is_nan() {
+                mark = here;
+            }
+            let step = here - mark;
+            if step.abs() > wanted {
+                mark = here;
+                for (one, turnover) in state.iter_mut().zip(TURNOVER_M) {
+                    *one = step.signum() + (*one - step.signum()) * (-step.abs() / turnover).exp();
+                }
+            }
+            state
+        })
+        .collect()
 }
 
 /// Neighbours of each sample within its stretch.

@@ -5,12 +5,13 @@ use std::collections::BTreeMap;
 
 /// Weight of samples that a node must carry to be judged.
 const WEIGHT: f64 = 3.0;
-/// Most nodes of all segments: beyond, the mesh gets coarser.
-const MOST: usize = 600;
+/// Most nodes of all channels: beyond, the mesh gets coarser.
+const MOST: usize = 700;
 
-/// Mesh width, m, and the nodes of each segment; nothing where the courier hardly moves.
+/// Mesh width, m, and the nodes of each channel (or of each segment against a reference); nothing where the courier hardly
+/// moves.
 pub fn nodes(scene: &Scene) -> (f64, [Vec<[i32; 2]>; 4]) {
-    for pitches in [2.0, 3.0, 4.0, 6.0] {
+    for pitches in [1.0, 1.5, 2.0, 3.0, 4.0, 6.0] {
         let step_m = pitches * scene.observations.pitch_m;
         let list = at(scene, step_m);
         let count: usize = list.iter().map(Vec::len).sum();
@@ -28,8 +29,14 @@ fn at(scene: &Scene, step_m: f64) -> [Vec<[i32; 2]>; 4] {
     let mut weights: [BTreeMap<[i32; 2], f64>; 4] = Default::default();
     for i in (0..scene.len()).filter(|&i| scene.keep[i]) {
         let moment = scene.moment(i);
-        for s in (0..4).filter(|s| scene.scope.segments[*s]) {
-            let [a, b] = moment.place_m[s].map(|p| p / step_m);
+        let channels = scene.channels(i);
+        for s in 0..4 {
+            let place_m = match (scene.scope.reference, channels.get(s)) {
+                (true, _) if scene.scope.segments[s] => moment.place_m[s],
+                (false, Some(true)) => moment.centre_m,
+                _ => continue,
+            };
+            let [a, b] = place_m.map(|p| p / step_m);
             for (di, dj) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
                 let (x, y) = (a.floor() + di, b.floor() + dj);
                 let weight = (1.0 - (a - x).abs()) * (1.0 - (b - y).abs());

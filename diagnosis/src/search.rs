@@ -1,6 +1,7 @@
 //! Which columns explain the gap: cross-validated residuals of sets of effects, forward, backward and by exchange.
 
 use crate::gram::{Columns, FOLDS, Gram, solve, squares};
+use crate::hollow::hollow;
 use nalgebra::DMatrix;
 use std::collections::HashMap;
 
@@ -137,11 +138,11 @@ pub struct Found {
 
 /// Whitened squares beyond `floor`, as a share of those of the baseline.
 pub fn rest(arena: &mut Arena, blocks: &[usize], floor: f64) -> f64 {
-    let whole = arena.score(&[]).squares - floor;
+    let whole = (arena.score(&[]).squares - floor).max(MINIMUM_SQUARES);
     let left = arena.score(blocks).squares;
     // What is of no physical size explains nothing.
     if left.is_finite() {
-        (left - floor) / whole.max(1e-9)
+        (left - floor) / whole
     } else {
         1.0
     }
@@ -158,6 +159,49 @@ fn steady(with: &Score, without: &Score) -> bool {
     better + 1 >= FOLDS && without.squares - with.squares > MINIMUM_SQUARES
 }
 
+/// Held-out squares of the best that columns can do if only chance bounds their number: what is left is the noise.
+pub fn noise_floor(arena: &mut Arena, candidates: &[usize]) -> f64 {
+    let mut chosen: Vec<usize> = Vec::new();
+    for _ in 0..MOST {
+        let Some(set) = with_best(arena, &chosen, candidates, &|_| 0.0, 0.0) else {
+            break;
+        };
+        let (old, new) = (arena.score(&chosen), arena.score(&set));
+        if !steady(&new, &old) {
+            break;
+        }
+        chosen = set;
+    }
+    arena.score(&chosen).squares
+}
+
+/// The set with the one candidate that leaves least, hollow ones aside.
+fn with_best(
+    arena: &mut Arena,
+    chosen: &[usize],
+    candidates: &[usize],
+    handicap: &dyn Fn(usize) -> f64,
+    floor: f64,
+) -> Option<Vec<usize>> {
+    let before = rest(arena, chosen, floor).max(1e-6);
+    let mut ranked: Vec<(f64, usize)> = candidates
+        .iter()
+        .filter(|c| !chosen.contains(c))
+        .map(|&c| {
+            let set: Vec<usize> = chosen.iter().copied().chain([c]).collect();
+            (rest(arena, &set, floor) + handicap(c) * before, c)
+        })
+        .collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let best = ranked
+        .into_iter()
+        .take(RANKED)
+        .find(|(_, c)| !hollow(arena, chosen, *c))?;
+    Some(chosen.iter().copied().chain([best.1]).collect())
+}
+
+/// Candidates that are asked for their core before a place is given up.
+const RANKED: usize = 5;
 /// Forward choice with elimination and exchange. `handicap` is added to a block's rest when it competes.
 pub fn search(
     arena: &mut Arena,
@@ -167,28 +211,17 @@ pub fn search(
 ) -> Found {
     let mut chosen: Vec<usize> = Vec::new();
     for _ in 0..MOST {
-        let before = rest(arena, &chosen, floor).max(1e-6);
-        let best = candidates
-            .iter()
-            .filter(|c| !chosen.contains(c))
-            .map(|&c| {
-                let mut set = chosen.clone();
-                set.push(c);
-                (c, rest(arena, &set, floor), handicap(c))
-            })
-            .min_by(|a, b| (a.1 + a.2 * before).total_cmp(&(b.1 + b.2 * before)));
-        let Some((block, after, _)) = best else { break };
-        let mut set = chosen.clone();
-        set.push(block);
-        let (old, new) = (arena.score(&chosen), arena.score(&set));
-        let gain = before - after;
-        let large = gain > minimum_share(arena, &set) && gain > MINIMUM_OF_REST * before
-            || chosen.is_empty() && gain > 0.05;
-        if !large || !steady(&new, &old) {
-            // Two that only help together: try the best pair before giving up.
+        let single = with_best(arena, &chosen, candidates, handicap, floor)
+            .filter(|set| worth(arena, set, &chosen, floor));
+        let Some(set) = single.or_else(|| best_pair(arena, &chosen, candidates, handicap, floor))
+        else {
+            break;
+        };
+        let set = improve(arena, set, candidates, handicap, floor);
+        if arena.score(&set).squares >= arena.score(&chosen).squares {
             break;
         }
-        chosen = improve(arena, set, candidates, handicap, floor);
+        chosen = set;
     }
     order(arena, &mut chosen, floor);
     let rest = rest(arena, &chosen, floor);
@@ -196,6 +229,76 @@ pub fn search(
         blocks: chosen,
         rest,
     }
+}
+
+/// Candidates that are tried in twos where none helps by itself.
+const PAIRED: usize = 6;
+/// Two that only help together must leave no more than this share of what was there.
+const TOGETHER: f64 = 0.1;
+
+/// The two that together explain nearly all of what neither explains alone.
+fn best_pair(
+    arena: &mut Arena,
+    chosen: &[usize],
+    candidates: &[usize],
+    handicap: &dyn Fn(usize) -> f64,
+    floor: f64,
+) -> Option<Vec<usize>> {
+    let before = rest(arena, chosen, floor);
+    let mut alone: Vec<(f64, usize)> = candidates
+        .iter()
+        .filter(|c| !chosen.contains(c))
+        .map(|&c| {
+            let set: Vec<usize> = chosen.iter().copied().chain([c]).collect();
+            (rest(arena, &set, floor) + handicap(c), c)
+        })
+        .collect();
+    alone.sort_by(|a, b| a.0.total_cmp(&b.0));
+    alone.truncate(PAIRED);
+    alone.retain(|a| !hollow(arena, chosen, a.1));
+    let mut best: Option<(f64, Vec<usize>)> = None;
+    for (k, one) in alone.iter().enumerate() {
+        for other in &alone[k + 1..] {
+            let set: Vec<usize> = chosen.iter().copied().chain([one.1, other.1]).collect();
+            let value = rest(arena, &set, floor);
+            if best.as_ref().is_none_or(|b| value < b.0) {
+                best = Some((value, set));
+            }
+        }
+    }
+    let (value, set) = best?;
+    (value < TOGETHER * before && worth(arena, &set, chosen, floor)).then_some(set)
+}
+
+/// True if what a set has beyond another is there on every part of the data, is no mere trifle beside what is left, and is
+/// either a good part of the whole gap or all that was missing.
+fn worth(arena: &mut Arena, set: &[usize], chosen: &[usize], floor: f64) -> bool {
+    let (old, new) = (arena.score(chosen), arena.score(set));
+    if !steady(&new, &old) {
+        return false;
+    }
+    let (before, after) = (
+        rest(arena, chosen, floor).max(1e-6),
+        rest(arena, set, floor),
+    );
+    let gain = before - after;
+    if chosen.is_empty() && gain > FIRST_SHARE {
+        return true;
+    }
+    gain > MINIMUM_OF_REST * before
+        && (gain > minimum_share(arena, set) || closes(arena, &new, gain, floor))
+}
+
+/// Share of the gap that the first effect must take.
+const FIRST_SHARE: f64 = 0.05;
+/// An effect that leaves nothing may be as small a share of the gap as this.
+const CLOSING_SHARE: f64 = 0.003;
+/// Left over a row, beyond the noise and relative to it, where nothing is said to be left: a whitened rms of 1.12.
+const CLOSED: f64 = 0.25;
+
+/// True if nothing is left after a set, so that its last effect is no makeshift for a shape that another lacks.
+fn closes(arena: &Arena, after: &Score, gain: f64, floor: f64) -> bool {
+    gain > CLOSING_SHARE && after.squares - floor < CLOSED * arena.rows()
 }
 
 fn minimum_share(arena: &Arena, set: &[usize]) -> f64 {
@@ -225,37 +328,48 @@ fn improve(
             }
             let mut less = set.clone();
             less.remove(at);
-            let (with, without) = (rest(arena, &set, floor), rest(arena, &less, floor));
-            if without - with < minimum_share(arena, &set)
-                || without - with < MINIMUM_OF_REST * without
-            {
+            if !worth(arena, &set, &less, floor) {
                 set = less;
                 changed = true;
                 break;
             }
         }
         for at in 0..set.len() {
-            let now = rest(arena, &set, floor) + handicap(set[at]);
-            let better = candidates
-                .iter()
-                .filter(|c| !set.contains(c))
-                .map(|&c| {
-                    let mut other = set.clone();
-                    other[at] = c;
-                    (c, rest(arena, &other, floor) + handicap(c))
-                })
-                .min_by(|a, b| a.1.total_cmp(&b.1));
-            if let Some((c, value)) = better.filter(|b| b.1 < now - 0.003_f64.max(0.05 * now)) {
-                let _ = value;
-                set[at] = c;
-                changed = true;
-            }
+            changed |= exchange(arena, &mut set, at, candidates, handicap, floor);
         }
         if !changed {
             break;
         }
     }
     set
+}
+
+/// Puts a better block in the place of one, if there is one.
+fn exchange(
+    arena: &mut Arena,
+    set: &mut [usize],
+    at: usize,
+    candidates: &[usize],
+    handicap: &dyn Fn(usize) -> f64,
+    floor: f64,
+) -> bool {
+    let now = rest(arena, set, floor) + handicap(set[at]);
+    let mut best = (now - 0.003_f64.max(0.05 * now), set[at]);
+    for &c in candidates.iter().filter(|c| !set.contains(c)) {
+        let mut other = set.to_vec();
+        other[at] = c;
+        let value = rest(arena, &other, floor) + handicap(c);
+        if value < best.0 {
+            best = (value, c);
+        }
+    }
+    let others: Vec<usize> = set.iter().copied().filter(|b| *b != set[at]).collect();
+    let changed = best.1 != set[at] && !hollow(arena, &others, best.1);
+    if !changed {
+        return false;
+    }
+    set[at] = best.1;
+    true
 }
 
 /// Sorts by what each takes beyond the others.

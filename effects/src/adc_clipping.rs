@@ -88,12 +88,11 @@ pub mod sensor_side {
     const POINTS: usize = 2048;
 
     /// What must be added to a clipped phase: the inverse of `phase + phase_error(phase)`, tabulated over one turn.
-    fn correction(level: [f64; 2]) -> Vec<f64> {
-        let p = [level[0], level[1], 0.0, 0.0, 0.0, 0.0];
+    fn correction(p: &[f64; 6]) -> Vec<f64> {
         let seen: Vec<(f64, f64)> = (0..4 * POINTS)
             .map(|i| {
                 let phase = TAU * i as f64 / (4 * POINTS) as f64 - PI;
-                (phase + phase_error(phase, &p), phase)
+                (phase + phase_error(phase, p), phase)
             })
             .collect();
         let mut at = 0;
@@ -122,32 +121,36 @@ pub mod sensor_side {
         table[cell] * (1.0 - part) + table[(cell + 1) % POINTS] * part
     }
 
+    /// What [`phase_error`] depends on.
+    const PARTS: [&str; 6] =
+        ["sine level", "cosine level", "sine offset", "cosine offset", "gain", "quadrature angle"];
+    /// A pair that is not clipped.
+    const OPEN: [f64; 6] = [3.0, 3.0, 0.0, 0.0, 0.0, 0.0];
+
     /// Step of the derivatives by the levels.
     const STEP: f64 = 0.004;
 
     impl ClipModel {
         fn by_phase(list: &mut Vec<Regressor>, s: usize, level: [f64; 2], metres: f64) {
-            let shape = correction(level);
-            for channel in 0..2 {
-                let mut more = level;
-                more[channel] += STEP;
-                let table: Vec<f64> = correction(more)
+            let p = [level[0], level[1], 0.0, 0.0, 0.0, 0.0];
+            let shape = correction(&p);
+            for (j, label) in PARTS.into_iter().enumerate() {
+                let mut more = p;
+                more[j] += STEP;
+                // Beside the clip, an offset, a gain or an angle is equation (3)'s: only what it does to the clip is wanted.
+                let mut open = OPEN;
+                open[j] += STEP;
+                let plain = correction(&open);
+                let table: Vec<f64> = correction(&more)
                     .iter()
                     .zip(&shape)
-                    .map(|(a, b)| (a - b) / STEP)
+                    .zip(&plain)
+                    .map(|((a, b), c)| (a - b - c) / STEP)
                     .collect();
-                let name = format!(
-                    "change of the {} level, segment {}",
-                    ["sine", "cosine"][channel],
-                    s + 1
-                );
-                list.push(Regressor::reading(
-                    name,
-                    "of amplitude",
-                    1.0e-6,
-                    s,
-                    move |m| metres * look_up(&table, m.raw_phase[s]),
-                ));
+                let name = format!("change of the {label}, segment {}", s + 1);
+                list.push(Regressor::reading(name, "of amplitude", 1.0e-6, s, move |m| {
+                    metres * look_up(&table, m.raw_phase[s])
+                }));
             }
             let name = format!(
                 "clip at {:.3} and {:.3} of amplitude, segment {}",
@@ -183,14 +186,7 @@ pub mod sensor_side {
             for j in 0..6 {
                 let mut more = p;
                 more[j] += STEP;
-                let label = [
-                    "sine level",
-                    "cosine level",
-                    "sine offset",
-                    "cosine offset",
-                    "gain",
-                    "quadrature angle",
-                ][j];
+                let label = PARTS[j];
                 let name = format!("change of the {label}, segment {}", s + 1);
                 list.push(Regressor::reading(
                     name,
@@ -207,11 +203,11 @@ pub mod sensor_side {
 
         /// Positions alone: the levels are not seen, so a few of them stand for all; sine and cosine clip at different phases.
         fn by_family(list: &mut Vec<Regressor>, s: usize, metres: f64) {
-            for level in [0.72, 0.80, 0.87, 0.93, 0.97] {
+            for level in [0.71, 0.75, 0.79, 0.83, 0.86, 0.89, 0.92, 0.95, 0.98] {
                 for channel in 0..2 {
-                    let mut levels = [1.5, 1.5];
-                    levels[channel] = level;
-                    let table = correction(levels);
+                    let mut p = OPEN;
+                    p[channel] = level;
+                    let table = correction(&p);
                     let name = format!(
                         "{} clipped at {level}, segment {}",
                         ["sine", "cosine"][channel],

@@ -89,7 +89,7 @@ pub mod sensor_side {
                 }),
                 Regressor::readings("out of square", "rad", 3.0e-6, |m, out| {
                     for s in [0, 2] {
-                        out[s] += m.centre_m[1];
+                        out[s] += m.place_m[s][1];
                     }
                 }),
             ]

@@ -99,7 +99,8 @@ pub mod sensor_side {
                     list.push(Regressor::reading(name, unit, size_m, s, move |m| {
                         factor(m, s)
                     }));
-                    for order in [1, 2, 4, 6] {
+                    for (order, part) in [(1, 1.0), (2, 1.0), (3, 0.5), (4, 0.5), (5, 0.2), (6, 0.3)] {
+                        let size_m = part * size_m;
                         Regressor::harmonic(&mut list, s, order, (label, unit, size_m), move |m| {
                             factor(m, s)
                         });
@@ -108,8 +109,8 @@ pub mod sensor_side {
                 if survey.counts {
                     family("amplitude times ", "m", 2.0e-6, |m, s| m.ln_amplitude[s]);
                 } else if survey.travel_m[s] > 3.0 * survey.pitch_m {
-                    family("place along times ", "1", 1.5e-6, |m, s| m.place_m[s][0]);
-                    family("place across times ", "1", 1.5e-6, |m, s| m.place_m[s][1]);
+                    family("place along times ", "1", 1.5e-6, |m, s| m.from_middle_m[s % 2]);
+                    family("place across times ", "1", 1.5e-6, |m, s| m.from_middle_m[1 - s % 2]);
                 }
             }
             list

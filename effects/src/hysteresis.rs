@@ -60,9 +60,6 @@ pub mod sensor_side {
     /// Sensor side: the direction while moving, and that of the approach while still.
     pub struct DirectionModel;
 
-    /// Speeds below which the direction may act less than fully, of the highest.
-    const SOFT: [f64; 3] = [0.006, 0.02, 0.06];
-
     impl SensorEffect for DirectionModel {
         fn name(&self) -> &'static str {
             "hysteresis"
@@ -84,13 +81,12 @@ pub mod sensor_side {
                     list.push(Regressor::reading(name, "m", 4.0e-6, s, move |m| {
                         m.direction[s]
                     }));
-                    for part in SOFT {
-                        let soft_m_s = part * survey.top_speed_m_s[s].max(1e-9);
-                        let name = format!("softened below {soft_m_s:.1e} m/s, segment {}", s + 1);
-                        list.push(Regressor::reading(name, "m", 1.5e-6, s, move |m| {
-                            (m.speed_m_s[s] / soft_m_s).tanh()
-                        }));
-                    }
+                }
+                for (k, travel) in ["4 um", "12 um", "40 um"].into_iter().enumerate() {
+                    let name = format!("direction turned over within {travel}, segment {}", s + 1);
+                    list.push(Regressor::reading(name, "m", 1.0e-6, s, move |m| {
+                        m.memory[s][k]
+                    }));
                 }
                 let name = format!("direction of approach, segment {}", s + 1);
                 list.push(Regressor::reading(name, "m", 3.0e-6, s, move |m| {

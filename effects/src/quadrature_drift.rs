@@ -57,13 +57,13 @@ pub use sensor_side::WanderModel;
 
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Regressor, SensorEffect, Survey};
+    use crate::sensor::{Moment, Regressor, SensorEffect, Survey};
 
     /// Sensor side: offset (order 1), gain and phase (order 2 and a constant) as cubic splines of time.
     pub struct WanderModel;
 
     /// Knots over the recording.
-    const KNOTS: usize = 15;
+    const KNOTS: usize = 13;
 
     impl SensorEffect for WanderModel {
         fn name(&self) -> &'static str {
@@ -87,11 +87,17 @@ pub mod sensor_side {
                     // Uniform cubic B-splines that reach one knot past both ends.
                     let step = 1.0 / (KNOTS - 3) as f64;
                     let place = (knot as f64 - 1.0) * step;
-                    let hat = move |m: &crate::sensor::Moment| spline((m.progress - place) / step);
+                    let hat = move |m: &Moment| spline((m.progress - place) / step);
                     let label = format!("at {:.0} % of the time, ", 100.0 * place);
-                    for order in [1, 2] {
-                        Regressor::harmonic(&mut list, s, order, (&label, "m", 3.0e-6), hat);
-                    }
+                    let mut add = |part: &str, size_m, shape: fn(&Moment, usize) -> f64| {
+                        let name = format!("{label}{part}, segment {}", s + 1);
+                        list.push(Regressor::reading(name, "m", size_m, s, move |m| hat(m) * shape(m, s)));
+                    };
+                    add("offset of sine", 3.0e-6, |m, s| m.raw[s][1].1);
+                    add("offset of cosine", 3.0e-6, |m, s| m.raw[s][1].0);
+                    add("gain", 3.0e-6, |m, s| m.raw[s][2].0);
+                    add("angle of sine", 3.0e-6, |m, s| 0.5 + 0.5 * m.raw[s][2].1);
+                    add("angle of cosine", 1.5e-6, |m, s| 0.5 - 0.5 * m.raw[s][2].1);
                 }
             }
             list

@@ -41,6 +41,8 @@ pub struct Moment {
     pub place_m: [[f64; 2]; 4],
     /// Centre of the sensor, m.
     pub centre_m: [f64; 2],
+    /// The same less its mean over the recording, m.
+    pub from_middle_m: [f64; 2],
     /// Angle of the courier, rad.
     pub theta_rad: f64,
     /// Speed of each segment along its own direction, m/s.
@@ -51,6 +53,8 @@ pub struct Moment {
     pub direction: [f64; 4],
     /// Direction from which a still pose was approached: -1, 0 or 1.
     pub approach: [f64; 4],
+    /// Direction of travel that turns over within 4, 12 and 40 um: -1 to 1.
+    pub memory: [[f64; 3]; 4],
     /// tan(psi) of the coordination sensor.
     pub tan_psi: [f64; 2],
     /// Its rate, 1/s.
@@ -84,6 +88,9 @@ pub struct Survey {
     pub top_speed_m_s: [f64; 4],
     /// Distance over which each segment moved, m.
     pub travel_m: [f64; 4],
+    /// Mean of the sensor's centre, m: places are told from there.
+    #[serde(default)]
+    pub middle_m: [f64; 2],
     /// Tooth pitch, m.
     pub pitch_m: f64,
     /// tan(psi) at full scale.
@@ -96,10 +103,14 @@ pub struct Survey {
     pub segment_lines_hz: Vec<f64>,
     /// Stretches in which a beacon was seen.
     pub beacon_stretches: Vec<usize>,
-    /// Mesh width of a field over the platen, m, and each segment's nodes along and across; zero where none is judged.
+    /// Mesh width of a field over the platen, m; zero where none is judged.
     pub node_step_m: f64,
-    /// See `node_step_m`.
+    /// Nodes that are passed often enough: of the sensor's centre along x and y for g_p, g_x and g_y, or of each segment along
+    /// and across against a reference.
     pub nodes: [Vec<[i32; 2]>; 4],
+    /// Residuals are those of single segments against a reference.
+    #[serde(default)]
+    pub reference: bool,
     /// The clip of each segment's pair, where the counts or a reference show one.
     pub clip: [Option<Clip>; 4],
 }

@@ -130,8 +130,17 @@ pub use sensor_side::FieldModel;
 pub mod sensor_side {
     use crate::sensor::{Regressor, SensorEffect, Survey};
 
-    /// Sensor side: a bilinear field for each segment, with nodes a few teeth apart, since a segment averages over some teeth.
+    /// Sensor side: a bilinear field with a node a tooth (or coarser, where the courier went far). What the teeth under the four
+    /// segments add to g_p, g_x and g_y hardly depends on the angle, so it is a field over the centre for each of these;
+    /// against a reference each segment has its own.
     pub struct FieldModel;
+
+    /// A bilinear hat around a node.
+    fn hat(place_m: [f64; 2], step_m: f64, [i, j]: [f64; 2]) -> f64 {
+        let along = 1.0 - (place_m[0] / step_m - i).abs();
+        let across = 1.0 - (place_m[1] / step_m - j).abs();
+        along.max(0.0) * across.max(0.0)
+    }
 
     impl SensorEffect for FieldModel {
         fn name(&self) -> &'static str {
@@ -149,15 +158,16 @@ pub mod sensor_side {
         fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
             let mut list = Vec::new();
             let step_m = survey.node_step_m;
-            for s in (0..4).filter(|s| survey.segments[*s] && step_m > 0.0) {
+            for s in (0..4).filter(|_| step_m > 0.0) {
                 for &[i, j] in &survey.nodes[s] {
-                    let name = format!("node {i} along, {j} across, segment {}", s + 1);
-                    let (i, j) = (f64::from(i), f64::from(j));
-                    list.push(Regressor::reading(name, "m", 2.0e-6, s, move |m| {
-                        let along = 1.0 - (m.place_m[s][0] / step_m - i).abs();
-                        let across = 1.0 - (m.place_m[s][1] / step_m - j).abs();
-                        along.max(0.0) * across.max(0.0)
-                    }));
+                    let node = [f64::from(i), f64::from(j)];
+                    list.push(if survey.reference {
+                        let name = format!("node {i} along, {j} across, segment {}", s + 1);
+                        Regressor::reading(name, "m", 3.0e-6, s, move |m| hat(m.place_m[s], step_m, node))
+                    } else {
+                        let name = format!("node {i} along x, {j} along y, {}", ["g_p", "g_x", "g_y", ""][s]);
+                        Regressor::channel(name, "m", 3.0e-6, s, move |m| hat(m.centre_m, step_m, node))
+                    });
                 }
             }
             list

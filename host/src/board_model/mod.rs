@@ -224,7 +224,11 @@ fn place(effect: &str, amount: &str) -> Option<(Term, usize, usize)> {
     let constant = |multiplier| Some((Term::default().with(multiplier), 1, segment));
     match effect {
         "velocity_lag" if amount.starts_with("delay,") => return constant(Multiplier::Speed),
-        "hysteresis" if amount.starts_with("direction of travel,") => {
+        // What turns over within some micrometres is, on the board, a direction.
+        "hysteresis"
+            if amount.starts_with("direction of travel,")
+                || amount.starts_with("direction turned over") =>
+        {
             return constant(Multiplier::Direction);
         }
         "thermal_drift" if amount.starts_with("offset, segment") => {

@@ -1,0 +1,141 @@
+//! What is no shape: bursts, and noise that must be shown to be noise.
+
+use super::Judge;
+use crate::heldout::Residuals;
+use crate::report::{Magnitude, Named};
+
+/// Neighbours on smooth paths that are needed to tell noise from a pattern.
+const ROUGH_PAIRS: usize = 300;
+/// Half the mean squared step over the mean square is 1 for white noise; a pattern stays below this.
+const ROUGH: f64 = 0.6;
+/// Neighbours at rest that are needed to tell whether noise is there without motion.
+const STILL_PAIRS: usize = 100;
+/// White noise at rest is at least this share of what it is elsewhere.
+const STILL: f64 = 0.3;
+/// A channel is looked at if its mean square is this far above the noise that is stated.
+const LOUD: f64 = 1.2;
+
+/// Disturbed samples.
+#[derive(Default)]
+pub(super) struct Bursts {
+    pub(super) count: usize,
+    pub(super) energy: f64,
+    largest_m: f64,
+}
+
+impl Bursts {
+    pub(super) fn named(&self, share: f64) -> Named {
+        Named {
+            name: "outlier_bursts".into(),
+            probability: 0.97,
+            magnitude: vec![
+                Magnitude {
+                    name: "disturbed samples".into(),
+                    value: self.count as f64,
+                    unit: "samples".into(),
+                },
+                Magnitude {
+                    name: "largest".into(),
+                    value: self.largest_m,
+                    unit: "m".into(),
+                },
+            ],
+            share: share.clamp(0.0, 1.0),
+            ..Named::default()
+        }
+    }
+}
+
+/// Half the mean squared step, the mean square, and their number.
+#[derive(Clone, Copy, Default)]
+struct Steps {
+    step: f64,
+    level: f64,
+    pairs: usize,
+}
+
+impl Steps {
+    fn add(&mut self, a: f64, b: f64) {
+        self.step += 0.5 * (a - b) * (a - b);
+        self.level += 0.5 * (a * a + b * b);
+        self.pairs += 1;
+    }
+}
+
+impl Judge<'_> {
+    /// True if what is left changes from sample to sample as white noise does, in every channel that has too much of it: where
+    /// the path is smooth a pattern would not, and what is noise is there at rest as well.
+    pub(super) fn rough(&self, residuals: &Residuals) -> bool {
+        let mut moving = Steps::default();
+        for channel in residuals.channels() {
+            let list: Vec<usize> = (0..residuals.sample.len())
+                .filter(|k| residuals.channel[*k] == channel)
+                .collect();
+            let mean = crate::statistics::rms(list.iter().map(|k| residuals.white[*k])).powi(2);
+            let (path, still) = self.steps(residuals, &list);
+            if mean > LOUD && path.pairs > ROUGH_PAIRS && path.step < ROUGH * path.level {
+                return false;
+            }
+            let at_rest = still.step / still.pairs.max(1) as f64;
+            if mean > LOUD && still.pairs > STILL_PAIRS && at_rest < STILL * mean {
+                return false;
+            }
+            moving.step += path.step;
+            moving.level += path.level;
+            moving.pairs += path.pairs;
+        }
+        moving.pairs < ROUGH_PAIRS || moving.step > ROUGH * moving.level
+    }
+
+    /// Steps between neighbours on smooth paths, and those of them at rest.
+    fn steps(&self, residuals: &Residuals, list: &[usize]) -> (Steps, Steps) {
+        let scene = &self.study.scene;
+        let (mut path, mut still) = (Steps::default(), Steps::default());
+        for pair in list.windows(2) {
+            let (i, j) = (residuals.sample[pair[0]], residuals.sample[pair[1]]);
+            let near = j == i + 1 && scene.observations.stretch[i] == scene.observations.stretch[j];
+            if near && scene.motion.smooth[i] && scene.motion.smooth[j] {
+                let (a, b) = (residuals.white[pair[0]], residuals.white[pair[1]]);
+                path.add(a, b);
+                let speeds = &scene.motion.speed_m_s;
+                if speeds.iter().all(|v| v.get(i).is_none_or(|v| *v == 0.0)) {
+                    still.add(a, b);
+                }
+            }
+        }
+        (path, still)
+    }
+
+    /// Samples that were left out because they stand out of their neighbours.
+    pub(super) fn bursts(&self) -> Bursts {
+        let scene = &self.fine.scene;
+        let mut out = Bursts::default();
+        let out_of_use =
+            |i: usize| !scene.keep[i] && !self.prepared.resting[i] && !self.prepared.thinned[i];
+        if !(0..scene.len()).any(out_of_use) {
+            return out;
+        }
+        let list: Vec<usize> = (0..self.fine.amounts.len()).collect();
+        let all = Residuals::predicted(
+            scene,
+            &self.fine.columns,
+            &self.fine.gram,
+            &list,
+            |_| &self.fine.amounts,
+            true,
+        );
+        let mut last = usize::MAX;
+        for k in 0..all.sample.len() {
+            let i = all.sample[k];
+            if out_of_use(i) {
+                out.energy += (all.white[k].powi(2) - 1.0).max(0.0);
+                out.largest_m = out.largest_m.max(all.value_m[k].abs());
+                if i != last {
+                    out.count += 1;
+                    last = i;
+                }
+            }
+        }
+        out
+    }
+}

@@ -1,0 +1,138 @@
+//! The best set of effects, beside the best set if shapes without a name may enter.
+
+use crate::diagnose::{FIELD, Prepared, Study, handicap, log, tracing};
+use crate::refine::Refined;
+use crate::search::{Arena, Found, noise_floor, rest, search};
+
+/// A shape without a name must do this much better than a cause, as a share of the gap.
+const SHAPE_HANDICAP: f64 = 0.02;
+/// Blocks that stay in competition beside a field besides what was found.
+const LEADING: usize = 5;
+
+/// What the search told.
+pub(super) struct Told {
+    /// The best set of effects.
+    pub(super) found: Found,
+    /// The best set if shapes may enter.
+    pub(super) shaped: Found,
+    /// Whitened squares of the noise.
+    pub(super) base: f64,
+}
+
+impl Told {
+    /// Searches. Where the noise was found above the stated one, it is what the best shapes leave.
+    pub(super) fn new(study: &Study, noisy: bool) -> Self {
+        let mut arena = Arena::new(&study.gram, &study.columns);
+        let places = study.places();
+        let effects = study.effects();
+        let all: Vec<usize> = effects.iter().chain(&places).copied().collect();
+        let stated = arena.rows() * study.floor.white_square;
+        let base = if noisy {
+            noise_floor(&mut arena, &all)
+        } else {
+            stated
+        };
+        let name = |b: usize| study.columns.blocks[b].name.as_str();
+        let weight = |b: usize| {
+            let shape = if places.contains(&b) {
+                SHAPE_HANDICAP
+            } else {
+                0.0
+            };
+            handicap(name(b)) + shape
+        };
+        let found = search(&mut arena, &effects, &weight, base);
+        let shaped = search(&mut arena, &all, &weight, base);
+        if tracing() {
+            trace(study, &mut arena, &all, base);
+            let mut next: Vec<(f64, &str)> = all
+                .iter()
+                .filter(|b| !found.blocks.contains(b))
+                .map(|&b| {
+                    let set: Vec<usize> = found.blocks.iter().copied().chain([b]).collect();
+                    (rest(&mut arena, &set, base), name(b))
+                })
+                .collect();
+            next.sort_by(|a, b| a.0.total_cmp(&b.0));
+            next.truncate(6);
+            log(&format!(
+                "base {base:.0} of {:.0}; next {next:?}",
+                arena.score(&[]).squares
+            ));
+        }
+        let told = |f: &Found| f.blocks.iter().map(|b| name(*b)).collect::<Vec<_>>();
+        log(&format!(
+            "noisy {noisy}: found {:?} {:.4}; with shapes {:?} {:.4}",
+            told(&found),
+            found.rest,
+            told(&shaped),
+            shaped.rest
+        ));
+        Self {
+            found,
+            shaped,
+            base,
+        }
+    }
+
+    /// Names of what is found.
+    pub(super) fn names(&self, study: &Study) -> Vec<String> {
+        let name = |b: &usize| study.columns.blocks[*b].name.clone();
+        self.found.blocks.iter().map(name).collect()
+    }
+}
+
+impl<'a> Refined<'a> {
+    /// What is found in a study, fitted about itself.
+    pub(super) fn of(prepared: &'a Prepared, study: &Study<'a>, told: &Told) -> Self {
+        let names = told.names(study);
+        let fine = Self::new(&study.scene, prepared.about(), &names);
+        log(&format!(
+            "about itself: {:?} {:.3}",
+            names,
+            fine.residuals.white_rms()
+        ));
+        fine
+    }
+}
+
+fn trace(study: &Study, arena: &mut Arena, all: &[usize], base: f64) {
+    let mut alone: Vec<(f64, &str)> = all
+        .iter()
+        .map(|&b| {
+            (
+                rest(arena, &[b], base),
+                study.columns.blocks[b].name.as_str(),
+            )
+        })
+        .collect();
+    alone.sort_by(|a, b| a.0.total_cmp(&b.0));
+    alone.truncate(6);
+    log(&format!(
+        "{} columns; alone {alone:?}",
+        study.columns.regressors.len()
+    ));
+}
+
+/// Blocks that stay in competition beside a field: what was found, and the best by themselves.
+pub(super) fn leading(study: &Study, told: &Told) -> Vec<String> {
+    let mut arena = Arena::new(&study.gram, &study.columns);
+    let mut alone: Vec<(f64, usize)> = (1..study.columns.blocks.len())
+        .map(|b| (arena.score(&[b]).squares, b))
+        .collect();
+    alone.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // What each does beside the first two matters as well: a second effect may be anything.
+    let place = (1..study.columns.blocks.len()).filter(|b| {
+        let name = study.columns.blocks[*b].name.as_str();
+        name == "place on the platen" || name.starts_with("psd_") || name == FIELD
+    });
+    let mut list: Vec<usize> = told.found.blocks.clone();
+    list.extend(&told.shaped.blocks);
+    list.extend(alone.iter().take(LEADING).map(|a| a.1));
+    list.extend(place);
+    list.sort_unstable();
+    list.dedup();
+    list.into_iter()
+        .map(|b| study.columns.blocks[b].name.clone())
+        .collect()
+}

@@ -1,0 +1,50 @@
+//! The model of what is named, fitted on all samples in use.
+
+use super::Judge;
+use crate::model::{EffectAmounts, Model, OF_THEIR_TIME};
+use crate::refine::Refined;
+use crate::report::{Diagnosis, Magnitude, Verdict};
+
+impl Judge<'_> {
+    /// The model: the baseline alone, and the baseline with what is named.
+    pub(super) fn model(&self, diagnosis: &Diagnosis) -> Model {
+        let scene = &self.study.scene;
+        let mut model = Model {
+            schema: 1,
+            recording: diagnosis.recording.clone(),
+            baseline: self.prepared.baseline.clone(),
+            baseline_with_effects: self.prepared.baseline.clone(),
+            effects: Vec::new(),
+            normal: scene.normal.clone(),
+            survey: scene.survey.clone(),
+            claimed: diagnosis.held_out.clone(),
+        };
+        if matches!(diagnosis.verdict, Verdict::Named | Verdict::Alias) {
+            let fine = &self.fine;
+            let count = fine.columns.blocks[0].columns.len();
+            let step: Vec<f64> = (0..count).map(|c| fine.amount(c)).collect();
+            model.baseline_with_effects = fine.scene.baseline.clone();
+            model.baseline_with_effects.add(scene.scope, &step);
+            model.effects = amounts(fine);
+        }
+        model
+    }
+}
+
+fn amounts(fine: &Refined) -> Vec<EffectAmounts> {
+    let one = |c: usize| Magnitude {
+        name: fine.columns.regressors[c].name.clone(),
+        value: fine.amount(c),
+        unit: fine.columns.regressors[c].unit.into(),
+    };
+    fine.columns
+        .blocks
+        .iter()
+        .skip(1)
+        .map(|block| EffectAmounts {
+            name: block.name.clone(),
+            carries_over: !OF_THEIR_TIME.contains(&block.name.as_str()),
+            amounts: block.columns.clone().map(one).collect(),
+        })
+        .collect()
+}

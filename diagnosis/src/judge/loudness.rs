@@ -1,0 +1,73 @@
+//! How far each reading's noise is above the stated one, where what is left is noise.
+
+use super::Judge;
+use effects::sensor::READINGS;
+
+/// Rms misfit of seven points about a parabola, median over the path, for unit noise: root of the median of chi square with
+/// four degrees of freedom over seven.
+const MISFIT: f64 = 0.6925;
+/// The segments' own scatter is believed if its sum agrees with that of g_p within this factor.
+const AGREES: f64 = 2.0;
+
+impl Judge<'_> {
+    /// Noise of each reading over the stated one.
+    pub(super) fn noise_of_readings(&self) -> [f64; READINGS] {
+        let scope = self.study.scene.scope;
+        let over = |c: usize| {
+            let (rms, count) = self.after.channel_rms_m(c);
+            if count > 0 {
+                (rms / self.floor.channel_rms_m[c].max(1e-15)).max(1.0)
+            } else {
+                1.0
+            }
+        };
+        let mut noise = [1.0; READINGS];
+        if scope.reference {
+            for s in (0..4).filter(|s| scope.segments[*s]) {
+                noise[s] = over(3 + s);
+            }
+            return noise;
+        }
+        noise[..4].copy_from_slice(&self.segments(over(0)));
+        if scope.beacon {
+            let diode = self.diode(&noise);
+            noise[4..].copy_from_slice(&[diode; 2]);
+        }
+        noise
+    }
+
+    /// The four segments' share in what g_p has too much, `all` times the stated noise.
+    fn segments(&self, all: f64) -> [f64; 4] {
+        let scene = &self.study.scene;
+        let stated: [f64; 4] = std::array::from_fn(|s| {
+            let list = scene.observations.position_noise_m[s].iter();
+            crate::statistics::rms(list.copied().filter(|n| n.is_finite()))
+        });
+        let own: [f64; 4] = std::array::from_fn(|s| scene.motion.scatter_m[s] / MISFIT);
+        let wanted = all * all * stated.iter().map(|n| n * n).sum::<f64>();
+        let factor = wanted / own.iter().map(|n| n * n).sum::<f64>().max(1e-30);
+        if !(1.0 / AGREES..AGREES).contains(&factor) {
+            return [all; 4];
+        }
+        std::array::from_fn(|s| (factor.sqrt() * own[s] / stated[s].max(1e-15)).max(1.0))
+    }
+
+    /// The coordination sensor's noise over the stated one, beside that of the segments.
+    fn diode(&self, noise: &[f64; READINGS]) -> f64 {
+        let scene = &self.study.scene;
+        let (mut platen, mut diode, mut found) = (0.0, 0.0, 0.0);
+        for (k, &i) in self.after.sample.iter().enumerate() {
+            if !(1..=2).contains(&self.after.channel[k]) {
+                continue;
+            }
+            let rows = scene.rows(i);
+            let variance = scene.reading_variance(i);
+            let slope = rows.by_reading[self.after.channel[k]];
+            let part = |r: usize| slope[r] * slope[r] * variance[r];
+            platen += (0..4).map(|r| part(r) * noise[r] * noise[r]).sum::<f64>();
+            diode += part(4) + part(5);
+            found += self.after.value_m[k].powi(2);
+        }
+        ((found - platen) / diode.max(1e-30)).max(1.0).sqrt()
+    }
+}

@@ -1,0 +1,356 @@
+//! From scores to a verdict.
+
+mod disturbance;
+mod explain;
+mod fitted;
+mod loudness;
+mod named;
+mod place;
+mod verdict;
+
+use crate::diagnose::{About, FIELD, Look, Options, Prepared, Study, prepare, study};
+use crate::evidence::{Evidence, Step};
+use crate::heldout::Residuals;
+use crate::model::Model;
+use crate::refine::Refined;
+use crate::report::{Diagnosis, Verdict};
+use crate::search::Arena;
+use crate::simulate::Floor;
+use effects::sensor::READINGS;
+use explain::Told;
+use recording::Recording;
+
+/// Names of the channels.
+pub const CHANNEL_NAMES: [&str; 7] = [
+    "g_p",
+    "g_x",
+    "g_y",
+    "segment_1",
+    "segment_2",
+    "segment_3",
+    "segment_4",
+];
+/// A gap shows if the whitened rms exceeds the simulator's own by this factor, or if shapes stand out beyond chance.
+const VISIBLE: f64 = 1.05;
+/// White noise is named from this factor on.
+const NOISY: f64 = 1.10;
+/// Beyond this factor the found effects' second order and lines of the spectrum may be what is left, and all is compared anew.
+const CLOSE: f64 = 1.03;
+/// More of the gap than this left over, and located, is a gap that nothing named explains.
+const LEFT_OVER: f64 = 0.10;
+/// A field over the platen is worth its hundreds of unknowns if it leaves less than this share of what was left.
+const FIELD_LEAVES: f64 = 0.7;
+/// What is found moves the places that shapes are evaluated at if it leaves less than this share.
+const TRUSTED: f64 = 0.3;
+/// An effect beside others must take this share of what is left without it, and of the whole gap.
+const NEEDED: f64 = 0.4;
+/// See [`NEEDED`].
+const TRIFLE: f64 = 0.002;
+/// The same for free harmonics: beside a cause they may be what its own shape lacks.
+const TRIFLING_SHAPE: f64 = 0.10;
+
+fn trifle(name: &str) -> f64 {
+    if name == "extra_harmonics" {
+        TRIFLING_SHAPE
+    } else {
+        TRIFLE
+    }
+}
+
+/// Effects with so many unknowns that a simpler shape which does nearly as well is to be believed instead.
+pub const FLEXIBLE: [&str; 2] = [FIELD, "quadrature_drift"];
+/// Samples in a piece of the bootstrap.
+pub const PIECE: usize = 50;
+
+/// The diagnosis with what a report and a model need besides.
+#[derive(Clone, Debug, Default)]
+pub struct Answer {
+    /// What is told.
+    pub diagnosis: Diagnosis,
+    /// The model, where there is one.
+    pub model: Option<Model>,
+    /// Held-out residuals with the baseline alone.
+    pub before: Residuals,
+    /// Held-out residuals with what is named.
+    pub after: Residuals,
+    /// What a reader may see for himself.
+    pub evidence: Evidence,
+}
+
+/// Diagnoses a recording; `name` is what the answer calls it.
+pub fn diagnose(recording: &Recording, name: &str, options: &Options) -> Diagnosis {
+    diagnose_fully(recording, name, options).diagnosis
+}
+
+/// The same with the model and the residuals.
+pub fn diagnose_fully(recording: &Recording, name: &str, options: &Options) -> Answer {
+    match prepare(recording) {
+        Ok(prepared) => {
+            let judge = Judge::new(&prepared, options);
+            let diagnosis = judge.answer(name);
+            let model =
+                (diagnosis.verdict != Verdict::InsufficientData).then(|| judge.model(&diagnosis));
+            let evidence = judge.evidence(&diagnosis);
+            Answer {
+                diagnosis,
+                model,
+                before: judge.before,
+                after: judge.after,
+                evidence,
+            }
+        }
+        Err(limit) => Answer {
+            diagnosis: Diagnosis {
+                schema: 1,
+                recording: name.into(),
+                verdict: Verdict::InsufficientData,
+                notes: vec![limit.to_string()],
+                ..Diagnosis::default()
+            },
+            ..Answer::default()
+        },
+    }
+}
+
+/// Everything that a verdict is made of.
+pub(crate) struct Judge<'a> {
+    prepared: &'a Prepared,
+    options: &'a Options,
+    /// All columns, linearised about what was found before.
+    study: Study<'a>,
+    told: Told,
+    /// What is found, fitted about itself.
+    fine: Refined<'a>,
+    /// Whitened squares of the noise.
+    base: f64,
+    /// The simulator's scatter by the stated noise.
+    floor: Floor,
+    /// Noise of each reading over the stated one, where it was found to be above.
+    noise: Option<[f64; READINGS]>,
+    /// Held-out residuals of the baseline alone, and with what is found; both by the stated noise.
+    before: Residuals,
+    after: Residuals,
+}
+
+impl<'a> Judge<'a> {
+    fn new(prepared: &'a Prepared, options: &'a Options) -> Self {
+        let first = study(prepared, options, &prepared.about(), Look::default());
+        let before = first.residuals(&[]);
+        let told = Told::new(&first, false);
+        let fine = Refined::of(prepared, &first, &told);
+        let mut this = Self {
+            prepared,
+            options,
+            base: 0.0,
+            floor: first.floor,
+            noise: None,
+            after: fine.residuals.clone(),
+            study: first,
+            told,
+            fine,
+            before,
+        };
+        this.allow_for_noise();
+        this.look_again();
+        this.try_field();
+        this.prune();
+        this.base = this.told.base;
+        this
+    }
+
+    /// Takes over what was found in a study.
+    fn take(&mut self, study: Study<'a>, told: Told) {
+        self.fine = Refined::of(self.prepared, &study, &told);
+        (self.study, self.told) = (study, told);
+        self.restate();
+    }
+
+    /// What is left, by the stated noise.
+    fn restate(&mut self) {
+        self.after = if self.noise.is_some() {
+            let mut stated = self.fine.scene.moved(
+                self.fine.about.baseline.clone(),
+                self.fine.about.shift.clone(),
+            );
+            stated.noise = [1.0; READINGS];
+            self.fine.residuals.rewhitened(&stated)
+        } else {
+            self.fine.residuals.clone()
+        };
+    }
+
+    /// Whitened rms of what is left over the floor's.
+    fn ratio(&self) -> f64 {
+        self.after.white_rms() / self.floor.white_square.sqrt()
+    }
+
+    /// Whitened rms of the noise as it was found, over the stated one.
+    fn noise_rms(&self) -> f64 {
+        if self.noise.is_some() {
+            self.ratio()
+        } else {
+            1.0
+        }
+    }
+
+    /// Where what is left is rough, it is noise: shapes are compared with it, and not with what is stated.
+    fn allow_for_noise(&mut self) {
+        if self.noise.is_some() || self.ratio() < NOISY || !self.rough(&self.after) {
+            return;
+        }
+        let noise = self.noise_of_readings();
+        crate::diagnose::log(&format!("noise over the stated one: {noise:.2?}"));
+        let about = About {
+            noise: Some(noise),
+            ..self.fine.about.clone()
+        };
+        let again = study(self.prepared, self.options, &about, Look::default());
+        let told = Told::new(&again, true);
+        self.noise = Some(noise);
+        self.take(again, told);
+    }
+
+    /// The second look: about what was found, and with the lines that stand in what is left. Looked for only now, when motion
+    /// no longer makes lines of its own.
+    fn look_again(&mut self) {
+        let left = self.ratio() / self.noise_rms();
+        if left < CLOSE && (self.noise.is_none() || self.told.found.blocks.is_empty()) {
+            return;
+        }
+        // What explains little may be wrong: nothing is moved by it.
+        let about = if self.told.found.rest < TRUSTED {
+            self.fine.about.clone()
+        } else {
+            self.prepared.about()
+        };
+        let about = About {
+            noise: self.noise,
+            ..about
+        };
+        let look = Look {
+            lines_of: Some(&self.fine.residuals),
+            field_beside: None,
+        };
+        let again = study(self.prepared, self.options, &about, look);
+        let survey = &again.scene.survey;
+        let lines = !survey.beacon_lines_hz.is_empty() || !survey.segment_lines_hz.is_empty();
+        if self.told.found.blocks.is_empty() && !lines {
+            return;
+        }
+        let told = Told::new(&again, self.noise.is_some());
+        self.take(again, told);
+        self.allow_for_noise();
+    }
+
+    /// A field over the platen, where much is left and it is no noise.
+    fn try_field(&mut self) {
+        let left = self.told.found.rest.max(self.left());
+        let (found, shaped) = (&self.told.found, &self.told.shaped);
+        let told = shaped.rest < LEFT_OVER && shaped.rest < 0.5 * found.rest;
+        if left < LEFT_OVER || self.ratio() < VISIBLE || self.noise.is_some() || told {
+            return;
+        }
+        let keep = explain::leading(&self.study, &self.told);
+        let look = Look {
+            lines_of: Some(&self.fine.residuals),
+            field_beside: Some(&keep),
+        };
+        let fielded = study(self.prepared, self.options, &self.prepared.about(), look);
+        if !fielded.columns.blocks.iter().any(|b| b.name == FIELD) {
+            return;
+        }
+        let told = Told::new(&fielded, false);
+        if told.found.rest < FIELD_LEAVES * left {
+            self.take(fielded, told);
+        }
+    }
+
+    /// Drops what is not needed once the others are fitted about themselves: an effect may have stood in for their second
+    /// order.
+    fn prune(&mut self) {
+        while self.told.found.blocks.len() > 1 {
+            let (whole, noise) = self.levels();
+            let excess = |r: &Residuals| r.white_rms().powi(2) - noise;
+            let with = excess(&self.fine.residuals);
+            let mut best: Option<(f64, usize, Refined)> = None;
+            for at in 0..self.told.found.blocks.len() {
+                let mut names = self.told.names(&self.study);
+                names.remove(at);
+                let fine = Refined::new(&self.study.scene, self.prepared.about(), &names);
+                let value = excess(&fine.residuals);
+                if best.as_ref().is_none_or(|b| value < b.0) {
+                    best = Some((value, at, fine));
+                }
+            }
+            let Some((without, at, fine)) = best else {
+                break;
+            };
+            let needed = without > (CLOSE * CLOSE - 1.0) * noise
+                && without - with > NEEDED * without
+                && without - with > trifle(&self.told.names(&self.study)[at]) * whole;
+            if needed {
+                break;
+            }
+            self.told.found.blocks.remove(at);
+            self.fine = fine;
+            self.restate();
+        }
+    }
+
+    /// Mean square of the whole gap beyond the noise, and of the noise, in the units of the search.
+    fn levels(&self) -> (f64, f64) {
+        let mut arena = Arena::new(&self.study.gram, &self.study.columns);
+        let rows = arena.rows();
+        let noise = self.told.base / rows;
+        (
+            (arena.score(&[]).squares / rows - noise).max(1e-9),
+            noise.max(1e-9),
+        )
+    }
+
+    /// Share of the gap that is left, held out, after what is found.
+    fn left(&self) -> f64 {
+        let (whole, noise) = self.levels();
+        let before = if self.noise.is_some() {
+            whole
+        } else {
+            (self.before.white_rms().powi(2) - noise).max(1e-9)
+        };
+        ((self.fine.residuals.white_rms().powi(2) - noise) / before).clamp(0.0, 1.0)
+    }
+
+    /// Residuals beside their coordinates, and the gap after each effect in the order of the answer.
+    fn evidence(&self, diagnosis: &Diagnosis) -> Evidence {
+        let columns = &self.study.columns;
+        let floor = self.floor.white_square.sqrt();
+        let found = &self.told.found.blocks;
+        let step = |effect: &str, of: &Residuals| Step {
+            effect: effect.into(),
+            whitened: of.white_rms() / floor,
+        };
+        let mut steps = vec![step("", &self.before)];
+        let mut blocks = Vec::new();
+        for effect in &diagnosis.effects {
+            let same = |b: &&usize| columns.blocks[**b].name == effect.name;
+            if let Some(&block) = found.iter().find(same) {
+                blocks.push(block);
+                steps.push(if blocks.len() == found.len() {
+                    step(&effect.name, &self.after)
+                } else {
+                    let part = self.study.residuals(&blocks);
+                    step(&effect.name, &part)
+                });
+            }
+        }
+        let after = if blocks.is_empty() {
+            &self.before
+        } else {
+            &self.after
+        };
+        Evidence::new(&self.study.scene, &self.before, after, steps)
+    }
+
+    fn allowed(&self, name: &str) -> bool {
+        !self.options.without.iter().any(|w| w == name)
+    }
+}

@@ -1,0 +1,174 @@
+//! What is named: its share, its rivals, its amounts.
+
+use super::{CHANNEL_NAMES, Judge};
+use crate::clean::Slip;
+use crate::diagnose::handicap;
+use crate::report::{Magnitude, Named};
+use crate::search::{Arena, rest};
+
+/// Probability below which a runner-up is not worth a mention.
+const ALIAS: f64 = 0.05;
+/// Amounts that are told of each effect.
+const TOLD: usize = 12;
+
+impl Judge<'_> {
+    /// The effects that add something to the readings. `part` is the share of the whole gap that is theirs.
+    pub(super) fn structured(&self, arena: &mut Arena, part: f64) -> Vec<Named> {
+        let blocks = &self.told.found.blocks;
+        let all = rest(arena, blocks, self.base);
+        let candidates = self.study.effects();
+        let mut out = Vec::new();
+        for (place, &block) in blocks.iter().enumerate() {
+            let others: Vec<usize> = blocks.iter().copied().filter(|b| *b != block).collect();
+            let without = rest(arena, &others, self.base);
+            let name = self.study.columns.blocks[block].name.clone();
+            let rivals = self.rivals(arena, block, &others, &candidates);
+            let sum: f64 = 1.0 + rivals.iter().map(|r| r.1).sum::<f64>();
+            let aliases: Vec<String> = rivals
+                .iter()
+                .filter(|r| r.1 / sum > ALIAS)
+                .map(|r| r.0.clone())
+                .collect();
+            out.push(Named {
+                magnitude: self.magnitudes(place),
+                probability: (1.0 / sum).min(0.999),
+                break_alias: if aliases.is_empty() {
+                    None
+                } else {
+                    telling_motion(&name)
+                },
+                aliases,
+                share: ((without - all) * part).clamp(0.0, 1.0),
+                gap_after_alone_m: self.alone_m(block),
+                name,
+            });
+        }
+        out
+    }
+
+    /// Largest channel's held-out rms with one effect alone, m.
+    fn alone_m(&self, block: usize) -> f64 {
+        let only = self.told.found.blocks == [block];
+        let alone = if only {
+            self.after.clone()
+        } else {
+            self.study.residuals(&[block])
+        };
+        alone
+            .channels()
+            .iter()
+            .map(|c| alone.channel_rms_m(*c).0)
+            .fold(0.0, f64::max)
+    }
+
+    /// Effects that would do in the place of `block`, with their odds against it.
+    pub(super) fn rivals(
+        &self,
+        arena: &mut Arena,
+        block: usize,
+        others: &[usize],
+        candidates: &[usize],
+    ) -> Vec<(String, f64)> {
+        let mut with = others.to_vec();
+        with.push(block);
+        let mine = rest(arena, &with, self.base);
+        let without = rest(arena, others, self.base);
+        let evidence = arena.score(&with).log_evidence;
+        let mut list = Vec::new();
+        let name = |b: usize| self.study.columns.blocks[b].name.as_str();
+        let own = handicap(name(block));
+        for &c in candidates.iter().filter(|c| !with.contains(c)) {
+            let mut set = others.to_vec();
+            set.push(c);
+            let theirs = rest(arena, &set, self.base);
+            // The model is never exact: what differs by less than a few percent of the effect is not told apart by fit.
+            // Shapes and flexible effects give way here as they do in the search.
+            let handicap = (handicap(name(c)) - own) * without.max(0.0);
+            let behind = (theirs + handicap - mine) / (without - mine).max(1e-9);
+            let fit = (-behind.max(0.0) / 0.01).exp();
+            let occam = (arena.score(&set).log_evidence - evidence)
+                .clamp(-5.0, 0.0)
+                .exp();
+            list.push((
+                self.study.columns.blocks[c].name.clone(),
+                fit * occam.max(fit * 0.2),
+            ));
+        }
+        list.sort_by(|a, b| b.1.total_cmp(&a.1));
+        list
+    }
+
+    /// The largest amounts of the effect at a place of the answer, with their units: what is added to the readings.
+    fn magnitudes(&self, place: usize) -> Vec<Magnitude> {
+        let fine = &self.fine;
+        let mut out: Vec<(f64, Magnitude)> = fine.columns.blocks[1 + place]
+            .columns
+            .clone()
+            .map(|c| {
+                let regressor = &fine.columns.regressors[c];
+                (
+                    (fine.amounts[c] * regressor.size_m).abs(),
+                    Magnitude {
+                        name: regressor.name.clone(),
+                        value: fine.amount(c),
+                        unit: regressor.unit.into(),
+                    },
+                )
+            })
+            .collect();
+        out.sort_by(|a, b| b.0.total_cmp(&a.0));
+        out.into_iter().take(TOLD).map(|m| m.1).collect()
+    }
+
+    /// White noise above the stated level.
+    pub(super) fn noise(&self, white: f64, share: f64) -> Named {
+        let after = &self.after;
+        let magnitude = after
+            .channels()
+            .into_iter()
+            .map(|c| {
+                let rms = after.channel_rms_m(c).0;
+                let floor = self.floor.channel_rms_m[c];
+                Magnitude {
+                    name: format!("beyond the stated noise, {}", CHANNEL_NAMES[c]),
+                    value: (rms * rms - floor * floor).max(0.0).sqrt(),
+                    unit: "m".into(),
+                }
+            })
+            .collect();
+        Named {
+            name: "excess_noise".into(),
+            probability: if white > 1.2 { 0.97 } else { 0.8 },
+            magnitude,
+            share,
+            ..Named::default()
+        }
+    }
+}
+
+/// The motion that tells an effect from others.
+fn telling_motion(name: &str) -> Option<String> {
+    effects::sensor_sides()
+        .iter()
+        .find(|e| e.name() == name)
+        .map(|e| e.telling_motion().to_string())
+}
+
+/// Whole teeth that a counter lost or won.
+pub(super) fn slip_named(first: &Slip, all: &[Slip]) -> Named {
+    let magnitude = all
+        .iter()
+        .map(|s| Magnitude {
+            name: format!("segment {} from sample {}", s.segment + 1, s.sample),
+            value: f64::from(s.teeth),
+            unit: "teeth".into(),
+        })
+        .collect();
+    Named {
+        name: "cycle_slip".into(),
+        probability: if first.sure { 0.99 } else { 0.95 },
+        magnitude,
+        share: 1.0,
+        ..Named::default()
+    }
+}

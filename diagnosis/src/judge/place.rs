@@ -1,0 +1,125 @@
+//! Where a gap lies: shares of what is left over the coordinates of diagnosis.md.
+
+use super::{CHANNEL_NAMES, Judge};
+use crate::diagnose::Kind;
+use crate::report::Share;
+use crate::search::{Arena, rest};
+
+/// Shares that are told: from this on, and so many.
+const TOLD_SHARE: f64 = 0.02;
+const TOLD: usize = 10;
+
+/// A coordinate, the share of what is left that shapes over it take, and those shapes' columns.
+pub struct Located {
+    /// In the words of diagnosis.md.
+    pub coordinate: String,
+    /// Of what is left.
+    pub share: f64,
+}
+
+impl Judge<'_> {
+    /// Shares of the excess that is left after `blocks`, by coordinate, largest first.
+    pub(super) fn locate(&self, arena: &mut Arena, blocks: &[usize]) -> Vec<Located> {
+        let with = rest(arena, blocks, self.base);
+        if with <= 0.0 {
+            return Vec::new();
+        }
+        let whole = (arena.score(&[]).squares - self.base).max(1e-9);
+        let base_list = self.study.list(blocks);
+        let mut out: Vec<Located> = Vec::new();
+        for (coordinate, columns) in self.coordinates(blocks) {
+            let mut list = base_list.clone();
+            list.extend(columns.iter().copied().filter(|c| !base_list.contains(c)));
+            let after = (arena.score_columns(&list).squares - self.base) / whole;
+            out.push(Located {
+                coordinate,
+                share: (with - after) / with,
+            });
+        }
+        out.sort_by(|a, b| b.share.total_cmp(&a.share));
+        out
+    }
+
+    /// Columns by coordinate.
+    fn coordinates(&self, without: &[usize]) -> Vec<(String, Vec<usize>)> {
+        let mut list: Vec<(String, Vec<usize>)> = Vec::new();
+        for (b, block) in self.study.columns.blocks.iter().enumerate().skip(1) {
+            if without.contains(&b) {
+                continue;
+            }
+            for c in block.columns.clone() {
+                let label = coordinate(
+                    &self.study.kinds[b - 1],
+                    &self.study.columns.regressors[c].name,
+                );
+                match list.iter_mut().find(|l| l.0 == label) {
+                    Some(entry) => entry.1.push(c),
+                    None => list.push((label, vec![c])),
+                }
+            }
+        }
+        list
+    }
+
+    /// The largest, as they are told.
+    pub(super) fn shares(&self, list: Vec<Located>) -> Vec<Share> {
+        let channel = self.main_channel();
+        list.into_iter()
+            .filter(|l| l.share > TOLD_SHARE)
+            .take(TOLD)
+            .map(|l| Share {
+                channel: channel.into(),
+                coordinate: l.coordinate,
+                share: l.share.min(1.0),
+            })
+            .collect()
+    }
+
+    /// The channel with the largest excess over its own floor.
+    fn main_channel(&self) -> &'static str {
+        let excess = |c: &usize| {
+            self.before.channel_rms_m(*c).0 / self.study.floor.channel_rms_m[*c].max(1e-12)
+        };
+        let best = self
+            .before
+            .channels()
+            .into_iter()
+            .max_by(|a, b| excess(a).total_cmp(&excess(b)));
+        CHANNEL_NAMES[best.unwrap_or(0)]
+    }
+}
+
+/// The coordinate of a column in the words of diagnosis.md.
+fn coordinate(kind: &Kind, column: &str) -> String {
+    let order = |text: &str| {
+        column
+            .split("order ")
+            .nth(1)
+            .map(|t| format!("{text}, order {}", t.split(' ').next().unwrap_or("")))
+            .unwrap_or(text.into())
+    };
+    match kind {
+        Kind::Place(name) => name.clone(),
+        Kind::Effect(name) | Kind::Shape(name) => match name.as_str() {
+            "extra_harmonics" => order("own tooth phase"),
+            "lateral_dependence" if column.starts_with("own") => {
+                "own and lateral tooth phase".into()
+            }
+            "lateral_dependence" => order("lateral tooth phase"),
+            "adc_clipping" => "own tooth phase, orders 4, 8, 12, 16".into(),
+            "angle_dependence" => "theta and own tooth phase".into(),
+            "psd_nonlinearity" | "psd_misalignment" => {
+                "deflection of the coordination sensor".into()
+            }
+            "thermal_drift" => "temperature".into(),
+            "velocity_lag" | "psd_latency" => "speed".into(),
+            "hysteresis" => "direction".into(),
+            "gap_variation" => "signal amplitude".into(),
+            "beacon_vibration" => "frequency".into(),
+            "axis_skew" | "tooth_variation" => "place on the platen".into(),
+            "quadrature_drift" => "time and own tooth phase".into(),
+            "span_error" => "theta".into(),
+            other => other.into(),
+        },
+    }
+}

@@ -1,0 +1,386 @@
+//! The verdict: what is seen, what is named, and what is left.
+
+use super::disturbance::Bursts;
+use super::named::slip_named;
+use super::place::Located;
+use super::{CHANNEL_NAMES, FLEXIBLE, Judge, LEFT_OVER, NOISY, PIECE, VISIBLE};
+use crate::diagnose::{Kind, log};
+use crate::heldout::Residuals;
+use crate::report::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
+use crate::search::{Arena, Found, MINIMUM_SQUARES, rest};
+
+/// All channels this far above the stated noise, and alike: the statement may be what is wrong.
+const MISSTATED: f64 = 4.0;
+/// A set of causes that leaves more than this is no explanation.
+const HALF_DONE: f64 = 0.5;
+/// A remainder is located if some shape takes this share of it.
+const LOCATED: f64 = 0.15;
+/// The stated noise is not believed below this whitened rms.
+const TOO_QUIET: f64 = 0.7;
+/// Disturbed samples that make a burst, and their whitened squares.
+const BURSTS: (usize, f64) = (3, 300.0);
+/// What stays of the gap in a sum that no error of the reference can be in, if the reference is the cause: less than this.
+const IN_PARITY: f64 = 0.04;
+
+/// Effects imitate a nameless shape if they leave this share of the gap,
+const IMITATED: f64 = 0.01;
+/// the shape takes this share of that,
+const FOREIGN: f64 = 0.5;
+/// and leaves no more than this of the whole by itself.
+const BY_ITSELF: f64 = 0.3;
+
+/// What was measured, before it is weighed.
+struct Seen {
+    white_before: f64,
+    white_after: f64,
+    /// Whitened squares beyond the noise without any effect, as the search sees them.
+    whole: f64,
+    /// The same by the stated noise.
+    shaped: f64,
+    /// That with excess noise and bursts.
+    total: f64,
+    bursts: Bursts,
+    /// Share of `whole` that is left.
+    left: f64,
+    located: Vec<Located>,
+    gap: bool,
+    structured: bool,
+    /// What is left is white noise above the stated level.
+    noisy: bool,
+}
+
+impl Judge<'_> {
+    /// The answer.
+    pub(super) fn answer(&self, name: &str) -> Diagnosis {
+        let mut arena = Arena::new(&self.study.gram, &self.study.columns);
+        let seen = self.look(&mut arena);
+        let mut out = Diagnosis {
+            schema: 1,
+            recording: name.into(),
+            notes: self.prepared.notes.clone(),
+            ..Diagnosis::default()
+        };
+        let mut effects = self.effects(&mut arena, &seen);
+        let unnamed = self.withheld(&seen);
+        let reason = self.objection(&mut arena, &seen);
+        let left_over = reason.is_some() || unnamed;
+        if let Some(reason) = reason {
+            log(&format!("objection: {reason}"));
+        }
+        let visible = seen.gap || !self.prepared.slips.is_empty() || !effects.is_empty();
+        out.verdict = if seen.white_before < TOO_QUIET {
+            out.notes.push(format!(
+                "stated noise: the recording scatters by {:.2} of what is stated, at least {TOO_QUIET} wanted",
+                seen.white_before
+            ));
+            Verdict::InsufficientData
+        } else if !visible {
+            Verdict::NoGap
+        } else if left_over || effects.is_empty() {
+            if effects.is_empty() && !left_over && seen.white_before < NOISY {
+                Verdict::NoGap
+            } else {
+                Verdict::Unknown
+            }
+        } else if effects
+            .iter()
+            .any(|e| !e.aliases.is_empty() && e.probability < 0.7)
+        {
+            Verdict::Alias
+        } else {
+            Verdict::Named
+        };
+        if seen.noisy && self.misstated() {
+            out.notes.push(format!(
+                "stated noise: every channel scatters alike, by {:.1} times what is stated, at most {MISSTATED} wanted: it may be the statement that is wrong",
+                seen.white_after
+            ));
+        }
+        if !matches!(out.verdict, Verdict::Named | Verdict::Alias) {
+            effects.clear();
+        }
+        effects.sort_by(|a, b| b.share.total_cmp(&a.share));
+        out.effects = effects;
+        self.fill(&mut out, &mut arena, seen);
+        if unnamed && (self.slipped() || out.place.is_empty()) {
+            out.place.insert(0, over_time());
+        }
+        out
+    }
+
+    /// What speaks against naming what was found.
+    fn objection(&self, arena: &mut Arena, seen: &Seen) -> Option<&'static str> {
+        let located = self.is_located(seen);
+        if !seen.structured {
+            return (seen.gap && located).then_some("a gap that nothing explains");
+        }
+        if located && seen.left > LEFT_OVER || seen.left > HALF_DONE {
+            Some("much is left")
+        } else if self.beaten(arena, seen) {
+            Some("shapes without a name do better")
+        } else if self.stays_visible(seen) && self.imitates(arena, seen) {
+            Some("a shape without a name takes what is left")
+        } else if self.of_the_reference() {
+            Some("it moves the segments as the reference would")
+        } else {
+            None
+        }
+    }
+
+    fn look(&self, arena: &mut Arena) -> Seen {
+        let floor = self.floor.white_square.sqrt();
+        let white_before = self.before.white_rms() / floor;
+        let white_after = self.ratio();
+        let stated = arena.rows() * self.floor.white_square;
+        let bursts = self.bursts();
+        // Few samples scatter more: four standard deviations of an rms over these rows.
+        let chance = 4.0 / (2.0 * arena.rows()).sqrt();
+        let gap = white_before > VISIBLE + chance || self.stands_out(arena);
+        let structured = gap && !self.told.found.blocks.is_empty();
+        let left = match (gap, structured) {
+            (true, true) => self.left(),
+            (true, false) => 1.0,
+            _ => 0.0,
+        };
+        let noisy = white_after > NOISY + chance && self.rough(&self.after);
+        let noise = if noisy {
+            (white_after * white_after - 1.0) * stated
+        } else {
+            0.0
+        };
+        let shaped = ((white_before * white_before - 1.0) * stated - noise).max(0.0);
+        Seen {
+            white_before,
+            white_after,
+            whole: (arena.score(&[]).squares - self.base).max(0.0),
+            shaped,
+            total: shaped + noise + bursts.energy,
+            bursts,
+            left,
+            located: self.locate(arena, &self.told.found.blocks),
+            gap,
+            structured,
+            noisy,
+        }
+    }
+
+    /// True if some shape takes a good part of what is left, beyond chance.
+    fn is_located(&self, seen: &Seen) -> bool {
+        let enough = |l: &Located| {
+            l.share > LOCATED && l.share * seen.left * seen.whole > 2.0 * MINIMUM_SQUARES
+        };
+        seen.gap && seen.located.first().is_some_and(enough)
+    }
+
+    /// Everything that may be named.
+    fn effects(&self, arena: &mut Arena, seen: &Seen) -> Vec<Named> {
+        let mut effects = Vec::new();
+        let total = seen.total.max(1e-9);
+        if self.allowed("cycle_slip") {
+            let first = self.prepared.slips.first();
+            effects.extend(first.map(|slip| slip_named(slip, &self.prepared.slips)));
+        }
+        if self.burst(seen, 0.05) && self.allowed("outlier_bursts") {
+            effects.push(seen.bursts.named(seen.bursts.energy / total));
+        }
+        if seen.structured {
+            effects.extend(self.structured(arena, seen.shaped / total));
+        }
+        if seen.noisy && self.allowed("excess_noise") {
+            let noise = seen.white_after.powi(2) - 1.0;
+            let share = noise * arena.rows() * self.floor.white_square / total;
+            if share > 0.05 || !seen.structured {
+                effects.push(self.noise(seen.white_after, share.clamp(0.0, 1.0)));
+            }
+        }
+        effects
+    }
+
+    fn burst(&self, seen: &Seen, share: f64) -> bool {
+        seen.bursts.count >= BURSTS.0
+            && seen.bursts.energy > BURSTS.1
+            && seen.bursts.energy > share * seen.total
+    }
+
+    fn slipped(&self) -> bool {
+        !self.prepared.slips.is_empty() && !self.allowed("cycle_slip")
+    }
+
+    /// True if something is seen that may not be named because it was taken out of the catalogue.
+    fn withheld(&self, seen: &Seen) -> bool {
+        self.slipped()
+            || self.burst(seen, 0.3) && !self.allowed("outlier_bursts")
+            || seen.noisy && !self.allowed("excess_noise")
+    }
+
+    /// True if platen and coordination sensor exceed their stated noise alike: then the statement may be wrong, not a channel.
+    fn misstated(&self) -> bool {
+        let after = &self.after;
+        let ratios: Vec<f64> = after
+            .channels()
+            .into_iter()
+            .map(|c| after.channel_rms_m(c).0 / self.floor.channel_rms_m[c].max(1e-15))
+            .collect();
+        let (low, high) = ratios
+            .iter()
+            .fold((f64::INFINITY, 0.0f64), |(l, h), r| (l.min(*r), h.max(*r)));
+        low > MISSTATED && low > 0.4 * high
+    }
+
+    /// True if shapes without a name do far better than the causes, or as well where only what was taken out differs.
+    fn beaten(&self, arena: &mut Arena, seen: &Seen) -> bool {
+        let (found, shaped) = (&self.told.found, &self.told.shaped);
+        let nameless = |b: &usize| !matches!(self.study.kinds[b - 1], Kind::Effect(_));
+        let shapes = shaped.blocks.iter().any(nameless);
+        // A field that a few long waves describe as well is no matter of single teeth, nor is a wander that follows the
+        // temperature.
+        let flexible = |found: &Found| {
+            let name = |b: &usize| self.study.columns.blocks[*b].name.as_str();
+            found.blocks.iter().any(|b| FLEXIBLE.contains(&name(b)))
+        };
+        let mut places = self.study.places().into_iter();
+        let simpler = flexible(found)
+            && (shapes && !flexible(shaped) && shaped.rest < found.rest + 0.1
+                || places.any(|b| rest(arena, &[b], self.base) < found.rest + 0.1));
+        let better = found.rest > 2.0 * shaped.rest.max(0.0) + 0.03;
+        let visible = self.stays_visible(seen);
+        // One shape that does better than several causes together.
+        let one = found.blocks.len() > 1
+            && self
+                .study
+                .places()
+                .iter()
+                .any(|b| rest(arena, &[*b], self.base) < 0.5 * found.rest);
+        simpler || shapes && better && visible || one && visible || self.tied(arena)
+    }
+
+    /// True if what is left would be a gap by itself.
+    fn stays_visible(&self, seen: &Seen) -> bool {
+        seen.white_after > (1.0 + 2.0 * (VISIBLE - 1.0)) * self.noise_rms()
+    }
+
+    /// True if a shape that no effect owns takes most of what the named effects leave, and by itself most of the whole: then
+    /// they only imitate it.
+    fn imitates(&self, arena: &mut Arena, seen: &Seen) -> bool {
+        let Some(first) = seen.located.first() else {
+            return false;
+        };
+        let mut places = self.study.places().into_iter();
+        let shape = places.find(|b| self.study.columns.blocks[*b].name == first.coordinate);
+        seen.left > IMITATED
+            && first.share > FOREIGN
+            && shape.is_some_and(|b| rest(arena, &[b], self.base) < BY_ITSELF)
+    }
+
+    /// True if a shape that was taken out of the catalogue does as well as something found.
+    fn tied(&self, arena: &mut Arena) -> bool {
+        let withheld: Vec<usize> = (1..self.study.columns.blocks.len())
+            .filter(|b| matches!(self.study.kinds[b - 1], Kind::Shape(_)))
+            .collect();
+        let found = &self.told.found.blocks;
+        found.iter().any(|&block| {
+            let others: Vec<usize> = found.iter().copied().filter(|b| *b != block).collect();
+            self.rivals(arena, block, &others, &withheld)
+                .first()
+                .is_some_and(|r| r.1 > 0.3)
+        })
+    }
+
+    /// Against a reference in all coordinates: an error of the reference moves all segments as a rigid body and is not in the
+    /// sum of equation (5). True if what is explained is not either.
+    fn of_the_reference(&self) -> bool {
+        let scope = &self.study.scene.scope;
+        let told = self.told.names(&self.study);
+        let rigid = ["velocity_lag", "axis_skew", "tooth_variation"];
+        if !scope.reference
+            || !scope.segments.iter().all(|s| *s)
+            || told.iter().all(|n| rigid.contains(&n.as_str()))
+        {
+            return false;
+        }
+        let after = &self.after;
+        let taken = mean_square(&self.before, |r| r.iter().map(|v| v * v).sum())
+            - mean_square(after, |r| r.iter().map(|v| v * v).sum());
+        let parity = |r: &[f64]| (r[0] - r[1] - r[2] + r[3]).powi(2);
+        mean_square(&self.before, parity) - mean_square(after, parity) < IN_PARITY * taken
+    }
+
+    /// True if some shape stands out beyond chance although the sum of squares does not.
+    fn stands_out(&self, arena: &mut Arena) -> bool {
+        let alone = arena.score(&[]).squares;
+        let gain = (1..self.study.columns.blocks.len())
+            .map(|b| alone - arena.score(&[b]).squares)
+            .fold(0.0, f64::max);
+        gain > 2.0 * MINIMUM_SQUARES && gain > 0.01 * self.base
+    }
+
+    fn fill(&self, out: &mut Diagnosis, arena: &mut Arena, seen: Seen) {
+        let named = matches!(out.verdict, Verdict::Named | Verdict::Alias);
+        let model = if named { &self.after } else { &self.before };
+        for c in self.before.channels() {
+            let (real, samples) = self.before.channel_rms_m(c);
+            let simulated = self.floor.channel_rms_m[c];
+            let signed = |v: f64| {
+                (v * v - simulated * simulated).signum()
+                    * (v * v - simulated * simulated).abs().sqrt()
+            };
+            out.gap.push(Gap {
+                channel: CHANNEL_NAMES[c].into(),
+                samples,
+                real_rms_m: real,
+                simulated_rms_m: simulated,
+                excess_rms_m: signed(real),
+                excess_ci95_m: self.before.interval_m(c, PIECE).map(signed),
+            });
+            out.held_out.channels.push(HeldOutChannel {
+                channel: CHANNEL_NAMES[c].into(),
+                before_rms_m: real,
+                after_rms_m: model.channel_rms_m(c).0,
+                after_ci95_m: model.interval_m(c, PIECE),
+                floor_rms_m: simulated,
+            });
+        }
+        let floor = self.floor.white_square.sqrt();
+        out.held_out.whitened_before = seen.white_before;
+        out.held_out.whitened_after = model.white_rms() / floor;
+        if out.verdict != Verdict::NoGap {
+            out.place = self.shares(self.locate(arena, &[]));
+            out.unexplained = if named {
+                Unexplained {
+                    share: (seen.left * seen.shaped / seen.total.max(1e-9)).clamp(0.0, 1.0),
+                    place: self.shares(seen.located),
+                }
+            } else {
+                Unexplained {
+                    share: 1.0,
+                    place: out.place.clone(),
+                }
+            };
+        }
+    }
+}
+
+/// Mean over the samples that have all four segments' residuals of some square of them.
+fn mean_square(residuals: &Residuals, square: impl Fn(&[f64]) -> f64) -> f64 {
+    let (mut sum, mut count) = (0.0, 0);
+    let mut start = 0;
+    while start < residuals.sample.len() {
+        let end = (start..residuals.sample.len())
+            .find(|k| residuals.sample[*k] != residuals.sample[start])
+            .unwrap_or(residuals.sample.len());
+        if end - start == 4 {
+            sum += square(&residuals.value_m[start..end]);
+            count += 1;
+        }
+        start = end;
+    }
+    sum / f64::from(count.max(1))
+}
+
+fn over_time() -> Share {
+    Share {
+        channel: "g_p".into(),
+        coordinate: "time".into(),
+        share: 1.0,
+    }
+}

@@ -1,0 +1,138 @@
+//! The found effects fitted once more about themselves: shapes over the tooth phase are evaluated where a segment really is, which
+//! a reading that is off by the effect does not say.
+
+use crate::calibrate::baseline_columns;
+use crate::diagnose::About;
+use crate::gram::{Columns, Gram, folds, solve};
+use crate::heldout::Residuals;
+use crate::scene::{Scene, Shift};
+use effects::sensor::{Action, READINGS};
+
+/// Rounds of the fixed point. Each shrinks what is left by slope of the effect: some tenths.
+pub const ROUNDS: usize = 3;
+
+/// A model of some effects, fitted about itself.
+pub struct Refined<'a> {
+    /// The recording, linearised about the model.
+    pub scene: Scene<'a>,
+    /// Baseline, then one block an effect in the order asked for.
+    pub columns: Columns,
+    /// Their products.
+    pub gram: Gram,
+    /// Amounts by all samples in use, in prior deviations.
+    pub amounts: Vec<f64>,
+    /// Held-out residuals.
+    pub residuals: Residuals,
+    /// What it is linearised about.
+    pub about: About,
+}
+
+impl<'a> Refined<'a> {
+    /// Fits the effects named, whose columns are those of the survey of `start`.
+    pub fn new(start: &Scene<'a>, about: About, names: &[String]) -> Self {
+        let fold = folds(&start.observations.stretch);
+        let mut about = about;
+        let mut round = 0;
+        loop {
+            let (scene, columns) = linearised(start, &about, names);
+            let gram = Gram::new(&scene, &columns, &fold);
+            let list: Vec<usize> = (0..gram.width()).collect();
+            let amounts: Vec<f64> = solve(&gram.training(None), &list, &gram.centre, 1.0)
+                .map_or(vec![0.0; list.len()], |fit| {
+                    fit.amount.iter().copied().collect()
+                });
+            if round == ROUNDS || names.is_empty() {
+                let residuals = Residuals::new(&scene, &columns, &gram, &fold, &list);
+                return Self {
+                    scene,
+                    columns,
+                    gram,
+                    amounts,
+                    residuals,
+                    about,
+                };
+            }
+            about = moved(&scene, &columns, &gram, &amounts);
+            round += 1;
+        }
+    }
+
+    /// Amounts in their own units.
+    pub fn amount(&self, column: usize) -> f64 {
+        self.amounts[column] * self.gram.scale[column]
+    }
+}
+
+fn linearised<'a>(start: &Scene<'a>, about: &About, names: &[String]) -> (Scene<'a>, Columns) {
+    let scene = start.moved(about.baseline.clone(), about.shift.clone());
+    let mut columns = baseline_columns(&scene);
+    let sides = effects::sensor_sides();
+    for name in names {
+        if let Some(side) = sides.iter().find(|side| side.name() == name) {
+            columns.push(name.clone(), side.regressors(&scene.survey));
+        }
+    }
+    (scene, columns)
+}
+
+fn moved(scene: &Scene, columns: &Columns, gram: &Gram, amounts: &[f64]) -> About {
+    let first = columns.blocks[0].columns.end;
+    let metres: Vec<f64> = amounts
+        .iter()
+        .zip(&gram.scale)
+        .map(|(a, s)| a * s)
+        .collect();
+    let mut baseline = scene.baseline.clone();
+    baseline.add(scene.scope, &metres[..first]);
+    let list: Vec<usize> = (first..metres.len()).collect();
+    About {
+        baseline,
+        shift: shift(scene, columns, &list, &metres[first..]),
+        noise: None,
+    }
+}
+
+/// Effects in the electronics: they act on the pair, before equation (3).
+const ELECTRONIC: [&str; 2] = ["adc_clipping", "quadrature_drift"];
+
+/// What some columns with given amounts add to the four readings.
+pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) -> Shift {
+    let electronic = |c: usize| {
+        let mut blocks = columns.blocks.iter();
+        blocks.any(|b| b.columns.contains(&c) && ELECTRONIC.contains(&b.name.as_str()))
+    };
+    let acting: Vec<_> = list
+        .iter()
+        .zip(amounts)
+        .filter(|(_, amount)| **amount != 0.0)
+        .filter_map(|(c, amount)| match &columns.regressors[*c].action {
+            Action::Readings(add) => Some((add, *amount, electronic(*c))),
+            Action::Channels(_) => None,
+        })
+        .collect();
+    let mut out = Shift::default();
+    if acting.is_empty() {
+        return out;
+    }
+    for i in 0..scene.len() {
+        let moment = scene.moment(i);
+        let (mut whole, mut early) = ([0.0; READINGS], [0.0; READINGS]);
+        for (add, amount, electronic) in &acting {
+            let mut readings = [0.0; READINGS];
+            add(&moment, &mut readings);
+            for reading in 0..4 {
+                whole[reading] += amount * readings[reading];
+                early[reading] += if *electronic {
+                    amount * readings[reading]
+                } else {
+                    0.0
+                };
+            }
+        }
+        for s in (0..4).filter(|s| scene.scope.segments[*s]) {
+            out.whole_m[s].push(whole[s]);
+            out.electronic_m[s].push(early[s]);
+        }
+    }
+    out
+}

@@ -1,0 +1,187 @@
+//! One recording under one baseline: residual channels, their noise, and what the sensor knows at each sample.
+
+mod amplitude;
+mod moment;
+mod quiet;
+mod rows;
+mod survey;
+
+pub use rows::{ROWS, SampleRows};
+pub use survey::scope;
+
+use crate::baseline::{Baseline, Scope};
+use crate::motion::Motion;
+use crate::observe::Observations;
+use effects::sensor::{READINGS, Survey};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// A recording, linearised about a baseline.
+pub struct Scene<'a> {
+    /// The recording.
+    pub observations: &'a Observations,
+    /// Parameters that it is linearised about.
+    pub baseline: Baseline,
+    /// What they can speak about.
+    pub scope: Scope,
+    /// Speeds and directions.
+    pub motion: Arc<Motion>,
+    /// What the recording offers.
+    pub survey: Survey,
+    /// Calibrated segment positions, m.
+    pub calibrated_m: [Vec<f64>; 4],
+    /// Samples in use; disturbed ones are not.
+    pub keep: Vec<bool>,
+    /// What "no effect" means for amplitude and temperature: from this recording, or from the one that a model is of.
+    pub normal: Normal,
+    /// What the effects found so far add to the readings.
+    pub shift: Shift,
+    /// Noise of each reading over the stated one: 1, or what was found.
+    pub noise: [f64; READINGS],
+    gain: [Vec<f64>; 4],
+    ln_amplitude: [Vec<f64>; 4],
+    quiet_m: Arc<[Vec<f64>; 4]>,
+}
+
+/// What the effects found so far add to the readings, m; empty where nothing is found. It moves the phases that shapes are
+/// evaluated at, and not the residual.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Shift {
+    /// Of all effects: a segment is where its calibrated position and this say.
+    pub whole_m: [Vec<f64>; 4],
+    /// Of effects in the electronics: equation (3) is a function of what the pair would give without them.
+    pub electronic_m: [Vec<f64>; 4],
+}
+
+/// Reference values that amounts are relative to.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Normal {
+    /// Mean temperature, °C.
+    pub temperature_c: f64,
+    /// Logarithm of each pair's amplitude as mean, sines and cosines of orders 1 to 8 of the own phase; empty without counts.
+    pub ln_amplitude: [Vec<f64>; 4],
+}
+
+impl<'a> Scene<'a> {
+    /// Linearises a recording about a baseline.
+    pub fn new(observations: &'a Observations, baseline: Baseline, keep: Vec<bool>) -> Self {
+        Self::relative_to(observations, baseline, keep, None)
+    }
+
+    /// The same with amounts relative to another recording's normal values.
+    pub fn relative_to(
+        observations: &'a Observations,
+        baseline: Baseline,
+        keep: Vec<bool>,
+        normal: Option<&Normal>,
+    ) -> Self {
+        let n = observations.len();
+        let scope = scope(observations);
+        let (calibrated_m, gain) = calibrated(observations, scope, &baseline, &Shift::default());
+        let motion = Self::motion(observations, scope, &calibrated_m);
+        let known: Vec<f64> = observations
+            .temperature_c
+            .iter()
+            .copied()
+            .filter(|t| t.is_finite())
+            .collect();
+        let mean_temperature_c = known.iter().sum::<f64>() / known.len().max(1) as f64;
+        let mut this = Self {
+            observations,
+            baseline,
+            scope,
+            motion: Arc::new(motion),
+            survey: Survey::default(),
+            calibrated_m,
+            keep,
+            shift: Shift::default(),
+            noise: [1.0; READINGS],
+            gain,
+            ln_amplitude: Default::default(),
+            quiet_m: Arc::default(),
+            normal: normal.cloned().unwrap_or(Normal {
+                temperature_c: mean_temperature_c,
+                ..Normal::default()
+            }),
+        };
+        for segment in 0..4 {
+            if this.normal.ln_amplitude[segment].is_empty() {
+                this.normal.ln_amplitude[segment] = this.amplitude_pattern(segment);
+            }
+            this.ln_amplitude[segment] = this.amplitude_excess(segment);
+        }
+        this.quiet_m = Arc::new(this.quiet());
+        this.survey = this.look_over(n, &known);
+        this
+    }
+
+    /// The same recording about another baseline and other effects; speeds and amplitudes stay.
+    pub fn moved(&self, baseline: Baseline, shift: Shift) -> Self {
+        let (calibrated_m, gain) = calibrated(self.observations, self.scope, &baseline, &shift);
+        Self {
+            observations: self.observations,
+            baseline,
+            scope: self.scope,
+            motion: Arc::clone(&self.motion),
+            survey: self.survey.clone(),
+            calibrated_m,
+            keep: self.keep.clone(),
+            normal: self.normal.clone(),
+            shift,
+            noise: self.noise,
+            gain,
+            ln_amplitude: self.ln_amplitude.clone(),
+            quiet_m: Arc::clone(&self.quiet_m),
+        }
+    }
+
+    /// Speeds, from the reference where there is one: it carries no error pattern.
+    fn motion(observations: &Observations, scope: Scope, calibrated_m: &[Vec<f64>; 4]) -> Motion {
+        if !scope.reference {
+            return Motion::new(observations, calibrated_m);
+        }
+        let reference = std::array::from_fn(|s| {
+            let samples = 0..if scope.segments[s] {
+                observations.len()
+            } else {
+                0
+            };
+            samples.map(|i| observations.reference_m(s, i)).collect()
+        });
+        Motion::new(observations, &reference)
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.observations.len()
+    }
+
+    /// True without samples.
+    pub fn is_empty(&self) -> bool {
+        self.observations.is_empty()
+    }
+}
+
+/// Calibrated positions, m, and the factors by which noise grows.
+fn calibrated(
+    observations: &Observations,
+    scope: Scope,
+    baseline: &Baseline,
+    shift: &Shift,
+) -> ([Vec<f64>; 4], [Vec<f64>; 4]) {
+    let mut position_m: [Vec<f64>; 4] = Default::default();
+    let mut gain: [Vec<f64>; 4] = Default::default();
+    for s in (0..4).filter(|s| scope.segments[*s]) {
+        let off = &shift.electronic_m[s];
+        (position_m[s], gain[s]) = observations.position_m[s]
+            .iter()
+            .enumerate()
+            .map(|(i, &p)| {
+                let clean = p + off.get(i).copied().unwrap_or(0.0);
+                let (error, slope) = baseline.error_m(s, clean, observations.pitch_m);
+                (p + error, 1.0 + slope)
+            })
+            .unzip();
+    }
+    (position_m, gain)
+}

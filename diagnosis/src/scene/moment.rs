@@ -1,0 +1,120 @@
+//! What the sensor knows at a sample, from calibrated readings.
+
+use super::Scene;
+use effects::sensor::{LATERAL_ORDERS, Moment, ORDERS, RAW_ORDERS};
+use std::f64::consts::TAU;
+
+impl Scene<'_> {
+    /// Angle of the courier from the segments, rad (the reference's, or zero, where it cannot be had).
+    pub fn theta_rad(&self, i: usize) -> f64 {
+        self.theta_of(i, |s| self.calibrated_m[s].get(i).copied())
+    }
+
+    fn theta_of(&self, i: usize, p: impl Fn(usize) -> Option<f64>) -> f64 {
+        match (p(0), p(1), p(2), p(3)) {
+            (Some(a), Some(b), Some(c), Some(d)) => {
+                (a - c + b - d) / (2.0 * self.observations.span_m)
+            }
+            (Some(a), _, Some(c), _) => (a - c) / self.observations.span_m,
+            (_, Some(b), _, Some(d)) => (b - d) / self.observations.span_m,
+            _ => self.observations.reference[2]
+                .get(i)
+                .copied()
+                .filter(|t| t.is_finite())
+                .unwrap_or(0.0),
+        }
+    }
+
+    /// Centre of the sensor, m.
+    pub fn centre_m(&self, i: usize) -> [f64; 2] {
+        centre_of(|s| self.calibrated_m[s].get(i).copied())
+    }
+
+    /// Calibrated position with what is known of the effects taken out, m: where a segment really is over its teeth.
+    fn refined_m(&self, segment: usize, i: usize) -> Option<f64> {
+        let at = |list: &[Vec<f64>; 4]| list[segment].get(i).copied().unwrap_or(0.0);
+        let shift = at(&self.shift.whole_m) + at(&self.quiet_m);
+        self.calibrated_m[segment].get(i).map(|p| p + shift)
+    }
+
+    /// What the sensor knows at a sample.
+    pub fn moment(&self, i: usize) -> Moment {
+        let o = self.observations;
+        let f = TAU / o.pitch_m;
+        let theta = self.theta_of(i, |s| self.refined_m(s, i));
+        let theta = if theta.is_finite() { theta } else { 0.0 };
+        let centre = centre_of(|s| self.refined_m(s, i));
+        let own_m: [f64; 4] = std::array::from_fn(|s| finite(self.refined_m(s, i).as_ref()));
+        let lateral_sign = [-1.0, 1.0, 1.0, -1.0];
+        let across_m: [f64; 4] = std::array::from_fn(|s| {
+            finite(Some(&centre[1 - s % 2])) + lateral_sign[s] * o.lateral_m * theta
+        });
+        let shift = [-0.5, 0.5, 0.5, -0.5];
+        let at = |list: &[Vec<f64>; 4]| std::array::from_fn(|s| finite(list[s].get(i)));
+        let tan_psi = [0, 1].map(|axis: usize| finite(o.tan_psi[axis].get(i)));
+        let start = o.t_s[0];
+        Moment {
+            progress: (o.t_s[i] - start) / self.survey.duration_s.max(1e-12),
+            t_s: o.t_s[i] - start,
+            stretch: o.stretch[i],
+            raw_phase: std::array::from_fn(|s| f * finite(o.position_m[s].get(i))),
+            reference_phase: std::array::from_fn(|s| f * finite(Some(&o.reference_m(s, i)))),
+            raw: std::array::from_fn(|s| {
+                let off = finite(self.shift.electronic_m[s].get(i));
+                multiples::<{ RAW_ORDERS + 1 }>(f * (finite(o.position_m[s].get(i)) + off))
+            }),
+            own: std::array::from_fn(|s| multiples::<{ ORDERS + 1 }>(f * own_m[s])),
+            lateral: std::array::from_fn(|s| multiples::<{ LATERAL_ORDERS + 1 }>(f * across_m[s])),
+            place_m: std::array::from_fn(|s| [own_m[s], across_m[s] + shift[s] * o.span_m]),
+            centre_m: [0, 1].map(|axis| finite(Some(&centre[axis]))),
+            from_middle_m: [0, 1]
+                .map(|axis| finite(Some(&centre[axis])) - self.survey.middle_m[axis]),
+            theta_rad: theta,
+            speed_m_s: at(&self.motion.speed_m_s),
+            acceleration_m_s2: at(&self.motion.acceleration_m_s2),
+            direction: at(&self.motion.direction),
+            approach: at(&self.motion.approach),
+            memory: std::array::from_fn(|s| {
+                self.motion.memory[s].get(i).copied().unwrap_or_default()
+            }),
+            tan_psi,
+            tan_psi_rate: [0, 1].map(|axis: usize| finite(self.motion.tan_psi_rate[axis].get(i))),
+            deflection: tan_psi.map(|t| {
+                if o.tan_full_scale > 0.0 {
+                    t / o.tan_full_scale
+                } else {
+                    0.0
+                }
+            }),
+            warmth_k: o
+                .temperature_c
+                .get(i)
+                .filter(|t| t.is_finite())
+                .map_or(0.0, |t| t - self.normal.temperature_c),
+            ln_amplitude: at(&self.ln_amplitude),
+        }
+    }
+}
+
+fn centre_of(p: impl Fn(usize) -> Option<f64>) -> [f64; 2] {
+    [0, 1].map(|axis| match (p(axis), p(axis + 2)) {
+        (Some(a), Some(b)) => 0.5 * (a + b),
+        (Some(one), None) | (None, Some(one)) => one,
+        (None, None) => 0.0,
+    })
+}
+
+fn finite(value: Option<&f64>) -> f64 {
+    value.copied().filter(|v| v.is_finite()).unwrap_or(0.0)
+}
+
+/// `(sin, cos)` of 0, 1, 2, ... times a phase by the angle-sum rule.
+pub(super) fn multiples<const N: usize>(phase: f64) -> [(f64, f64); N] {
+    let (s, c) = phase.sin_cos();
+    let mut table = [(0.0, 1.0); N];
+    for n in 1..N {
+        let (ps, pc) = table[n - 1];
+        table[n] = (ps * c + pc * s, pc * c - ps * s);
+    }
+    table
+}

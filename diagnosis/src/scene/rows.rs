@@ -1,0 +1,185 @@
+//! The residual channels of a sample, their derivatives by the readings, and their noise.
+
+use super::Scene;
+use effects::sensor::{Action, CHANNELS, Moment, READINGS, Regressor};
+
+/// Most rows that a sample gives: g_p, g_x, g_y, or four segments against a reference.
+pub const ROWS: usize = 4;
+
+/// The residual channels of one sample and how to whiten them.
+#[derive(Clone, Copy, Debug)]
+pub struct SampleRows {
+    /// Rows in use.
+    pub count: usize,
+    /// Channel of each row.
+    pub channel: [usize; ROWS],
+    /// Residual of each row, m.
+    pub residual_m: [f64; ROWS],
+    /// Derivative of each row by the readings.
+    pub by_reading: [[f64; READINGS]; ROWS],
+    /// Lower triangle that makes the stated noise white with unit variance.
+    pub whiten: [[f64; ROWS]; ROWS],
+}
+
+impl SampleRows {
+    /// Whitens a vector over the rows.
+    pub fn whitened(&self, value: &[f64; ROWS]) -> [f64; ROWS] {
+        let mut out = [0.0; ROWS];
+        for row in 0..self.count {
+            out[row] = (0..=row).map(|k| self.whiten[row][k] * value[k]).sum();
+        }
+        out
+    }
+
+    /// What a unit amount of a regressor adds to the rows, m.
+    pub fn response(&self, regressor: &Regressor, moment: &Moment) -> [f64; ROWS] {
+        let mut out = [0.0; ROWS];
+        match &regressor.action {
+            Action::Readings(add) => {
+                let mut readings = [0.0; READINGS];
+                add(moment, &mut readings);
+                for row in 0..self.count {
+                    out[row] = self.by_reading[row]
+                        .iter()
+                        .zip(&readings)
+                        .map(|(j, d)| j * d)
+                        .sum();
+                }
+            }
+            Action::Channels(add) => {
+                let mut channels = [0.0; CHANNELS];
+                add(moment, &mut channels);
+                for row in 0..self.count {
+                    out[row] = channels[self.channel[row]];
+                }
+            }
+        }
+        out
+    }
+}
+
+impl Scene<'_> {
+    /// Which of g_p, g_x and g_y a sample gives.
+    pub fn channels(&self, i: usize) -> [bool; 3] {
+        let whole = !self.scope.reference
+            && (0..4).all(|s| self.calibrated_m[s].get(i).is_some_and(|p| p.is_finite()));
+        let seen = whole && self.scope.beacon && self.observations.sees_beacon(i);
+        [whole, seen, seen]
+    }
+
+    /// Rows of a sample; none where a reading is missing.
+    pub fn rows(&self, i: usize) -> SampleRows {
+        let mut rows = SampleRows {
+            count: 0,
+            channel: [0; ROWS],
+            residual_m: [0.0; ROWS],
+            by_reading: [[0.0; READINGS]; ROWS],
+            whiten: [[0.0; ROWS]; ROWS],
+        };
+        if self.scope.reference {
+            self.reference_rows(i, &mut rows);
+        } else {
+            self.constraint_rows(i, &mut rows);
+        }
+        self.fill_whitener(i, &mut rows);
+        rows
+    }
+
+    fn reference_rows(&self, i: usize, rows: &mut SampleRows) {
+        for segment in (0..4).filter(|s| self.scope.segments[*s]) {
+            let residual =
+                self.calibrated_m[segment][i] - self.observations.reference_m(segment, i);
+            if residual.is_finite() {
+                rows.channel[rows.count] = 3 + segment;
+                rows.residual_m[rows.count] = residual;
+                rows.by_reading[rows.count][segment] = 1.0;
+                rows.count += 1;
+            }
+        }
+    }
+
+    fn constraint_rows(&self, i: usize, rows: &mut SampleRows) {
+        if !(0..4).all(|s| self.calibrated_m[s].get(i).is_some_and(|p| p.is_finite())) {
+            return;
+        }
+        let p: [f64; 4] = std::array::from_fn(|s| self.calibrated_m[s][i]);
+        rows.count = 1;
+        rows.residual_m[0] = (p[0] - p[2]) - (p[1] - p[3]) + self.baseline.parity_offset_m;
+        rows.by_reading[0] = [1.0, -1.0, -1.0, 1.0, 0.0, 0.0];
+        if !self.scope.beacon || !self.observations.sees_beacon(i) {
+            return;
+        }
+        let theta = self.theta_rad(i);
+        let tan = [0, 1].map(|axis| self.observations.tan_psi[axis][i]);
+        let (g, by_theta) = self.baseline.beacon_residual(self.centre_m(i), theta, tan);
+        let (sine, cosine) = theta.sin_cos();
+        let h = self.baseline.height_m;
+        let turn = 0.5 / self.observations.span_m;
+        for axis in 0..2 {
+            let row = 1 + axis;
+            rows.channel[row] = row;
+            rows.residual_m[row] = g[axis];
+            let d = by_theta[axis] * turn;
+            rows.by_reading[row][..4].copy_from_slice(&[d, d, -d, -d]);
+            rows.by_reading[row][axis] -= 0.5;
+            rows.by_reading[row][axis + 2] -= 0.5;
+        }
+        rows.by_reading[1][4..].copy_from_slice(&[h * cosine, -h * sine]);
+        rows.by_reading[2][4..].copy_from_slice(&[h * sine, h * cosine]);
+        rows.count = 3;
+    }
+
+    /// Inverse Cholesky factor of the rows' covariance.
+    fn fill_whitener(&self, i: usize, rows: &mut SampleRows) {
+        let variance = self.reading_variance(i);
+        let m = rows.count;
+        let mut lower = [[0.0; ROWS]; ROWS];
+        for a in 0..m {
+            for b in 0..=a {
+                let covariance: f64 = (0..READINGS)
+                    .map(|r| rows.by_reading[a][r] * variance[r] * rows.by_reading[b][r])
+                    .sum();
+                let known: f64 = (0..b).map(|k| lower[a][k] * lower[b][k]).sum();
+                let rest: f64 = covariance - known;
+                lower[a][b] = if a == b {
+                    rest.max(1e-24).sqrt()
+                } else {
+                    rest / lower[b][b]
+                };
+            }
+        }
+        for column in 0..m {
+            for row in column..m {
+                let unit = if row == column { 1.0 } else { 0.0 };
+                let known: f64 = (column..row)
+                    .map(|k| lower[row][k] * rows.whiten[k][column])
+                    .sum();
+                rows.whiten[row][column] = (unit - known) / lower[row][row];
+            }
+        }
+    }
+
+    /// Variance of the calibrated readings by the stated noise.
+    pub fn reading_variance(&self, i: usize) -> [f64; READINGS] {
+        std::array::from_fn(|r| {
+            if r < 4 {
+                let noise = self.observations.position_noise_m[r]
+                    .get(i)
+                    .copied()
+                    .unwrap_or(0.0);
+                let gain = self.gain[r].get(i).copied().unwrap_or(1.0);
+                (self.noise[r] * noise * gain).powi(2)
+            } else {
+                let noise = self.observations.tan_psi_noise[r - 4]
+                    .get(i)
+                    .copied()
+                    .unwrap_or(0.0);
+                if noise.is_finite() {
+                    (self.noise[r] * noise).powi(2)
+                } else {
+                    0.0
+                }
+            }
+        })
+    }
+}

@@ -1,0 +1,101 @@
+//! What a recording offers: which effects its data can speak about.
+
+use super::Scene;
+use crate::baseline::Scope;
+use crate::observe::Observations;
+use effects::sensor::Survey;
+
+impl Scene<'_> {
+    fn middle_m(&self, samples: usize) -> [f64; 2] {
+        [0, 1].map(|axis| {
+            let all = (0..samples).map(|i| self.centre_m(i)[axis]);
+            let (sum, count) = all
+                .filter(|c| c.is_finite())
+                .fold((0.0, 0), |(sum, count), c| (sum + c, count + 1));
+            sum / f64::from(count.max(1))
+        })
+    }
+
+    pub(super) fn look_over(&self, n: usize, temperatures: &[f64]) -> Survey {
+        let o = self.observations;
+        let spread = |values: &[f64]| {
+            let (low, high) = values
+                .iter()
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+                    (l.min(*v), h.max(*v))
+                });
+            high - low
+        };
+        let pairs = self.scope.segments.iter().all(|s| *s);
+        let thetas: Vec<f64> = if pairs {
+            (0..n)
+                .map(|i| self.theta_rad(i))
+                .filter(|t| t.is_finite())
+                .collect()
+        } else {
+            Vec::new()
+        };
+        let mut beacon_stretches: Vec<usize> = (0..n)
+            .filter(|&i| self.scope.beacon && o.sees_beacon(i))
+            .map(|i| o.stretch[i])
+            .collect();
+        beacon_stretches.dedup();
+        Survey {
+            segments: self.scope.segments,
+            reference: self.scope.reference,
+            beacon: self.scope.beacon,
+            counts: o.amplitude_counts.iter().any(|a| !a.is_empty()),
+            temperature: temperatures.len() > n / 4 && spread(temperatures) > 0.05,
+            turning: !thetas.is_empty() && spread(&thetas) > 0.5e-3,
+            moving: self
+                .motion
+                .direction
+                .iter()
+                .any(|d| d.iter().filter(|v| **v != 0.0).count() > 20),
+            lateral: (self.scope.segments[0] || self.scope.segments[2])
+                && (self.scope.segments[1] || self.scope.segments[3]),
+            top_speed_m_s: self.motion.top_speed_m_s,
+            travel_m: std::array::from_fn(|s| {
+                let known: Vec<f64> = self.calibrated_m[s]
+                    .iter()
+                    .copied()
+                    .filter(|p| p.is_finite())
+                    .collect();
+                if known.is_empty() {
+                    0.0
+                } else {
+                    spread(&known)
+                }
+            }),
+            middle_m: self.middle_m(n),
+            pitch_m: o.pitch_m,
+            tan_full_scale: o.tan_full_scale,
+            duration_s: o.t_s[n - 1] - o.t_s[0],
+            beacon_stretches,
+            ..Survey::default()
+        }
+    }
+}
+
+/// What the residuals can be formed of.
+pub fn scope(o: &Observations) -> Scope {
+    let segments: [bool; 4] = std::array::from_fn(|s| o.has_segment(s));
+    let all = segments.iter().all(|s| *s);
+    let beacon = all && !o.tan_psi[0].is_empty();
+    let referenced =
+        |s: usize| segments[s] && (0..o.len()).any(|i| o.reference_m(s, i).is_finite());
+    let turning_known =
+        !o.reference[2].is_empty() || !(segments[0] && segments[2] || segments[1] && segments[3]);
+    let reference = !beacon && turning_known && (0..4).any(referenced);
+    let in_use = if reference {
+        std::array::from_fn(referenced)
+    } else {
+        segments
+    };
+    let complete = reference && all && in_use.iter().all(|s| *s);
+    Scope {
+        segments: in_use,
+        beacon,
+        reference: reference && (complete || !all),
+    }
+}
