@@ -8,11 +8,28 @@ use crate::lanes::{Lanes, Real};
 /// 1.5 * 2^23: adding it to an f32 of magnitude below 2^22 leaves the nearest integer (ties to even) in the low bits.
 const ROUND: f32 = 12_582_912.0;
 
-/// Nearest integer of |x| < 2^22, and the number whose bits hold it for [`integer`].
-#[inline(always)]
-pub(crate) fn nearest<R: Real>(x: R) -> (R, R) {
-    let shifted = x + ROUND;
-    (shifted - ROUND, shifted)
+/// The numbers that these functions compute with. The interrupt has them beside its coefficients and loads them in a row:
+/// literals would be loaded one by one, each for twice as long.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Constants {
+    inverse_sqrt: [f32; 4],
+    phase: [f32; 3],
+    round: f32,
+}
+
+impl Constants {
+    pub const VALUES: Self = Self {
+        inverse_sqrt: [-0.313_070_83, 1.315_490_9, -2.191_769_7, 2.189_349],
+        phase: [0.014_032_675, 0.026_364_435, 0.159_158],
+        round: ROUND,
+    };
+
+    /// Nearest integer of |x| < 2^22, and the number whose bits hold it for [`integer`].
+    #[inline(always)]
+    pub fn nearest<R: Real>(&self, x: R) -> (R, R) {
+        let shifted = x + self.round;
+        (shifted - self.round, shifted)
+    }
 }
 
 /// The integer in the second result of [`nearest`].
@@ -24,7 +41,7 @@ pub(crate) fn integer(shifted: f32) -> i32 {
 /// Nearest integer of |x| < 2^22, as f32 and as i32. 4 cycles.
 #[inline(always)]
 pub fn round(x: f32) -> (f32, i32) {
-    let (whole, shifted) = nearest(x);
+    let (whole, shifted) = Constants::VALUES.nearest(x);
     (whole, integer(shifted))
 }
 
@@ -33,7 +50,7 @@ pub fn round(x: f32) -> (f32, i32) {
 /// Minimax polynomials on ±1/8 turn after an exact reduction. About 30 cycles.
 #[inline(always)]
 pub fn sincos_turns(turns: f32) -> (f32, f32) {
-    let (quarters, shifted) = nearest(4.0 * turns);
+    let (quarters, shifted) = Constants::VALUES.nearest(4.0 * turns);
     let quadrant = integer(shifted);
     let r = turns - 0.25 * quarters;
     let z = r * r;
@@ -58,9 +75,18 @@ pub fn sincos_turns(turns: f32) -> (f32, f32) {
 /// 9 operations where VSQRT and VDIV take 28 cycles.
 #[inline(always)]
 pub fn inverse_sqrt<R: Real>(x: R) -> R {
-    let seed = x.map_bits(|bits| 0x5F37_59DF_u32.wrapping_sub(bits >> 1));
-    let e = x * seed * seed;
-    (e * (e * (e * -0.313_070_83 + 1.315_490_9) - 2.191_769_7) + 2.189_349) * seed
+    Constants::VALUES.inverse_sqrt(x)
+}
+
+impl Constants {
+    /// As [`inverse_sqrt`].
+    #[inline(always)]
+    pub fn inverse_sqrt<R: Real>(&self, x: R) -> R {
+        let [a, b, c, d] = self.inverse_sqrt;
+        let seed = x.map_bits(|bits| 0x5F37_59DF_u32.wrapping_sub(bits >> 1));
+        let e = x * seed * seed;
+        (e * (e * (e * a + b) + c) + d) * seed
+    }
 }
 
 /// Square root, correctly rounded: VSQRT on the target, libm on the host, the same bits.
@@ -99,20 +125,33 @@ const OCTANTS: [[f32; 4]; 8] = {
 /// `difference` has the sign of cosine² - sine². Each vector is turned to its octant's centre, where the sine of the
 /// rest (at most sin(pi/8)) goes through an odd minimax arcsine (error 1.7e-7): no division, no branch.
 #[inline(always)]
-pub(crate) fn phase_turns(sine: Lanes, cosine: Lanes, difference: Lanes) -> Lanes {
-    let (s, c, d) = (sine.bits(), cosine.bits(), difference.bits());
-    let centre =
-        [0, 1].map(|i| OCTANTS[(d[i] >> 31 | (s[i] >> 30 & 2) | (c[i] >> 29 & 4)) as usize & 7]);
+pub(crate) fn phase_turns(
+    constants: &Constants,
+    sine: Lanes,
+    cosine: Lanes,
+    difference: Lanes,
+) -> Lanes {
+    let [a, b, c] = constants.phase;
+    let (sines, cosines, differences) = (sine.bits(), cosine.bits(), difference.bits());
+    let centre = [0, 1].map(|i| {
+        OCTANTS[(differences[i] >> 31 | (sines[i] >> 30 & 2) | (cosines[i] >> 29 & 4)) as usize & 7]
+    });
     let t = sine * Lanes::new(|i| centre[i][0]) - cosine * Lanes::new(|i| centre[i][1]);
     let z = t * t;
-    t * (z * (z * 0.014_032_675 + 0.026_364_435) + 0.159_158) + Lanes::new(|i| centre[i][2])
+    t * (z * (z * a + b) + c) + Lanes::new(|i| centre[i][2])
 }
 
 /// Phase of a vector of any length within f32's square roots in turns, -0.5 to 0.5; error below 2.5e-7; 0.0625 for (0, 0).
 pub fn atan2_turns(sine: f32, cosine: f32) -> f32 {
     let inverse = inverse_sqrt(sine * sine + cosine * cosine + 1.0e-30);
     let (s, c) = (sine * inverse, cosine * inverse);
-    phase_turns(Lanes([s; 2]), Lanes([c; 2]), Lanes([c * c - s * s; 2])).0[0]
+    phase_turns(
+        &Constants::VALUES,
+        Lanes([s; 2]),
+        Lanes([c; 2]),
+        Lanes([c * c - s * s; 2]),
+    )
+    .0[0]
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! One segment's pair: counts to unit vector, amplitude and phase; phase to tooth count.
 
 use crate::lanes::{Bits, Lanes};
-use crate::math::{self, sincos_turns};
+use crate::math::{self, Constants, sincos_turns};
 use core::f32::consts::TAU;
 use serde::{Deserialize, Serialize};
 
@@ -64,7 +64,11 @@ pub(crate) struct Interpolated {
 
 /// Corrects and interpolates the counts of two segments; any input gives finite results. No branch.
 #[inline(always)]
-pub(crate) fn interpolate(pair: &CompiledPair, counts: [[i16; 2]; 2]) -> Interpolated {
+pub(crate) fn interpolate(
+    constants: &Constants,
+    pair: &CompiledPair,
+    counts: [[i16; 2]; 2],
+) -> Interpolated {
     let sine = Lanes::new(|i| f32::from(counts[i][0]));
     let cosine = Lanes::new(|i| f32::from(counts[i][1]));
     let s = sine - pair.sine_offset;
@@ -72,9 +76,9 @@ pub(crate) fn interpolate(pair: &CompiledPair, counts: [[i16; 2]; 2]) -> Interpo
     let (ss, cc) = (s * s, c * c);
     // A dead channel's zero comes out as an amplitude of zero and some phase: the inverse of zero is finite.
     let square = ss + cc;
-    let inverse = math::inverse_sqrt(square);
+    let inverse = constants.inverse_sqrt(square);
     let (sine, cosine) = (s * inverse, c * inverse);
-    let turns = math::phase_turns(sine, cosine, cc - ss);
+    let turns = math::phase_turns(constants, sine, cosine, cc - ss);
     Interpolated {
         sine,
         cosine,
@@ -93,6 +97,14 @@ pub(crate) struct CounterLimits {
     pub speed_filter: f32,
 }
 
+impl CounterLimits {
+    /// For the first sample, which cannot slip and has no speed.
+    pub const FIRST: Self = Self {
+        slip: f32::INFINITY,
+        speed_filter: 0.0,
+    };
+}
+
 /// Tooth counts of the two segments of a pair, and their filtered speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Counters {
@@ -102,18 +114,6 @@ pub(crate) struct Counters {
 }
 
 impl Counters {
-    /// Before the first sample, of which these are the phases: no teeth for the first segment, for the second as many as
-    /// make it the nearest to the first.
-    #[cold]
-    #[inline(never)]
-    pub fn first(turns: Lanes) -> Self {
-        Self {
-            turns,
-            teeth: [0, math::round(turns.0[0] - turns.0[1]).1],
-            speed_m_s: 0.0,
-        }
-    }
-
     /// Takes the phases that follow the last good ones, in which time 1 m/s goes `turns_per_m_s`; returns the new
     /// counters and all ones for each lane whose step from the predicted phase was too large to be sure of the count.
     ///
@@ -122,18 +122,19 @@ impl Counters {
     #[inline(always)]
     pub fn advance(
         &self,
+        constants: &Constants,
         limits: &CounterLimits,
         turns: Lanes,
         turns_per_m_s: f32,
     ) -> (Self, Bits) {
         let step = turns - self.turns - self.speed_m_s * turns_per_m_s;
-        let (whole, shifted) = math::nearest(step);
+        let (whole, _) = constants.nearest(step);
         let rest = step - whole;
         let slip = rest.bits().map(|bits| above(bits, limits.slip.to_bits()));
         let filtered = self.speed_m_s + (rest.0[0] + rest.0[1]) * limits.speed_filter;
         let counters = Self {
             turns,
-            teeth: [0, 1].map(|i| self.teeth[i].wrapping_sub(math::integer(shifted.0[i]))),
+            teeth: [0, 1].map(|i| self.teeth[i].wrapping_sub(whole.0[i] as i32)),
             speed_m_s: f32::from_bits(filtered.to_bits() & !(slip[0] | slip[1])),
         };
         (counters, slip)

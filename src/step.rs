@@ -6,6 +6,7 @@
 use crate::beacon::CompiledBeaconPose;
 use crate::frame::{BeaconPose, Coordinate, Frame, Pose, RawFrame, SEGMENTS, Status};
 use crate::lanes::Lanes;
+use crate::math::Constants;
 use crate::model::{
     Basis, CompiledModel, ErrorModel, Further, Observation, OwnPolynomial, Unit, lateral_units,
     mean_angle_turns,
@@ -22,6 +23,7 @@ use core::sync::atomic::{Ordering, compiler_fence};
 pub struct StepConfig {
     /// Segments 1 and 3, 2 and 4.
     pairs: [(CompiledPair, OwnPolynomial); 2],
+    constants: Constants,
     counter: CounterLimits,
     /// Bits of the limits of the squared amplitude.
     square_low: u32,
@@ -73,6 +75,7 @@ impl StepConfig {
         };
         Ok(Self {
             pairs: [(pair(0), model.own[0]), (pair(1), model.own[1])],
+            constants: Constants::VALUES,
             counter: CounterLimits {
                 slip: limits.slip_turns,
                 speed_filter: 0.5 * limits.speed_filter * speed_m_s,
@@ -173,8 +176,12 @@ impl StepState {
         self.frame.status.remove(SLIPS);
     }
 
-    /// Sets the tooth counts, e.g. to those of a known place, and clears the slip bits.
+    /// Sets the tooth counts, e.g. to those of a known place, and clears the slip bits. Before the first sample, which sets
+    /// them itself, nothing.
     pub fn set_teeth(&mut self, teeth: [i32; SEGMENTS]) {
+        if self.missed == NEVER {
+            return;
+        }
         for (segment, teeth) in self.frame.segments.iter_mut().zip(teeth) {
             segment.unmodified.teeth = teeth;
         }
@@ -183,8 +190,15 @@ impl StepState {
 
     /// Counts again from the next sample as after start-up; the sequence number goes on.
     pub fn restart_count(&mut self) {
+        let frame = &mut self.frame;
+        frame.direction = [0.0; 2];
+        frame.speed_m_s = [0.0; 2];
+        frame.status = Status::empty();
+        for segment in &mut frame.segments {
+            segment.unmodified = Coordinate::default();
+        }
         self.missed = NEVER;
-        self.clear_slips();
+        self.watch = Watch::NEW;
     }
 }
 
@@ -262,23 +276,27 @@ fn sample<const BEYOND: bool>(config: &StepConfig, state: &mut StepState) {
     let fault = state.frame.raw.fault;
     let interrupted = fault.intersection(STALE).bits() | u32::from(state.missed);
     let sequence = state.frame.sequence.wrapping_add(1);
+    state.frame.sequence = sequence;
     let reach = if interrupted == 0 {
         watch_frozen(config, state, sequence);
         config.reach
+    } else if state.missed == NEVER {
+        state.missed = u16::from(fault.intersects(STALE));
+        Reach::FIRST
     } else {
         bridge(config, state)
     };
     let frame = &mut state.frame;
-    frame.sequence = sequence;
     let kept = frame.status.intersection(SLIPS.union(Status::FROZEN));
     let bits = kept.bits() | fault.bits() | config.standing_bits;
 
-    let (x, bits) = measure::<0>(config, frame, reach, bits);
+    let constants = config.constants;
+    keep_order();
+    let (x, bits) = measure::<0>(config, &constants, frame, reach, bits);
     let x_corrected = correct::<0>(frame, x.turns + x.error);
     keep_order();
-    let (y, bits) = measure::<1>(config, frame, reach, bits);
+    let (y, bits) = measure::<1>(config, &constants, frame, reach, bits);
     let mut pairs = [x_corrected, correct::<1>(frame, y.turns + y.error)];
-    keep_order();
     let mut bits = bits;
     if BEYOND {
         pairs = correct_laterally(config, frame, &x, &y);
@@ -325,19 +343,12 @@ impl Reach {
     }
 }
 
-/// What a sample must know that is the first, a failed conversion (no time has passed: the same instant again), or the
-/// first good one after some.
+/// What a sample must know that is a failed conversion (no time has passed: the same instant again), or the first good one
+/// after some.
 #[cold]
 #[inline(never)]
 fn bridge(config: &StepConfig, state: &mut StepState) -> Reach {
     let stale = state.frame.raw.fault.intersects(STALE);
-    if state.missed == NEVER {
-        state.frame.direction = [0.0; 2];
-        state.frame.status = Status::empty();
-        state.watch = Watch::NEW;
-        state.missed = u16::from(stale);
-        return Reach::FIRST;
-    }
     let missed = (state.missed + 1).min(NEVER - 1);
     if !stale {
         state.missed = 0;
@@ -376,14 +387,19 @@ struct Measured {
 #[inline(always)]
 fn measure<const P: usize>(
     config: &StepConfig,
+    constants: &Constants,
     frame: &mut Frame,
     reach: Reach,
     mut bits: u32,
 ) -> (Measured, u32) {
     let lanes = [P, P + 2];
     let counts = lanes.map(|i| frame.raw.quadrature_counts[i]);
-    let at = quadrature::interpolate(&config.pairs[P].0, counts);
-    let doubts = [0, 1].map(|k| doubts(config, at.square[k], counts[k]));
+    let clipped = counts.map(|counts| clipped(config, counts));
+    bits |= (clipped[0] | clipped[1] << 2) << P;
+    let pair = config.pairs[P].0;
+    keep_order();
+    let at = quadrature::interpolate(constants, &pair, counts);
+    let doubts = at.square.map(|square| doubts(config, square));
     bits |= (doubts[0] | doubts[1] << 2) << P;
     // Stored at once, so that what the bits are made of need not be kept.
     frame.status = Status::from_bits_retain(bits);
@@ -394,10 +410,13 @@ fn measure<const P: usize>(
         teeth: [old[0].teeth, old[1].teeth],
         speed_m_s: frame.speed_m_s[P],
     };
+    let mut limits = &config.counter;
     if reach.is_first() {
-        counters = Counters::first(at.turns);
+        // No teeth for the first segment, for the second as many as make it the nearest to the first.
+        counters.turns.0[1] = at.turns.0[0];
+        limits = &CounterLimits::FIRST;
     }
-    let (counters, slip) = counters.advance(&config.counter, at.turns, reach.turns_per_m_s());
+    let (counters, slip) = counters.advance(constants, limits, at.turns, reach.turns_per_m_s());
     for (k, i) in lanes.into_iter().enumerate() {
         frame.segments[i].unmodified = Coordinate {
             teeth: counters.teeth[k],
@@ -418,14 +437,20 @@ fn measure<const P: usize>(
     (measured, bits)
 }
 
-/// Amplitude and clip bits as for segment 1, by the signs of integer differences.
+/// Amplitude bits as for segment 1, by the signs of integer differences.
 #[inline(always)]
-fn doubts(config: &StepConfig, square: u32, counts: [i16; 2]) -> u32 {
-    let [s, c] = counts.map(i32::from);
+fn doubts(config: &StepConfig, square: u32) -> u32 {
     let low = square.wrapping_sub(config.square_low);
     let high = config.square_high.wrapping_sub(square);
+    low >> 31 | high >> 31 << 4
+}
+
+/// Clip bit as for segment 1.
+#[inline(always)]
+fn clipped(config: &StepConfig, counts: [i16; 2]) -> u32 {
+    let [s, c] = counts.map(i32::from);
     let clipped = (config.clip_square - s * s) | (config.clip_square - c * c);
-    low >> 31 | high >> 31 << 4 | (clipped as u32) >> 31 << 8
+    (clipped as u32) >> 31 << 8
 }
 
 /// Adds the lateral terms of equation (9).
