@@ -284,5 +284,6 @@ pub fn checks() -> Result<()> {
         "courier-sensor",
         "--lib",
     ]))?;
-    crate::parity::check()
+    crate::parity::check()?;
+    crate::bench::check()
 }
