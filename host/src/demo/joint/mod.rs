@@ -5,6 +5,7 @@
 //! the paper's equations to the same poses, `report` holds the table. This system's flight is judged by the platen sensor's pose as the
 //! interrupt gives it, with the tooth map of `crate::teeth` in force.
 
+mod mapping;
 mod paper_method;
 mod poses;
 mod report;

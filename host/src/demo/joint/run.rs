@@ -2,12 +2,12 @@
 
 use super::super::flight::{fly_along, stand_at};
 use super::super::flyby::{Deviations, Flyby};
+use super::mapping::map_teeth;
 use super::paper_method::{self, PaperFit};
 use super::poses::Poses;
 use super::report::{JointReport, Method};
 use super::synthetic::{self, PROBLEMS};
 use crate::demo::Preset;
-use crate::teeth::{Setup, TeethPose, estimate};
 use anyhow::{Context, Result, anyhow};
 use courier_sensor::app::background::{Ended, Errand, SELF_MOTION_M_PER_S};
 use courier_sensor::calibration::joint::{JointConfig, Weighting};
@@ -38,15 +38,8 @@ pub struct JointOptions {
 const LOOK_SAMPLES: u32 = 2000;
 /// Poses of this system's method lie within half of this to either side of the beacon: over all of the fly-by. The paper's two
 /// pitches would leave the coordination sensor's own errors extrapolated fourfold.
-const TRAVEL_M: f32 = 8.4e-3;
-/// Angle of the map's further poses, either way: at the end of the lever arm it carries the platen sensor over lines beyond the
-/// fly-by's, whose mean pitch is the map's scale. 2.2°.
-const MAP_TURN_RAD: f32 = 38.4e-3;
-/// Draws the map's further poses.
-const MAP_SEED: u64 = 0x7ee7_0000;
-/// One frame's noise of a segment and of a displacement, as the board's electronics state it: 20 of 20,000 counts, 2 of 30,000.
-const FRAME_NOISE_M: [f64; 2] = [0.16e-6, 0.5e-6];
-const COMMIT: Errand = Errand {
+pub(super) const TRAVEL_M: f32 = 8.4e-3;
+pub(super) const COMMIT: Errand = Errand {
     speed_m_per_s: SELF_MOTION_M_PER_S,
     commit: true,
 };
@@ -173,7 +166,7 @@ fn demonstrate(
 }
 
 /// Joint calibration under the beacon, by the firmware; what it saw at each pose.
-fn joint(
+pub(super) fn joint(
     board: &mut SimBoard,
     options: &JointOptions,
     (travel_m, turn_rad): (f32, f32),
@@ -222,58 +215,7 @@ fn joint_rows(
     Ok(())
 }
 
-/// The tooth map: estimated from the joint calibration's poses and as many again over the same area, and put in force.
-/// Where held-out poses do not want one the report says so, and none is in force.
-fn map_teeth(
-    board: &mut SimBoard,
-    options: &JointOptions,
-    mut poses: Vec<TeethPose>,
-    beacon: Pose,
-    report: &mut JointReport,
-    progress: &ProgressBar,
-) -> Result<()> {
-    let calibrated_jointly = in_force(board)?;
-    stand_at(board, beacon)?;
-    let more = JointOptions {
-        seed: options.seed ^ MAP_SEED,
-        ..options.clone()
-    };
-    let errand = Errand {
-        commit: false,
-        ..COMMIT
-    };
-    let (seen, _) = joint(board, &more, (TRAVEL_M, MAP_TURN_RAD), errand, progress)?;
-    poses.extend(seen.teeth);
-    let frames = f64::from(JointConfig::default().frames_per_pose).sqrt();
-    let noise_m = FRAME_NOISE_M.map(|noise_m| noise_m / frames);
-    let setup = Setup::entered(&Settings::default().geometry, noise_m[0], noise_m[1]);
-    progress.set_message("tooth map");
-    progress.set_position(0);
-    let mapped = estimate(&setup, &poses, &mut || progress.inc(1));
-    let model = match &mapped {
-        Ok(mapped) => mapped.model.clone(),
-        Err(why) => {
-            report.map_refusal = Some(why.to_string());
-            calibrated_jointly.model.clone()
-        }
-    };
-    board.sample();
-    board.background.keeper_mut()?.load(Calibration {
-        model,
-        ..calibrated_jointly
-    })?;
-    if let Ok(mapped) = mapped {
-        board.sample();
-        let keeper = board.background.keeper_mut()?;
-        keeper.map_begin(&mapped.header)?;
-        keeper.map_nodes(&mapped.nodes_nm)?;
-        keeper.map_apply()?;
-        report.map = Some(mapped.evidence);
-    }
-    Ok(())
-}
-
-fn in_force(board: &SimBoard) -> Result<Calibration> {
+pub(super) fn in_force(board: &SimBoard) -> Result<Calibration> {
     let keeper = board.background.keeper();
     Ok(keeper
         .in_force()
