@@ -14,5 +14,6 @@ pub mod emulation;
 pub mod link;
 
 pub use courier_signal::{
-    beacon, diode, frame, geometry, lsq, math, model, psd, quadrature, settings, step, swap, teeth,
+    beacon, diode, frame, geometry, lsq, math, model, psd, quadrature, queue, settings, step, swap,
+    teeth,
 };

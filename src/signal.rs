@@ -14,6 +14,7 @@ pub mod math;
 pub mod model;
 pub mod psd;
 pub mod quadrature;
+pub mod queue;
 pub mod settings;
 pub mod step;
 pub mod swap;

@@ -58,12 +58,15 @@ impl StepConfig {
     ///
     /// # Errors
     /// The first setting that is out of range; nothing the interrupt computes with can then overflow.
+    #[inline(always)] // so that the set is made where it stays: two copies of it less on the stack
     pub fn build(settings: &Settings) -> Result<Self, ConfigError> {
         settings.validate()?;
         let (geometry, limits) = (&settings.geometry, &settings.limits);
         let speed_m_s = geometry.pitch_m * settings.rate_hz;
-        let none = ErrorModel::default();
-        let model = CompiledModel::new(settings.model.as_ref().unwrap_or(&none), geometry.pitch_m);
+        let model = match &settings.model {
+            Some(model) => CompiledModel::new(model, geometry.pitch_m),
+            None => without_model(),
+        };
         let beacon_pose = settings.beacon.map(|beacon| beacon.compile(geometry));
         let extended = settings.track_direction || model.further.has_extra();
         let pair = |p: usize| PairCorrection::compile([&settings.pairs[p], &settings.pairs[p + 2]]);
@@ -104,6 +107,11 @@ impl StepConfig {
             lateral_over_span: geometry.lateral_m / geometry.span_m,
         })
     }
+}
+
+#[inline(never)] // the empty model is a kilobyte of stack
+fn without_model() -> CompiledModel {
+    CompiledModel::new(&ErrorModel::default(), 1.0)
 }
 
 /// What one sample leaves to the next: the last frame, and what no frame shows.

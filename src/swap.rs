@@ -8,6 +8,7 @@
 //! Of the tooth map there is one only: the background's while it is being filled, the interrupt's while it is applied, and
 //! asked back by a flag.
 
+use crate::queue;
 use crate::step::StepConfig;
 use crate::teeth::ToothMap;
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -164,12 +165,12 @@ impl SwapReceiver<'_, '_> {
     /// The set for the next sample: call once before each [`crate::step::step`]. No copy, no wait.
     #[inline(always)]
     pub fn current(&mut self) -> &StepConfig {
-        if self.give_back.ready()
-            && let Some(new) = self.receive.dequeue()
+        if queue::has_room(&self.give_back)
+            && let Some(new) = queue::dequeue(&mut self.receive)
         {
             let old = core::mem::replace(&mut self.active, new);
             // Ready was checked, and two sets cannot fill it.
-            let _ = self.give_back.enqueue(old);
+            let _ = queue::enqueue(&mut self.give_back, old);
         }
         self.active
     }
@@ -181,9 +182,9 @@ impl SwapReceiver<'_, '_> {
             && let Some(map) = self.map.take()
         {
             // There is one map: its place is free.
-            let _ = self.give_back_map.enqueue(map);
+            let _ = queue::enqueue(&mut self.give_back_map, map);
         }
-        if let Some(map) = self.receive_map.dequeue() {
+        if let Some(map) = queue::dequeue(&mut self.receive_map) {
             self.map = Some(map);
         }
         self.current();

@@ -176,6 +176,19 @@ fn serve(server: &mut Server, bytes: &[u8]) -> Vec<Event> {
     bytes.iter().filter_map(|&byte| server.feed(byte)).collect()
 }
 
+/// The action as it was sent, with the calibration that the server leaves in its buffer until the next byte.
+fn whole(server: &Server, action: &Action<()>) -> Result<Action, Refusal> {
+    if *action == Action::Load(()) {
+        let mut calibration = Calibration::identity(Geometry::PAPER);
+        return server
+            .loaded(&mut calibration)
+            .map(|()| Action::Load(calibration));
+    }
+    let mut bytes = [0; 64];
+    let bytes = postcard::to_slice(action, &mut bytes).unwrap();
+    Ok(postcard::from_bytes(bytes).unwrap())
+}
+
 fn greeted() -> (Server, Client) {
     let (mut server, mut client) = (Server::new(hello()), Client::new());
     let mut buffer = [0; FRAME_BYTES];
@@ -197,7 +210,17 @@ fn every_action_and_every_reply_survives_the_way() {
     let mut buffer = [0; FRAME_BYTES];
     for action in actions() {
         let (number, bytes) = client.ask(action.clone(), &mut buffer).unwrap();
-        assert_eq!(serve(&mut server, bytes), [Event::Act { number, action }]);
+        match &serve(&mut server, bytes)[..] {
+            [
+                Event::Act {
+                    number: taken,
+                    action: head,
+                },
+            ] => {
+                assert_eq!((*taken, whole(&server, head)), (number, Ok(action)));
+            }
+            other => panic!("{action:?}: {other:?}"),
+        }
     }
     for reply in replies() {
         let response = Response { number: 5, reply };
@@ -218,7 +241,7 @@ fn nothing_is_done_before_a_hello_of_the_same_version() {
     let (number, bytes) = client.ask(Action::Restart, &mut buffer).unwrap();
     assert_eq!(serve(&mut server, bytes), not_greeted(number));
     for protocol in [PROTOCOL - 1, PROTOCOL + 1] {
-        let request = Request {
+        let request: Request = Request {
             number: 9,
             command: Command::Hello { protocol },
         };
@@ -253,8 +276,6 @@ fn a_version_mismatch_says_which_side_to_update() {
 #[test]
 fn numbers_out_of_range_are_refused_before_the_background_sees_them() {
     let order = CalibrateOrder::default();
-    let mut bad = fullest();
-    bad.model.coefficients[0][0][0] = f32::NAN;
     let orders = [
         (
             Action::Calibrate(CalibrateOrder { poses: 39, ..order }),
@@ -309,10 +330,6 @@ fn numbers_out_of_range_are_refused_before_the_background_sees_them() {
                 samples: 0,
             }),
             "Channels is 512, wanted 0 to 511",
-        ),
-        (
-            Action::Load(bad),
-            "the calibration cannot be used: terms, coefficients or other numbers cannot be used",
         ),
     ];
     let (mut server, mut client) = greeted();
@@ -404,6 +421,44 @@ fn random_bytes_do_nothing_and_break_nothing() {
     );
 }
 
+#[test]
+fn calibrations_that_cannot_be_used_are_refused() {
+    let (mut server, mut client) = greeted();
+    let mut buffer = [0; FRAME_BYTES];
+    let mut bad = fullest();
+    bad.model.coefficients[0][0][0] = f32::NAN;
+    let (_, bytes) = client.ask(Action::Load(bad), &mut buffer).unwrap();
+    let unusable = |server: &Server, events: &[Event]| match events {
+        [
+            Event::Act {
+                action: Action::Load(()),
+                ..
+            },
+        ] => {
+            assert_eq!(
+                whole(server, &Action::Load(())).unwrap_err().to_string(),
+                "the calibration cannot be used: terms, coefficients or other numbers cannot be used"
+            );
+        }
+        other => panic!("{other:?}"),
+    };
+    let events = serve(&mut server, bytes);
+    unusable(&server, &events);
+    // Cut short, and with bytes behind it.
+    let load: Command = Command::Do(Action::Load(fullest()));
+    let mut room = [0; FRAME_BYTES];
+    let message = postcard::to_slice(&(7u16, load), &mut room)
+        .unwrap()
+        .to_vec();
+    for length in [3, message.len() / 2, message.len() - 1, message.len() + 1] {
+        let mut message = message.clone();
+        message.resize(length, 0);
+        let bytes = framing::encode(&Raw(&message), &mut buffer).unwrap();
+        let events = serve(&mut server, bytes);
+        unusable(&server, &events);
+    }
+}
+
 /// Good frames with a few bytes changed: nearer to what would be taken than noise is.
 #[test]
 fn damaged_frames_never_become_another_command() {
@@ -425,7 +480,7 @@ fn damaged_frames_never_become_another_command() {
                 let Event::Act { action: taken, .. } = event else {
                     continue;
                 };
-                assert_eq!(taken, action);
+                assert_eq!(whole(&server, &taken), Ok(action.clone()));
             }
         }
     }
@@ -452,6 +507,7 @@ fn random_messages_in_good_frames_never_panic() {
         for byte in bytes {
             if let Some(Event::Act { action, .. }) = server.feed(byte) {
                 assert_eq!(action.validate(), Ok(()));
+                let _ = server.loaded(&mut Calibration::identity(Geometry::PAPER));
             }
             client.feed(byte);
         }

@@ -24,8 +24,8 @@ pub fn attach(selector: Option<&str>) -> Result<Session> {
     let lister = Lister::new();
     let probe = match selector {
         Some(text) => {
-            let selector =
-                DebugProbeSelector::try_from(text).with_context(|| format!("probe {text:?}"))?;
+            let selector: DebugProbeSelector =
+                text.parse().with_context(|| format!("probe {text:?}"))?;
             lister
                 .open(selector)
                 .with_context(|| format!("probe {text:?}"))?

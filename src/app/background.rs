@@ -111,14 +111,20 @@ where
 
     /// One turn of the main loop. `watch` sees every frame that comes up the queue. Returns how many did.
     pub fn poll(&mut self, mut watch: impl FnMut(&Frame)) -> usize {
+        let taken = self.take_frames(&mut watch);
+        self.move_on();
+        self.work(&mut watch);
+        taken
+    }
+
+    #[inline(never)] // frames on the stack only while it runs
+    fn take_frames(&mut self, watch: &mut impl FnMut(&Frame)) -> usize {
         let mut taken = 0;
         while taken < FRAMES_A_POLL && self.take() {
             taken += 1;
             self.task.frame(&self.last);
             watch(&self.last);
         }
-        self.move_on();
-        self.work(&mut watch);
         taken
     }
 
@@ -144,29 +150,43 @@ where
             Some(Action::Stop) => self.guide.halt(),
             None => {}
         }
-        if self.ended.is_none()
-            && let Some((result, evidence)) = self.outcome()
-        {
-            self.ended = Some(self.conclude(result, evidence));
+        if self.ended.is_none() && self.task.has_ended() {
+            self.conclude_task();
         }
     }
 
-    /// What the session came to, once it has: the record that is to be kept, or why there is none.
-    #[inline(never)] // the record is large, and only here for a moment
-    fn outcome(&self) -> Option<(Result<Calibration, SessionRefusal>, Evidence)> {
+    /// Keeps what the session came to.
+    #[inline(never)] // a calibration on the stack, and only here for a moment
+    fn conclude_task(&mut self) {
+        let mut calibration = Calibration::identity(self.keeper.settings().geometry);
+        let Some((result, evidence)) = self.outcome(&mut calibration) else {
+            return;
+        };
+        self.ended = Some(match result {
+            Ok(()) => self.keep(&calibration, evidence),
+            Err(refusal) => Ended {
+                evidence,
+                result: Err(refusal),
+                not_kept: None,
+            },
+        });
+    }
+
+    /// What the session came to, once it has: writes the record that is to be kept, or tells why there is none.
+    #[inline(never)]
+    fn outcome(&self, record: &mut Calibration) -> Option<(Result<(), SessionRefusal>, Evidence)> {
         match &*self.task {
             Task::Idle => None,
             Task::Platen(session) => session.outcome().map(|outcome| {
-                let evidence = outcome.evidence;
-                let model = outcome.result.as_ref();
-                let record = model.map(|model| self.record(model, &evidence));
-                (record.map_err(|refusal| *refusal), evidence)
+                let result = outcome.result.as_ref().map_err(|refusal| *refusal);
+                let written = result.map(|model| self.record(model, &outcome.evidence, record));
+                (written, outcome.evidence)
             }),
             Task::Joint(session) => session.outcome().map(|outcome| {
-                let evidence = outcome.evidence;
-                let result = outcome.result.as_ref();
-                let record = result.map(|result| self.joint_record(result, &evidence));
-                (record.map_err(|refusal| *refusal), evidence)
+                let result = outcome.result.as_ref().map_err(|refusal| *refusal);
+                let written =
+                    result.map(|result| self.joint_record(result, &outcome.evidence, record));
+                (written, outcome.evidence)
             }),
         }
     }
@@ -201,7 +221,10 @@ where
     pub fn calibrate(&mut self, mut config: SessionConfig, errand: Errand) -> Result<(), Refusal> {
         self.idle()?;
         config.geometry = self.keeper.settings().geometry;
-        config.model = self.model_to_fit(TermTable::equation_3());
+        config.validate().map_err(not_started)?;
+        self.task.make_platen();
+        self.keeper
+            .model_to_fit(&mut config.model, TermTable::equation_3);
         self.task.start(config).map_err(not_started)?;
         self.begin(Method::Platen, errand);
         Ok(())
@@ -224,7 +247,10 @@ where
             return Err(Refusal::Start(StartRefusal::NoBeacon));
         }
         config.geometry = self.keeper.settings().geometry;
-        config.model = self.model_to_fit(TermTable::equation_9());
+        config.validate().map_err(not_started)?;
+        self.task.make_joint();
+        self.keeper
+            .model_to_fit(&mut config.model, TermTable::equation_9);
         self.task.start_joint(config).map_err(not_started)?;
         self.begin(Method::Joint, errand);
         Ok(())
@@ -376,28 +402,8 @@ where
         }
     }
 
-    fn model_to_fit(&self, fresh: TermTable) -> ErrorModel {
-        let in_force = self.keeper.settings().model.clone();
-        in_force.unwrap_or_else(|| ErrorModel::zero(fresh))
-    }
-
-    fn conclude(
-        &mut self,
-        result: Result<Calibration, SessionRefusal>,
-        evidence: Evidence,
-    ) -> Ended {
-        match result {
-            Ok(calibration) => self.keep(calibration, evidence),
-            Err(refusal) => Ended {
-                evidence,
-                result: Err(refusal),
-                not_kept: None,
-            },
-        }
-    }
-
     /// Puts an accepted calibration in force, stored first if that was ordered.
-    fn keep(&mut self, calibration: Calibration, evidence: Evidence) -> Ended {
+    fn keep(&mut self, calibration: &Calibration, evidence: Evidence) -> Ended {
         let kept = if self.errand.commit {
             self.keeper.store(calibration).map(Some)
         } else {
@@ -414,8 +420,8 @@ where
         }
     }
 
-    fn joint_record(&self, result: &JointResult, evidence: &Evidence) -> Calibration {
-        let mut record = self.record(&result.model, evidence);
+    fn joint_record(&self, result: &JointResult, evidence: &Evidence, record: &mut Calibration) {
+        self.record(&result.model, evidence, record);
         record.method = Method::Joint;
         record.gauge = Gauge::OffsetsSpreadBeaconFree;
         record.geometry = result.geometry;
@@ -426,24 +432,33 @@ where
             segment_sd_m: result.noise.segment_m,
             displacement_sd_m: result.noise.displacement_m,
         });
-        record
     }
 
-    fn record(&self, model: &ErrorModel, evidence: &Evidence) -> Calibration {
+    /// Writes a platen calibration's record, every field of it.
+    fn record(&self, model: &ErrorModel, evidence: &Evidence, record: &mut Calibration) {
         let settings = self.keeper.settings();
-        Calibration {
-            device: self.device,
-            made: self.time(),
-            temperature_c: self.reference_c() + evidence.temperature_delta_k,
-            method: Method::Platen,
-            gauge: Gauge::OffsetsSpread,
-            amplitude_counts: evidence.amplitude_counts,
-            geometry: settings.geometry,
-            pairs: settings.pairs,
-            model: model.clone(),
-            beacon: None,
-            quality: quality(evidence),
-        }
+        let Calibration {
+            device,
+            made,
+            temperature_c,
+            method,
+            gauge,
+            amplitude_counts,
+            geometry,
+            pairs,
+            model: stored,
+            beacon,
+            quality: summary,
+        } = record;
+        *device = self.device;
+        *made = self.time();
+        *temperature_c = self.reference_c() + evidence.temperature_delta_k;
+        (*method, *gauge) = (Method::Platen, Gauge::OffsetsSpread);
+        *amplitude_counts = evidence.amplitude_counts;
+        (*geometry, *pairs) = (settings.geometry, settings.pairs);
+        stored.clone_from(model);
+        *beacon = None;
+        *summary = quality(evidence);
     }
 }
 

@@ -4,14 +4,16 @@
 //! telemetry that finds no room is dropped and counted.
 
 use super::background::{Background, Errand};
+use super::keeper::Keeper;
 use crate::calibration::joint::JointConfig;
-use crate::calibration::record::Method;
+use crate::calibration::record::{Calibration, Method};
+use crate::calibration::slots::Place;
 use crate::calibration::{Range, SessionConfig};
 use crate::frame::Frame;
 use crate::link::framing;
 use crate::link::message::{
     Action, Activity, BoardStatus, CalibrateOrder, FRAME_BYTES, FaultReport, Hello, Refusal, Reply,
-    ResetCause, Response, Source,
+    ResetCause, Source,
 };
 use crate::link::report::{Ending, Progress};
 use crate::link::server::{Event, Server};
@@ -98,11 +100,10 @@ impl<P: Ports> Console<P> {
             if !self.unsent.is_empty() || self.restart || self.ports.read_commands(&mut byte) == 0 {
                 return;
             }
-            match self.server.feed(byte[0]) {
-                Some(Event::Answer(response)) => self.send(&response),
+            match &self.server.feed(byte[0]) {
+                Some(Event::Answer(response)) => self.send(response.number, &response.reply),
                 Some(Event::Act { number, action }) => {
-                    let reply = self.act(action, background).unwrap_or_else(Reply::Refused);
-                    return self.send(&Response { number, reply });
+                    return self.answer(*number, action, background);
                 }
                 None => {}
             }
@@ -110,9 +111,9 @@ impl<P: Ports> Console<P> {
     }
 
     #[inline(never)]
-    fn send(&mut self, response: &Response) {
-        // A reply always fits: the buffer is the protocol's longest frame.
-        let length = framing::encode(response, &mut self.reply).map_or(0, <[u8]>::len);
+    fn send(&mut self, number: u16, reply: &Reply<&Calibration>) {
+        // As a `Response`, of which postcard leaves no more than the two. It always fits: the buffer is the protocol's longest frame.
+        let length = framing::encode(&(number, reply), &mut self.reply).map_or(0, <[u8]>::len);
         self.unsent = 0..length;
         self.flush();
     }
@@ -128,46 +129,128 @@ impl<P: Ports> Console<P> {
         }
     }
 
-    #[inline(never)] // its frame is there only while it runs
+    #[inline(never)] // frames are there only while they are needed
+    fn answer<S, F>(
+        &mut self,
+        number: u16,
+        action: &Action<()>,
+        background: &mut Background<'_, '_, S, F>,
+    ) where
+        S: Read + ReadReady + Write + WriteReady,
+        F: NorFlash,
+    {
+        match action {
+            Action::Read(Source::InForce) => self.send_in_force(number, background),
+            Action::Read(Source::Slot(slot)) => self.send_slot(number, *slot, background),
+            Action::RollBack => {
+                let place = background.keeper_mut().and_then(Keeper::roll_back);
+                self.send_result(number, place.map(Some));
+            }
+            Action::Calibrate(order) => {
+                let started = match order.method {
+                    Method::Platen => calibrate(order, background),
+                    Method::Joint => calibrate_joint(order, background),
+                };
+                self.send_result(number, started.map(|()| None));
+            }
+            Action::Load(()) => {
+                let loaded = self.load(background);
+                self.send_result(number, loaded.map(|()| None));
+            }
+            other => self.send_act(number, other.clone(), background),
+        }
+    }
+
+    #[inline(never)]
+    fn send_result(&mut self, number: u16, result: Result<Option<Place>, Refusal>) {
+        self.send(
+            number,
+            &match result {
+                Ok(Some(place)) => Reply::Place(place),
+                Ok(None) => Reply::Done,
+                Err(refusal) => Reply::Refused(refusal),
+            },
+        );
+    }
+
+    #[inline(never)]
+    fn send_in_force<S, F>(&mut self, number: u16, background: &Background<'_, '_, S, F>)
+    where
+        S: Read + ReadReady + Write + WriteReady,
+        F: NorFlash,
+    {
+        let reply = match background.keeper().in_force() {
+            Some(calibration) => Reply::Calibration(calibration),
+            None => Reply::Refused(Refusal::NotCalibrated),
+        };
+        self.send(number, &reply);
+    }
+
+    #[inline(never)]
+    fn send_act<S, F>(
+        &mut self,
+        number: u16,
+        action: Action<()>,
+        background: &mut Background<'_, '_, S, F>,
+    ) where
+        S: Read + ReadReady + Write + WriteReady,
+        F: NorFlash,
+    {
+        let reply = self.act(action, background).unwrap_or_else(Reply::Refused);
+        self.send(number, &reply);
+    }
+
+    #[inline(never)]
+    fn send_slot<S, F>(&mut self, number: u16, slot: u8, background: &mut Background<'_, '_, S, F>)
+    where
+        S: Read + ReadReady + Write + WriteReady,
+        F: NorFlash,
+    {
+        let mut calibration = Calibration::identity(background.keeper().settings().geometry);
+        let read = background
+            .keeper_mut()
+            .and_then(|keeper| keeper.read(slot, &mut calibration));
+        let reply = match read {
+            Ok(_) => Reply::Calibration(&calibration),
+            Err(refusal) => Reply::Refused(refusal),
+        };
+        self.send(number, &reply);
+    }
+
+    #[inline(never)]
+    fn load<S, F>(&self, background: &mut Background<'_, '_, S, F>) -> Result<(), Refusal>
+    where
+        S: Read + ReadReady + Write + WriteReady,
+        F: NorFlash,
+    {
+        let keeper = background.keeper_mut()?;
+        let mut calibration = Calibration::identity(keeper.settings().geometry);
+        self.server.loaded(&mut calibration)?;
+        keeper.load(&calibration)
+    }
+
+    /// What each command does; what needs much of the stack is [`Console::answer`]'s.
+    #[inline(never)]
     fn act<S, F>(
         &mut self,
-        action: Action,
+        action: Action<()>,
         background: &mut Background<'_, '_, S, F>,
-    ) -> Result<Reply, Refusal>
+    ) -> Result<Reply<&'static Calibration>, Refusal>
     where
         S: Read + ReadReady + Write + WriteReady,
         F: NorFlash,
     {
         match action {
             Action::Status => Ok(Reply::Status(self.status(background))),
-            Action::Calibrate(order) => {
-                let errand = Errand {
-                    speed_m_per_s: order.speed_m_per_s,
-                    commit: order.commit,
-                };
-                match order.method {
-                    Method::Platen => background.calibrate(session_of(&order), errand),
-                    Method::Joint => background.calibrate_joint(joint_of(&order), errand),
-                }
-                .map(done)
-            }
             Action::Abort => background.abort().map(done),
             Action::Progress => Ok(Reply::Progress(progress(background))),
             Action::GoTo {
                 target,
                 speed_m_per_s,
             } => background.go_to(target, speed_m_per_s).map(done),
-            Action::Read(Source::InForce) => {
-                let calibration = background
-                    .keeper()
-                    .in_force()
-                    .ok_or(Refusal::NotCalibrated)?;
-                Ok(Reply::Calibration(calibration.clone()))
+            Action::Read(_) | Action::Load(()) | Action::Calibrate(_) | Action::RollBack => {
+                Err(Refusal::Unknown)
             }
-            Action::Read(Source::Slot(slot)) => {
-                background.keeper_mut()?.read(slot).map(Reply::Calibration)
-            }
-            Action::Load(calibration) => background.keeper_mut()?.load(calibration).map(done),
             Action::MapBegin(header) => background.keeper_mut()?.map_begin(&header).map(done),
             Action::MapNodes(nodes) => background.keeper_mut()?.map_nodes(&nodes).map(done),
             Action::MapApply => background.keeper_mut()?.map_apply().map(done),
@@ -179,7 +262,6 @@ impl<P: Ports> Console<P> {
                 .keeper_mut()?
                 .commit(lose_unknown)
                 .map(Reply::Place),
-            Action::RollBack => background.keeper_mut()?.roll_back().map(Reply::Place),
             Action::Slots => Ok(Reply::Slots(
                 background.keeper_mut()?.list().map(Into::into),
             )),
@@ -239,36 +321,60 @@ impl<P: Ports> Console<P> {
             link: self.server.counters(),
             motion: background.motion_counters().frames,
             reset: self.started.cause,
+            boot: background.keeper().boot().err(),
         }
     }
 }
 
-fn done((): ()) -> Reply {
+fn done((): ()) -> Reply<&'static Calibration> {
     Reply::Done
 }
 
-/// A session as ordered, over the defaults of [`SessionConfig`].
-fn session_of(order: &CalibrateOrder) -> SessionConfig {
-    SessionConfig {
-        poses: order.poses.into(),
-        held_out_poses: order.held_out_poses.into(),
-        plan: order.plan,
-        seed: order.seed,
-        range: range_of(order),
-        target_deviation_m: order.target_deviation_m,
-        ..SessionConfig::default()
-    }
+/// A session as ordered, over the defaults of [`SessionConfig`], which is set in its place: a copy is a kilobyte.
+#[inline(never)]
+#[allow(clippy::field_reassign_with_default)]
+fn calibrate<S, F>(
+    order: &CalibrateOrder,
+    background: &mut Background<'_, '_, S, F>,
+) -> Result<(), Refusal>
+where
+    S: Read + ReadReady + Write + WriteReady,
+    F: NorFlash,
+{
+    let mut config = SessionConfig::default();
+    config.poses = order.poses.into();
+    config.held_out_poses = order.held_out_poses.into();
+    config.plan = order.plan;
+    config.seed = order.seed;
+    config.range = range_of(order);
+    config.target_deviation_m = order.target_deviation_m;
+    background.calibrate(config, errand_of(order))
 }
 
 /// A joint session as ordered, over the defaults of [`JointConfig`].
-fn joint_of(order: &CalibrateOrder) -> JointConfig {
-    JointConfig {
-        poses: order.poses.into(),
-        held_out_poses: order.held_out_poses.into(),
-        plan: order.plan,
-        seed: order.seed,
-        range: range_of(order),
-        ..JointConfig::default()
+#[inline(never)]
+#[allow(clippy::field_reassign_with_default)]
+fn calibrate_joint<S, F>(
+    order: &CalibrateOrder,
+    background: &mut Background<'_, '_, S, F>,
+) -> Result<(), Refusal>
+where
+    S: Read + ReadReady + Write + WriteReady,
+    F: NorFlash,
+{
+    let mut config = JointConfig::default();
+    config.poses = order.poses.into();
+    config.held_out_poses = order.held_out_poses.into();
+    config.plan = order.plan;
+    config.seed = order.seed;
+    config.range = range_of(order);
+    background.calibrate_joint(config, errand_of(order))
+}
+
+fn errand_of(order: &CalibrateOrder) -> Errand {
+    Errand {
+        speed_m_per_s: order.speed_m_per_s,
+        commit: order.commit,
     }
 }
 

@@ -9,6 +9,7 @@ use crate::calibration::slots::{Place, SLOTS, SlotError, SlotInfo, Slots};
 use crate::frame::SEGMENTS;
 use crate::geometry::Geometry;
 use crate::link::message::{InForce, RecordRefusal, Refusal};
+use crate::model::{ErrorModel, TermTable};
 use crate::quadrature::PairCorrection;
 use crate::settings::Settings;
 use crate::step::StepConfig;
@@ -51,8 +52,8 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
     }
 
     /// How loading the stored calibration went at start-up.
-    pub fn boot(&self) -> &Result<(), Refusal> {
-        &self.boot
+    pub fn boot(&self) -> Result<(), Refusal> {
+        self.boot
     }
 
     /// Whether the interrupt has taken what was put in force last: one sample after it was. Until then nothing else can be.
@@ -79,25 +80,34 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
         }
     }
 
+    /// The model that a calibration is to fit: the one in force, or zeros.
+    #[inline(never)]
+    pub fn model_to_fit(&self, model: &mut ErrorModel, fresh: fn() -> TermTable) {
+        match &self.settings.model {
+            Some(in_force) => model.clone_from(in_force),
+            None => *model = ErrorModel::zero(fresh()),
+        }
+    }
+
     /// What both slots hold.
     pub fn list(&mut self) -> [SlotInfo; SLOTS] {
         self.slots.list()
     }
 
-    /// One slot's calibration.
+    /// One slot's calibration; on an error `to` is of no use.
     ///
     /// # Errors
     /// [`Refusal::Slots`].
-    pub fn read(&mut self, slot: u8) -> Result<Calibration, Refusal> {
-        Ok(self.slots.read(slot)?.1)
+    pub fn read(&mut self, slot: u8, to: &mut Calibration) -> Result<Place, Refusal> {
+        Ok(self.slots.read_into(slot, to)?)
     }
 
     /// Puts a calibration in force without storing it.
     ///
     /// # Errors
     /// [`Refusal::Calibration`], [`Refusal::SwapBusy`].
-    pub fn load(&mut self, calibration: Calibration) -> Result<(), Refusal> {
-        self.prepare(&calibration)?;
+    pub fn load(&mut self, calibration: &Calibration) -> Result<(), Refusal> {
+        self.prepare(calibration)?;
         self.adopt(calibration, None)
     }
 
@@ -105,9 +115,9 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
     ///
     /// # Errors
     /// As [`Keeper::load`], and [`Refusal::Slots`].
-    pub fn store(&mut self, calibration: Calibration) -> Result<Place, Refusal> {
-        self.prepare(&calibration)?;
-        match self.slots.commit(&calibration, false) {
+    pub fn store(&mut self, calibration: &Calibration) -> Result<Place, Refusal> {
+        self.prepare(calibration)?;
+        match self.slots.commit(calibration, false) {
             Ok(place) => self.adopt(calibration, Some(place)).map(|()| place),
             Err(error) => {
                 self.restore_settings();
@@ -191,11 +201,8 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
     }
 
     fn load_stored(&mut self) -> Result<(), Refusal> {
-        let error = match self.slots.load() {
-            Ok((place, calibration)) => {
-                self.prepare(&calibration)?;
-                return self.adopt(calibration, Some(place));
-            }
+        let error = match self.load_newest() {
+            Ok(result) => return result,
             Err(error) => error,
         };
         self.map_drop();
@@ -211,6 +218,15 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
         }
     }
 
+    /// Puts the newest stored record in force, if there is one: how that went.
+    #[inline(never)] // a calibration on the stack
+    fn load_newest(&mut self) -> Result<Result<(), Refusal>, SlotError> {
+        let mut calibration = Calibration::identity(self.board.0);
+        let place = self.slots.load_into(&mut calibration)?;
+        let prepared = self.prepare(&calibration);
+        Ok(prepared.and_then(|()| self.adopt(&calibration, Some(place))))
+    }
+
     /// Brings settings and spare set to a calibration; where that cannot be done, the settings stay as they were.
     fn prepare(&mut self, calibration: &Calibration) -> Result<(), Refusal> {
         apply(&mut self.settings, calibration);
@@ -220,17 +236,23 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
     /// Writes the spare set by the settings.
     fn build(&mut self) -> Result<(), Refusal> {
         let spare = self.swap.spare().map_err(|_| Refusal::SwapBusy)?;
-        *spare = StepConfig::build(&self.settings).map_err(|_| INVALID)?;
-        Ok(())
+        match StepConfig::build(&self.settings) {
+            Ok(config) => {
+                *spare = config;
+                Ok(())
+            }
+            Err(_) => Err(INVALID),
+        }
     }
 
     /// Hands the prepared set to the interrupt.
-    fn adopt(&mut self, calibration: Calibration, stored: Option<Place>) -> Result<(), Refusal> {
+    #[inline(never)]
+    fn adopt(&mut self, calibration: &Calibration, stored: Option<Place>) -> Result<(), Refusal> {
         // The spare set was there when it was prepared, and only this end can have sent it.
         self.swap.send().map_err(|_| Refusal::SwapBusy)?;
         // A map was estimated with the calibration before.
         self.map_drop();
-        self.in_force = Some(calibration);
+        self.in_force = Some(calibration.clone());
         self.stored = stored;
         Ok(())
     }

@@ -6,6 +6,7 @@
 
 use crate::drivers::converter::{ConverterError, Counts, store};
 use crate::frame::{Frame, Status};
+use crate::queue;
 use crate::step::{StepState, isr_step, isr_step_mapped};
 use crate::swap::SwapReceiver;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
@@ -13,6 +14,9 @@ use heapless::spsc::{Producer, Queue};
 
 /// Frames between the interrupt and the background: 1.6 ms at 20 kHz.
 pub const QUEUE_FRAMES: usize = 32;
+
+/// Largest temperature difference that is passed on, kelvin: the industrial range from end to end.
+pub const TEMPERATURE_LIMIT_K: f32 = 125.0;
 
 /// The queue up. Lives as long as both ends: in a static on the target.
 pub type FrameQueue = Queue<Frame, QUEUE_FRAMES>;
@@ -44,10 +48,13 @@ impl Mailbox {
         }
     }
 
-    /// Tells the interrupt the board's temperature, as the difference to the calibration's, kelvin.
+    /// Tells the interrupt the board's temperature, as the difference to the calibration's, kelvin: at most
+    /// [`TEMPERATURE_LIMIT_K`] either way, so that no thermometer can push a pose far; not a number counts as no difference.
     pub fn set_temperature_delta_k(&self, delta_k: f32) {
+        let known = if delta_k.is_nan() { 0.0 } else { delta_k };
+        let bounded = known.max(-TEMPERATURE_LIMIT_K).min(TEMPERATURE_LIMIT_K);
         self.temperature_delta_bits
-            .store(delta_k.to_bits(), Relaxed);
+            .store(bounded.to_bits(), Relaxed);
     }
 
     /// Asks for tooth counts as after start-up from the next sample on; clears slips.
@@ -112,7 +119,7 @@ impl<'q, 'c> Sampler<'q, 'c> {
         };
         count(&self.mailbox.samples, 1);
         count(&self.mailbox.missed, missed);
-        if self.frames.enqueue(frame).is_err() {
+        if queue::enqueue(&mut self.frames, frame).is_err() {
             count(&self.mailbox.dropped, 1);
         }
         frame

@@ -1,5 +1,7 @@
 //! The session that runs or ran last. Both kinds share one memory: never are both needed.
 
+#[cfg(target_os = "none")]
+use crate::board::room;
 use crate::calibration::joint::{JointConfig, JointSession, StepReport};
 use crate::calibration::{
     Action, MotionEvent, Progress, Session, SessionConfig, Stage, StartError,
@@ -15,57 +17,98 @@ use crate::frame::Frame;
 pub enum Task {
     /// None since start-up.
     #[default]
-    Idle,
+    Idle = 0,
     /// The platen sensor's calibration.
-    Platen(Session),
+    Platen(Session) = 1,
     /// The joint calibration under a beacon.
-    Joint(JointSession),
+    Joint(JointSession) = 2,
+}
+
+/// How a session comes into its memory where the stack is large; `board::room` does it in place.
+#[cfg(not(target_os = "none"))]
+mod room {
+    use super::{JointSession, Session, Task};
+
+    pub fn platen(task: &mut Task) {
+        *task = Task::Platen(Session::idle());
+    }
+
+    pub fn joint(task: &mut Task) {
+        *task = Task::Joint(JointSession::idle());
+    }
 }
 
 impl Task {
-    /// Starts a calibration of the platen sensor. Another kind of session that ran before is forgotten.
+    /// Tag of [`Task::Platen`].
+    #[cfg(target_os = "none")]
+    pub(crate) const PLATEN: u8 = 1;
+    /// Tag of [`Task::Joint`].
+    #[cfg(target_os = "none")]
+    pub(crate) const JOINT: u8 = 2;
+
+    /// Makes room for a calibration of the platen sensor. Another kind of session that ran before is forgotten.
+    pub fn make_platen(&mut self) {
+        if !matches!(self, Self::Platen(_)) {
+            self.new_platen();
+        }
+    }
+
+    /// Makes room for a joint calibration. Another kind of session that ran before is forgotten.
+    pub fn make_joint(&mut self) {
+        if !matches!(self, Self::Joint(_)) {
+            self.new_joint();
+        }
+    }
+
+    fn new_platen(&mut self) {
+        room::platen(self);
+        if let Self::Platen(session) = self {
+            session.make_idle();
+        }
+    }
+
+    fn new_joint(&mut self) {
+        room::joint(self);
+        if let Self::Joint(session) = self {
+            session.make_idle();
+        }
+    }
+
+    /// Starts a calibration of the platen sensor, for which there must be room.
     ///
     /// # Errors
     /// [`StartError`]; no session runs then.
+    #[inline(never)]
     pub fn start(&mut self, config: SessionConfig) -> Result<(), StartError> {
-        config.validate()?;
-        if !matches!(self, Self::Platen(_)) {
-            self.make_platen();
-        }
         match self {
             Self::Platen(session) => session.start(config),
             _ => Err(StartError::Busy),
         }
     }
 
-    /// Starts a joint calibration. Another kind of session that ran before is forgotten.
+    /// Starts a joint calibration, for which there must be room.
     ///
     /// # Errors
     /// [`StartError`]; no session runs then.
+    #[inline(never)]
     pub fn start_joint(&mut self, config: JointConfig) -> Result<(), StartError> {
-        config.validate()?;
-        if !matches!(self, Self::Joint(_)) {
-            self.make_joint();
-        }
         match self {
             Self::Joint(session) => session.start(config),
             _ => Err(StartError::Busy),
         }
     }
 
-    // Functions of their own, so that the new session is made in its place: inlined, it is made on the stack first.
-    // `cargo xtask firmware` states the stack and fails where this does not hold.
-    #[inline(never)]
-    fn make_platen(&mut self) {
-        *self = Self::Platen(Session::idle());
-    }
-
-    #[inline(never)]
-    fn make_joint(&mut self) {
-        *self = Self::Joint(JointSession::idle());
+    /// Whether there is an outcome.
+    pub fn has_ended(&self) -> bool {
+        match self {
+            Self::Idle => false,
+            Self::Platen(session) => session.outcome().is_some(),
+            Self::Joint(session) => session.outcome().is_some(),
+        }
     }
 
     /// Takes a frame.
+    #[inline(never)]
     pub fn frame(&mut self, frame: &Frame) {
         match self {
             Self::Idle => {}
@@ -93,6 +136,7 @@ impl Task {
     }
 
     /// Makes a step of the joint schedule if one is due.
+    #[inline(never)]
     pub fn work(&mut self, breathe: &mut dyn FnMut()) {
         if let Self::Joint(session) = self {
             session.work(breathe);

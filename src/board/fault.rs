@@ -14,21 +14,13 @@ use heapless::String;
 /// Tells a record from what RAM holds after power-on.
 const MAGIC: u32 = 0xC0FF_EE74;
 
-#[derive(Clone, Copy)]
-#[repr(C)]
-struct Record {
-    magic: u32,
-    cause: u32,
-    uptime_s: u32,
-    program_counter: u32,
-    link_register: u32,
-    length: u32,
-    message: [u8; 128],
-    check: u32,
-}
+/// Words of a record: magic, cause, uptime, program counter, link register, length of the message, the message, check.
+const WORDS: usize = HEAD_WORDS + MESSAGE_BYTES / 4 + 1;
+const HEAD_WORDS: usize = 6;
+const MESSAGE_BYTES: usize = 128;
 
 #[unsafe(link_section = ".uninit.fault")]
-static mut RECORD: MaybeUninit<Record> = MaybeUninit::uninit();
+static mut RECORD: MaybeUninit<[u32; WORDS]> = MaybeUninit::uninit();
 
 /// Seconds since start, for a record; kept by the main loop.
 pub static UPTIME_S: AtomicU32 = AtomicU32::new(0);
@@ -42,82 +34,86 @@ const KINDS: [(u32, ResetCause); 4] = [
 ];
 
 /// Takes what was kept, and forgets it. `hardware` is the cause by the chip's own flags.
+#[inline(never)]
 pub fn take(hardware: ResetCause) -> StartReport {
-    // SAFETY: any bits are a valid record; magic and check tell whether somebody wrote them.
-    let record = unsafe { read_volatile(addr_of!(RECORD).cast::<Record>()) };
+    let record: [u32; WORDS] = core::array::from_fn(|index| {
+        // SAFETY: any bits are a valid word; magic and check tell whether somebody wrote them.
+        unsafe { read_volatile(addr_of!(RECORD).cast::<u32>().add(index)) }
+    });
     // SAFETY: the first word alone, so that the record is read once.
     unsafe { write_volatile(addr_of_mut!(RECORD).cast::<u32>(), 0) };
-    let kept = KINDS.iter().find(|(kind, _)| *kind == record.cause);
-    let Some((_, cause)) = kept.filter(|_| record.magic == MAGIC && record.check == check(&record))
-    else {
-        return StartReport {
-            cause: hardware,
-            fault: None,
-        };
-    };
-    if *cause == ResetCause::Requested {
-        return StartReport {
-            cause: *cause,
-            fault: None,
-        };
-    }
-    let text = record.message.get(..record.length as usize).unwrap_or(&[]);
-    let mut message = String::new();
-    let _ = message.push_str(core::str::from_utf8(text).unwrap_or(""));
-    let fault = FaultReport {
-        cause: *cause,
-        uptime_s: record.uptime_s,
-        program_counter: record.program_counter,
-        link_register: record.link_register,
-        message,
-    };
-    StartReport {
-        cause: *cause,
-        fault: Some(fault),
-    }
+    let [
+        magic,
+        cause,
+        uptime_s,
+        program_counter,
+        link_register,
+        length,
+        message @ ..,
+        check,
+    ] = record;
+    let sum = record
+        .iter()
+        .take(WORDS - 1)
+        .fold(SEED, |sum, word| mix(sum, *word));
+    let known = KINDS.iter().find(|(kind, _)| *kind == cause);
+    let kept = known.filter(|_| magic == MAGIC && check == sum);
+    let cause = kept.map_or(hardware, |(_, cause)| *cause);
+    let fault = (kept.is_some() && cause != ResetCause::Requested).then(|| {
+        let mut text = String::new();
+        let bytes = message.iter().flat_map(|word| word.to_le_bytes());
+        for byte in bytes.take(length as usize) {
+            // What was cut off in the middle of a character is not ASCII.
+            let _ = text.push(char::from(byte & 0x7F));
+        }
+        FaultReport {
+            cause,
+            uptime_s,
+            program_counter,
+            link_register,
+            message: text,
+        }
+    });
+    StartReport { cause, fault }
 }
 
-/// Keeps a record for the next start.
+/// Keeps a record for the next start. Little stack: there may be none left.
 pub fn keep(cause: ResetCause, program_counter: u32, link_register: u32, message: &str) {
     let kind = KINDS
         .iter()
         .find(|(_, known)| *known == cause)
         .map_or(0, |(kind, _)| *kind);
-    let mut record = Record {
-        magic: MAGIC,
-        cause: kind,
-        uptime_s: UPTIME_S.load(Relaxed),
+    let length = message.len().min(MESSAGE_BYTES) as u32;
+    let head = [
+        MAGIC,
+        kind,
+        UPTIME_S.load(Relaxed),
         program_counter,
         link_register,
-        length: 0,
-        message: [0; 128],
-        check: 0,
-    };
-    for (place, byte) in record.message.iter_mut().zip(message.bytes()) {
-        *place = byte;
-        record.length += 1;
+        length,
+    ];
+    let mut bytes = message.bytes();
+    let mut sum = SEED;
+    for index in 0..WORDS {
+        let word = match head.get(index) {
+            Some(word) => *word,
+            None if index + 1 == WORDS => sum,
+            None => {
+                let mut four = || bytes.next().unwrap_or(0);
+                u32::from_le_bytes([four(), four(), four(), four()])
+            }
+        };
+        sum = mix(sum, word);
+        // SAFETY: nobody else writes here: either the main loop ends now, or this is an exception that does not return.
+        unsafe { write_volatile(addr_of_mut!(RECORD).cast::<u32>().add(index), word) };
     }
-    record.check = check(&record);
-    // SAFETY: nobody else writes here: either the main loop ends now, or this is an exception that does not return.
-    unsafe { write_volatile(addr_of_mut!(RECORD).cast::<Record>(), record) };
 }
 
-fn check(record: &Record) -> u32 {
-    let words = [
-        record.magic,
-        record.cause,
-        record.uptime_s,
-        record.program_counter,
-        record.link_register,
-        record.length,
-    ];
-    let bytes = record.message.iter().map(|byte| u32::from(*byte));
-    words
-        .into_iter()
-        .chain(bytes)
-        .fold(0x811C_9DC5, |hash, word| {
-            (hash ^ word).wrapping_mul(0x0100_0193)
-        })
+const SEED: u32 = 0x811C_9DC5;
+
+/// A word further in the check (Fowler, Noll and Vo's hash).
+fn mix(sum: u32, word: u32) -> u32 {
+    (sum ^ word).wrapping_mul(0x0100_0193)
 }
 
 #[panic_handler]

@@ -45,6 +45,7 @@ where
     S: Read + ReadReady + Write + WriteReady,
     F: NorFlash,
 {
+    background.start();
     let mailbox = background.mailbox();
     let (mut fed_at, mut slow_at) = (mailbox.samples(), mailbox.samples());
     let (mut said, mut restart_at) = (Status::empty(), None);

@@ -16,6 +16,7 @@ pub mod interrupt;
 pub mod main_loop;
 #[cfg(feature = "board")]
 mod once;
+pub(crate) mod room;
 #[cfg(feature = "board")]
 pub mod rtt;
 #[cfg(feature = "board")]

@@ -29,6 +29,10 @@ const ATTEMPTS: u32 = 3;
 /// The sessions' memory.
 static TASK: Once<Task> = Once::new(Task::Idle);
 
+/// Both sets of coefficients.
+static CONFIGS: Once<[MaybeUninit<StepConfig>; 2]> =
+    Once::new([const { MaybeUninit::uninit() }; 2]);
+
 /// The firmware's parts, connected.
 pub struct Ends<S: 'static, F: 'static> {
     /// For the sampling interrupt.
@@ -83,14 +87,13 @@ pub fn log(report: &StartReport) {
     }
 }
 
-/// Connects both halves. To be called once.
+/// Connects both halves. To be called once; [`main_loop::run`](super::main_loop::run) looks into the slots.
 ///
 /// # Panics
 /// On a second call, before sampling begins.
-#[inline(never)]
 pub fn connect<S, F>(
     place: BackgroundPlace<S, F>,
-    (serial, flash): (S, F),
+    parts: (S, F),
     rings: Rings,
     board: &str,
     device: [u8; 12],
@@ -100,18 +103,40 @@ where
     S: Read + ReadReady + Write + WriteReady + 'static,
     F: NorFlash + 'static,
 {
-    let settings = Settings {
+    let sets = configurations();
+    let hello = Hello {
+        protocol: PROTOCOL,
+        firmware: text(env!("CARGO_PKG_VERSION")),
+        board: text(board),
+        device,
+        rate_hz: RATE_HZ as f32,
+    };
+    let console = cortex_m::singleton!(: MaybeUninit<Console<Rings>> = MaybeUninit::uninit());
+    let console = console
+        .expect("called once")
+        .write(Console::new(rings, hello, report));
+    assemble(place, parts, sets, console, device)
+}
+
+fn own_settings() -> Settings {
+    Settings {
         rate_hz: RATE_HZ as f32,
         ..Settings::default()
-    };
-    // Without the error's own text: its numbers would bring float formatting into the image.
-    let build = || {
-        StepConfig::build(&settings)
-            .ok()
-            .expect("the board's own settings are in range")
-    };
-    let active = cortex_m::singleton!(: StepConfig = build()).expect("called once");
-    let spare = cortex_m::singleton!(: StepConfig = build()).expect("called once");
+    }
+}
+
+#[inline(never)] // what this takes of the stack, `configurations` may take as well
+fn assemble<S, F>(
+    place: BackgroundPlace<S, F>,
+    (serial, flash): (S, F),
+    [active, spare]: [&'static mut StepConfig; 2],
+    console: &'static mut Console<Rings>,
+    device: [u8; 12],
+) -> Ends<S, F>
+where
+    S: Read + ReadReady + Write + WriteReady + 'static,
+    F: NorFlash + 'static,
+{
     let queues =
         cortex_m::singleton!(: SwapQueues<'static> = SwapQueues::new()).expect("called once");
     let frames = cortex_m::singleton!(: FrameQueue = FrameQueue::new()).expect("called once");
@@ -121,31 +146,38 @@ where
     let map = MAP.take().expect("called once");
     let (sender, receiver) = queues.split(active, spare, map);
     let (produce, consume) = frames.split();
-    let hello = Hello {
-        protocol: PROTOCOL,
-        firmware: text(env!("CARGO_PKG_VERSION")),
-        board: text(board),
-        device,
-        rate_hz: settings.rate_hz,
-    };
     let motion = MotionPort::new(serial);
     let background = place.write(Background::new(
         (consume, sender, mailbox),
         motion,
         Slots::new(flash, 0),
-        settings,
+        own_settings(),
         device,
         TASK.take().expect("called once"),
     ));
-    background.start();
-    let console = cortex_m::singleton!(: MaybeUninit<Console<Rings>> = MaybeUninit::uninit());
-    let console = console
-        .expect("called once")
-        .write(Console::new(rings, hello, report));
     Ends {
         sampler: Sampler::new(receiver, produce, mailbox),
         background,
         console,
+    }
+}
+
+#[inline(never)]
+fn configurations() -> [&'static mut StepConfig; 2] {
+    let settings = own_settings();
+    let places = CONFIGS.take().expect("called once").each_mut();
+    places.map(|place| configure(place, &settings))
+}
+
+#[inline(never)] // one set on the stack at a time
+fn configure<'p>(
+    place: &'p mut MaybeUninit<StepConfig>,
+    settings: &Settings,
+) -> &'p mut StepConfig {
+    // Without the error's own text: its numbers would bring float formatting into the image.
+    match StepConfig::build(settings) {
+        Ok(set) => place.write(set),
+        Err(_) => panic!("the board's own settings are out of range"),
     }
 }
 

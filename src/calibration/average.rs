@@ -63,17 +63,19 @@ pub struct Average {
 }
 
 impl Average {
-    /// Nothing collected.
-    pub const EMPTY: Self = Self {
-        first: Sample::ZERO,
-        deviation_turns: [[0.0; SEGMENTS]; FRAMES],
-        parity_in_force_m: [0.0; FRAMES],
-        tan_psi: [[0.0; 2]; FRAMES],
-        light_counts: 0.0,
-        amplitude_counts: [0.0; SEGMENTS],
-        temperature_k: 0.0,
-        count: 0,
-    };
+    /// Nothing collected. A function: a constant of this size would lie in the image's flash.
+    pub const fn empty() -> Self {
+        Self {
+            first: Sample::ZERO,
+            deviation_turns: [[0.0; SEGMENTS]; FRAMES],
+            parity_in_force_m: [0.0; FRAMES],
+            tan_psi: [[0.0; 2]; FRAMES],
+            light_counts: 0.0,
+            amplitude_counts: [0.0; SEGMENTS],
+            temperature_k: 0.0,
+            count: 0,
+        }
+    }
 
     /// Starts anew.
     pub fn clear(&mut self) {

@@ -7,8 +7,8 @@
 //! judges the start-up samples again.
 
 use super::joint::JointEstimator;
-use super::regression::{PLATEN_UNKNOWNS, Regression};
-use super::sample::Sample;
+use super::regression::Regression;
+use super::sample::{SAMPLE_WORDS, Sample};
 use crate::frame::SEGMENTS;
 use crate::lsq::Estimator;
 use crate::math::sqrt;
@@ -42,7 +42,8 @@ pub enum Verdict {
 #[derive(Clone, Debug)]
 pub struct GatedFit {
     estimator: PlatenEstimator,
-    startup: [Sample; STARTUP],
+    /// Their words.
+    startup: [u32; SAMPLE_WORDS * STARTUP],
     /// Of each sample's row; zero: left out.
     startup_weight: [f32; STARTUP],
     buffered: usize,
@@ -58,12 +59,12 @@ impl Default for GatedFit {
 }
 
 impl GatedFit {
-    /// Empty. A function, not a constant: a constant of this size would lie in the image's flash, zeros and all.
+    /// All zeros, so that as a constant it is a clearing of memory in its place; [`GatedFit::reset`] comes before all else.
     pub const fn new() -> Self {
         Self {
-            estimator: Estimator::new(PLATEN_UNKNOWNS),
-            startup: [Sample::ZERO; STARTUP],
-            startup_weight: [1.0; STARTUP],
+            estimator: Estimator::blank(),
+            startup: [0; SAMPLE_WORDS * STARTUP],
+            startup_weight: [0.0; STARTUP],
             buffered: 0,
             started: false,
             refused: 0,
@@ -113,7 +114,7 @@ impl GatedFit {
         if self.started {
             return self.gate(regression, sample);
         }
-        self.startup[self.buffered] = *sample;
+        self.startup.as_chunks_mut().0[self.buffered] = sample.to_words();
         self.buffered += 1;
         self.enter(regression, sample, 1.0);
         if self.buffered == STARTUP {
@@ -149,7 +150,7 @@ impl GatedFit {
         for i in 0..self.buffered {
             let weight = self.startup_weight[i];
             if weight > 0.0 && self.deleted_ratio(regression, i) > REFUSED {
-                let (row, rhs) = regression.row(&self.startup[i]);
+                let (row, rhs) = regression.row(&self.startup(i));
                 let row = row.map(|x| x * weight);
                 if self
                     .estimator
@@ -214,10 +215,14 @@ impl GatedFit {
             .enter(&row[..regression.unknowns()], rhs * weight);
     }
 
+    fn startup(&self, i: usize) -> Sample {
+        Sample::from_words(&self.startup.as_chunks().0[i])
+    }
+
     fn enter_startup(&mut self, regression: &Regression) {
         self.estimator.reset(self.estimator.rows.unknowns());
         for i in 0..self.buffered {
-            let (sample, weight) = (self.startup[i], self.startup_weight[i]);
+            let (sample, weight) = (self.startup(i), self.startup_weight[i]);
             if weight > 0.0 {
                 self.enter(regression, &sample, weight);
             }
@@ -251,7 +256,7 @@ impl GatedFit {
     fn deleted_ratio(&self, regression: &Regression, i: usize) -> f32 {
         let rows = &self.estimator.rows;
         let freedom = rows.rows() as f32 - 1.0 - rows.unknowns() as f32;
-        let (row, rhs) = regression.row(&self.startup[i]);
+        let (row, rhs) = regression.row(&self.startup(i));
         let Some(prediction) = rows
             .predict(&row[..rows.unknowns()])
             .filter(|_| freedom >= 4.0)

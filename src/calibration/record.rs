@@ -12,10 +12,11 @@
 use crate::diode::DiodeErrors;
 use crate::frame::SEGMENTS;
 use crate::geometry::Geometry;
-use crate::model::{ErrorModel, ModelError};
+use crate::model::{ErrorModel, MAX_TERMS, ModelError, TermCoefficients};
 use crate::quadrature::PairCorrection;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
-use serde::{Deserialize, Serialize};
+use serde::de::{DeserializeSeed, Error as _, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Layout version that this firmware writes and reads.
 pub const VERSION: u16 = 2;
@@ -25,6 +26,9 @@ pub const MAGIC: [u8; 4] = *b"CSRC";
 pub const HEADER_BYTES: usize = 16;
 /// Longest record.
 pub const MAX_BYTES: usize = 2040;
+
+/// Most postcard bytes of a calibration of this version.
+pub const BODY_BYTES: usize = 1152;
 
 const CRC_BYTES: usize = 4;
 // Without a table: a record is written once in a session, and the table is 1 KiB.
@@ -266,6 +270,16 @@ pub fn encode(
 /// # Errors
 /// [`RecordError`]: nothing is guessed or defaulted.
 pub fn decode(bytes: &[u8]) -> Result<(u32, Calibration), RecordError> {
+    let mut calibration = Calibration::identity(Geometry::PAPER);
+    let sequence = decode_into(bytes, &mut calibration)?;
+    Ok((sequence, calibration))
+}
+
+/// [`decode`] without a copy on the stack; on an error `place` is of no use.
+///
+/// # Errors
+/// As [`decode`].
+pub fn decode_into(bytes: &[u8], place: &mut Calibration) -> Result<u32, RecordError> {
     let header = Header::parse(bytes.first_chunk().ok_or(RecordError::Torn)?)?;
     let record = bytes
         .get(..header.record_bytes())
@@ -282,12 +296,70 @@ pub fn decode(bytes: &[u8]) -> Result<(u32, Calibration), RecordError> {
         });
     }
     let body = message.get(HEADER_BYTES..).ok_or(RecordError::Torn)?;
-    match postcard::take_from_bytes::<Calibration>(body) {
-        Ok((calibration, [])) => {
-            calibration.validate()?;
-            Ok((header.sequence, calibration))
+    match read_body(body, place) {
+        Some([]) => {
+            place.validate()?;
+            Ok(header.sequence)
         }
         _ => Err(RecordError::Body),
+    }
+}
+
+/// Reads a calibration's postcard bytes field by field, in [`Calibration`]'s order, into its place: the derived way takes four
+/// copies, 11 KiB of stack. Returns the bytes behind it. Not checked: see [`Calibration::validate`].
+pub fn read_body<'b>(bytes: &'b [u8], place: &mut Calibration) -> Option<&'b [u8]> {
+    let mut source = postcard::Deserializer::from_bytes(bytes);
+    read(&mut source, &mut place.device)?;
+    read(&mut source, &mut place.made)?;
+    read(&mut source, &mut place.temperature_c)?;
+    read(&mut source, &mut place.method)?;
+    read(&mut source, &mut place.gauge)?;
+    read(&mut source, &mut place.amplitude_counts)?;
+    read(&mut source, &mut place.geometry)?;
+    read(&mut source, &mut place.pairs)?;
+    read(&mut source, &mut place.model.constants_m)?;
+    read(&mut source, &mut place.model.terms)?;
+    Rows(&mut place.model.coefficients)
+        .deserialize(&mut source)
+        .ok()?;
+    read(&mut source, &mut place.beacon)?;
+    read(&mut source, &mut place.quality)?;
+    source.finalize().ok()
+}
+
+type Source<'b> = postcard::Deserializer<'b, postcard::de_flavors::Slice<'b>>;
+
+#[inline(never)]
+fn read<'b, T: Deserialize<'b>>(source: &mut Source<'b>, place: &mut T) -> Option<()> {
+    *place = T::deserialize(source).ok()?;
+    Some(())
+}
+
+/// Reads rows of coefficients in place.
+struct Rows<'a>(&'a mut heapless::Vec<TermCoefficients, MAX_TERMS>);
+
+impl<'de> DeserializeSeed<'de> for Rows<'_> {
+    type Value = ();
+
+    fn deserialize<D: Deserializer<'de>>(self, source: D) -> Result<(), D::Error> {
+        source.deserialize_seq(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Rows<'_> {
+    type Value = ();
+
+    fn expecting(&self, text: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        text.write_str("rows of coefficients")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut rows: A) -> Result<(), A::Error> {
+        self.0.clear();
+        while let Some(row) = rows.next_element()? {
+            let room = self.0.push(row);
+            room.map_err(|_| A::Error::invalid_length(MAX_TERMS + 1, &"rows of coefficients"))?;
+        }
+        Ok(())
     }
 }
 

@@ -3,6 +3,9 @@
 use crate::frame::{Coordinate, Frame, SEGMENTS};
 use crate::model::Observation;
 
+/// Words of a sample in memory.
+pub(super) const SAMPLE_WORDS: usize = 10;
+
 /// Sign of each segment in the parity, equation (5).
 pub const PARITY_SIGN: [f32; SEGMENTS] = [1.0, -1.0, -1.0, 1.0];
 
@@ -27,6 +30,29 @@ impl Sample {
         direction: [0; SEGMENTS],
         temperature_delta_k: 0.0,
     };
+
+    /// As plain words, for memory that holds many: [`Sample::from_words`].
+    pub(super) fn to_words(self) -> [u32; SAMPLE_WORDS] {
+        let [a, b, c, d] = self.unmodified.map(|p| p.teeth.cast_unsigned());
+        let [e, f, g, h] = self.unmodified.map(|p| p.fraction_turns.to_bits());
+        let direction = u32::from_le_bytes(self.direction.map(i8::cast_unsigned));
+        let temperature = self.temperature_delta_k.to_bits();
+        [a, b, c, d, e, f, g, h, direction, temperature]
+    }
+
+    /// The sample of these words.
+    pub(super) fn from_words(words: &[u32; SAMPLE_WORDS]) -> Self {
+        let [a, b, c, d, e, f, g, h, direction, temperature] = *words;
+        let pairs = [(a, e), (b, f), (c, g), (d, h)];
+        Self {
+            unmodified: pairs.map(|(teeth, fraction)| Coordinate {
+                teeth: teeth.cast_signed(),
+                fraction_turns: f32::from_bits(fraction),
+            }),
+            direction: direction.to_le_bytes().map(u8::cast_signed),
+            temperature_delta_k: f32::from_bits(temperature),
+        }
+    }
 
     /// Of one frame.
     #[must_use]

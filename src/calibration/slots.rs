@@ -8,6 +8,7 @@
 //! power cut at any byte leaves either the state before or the state after.
 
 use super::record::{self, Calibration, HEADER_BYTES, Header, MAX_BYTES, RecordError};
+use crate::geometry::Geometry;
 use embedded_storage::nor_flash::{NorFlash, NorFlashError, NorFlashErrorKind};
 use serde::{Deserialize, Serialize};
 
@@ -180,6 +181,16 @@ impl<F: NorFlash> Slots<F> {
     /// # Errors
     /// [`SlotError::NoneInForce`], or [`RecordError::UnknownVersion`] if that is why; [`Slots::list`] tells what there is.
     pub fn load(&mut self) -> Result<(Place, Calibration), SlotError> {
+        let mut calibration = Calibration::identity(Geometry::PAPER);
+        let place = self.load_into(&mut calibration)?;
+        Ok((place, calibration))
+    }
+
+    /// [`Slots::load`] without a copy on the stack; on an error `to` is of no use.
+    ///
+    /// # Errors
+    /// As [`Slots::load`].
+    pub fn load_into(&mut self, to: &mut Calibration) -> Result<Place, SlotError> {
         let found = [self.examine(0), self.examine(1)];
         let Some(slot) = newest(&found) else {
             let unknown = found.iter().find_map(|found| match found.result {
@@ -188,7 +199,7 @@ impl<F: NorFlash> Slots<F> {
             });
             return Err(unknown.unwrap_or(SlotError::NoneInForce));
         };
-        self.read(slot as u8)
+        self.read_into(slot as u8, to)
     }
 
     /// One slot's calibration, in force or not.
@@ -196,11 +207,21 @@ impl<F: NorFlash> Slots<F> {
     /// # Errors
     /// [`SlotError::NoSuchSlot`] or what is wrong with the record.
     pub fn read(&mut self, slot: u8) -> Result<(Place, Calibration), SlotError> {
+        let mut calibration = Calibration::identity(Geometry::PAPER);
+        let place = self.read_into(slot, &mut calibration)?;
+        Ok((place, calibration))
+    }
+
+    /// [`Slots::read`] without a copy on the stack; on an error `to` is of no use.
+    ///
+    /// # Errors
+    /// As [`Slots::read`].
+    pub fn read_into(&mut self, slot: u8, to: &mut Calibration) -> Result<Place, SlotError> {
         if usize::from(slot) >= SLOTS {
             return Err(SlotError::NoSuchSlot { slot });
         }
-        let (sequence, calibration) = self.fetch(slot)?;
-        Ok((Place { slot, sequence }, calibration))
+        let sequence = self.fetch(slot, to)?;
+        Ok(Place { slot, sequence })
     }
 
     /// Stores a calibration in the slot that is not in force; from then on it is in force.
@@ -264,8 +285,10 @@ impl<F: NorFlash> Slots<F> {
         self.start + u32::from(slot) * SLOT_BYTES as u32
     }
 
+    #[inline(never)] // one calibration on the stack at a time
     fn examine(&mut self, slot: u8) -> Found {
-        let result = self.fetch(slot).map(|(sequence, _)| sequence);
+        let mut calibration = Calibration::identity(Geometry::PAPER);
+        let result = self.fetch(slot, &mut calibration);
         // A whole record of another version has a number that counts; a torn one's means nothing.
         let sequence = match result {
             Ok(sequence) => Some(sequence),
@@ -284,7 +307,7 @@ impl<F: NorFlash> Slots<F> {
     }
 
     /// Reads a slot's record into the buffer and decodes it.
-    fn fetch(&mut self, slot: u8) -> Result<(u32, Calibration), RecordError> {
+    fn fetch(&mut self, slot: u8, to: &mut Calibration) -> Result<u32, RecordError> {
         let offset = self.offset(slot);
         let (head, rest) = self
             .buffer
@@ -302,7 +325,7 @@ impl<F: NorFlash> Slots<F> {
         self.flash
             .read(offset + HEADER_BYTES as u32, rest)
             .map_err(|_| RecordError::Unreadable)?;
-        record::decode(&self.buffer)
+        record::decode_into(&self.buffer, to)
     }
 
     /// A mark that cannot be read was torn while it was programmed: rolled back.
@@ -330,19 +353,19 @@ impl<F: NorFlash> Slots<F> {
             })
     }
 
+    #[inline(never)]
     fn check_slot(
         &mut self,
         slot: u8,
         calibration: &Calibration,
         sequence: u32,
     ) -> Result<(), SlotError> {
-        match self.fetch(slot) {
-            Ok((found, read))
-                if found == sequence && read == *calibration && !self.is_marked(slot) =>
-            {
-                Ok(())
-            }
-            _ => Err(SlotError::ReadBack { slot }),
+        let mut read = Calibration::identity(Geometry::PAPER);
+        let found = self.fetch(slot, &mut read);
+        if found == Ok(sequence) && read == *calibration && !self.is_marked(slot) {
+            Ok(())
+        } else {
+            Err(SlotError::ReadBack { slot })
         }
     }
 }

@@ -63,23 +63,25 @@ pub(super) struct Visit {
 
 impl Visit {
     /// Nowhere to go.
-    pub const NONE: Self = Self {
-        average: Average::EMPTY,
-        doing: Doing::Waiting { waited: 0 },
-        pose: RelativePose {
-            x_m: 0.0,
-            y_m: 0.0,
-            theta_rad: 0.0,
-        },
-        number: 0,
-        tries: 0,
-        last_sequence: None,
-        bad_frames: 0,
-        bad_status: Status::empty(),
-        answers: 0,
-        nonsense: 0,
-        action: None,
-    };
+    pub const fn none() -> Self {
+        Self {
+            average: Average::empty(),
+            doing: Doing::Waiting { waited: 0 },
+            pose: RelativePose {
+                x_m: 0.0,
+                y_m: 0.0,
+                theta_rad: 0.0,
+            },
+            number: 0,
+            tries: 0,
+            last_sequence: None,
+            bad_frames: 0,
+            bad_status: Status::empty(),
+            answers: 0,
+            nonsense: 0,
+            action: None,
+        }
+    }
 
     /// Sets out for a pose; `number` is for refusals.
     pub fn go(&mut self, pose: RelativePose, number: u32) {
@@ -87,6 +89,12 @@ impl Visit {
         self.number = number;
         self.tries = 0;
         self.set_out();
+    }
+
+    /// Nothing to do, whatever there was.
+    pub fn forget(&mut self) {
+        self.last_sequence = None;
+        self.action = None;
     }
 
     /// Ends it.

@@ -8,6 +8,7 @@
 //! (Koopman 2002).
 
 use cobs::CobsEncoder;
+use core::ops::Range;
 use crc::{CRC_32_ISCSI, Crc};
 use postcard::ser_flavors::crc::CrcModifier;
 use postcard::ser_flavors::{Cobs, Slice};
@@ -141,6 +142,8 @@ pub struct Decoder<const N: usize> {
     buffer: [u8; N],
     len: usize,
     overflowed: bool,
+    /// What a message of [`Decoder::feed_head`] left over; good until the next byte.
+    rest: Range<usize>,
     counters: FrameCounters,
 }
 
@@ -164,6 +167,7 @@ impl<const N: usize> Decoder<N> {
             buffer: [0; N],
             len: 0,
             overflowed: false,
+            rest: 0..0,
             counters,
         }
     }
@@ -175,6 +179,15 @@ impl<const N: usize> Decoder<N> {
 
     /// Takes one byte. `Some` when it ends a frame that is not empty: the message, or why there is none (also counted).
     pub fn feed<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<T, FrameError>> {
+        self.feed_head(byte, |_| false)
+    }
+
+    /// The same for a message that may have more behind it, where `has_rest` says so: [`Decoder::rest`] has that.
+    pub fn feed_head<T: DeserializeOwned>(
+        &mut self,
+        byte: u8,
+        has_rest: fn(&T) -> bool,
+    ) -> Option<Result<T, FrameError>> {
         if byte != 0 {
             self.store(byte);
             return None;
@@ -182,7 +195,8 @@ impl<const N: usize> Decoder<N> {
         if self.len == 0 && !self.overflowed {
             return None;
         }
-        let result = self.finish();
+        self.rest = 0..0;
+        let result = self.finish(has_rest);
         self.len = 0;
         self.overflowed = false;
         match &result {
@@ -190,6 +204,11 @@ impl<const N: usize> Decoder<N> {
             Err(error) => self.counters.count(*error),
         }
         Some(result)
+    }
+
+    /// Bytes behind the last message, until the next byte is fed.
+    pub fn rest(&self) -> &[u8] {
+        self.buffer.get(self.rest.clone()).unwrap_or_default()
     }
 
     fn store(&mut self, byte: u8) {
@@ -202,7 +221,7 @@ impl<const N: usize> Decoder<N> {
         }
     }
 
-    fn finish<T: DeserializeOwned>(&mut self) -> Result<T, FrameError> {
+    fn finish<T: DeserializeOwned>(&mut self, has_rest: fn(&T) -> bool) -> Result<T, FrameError> {
         if self.overflowed {
             return Err(FrameError::TooLong);
         }
@@ -218,10 +237,12 @@ impl<const N: usize> Decoder<N> {
         if CRC32.checksum(message) != u32::from_le_bytes(*crc) {
             return Err(FrameError::Crc);
         }
-        match postcard::take_from_bytes(message) {
-            Ok((value, [])) => Ok(value),
-            _ => Err(FrameError::Unknown),
+        let (value, rest) = postcard::take_from_bytes(message).map_err(|_| FrameError::Unknown)?;
+        if !rest.is_empty() && !has_rest(&value) {
+            return Err(FrameError::Unknown);
         }
+        self.rest = message.len() - rest.len()..message.len();
+        Ok(value)
     }
 }
 

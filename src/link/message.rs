@@ -22,8 +22,8 @@ use serde::{Deserialize, Serialize};
 
 /// Version of this file's types.
 pub const PROTOCOL: u16 = 2;
-/// Longest frame of the command and reply channel: a whole calibration fits it.
-pub const FRAME_BYTES: usize = framing::encoded_bytes(record::MAX_BYTES);
+/// Longest frame of the command and reply channel: a whole calibration with its tags.
+pub const FRAME_BYTES: usize = framing::encoded_bytes(record::BODY_BYTES + 8);
 /// Nodes of a tooth map that one command carries.
 pub const MAP_NODES_A_COMMAND: usize = 200;
 /// Channel numbers, in both directions of the target's memory.
@@ -37,41 +37,44 @@ pub const COMMAND_CHANNEL: usize = 0;
 
 /// A numbered command.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Request {
+pub struct Request<C = Calibration> {
     /// Repeated by the response; from 1.
     pub number: u16,
     /// What to do.
-    pub command: Command,
+    pub command: Command<C>,
 }
 
 /// A numbered reply.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Response {
+pub struct Response<C = Calibration> {
     /// The request's; 0 for a frame that was no known request.
     pub number: u16,
     /// Its answer.
-    pub reply: Reply,
+    pub reply: Reply<C>,
 }
 
 /// What a host can say.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 // As for `Action`.
 #[allow(clippy::large_enum_variant)]
-pub enum Command {
+pub enum Command<C = Calibration> {
     /// First of all; answered by [`Reply::Hello`] whatever the versions. Same layout in every version.
     Hello {
         /// The host's [`PROTOCOL`].
         protocol: u16,
     },
     /// Anything else: only after a hello of the same version.
-    Do(Action),
+    Do(Action<C>),
 }
 
 /// What the board can be asked to do; checked by [`Action::validate`] before it reaches the background.
+///
+/// `C` is the calibration. The board's end takes it as `()`, which decodes from no bytes: the calibration behind it is decoded
+/// where it is to stay ([`super::server::Server::loaded`]), since its kilobyte would else pass through every stack frame of the decoder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-// One action exists at a time, on the background's stack; a box needs an allocator.
+// One action exists at a time, on the host's stack.
 #[allow(clippy::large_enum_variant)]
-pub enum Action {
+pub enum Action<C = Calibration> {
     /// How are you? [`Reply::Status`].
     Status,
     /// Start a self-calibration. [`Reply::Done`] once it is under way, then [`Action::Progress`].
@@ -90,7 +93,7 @@ pub enum Action {
     /// Coefficients, terms and geometry. [`Reply::Calibration`].
     Read(Source),
     /// Put these coefficients, terms and geometry in force; not stored until [`Action::Commit`].
-    Load(Calibration),
+    Load(C),
     /// Begin to load a tooth map; one in force is taken out of it.
     MapBegin(MapHeader),
     /// Its next nodes, nanometres.
@@ -177,11 +180,11 @@ impl Default for CalibrateOrder {
     }
 }
 
-/// What the board answers.
+/// What the board answers. The board's end sends calibrations from where they are, `C` a reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 // As for `Action`.
 #[allow(clippy::large_enum_variant)]
-pub enum Reply {
+pub enum Reply<C = Calibration> {
     /// Who is there. Same layout in every version.
     Hello(Hello),
     /// Done, or under way.
@@ -193,7 +196,7 @@ pub enum Reply {
     /// State of the session.
     Progress(Progress),
     /// A calibration.
-    Calibration(Calibration),
+    Calibration(C),
     /// Where the record in force now is.
     Place(Place),
     /// Both slots.

@@ -13,20 +13,17 @@ const PLATEN_POSES: u16 = 20_000;
 /// 2100-01-01: a date beyond it is a mistake.
 const LATEST_UNIX_S: f64 = 4.1e9;
 
-impl Action {
+impl<C> Action<C> {
     /// Checks every number of the action.
     ///
     /// # Errors
-    /// [`Refusal::Range`] or [`Refusal::Calibration`] for the first that cannot be used.
+    /// [`Refusal::Range`] for the first that cannot be used. A calibration is checked where it is decoded.
     pub fn validate(&self) -> Result<(), Refusal> {
         match self {
             Self::Calibrate(order) => order.validate(),
             Self::Read(Source::Slot(slot)) => {
                 range(Field::Slot, f64::from(*slot), 0.0, (SLOTS - 1) as f64)
             }
-            Self::Load(calibration) => calibration
-                .validate()
-                .map_err(|error| Refusal::Calibration(error.into())),
             Self::MapBegin(header) => header.validate().map_err(Refusal::Map),
             Self::Stream(order) => order.validate(),
             Self::Record { samples } => range(

@@ -2,22 +2,21 @@
 
 use super::framing::{Decoder, FrameCounters, FrameError};
 use super::message::{Action, Command, FRAME_BYTES, Hello, PROTOCOL, Reply, Request, Response};
-use super::refusal::Refusal;
+use super::refusal::{RecordRefusal, Refusal};
+use crate::calibration::record::{self, Calibration};
 
 /// What a byte has brought.
 #[derive(Clone, Debug, PartialEq)]
-// As for `Action`.
-#[allow(clippy::large_enum_variant)]
 pub enum Event {
     /// To be carried out, and answered under this number.
     Act {
         /// The request's.
         number: u16,
-        /// Checked by [`Action::validate`].
-        action: Action,
+        /// Checked by [`Action::validate`]. What is to be loaded is got by [`Server::loaded`].
+        action: Action<()>,
     },
     /// To be sent as it is.
-    Answer(Response),
+    Answer(Response<&'static Calibration>),
 }
 
 /// Takes requests apart. Until a host has said hello in this protocol version, nothing else is done for it.
@@ -44,7 +43,9 @@ impl Server {
     /// Takes one byte of the command channel.
     #[inline(never)]
     pub fn feed(&mut self, byte: u8) -> Option<Event> {
-        match self.decoder.feed::<Request>(byte)? {
+        let loads =
+            |request: &Request<()>| matches!(request.command, Command::Do(Action::Load(())));
+        match self.decoder.feed_head::<Request<()>>(byte, loads)? {
             Ok(request) => Some(self.serve(request)),
             // Noise is counted and not answered: there may be nobody who asked.
             Err(FrameError::Unknown) => Some(refuse(0, Refusal::Unknown)),
@@ -52,12 +53,26 @@ impl Server {
         }
     }
 
+    /// Decodes the calibration of the [`Action::Load`] that was just fed.
+    ///
+    /// # Errors
+    /// [`Refusal::Calibration`]; `place` is then of no use.
+    pub fn loaded(&self, place: &mut Calibration) -> Result<(), Refusal> {
+        let whole = record::read_body(self.decoder.rest(), place).map(|rest| rest.is_empty());
+        if whole != Some(true) {
+            return Err(Refusal::Calibration(RecordRefusal::Invalid));
+        }
+        place
+            .validate()
+            .map_err(|error| Refusal::Calibration(error.into()))
+    }
+
     /// Frames seen so far.
     pub const fn counters(&self) -> FrameCounters {
         self.decoder.counters()
     }
 
-    fn serve(&mut self, request: Request) -> Event {
+    fn serve(&mut self, request: Request<()>) -> Event {
         let number = request.number;
         match request.command {
             Command::Hello { protocol } => {

@@ -4,6 +4,7 @@ use crate::calibration::record::Instant;
 use crate::calibration::slots::Place;
 use crate::frame::{Pose, SEGMENTS};
 use crate::link::framing::FrameCounters;
+use crate::link::refusal::Refusal;
 use crate::teeth::Grid;
 use heapless::String;
 use serde::{Deserialize, Serialize};
@@ -71,6 +72,8 @@ pub struct BoardStatus {
     pub motion: FrameCounters,
     /// Why the board last started.
     pub reset: ResetCause,
+    /// Why no stored calibration came in force then; none if one did.
+    pub boot: Option<Refusal>,
 }
 
 /// Why the board started.

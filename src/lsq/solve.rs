@@ -100,6 +100,27 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
         }
     }
 
+    /// All zeros, to be [`Estimator::reset`] before use: as a constant it is a clearing of memory, where [`Estimator::new`] would be
+    /// made on the stack and copied.
+    #[must_use]
+    pub const fn blank() -> Self {
+        Self {
+            rows: Triangle::new(0),
+            solved: Upper::new(0),
+            inverse_length: [0.0; N],
+            solution: Solution {
+                values: [0.0; N],
+                deviations: [0.0; N],
+                unknowns: 0,
+                rank: 0,
+                condition: 0.0,
+                condition_equilibrated: 0.0,
+                noise: 0.0,
+                rows: 0,
+            },
+        }
+    }
+
     /// Empties it and sets the number of unknowns in use.
     pub fn reset(&mut self, unknowns: usize) {
         self.rows.reset(unknowns);

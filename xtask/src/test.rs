@@ -1,10 +1,10 @@
-//! `cargo xtask test`: formatting, lints, documentation, every test of the workspace, the reports in a
-//! browser, the library on the target.
+//! `cargo xtask test`: formatting, lints, documentation, every test of the workspace, the library on the target, both images
+//! against their limits, the reports in a browser.
 //!
 //! All tests run in the profile `checked` (Cargo.toml): optimised, since they simulate for minutes otherwise, and
 //! with the overflow checks and debug assertions of a debug build. The last line is `N passed, N failed`.
 
-use crate::{arm, browser, cargo, onboard};
+use crate::{arm, browser, cargo, firmware, onboard};
 use anyhow::{Context, Result, ensure};
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
@@ -82,6 +82,9 @@ pub fn run(arguments: &[String]) -> Result<()> {
     total.add(checked("reports in a browser", || browser::run(&[])));
     total.add(checked("the Cortex-M4F", arm::checks));
     total.add(emulated());
+    total.add(checked("flash, RAM and stack of both images", || {
+        firmware::run_command(&[])
+    }));
     println!("{} passed, {} failed", total.passed, total.failed);
     ensure!(total.failed == 0, "{} failed", total.failed);
     Ok(())

@@ -65,6 +65,7 @@ fn text(output: &Output) -> String {
         ("last start", format!("{:?}", status.reset)),
         ("calibration", in_force(status.in_force)),
         ("tooth map", tooth_map(status.map)),
+        ("stored at start", status.boot.map_or_else(|| "in force".to_owned(), |why| why.to_string())),
         ("activity", format!("{:?}", status.activity)),
         ("samples", format!("{} taken, {} missed, {} frames dropped", status.samples, status.missed, status.dropped_frames)),
         ("status bits", or_none(&output.status_bits)),

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 use link_host::probe::attach;
-use probe_rs::flashing::{ElfOptions, Format, download_file};
+use probe_rs::flashing::{ElfLoader, ElfOptions, download_file};
 use std::time::Duration;
 
 fn main() -> Result<()> {
@@ -13,7 +13,7 @@ fn main() -> Result<()> {
         other => bail!("found {other:?}, wanted an image and at most a probe's selector"),
     };
     let mut session = attach(selector.filter(|name| *name != "any"))?;
-    download_file(&mut session, image, Format::Elf(ElfOptions::default()))
+    download_file(&mut session, image, ElfLoader(ElfOptions::default()))
         .with_context(|| image.clone())?;
     session
         .core(0)?

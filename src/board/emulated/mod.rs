@@ -14,6 +14,7 @@ use super::main_loop::{self, Board, RATE_HZ, WATCHDOG_MS};
 use super::start::{self, Ends};
 use super::{fault, rtt};
 use crate::app::background::Background;
+use crate::app::console::Console;
 use crate::app::sampler::Sampler;
 use crate::drivers::converter::{Converter, ConverterError, Counts, Settings};
 use crate::emulation::{BACKGROUND, INTERRUPT, Operation, Pin, TICK_HZ};
@@ -133,8 +134,21 @@ impl Board for Emulated {
 
 /// Start-up and main loop.
 pub fn main() -> ! {
-    clock::start_counter();
     let post = Post::new(BACKGROUND);
+    let (background, console) = set_up(post);
+    clock::start_sampling(RATE_HZ);
+    main_loop::run(Emulated { post }, background, console)
+}
+
+type Halves = (
+    &'static mut Background<'static, 'static, Serial, Flash>,
+    &'static mut Console<rtt::Rings>,
+);
+
+/// Everything but the sampling instants. A function of its own: the main loop's stack begins where this one's began.
+#[inline(never)]
+fn set_up(post: Post) -> Halves {
+    clock::start_counter();
     let _ = post.ask(Operation::Boot, 0, &[], &mut []);
     let rings = rtt::start();
     let report = fault::take(ResetCause::PowerOn);
@@ -174,6 +188,5 @@ pub fn main() -> ! {
         processor.NVIC.set_priority(Timer, interrupt::SAMPLING);
         NVIC::unmask(Timer);
     }
-    clock::start_sampling(RATE_HZ);
-    main_loop::run(Emulated { post }, background, console)
+    (background, console)
 }

@@ -16,9 +16,10 @@ use self::serial::Serial;
 use self::spi::Device;
 use super::interrupt::{BELOW_SAMPLING, Owned, SAMPLING as SAMPLING_PRIORITY};
 use super::main_loop::{self, Board, RATE_HZ};
-use super::start::{self, Ends};
+use super::start;
 use super::{fault, rtt};
 use crate::app::background::Background;
+use crate::app::console::Console;
 use crate::app::sampler::Sampler;
 use crate::drivers::converter::{Converter, ConverterError, Counts, Settings};
 use core::mem::MaybeUninit;
@@ -50,10 +51,10 @@ fn EXTI9_5() {
     sampler.isr_sample(isr_read(converter, asked), missed);
 }
 
-/// The counts, if BUSY asked for them; called by hand there are none.
+/// The counts, if BUSY asked for them; called by hand there are none, and silent chips are set again piece by piece.
 fn isr_read(converter: &mut Chips, asked: bool) -> Result<Counts, ConverterError> {
     if !asked {
-        return Err(ConverterError::BusyStuck { polls: 0 });
+        return Err(converter.silent());
     }
     let mut counts = Counts::default();
     converter.read(&mut counts).map(|()| counts)
@@ -109,11 +110,31 @@ impl Board for G474 {
     }
 }
 
+type Ends = start::Ends<Serial, Flash>;
+
 /// Start-up and main loop.
 ///
 /// # Panics
 /// On a second call.
 pub fn main() -> ! {
+    let (background, console) = set_up();
+    let board = G474 {
+        samples_seen: 0,
+        mailbox: background.mailbox(),
+        seen_at: 0,
+    };
+    sampling::start(RATE_HZ);
+    main_loop::run(board, background, console)
+}
+
+type Halves = (
+    &'static mut Background<'static, 'static, Serial, Flash>,
+    &'static mut Console<rtt::Rings>,
+);
+
+/// Everything but the sampling instants. A function of its own: the main loop's stack begins where this one's began.
+#[inline(never)]
+fn set_up() -> Halves {
     clocks::start();
     pins::start();
     let rings = rtt::start();
@@ -145,7 +166,6 @@ pub fn main() -> ! {
         background,
         console,
     } = start::connect(place, parts, rings, "g474", supervision::device(), report);
-    let mailbox = background.mailbox();
     supervision::start_watchdog();
     // SAFETY: the interrupts are enabled afterwards.
     unsafe {
@@ -161,14 +181,5 @@ pub fn main() -> ! {
         NVIC::unmask(Interrupt::EXTI9_5);
         NVIC::unmask(Interrupt::USART1);
     }
-    sampling::start(RATE_HZ);
-    main_loop::run(
-        G474 {
-            samples_seen: 0,
-            mailbox,
-            seen_at: 0,
-        },
-        background,
-        console,
-    )
+    (background, console)
 }

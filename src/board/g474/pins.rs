@@ -3,6 +3,7 @@
 use core::convert::Infallible;
 use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
 use stm32_metapac::gpio::Gpio;
+use stm32_metapac::gpio::regs::Bsrr;
 use stm32_metapac::gpio::vals::{Moder, Ospeedr, Pupdr};
 use stm32_metapac::{GPIOA, GPIOB, GPIOC, RCC};
 
@@ -85,13 +86,11 @@ impl Pin {
     /// Sets an output.
     #[inline(always)]
     pub fn level(self, high: bool) {
-        self.port.bsrr().write(|w| {
-            if high {
-                w.set_bs(self.number, true)
-            } else {
-                w.set_br(self.number, true)
-            }
-        });
+        // The register's own accessors can panic at a pin's number; this runs in the sampling interrupt.
+        let bit = 1 << (self.number & 15);
+        self.port
+            .bsrr()
+            .write_value(Bsrr(if high { bit } else { bit << 16 }));
     }
 }
 
@@ -113,7 +112,7 @@ impl OutputPin for Pin {
 
 impl InputPin for Pin {
     fn is_high(&mut self) -> Result<bool, Infallible> {
-        Ok(self.port.idr().read().0 >> self.number & 1 == 1)
+        Ok(self.port.idr().read().0 >> (self.number & 15) & 1 == 1)
     }
 
     fn is_low(&mut self) -> Result<bool, Infallible> {

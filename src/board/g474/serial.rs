@@ -1,6 +1,7 @@
 //! USART1 to the motion controller: two queues, filled and emptied by its interrupt, below the sampling one.
 
 use super::clocks::CLOCK_HZ;
+use crate::queue;
 use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write, WriteReady};
 use heapless::spsc::{Consumer, Producer, Queue};
 use stm32_metapac::{RCC, USART1};
@@ -60,10 +61,10 @@ impl Interrupt {
     /// Moves bytes between the queues and the peripheral; never waits. A byte without room is dropped: its frame's CRC tells.
     pub fn serve(&mut self) {
         while USART1.isr().read().rxne() {
-            let _ = self.received.enqueue(USART1.rdr().read().dr() as u8);
+            let _ = queue::enqueue(&mut self.received, USART1.rdr().read().dr() as u8);
         }
         while USART1.isr().read().txe() {
-            match self.to_send.dequeue() {
+            match queue::dequeue(&mut self.to_send) {
                 Some(byte) => USART1.tdr().write(|w| w.set_dr(u16::from(byte))),
                 None => {
                     USART1.cr1().modify(|w| w.set_txeie(false));

@@ -135,12 +135,13 @@ impl Constraints {
         for (w, b) in misclosure.iter_mut().zip(&by_readings) {
             *w += b.iter().zip(moved).map(|(b, m)| b * m).sum::<f32>();
         }
-        let mut jacobian = self.jacobian(values, &instant);
-        whitening.apply_rows(&mut jacobian, self.layout.len());
-        Rows {
-            jacobian,
+        let mut rows = Rows {
+            jacobian: [[0.0; JOINT_UNKNOWNS]; 3],
             misclosure: whitening.apply(misclosure),
-        }
+        };
+        self.fill_jacobian(values, &instant, &mut rows.jacobian);
+        whitening.apply_rows(&mut rows.jacobian, self.layout.len());
+        rows
     }
 
     fn at(&self, values: &Values, sample: &JointSample) -> Instant {

@@ -5,7 +5,7 @@ use crate::frame::{Coordinate, SEGMENTS};
 use crate::model::Observation;
 
 /// Poses in the buffer, fitted and held out. 24 bytes each.
-pub const POSES: usize = 1280;
+pub const POSES: usize = 1200;
 /// Farthest from the origin's teeth that a stored output may be.
 pub const FARTHEST_TEETH: i16 = 500;
 /// Binary places of a stored output's fraction: 2^-22 of a pitch of 1.016 mm is 0.24 nm, 0.07 nm rms.
@@ -105,11 +105,12 @@ impl<I: Clone + ExactSizeIterator<Item = JointSample>> Poses for I {}
 /// Poses in the order of their visit; from `held_out_from` on they are not fitted.
 #[derive(Clone, Debug)]
 pub struct JointBuffer {
-    // Flat arrays of numbers: those the compiler clears in their place, arrays of structures it makes on the stack first.
     outputs: [i32; SEGMENTS * POSES],
     deflections: [f32; 2 * POSES],
     count: usize,
-    held_out_from: usize,
+    /// Poses to fit, once they are complete.
+    fitted: usize,
+    is_complete: bool,
 }
 
 impl Default for JointBuffer {
@@ -119,20 +120,20 @@ impl Default for JointBuffer {
 }
 
 impl JointBuffer {
-    /// Nothing collected.
-    // A function: a constant of this size would lie in the image's flash, zeros and all.
+    /// Nothing collected: all zeros, so that as a constant it is a clearing of memory in its place.
     pub const fn new() -> Self {
         Self {
             outputs: [0; SEGMENTS * POSES],
             deflections: [0.0; 2 * POSES],
             count: 0,
-            held_out_from: POSES,
+            fitted: 0,
+            is_complete: false,
         }
     }
 
     /// Empties it.
     pub fn clear(&mut self) {
-        (self.count, self.held_out_from) = (0, POSES);
+        (self.count, self.is_complete) = (0, false);
     }
 
     /// Adds a pose, its outputs rounded to 2^-22 of a pitch; false if there is no room, or an output is no number or more than
@@ -152,7 +153,7 @@ impl JointBuffer {
 
     /// What comes after is held out.
     pub fn hold_out_rest(&mut self) {
-        self.held_out_from = self.count;
+        (self.fitted, self.is_complete) = (self.count, true);
     }
 
     /// Poses to fit.
@@ -178,7 +179,11 @@ impl JointBuffer {
     }
 
     fn fits(&self) -> usize {
-        self.held_out_from.min(self.count)
+        if self.is_complete {
+            self.fitted
+        } else {
+            self.count
+        }
     }
 }
 

@@ -106,20 +106,21 @@ impl Default for JointSolver {
 }
 
 impl JointSolver {
-    /// Empty.
-    // A function: a constant of this size would lie in the image's flash, zeros and all.
+    /// All zeros, so that as a constant it is a clearing of memory in its place; [`JointSolver::set_priors`] comes before all else.
     pub const fn new() -> Self {
         Self {
-            estimator: Estimator::new(JOINT_UNKNOWNS),
+            estimator: Estimator::blank(),
             free: heapless::Vec::new(),
             prior_centre: [0.0; JOINT_UNKNOWNS],
-            prior_deviation: [f32::INFINITY; JOINT_UNKNOWNS],
-            channels: 3,
+            prior_deviation: [0.0; JOINT_UNKNOWNS],
+            channels: 0,
         }
     }
 
     /// States what is believed before the data: the entered values of height and lever arm, zero for the rest.
     pub fn set_priors(&mut self, constraints: &Constraints, entered: &Values, priors: &Priors) {
+        self.prior_deviation = [f32::INFINITY; JOINT_UNKNOWNS];
+        self.channels = 3;
         let layout = &constraints.layout;
         let lever = layout.lever();
         let length_m =

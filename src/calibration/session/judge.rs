@@ -93,7 +93,6 @@ impl Session {
         } else {
             self.stage = Stage::HeldOut;
             self.done = 0;
-            self.go_on();
         }
     }
 

@@ -61,8 +61,8 @@ impl Session {
     pub const fn idle() -> Self {
         Self {
             config: None,
-            fit: GatedFit::new(),
-            visit: Visit::NONE,
+            fit: const { GatedFit::new() }, // zeros: memory that is cleared in its place
+            visit: Visit::none(),
             planner: Planner::new(
                 Range {
                     travel_m: 0.0,
@@ -118,6 +118,14 @@ impl Session {
         self.temperature_sum_k = 0.0;
         self.worst_deviation_m = f32::INFINITY;
         self.outcome = None;
+    }
+
+    /// Nothing under way, whatever there was: in place, and of use also where the memory was just cleared.
+    pub(crate) fn make_idle(&mut self) {
+        self.config = None;
+        self.outcome = None;
+        self.stage = Stage::Finished;
+        self.visit.forget();
     }
 
     /// Whether a session is under way.
@@ -227,17 +235,15 @@ impl Session {
     }
 
     fn go_on(&mut self) {
-        let complete = self.done >= self.planned();
+        if self.stage == Stage::Fit && (self.done >= self.planned() || self.target_met()) {
+            self.end_fit();
+        }
         match self.stage {
-            Stage::Fit if complete => self.end_fit(),
             Stage::Fit => {
-                if self.target_met() {
-                    return self.end_fit();
-                }
                 let pose = self.choose();
                 self.visit.go(pose, self.done);
             }
-            Stage::HeldOut if complete => self.decide(),
+            Stage::HeldOut if self.done >= self.planned() => self.decide(),
             Stage::HeldOut => {
                 let pose = self.planner.random();
                 self.visit.go(pose, self.done);

@@ -243,7 +243,7 @@ fn paper_rows(
     let mut with = |model: ErrorModel| -> Result<Deviations> {
         // The interrupt takes what was put in force last at its next sample; only then is there room for another.
         board.sample();
-        board.background.keeper_mut()?.load(Calibration {
+        board.background.keeper_mut()?.load(&Calibration {
             model,
             geometry,
             ..here.clone()

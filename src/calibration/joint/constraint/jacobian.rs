@@ -1,6 +1,6 @@
 //! Derivatives of the constraints by the unknowns.
 
-use super::{Constraints, Instant, JOINT_UNKNOWNS, Layout, Values};
+use super::{Constraints, Instant, Layout, Values};
 use crate::calibration::sample::PARITY_SIGN;
 use crate::diode;
 use crate::frame::SEGMENTS;
@@ -8,10 +8,15 @@ use crate::frame::SEGMENTS;
 use super::ANGLE_SIGN;
 
 impl Constraints {
-    pub(super) fn jacobian(&self, values: &Values, instant: &Instant) -> [Values; 3] {
+    /// Writes the rows, which must be zero.
+    pub(super) fn fill_jacobian(
+        &self,
+        values: &Values,
+        instant: &Instant,
+        jacobian: &mut [Values; 3],
+    ) {
         let layout = &self.layout;
         let by_outputs = self.by_outputs(instant);
-        let mut jacobian = [[0.0; JOINT_UNKNOWNS]; 3];
         for i in 0..SEGMENTS {
             let functions = instant.basis.segment(i, Layout::ORDERS.0, Layout::ORDERS.1);
             for (k, (_, term)) in layout.terms.iter().enumerate() {
@@ -27,9 +32,8 @@ impl Constraints {
                 row[layout.angle_offset()] += by_output[i] * ANGLE_SIGN[i] / 4.0;
             }
         }
-        self.fill_mounting(values, instant, &mut jacobian);
-        self.fill_sensor(values, instant, &mut jacobian);
-        jacobian
+        self.fill_mounting(values, instant, jacobian);
+        self.fill_sensor(values, instant, jacobian);
     }
 
     fn fill_mounting(&self, values: &Values, instant: &Instant, jacobian: &mut [Values; 3]) {

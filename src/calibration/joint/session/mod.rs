@@ -65,7 +65,7 @@ impl JointSession {
     pub const fn idle() -> Self {
         Self {
             config: None,
-            visit: Visit::NONE,
+            visit: Visit::none(),
             planner: Planner::new(
                 Range {
                     travel_m: 0.0,
@@ -73,8 +73,9 @@ impl JointSession {
                 },
                 0,
             ),
-            buffer: JointBuffer::new(),
-            solver: JointSolver::new(),
+            // Constants of zeros: memory that is cleared in its place.
+            buffer: const { JointBuffer::new() },
+            solver: const { JointSolver::new() },
             entered: [0.0; JOINT_UNKNOWNS],
             progress: JointProgress {
                 values: [0.0; JOINT_UNKNOWNS],
@@ -125,6 +126,14 @@ impl JointSession {
         self.stage = Stage::Origin;
         self.visit.go(RelativePose::default(), 0);
         Ok(())
+    }
+
+    /// Nothing under way, whatever there was: in place, and of use also where the memory was just cleared.
+    pub(crate) fn make_idle(&mut self) {
+        self.config = None;
+        self.outcome = None;
+        self.stage = Stage::Finished;
+        self.visit.forget();
     }
 
     /// Whether a session is under way.

@@ -64,6 +64,7 @@ impl JointSession {
         }
     }
 
+    #[inline(never)] // its result is on the stack only while it runs
     pub(super) fn decide(&mut self) {
         let Some((config, constraints)) = &self.config else {
             return;
@@ -127,6 +128,7 @@ impl JointSession {
         }
     }
 
+    #[inline(never)] // an outcome on the stack only while it runs
     pub(super) fn refuse(&mut self, refusal: Refusal) {
         self.finish(Err(refusal));
     }
