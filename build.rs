@@ -6,5 +6,7 @@ fn main() {
     if std::env::var_os("CARGO_FEATURE_G474").is_some() {
         println!("cargo:rustc-link-arg-bins=-Tlink.x");
         println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
+        // Functions of the same instructions are one.
+        println!("cargo:rustc-link-arg-bins=--icf=all");
     }
 }

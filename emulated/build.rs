@@ -12,4 +12,6 @@ fn main() {
     println!("cargo:rustc-link-search={}", out.display());
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
     println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
+    // Functions of the same instructions are one.
+    println!("cargo:rustc-link-arg-bins=--icf=all");
 }

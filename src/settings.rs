@@ -231,6 +231,7 @@ impl Limits {
 }
 
 /// NaN fails as well.
+#[inline(never)] // called some thirty times: inlined it is 1 KiB of flash
 fn range(name: &'static str, value: f32, low: f32, high: f32) -> Result<(), ConfigError> {
     if value >= low && value <= high {
         Ok(())

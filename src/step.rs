@@ -58,7 +58,6 @@ impl StepConfig {
     ///
     /// # Errors
     /// The first setting that is out of range; nothing the interrupt computes with can then overflow.
-    #[inline(always)] // so that the set is made where it stays: two copies of it less on the stack
     pub fn build(settings: &Settings) -> Result<Self, ConfigError> {
         settings.validate()?;
         let (geometry, limits) = (&settings.geometry, &settings.limits);
@@ -233,7 +232,7 @@ const STALE: Status = Status::CONVERTER_CRC.union(Status::CONVERTER_TIMEOUT);
 /// counts there must be the previous ones. A temperature not within ±1000 K counts for nothing. Cost: `cargo xtask bench`.
 pub fn isr_step<'s>(config: &StepConfig, state: &'s mut StepState) -> &'s Frame {
     if config.beyond_own {
-        sample::<true>(config, state);
+        sample_beyond_own(config, state);
         match &config.beacon_pose {
             Some(beacon) => relate_to_beacon(beacon, &mut state.frame),
             None => state.frame.beacon.seen = false,
@@ -252,7 +251,7 @@ pub fn isr_step_mapped<'s>(
     state: &'s mut StepState,
     map: &ToothMap,
 ) -> &'s Frame {
-    sample::<true>(config, state);
+    sample_beyond_own(config, state);
     let frame = &mut state.frame;
     let (errors, inside) = map.errors_turns(frame);
     let sum = |i: usize| frame.segments[i].calibrated.fraction_turns + errors[i];
@@ -276,6 +275,12 @@ fn relate_to_beacon(beacon: &CompiledBeaconPose, frame: &mut Frame) {
     } else {
         beacon.pose(&frame.pose, frame.tan_psi)
     };
+}
+
+/// With what goes beyond equation (3): one copy, 4 KiB of flash, for the steps with and without a map.
+#[inline(never)]
+fn sample_beyond_own(config: &StepConfig, state: &mut StepState) {
+    sample::<true>(config, state);
 }
 
 /// One sample, with or without (`BEYOND`) what goes beyond equation (3).

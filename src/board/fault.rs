@@ -78,7 +78,7 @@ pub fn take(hardware: ResetCause) -> StartReport {
 }
 
 /// Keeps a record for the next start. Little stack: there may be none left.
-pub fn keep(cause: ResetCause, program_counter: u32, link_register: u32, message: &str) {
+pub fn keep(cause: ResetCause, program_counter: u32, link_register: u32, message: &[u8]) {
     let kind = KINDS
         .iter()
         .find(|(_, known)| *known == cause)
@@ -92,7 +92,7 @@ pub fn keep(cause: ResetCause, program_counter: u32, link_register: u32, message
         link_register,
         length,
     ];
-    let mut bytes = message.bytes();
+    let mut bytes = message.iter().copied();
     let mut sum = SEED;
     for index in 0..WORDS {
         let word = match head.get(index) {
@@ -116,20 +116,65 @@ fn mix(sum: u32, word: u32) -> u32 {
     (sum ^ word).wrapping_mul(0x0100_0193)
 }
 
+/// Text of a record in the making: bytes, since characters would bring their encoding along.
+struct Text {
+    bytes: [u8; MESSAGE_BYTES],
+    length: usize,
+}
+
+impl Text {
+    const fn new() -> Self {
+        Self {
+            bytes: [0; MESSAGE_BYTES],
+            length: 0,
+        }
+    }
+
+    /// Adds what there is room for.
+    #[inline(never)]
+    fn push(&mut self, more: &[u8]) {
+        for byte in more {
+            if let Some(place) = self.bytes.get_mut(self.length) {
+                *place = *byte;
+                self.length += 1;
+            }
+        }
+    }
+
+    /// Adds a number, decimal.
+    fn push_number(&mut self, number: u32) {
+        let mut digits = [0; 10];
+        let (mut rest, mut first) = (number, digits.len());
+        for (index, digit) in digits.iter_mut().enumerate().rev() {
+            *digit = b'0' + (rest % 10) as u8;
+            rest /= 10;
+            first = index;
+            if rest == 0 {
+                break;
+            }
+        }
+        self.push(digits.get(first..).unwrap_or_default());
+    }
+
+    fn get(&self) -> &[u8] {
+        self.bytes.get(..self.length).unwrap_or_default()
+    }
+}
+
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
-    let mut text: String<128> = String::new();
+    let mut text = Text::new();
     // Place and fixed text alone: formatting the rest would bring 15 KiB of code along. What does not fit is cut off.
     if let Some(place) = info.location() {
-        push(&mut text, place.file());
-        push(&mut text, ":");
-        push_number(&mut text, place.line());
+        text.push(place.file().as_bytes());
+        text.push(b":");
+        text.push_number(place.line());
     }
     if let Some(fixed) = info.message().as_str() {
-        push(&mut text, " ");
-        push(&mut text, fixed);
+        text.push(b" ");
+        text.push(fixed.as_bytes());
     }
-    keep(ResetCause::Panic, 0, 0, &text);
+    keep(ResetCause::Panic, 0, 0, text.get());
     SCB::sys_reset();
 }
 
@@ -138,32 +183,9 @@ fn panic(info: &PanicInfo<'_>) -> ! {
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     // SAFETY: status registers of the processor, read only.
     let status = unsafe { (*cortex_m::peripheral::SCB::PTR).cfsr.read() };
-    let mut text: String<128> = String::new();
-    push(&mut text, "fault status ");
-    push_number(&mut text, status);
-    keep(ResetCause::HardFault, frame.pc(), frame.lr(), &text);
+    let mut text = Text::new();
+    text.push(b"fault status ");
+    text.push_number(status);
+    keep(ResetCause::HardFault, frame.pc(), frame.lr(), text.get());
     SCB::sys_reset();
-}
-
-fn push(text: &mut String<128>, more: &str) {
-    for character in more.chars() {
-        let _ = text.push(character);
-    }
-}
-
-/// Decimal.
-fn push_number(text: &mut String<128>, number: u32) {
-    let mut digits = [0; 10];
-    let (mut rest, mut used) = (number, 0);
-    for place in &mut digits {
-        *place = b'0' + (rest % 10) as u8;
-        rest /= 10;
-        used += 1;
-        if rest == 0 {
-            break;
-        }
-    }
-    for digit in digits.iter().take(used).rev() {
-        let _ = text.push(char::from(*digit));
-    }
 }

@@ -56,7 +56,7 @@ where
         if console.wants_restart() {
             let since = samples.wrapping_sub(*restart_at.get_or_insert(samples));
             if since >= FAREWELL_SAMPLES {
-                fault::keep(ResetCause::Requested, 0, 0, "");
+                fault::keep(ResetCause::Requested, 0, 0, b"");
                 cortex_m::peripheral::SCB::sys_reset();
             }
         }

@@ -106,8 +106,8 @@ where
     let sets = configurations();
     let hello = Hello {
         protocol: PROTOCOL,
-        firmware: text(env!("CARGO_PKG_VERSION")),
-        board: text(board),
+        firmware: String::try_from(env!("CARGO_PKG_VERSION")).unwrap_or_default(),
+        board: String::try_from(board).unwrap_or_default(),
         device,
         rate_hz: RATE_HZ as f32,
     };
@@ -179,15 +179,4 @@ fn configure<'p>(
         Ok(set) => place.write(set),
         Err(_) => panic!("the board's own settings are out of range"),
     }
-}
-
-/// As much of a text as fits.
-fn text<const N: usize>(text: &str) -> String<N> {
-    let mut built = String::new();
-    for character in text.chars() {
-        if built.push(character).is_err() {
-            break;
-        }
-    }
-    built
 }

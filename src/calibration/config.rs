@@ -139,6 +139,7 @@ impl SessionConfig {
 }
 
 /// Not a number fails as well.
+#[inline(never)]
 pub(super) fn within(
     name: &'static str,
     value: f32,

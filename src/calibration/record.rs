@@ -365,6 +365,7 @@ impl<'de> Visitor<'de> for Rows<'_> {
 
 impl Calibration {
     /// One that corrects nothing, for a geometry; the starting point of a first calibration.
+    #[inline(never)]
     pub fn identity(geometry: Geometry) -> Self {
         Self {
             device: [0; 12],

@@ -11,7 +11,7 @@ pub const JOINT_POSES: u16 = 1000;
 /// Two hours of self-motions.
 const PLATEN_POSES: u16 = 20_000;
 /// 2100-01-01: a date beyond it is a mistake.
-const LATEST_UNIX_S: f64 = 4.1e9;
+const LATEST_UNIX_S: f32 = 4.1e9;
 
 impl<C> Action<C> {
     /// Checks every number of the action.
@@ -22,25 +22,22 @@ impl<C> Action<C> {
         match self {
             Self::Calibrate(order) => order.validate(),
             Self::Read(Source::Slot(slot)) => {
-                range(Field::Slot, f64::from(*slot), 0.0, (SLOTS - 1) as f64)
+                range(Field::Slot, f32::from(*slot), 0.0, (SLOTS - 1) as f32)
             }
             Self::MapBegin(header) => header.validate().map_err(Refusal::Map),
             Self::Stream(order) => order.validate(),
-            Self::Record { samples } => range(
-                Field::Samples,
-                f64::from(*samples),
-                1.0,
-                f64::from(u32::MAX),
-            ),
-            Self::SetTime { unix_s } => range(Field::UnixS, *unix_s as f64, 0.0, LATEST_UNIX_S),
+            Self::Record { samples } => {
+                range(Field::Samples, *samples as f32, 1.0, u32::MAX as f32)
+            }
+            Self::SetTime { unix_s } => range(Field::UnixS, *unix_s as f32, 0.0, LATEST_UNIX_S),
             Self::GoTo {
                 target,
                 speed_m_per_s,
             } => {
-                range(Field::XM, target.x_m.into(), -1.0, 1.0)?;
-                range(Field::YM, target.y_m.into(), -1.0, 1.0)?;
-                range(Field::ThetaRad, target.theta_rad.into(), -0.06, 0.06)?;
-                range(Field::SpeedMPerS, (*speed_m_per_s).into(), 1.0e-3, 1.5)
+                range(Field::XM, target.x_m, -1.0, 1.0)?;
+                range(Field::YM, target.y_m, -1.0, 1.0)?;
+                range(Field::ThetaRad, target.theta_rad, -0.06, 0.06)?;
+                range(Field::SpeedMPerS, *speed_m_per_s, 1.0e-3, 1.5)
             }
             _ => Ok(()),
         }
@@ -50,20 +47,15 @@ impl<C> Action<C> {
 impl CalibrateOrder {
     fn validate(&self) -> Result<(), Refusal> {
         let (least, most) = match self.method {
-            Method::Joint => (50, JOINT_POSES),
+            Method::Joint => (50u16, JOINT_POSES),
             Method::Platen => (40, PLATEN_POSES),
         };
         range(Field::Poses, self.poses.into(), least.into(), most.into())?;
         range(Field::HeldOutPoses, self.held_out_poses.into(), 8.0, 1000.0)?;
-        range(Field::TravelM, self.travel_m.into(), 1.0e-3, 0.5)?;
-        range(Field::TurnRad, self.turn_rad.into(), 0.0, 0.06)?;
-        range(Field::SpeedMPerS, self.speed_m_per_s.into(), 1.0e-3, 1.5)?;
-        range(
-            Field::TargetDeviationM,
-            self.target_deviation_m.into(),
-            0.0,
-            1.0,
-        )
+        range(Field::TravelM, self.travel_m, 1.0e-3, 0.5)?;
+        range(Field::TurnRad, self.turn_rad, 0.0, 0.06)?;
+        range(Field::SpeedMPerS, self.speed_m_per_s, 1.0e-3, 1.5)?;
+        range(Field::TargetDeviationM, self.target_deviation_m, 0.0, 1.0)
     }
 }
 
@@ -87,15 +79,15 @@ impl StreamOrder {
 }
 
 /// Not a number fails as well.
-fn range(field: Field, value: f64, low: f64, high: f64) -> Result<(), Refusal> {
+fn range(field: Field, value: f32, low: f32, high: f32) -> Result<(), Refusal> {
     if (low..=high).contains(&value) {
         Ok(())
     } else {
         Err(Refusal::Range {
             field,
-            value: value as f32,
-            low: low as f32,
-            high: high as f32,
+            value,
+            low,
+            high,
         })
     }
 }

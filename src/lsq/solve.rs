@@ -60,16 +60,19 @@ pub struct Solution<const N: usize> {
 }
 
 impl<const N: usize> Solution<N> {
-    const NONE: Self = Self {
-        values: [0.0; N],
-        deviations: [f32::INFINITY; N],
-        unknowns: 0,
-        rank: 0,
-        condition: f32::INFINITY,
-        condition_equilibrated: f32::INFINITY,
-        noise: f32::INFINITY,
-        rows: 0,
-    };
+    // A function: a constant would lie in the image's flash.
+    const fn none() -> Self {
+        Self {
+            values: [0.0; N],
+            deviations: [f32::INFINITY; N],
+            unknowns: 0,
+            rank: 0,
+            condition: f32::INFINITY,
+            condition_equilibrated: f32::INFINITY,
+            noise: f32::INFINITY,
+            rows: 0,
+        }
+    }
 }
 
 /// Rows, workspace and solution: all memory of an estimate of up to `N` unknowns, to live in a static.
@@ -96,7 +99,7 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
             rows: Triangle::new(unknowns),
             solved: Upper::new(unknowns),
             inverse_length: [0.0; N],
-            solution: Solution::NONE,
+            solution: Solution::none(),
         }
     }
 
@@ -124,7 +127,7 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
     /// Empties it and sets the number of unknowns in use.
     pub fn reset(&mut self, unknowns: usize) {
         self.rows.reset(unknowns);
-        self.solution = Solution::NONE;
+        self.solution = Solution::none();
     }
 
     /// Last solution.
@@ -138,7 +141,7 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
     /// # Errors
     /// [`SolveError`]; the last solution is then void. Deficient rank is no error: see [`Solution::rank`].
     pub fn solve(&mut self) -> Result<&Solution<N>, SolveError> {
-        self.solution = Solution::NONE;
+        self.solution = Solution::none();
         if self.rows.rows() == 0 || self.rows.unknowns == 0 {
             return Err(SolveError::Empty);
         }

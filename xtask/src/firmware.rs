@@ -12,7 +12,9 @@ use std::process::Command;
 /// Limits of both images, bytes.
 const FLASH_LIMIT: u32 = 128 << 10;
 const RAM_LIMIT: u32 = 96 << 10;
-/// RAM that the image may use for stack: what the limit leaves of it.
+/// RAM of the chip: the stack has what data leave of it.
+const CHIP_RAM: u32 = 128 << 10;
+/// Share of the stack's room that its worst case must leave.
 const STACK_SPARE: f64 = 0.3;
 /// What an exception pushes with the floating-point registers, and the alignment it may add.
 const EXCEPTION_FRAME: u32 = 26 * 4 + 4;
@@ -202,7 +204,7 @@ impl Image {
             ram,
             contexts,
             stack_bytes,
-            stack_room: RAM_LIMIT.saturating_sub(data),
+            stack_room: CHIP_RAM.saturating_sub(data),
         })
     }
 

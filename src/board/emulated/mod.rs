@@ -88,7 +88,7 @@ unsafe fn NonMaskableInt() -> ! {
         ResetCause::Watchdog,
         0,
         0,
-        "no progress of interrupt or background",
+        b"no progress of interrupt or background",
     );
     loop {
         cortex_m::asm::nop();
@@ -122,7 +122,7 @@ impl Board for Emulated {
             .post
             .ask(Operation::Temperature, 0, &[], &mut [])
             .ok()?;
-        Some((f64::from(word) - 1.0e6) as f32 * 1.0e-3)
+        Some((word.cast_signed() - 1_000_000) as f32 * 1.0e-3)
     }
 
     fn sleep(&mut self) {

@@ -276,11 +276,13 @@ impl Session {
         self.worst_deviation_m < config.target_deviation_m
     }
 
+    #[inline(never)] // called from a dozen places
     fn refuse(&mut self, refusal: Refusal) {
         let evidence = self.evidence();
         self.finish(Err(refusal), evidence);
     }
 
+    #[inline(never)]
     fn finish(&mut self, result: Result<ErrorModel, Refusal>, evidence: Evidence) {
         self.outcome = Some(Outcome { result, evidence });
         self.stage = Stage::Finished;

@@ -57,7 +57,7 @@ pub(super) fn map_teeth(
         }
     };
     board.sample();
-    board.background.keeper_mut()?.load(Calibration {
+    board.background.keeper_mut()?.load(&Calibration {
         model,
         ..calibrated_jointly
     })?;
