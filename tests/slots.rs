@@ -276,7 +276,10 @@ fn an_unknown_version_is_refused_said_and_kept() {
     let refusal = slots(&mut flash).load().unwrap_err().to_string();
     assert_eq!(
         refusal,
-        "record: layout version 0 is not known here, this firmware reads 1"
+        format!(
+            "record: layout version 0 is not known here, this firmware reads {}",
+            record::VERSION
+        )
     );
 }
 
