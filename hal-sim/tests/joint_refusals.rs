@@ -27,7 +27,7 @@ fn board(geometry: Geometry) -> Result<SimBoard, StartError> {
         board.sample();
     }
     let keeper = board.background.keeper_mut().unwrap();
-    keeper.load(Calibration::identity(geometry)).unwrap();
+    keeper.load(&Calibration::identity(geometry)).unwrap();
     board.sample();
     Ok(board)
 }
