@@ -230,9 +230,10 @@ const STALE: Status = Status::CONVERTER_CRC.union(Status::CONVERTER_TIMEOUT);
 
 /// One sample from the counts in [`StepState::raw_mut`], the frame written in place. With a converter's fault bit set the
 /// counts there must be the previous ones. A temperature not within ±1000 K counts for nothing. Cost: `cargo xtask bench`.
+#[inline(never)] // one copy, 7 KiB of flash, for the steps with and without a map
 pub fn isr_step<'s>(config: &StepConfig, state: &'s mut StepState) -> &'s Frame {
     if config.beyond_own {
-        sample_beyond_own(config, state);
+        sample::<true>(config, state);
         match &config.beacon_pose {
             Some(beacon) => relate_to_beacon(beacon, &mut state.frame),
             None => state.frame.beacon.seen = false,
@@ -251,7 +252,7 @@ pub fn isr_step_mapped<'s>(
     state: &'s mut StepState,
     map: &ToothMap,
 ) -> &'s Frame {
-    sample_beyond_own(config, state);
+    isr_step(config, state);
     let frame = &mut state.frame;
     let (errors, inside) = map.errors_turns(frame);
     let sum = |i: usize| frame.segments[i].calibrated.fraction_turns + errors[i];
@@ -275,12 +276,6 @@ fn relate_to_beacon(beacon: &CompiledBeaconPose, frame: &mut Frame) {
     } else {
         beacon.pose(&frame.pose, frame.tan_psi)
     };
-}
-
-/// With what goes beyond equation (3): one copy, 4 KiB of flash, for the steps with and without a map.
-#[inline(never)]
-fn sample_beyond_own(config: &StepConfig, state: &mut StepState) {
-    sample::<true>(config, state);
 }
 
 /// One sample, with or without (`BEYOND`) what goes beyond equation (3).
