@@ -52,6 +52,8 @@ impl Mailbox {
     /// [`TEMPERATURE_LIMIT_K`] either way, so that no thermometer can push a pose far; not a number counts as no difference.
     pub fn set_temperature_delta_k(&self, delta_k: f32) {
         let known = if delta_k.is_nan() { 0.0 } else { delta_k };
+        #[allow(clippy::manual_clamp)]
+        // whose panic brings 14 KB of float formatting into the image
         let bounded = known.max(-TEMPERATURE_LIMIT_K).min(TEMPERATURE_LIMIT_K);
         self.temperature_delta_bits
             .store(bounded.to_bits(), Relaxed);
