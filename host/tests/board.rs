@@ -2,44 +2,20 @@
 
 mod common;
 
-use common::courier_in;
+use common::{courier_in, json};
 use serde_json::Value;
 use std::path::Path;
 
 fn ok(folder: &Path, arguments: &[&str]) -> String {
-    let ran = courier_in(folder, arguments);
-    assert_eq!(
-        (ran.code, ran.err.as_str()),
-        (0, ""),
-        "{arguments:?}: {}",
-        ran.out
-    );
-    ran.out
+    courier_in(folder, arguments).quiet()
 }
 
 fn refused(folder: &Path, arguments: &[&str], wanted: &str) {
-    let ran = courier_in(folder, arguments);
-    assert_eq!(
-        (ran.code, ran.out.as_str()),
-        (2, ""),
-        "{arguments:?}: {}",
-        ran.err
-    );
-    assert_eq!(
-        ran.err.trim_end().lines().count(),
-        1,
-        "{arguments:?}: {}",
-        ran.err
-    );
-    assert!(
-        ran.err.contains(wanted),
-        "{arguments:?}: wanted {wanted:?} in {}",
-        ran.err
-    );
+    courier_in(folder, arguments).refused(&[wanted]);
 }
 
 fn status(folder: &Path, flash: &str) -> Value {
-    serde_json::from_str(&ok(folder, &["--sim-flash", flash, "status", "--json"])).unwrap()
+    courier_in(folder, &["--sim-flash", flash, "status", "--json"]).json()
 }
 
 /// A calibration outlives the command that made it, goes into a file and onto another board, and back again.
@@ -66,7 +42,7 @@ fn a_calibration_is_stored_exported_imported_and_rolled_back() {
             &[&options[..], &["--seed", seed, "--json"]].concat(),
         )
     };
-    let first: Value = serde_json::from_str(&calibrate("1")).unwrap();
+    let first = json(&calibrate("1"));
     assert_eq!(
         first["ending"]["Accepted"]["stored"]["sequence"], 1,
         "{first}"
@@ -104,8 +80,7 @@ fn a_calibration_is_stored_exported_imported_and_rolled_back() {
     assert_eq!(read("first.json"), read("second.json"));
 
     ok(folder, &["--sim-flash", "b.bin", "import", "first.json"]);
-    let slots: Value =
-        serde_json::from_str(&ok(folder, &["--sim-flash", "b.bin", "slots", "--json"])).unwrap();
+    let slots = courier_in(folder, &["--sim-flash", "b.bin", "slots", "--json"]).json();
     assert_eq!(
         (&slots[0]["state"], &slots[1]["state"]),
         (&"Older".into(), &"InForce".into())
@@ -211,7 +186,7 @@ fn a_board_is_watched_and_recorded() {
         ],
     );
     assert_eq!(
-        serde_json::from_str::<Value>(&recorded).unwrap(),
+        json(&recorded),
         serde_json::json!({"samples": 10_000, "lost": 0})
     );
     let recording = recording::Recording::read(folder.join("flight")).unwrap();
@@ -258,7 +233,7 @@ fn a_board_is_watched_and_recorded() {
         ],
     );
     assert!((18..=22).contains(&lines.lines().count()), "{lines}");
-    let first: Value = serde_json::from_str(lines.lines().next().unwrap()).unwrap();
+    let first = json(lines.lines().next().unwrap());
     assert!(
         first["status"]
             .as_array()
@@ -305,7 +280,7 @@ fn both_sensors_calibrate_together() {
         "40",
         "--json",
     ];
-    let progress: Value = serde_json::from_str(&ok(folder, &options)).unwrap();
+    let progress = courier_in(folder, &options).json();
     assert!(
         progress["ending"]["Accepted"]["stored"]["sequence"] == 1,
         "{progress}"

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::courier_in;
+use common::{courier_in, json, json_in};
 use serde_json::Value;
 use std::path::Path;
 
@@ -11,14 +11,6 @@ fn ok(folder: &Path, arguments: &[&str]) -> String {
     let ran = courier_in(folder, arguments);
     assert_eq!(ran.code, 0, "{arguments:?}: {}", ran.err);
     ran.out
-}
-
-fn json(text: &str) -> Value {
-    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
-}
-
-fn read(folder: &Path, name: &str) -> Value {
-    json(&std::fs::read_to_string(folder.join(name)).unwrap())
 }
 
 fn after_m(of: &Value, channel: &str) -> f64 {
@@ -93,7 +85,7 @@ fn close_the_loop(effect: &str, seed: &str) -> Ended {
         folder,
         &["check", "model.json", "second", "--json", "second.json"],
     );
-    let diagnosis = read(folder, "first.json");
+    let diagnosis = json_in(folder.join("first.json"));
     let named = diagnosis["effects"].as_array().unwrap().iter();
     Ended {
         named: named
@@ -102,7 +94,7 @@ fn close_the_loop(effect: &str, seed: &str) -> Ended {
         board_before_m: g_p("second", "before.json"),
         board_after_m: g_p("second", "after.json"),
         foretold_m: after_m(&diagnosis, "g_p"),
-        checked_m: after_m(&read(folder, "second.json"), "g_p"),
+        checked_m: after_m(&json_in(folder.join("second.json")), "g_p"),
         left_m: left["left_rms_m"].as_f64().unwrap(),
     }
 }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{courier, courier_in, shared};
+use common::{courier, courier_in, entry, shared};
 use serde_json::Value;
 
 /// Names of the rows, in the order of the paper's table.
@@ -20,13 +20,8 @@ const NAMES: [&str; 11] = [
     "theta_y_after_mrad",
 ];
 
-fn json(text: &str) -> Value {
-    serde_json::from_str(text).unwrap()
-}
-
 fn here(report: &Value, name: &str) -> f64 {
-    let rows = report["rows"].as_array().unwrap();
-    rows.iter().find(|row| row["name"] == name).unwrap()["here"]
+    entry(report, "rows", "name", name)["here"]
         .as_f64()
         .unwrap()
 }
@@ -35,9 +30,7 @@ fn here(report: &Value, name: &str) -> f64 {
 /// single samples on the flight, a quarter of that in the mean of 16 at each pose; the slope of e adds some tens of percent.
 #[test]
 fn ideal_reaches_the_noise() {
-    let ran = courier(&["demo", "--preset", "ideal", "--seed", "5", "--json"]);
-    assert_eq!((ran.code, ran.err.as_str()), (0, ""));
-    let report = json(&ran.out);
+    let report = courier(&["demo", "--preset", "ideal", "--seed", "5", "--json"]).json();
     let names: Vec<&str> = report["rows"]
         .as_array()
         .unwrap()
@@ -80,15 +73,14 @@ fn seeds_repeat_and_recordings_replay() {
                 "--json", "--record", name,
             ],
         );
-        assert_eq!((ran.code, ran.err.as_str()), (0, ""));
-        ran.out
+        ran.quiet()
     };
     let (first, second, other) = (run("7", "first"), run("7", "second"), run("8", "other"));
     assert_eq!(first, second);
     assert_ne!(first, other);
     let file = |name: &str| std::fs::read(folder.path().join(name).join("samples.csv")).unwrap();
     assert_eq!(file("first"), file("second"));
-    let replayed = json(&courier_in(folder.path(), &["replay", "first", "--json"]).out);
+    let replayed = courier_in(folder.path(), &["replay", "first", "--json"]).json();
     let residual_m = replayed["held_out"]["calibrated_rms_m"].as_f64().unwrap();
     assert!((0.28e-6..0.50e-6).contains(&residual_m), "{replayed}");
 }
@@ -123,18 +115,14 @@ fn measured_waveforms() {
         "150",
         "--json",
     ];
-    let ran = courier_in(folder.path(), &mine);
-    assert_eq!((ran.code, ran.err.as_str()), (0, ""));
+    let report = courier_in(folder.path(), &mine).json();
     // At 1 µm the error is small enough for equation (3)'s phase to be the output's: what is left is the noise, 0.08 µm.
     assert!(
-        here(&json(&ran.out), "scatter_residual_after_um") < 0.13,
-        "{}",
-        ran.out
+        here(&report, "scatter_residual_after_um") < 0.13,
+        "{report}"
     );
     if shared("encoder-waveforms").is_some() {
-        let ran = courier(&["demo", "--preset", "measured", "--poses", "150", "--json"]);
-        assert_eq!((ran.code, ran.err.as_str()), (0, ""));
-        let report = json(&ran.out);
+        let report = courier(&["demo", "--preset", "measured", "--poses", "150", "--json"]).json();
         println!(
             "measured waveforms at 10 µm: {} µm left by equation (3)",
             here(&report, "scatter_residual_after_um")
@@ -199,26 +187,7 @@ fn wrong_options_are_one_line() {
         (&["--record", "full"], &["full", "thesis.txt", "wanted"]),
     ];
     for (options, wanted) in cases {
-        let ran = courier_in(folder.path(), &[&["demo"], options].concat());
-        assert_eq!(
-            (ran.code, ran.out.as_str()),
-            (2, ""),
-            "{options:?}: {}",
-            ran.err
-        );
-        assert_eq!(
-            ran.err.trim_end().lines().count(),
-            1,
-            "{options:?}: {}",
-            ran.err
-        );
-        for word in wanted {
-            assert!(
-                ran.err.contains(word),
-                "{options:?}: wanted {word:?} in {}",
-                ran.err
-            );
-        }
+        courier_in(folder.path(), &[&["demo"], options].concat()).refused(wanted);
     }
     let names: Vec<_> = std::fs::read_dir(folder.path())
         .unwrap()
@@ -230,19 +199,16 @@ fn wrong_options_are_one_line() {
 /// The accepted result is told in the table, the refused one by name and with exit code 1.
 #[test]
 fn the_table_names_every_row() {
-    let ran = courier(&["demo", "--preset", "ideal", "--poses", "100"]);
-    assert_eq!((ran.code, ran.err.as_str()), (0, ""));
+    let told = courier(&["demo", "--preset", "ideal", "--poses", "100"]).quiet();
     assert!(
-        ran.out.contains("accepted: held-out g_p residual")
-            && ran.out.contains("in force after a restart"),
-        "{}",
-        ran.out
+        told.contains("accepted: held-out g_p residual")
+            && told.contains("in force after a restart"),
+        "{told}"
     );
     assert_eq!(
-        ran.out.lines().filter(|line| line.contains("| ")).count(),
+        told.lines().filter(|line| line.contains("| ")).count(),
         1 + NAMES.len(),
-        "{}",
-        ran.out
+        "{told}"
     );
 }
 
@@ -250,9 +216,7 @@ fn the_table_names_every_row() {
 #[test]
 fn the_papers_table_comes_out() {
     for seed in ["1", "20"] {
-        let ran = courier(&["demo", "--seed", seed, "--json"]);
-        assert_eq!((ran.code, ran.err.as_str()), (0, ""));
-        let report = json(&ran.out);
+        let report = courier(&["demo", "--seed", seed, "--json"]).json();
         assert!((7.0..8.7).contains(&here(&report, NAMES[0])), "{report}");
         for row in report["rows"].as_array().unwrap().iter().skip(1) {
             let ratio = row["here"].as_f64().unwrap() / row["paper"].as_f64().unwrap();
@@ -279,11 +243,10 @@ const JOINT_NAMES: [&str; 11] = [
 /// Equation (3) and noise only: both methods have the right model, and the joint calibration must not make a flight worse.
 #[test]
 fn joint_has_the_rows_of_the_paper() {
-    let ran = courier(&[
+    let report = courier(&[
         "demo", "--joint", "--preset", "ideal", "--poses", "150", "--json",
-    ]);
-    assert_eq!((ran.code, ran.err.as_str()), (0, ""));
-    let report = json(&ran.out);
+    ])
+    .json();
     let rows = report["rows"].as_array().unwrap();
     let names: Vec<&str> = rows
         .iter()
@@ -316,9 +279,7 @@ fn joint_has_the_rows_of_the_paper() {
 /// platen sensor alone; the paper's method on the same courier within 30 % of what the paper printed.
 #[test]
 fn joint_with_the_tooth_map_goes_past_the_paper() {
-    let ran = courier(&["demo", "--joint", "--json"]);
-    assert_eq!((ran.code, ran.err.as_str()), (0, ""));
-    let report = json(&ran.out);
+    let report = courier(&["demo", "--joint", "--json"]).json();
     let position_um = here(&report, "position_joint_um");
     let theta_mrad = ["theta_x_joint_mrad", "theta_y_joint_mrad"].map(|name| here(&report, name));
     println!("fly-by with the tooth map: {position_um:.3} um, {theta_mrad:.4?} mrad");

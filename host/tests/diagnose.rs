@@ -2,21 +2,7 @@
 
 mod common;
 
-use common::{Ran, courier_in};
-use serde_json::Value;
-use std::path::Path;
-
-fn json(path: &Path) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
-}
-
-fn refused(ran: &Ran, wanted: &[&str]) {
-    assert_eq!((ran.code, ran.out.as_str()), (2, ""), "{}", ran.err);
-    assert_eq!(ran.err.trim_end().lines().count(), 1, "{}", ran.err);
-    for word in wanted {
-        assert!(ran.err.contains(word), "wanted {word:?} in {}", ran.err);
-    }
-}
+use common::{courier_in, json, json_in};
 
 /// The steps one by one: the hash is printed first, the answers are where they are said to be, and the scores add up.
 #[test]
@@ -59,7 +45,7 @@ fn a_blind_check_step_by_step() {
     );
     assert_eq!(scored.code, 0, "{}", scored.err);
     assert!(scored.out.lines().count() <= 40, "{}", scored.out);
-    let score = json(&at.join("score.json"));
+    let score = json_in(at.join("score.json"));
     assert_eq!(score["seal"].as_str().unwrap(), seal.trim());
     assert_eq!(score["judged"].as_array().unwrap().len(), 5);
     let counted: u64 = score["figures"].as_array().unwrap()[..4]
@@ -84,14 +70,8 @@ fn a_blind_check_step_by_step() {
     let mut changed = std::fs::read_to_string(&answers).unwrap();
     changed.push(' ');
     std::fs::write(&answers, changed).unwrap();
-    refused(
-        &courier_in(at, &["blind", "score", "cases"]),
-        &["answers.json", "hash", seal.trim()],
-    );
-    refused(
-        &courier_in(at, &["blind", "write", "cases"]),
-        &["cases", "empty"],
-    );
+    courier_in(at, &["blind", "score", "cases"]).refused(&["answers.json", "hash", seal.trim()]);
+    courier_in(at, &["blind", "write", "cases"]).refused(&["cases", "empty"]);
 }
 
 /// A model goes to a file, is confirmed on a second recording, and is refused where it is none.
@@ -116,7 +96,7 @@ fn a_diagnosis_is_written_reported_and_checked() {
     );
     assert_eq!(ran.code, 0, "{}", ran.err);
     assert!(ran.out.lines().count() <= 40, "{}", ran.out);
-    let diagnosis = json(&at.join("d.json"));
+    let diagnosis = json_in(at.join("d.json"));
     for key in [
         "schema",
         "recording",
@@ -130,10 +110,7 @@ fn a_diagnosis_is_written_reported_and_checked() {
         assert!(diagnosis.get(key).is_some(), "{key}");
     }
     let printed = courier_in(at, &["diagnose", first, "--json", "-"]);
-    assert_eq!(
-        serde_json::from_str::<Value>(&printed.out).unwrap(),
-        diagnosis
-    );
+    assert_eq!(json(&printed.out), diagnosis);
     let page = std::fs::read_to_string(at.join("r.html")).unwrap();
     assert!(page.contains("<svg") && !page.contains("src=\"http") && !page.contains("<script"));
     let checked = courier_in(
@@ -147,37 +124,24 @@ fn a_diagnosis_is_written_reported_and_checked() {
         ],
     );
     assert_eq!(checked.code, 0, "{}", checked.err);
-    let check = json(&at.join("c.json"));
+    let check = json_in(at.join("c.json"));
     let mut keys: Vec<&String> = check.as_object().unwrap().keys().collect();
     keys.sort();
     assert_eq!(keys, ["held_out", "model", "recording", "schema"]);
-    refused(
-        &courier_in(at, &["check", "d.json", first]),
-        &["d.json", "model"],
-    );
-    refused(&courier_in(at, &["load", "d.json"]), &["d.json", "model"]);
-    refused(
-        &courier_in(at, &["load", "nowhere.json"]),
-        &["nowhere.json"],
-    );
-    refused(
-        &courier_in(at, &["diagnose", first, "--without", "gremlins"]),
-        &["gremlins", "adc_clipping", "span_error"],
-    );
-    refused(&courier_in(at, &["diagnose", "nowhere"]), &["nowhere"]);
-    refused(
-        &courier_in(
-            at,
-            &["diagnose", first, "--report", "no/such/folder/r.html"],
-        ),
-        &["no/such/folder/r.html"],
-    );
-    refused(
-        &courier_in(at, &["blind", "diagnose", "nowhere"]),
-        &["nowhere"],
-    );
-    refused(
-        &courier_in(at, &["blind", "--cases", "0"]),
-        &["--cases", "0"],
-    );
+    courier_in(at, &["check", "d.json", first]).refused(&["d.json", "model"]);
+    courier_in(at, &["load", "d.json"]).refused(&["d.json", "model"]);
+    courier_in(at, &["load", "nowhere.json"]).refused(&["nowhere.json"]);
+    courier_in(at, &["diagnose", first, "--without", "gremlins"]).refused(&[
+        "gremlins",
+        "adc_clipping",
+        "span_error",
+    ]);
+    courier_in(at, &["diagnose", "nowhere"]).refused(&["nowhere"]);
+    courier_in(
+        at,
+        &["diagnose", first, "--report", "no/such/folder/r.html"],
+    )
+    .refused(&["no/such/folder/r.html"]);
+    courier_in(at, &["blind", "diagnose", "nowhere"]).refused(&["nowhere"]);
+    courier_in(at, &["blind", "--cases", "0"]).refused(&["--cases", "0"]);
 }

@@ -2,21 +2,17 @@
 
 mod common;
 
-use common::courier;
+use common::{courier, entry};
 use serde_json::Value;
 
 fn told(options: &[&str]) -> Value {
-    let ran = courier(&[&["isolability", "--json"], options].concat());
-    assert_eq!((ran.code, ran.err.as_str()), (0, ""), "{options:?}");
-    serde_json::from_str(&ran.out).unwrap()
+    courier(&[&["isolability", "--json"], options].concat()).json()
 }
 
+/// Of a group against all others: its first entry.
 fn angle(answer: &Value, group: &str) -> f64 {
-    let angles = answer["angles"].as_array().unwrap();
-    // Its first entry is against all others.
-    angles.iter().find(|angle| angle["group"] == group).unwrap()["angle_deg"]
-        .as_f64()
-        .unwrap()
+    let found = entry(answer, "angles", "group", group);
+    found["angle_deg"].as_f64().unwrap()
 }
 
 /// Lateral terms from g_p alone at ±0.5°: 0.1° to 0.6° from the rest, and what would part them is named.
@@ -77,23 +73,6 @@ fn wrong_options_are_one_line() {
         (&["--sim"], "needs no board"),
     ];
     for (options, wanted) in cases {
-        let ran = courier(&[&["isolability"], options].concat());
-        assert_eq!(
-            (ran.code, ran.out.as_str()),
-            (2, ""),
-            "{options:?}: {}",
-            ran.err
-        );
-        assert_eq!(
-            ran.err.trim_end().lines().count(),
-            1,
-            "{options:?}: {}",
-            ran.err
-        );
-        assert!(
-            ran.err.contains(wanted),
-            "{options:?}: wanted {wanted:?} in {}",
-            ran.err
-        );
+        courier(&[&["isolability"], options].concat()).refused(&[wanted]);
     }
 }

@@ -9,7 +9,6 @@ use hal_sim::presets;
 use hal_sim::record::record;
 use hal_sim::trajectory::{OpenLoop, Plan};
 use recording::Existing;
-use serde_json::Value;
 use std::path::Path;
 
 /// Still poses under the beacon of the `paper` courier, ±1 pitch and ±`turn_deg`, in a recording.
@@ -33,9 +32,7 @@ fn map_is_estimated_written_and_loaded() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write(folder, "beacon", 900, 1.5);
-    let ran = courier_in(folder, &["map", "beacon", "--out", "teeth.json", "--json"]);
-    assert_eq!((ran.code, ran.err.as_str()), (0, ""));
-    let evidence: Value = serde_json::from_str(&ran.out).unwrap();
+    let evidence = courier_in(folder, &["map", "beacon", "--out", "teeth.json", "--json"]).json();
     let after = |k: usize| evidence["after_m"][k].as_f64().unwrap();
     let before = |k: usize| evidence["before_m"][k].as_f64().unwrap();
     println!(
@@ -48,21 +45,9 @@ fn map_is_estimated_written_and_loaded() {
         "{evidence}"
     );
     assert!(after(0) < 0.6e-6 && after(2) < 3.0e-6, "{evidence}");
-    let again = courier_in(folder, &["map", "beacon", "--out", "teeth.json"]);
-    assert_eq!(again.code, 2);
-    assert!(
-        again.err.contains("teeth.json") && again.err.contains("--force"),
-        "{}",
-        again.err
-    );
-
-    let none = courier_in(folder, &["load", "teeth.json"]);
-    assert_eq!(none.code, 2);
-    assert!(
-        none.err.contains("no calibration is in force"),
-        "{}",
-        none.err
-    );
+    courier_in(folder, &["map", "beacon", "--out", "teeth.json"])
+        .refused(&["teeth.json", "--force"]);
+    courier_in(folder, &["load", "teeth.json"]).refused(&["no calibration is in force"]);
     let calibrate = [
         "--sim-flash",
         "f.bin",
@@ -74,12 +59,10 @@ fn map_is_estimated_written_and_loaded() {
     ];
     let calibrated = courier_in(folder, &calibrate);
     assert_eq!(calibrated.code, 0, "{}", calibrated.err);
-    let loaded = courier_in(folder, &["--sim-flash", "f.bin", "load", "teeth.json"]);
-    assert_eq!((loaded.code, loaded.err.as_str()), (0, ""));
+    let loaded = courier_in(folder, &["--sim-flash", "f.bin", "load", "teeth.json"]).quiet();
     assert!(
-        loaded.out.contains("stored: slot") && loaded.out.contains("in force until"),
-        "{}",
-        loaded.out
+        loaded.contains("stored: slot") && loaded.contains("in force until"),
+        "{loaded}"
     );
 }
 
@@ -111,20 +94,6 @@ fn recordings_that_tell_no_map_are_refused_by_name() {
         ),
     ];
     for (arguments, wanted) in cases {
-        let ran = courier_in(folder, arguments);
-        assert_eq!(
-            (ran.code, ran.out.as_str()),
-            (2, ""),
-            "{arguments:?}: {}",
-            ran.err
-        );
-        assert_eq!(ran.err.trim().lines().count(), 1, "{}", ran.err);
-        for word in wanted {
-            assert!(
-                ran.err.contains(word),
-                "{arguments:?}: {word} not in {}",
-                ran.err
-            );
-        }
+        courier_in(folder, arguments).refused(wanted);
     }
 }

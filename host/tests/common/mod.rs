@@ -1,17 +1,65 @@
 //! Runs the built command; finds the real recordings.
 #![allow(dead_code)] // each test program uses its own part
 
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// What a run of `courier` gave.
 pub struct Ran {
+    asked: String,
     /// Exit code; -1 if it was killed.
     pub code: i32,
     /// Standard output.
     pub out: String,
     /// Standard error.
     pub err: String,
+}
+
+impl Ran {
+    /// What it printed: it must have ended well, and warned of nothing.
+    pub fn quiet(self) -> String {
+        assert_eq!(
+            (self.code, self.err.as_str()),
+            (0, ""),
+            "{}: {}",
+            self.asked,
+            self.out
+        );
+        self.out
+    }
+
+    /// What it printed, as JSON.
+    pub fn json(self) -> Value {
+        json(&self.quiet())
+    }
+
+    /// It must have refused in one line that holds these words, printed nothing else, and ended with exit code 2.
+    pub fn refused(&self, wanted: &[&str]) {
+        let Self { asked, err, .. } = self;
+        assert_eq!((self.code, self.out.as_str()), (2, ""), "{asked}: {err}");
+        assert_eq!(err.trim_end().lines().count(), 1, "{asked}: {err}");
+        for word in wanted {
+            assert!(err.contains(word), "{asked}: wanted {word:?} in {err}");
+        }
+    }
+}
+
+/// JSON, or a failed test that shows the text.
+pub fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
+/// The JSON in a file.
+pub fn json_in(path: impl AsRef<Path>) -> Value {
+    json(&std::fs::read_to_string(path).unwrap())
+}
+
+/// A figure of this system in the table that `demo --json` or `isolability --json` gives: the entry of `list` with this `key`.
+pub fn entry<'a>(report: &'a Value, list: &str, key: &str, name: &str) -> &'a Value {
+    let rows = report[list].as_array().unwrap();
+    let found = rows.iter().find(|row| row[key] == name);
+    found.unwrap_or_else(|| panic!("no {name} in {report}"))
 }
 
 /// Runs the built `courier` with these arguments in `folder`.
@@ -28,6 +76,7 @@ pub fn courier_in(folder: &Path, arguments: &[&str]) -> Ran {
         .unwrap();
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
     Ran {
+        asked: arguments.join(" "),
         code: status.code().unwrap_or(-1),
         out: text(stdout),
         err: text(stderr),
