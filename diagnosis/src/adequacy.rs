@@ -9,8 +9,11 @@ const RUNS: usize = 2;
 const PHASES: usize = 8;
 /// A channel must vary by this share of the largest amplitude.
 const ALIVE: f64 = 0.1;
-/// More samples than this share at a channel's very top are clipped throughout.
-const AT_TOP: f64 = 0.6;
+/// A channel that is at its very top over more than this share of the tooth phase is clipped throughout. Cut at a third of the
+/// amplitude it would be.
+const AT_TOP: f64 = 0.8;
+/// Parts of the tooth phase over which that share is counted: a courier that dwells on a top is not clipped.
+const TOP_PARTS: usize = 32;
 
 /// A step in time by more than this many sample intervals within a run of even sampling is a jump, not a pause.
 const JUMP: f64 = 50.0;
@@ -131,6 +134,32 @@ fn phases(o: &Observations, segment: usize) -> usize {
     seen.iter().filter(|count| **count > 2).count()
 }
 
+/// Share of the tooth phase over which a channel is at its top.
+fn at_top(o: &Observations, segment: usize, channel: usize) -> f64 {
+    let pairs = &o.pair_counts[segment];
+    let known = |i: &usize| pairs[*i][channel].is_finite() && o.position_m[segment][*i].is_finite();
+    let list: Vec<usize> = (0..pairs.len()).filter(known).collect();
+    let top = list
+        .iter()
+        .map(|i| pairs[*i][channel].abs())
+        .fold(0.0, f64::max);
+    let margin = 1.0 + 3.0 * o.pair_noise_counts;
+    let mut parts = [(0usize, 0usize); TOP_PARTS];
+    for &i in &list {
+        let turns = o.position_m[segment][i] / o.pitch_m;
+        let part = ((turns - turns.floor()) * TOP_PARTS as f64) as usize;
+        let counted = &mut parts[part.min(TOP_PARTS - 1)];
+        counted.0 += usize::from(pairs[i][channel].abs() > top - margin);
+        counted.1 += 1;
+    }
+    let seen: Vec<f64> = parts
+        .iter()
+        .filter(|p| p.1 > 0)
+        .map(|p| p.0 as f64 / p.1 as f64)
+        .collect();
+    seen.iter().sum::<f64>() / seen.len().max(1) as f64
+}
+
 fn channels(o: &Observations, segment: usize) -> Result<(), Insufficient> {
     let pairs: Vec<[f64; 2]> = o.pair_counts[segment]
         .iter()
@@ -154,13 +183,7 @@ fn channels(o: &Observations, segment: usize) -> Result<(), Insufficient> {
                 "counts",
             ));
         }
-        let top = pairs.iter().map(|p| p[channel].abs()).fold(0.0, f64::max);
-        let margin = 1.0 + 3.0 * o.pair_noise_counts;
-        let clipped = pairs
-            .iter()
-            .filter(|p| p[channel].abs() > top - margin)
-            .count() as f64
-            / pairs.len() as f64;
+        let clipped = at_top(o, segment, channel);
         if clipped > AT_TOP {
             let what = format!("share of samples of {name} that are below its top");
             return Err(Insufficient::new(&what, 1.0 - clipped, 1.0 - AT_TOP, ""));

@@ -31,7 +31,7 @@ fn in_counts(o: &Observations, segment: usize) -> Option<Clip> {
         .copied()
         .filter(|p| p[0].is_finite())
         .collect();
-    // At 45 degrees neither channel is near its top (levels under 0.71 of amplitude cut even there).
+    // At 45 degrees neither channel is near its top, unless they are cut below 0.71 of the amplitude.
     let mut radii: Vec<f64> = pairs
         .iter()
         .filter(|p| p[0].abs() > 0.0 && (p[1].abs() / p[0].abs()).ln().abs() < 0.15)
@@ -40,7 +40,14 @@ fn in_counts(o: &Observations, segment: usize) -> Option<Clip> {
     if radii.len() < 30 {
         return None;
     }
-    let amplitude = median(&mut radii)?;
+    let diagonal = median(&mut radii)?;
+    let tops = [0, 1].map(|channel| top(&pairs, channel));
+    let deep = diagonal > DIAGONAL * tops[0].hypot(tops[1]);
+    let amplitude = if deep {
+        whole_amplitude(o, segment).unwrap_or(diagonal)
+    } else {
+        diagonal
+    };
     let level = [0, 1].map(|channel| flat_top(&pairs, channel, amplitude, o.pair_noise_counts));
     level.iter().any(|l| *l < WHOLE).then_some(Clip {
         level: level.map(|l| if l < WHOLE { l } else { 1.5 }),
@@ -49,11 +56,35 @@ fn in_counts(o: &Observations, segment: usize) -> Option<Clip> {
     })
 }
 
-/// Level of a flat top relative to the amplitude; 1.5 if there is none.
-fn flat_top(pairs: &[[f64; 2]], channel: usize, amplitude: f64, noise: f64) -> f64 {
+/// At 45 degrees this near to both tops, both channels are cut.
+const DIAGONAL: f64 = 0.98;
+
+/// Amplitude of a pair that is cut even at 45 degrees: what is stated, else what the whole pairs have.
+fn whole_amplitude(o: &Observations, segment: usize) -> Option<f64> {
+    let stated = o.stated_amplitude_counts;
+    let others = (0..4).filter(|s| *s != segment).filter_map(|s| {
+        let mut list = o.amplitude_counts[s].clone();
+        list.retain(|a| a.is_finite());
+        median(&mut list)
+    });
+    if stated.is_finite() {
+        Some(stated)
+    } else {
+        others.max_by(f64::total_cmp)
+    }
+}
+
+/// A channel's top, counts: what one sample in 200 exceeds.
+fn top(pairs: &[[f64; 2]], channel: usize) -> f64 {
     let mut magnitude: Vec<f64> = pairs.iter().map(|p| p[channel].abs()).collect();
     let at = magnitude.len() - 1 - magnitude.len() / 200;
-    let top = *magnitude.select_nth_unstable_by(at, f64::total_cmp).1;
+    *magnitude.select_nth_unstable_by(at, f64::total_cmp).1
+}
+
+/// Level of a flat top relative to the amplitude; 1.5 if there is none.
+fn flat_top(pairs: &[[f64; 2]], channel: usize, amplitude: f64, noise: f64) -> f64 {
+    let magnitude: Vec<f64> = pairs.iter().map(|p| p[channel].abs()).collect();
+    let top = top(pairs, channel);
     let level = top / amplitude;
     if level >= WHOLE {
         return 1.5;

@@ -123,6 +123,13 @@ impl Residuals {
         (0..CHANNELS).filter(|c| self.channel.contains(c)).collect()
     }
 
+    /// 95 % interval for a channel's rms on another recording of this length, m: both scatter.
+    pub fn foretold_m(&self, channel: usize, length: usize) -> [f64; 2] {
+        let here = self.channel_rms_m(channel).0;
+        self.interval_m(channel, length)
+            .map(|end| (here + (end - here) * std::f64::consts::SQRT_2).max(0.0))
+    }
+
     /// 95 % interval of a channel's rms, m, by bootstrap over pieces of `length` samples.
     pub fn interval_m(&self, channel: usize, length: usize) -> [f64; 2] {
         let mut pieces: Vec<(f64, f64)> = Vec::new();

@@ -14,6 +14,7 @@ pub mod heldout;
 pub mod hollow;
 pub mod html;
 pub mod judge;
+pub mod leftout;
 pub mod lines;
 pub mod model;
 pub mod motion;

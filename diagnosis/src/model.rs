@@ -74,8 +74,9 @@ pub fn check(model: &Model, recording: &Recording) -> Result<HeldOut, Insufficie
     let n = observations.len();
     let resting = crate::diagnose::resting(&observations);
     let all: Vec<bool> = resting.iter().map(|r| !r).collect();
-    // Disturbed samples are left out by the model in full, so that none of its gaps passes for a disturbance.
-    let (scene, columns, list) = apply(model, &observations, all.clone(), true);
+    // As in the diagnosis, disturbed samples are those that stand out of what the baseline alone leaves: a place where the
+    // effects do not fit is a gap, and no disturbance.
+    let (scene, columns, list) = apply(model, &observations, all.clone(), false);
     let first = evaluate(&scene, &columns, &list);
     let rows: Vec<(usize, usize, f64)> = (0..first.sample.len())
         .map(|k| (first.sample[k], first.channel[k], first.white[k]))

@@ -29,6 +29,8 @@ pub struct Observations {
     pub position_noise_m: [Vec<f64>; 4],
     /// Amplitude of each pair, counts (empty without counts).
     pub amplitude_counts: [Vec<f64>; 4],
+    /// Stated amplitude of a pair, counts; NaN where none is stated.
+    pub stated_amplitude_counts: f64,
     /// Raw pairs `[sine, cosine]`, counts (empty without counts).
     pub pair_counts: [Vec<[f64; 2]>; 4],
     /// tan(psi_x), tan(psi_y).
@@ -93,6 +95,7 @@ impl Observations {
             position_m: Default::default(),
             position_noise_m: Default::default(),
             amplitude_counts: Default::default(),
+            stated_amplitude_counts: electronics.amplitude_counts.unwrap_or(f64::NAN),
             pair_counts: Default::default(),
             tan_psi: Default::default(),
             tan_psi_noise: Default::default(),
@@ -149,11 +152,6 @@ impl Observations {
             return;
         }
         let stated = recording.meta.electronics.position_noise_m;
-        let nominal_amplitude = recording
-            .meta
-            .electronics
-            .amplitude_counts
-            .unwrap_or(f64::NAN);
         let mut position = vec![f64::NAN; n];
         let mut noise = vec![stated.unwrap_or(f64::NAN); n];
         if counted {
@@ -168,7 +166,7 @@ impl Observations {
                 let amplitude = if amplitudes[i] > 0.0 {
                     amplitudes[i]
                 } else {
-                    nominal_amplitude
+                    self.stated_amplitude_counts
                 };
                 noise[i] = self.pair_noise_counts / amplitude * self.pitch_m / TAU;
                 if let Some(teeth) = samples.teeth(segment, i) {

@@ -57,6 +57,11 @@ impl<'a> Refined<'a> {
         }
     }
 
+    /// Residuals of short pieces, each predicted from all other samples.
+    pub fn left_out(&self) -> Option<Residuals> {
+        crate::leftout::left_out(&self.scene, &self.columns, &self.gram)
+    }
+
     /// Amounts in their own units.
     pub fn amount(&self, column: usize) -> f64 {
         self.amounts[column] * self.gram.scale[column]

@@ -14,6 +14,7 @@ use crate::heldout::Residuals;
 use crate::model::Model;
 use crate::refine::Refined;
 use crate::report::{Diagnosis, Verdict};
+use crate::scene::Shift;
 use crate::search::Arena;
 use crate::simulate::Floor;
 use effects::sensor::READINGS;
@@ -154,6 +155,7 @@ impl<'a> Judge<'a> {
         this.look_again();
         this.try_field();
         this.prune();
+        this.claim();
         this.base = this.told.base;
         this
     }
@@ -167,16 +169,36 @@ impl<'a> Judge<'a> {
 
     /// What is left, by the stated noise.
     fn restate(&mut self) {
-        self.after = if self.noise.is_some() {
-            let mut stated = self.fine.scene.moved(
-                self.fine.about.baseline.clone(),
-                self.fine.about.shift.clone(),
-            );
-            stated.noise = [1.0; READINGS];
-            self.fine.residuals.rewhitened(&stated)
-        } else {
-            self.fine.residuals.clone()
-        };
+        self.after = self.by_stated_noise(&self.fine.residuals);
+    }
+
+    fn by_stated_noise(&self, residuals: &Residuals) -> Residuals {
+        if self.noise.is_none() {
+            return residuals.clone();
+        }
+        let about = &self.fine.about;
+        let mut stated = self
+            .fine
+            .scene
+            .moved(about.baseline.clone(), about.shift.clone());
+        stated.noise = [1.0; READINGS];
+        residuals.rewhitened(&stated)
+    }
+
+    /// What the chosen model, and the baseline alone, leave on another recording of this motion.
+    fn claim(&mut self) {
+        if let Some(after) = self.fine.left_out() {
+            self.after = self.by_stated_noise(&after);
+        }
+        let mut stated = self
+            .study
+            .scene
+            .moved(self.prepared.baseline.clone(), Shift::default());
+        stated.noise = [1.0; READINGS];
+        let baseline = Refined::new(&stated, self.prepared.about(), &[]);
+        if let Some(before) = baseline.left_out() {
+            self.before = before;
+        }
     }
 
     /// Whitened rms of what is left over the floor's.

@@ -336,7 +336,7 @@ impl Judge<'_> {
                 channel: CHANNEL_NAMES[c].into(),
                 before_rms_m: real,
                 after_rms_m: model.channel_rms_m(c).0,
-                after_ci95_m: model.interval_m(c, PIECE),
+                after_ci95_m: model.foretold_m(c, PIECE),
                 floor_rms_m: simulated,
             });
         }

@@ -31,6 +31,16 @@ impl SampleRows {
         out
     }
 
+    /// The vector over the rows that [`Self::whitened`] gives this for.
+    pub fn coloured(&self, white: &[f64; ROWS]) -> [f64; ROWS] {
+        let mut out = [0.0; ROWS];
+        for row in 0..self.count {
+            let known: f64 = (0..row).map(|k| self.whiten[row][k] * out[k]).sum();
+            out[row] = (white[row] - known) / self.whiten[row][row];
+        }
+        out
+    }
+
     /// What a unit amount of a regressor adds to the rows, m.
     pub fn response(&self, regressor: &Regressor, moment: &Moment) -> [f64; ROWS] {
         let mut out = [0.0; ROWS];

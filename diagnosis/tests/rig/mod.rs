@@ -427,11 +427,20 @@ impl Default for Options {
     }
 }
 
-fn program(u: &Courier, d: &mut Dice, o: &Options, names: &mut Vec<String>) -> Vec<Truth> {
+/// Places and rates by `usual`, which belongs to the courier; poses and temperature by `d`, which are a recording's own.
+fn program(
+    u: &Courier,
+    usual: &mut Dice,
+    d: &mut Dice,
+    o: &Options,
+    names: &mut Vec<String>,
+) -> Vec<Truth> {
     let mut out: Vec<Truth> = Vec::new();
     let unit = o.samples as f64 / 12000.0;
     let n = |k: f64| ((k * unit) as usize).max(40);
-    let base = [d.range(0.05, 0.1), d.range(0.05, 0.1)];
+    let base = [usual.range(0.05, 0.1), usual.range(0.05, 0.1)];
+    let gap = usual.range(0.02, 0.2);
+    let dt = usual.range(0.6e-3, 1.2e-3);
     let mut t = 0.0;
     let mut add =
         |name: &str, out: &mut Vec<Truth>, f: &mut dyn FnMut(f64, usize, &mut Vec<Truth>)| {
@@ -439,7 +448,6 @@ fn program(u: &Courier, d: &mut Dice, o: &Options, names: &mut Vec<String>) -> V
             f(t, names.len() - 1, out);
             t = out.last().map_or(0.0, |q| q.t) + 2.0;
         };
-    let gap = d.range(0.02, 0.2);
     let mut poses = Dice((d.unit() * 1e15) as u64);
     add("scatter", &mut out, &mut |t0, run, out| {
         for i in 0..n(3000.0) {
@@ -456,7 +464,6 @@ fn program(u: &Courier, d: &mut Dice, o: &Options, names: &mut Vec<String>) -> V
             });
         }
     });
-    let dt = d.range(0.6e-3, 1.2e-3);
     let m = n(900.0);
     for (name, axis, back, rate) in [
         ("flyby_x", 0, false, 1.0),
@@ -576,6 +583,11 @@ pub fn record(seed: u64, effects: &[(&str, f64)], o: &Options) -> (Recording, Co
     record_as(seed, seed, effects, o)
 }
 
+/// What one recording has for itself: poses, temperature, noise.
+fn own(motion: u64) -> Dice {
+    Dice(motion.wrapping_mul(517) + 29)
+}
+
 /// The same courier and effects (`seed`), other poses and noise (`motion`).
 pub fn record_as(
     seed: u64,
@@ -589,13 +601,16 @@ pub fn record_as(
         .iter()
         .map(|(n, s)| Effect::draw(n, &mut d, *s))
         .collect();
-    let mut m = Dice(motion.wrapping_mul(991) + 3);
-    let mut names = Vec::new();
-    let truth = program(&u, &mut m, o, &mut names);
-    let all = truth.last().map_or(1.0, |q| q.t);
+    // An effect's size is the courier's: it is stated over the first recording's motion, whichever is made.
+    let usual = || Dice(seed.wrapping_mul(991) + 3);
+    let first = program(&u, &mut usual(), &mut own(seed), o, &mut Vec::new());
+    let all = first.last().map_or(1.0, |q| q.t);
     for e in &mut list {
-        scale(e, &u, &truth, all);
+        scale(e, &u, &first, all);
     }
+    let mut m = own(motion);
+    let mut names = Vec::new();
+    let truth = program(&u, &mut usual(), &mut m, o, &mut names);
     let samples = measure(&u, &list, &truth, &names, all, &mut m, o);
     let meta = Meta {
         device: "rig".into(),
