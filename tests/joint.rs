@@ -97,13 +97,7 @@ fn synthetic(seed: u64, initial: f64, groups: Groups) -> Fitted {
     solver.set_priors(&constraints, &start, &Priors::default());
     let mut found = start;
     let report = solver
-        .fit(
-            &constraints,
-            &samples.iter().copied(),
-            groups,
-            &mut found,
-            &mut || {},
-        )
+        .fit(&constraints, &samples.iter().copied(), groups, &mut found)
         .unwrap();
     let free: Vec<usize> = solver.free().iter().map(|&i| i.into()).collect();
     let errors = free
@@ -214,7 +208,6 @@ fn device_f32_agrees_with_f64_on_the_same_rows() {
             &samples.iter().copied(),
             Groups::PAPER,
             &mut found,
-            &mut || {},
         )
         .unwrap();
     // A Gauss-Newton step in f64 from where f32 came to rest says how far off that is.
@@ -276,18 +269,17 @@ fn schedule(
         values: entered,
         accepted: Groups::empty(),
     };
+    let mut trial = Trial::idle();
     let reports = steps
         .iter()
         .map(|&step| {
-            make_step(
-                step,
-                &mut constraints,
-                &mut solver,
-                buffer,
-                &mut progress,
-                &mut || {},
-            )
-            .unwrap()
+            trial.begin(step, &constraints, &mut solver, &progress);
+            loop {
+                let sliced = trial.slice(&mut constraints, &mut solver, buffer, &mut progress);
+                if let Some(report) = sliced.unwrap() {
+                    return report;
+                }
+            }
         })
         .collect();
     (progress, reports, constraints)
@@ -452,7 +444,6 @@ fn equal_weights_minimise_the_papers_cost() {
                     &samples.iter().copied(),
                     Groups::PAPER,
                     &mut found,
-                    &mut || {},
                 )
                 .unwrap();
             let cost = |values: &Values| -> f64 {

@@ -27,8 +27,17 @@ fn courier(seed: u64) -> BeaconCourier {
 }
 
 fn run(courier: &mut BeaconCourier, config: JointConfig, trouble: &Trouble) -> JointOutcome {
+    run_with_steps(courier, config, trouble).0
+}
+
+fn run_with_steps(
+    courier: &mut BeaconCourier,
+    config: JointConfig,
+    trouble: &Trouble,
+) -> (JointOutcome, Vec<StepReport>) {
     let mut session = Box::new(JointSession::idle());
-    courier.run(&mut session, config, trouble)
+    let outcome = courier.run(&mut session, config, trouble);
+    (outcome, session.reports().to_vec())
 }
 
 fn refused(courier: &mut BeaconCourier, config: JointConfig, trouble: &Trouble) -> Refusal {
@@ -41,13 +50,13 @@ fn refused(courier: &mut BeaconCourier, config: JointConfig, trouble: &Trouble) 
 fn session_finds_height_lever_arm_and_all_coefficients() {
     for plan in [Plan::Random, Plan::Optimal] {
         let mut courier = courier(1);
-        let outcome = run(
+        let (outcome, steps) = run_with_steps(
             &mut courier,
             JointConfig { plan, ..config() },
             &Trouble::default(),
         );
         let result = outcome.result.unwrap();
-        for report in &outcome.reports {
+        for report in &steps {
             println!(
                 "{:?}: accepted {}, {:.3} -> {:.3}",
                 report.step, report.accepted, report.before.whitened_rms, report.after.whitened_rms
@@ -107,7 +116,7 @@ fn platen_with_bad_teeth_is_calibrated_none_the_less() {
         structure: |rng| std::array::from_fn(|_| 1.9e-6 * normal(rng)),
         ..courier(3)
     };
-    let outcome = run(
+    let (outcome, steps) = run_with_steps(
         &mut courier,
         JointConfig {
             poses: 1000,
@@ -116,7 +125,7 @@ fn platen_with_bad_teeth_is_calibrated_none_the_less() {
         &Trouble::default(),
     );
     let result = outcome.result.unwrap();
-    let last = outcome.reports.iter().rev().find(|r| r.accepted).unwrap();
+    let last = steps.iter().rev().find(|r| r.accepted).unwrap();
     println!("{last:?}");
     assert!((last.after.whitened_rms - 1.0).abs() < 0.15);
     assert!((f64::from(result.geometry.lever_m[0]) - courier.lever_m[0]).abs() < 120.0e-6);

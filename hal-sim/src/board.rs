@@ -147,7 +147,10 @@ impl SimBoard {
     }
 
     /// One sampling interval: the interrupt at its instant, then one turn of the main loop.
+    ///
+    /// What takes seconds on the target takes no time here: it is done before the next instant.
     pub fn sample(&mut self) -> Frame {
+        while self.background.work() {}
         // An instant that the background's own transfers overran is missed, as on the board.
         let late_ns = self.world.clock.now_ns().saturating_sub(self.next_ns);
         let missed = late_ns / self.period_ns;

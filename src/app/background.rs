@@ -113,7 +113,6 @@ where
     pub fn poll(&mut self, mut watch: impl FnMut(&Frame)) -> usize {
         let taken = self.take_frames(&mut watch);
         self.move_on();
-        self.work(&mut watch);
         taken
     }
 
@@ -191,25 +190,10 @@ where
         }
     }
 
-    /// A step of the joint schedule, if one is due: seconds on the target, in which the frames still come up the queue
-    /// and are shown to `watch`.
-    fn work(&mut self, watch: &mut dyn FnMut(&Frame)) {
-        let Self {
-            task,
-            frames,
-            samples,
-            last,
-            status_seen,
-            ..
-        } = self;
-        task.work(&mut || {
-            while let Some(frame) = frames.dequeue() {
-                *samples += u64::from(frame.sequence.wrapping_sub(last.sequence));
-                *status_seen |= frame.status;
-                *last = frame;
-                watch(&frame);
-            }
-        });
+    /// A slice of what takes seconds on the target: to be called between two turns; false if there is nothing to do. It is
+    /// over after half a millisecond, now and then after a fifth of a second.
+    pub fn work(&mut self) -> bool {
+        self.task.work()
     }
 
     /// Starts a self-calibration from where the courier stands. Geometry and model of `config` are replaced by those

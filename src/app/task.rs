@@ -135,11 +135,12 @@ impl Task {
         }
     }
 
-    /// Makes a step of the joint schedule if one is due.
+    /// Goes on with the joint schedule's steps, if they are due; false: there is nothing to do.
     #[inline(never)]
-    pub fn work(&mut self, breathe: &mut dyn FnMut()) {
-        if let Self::Joint(session) = self {
-            session.work(breathe);
+    pub fn work(&mut self) -> bool {
+        match self {
+            Self::Joint(session) => session.work(),
+            _ => false,
         }
     }
 

@@ -52,6 +52,7 @@ where
     loop {
         let taken = background.poll(|frame| console.stream(frame));
         console.serve(background);
+        let worked = background.work();
         let samples = mailbox.samples();
         if console.wants_restart() {
             let since = samples.wrapping_sub(*restart_at.get_or_insert(samples));
@@ -73,7 +74,7 @@ where
             said = show(&mut board, background.last_frame().status, said, samples);
         }
         board.wake_silent_converter();
-        if taken == 0 {
+        if taken == 0 && !worked {
             board.sleep();
         }
     }

@@ -41,7 +41,7 @@ pub enum Action {
     Stop,
 }
 
-/// What a pose is for.
+/// What the session is at: what its present pose is for, or what comes after all poses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Stage {
     /// The first pose, which the others are relative to.
@@ -53,16 +53,18 @@ pub enum Stage {
     HeldOut,
     /// Nothing more to do.
     Finished,
+    /// The joint schedule's steps.
+    Solving,
 }
 
 /// How far a session is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Progress {
-    /// What the present pose is for.
+    /// What it is at.
     pub stage: Stage,
-    /// Poses done in this stage.
+    /// Poses, or steps of the joint schedule, done in this stage.
     pub done: u32,
-    /// Poses of this stage.
+    /// How many there are.
     pub of: u32,
     /// Poses lost so far.
     pub lost: u32,

@@ -11,11 +11,11 @@ use serde::{Deserialize, Serialize};
 pub struct Progress {
     /// What it rests on.
     pub method: Method,
-    /// What the present pose is for.
+    /// What it is at.
     pub stage: Stage,
-    /// Poses done in this stage.
+    /// Poses, or steps of the joint schedule, done in this stage.
     pub done: u32,
-    /// Poses of this stage.
+    /// How many there are.
     pub of: u32,
     /// Poses lost so far.
     pub lost: u32,

@@ -141,13 +141,25 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
     /// # Errors
     /// [`SolveError`]; the last solution is then void. Deficient rank is no error: see [`Solution::rank`].
     pub fn solve(&mut self) -> Result<&Solution<N>, SolveError> {
+        let as_entered = self.condition_as_entered();
+        self.solve_equilibrated()?;
+        if self.solution.rank == self.solution.unknowns {
+            self.solution.condition = as_entered;
+        }
+        Ok(&self.solution)
+    }
+
+    /// As [`Self::solve`], in half the time: [`Solution::condition`] is left infinite.
+    ///
+    /// # Errors
+    /// As [`Self::solve`].
+    pub fn solve_equilibrated(&mut self) -> Result<&Solution<N>, SolveError> {
         self.solution = Solution::none();
         if self.rows.rows() == 0 || self.rows.unknowns == 0 {
             return Err(SolveError::Empty);
         }
         let n = self.rows.unknowns;
         let mut undetermined = [0.0f32; N];
-        let as_entered = self.condition_as_entered();
         self.equilibrate();
         let largest = self.solved.largest_singular_value();
         let (rank, smallest, left) = self.complete_rank(largest, &mut undetermined);
@@ -155,7 +167,6 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
         solution.unknowns = n;
         solution.rank = rank;
         solution.rows = self.rows.rows();
-        solution.condition = if rank == n { as_entered } else { f32::INFINITY };
         solution.condition_equilibrated = largest / smallest;
         let freedom = self.rows.effective_rows() - rank as f32;
         if freedom > 0.0 {

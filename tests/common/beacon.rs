@@ -289,7 +289,7 @@ impl BeaconCourier {
             frame.raw.electrode_counts = [(trouble.light)(count - 1); 4];
             sequence += 1;
             session.frame(&frame);
-            session.work(&mut || {});
+            while session.work() {}
         }
         assert_eq!(session.poll(), Some(Action::Stop));
         session.outcome().unwrap().clone()

@@ -10,8 +10,6 @@ use std::time::Duration;
 
 /// Time between two looks at the progress, of the board's own, where nothing needs more.
 pub const LOOK: Duration = Duration::from_millis(50);
-/// A board that makes a joint step answers when it has: seconds on the target, more where a step is fitted again.
-const SOLVING: Duration = Duration::from_secs(60);
 
 /// Something with a link to a board.
 pub trait Linked {
@@ -49,17 +47,50 @@ pub fn run<B: Linked>(
     bar.set_length(u64::from(order.poses) + u64::from(order.held_out_poses));
     loop {
         board.link().pass(look)?;
-        let Reply::Progress(now) = board.link().ask_patiently(Action::Progress, SOLVING)? else {
-            bail!("the board: found a strange reply to a question for its progress")
-        };
-        let before = match now.stage {
-            Stage::HeldOut => u64::from(order.poses),
-            _ => 0,
-        };
-        bar.set_position(before + u64::from(now.done));
+        let now = progress(board.link())?;
+        show(&now, order, bar);
         watch(board, &now)?;
         if now.ending.is_some() {
             return Ok(now);
         }
     }
+}
+
+/// How far the session is; a board that has restarted meanwhile has none. What was asked at that moment is lost, so it is
+/// asked once more.
+fn progress(link: &mut Link) -> Result<Progress> {
+    let reply = link.ask(Action::Progress).or_else(|_| {
+        link.reconnect()?;
+        link.ask(Action::Progress)
+    });
+    let Reply::Progress(now) = reply? else {
+        bail!("the board: found a strange reply to a question for its progress")
+    };
+    if now.stage == Stage::Finished && now.ending.is_none() {
+        bail!("{}", restarted(link)?);
+    }
+    Ok(now)
+}
+
+fn restarted(link: &mut Link) -> Result<String> {
+    let cause = link.status()?.reset;
+    let message = match link.ask(Action::LastFault)? {
+        Reply::LastFault(Some(fault)) => format!(", {}", fault.message),
+        _ => String::new(),
+    };
+    Ok(format!(
+        "the board: found no session any more, wanted the one that was ordered: it has restarted ({cause:?}{message})"
+    ))
+}
+
+fn show(now: &Progress, order: &CalibrateOrder, bar: &ProgressBar) {
+    let fitted = u64::from(order.poses);
+    bar.set_position(match now.stage {
+        Stage::Solving => {
+            bar.set_message(format!("calibrating: step {} of {}", now.done + 1, now.of));
+            fitted + u64::from(order.held_out_poses)
+        }
+        Stage::HeldOut => fitted + u64::from(now.done),
+        _ => u64::from(now.done),
+    });
 }

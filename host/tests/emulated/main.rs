@@ -3,6 +3,7 @@
 
 mod bytes;
 mod demo;
+mod joint;
 mod long;
 mod parts;
 mod restarts;

@@ -2,7 +2,6 @@
 
 use super::constraint::ReadingNoise;
 use super::layout::Groups;
-use super::steps::StepReport;
 use crate::calibration::outcome::{Evidence, Refusal};
 use crate::diode::DiodeErrors;
 use crate::geometry::Geometry;
@@ -34,6 +33,4 @@ pub struct JointOutcome {
     pub result: Result<JointResult, Refusal>,
     /// What is known; held-out residuals are those of g_p.
     pub evidence: Evidence,
-    /// What each step did.
-    pub reports: heapless::Vec<StepReport, 5>,
 }

@@ -85,7 +85,7 @@ fn stored(sample: &JointSample) -> Option<Stored> {
     Some(outputs)
 }
 
-fn sample((outputs, deflection): (&Stored, &[f32; 2])) -> JointSample {
+fn sample(outputs: &Stored, deflection: &[f32; 2]) -> JointSample {
     const HALF: i32 = 1 << (FRACTION_BITS - 1);
     let teeth = outputs.map(|steps| (steps + HALF) >> FRACTION_BITS);
     JointSample {
@@ -97,7 +97,7 @@ fn sample((outputs, deflection): (&Stored, &[f32; 2])) -> JointSample {
     }
 }
 
-/// Poses that can be walked again and again: a part of a [`JointBuffer`], or a slice's `iter().copied()`.
+/// Poses that can be walked again and again: a [`Part`] of a buffer, or a slice's `iter().copied()`.
 pub trait Poses: Clone + ExactSizeIterator<Item = JointSample> {}
 
 impl<I: Clone + ExactSizeIterator<Item = JointSample>> Poses for I {}
@@ -158,24 +158,23 @@ impl JointBuffer {
 
     /// Poses to fit.
     #[must_use]
-    pub fn fitted(&self) -> impl Poses {
+    pub fn fitted(&self) -> Part<'_> {
         self.part(0, self.fits())
     }
 
     /// Poses that decide.
     #[must_use]
-    pub fn held_out(&self) -> impl Poses {
+    pub fn held_out(&self) -> Part<'_> {
         self.part(self.fits(), self.count)
     }
 
-    fn part(&self, from: usize, to: usize) -> impl Poses {
+    fn part(&self, from: usize, to: usize) -> Part<'_> {
         let outputs = self.outputs.as_chunks().0.get(from..to);
         let deflections = self.deflections.as_chunks().0.get(from..to);
-        let pairs = outputs
-            .unwrap_or_default()
-            .iter()
-            .zip(deflections.unwrap_or_default());
-        pairs.map(sample)
+        Part {
+            outputs: outputs.unwrap_or_default(),
+            deflections: deflections.unwrap_or_default(),
+        }
     }
 
     fn fits(&self) -> usize {
@@ -186,6 +185,41 @@ impl JointBuffer {
         }
     }
 }
+
+/// Some of a buffer's poses.
+#[derive(Clone, Copy, Debug)]
+pub struct Part<'b> {
+    outputs: &'b [Stored],
+    deflections: &'b [[f32; 2]],
+}
+
+impl Part<'_> {
+    /// One of them, by its place.
+    #[must_use]
+    pub fn get(&self, index: usize) -> Option<JointSample> {
+        Some(sample(
+            self.outputs.get(index)?,
+            self.deflections.get(index)?,
+        ))
+    }
+}
+
+impl Iterator for Part<'_> {
+    type Item = JointSample;
+
+    fn next(&mut self) -> Option<JointSample> {
+        let first = self.get(0)?;
+        self.outputs = self.outputs.get(1..)?;
+        self.deflections = self.deflections.get(1..)?;
+        Some(first)
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        (self.outputs.len(), Some(self.outputs.len()))
+    }
+}
+
+impl ExactSizeIterator for Part<'_> {}
 
 #[cfg(test)]
 mod tests {

@@ -1,11 +1,9 @@
-//! Gauss-Newton by re-linearised QR rows: each pass over the buffer rotates three whitened rows a pose into the triangle.
-//!
-//! Damped (Levenberg-Marquardt rows where a pass made things worse), bounded in steps, outliers bounded (Huber 1964, by
-//! the robust size of all poses' misclosures, so that unmodelled structure is not taken for outliers). A pass of 1000 poses
-//! with 61 unknowns is 3000 rows of at most 20,000 cycles: 0.35 s at 170 MHz; a fit takes three to eight passes.
+//! What a joint fit works with: rows, priors and the present solution. [`super::fit`] drives it.
 
-use super::constraint::{Constraints, Values};
+use super::constraint::{Constraints, Misclosure, Values};
+use super::fit::Fit;
 use super::layout::{Groups, JOINT_UNKNOWNS, Unknown};
+use super::median::Median;
 use super::sample::Poses;
 use crate::lsq::{Estimator, SolveError, packed_len};
 use crate::math::sqrt;
@@ -13,25 +11,6 @@ use serde::{Deserialize, Serialize};
 
 /// Rows, workspace and solution of a joint fit; 20 KiB.
 pub type JointEstimator = Estimator<JOINT_UNKNOWNS, { packed_len(JOINT_UNKNOWNS) }>;
-
-/// Passes at most.
-const PASSES: u32 = 25;
-/// Settled when no unknown moves by more than this share of its standard deviation.
-const SETTLED: f32 = 0.01;
-/// Steps below this many standard deviations: the robust size is measured again.
-const NEAR: f32 = 1000.0;
-/// Median length of one and of three independent normal numbers of deviation one.
-const MEDIAN_LENGTH: [f32; 2] = [0.6745, 1.538];
-/// Poses whose whitened misclosure is longer than this, robust deviations, count less: one good pose in 1000.
-const FULL_WEIGHT: f32 = 4.0;
-/// Longer than this: not at all.
-const LEFT_OUT: f32 = 12.0;
-/// A pass made things worse if the sum of squares grew by more than this factor: less comes from the weights, which follow
-/// the values.
-const WORSE: f32 = 1.01;
-/// Damping of the first try after a pass that made things worse, and its growth.
-const DAMPING: f32 = 1.0e-2;
-const DAMPING_GROWTH: f32 = 10.0;
 
 /// Standard deviations of what is believed before the data, by kind of unknown. Entered as rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,7 +75,9 @@ pub struct JointSolver {
     prior_centre: Values,
     prior_deviation: Values,
     /// Constraints in use: g_p alone, or all three.
-    channels: usize,
+    pub(super) channels: usize,
+    /// Of squared misclosures.
+    pub(super) median: Median,
 }
 
 impl Default for JointSolver {
@@ -114,6 +95,7 @@ impl JointSolver {
             prior_centre: [0.0; JOINT_UNKNOWNS],
             prior_deviation: [0.0; JOINT_UNKNOWNS],
             channels: 0,
+            median: Median::new(),
         }
     }
 
@@ -171,8 +153,7 @@ impl JointSolver {
         &self.free
     }
 
-    /// Fits the unknowns of some groups to the poses, from `values` on, in place. `breathe` is called between poses, every 60,000
-    /// cycles or sooner: for the watchdog and the frame queue.
+    /// Fits the unknowns of some groups to the poses, from `values` on, in place.
     ///
     /// # Errors
     /// [`SolveError`]; `values` are then the best so far.
@@ -182,8 +163,24 @@ impl JointSolver {
         samples: &impl Poses,
         groups: Groups,
         values: &mut Values,
-        breathe: &mut dyn FnMut(),
     ) -> Result<FitReport, SolveError> {
+        let mut fit = Fit::idle();
+        fit.begin(self, constraints, groups);
+        let mut walk = samples.clone();
+        loop {
+            let sample = walk.next();
+            if sample.is_none() {
+                walk = samples.clone();
+            }
+            let poses = samples.len();
+            if fit.slice(self, constraints, values, sample.as_ref(), poses)? {
+                return Ok(*fit.report());
+            }
+        }
+    }
+
+    /// Frees the unknowns of some groups, and picks the constraints that tell them.
+    pub(super) fn free_groups(&mut self, constraints: &Constraints, groups: Groups) {
         self.free = constraints.layout.free(groups);
         // g_p comes first in the whitening, so its row alone is right when g_x and g_y are not used.
         self.channels = if Groups::PLATEN.contains(groups) {
@@ -191,104 +188,11 @@ impl JointSolver {
         } else {
             3
         };
-        let mut report = FitReport {
-            unknowns: self.free.len() as u32,
-            ..FitReport::default()
-        };
-        let mut scale = self
-            .robust_scale(constraints, samples, values, breathe)
-            .max(1.0);
-        let (mut best, mut best_cost, mut damping) = (*values, f32::INFINITY, 0.0);
-        while report.passes < PASSES {
-            report.passes += 1;
-            let cost = self.pass(constraints, samples, values, scale, &mut report, breathe);
-            if cost > best_cost * WORSE {
-                damping = if damping == 0.0 {
-                    DAMPING
-                } else {
-                    damping * DAMPING_GROWTH
-                };
-                *values = best;
-                self.pass(constraints, samples, values, scale, &mut report, breathe);
-            } else {
-                (best, best_cost) = (*values, cost);
-                damping /= DAMPING_GROWTH;
-            }
-            self.damp(damping);
-            let step = self.step(values)?;
-            if step < NEAR {
-                // The robust size has shrunk with the misclosures; costs are then of another measure.
-                let now = self
-                    .robust_scale(constraints, samples, values, breathe)
-                    .max(1.0);
-                if now < 0.9 * scale {
-                    (scale, best_cost) = (now, f32::INFINITY);
-                    continue;
-                }
-            }
-            if step < SETTLED && damping < DAMPING {
-                report.settled = true;
-                break;
-            }
-        }
-        let solution = self.estimator.solution();
-        report.rank = solution.rank as u32;
-        report.condition = solution.condition_equilibrated;
-        Ok(report)
     }
 
-    /// Rotates all poses' rows, and the priors', in; returns the sum of squares that Gauss-Newton lowers.
-    fn pass(
-        &mut self,
-        constraints: &Constraints,
-        samples: &impl Poses,
-        values: &Values,
-        scale: f32,
-        report: &mut FitReport,
-        breathe: &mut dyn FnMut(),
-    ) -> f32 {
-        self.estimator.reset(self.free.len());
-        report.left_out = 0;
-        let (mut cost, mut squares) = (0.0, 0.0);
-        for sample in samples.clone() {
-            breathe();
-            let rows = constraints.rows(values, &sample);
-            let square: f32 = rows
-                .misclosure
-                .iter()
-                .take(self.channels)
-                .map(|w| w * w)
-                .sum();
-            let ratio = sqrt(square) / scale;
-            if ratio.is_nan() || ratio > LEFT_OUT {
-                report.left_out += 1;
-                cost += (2.0 * LEFT_OUT - FULL_WEIGHT) * FULL_WEIGHT * scale * scale;
-                continue;
-            }
-            squares += square;
-            let weight = if ratio > FULL_WEIGHT {
-                FULL_WEIGHT / ratio
-            } else {
-                1.0
-            };
-            cost += if weight < 1.0 {
-                square * weight * (2.0 - weight)
-            } else {
-                square
-            };
-            let root = sqrt(weight);
-            for (row, misclosure) in rows
-                .jacobian
-                .iter()
-                .zip(rows.misclosure)
-                .take(self.channels)
-            {
-                self.enter(row, -misclosure, root);
-            }
-        }
-        let used = samples.len() as f32 - report.left_out as f32;
-        report.whitened_rms = sqrt(squares / (self.channels as f32 * used).max(1.0));
-        cost + self.enter_priors(values)
+    /// Sum of squares over the constraints in use.
+    pub(super) fn square(&self, whitened: &Misclosure) -> f32 {
+        whitened.iter().take(self.channels).map(|w| w * w).sum()
     }
 
     pub(super) fn enter(&mut self, row: &Values, rhs: f32, factor: f32) {
@@ -316,10 +220,7 @@ impl JointSolver {
     }
 
     /// Rows that hold each unknown back by its column's length times `damping`.
-    fn damp(&mut self, damping: f32) {
-        if damping < DAMPING / DAMPING_GROWTH {
-            return;
-        }
+    pub(super) fn damp(&mut self, damping: f32) {
         for column in 0..self.free.len() {
             let length = (0..=column)
                 .map(|row| self.estimator.rows.entry(row, column))
@@ -335,8 +236,8 @@ impl JointSolver {
     }
 
     /// Solves and moves the values, at most by one prior deviation each; returns the largest move in standard deviations.
-    fn step(&mut self, values: &mut Values) -> Result<f32, SolveError> {
-        self.estimator.solve()?;
+    pub(super) fn step(&mut self, values: &mut Values) -> Result<f32, SolveError> {
+        self.estimator.solve_equilibrated()?;
         let moves = self.estimator.solution().values;
         let mut share = 1.0f32;
         for (&i, change) in self.free.iter().zip(&moves) {
@@ -351,33 +252,5 @@ impl JointSolver {
             largest = largest.max(change.abs() / deviation);
         }
         Ok(largest / share)
-    }
-
-    /// Robust size of the whitened misclosures: 1 where model and stated noise hold. Median by a histogram of quarter
-    /// octaves.
-    fn robust_scale(
-        &self,
-        constraints: &Constraints,
-        samples: &impl Poses,
-        values: &Values,
-        breathe: &mut dyn FnMut(),
-    ) -> f32 {
-        const BINS: usize = 256;
-        let mut counts = [0u16; BINS];
-        for sample in samples.clone() {
-            breathe();
-            let w = constraints.whitened(values, values, &sample);
-            let square: f32 = w.iter().take(self.channels).map(|w| w * w).sum();
-            // Exponent and two bits of mantissa of the square: eighths of an octave in length, from 2^-8 on.
-            let bin = (square.to_bits() >> 21).saturating_sub((127 - 16) << 2) as usize;
-            counts[bin.min(BINS - 1)] += 1;
-        }
-        let mut sum = 0;
-        let bin = counts.iter().position(|&count| {
-            sum += usize::from(count);
-            2 * sum >= samples.len()
-        });
-        let upper = f32::from_bits(((bin.unwrap_or(0) as u32 + 1) << 21) + ((127 - 16) << 23));
-        sqrt(upper) / MEDIAN_LENGTH[usize::from(self.channels == 3)]
     }
 }

@@ -2,8 +2,9 @@
 //! coordination sensor's own errors. Each step stays only if poses that no step fitted gain by it.
 
 use super::constraint::{Constraints, Misclosure, ReadingNoise, Values};
-use super::layout::Groups;
-use super::sample::{JointBuffer, Poses};
+use super::fit::Fit;
+use super::layout::{Groups, JOINT_UNKNOWNS};
+use super::sample::{JointBuffer, JointSample};
 use super::solver::{FitReport, JointSolver};
 use crate::calibration::spread::Spread;
 use crate::lsq::SolveError;
@@ -97,181 +98,304 @@ pub struct JointProgress {
     pub accepted: Groups,
 }
 
-/// Makes one step. The readings' noise is taken from the poses themselves where they show more than was stated
+/// A step that is being made. The readings' noise is taken from the poses themselves where they show more than was stated
 /// (unmodelled structure, the platen's teeth above all, is noise to the fit), and the fit repeated with it.
-///
-/// # Errors
-/// [`SolveError`]; nothing is changed.
-pub fn make_step(
+#[derive(Debug)]
+pub struct Trial {
     step: Step,
-    constraints: &mut Constraints,
-    solver: &mut JointSolver,
-    buffer: &JointBuffer,
-    progress: &mut JointProgress,
-    breathe: &mut dyn FnMut(),
-) -> Result<StepReport, SolveError> {
-    let (groups, noise) = (step.groups(progress.accepted), constraints.noise);
-    let mut values = progress.values;
-    let fit = fit_with_shown_noise(
-        step,
-        constraints,
-        solver,
-        &buffer.fitted(),
-        groups,
-        &mut values,
-        breathe,
-    );
-    let fit = fit.inspect_err(|_| constraints.noise = noise)?;
-    let channels = if step == Step::Platen { 1 } else { 3 };
-    let comparison = Comparison::of(
-        constraints,
-        &buffer.held_out(),
-        &progress.values,
-        &values,
-        channels,
-        breathe,
-    );
-    // What has not settled is not where the data want it, whatever it gains.
-    let accepted = comparison.significance > SIGNIFICANT && fit.settled;
-    if accepted {
-        progress.values = values;
-        progress.accepted |= groups;
-    } else {
-        constraints.noise = noise;
-    }
-    let Comparison {
-        before,
-        after,
-        significance,
-    } = comparison;
-    Ok(StepReport {
-        step,
-        groups,
-        fit,
-        before,
-        after,
-        significance,
-        accepted,
-    })
+    groups: Groups,
+    /// Before the step.
+    noise: ReadingNoise,
+    values: Values,
+    walk: Walk,
+    /// Pose that is next in the walk.
+    next: usize,
+    fits: u32,
+    fit: Fit,
+    shown: ShownNoise,
+    comparison: Comparison,
 }
 
-fn fit_with_shown_noise(
-    step: Step,
-    constraints: &mut Constraints,
-    solver: &mut JointSolver,
-    samples: &impl Poses,
-    groups: Groups,
-    values: &mut Values,
-    breathe: &mut dyn FnMut(),
-) -> Result<FitReport, SolveError> {
-    let mut report = solver.fit(constraints, samples, groups, values, breathe)?;
-    for _ in 0..REWEIGHTINGS {
-        let (before, shown) = (
-            constraints.noise,
-            shown_noise(constraints, samples, values, step, breathe),
-        );
-        constraints.noise = shown;
-        let same = |a: f32, b: f32| (a / b - 1.0).abs() < SAME_NOISE;
-        if same(shown.segment_m, before.segment_m)
-            && same(shown.displacement_m, before.displacement_m)
-        {
-            break;
-        }
-        report = solver.fit(constraints, samples, groups, values, breathe)?;
+/// A walk over the poses.
+#[derive(Clone, Copy, Debug)]
+enum Walk {
+    /// The fit's, over those to be fitted.
+    Fit,
+    /// For the noise that these show.
+    Noise,
+    /// For the median of the held-out poses' squared misclosures.
+    Size,
+    /// For what the held-out poses gain.
+    Gain,
+}
+
+impl Default for Trial {
+    fn default() -> Self {
+        Self::idle()
     }
-    Ok(report)
+}
+
+impl Trial {
+    /// Of nothing: all zeros.
+    #[must_use]
+    pub const fn idle() -> Self {
+        Self {
+            step: Step::Platen,
+            groups: Groups::empty(),
+            noise: ReadingNoise {
+                segment_m: 0.0,
+                displacement_m: 0.0,
+            },
+            values: [0.0; JOINT_UNKNOWNS],
+            walk: Walk::Fit,
+            next: 0,
+            fits: 0,
+            fit: Fit::idle(),
+            shown: ShownNoise::NONE,
+            comparison: Comparison::NONE,
+        }
+    }
+
+    /// Begins with a step from the present values; then [`Trial::slice`], again and again.
+    pub fn begin(
+        &mut self,
+        step: Step,
+        constraints: &Constraints,
+        solver: &mut JointSolver,
+        progress: &JointProgress,
+    ) {
+        (self.step, self.groups) = (step, step.groups(progress.accepted));
+        self.noise = constraints.noise;
+        self.values = progress.values;
+        (self.next, self.fits) = (0, 0);
+        self.begin_fit(constraints, solver);
+    }
+
+    fn begin_fit(&mut self, constraints: &Constraints, solver: &mut JointSolver) {
+        self.fits += 1;
+        self.walk = Walk::Fit;
+        self.fit.begin(solver, constraints, self.groups);
+    }
+
+    /// Goes on by a pose; tells what came of the step when it is made. Cost: 60,000 cycles, now and then a solution's.
+    ///
+    /// # Errors
+    /// [`SolveError`]; nothing is changed.
+    pub fn slice(
+        &mut self,
+        constraints: &mut Constraints,
+        solver: &mut JointSolver,
+        buffer: &JointBuffer,
+        progress: &mut JointProgress,
+    ) -> Result<Option<StepReport>, SolveError> {
+        let poses = match self.walk {
+            Walk::Fit | Walk::Noise => buffer.fitted(),
+            Walk::Size | Walk::Gain => buffer.held_out(),
+        };
+        let sample = poses.get(self.next);
+        self.next = sample.map_or(0, |_| self.next + 1);
+        let (values, count) = (&mut self.values, poses.len());
+        match (self.walk, sample) {
+            (Walk::Fit, sample) => {
+                let fit = &mut self.fit;
+                let sliced = fit.slice(solver, constraints, values, sample.as_ref(), count);
+                if sliced.inspect_err(|_| constraints.noise = self.noise)? {
+                    self.end_fit(solver);
+                }
+            }
+            (Walk::Noise, Some(sample)) => self.shown.add(constraints, values, &sample),
+            (Walk::Noise, None) => self.take_noise(constraints, solver, count),
+            (Walk::Size, Some(sample)) => {
+                let square = solver.square(&constraints.whitened(values, values, &sample));
+                solver.median.add(square);
+            }
+            (Walk::Size, None) => {
+                self.comparison = Comparison::within(solver.median.upper(count));
+                self.walk = Walk::Gain;
+            }
+            (Walk::Gain, Some(sample)) => {
+                let sides = [&progress.values, &*values];
+                self.comparison.add(constraints, solver, sides, &sample);
+            }
+            (Walk::Gain, None) => return Ok(Some(self.judge(constraints, solver, progress))),
+        }
+        Ok(None)
+    }
+
+    fn end_fit(&mut self, solver: &mut JointSolver) {
+        if self.fits > REWEIGHTINGS {
+            return self.compare(solver);
+        }
+        self.shown = ShownNoise::NONE;
+        self.walk = Walk::Noise;
+    }
+
+    fn take_noise(
+        &mut self,
+        constraints: &mut Constraints,
+        solver: &mut JointSolver,
+        poses: usize,
+    ) {
+        let shown = self.shown.noise(constraints, self.step, poses);
+        let before = core::mem::replace(&mut constraints.noise, shown);
+        if shown.is_about(&before) {
+            self.compare(solver);
+        } else {
+            self.begin_fit(constraints, solver);
+        }
+    }
+
+    fn compare(&mut self, solver: &mut JointSolver) {
+        solver.median.clear();
+        self.walk = Walk::Size;
+    }
+
+    /// Keeps what the step has found, or goes back to what was before.
+    fn judge(
+        &self,
+        constraints: &mut Constraints,
+        solver: &JointSolver,
+        progress: &mut JointProgress,
+    ) -> StepReport {
+        let fit = *self.fit.report();
+        let (comparison, channels) = (&self.comparison, solver.channels);
+        let significance = comparison.significance();
+        // What has not settled is not where the data want it, whatever it gains.
+        let accepted = significance > SIGNIFICANT && fit.settled;
+        if accepted {
+            progress.values = self.values;
+            progress.accepted |= self.groups;
+        } else {
+            constraints.noise = self.noise;
+        }
+        StepReport {
+            step: self.step,
+            groups: self.groups,
+            fit,
+            before: comparison.before.held_out(channels),
+            after: comparison.after.held_out(channels),
+            significance,
+            accepted,
+        }
+    }
+}
+
+impl ReadingNoise {
+    /// Whether the difference is not worth another fit.
+    fn is_about(&self, other: &Self) -> bool {
+        let same = |a: f32, b: f32| (a / b - 1.0).abs() < SAME_NOISE;
+        same(self.segment_m, other.segment_m) && same(self.displacement_m, other.displacement_m)
+    }
 }
 
 /// Noise as the poses show it, not below the stated: segments by g_p, deflections by what of g_x the segments leave.
-fn shown_noise(
-    constraints: &Constraints,
-    samples: &impl Poses,
-    values: &Values,
-    step: Step,
-    breathe: &mut dyn FnMut(),
-) -> ReadingNoise {
-    let mut shown = [Spread::EMPTY; 3];
-    let mut share = 0.0;
-    for sample in samples.clone() {
-        breathe();
-        let misclosure = constraints.misclosure(values, &sample);
-        for (spread, g) in shown.iter_mut().zip(misclosure) {
+#[derive(Debug)]
+struct ShownNoise {
+    misclosures: [Spread; 3],
+    segment_share_of_x: f32,
+}
+
+impl ShownNoise {
+    const NONE: Self = Self {
+        misclosures: [Spread::EMPTY; 3],
+        segment_share_of_x: 0.0,
+    };
+
+    fn add(&mut self, constraints: &Constraints, values: &Values, sample: &JointSample) {
+        let misclosure = constraints.misclosure(values, sample);
+        for (spread, g) in self.misclosures.iter_mut().zip(misclosure) {
             spread.add_within(g, OUTLIER);
         }
-        share += constraints.segment_share_of_x(values, &sample) / samples.len() as f32;
+        self.segment_share_of_x += constraints.segment_share_of_x(values, sample);
     }
-    let stated = constraints.stated_noise;
-    let segment_m = stated.segment_m.max(shown[0].deviation() / 2.0);
-    if step == Step::Platen {
-        return ReadingNoise {
+
+    fn noise(&self, constraints: &Constraints, step: Step, poses: usize) -> ReadingNoise {
+        let stated = constraints.stated_noise;
+        let segment_m = stated.segment_m.max(self.misclosures[0].deviation() / 2.0);
+        if step == Step::Platen {
+            return ReadingNoise {
+                segment_m,
+                ..constraints.noise
+            };
+        }
+        let of_x = self.misclosures[1].deviation();
+        let share = self.segment_share_of_x / poses as f32;
+        let left = of_x * of_x - share * segment_m * segment_m;
+        ReadingNoise {
             segment_m,
-            ..constraints.noise
-        };
-    }
-    let of_x = shown[1].deviation();
-    let left = of_x * of_x - share * segment_m * segment_m;
-    ReadingNoise {
-        segment_m,
-        displacement_m: stated.displacement_m.max(sqrt(left.max(0.0))),
+            displacement_m: stated.displacement_m.max(sqrt(left.max(0.0))),
+        }
     }
 }
 
+/// What held-out poses gain by a step; both sides are whitened by the covariance of the values after.
+#[derive(Debug)]
 struct Comparison {
-    before: HeldOut,
-    after: HeldOut,
-    significance: f32,
+    /// A pose that is farther off after the step is no evidence for or against it.
+    limit: f32,
+    gain: Spread,
+    before: Side,
+    after: Side,
 }
 
 impl Comparison {
-    /// Both sides whitened by the covariance of the values after.
-    fn of(
-        constraints: &Constraints,
-        samples: &impl Poses,
-        before: &Values,
-        after: &Values,
-        channels: usize,
-        breathe: &mut dyn FnMut(),
-    ) -> Self {
-        let square = |w: Misclosure| w.iter().take(channels).map(|w| w * w).sum::<f32>();
-        let mut sides = [Side::default(), Side::default()];
-        let mut gain = Spread::EMPTY;
-        let limit =
-            OUTLIER * OUTLIER * median_square(constraints, samples, after, channels, breathe);
-        for sample in samples.clone() {
-            breathe();
-            let squares =
-                [before, after].map(|values| square(constraints.whitened(values, after, &sample)));
-            // A pose that is far off after the step, by the measure of the others, is no evidence for or against it.
-            if squares[1].is_nan() || squares[1] > limit {
-                continue;
-            }
-            gain.add(squares[0] - squares[1]);
-            for ((side, values), square) in sides.iter_mut().zip([before, after]).zip(squares) {
-                side.add(constraints.misclosure(values, &sample), square);
-            }
+    const NONE: Self = Self {
+        limit: 0.0,
+        gain: Spread::EMPTY,
+        before: Side::NONE,
+        after: Side::NONE,
+    };
+
+    /// Poses that are not much farther off than the others, of whose squares the median is given.
+    fn within(median_square: f32) -> Self {
+        Self {
+            limit: OUTLIER * OUTLIER * median_square.max(1.0),
+            ..Self::NONE
         }
-        let error = gain.deviation() / sqrt(gain.count().max(1.0));
-        let significance = if error > 0.0 {
-            gain.mean() / error
+    }
+
+    fn add(
+        &mut self,
+        constraints: &Constraints,
+        solver: &JointSolver,
+        [before, after]: [&Values; 2],
+        sample: &JointSample,
+    ) {
+        let squares = [before, after]
+            .map(|values| solver.square(&constraints.whitened(values, after, sample)));
+        if squares[1].is_nan() || squares[1] > self.limit {
+            return;
+        }
+        self.gain.add(squares[0] - squares[1]);
+        let sides = [&mut self.before, &mut self.after];
+        for ((side, values), square) in sides.into_iter().zip([before, after]).zip(squares) {
+            side.add(constraints.misclosure(values, sample), square);
+        }
+    }
+
+    /// Mean gain over its standard error.
+    fn significance(&self) -> f32 {
+        let error = self.gain.deviation() / sqrt(self.gain.count().max(1.0));
+        if error > 0.0 {
+            self.gain.mean() / error
         } else {
             0.0
-        };
-        let [before, after] = sides.map(|side| side.held_out(channels));
-        Self {
-            before,
-            after,
-            significance,
         }
     }
 }
 
-#[derive(Clone, Copy, Default)]
+#[derive(Debug)]
 struct Side {
     spreads: [Spread; 3],
     squares: f32,
 }
 
 impl Side {
+    const NONE: Self = Self {
+        spreads: [Spread::EMPTY; 3],
+        squares: 0.0,
+    };
+
     fn add(&mut self, misclosure: Misclosure, square: f32) {
         for (spread, g) in self.spreads.iter_mut().zip(misclosure) {
             spread.add(g);
@@ -279,36 +403,11 @@ impl Side {
         self.squares += square;
     }
 
-    fn held_out(self, channels: usize) -> HeldOut {
+    fn held_out(&self, channels: usize) -> HeldOut {
         let count = channels as f32 * self.spreads[0].count().max(1.0);
         HeldOut {
             rms_m: self.spreads.map(|s| s.deviation()),
             whitened_rms: sqrt(self.squares / count),
         }
     }
-}
-
-/// Median, within an eighth, of the squared whitened misclosure, by bisection: no memory.
-fn median_square(
-    constraints: &Constraints,
-    samples: &impl Poses,
-    values: &Values,
-    channels: usize,
-    breathe: &mut dyn FnMut(),
-) -> f32 {
-    let (mut low, mut high) = (1.0e-3f32, 1.0e12f32);
-    while high / low > 1.3 {
-        let middle = sqrt(low * high);
-        let below = samples.clone().filter(|sample| {
-            breathe();
-            let w = constraints.whitened(values, values, sample);
-            w.iter().take(channels).map(|w| w * w).sum::<f32>() < middle
-        });
-        if 2 * below.count() > samples.len() {
-            high = middle
-        } else {
-            low = middle
-        }
-    }
-    high.max(1.0)
 }

@@ -22,7 +22,7 @@ impl Session {
             }
             Stage::Fit => self.fit_pose(mean),
             Stage::HeldOut => self.test_pose(mean),
-            Stage::Finished => {}
+            Stage::Solving | Stage::Finished => {}
         }
     }
 

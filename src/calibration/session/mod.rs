@@ -161,7 +161,7 @@ impl Session {
                 Stage::Origin => 1,
                 Stage::Fit => config.poses,
                 Stage::HeldOut => config.held_out_poses,
-                Stage::Finished => 0,
+                Stage::Solving | Stage::Finished => 0,
             });
         let lost = self.lost();
         Progress {
@@ -248,7 +248,7 @@ impl Session {
                 let pose = self.planner.random();
                 self.visit.go(pose, self.done);
             }
-            Stage::Origin | Stage::Finished => {}
+            Stage::Origin | Stage::Solving | Stage::Finished => {}
         }
     }
 

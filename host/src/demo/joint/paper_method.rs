@@ -47,7 +47,7 @@ pub fn fit(poses: &JointBuffer, drawing: &Geometry) -> Result<PaperFit> {
     let mut solver = Box::new(JointSolver::new());
     solver.set_priors(&constraints, &values, &Priors::default());
     let mut step = |groups: Groups, values: &mut Values| {
-        let fitted = solver.fit(&constraints, &poses.fitted(), groups, values, &mut || {});
+        let fitted = solver.fit(&constraints, &poses.fitted(), groups, values);
         fitted
             .map(|_| ())
             .map_err(|error| anyhow!("the paper's method: {error:?}"))

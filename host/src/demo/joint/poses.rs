@@ -44,7 +44,8 @@ impl Poses {
         }
         self.frames.push_back(*frame);
         let before = core::mem::replace(&mut self.last, now);
-        if (before.stage, before.done) == (now.stage, now.done) || now.stage == Stage::Finished {
+        let is_visiting = now.stage != Stage::Finished && before.stage != Stage::Solving;
+        if !is_visiting || (before.stage, before.done) == (now.stage, now.done) {
             return;
         }
         if before.stage == Stage::Origin {

@@ -91,7 +91,6 @@ fn solve(rng: &mut ChaCha8Rng, poses: u32, weighting: Weighting, worst: &mut Wor
             &samples.iter().copied(),
             Groups::PAPER,
             &mut values,
-            &mut || {},
         )
         .map_err(|error| anyhow::anyhow!("{error:?}"))?;
     for &index in solver.free() {

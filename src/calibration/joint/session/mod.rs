@@ -1,6 +1,6 @@
 //! The joint calibration's session under a beacon: poses, buffer, then the schedule's steps. A state machine like
-//! [`crate::calibration::Session`], with one more duty for its caller: [`JointSession::work`], again and again, which makes a
-//! step of the schedule when the poses are complete.
+//! [`crate::calibration::Session`], with one more duty for its caller: [`JointSession::work`], again and again, which makes the
+//! schedule's steps, slice by slice, when the poses are complete.
 //!
 //! It starts where the courier stands with the coordination sensor under the beacon, and turns about that sensor as far as
 //! the entered lever arm is right. Memory: 41 KiB of poses, 20 KiB of estimator, to live in a static.
@@ -10,13 +10,13 @@ mod verdict;
 use crate::calibration::average::{PoseMean, UNUSABLE};
 use crate::calibration::config::StartError;
 use crate::calibration::joint::config::JointConfig;
-use crate::calibration::joint::constraint::{Constraints, Values};
+use crate::calibration::joint::constraint::Constraints;
 use crate::calibration::joint::layout::{Groups, JOINT_UNKNOWNS};
 use crate::calibration::joint::outcome::JointOutcome;
 use crate::calibration::joint::plan::about_sensor;
 use crate::calibration::joint::sample::{JointBuffer, JointSample};
 use crate::calibration::joint::solver::JointSolver;
-use crate::calibration::joint::steps::{JointProgress, StepReport, make_step};
+use crate::calibration::joint::steps::{JointProgress, StepReport, Trial};
 use crate::calibration::outcome::Refusal;
 use crate::calibration::plan::{Plan, Planner, Range, RelativePose};
 use crate::calibration::port::{Action, MotionEvent, Progress, Stage};
@@ -36,14 +36,15 @@ pub struct JointSession {
     planner: Planner,
     buffer: JointBuffer,
     solver: JointSolver,
-    entered: Values,
     progress: JointProgress,
     origin: Sample,
     light_counts: f32,
     stage: Stage,
     done: u32,
     lost: u32,
-    next_step: usize,
+    trial: Trial,
+    /// Whether a step is being made.
+    is_trying: bool,
     reports: heapless::Vec<StepReport, 5>,
     turn: Spread,
     raw: Spread,
@@ -76,7 +77,6 @@ impl JointSession {
             // Constants of zeros: memory that is cleared in its place.
             buffer: const { JointBuffer::new() },
             solver: const { JointSolver::new() },
-            entered: [0.0; JOINT_UNKNOWNS],
             progress: JointProgress {
                 values: [0.0; JOINT_UNKNOWNS],
                 accepted: Groups::empty(),
@@ -86,7 +86,8 @@ impl JointSession {
             stage: Stage::Finished,
             done: 0,
             lost: 0,
-            next_step: 0,
+            trial: Trial::idle(),
+            is_trying: false,
             reports: heapless::Vec::new(),
             turn: Spread::EMPTY,
             raw: Spread::EMPTY,
@@ -111,7 +112,6 @@ impl JointSession {
             .set_priors(&constraints, &values, &config.priors);
         self.solver.begin_plan(&constraints, &values, Groups::PAPER);
         self.planner = Planner::new(config.range, config.seed);
-        self.entered = values;
         self.progress = JointProgress {
             values,
             accepted: Groups::empty(),
@@ -119,7 +119,7 @@ impl JointSession {
         self.config = Some((config, constraints));
         self.buffer.clear();
         self.reports.clear();
-        (self.done, self.lost, self.next_step) = (0, 0, 0);
+        (self.done, self.lost, self.is_trying) = (0, 0, false);
         (self.turn, self.raw, self.in_force) = (Spread::EMPTY, Spread::EMPTY, Spread::EMPTY);
         (self.sums, self.temperature_sum_k) = ([0.0; SEGMENTS], 0.0);
         self.outcome = None;
@@ -169,6 +169,7 @@ impl JointSession {
                 Stage::Origin => 1,
                 Stage::Fit => config.poses,
                 Stage::HeldOut => config.held_out_poses,
+                Stage::Solving => config.steps().len() as u32,
                 Stage::Finished => 0,
             });
         Progress {
@@ -198,8 +199,7 @@ impl JointSession {
 
     /// Takes a frame; every one, also while moving: they are the clock.
     pub fn frame(&mut self, frame: &Frame) {
-        let (true, false, Some(rules)) = (self.is_running(), self.is_complete(), self.rules())
-        else {
+        let (true, Some(rules)) = (self.is_visiting(), self.rules()) else {
             return;
         };
         match self.visit.frame(frame, &rules) {
@@ -222,29 +222,28 @@ impl JointSession {
         }
     }
 
-    /// Makes a step of the schedule if the poses are complete; true if it did. A step takes 0.5 to 4 s at 170 MHz;
-    /// `breathe` is called every 60,000 cycles or sooner.
-    pub fn work(&mut self, breathe: &mut dyn FnMut()) -> bool {
-        if !self.is_running() || !self.is_complete() {
+    /// Goes on with the schedule's steps if the poses are complete; true if there was something to do. A step takes 0.5 to
+    /// 4 s at 170 MHz; a call at most 60,000 cycles, and at the end of a pass over the poses what the solution costs.
+    pub fn work(&mut self) -> bool {
+        if self.stage != Stage::Solving {
             return false;
         }
         let Some((config, constraints)) = &mut self.config else {
             return false;
         };
-        let Some(&step) = config.steps().get(self.next_step) else {
-            self.decide();
+        let (trial, solver, progress) = (&mut self.trial, &mut self.solver, &mut self.progress);
+        if !self.is_trying {
+            match config.steps().get(self.reports.len()) {
+                Some(&step) => trial.begin(step, constraints, solver, progress),
+                None => self.decide(),
+            }
+            self.is_trying = true;
             return true;
-        };
-        self.next_step += 1;
-        match make_step(
-            step,
-            constraints,
-            &mut self.solver,
-            &self.buffer,
-            &mut self.progress,
-            breathe,
-        ) {
-            Ok(report) => {
+        }
+        match trial.slice(constraints, solver, &self.buffer, progress) {
+            Ok(None) => {}
+            Ok(Some(report)) => {
+                (self.is_trying, self.done) = (false, self.done + 1);
                 let _ = self.reports.push(report); // as many places as steps
                 self.check_after();
             }
@@ -253,9 +252,9 @@ impl JointSession {
         true
     }
 
-    /// All poses visited.
-    fn is_complete(&self) -> bool {
-        self.stage == Stage::HeldOut && self.done >= self.progress().of
+    /// Whether poses are still to be visited.
+    fn is_visiting(&self) -> bool {
+        !matches!(self.stage, Stage::Solving | Stage::Finished)
     }
 
     fn rules(&self) -> Option<VisitRules> {
@@ -296,7 +295,8 @@ impl JointSession {
         let deflection = mean.tan_psi.map(|t| t / geometry.tan_full_scale);
         if let Some(sample) = JointSample::new(&[x, y, x, y], &mean.sample, deflection) {
             if config.plan == Plan::Optimal && self.stage == Stage::Fit {
-                self.solver.add_to_plan(constraints, &self.entered, &sample);
+                let entered = &self.progress.values;
+                self.solver.add_to_plan(constraints, entered, &sample);
             }
             self.buffer.push(sample);
         }
@@ -344,18 +344,18 @@ impl JointSession {
         let of = self.progress().of;
         if self.stage == Stage::Fit && self.done >= of {
             self.buffer.hold_out_rest();
-            self.stage = Stage::HeldOut;
-            self.done = 0;
-        }
-        if self.is_complete() {
+            (self.stage, self.done) = (Stage::HeldOut, 0);
+        } else if self.stage == Stage::HeldOut && self.done >= of {
+            (self.stage, self.done) = (Stage::Solving, 0);
             return self.check_motion();
         }
         let Some((config, constraints)) = &self.config else {
             return;
         };
         let pose = if self.stage == Stage::Fit && config.plan == Plan::Optimal {
+            let (entered, start) = (&self.progress.values, &self.origin);
             self.solver
-                .choose(constraints, &self.entered, &self.origin, &mut self.planner)
+                .choose(constraints, entered, start, &mut self.planner)
         } else {
             about_sensor(config.geometry.lever_m, self.planner.centred(false))
         };

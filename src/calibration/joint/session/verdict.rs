@@ -34,14 +34,16 @@ impl JointSession {
             return;
         }
         let (layout, limits) = (&constraints.layout, &config.limits);
-        let lever_m = lever_length_m(&config.geometry);
+        let (height_m, lever_m) = (config.geometry.height_m, config.geometry.lever_m);
+        let length_m = lever_length_m(&config.geometry);
         let lengths = [
-            (Length::Height, layout.height(), config.geometry.height_m),
-            (Length::LeverX, layout.lever(), lever_m),
-            (Length::LeverY, layout.lever() + 1, lever_m),
+            (Length::Height, layout.height(), height_m, height_m),
+            (Length::LeverX, layout.lever(), lever_m[0], length_m),
+            (Length::LeverY, layout.lever() + 1, lever_m[1], length_m),
         ];
-        let refusal = lengths.into_iter().find_map(|(name, index, length_m)| {
-            let (entered_m, found_m) = (self.entered[index], self.progress.values[index]);
+        let mut lengths = lengths.into_iter();
+        let refusal = lengths.find_map(|(name, index, entered_m, length_m)| {
+            let found_m = self.progress.values[index];
             let limit_m = limits.geometry_share * length_m;
             if (found_m - entered_m).abs() > limit_m {
                 return Some(Refusal::Geometry {
@@ -134,12 +136,8 @@ impl JointSession {
     }
 
     fn finish(&mut self, result: Result<JointResult, Refusal>) {
-        let (evidence, reports) = (self.evidence(), self.reports.clone());
-        self.outcome = Some(JointOutcome {
-            result,
-            evidence,
-            reports,
-        });
+        let evidence = self.evidence();
+        self.outcome = Some(JointOutcome { result, evidence });
         self.stage = Stage::Finished;
         self.visit.stop();
     }
