@@ -44,6 +44,7 @@ pub(crate) struct CompiledBeaconPose {
 
 impl BeaconSettings {
     /// Machine form. A mean of two segments has half a segment's variance; the angle's is that of one over the span.
+    #[inline] // built with the image, for size
     pub(crate) fn compile(&self, geometry: &Geometry) -> CompiledBeaconPose {
         let segment = self.segment_sd_m * self.segment_sd_m;
         let (position, angle) = (0.5 * segment, segment / (geometry.span_m * geometry.span_m));

@@ -12,6 +12,7 @@ pub mod calibration;
 pub mod drivers;
 pub mod emulation;
 pub mod link;
+mod sink;
 
 pub use courier_signal::{
     beacon, diode, frame, geometry, lsq, math, model, psd, quadrature, queue, settings, step, swap,

@@ -103,20 +103,22 @@ pub fn sqrt(x: f32) -> f32 {
 }
 
 /// Per octant: cosine and sine of its centre, the centre in turns, and nothing (for the size of a power of two).
-///
-/// Index: bit 0 |sine| > |cosine|, bit 1 sine < 0, bit 2 cosine < 0.
-const OCTANTS: [[f32; 4]; 8] = {
+pub(crate) type Octants = [[f32; 4]; 8];
+
+/// Index: 7, less 1 where |sine| > |cosine|, less 2 where sine < 0, less 4 where cosine < 0. The interrupt has them beside
+/// its coefficients: a place in flash would take two instructions to name.
+pub(crate) const OCTANTS: Octants = {
     const C: f32 = 0.923_879_5;
     const S: f32 = 0.382_683_43;
     [
-        [C, S, 0.0625, 0.0],
-        [S, C, 0.1875, 0.0],
-        [C, -S, -0.0625, 0.0],
-        [S, -C, -0.1875, 0.0],
-        [-C, S, 0.4375, 0.0],
-        [-S, C, 0.3125, 0.0],
-        [-C, -S, -0.4375, 0.0],
         [-S, -C, -0.3125, 0.0],
+        [-C, -S, -0.4375, 0.0],
+        [-S, C, 0.3125, 0.0],
+        [-C, S, 0.4375, 0.0],
+        [S, -C, -0.1875, 0.0],
+        [C, -S, -0.0625, 0.0],
+        [S, C, 0.1875, 0.0],
+        [C, S, 0.0625, 0.0],
     ]
 };
 
@@ -127,14 +129,17 @@ const OCTANTS: [[f32; 4]; 8] = {
 #[inline(always)]
 pub(crate) fn phase_turns(
     constants: &Constants,
+    octants: &Octants,
     sine: Lanes,
     cosine: Lanes,
     difference: Lanes,
 ) -> Lanes {
     let [a, b, c] = constants.phase;
-    let (sines, cosines, differences) = (sine.bits(), cosine.bits(), difference.bits());
+    // -1 for a negative number: an arithmetic shift needs no mask.
+    let negative = |of: Lanes, i: usize| (of.bits()[i] as i32) >> 31;
     let centre = [0, 1].map(|i| {
-        OCTANTS[(differences[i] >> 31 | (sines[i] >> 30 & 2) | (cosines[i] >> 29 & 4)) as usize & 7]
+        let signs = 2 * (2 * negative(cosine, i) + negative(sine, i)) + negative(difference, i);
+        octants[(7 + signs) as usize & 7]
     });
     let t = sine * Lanes::new(|i| centre[i][0]) - cosine * Lanes::new(|i| centre[i][1]);
     let z = t * t;
@@ -147,6 +152,7 @@ pub fn atan2_turns(sine: f32, cosine: f32) -> f32 {
     let (s, c) = (sine * inverse, cosine * inverse);
     phase_turns(
         &Constants::VALUES,
+        &OCTANTS,
         Lanes([s; 2]),
         Lanes([c; 2]),
         Lanes([c * c - s * s; 2]),

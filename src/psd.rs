@@ -33,6 +33,7 @@ pub(crate) struct CompiledBeacon {
 
 impl BeaconLimits {
     /// With tan(psi) at a normalised deflection of 1.
+    #[inline] // built with the image, for size
     pub(crate) fn compile(&self, full_scale: f32) -> CompiledBeacon {
         let clip_counts = i32::from(self.clip_counts);
         CompiledBeacon {

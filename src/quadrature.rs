@@ -1,7 +1,7 @@
 //! One segment's pair: counts to unit vector, amplitude and phase; phase to tooth count.
 
 use crate::lanes::{Bits, Lanes};
-use crate::math::{self, Constants, sincos_turns};
+use crate::math::{self, Constants, Octants, sincos_turns};
 use core::f32::consts::TAU;
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +30,7 @@ impl Default for PairCorrection {
 
 impl PairCorrection {
     /// Machine form of two segments' corrections.
+    #[inline] // built with the image, for size
     pub(crate) fn compile(pairs: [&Self; 2]) -> CompiledPair {
         let sincos = pairs.map(|pair| sincos_turns(pair.angle_rad / TAU));
         CompiledPair {
@@ -66,6 +67,7 @@ pub(crate) struct Interpolated {
 #[inline(always)]
 pub(crate) fn interpolate(
     constants: &Constants,
+    octants: &Octants,
     pair: &CompiledPair,
     counts: [[i16; 2]; 2],
 ) -> Interpolated {
@@ -78,7 +80,7 @@ pub(crate) fn interpolate(
     let square = ss + cc;
     let inverse = constants.inverse_sqrt(square);
     let (sine, cosine) = (s * inverse, c * inverse);
-    let turns = math::phase_turns(constants, sine, cosine, cc - ss);
+    let turns = math::phase_turns(constants, octants, sine, cosine, cc - ss);
     Interpolated {
         sine,
         cosine,

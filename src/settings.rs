@@ -131,6 +131,7 @@ impl Settings {
     ///
     /// # Errors
     /// The first one that is out of range.
+    #[inline] // built with the image, for size
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.geometry_ranges()?;
         range("rate_hz", self.rate_hz, 1.0, 1.0e6)?;
@@ -187,6 +188,7 @@ impl Settings {
 }
 
 impl Limits {
+    #[inline] // built with the image, for size
     fn validate(&self) -> Result<(), ConfigError> {
         range(
             "amplitude_low_counts",

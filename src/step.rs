@@ -6,7 +6,7 @@
 use crate::beacon::CompiledBeaconPose;
 use crate::frame::{BeaconPose, Coordinate, Frame, Pose, RawFrame, SEGMENTS, Status};
 use crate::lanes::Lanes;
-use crate::math::Constants;
+use crate::math::{Constants, OCTANTS, Octants};
 use crate::model::{
     Basis, CompiledModel, ErrorModel, Further, Observation, OwnPolynomial, Unit, lateral_units,
     mean_angle_turns,
@@ -24,7 +24,8 @@ pub struct StepConfig {
     /// Segments 1 and 3, 2 and 4.
     pairs: [(CompiledPair, OwnPolynomial); 2],
     constants: Constants,
-    counter: CounterLimits,
+    /// In use, and at the first sample.
+    counter: [CounterLimits; 2],
     /// Bits of the limits of the squared amplitude.
     square_low: u32,
     square_high: u32,
@@ -40,6 +41,7 @@ pub struct StepConfig {
     /// [`Status::FROZEN`], or nothing if that is switched off.
     frozen_bit: u32,
     beacon: CompiledBeacon,
+    octants: Octants,
     pitch_m: f32,
     pitch_over_span: f32,
     lateral_over_span: f32,
@@ -58,6 +60,7 @@ impl StepConfig {
     ///
     /// # Errors
     /// The first setting that is out of range; nothing the interrupt computes with can then overflow.
+    #[inline] // built with the image, for size
     pub fn build(settings: &Settings) -> Result<Self, ConfigError> {
         settings.validate()?;
         let (geometry, limits) = (&settings.geometry, &settings.limits);
@@ -78,10 +81,14 @@ impl StepConfig {
         Ok(Self {
             pairs: [(pair(0), model.own[0]), (pair(1), model.own[1])],
             constants: Constants::VALUES,
-            counter: CounterLimits {
-                slip: limits.slip_turns,
-                speed_filter: 0.5 * limits.speed_filter * speed_m_s,
-            },
+            counter: [
+                CounterLimits {
+                    slip: limits.slip_turns,
+                    speed_filter: 0.5 * limits.speed_filter * speed_m_s,
+                },
+                CounterLimits::FIRST,
+            ],
+            octants: OCTANTS,
             square_low: square_bits(limits.amplitude_low_counts),
             square_high: square_bits(limits.amplitude_high_counts),
             clip_square: i32::from(limits.clip_counts) * i32::from(limits.clip_counts) - 1,
@@ -406,7 +413,7 @@ fn measure<const P: usize>(
     bits |= (clipped[0] | clipped[1] << 2) << P;
     let pair = config.pairs[P].0;
     keep_order();
-    let at = quadrature::interpolate(constants, &pair, counts);
+    let at = quadrature::interpolate(constants, &config.octants, &pair, counts);
     let doubts = at.square.map(|square| doubts(config, square));
     bits |= (doubts[0] | doubts[1] << 2) << P;
     // Stored at once, so that what the bits are made of need not be kept.
@@ -418,11 +425,10 @@ fn measure<const P: usize>(
         teeth: [old[0].teeth, old[1].teeth],
         speed_m_s: frame.speed_m_s[P],
     };
-    let mut limits = &config.counter;
+    let limits = &config.counter[reach.is_first() as usize];
     if reach.is_first() {
         // No teeth for the first segment, for the second as many as make it the nearest to the first.
         counters.turns.0[1] = at.turns.0[0];
-        limits = &CounterLimits::FIRST;
     }
     let (counters, slip) = counters.advance(constants, limits, at.turns, reach.turns_per_m_s());
     for (k, i) in lanes.into_iter().enumerate() {

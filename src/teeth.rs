@@ -116,6 +116,7 @@ impl MapHeader {
     ///
     /// # Errors
     /// The first thing that is out of range.
+    #[inline] // built with the image, for size
     pub fn validate(&self) -> Result<(), MapError> {
         let nodes = self.nodes();
         if nodes > MAX_NODES {

@@ -14,6 +14,7 @@ use crate::frame::SEGMENTS;
 use crate::geometry::Geometry;
 use crate::model::{ErrorModel, MAX_TERMS, ModelError, TermCoefficients};
 use crate::quadrature::PairCorrection;
+use crate::sink;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use serde::de::{DeserializeSeed, Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -246,8 +247,8 @@ pub fn encode(
     let (header, rest) = buffer
         .split_first_chunk_mut::<HEADER_BYTES>()
         .ok_or(RecordError::TooLong)?;
-    let body_bytes = postcard::to_slice(calibration, rest)
-        .map_err(|_| RecordError::TooLong)?
+    let body_bytes = sink::write(calibration, rest)
+        .ok_or(RecordError::TooLong)?
         .len();
     header[..4].copy_from_slice(&MAGIC);
     header[4..6].copy_from_slice(&VERSION.to_le_bytes());

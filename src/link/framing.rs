@@ -7,11 +7,10 @@
 //! frame loses that frame alone. CRC-32/ISCSI catches every error of up to 5 bits in the decoded bytes of a message below 655 bytes
 //! (Koopman 2002).
 
+use crate::sink;
 use cobs::CobsEncoder;
 use core::ops::Range;
 use crc::{CRC_32_ISCSI, Crc};
-use postcard::ser_flavors::crc::CrcModifier;
-use postcard::ser_flavors::{Cobs, Slice};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -46,16 +45,7 @@ impl core::error::Error for TooLong {}
 /// # Errors
 /// [`TooLong`]; the buffer's contents are then of no use.
 pub fn encode<'a, T: Serialize>(message: &T, buffer: &'a mut [u8]) -> Result<&'a [u8], TooLong> {
-    let room = buffer.len();
-    let full = TooLong { room };
-    let (first, rest) = buffer.split_first_mut().ok_or(full)?;
-    *first = 0;
-    let cobs = Cobs::try_new(Slice::new(rest)).map_err(|_| full)?;
-    let flavor = CrcModifier::new(cobs, CRC32.digest());
-    let written = postcard::serialize_with_flavor(message, flavor)
-        .map_err(|_| full)?
-        .len();
-    buffer.get(..written + 1).ok_or(full)
+    frame(buffer, |put| sink::pour(message, put))
 }
 
 /// As [`encode`], of a message that ends in a list of bytes: `head` is what stands before the list. The same bytes on the
@@ -68,19 +58,31 @@ pub fn encode_with_body<'a, T: Serialize>(
     body: &[u8],
     buffer: &'a mut [u8],
 ) -> Result<&'a [u8], TooLong> {
+    frame(buffer, |put| {
+        let mut short = [0; HEAD_BYTES];
+        let head = sink::write(&(head, body.len()), &mut short);
+        head.is_some_and(|head| put(head) && put(body))
+    })
+}
+
+/// Delimiters, COBS and CRC around what `fill` gives in pieces to the function that it is given.
+fn frame(
+    buffer: &mut [u8],
+    fill: impl FnOnce(&mut dyn FnMut(&[u8]) -> bool) -> bool,
+) -> Result<&[u8], TooLong> {
     let room = buffer.len();
     let full = TooLong { room };
-    let mut short = [0; HEAD_BYTES];
-    let head = postcard::to_slice(&(head, body.len()), &mut short).map_err(|_| full)?;
-    let mut digest = CRC32.digest();
-    digest.update(head);
-    digest.update(body);
-    let crc = digest.finalize().to_le_bytes();
     let (first, rest) = buffer.split_first_mut().ok_or(full)?;
     *first = 0;
-    let mut cobs = CobsEncoder::new(rest);
-    for part in [head, body, &crc] {
-        cobs.push(part).map_err(|_| full)?;
+    let (mut cobs, mut digest) = (CobsEncoder::new(rest), CRC32.digest());
+    let filled = fill(&mut |piece| {
+        digest.update(piece);
+        // The encoder counts one too many for a piece of nothing.
+        piece.is_empty() || cobs.push(piece).is_ok()
+    });
+    let crc = digest.finalize().to_le_bytes();
+    if !filled || cobs.push(&crc).is_err() {
+        return Err(full);
     }
     let end = 1 + cobs.finalize();
     *buffer.get_mut(end).ok_or(full)? = 0;

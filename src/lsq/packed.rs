@@ -1,5 +1,8 @@
 //! Where things lie in a packed triangle: first the entering row, then the factor's rows, each with its right-hand side last.
 //!
+//! The loops that take the time are here and in `rotate`, on slices: one copy for triangles of every size, built for speed
+//! with this package, where what is generic is built for size with the image that uses it.
+//!
 //! With `n` unknowns in use the entering row has `n + 1` numbers, row `i` of the factor `n + 1 - i`, its diagonal first.
 
 use core::array::from_fn;
@@ -22,7 +25,7 @@ pub(super) const fn row(unknowns: usize, row: usize) -> Range<usize> {
 }
 
 /// `v <- v - y u`, four in step so that no result is waited for.
-#[inline(always)]
+#[inline(never)]
 pub(super) fn subtract(v: &mut [f32], y: f32, u: &[f32]) {
     let ((v, v_rest), (u, u_rest)) = (v.as_chunks_mut::<4>(), u.as_chunks::<4>());
     for (v, u) in v.iter_mut().zip(u) {
@@ -32,6 +35,54 @@ pub(super) fn subtract(v: &mut [f32], y: f32, u: &[f32]) {
     for (v, u) in v_rest.iter_mut().zip(u_rest) {
         *v -= y * u;
     }
+}
+
+/// `sum u v`, one after the other.
+#[inline(never)]
+pub(super) fn dot(u: &[f32], v: &[f32]) -> f32 {
+    u.iter().zip(v).map(|(u, v)| u * v).sum()
+}
+
+/// Writes `row` in its columns' scales to `entries`, which are as many; returns its squared length.
+#[inline(never)]
+pub(super) fn scale(entries: &mut [f32], row: &[f32], scale: &[f32]) -> f32 {
+    let mut squares = [0.0; 4];
+    let (eights, entries) = entries.as_chunks_mut::<8>();
+    let ((row_eights, row), (scale_eights, scale)) = (row.as_chunks::<8>(), scale.as_chunks::<8>());
+    for ((entries, row), scale) in eights.iter_mut().zip(row_eights).zip(scale_eights) {
+        for ((entries, row), scale) in fours(entries).iter_mut().zip(four(row)).zip(four(scale)) {
+            *entries = scale_four(*row, *scale, &mut squares);
+        }
+    }
+    let (fours, entries) = entries.as_chunks_mut::<4>();
+    let ((row_fours, row), (scale_fours, scale)) = (row.as_chunks::<4>(), scale.as_chunks::<4>());
+    for ((entries, row), scale) in fours.iter_mut().zip(row_fours).zip(scale_fours) {
+        *entries = scale_four(*row, *scale, &mut squares);
+    }
+    for ((entry, x), scale) in entries.iter_mut().zip(row).zip(scale) {
+        *entry = x * scale;
+        squares[0] += *entry * *entry;
+    }
+    squares.iter().sum()
+}
+
+/// Four in step, so that no result is waited for.
+#[inline(always)]
+fn scale_four(row: [f32; 4], scale: [f32; 4], squares: &mut [f32; 4]) -> [f32; 4] {
+    let scaled: [f32; 4] = from_fn(|k| row[k] * scale[k]);
+    let square = scaled.map(|x| x * x);
+    (0..4).for_each(|k| squares[k] += square[k]);
+    scaled
+}
+
+#[inline(always)]
+fn four(eight: &[f32; 8]) -> &[[f32; 4]] {
+    eight.as_chunks().0
+}
+
+#[inline(always)]
+fn fours(eight: &mut [f32; 8]) -> &mut [[f32; 4]] {
+    eight.as_chunks_mut().0
 }
 
 #[cfg(test)]

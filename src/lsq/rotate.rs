@@ -33,19 +33,25 @@ const LEAST_KEPT: f32 = 0.125;
 impl<const N: usize, const P: usize> Triangle<N, P> {
     /// Rotates the entering row into the factor from row `first` on; returns what is left of its right-hand side.
     pub(super) fn rotate_in(&mut self, first: usize) -> f32 {
-        let (entering, factor) = self.packed.split_at_mut(self.unknowns + 1);
-        let mut front = Front {
-            factor: &mut factor[start(self.unknowns, first) - entering.len()..],
-            entries: &mut entering[first..],
-            weight: 1.0,
-        };
-        while front.goes_on() {
-            front.rotate_fours();
-            (0..4).for_each(|_| front.rotate_one());
-        }
-        let weight = front.weight;
-        entering[self.unknowns] * sqrt(weight)
+        rotate(&mut self.packed, self.unknowns, first)
     }
+}
+
+/// [`Triangle::rotate_in`] for triangles of every size: one copy, built for speed with this package.
+#[inline(never)]
+fn rotate(packed: &mut [f32], unknowns: usize, first: usize) -> f32 {
+    let (entering, factor) = packed.split_at_mut(unknowns + 1);
+    let mut front = Front {
+        factor: &mut factor[start(unknowns, first) - entering.len()..],
+        entries: &mut entering[first..],
+        weight: 1.0,
+    };
+    while front.goes_on() {
+        front.rotate_fours();
+        (0..4).for_each(|_| front.rotate_one());
+    }
+    let weight = front.weight;
+    entering[unknowns] * sqrt(weight)
 }
 
 /// How far the entering row has come.

@@ -47,8 +47,7 @@ impl<const N: usize, const P: usize> Upper<N, P> {
     /// `v <- R v`.
     fn multiply(&self, v: &mut [f32; N]) {
         for i in 0..self.unknowns {
-            let row = self.row(i);
-            v[i] = row.iter().zip(&v[i..]).map(|(r, v)| r * v).sum();
+            v[i] = packed::dot(self.row(i), &v[i..]);
         }
     }
 
@@ -56,10 +55,7 @@ impl<const N: usize, const P: usize> Upper<N, P> {
     fn multiply_transposed(&self, v: &mut [f32; N]) {
         let mut out = [0.0; N];
         for i in 0..self.unknowns {
-            let row = self.row(i);
-            for (out, r) in out[i..].iter_mut().zip(row) {
-                *out += r * v[i];
-            }
+            packed::subtract(&mut out[i..], -v[i], self.row(i));
         }
         *v = out;
     }
@@ -82,7 +78,7 @@ impl<const N: usize, const P: usize> Upper<N, P> {
         let mut shrunk = 1.0;
         for i in (0..self.unknowns).rev() {
             let row = self.row(i);
-            let sum: f32 = row[1..].iter().zip(&v[i + 1..]).map(|(r, x)| r * x).sum();
+            let sum = packed::dot(&row[1..], &v[i + 1..]);
             v[i] = (v[i] - sum) / row[0].max(floor);
             shrunk *= limit(v, i);
         }

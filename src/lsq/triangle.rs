@@ -211,8 +211,7 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
     pub(super) fn backward(&self, v: &mut [f32]) {
         for i in (0..self.unknowns).rev() {
             let (head, tail) = v[i..self.unknowns].split_at_mut(1);
-            let sum: f32 = self.row(i)[1..].iter().zip(tail).map(|(u, x)| u * *x).sum();
-            head[0] -= sum;
+            head[0] -= packed::dot(&self.row(i)[1..], tail);
         }
     }
 
@@ -240,33 +239,18 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
 
     /// Makes the row the entering one, in the columns' scales; false if these are not all set or do not suit, or a number is
     /// not finite.
-    #[inline]
     fn load_quickly(&mut self, row: &[f32], rhs: f32) -> bool {
         self.all_scaled && row.len() == self.unknowns && self.load(row, rhs) < LARGE * LARGE
     }
 
-    /// Makes the row the entering one, in the columns' scales; returns its squared length. Four entries in step, so that no
-    /// result is waited for.
-    #[inline]
+    /// Makes the row the entering one, in the columns' scales; returns its squared length.
+    #[inline(always)]
     fn load(&mut self, row: &[f32], rhs: f32) -> f32 {
-        let (fours, rest) = self.packed[..self.unknowns].as_chunks_mut::<4>();
-        let (row_fours, row_rest) = row.as_chunks::<4>();
-        let (scale_fours, scale_rest) = self.scale[..self.unknowns].as_chunks::<4>();
-        let mut squares = [0.0; 4];
-        for ((entries, row), scale) in fours.iter_mut().zip(row_fours).zip(scale_fours) {
-            let (row, scale) = (*row, *scale);
-            let scaled: [f32; 4] = core::array::from_fn(|k| row[k] * scale[k]);
-            let square = scaled.map(|x| x * x);
-            *entries = scaled;
-            (0..4).for_each(|k| squares[k] += square[k]);
-        }
-        for ((entry, x), scale) in rest.iter_mut().zip(row_rest).zip(scale_rest) {
-            *entry = x * scale;
-            squares[0] += *entry * *entry;
-        }
+        let n = self.unknowns;
+        let square = packed::scale(&mut self.packed[..n], row, &self.scale[..n]);
         let rhs = rhs * self.rhs_scale;
-        self.packed[self.unknowns] = rhs;
-        squares.iter().sum::<f32>() + rhs * rhs
+        self.packed[n] = rhs;
+        square + rhs * rhs
     }
 
     /// Brings the columns' scales to the row where it is out of their reach.

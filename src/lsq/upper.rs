@@ -82,8 +82,7 @@ impl<const N: usize, const P: usize> Upper<N, P> {
         for i in (0..self.unknowns).rev() {
             let row = self.row(i);
             let tail = &x[i + 1..self.unknowns];
-            let sum: f32 = row[1..].iter().zip(tail).map(|(r, x)| r * x).sum();
-            x[i] = (self.rhs(i) - sum) / row[0];
+            x[i] = (self.rhs(i) - packed::dot(&row[1..], tail)) / row[0];
         }
     }
 }

@@ -31,6 +31,12 @@ impl Unit {
         Self { sine, cosine }
     }
 
+    /// The same as a call: for work that is not done at every sample.
+    #[inline(never)]
+    fn called_from_turns(turns: f32) -> Self {
+        Self::from_turns(turns)
+    }
+
     /// Sum of the angles. 6 operations.
     #[inline(always)]
     pub fn plus(self, other: Self) -> Self {
@@ -137,7 +143,9 @@ impl Basis {
         lateral_over_span: f32,
         seen: &Observation,
     ) -> Self {
-        let own = seen.unmodified.map(|p| Unit::from_turns(p.fraction_turns));
+        let own = seen
+            .unmodified
+            .map(|p| Unit::called_from_turns(p.fraction_turns));
         let angle_turns = mean_angle_turns(&seen.unmodified);
         Self {
             own,
@@ -155,20 +163,10 @@ impl Basis {
     }
 
     /// Everything of one segment, 0 to 3 (any other reads as 3), up to an own order and a lateral order.
-    #[inline]
     pub fn segment(&self, segment: usize, own_order: u8, lateral_order: u8) -> SegmentBasis {
-        let i = segment.min(SEGMENTS - 1);
-        SegmentBasis {
-            own: powers(self.own[i], own_order),
-            lateral: powers(self.lateral[i], lateral_order),
-            theta_rad: self.theta_rad,
-            multipliers: [
-                1.0,
-                self.speed_m_s[i],
-                self.temperature_delta_k,
-                self.direction[i],
-            ],
-        }
+        let mut basis = SegmentBasis::EMPTY;
+        basis.become_segment(self, segment, (own_order, lateral_order));
+        basis
     }
 
     /// Fills `out` with one segment's columns in the order of [`TermTable::columns`] and returns how many there were
@@ -201,6 +199,35 @@ pub struct SegmentBasis {
 }
 
 impl SegmentBasis {
+    /// Of no segment yet: all zero.
+    pub(crate) const EMPTY: Self = {
+        let nothing = Unit {
+            sine: 0.0,
+            cosine: 0.0,
+        };
+        Self {
+            own: [nothing; MAX_OWN_ORDER as usize + 1],
+            lateral: [nothing; MAX_LATERAL_ORDER as usize + 1],
+            theta_rad: 0.0,
+            multipliers: [0.0; 4],
+        }
+    };
+
+    /// Becomes another segment's, up to an own and a lateral order; those above are left as they were.
+    #[inline(always)]
+    pub(crate) fn become_segment(&mut self, basis: &Basis, segment: usize, orders: (u8, u8)) {
+        let i = segment.min(SEGMENTS - 1);
+        multiples(&mut self.own, basis.own[i], orders.0);
+        multiples(&mut self.lateral, basis.lateral[i], orders.1);
+        self.theta_rad = basis.theta_rad;
+        self.multipliers = [
+            1.0,
+            basis.speed_m_s[i],
+            basis.temperature_delta_k,
+            basis.direction[i],
+        ];
+    }
+
     /// `[sine, cosine]` function of one term, multiplier and power of theta included. Orders above those that the basis
     /// was made for read as zero. The sine of a term without phase is zero.
     #[inline]
@@ -220,17 +247,12 @@ impl SegmentBasis {
     }
 }
 
-/// Multiples 0 to `order` of an angle, the rest zero; at most N - 2 products.
+/// Multiples 0 to `order` of an angle; the rest of the table stays.
 #[inline(always)]
-fn powers<const N: usize>(unit: Unit, order: u8) -> [Unit; N] {
-    let mut table = [Unit {
-        sine: 0.0,
-        cosine: 0.0,
-    }; N];
+fn multiples(table: &mut [Unit], unit: Unit, order: u8) {
     let mut multiple = Unit::ZERO;
     for slot in table.iter_mut().take(usize::from(order) + 1) {
         *slot = multiple;
         multiple = multiple.plus(unit);
     }
-    table
 }

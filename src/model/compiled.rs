@@ -1,6 +1,6 @@
 //! The error model in machine units: equations (3) and (9) dense, every other row in a bounded list.
 
-use super::basis::Basis;
+use super::basis::{Basis, SegmentBasis};
 use super::{ErrorModel, MAX_TERMS, Term, TermCoefficients};
 use crate::frame::SEGMENTS;
 use crate::lanes::Lanes;
@@ -64,6 +64,7 @@ pub(crate) struct CompiledModel {
 
 impl CompiledModel {
     /// Sorts the rows into the dense part and the list; coefficients in turns.
+    #[inline] // built with the image, for size
     pub fn new(model: &ErrorModel, pitch_m: f32) -> Self {
         let per_pitch = 1.0 / pitch_m;
         let constants = model.constants_m.map(|k| k * per_pitch);
@@ -101,6 +102,7 @@ pub(crate) struct Further {
 }
 
 impl Further {
+    #[inline] // built with the image, for size
     fn add(&mut self, term: Term, rows: TermCoefficients) {
         if term == Term::lateral(1) {
             self.has_lateral = true;
@@ -122,11 +124,11 @@ impl Further {
     /// The further rows' part of the segments' errors, turns. At most 24 rows.
     #[inline(never)]
     pub fn extra_errors(&self, basis: &Basis) -> [f32; SEGMENTS] {
-        let mut errors = [0.0; SEGMENTS];
+        let (mut errors, mut one) = ([0.0; SEGMENTS], SegmentBasis::EMPTY);
         for (segment, error) in errors.iter_mut().enumerate() {
-            let basis = basis.segment(segment, self.extra_orders.0, self.extra_orders.1);
+            one.become_segment(basis, segment, self.extra_orders);
             for (term, rows) in &self.extra {
-                let [sine, cosine] = basis.term(term);
+                let [sine, cosine] = one.term(term);
                 let [a, b] = rows[segment & 3];
                 *error += a * sine + b * cosine;
             }

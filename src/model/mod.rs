@@ -89,6 +89,7 @@ impl ErrorModel {
     ///
     /// # Errors
     /// The first row or coefficient that it cannot.
+    #[inline] // built with the image, for size
     pub fn validate(&self) -> Result<(), ModelError> {
         self.terms
             .validate()

@@ -109,6 +109,7 @@ impl Term {
         self.own_order != 0 || self.lateral_order != 0
     }
 
+    #[inline] // built with the image, for size
     fn validate(&self) -> Result<(), TermError> {
         if self.own_order > MAX_OWN_ORDER {
             return Err(TermError::OwnOrder(self.own_order));
@@ -223,6 +224,7 @@ impl TermTable {
     ///
     /// # Errors
     /// Index of the first row that is not possible, and why.
+    #[inline] // built with the image, for size
     pub fn validate(&self) -> Result<(), (usize, TermError)> {
         for (index, row) in self.0.iter().enumerate() {
             row.validate().map_err(|error| (index, error))?;

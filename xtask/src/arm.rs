@@ -31,7 +31,9 @@ impl Arm {
             .current_dir(root())
             .arg(subcommand)
             .args(["--target", TARGET, "--target-dir"])
-            .arg(target_dir());
+            .arg(target_dir())
+            .arg("--config")
+            .arg(self.remapped_paths());
         if self.build_core {
             command.arg("-Zbuild-std=core,alloc");
             command.env_remove("RUSTUP_TOOLCHAIN");
@@ -45,6 +47,21 @@ impl Arm {
         command.envs(self.environment.iter().map(|(name, value)| (name, value)));
         command
     }
+
+    /// Cargo's setting that shortens the paths in panic messages.
+    fn remapped_paths(&self) -> String {
+        let registry = env::home_dir()
+            .map(|home| env::var_os("CARGO_HOME").map_or(home.join(".cargo"), PathBuf::from))
+            .map(|home| home.join("registry").join("src"));
+        let mut flags = vec![remap(&root(), ".")];
+        flags.extend(registry.map(|registry| remap(&registry, "registry")));
+        format!("target.{TARGET}.rustflags=[{}]", flags.join(","))
+    }
+}
+
+/// This machine's own folders do not get into an image: it is the same wherever it is built, and shorter.
+fn remap(from: &Path, to: &str) -> String {
+    format!("'--remap-path-prefix={}={to}'", from.display())
 }
 
 /// The project's root folder.

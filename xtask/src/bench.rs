@@ -1,6 +1,7 @@
 //! `cargo xtask bench`: the cost table, measured on the emulated Cortex-M4F.
 
-use crate::{arm, cmsis, figures, firmware, onboard, plugin, throughput};
+use crate::plugin::{self, Build};
+use crate::{arm, cmsis, figures, firmware, onboard, throughput};
 use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -45,9 +46,9 @@ pub fn run(arguments: &[String]) -> Result<()> {
     throughput::run()
 }
 
-/// Cycles at most, worst case, of the work that the issue limits. The interrupt's own aim is 900; what it takes is held here.
+/// Cycles at most, worst case, of the work that the issue limits.
 const LIMITS: [(&str, u32); 3] = [
-    ("interrupt", 920),
+    ("interrupt", 900),
     ("interrupt_lateral", 1200),
     ("givens_row_33", 6000),
 ];
@@ -88,7 +89,7 @@ pub fn check() -> Result<()> {
     Ok(())
 }
 
-/// Builds and runs the measuring image.
+/// Builds and runs the measuring image twice: our work as the firmware's images have it, peers built for speed.
 ///
 /// # Errors
 /// As [`run`].
@@ -97,8 +98,15 @@ pub fn measure() -> Result<Costs> {
     let peer = cmsis::build()
         .inspect_err(|why| arm::say(&format!("no CMSIS-DSP in the table: {why:#}")))
         .ok();
-    let image = plugin::build_image(&arm, peer.as_deref())?;
-    parse(&plugin::run_image(&image, &["costs"])?)
+    let mut costs = Costs::new();
+    for (build, what) in [
+        (Build::Firmware, "costs"),
+        (Build::Speed(peer.as_deref()), "peers"),
+    ] {
+        let image = plugin::build_image(&arm, build)?;
+        costs.extend(parse(&plugin::run_image(&image, &[what])?)?);
+    }
+    Ok(costs)
 }
 
 fn parse(text: &str) -> Result<Costs> {

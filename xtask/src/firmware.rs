@@ -287,7 +287,8 @@ fn print(image: &Image, file: &Path, sizes: &Sizes) {
         println!("  {kind:<6} {:<16} {total:>8} B of {limit}", "together");
     }
     for (context, worst) in &sizes.contexts {
-        let chain: Vec<&str> = worst.chain.iter().map(|name| short(name)).collect();
+        let link = |(name, bytes): &(String, u32)| format!("{} {bytes}", short(name));
+        let chain: Vec<String> = worst.chain.iter().map(link).collect();
         println!(
             "  stack  {context:<16} {:>8} B  {}",
             worst.bytes,
@@ -312,14 +313,21 @@ fn print(image: &Image, file: &Path, sizes: &Sizes) {
     );
 }
 
-/// The last part of a path.
+/// The last part of a path, without what stands in angle brackets.
 fn short(name: &str) -> &str {
-    let plain = name.split('<').next().unwrap_or(name);
-    if plain.is_empty() {
-        name
-    } else {
-        plain.rsplit("::").next().unwrap_or(plain)
-    }
+    let mut depth = 0_usize;
+    let outside = |c: char| {
+        depth = match c {
+            '<' => depth + 1,
+            '>' => depth.saturating_sub(1),
+            _ => depth,
+        };
+        depth == 0 && c == ':'
+    };
+    let parts = name
+        .split(outside)
+        .map(|part| part.split('<').next().unwrap_or(part));
+    parts.filter(|part| !part.is_empty()).last().unwrap_or(name)
 }
 
 /// Sizes of both images, for the bench's JSON.

@@ -1,7 +1,7 @@
 //! The same bits on this machine and on the emulated Cortex-M4F: signal path, Givens rows, solve.
 
 use crate::arm::{self, say};
-use crate::plugin;
+use crate::plugin::{self, Build};
 use anyhow::{Context, Result, ensure};
 use cases::parity::{INPUTS, ROWS, rows, signal};
 use cases::setups::Setup;
@@ -13,7 +13,7 @@ use courier_sensor::lsq::Estimator;
 /// # Errors
 /// The first one that differs, with both.
 pub fn check() -> Result<()> {
-    let image = plugin::build_image(&arm::ensure()?, None)?;
+    let image = plugin::build_image(&arm::ensure()?, Build::Firmware)?;
     let there = plugin::run_image(&image, &["parity"])?;
     let compare = |name: &str, here: u64| -> Result<()> {
         let line = there.lines().find_map(|line| line.strip_prefix(name));

@@ -135,16 +135,33 @@ impl Drop for Ram {
     }
 }
 
-/// Builds the measuring image, with the CMSIS-DSP peer where that could be had.
+/// How the measuring image is built.
+#[derive(Clone, Copy, Debug)]
+pub enum Build<'a> {
+    /// As the firmware's images are.
+    Firmware,
+    /// For speed, as peers are measured; with the CMSIS-DSP peer where that could be had.
+    Speed(Option<&'a Path>),
+}
+
+/// Builds the measuring image.
 ///
 /// # Errors
 /// The compiler's.
-pub fn build_image(arm: &arm::Arm, peer: Option<&Path>) -> Result<PathBuf> {
-    say("building the measuring image");
+pub fn build_image(arm: &arm::Arm, build: Build<'_>) -> Result<PathBuf> {
+    let (profile, peer) = match build {
+        Build::Firmware => ("firmware", None),
+        Build::Speed(peer) => ("release", peer),
+    };
+    say(&format!("building the measuring image, profile {profile}"));
     let mut command = arm.cargo("build");
-    command
-        .current_dir(root().join("bench"))
-        .args(["--quiet", "--release", "--package", "image"]);
+    command.current_dir(root().join("bench")).args([
+        "--quiet",
+        "--profile",
+        profile,
+        "--package",
+        "image",
+    ]);
     if let Some(folder) = peer {
         command
             .args(["--features", "cmsis"])
@@ -153,6 +170,6 @@ pub fn build_image(arm: &arm::Arm, peer: Option<&Path>) -> Result<PathBuf> {
     run(&mut command)?;
     Ok(arm::target_dir()
         .join(arm::TARGET)
-        .join("release")
+        .join(profile)
         .join("image"))
 }

@@ -34,8 +34,8 @@ pub struct CallGraph {
 pub struct Worst {
     /// Bytes; an upper bound.
     pub bytes: u32,
-    /// The chain of calls that needs them, root first.
-    pub chain: Vec<String>,
+    /// The chain of calls that needs them, root first: function and bytes of its own.
+    pub chain: Vec<(String, u32)>,
     /// Whether a call through a register was in reach and bounded by the worst function whose address is taken.
     pub through_register: bool,
     /// Functions in reach that call themselves, directly or not: their depth is not bounded by this analysis.
@@ -122,7 +122,15 @@ impl CallGraph {
         };
         Ok(Worst {
             bytes,
-            chain: chain.iter().map(name).collect(),
+            chain: chain
+                .iter()
+                .map(|place| {
+                    (
+                        name(place),
+                        self.functions.get(place).map_or(0, |f| f.frame),
+                    )
+                })
+                .collect(),
             through_register: walk.through_register,
             recursive: walk.recursive.iter().map(name).collect(),
         })

@@ -18,16 +18,20 @@ const PEER_FRAMES: u32 = 2_000;
 /// Equations.
 const ROWS: u32 = 1_000;
 
-/// Prints every row.
+/// Prints the rows of our own work.
 pub fn run() {
     interrupt("interrupt", Setup::Own);
     interrupt("interrupt_lateral", Setup::Lateral);
     interrupt("interrupt_extended", Setup::Extended);
+    estimation(estimator::take());
+}
+
+/// Prints the rows of the peers.
+pub fn run_peers() {
     peer("libm", PEER_FRAMES, peers::libm::step);
     peer("libm_products", PEER_FRAMES, peers::libm::step_products);
     #[cfg(feature = "cmsis")]
     peer("cmsis", PEER_FRAMES, peers::cmsis::step);
-    estimation(estimator::take());
     peers::qr::run();
 }
 

@@ -1,4 +1,4 @@
-//! Image for QEMU's mps2-an386 with the counting plugin. Its command line says what to run: `costs`, `parity`, or
+//! Image for QEMU's mps2-an386 with the counting plugin. Its command line says what to run: `costs`, `peers`, `parity`, or
 //! `frames FILE` (raw frames of a recording, as `cargo xtask test` writes them). Results go to standard output.
 #![no_std]
 #![no_main]
@@ -19,9 +19,10 @@ fn main() -> ! {
     let mut words = recorded::command_line(&mut line).split(' ').skip(1);
     match (words.next(), words.next()) {
         (Some("costs"), _) => costs::run(),
+        (Some("peers"), _) => costs::run_peers(),
         (Some("parity"), _) => parity(),
         (Some("frames"), Some(file)) => recorded::run(file),
-        other => hprintln!("found {:?}, wanted costs, parity or frames FILE", other),
+        other => hprintln!("found {:?}, wanted costs, peers, parity or frames FILE", other),
     }
     debug::exit(debug::EXIT_SUCCESS);
     loop {}
