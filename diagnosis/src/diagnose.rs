@@ -11,7 +11,7 @@ use crate::places::places;
 use crate::scene::{Scene, Shift};
 use crate::simulate::{Floor, floor};
 use crate::{Insufficient, clip};
-use effects::sensor::READINGS;
+use effects::sensor::{READINGS, Survey};
 use recording::Recording;
 
 /// What a caller may change.
@@ -218,6 +218,8 @@ pub struct About {
 pub struct Look<'a> {
     /// Residuals of the best model so far, in which lines of the spectrum are looked for.
     pub lines_of: Option<&'a Residuals>,
+    /// A survey whose lines are kept.
+    pub lines_as: Option<&'a Survey>,
     /// A field over the platen is judged, and beside it only the blocks named here: the field has hundreds of unknowns.
     pub field_beside: Option<&'a [String]>,
 }
@@ -239,9 +241,17 @@ pub fn study<'a>(
     for segment in 0..4 {
         scene.survey.clip[segment] = clip::find(&scene, segment);
     }
+    let (mut beacon, mut segments) = look.lines_as.map_or(Default::default(), |survey| {
+        let lines = (&survey.beacon_lines_hz, &survey.segment_lines_hz);
+        (lines.0.clone(), lines.1.clone())
+    });
     if let Some(residuals) = look.lines_of {
-        find_lines(&mut scene, residuals);
+        // What is explained by lines that are known leaves none: they stay.
+        let more = find_lines(&scene, residuals);
+        add_lines(&mut beacon, more.0);
+        add_lines(&mut segments, more.1);
     }
+    (scene.survey.beacon_lines_hz, scene.survey.segment_lines_hz) = (beacon, segments);
     if look.field_beside.is_some() {
         (scene.survey.node_step_m, scene.survey.nodes) = crate::nodes::nodes(&scene);
     }
@@ -310,7 +320,22 @@ fn add(
     }
 }
 
-fn find_lines(scene: &mut Scene, residuals: &Residuals) {
+/// Lines nearer than this share of their frequency are one.
+const SAME_LINE: f64 = 1.0e-5;
+
+fn add_lines(list: &mut Vec<f64>, more: Vec<f64>) {
+    for hz in more {
+        if list
+            .iter()
+            .all(|known| (known / hz - 1.0).abs() > SAME_LINE)
+        {
+            list.push(hz);
+        }
+    }
+}
+
+/// Lines of the coordination sensor and of the segments, Hz.
+fn find_lines(scene: &Scene, residuals: &Residuals) -> (Vec<f64>, Vec<f64>) {
     let o = scene.observations;
     let pick = |channel: usize| -> (Vec<f64>, Vec<f64>, Vec<usize>) {
         let mut out = (Vec::new(), Vec::new(), Vec::new());
@@ -344,8 +369,7 @@ fn find_lines(scene: &mut Scene, residuals: &Residuals) {
             lines_hz(&mut series)
         }
     };
-    scene.survey.beacon_lines_hz = search(&[1, 2]);
-    scene.survey.segment_lines_hz = search(&[0, 3, 4, 5, 6]);
+    (search(&[1, 2]), search(&[0, 3, 4, 5, 6]))
 }
 
 /// A block's handicap when it competes: shapes and flexible fields give way to causes.

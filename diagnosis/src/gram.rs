@@ -142,41 +142,15 @@ impl Gram {
             .zip(&scale)
             .map(|(c, s)| if *s > 0.0 { c / s } else { 0.0 })
             .collect();
-        let width = columns.regressors.len() + 1;
-        let lists: Vec<Vec<usize>> = (0..FOLDS)
-            .map(|fold| {
-                (0..scene.len())
-                    .filter(|&i| scene.keep[i] && usize::from(folds[i]) == fold)
-                    .collect()
-            })
-            .collect();
-        let jobs: Vec<(usize, &[usize])> = lists
-            .iter()
-            .enumerate()
-            .flat_map(|(f, list)| list.chunks(CHUNK).map(move |c| (f, c)))
-            .collect();
-        let work = |lane: usize| {
-            let mut fold = vec![DMatrix::zeros(width, width); FOLDS];
-            let mut rows = [0usize; FOLDS];
-            for (f, samples) in jobs.iter().skip(lane).step_by(LANES) {
-                rows[*f] += accumulate(scene, columns, &scale, samples, &mut fold[*f]);
-            }
-            (fold, rows)
-        };
-        let work = &work;
-        let parts: Vec<_> = std::thread::scope(|scope| {
-            let handles: Vec<_> = (0..LANES)
-                .map(|lane| scope.spawn(move || work(lane)))
-                .collect();
-            handles.into_iter().filter_map(|h| h.join().ok()).collect()
-        });
-        let mut fold = vec![DMatrix::zeros(width, width); FOLDS];
+        let mut fold = Vec::with_capacity(FOLDS);
         let mut rows = [0; FOLDS];
-        for (part, count) in parts {
-            for f in 0..FOLDS {
-                fold[f] += &part[f];
-                rows[f] += count[f];
-            }
+        for (f, count) in rows.iter_mut().enumerate() {
+            let list: Vec<usize> = (0..scene.len())
+                .filter(|&i| scene.keep[i] && usize::from(folds[i]) == f)
+                .collect();
+            let (sum, found) = products(scene, columns, &scale, &list);
+            fold.push(sum);
+            *count = found;
         }
         fold.iter_mut().for_each(mirror);
         Self {
@@ -207,6 +181,39 @@ impl Gram {
         }
         sum
     }
+}
+
+/// Products over some samples, and their rows, by lanes side by side.
+fn products(
+    scene: &Scene,
+    columns: &Columns,
+    scale: &[f64],
+    samples: &[usize],
+) -> (DMatrix<f64>, usize) {
+    let width = scale.len() + 1;
+    let work = |lane: usize| {
+        let mut sum = DMatrix::zeros(width, width);
+        let chunks = samples.chunks(CHUNK).skip(lane).step_by(LANES);
+        let rows = chunks.map(|chunk| accumulate(scene, columns, scale, chunk, &mut sum));
+        let rows: usize = rows.sum();
+        (sum, rows)
+    };
+    let work = &work;
+    let parts: Vec<_> = std::thread::scope(|scope| {
+        let handles: Vec<_> = (0..LANES)
+            .map(|lane| scope.spawn(move || work(lane)))
+            .collect();
+        handles.into_iter().filter_map(|h| h.join().ok()).collect()
+    });
+    let mut parts = parts.into_iter();
+    let first = parts
+        .next()
+        .unwrap_or_else(|| (DMatrix::zeros(width, width), 0));
+    parts.fold(first, |mut all, part| {
+        all.0 += part.0;
+        all.1 += part.1;
+        all
+    })
 }
 
 /// Adds a chunk's products to the lower triangle. Columns that are zero throughout the chunk (shapes of another run, of

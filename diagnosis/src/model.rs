@@ -165,16 +165,12 @@ fn apply<'a>(
 }
 
 /// The scene about where the known amounts say that the segments are.
-fn settled<'a>(mut scene: Scene<'a>, columns: &Columns) -> Scene<'a> {
+fn settled<'a>(scene: Scene<'a>, columns: &Columns) -> Scene<'a> {
     let known: Vec<usize> = (0..columns.regressors.len())
         .filter(|c| columns.held[*c])
         .collect();
     let amounts: Vec<f64> = known.iter().map(|c| columns.centre[*c]).collect();
-    for _ in 0..crate::refine::ROUNDS {
-        let shift = crate::refine::shift(&scene, columns, &known, &amounts);
-        scene = scene.moved(scene.baseline.clone(), shift);
-    }
-    scene
+    crate::refine::settled(scene, columns, &known, &amounts)
 }
 
 /// What is arbitrary from recording to recording.

@@ -8,8 +8,10 @@ use crate::heldout::Residuals;
 use crate::scene::{Scene, Shift};
 use effects::sensor::{Action, READINGS};
 
-/// Rounds of the fixed point. Each shrinks what is left by slope of the effect: some tenths.
-pub const ROUNDS: usize = 3;
+/// Most rounds of the fixed point. Each shrinks what is left by the slope of the effect: some tenths.
+const ROUNDS: usize = 8;
+/// It stands where a round moves the segments by less than this share of their stated noise, rms.
+const STANDS: f64 = 0.1;
 
 /// A model of some effects, fitted about itself.
 pub struct Refined<'a> {
@@ -41,7 +43,8 @@ impl<'a> Refined<'a> {
                 .map_or(vec![0.0; list.len()], |fit| {
                     fit.amount.iter().copied().collect()
                 });
-            if round == ROUNDS || names.is_empty() {
+            let next = moved(&scene, &columns, &gram, &amounts);
+            if round == ROUNDS || names.is_empty() || round > 0 && stands(&scene, &next.shift) {
                 let residuals = Residuals::new(&scene, &columns, &gram, &fold, &list);
                 return Self {
                     scene,
@@ -52,7 +55,7 @@ impl<'a> Refined<'a> {
                     about,
                 };
             }
-            about = moved(&scene, &columns, &gram, &amounts);
+            about = next;
             round += 1;
         }
     }
@@ -66,6 +69,35 @@ impl<'a> Refined<'a> {
     pub fn amount(&self, column: usize) -> f64 {
         self.amounts[column] * self.gram.scale[column]
     }
+}
+
+/// The scene about where known amounts say that the segments are.
+pub fn settled<'a>(
+    mut scene: Scene<'a>,
+    columns: &Columns,
+    list: &[usize],
+    amounts: &[f64],
+) -> Scene<'a> {
+    for _ in 0..ROUNDS {
+        let next = shift(&scene, columns, list, amounts);
+        if stands(&scene, &next) {
+            break;
+        }
+        scene = scene.moved(scene.baseline.clone(), next);
+    }
+    scene
+}
+
+/// True if a shift is what the scene is about already.
+fn stands(scene: &Scene, next: &Shift) -> bool {
+    (0..4).filter(|s| scene.scope.segments[*s]).all(|s| {
+        let noise = scene.observations.position_noise_m[s].iter().copied();
+        let noise = crate::statistics::rms(noise.filter(|n| n.is_finite()));
+        let finite = |v: Option<&f64>| v.copied().filter(|v| v.is_finite()).unwrap_or(0.0);
+        let now = &scene.shift.whole_m[s];
+        let step = (0..scene.len()).map(|i| finite(next.whole_m[s].get(i)) - finite(now.get(i)));
+        crate::statistics::rms(step) < STANDS * noise
+    })
 }
 
 fn linearised<'a>(start: &Scene<'a>, about: &About, names: &[String]) -> (Scene<'a>, Columns) {

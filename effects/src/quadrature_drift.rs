@@ -62,8 +62,8 @@ pub mod sensor_side {
     /// Sensor side: offset (order 1), gain and phase (order 2 and a constant) as cubic splines of time.
     pub struct WanderModel;
 
-    /// Knots over the recording.
-    const KNOTS: usize = 13;
+    /// Knots over the recording: two a period of what changes within a tenth of it.
+    const KNOTS: usize = 23;
 
     impl SensorEffect for WanderModel {
         fn name(&self) -> &'static str {

@@ -41,7 +41,8 @@ impl Told {
             };
             handicap(name(b)) + shape
         };
-        let found = search(&mut arena, &effects, &weight, base);
+        let mut found = search(&mut arena, &effects, &weight, base);
+        simplify(&mut arena, &mut found, &effects, &weight, base);
         let shaped = search(&mut arena, &all, &weight, base);
         if tracing() {
             trace(study, &mut arena, &all, base);
@@ -93,6 +94,59 @@ impl<'a> Refined<'a> {
             fine.residuals.white_rms()
         ));
         fine
+    }
+}
+
+/// What leaves the same to within this share of what it takes is told apart by the number of unknowns alone.
+const SAME: f64 = 0.005;
+/// One effect that leaves as little as two, to within this share of what they take, is to be believed.
+const ONE_FOR_TWO: f64 = 0.02;
+
+/// Puts an effect of fewer unknowns in the place of one, or of two, that do no better.
+fn simplify(
+    arena: &mut Arena,
+    found: &mut Found,
+    candidates: &[usize],
+    weight: &dyn Fn(usize) -> f64,
+    base: f64,
+) {
+    let places = 0..found.blocks.len();
+    let pairs = places.clone().flat_map(|a| (0..a).map(move |b| vec![b, a]));
+    let mut sets: Vec<Vec<usize>> = pairs.chain(places.map(|a| vec![a])).collect();
+    while let Some(set) = sets.pop() {
+        let out: Vec<usize> = set.iter().map(|k| found.blocks[*k]).collect();
+        let others: Vec<usize> = found
+            .blocks
+            .iter()
+            .copied()
+            .filter(|b| !out.contains(b))
+            .collect();
+        let allowance = if out.len() > 1 { ONE_FOR_TWO } else { SAME };
+        let taken = rest(arena, &others, base) - found.rest;
+        let unknowns = |b: usize| arena.columns.blocks[b].columns.len();
+        let most: usize = out.iter().map(|b| unknowns(*b)).sum::<usize>() / (3 - out.len());
+        let heaviest = out.iter().map(|b| weight(*b)).fold(0.0, f64::max);
+        let simpler: Vec<usize> = candidates
+            .iter()
+            .copied()
+            .filter(|c| !found.blocks.contains(c) && unknowns(*c) <= most && weight(*c) <= heaviest)
+            .collect();
+        let with = |c: usize| -> Vec<usize> { others.iter().copied().chain([c]).collect() };
+        let best = simpler
+            .into_iter()
+            .map(|c| (rest(arena, &with(c), base), c))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .filter(|b| b.0 - found.rest < allowance * taken);
+        if let Some((left, c)) = best {
+            log(&format!("one simpler: {c} for {out:?}"));
+            *found = Found {
+                blocks: with(c),
+                rest: left,
+            };
+            if out.len() > 1 {
+                break;
+            }
+        }
     }
 }
 

@@ -37,6 +37,8 @@ const VISIBLE: f64 = 1.05;
 const NOISY: f64 = 1.10;
 /// Beyond this factor the found effects' second order and lines of the spectrum may be what is left, and all is compared anew.
 const CLOSE: f64 = 1.03;
+/// Times that all is compared anew about what was found, while that finds more.
+const LOOKS: usize = 2;
 /// More of the gap than this left over, and located, is a gap that nothing named explains.
 const LEFT_OVER: f64 = 0.10;
 /// A field over the platen is worth its hundreds of unknowns if it leaves less than this share of what was left.
@@ -152,7 +154,13 @@ impl<'a> Judge<'a> {
             before,
         };
         this.allow_for_noise();
-        this.look_again();
+        for _ in 0..LOOKS {
+            let known = this.told.names(&this.study);
+            this.look_again();
+            if this.told.names(&this.study) == known {
+                break;
+            }
+        }
         this.try_field();
         this.prune();
         this.claim();
@@ -226,7 +234,11 @@ impl<'a> Judge<'a> {
             noise: Some(noise),
             ..self.fine.about.clone()
         };
-        let again = study(self.prepared, self.options, &about, Look::default());
+        let look = Look {
+            lines_as: Some(&self.study.scene.survey),
+            ..Look::default()
+        };
+        let again = study(self.prepared, self.options, &about, look);
         let told = Told::new(&again, true);
         self.noise = Some(noise);
         self.take(again, told);
@@ -251,6 +263,7 @@ impl<'a> Judge<'a> {
         };
         let look = Look {
             lines_of: Some(&self.fine.residuals),
+            lines_as: Some(&self.study.scene.survey),
             field_beside: None,
         };
         let again = study(self.prepared, self.options, &about, look);
@@ -275,6 +288,7 @@ impl<'a> Judge<'a> {
         let keep = explain::leading(&self.study, &self.told);
         let look = Look {
             lines_of: Some(&self.fine.residuals),
+            lines_as: Some(&self.study.scene.survey),
             field_beside: Some(&keep),
         };
         let fielded = study(self.prepared, self.options, &self.prepared.about(), look);

@@ -15,6 +15,8 @@ const MISSTATED: f64 = 4.0;
 const HALF_DONE: f64 = 0.5;
 /// A remainder is located if some shape takes this share of it.
 const LOCATED: f64 = 0.15;
+/// Share of a noise that had to be found which shapes may take by chance.
+const CHANCE: f64 = 0.03;
 /// The stated noise is not believed below this whitened rms.
 const TOO_QUIET: f64 = 0.7;
 /// Disturbed samples that make a burst, and their whitened squares.
@@ -166,9 +168,13 @@ impl Judge<'_> {
 
     /// True if some shape takes a good part of what is left, beyond chance.
     fn is_located(&self, seen: &Seen) -> bool {
-        let enough = |l: &Located| {
-            l.share > LOCATED && l.share * seen.left * seen.whole > 2.0 * MINIMUM_SQUARES
+        // Where the noise itself had to be found, what the best shapes took of it by chance is no place.
+        let least = if self.noise.is_some() {
+            (2.0 * MINIMUM_SQUARES).max(CHANCE * self.base)
+        } else {
+            2.0 * MINIMUM_SQUARES
         };
+        let enough = |l: &Located| l.share > LOCATED && l.share * seen.left * seen.whole > least;
         seen.gap && seen.located.first().is_some_and(enough)
     }
 
