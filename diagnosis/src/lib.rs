@@ -20,6 +20,7 @@ pub mod model;
 pub mod motion;
 pub mod nodes;
 pub mod observe;
+pub mod phase;
 pub mod places;
 pub mod refine;
 pub mod report;

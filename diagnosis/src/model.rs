@@ -7,6 +7,7 @@ use crate::gram::{Columns, Gram, folds, solve};
 use crate::heldout::Residuals;
 use crate::judge::{CHANNEL_NAMES, PIECE};
 use crate::observe::Observations;
+use crate::phase::{VIBRATION, align, waves};
 use crate::report::{HeldOut, HeldOutChannel, Magnitude};
 use crate::scene::{Normal, Scene};
 use crate::simulate::floor;
@@ -40,7 +41,7 @@ pub struct Model {
 pub struct EffectAmounts {
     /// Name in diagnosis.md.
     pub name: String,
-    /// False where the amounts belong to that recording's own time (a drift, a phase): `check` refits them.
+    /// False where the amounts belong to that recording's own time (a drift's course): `check` leaves them out.
     pub carries_over: bool,
     /// All amounts.
     pub amounts: Vec<Magnitude>,
@@ -59,12 +60,12 @@ pub struct Check {
     pub held_out: HeldOut,
 }
 
-/// Effects whose amounts are tied to a recording's own time.
-pub const OF_THEIR_TIME: [&str; 2] = ["quadrature_drift", "beacon_vibration"];
+/// The effect whose amounts are tied to a recording's own time: its course is another one on the next.
+pub const OF_ITS_TIME: &str = "quadrature_drift";
 
-/// Applies a model to another recording of the same courier. Fits nothing but what is arbitrary from one recording to the
-/// next: the zeros of the tooth counts (offset of g_p, o'_x, o'_y; each segment's against a reference), and amounts that
-/// belong to a recording's own time ([`OF_THEIR_TIME`]), each held out.
+/// Applies a model to another recording of the same courier. Fits nothing but the zeros that are arbitrary from one recording
+/// to the next: of the tooth counts (offset of g_p, o'_x, o'_y; each segment's against a reference), and of time, which a
+/// vibration's phase is counted from. What does not carry over ([`OF_ITS_TIME`]) is left out.
 ///
 /// # Errors
 /// [`Insufficient`] where the recording gives no residuals.
@@ -134,7 +135,19 @@ fn apply<'a>(
     let zeros = zeros(&scene);
     columns.push("zeros", zeros);
     if with {
-        for effect in &model.effects {
+        for effect in model.effects.iter().filter(|e| e.carries_over) {
+            if effect.name == VIBRATION {
+                let waves = waves(&effect.amounts, &model.survey.beacon_lines_hz);
+                columns.push(
+                    VIBRATION,
+                    if scene.scope.beacon {
+                        waves
+                    } else {
+                        Vec::new()
+                    },
+                );
+                continue;
+            }
             let Some(side) = effects::sensor_sides()
                 .into_iter()
                 .find(|e| e.name() == effect.name)
@@ -144,20 +157,19 @@ fn apply<'a>(
             let regressors: Vec<Regressor> = side.regressors(&scene.survey);
             let start = columns.regressors.len();
             columns.push(effect.name.clone(), regressors);
-            if effect.carries_over {
-                for c in start..columns.regressors.len() {
-                    let name = &columns.regressors[c].name;
-                    columns.centre[c] = effect
-                        .amounts
-                        .iter()
-                        .find(|a| a.name == *name)
-                        .map_or(0.0, |a| a.value);
-                    columns.held[c] = true;
-                }
+            for c in start..columns.regressors.len() {
+                let name = &columns.regressors[c].name;
+                columns.centre[c] = effect
+                    .amounts
+                    .iter()
+                    .find(|a| a.name == *name)
+                    .map_or(0.0, |a| a.value);
+                columns.held[c] = true;
             }
         }
     }
     if with {
+        align(&scene, &mut columns);
         scene = settled(scene, &columns);
     }
     let list = (0..columns.regressors.len()).collect();

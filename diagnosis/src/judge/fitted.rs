@@ -1,7 +1,7 @@
 //! The model of what is named, fitted on all samples in use.
 
 use super::Judge;
-use crate::model::{EffectAmounts, Model, OF_THEIR_TIME};
+use crate::model::{EffectAmounts, Model, OF_ITS_TIME};
 use crate::refine::Refined;
 use crate::report::{Diagnosis, Magnitude, Verdict};
 
@@ -20,12 +20,15 @@ impl Judge<'_> {
             claimed: diagnosis.held_out.clone(),
         };
         if matches!(diagnosis.verdict, Verdict::Named | Verdict::Alias) {
-            let fine = &self.fine;
+            let fine = self.elsewhere.as_ref().map_or(&self.fine, |e| &e.0);
             let count = fine.columns.blocks[0].columns.len();
             let step: Vec<f64> = (0..count).map(|c| fine.amount(c)).collect();
             model.baseline_with_effects = fine.scene.baseline.clone();
             model.baseline_with_effects.add(scene.scope, &step);
             model.effects = amounts(fine);
+            let here = amounts(&self.fine).into_iter();
+            let only_here = |e: &EffectAmounts| !e.carries_over;
+            model.effects.extend(here.filter(only_here));
         }
         model
     }
@@ -43,7 +46,7 @@ fn amounts(fine: &Refined) -> Vec<EffectAmounts> {
         .skip(1)
         .map(|block| EffectAmounts {
             name: block.name.clone(),
-            carries_over: !OF_THEIR_TIME.contains(&block.name.as_str()),
+            carries_over: block.name != OF_ITS_TIME,
             amounts: block.columns.clone().map(one).collect(),
         })
         .collect()

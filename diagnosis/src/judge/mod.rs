@@ -3,6 +3,7 @@
 mod disturbance;
 mod explain;
 mod fitted;
+mod foretold;
 mod loudness;
 mod named;
 mod place;
@@ -14,7 +15,6 @@ use crate::heldout::Residuals;
 use crate::model::Model;
 use crate::refine::Refined;
 use crate::report::{Diagnosis, Verdict};
-use crate::scene::Shift;
 use crate::search::Arena;
 use crate::simulate::Floor;
 use effects::sensor::READINGS;
@@ -133,6 +133,9 @@ pub(crate) struct Judge<'a> {
     /// Held-out residuals of the baseline alone, and with what is found; both by the stated noise.
     before: Residuals,
     after: Residuals,
+    /// What carries over to another recording, and what it is expected to leave there, where that is less than what is found: a
+    /// drift's course does not.
+    elsewhere: Option<(Refined<'a>, Residuals)>,
 }
 
 impl<'a> Judge<'a> {
@@ -148,6 +151,7 @@ impl<'a> Judge<'a> {
             floor: first.floor,
             noise: None,
             after: fine.residuals.clone(),
+            elsewhere: None,
             study: first,
             told,
             fine,
@@ -191,22 +195,6 @@ impl<'a> Judge<'a> {
             .moved(about.baseline.clone(), about.shift.clone());
         stated.noise = [1.0; READINGS];
         residuals.rewhitened(&stated)
-    }
-
-    /// What the chosen model, and the baseline alone, leave on another recording of this motion.
-    fn claim(&mut self) {
-        if let Some(after) = self.fine.left_out() {
-            self.after = self.by_stated_noise(&after);
-        }
-        let mut stated = self
-            .study
-            .scene
-            .moved(self.prepared.baseline.clone(), Shift::default());
-        stated.noise = [1.0; READINGS];
-        let baseline = Refined::new(&stated, self.prepared.about(), &[]);
-        if let Some(before) = baseline.left_out() {
-            self.before = before;
-        }
     }
 
     /// Whitened rms of what is left over the floor's.

@@ -322,7 +322,10 @@ impl Judge<'_> {
 
     fn fill(&self, out: &mut Diagnosis, arena: &mut Arena, seen: Seen) {
         let named = matches!(out.verdict, Verdict::Named | Verdict::Alias);
-        let model = if named { &self.after } else { &self.before };
+        let model = if named { self.foretold() } else { &self.before };
+        if named && self.elsewhere.is_some() {
+            out.notes.push(self.of_its_time());
+        }
         for c in self.before.channels() {
             let (real, samples) = self.before.channel_rms_m(c);
             let simulated = self.floor.channel_rms_m[c];

@@ -1,0 +1,47 @@
+//! What another recording of the same motion is expected to show.
+
+use super::Judge;
+use crate::heldout::Residuals;
+use crate::model::OF_ITS_TIME;
+use crate::refine::Refined;
+use crate::scene::Shift;
+use effects::sensor::READINGS;
+
+impl Judge<'_> {
+    /// What the chosen model, and the baseline alone, leave on another recording of this motion.
+    pub(super) fn claim(&mut self) {
+        if let Some(after) = self.fine.left_out() {
+            self.after = self.by_stated_noise(&after);
+        }
+        let mut names = self.told.names(&self.study);
+        if names.iter().any(|name| name == OF_ITS_TIME) {
+            names.retain(|name| name != OF_ITS_TIME);
+            let fine = Refined::new(&self.study.scene, self.prepared.about(), &names);
+            let left = fine.left_out().map(|left| self.by_stated_noise(&left));
+            self.elsewhere = left.map(|left| (fine, left));
+        }
+        let mut stated = self
+            .study
+            .scene
+            .moved(self.prepared.baseline.clone(), Shift::default());
+        stated.noise = [1.0; READINGS];
+        let baseline = Refined::new(&stated, self.prepared.about(), &[]);
+        if let Some(before) = baseline.left_out() {
+            self.before = before;
+        }
+    }
+
+    /// What another recording is expected to show.
+    pub(super) fn foretold(&self) -> &Residuals {
+        self.elsewhere.as_ref().map_or(&self.after, |e| &e.1)
+    }
+
+    pub(super) fn of_its_time(&self) -> String {
+        let floor = self.floor.white_square.sqrt();
+        format!(
+            "{OF_ITS_TIME}: its course belongs to this recording's time and is known for this one alone; with it {:.2} times the floor is left here, without it {:.2}, which another recording is expected to show",
+            self.after.white_rms() / floor,
+            self.foretold().white_rms() / floor
+        )
+    }
+}
