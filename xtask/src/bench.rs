@@ -8,6 +8,8 @@ use std::collections::BTreeMap;
 
 /// Processor clock, hertz.
 const CLOCK_HZ: f64 = 170.0e6;
+/// Unknowns of the joint calibration's measured rows: the paper's, and with the coordination sensor's own errors.
+const SOLVED: [u32; 2] = [47, 62];
 /// Unknowns of the measured Givens row.
 const UNKNOWNS: u32 = 33;
 
@@ -35,12 +37,16 @@ pub fn run(arguments: &[String]) -> Result<()> {
         [one] if one == "--json" => true,
         other => anyhow::bail!("found {other:?}, wanted nothing or --json"),
     };
-    let costs = measure()?;
+    let mut costs = measure()?;
+    let image = plugin::build_image(&arm::ensure()?, Build::Firmware)?;
+    let joint = plugin::run_image(&image, &["joint"])?;
+    costs.extend(parse(&joint)?);
     if json {
-        print_json(&costs, &firmware::sizes(&arm::ensure()?)?);
+        print_json(&costs, &joint, &firmware::sizes(&arm::ensure()?)?);
         return Ok(());
     }
     print_table(&costs);
+    print_joint(&costs, &joint);
     figures::run()?;
     onboard::figures()?;
     throughput::run()
@@ -176,6 +182,37 @@ fn print_table(costs: &Costs) {
     );
 }
 
+/// The joint calibration as a whole, and its memory, of which the image says `bytes NAME NUMBER`.
+fn print_joint(costs: &Costs, text: &str) {
+    if let Some(slices) = costs.get("joint_slice") {
+        let ms = |cycles: f64| 1.0e3 * cycles / CLOCK_HZ;
+        println!(
+            "\njoint calibration of 1000 poses and 200 held out, all five steps: {} slices, together {:.0} ms at {:.0} MHz, the longest \
+             {:.0} ms",
+            slices.count,
+            ms(whole(slices)),
+            CLOCK_HZ / 1.0e6,
+            ms(slices.cycles.0.into())
+        );
+    }
+    for (name, bytes) in sizes(text) {
+        println!("{name}: {bytes} bytes");
+    }
+}
+
+/// Cycles of all inputs together.
+fn whole(cost: &Cost) -> f64 {
+    f64::from(cost.count) * cost.cycles.1
+}
+
+fn sizes(text: &str) -> impl Iterator<Item = (&str, u32)> {
+    let lines = text.lines().filter_map(|line| line.strip_prefix("bytes "));
+    lines.filter_map(|line| {
+        let (name, bytes) = line.split_once(' ')?;
+        Some((name, bytes.parse().ok()?))
+    })
+}
+
 /// Rates of the interrupt that the table has.
 const RATES_HZ: [f64; 3] = [20.0e3, 50.0e3, 100.0e3];
 
@@ -220,7 +257,7 @@ impl GivensFloor {
     }
 }
 
-fn print_json(costs: &Costs, images: &serde_json::Map<String, Value>) {
+fn print_json(costs: &Costs, joint: &str, images: &serde_json::Map<String, Value>) {
     let worst = |name: &str| {
         costs.get(name).map(|c| json!({"instructions_worst": c.instructions.0, "cycles_worst": c.cycles.0, "cycles_mean": c.cycles.1}))
     };
@@ -238,6 +275,20 @@ fn print_json(costs: &Costs, images: &serde_json::Map<String, Value>) {
         "cmsis": instructions("cmsis"),
         "libm": instructions("libm"),
         "givens_row_33": row,
+        "interrupt_mapped": worst("interrupt_mapped"),
+        "joint": {
+            "rows": SOLVED.map(|unknowns| json!({
+                "unknowns": unknowns,
+                "linearise": worst("joint_linearise"),
+                "g_p": worst(&format!("joint_row_{unknowns}_p")),
+                "g_x": worst(&format!("joint_row_{unknowns}_x")),
+                "g_y": worst(&format!("joint_row_{unknowns}_y")),
+                "solve": worst(&format!("joint_solve_{unknowns}")),
+            })),
+            "solving_ms": costs.get("joint_slice").map(|slices| 1.0e3 * whole(slices) / CLOCK_HZ),
+            "slice": worst("joint_slice"),
+            "bytes": sizes(joint).collect::<BTreeMap<_, _>>(),
+        },
         "images": images,
     });
     println!("{object}");

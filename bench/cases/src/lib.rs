@@ -5,6 +5,7 @@
 
 pub mod digest;
 pub mod inputs;
+pub mod joint;
 pub mod parity;
 pub mod rows;
 pub mod setups;

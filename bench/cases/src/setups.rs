@@ -4,6 +4,7 @@ use courier_sensor::model::{ErrorModel, Multiplier, Term, TermTable};
 use courier_sensor::quadrature::PairCorrection;
 use courier_sensor::settings::Settings;
 use courier_sensor::step::StepConfig;
+use courier_sensor::teeth::{Grid, MAX_NODES, MapHeader, TRUST_WORDS, ToothMap, Wave};
 
 /// Which rows the error model has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,4 +76,33 @@ impl Setup {
             }
         }
     }
+}
+
+/// As large a tooth map as there is room for, about tooth count zero, every cell trusted, with the waves of mixed order that
+/// `courier map` fits.
+///
+/// # Panics
+/// If the map were out of its bounds.
+pub fn fill_map(map: &mut ToothMap) {
+    let grid = Grid {
+        first_teeth: [-10, -10],
+        nodes: [20, 20],
+    };
+    let mut header = MapHeader {
+        grids: [grid; 2],
+        ..MapHeader::default()
+    };
+    for (own_order, lateral_order) in [(0, 2), (1, 1), (1, -1), (2, 1), (2, -1)] {
+        let _ = header.waves.push(Wave {
+            own_order,
+            lateral_order,
+            coefficients_m: [[1.0e-6, -2.0e-6]; 4],
+        });
+    }
+    let _ = header.trusted.resize(TRUST_WORDS, u32::MAX);
+    let begun = map.begin(&header, &Settings::default().geometry);
+    for n in 0..MAX_NODES {
+        let _ = map.extend(&[(n * 37 % 401) as i16 - 200]);
+    }
+    assert!(begun.is_ok() && map.complete().is_ok(), "{begun:?}");
 }

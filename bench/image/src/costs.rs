@@ -7,9 +7,10 @@ use cases::rows::Rows;
 use cases::setups::Setup;
 use cases::{PACKED, UNKNOWNS};
 use core::hint::black_box;
-use courier_sensor::frame::{Frame, RawFrame};
+use courier_sensor::frame::{Frame, RawFrame, Status};
 use courier_sensor::lsq::Estimator;
-use courier_sensor::step::{StepConfig, StepState, isr_step};
+use courier_sensor::step::{StepConfig, StepState, isr_step, isr_step_mapped};
+use courier_sensor::teeth::ToothMap;
 
 /// Inputs of the interrupt.
 const FRAMES: u32 = 120_000;
@@ -23,6 +24,7 @@ pub fn run() {
     interrupt("interrupt", Setup::Own);
     interrupt("interrupt_lateral", Setup::Lateral);
     interrupt("interrupt_extended", Setup::Extended);
+    mapped("interrupt_mapped");
     estimation(estimator::take());
 }
 
@@ -47,6 +49,26 @@ fn interrupt(name: &str, setup: Setup) {
             sample(&config, &mut state);
         });
         statistics.add(taken);
+    }
+    statistics.print(name);
+}
+
+/// Equation (9) and a tooth map with the waves that a map has; of the inputs, those that lie on the map.
+fn mapped(name: &str) {
+    let map = cortex_m::singleton!(: ToothMap = ToothMap::new()).expect("called once");
+    cases::setups::fill_map(map);
+    let config = Setup::Lateral.config();
+    let (mut state, mut inputs) = (StepState::new(), Inputs::new(99));
+    let mut statistics = Statistics::default();
+    for _ in 0..FRAMES {
+        *state.raw_mut() = inputs.frame();
+        let (taken, outside) = measure(|| {
+            let frame = isr_step_mapped(&config, &mut state, map);
+            frame.status.contains(Status::OUTSIDE_MAP)
+        });
+        if !outside {
+            statistics.add(taken);
+        }
     }
     statistics.print(name);
 }

@@ -1,11 +1,12 @@
-//! Image for QEMU's mps2-an386 with the counting plugin. Its command line says what to run: `costs`, `peers`, `parity`, or
-//! `frames FILE` (raw frames of a recording, as `cargo xtask test` writes them). Results go to standard output.
+//! Image for QEMU's mps2-an386 with the counting plugin. Its command line says what to run: `costs`, `joint`, `peers`,
+//! `parity`, or `frames FILE` (raw frames of a recording, as `cargo xtask test` writes them). Results go to standard output.
 #![no_std]
 #![no_main]
 
 mod costs;
 mod counter;
 mod estimator;
+mod joint;
 mod peers;
 mod recorded;
 
@@ -19,10 +20,14 @@ fn main() -> ! {
     let mut words = recorded::command_line(&mut line).split(' ').skip(1);
     match (words.next(), words.next()) {
         (Some("costs"), _) => costs::run(),
+        (Some("joint"), _) => joint::run(),
         (Some("peers"), _) => costs::run_peers(),
         (Some("parity"), _) => parity(),
         (Some("frames"), Some(file)) => recorded::run(file),
-        other => hprintln!("found {:?}, wanted costs, peers, parity or frames FILE", other),
+        other => hprintln!(
+            "found {:?}, wanted costs, joint, peers, parity or frames FILE",
+            other
+        ),
     }
     debug::exit(debug::EXIT_SUCCESS);
     loop {}

@@ -177,7 +177,7 @@ impl Trial {
         self.fit.begin(solver, constraints, self.groups);
     }
 
-    /// Goes on by a pose; tells what came of the step when it is made. Cost: 60,000 cycles, now and then a solution's.
+    /// Goes on by a pose; tells what came of the step when it is made. Cost: 110,000 cycles, now and then a solution's.
     ///
     /// # Errors
     /// [`SolveError`]; nothing is changed.

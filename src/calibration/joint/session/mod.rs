@@ -223,7 +223,7 @@ impl JointSession {
     }
 
     /// Goes on with the schedule's steps if the poses are complete; true if there was something to do. A step takes 0.5 to
-    /// 4 s at 170 MHz; a call at most 60,000 cycles, and at the end of a pass over the poses what the solution costs.
+    /// 6 s at 170 MHz; a call at most 110,000 cycles, and at the end of a pass over the poses what the solution costs.
     pub fn work(&mut self) -> bool {
         if self.stage != Stage::Solving {
             return false;
