@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, ensure};
 use courier_sensor::calibration::record::{Calibration, VERSION};
+use courier_sensor::settings::{ConfigError, Settings};
 use serde::{Deserialize, Serialize};
 use std::io::Read as _;
 use std::path::Path;
@@ -60,6 +61,19 @@ impl CalibrationFile {
         let file: Self = serde_json::from_value(value)
             .with_context(|| format!("{}: wanted a calibration", path.display()))?;
         file.calibration.validate().with_context(place)?;
+        usable(&file.calibration)
+            .with_context(|| format!("{}: lengths in metres", path.display()))?;
         Ok(file.calibration)
     }
+}
+
+/// What a board would check before it takes a calibration, so that the number and its range can be named.
+fn usable(calibration: &Calibration) -> Result<(), ConfigError> {
+    let settings = Settings {
+        geometry: calibration.geometry,
+        pairs: calibration.pairs,
+        model: Some(calibration.model.clone()),
+        ..Settings::default()
+    };
+    settings.validate()
 }

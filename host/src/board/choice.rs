@@ -5,11 +5,13 @@ use super::link::Link;
 use super::sim::SimWire;
 use crate::demo::Preset;
 use anyhow::{Context, Result, ensure};
+use clap::ValueEnum;
 use courier_sensor::drivers::motion::Target;
 use effects::motion::Pose;
 use effects::plant::Scene;
 use effects::random::{ChaCha8Rng, SeedableRng};
 use embedded_storage::nor_flash::NorFlash;
+use hal_sim::beacon_fault::{BeaconFault, FaultyBeacon};
 use hal_sim::board::SharedFlash;
 use hal_sim::presets::DEFAULT_RMS_M;
 use hal_sim::spec::CourierSpec;
@@ -39,9 +41,36 @@ pub struct Choice {
     /// Give it a catalogued effect of that size, µm rms: `velocity_lag=2`; may be repeated.
     #[arg(long, global = true, value_name = "EFFECT=UM", value_parser = flaw)]
     sim_effect: Vec<Flaw>,
+    /// Something wrong with its beacon or the light around it; may be repeated.
+    #[arg(long, global = true, value_enum, value_name = "FAULT")]
+    sim_fault: Vec<Fault>,
     /// Keep the simulated board's flash in this file, so that what one command stores the next one finds.
     #[arg(long, global = true, value_name = "FILE")]
     sim_flash: Option<PathBuf>,
+}
+
+/// What `--sim-fault` names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Fault {
+    /// The beacon comes and goes.
+    BeaconBlinks,
+    /// A second beacon is switched on.
+    SecondBeacon,
+    /// A second, weaker beacon is there from the start.
+    SecondBeaconFromStart,
+    /// Stray light drives an electrode to the converter's end.
+    StrayLight,
+}
+
+impl From<Fault> for BeaconFault {
+    fn from(fault: Fault) -> Self {
+        match fault {
+            Fault::BeaconBlinks => Self::Blinks,
+            Fault::SecondBeacon => Self::Second,
+            Fault::SecondBeaconFromStart => Self::SecondFromStart,
+            Fault::StrayLight => Self::StrayLight,
+        }
+    }
 }
 
 /// What `--sim-effect` names.
@@ -111,6 +140,7 @@ impl Choice {
             || self.sim_seed.is_some()
             || self.sim_flash.is_some()
             || !self.sim_effect.is_empty()
+            || !self.sim_fault.is_empty()
     }
 
     /// Connects.
@@ -142,6 +172,10 @@ impl Choice {
             rng.set_stream(1 + stream as u64);
             spec.effects
                 .push((flaw.entry.draw)(&scene, &mut rng, flaw.rms_m));
+        }
+        for fault in &self.sim_fault {
+            spec.effects
+                .push(Box::new(FaultyBeacon::new((*fault).into())));
         }
         Ok((spec, seed))
     }
