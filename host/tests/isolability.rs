@@ -52,6 +52,16 @@ fn under_a_beacon_everything_is_told_apart() {
     let answer = told(&["--beacon"]);
     assert_eq!(answer["undetermined_directions"], 0);
     assert!(angle(&answer, "lateral terms") > 10.0, "{answer}");
+    // 1000 random poses are the reference; the chosen ones need fewer, but no plan a third.
+    let chosen = told(&["--beacon", "--plan", "optimal", "--poses", "333"]);
+    let poses = |answer: &Value| answer["needed"]["poses"].as_u64().unwrap();
+    let least = chosen["needed"]["least_of_any_motion"].as_u64().unwrap();
+    assert_eq!(poses(&answer), 1000);
+    assert!(
+        (333..400).contains(&least) && least < poses(&chosen),
+        "{chosen}"
+    );
+    assert!((800..900).contains(&poses(&chosen)), "{chosen}");
     let still = told(&["--beacon", "--turn-deg", "0"]);
     assert!(
         still["undetermined_directions"].as_u64().unwrap() > 0,

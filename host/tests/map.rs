@@ -2,13 +2,14 @@
 
 mod common;
 
-use common::courier_in;
+use common::{courier_in, json_in};
 use hal_sim::coordination::origin_under;
 use hal_sim::courier::Courier;
 use hal_sim::presets;
 use hal_sim::record::record;
 use hal_sim::trajectory::{OpenLoop, Plan};
 use recording::Existing;
+use serde_json::Value;
 use std::path::Path;
 
 /// Still poses under the beacon of the `paper` courier, ±1 pitch and ±`turn_deg`, in a recording.
@@ -64,6 +65,50 @@ fn map_is_estimated_written_and_loaded() {
         loaded.contains("stored: slot") && loaded.contains("in force until"),
         "{loaded}"
     );
+    a_map_outlives_the_tooth_count(folder);
+}
+
+/// The same map in the counts of another start of a board: the beacon tells the whole teeth between the two, and nothing else is
+/// taken for them.
+fn a_map_outlives_the_tooth_count(folder: &Path) {
+    const PITCH_M: f64 = 1.016e-3;
+    let counted = |name: &str, teeth: [f64; 2]| {
+        let mut file = json_in(folder.join("teeth.json"));
+        let add = |value: &mut Value, more: f64| {
+            *value = match value.as_i64() {
+                Some(whole) => (whole + more as i64).into(),
+                None => (value.as_f64().unwrap() + more).into(),
+            };
+        };
+        for axis in 0..2 {
+            add(&mut file["anchor"]["beacon_m"][axis], teeth[axis] * PITCH_M);
+            for grid in 0..2 {
+                let along = usize::from(grid != axis);
+                add(
+                    &mut file["header"]["grids"][grid]["first_teeth"][along],
+                    teeth[axis],
+                );
+            }
+        }
+        std::fs::write(folder.join(name), file.to_string()).unwrap();
+    };
+    counted("other.json", [5.0, -3.0]);
+    counted("moved.json", [0.4, 0.0]);
+    let load = |arguments: &[&str]| {
+        let options = ["--sim-flash", "f.bin", "load", "--dry-run", "--json"];
+        courier_in(folder, &[&options, arguments].concat())
+    };
+    let (first, other) = (load(&["teeth.json"]).json(), load(&["other.json"]).json());
+    let ahead = |told: &Value, axis: usize| told["teeth_ahead"][axis].as_i64().unwrap();
+    assert_eq!(first["map"], other["map"]);
+    assert_eq!(ahead(&first, 0) - ahead(&other, 0), 5);
+    assert_eq!(ahead(&first, 1) - ahead(&other, 1), -3);
+    load(&["moved.json"]).refused(&[
+        "teeth ahead of the map's along x",
+        "wanted a whole number within 0.25",
+    ]);
+    load(&["teeth.json", "--from", "0,0,0"])
+        .refused(&["found the beacon in 0 frames, wanted 100", "--from"]);
 }
 
 #[test]
@@ -90,7 +135,7 @@ fn recordings_that_tell_no_map_are_refused_by_name() {
         (&["map", "nowhere"], &["nowhere"]),
         (
             &["load", "other.json"],
-            &["other.json", "courier_tooth_map", "found 7", "wanted 1"],
+            &["other.json", "courier_tooth_map", "found 7", "wanted 2"],
         ),
     ];
     for (arguments, wanted) in cases {

@@ -6,4 +6,4 @@ mod paper;
 
 pub use ideal::ideal;
 pub use measured::{DEFAULT_RMS_M, MeasuredWaveforms, WaveformFileError, measured};
-pub use paper::paper;
+pub use paper::{paper, paper_on_platen};

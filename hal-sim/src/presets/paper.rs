@@ -137,6 +137,12 @@ impl PlantEffect for LongWave {
 /// The paper's courier. It has no seed: poses and noise have.
 #[must_use]
 pub fn paper() -> CourierSpec {
+    paper_on_platen(FIELD_SEED)
+}
+
+/// The same courier on another platen of the same make: teeth of the same sizes, drawn by this seed.
+#[must_use]
+pub fn paper_on_platen(seed: u64) -> CourierSpec {
     let geometry = Geometry {
         height_m: BUILT_HEIGHT_M,
         lever_m: BUILT_LEVER_M,
@@ -164,7 +170,7 @@ pub fn paper() -> CourierSpec {
                 amplitude_m: LONG_WAVE_M,
             }),
             Box::new(lateral()),
-            Box::new(teeth(&geometry)),
+            Box::new(teeth(&geometry, seed)),
             Box::new(PsdNonlinearity::new(PSD)),
         ],
         ..CourierSpec::flawless()
@@ -183,10 +189,10 @@ fn lateral() -> LateralDependence {
     }
 }
 
-fn teeth(geometry: &Geometry) -> ToothVariation {
+fn teeth(geometry: &Geometry, seed: u64) -> ToothVariation {
     let [posts, lines] = POSTS_AND_LINES_M.map(|m| m * m);
     let shares = [posts / (posts + lines), lines / (posts + lines)];
-    let mut rng = ChaCha8Rng::seed_from_u64(FIELD_SEED);
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
     // A footprint of six teeth either way: a segment is somewhat shorter than the pair's span of 9.7 mm.
     ToothVariation::new(
         geometry,

@@ -3,7 +3,7 @@
 use super::calibrate_joint::{Found, steps_table};
 use crate::board::session::{self, LOOK};
 use crate::board::{Choice, Link, motion};
-use crate::terminal::{figure, print, print_json, progress};
+use crate::terminal::{figure, print, print_json, progress, warn};
 use anyhow::{Result, bail};
 use clap::ValueEnum;
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
@@ -90,7 +90,11 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     if let Some(target) = start {
         motion::go(&mut board.link, target, SELF_MOTION_M_PER_S)?;
     }
+    let mapped = board.link.status()?.map.is_some();
     let progress = wait(&mut board.link, &order(args))?;
+    if mapped && board.link.status()?.map.is_none() {
+        warn("the tooth map is out of force: it belongs to the calibration before; map again, or load that one");
+    }
     let found = match progress.ending {
         Some(Ending::Accepted { .. }) if args.joint => Some(found(&mut board.link)?),
         _ => None,

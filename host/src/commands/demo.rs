@@ -40,6 +40,9 @@ pub struct Args {
     /// How poses are chosen.
     #[arg(long, value_enum, default_value_t = Plan::Random)]
     plan: Plan,
+    /// With --joint and the preset `paper`: the same courier on another platen of the same make, drawn by this seed.
+    #[arg(long, value_name = "SEED", requires = "joint")]
+    platen: Option<u64>,
     /// Table of measured waveforms for the preset `measured`, a column an encoder.
     #[arg(long, value_name = "FILE")]
     waveforms: Option<PathBuf>,
@@ -89,7 +92,9 @@ fn run_jointly(args: &Args) -> Result<ExitCode> {
     if let Some(poses) = args.poses {
         ensure!((50..=1000).contains(&poses), "--poses: found {poses}, wanted 50 to 1000 with --joint");
     }
-    let options = JointOptions { preset: args.preset, seed: args.seed, poses: args.poses };
+    let papers = args.preset == Preset::Paper || args.platen.is_none();
+    ensure!(papers, "--platen: found preset {:?}, wanted --preset paper", args.preset);
+    let options = JointOptions { preset: args.preset, seed: args.seed, poses: args.poses, platen: args.platen };
     let report = demonstrate_jointly(&options, &progress(0, "starting"))?;
     if args.json {
         print_json(&report)?;
@@ -105,8 +110,7 @@ fn joint_text(report: &JointReport) -> String {
         .rows
         .iter()
         .map(|row| {
-            let paper = figure(row.paper);
-            vec![row.words.to_owned(), row.unit.to_owned(), paper, cell(row.here), cell(row.paper_method)]
+            vec![row.words.to_owned(), row.unit.to_owned(), figure(row.paper), cell(row.here), cell(row.paper_method)]
         })
         .collect();
     let preset = format!("{:?}", report.preset).to_lowercase();
@@ -130,8 +134,13 @@ fn joint_text(report: &JointReport) -> String {
     };
     let [place_here, place_paper] = report.synthetic_place_um.map(figure);
     let place = format!("synthetic, beacon's place and angle offset: {place_here} µm here, {place_paper} µm by the paper's method");
+    let alone = report.without_map.map_or("-".to_owned(), |flown| {
+        let [x, y] = [flown.theta_x_mrad, flown.theta_y_mrad].map(figure);
+        format!("{} µm, θ_x {x} mrad, θ_y {y} mrad", figure(flown.position_um))
+    });
+    let alone = format!("the same fly-by before the tooth map: {alone}");
     let table = table(&["section 3.2.1", "unit", "paper", "here", "paper's method"], &rows);
-    format!("{title}\n{verdict}\n{table}\n{place}\n{note}")
+    format!("{title}\n{verdict}\n{table}\n{place}\n{alone}\n{note}")
 }
 
 fn text(report: &Report) -> String {

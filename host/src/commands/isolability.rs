@@ -147,10 +147,10 @@ fn needed(answer: &Isolability) -> String {
     let Some(needed) = answer.needed else {
         return "\nnot every coefficient is determined: no number of poses of this kind is enough\n".into();
     };
+    let poses = needed.poses.map_or("more than a million".to_owned(), |poses| poses.to_string());
     format!(
-        "\ncoefficients: {} rms; {} poses of this kind do what 1000 random ones within 2 pitches and ±1.5° under a beacon do ({} rms);\nno motion does it with fewer than {} poses of this noise: fewer need more frames averaged at each\n",
+        "\ncoefficients: {} rms; {poses} poses of this kind do what 1000 random ones within 2 pitches and ±1.5° under a beacon do ({} rms);\nno motion does it with fewer than {} poses of this noise: fewer need more frames averaged at each\n",
         quantity(needed.coefficients_m, "m"),
-        needed.poses,
         quantity(needed.reference_m, "m"),
         needed.least_of_any_motion
     )

@@ -5,6 +5,7 @@ use crate::board_model::BoardModel;
 use crate::teeth::MapFile;
 use crate::terminal::{print, print_json, warn};
 use anyhow::{Context, Result, bail, ensure};
+use courier_sensor::drivers::motion::Target;
 use courier_sensor::link::message::{Action, Reply, Source};
 use diagnosis::Model;
 use std::collections::BTreeMap;
@@ -14,7 +15,8 @@ use std::process::ExitCode;
 /// Make a diagnosed model further terms of a board's error model, and store it; or load a tooth map.
 ///
 /// A map (of `courier map`) brings its own coefficients of equations (3) and (9), which are stored; the map itself stays in force until
-/// the board restarts or another calibration comes in force.
+/// the board restarts or another calibration comes in force. Tooth counts begin anew at each start: the map is placed by the beacon
+/// under which it was made, so the courier must stand under that, or go there.
 ///
 /// The board must have a calibration: its geometry and device stay, terms and coefficients become the model's. Recalibrate
 /// afterwards: `courier calibrate` fits equation (3) anew beside the further terms. Effects that the board has no terms for
@@ -28,10 +30,14 @@ pub struct Args {
     model: PathBuf,
     /// Put it in force, but do not store it.
     #[arg(long)]
-    dry_run: bool,
+    pub(super) dry_run: bool,
+    /// For a map, go under the beacon first: mm, mm and degrees in the motion controller's frame [default: a simulated courier's
+    /// own beacon].
+    #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, value_parser = super::target)]
+    pub(super) from: Option<Target>,
     /// Print one JSON object instead of sentences.
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
 }
 
 /// Reads, translates, loads, stores.
@@ -47,7 +53,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         serde_json::from_str(&text).with_context(|| format!("{name}: a model by `courier diagnose --model`, or a map by `courier map`, was wanted"))?;
     if MapFile::is_one(&value) {
         let file = MapFile::from_json(&args.model, value)?;
-        return super::load_map::run(&file, args.dry_run, args.json, choice);
+        return super::load_map::run(&file, args, choice);
     }
     let model: Model = serde_json::from_value(value)
         .with_context(|| format!("{name}: a model by `courier diagnose --model` was wanted"))?;

@@ -1,29 +1,57 @@
 //! `courier load` of a tooth map.
 
-use crate::board::{Choice, Link};
+use super::load::Args;
+use crate::board::{Choice, Link, motion};
 use crate::teeth::MapFile;
 use crate::terminal::{print, print_json};
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
+use courier_sensor::app::background::SELF_MOTION_M_PER_S;
+use courier_sensor::frame::{Pose, Status};
 use courier_sensor::link::message::{Action, MAP_NODES_A_COMMAND, Reply, Source};
+use courier_sensor::link::telemetry::Channels;
+use courier_sensor::teeth::MapHeader;
 use std::process::ExitCode;
 use std::time::Duration;
 
 /// The interrupt gives a map back at its next sample.
 const A_SAMPLE: Duration = Duration::from_millis(1);
 
-/// Loads the map's coefficients into the calibration in force, stores that unless `dry_run`, and puts the map in force.
+/// One frame in so many is looked at under the beacon, and so many of them: a quarter of a second.
+const DECIMATION: u16 = 50;
+const LOOKS: usize = 100;
+/// Looks at the channels until they must have come.
+const PATIENCE: usize = 100;
+/// Time between two.
+const LOOK: Duration = Duration::from_millis(20);
+const CHANNELS: Channels = Channels::STATUS
+    .union(Channels::POSE)
+    .union(Channels::TAN_PSI);
+
+/// Goes under the beacon, finds by it where the map lies in the board's counts, loads the map's coefficients and the beacon's place
+/// in these counts into the calibration in force, stores that unless `dry_run`, and puts the map in force.
 ///
 /// # Errors
-/// The board has no calibration or refuses; a map that was in force may be out of it then, which is told.
-pub fn run(file: &MapFile, dry_run: bool, json: bool, choice: &Choice) -> Result<ExitCode> {
+/// The board has no calibration, sees no beacon or not the map's, or refuses; a map that was in force may be out of it then, which
+/// is told.
+pub fn run(file: &MapFile, args: &Args, choice: &Choice) -> Result<ExitCode> {
     let mut board = choice.open()?;
+    let start = args.from.or(board.beacon);
     let link = &mut board.link;
     let Reply::Calibration(mut calibration) = link.ask(Action::Read(Source::InForce))? else {
         bail!(super::STRANGE_REPLY)
     };
+    if let Some(target) = start {
+        motion::go(link, target, SELF_MOTION_M_PER_S)?;
+    }
+    let (pose, tan_psi) = stand(link)?;
+    let ahead = file.anchor.teeth_ahead(&pose, tan_psi)?;
     calibration.model = file.model.clone();
+    if let Some(beacon) = &mut calibration.beacon {
+        let origin = file.anchor.origin(ahead, calibration.geometry.lever_m);
+        (beacon.origin_teeth, beacon.origin_m) = origin;
+    }
     done(link, Action::Load(calibration))?;
-    let stored = if dry_run {
+    let stored = if args.dry_run {
         None
     } else {
         let Reply::Place(place) = link.ask(Action::Commit {
@@ -35,26 +63,58 @@ pub fn run(file: &MapFile, dry_run: bool, json: bool, choice: &Choice) -> Result
         Some(place)
     };
     link.pass(A_SAMPLE)?;
-    send(link, file)?;
+    let header = file.header_for(ahead);
+    let grids = header.grids;
+    send(link, header, &file.nodes_nm)?;
     board.close()?;
-    if json {
-        print_json(&serde_json::json!({ "map": file.header.grids, "stored": stored }))?;
+    if args.json {
+        print_json(&serde_json::json!({ "map": grids, "teeth_ahead": ahead, "stored": stored }))?;
         return Ok(ExitCode::SUCCESS);
     }
-    let [x, y] = file.header.grids.map(|grid| grid.nodes);
+    let [x, y] = grids.map(|grid| grid.nodes);
     let place = stored.map_or("not stored".to_owned(), |place| {
         format!("stored: slot {}, number {}", place.slot, place.sequence)
     });
     print(&format!(
-        "coefficients {place}\ntooth map of {} by {} and {} by {} nodes in force until the board restarts or is calibrated again",
-        x[0], x[1], y[0], y[1]
+        "coefficients {place}\nby the beacon the board counts {} and {} teeth ahead of the map's recording\ntooth map of {} by {} and {} by {} nodes in force until the board restarts (load it again then) or is calibrated again",
+        ahead[0], ahead[1], x[0], x[1], y[0], y[1]
     ))?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn send(link: &mut Link, file: &MapFile) -> Result<()> {
-    done(link, Action::MapBegin(file.header.clone()))?;
-    for nodes in file.nodes_nm.chunks(MAP_NODES_A_COMMAND) {
+/// The last pose of a standstill under the beacon, and the means of tan psi.
+fn stand(link: &mut Link) -> Result<(Pose, [f32; 2])> {
+    let (mut last, mut sums, mut seen) = (Pose::default(), [0.0; 2], 0);
+    link.stream(CHANNELS, DECIMATION)?;
+    for _ in 0..PATIENCE {
+        link.pass(LOOK)?;
+        link.listen(|sample| {
+            let status = sample.status.unwrap_or(Status::BEACON_MISSING);
+            let doubtful = Status::BEACON_MISSING.union(Status::BEACON_SATURATED);
+            if let (Some(pose), Some(tan_psi), false) =
+                (sample.pose, sample.tan_psi, status.intersects(doubtful))
+            {
+                last = pose;
+                (0..2).for_each(|axis| sums[axis] += tan_psi[axis]);
+                seen += 1;
+            }
+            Ok(())
+        })?;
+        if seen >= LOOKS {
+            break;
+        }
+    }
+    link.stream(Channels::empty(), 0)?;
+    ensure!(
+        seen >= LOOKS,
+        "the board: found the beacon in {seen} frames, wanted {LOOKS}: a map is placed by its beacon (--from goes there)"
+    );
+    Ok((last, sums.map(|sum| sum / seen as f32)))
+}
+
+fn send(link: &mut Link, header: MapHeader, nodes_nm: &[i16]) -> Result<()> {
+    done(link, Action::MapBegin(header))?;
+    for nodes in nodes_nm.chunks(MAP_NODES_A_COMMAND) {
         done(link, Action::MapNodes(nodes.iter().copied().collect()))?;
     }
     done(link, Action::MapApply)

@@ -90,7 +90,7 @@ fn text(file: &MapFile) -> String {
         ("field along y", size(1)),
         (
             "gauge",
-            "mean and slope of each field are zero: the mean pitch over the map is the nominal one"
+            "each field's mean is zero; its slope (a scale) is the one that displaces teeth least"
                 .to_owned(),
         ),
     ])

@@ -6,6 +6,8 @@ use courier_sensor::calibration::joint::Unknown;
 use courier_sensor::geometry::Geometry;
 use serde::Serialize;
 
+/// Nobody visits more poses.
+const MANY: f64 = 1.0e6;
 /// Poses of the paper's 3.2.1.
 const REFERENCE_POSES: u32 = 1000;
 /// Their range: two pitches and 1.5 degrees to either side.
@@ -19,8 +21,8 @@ pub struct Needed {
     pub coefficients_m: f64,
     /// The same by 1000 random poses under the beacon within two pitches and ±1.5°.
     pub reference_m: f64,
-    /// Poses of the planned kind that come to the reference's deviation.
-    pub poses: u32,
+    /// Poses of the planned kind that come to the reference's deviation; none if a million are too few.
+    pub poses: Option<u32>,
     /// No motion does with fewer: were the true pose known at each, a segment's reading would still be a sine and a cosine of
     /// each order with its own noise, and their deviation at least noise times the root of 2 / poses.
     pub least_of_any_motion: u32,
@@ -47,7 +49,7 @@ pub(super) fn of(question: &Question, planned: &Problem) -> Option<Needed> {
     Some(Needed {
         coefficients_m,
         reference_m,
-        poses: poses.ceil() as u32,
+        poses: (poses <= MANY).then(|| poses.ceil() as u32),
         least_of_any_motion: least.ceil() as u32,
     })
 }

@@ -1,9 +1,11 @@
 //! The whole estimation: plain fit, fit with waves and fields, judgement by held-out poses, and what a board is given.
 
+use super::anchor::Anchor;
 use super::constraint::{Noise, linear};
 use super::fit::{Fit, Problem};
 use super::lattice;
 use super::model::places;
+use super::patch::{Patch, crop};
 use super::pose::{Setup, TeethPose};
 use super::unknowns::{NODE_M, OWN, Unknowns, WAVES};
 use anyhow::{Result, ensure};
@@ -19,6 +21,8 @@ const HELD_OUT: usize = 6;
 const SIGNIFICANT: f64 = 2.0;
 /// Fewest poses for a map.
 const FEWEST: usize = 240;
+/// Most nodes that are estimated, of which a board takes [`MAX_NODES`].
+const MOST_NODES: usize = 2 * MAX_NODES;
 /// Least rms angle, as for the firmware's joint calibration.
 const LEAST_TURN_RAD: f64 = 1.75e-3;
 /// A cell is trusted where its middle is known to this share of the fields' deviation before the data: 1 um.
@@ -67,6 +71,8 @@ pub struct Mapped {
     pub nodes_nm: Vec<i16>,
     /// Predicted deviation of each cell's middle, metres, numbered as its first node; none outside and where nothing was visited.
     pub deviations_m: Vec<Option<f64>>,
+    /// Where it lies.
+    pub anchor: Anchor,
     /// Grounds.
     pub evidence: Evidence,
 }
@@ -84,12 +90,10 @@ pub fn estimate(setup: &Setup, poses: &[TeethPose], tick: &mut dyn FnMut()) -> R
     );
     check_turn(setup, &fitted)?;
     let unknowns = Unknowns::new(lattices(setup, poses)?);
-    let slopes = slopes(setup, &unknowns, &fitted);
     let problem = Problem {
         setup,
         unknowns: &unknowns,
         poses: &fitted,
-        slopes: &slopes,
     };
     let mut fit = Fit::start(&problem, FIRST);
     fit.improve(&problem, |i| unknowns.is_plain(i), tick)?;
@@ -157,8 +161,8 @@ fn lattices(setup: &Setup, poses: &[TeethPose]) -> Result<[Grid; 2]> {
     let grids = bounds.map(lattice::covering);
     let nodes: usize = grids.iter().map(Grid::count).sum();
     ensure!(
-        nodes <= MAX_NODES,
-        "the recording: found an area of {nodes} nodes, wanted at most {MAX_NODES}, which is what a board holds: --within takes the middle"
+        nodes <= MOST_NODES,
+        "the recording: found an area of {nodes} nodes, wanted at most {MOST_NODES}, which takes minutes: --within takes the middle"
     );
     Ok(grids)
 }
@@ -183,17 +187,6 @@ fn visited(setup: &Setup, unknowns: &Unknowns, poses: &[TeethPose], direction: u
         }
     }
     visited
-}
-
-/// Slopes of both fields over the visited cells, each counted once: with lines displaced independently of each other, the
-/// slope that tells least of them.
-fn slopes(setup: &Setup, unknowns: &Unknowns, poses: &[TeethPose]) -> [Vec<(usize, f64)>; 2] {
-    [0, 1].map(|direction| {
-        let visited = visited(setup, unknowns, poses, direction);
-        let cells = (0..visited.len()).filter(|cell| visited[*cell]);
-        let middles = cells.filter_map(|cell| lattice::middle(&unknowns.grids[direction], cell));
-        unknowns.slope(direction, &middles.collect::<Vec<_>>())
-    })
 }
 
 struct Judged {
@@ -229,53 +222,81 @@ impl Judged {
 
 fn result(problem: &Problem, fit: &Fit, judged: &Judged, held_out: usize) -> Mapped {
     let unknowns = problem.unknowns;
-    let mut deviations_m = Vec::new();
-    let mut nodes_nm = Vec::new();
-    let mut worst_deviation_m = [0.0; 2];
+    let mut patches = [0, 1].map(|direction| patch(problem, fit, direction));
+    crop(&mut patches, MAX_NODES);
+    let cells = patches.iter().flat_map(|patch| &patch.trusted);
     let mut trusted = MapHeader::default().trusted;
-    let nodes: usize = unknowns.grids.iter().map(Grid::count).sum();
-    let _ = trusted.resize(nodes.div_ceil(32), 0);
-    for direction in 0..2 {
-        let grid = &unknowns.grids[direction];
-        let first = nodes_nm.len();
-        let known = cell_deviations(problem, fit, direction);
-        let mean_m = mean_field(unknowns, fit, direction, &known);
-        for (cell, deviation) in known.iter().enumerate() {
-            if deviation.is_some_and(|d| d < TRUSTED_SHARE * FIELD_SHARE * NODE_M) {
-                trusted[(first + cell) / 32] |= 1 << ((first + cell) % 32);
-                worst_deviation_m[direction] =
-                    f64::max(worst_deviation_m[direction], deviation.unwrap_or(0.0));
-            }
-        }
-        deviations_m.extend(known);
-        let row = usize::from(grid.nodes[1]);
-        let value = |node: usize| {
-            let line = fit.values[unknowns.line(direction) + node / row];
-            fit.values[unknowns.field(direction) + node] + line - mean_m
-        };
-        // `as` saturates; 32 um is eight prior deviations.
-        nodes_nm.extend((0..grid.count()).map(|node| (1.0e9 * value(node)).round() as i16));
+    let _ = trusted.resize(cells.clone().count().div_ceil(32), 0);
+    for (cell, _) in cells.enumerate().filter(|(_, trusted)| **trusted) {
+        trusted[cell / 32] |= 1 << (cell % 32);
     }
+    let worst = |patch: &Patch| {
+        let cells = patch.deviations_m.iter().zip(&patch.trusted);
+        let used = cells.filter_map(|(deviation, trusted)| deviation.filter(|_| *trusted));
+        used.fold(0.0, f64::max)
+    };
+    let evidence = Evidence {
+        poses: problem.poses.len(),
+        held_out_poses: held_out,
+        unknowns: unknowns.len(),
+        before_m: judged.rms_m[0],
+        after_m: judged.rms_m[1],
+        significance: judged.significance,
+        segment_noise_m: fit.noise.segment_m,
+        displacement_noise_m: fit.noise.displacement_m,
+        worst_deviation_m: patches.each_ref().map(worst),
+    };
     Mapped {
         model: error_model(unknowns, &fit.values),
         header: MapHeader {
-            grids: unknowns.grids,
+            grids: patches.each_ref().map(|patch| patch.grid),
             waves: waves(unknowns, &fit.values),
             trusted,
         },
-        nodes_nm,
+        nodes_nm: patches.iter().flat_map(|p| p.nodes_nm.clone()).collect(),
+        deviations_m: patches
+            .iter()
+            .flat_map(|p| p.deviations_m.clone())
+            .collect(),
+        anchor: anchor(problem.setup, unknowns, &fit.values),
+        evidence,
+    }
+}
+
+fn anchor(setup: &Setup, unknowns: &Unknowns, values: &[f64]) -> Anchor {
+    let at = unknowns.mounting();
+    Anchor {
+        beacon_m: [values[at + 3], values[at + 4]],
+        height_m: values[at],
+        lever_m: [values[at + 1], values[at + 2]],
+        pitch_m: setup.pitch_m,
+        tan_full_scale: setup.tan_full_scale,
+    }
+}
+
+/// One direction's whole field, its mean over the visited cells taken off.
+fn patch(problem: &Problem, fit: &Fit, direction: usize) -> Patch {
+    let unknowns = problem.unknowns;
+    let grid = unknowns.grids[direction];
+    let deviations_m = cell_deviations(problem, fit, direction);
+    let mean_m = mean_field(unknowns, fit, direction, &deviations_m);
+    let row = usize::from(grid.nodes[1]);
+    let value = |node: usize| {
+        let line = fit.values[unknowns.line(direction) + node / row];
+        fit.values[unknowns.field(direction) + node] + line - mean_m
+    };
+    let limit_m = TRUSTED_SHARE * FIELD_SHARE * NODE_M;
+    Patch {
+        grid,
+        // `as` saturates; 32 um is eight prior deviations.
+        nodes_nm: (0..grid.count())
+            .map(|node| (1.0e9 * value(node)).round() as i16)
+            .collect(),
+        trusted: deviations_m
+            .iter()
+            .map(|d| d.is_some_and(|d| d < limit_m))
+            .collect(),
         deviations_m,
-        evidence: Evidence {
-            poses: problem.poses.len(),
-            held_out_poses: held_out,
-            unknowns: unknowns.len(),
-            before_m: judged.rms_m[0],
-            after_m: judged.rms_m[1],
-            significance: judged.significance,
-            segment_noise_m: fit.noise.segment_m,
-            displacement_noise_m: fit.noise.displacement_m,
-            worst_deviation_m,
-        },
     }
 }
 

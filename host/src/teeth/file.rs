@@ -1,5 +1,6 @@
 //! A map as a file on the host: JSON.
 
+use super::anchor::Anchor;
 use super::estimate::{Evidence, Mapped};
 use anyhow::{Context, Result, ensure};
 use courier_sensor::model::ErrorModel;
@@ -8,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Version of the file.
-const VERSION: u64 = 1;
+const VERSION: u64 = 2;
 /// The key that tells a map from other JSON.
 const KEY: &str = "courier_tooth_map";
 
@@ -20,12 +21,14 @@ pub struct MapFile {
     gauge: String,
     /// Equations (3) and (9) as fitted with the map: in force together with it.
     pub model: ErrorModel,
-    /// Lattices (tooth counts of the board since its start), waves, trusted cells.
+    /// Lattices (tooth counts of the recording), waves, trusted cells.
     pub header: MapHeader,
     /// Nodes, nanometres: x's field, then y's; across runs fastest.
     pub nodes_nm: Vec<i16>,
     /// Predicted deviation at the middle of each cell, metres; null where nothing was visited.
     pub deviations_m: Vec<Option<f64>>,
+    /// Where it lies: by this a board that was restarted is given its places.
+    pub anchor: Anchor,
     /// On what it rests.
     pub evidence: Evidence,
 }
@@ -38,17 +41,29 @@ impl MapFile {
             header,
             nodes_nm,
             deviations_m,
+            anchor,
             evidence,
         } = mapped;
         Self {
             courier_tooth_map: VERSION,
-            gauge: "each field's mean and its slope along the measured direction are zero: the platen's mean pitch over the map is the nominal one".into(),
+            gauge: "each field's mean is zero; its slope along the measured direction, a scale, is the prior's: the one that displaces teeth least".into(),
             model,
             header,
             nodes_nm,
             deviations_m,
+            anchor,
             evidence,
         }
+    }
+
+    /// The lattices in the counts of a board that is so many teeth ahead of the recording's.
+    pub fn header_for(&self, teeth_ahead: [i32; 2]) -> MapHeader {
+        let mut header = self.header.clone();
+        for (direction, grid) in header.grids.iter_mut().enumerate() {
+            grid.first_teeth[0] += teeth_ahead[direction];
+            grid.first_teeth[1] += teeth_ahead[1 - direction];
+        }
+        header
     }
 
     /// Whether a file's text claims to be a map.

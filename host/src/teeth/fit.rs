@@ -3,7 +3,7 @@
 
 use super::constraint::{Linear, Noise, linear};
 use super::pose::{Setup, TeethPose};
-use super::unknowns::{SLOPE, Unknowns};
+use super::unknowns::Unknowns;
 use anyhow::{Context, Result};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
 
@@ -31,8 +31,6 @@ pub struct Problem<'a> {
     pub unknowns: &'a Unknowns,
     /// Poses to fit.
     pub poses: &'a [TeethPose],
-    /// Slopes of the fields, each a function of the unknowns: gauge.
-    pub slopes: &'a [Vec<(usize, f64)>; 2],
 }
 
 impl Fit {
@@ -65,7 +63,6 @@ impl Fit {
                 normal[(row, row)] += weight;
                 right[row] += (start[i] - self.values[i]) * weight;
             }
-            self.fix_gauge(problem, &free, &mut normal, &mut right);
             let scale: Vec<f64> = (0..free.len())
                 .map(|i| normal[(i, i)].sqrt().recip())
                 .collect();
@@ -126,31 +123,6 @@ impl Fit {
             }
         }
         (normal, right)
-    }
-
-    /// Gauge: no slope of either field, as rows beside the poses'.
-    fn fix_gauge(
-        &self,
-        problem: &Problem,
-        free: &[usize],
-        normal: &mut DMatrix<f64>,
-        right: &mut DVector<f64>,
-    ) {
-        let row_of = |unknown: usize| free.binary_search(&unknown).ok();
-        let weight = (SLOPE * problem.setup.pitch_m).powi(-2);
-        for slope in problem.slopes {
-            let value: f64 = slope.iter().map(|(i, w)| w * self.values[*i]).sum();
-            let rows: Vec<_> = slope
-                .iter()
-                .filter_map(|(i, w)| Some((row_of(*i)?, *w)))
-                .collect();
-            for (i, w) in &rows {
-                right[*i] -= weight * w * value;
-                for (j, other) in rows.iter().filter(|(j, _)| j <= i) {
-                    normal[(*i, *j)] += weight * w * other;
-                }
-            }
-        }
     }
 
     /// The noise that the poses show, not below the stated: segments by g_p, displacements by what of g_x these leave. `spent` is the

@@ -10,7 +10,7 @@ pub const OWN: [u8; 4] = [1, 2, 4, 6];
 /// Own and lateral orders of the waves beside equation (9).
 pub const WAVES: [(u8, i8); 5] = [(0, 2), (1, 1), (1, -1), (2, 1), (2, -1)];
 /// Highest degree of the coordination sensor's polynomial: the inverse of a diode that bends by cubes needs some more.
-const DEGREE: i32 = 7;
+const DEGREE: i32 = 9;
 
 /// Standard deviations before the data. Coefficients as for the firmware's joint fit; waves as for lateral terms seen; the diode's
 /// terms halve from degree to degree beyond the third; a node's and a whole line's are twice
@@ -25,8 +25,6 @@ const MISALIGNMENT: f64 = 0.1;
 const BEND: f64 = 0.2;
 /// Of a node by itself, and of a whole line.
 pub const NODE_M: f64 = 4.0e-6;
-/// Deviation of a field's slope, which is gauge.
-pub const SLOPE: f64 = 1.0e-6;
 
 /// Where each unknown is.
 #[derive(Clone, Debug)]
@@ -116,20 +114,6 @@ impl Unknowns {
             (self.line(direction) + line[0].0 / row, along)
         });
         Some(nodes.chain(lines).collect())
-    }
-
-    /// Slope of a field along its direction, per pitch, as a function of the unknowns: least squares over these places.
-    pub fn slope(&self, direction: usize, places: &[[f64; 2]]) -> Vec<(usize, f64)> {
-        let middle = places.iter().map(|p| p[0]).sum::<f64>() / places.len().max(1) as f64;
-        let squares: f64 = places.iter().map(|p| (p[0] - middle).powi(2)).sum();
-        let mut sums = vec![0.0; self.len()];
-        for place in places {
-            for (unknown, w) in self.field_at(direction, *place).into_iter().flatten() {
-                sums[unknown] += w * (place[0] - middle) / squares;
-            }
-        }
-        let used = sums.into_iter().enumerate();
-        used.filter(|(_, w)| *w != 0.0).collect()
     }
 
     /// How many.

@@ -14,14 +14,14 @@ use hal_sim::board::SimBoard;
 use indicatif::ProgressBar;
 
 /// Angle of the map's further poses, either way: at the end of the lever arm it carries the platen sensor over lines beyond the
-/// fly-by's, whose mean pitch is the map's scale. 2.2°.
-const MAP_TURN_RAD: f32 = 38.4e-3;
-/// Draws the map's further poses.
-const MAP_SEED: u64 = 0x7ee7_0000;
+/// fly-by's, which tell the map's scale and bend. 2.75°.
+const MAP_TURN_RAD: f32 = 48.0e-3;
+/// Draw the map's further poses, three times as many as the joint calibration's.
+const MAP_SEEDS: [u64; 3] = [0x7ee7_0000, 0x7ee8_0000, 0x7ee9_0000];
 /// One frame's noise of a segment and of a displacement, as the board's electronics state it: 20 of 20,000 counts, 2 of 30,000.
 const FRAME_NOISE_M: [f64; 2] = [0.16e-6, 0.5e-6];
 
-/// The tooth map: estimated from the joint calibration's poses and as many again over the same area, and put in force.
+/// The tooth map: estimated from the joint calibration's poses and further ones over the same area, and put in force.
 /// Where held-out poses do not want one the report says so, and none is in force.
 pub(super) fn map_teeth(
     board: &mut SimBoard,
@@ -33,16 +33,19 @@ pub(super) fn map_teeth(
 ) -> Result<()> {
     let calibrated_jointly = in_force(board)?;
     stand_at(board, beacon)?;
-    let more = JointOptions {
-        seed: options.seed ^ MAP_SEED,
-        ..options.clone()
-    };
     let errand = Errand {
         commit: false,
         ..COMMIT
     };
-    let (seen, _) = joint(board, &more, (TRAVEL_M, MAP_TURN_RAD), errand, progress)?;
-    poses.extend(seen.teeth);
+    for seed in MAP_SEEDS {
+        let more = JointOptions {
+            seed: options.seed ^ seed,
+            ..options.clone()
+        };
+        let (seen, _) = joint(board, &more, (TRAVEL_M, MAP_TURN_RAD), errand, progress)?;
+        poses.extend(seen.teeth);
+        stand_at(board, beacon)?;
+    }
     let frames = f64::from(JointConfig::default().frames_per_pose).sqrt();
     let noise_m = FRAME_NOISE_M.map(|noise_m| noise_m / frames);
     let setup = Setup::entered(&Settings::default().geometry, noise_m[0], noise_m[1]);

@@ -12,5 +12,5 @@ mod report;
 mod run;
 mod synthetic;
 
-pub use report::{JointReport, JointRow};
+pub use report::{JointReport, JointRow, WithoutMap};
 pub use run::{JointOptions, run};

@@ -5,7 +5,7 @@ use super::super::flyby::{Deviations, Flyby};
 use super::mapping::map_teeth;
 use super::paper_method::{self, PaperFit};
 use super::poses::Poses;
-use super::report::{JointReport, Method};
+use super::report::{JointReport, Method, WithoutMap};
 use super::synthetic::{self, PROBLEMS};
 use crate::demo::Preset;
 use anyhow::{Context, Result, anyhow};
@@ -32,6 +32,8 @@ pub struct JointOptions {
     pub seed: u64,
     /// Poses to fit under the beacon; none: 1000.
     pub poses: Option<u32>,
+    /// Draws another platen under the paper's courier; none: its own.
+    pub platen: Option<u64>,
 }
 
 /// Samples between two looks at the progress.
@@ -52,9 +54,10 @@ pub(super) const COMMIT: Errand = Errand {
 pub fn run(options: &JointOptions, progress: &ProgressBar) -> Result<JointReport> {
     let mut report = JointReport::new(options);
     synthetic_rows(options, &mut report, progress)?;
-    let spec = options
-        .preset
-        .courier(options.seed, None, hal_sim::presets::DEFAULT_RMS_M)?;
+    let spec = match (options.platen, options.preset) {
+        (Some(platen), Preset::Paper) => hal_sim::presets::paper_on_platen(platen),
+        (_, preset) => preset.courier(options.seed, None, hal_sim::presets::DEFAULT_RMS_M)?,
+    };
     let places = spec.places;
     let world = World::new(
         spec,
@@ -129,17 +132,9 @@ fn demonstrate(
     }
     let [before, separate] = judged(&fly(board, sweep, progress)?)?;
     for method in [Method::Here, Method::Paper] {
-        report.set(
-            method,
-            "position_uncalibrated_um",
-            1.0e6 * before.position_m,
-        );
+        flight_rows(report, method, Calibrated::Not, &before);
     }
-    report.set(
-        Method::Here,
-        "position_separate_um",
-        1.0e6 * separate.position_m,
-    );
+    flight_rows(report, Method::Here, Calibrated::Separately, &separate);
 
     progress.set_message("going under the beacon");
     stand_at(board, beacon)?;
@@ -151,6 +146,12 @@ fn demonstrate(
     if let Some(refusal) = refusal(&ended) {
         return Ok(Err(format!("joint: {refusal}")));
     }
+    let [_, flown] = judged(&fly(board, sweep, progress)?)?;
+    report.without_map = Some(WithoutMap {
+        position_um: 1.0e6 * flown.position_m,
+        theta_x_mrad: 1.0e3 * flown.theta_x_rad,
+        theta_y_mrad: 1.0e3 * flown.theta_y_rad,
+    });
     map_teeth(board, options, poses.teeth, beacon, report, progress)?;
     joint_rows(board, sweep, report, progress)?;
     // The paper's motion, for its method; whether the firmware would take it too is not asked.
@@ -211,7 +212,7 @@ fn joint_rows(
     let residuals_m = report.map.map_or(without_map_m, |map| map.after_m);
     residual_rows(report, Method::Here, residuals_m);
     let [_, here] = judged(&fly(board, sweep, progress)?)?;
-    flight_rows(report, Method::Here, &here);
+    flight_rows(report, Method::Here, Calibrated::Jointly, &here);
     Ok(())
 }
 
@@ -252,13 +253,9 @@ fn paper_rows(
         Ok(calibrated)
     };
     let separate = with(separate)?;
-    report.set(
-        Method::Paper,
-        "position_separate_um",
-        1.0e6 * separate.position_m,
-    );
+    flight_rows(report, Method::Paper, Calibrated::Separately, &separate);
     let joint = with(joint)?;
-    flight_rows(report, Method::Paper, &joint);
+    flight_rows(report, Method::Paper, Calibrated::Jointly, &joint);
     Ok(())
 }
 
@@ -272,10 +269,38 @@ fn residual_rows(report: &mut JointReport, method: Method, [g_p, g_x, g_y]: [f64
     }
 }
 
-fn flight_rows(report: &mut JointReport, method: Method, deviations: &Deviations) {
-    report.set(method, "position_joint_um", 1.0e6 * deviations.position_m);
-    report.set(method, "theta_x_joint_mrad", 1.0e3 * deviations.theta_x_rad);
-    report.set(method, "theta_y_joint_mrad", 1.0e3 * deviations.theta_y_rad);
+/// Which calibration a flight is flown with.
+#[derive(Clone, Copy)]
+enum Calibrated {
+    /// None.
+    Not,
+    /// Each sensor by itself.
+    Separately,
+    /// Both together; this system's method with the tooth map, where one is in force.
+    Jointly,
+}
+
+fn flight_rows(report: &mut JointReport, method: Method, how: Calibrated, flown: &Deviations) {
+    let [position, theta_x, theta_y] = match how {
+        Calibrated::Not => [
+            "position_uncalibrated_um",
+            "theta_x_uncalibrated_mrad",
+            "theta_y_uncalibrated_mrad",
+        ],
+        Calibrated::Separately => [
+            "position_separate_um",
+            "theta_x_separate_mrad",
+            "theta_y_separate_mrad",
+        ],
+        Calibrated::Jointly => [
+            "position_joint_um",
+            "theta_x_joint_mrad",
+            "theta_y_joint_mrad",
+        ],
+    };
+    report.set(method, position, 1.0e6 * flown.position_m);
+    report.set(method, theta_x, 1.0e3 * flown.theta_x_rad);
+    report.set(method, theta_y, 1.0e3 * flown.theta_y_rad);
 }
 
 fn announce(progress: &ProgressBar, what: &'static str, poses: u32, held_out: u32) {
