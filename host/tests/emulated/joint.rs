@@ -45,7 +45,8 @@ fn calibrated(on: On) -> (Progress, Calibration) {
         theta_rad: beacon.theta_rad as f32,
     };
     motion::go(&mut board.link, target, SELF_MOTION_M_PER_S).expect("it comes under the beacon");
-    let order = order(amount("COURIER_EMULATED_POSES", 200), 60);
+    // Enough held out that no step's gain is about the least that is accepted: the noise would decide then.
+    let order = order(amount("COURIER_EMULATED_POSES", 200), 200);
     let (mut seen, mut asked_ns, mut latest_ns) = (Vec::new(), 0, 0);
     let bar = ProgressBar::hidden();
     let progress = session::run(&mut board, &order, session::LOOK, &bar, |board, now| {
