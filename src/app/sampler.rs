@@ -12,8 +12,8 @@ use crate::swap::SwapReceiver;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use heapless::spsc::{Producer, Queue};
 
-/// Frames between the interrupt and the background: 1.6 ms at 20 kHz.
-pub const QUEUE_FRAMES: usize = 32;
+/// Frames between the interrupt and the background: 1.2 ms at 20 kHz.
+pub const QUEUE_FRAMES: usize = 24;
 
 /// Largest temperature difference that is passed on, kelvin: the industrial range from end to end.
 pub const TEMPERATURE_LIMIT_K: f32 = 125.0;

@@ -73,6 +73,16 @@ impl<const N: usize> Solution<N> {
             rows: 0,
         }
     }
+
+    /// As [`Solution::none`], in its place: it need not go over the stack.
+    fn clear(&mut self) {
+        self.values.fill(0.0);
+        self.deviations.fill(f32::INFINITY);
+        (self.unknowns, self.rank, self.rows) = (0, 0, 0);
+        self.condition = f32::INFINITY;
+        self.condition_equilibrated = f32::INFINITY;
+        self.noise = f32::INFINITY;
+    }
 }
 
 /// Rows, workspace and solution: all memory of an estimate of up to `N` unknowns, to live in a static.
@@ -127,7 +137,7 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
     /// Empties it and sets the number of unknowns in use.
     pub fn reset(&mut self, unknowns: usize) {
         self.rows.reset(unknowns);
-        self.solution = Solution::none();
+        self.solution.clear();
     }
 
     /// Last solution.
@@ -154,7 +164,7 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
     /// # Errors
     /// As [`Self::solve`].
     pub fn solve_equilibrated(&mut self) -> Result<&Solution<N>, SolveError> {
-        self.solution = Solution::none();
+        self.solution.clear();
         if self.rows.rows() == 0 || self.rows.unknowns == 0 {
             return Err(SolveError::Empty);
         }

@@ -55,7 +55,7 @@ impl<const N: usize, const P: usize> Upper<N, P> {
     fn multiply_transposed(&self, v: &mut [f32; N]) {
         let mut out = [0.0; N];
         for i in 0..self.unknowns {
-            packed::subtract(&mut out[i..], -v[i], self.row(i));
+            packed::subtract(&mut out[i..self.unknowns], -v[i], self.row(i));
         }
         *v = out;
     }

@@ -24,6 +24,14 @@ pub(crate) struct OwnPolynomial {
 }
 
 impl OwnPolynomial {
+    /// No errors.
+    const ZERO: Self = Self {
+        even: [Lanes([0.0; 2]); 4],
+        odd: [Lanes([0.0; 2]); 3],
+        sine: Lanes([0.0; 2]),
+        cosine: Lanes([0.0; 2]),
+    };
+
     /// From the constants and the `[sine, cosine]` coefficients of orders 1, 2, 4 and 6.
     fn new(constant: Lanes, [[s1, c1], [s2, c2], [s4, c4], [s6, c6]]: [[Lanes; 2]; 4]) -> Self {
         Self {
@@ -67,25 +75,27 @@ impl CompiledModel {
     #[inline] // built with the image, for size
     pub fn new(model: &ErrorModel, pitch_m: f32) -> Self {
         let per_pitch = 1.0 / pitch_m;
-        let constants = model.constants_m.map(|k| k * per_pitch);
-        let mut own = [[[0.0; 2]; 4]; SEGMENTS];
-        let mut further = Further::default();
+        let mut harmonics = [[[0.0; 2]; 4]; SEGMENTS];
+        // Filled in its place: a list is a kilobyte.
+        let mut compiled = Self {
+            own: [OwnPolynomial::ZERO; 2],
+            further: Further::default(),
+        };
         for (term, rows) in model.terms.iter().zip(&model.coefficients) {
             let rows = rows.map(|row| row.map(|k| k * per_pitch));
             match DENSE_ORDERS.iter().position(|&n| *term == Term::own(n)) {
-                Some(order) => (0..SEGMENTS).for_each(|i| own[i][order] = rows[i]),
-                None => further.add(*term, rows),
+                Some(order) => (0..SEGMENTS).for_each(|i| harmonics[i][order] = rows[i]),
+                None => compiled.further.add(*term, rows),
             }
         }
-        let polynomial = |p: usize| {
+        for (p, own) in compiled.own.iter_mut().enumerate() {
             let lanes = |of: &dyn Fn(usize) -> f32| Lanes([of(p), of(p + 2)]);
-            let harmonics = from_fn(|order| from_fn(|part| lanes(&|i| own[i][order][part])));
-            OwnPolynomial::new(lanes(&|i| constants[i]), harmonics)
-        };
-        Self {
-            own: [polynomial(0), polynomial(1)],
-            further,
+            *own = OwnPolynomial::new(
+                lanes(&|i| model.constants_m[i] * per_pitch),
+                from_fn(|order| from_fn(|part| lanes(&|i| harmonics[i][order][part]))),
+            );
         }
+        compiled
     }
 }
 

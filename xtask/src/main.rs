@@ -11,6 +11,7 @@ mod flash;
 mod onboard;
 mod parity;
 mod plugin;
+mod recordings;
 mod stack;
 mod test;
 mod throughput;

@@ -66,22 +66,24 @@ impl JointSession {
         }
     }
 
-    #[inline(never)] // its result is on the stack only while it runs
+    /// Ends with what the accepted steps found.
+    #[inline(never)] // an outcome on the stack only while it runs
     pub(super) fn decide(&mut self) {
+        if self.config.is_some() {
+            let evidence = self.evidence();
+            let result = self.result();
+            self.outcome = Some(JointOutcome { result, evidence });
+            self.finish();
+        }
+    }
+
+    #[inline(never)] // its parts are on the stack only while it runs
+    fn result(&self) -> Result<JointResult, Refusal> {
         let Some((config, constraints)) = &self.config else {
-            return;
+            return Err(self.no_gain());
         };
         if !self.progress.accepted.contains(Groups::MOUNTING) {
-            let best = self
-                .reports
-                .iter()
-                .map(|r| r.after.whitened_rms)
-                .fold(f32::INFINITY, f32::min);
-            let before = self.reports.first().map_or(0.0, |r| r.before.whitened_rms);
-            return self.refuse(Refusal::NoGain {
-                before,
-                after: best,
-            });
+            return Err(self.no_gain());
         }
         let (layout, values) = (&constraints.layout, &self.progress.values);
         let (lever, place) = (layout.lever(), layout.place());
@@ -93,7 +95,7 @@ impl JointSession {
         };
         let mut sensor: DiodeErrors = [0.0; _];
         sensor.copy_from_slice(&values[layout.gain_difference()..layout.len()]);
-        let result = JointResult {
+        Ok(JointResult {
             model: model_of(layout, values, &config.model),
             geometry,
             origin_m: core::array::from_fn(|i| values[place + i] - lever_m[i]),
@@ -101,10 +103,22 @@ impl JointSession {
             sensor,
             noise: constraints.noise,
             groups: self.progress.accepted,
-        };
-        self.finish(Ok(result));
+        })
     }
 
+    fn no_gain(&self) -> Refusal {
+        let best = self
+            .reports
+            .iter()
+            .map(|r| r.after.whitened_rms)
+            .fold(f32::INFINITY, f32::min);
+        Refusal::NoGain {
+            before: self.reports.first().map_or(0.0, |r| r.before.whitened_rms),
+            after: best,
+        }
+    }
+
+    #[inline(never)] // its predictions are on the stack only while it runs
     fn evidence(&self) -> Evidence {
         let solution = self.solver.estimator().solution();
         let poses = self.turn.count().max(1.0);
@@ -132,12 +146,13 @@ impl JointSession {
 
     #[inline(never)] // an outcome on the stack only while it runs
     pub(super) fn refuse(&mut self, refusal: Refusal) {
-        self.finish(Err(refusal));
+        let evidence = self.evidence();
+        let result = Err(refusal);
+        self.outcome = Some(JointOutcome { result, evidence });
+        self.finish();
     }
 
-    fn finish(&mut self, result: Result<JointResult, Refusal>) {
-        let evidence = self.evidence();
-        self.outcome = Some(JointOutcome { result, evidence });
+    fn finish(&mut self) {
         self.stage = Stage::Finished;
         self.visit.stop();
     }
