@@ -1,20 +1,15 @@
 //! Whether a recording can answer at all: every limit with what was found.
 
 use crate::Insufficient;
-use crate::observe::Observations;
+use crate::motion::{LOUD_MISFIT, Motion};
+use crate::observe::{MINIMUM_SAMPLES, Observations};
+use crate::scene::Scene;
+use crate::statistics::{deviation, median};
 
 /// Runs that are needed: what is held out must differ from what was fitted.
 const RUNS: usize = 2;
 /// Sixteenths of the tooth phase that a segment must have seen.
-const PHASES: usize = 8;
-/// A channel must vary by this share of the largest amplitude.
-const ALIVE: f64 = 0.1;
-/// A channel that is at its very top over more than this share of the tooth phase is clipped throughout. Cut at a third of the
-/// amplitude it would be.
-const AT_TOP: f64 = 0.8;
-/// Parts of the tooth phase over which that share is counted: a courier that dwells on a top is not clipped.
-const TOP_PARTS: usize = 32;
-
+const PHASES: usize = 12;
 /// A step in time by more than this many sample intervals within a run of even sampling is a jump, not a pause.
 const JUMP: f64 = 50.0;
 /// Share of a run's intervals that must be alike for its sampling to count as even.
@@ -29,7 +24,7 @@ pub fn remarks(o: &Observations) -> Vec<String> {
             .map(|i| (o.t_s[i] - o.t_s[i - 1], i))
             .collect();
         let mut values: Vec<f64> = steps.iter().map(|s| s.0).collect();
-        let Some(typical) = crate::statistics::median(&mut values) else {
+        let Some(typical) = median(&mut values) else {
             continue;
         };
         let alike = steps
@@ -65,7 +60,7 @@ pub fn check(o: &Observations) -> Result<(), Insufficient> {
         ));
     }
     for segment in (0..4).filter(|s| o.has_segment(*s)) {
-        channels(o, segment)?;
+        crate::channels::pair(o, segment)?;
         let seen = phases(o, segment);
         if seen < PHASES {
             let what = format!(
@@ -74,6 +69,106 @@ pub fn check(o: &Observations) -> Result<(), Insufficient> {
             );
             return Err(Insufficient::new(&what, seen as f64, PHASES as f64, ""));
         }
+        crate::channels::tooth_count(o, segment)?;
+        crate::channels::fresh(o, segment)?;
+    }
+    Ok(())
+}
+
+/// Checks that residuals can be formed at all.
+///
+/// # Errors
+/// Neither all four segments nor a reference, or too few samples that have what is needed at once.
+pub fn check_residuals(scene: &Scene, keep: &[bool]) -> Result<(), Insufficient> {
+    let scope = &scene.scope;
+    let segments = scope.segments.iter().filter(|s| **s).count();
+    if !scope.reference && segments < 4 {
+        return Err(Insufficient::new(
+            "segments recorded without a reference of the same coordinate",
+            segments as f64,
+            4.0,
+            "",
+        ));
+    }
+    let whole = (0..scene.len())
+        .filter(|&i| keep[i] && scene.rows(i).count > 0)
+        .count();
+    if whole < MINIMUM_SAMPLES {
+        return Err(Insufficient::new(
+            "undisturbed samples with all that a residual is formed of",
+            whole as f64,
+            MINIMUM_SAMPLES as f64,
+            "",
+        ));
+    }
+    Ok(())
+}
+
+/// Noise that is stated may be this much above what the readings show.
+const STATED: f64 = 2.0;
+/// Noise of fewer counts than this is not seen apart from the rounding to whole ones, nor is that of positions with few digits.
+const COUNTS: f64 = 1.0;
+
+/// The stated noise against the scatter of the readings on smooth paths, where it is wrong. Patterns add to the scatter and
+/// never take from it, so a statement above it is wrong; one below it may be. Noise that a filter made smooth scatters less:
+/// by itself this is no reason to give no answer.
+pub fn overstated(scene: &Scene) -> Option<Insufficient> {
+    let o = scene.observations;
+    // Against a reference the path is the reference's: the segments' own is looked at here.
+    let own = Motion::new(o, &scene.calibrated_m);
+    let quieter = |name: &str, scatter: f64, stated: &[f64]| {
+        let mut known: Vec<f64> = stated.iter().copied().filter(|n| n.is_finite()).collect();
+        let found = scatter / LOUD_MISFIT / median(&mut known)?.max(1e-30);
+        let what = format!("stated noise: scatter of {name} on smooth paths over it");
+        (scatter > 0.0 && found < 1.0 / STATED)
+            .then(|| Insufficient::new(&what, found, 1.0 / STATED, ""))
+    };
+    let segments = (0..4).filter(|s| {
+        let fine = if o.pair_counts[*s].is_empty() {
+            o.position_step_m[*s] == 0.0
+        } else {
+            o.pair_noise_counts > COUNTS
+        };
+        fine && scene.scope.segments[*s]
+    });
+    let axes = 0..if scene.scope.beacon && o.electrode_noise_counts > COUNTS {
+        2
+    } else {
+        0
+    };
+    segments
+        .filter_map(|s| {
+            let name = format!("segment {}", s + 1);
+            quieter(&name, own.loud_m[s], &o.position_noise_m[s])
+        })
+        .chain(axes.filter_map(|axis| {
+            let name = ["tan psi_x", "tan psi_y"][axis];
+            quieter(name, own.loud_tan_psi[axis], &o.tan_psi_noise[axis])
+        }))
+        .next()
+}
+
+/// Standard deviation of the angle that is needed where nothing but g_p is known, mrad: at one angle the two segments of an axis
+/// show the sum of their errors nowhere.
+const TURNED_MRAD: f64 = 1.0;
+
+/// Checks that the four segments can be told apart.
+///
+/// # Errors
+/// No beacon, no reference, and hardly any turning.
+pub fn check_turning(scene: &Scene) -> Result<(), Insufficient> {
+    if scene.scope.reference || scene.scope.beacon {
+        return Ok(());
+    }
+    let angles: Vec<f64> = (0..scene.len())
+        .filter(|&i| scene.keep[i])
+        .map(|i| 1e3 * scene.theta_rad(i))
+        .filter(|t| t.is_finite())
+        .collect();
+    let found = deviation(&angles);
+    if found < TURNED_MRAD {
+        let what = "standard deviation of the angle, without a beacon or a reference";
+        return Err(Insufficient::new(what, found, TURNED_MRAD, "mrad"));
     }
     Ok(())
 }
@@ -132,62 +227,4 @@ fn phases(o: &Observations, segment: usize) -> usize {
         seen[(((turns - turns.floor()) * 16.0) as usize).min(15)] += 1;
     }
     seen.iter().filter(|count| **count > 2).count()
-}
-
-/// Share of the tooth phase over which a channel is at its top.
-fn at_top(o: &Observations, segment: usize, channel: usize) -> f64 {
-    let pairs = &o.pair_counts[segment];
-    let known = |i: &usize| pairs[*i][channel].is_finite() && o.position_m[segment][*i].is_finite();
-    let list: Vec<usize> = (0..pairs.len()).filter(known).collect();
-    let top = list
-        .iter()
-        .map(|i| pairs[*i][channel].abs())
-        .fold(0.0, f64::max);
-    let margin = 1.0 + 3.0 * o.pair_noise_counts;
-    let mut parts = [(0usize, 0usize); TOP_PARTS];
-    for &i in &list {
-        let turns = o.position_m[segment][i] / o.pitch_m;
-        let part = ((turns - turns.floor()) * TOP_PARTS as f64) as usize;
-        let counted = &mut parts[part.min(TOP_PARTS - 1)];
-        counted.0 += usize::from(pairs[i][channel].abs() > top - margin);
-        counted.1 += 1;
-    }
-    let seen: Vec<f64> = parts
-        .iter()
-        .filter(|p| p.1 > 0)
-        .map(|p| p.0 as f64 / p.1 as f64)
-        .collect();
-    seen.iter().sum::<f64>() / seen.len().max(1) as f64
-}
-
-fn channels(o: &Observations, segment: usize) -> Result<(), Insufficient> {
-    let pairs: Vec<[f64; 2]> = o.pair_counts[segment]
-        .iter()
-        .copied()
-        .filter(|p| p[0].is_finite())
-        .collect();
-    if pairs.is_empty() {
-        return Ok(());
-    }
-    let largest = pairs.iter().map(|p| p[0].hypot(p[1])).fold(0.0, f64::max);
-    for (channel, letter) in ["s", "c"].into_iter().enumerate() {
-        let name = format!("q{}{letter}", segment + 1);
-        let mean = pairs.iter().map(|p| p[channel]).sum::<f64>() / pairs.len() as f64;
-        let spread = crate::statistics::rms(pairs.iter().map(|p| p[channel] - mean));
-        let wanted = (ALIVE * largest).max(20.0 * o.pair_noise_counts);
-        if spread < wanted {
-            return Err(Insufficient::new(
-                &format!("spread of {name}"),
-                spread.round(),
-                wanted.round(),
-                "counts",
-            ));
-        }
-        let clipped = at_top(o, segment, channel);
-        if clipped > AT_TOP {
-            let what = format!("share of samples of {name} that are below its top");
-            return Err(Insufficient::new(&what, 1.0 - clipped, 1.0 - AT_TOP, ""));
-        }
-    }
-    Ok(())
 }

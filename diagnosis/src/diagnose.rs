@@ -93,6 +93,8 @@ pub struct Prepared {
     pub thinned: Vec<bool>,
     /// Calibrated baseline.
     pub baseline: Baseline,
+    /// The stated noise, where the readings show less.
+    pub overstated: Option<Insufficient>,
     /// What must be said of the recording.
     pub notes: Vec<String>,
 }
@@ -131,6 +133,7 @@ fn thinned(samples: usize) -> Vec<bool> {
 pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     let mut observations = Observations::new(recording)?;
     crate::adequacy::check(&observations)?;
+    crate::channels::electrodes(recording)?;
     let slips = repair_slips(&mut observations);
     let mut keep = vec![true; observations.len()];
     let resting = resting(&observations);
@@ -160,6 +163,12 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
         keep = next;
         baseline = calibrate(&observations, &keep);
     }
+    let scene = Scene::new(&observations, baseline.clone(), keep.clone());
+    crate::adequacy::check_residuals(&scene, &keep)?;
+    crate::adequacy::check_turning(&scene)?;
+    let overstated = crate::adequacy::overstated(&scene);
+    drop(scene);
+    observations.overstated = overstated.is_some();
     let notes = crate::adequacy::remarks(&observations);
     Ok(Prepared {
         observations,
@@ -168,6 +177,7 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
         resting,
         thinned,
         baseline,
+        overstated,
         notes,
     })
 }

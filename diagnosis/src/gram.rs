@@ -62,6 +62,8 @@ pub struct Gram {
     pub scale: Vec<f64>,
     /// Prior mean, in prior deviations.
     pub centre: Vec<f64>,
+    /// True if the readings show less noise than is stated: less than the stated noise may be left.
+    pub overstated: bool,
 }
 
 /// Fold of each sample: pieces of runs, never single samples; a place that is passed twice falls into different folds.
@@ -158,6 +160,7 @@ impl Gram {
             rows,
             scale,
             centre,
+            overstated: scene.observations.overstated,
         }
     }
 

@@ -5,6 +5,7 @@ pub mod advice;
 pub mod baseline;
 pub mod blind;
 pub mod calibrate;
+pub mod channels;
 pub mod clean;
 pub mod clip;
 pub mod diagnose;
@@ -36,7 +37,7 @@ pub use report::{Diagnosis, HeldOut, Verdict};
 
 /// The recording cannot answer: the limit that it violates, and both numbers.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{quantity}: {found} {unit}, at least {wanted} {unit} wanted")]
+#[error("{quantity}: {}, at least {} wanted", with_unit(*found, unit), with_unit(*wanted, unit))]
 pub struct Insufficient {
     /// What is too little.
     pub quantity: String,
@@ -58,4 +59,14 @@ impl Insufficient {
             unit: unit.into(),
         }
     }
+}
+
+/// A number in at most four digits with its unit, if it has one.
+fn with_unit(value: f64, unit: &str) -> String {
+    let number = if value.fract() == 0.0 {
+        format!("{value}")
+    } else {
+        format!("{value:.3}")
+    };
+    format!("{number} {unit}").trim_end().into()
 }

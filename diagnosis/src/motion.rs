@@ -1,6 +1,7 @@
 //! Speeds, directions and rates from the readings themselves: what a run is called tells nothing.
 
 use crate::observe::Observations;
+use crate::statistics::quantile;
 
 /// Half the number of neighbours in a local fit.
 const HALF_WINDOW: usize = 3;
@@ -12,6 +13,8 @@ const SMOOTH_SHARE: f64 = 0.02;
 const DEAD: f64 = 8.0;
 /// Travel after which a segment's own memory of its direction has turned over to 1/e, m.
 pub const TURNOVER_M: [f64; 3] = [4.0e-6, 12.0e-6, 40.0e-6];
+/// Share of the path that [`Motion::loud_m`] is of.
+const LOUD: f64 = 0.9;
 /// A still pose was approached from a side if it moved by more than this, m.
 const APPROACH_M: f64 = 20.0e-6;
 
@@ -37,7 +40,17 @@ pub struct Motion {
     /// Each segment's scatter about its own smooth path (median over the path), m; zero where there is none. Nothing but noise
     /// and what changes within some samples is in it.
     pub scatter_m: [f64; 4],
+    /// What the scatter of a segment stays below on nine tenths of its path, m.
+    pub loud_m: [f64; 4],
+    /// The same of tan(psi).
+    pub loud_tan_psi: [f64; 2],
 }
+
+/// Rms misfit of seven points about a parabola, median over the path, for unit noise: root of the median of chi square with
+/// four degrees of freedom over seven.
+pub const MISFIT: f64 = 0.6925;
+/// The same for nine tenths of the path.
+pub const LOUD_MISFIT: f64 = 1.0543;
 
 /// Value, slope, curvature and rms residual of a local quadratic.
 #[derive(Clone, Copy, Default)]
@@ -81,17 +94,22 @@ impl Motion {
         }
         for axis in 0..2 {
             let tan = &observations.tan_psi[axis];
+            let mut scatter = Vec::new();
             this.tan_psi_rate[axis] = tan
                 .iter()
                 .enumerate()
                 .map(|(i, _)| {
-                    if this.smooth[i] {
-                        local(&observations.t_s, tan, i, windows[i].clone()).slope
-                    } else {
-                        0.0
+                    let fit = local(&observations.t_s, tan, i, windows[i].clone());
+                    if !this.smooth[i] {
+                        return 0.0;
                     }
+                    if fit.residual.is_finite() {
+                        scatter.push(fit.residual);
+                    }
+                    fit.slope
                 })
                 .collect();
+            this.loud_tan_psi[axis] = quantile(&mut scatter, LOUD).unwrap_or(0.0);
         }
         this
     }
@@ -117,12 +135,7 @@ impl Motion {
             .map(|i| clear(fit[i].slope, fit[i].slope_noise, i))
             .collect();
         let mut magnitudes: Vec<f64> = speed.iter().map(|v| v.abs()).filter(|v| *v > 0.0).collect();
-        let top = if magnitudes.is_empty() {
-            0.0
-        } else {
-            let at = ((magnitudes.len() * 99) / 100).min(magnitudes.len() - 1);
-            *magnitudes.select_nth_unstable_by(at, f64::total_cmp).1
-        };
+        let top = quantile(&mut magnitudes, 0.99).unwrap_or(0.0);
         self.top_speed_m_s[segment] = top;
         let mut direction = vec![0.0; n];
         let mut approach = vec![0.0; n];
@@ -150,7 +163,8 @@ impl Motion {
             .filter(|i| self.smooth[*i])
             .map(|i| fit[i].residual)
             .collect();
-        let scatter_m = crate::statistics::median(&mut scatter).unwrap_or(0.0);
+        let scatter_m = quantile(&mut scatter, 0.5).unwrap_or(0.0);
+        self.loud_m[segment] = quantile(&mut scatter, LOUD).unwrap_or(0.0);
         self.scatter_m[segment] = scatter_m;
         self.memory[segment] = memory(DEAD * scatter_m, position, &self.smooth, observations);
         self.speed_m_s[segment] = speed;

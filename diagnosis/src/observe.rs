@@ -27,6 +27,8 @@ pub struct Observations {
     pub position_m: [Vec<f64>; 4],
     /// Stated noise of the unmodified outputs, m.
     pub position_noise_m: [Vec<f64>; 4],
+    /// What positions were rounded to, m; zero where counts were logged or all digits.
+    pub position_step_m: [f64; 4],
     /// Amplitude of each pair, counts (empty without counts).
     pub amplitude_counts: [Vec<f64>; 4],
     /// Stated amplitude of a pair, counts; NaN where none is stated.
@@ -47,12 +49,16 @@ pub struct Observations {
     pub run_names: Vec<String>,
     /// Noise of a quadrature channel with rounding, counts; zero where positions were logged.
     pub pair_noise_counts: f64,
+    /// Noise of an electrode with rounding, counts.
+    pub electrode_noise_counts: f64,
+    /// True if the readings show less noise than is stated.
+    pub overstated: bool,
     /// Full range of the quadrature converter, counts.
     pub full_range_counts: f64,
 }
 
-/// Noise of rounding to whole counts.
-const ROUNDING: f64 = 1.0 / 12.0;
+/// Variance of rounding to whole counts.
+pub(crate) const ROUNDING: f64 = 1.0 / 12.0;
 
 impl Observations {
     /// Reads the columns of a recording.
@@ -94,6 +100,7 @@ impl Observations {
             stretch: Vec::new(),
             position_m: Default::default(),
             position_noise_m: Default::default(),
+            position_step_m: [0.0; 4],
             amplitude_counts: Default::default(),
             stated_amplitude_counts: electronics.amplitude_counts.unwrap_or(f64::NAN),
             pair_counts: Default::default(),
@@ -104,6 +111,10 @@ impl Observations {
             reference: [0, 1, 2].map(|axis| take(Column::Reference(axis))),
             run_names: samples.run_names().to_vec(),
             pair_noise_counts: counts_noise,
+            electrode_noise_counts: (electronics.psd_noise_counts.unwrap_or(0.0).powi(2)
+                + ROUNDING)
+                .sqrt(),
+            overstated: false,
             full_range_counts: full_range,
         };
         this.stretch = stretches(&this.t_s, &this.run);
@@ -181,6 +192,11 @@ impl Observations {
             self.amplitude_counts[segment] = amplitudes;
         } else {
             position.copy_from_slice(samples.column(Column::Position(segment)));
+            self.position_step_m[segment] = crate::statistics::step(&position);
+            let rounding = self.position_step_m[segment].powi(2) * ROUNDING;
+            noise
+                .iter_mut()
+                .for_each(|n| *n = (*n * *n + rounding).sqrt());
         }
         self.position_m[segment] = position;
         self.position_noise_m[segment] = noise;
@@ -213,14 +229,7 @@ impl Observations {
             return;
         }
         let n = samples.len();
-        let noise = (recording
-            .meta
-            .electronics
-            .psd_noise_counts
-            .unwrap_or(0.0)
-            .powi(2)
-            + ROUNDING)
-            .sqrt();
+        let noise = self.electrode_noise_counts;
         let dim = 0.05 * recording.meta.electronics.psd_sum_counts.unwrap_or(0.0);
         for axis in 0..2 {
             let mut tan = vec![f64::NAN; n];

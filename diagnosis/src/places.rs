@@ -1,6 +1,6 @@
 //! Shapes that no catalogued effect owns: where a gap lies when nothing known explains it, and what every cause must beat.
 
-use effects::sensor::{Moment, Regressor, Survey};
+use effects::sensor::{Action, Moment, Regressor, Survey};
 use std::f64::consts::TAU;
 
 /// A family of shapes over one coordinate of diagnosis.md.
@@ -10,6 +10,9 @@ pub struct Place {
     /// Shapes over it.
     pub regressors: Vec<Regressor>,
 }
+
+/// Where a periodic error of the reference itself lies: at its own place and not at a segment's, the same for both of a pair.
+pub const REFERENCE_PHASE: &str = "own tooth phase of the reference";
 
 const CHANNEL: [&str; 3] = ["g_p", "g_x", "g_y"];
 /// Prior size of a free shape, rms m.
@@ -41,6 +44,10 @@ pub fn places(survey: &Survey) -> Vec<Place> {
         Place {
             coordinate: "own tooth phase of both segments of a pair",
             regressors: pair_phases(survey),
+        },
+        Place {
+            coordinate: REFERENCE_PHASE,
+            regressors: reference_phase(survey),
         },
         Place {
             coordinate: "frequency",
@@ -237,6 +244,32 @@ fn pair_phases(survey: &Survey) -> Vec<Regressor> {
                 s,
                 move |m| wave(m).1,
             ));
+        }
+    }
+    list
+}
+
+/// Whole orders, on both segments of a pair at once.
+fn reference_phase(survey: &Survey) -> Vec<Regressor> {
+    let mut list = Vec::new();
+    let pairs = (0..2).filter(|s| survey.segments[*s] && survey.segments[s + 2]);
+    for s in pairs.filter(|_| survey.reference) {
+        for order in 1..9 {
+            for (part, quarter) in [("sine", 0.0), ("cosine", 0.25 * TAU)] {
+                let wave = move |m: &Moment| {
+                    let phase = 0.5 * (m.reference_phase[s] + m.reference_phase[s + 2]);
+                    (f64::from(order) * phase + quarter).sin()
+                };
+                list.push(Regressor {
+                    name: format!("order {order} {part}, segments {} and {}", s + 1, s + 3),
+                    unit: "m",
+                    size_m: SIZE_M,
+                    action: Action::Readings(Box::new(move |m, out| {
+                        out[s] += wave(m);
+                        out[s + 2] += wave(m);
+                    })),
+                });
+            }
         }
     }
     list

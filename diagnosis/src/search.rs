@@ -13,6 +13,8 @@ pub struct Arena<'a> {
     pub columns: &'a Columns,
     training: Vec<DMatrix<f64>>,
     known: HashMap<Vec<usize>, Score>,
+    /// Held-out squares below which columns hold the noise itself.
+    quietest: f64,
 }
 
 /// Held-out squares of a set of columns.
@@ -38,6 +40,13 @@ pub const MINIMUM_SQUARES: f64 = 60.0;
 const IMPLAUSIBLE: f64 = 30.0;
 /// No held-out model beats the noise: below this share of it, and where the baseline does not, it is an artefact.
 const TOO_GOOD: f64 = 0.3;
+/// Where the baseline leaves no more than this much of the noise, the stated noise is right, and chance bounds what is possible:
+/// so many standard deviations of a sum of squares, and at least this share.
+const NO_GAP: f64 = 1.21;
+/// See [`NO_GAP`].
+const CHANCE: f64 = 3.0;
+/// See [`NO_GAP`].
+const NEARLY: f64 = 0.95;
 /// Most effects in one answer.
 const MOST: usize = 4;
 
@@ -45,23 +54,23 @@ impl<'a> Arena<'a> {
     /// Prepares the training sums.
     pub fn new(gram: &'a Gram, columns: &'a Columns) -> Self {
         let training = (0..FOLDS).map(|f| gram.training(Some(f))).collect();
-        Self {
+        let mut this = Self {
             gram,
             columns,
             training,
             known: HashMap::new(),
+            quietest: 0.0,
+        };
+        let base: Vec<usize> = columns.blocks[0].columns.clone().collect();
+        if !gram.overstated {
+            this.quietest = quietest(this.score_columns(&base).squares, this.rows());
         }
+        this
     }
 
     /// Number of rows.
     pub fn rows(&self) -> f64 {
         self.gram.total_rows() as f64
-    }
-
-    /// True if already the baseline alone stays below the stated noise.
-    fn overstated(&self) -> bool {
-        let base: Vec<usize> = self.columns.blocks[0].columns.clone().collect();
-        self.score_columns(&base).squares < 2.0 * TOO_GOOD * self.rows()
     }
 
     /// Held-out score of the baseline with some blocks.
@@ -113,10 +122,7 @@ impl<'a> Arena<'a> {
             score.squares += score.fold[f];
         }
         // Below the noise: the columns hold the noise itself.
-        if list.len() > self.columns.blocks[0].columns.len()
-            && score.squares < TOO_GOOD * self.rows()
-            && !self.overstated()
-        {
+        if list.len() > self.columns.blocks[0].columns.len() && score.squares < self.quietest {
             return Score {
                 squares: f64::INFINITY,
                 fold: [f64::INFINITY; FOLDS],
@@ -124,6 +130,17 @@ impl<'a> Arena<'a> {
             };
         }
         score
+    }
+}
+
+/// Held-out squares below which columns hold a reading's own noise, as an angle that hardly changes times large amounts does.
+fn quietest(baseline: f64, rows: f64) -> f64 {
+    if baseline < 2.0 * TOO_GOOD * rows {
+        0.0
+    } else if baseline < NO_GAP * rows {
+        rows * NEARLY.min(1.0 - CHANCE * (2.0 / rows).sqrt())
+    } else {
+        TOO_GOOD * rows
     }
 }
 

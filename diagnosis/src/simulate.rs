@@ -1,8 +1,8 @@
 //! The simulator's own scatter: the recorded motion again, with the calibrated baseline and the stated noise.
 
-use crate::observe::Observations;
+use crate::observe::{Observations, ROUNDING};
 use crate::scene::{ROWS, Scene};
-use effects::random::{ChaCha8Rng, SeedableRng, normal};
+use effects::random::{ChaCha8Rng, SeedableRng, normal, uniform};
 use effects::sensor::{CHANNELS, READINGS};
 use std::f64::consts::TAU;
 
@@ -58,9 +58,8 @@ fn reading_errors(scene: &Scene, i: usize, rng: &mut ChaCha8Rng) -> [f64; READIN
     let o = scene.observations;
     let mut out = [0.0; READINGS];
     for segment in (0..4).filter(|s| scene.scope.segments[*s]) {
-        let raw = o.position_m[segment][i];
-        let read = read_again(o, segment, i, raw, rng);
-        let (before, _) = scene.baseline.calibrated(segment, raw, o.pitch_m);
+        let [there, read] = read_again(o, segment, i, rng);
+        let (before, _) = scene.baseline.calibrated(segment, there, o.pitch_m);
         let (after, _) = scene.baseline.calibrated(segment, read, o.pitch_m);
         out[segment] = after - before;
     }
@@ -75,16 +74,22 @@ fn reading_errors(scene: &Scene, i: usize, rng: &mut ChaCha8Rng) -> [f64; READIN
     out
 }
 
-/// The unmodified output that the converter would give at this place.
-fn read_again(o: &Observations, segment: usize, i: usize, raw_m: f64, rng: &mut ChaCha8Rng) -> f64 {
+/// An output that the converter may have rounded to what was recorded, and what it would read there the next time, m.
+fn read_again(o: &Observations, segment: usize, i: usize, rng: &mut ChaCha8Rng) -> [f64; 2] {
+    let recorded = o.position_m[segment][i];
     let Some(&amplitude) = o.amplitude_counts[segment].get(i) else {
-        return raw_m + o.position_noise_m[segment][i] * normal(rng);
+        return [
+            recorded,
+            recorded + o.position_noise_m[segment][i] * normal(rng),
+        ];
     };
-    let phase = TAU * raw_m / o.pitch_m;
-    let (sine, cosine) = phase.sin_cos();
-    let noise = (o.pair_noise_counts.powi(2) - 1.0 / 12.0).max(0.0).sqrt();
-    let s = (amplitude * sine + noise * normal(rng)).round();
-    let c = (amplitude * cosine + noise * normal(rng)).round();
-    let turn = s.atan2(c) - phase;
-    raw_m + (turn - (turn / TAU).round() * TAU) / TAU * o.pitch_m
+    let phase = TAU * recorded / o.pitch_m;
+    let noise = (o.pair_noise_counts.powi(2) - ROUNDING).max(0.0).sqrt();
+    let at = |turn: f64| {
+        let turn = turn - phase;
+        recorded + (turn - (turn / TAU).round() * TAU) / TAU * o.pitch_m
+    };
+    let pair = [phase.sin(), phase.cos()].map(|v| amplitude * v + uniform(rng, -0.5, 0.5));
+    let read = pair.map(|v| (v + noise * normal(rng)).round());
+    [pair, read].map(|[sine, cosine]| at(sine.atan2(cosine)))
 }

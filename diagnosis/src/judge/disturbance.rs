@@ -4,14 +4,19 @@ use super::Judge;
 use crate::heldout::Residuals;
 use crate::report::{Magnitude, Named};
 
-/// Neighbours on smooth paths that are needed to tell noise from a pattern.
+/// Neighbours on smooth paths that are needed to tell noise from a pattern, in a channel; and in all to name it.
 const ROUGH_PAIRS: usize = 300;
+/// See [`ROUGH_PAIRS`].
+const SHOWN_PAIRS: usize = 60;
 /// Half the mean squared step over the mean square is 1 for white noise; a pattern stays below this.
 const ROUGH: f64 = 0.6;
 /// Neighbours at rest that are needed to tell whether noise is there without motion.
 const STILL_PAIRS: usize = 100;
 /// White noise at rest is at least this share of what it is elsewhere.
 const STILL: f64 = 0.3;
+/// What scatters by more than this share of a pitch is neither noise nor an error of the sensor: the readings belong to another
+/// segment, sign or tooth.
+const TOOTH: f64 = 0.05;
 /// A channel is looked at if its mean square is this far above the noise that is stated.
 const LOUD: f64 = 1.2;
 
@@ -85,6 +90,57 @@ impl Judge<'_> {
             moving.pairs += path.pairs;
         }
         moving.pairs < ROUGH_PAIRS || moving.step > ROUGH * moving.level
+    }
+
+    /// True if what is left is not only rough but shown to be noise: there are smooth paths to see it on, it is there at rest,
+    /// and it is small beside a tooth. Over separate poses any pattern looks like noise.
+    pub(super) fn is_noise(&self, residuals: &Residuals) -> bool {
+        let pairs: usize = residuals
+            .channels()
+            .into_iter()
+            .map(|channel| {
+                let list: Vec<usize> = (0..residuals.sample.len())
+                    .filter(|k| residuals.channel[*k] == channel)
+                    .collect();
+                self.steps(residuals, &list).0.pairs
+            })
+            .sum();
+        pairs > SHOWN_PAIRS && self.is_small(residuals) && self.noisy_at_rest(residuals)
+    }
+
+    /// True if what is left is small beside a tooth in every channel.
+    pub(super) fn is_small(&self, residuals: &Residuals) -> bool {
+        let limit_m = TOOTH * self.study.scene.observations.pitch_m;
+        let channels = residuals.channels();
+        let mut rms_m = channels.iter().map(|c| residuals.channel_rms_m(*c).0);
+        rms_m.all(|rms| rms < limit_m)
+    }
+
+    /// Against a reference, samples at rest are left out of the comparison: noise would be in them as well.
+    fn noisy_at_rest(&self, residuals: &Residuals) -> bool {
+        let scene = &self.fine.scene;
+        if self.prepared.resting.iter().filter(|r| **r).count() < STILL_PAIRS {
+            return true;
+        }
+        let list: Vec<usize> = (0..self.fine.amounts.len()).collect();
+        let amounts = |_: usize| &self.fine.amounts;
+        let (columns, gram) = (&self.fine.columns, &self.fine.gram);
+        let all = Residuals::predicted(scene, columns, gram, &list, amounts, true);
+        residuals.channels().into_iter().all(|channel| {
+            let rows: Vec<usize> = (0..all.sample.len())
+                .filter(|k| all.channel[*k] == channel && self.prepared.resting[all.sample[*k]])
+                .collect();
+            let mut still = Steps::default();
+            for pair in rows.windows(2) {
+                if all.sample[pair[1]] == all.sample[pair[0]] + 1 {
+                    still.add(all.white[pair[0]], all.white[pair[1]]);
+                }
+            }
+            let white = (0..residuals.white.len()).filter(|k| residuals.channel[*k] == channel);
+            let mean = crate::statistics::rms(white.map(|k| residuals.white[k])).powi(2);
+            let at_rest = still.step / still.pairs.max(1) as f64;
+            mean < LOUD || still.pairs < STILL_PAIRS || at_rest > STILL * mean
+        })
     }
 
     /// Steps between neighbours on smooth paths, and those of them at rest.

@@ -1,11 +1,9 @@
 //! How far each reading's noise is above the stated one, where what is left is noise.
 
 use super::Judge;
+use crate::motion::MISFIT;
 use effects::sensor::READINGS;
 
-/// Rms misfit of seven points about a parabola, median over the path, for unit noise: root of the median of chi square with
-/// four degrees of freedom over seven.
-const MISFIT: f64 = 0.6925;
 /// The segments' own scatter is believed if its sum agrees with that of g_p within this factor.
 const AGREES: f64 = 2.0;
 

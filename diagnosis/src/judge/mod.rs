@@ -7,6 +7,7 @@ mod foretold;
 mod loudness;
 mod named;
 mod place;
+mod reference;
 mod verdict;
 
 use crate::diagnose::{About, FIELD, Look, Options, Prepared, Study, prepare, study};
@@ -213,7 +214,11 @@ impl<'a> Judge<'a> {
 
     /// Where what is left is rough, it is noise: shapes are compared with it, and not with what is stated.
     fn allow_for_noise(&mut self) {
-        if self.noise.is_some() || self.ratio() < NOISY || !self.rough(&self.after) {
+        if self.noise.is_some()
+            || self.ratio() < NOISY
+            || !self.rough(&self.after)
+            || !self.is_noise(&self.after)
+        {
             return;
         }
         let noise = self.noise_of_readings();

@@ -5,7 +5,6 @@ use super::named::slip_named;
 use super::place::Located;
 use super::{CHANNEL_NAMES, FLEXIBLE, Judge, LEFT_OVER, NOISY, PIECE, VISIBLE};
 use crate::diagnose::{Kind, log};
-use crate::heldout::Residuals;
 use crate::report::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
 use crate::search::{Arena, Found, MINIMUM_SQUARES, rest};
 
@@ -21,9 +20,6 @@ const CHANCE: f64 = 0.03;
 const TOO_QUIET: f64 = 0.7;
 /// Disturbed samples that make a burst, and their whitened squares.
 const BURSTS: (usize, f64) = (3, 300.0);
-/// What stays of the gap in a sum that no error of the reference can be in, if the reference is the cause: less than this.
-const IN_PARITY: f64 = 0.04;
-
 /// Effects imitate a nameless shape if they leave this share of the gap,
 const IMITATED: f64 = 0.01;
 /// the shape takes this share of that,
@@ -63,6 +59,7 @@ impl Judge<'_> {
             ..Diagnosis::default()
         };
         let mut effects = self.effects(&mut arena, &seen);
+        out.notes.extend(self.doubt_the_reference(&mut effects));
         let unnamed = self.withheld(&seen);
         let reason = self.objection(&mut arena, &seen);
         let left_over = reason.is_some() || unnamed;
@@ -70,11 +67,8 @@ impl Judge<'_> {
             log(&format!("objection: {reason}"));
         }
         let visible = seen.gap || !self.prepared.slips.is_empty() || !effects.is_empty();
-        out.verdict = if seen.white_before < TOO_QUIET {
-            out.notes.push(format!(
-                "stated noise: the recording scatters by {:.2} of what is stated, at least {TOO_QUIET} wanted",
-                seen.white_before
-            ));
+        out.verdict = if let Some(limit) = self.too_quiet(&seen) {
+            out.notes.push(limit);
             Verdict::InsufficientData
         } else if !visible {
             Verdict::NoGap
@@ -92,9 +86,9 @@ impl Judge<'_> {
         } else {
             Verdict::Named
         };
-        if seen.noisy && self.misstated() {
+        if seen.noisy && (seen.white_after > MISSTATED || self.misstated()) {
             out.notes.push(format!(
-                "stated noise: every channel scatters alike, by {:.1} times what is stated, at most {MISSTATED} wanted: it may be the statement that is wrong",
+                "stated noise: what is left scatters as noise does, by {:.1} times what is stated, at most {MISSTATED} wanted: it may be the statement that is wrong",
                 seen.white_after
             ));
         }
@@ -110,9 +104,26 @@ impl Judge<'_> {
         out
     }
 
+    /// The stated noise, where it is too large to judge anything by.
+    fn too_quiet(&self, seen: &Seen) -> Option<String> {
+        if seen.white_before < TOO_QUIET {
+            return Some(format!(
+                "stated noise: the recording scatters by {:.2} of what is stated, at least {TOO_QUIET} wanted",
+                seen.white_before
+            ));
+        }
+        let limit = self.prepared.overstated.as_ref();
+        limit
+            .filter(|_| seen.white_after < TOO_QUIET)
+            .map(ToString::to_string)
+    }
+
     /// What speaks against naming what was found.
     fn objection(&self, arena: &mut Arena, seen: &Seen) -> Option<&'static str> {
         let located = self.is_located(seen);
+        if !self.is_small(&self.after) {
+            return Some("what is left is larger than an error of the sensor");
+        }
         if !seen.structured {
             return (seen.gap && located).then_some("a gap that nothing explains");
         }
@@ -122,7 +133,7 @@ impl Judge<'_> {
             Some("shapes without a name do better")
         } else if self.stays_visible(seen) && self.imitates(arena, seen) {
             Some("a shape without a name takes what is left")
-        } else if self.of_the_reference() {
+        } else if self.of_the_reference() || self.at_the_reference(arena) {
             Some("it moves the segments as the reference would")
         } else {
             None
@@ -144,7 +155,8 @@ impl Judge<'_> {
             (true, false) => 1.0,
             _ => 0.0,
         };
-        let noisy = white_after > NOISY + chance && self.rough(&self.after);
+        let noisy =
+            white_after > NOISY + chance && self.rough(&self.after) && self.is_noise(&self.after);
         let noise = if noisy {
             (white_after * white_after - 1.0) * stated
         } else {
@@ -292,25 +304,6 @@ impl Judge<'_> {
         })
     }
 
-    /// Against a reference in all coordinates: an error of the reference moves all segments as a rigid body and is not in the
-    /// sum of equation (5). True if what is explained is not either.
-    fn of_the_reference(&self) -> bool {
-        let scope = &self.study.scene.scope;
-        let told = self.told.names(&self.study);
-        let rigid = ["velocity_lag", "axis_skew", "tooth_variation"];
-        if !scope.reference
-            || !scope.segments.iter().all(|s| *s)
-            || told.iter().all(|n| rigid.contains(&n.as_str()))
-        {
-            return false;
-        }
-        let after = &self.after;
-        let taken = mean_square(&self.before, |r| r.iter().map(|v| v * v).sum())
-            - mean_square(after, |r| r.iter().map(|v| v * v).sum());
-        let parity = |r: &[f64]| (r[0] - r[1] - r[2] + r[3]).powi(2);
-        mean_square(&self.before, parity) - mean_square(after, parity) < IN_PARITY * taken
-    }
-
     /// True if some shape stands out beyond chance although the sum of squares does not.
     fn stands_out(&self, arena: &mut Arena) -> bool {
         let alone = arena.score(&[]).squares;
@@ -367,23 +360,6 @@ impl Judge<'_> {
             };
         }
     }
-}
-
-/// Mean over the samples that have all four segments' residuals of some square of them.
-fn mean_square(residuals: &Residuals, square: impl Fn(&[f64]) -> f64) -> f64 {
-    let (mut sum, mut count) = (0.0, 0);
-    let mut start = 0;
-    while start < residuals.sample.len() {
-        let end = (start..residuals.sample.len())
-            .find(|k| residuals.sample[*k] != residuals.sample[start])
-            .unwrap_or(residuals.sample.len());
-        if end - start == 4 {
-            sum += square(&residuals.value_m[start..end]);
-            count += 1;
-        }
-        start = end;
-    }
-    sum / f64::from(count.max(1))
 }
 
 fn over_time() -> Share {

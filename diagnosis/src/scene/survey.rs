@@ -5,6 +5,10 @@ use crate::baseline::Scope;
 use crate::observe::Observations;
 use effects::sensor::Survey;
 
+/// Standard deviation of the angle from which on a recording tells what depends on it. Errors of equation (3) that g_p does not
+/// show (of both pairs alike, in a fly-by along one axis) make up to half of this.
+const TURNING_RAD: f64 = 1.0e-3;
+
 impl Scene<'_> {
     fn middle_m(&self, samples: usize) -> [f64; 2] {
         [0, 1].map(|axis| {
@@ -18,14 +22,6 @@ impl Scene<'_> {
 
     pub(super) fn look_over(&self, n: usize, temperatures: &[f64]) -> Survey {
         let o = self.observations;
-        let spread = |values: &[f64]| {
-            let (low, high) = values
-                .iter()
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-                    (l.min(*v), h.max(*v))
-                });
-            high - low
-        };
         let pairs = self.scope.segments.iter().all(|s| *s);
         let thetas: Vec<f64> = if pairs {
             (0..n)
@@ -45,8 +41,9 @@ impl Scene<'_> {
             reference: self.scope.reference,
             beacon: self.scope.beacon,
             counts: o.amplitude_counts.iter().any(|a| !a.is_empty()),
-            temperature: temperatures.len() > n / 4 && spread(temperatures) > 0.05,
-            turning: !thetas.is_empty() && spread(&thetas) > 0.5e-3,
+            temperature: temperatures.len() > n / 4
+                && crate::statistics::spread(temperatures) > 0.05,
+            turning: crate::statistics::deviation(&thetas) > TURNING_RAD,
             moving: self
                 .motion
                 .direction
@@ -55,18 +52,7 @@ impl Scene<'_> {
             lateral: (self.scope.segments[0] || self.scope.segments[2])
                 && (self.scope.segments[1] || self.scope.segments[3]),
             top_speed_m_s: self.motion.top_speed_m_s,
-            travel_m: std::array::from_fn(|s| {
-                let known: Vec<f64> = self.calibrated_m[s]
-                    .iter()
-                    .copied()
-                    .filter(|p| p.is_finite())
-                    .collect();
-                if known.is_empty() {
-                    0.0
-                } else {
-                    spread(&known)
-                }
-            }),
+            travel_m: std::array::from_fn(|s| crate::statistics::spread(&self.calibrated_m[s])),
             middle_m: self.middle_m(n),
             pitch_m: o.pitch_m,
             tan_full_scale: o.tan_full_scale,
