@@ -2,6 +2,7 @@
 
 use crate::baseline::Baseline;
 use crate::calibrate::{baseline_columns, calibrate};
+use crate::carried::Carried;
 use crate::clean::{Slip, disturbed, repair_slips};
 use crate::gram::{Columns, Gram, folds};
 use crate::heldout::Residuals;
@@ -9,6 +10,7 @@ use crate::lines::{Series, lines_hz};
 use crate::observe::Observations;
 use crate::places::places;
 use crate::scene::{Scene, Shift};
+use crate::search::Arena;
 use crate::simulate::{Floor, floor};
 use crate::{Insufficient, clip};
 use effects::sensor::{READINGS, Survey};
@@ -42,6 +44,8 @@ pub struct Study<'a> {
     pub kinds: Vec<Kind>,
     /// Their products.
     pub gram: Gram,
+    /// Noise that they carry.
+    pub carried: Carried,
     /// Fold of each sample.
     pub folds: Vec<u8>,
     /// Simulator's scatter.
@@ -49,6 +53,11 @@ pub struct Study<'a> {
 }
 
 impl Study<'_> {
+    /// For the comparison of sets of blocks.
+    pub fn arena(&self) -> Arena<'_> {
+        Arena::new(&self.gram, &self.columns, &self.carried)
+    }
+
     /// Blocks of the catalogue.
     pub fn effects(&self) -> Vec<usize> {
         (1..self.columns.blocks.len())
@@ -272,12 +281,14 @@ pub fn study<'a>(
     let (columns, kinds) = all_columns(&scene, options, &wanted);
     let folds = folds(&prepared.observations.stretch);
     let gram = Gram::new(&scene, &columns, &folds);
+    let carried = Carried::new(&scene, &columns, &gram.scale);
     let floor = floor(&scene, 4);
     Study {
         scene,
         columns,
         kinds,
         gram,
+        carried,
         folds,
         floor,
     }

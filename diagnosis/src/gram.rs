@@ -265,7 +265,7 @@ fn accumulate(
 /// Columns whose products are formed at once.
 const PANEL: usize = 160;
 
-fn add_products(used: &DMatrix<f64>, list: &[usize], gram: &mut DMatrix<f64>) {
+pub(crate) fn add_products(used: &DMatrix<f64>, list: &[usize], gram: &mut DMatrix<f64>) {
     let upright = used.transpose();
     for first in (0..list.len()).step_by(PANEL) {
         let size = PANEL.min(list.len() - first);
@@ -287,7 +287,7 @@ fn add_products(used: &DMatrix<f64>, list: &[usize], gram: &mut DMatrix<f64>) {
 }
 
 /// Copies the lower triangle to the upper one.
-fn mirror(gram: &mut DMatrix<f64>) {
+pub(crate) fn mirror(gram: &mut DMatrix<f64>) {
     for column in 0..gram.ncols() {
         for row in column + 1..gram.nrows() {
             gram[(column, row)] = gram[(row, column)];

@@ -6,6 +6,7 @@ pub mod baseline;
 pub mod blind;
 pub mod calibrate;
 pub mod channels;
+pub mod carried;
 pub mod clean;
 pub mod clip;
 pub mod diagnose;

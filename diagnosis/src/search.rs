@@ -1,5 +1,6 @@
 //! Which columns explain the gap: cross-validated residuals of sets of effects, forward, backward and by exchange.
 
+use crate::carried::Carried;
 use crate::gram::{Columns, FOLDS, Gram, solve, squares};
 use crate::hollow::hollow;
 use nalgebra::DMatrix;
@@ -11,6 +12,7 @@ pub struct Arena<'a> {
     pub gram: &'a Gram,
     /// The columns.
     pub columns: &'a Columns,
+    carried: &'a Carried,
     training: Vec<DMatrix<f64>>,
     known: HashMap<Vec<usize>, Score>,
     /// Held-out squares below which columns hold the noise itself.
@@ -52,11 +54,12 @@ const MOST: usize = 4;
 
 impl<'a> Arena<'a> {
     /// Prepares the training sums.
-    pub fn new(gram: &'a Gram, columns: &'a Columns) -> Self {
+    pub fn new(gram: &'a Gram, columns: &'a Columns, carried: &'a Carried) -> Self {
         let training = (0..FOLDS).map(|f| gram.training(Some(f))).collect();
         let mut this = Self {
             gram,
             columns,
+            carried,
             training,
             known: HashMap::new(),
             quietest: 0.0,
@@ -114,7 +117,8 @@ impl<'a> Arena<'a> {
                             ..score
                         };
                     }
-                    score.fold[f] = squares(&self.gram.fold[f], &fit);
+                    let noise = self.gram.rows[f] as f64 * self.carried.allowance(&fit);
+                    score.fold[f] = squares(&self.gram.fold[f], &fit) - noise;
                     score.log_evidence += fit.log_evidence / (FOLDS - 1) as f64;
                 }
                 None => score.fold[f] = f64::INFINITY,

@@ -25,6 +25,23 @@ fn no_effect_is_no_gap() {
     assert_eq!(on_rig(21, &[]).verdict, Verdict::NoGap);
 }
 
+/// One segment beside a reference: where it is across its direction, and how it is turned, only the reference tells.
+#[test]
+fn one_segment_against_a_reference() {
+    for name in ["lateral_dependence", "span_error"] {
+        let options = rig::Options {
+            samples: 6000,
+            beacon: false,
+            reference: true,
+            segments: 1,
+            ..rig::Options::default()
+        };
+        let recording = rig::record(38, &[(name, 2.0e-6)], &options).0;
+        let d = diagnose(&recording, "rig", &Options::default());
+        assert_eq!(names(&d), [name], "{:?}", d.verdict);
+    }
+}
+
 #[test]
 fn single_effects_are_named() {
     for name in [

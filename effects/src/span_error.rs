@@ -48,7 +48,8 @@ pub use sensor_side::SpanModel;
 pub mod sensor_side {
     use crate::sensor::{Regressor, SensorEffect, Survey};
 
-    /// Sensor side: the two pairs' distances differ; a common error is the lever arms' scale and unseen.
+    /// Sensor side: the two pairs' distances differ; a common error is the lever arms' scale and unseen. Against a reference
+    /// each segment's own arm shows.
     pub struct SpanModel;
 
     impl SensorEffect for SpanModel {
@@ -65,7 +66,13 @@ pub mod sensor_side {
         }
 
         fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-            if !survey.turning || !survey.segments.iter().all(|s| *s) {
+            if !survey.turning {
+                return Vec::new();
+            }
+            if survey.reference {
+                return against_reference(survey);
+            }
+            if !survey.segments.iter().all(|s| *s) {
                 return Vec::new();
             }
             vec![Regressor::readings(
@@ -79,5 +86,13 @@ pub mod sensor_side {
                 },
             )]
         }
+    }
+
+    fn against_reference(survey: &Survey) -> Vec<Regressor> {
+        let arm = |s: usize| {
+            let name = format!("arm of segment {}", s + 1);
+            Regressor::reading(name, "m", 5.0e-6, s, |m| m.theta_rad)
+        };
+        (0..4).filter(|s| survey.segments[*s]).map(arm).collect()
     }
 }

@@ -22,7 +22,7 @@ pub(super) struct Told {
 impl Told {
     /// Searches. Where the noise was found above the stated one, it is what the best shapes leave.
     pub(super) fn new(study: &Study, noisy: bool) -> Self {
-        let mut arena = Arena::new(&study.gram, &study.columns);
+        let mut arena = study.arena();
         let places = study.places();
         let effects = study.effects();
         let all: Vec<usize> = effects.iter().chain(&places).copied().collect();
@@ -170,7 +170,7 @@ fn trace(study: &Study, arena: &mut Arena, all: &[usize], base: f64) {
 
 /// Blocks that stay in competition beside a field: what was found, and the best by themselves.
 pub(super) fn leading(study: &Study, told: &Told) -> Vec<String> {
-    let mut arena = Arena::new(&study.gram, &study.columns);
+    let mut arena = study.arena();
     let mut alone: Vec<(f64, usize)> = (1..study.columns.blocks.len())
         .map(|b| (arena.score(&[b]).squares, b))
         .collect();

@@ -16,7 +16,6 @@ use crate::heldout::Residuals;
 use crate::model::Model;
 use crate::refine::Refined;
 use crate::report::{Diagnosis, Verdict};
-use crate::search::Arena;
 use crate::simulate::Floor;
 use effects::sensor::READINGS;
 use explain::Told;
@@ -328,7 +327,7 @@ impl<'a> Judge<'a> {
 
     /// Mean square of the whole gap beyond the noise, and of the noise, in the units of the search.
     fn levels(&self) -> (f64, f64) {
-        let mut arena = Arena::new(&self.study.gram, &self.study.columns);
+        let mut arena = self.study.arena();
         let rows = arena.rows();
         let noise = self.told.base / rows;
         (

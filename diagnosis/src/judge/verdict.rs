@@ -50,7 +50,7 @@ struct Seen {
 impl Judge<'_> {
     /// The answer.
     pub(super) fn answer(&self, name: &str) -> Diagnosis {
-        let mut arena = Arena::new(&self.study.gram, &self.study.columns);
+        let mut arena = self.study.arena();
         let seen = self.look(&mut arena);
         let mut out = Diagnosis {
             schema: 1,

@@ -25,9 +25,18 @@ impl Scene<'_> {
         }
     }
 
+    /// The mean of a pair where there are two, what one says where there is one, else the reference.
+    fn centre_of(&self, i: usize, p: impl Fn(usize) -> Option<f64>) -> [f64; 2] {
+        [0, 1].map(|axis| match (p(axis), p(axis + 2)) {
+            (Some(a), Some(b)) => 0.5 * (a + b),
+            (Some(one), None) | (None, Some(one)) => one,
+            (None, None) => finite(self.observations.reference[axis].get(i)),
+        })
+    }
+
     /// Centre of the sensor, m.
     pub fn centre_m(&self, i: usize) -> [f64; 2] {
-        centre_of(|s| self.calibrated_m[s].get(i).copied())
+        self.centre_of(i, |s| self.calibrated_m[s].get(i).copied())
     }
 
     /// Calibrated position with what is known of the effects taken out, m: where a segment really is over its teeth.
@@ -43,7 +52,7 @@ impl Scene<'_> {
         let f = TAU / o.pitch_m;
         let theta = self.theta_of(i, |s| self.refined_m(s, i));
         let theta = if theta.is_finite() { theta } else { 0.0 };
-        let centre = centre_of(|s| self.refined_m(s, i));
+        let centre = self.centre_of(i, |s| self.refined_m(s, i));
         let own_m: [f64; 4] = std::array::from_fn(|s| finite(self.refined_m(s, i).as_ref()));
         let lateral_sign = [-1.0, 1.0, 1.0, -1.0];
         let across_m: [f64; 4] = std::array::from_fn(|s| {
@@ -94,14 +103,6 @@ impl Scene<'_> {
             ln_amplitude: at(&self.ln_amplitude),
         }
     }
-}
-
-fn centre_of(p: impl Fn(usize) -> Option<f64>) -> [f64; 2] {
-    [0, 1].map(|axis| match (p(axis), p(axis + 2)) {
-        (Some(a), Some(b)) => 0.5 * (a + b),
-        (Some(one), None) | (None, Some(one)) => one,
-        (None, None) => 0.0,
-    })
 }
 
 fn finite(value: Option<&f64>) -> f64 {

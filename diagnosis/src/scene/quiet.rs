@@ -25,6 +25,11 @@ impl Scene<'_> {
         })
     }
 
+    /// True if a segment's place is that of its neighbours and not its own reading's.
+    pub fn is_quiet(&self, segment: usize, i: usize) -> bool {
+        self.quiet_m[segment].get(i).is_some_and(|q| *q != 0.0)
+    }
+
     /// End of the rest that begins at a sample: of the same stretch, smooth and without clear speed.
     fn rest_ends(&self, s: usize, start: usize) -> usize {
         let rests = |i: &usize| {

@@ -23,7 +23,8 @@ impl Scene<'_> {
     pub(super) fn look_over(&self, n: usize, temperatures: &[f64]) -> Survey {
         let o = self.observations;
         let pairs = self.scope.segments.iter().all(|s| *s);
-        let thetas: Vec<f64> = if pairs {
+        let referenced = |axis: usize| !o.reference[axis].is_empty();
+        let thetas: Vec<f64> = if pairs || referenced(2) {
             (0..n)
                 .map(|i| self.theta_rad(i))
                 .filter(|t| t.is_finite())
@@ -49,8 +50,9 @@ impl Scene<'_> {
                 .direction
                 .iter()
                 .any(|d| d.iter().filter(|v| **v != 0.0).count() > 20),
-            lateral: (self.scope.segments[0] || self.scope.segments[2])
-                && (self.scope.segments[1] || self.scope.segments[3]),
+            lateral: [0, 1].iter().all(|&axis| {
+                self.scope.segments[axis] || self.scope.segments[axis + 2] || referenced(axis)
+            }),
             top_speed_m_s: self.motion.top_speed_m_s,
             travel_m: std::array::from_fn(|s| crate::statistics::spread(&self.calibrated_m[s])),
             middle_m: self.middle_m(n),

@@ -414,6 +414,8 @@ pub struct Options {
     pub samples: usize,
     pub commanded: bool,
     pub reference: bool,
+    /// The first so many segments are recorded.
+    pub segments: usize,
 }
 impl Default for Options {
     fn default() -> Self {
@@ -423,6 +425,7 @@ impl Default for Options {
             samples: 12000,
             commanded: true,
             reference: false,
+            segments: 4,
         }
     }
 }
@@ -812,7 +815,7 @@ fn measure(
             electrode_counts: electrodes,
             ..Row::default()
         };
-        for s in 0..4 {
+        for s in 0..o.segments {
             if o.counts {
                 row.quadrature_counts[s] = Some(counts[s]);
                 row.teeth[s] = Some(teeth[s]);

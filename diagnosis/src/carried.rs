@@ -1,0 +1,117 @@
+//! Noise that readings carry into the columns. A shape is evaluated at a noisy place, so that a set of large amounts which
+//! nearly cancel can rebuild the residual's own noise and leave less than the noise, held out as well (the trivial answer of a
+//! constraint fit). What such a set leaves is told apart by the noise that it would leave: errors in variables, as in Fuller
+//! 1987's corrected score.
+
+use crate::gram::{Columns, Fit, add_products, squares};
+use crate::scene::{ROWS, Scene, Shift};
+use nalgebra::DMatrix;
+
+/// Samples that the mean is taken over.
+const SAMPLES: usize = 500;
+/// Samples that are turned into rows at once.
+const CHUNK: usize = 64;
+/// A fit that takes noise away is believed only for what it takes beyond that much again: the allowance is of first order.
+const DOUBT: f64 = 2.0;
+/// Step of the derivatives by a reading, m.
+const STEP_M: f64 = 1.0e-8;
+
+/// Mean products, a row, of the columns' and the target's derivatives by the readings, each times that reading's noise.
+#[derive(Clone, Debug)]
+pub struct Carried(DMatrix<f64>);
+
+impl Carried {
+    /// Cost: a twentieth to a half of the products themselves. The coordination sensor's noise is left aside: its shapes are
+    /// smooth over many times that noise.
+    pub fn new(scene: &Scene, columns: &Columns, scale: &[f64]) -> Self {
+        let width = scale.len() + 1;
+        let in_use: Vec<usize> = (0..scene.len()).filter(|&i| scene.keep[i]).collect();
+        let step = (in_use.len() / SAMPLES).max(1);
+        let list: Vec<usize> = in_use.into_iter().step_by(step).collect();
+        let stepped = std::array::from_fn(|s| stepped(scene, s));
+        let mut sum = DMatrix::zeros(width, width);
+        let count: usize = list
+            .chunks(CHUNK)
+            .map(|samples| accumulate(scene, &stepped, columns, scale, samples, &mut sum))
+            .sum();
+        crate::gram::mirror(&mut sum);
+        Self(sum / count.max(1) as f64)
+    }
+
+    /// Squares, a row, that a fit's own are counted too high by: the noise that it adds, or below zero what it takes away, which
+    /// counts [`DOUBT`] times.
+    pub fn allowance(&self, fit: &Fit) -> f64 {
+        let last = self.0.nrows() - 1;
+        let added = squares(&self.0, fit) - self.0[(last, last)];
+        if added < 0.0 { DOUBT * added } else { added }
+    }
+}
+
+/// The scene with one segment's raw readings a step further. Where the segment's place is that of its neighbours, the place
+/// stays.
+fn stepped<'a>(scene: &Scene<'a>, segment: usize) -> Scene<'a> {
+    let mut shift: Shift = scene.shift.clone();
+    let off = &mut shift.electronic_m[segment];
+    off.resize(scene.len(), 0.0);
+    off.iter_mut().for_each(|off| *off += STEP_M);
+    let mut out = scene.moved(scene.baseline.clone(), shift);
+    out.shift.whole_m[segment].resize(scene.len(), 0.0);
+    for i in 0..out.calibrated_m[segment].len() {
+        out.shift.whole_m[segment][i] += if scene.is_quiet(segment, i) {
+            scene.calibrated_m[segment][i] - out.calibrated_m[segment][i]
+        } else {
+            STEP_M
+        };
+    }
+    out
+}
+
+fn accumulate(
+    scene: &Scene,
+    stepped: &[Scene; 4],
+    columns: &Columns,
+    scale: &[f64],
+    samples: &[usize],
+    sum: &mut DMatrix<f64>,
+) -> usize {
+    let width = scale.len() + 1;
+    let mut across = DMatrix::<f64>::zeros(samples.len() * ROWS * 4, width);
+    let mut active = vec![false; width];
+    active[width - 1] = true;
+    let (mut at, mut count) = (0, 0);
+    for &i in samples {
+        let rows = scene.rows(i);
+        count += rows.count;
+        let variance = scene.reading_variance(i);
+        let here = scene.moment(i);
+        for s in (0..4).filter(|s| scene.scope.segments[*s]) {
+            let there = stepped[s].moment(i);
+            let noise = scene.noise[s] * scene.observations.position_noise_m[s][i] / STEP_M;
+            for (c, regressor) in columns.regressors.iter().enumerate() {
+                let (a, b) = (
+                    rows.response(regressor, &here),
+                    rows.response(regressor, &there),
+                );
+                let change: [f64; ROWS] = std::array::from_fn(|row| (b[row] - a[row]) * noise);
+                if change.iter().all(|d| *d == 0.0) {
+                    continue;
+                }
+                active[c] = true;
+                let white = rows.whitened(&change);
+                for row in 0..rows.count {
+                    across[(at + row, c)] = white[row] * scale[c];
+                }
+            }
+            let target = std::array::from_fn(|row| -rows.by_reading[row][s] * variance[s].sqrt());
+            let white = rows.whitened(&target);
+            for row in 0..rows.count {
+                across[(at + row, width - 1)] = white[row];
+            }
+            at += rows.count;
+        }
+    }
+    let list: Vec<usize> = (0..width).filter(|c| active[*c]).collect();
+    let used = DMatrix::from_fn(at, list.len(), |row, k| across[(row, list[k])]);
+    add_products(&used, &list, sum);
+    count
+}

@@ -1,0 +1,55 @@
+//! Noise that columns carry, against what a sine of the own phase must carry.
+mod rig;
+
+use diagnosis::Options;
+use diagnosis::diagnose::{Look, prepare, study};
+use diagnosis::gram::{Fit, solve};
+use std::f64::consts::TAU;
+
+/// g_p has four readings' noise, n each. An amount `a` of sin(3 f p) takes a 3 f cos(3 f p) n from one of them: squares a row
+/// grow by (3 a f)² / 2 over 4 where the place is the reading's own, and a steep slope of either sign gives nearly the same.
+#[test]
+fn a_sine_of_the_own_phase_adds_what_its_slope_says() {
+    let options = rig::Options {
+        samples: 6000,
+        beacon: false,
+        ..rig::Options::default()
+    };
+    let (recording, courier) = rig::record(31, &[], &options);
+    let prepared = prepare(&recording).unwrap();
+    let study = study(
+        &prepared,
+        &Options::default(),
+        &prepared.about(),
+        Look::default(),
+    );
+    let blocks = &study.columns.blocks;
+    let own = blocks.iter().find(|b| b.name == "extra_harmonics").unwrap();
+    let name = |c: &usize| study.columns.regressors[*c].name == "order 3 sine, segment 1";
+    let column = own.columns.clone().find(name).unwrap();
+    let quiet = (0..study.scene.len()).filter(|&i| study.scene.is_quiet(0, i));
+    let noisy = 1.0 - quiet.count() as f64 / study.scene.len() as f64;
+    let slope = 4.0;
+    let amount_m = slope * courier.pitch / (3.0 * TAU);
+    let fit = solve(
+        &study.gram.training(None),
+        &[column],
+        &study.gram.centre,
+        1.0,
+    )
+    .unwrap();
+    for sign in [-1.0, 1.0] {
+        let fit = Fit {
+            amount: fit
+                .amount
+                .map(|_| sign * amount_m / study.gram.scale[column]),
+            ..fit.clone()
+        };
+        let allowance = study.carried.allowance(&fit);
+        let expected = slope * slope / 8.0 * noisy;
+        assert!(
+            (allowance / expected - 1.0).abs() < 0.25,
+            "{allowance} for {expected}"
+        );
+    }
+}
