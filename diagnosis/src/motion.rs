@@ -137,34 +137,34 @@ impl Motion {
         let mut magnitudes: Vec<f64> = speed.iter().map(|v| v.abs()).filter(|v| *v > 0.0).collect();
         let top = quantile(&mut magnitudes, 0.99).unwrap_or(0.0);
         self.top_speed_m_s[segment] = top;
+        let mut scatter: Vec<f64> = (0..n)
+            .filter(|i| smooth[*i])
+            .map(|i| fit[i].residual)
+            .collect();
+        let scatter_m = crate::statistics::median(&mut scatter).unwrap_or(0.0);
         let mut direction = vec![0.0; n];
         let mut approach = vec![0.0; n];
-        let mut last = 0.0;
+        // Slow travel has a direction as well, told by the way and not by the speed.
+        let (mut last, mut mark) = (0.0, f64::NAN);
         for i in 0..n {
+            let apart =
+                i > 0 && (!smooth[i] || observations.stretch[i] != observations.stretch[i - 1]);
+            let wanted = if apart { APPROACH_M } else { DEAD * scatter_m };
+            let step = position[i] - mark;
+            if mark.is_nan() || step.abs() > wanted {
+                last = if mark.is_nan() { last } else { step.signum() };
+                mark = position[i];
+            }
             if smooth[i] && speed[i].abs() > (5.0 * fit[i].slope_noise).max(0.02 * top) {
                 direction[i] = speed[i].signum();
-                last = direction[i];
+                (last, mark) = (direction[i], position[i]);
             } else {
-                let apart =
-                    |i: usize| !smooth[i] || observations.stretch[i] != observations.stretch[i - 1];
-                if i > 0 && apart(i) {
-                    let step = position[i] - position[i - 1];
-                    if step.abs() > APPROACH_M {
-                        last = step.signum();
-                    }
-                }
                 approach[i] = last;
             }
         }
         self.acceleration_m_s2[segment] = (0..n)
             .map(|i| clear(fit[i].curvature, fit[i].curvature_noise, i))
             .collect();
-        let mut scatter: Vec<f64> = (0..n)
-            .filter(|i| self.smooth[*i])
-            .map(|i| fit[i].residual)
-            .collect();
-        let scatter_m = quantile(&mut scatter, 0.5).unwrap_or(0.0);
-        self.loud_m[segment] = quantile(&mut scatter, LOUD).unwrap_or(0.0);
         self.scatter_m[segment] = scatter_m;
         self.memory[segment] = memory(DEAD * scatter_m, position, &self.smooth, observations);
         self.speed_m_s[segment] = speed;

@@ -252,8 +252,12 @@ fn pair_phases(survey: &Survey) -> Vec<Regressor> {
 /// Whole orders, on both segments of a pair at once.
 fn reference_phase(survey: &Survey) -> Vec<Regressor> {
     let mut list = Vec::new();
-    let pairs = (0..2).filter(|s| survey.segments[*s] && survey.segments[s + 2]);
-    for s in pairs.filter(|_| survey.reference) {
+    // One segment alone passes the reference's place and its own at different times only where the courier turns.
+    let apart = |s: &usize| {
+        let in_use = [survey.segments[*s], survey.segments[s + 2]];
+        in_use == [true; 2] || survey.turning && in_use.contains(&true)
+    };
+    for s in (0..2).filter(|s| survey.reference && apart(s)) {
         for order in 1..9 {
             for (part, quarter) in [("sine", 0.0), ("cosine", 0.25 * TAU)] {
                 let wave = move |m: &Moment| {

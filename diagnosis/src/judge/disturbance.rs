@@ -125,7 +125,10 @@ impl Judge<'_> {
         let list: Vec<usize> = (0..self.fine.amounts.len()).collect();
         let amounts = |_: usize| &self.fine.amounts;
         let (columns, gram) = (&self.fine.columns, &self.fine.gram);
-        let all = Residuals::predicted(scene, columns, gram, &list, amounts, true);
+        let mut all = Residuals::predicted(scene, columns, gram, &list, amounts, true);
+        if self.noise.is_some() {
+            all = self.by_stated_noise(&all);
+        }
         residuals.channels().into_iter().all(|channel| {
             let rows: Vec<usize> = (0..all.sample.len())
                 .filter(|k| all.channel[*k] == channel && self.prepared.resting[all.sample[*k]])

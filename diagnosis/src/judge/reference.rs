@@ -43,6 +43,10 @@ impl Judge<'_> {
         };
         let found = &self.told.found.blocks;
         let with = rest(arena, found, self.base);
+        if !self.paired() {
+            // One against several: a single shape may be either's.
+            return found.len() > 1 && rest(arena, &[shape], self.base) < with + IN_ITS_PLACE;
+        }
         found.iter().any(|block| {
             let mut others: Vec<usize> = found.iter().copied().filter(|b| b != block).collect();
             others.push(shape);
@@ -50,13 +54,17 @@ impl Judge<'_> {
         })
     }
 
+    /// True if every segment in use has its partner.
+    fn paired(&self) -> bool {
+        let used = &self.study.scene.scope.segments;
+        (0..4).all(|s| !used[s] || used[(s + 2) % 4])
+    }
+
     /// With one segment of an axis a periodic error of the reference looks like orders that equation (3) leaves out: these are
     /// not told for certain, and the doubt is.
     pub(super) fn doubt_the_reference(&self, effects: &mut [Named]) -> Option<String> {
-        let scope = &self.study.scene.scope;
-        let paired = (0..4).all(|s| !scope.segments[s] || scope.segments[(s + 2) % 4]);
         let shape = effects.iter_mut().find(|e| e.name == "extra_harmonics")?;
-        if !scope.reference || paired {
+        if !self.study.scene.scope.reference || self.paired() {
             return None;
         }
         shape.probability = shape.probability.min(EITHER);
