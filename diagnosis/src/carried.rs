@@ -39,7 +39,7 @@ impl Carried {
     }
 
     /// Squares, a row, that a fit's own are counted too high by: the noise that it adds, or below zero what it takes away, which
-    /// counts [`DOUBT`] times.
+    /// counts twice.
     pub fn allowance(&self, fit: &Fit) -> f64 {
         let last = self.0.nrows() - 1;
         let added = squares(&self.0, fit) - self.0[(last, last)];

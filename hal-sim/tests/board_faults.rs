@@ -11,6 +11,7 @@ use courier_sensor::link::framing::Decoder;
 use courier_sensor::link::message::{Action, InForce, Refusal, Reply, SlotContent, SlotRefusal};
 use courier_sensor::link::report::Ending;
 use courier_sensor::link::telemetry::{self, Block, Channels, StreamOrder};
+use courier_sensor::model::{ErrorModel, Term, TermTable};
 use effects::random::{ChaCha8Rng, SeedableRng, index, uniform};
 use hal_sim::board::SharedFlash;
 use hal_sim::wire::fault::{InputFault, When};
@@ -137,6 +138,30 @@ fn a_converter_that_lost_its_settings_comes_back_by_itself() {
     bench.run(10);
     assert_eq!(bench.status().status_seen & Status::CONVERTER_CRC.bits(), 0);
     assert_eq!(bench.status().missed, 0);
+}
+
+/// Every row beyond equations (3) and (9) costs the interrupt some 600 cycles of the 8500 between two samples.
+#[test]
+fn rows_that_the_interrupt_has_no_time_for_are_refused() {
+    let (mut bench, _flash, _) = stored(5);
+    let mut loaded = marked(7);
+    let mut terms: Vec<Term> = TermTable::equation_9().iter().copied().collect();
+    for order in [3, 5, 7, 8, 9, 10, 11, 12, 13, 14] {
+        terms.push(Term::own(order));
+    }
+    loaded.model = ErrorModel::zero(TermTable::new(&terms).unwrap());
+    assert_eq!(bench.ask(Action::Load(loaded.clone())), Reply::Done);
+    bench.run(2);
+    terms.push(Term::own(15));
+    loaded.model = ErrorModel::zero(TermTable::new(&terms).unwrap());
+    loaded.made.uptime_s = 8;
+    let refusal = Refusal::TooDear {
+        found: 11,
+        most: 10,
+    };
+    assert_eq!(bench.ask(Action::Load(loaded)), Reply::Refused(refusal));
+    bench.run(2);
+    assert_eq!(bench.mark(), Some(7), "what was in force still is");
 }
 
 #[test]

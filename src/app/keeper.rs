@@ -9,7 +9,7 @@ use crate::calibration::slots::{Place, SLOTS, SlotError, SlotInfo, Slots};
 use crate::frame::SEGMENTS;
 use crate::geometry::Geometry;
 use crate::link::message::{InForce, RecordRefusal, Refusal};
-use crate::model::{ErrorModel, TermTable};
+use crate::model::{ErrorModel, TermTable, most_further_rows};
 use crate::quadrature::PairCorrection;
 use crate::settings::Settings;
 use crate::step::StepConfig;
@@ -235,6 +235,13 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
 
     /// Writes the spare set by the settings.
     fn build(&mut self) -> Result<(), Refusal> {
+        if let Some(model) = &self.settings.model {
+            let most = most_further_rows(self.settings.rate_hz);
+            if model.further_rows() > most {
+                let [found, most] = [model.further_rows(), most].map(|n| n as u8);
+                return Err(Refusal::TooDear { found, most });
+            }
+        }
         let spare = self.swap.spare().map_err(|_| Refusal::SwapBusy)?;
         match StepConfig::build(&self.settings) {
             Ok(config) => {

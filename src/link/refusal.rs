@@ -162,6 +162,16 @@ pub enum Refusal {
     /// The calibration did not start.
     #[error("the calibration did not start: {0}")]
     Start(StartRefusal),
+    /// The interrupt has no time for so many rows beyond equations (3) and (9).
+    #[error(
+        "error model: {found} further terms, wanted at most {most}: the sampling interrupt has no time for more"
+    )]
+    TooDear {
+        /// Rows sent.
+        found: u8,
+        /// Rows that it has time for.
+        most: u8,
+    },
 }
 
 /// Why a slot operation failed, on the wire.

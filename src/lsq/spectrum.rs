@@ -7,18 +7,20 @@ use crate::math::sqrt;
 /// Power and inverse iterations at most; they stop when the estimate changes by less than [`SETTLED`].
 const ITERATIONS: usize = 300;
 const SETTLED: f32 = 1.0e-6;
+/// And not before so many: an estimate rests for some iterations on a neighbour of the direction that is sought.
+const LEAST: usize = 100;
 
 impl<const N: usize, const P: usize> Upper<N, P> {
     /// Of the scaled factor, by power iteration on `R^T R` through products with `R` and `R^T`.
     pub(super) fn largest_singular_value(&self) -> f32 {
         let mut v = start_vector::<N>(self.unknowns);
         let mut value = 0.0;
-        for _ in 0..ITERATIONS {
+        for iteration in 0..ITERATIONS {
             self.multiply(&mut v);
             let length = norm(&v[..self.unknowns]);
             self.multiply_transposed(&mut v);
             if normalise(&mut v[..self.unknowns]) == 0.0
-                || (length - value).abs() <= SETTLED * length
+                || iteration >= LEAST && (length - value).abs() <= SETTLED * length
             {
                 return length;
             }
@@ -36,7 +38,7 @@ impl<const N: usize, const P: usize> Upper<N, P> {
             let forward = self.forward_floored(&mut v, floor);
             let backward = self.backward_floored(&mut v, floor);
             let next = sqrt(forward) * sqrt(backward);
-            if iteration > 1 && (next - value).abs() <= SETTLED * next {
+            if iteration >= LEAST && (next - value).abs() <= SETTLED * next {
                 return (next, v);
             }
             value = next;

@@ -10,6 +10,14 @@ use heapless::Vec;
 /// Own orders of the dense part.
 const DENSE_ORDERS: [u8; 4] = [1, 2, 4, 6];
 
+impl Term {
+    /// Whether the interrupt evaluates it by itself: it is in neither equation (3) nor (9).
+    #[must_use]
+    pub fn is_further(&self) -> bool {
+        *self != Self::lateral(1) && !DENSE_ORDERS.iter().any(|&n| *self == Self::own(n))
+    }
+}
+
 /// Equation (3) of two segments as polynomials in the measured sine s and cosine c, turns.
 ///
 /// With u = s²: `e = even(u) + s (sine + c odd(u)) + cosine c`. The multiple-angle formulas, orders 2, 4 and 6:

@@ -6,8 +6,9 @@ use anyhow::{Result, ensure};
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::model::{
-    ErrorModel, MAX_LATERAL_ORDER, MAX_TERMS, Multiplier, Term, TermTable,
+    ErrorModel, MAX_LATERAL_ORDER, MAX_TERMS, Multiplier, Term, TermTable, most_further_rows,
 };
+use courier_sensor::settings::Settings;
 use diagnosis::Model;
 use diagnosis::baseline::ORDERS;
 use refit::{Diagnosed, Refitted, refit};
@@ -198,6 +199,13 @@ fn fit_in(before: &[Row], rows: &mut Vec<Row>) -> usize {
         let fits = !row.is_own() || room_own > 0;
         room_own -= usize::from(row.is_own() && fits);
         fits
+    });
+    // One place is left for a candidate that stands for what the lateral ones lack.
+    let most = most_further_rows(Settings::default().rate_hz).saturating_sub(1);
+    let mut further = 0;
+    rows.retain(|row| {
+        further += usize::from(row.term.is_further());
+        further <= most
     });
     rows.truncate(MAX_TERMS - before.len());
     all - rows.len()

