@@ -45,7 +45,9 @@ pub fn row(figure: &Wanted) -> Vec<String> {
             if figure.at_least { "≥" } else { "≤" },
             percent(figure.wanted)
         ),
-        if figure.reached() {
+        if figure.of == 0 {
+            "not tried"
+        } else if figure.reached() {
             "reached"
         } else {
             "not reached"
