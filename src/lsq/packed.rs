@@ -24,7 +24,7 @@ pub(super) const fn row(unknowns: usize, row: usize) -> Range<usize> {
     start(unknowns, row)..start(unknowns, row + 1)
 }
 
-/// `v <- v - y u`, four in step so that no result is waited for.
+/// `v <- v - y u` of as many numbers each, four in step so that no result is waited for.
 #[inline(never)]
 pub(super) fn subtract(v: &mut [f32], y: f32, u: &[f32]) {
     let ((v, v_rest), (u, u_rest)) = (v.as_chunks_mut::<4>(), u.as_chunks::<4>());
@@ -37,10 +37,19 @@ pub(super) fn subtract(v: &mut [f32], y: f32, u: &[f32]) {
     }
 }
 
-/// `sum u v`, one after the other.
+/// `sum u v` of as many numbers each, four sums in step so that no result is waited for.
 #[inline(never)]
 pub(super) fn dot(u: &[f32], v: &[f32]) -> f32 {
-    u.iter().zip(v).map(|(u, v)| u * v).sum()
+    let ((u, u_rest), (v, v_rest)) = (u.as_chunks::<4>(), v.as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    for (u, v) in u.iter().zip(v) {
+        let products: [f32; 4] = from_fn(|j| u[j] * v[j]);
+        (0..4).for_each(|j| sums[j] += products[j]);
+    }
+    for ((sum, u), v) in sums.iter_mut().zip(u_rest).zip(v_rest) {
+        *sum += u * v;
+    }
+    sums.iter().sum()
 }
 
 /// Writes `row` in its columns' scales to `entries`, which are as many; returns its squared length.

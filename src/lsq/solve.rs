@@ -6,7 +6,8 @@
 //! is above it. What remains is of full rank and gives the solution of least norm: the pseudo-inverse's, truncated.
 //! Memory: one more packed triangle. The normal equations are not formed.
 
-use super::spectrum::norm;
+use super::null::norm;
+use super::spectrum::Of;
 use super::triangle::Triangle;
 use super::upper::Upper;
 use crate::math::sqrt;
@@ -171,7 +172,7 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
         let n = self.rows.unknowns;
         let mut undetermined = [0.0f32; N];
         self.equilibrate();
-        let largest = self.solved.largest_singular_value();
+        let largest = self.largest_singular_value(Of::Itself);
         let (rank, smallest, left) = self.complete_rank(largest, &mut undetermined);
         let solution = &mut self.solution;
         solution.unknowns = n;
@@ -219,8 +220,8 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
         let (mut a, mut b) = ([0.0; N], [0.0; N]);
         a[i] = self.to_equal_length(i);
         b[j] = self.to_equal_length(j);
-        self.solved.forward(&mut a);
-        self.solved.forward(&mut b);
+        self.solved.factor().forward(&mut a);
+        self.solved.factor().forward(&mut b);
         a[..n].iter().zip(&b[..n]).map(|(a, b)| a * b).sum()
     }
 
@@ -231,8 +232,10 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
     }
 
     fn whiten(&self, v: &mut [f32; N]) -> f32 {
-        if self.solved.forward(v) {
-            norm(&v[..self.solved.unknowns])
+        self.solved.factor().forward(v);
+        let length = norm(&v[..self.solved.unknowns]);
+        if length.is_finite() {
+            length
         } else {
             f32::INFINITY
         }
@@ -294,9 +297,16 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
             return f32::INFINITY;
         }
         self.copy_with_columns(&factors);
-        let largest = self.solved.largest_singular_value();
-        let (smallest, _) = self.solved.smallest_singular_value(largest);
-        largest / smallest
+        self.largest_singular_value(Of::Itself) * self.largest_singular_value(Of::Inverse)
+    }
+
+    /// Of the factor as it was copied last. Largest of the inverse: the smallest's inverse.
+    #[inline(never)]
+    fn largest_singular_value(&self, of: Of) -> f32 {
+        let mut work = [[0.0; N]; 3];
+        let factor = self.solved.factor();
+        let work = work.each_mut().map(|vector| &mut vector[..factor.unknowns]);
+        factor.largest_singular_value(of, work)
     }
 
     /// Makes every direction below the tolerance zero; returns the rank, the smallest singular value left and the norm
@@ -305,10 +315,14 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
         let n = self.solved.unknowns;
         let (mut rank, mut left) = (n, 0.0);
         loop {
-            let (smallest, direction) = self.solved.smallest_singular_value(largest);
-            if smallest > RANK_TOLERANCE * largest || rank == 0 {
+            let smallest = 1.0 / self.largest_singular_value(Of::Inverse);
+            let bound = RANK_TOLERANCE * largest;
+            if smallest > bound || rank == 0 {
                 return (rank, smallest, left);
             }
+            let mut direction = [0.0; N];
+            let factor = self.solved.factor();
+            factor.null_direction(bound, largest, &mut direction[..n]);
             rank -= 1;
             for (share, d) in undetermined.iter_mut().zip(&direction[..n]) {
                 *share += d * d;
@@ -319,7 +333,7 @@ impl<const N: usize, const P: usize> Estimator<N, P> {
 
     fn back_substitute(&mut self) -> Result<(), SolveError> {
         let mut x = [0.0; N];
-        self.solved.backward(&mut x);
+        self.solved.solve(&mut x);
         for (i, x) in x.iter().enumerate().take(self.rows.unknowns) {
             let value = x * self.inverse_length[i] * self.rows.rhs_unit * self.rows.scale[i];
             if !value.is_finite() {

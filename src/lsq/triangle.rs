@@ -211,7 +211,7 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
     pub(super) fn backward(&self, v: &mut [f32]) {
         for i in (0..self.unknowns).rev() {
             let (head, tail) = v[i..self.unknowns].split_at_mut(1);
-            head[0] -= packed::dot(&self.row(i)[1..], tail);
+            head[0] -= packed::dot(&self.row(i)[1..=tail.len()], tail);
         }
     }
 

@@ -19,11 +19,13 @@ impl<const N: usize, const P: usize> Upper<N, P> {
         }
     }
 
-    /// Row of the factor, from the diagonal, without its right-hand side.
+    /// Itself without its size: one copy of what is done with it serves all sizes.
     #[inline]
-    pub fn row(&self, row: usize) -> &[f32] {
-        let range = packed::row(self.unknowns, row);
-        &self.packed[range.start..range.end - 1]
+    pub fn factor(&self) -> Factor<'_> {
+        Factor {
+            unknowns: self.unknowns,
+            packed: &self.packed,
+        }
     }
 
     /// Row of the factor, from the diagonal to the right-hand side.
@@ -32,9 +34,12 @@ impl<const N: usize, const P: usize> Upper<N, P> {
         &mut self.packed[packed::row(self.unknowns, row)]
     }
 
-    /// Right-hand side of a row.
-    pub fn rhs(&self, row: usize) -> f32 {
-        self.packed[packed::row(self.unknowns, row).end - 1]
+    /// Solves `R x = rhs` into `x`. A vanished diagonal entry gives infinities.
+    pub fn solve(&self, x: &mut [f32]) {
+        for (i, x) in x.iter_mut().enumerate().take(self.unknowns) {
+            *x = self.packed[packed::row(self.unknowns, i).end - 1];
+        }
+        self.factor().backward(x);
     }
 
     /// Enters `scale * row * x = 0` by ordinary rotations; returns what is left of the right-hand side.
@@ -59,30 +64,58 @@ impl<const N: usize, const P: usize> Upper<N, P> {
         }
         entering[self.unknowns]
     }
+}
 
-    /// Solves `R^T u = v` in place. False if a diagonal entry that is needed has vanished.
-    pub fn forward(&self, v: &mut [f32]) -> bool {
+/// A plain factor `R` as it is read. Vectors are of as many numbers as there are unknowns, or more, which stay.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Factor<'p> {
+    pub unknowns: usize,
+    packed: &'p [f32],
+}
+
+impl<'p> Factor<'p> {
+    /// Row of the factor, from the diagonal, without its right-hand side.
+    #[inline]
+    pub fn row(self, row: usize) -> &'p [f32] {
+        let range = packed::row(self.unknowns, row);
+        &self.packed[range.start..range.end - 1]
+    }
+
+    /// `v <- R v`.
+    pub fn multiply(self, v: &mut [f32]) {
+        for i in 0..self.unknowns {
+            v[i] = packed::dot(self.row(i), &v[i..self.unknowns]);
+        }
+    }
+
+    /// `v <- R^T v`.
+    pub fn multiply_transposed(self, v: &mut [f32]) {
+        for i in (0..self.unknowns).rev() {
+            let (row, x) = (self.row(i), v[i]);
+            v[i] = x * row[0];
+            packed::subtract(&mut v[i + 1..self.unknowns], -x, &row[1..]);
+        }
+    }
+
+    /// `v <- R^-T v`. A vanished diagonal entry that is needed gives infinities.
+    pub fn forward(self, v: &mut [f32]) {
         for i in 0..self.unknowns {
             if v[i] == 0.0 {
                 continue;
             }
             let row = self.row(i);
             let y = v[i] / row[0];
-            if !y.is_finite() {
-                return false;
-            }
             v[i] = y;
             packed::subtract(&mut v[i + 1..self.unknowns], y, &row[1..]);
         }
-        true
     }
 
-    /// Solves `R x = rhs` into `x`. A vanished diagonal entry gives infinities.
-    pub fn backward(&self, x: &mut [f32]) {
+    /// `v <- R^-1 v`. A vanished diagonal entry gives infinities.
+    pub fn backward(self, v: &mut [f32]) {
         for i in (0..self.unknowns).rev() {
             let row = self.row(i);
-            let tail = &x[i + 1..self.unknowns];
-            x[i] = (self.rhs(i) - packed::dot(&row[1..], tail)) / row[0];
+            let sum = packed::dot(&row[1..], &v[i + 1..self.unknowns]);
+            v[i] = (v[i] - sum) / row[0];
         }
     }
 }

@@ -275,6 +275,7 @@ fn print_json(costs: &Costs, joint: &str, images: &serde_json::Map<String, Value
         "cmsis": instructions("cmsis"),
         "libm": instructions("libm"),
         "givens_row_33": row,
+        "solve_33": worst("solve_33"),
         "interrupt_mapped": worst("interrupt_mapped"),
         "joint": {
             "rows": SOLVED.map(|unknowns| json!({

@@ -238,9 +238,10 @@ impl JointSolver {
     /// Solves and moves the values, at most by one prior deviation each; returns the largest move in standard deviations.
     pub(super) fn step(&mut self, values: &mut Values) -> Result<f32, SolveError> {
         self.estimator.solve_equilibrated()?;
-        let moves = self.estimator.solution().values;
+        let solution = self.estimator.solution();
+        let (moves, unit) = (&solution.values, 1.0 / solution.noise);
         let mut share = 1.0f32;
-        for (&i, change) in self.free.iter().zip(&moves) {
+        for (&i, change) in self.free.iter().zip(moves) {
             let allowed = self.prior_deviation[usize::from(i)];
             share = share.min(allowed / change.abs().max(1.0e-30));
         }
@@ -248,8 +249,7 @@ impl JointSolver {
         for (column, &i) in self.free.iter().enumerate() {
             let change = moves[column] * share;
             values[usize::from(i)] += change;
-            let deviation = sqrt(self.estimator.covariance(column, column));
-            largest = largest.max(change.abs() / deviation);
+            largest = largest.max(change.abs() / (solution.deviations[column] * unit));
         }
         Ok(largest / share)
     }
