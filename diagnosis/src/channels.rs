@@ -42,6 +42,38 @@ pub fn pair(o: &Observations, segment: usize) -> Result<(), Insufficient> {
         )?;
         below_top(&name, at_top(o, segment, channel))?;
     }
+    not_both_at_top(o, segment)
+}
+
+/// Both channels of a pair at their tops at once, as only a clip makes them, in more than this share of the samples: cut below some
+/// two fifths of the amplitude. What is left tells four places of a tooth.
+const BOTH_AT_TOP: f64 = 0.5;
+
+/// Checks that a pair is not cut so deep that it tells little but four places of a tooth.
+fn not_both_at_top(o: &Observations, segment: usize) -> Result<(), Insufficient> {
+    let pairs = &o.pair_counts[segment];
+    let known = |pair: &&[f64; 2]| pair[0].is_finite() && pair[1].is_finite();
+    let margin = 1.0 + 3.0 * o.pair_noise_counts;
+    let limits = [0, 1].map(|channel: usize| {
+        let values = pairs.iter().filter(known).map(|p| p[channel].abs());
+        values.fold(0.0, f64::max) - margin
+    });
+    // Run by run: a courier that rests on such a place for long is no reason.
+    let mut runs = vec![(0usize, 0usize); o.run_names.len().max(1)];
+    for (pair, run) in pairs.iter().zip(&o.run).filter(|(p, _)| known(p)) {
+        runs[*run].0 += usize::from(pair[0].abs() > limits[0] && pair[1].abs() > limits[1]);
+        runs[*run].1 += 1;
+    }
+    let shares = runs.iter().filter(|r| r.1 > 0);
+    let shares: Vec<f64> = shares.map(|r| r.0 as f64 / r.1 as f64).collect();
+    let found = shares.iter().sum::<f64>() / shares.len().max(1) as f64;
+    if found > BOTH_AT_TOP {
+        let what = format!(
+            "share of samples of q{0}s and q{0}c that are not both at their tops",
+            segment + 1
+        );
+        return Err(Insufficient::new(&what, 1.0 - found, 1.0 - BOTH_AT_TOP, ""));
+    }
     Ok(())
 }
 

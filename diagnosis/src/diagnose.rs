@@ -135,6 +135,16 @@ fn thinned(samples: usize) -> Vec<bool> {
         .collect()
 }
 
+fn told_of_thinning(thinned: &[bool]) -> Option<String> {
+    let used = thinned.iter().filter(|t| !**t).count();
+    (used < thinned.len()).then(|| {
+        format!(
+            "samples: of {} every part tells as much as the whole; {used} in pieces of {THINNED_PIECE}, evenly over the recording, are what the answer is made of",
+            thinned.len()
+        )
+    })
+}
+
 /// Reads, repairs and calibrates.
 ///
 /// # Errors
@@ -178,7 +188,8 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     let overstated = crate::adequacy::overstated(&scene);
     drop(scene);
     observations.overstated = overstated.is_some();
-    let notes = crate::adequacy::remarks(&observations);
+    let mut notes = crate::adequacy::remarks(&observations);
+    notes.extend(told_of_thinning(&thinned));
     Ok(Prepared {
         observations,
         slips,

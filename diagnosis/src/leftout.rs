@@ -37,7 +37,7 @@ pub fn left_out(scene: &Scene, columns: &Columns, gram: &Gram) -> Option<Residua
     for samples in pieces(scene) {
         let piece = Piece::new(scene, columns, gram, &samples);
         let white = piece.predicted(&covariance, &amounts)?;
-        piece.report(&white, &mut out);
+        piece.report(scene, &white, &mut out);
     }
     Some(out)
 }
@@ -99,20 +99,14 @@ impl Piece {
         (DMatrix::identity(rows, rows) - leverage).lu().solve(&left)
     }
 
-    fn report(&self, white: &DVector<f64>, out: &mut Residuals) {
+    fn report(&self, scene: &Scene, white: &DVector<f64>, out: &mut Residuals) {
         let mut at = 0;
         for (i, rows) in &self.samples {
             let mut own = [0.0; ROWS];
             for (row, value) in own.iter_mut().enumerate().take(rows.count) {
                 *value = white[at + row];
             }
-            let value_m = rows.coloured(&own);
-            for row in 0..rows.count {
-                out.sample.push(*i);
-                out.channel.push(rows.channel[row]);
-                out.value_m.push(value_m[row]);
-                out.white.push(own[row]);
-            }
+            out.push(scene, *i, rows, &rows.coloured(&own));
             at += rows.count;
         }
     }

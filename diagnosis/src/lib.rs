@@ -30,10 +30,11 @@ pub mod scene;
 pub mod search;
 pub mod simulate;
 pub mod statistics;
+pub mod visited;
 
 pub use diagnose::Options;
 pub use judge::{Answer, diagnose, diagnose_fully};
-pub use model::{Check, Model, check};
+pub use model::{Check, Checked, Model, check, check_fully};
 pub use report::{Diagnosis, HeldOut, Verdict};
 
 /// The recording cannot answer: the limit that it violates, and both numbers.

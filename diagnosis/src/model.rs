@@ -5,12 +5,13 @@ use crate::baseline::Baseline;
 use crate::clean::{disturbed, repair_slips};
 use crate::gram::{Columns, Gram, folds, solve};
 use crate::heldout::Residuals;
-use crate::judge::{CHANNEL_NAMES, PIECE};
-use crate::observe::Observations;
+use crate::judge::CHANNEL_NAMES;
+use crate::observe::{MINIMUM_SAMPLES, Observations};
 use crate::phase::{VIBRATION, align, waves};
 use crate::report::{HeldOut, HeldOutChannel, Magnitude};
 use crate::scene::{Normal, Scene};
 use crate::simulate::floor;
+use crate::visited::Visited;
 use effects::sensor::{Regressor, Survey};
 use recording::Recording;
 use serde::{Deserialize, Serialize};
@@ -34,6 +35,9 @@ pub struct Model {
     pub survey: Survey,
     /// Held-out figures that `check` should confirm.
     pub claimed: HeldOut,
+    /// Where it knows the field over the platen, if it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub visited: Option<Visited>,
 }
 
 /// Amounts of one effect.
@@ -60,35 +64,51 @@ pub struct Check {
     pub held_out: HeldOut,
 }
 
+/// The figures of `check`, and what they leave out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Checked {
+    /// As in the diagnosis.
+    pub held_out: HeldOut,
+    /// Samples that residuals could be formed of.
+    pub samples: usize,
+    /// Those of them over places that the model's recording did not visit, so that it does not know the field there: left out of the
+    /// figures.
+    pub unvisited: usize,
+    /// What the model leaves at these, rms over the simulator's own scatter.
+    pub unvisited_after: f64,
+}
+
 /// The effect whose amounts are tied to a recording's own time: its course is another one on the next.
 pub const OF_ITS_TIME: &str = "quadrature_drift";
 
 /// Applies a model to another recording of the same courier. Fits nothing but the zeros that are arbitrary from one recording
 /// to the next: of the tooth counts (offset of g_p, o'_x, o'_y; each segment's against a reference), and of time, which a
-/// vibration's phase is counted from. What does not carry over ([`OF_ITS_TIME`]) is left out.
+/// vibration's phase is counted from. What does not carry over ([`OF_ITS_TIME`]) is left out, and so are places where the model
+/// does not know the field that it has ([`Visited`]).
 ///
 /// # Errors
-/// [`Insufficient`] where the recording gives no residuals.
+/// [`Insufficient`] where the recording gives no residuals, or nearly all of it lies where the field is not known.
 pub fn check(model: &Model, recording: &Recording) -> Result<HeldOut, Insufficient> {
+    check_fully(model, recording).map(|checked| checked.held_out)
+}
+
+/// The same with what was left out.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_fully(model: &Model, recording: &Recording) -> Result<Checked, Insufficient> {
     let mut observations = Observations::new(recording)?;
     repair_slips(&mut observations);
-    let n = observations.len();
-    let resting = crate::diagnose::resting(&observations);
-    let all: Vec<bool> = resting.iter().map(|r| !r).collect();
-    // As in the diagnosis, disturbed samples are those that stand out of what the baseline alone leaves: a place where the
-    // effects do not fit is a gap, and no disturbance.
-    let (scene, columns, list) = apply(model, &observations, all.clone(), false);
-    let first = evaluate(&scene, &columns, &list);
-    let rows: Vec<(usize, usize, f64)> = (0..first.sample.len())
-        .map(|k| (first.sample[k], first.channel[k], first.white[k]))
-        .collect();
-    let marked = disturbed(&rows, n, &observations.stretch);
-    let keep: Vec<bool> = all.iter().zip(&marked).map(|(a, m)| *a && !m).collect();
-    let (scene, columns, list) = apply(model, &observations, keep.clone(), true);
-    let after = evaluate(&scene, &columns, &list);
-    let floor = floor(&scene, 4);
-    let (scene, columns, list) = apply(model, &observations, keep, false);
-    let before = evaluate(&scene, &columns, &list);
+    let undisturbed = undisturbed(model, &observations);
+    let (known, unknown) = split(model, &observations, undisturbed);
+    let (after, floor_scene) = residuals(model, &observations, known.clone(), true);
+    let floor = floor(&floor_scene, 4);
+    let (before, _) = residuals(model, &observations, known, false);
+    if after.sample.len() < MINIMUM_SAMPLES {
+        let found = after.sample.len() as f64;
+        let what = "residuals over places that the model's recording visited";
+        return Err(Insufficient::new(what, found, MINIMUM_SAMPLES as f64, ""));
+    }
     let white = floor.white_square.sqrt();
     let channels = after
         .channels()
@@ -97,15 +117,70 @@ pub fn check(model: &Model, recording: &Recording) -> Result<HeldOut, Insufficie
             channel: CHANNEL_NAMES[c].into(),
             before_rms_m: before.channel_rms_m(c).0,
             after_rms_m: after.channel_rms_m(c).0,
-            after_ci95_m: after.interval_m(c, PIECE),
+            after_ci95_m: after.interval_m(c),
             floor_rms_m: floor.channel_rms_m[c],
         })
         .collect();
-    Ok(HeldOut {
+    let held_out = HeldOut {
         whitened_before: before.white_rms() / white,
         whitened_after: after.white_rms() / white,
         channels,
+    };
+    let unvisited = unknown.iter().filter(|u| **u).count();
+    let samples = unvisited + floor_scene.keep.iter().filter(|k| **k).count();
+    let unvisited_after = if unvisited > 0 {
+        residuals(model, &observations, unknown, true).0.white_rms() / white
+    } else {
+        0.0
+    };
+    Ok(Checked {
+        held_out,
+        samples,
+        unvisited,
+        unvisited_after,
     })
+}
+
+/// Samples that do not stand out. As in the diagnosis, disturbed ones are those that stand out of what the baseline alone leaves:
+/// a place where the effects do not fit is a gap, and no disturbance.
+fn undisturbed(model: &Model, observations: &Observations) -> Vec<bool> {
+    let resting = crate::diagnose::resting(observations);
+    let all: Vec<bool> = resting.iter().map(|r| !r).collect();
+    let (first, _) = residuals(model, observations, all.clone(), false);
+    let rows: Vec<(usize, usize, f64)> = (0..first.sample.len())
+        .map(|k| (first.sample[k], first.channel[k], first.white[k]))
+        .collect();
+    let marked = disturbed(&rows, observations.len(), &observations.stretch);
+    all.iter().zip(&marked).map(|(a, m)| *a && !m).collect()
+}
+
+/// Samples over places where the model knows all that it speaks of, and the others.
+fn split(model: &Model, observations: &Observations, usable: Vec<bool>) -> (Vec<bool>, Vec<bool>) {
+    let Some(visited) = &model.visited else {
+        let none = vec![false; usable.len()];
+        return (usable, none);
+    };
+    let baseline = model.baseline_with_effects.clone();
+    let scene = Scene::relative_to(observations, baseline, usable, Some(&model.normal));
+    let there =
+        |i: usize| scene.keep[i] && scene.channels(i).contains(&true) | scene.scope.reference;
+    (0..scene.len())
+        .map(|i| {
+            let knows = visited.knows(&scene, i);
+            (there(i) && knows, there(i) && !knows)
+        })
+        .unzip()
+}
+
+/// What the model, or its baseline alone, leaves at some samples; and the scene under it.
+fn residuals<'a>(
+    model: &Model,
+    observations: &'a Observations,
+    keep: Vec<bool>,
+    with: bool,
+) -> (Residuals, Scene<'a>) {
+    let (scene, columns, list) = apply(model, observations, keep, with);
+    (evaluate(&scene, &columns, &list), scene)
 }
 
 /// The scene under the model: known amounts are put into the residual by columns with a prior that does not move.

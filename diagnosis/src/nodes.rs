@@ -1,6 +1,7 @@
 //! Nodes of a field over the platen: those that the recording passes often enough.
 
 use crate::scene::Scene;
+use crate::visited::places_m;
 use std::collections::BTreeMap;
 
 /// Weight of samples that a node must carry to be judged.
@@ -28,14 +29,7 @@ pub fn nodes(scene: &Scene) -> (f64, [Vec<[i32; 2]>; 4]) {
 fn at(scene: &Scene, step_m: f64) -> [Vec<[i32; 2]>; 4] {
     let mut weights: [BTreeMap<[i32; 2], f64>; 4] = Default::default();
     for i in (0..scene.len()).filter(|&i| scene.keep[i]) {
-        let moment = scene.moment(i);
-        let channels = scene.channels(i);
-        for s in 0..4 {
-            let place_m = match (scene.scope.reference, channels.get(s)) {
-                (true, _) if scene.scope.segments[s] => moment.place_m[s],
-                (false, Some(true)) => moment.centre_m,
-                _ => continue,
-            };
+        for (s, place_m) in places_m(scene, i) {
             let [a, b] = place_m.map(|p| p / step_m);
             for (di, dj) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
                 let (x, y) = (a.floor() + di, b.floor() + dj);

@@ -108,6 +108,8 @@ pub mod sensor_side {
                 };
                 if survey.counts {
                     family("amplitude times ", "m", 2.0e-6, |m, s| m.ln_amplitude[s]);
+                    // The error is a smooth function of the gap, and straight over small changes of it only.
+                    family("square of amplitude times ", "m", 0.2e-6, |m, s| m.ln_amplitude[s].powi(2));
                 } else if survey.travel_m[s] > 3.0 * survey.pitch_m {
                     family("place along times ", "1", 1.5e-6, |m, s| m.from_middle_m[s % 2]);
                     family("place across times ", "1", 1.5e-6, |m, s| m.from_middle_m[1 - s % 2]);

@@ -44,10 +44,32 @@ fn a_blind_check_step_by_step() {
         ],
     );
     assert_eq!(scored.code, 0, "{}", scored.err);
-    assert!(scored.out.lines().count() <= 40, "{}", scored.out);
+    assert!(scored.out.lines().count() <= 80, "{}", scored.out);
+    for told in [
+        "false alarm",
+        "wrong culprit",
+        "rightly located",
+        "in every channel",
+        "answered",
+        "gap seen",
+        "right, by rms",
+    ] {
+        assert!(scored.out.contains(told), "{told}: {}", scored.out);
+    }
     let score = json_in(at.join("score.json"));
     assert_eq!(score["seal"].as_str().unwrap(), seal.trim());
     assert_eq!(score["judged"].as_array().unwrap().len(), 5);
+    // Every case with one effect is in the table of its effect, in the class of its size.
+    let classed: u64 = score["effects"]
+        .as_object()
+        .unwrap()
+        .values()
+        .flat_map(|classes| classes.as_array().unwrap())
+        .map(|class| class["cases"].as_u64().unwrap())
+        .sum();
+    let alone = score["judged"].as_array().unwrap().iter();
+    let alone = alone.filter(|j| j["case"]["effects"].as_array().unwrap().len() == 1);
+    assert_eq!(classed as usize, alone.count());
     let counted: u64 = score["figures"].as_array().unwrap()[..4]
         .iter()
         .map(|f| f["of"].as_u64().unwrap())

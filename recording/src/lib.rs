@@ -7,8 +7,10 @@
 
 mod column;
 mod error;
+mod keys;
 mod meta;
 mod read;
+mod rows;
 mod samples;
 mod write;
 

@@ -1,9 +1,10 @@
 //! `recording.toml`: nominal geometry and stated noise.
 
+use crate::SCHEMA;
 use crate::column::{Column, CountLimits};
-use crate::error::{Error, excerpt, one_line};
+use crate::error::{Error, one_line};
+use crate::keys::{Keys, Range, describe, missing};
 use crate::samples::Samples;
-use crate::{META_FILE, SCHEMA};
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -62,9 +63,6 @@ pub struct Meta {
     /// Converters and noise.
     pub electronics: Electronics,
 }
-
-/// Range of numbers that a key may have.
-type Range = (f64, f64);
 
 const PITCH_M: Range = (1.0e-7, 0.1);
 const LENGTH_M: Range = (-10.0, 10.0);
@@ -328,10 +326,6 @@ fn electronics(keys: &mut Keys) -> Result<Electronics, Error> {
     })
 }
 
-fn missing(file: &Path, key: &str, wanted: &str) -> Error {
-    Error::new(file, "none", wanted).column(key)
-}
-
 fn not_toml(file: &Path, text: &str, error: &toml::de::Error) -> Error {
     let row = error
         .span()
@@ -354,106 +348,5 @@ fn check_schema(file: &Path, table: &Table) -> Result<(), Error> {
         )
         .column("schema")),
         None => Err(missing(file, "schema", &format!("{SCHEMA}"))),
-    }
-}
-
-fn describe(value: &Value) -> String {
-    match value {
-        Value::Integer(number) => number.to_string(),
-        Value::Float(number) => number.to_string(),
-        Value::String(text) => excerpt(text.as_bytes()),
-        other => format!("a value of type {}", other.type_str()),
-    }
-}
-
-/// One table's keys, with those that are known.
-struct Keys<'a> {
-    file: &'a Path,
-    name: &'a str,
-    table: &'a Table,
-    unknown: Vec<String>,
-}
-
-impl<'a> Keys<'a> {
-    fn new(file: &'a Path, name: &'a str, table: &'a Table, known: &[&str]) -> Self {
-        let unknown = table
-            .keys()
-            .filter(|key| !known.contains(&key.as_str()))
-            .map(|key| path_of(name, key))
-            .collect();
-        Self {
-            file,
-            name,
-            table,
-            unknown,
-        }
-    }
-
-    fn error(&self, key: &str, found: String, wanted: &str) -> Error {
-        Error::new(self.file, found, wanted).column(path_of(self.name, key))
-    }
-
-    fn text(&self, key: &str) -> Result<String, Error> {
-        match self.table.get(key) {
-            None => Ok(String::new()),
-            Some(Value::String(text)) => Ok(text.clone()),
-            Some(other) => Err(self.error(key, describe(other), "text in quotes")),
-        }
-    }
-
-    /// A sub-table, whose unknown keys are remembered here.
-    fn table(&mut self, key: &'a str, known: &[&str]) -> Result<Option<Keys<'a>>, Error> {
-        match self.table.get(key) {
-            None => Ok(None),
-            Some(Value::Table(table)) => {
-                let mut keys = Keys::new(self.file, key, table, known);
-                self.unknown.append(&mut keys.unknown);
-                Ok(Some(keys))
-            }
-            Some(other) => Err(self.error(key, describe(other), "a table")),
-        }
-    }
-
-    fn number(&self, key: &str, (low, high): Range) -> Result<Option<f64>, Error> {
-        let number = match self.table.get(key) {
-            None => return Ok(None),
-            Some(Value::Integer(number)) => *number as f64,
-            Some(Value::Float(number)) => *number,
-            Some(other) => return Err(self.error(key, describe(other), "a number")),
-        };
-        if !(low..=high).contains(&number) {
-            return Err(self.error(
-                key,
-                number.to_string(),
-                &format!("{low:?} to {high:?}{}", unit_of(key)),
-            ));
-        }
-        Ok(Some(number))
-    }
-
-    fn required(&self, key: &str, range: Range) -> Result<f64, Error> {
-        self.number(key, range)?
-            .ok_or_else(|| missing(self.file, &path_of(self.name, key), "a number"))
-    }
-
-    fn warn(self, warnings: &mut Vec<String>) {
-        for key in self.unknown {
-            warnings.push(format!(
-                "{META_FILE}: key {} is not known and is left aside",
-                one_line(&key, 60)
-            ));
-        }
-    }
-}
-
-fn unit_of(key: &str) -> &'static str {
-    if key.ends_with("_m") { " m" } else { "" }
-}
-
-fn path_of(table: &str, key: &str) -> String {
-    if table.is_empty() {
-        key.to_owned()
-    } else {
-        format!("[{table}] {key}")
     }
 }

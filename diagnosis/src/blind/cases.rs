@@ -1,5 +1,6 @@
 //! What a blind case is: a courier, what is wrong with it, and how it is recorded. All of it drawn from a seed.
 
+use crate::model::OF_ITS_TIME;
 use effects::plant::Scene;
 use effects::random::{ChaCha8Rng, SeedableRng, index, log_uniform, normal, uniform};
 use effects::{CATALOGUE, entry, unlisted::UNLISTED};
@@ -91,24 +92,32 @@ impl Case {
         }
     }
 
-    /// Whether knowing the effects exactly would take them out of the residual: noise and bursts it would not.
+    /// Whether there is a best possible model that another recording could confirm: the course of a drift belongs to its own
+    /// recording's time.
     #[must_use]
-    pub fn can_be_taken_out(&self) -> bool {
-        !self.effects.iter().any(|e| {
-            matches!(
-                e.name.as_str(),
-                "excess_noise" | "outlier_bursts" | "quadrature_drift"
-            )
-        })
+    pub fn has_best(&self) -> bool {
+        !self.effects.iter().any(|e| e.name == OF_ITS_TIME)
     }
 
-    /// Records the courier, with or without its effects. `take` 0 and 1 differ in poses, noise and place errors, and in
-    /// nothing else.
+    /// The recording as it is: with all its effects.
+    #[must_use]
+    pub fn recorded(&self, take: u64) -> Recording {
+        self.record(take, |_| true)
+    }
+
+    /// The first recording again, with exactly what its effects add taken out of the readings: the same motion, the same draws of
+    /// noise. Noise stays, since knowing how much there is does not take it out.
+    #[must_use]
+    pub fn known_exactly(&self) -> Recording {
+        self.record(0, |name| name == "excess_noise")
+    }
+
+    /// Records the courier with those of its effects that are kept. `take` 0 and 1 differ in poses, noise and place errors, and
+    /// in nothing else.
     ///
     /// # Panics
     /// Never: the preset's waveforms have an inverse, and names are the catalogues'.
-    #[must_use]
-    pub fn record(&self, take: u64, with_effects: bool) -> Recording {
+    fn record(&self, take: u64, keep: impl Fn(&str) -> bool) -> Recording {
         let mut spec = self.courier();
         // The mirror that creeps is seen against the reference only.
         let reference = self.effects.iter().any(|e| e.name == "reference_mirror");
@@ -122,23 +131,22 @@ impl Case {
             OpenLoop::COURIER,
             self.seed ^ (0x5eed_0000 + take),
         );
-        if with_effects {
-            // The first take's length for both: the effects are the courier's own, not the recording's.
-            let scene = Scene {
-                geometry: spec.geometry,
-                duration_s: plan.duration_s(),
-                amplitude_counts: spec.electronics.amplitude_counts,
-            };
-            for (k, drawn) in self.effects.iter().enumerate() {
-                let mut rng = ChaCha8Rng::seed_from_u64(self.seed ^ 0xeffe_c700);
-                rng.set_stream(k as u64);
-                let found =
-                    entry(&drawn.name).or_else(|| UNLISTED.iter().find(|e| e.name == drawn.name));
-                let entry = found.unwrap_or_else(|| {
-                    panic!("{}: an effect of a catalogue was wanted", drawn.name)
-                });
-                spec.effects
-                    .push((entry.draw)(&scene, &mut rng, drawn.size_m));
+        // The first take's length for both: the effects are the courier's own, not the recording's.
+        let scene = Scene {
+            geometry: spec.geometry,
+            duration_s: plan.duration_s(),
+            amplitude_counts: spec.electronics.amplitude_counts,
+        };
+        for (k, drawn) in self.effects.iter().enumerate() {
+            let mut rng = ChaCha8Rng::seed_from_u64(self.seed ^ 0xeffe_c700);
+            rng.set_stream(k as u64);
+            let found =
+                entry(&drawn.name).or_else(|| UNLISTED.iter().find(|e| e.name == drawn.name));
+            let entry = found
+                .unwrap_or_else(|| panic!("{}: an effect of a catalogue was wanted", drawn.name));
+            if keep(&drawn.name) {
+                let effect = (entry.draw)(&scene, &mut rng, drawn.size_m);
+                spec.effects.push(effect);
             }
         }
         let mut courier = Courier::new(spec, self.seed ^ (0x0150_0000 + take))

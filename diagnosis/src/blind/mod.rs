@@ -5,14 +5,24 @@
 //! `seal.txt`, `diagnoses/case_000.json`, `models/case_000.json`.
 
 mod cases;
+mod claim;
+mod detection;
+mod figure;
+mod judged;
 mod page;
 mod seal;
 mod tally;
 mod verdicts;
+mod words;
 
-pub use cases::{Case, Kind};
-pub use page::{matrix, page, row};
-pub use tally::{Claim, Detection, Figure, Judged, Score};
+pub use cases::{Case, Drawn, Kind};
+pub use claim::Claim;
+pub use detection::Detection;
+pub use figure::Figure;
+pub use judged::Judged;
+pub use page::page;
+pub use tally::Score;
+pub use words::{Words, confusion, detection, effects, matrix, row, shrinkage};
 
 use crate::diagnose::Options;
 use crate::model::{Model, check};
@@ -131,9 +141,9 @@ pub fn write(
     );
     pool()?.install(|| {
         drawn.par_iter().try_for_each(|case| {
-            case.record(0, true)
+            case.recorded(0)
                 .write(first.join(name(case.number)), Existing::Refuse)?;
-            case.record(1, true)
+            case.recorded(1)
                 .write(second.join(name(case.number)), Existing::Refuse)?;
             tick();
             Ok::<_, Error>(())
@@ -192,7 +202,7 @@ pub fn diagnose(within: &Path, tick: impl Fn() + Sync) -> Result<usize> {
 }
 
 /// Third step: opens the seal and scores. `thorough` also diagnoses each single effect's recording with that effect taken out
-/// of the catalogue, and the same courier without its effects for the best possible gap.
+/// of the catalogue, and the same courier with its effects known exactly for the best possible gap.
 ///
 /// # Errors
 /// The seal is broken, or a step before is missing.
@@ -230,18 +240,10 @@ fn judge(within: &Path, case: &Case, thorough: bool) -> Result<Judged> {
     } else {
         let model: Model = read_json(&of("models").with_extension("json"))?;
         let again = check(&model, &Recording::read(of("second"))?).ok();
-        let best = if thorough && case.can_be_taken_out() {
-            Some(
-                diagnose_recording(
-                    &case.record(0, false),
-                    "without its effects",
-                    &Options::default(),
-                )
-                .held_out,
-            )
-        } else {
-            None
-        };
+        let best = (thorough && case.has_best()).then(|| {
+            let recording = case.known_exactly();
+            diagnose_recording(&recording, "known exactly", &Options::default()).held_out
+        });
         Some(Claim::new(&answer.held_out, again.as_ref(), best.as_ref()))
     };
     let without = match (&case.kind, thorough) {

@@ -1,6 +1,7 @@
 //! The scores as a page with plots, in the report's style.
 
-use super::tally::{Figure as Wanted, Score};
+use super::tally::Score;
+use super::words::{self, matrix, row};
 use crate::html::figures::Figure;
 use crate::html::plots::{Axes, Bar, bars, scatter};
 use crate::html::svg::{AFTER, BEFORE, FLOOR, plot, short};
@@ -14,6 +15,7 @@ pub fn page(score: &Score) -> String {
     let header: Vec<String> = ["figure", "measured", "95 % interval", "cases", "wanted", ""]
         .map(Into::into)
         .to_vec();
+    let (effects, shrinkage) = (words::effects(score), words::shrinkage(score));
     let (confusion_header, confusion) = matrix(score);
     let body = html! {
         header {
@@ -25,62 +27,18 @@ pub fn page(score: &Score) -> String {
             section aria-labelledby="figures" { h2 id="figures" { "Figures" } (table(&header, &rows)) }
             (drawn(&detection(score)))
             (drawn(&claims(score)))
+            section aria-labelledby="effects" { h2 id="effects" { "Right answers, effect by size" } (table(&effects.0, &effects.1)) }
+            section aria-labelledby="shrinkage" { h2 id="shrinkage" { "Claimed against true shrinkage" } (table(&shrinkage.0, &shrinkage.1)) }
             section aria-labelledby="confusion" { h2 id="confusion" { "Truth (rows) by answer (columns)" } (table(&confusion_header, &confusion)) }
         }
     };
     document("Blind check of the diagnosis", &body)
 }
 
-/// One figure in words.
-pub fn row(figure: &Wanted) -> Vec<String> {
-    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-    let [low, high] = figure.interval;
-    vec![
-        figure.name.clone(),
-        figure.share().map_or("none".into(), percent),
-        format!("{:.0} to {:.0} %", 100.0 * low, 100.0 * high),
-        format!("{} of {}", figure.count, figure.of),
-        format!(
-            "{} {}",
-            if figure.at_least { "≥" } else { "≤" },
-            percent(figure.wanted)
-        ),
-        if figure.of == 0 {
-            "not tried"
-        } else if figure.reached() {
-            "reached"
-        } else {
-            "not reached"
-        }
-        .into(),
-    ]
-}
-
-/// The confusion matrix as a table: only answers that were given.
-pub fn matrix(score: &Score) -> (Vec<String>, Vec<Vec<String>>) {
-    let mut answers: Vec<&String> = score
-        .confusion
-        .values()
-        .flat_map(|row| row.keys())
-        .collect();
-    answers.sort();
-    answers.dedup();
-    let header = std::iter::once("truth".to_owned())
-        .chain(answers.iter().map(|a| (*a).clone()))
-        .collect();
-    let rows = score.confusion.iter().map(|(truth, row)| {
-        let counts = answers
-            .iter()
-            .map(|a| row.get(*a).map_or(String::new(), ToString::to_string));
-        std::iter::once(truth.clone()).chain(counts).collect()
-    });
-    (header, rows.collect())
-}
-
 fn detection(score: &Score) -> Figure {
     let classes = || {
         score.detection.iter().map(|d| {
-            let name = format!("{} to {} µm", short(1e6 * d.from_m), short(1e6 * d.to_m));
+            let name = words::sizes(d);
             let share = |count: usize, colour| Bar {
                 from: 0.0,
                 value: 100.0 * count as f64 / d.cases.max(1) as f64,
@@ -91,19 +49,6 @@ fn detection(score: &Score) -> Figure {
         })
     };
     let caption = "Single effects by their size: share with a gap seen (grey), and with the right cause named first (blue).";
-    let rows = score
-        .detection
-        .iter()
-        .zip(classes())
-        .map(|(d, (name, _))| {
-            vec![
-                name,
-                d.cases.to_string(),
-                d.detected.to_string(),
-                d.named.to_string(),
-            ]
-        })
-        .collect();
     Figure {
         id: "detection",
         title: "Detection against effect size".into(),
@@ -116,12 +61,7 @@ fn detection(score: &Score) -> Figure {
                 "% of the cases",
             )
         }),
-        table: (
-            ["size", "cases", "gap seen", "cause right"]
-                .map(Into::into)
-                .to_vec(),
-            rows,
-        ),
+        table: words::detection(score),
     }
 }
 

@@ -1,9 +1,11 @@
 //! The model of what is named, fitted on all samples in use.
 
 use super::Judge;
+use crate::diagnose::FIELD;
 use crate::model::{EffectAmounts, Model, OF_ITS_TIME};
 use crate::refine::Refined;
 use crate::report::{Diagnosis, Magnitude, Verdict};
+use crate::visited::Visited;
 
 impl Judge<'_> {
     /// The model: the baseline alone, and the baseline with what is named.
@@ -18,6 +20,7 @@ impl Judge<'_> {
             normal: scene.normal.clone(),
             survey: scene.survey.clone(),
             claimed: diagnosis.held_out.clone(),
+            visited: None,
         };
         if matches!(diagnosis.verdict, Verdict::Named | Verdict::Alias) {
             let fine = self.elsewhere.as_ref().map_or(&self.fine, |e| &e.0);
@@ -26,6 +29,8 @@ impl Judge<'_> {
             model.baseline_with_effects = fine.scene.baseline.clone();
             model.baseline_with_effects.add(scene.scope, &step);
             model.effects = amounts(fine);
+            let fields = model.effects.iter().any(|e| e.name == FIELD);
+            model.visited = fields.then(|| Visited::of(&fine.scene));
             let here = amounts(&self.fine).into_iter();
             let only_here = |e: &EffectAmounts| !e.carries_over;
             model.effects.extend(here.filter(only_here));

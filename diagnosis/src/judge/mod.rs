@@ -62,8 +62,6 @@ fn trifle(name: &str) -> f64 {
 
 /// Effects with so many unknowns that a simpler shape which does nearly as well is to be believed instead.
 pub const FLEXIBLE: [&str; 2] = [FIELD, "quadrature_drift"];
-/// Samples in a piece of the bootstrap.
-pub const PIECE: usize = 50;
 
 /// The diagnosis with what a report and a model need besides.
 #[derive(Clone, Debug, Default)]

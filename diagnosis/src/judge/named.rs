@@ -1,6 +1,6 @@
 //! What is named: its share, its rivals, its amounts.
 
-use super::{CHANNEL_NAMES, Judge};
+use super::{CHANNEL_NAMES, FLEXIBLE, Judge};
 use crate::clean::Slip;
 use crate::diagnose::handicap;
 use crate::report::{Magnitude, Named};
@@ -10,6 +10,17 @@ use crate::search::{Arena, rest};
 const ALIAS: f64 = 0.05;
 /// Amounts that are told of each effect.
 const TOLD: usize = 12;
+
+/// Causes that leave the same, to within this share of what they take, are not told apart by this motion, whatever the number of
+/// their unknowns: the odds are at least these.
+const SAME: f64 = 0.002;
+/// See [`SAME`].
+const SAME_ODDS: f64 = 0.5;
+
+/// True for what is no flexible shape, which would do in the place of anything.
+fn is_cause(name: &str) -> bool {
+    name != "extra_harmonics" && !FLEXIBLE.contains(&name)
+}
 
 impl Judge<'_> {
     /// The effects that add something to the readings. `part` is the share of the whole gap that is theirs.
@@ -89,10 +100,13 @@ impl Judge<'_> {
             let occam = (arena.score(&set).log_evidence - evidence)
                 .clamp(-5.0, 0.0)
                 .exp();
-            list.push((
-                self.study.columns.blocks[c].name.clone(),
-                fit * occam.max(fit * 0.2),
-            ));
+            let same = (theirs - mine).abs() < SAME * (without - mine);
+            let odds = if same && is_cause(name(c)) && is_cause(name(block)) {
+                occam.max(SAME_ODDS)
+            } else {
+                fit * occam.max(fit * 0.2)
+            };
+            list.push((self.study.columns.blocks[c].name.clone(), odds));
         }
         list.sort_by(|a, b| b.1.total_cmp(&a.1));
         list

@@ -3,7 +3,7 @@
 use super::disturbance::Bursts;
 use super::named::slip_named;
 use super::place::Located;
-use super::{CHANNEL_NAMES, FLEXIBLE, Judge, LEFT_OVER, NOISY, PIECE, VISIBLE};
+use super::{CHANNEL_NAMES, FLEXIBLE, Judge, LEFT_OVER, NOISY, VISIBLE};
 use crate::diagnose::{Kind, log};
 use crate::report::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
 use crate::search::{Arena, Found, MINIMUM_SQUARES, rest};
@@ -332,13 +332,13 @@ impl Judge<'_> {
                 real_rms_m: real,
                 simulated_rms_m: simulated,
                 excess_rms_m: signed(real),
-                excess_ci95_m: self.before.interval_m(c, PIECE).map(signed),
+                excess_ci95_m: self.before.interval_m(c).map(signed),
             });
             out.held_out.channels.push(HeldOutChannel {
                 channel: CHANNEL_NAMES[c].into(),
                 before_rms_m: real,
                 after_rms_m: model.channel_rms_m(c).0,
-                after_ci95_m: model.foretold_m(c, PIECE),
+                after_ci95_m: model.foretold_m(c),
                 floor_rms_m: simulated,
             });
         }

@@ -2,6 +2,7 @@
 
 use super::Scene;
 use super::moment::multiples;
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 impl Scene<'_> {
@@ -26,20 +27,45 @@ impl Scene<'_> {
         })
     }
 
+    /// The pattern by what differs within a neighbourhood: the gap changes the amplitude from place to place, and a rest that shows
+    /// one phase of one place is not to be taken for the pattern.
     pub(super) fn amplitude_pattern(&self, segment: usize) -> Vec<f64> {
         let n = self.observations.amplitude_counts[segment].len();
-        let mut normal = nalgebra::SMatrix::<f64, PATTERN, PATTERN>::identity() * 1e-9;
+        let mut normal = nalgebra::SMatrix::<f64, PATTERN, PATTERN>::identity() * RIDGE;
         let mut right = nalgebra::SVector::<f64, PATTERN>::zeros();
-        for (x, y) in (0..n).filter_map(|i| self.amplitude_row(segment, i)) {
+        let mut cells: BTreeMap<[i64; 2], Cell> = BTreeMap::new();
+        for i in 0..n {
+            let Some((x, y)) = self.amplitude_row(segment, i) else {
+                continue;
+            };
             normal += x * x.transpose();
             right += x * y;
+            let cell = cells.entry(self.neighbourhood(i)).or_default();
+            *cell = Cell {
+                count: cell.count + 1.0,
+                x: cell.x + x,
+                y: cell.y + y,
+            };
         }
-        normal
-            .cholesky()
-            .filter(|_| n > 0)
-            .map_or(Vec::new(), |factor| {
-                factor.solve(&right).iter().copied().collect()
-            })
+        for cell in cells.values() {
+            normal -= cell.x * cell.x.transpose() / cell.count;
+            right -= cell.x * cell.y / cell.count;
+        }
+        let Some(mut pattern) = normal.cholesky().map(|factor| factor.solve(&right)) else {
+            return Vec::new();
+        };
+        let means = cells.values().map(|c| (c.y - pattern.dot(&c.x)) / c.count);
+        pattern[0] += means.sum::<f64>() / cells.len().max(1) as f64;
+        if cells.is_empty() {
+            return Vec::new();
+        }
+        pattern.iter().copied().collect()
+    }
+
+    /// A square over the platen.
+    fn neighbourhood(&self, i: usize) -> [i64; 2] {
+        let side_m = NEAR_PITCHES * self.observations.pitch_m;
+        self.centre_m(i).map(|p| (p / side_m).floor() as i64)
     }
 
     pub(super) fn amplitude_excess(&self, segment: usize) -> Vec<f64> {
@@ -60,3 +86,15 @@ impl Scene<'_> {
 
 /// Regressors of an amplitude's pattern.
 const PATTERN: usize = 17;
+/// Side of a neighbourhood, pitches: the gap hardly changes over it.
+const NEAR_PITCHES: f64 = 2.0;
+/// Scatter of the amplitude within a neighbourhood over the pattern's own size, squared: a percent over some percent.
+const RIDGE: f64 = 0.05;
+
+/// Sums over a neighbourhood.
+#[derive(Default)]
+struct Cell {
+    count: f64,
+    x: nalgebra::SVector<f64, PATTERN>,
+    y: f64,
+}

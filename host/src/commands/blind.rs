@@ -142,61 +142,45 @@ fn score(folder: &Path, told: &Told) -> Result<()> {
     print(&text(&score))
 }
 
-/// The figures, the detection by size, and every case that was not right.
+/// The figures, what was answered to what, detection by size, shrinkage, and every case that was not right.
 fn text(score: &Score) -> String {
-    let rows: Vec<Vec<String>> = score.figures.iter().map(blind::row).collect();
+    let figures = score.figures.iter().map(blind::row).collect();
+    let header = ["figure", "measured", "95 % interval", "cases", "wanted", ""].map(Into::into);
     let mut out = format!("seal {} holds; {} cases\n", score.seal, score.cases);
-    out += &table(
-        &["figure", "measured", "95 % interval", "cases", "wanted", ""],
-        &rows,
-    );
-    let sizes: Vec<Vec<String>> = score
-        .detection
-        .iter()
-        .filter(|d| d.cases > 0)
-        .map(|d| {
-            let size = format!("{:.2} to {:.2} µm", 1e6 * d.from_m, 1e6 * d.to_m);
-            vec![
-                size,
-                d.cases.to_string(),
-                d.detected.to_string(),
-                d.named.to_string(),
-            ]
-        })
-        .collect();
-    out += "\n\n";
-    out += &table(
-        &["one effect, rms", "cases", "gap seen", "cause right"],
-        &sizes,
-    );
-    let wrong: Vec<Vec<String>> = score
-        .judged
-        .iter()
-        .filter(|j| !j.right())
-        .map(|j| {
-            let truth: Vec<String> = j
-                .case
-                .effects
-                .iter()
-                .map(|e| format!("{} {:.2} µm", e.name, 1e6 * e.size_m))
-                .collect();
-            let answer = if j.named.is_empty() {
-                format!("{:?}", j.verdict)
-            } else {
-                j.named.join(" + ")
-            };
-            let place = j.places.first().cloned().unwrap_or_default();
-            vec![
-                format!("case_{:03}", j.case.number),
-                truth.join(" + "),
-                answer,
-                place,
-            ]
-        })
-        .collect();
-    if !wrong.is_empty() {
-        out += "\n\n";
-        out += &table(&["not right", "truth", "answer", "placed over"], &wrong);
-    }
+    let parts = [
+        (header.to_vec(), figures),
+        blind::confusion(score),
+        blind::detection(score),
+        blind::effects(score),
+        blind::shrinkage(score),
+        wrong(score),
+    ];
+    let tables = parts.iter().filter(|(_, rows)| !rows.is_empty());
+    let told = tables.map(|(header, rows)| {
+        let header: Vec<&str> = header.iter().map(String::as_str).collect();
+        table(&header, rows)
+    });
+    out += &told.collect::<Vec<_>>().join("\n\n");
     out
+}
+
+/// Every case that was not right.
+fn wrong(score: &Score) -> blind::Words {
+    let effect = |e: &blind::Drawn| format!("{} {:.2} µm", e.name, 1e6 * e.size_m);
+    let rows = score.judged.iter().filter(|j| !j.right()).map(|j| {
+        let truth: Vec<String> = j.case.effects.iter().map(effect).collect();
+        let answer = if j.named.is_empty() {
+            j.answered()
+        } else {
+            j.named.join(" + ")
+        };
+        vec![
+            format!("case_{:03}", j.case.number),
+            truth.join(" + "),
+            answer,
+            j.places.first().cloned().unwrap_or_default(),
+        ]
+    });
+    let header = ["not right", "truth", "answer", "placed over"].map(Into::into);
+    (header.to_vec(), rows.collect())
 }

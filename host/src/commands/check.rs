@@ -3,7 +3,7 @@
 use crate::output::replace_file;
 use crate::terminal::{micrometres, print, table, warn};
 use anyhow::{Context, Result, bail};
-use diagnosis::{Check, Model};
+use diagnosis::{Check, Checked, Model};
 use recording::Recording;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -38,18 +38,31 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let recording = Recording::read(&args.recording)?;
     recording.warnings.iter().for_each(|warning| warn(warning));
     let path = args.recording.display().to_string();
-    let held_out = diagnosis::check(&model, &recording).with_context(|| path.clone())?;
+    let checked = diagnosis::check_fully(&model, &recording).with_context(|| path.clone())?;
+    let held_out = checked.held_out.clone();
     let check = Check { schema: 1, recording: path, model: name, held_out };
+    let told = told(&model, &check) + &left_out(&checked);
     let json = serde_json::to_string_pretty(&check)?;
     match &args.json {
         Some(file) if file.as_os_str() == "-" => print(&json)?,
         Some(file) => {
             replace_file(file, json.as_bytes())?;
-            print(&told(&model, &check))?;
+            print(&told)?;
         }
-        None => print(&told(&model, &check))?,
+        None => print(&told)?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What the figures leave out.
+fn left_out(checked: &Checked) -> String {
+    if checked.unvisited == 0 {
+        return String::new();
+    }
+    format!(
+        "\nleft out: {} of {} samples over places that the model's recording did not visit, where it does not know the platen; {:.2} is left there",
+        checked.unvisited, checked.samples, checked.unvisited_after
+    )
 }
 
 fn told(model: &Model, check: &Check) -> String {

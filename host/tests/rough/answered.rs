@@ -1,6 +1,6 @@
 //! What is unusual but no hindrance: other rates, jumps in time, missing and unknown columns, positions instead of counts.
 
-use crate::field::{LATERAL, diagnose, diagnose_text, rows, sound, times, with_lateral};
+use crate::field::{LATERAL, courier, diagnose, diagnose_text, rows, sound, times, with_lateral};
 use recording::{Recording, Row};
 use std::f64::consts::TAU;
 
@@ -121,6 +121,47 @@ fn positions_instead_of_counts() {
     // Rounded to whole micrometres: errors that last while the courier rests are more than the noise, and no cause.
     diagnose(&logged(&sound(), 1e6)).names_only(&["excess_noise"]);
     diagnose(&logged(&with_lateral(), 1e6)).names_only(&["excess_noise", LATERAL]);
+}
+
+/// There and back at one speed a delay and the direction of travel do the same: both are told, with the motion that tells them
+/// apart, in the keys of diagnosis.md.
+#[test]
+fn two_causes_that_this_motion_does_not_tell_apart() {
+    let whole = courier(35, &[("hysteresis", 2.0e-6)], true);
+    let run = |row: &Row| row.run.to_owned();
+    let mut lengths = std::collections::HashMap::new();
+    for i in 0..whole.samples.len() {
+        *lengths.entry(run(&whole.samples.row(i))).or_insert(0) += 1;
+    }
+    let passed = std::cell::RefCell::new(std::collections::HashMap::new());
+    let steady = rows(&whole, |_, row| {
+        let mut passed = passed.borrow_mut();
+        let place = passed.entry(run(row)).or_insert(0);
+        *place += 1;
+        // Without the ramps of the speed.
+        let middle = (15..85).contains(&(100 * *place / lengths[row.run]));
+        middle && row.run.starts_with("flyby") && !row.run.ends_with("slow")
+    });
+    let answer = diagnose(&steady).answer();
+    assert_eq!(answer["verdict"], "alias", "{answer}");
+    crate::schema::check(&answer);
+    let effect = &answer["effects"][0];
+    let mut told = vec![effect["name"].as_str().unwrap()];
+    told.extend(
+        effect["aliases"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|a| a.as_str().unwrap()),
+    );
+    assert!(
+        told.contains(&"hysteresis") && told.contains(&"velocity_lag"),
+        "{told:?}"
+    );
+    assert!(
+        effect["break_alias"].as_str().unwrap().contains("speeds"),
+        "{effect}"
+    );
 }
 
 /// The answer has the keys of diagnosis.md and no others, whatever the verdict.

@@ -103,8 +103,9 @@ fn clipped_throughout() {
         })
     };
     // What is left of the segment tells four places of a tooth: nothing is named.
-    diagnose(&clipped(&sound(), 0.2)).names_only(&[]);
-    diagnose(&clipped(&with_lateral(), 0.02)).names_only(&[]);
+    for (of, level) in [(sound(), 0.2), (with_lateral(), 0.02), (sound(), 0.3)] {
+        diagnose(&clipped(&of, level)).insufficient(&["q2", "top"]);
+    }
     // Over-range at its tips is an effect that has a name.
     assert_eq!(diagnose(&clipped(&sound(), 0.9)).names(), ["adc_clipping"]);
 }

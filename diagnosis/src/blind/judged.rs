@@ -1,0 +1,114 @@
+//! One case, its truth beside its answer.
+
+use super::cases::{Case, Kind};
+use super::claim::Claim;
+use super::verdicts::coordinates;
+use crate::report::{Diagnosis, Verdict};
+use serde::{Deserialize, Serialize};
+
+/// One case, its truth beside its answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Judged {
+    /// The truth.
+    pub case: Case,
+    /// The answer's verdict.
+    pub verdict: Verdict,
+    /// What it named.
+    pub named: Vec<String>,
+    /// What it could not tell from those.
+    pub aliases: Vec<String>,
+    /// Where it saw the gap, most of it first.
+    pub places: Vec<String>,
+    /// Its claim, where it named something.
+    pub claim: Option<Claim>,
+    /// What was named with the true effect taken out of the catalogue.
+    pub without: Option<Vec<String>>,
+}
+
+impl Judged {
+    /// From the truth and the answer.
+    #[must_use]
+    pub fn new(
+        case: &Case,
+        answer: &Diagnosis,
+        claim: Option<Claim>,
+        without: Option<Vec<String>>,
+    ) -> Self {
+        let unexplained = answer.unexplained.place.iter();
+        Self {
+            case: case.clone(),
+            verdict: answer.verdict,
+            named: answer.effects.iter().map(|e| e.name.clone()).collect(),
+            aliases: answer
+                .effects
+                .iter()
+                .flat_map(|e| e.aliases.clone())
+                .collect(),
+            places: unexplained
+                .chain(&answer.place)
+                .map(|p| p.coordinate.clone())
+                .collect(),
+            claim,
+            without,
+        }
+    }
+
+    /// Names of what is wrong.
+    #[must_use]
+    pub fn truth(&self) -> Vec<&str> {
+        self.case.effects.iter().map(|e| e.name.as_str()).collect()
+    }
+
+    /// Whether the answer is right for its kind: `no_gap`; first named cause; both and nothing else; `unknown`, located.
+    #[must_use]
+    pub fn right(&self) -> bool {
+        let truth = self.truth();
+        match self.case.kind {
+            Kind::None => self.verdict == Verdict::NoGap,
+            Kind::Single => self.named.first().is_some_and(|n| n == truth[0]),
+            Kind::Pair => {
+                self.named.len() == 2 && truth.iter().all(|t| self.named.iter().any(|n| n == t))
+            }
+            Kind::Unlisted => self.verdict == Verdict::Unknown && self.located(),
+        }
+    }
+
+    fn located(&self) -> bool {
+        let right = coordinates(self.truth()[0]);
+        self.places
+            .iter()
+            .take(3)
+            .any(|place| right.iter().any(|r| place.contains(r)))
+    }
+
+    /// Something was named that is not there.
+    #[must_use]
+    pub fn wrong_culprit(&self) -> bool {
+        let truth = self.truth();
+        self.named.iter().any(|n| !truth.contains(&n.as_str()))
+    }
+
+    /// A gap was seen.
+    #[must_use]
+    pub fn detected(&self) -> bool {
+        !matches!(self.verdict, Verdict::NoGap | Verdict::InsufficientData)
+    }
+
+    /// Another cause was named where the true one was taken out of the catalogue; free harmonics are none.
+    #[must_use]
+    pub fn replaced(&self) -> Option<bool> {
+        let names = self.without.as_ref()?;
+        Some(names.iter().any(|name| name != "extra_harmonics"))
+    }
+
+    /// Column of the confusion matrix.
+    #[must_use]
+    pub fn answered(&self) -> String {
+        match self.verdict {
+            Verdict::NoGap => "no_gap".into(),
+            Verdict::Unknown => "unknown".into(),
+            Verdict::InsufficientData => "insufficient_data".into(),
+            Verdict::Named | Verdict::Alias => self.named.first().cloned().unwrap_or_default(),
+        }
+    }
+}
