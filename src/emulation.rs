@@ -5,6 +5,23 @@
 //! bell rung (an address that the plugin watches): the processor and its time stand still until the host has answered
 //! every open question. So a run repeats exactly, whatever the host does meanwhile.
 
+/// The emulator.
+pub const QEMU: &str = "qemu-system-arm";
+/// Its arguments, but for the RAM's file, the plugin and the image.
+pub const QEMU_ARGUMENTS: [&str; 9] = [
+    "-cpu",
+    "cortex-m4",
+    "-machine",
+    "mps2-an386,memory-backend=ram",
+    "-nographic",
+    "-monitor",
+    "none",
+    "-serial",
+    "null",
+];
+/// What comes after `-object`: before and after the file's path.
+pub const RAM_OBJECT: [&str; 2] = ["memory-backend-file,id=ram,size=16M,mem-path=", ",share=on"];
+
 /// Guest address of the shared RAM.
 pub const RAM_BASE: u32 = 0x2100_0000;
 /// Its size.
@@ -87,6 +104,8 @@ pub const FAILED: u32 = u32::MAX;
 pub const POWER_LOST: u32 = u32::MAX - 1;
 /// Answer of a part that never answers: who asked waits for ever.
 pub const HUNG: u32 = u32::MAX - 2;
+/// Answer at which who asked calls itself until the stack is spent: what a defect of the firmware would do.
+pub const STACK_SPENT: u32 = u32::MAX - 3;
 
 /// What may be asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,218 +3,24 @@
 //! Order of work: pairs to phases, tooth counts, error model (equations 3 and 9 dense, further rows if there are any),
 //! pose and parity (equations 4 and 5), electrodes, status. The same bits on host and target.
 
+mod config;
+mod state;
+
+pub use config::StepConfig;
+pub use state::StepState;
+
+use config::Reach;
+use state::{NEVER, Watch};
+
 use crate::beacon::CompiledBeaconPose;
 use crate::frame::{BeaconPose, Coordinate, Frame, Pose, RawFrame, SEGMENTS, Status};
 use crate::lanes::Lanes;
-use crate::math::{Constants, OCTANTS, Octants};
-use crate::model::{
-    Basis, CompiledModel, ErrorModel, Further, Observation, OwnPolynomial, Unit, lateral_units,
-    mean_angle_turns,
-};
-use crate::psd::{self, CompiledBeacon};
-use crate::quadrature::{self, CompiledPair, CounterLimits, Counters, PairCorrection, above};
-use crate::settings::{ConfigError, Settings};
+use crate::math::Constants;
+use crate::model::{Basis, Observation, Unit, lateral_units, mean_angle_turns};
+use crate::psd;
+use crate::quadrature::{self, Counters, above};
 use crate::teeth::ToothMap;
 use core::sync::atomic::{Ordering, compiler_fence};
-
-/// [`Settings`] in machine units: all the interrupt reads. About 1.3 KiB.
-#[derive(Clone, Debug, PartialEq)]
-#[repr(C)] // what every sample reads comes first, within reach of one load
-pub struct StepConfig {
-    /// Segments 1 and 3, 2 and 4.
-    pairs: [(CompiledPair, OwnPolynomial); 2],
-    constants: Constants,
-    /// In use, and at the first sample.
-    counter: [CounterLimits; 2],
-    /// Bits of the limits of the squared amplitude.
-    square_low: u32,
-    square_high: u32,
-    /// Largest square of a count that is not clipped.
-    clip_square: i32,
-    dead_band_m_s: f32,
-    parity_turns: f32,
-    gap_samples: u16,
-    /// Between two samples.
-    reach: Reach,
-    /// Samples in a window less one; all ones for never.
-    frozen_mask: u32,
-    /// [`Status::FROZEN`], or nothing if that is switched off.
-    frozen_bit: u32,
-    beacon: CompiledBeacon,
-    octants: Octants,
-    pitch_m: f32,
-    pitch_over_span: f32,
-    lateral_over_span: f32,
-    /// Whether a sample needs more than equation (3).
-    beyond_own: bool,
-    /// Whether a sample needs more than equations (3) and (9).
-    extended: bool,
-    /// Bits that every frame has.
-    standing_bits: u32,
-    beacon_pose: Option<CompiledBeaconPose>,
-    further: Further,
-}
-
-impl StepConfig {
-    /// Checks settings and converts them.
-    ///
-    /// # Errors
-    /// The first setting that is out of range; nothing the interrupt computes with can then overflow.
-    #[inline] // built with the image, for size
-    pub fn build(settings: &Settings) -> Result<Self, ConfigError> {
-        settings.validate()?;
-        let (geometry, limits) = (&settings.geometry, &settings.limits);
-        let speed_m_s = geometry.pitch_m * settings.rate_hz;
-        let model = match &settings.model {
-            Some(model) => CompiledModel::new(model, geometry.pitch_m),
-            None => without_model(),
-        };
-        let beacon_pose = settings.beacon.map(|beacon| beacon.compile(geometry));
-        let extended = settings.track_direction || model.further.has_extra();
-        let pair = |p: usize| PairCorrection::compile([&settings.pairs[p], &settings.pairs[p + 2]]);
-        let square_bits = |amplitude: f32| (amplitude * amplitude).to_bits();
-        let standing = if settings.model.is_some() {
-            Status::empty()
-        } else {
-            Status::UNCALIBRATED
-        };
-        Ok(Self {
-            pairs: [(pair(0), model.own[0]), (pair(1), model.own[1])],
-            constants: Constants::VALUES,
-            counter: [
-                CounterLimits {
-                    slip: limits.slip_turns,
-                    speed_filter: 0.5 * limits.speed_filter * speed_m_s,
-                },
-                CounterLimits::FIRST,
-            ],
-            octants: OCTANTS,
-            square_low: square_bits(limits.amplitude_low_counts),
-            square_high: square_bits(limits.amplitude_high_counts),
-            clip_square: i32::from(limits.clip_counts) * i32::from(limits.clip_counts) - 1,
-            dead_band_m_s: limits.direction_dead_band_m_s,
-            parity_turns: limits.parity_turns,
-            gap_samples: limits.gap_samples,
-            reach: Reach::new(1.0 / speed_m_s),
-            frozen_mask: u32::from(limits.frozen_samples / 4).wrapping_sub(1),
-            frozen_bit: if limits.frozen_samples == 0 {
-                0
-            } else {
-                Status::FROZEN.bits()
-            },
-            beacon: limits.beacon.compile(geometry.tan_full_scale),
-            standing_bits: standing.bits(),
-            beacon_pose,
-            beyond_own: extended || model.further.has_lateral || beacon_pose.is_some(),
-            extended,
-            further: model.further,
-            pitch_m: geometry.pitch_m,
-            pitch_over_span: geometry.pitch_m / geometry.span_m,
-            lateral_over_span: geometry.lateral_m / geometry.span_m,
-        })
-    }
-}
-
-#[inline(never)] // the empty model is a kilobyte of stack
-fn without_model() -> CompiledModel {
-    CompiledModel::new(&ErrorModel::default(), 1.0)
-}
-
-/// What one sample leaves to the next: the last frame, and what no frame shows.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StepState {
-    frame: Frame,
-    /// Samples since the last good one, or [`NEVER`].
-    missed: u16,
-    watch: Watch,
-}
-
-/// The watch for frozen channels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Watch {
-    /// Which segment it is at, modulo 4.
-    segment: u32,
-    /// Its counts at the last sample.
-    counts: u32,
-    /// Which of their bits have changed since the window began.
-    changed: u32,
-    /// In which of the last four windows a channel stood still, as bits.
-    still: u32,
-}
-
-impl Watch {
-    /// Before the first sample: its window is not judged.
-    const NEW: Self = Self {
-        segment: 0,
-        counts: 0,
-        changed: u32::MAX,
-        still: 0,
-    };
-}
-
-/// Before the first sample, and when the count is to begin anew.
-const NEVER: u16 = u16::MAX;
-
-impl Default for StepState {
-    fn default() -> Self {
-        let frame = Frame {
-            sequence: u32::MAX,
-            ..Frame::default()
-        };
-        Self {
-            frame,
-            missed: NEVER,
-            watch: Watch::NEW,
-        }
-    }
-}
-
-impl StepState {
-    /// Before the first sample. That sets the tooth counts: 0 for segments 1 and 2, their neighbours' within half a tooth.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// The last frame.
-    pub fn frame(&self) -> &Frame {
-        &self.frame
-    }
-
-    /// Where the next sample's counts go before [`isr_step`]: the driver's place to write to.
-    pub fn raw_mut(&mut self) -> &mut RawFrame {
-        &mut self.frame.raw
-    }
-
-    /// Takes back the latched slip bits, once the pose is known again.
-    pub fn clear_slips(&mut self) {
-        self.frame.status.remove(SLIPS);
-    }
-
-    /// Sets the tooth counts, e.g. to those of a known place, and clears the slip bits. Before the first sample, which sets
-    /// them itself, nothing.
-    pub fn set_teeth(&mut self, teeth: [i32; SEGMENTS]) {
-        if self.missed == NEVER {
-            return;
-        }
-        for (segment, teeth) in self.frame.segments.iter_mut().zip(teeth) {
-            segment.unmodified.teeth = teeth;
-        }
-        self.clear_slips();
-    }
-
-    /// Counts again from the next sample as after start-up; the sequence number goes on.
-    pub fn restart_count(&mut self) {
-        let frame = &mut self.frame;
-        frame.direction = [0.0; 2];
-        frame.speed_m_s = [0.0; 2];
-        frame.status = Status::empty();
-        for segment in &mut frame.segments {
-            segment.unmodified = Coordinate::default();
-        }
-        self.missed = NEVER;
-        self.watch = Watch::NEW;
-    }
-}
 
 /// One sample: `raw` into the state, [`isr_step`], and a copy of its frame.
 pub fn step(config: &StepConfig, state: &mut StepState, raw: &RawFrame) -> Frame {
@@ -333,30 +139,6 @@ const SLIPS: Status = Status::SLIP_1
     .union(Status::SLIP_2)
     .union(Status::SLIP_3)
     .union(Status::SLIP_4);
-
-/// How far 1 m/s goes between the last good sample and this one, in turns, as bits; negative for the first sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Reach(u32);
-
-impl Reach {
-    /// No sample came before.
-    const FIRST: Self = Self(1 << 31);
-
-    /// From turns, not negative.
-    const fn new(turns_per_m_s: f32) -> Self {
-        Self(turns_per_m_s.to_bits())
-    }
-
-    #[inline(always)]
-    const fn is_first(self) -> bool {
-        (self.0 as i32) < 0
-    }
-
-    #[inline(always)]
-    const fn turns_per_m_s(self) -> f32 {
-        f32::from_bits(self.0)
-    }
-}
 
 /// What a sample must know that is a failed conversion (no time has passed: the same instant again), or the first good one
 /// after some.

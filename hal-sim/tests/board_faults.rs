@@ -12,6 +12,7 @@ use courier_sensor::link::message::{Action, InForce, Refusal, Reply, SlotContent
 use courier_sensor::link::report::Ending;
 use courier_sensor::link::telemetry::{self, Block, Channels, StreamOrder};
 use courier_sensor::model::{ErrorModel, Term, TermTable};
+use courier_sensor::teeth::{Grid, MapHeader};
 use effects::random::{ChaCha8Rng, SeedableRng, index, uniform};
 use hal_sim::board::SharedFlash;
 use hal_sim::wire::fault::{InputFault, When};
@@ -162,6 +163,33 @@ fn rows_that_the_interrupt_has_no_time_for_are_refused() {
     assert_eq!(bench.ask(Action::Load(loaded)), Reply::Refused(refusal));
     bench.run(2);
     assert_eq!(bench.mark(), Some(7), "what was in force still is");
+    // A tooth map costs as much as six of them: what was begun beside few is not put in force beside more either.
+    let refusal = |found| Reply::Refused(Refusal::MapTooDear { found, most: 4 });
+    let begin = || Action::MapBegin(a_map());
+    assert_eq!(bench.ask(begin()), refusal(10));
+    for (rows, reply) in [(4, Reply::Done), (5, refusal(5))] {
+        let mut loaded = marked(8);
+        loaded.made.uptime_s = rows;
+        let terms = &terms[..TermTable::equation_9().iter().count() + rows as usize];
+        loaded.model = ErrorModel::zero(TermTable::new(terms).unwrap());
+        assert_eq!(bench.ask(Action::Load(loaded)), Reply::Done);
+        bench.run(2);
+        assert_eq!(bench.ask(begin()), reply);
+    }
+    assert_eq!(bench.ask(Action::MapApply), refusal(5));
+}
+
+/// Two fields of 4 by 4 nodes.
+fn a_map() -> MapHeader {
+    let grid = Grid {
+        first_teeth: [0; 2],
+        nodes: [4; 2],
+    };
+    MapHeader {
+        grids: [grid; 2],
+        trusted: [u32::MAX; 1].into_iter().collect(),
+        ..MapHeader::default()
+    }
 }
 
 #[test]

@@ -3,19 +3,17 @@
 //! Never blocks: a reply waits in its own buffer until the channel has room, and no further command is read until then;
 //! telemetry that finds no room is dropped and counted.
 
-use super::background::{Background, Errand};
+use super::background::Background;
 use super::keeper::Keeper;
-use crate::calibration::joint::JointConfig;
+use super::ordered::{calibrate, calibrate_joint, progress};
 use crate::calibration::record::{Calibration, Method};
 use crate::calibration::slots::Place;
-use crate::calibration::{Range, SessionConfig};
 use crate::frame::Frame;
 use crate::link::framing;
 use crate::link::message::{
-    Action, Activity, BoardStatus, CalibrateOrder, FRAME_BYTES, FaultReport, Hello, Refusal, Reply,
-    ResetCause, Source,
+    Action, Activity, BoardStatus, FRAME_BYTES, FaultReport, Hello, Refusal, Reply, ResetCause,
+    Source,
 };
-use crate::link::report::{Ending, Progress};
 use crate::link::server::{Event, Server};
 use crate::link::telemetry::{self, Channels, Packer, StreamOrder};
 use embedded_io::{Read, ReadReady, Write, WriteReady};
@@ -328,89 +326,4 @@ impl<P: Ports> Console<P> {
 
 fn done((): ()) -> Reply<&'static Calibration> {
     Reply::Done
-}
-
-/// A session as ordered, over the defaults of [`SessionConfig`], which is set in its place: a copy is a kilobyte.
-#[inline(never)]
-#[allow(clippy::field_reassign_with_default)]
-fn calibrate<S, F>(
-    order: &CalibrateOrder,
-    background: &mut Background<'_, '_, S, F>,
-) -> Result<(), Refusal>
-where
-    S: Read + ReadReady + Write + WriteReady,
-    F: NorFlash,
-{
-    let mut config = SessionConfig::default();
-    config.poses = order.poses.into();
-    config.held_out_poses = order.held_out_poses.into();
-    config.plan = order.plan;
-    config.seed = order.seed;
-    config.range = range_of(order);
-    config.target_deviation_m = order.target_deviation_m;
-    background.calibrate(config, errand_of(order))
-}
-
-/// A joint session as ordered, over the defaults of [`JointConfig`].
-#[inline(never)]
-#[allow(clippy::field_reassign_with_default)]
-fn calibrate_joint<S, F>(
-    order: &CalibrateOrder,
-    background: &mut Background<'_, '_, S, F>,
-) -> Result<(), Refusal>
-where
-    S: Read + ReadReady + Write + WriteReady,
-    F: NorFlash,
-{
-    let mut config = JointConfig::default();
-    config.poses = order.poses.into();
-    config.held_out_poses = order.held_out_poses.into();
-    config.plan = order.plan;
-    config.seed = order.seed;
-    config.range = range_of(order);
-    background.calibrate_joint(config, errand_of(order))
-}
-
-fn errand_of(order: &CalibrateOrder) -> Errand {
-    Errand {
-        speed_m_per_s: order.speed_m_per_s,
-        commit: order.commit,
-    }
-}
-
-fn range_of(order: &CalibrateOrder) -> Range {
-    Range {
-        travel_m: order.travel_m,
-        turn_rad: order.turn_rad,
-    }
-}
-
-#[inline(never)]
-fn progress<S, F>(background: &Background<'_, '_, S, F>) -> Progress
-where
-    S: Read + ReadReady + Write + WriteReady,
-    F: NorFlash,
-{
-    let session = background.progress();
-    let ending = background.ended().map(|ended| {
-        let evidence = ended.evidence;
-        match (ended.result, ended.not_kept) {
-            (Err(refusal), _) => Ending::Refused { refusal, evidence },
-            (Ok(_), Some(refusal)) => Ending::NotKept { evidence, refusal },
-            (Ok(stored), None) => Ending::Accepted { evidence, stored },
-        }
-    });
-    Progress {
-        method: background.method(),
-        stage: session.stage,
-        done: session.done,
-        of: session.of,
-        lost: session.lost,
-        worst_deviation_m: session.worst_deviation_m,
-        steps: core::array::from_fn(|i| {
-            let made = background.reports().get(i).copied();
-            made.filter(|_| background.method() == Method::Joint)
-        }),
-        ending,
-    }
 }

@@ -9,7 +9,7 @@ use crate::calibration::slots::{Place, SLOTS, SlotError, SlotInfo, Slots};
 use crate::frame::SEGMENTS;
 use crate::geometry::Geometry;
 use crate::link::message::{InForce, RecordRefusal, Refusal};
-use crate::model::{ErrorModel, TermTable, most_further_rows};
+use crate::model::{ErrorModel, TermTable, most_further_rows, most_rows_beside_a_map};
 use crate::quadrature::PairCorrection;
 use crate::settings::Settings;
 use crate::step::StepConfig;
@@ -161,11 +161,12 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
     /// Begins to load a tooth map for the calibration in force.
     ///
     /// # Errors
-    /// [`Refusal::NotCalibrated`]: a map is added to a calibration; [`Refusal::MapBusy`], [`Refusal::Map`].
+    /// [`Refusal::NotCalibrated`]: a map is added to a calibration; [`Refusal::MapTooDear`], [`Refusal::MapBusy`], [`Refusal::Map`].
     pub fn map_begin(&mut self, header: &MapHeader) -> Result<(), Refusal> {
         if self.in_force.is_none() {
             return Err(Refusal::NotCalibrated);
         }
+        self.afford_map()?;
         self.map_drop();
         let map = self.swap.map_mut().ok_or(Refusal::MapBusy)?;
         map.begin(header, &self.settings.geometry)
@@ -184,14 +185,33 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
     /// Puts it in force.
     ///
     /// # Errors
-    /// [`Refusal::Map`] if nodes are missing, [`Refusal::MapBusy`].
+    /// [`Refusal::Map`] if nodes are missing, [`Refusal::MapTooDear`] beside what is in force by now, [`Refusal::MapBusy`].
     pub fn map_apply(&mut self) -> Result<(), Refusal> {
+        self.afford_map()?;
         let map = self.swap.map_mut().ok_or(Refusal::MapBusy)?;
         map.complete().map_err(Refusal::Map)?;
         let grids = map.header().grids;
         self.swap.apply_map().map_err(|_| Refusal::MapBusy)?;
         self.map = Some(grids);
         Ok(())
+    }
+
+    /// Whether the interrupt has time for a map beside the model in force. A model that comes later ends the map.
+    fn afford_map(&self) -> Result<(), Refusal> {
+        let most = most_rows_beside_a_map(self.settings.rate_hz);
+        match self.further_rows() {
+            found if found > most => Err(Refusal::MapTooDear {
+                found: found as u8,
+                most: most as u8,
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Rows of the settings' model beyond equations (3) and (9).
+    fn further_rows(&self) -> usize {
+        let model = self.settings.model.as_ref();
+        model.map_or(0, ErrorModel::further_rows)
     }
 
     /// Takes the tooth map out of force.
@@ -235,12 +255,10 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
 
     /// Writes the spare set by the settings.
     fn build(&mut self) -> Result<(), Refusal> {
-        if let Some(model) = &self.settings.model {
-            let most = most_further_rows(self.settings.rate_hz);
-            if model.further_rows() > most {
-                let [found, most] = [model.further_rows(), most].map(|n| n as u8);
-                return Err(Refusal::TooDear { found, most });
-            }
+        let most = most_further_rows(self.settings.rate_hz);
+        if self.further_rows() > most {
+            let [found, most] = [self.further_rows(), most].map(|n| n as u8);
+            return Err(Refusal::TooDear { found, most });
         }
         let spare = self.swap.spare().map_err(|_| Refusal::SwapBusy)?;
         match StepConfig::build(&self.settings) {

@@ -1,6 +1,7 @@
 //! What is kept over a reset: why, when and where. It lies in RAM that start-up leaves alone.
 #![allow(unsafe_code)] // memory outside the language's view, and exception handlers
 
+use super::RAM_START;
 use crate::app::console::StartReport;
 use crate::link::message::{FaultReport, ResetCause};
 use core::mem::MaybeUninit;
@@ -8,11 +9,13 @@ use core::panic::PanicInfo;
 use core::ptr::{addr_of, addr_of_mut, read_volatile, write_volatile};
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use cortex_m::peripheral::SCB;
-use cortex_m_rt::{ExceptionFrame, exception};
+use cortex_m_rt::ExceptionFrame;
 use heapless::String;
 
 /// Tells a record from what RAM holds after power-on.
 const MAGIC: u32 = 0xC0FF_EE74;
+/// In its place when there is none: RAM has kept what it held since a start.
+const NO_RECORD: u32 = 0xC0FF_EE75;
 
 /// Words of a record: magic, cause, uptime, program counter, link register, length of the message, the message, check.
 const WORDS: usize = HEAD_WORDS + MESSAGE_BYTES / 4 + 1;
@@ -33,7 +36,8 @@ const KINDS: [(u32, ResetCause); 4] = [
     (4, ResetCause::Requested),
 ];
 
-/// Takes what was kept, and forgets it. `hardware` is the cause by the chip's own flags.
+/// Takes what was kept, and forgets it. `hardware` is the cause by the chip's own flags, which are the same for a brown-out and
+/// for a supply that came: RAM tells them apart.
 #[inline(never)]
 pub fn take(hardware: ResetCause) -> StartReport {
     let record: [u32; WORDS] = core::array::from_fn(|index| {
@@ -41,7 +45,7 @@ pub fn take(hardware: ResetCause) -> StartReport {
         unsafe { read_volatile(addr_of!(RECORD).cast::<u32>().add(index)) }
     });
     // SAFETY: the first word alone, so that the record is read once.
-    unsafe { write_volatile(addr_of_mut!(RECORD).cast::<u32>(), 0) };
+    unsafe { write_volatile(addr_of_mut!(RECORD).cast::<u32>(), NO_RECORD) };
     let [
         magic,
         cause,
@@ -56,6 +60,10 @@ pub fn take(hardware: ResetCause) -> StartReport {
         .iter()
         .take(WORDS - 1)
         .fold(SEED, |sum, word| mix(sum, *word));
+    let hardware = match hardware {
+        ResetCause::BrownOut if magic != MAGIC && magic != NO_RECORD => ResetCause::PowerOn,
+        known => known,
+    };
     let known = KINDS.iter().find(|(kind, _)| *kind == cause);
     let kept = known.filter(|_| magic == MAGIC && check == sum);
     let cause = kept.map_or(hardware, |(_, cause)| *cause);
@@ -178,14 +186,52 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     SCB::sys_reset();
 }
 
-/// Hard, bus, usage and memory faults; a stack that ran over is one, since RAM ends below it.
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+/// Floating-point context control register: lazy stacking and its state.
+const LAZY_STACKING: u32 = 0xE000_EF34;
+/// Stack that [`hard_fault`] must have; its own is a third of it (`cargo xtask firmware`).
+const OWN_STACK: u32 = 512;
+
+/// Hard, bus, usage and memory faults; a stack that ran over is one ([`guard`](super::guard)). Then the processor could not push
+/// what it was at, and neither could a handler: it gets the stack from its top, as nothing goes on from here. Registers of
+/// the floating point that wait to be pushed (LSPACT) are let go, or its first use of them would fault again.
+#[unsafe(naked)]
+#[unsafe(no_mangle)]
+#[allow(non_snake_case)] // the vector's name
+extern "C" fn HardFault() -> ! {
+    core::arch::naked_asm!(
+        "mrs r0, msp",
+        "ldr r1, ={lowest}",
+        "cmp r0, r1",
+        "bhs 2f",
+        "ldr r1, =_stack_start",
+        "msr msp, r1",
+        "ldr r1, ={lazy}",
+        "movs r2, #0",
+        "str r2, [r1]",
+        "2:",
+        "b {handler}",
+        lowest = const RAM_START + OWN_STACK,
+        lazy = const LAZY_STACKING,
+        handler = sym hard_fault,
+    )
+}
+
+/// Keeps the reason and restarts. `place` is where the processor pushed its registers, or tried to.
+extern "C" fn hard_fault(place: u32) -> ! {
     // SAFETY: status registers of the processor, read only.
     let status = unsafe { (*cortex_m::peripheral::SCB::PTR).cfsr.read() };
     let mut text = Text::new();
+    let (program_counter, link_register) = if place < RAM_START {
+        text.push(b"stack overflow, ");
+        (0, 0)
+    } else {
+        // SAFETY: the processor pushed its registers there, in RAM.
+        let frame = unsafe { &*(place as *const ExceptionFrame) };
+        (frame.pc(), frame.lr())
+    };
     text.push(b"fault status ");
     text.push_number(status);
-    keep(ResetCause::HardFault, frame.pc(), frame.lr(), text.get());
+    let cause = ResetCause::HardFault;
+    keep(cause, program_counter, link_register, text.get());
     SCB::sys_reset();
 }

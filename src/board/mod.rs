@@ -11,6 +11,8 @@ pub mod fault;
 #[cfg(feature = "g474")]
 pub mod g474;
 #[cfg(feature = "board")]
+mod guard;
+#[cfg(feature = "board")]
 pub mod interrupt;
 #[cfg(feature = "board")]
 pub mod main_loop;
@@ -21,3 +23,9 @@ pub(crate) mod room;
 pub mod rtt;
 #[cfg(feature = "board")]
 mod start;
+
+/// RAM's first byte; the stack ends there, since nothing may lie below it (flip-link).
+#[cfg(feature = "g474")]
+const RAM_START: u32 = 0x2000_0000;
+#[cfg(feature = "emulated")]
+const RAM_START: u32 = crate::emulation::RAM_BASE;

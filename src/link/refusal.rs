@@ -172,6 +172,17 @@ pub enum Refusal {
         /// Rows that it has time for.
         most: u8,
     },
+    /// The interrupt has no time for a tooth map beside so many rows beyond equations (3) and (9).
+    #[error(
+        "tooth map: the error model in force has {found} further terms, wanted at most {most} beside a map: the sampling interrupt has \
+         no time for both"
+    )]
+    MapTooDear {
+        /// Rows in force.
+        found: u8,
+        /// Rows that it has time for beside a map.
+        most: u8,
+    },
 }
 
 /// Why a slot operation failed, on the wire.

@@ -1,4 +1,4 @@
-//! What further rows cost the sampling interrupt, and how many it can hold. `cargo xtask bench` measures both figures.
+//! What further rows and a tooth map cost the sampling interrupt, and how much it can hold. `cargo xtask bench` measures the figures.
 
 use super::ErrorModel;
 
@@ -8,13 +8,25 @@ const CLOCK_HZ: f32 = 170.0e6;
 /// within the two figures together).
 const STEP_CYCLES: f32 = 1200.0;
 const ROW_CYCLES: f32 = 600.0;
+/// What a tooth map adds, of as many nodes and waves as it may have, cycles (measured: 3,427).
+const MAP_CYCLES: f32 = 3500.0;
 /// Share of a sampling interval that the interrupt may take.
 const SHARE: f32 = 0.9;
 
 /// Most rows beyond equations (3) and (9) that the interrupt has time for.
 #[must_use]
 pub fn most_further_rows(rate_hz: f32) -> usize {
-    let room = SHARE * CLOCK_HZ / rate_hz - STEP_CYCLES;
+    rows_beside(STEP_CYCLES, rate_hz)
+}
+
+/// The same with a tooth map in force.
+#[must_use]
+pub fn most_rows_beside_a_map(rate_hz: f32) -> usize {
+    rows_beside(STEP_CYCLES + MAP_CYCLES, rate_hz)
+}
+
+fn rows_beside(cycles: f32, rate_hz: f32) -> usize {
+    let room = SHARE * CLOCK_HZ / rate_hz - cycles;
     (room / ROW_CYCLES).max(0.0) as usize
 }
 

@@ -2,14 +2,13 @@
 
 use crate::arm::{self, root, run, say};
 use anyhow::{Context, Result, bail, ensure};
+use courier_sensor::emulation::{QEMU, QEMU_ARGUMENTS, RAM_BYTES, RAM_OBJECT};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Size of the RAM that the host's file backs; QEMU wants exactly this.
-const RAM_BYTES: u64 = 16 << 20;
 /// Where in it the counters are: the last page.
 const COUNTERS: &str = "0xfff000";
 /// A run that takes longer has hung.
@@ -36,36 +35,20 @@ pub fn build() -> Result<PathBuf> {
 /// # Errors
 /// QEMU cannot be started or ends without success, or the image does not end.
 pub fn run_image(image: &Path, words: &[&str]) -> Result<String> {
-    arm::ensure_program("qemu-system-arm", &["qemu-system-arm"])?;
+    arm::ensure_program(QEMU, &[QEMU])?;
     let plugin = build()?;
     let ram = Ram::new()?;
     let mut semihosting = String::from("enable=on,target=native,arg=image");
     words
         .iter()
         .for_each(|word| semihosting.push_str(&format!(",arg={word}")));
-    let mut command = Command::new("qemu-system-arm");
+    let [before, after] = RAM_OBJECT;
+    let mut command = Command::new(QEMU);
     command
-        .args([
-            "-cpu",
-            "cortex-m4",
-            "-machine",
-            "mps2-an386,memory-backend=ram",
-            "-object",
-        ])
-        .arg(format!(
-            "memory-backend-file,id=ram,size=16M,mem-path={},share=on",
-            ram.0.display()
-        ))
-        .args([
-            "-nographic",
-            "-monitor",
-            "none",
-            "-serial",
-            "null",
-            "-semihosting-config",
-            &semihosting,
-            "-plugin",
-        ])
+        .args(QEMU_ARGUMENTS)
+        .arg("-object")
+        .arg(format!("{before}{}{after}", ram.0.display()))
+        .args(["-semihosting-config", &semihosting, "-plugin"])
         .arg(format!(
             "{},ram={},count={COUNTERS}",
             plugin.display(),
@@ -79,7 +62,7 @@ pub fn run_image(image: &Path, words: &[&str]) -> Result<String> {
 }
 
 fn wait(command: &mut Command) -> Result<String> {
-    let mut child = command.spawn().context("qemu-system-arm")?;
+    let mut child = command.spawn().context(QEMU)?;
     let mut stdout = child.stdout.take().context("qemu-system-arm: no output")?;
     let reader = std::thread::spawn(move || {
         let mut text = String::new();
@@ -124,7 +107,7 @@ impl Ram {
             std::thread::current().id()
         ));
         let file = File::create(&path).with_context(|| path.display().to_string())?;
-        file.set_len(RAM_BYTES)?;
+        file.set_len(RAM_BYTES as u64)?;
         Ok(Self(path))
     }
 }

@@ -24,6 +24,7 @@ fn assert_afresh(rig: &mut Rig) {
 #[test]
 fn a_watchdog_reset_in_the_middle_of_a_session_is_told_and_loses_nothing() {
     let (mut rig, before) = Rig::stored(15);
+    assert_eq!(rig.status().reset, ResetCause::PowerOn);
     assert_eq!(rig.ask(Action::Calibrate(short())), Reply::Done);
     rig.run(1000);
     // The background waits for ever for a part; the interrupt goes on, and is not enough for the watchdog.
@@ -43,6 +44,27 @@ fn a_watchdog_reset_in_the_middle_of_a_session_is_told_and_loses_nothing() {
     assert_eq!(rig.mark(), Some(1));
     assert_afresh(&mut rig);
     assert_eq!(rig.ask(Action::Calibrate(short())), Reply::Done);
+}
+
+#[test]
+fn a_stack_that_runs_over_is_told_after_the_restart_and_loses_nothing() {
+    // Of the main loop, and of the interrupt on top of it.
+    for (seed, operation) in [(19, Operation::Temperature), (20, Operation::Convert)] {
+        let (mut rig, before) = Rig::stored(seed);
+        rig.stack_spent.set(Some(operation));
+        rig.run(2500);
+        rig.link.reconnect().expect("the board is back");
+        let status = rig.status();
+        assert_eq!(status.reset, ResetCause::HardFault);
+        assert_eq!(status.in_force, before);
+        let Reply::LastFault(Some(fault)) = rig.ask(Action::LastFault) else {
+            panic!("wanted what was kept over the reset")
+        };
+        assert_eq!(fault.cause, ResetCause::HardFault);
+        assert!(fault.message.starts_with("stack overflow"), "{fault:?}");
+        assert_eq!(rig.mark(), Some(1));
+        assert_afresh(&mut rig);
+    }
 }
 
 #[test]

@@ -31,6 +31,7 @@ pub struct Rig {
     pub flash: SharedFlash,
     pub bus_faults: [Switch<SpiFault>; 2],
     pub hang: Rc<Cell<Option<Operation>>>,
+    pub stack_spent: Rc<Cell<Option<Operation>>>,
     client: Client,
     dropped: u32,
 }
@@ -44,6 +45,7 @@ impl Rig {
         let flash = SharedFlash::erased(seed);
         let parts = Parts::new(world.clone(), flash.clone());
         let (bus_faults, hang) = (parts.bus_faults.clone(), parts.hang.clone());
+        let stack_spent = parts.stack_spent.clone();
         let images = emulated::images().expect("the images are built");
         let board = Emulated::start(&images, parts).expect("QEMU runs");
         Self {
@@ -52,6 +54,7 @@ impl Rig {
             flash,
             bus_faults,
             hang,
+            stack_spent,
             client: Client::new(),
             dropped: 0,
         }

@@ -59,7 +59,7 @@ impl Rig {
         } else {
             self.link.reconnect().expect("the board is back");
             let status = self.status();
-            assert_eq!(status.reset, ResetCause::PowerOn, "cut {cut}");
+            assert_eq!(status.reset, ResetCause::BrownOut, "cut {cut}");
         }
         self.assert_none_missed();
     }

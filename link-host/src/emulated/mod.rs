@@ -17,7 +17,7 @@ use crate::memory::TargetMemory;
 use crate::rtt::Rtt;
 use crate::wire::Wire;
 use anyhow::{Context, Result, bail};
-use courier_sensor::emulation::{POST_BASE, RAM_BASE};
+use courier_sensor::emulation::{POST_BASE, QEMU, QEMU_ARGUMENTS, RAM_BASE, RAM_OBJECT};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::Ordering::SeqCst;
@@ -191,29 +191,13 @@ impl Drop for Emulated {
 
 fn spawn(images: &Images, ram: &Path, bell: u32) -> Result<Child> {
     let post = POST_BASE - RAM_BASE;
-    child::tie(&mut Command::new("qemu-system-arm"))
-        .args([
-            "-cpu",
-            "cortex-m4",
-            "-machine",
-            "mps2-an386,memory-backend=ram",
-            "-object",
-        ])
-        .arg(format!(
-            "memory-backend-file,id=ram,size=16M,mem-path={},share=on",
-            ram.display()
-        ))
+    let [before, after] = RAM_OBJECT;
+    child::tie(&mut Command::new(QEMU))
+        .args(QEMU_ARGUMENTS)
+        .arg("-object")
+        .arg(format!("{before}{}{after}", ram.display()))
         // 8 ns of virtual time an instruction, and no waiting for the wall clock.
-        .args([
-            "-icount",
-            "shift=3,sleep=off",
-            "-nographic",
-            "-monitor",
-            "none",
-            "-serial",
-            "null",
-            "-plugin",
-        ])
+        .args(["-icount", "shift=3,sleep=off", "-plugin"])
         .arg(format!(
             "{},ram={},bell={bell:#x},post={post:#x}",
             images.plugin.display(),

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use courier_sensor::emulation::{
     BACKGROUND, DATA_BYTES, FAILED, HEADER_BYTES, HUNG, INTERRUPT, MAILBOX_BASE, MAILBOX_STRIDE,
-    Operation, POWER_LOST, Pin, TICK_HZ, Word,
+    Operation, POWER_LOST, Pin, STACK_SPENT, TICK_HZ, Word,
 };
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::spi::SpiDevice as _;
@@ -40,6 +40,8 @@ pub struct Parts {
     pub bus_faults: [Switch<SpiFault>; 2],
     /// Questions of this operation are never answered: who asks hangs. Clones are the same.
     pub hang: Rc<Cell<Option<Operation>>>,
+    /// At a question of this operation the board's stack runs over, once. Clones are the same.
+    pub stack_spent: Rc<Cell<Option<Operation>>>,
     chips: [FaultySpi<Spi>; 2],
     ahead: Ahead,
     /// No conversion since the start yet.
@@ -65,6 +67,7 @@ impl Parts {
         Self {
             bus_faults,
             hang: Rc::default(),
+            stack_spent: Rc::default(),
             chips,
             ahead: Ahead::default(),
             fresh: true,
@@ -121,6 +124,10 @@ impl Parts {
             ram.read(place, &mut data[..length])?;
             let answer = match operation {
                 Some(operation) if self.hang.get() == Some(operation) => HUNG,
+                Some(operation) if self.stack_spent.get() == Some(operation) => {
+                    self.stack_spent.set(None);
+                    STACK_SPENT
+                }
                 Some(operation) => self.carry_out(operation, argument, &mut data[..length], ram)?,
                 None => FAILED,
             };

@@ -3,7 +3,7 @@
 
 use crate::emulation::{
     DATA_BYTES, FAILED, HEADER_BYTES, HUNG, MAILBOX_BASE, MAILBOX_STRIDE, Operation, POWER_LOST,
-    Word,
+    STACK_SPENT, Word,
 };
 use core::ptr::{read_volatile, write_volatile};
 use core::sync::atomic::{Ordering::SeqCst, compiler_fence};
@@ -71,6 +71,7 @@ impl Mailbox {
                 HUNG => loop {
                     cortex_m::asm::nop();
                 },
+                STACK_SPENT => _ = spend_stack(word),
                 _ => {}
             }
             for (index, byte) in answer.iter_mut().enumerate() {
@@ -78,6 +79,16 @@ impl Mailbox {
             }
             Ok(word)
         }
+    }
+}
+
+/// Calls itself until there is no stack.
+#[inline(never)]
+fn spend_stack(word: u32) -> u32 {
+    let frame = core::hint::black_box([word; 16]);
+    match frame[0] {
+        0 => 0, // never, which the compiler does not know
+        deeper => spend_stack(deeper) ^ core::hint::black_box(frame)[1],
     }
 }
 

@@ -12,7 +12,7 @@ use self::parts::{Flash, Line, Serial, Spi};
 use super::interrupt::{self, Owned};
 use super::main_loop::{self, Board, RATE_HZ, WATCHDOG_MS};
 use super::start::{self, Ends};
-use super::{fault, rtt};
+use super::{fault, guard, rtt};
 use crate::app::background::Background;
 use crate::app::console::Console;
 use crate::app::sampler::Sampler;
@@ -148,10 +148,12 @@ type Halves = (
 /// Everything but the sampling instants. A function of its own: the main loop's stack begins where this one's began.
 #[inline(never)]
 fn set_up(post: Post) -> Halves {
+    guard::start();
     clock::start_counter();
     let _ = post.ask(Operation::Boot, 0, &[], &mut []);
     let rings = rtt::start();
-    let report = fault::take(ResetCause::PowerOn);
+    // What the chip's flags would say after a start and after the supply was cut.
+    let report = fault::take(ResetCause::BrownOut);
     start::log(&report);
     let line = |pin| Line {
         mailbox: Post::new(INTERRUPT),

@@ -17,7 +17,7 @@ use self::spi::Device;
 use super::interrupt::{BELOW_SAMPLING, Owned, SAMPLING as SAMPLING_PRIORITY};
 use super::main_loop::{self, Board, RATE_HZ};
 use super::start;
-use super::{fault, rtt};
+use super::{fault, guard, rtt};
 use crate::app::background::Background;
 use crate::app::console::Console;
 use crate::app::sampler::Sampler;
@@ -135,6 +135,7 @@ type Halves = (
 /// Everything but the sampling instants. A function of its own: the main loop's stack begins where this one's began.
 #[inline(never)]
 fn set_up() -> Halves {
+    guard::start();
     clocks::start();
     pins::start();
     let rings = rtt::start();

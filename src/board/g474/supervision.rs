@@ -45,7 +45,7 @@ pub fn start_supply_detector() {
     });
 }
 
-/// Why the processor was reset; the cause is forgotten then.
+/// Why the processor was reset; the cause is forgotten then. A supply that came sets the brown-out's flag as well.
 pub fn take_reset_cause() -> ResetCause {
     let csr = RCC.csr().read();
     RCC.csr().modify(|w| w.set_rmvf(true));

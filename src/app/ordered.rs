@@ -1,0 +1,96 @@
+//! A calibration that the host ordered: how it starts, and what is said of it.
+
+use super::background::{Background, Errand};
+use crate::calibration::joint::JointConfig;
+use crate::calibration::record::Method;
+use crate::calibration::{Range, SessionConfig};
+use crate::link::message::{CalibrateOrder, Refusal};
+use crate::link::report::{Ending, Progress};
+use embedded_io::{Read, ReadReady, Write, WriteReady};
+use embedded_storage::nor_flash::NorFlash;
+
+/// A session as ordered, over the defaults of [`SessionConfig`], which is set in its place: a copy is a kilobyte.
+#[inline(never)]
+#[allow(clippy::field_reassign_with_default)]
+pub(super) fn calibrate<S, F>(
+    order: &CalibrateOrder,
+    background: &mut Background<'_, '_, S, F>,
+) -> Result<(), Refusal>
+where
+    S: Read + ReadReady + Write + WriteReady,
+    F: NorFlash,
+{
+    let mut config = SessionConfig::default();
+    config.poses = order.poses.into();
+    config.held_out_poses = order.held_out_poses.into();
+    config.plan = order.plan;
+    config.seed = order.seed;
+    config.range = range_of(order);
+    config.target_deviation_m = order.target_deviation_m;
+    background.calibrate(config, errand_of(order))
+}
+
+/// A joint session as ordered, over the defaults of [`JointConfig`].
+#[inline(never)]
+#[allow(clippy::field_reassign_with_default)]
+pub(super) fn calibrate_joint<S, F>(
+    order: &CalibrateOrder,
+    background: &mut Background<'_, '_, S, F>,
+) -> Result<(), Refusal>
+where
+    S: Read + ReadReady + Write + WriteReady,
+    F: NorFlash,
+{
+    let mut config = JointConfig::default();
+    config.poses = order.poses.into();
+    config.held_out_poses = order.held_out_poses.into();
+    config.plan = order.plan;
+    config.seed = order.seed;
+    config.range = range_of(order);
+    background.calibrate_joint(config, errand_of(order))
+}
+
+fn errand_of(order: &CalibrateOrder) -> Errand {
+    Errand {
+        speed_m_per_s: order.speed_m_per_s,
+        commit: order.commit,
+    }
+}
+
+fn range_of(order: &CalibrateOrder) -> Range {
+    Range {
+        travel_m: order.travel_m,
+        turn_rad: order.turn_rad,
+    }
+}
+
+/// How far the session is, or how the last one ended.
+#[inline(never)]
+pub(super) fn progress<S, F>(background: &Background<'_, '_, S, F>) -> Progress
+where
+    S: Read + ReadReady + Write + WriteReady,
+    F: NorFlash,
+{
+    let session = background.progress();
+    let ending = background.ended().map(|ended| {
+        let evidence = ended.evidence;
+        match (ended.result, ended.not_kept) {
+            (Err(refusal), _) => Ending::Refused { refusal, evidence },
+            (Ok(_), Some(refusal)) => Ending::NotKept { evidence, refusal },
+            (Ok(stored), None) => Ending::Accepted { evidence, stored },
+        }
+    });
+    Progress {
+        method: background.method(),
+        stage: session.stage,
+        done: session.done,
+        of: session.of,
+        lost: session.lost,
+        worst_deviation_m: session.worst_deviation_m,
+        steps: core::array::from_fn(|i| {
+            let made = background.reports().get(i).copied();
+            made.filter(|_| background.method() == Method::Joint)
+        }),
+        ending,
+    }
+}
