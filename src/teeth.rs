@@ -1,4 +1,5 @@
-//! The tooth map: how far the platen's teeth are displaced over a bounded patch, and each segment's lateral waves of mixed order.
+//! The tooth map: how far the platen's teeth are displaced over a bounded patch, and each segment's lateral waves, also of mixed
+//! order.
 //!
 //! Estimated on a host (`courier map`), loaded over the link, applied by the interrupt after the error model: the places are the
 //! calibrated outputs, so that a map belongs to the calibration it was estimated with. One field a direction, shared by the two
@@ -9,6 +10,7 @@
 use crate::frame::{Coordinate, Frame, SEGMENTS};
 use crate::geometry::Geometry;
 use crate::model::Unit;
+use core::f32::consts::TAU;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +18,7 @@ use serde::{Deserialize, Serialize};
 pub const MAX_NODES: usize = 800;
 /// Words of the cells' trust bits.
 pub const TRUST_WORDS: usize = MAX_NODES.div_ceil(32);
-/// Waves of mixed order.
+/// Waves.
 pub const MAX_WAVES: usize = 6;
 /// Largest own and lateral order of a wave.
 pub const MAX_WAVE_ORDER: u8 = 2;
@@ -61,7 +63,7 @@ pub struct Wave {
 pub struct MapHeader {
     /// Field of x (segments 1 and 3) and of y.
     pub grids: [Grid; 2],
-    /// Waves.
+    /// Waves; equation (9)'s own term is one of them.
     pub waves: Vec<Wave, MAX_WAVES>,
     /// A bit for each cell, numbered as its first node: whether places in it are corrected.
     pub trusted: Vec<u32, TRUST_WORDS>,
@@ -173,7 +175,17 @@ pub struct ToothMap {
 struct Scales {
     half_span: f32,
     lateral: f32,
+    /// l_o over 2 l_s: what of the outputs' turn comes into a lateral argument.
+    lateral_of_turn: f32,
     per_metre: f32,
+}
+
+/// A segment's waves, pitches, and their derivatives by its own and its lateral place.
+#[derive(Clone, Copy, Debug, Default)]
+struct WaveSum {
+    turns: f32,
+    along: f32,
+    across: f32,
 }
 
 impl ToothMap {
@@ -193,6 +205,7 @@ impl ToothMap {
             scales: Scales {
                 half_span: 0.0,
                 lateral: 0.0,
+                lateral_of_turn: 0.0,
                 per_metre: 0.0,
             },
         }
@@ -210,6 +223,7 @@ impl ToothMap {
         self.scales = Scales {
             half_span: 0.5 * geometry.span_m * per_metre,
             lateral: geometry.lateral_m * per_metre,
+            lateral_of_turn: 0.5 * geometry.lateral_m / geometry.span_m,
             per_metre,
         };
         Ok(())
@@ -253,13 +267,15 @@ impl ToothMap {
     }
 
     /// What is to be added to each segment's calibrated output, pitches, and whether every place was in a trusted cell; the
-    /// fields' part is zero where one is not. In the interrupt; cost: `cargo xtask bench`.
+    /// fields' part is zero where one is not. Waves have their phases where field and waves have moved the outputs, to first order:
+    /// 5 um are 0.03 rad. In the interrupt; cost: `cargo xtask bench`.
     #[must_use]
     pub fn errors_turns(&self, frame: &Frame) -> ([f32; SEGMENTS], bool) {
-        let mut errors = [0.0; SEGMENTS];
+        let mut moved = [0.0; SEGMENTS];
+        let mut waves = [WaveSum::default(); SEGMENTS];
         let mut inside = true;
-        for (i, error) in errors.iter_mut().enumerate() {
-            let pose = &frame.pose;
+        let pose = &frame.pose;
+        for i in 0..SEGMENTS {
             let own = frame.segments[i].calibrated;
             let other = if i % 2 == 0 { pose.y } else { pose.x };
             let lateral = Coordinate {
@@ -271,20 +287,36 @@ impl ToothMap {
                 fraction_turns: lateral.fraction_turns + SIDE[i] * self.scales.half_span,
                 ..lateral
             };
-            *error = self.waves_turns(i, own, lateral);
+            waves[i] = self.waves(i, own, lateral);
+            moved[i] = waves[i].turns;
             match self.field_turns(i % 2, own, across) {
-                Some(field) => *error += field,
+                Some(field) => moved[i] += field,
                 None => inside = false,
             }
         }
-        (errors, inside)
+        (self.at_moved_phases(moved, &waves), inside)
     }
 
-    fn waves_turns(&self, segment: usize, own: Coordinate, lateral: Coordinate) -> f32 {
+    /// Errors of fields and waves, the waves' phases moved by them.
+    fn at_moved_phases(
+        &self,
+        moved: [f32; SEGMENTS],
+        waves: &[WaveSum; SEGMENTS],
+    ) -> [f32; SEGMENTS] {
+        let [x, y] = [0.5 * (moved[0] + moved[2]), 0.5 * (moved[1] + moved[3])];
+        let turned = (moved[0] - moved[2]) + (moved[1] - moved[3]);
+        let turn = turned * self.scales.lateral_of_turn;
+        core::array::from_fn(|i| {
+            let across = if i % 2 == 0 { y } else { x } + LATERAL_SIGN[i] * turn;
+            moved[i] + waves[i].along * moved[i] + waves[i].across * across
+        })
+    }
+
+    fn waves(&self, segment: usize, own: Coordinate, lateral: Coordinate) -> WaveSum {
         let multiples = |unit: Unit| [Unit::ZERO, unit, unit.doubled()];
         let own = multiples(Unit::from_turns(own.fraction_turns));
         let lateral = multiples(Unit::from_turns(lateral.fraction_turns));
-        let mut sum = 0.0;
+        let mut sum = WaveSum::default();
         for wave in &self.header.waves {
             // Orders were checked; the remainder is for the compiler.
             let along = own[usize::from(wave.own_order) % 3];
@@ -295,9 +327,17 @@ impl ToothMap {
                 along.plus(across)
             };
             let [a, b] = wave.coefficients_m[segment % SEGMENTS];
-            sum += a * unit.sine + b * unit.cosine;
+            let slope = a * unit.cosine - b * unit.sine;
+            sum.turns += a * unit.sine + b * unit.cosine;
+            sum.along += slope * f32::from(wave.own_order);
+            sum.across += slope * f32::from(wave.lateral_order);
         }
-        sum * self.scales.per_metre
+        let per_turn = TAU * self.scales.per_metre;
+        WaveSum {
+            turns: sum.turns * self.scales.per_metre,
+            along: sum.along * per_turn,
+            across: sum.across * per_turn,
+        }
     }
 
     /// One direction's field at a place; `None` outside the trusted cells.

@@ -75,8 +75,18 @@ fn raw(turns: [f64; SEGMENTS]) -> RawFrame {
     }
 }
 
-/// The definition, in f64: Cox and de Boor's recursion instead of the closed cubic.
-fn wanted_m(header: &MapHeader, nodes: &[i16], p: [f64; SEGMENTS]) -> [f64; SEGMENTS] {
+/// Where the segments are, metres: lateral arguments of equation (9), and places across.
+fn across(p: &[f64; SEGMENTS]) -> ([f64; SEGMENTS], [f64; SEGMENTS]) {
+    let sign = [-1.0, 1.0, 1.0, -1.0];
+    let theta = (p[0] - p[2] + p[1] - p[3]) / (2.0 * SPAN);
+    let middle = [(p[0] + p[2]) / 2.0, (p[1] + p[3]) / 2.0];
+    let lateral = std::array::from_fn(|i| middle[1 - i % 2] + sign[i] * LATERAL * theta);
+    let places = std::array::from_fn(|i: usize| lateral[i] + sign[i] * SPAN / 2.0);
+    (lateral, places)
+}
+
+/// The fields' definition, in f64: Cox and de Boor's recursion instead of the closed cubic.
+fn fields_m(header: &MapHeader, nodes: &[i16], p: &[f64; SEGMENTS]) -> [f64; SEGMENTS] {
     fn bspline(degree: i32, x: f64) -> f64 {
         if degree == 0 {
             return if (0.0..1.0).contains(&x) { 1.0 } else { 0.0 };
@@ -84,15 +94,9 @@ fn wanted_m(header: &MapHeader, nodes: &[i16], p: [f64; SEGMENTS]) -> [f64; SEGM
         let d = f64::from(degree);
         x / d * bspline(degree - 1, x) + (d + 1.0 - x) / d * bspline(degree - 1, x - 1.0)
     }
-    let theta = (p[0] - p[2] + p[1] - p[3]) / (2.0 * SPAN);
-    let middle = [(p[0] + p[2]) / 2.0, (p[1] + p[3]) / 2.0];
+    let (_, aside) = across(p);
     std::array::from_fn(|i| {
-        let turn = [-1.0, 1.0, 1.0, -1.0][i] * LATERAL * theta;
-        let lateral = middle[1 - i % 2] + turn;
-        let place = [
-            p[i] / PITCH,
-            (lateral + [-1.0, 1.0, 1.0, -1.0][i] * SPAN / 2.0) / PITCH,
-        ];
+        let place = [p[i] / PITCH, aside[i] / PITCH];
         let grid = &header.grids[i % 2];
         let mut sum = 0.0;
         for a in 0..NODES[0] {
@@ -109,14 +113,33 @@ fn wanted_m(header: &MapHeader, nodes: &[i16], p: [f64; SEGMENTS]) -> [f64; SEGM
                 sum += 1.0e-9 * f64::from(nodes[at]) * weight(0, a) * weight(1, b);
             }
         }
-        for wave in &header.waves {
-            let phase = TAU / PITCH
-                * (f64::from(wave.own_order) * p[i] + f64::from(wave.lateral_order) * lateral);
-            let [s, c] = wave.coefficients_m[i].map(f64::from);
-            sum += s * phase.sin() + c * phase.cos();
-        }
         sum
     })
+}
+
+fn waves_m(header: &MapHeader, p: &[f64; SEGMENTS]) -> [f64; SEGMENTS] {
+    let (lateral, _) = across(p);
+    std::array::from_fn(|i| {
+        let wave = |wave: &Wave| {
+            let phase = TAU / PITCH
+                * (f64::from(wave.own_order) * p[i] + f64::from(wave.lateral_order) * lateral[i]);
+            let [s, c] = wave.coefficients_m[i].map(f64::from);
+            s * phase.sin() + c * phase.cos()
+        };
+        header.waves.iter().map(wave).sum()
+    })
+}
+
+/// Fields and waves, and by how much the waves change where both have moved the outputs: a difference over a thousandth of that.
+fn wanted_m(header: &MapHeader, nodes: &[i16], p: [f64; SEGMENTS]) -> [f64; SEGMENTS] {
+    const SHARE: f64 = 1.0e-3;
+    let (fields, waves) = (fields_m(header, nodes, &p), waves_m(header, &p));
+    let at = |share: f64| {
+        let moved = std::array::from_fn(|i| p[i] + share * (fields[i] + waves[i]));
+        waves_m(header, &moved)
+    };
+    let (up, down) = (at(SHARE), at(-SHARE));
+    std::array::from_fn(|i| fields[i] + waves[i] + (up[i] - down[i]) / (2.0 * SHARE))
 }
 
 #[test]

@@ -20,7 +20,7 @@ use std::process::ExitCode;
 /// method (equal weights, no terms of the coordination sensor's own) on poses of the paper's range, two pitches; this
 /// system's poses cover the fly-by.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  courier demo --preset measured --plan optimal --seed 7\n  courier demo --on emulated --poses 200\n  courier demo --joint")]
+#[command(after_help = "Examples:\n  courier demo --preset measured --plan optimal --seed 7\n  courier demo --on emulated --poses 200\n  courier demo --joint\n  courier demo --joint --on emulated --poses 100")]
 pub struct Args {
     /// The joint calibration of both sensors, section 3.2.1.
     #[arg(long, conflicts_with_all = ["plan", "waveforms", "rms_um", "record"])]
@@ -88,13 +88,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 fn run_jointly(args: &Args) -> Result<ExitCode> {
-    ensure!(args.on == On::Sim, "--on: found emulated, wanted sim with --joint");
     if let Some(poses) = args.poses {
         ensure!((50..=1000).contains(&poses), "--poses: found {poses}, wanted 50 to 1000 with --joint");
     }
     let papers = args.preset == Preset::Paper || args.platen.is_none();
     ensure!(papers, "--platen: found preset {:?}, wanted --preset paper", args.preset);
-    let options = JointOptions { preset: args.preset, seed: args.seed, poses: args.poses, platen: args.platen };
+    let options = JointOptions { on: args.on, preset: args.preset, seed: args.seed, poses: args.poses, platen: args.platen };
     let report = demonstrate_jointly(&options, &progress(0, "starting"))?;
     if args.json {
         print_json(&report)?;
@@ -127,7 +126,9 @@ fn joint_text(report: &JointReport) -> String {
     let note = match (&report.map, &report.map_refusal) {
         (Some(map), _) => {
             let [before, after] = [map.before_m, map.after_m].map(|g| g.map(micrometres).join(", "));
-            format!("tooth map in force: held-out g_p, g_x, g_y {before} -> {after} µm over {} poses", map.held_out_poses)
+            let [x, y] = map.way_deviation_m.map(micrometres);
+            let way = format!("predicted deviation of a position along x, y {x}, {y} µm");
+            format!("tooth map in force: held-out g_p, g_x, g_y {before} -> {after} µm over {} poses; {way}", map.held_out_poses)
         }
         (None, Some(why)) => format!("no tooth map: {why}"),
         (None, None) => "no tooth map".to_owned(),

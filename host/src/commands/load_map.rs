@@ -1,20 +1,16 @@
 //! `courier load` of a tooth map.
 
 use super::load::Args;
-use crate::board::{Choice, Link, motion};
+use crate::board::{Choice, Link, map, motion};
 use crate::teeth::MapFile;
 use crate::terminal::{print, print_json};
 use anyhow::{Result, bail, ensure};
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
 use courier_sensor::frame::{Pose, Status};
-use courier_sensor::link::message::{Action, MAP_NODES_A_COMMAND, Reply, Source};
+use courier_sensor::link::message::{Action, Reply};
 use courier_sensor::link::telemetry::Channels;
-use courier_sensor::teeth::MapHeader;
 use std::process::ExitCode;
 use std::time::Duration;
-
-/// The interrupt gives a map back at its next sample.
-const A_SAMPLE: Duration = Duration::from_millis(1);
 
 /// One frame in so many is looked at under the beacon, and so many of them: a quarter of a second.
 const DECIMATION: u16 = 50;
@@ -37,9 +33,7 @@ pub fn run(file: &MapFile, args: &Args, choice: &Choice) -> Result<ExitCode> {
     let mut board = choice.open()?;
     let start = args.from.or(board.beacon);
     let link = &mut board.link;
-    let Reply::Calibration(mut calibration) = link.ask(Action::Read(Source::InForce))? else {
-        bail!(super::STRANGE_REPLY)
-    };
+    let mut calibration = map::in_force(link)?;
     if let Some(target) = start {
         motion::go(link, target, SELF_MOTION_M_PER_S)?;
     }
@@ -50,7 +44,7 @@ pub fn run(file: &MapFile, args: &Args, choice: &Choice) -> Result<ExitCode> {
         let origin = file.anchor.origin(ahead, calibration.geometry.lever_m);
         (beacon.origin_teeth, beacon.origin_m) = origin;
     }
-    done(link, Action::Load(calibration))?;
+    map::load(link, calibration)?;
     let stored = if args.dry_run {
         None
     } else {
@@ -62,10 +56,9 @@ pub fn run(file: &MapFile, args: &Args, choice: &Choice) -> Result<ExitCode> {
         };
         Some(place)
     };
-    link.pass(A_SAMPLE)?;
     let header = file.header_for(ahead);
     let grids = header.grids;
-    send(link, header, &file.nodes_nm)?;
+    map::load_map(link, header, &file.nodes_nm)?;
     board.close()?;
     if args.json {
         print_json(&serde_json::json!({ "map": grids, "teeth_ahead": ahead, "stored": stored }))?;
@@ -110,19 +103,4 @@ fn stand(link: &mut Link) -> Result<(Pose, [f32; 2])> {
         "the board: found the beacon in {seen} frames, wanted {LOOKS}: a map is placed by its beacon (--from goes there)"
     );
     Ok((last, sums.map(|sum| sum / seen as f32)))
-}
-
-fn send(link: &mut Link, header: MapHeader, nodes_nm: &[i16]) -> Result<()> {
-    done(link, Action::MapBegin(header))?;
-    for nodes in nodes_nm.chunks(MAP_NODES_A_COMMAND) {
-        done(link, Action::MapNodes(nodes.iter().copied().collect()))?;
-    }
-    done(link, Action::MapApply)
-}
-
-fn done(link: &mut Link, action: Action) -> Result<()> {
-    let Reply::Done = link.ask(action)? else {
-        bail!(super::STRANGE_REPLY)
-    };
-    Ok(())
 }

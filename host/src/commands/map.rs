@@ -86,6 +86,7 @@ fn text(file: &MapFile) -> String {
         ("poses", format!("{poses} fitted, {held_out_poses} held out, {unknowns} unknowns")),
         ("held-out g_p, g_x, g_y", format!("{} -> {} µm, {:.0} standard errors", three(before_m), three(after_m), evidence.significance)),
         ("noise shown", format!("segment {} µm, displacement {} µm", micrometres(evidence.segment_noise_m), micrometres(evidence.displacement_noise_m))),
+        ("a position along x, y", format!("predicted to {} µm", evidence.way_deviation_m.map(micrometres).join(", "))),
         ("field along x", size(0)),
         ("field along y", size(1)),
         (

@@ -1,12 +1,12 @@
 //! Straight flights of a simulated courier, commanded to its board: the board goes there, the interferometer looks on.
 
+use crate::board::Simulated;
 use anyhow::{Context, Result};
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
 use courier_sensor::drivers::motion::Target;
-use courier_sensor::frame::{Frame, Pose as BoardPose};
-use courier_sensor::geometry::Geometry;
+use courier_sensor::frame::Frame;
 use effects::motion::Pose;
-use hal_sim::world::{Witness, World};
+use hal_sim::world::Witness;
 
 /// Speed on the way to its start, m/s.
 const POSITIONING_M_PER_S: f32 = SELF_MOTION_M_PER_S;
@@ -17,48 +17,12 @@ pub const DECIMATION: u16 = 20;
 /// One flight takes 16 000 samples at 20 kHz: a motion of more than this never ends, samples.
 pub const MOTION_LIMIT: u32 = 400_000;
 
-/// A board that moves its courier.
-pub trait Pilot {
-    /// Goes to a pose and waits until the motion controller says that it has settled.
-    ///
-    /// # Errors
-    /// A motion that never ends, or a board that cannot be reached.
-    fn go(&mut self, goal: Target, speed_m_per_s: f32) -> Result<()>;
-
-    /// As [`Pilot::go`]; gives one frame in [`DECIMATION`].
-    ///
-    /// # Errors
-    /// As [`Pilot::go`].
-    fn fly(&mut self, goal: Target, speed_m_per_s: f32) -> Result<Vec<Frame>>;
-
-    /// Lets so many samples pass.
-    ///
-    /// # Errors
-    /// The board cannot be reached.
-    fn rest(&mut self, samples: u32) -> Result<()>;
-
-    /// Where the board says it is.
-    ///
-    /// # Errors
-    /// The board cannot be reached.
-    fn pose(&mut self) -> Result<BoardPose>;
-
-    /// By which it says so.
-    ///
-    /// # Errors
-    /// The board cannot be reached.
-    fn geometry(&mut self) -> Result<Geometry>;
-
-    /// What is around the board.
-    fn world(&self) -> &World;
-}
-
 /// A straight flight along y over `length_m` about `middle`: frames at 1 kHz, and what the interferometer read at each.
 ///
 /// # Errors
 /// A motion that never ends.
 pub fn fly_along(
-    board: &mut impl Pilot,
+    board: &mut Simulated,
     middle: Pose,
     length_m: f64,
     speed_m_per_s: f32,
@@ -67,11 +31,11 @@ pub fn fly_along(
     let start = line_up(board, middle, -0.5 * length_m)?;
     board.go(start, POSITIONING_M_PER_S)?;
     board.rest(CALM_SAMPLES)?;
-    board.world().watch();
+    board.world.watch();
     let frames = board.fly(end, speed_m_per_s)?;
-    let (first, witnesses) = board.world().unwatch();
+    let (first, witnesses) = board.world.unwatch();
     let of = |frame: Frame| {
-        let conversion = board.world().first_conversion() + u64::from(frame.sequence);
+        let conversion = board.world.first_conversion() + u64::from(frame.sequence);
         let index = conversion.checked_sub(first)?;
         let witness = witnesses.get(usize::try_from(index).ok()?)?;
         Some((frame, *witness))
@@ -84,7 +48,7 @@ pub fn fly_along(
 ///
 /// # Errors
 /// A motion that never ends.
-pub fn stand_at(board: &mut impl Pilot, pose: Pose) -> Result<()> {
+pub fn stand_at(board: &mut Simulated, pose: Pose) -> Result<()> {
     let goal = Target {
         x_m: pose.x_m as f32,
         y_m: pose.y_m as f32,
@@ -96,7 +60,7 @@ pub fn stand_at(board: &mut impl Pilot, pose: Pose) -> Result<()> {
 
 /// The command that brings the courier to `along_m` on the line through `middle`. The controller is open loop and tens of
 /// micrometres off; the phase of the platen sensor tells by how much, and angle alike.
-fn line_up(board: &mut impl Pilot, middle: Pose, along_m: f64) -> Result<Target> {
+fn line_up(board: &mut Simulated, middle: Pose, along_m: f64) -> Result<Target> {
     let pitch_m = f64::from(board.geometry()?.pitch_m);
     let mut goal = Target {
         x_m: middle.x_m as f32,

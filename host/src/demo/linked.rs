@@ -1,14 +1,13 @@
 //! Flights over the debug link, on whichever board there is.
 
-use super::flight::{DECIMATION, MOTION_LIMIT, Pilot};
-use crate::board::Simulated;
+use super::flight::{DECIMATION, MOTION_LIMIT};
+use crate::board::{Simulated, map};
 use anyhow::{Result, bail};
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::frame::{Frame, Pose, RawFrame, Segment};
 use courier_sensor::geometry::Geometry;
-use courier_sensor::link::message::{Action, InForce, Reply, Source};
+use courier_sensor::link::message::{Action, InForce, Reply};
 use courier_sensor::link::telemetry::{Channels, Sample};
-use hal_sim::world::World;
 use std::time::Duration;
 
 /// What a flight is judged by.
@@ -47,15 +46,21 @@ impl Simulated {
         }
         bail!("the motion controller has not settled after {MOTION_LIMIT} samples")
     }
-}
 
-impl Pilot for Simulated {
-    fn go(&mut self, goal: Target, speed_m_per_s: f32) -> Result<()> {
+    /// Goes to a pose and waits until the motion controller says that it has settled.
+    ///
+    /// # Errors
+    /// A motion that never ends, or a board that cannot be reached.
+    pub(super) fn go(&mut self, goal: Target, speed_m_per_s: f32) -> Result<()> {
         self.order(goal, speed_m_per_s)?;
         self.settle(|_| Ok(()))
     }
 
-    fn fly(&mut self, goal: Target, speed_m_per_s: f32) -> Result<Vec<Frame>> {
+    /// As [`Simulated::go`]; gives one frame in [`DECIMATION`].
+    ///
+    /// # Errors
+    /// As [`Simulated::go`].
+    pub(super) fn fly(&mut self, goal: Target, speed_m_per_s: f32) -> Result<Vec<Frame>> {
         let mut frames = Vec::new();
         self.link.stream(CHANNELS, DECIMATION)?;
         self.order(goal, speed_m_per_s)?;
@@ -71,26 +76,31 @@ impl Pilot for Simulated {
         Ok(frames)
     }
 
-    fn rest(&mut self, samples: u32) -> Result<()> {
+    /// Lets so many samples pass.
+    ///
+    /// # Errors
+    /// The board cannot be reached.
+    pub(super) fn rest(&mut self, samples: u32) -> Result<()> {
         self.link.pass(samples * SAMPLE)
     }
 
-    fn pose(&mut self) -> Result<Pose> {
+    /// Where the board says it is.
+    ///
+    /// # Errors
+    /// The board cannot be reached.
+    pub(super) fn pose(&mut self) -> Result<Pose> {
         Ok(self.link.status()?.pose)
     }
 
-    fn geometry(&mut self) -> Result<Geometry> {
+    /// By which it says so.
+    ///
+    /// # Errors
+    /// The board cannot be reached.
+    pub(super) fn geometry(&mut self) -> Result<Geometry> {
         if self.link.status()?.in_force == InForce::None {
             return Ok(Geometry::PAPER);
         }
-        match self.link.ask(Action::Read(Source::InForce))? {
-            Reply::Calibration(calibration) => Ok(calibration.geometry),
-            _ => bail!("the board: found a strange reply to a question for its calibration"),
-        }
-    }
-
-    fn world(&self) -> &World {
-        &self.world
+        Ok(map::in_force(&mut self.link)?.geometry)
     }
 }
 

@@ -4,7 +4,6 @@
 //! the interferometer, `report` holds the paper's table beside the figures found, `record` keeps what was measured. `joint` is
 //! the paper's second half.
 
-mod direct;
 mod flight;
 mod flyby;
 pub mod joint;

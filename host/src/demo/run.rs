@@ -1,6 +1,6 @@
 //! The steps, each ordered over the debug link of a board, simulated or emulated.
 
-use super::flight::{Pilot as _, fly_along};
+use super::flight::fly_along;
 use super::flyby::{Deviations, Flyby};
 use super::record::Recorder;
 use super::report::Report;

@@ -16,7 +16,7 @@ pub const LOOK: Duration = Duration::from_micros(2500);
 /// Samples sent: one in this many.
 const DECIMATION: u16 = 20;
 /// So long before a pose was seen to be done the courier stood there: the look, the link and a part of the averaging.
-const BEFORE: u32 = 80;
+pub(super) const BEFORE: u32 = 80;
 /// Samples and witnesses kept: twice what a block of telemetry may be late.
 const KEPT: usize = 4000;
 

@@ -7,6 +7,7 @@ use super::lattice;
 use super::model::places;
 use super::patch::{Patch, crop};
 use super::pose::{Setup, TeethPose};
+use super::predict;
 use super::unknowns::{NODE_M, OWN, Unknowns, WAVES};
 use anyhow::{Result, ensure};
 use courier_sensor::frame::SEGMENTS;
@@ -58,6 +59,9 @@ pub struct Evidence {
     pub displacement_noise_m: f64,
     /// Largest predicted deviation of a trusted cell's middle, metres: x's field, y's.
     pub worst_deviation_m: [f64; 2],
+    /// Predicted rms deviation of a position, less its mean, on the way along x and along y through the middle of the poses, metres.
+    #[serde(default)]
+    pub way_deviation_m: [f64; 2],
 }
 
 /// What a board is given, and on what grounds.
@@ -174,21 +178,6 @@ fn deviation(values: &[f64]) -> f64 {
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt()
 }
 
-/// Cells of a direction's field that a pose has visited.
-fn visited(setup: &Setup, unknowns: &Unknowns, poses: &[TeethPose], direction: usize) -> Vec<bool> {
-    let grid = &unknowns.grids[direction];
-    let mut visited = vec![false; grid.count()];
-    for pose in poses {
-        let places = places(setup, &pose.outputs_m);
-        for place in places.iter().skip(direction).step_by(2) {
-            if let Some(cell) = lattice::cell(grid, *place) {
-                visited[cell] = true;
-            }
-        }
-    }
-    visited
-}
-
 struct Judged {
     rms_m: [[f64; 3]; 2],
     significance: f64,
@@ -245,6 +234,7 @@ fn result(problem: &Problem, fit: &Fit, judged: &Judged, held_out: usize) -> Map
         segment_noise_m: fit.noise.segment_m,
         displacement_noise_m: fit.noise.displacement_m,
         worst_deviation_m: patches.each_ref().map(worst),
+        way_deviation_m: [0, 1].map(|direction| predict::of_way(problem, fit, direction)),
     };
     Mapped {
         model: error_model(unknowns, &fit.values),
@@ -278,7 +268,7 @@ fn anchor(setup: &Setup, unknowns: &Unknowns, values: &[f64]) -> Anchor {
 fn patch(problem: &Problem, fit: &Fit, direction: usize) -> Patch {
     let unknowns = problem.unknowns;
     let grid = unknowns.grids[direction];
-    let deviations_m = cell_deviations(problem, fit, direction);
+    let deviations_m = predict::of_cells(problem, fit, direction);
     let mean_m = mean_field(unknowns, fit, direction, &deviations_m);
     let row = usize::from(grid.nodes[1]);
     let value = |node: usize| {
@@ -300,32 +290,6 @@ fn patch(problem: &Problem, fit: &Fit, direction: usize) -> Patch {
     }
 }
 
-/// Predicted deviation at the middle of each visited cell, less what all of them have in common.
-fn cell_deviations(problem: &Problem, fit: &Fit, direction: usize) -> Vec<Option<f64>> {
-    let unknowns = problem.unknowns;
-    let grid = &unknowns.grids[direction];
-    let visited = visited(problem.setup, unknowns, problem.poses, direction);
-    let middle = |cell: usize| lattice::middle(grid, cell).filter(|_| visited[cell]);
-    let functions: Vec<_> = (0..grid.count())
-        .map(|cell| middle(cell).and_then(|place| unknowns.field_at(direction, place)))
-        .collect();
-    let count = functions.iter().flatten().count().max(1) as f64;
-    let common: Vec<(usize, f64)> = functions
-        .iter()
-        .flatten()
-        .flatten()
-        .map(|(i, w)| (*i, -w / count))
-        .collect();
-    functions
-        .into_iter()
-        .map(|function| {
-            let mut function = function?;
-            function.extend(&common);
-            Some(fit.deviation(&function))
-        })
-        .collect()
-}
-
 /// Mean over the visited cells: gauge.
 fn mean_field(unknowns: &Unknowns, fit: &Fit, direction: usize, known: &[Option<f64>]) -> f64 {
     let grid = &unknowns.grids[direction];
@@ -342,10 +306,9 @@ fn error_model(unknowns: &Unknowns, values: &[f64]) -> ErrorModel {
     let mut model = ErrorModel::zero(TermTable::equation_9());
     let at = |i: usize| [values[i] as f32, values[i + 1] as f32];
     for segment in 0..SEGMENTS {
-        let mut columns: Vec<f32> = (0..OWN.len())
+        let columns: Vec<f32> = (0..OWN.len())
             .flat_map(|order| at(unknowns.own(segment, order)))
             .collect();
-        columns.extend(at(unknowns.lateral(segment)));
         model.set_columns(segment, &columns);
     }
     let (parity, angle) = (

@@ -8,7 +8,7 @@
 //! and lines decides: the slope that needs the least displacement of teeth.
 //!
 //! `pose` (recording -> poses) -> `lattice` (fields) -> `unknowns` (order, priors) -> `model` (outputs) -> `constraint` (equations 5, 10,
-//! 11) -> `fit` (Gauss-Newton) -> `estimate` (held-out judgement, trust) -> `patch` (what fits a board), `anchor` (where it lies) -> `file`.
+//! 11) -> `fit` (Gauss-Newton) -> `estimate` (held-out judgement, trust; `predict`) -> `patch` (what fits a board), `anchor` (where it lies) -> `file`.
 
 mod anchor;
 mod constraint;
@@ -19,6 +19,7 @@ mod lattice;
 mod model;
 mod patch;
 mod pose;
+mod predict;
 mod unknowns;
 
 pub use anchor::Anchor;

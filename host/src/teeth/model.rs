@@ -1,5 +1,5 @@
-//! Calibrated outputs of a pose and their derivatives: the order of work is the interrupt's. Equations (3) and (9) take the raw phases,
-//! waves and fields the outputs that these have calibrated.
+//! Calibrated outputs of a pose and their derivatives: the order of work is the interrupt's. Equation (3) takes the raw phases, fields
+//! the outputs that it has calibrated, waves (equation 9's term among them) those that all have.
 
 use super::pose::{Setup, TeethPose};
 use super::unknowns::{OWN, Unknowns, WAVES};
@@ -47,48 +47,58 @@ pub fn places(setup: &Setup, p: &[f64; SEGMENTS]) -> [[f64; 2]; SEGMENTS] {
     })
 }
 
-/// Everything of one pose. A place outside the lattice has no field.
+/// Everything of one pose. A place outside the lattice has no field. The waves' phases are those of the places that fields and
+/// waves have corrected, which the interrupt takes to first order.
 pub fn outputs(setup: &Setup, unknowns: &Unknowns, values: &[f64], pose: &TeethPose) -> Outputs {
-    let raw = pose.outputs_m;
     let mut out = Outputs {
-        p_m: raw,
+        p_m: pose.outputs_m,
         ..Outputs::default()
     };
-    equations_3_and_9(setup, unknowns, values, &raw, &mut out);
+    equation_3(setup, unknowns, values, &mut out);
     let calibrated = out.p_m;
-    let lateral = lateral_m(setup, &calibrated);
-    let per_m = TAU / setup.pitch_m;
     for (i, place) in places(setup, &calibrated).into_iter().enumerate() {
-        for (k, (own, across)) in WAVES.iter().enumerate() {
-            let phase = per_m * (f64::from(*own) * calibrated[i] + f64::from(*across) * lateral[i]);
-            out.add(i, values, unknowns.wave(i, k), phase.sin());
-            out.add(i, values, unknowns.wave(i, k) + 1, phase.cos());
-        }
         for (unknown, weight) in unknowns.field_at(i % 2, place).into_iter().flatten() {
             out.add(i, values, unknown, weight);
         }
     }
+    let mut moved = out.p_m;
+    wave_functions(setup, unknowns, &calibrated, |i, at, function| {
+        moved[i] += values[at] * function;
+    });
+    wave_functions(setup, unknowns, &moved, |i, at, function| {
+        out.add(i, values, at, function);
+    });
     out
 }
 
-fn equations_3_and_9(
+/// Hands over segment, unknown and value of each wave's sine and cosine at some outputs.
+fn wave_functions(
     setup: &Setup,
     unknowns: &Unknowns,
-    values: &[f64],
-    raw: &[f64; SEGMENTS],
-    out: &mut Outputs,
+    outputs_m: &[f64; SEGMENTS],
+    mut take: impl FnMut(usize, usize, f64),
 ) {
+    let lateral = lateral_m(setup, outputs_m);
     let per_m = TAU / setup.pitch_m;
-    let lateral = lateral_m(setup, raw);
+    for i in 0..SEGMENTS {
+        for (k, (own, across)) in WAVES.iter().enumerate() {
+            let phase = per_m * (f64::from(*own) * outputs_m[i] + f64::from(*across) * lateral[i]);
+            let (sine, cosine) = phase.sin_cos();
+            take(i, unknowns.wave(i, k), sine);
+            take(i, unknowns.wave(i, k) + 1, cosine);
+        }
+    }
+}
+
+fn equation_3(setup: &Setup, unknowns: &Unknowns, values: &[f64], out: &mut Outputs) {
+    let per_m = TAU / setup.pitch_m;
+    let raw = out.p_m;
     for i in 0..SEGMENTS {
         for (k, order) in OWN.iter().enumerate() {
             let (sine, cosine) = (f64::from(*order) * per_m * raw[i]).sin_cos();
             out.add(i, values, unknowns.own(i, k), sine);
             out.add(i, values, unknowns.own(i, k) + 1, cosine);
         }
-        let (sine, cosine) = (per_m * lateral[i]).sin_cos();
-        out.add(i, values, unknowns.lateral(i), sine);
-        out.add(i, values, unknowns.lateral(i) + 1, cosine);
         out.add(i, values, unknowns.parity(), 0.25 * PARITY_SIGN[i]);
         out.add(i, values, unknowns.angle(), 0.25 * ANGLE_SIGN[i]);
     }

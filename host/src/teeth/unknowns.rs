@@ -7,8 +7,8 @@ use courier_sensor::teeth::Grid;
 
 /// Own orders of equation (3).
 pub const OWN: [u8; 4] = [1, 2, 4, 6];
-/// Own and lateral orders of the waves beside equation (9).
-pub const WAVES: [(u8, i8); 5] = [(0, 2), (1, 1), (1, -1), (2, 1), (2, -1)];
+/// Own and lateral orders of the waves; the first is equation (9)'s, which a plain joint calibration has as well.
+pub const WAVES: [(u8, i8); 6] = [(0, 1), (0, 2), (1, 1), (1, -1), (2, 1), (2, -1)];
 /// Highest degree of the coordination sensor's polynomial: the inverse of a diode that bends by cubes needs some more.
 const DEGREE: i32 = 9;
 
@@ -51,14 +51,9 @@ impl Unknowns {
         (segment * OWN.len() + order) * 2
     }
 
-    /// Sine of equation (9)'s term.
-    pub fn lateral(&self, segment: usize) -> usize {
-        SEGMENTS * OWN.len() * 2 + 2 * segment
-    }
-
     /// k1 - k2 - k3 + k4.
     pub fn parity(&self) -> usize {
-        self.lateral(SEGMENTS)
+        self.own(SEGMENTS, 0)
     }
 
     /// k1 + k2 - k3 - k4.
@@ -81,15 +76,15 @@ impl Unknowns {
         self.misalignment() + 2 + axis * self.powers.len()
     }
 
-    /// Sine of a wave.
+    /// Sine of a wave: all segments' of one wave together.
     pub fn wave(&self, segment: usize, wave: usize) -> usize {
-        self.bend(2) + (segment * WAVES.len() + wave) * 2
+        self.bend(2) + (wave * SEGMENTS + segment) * 2
     }
 
     /// First node of a direction's field.
     pub fn field(&self, direction: usize) -> usize {
         let before: usize = self.grids[..direction].iter().map(Grid::count).sum();
-        self.wave(SEGMENTS, 0) + before
+        self.wave(0, WAVES.len()) + before
     }
 
     /// First line of a direction: a node's displacement common to the whole line across.
@@ -123,7 +118,7 @@ impl Unknowns {
 
     /// Whether an unknown belongs to what a plain joint calibration fits.
     pub fn is_plain(&self, index: usize) -> bool {
-        index < self.wave(0, 0)
+        index < self.wave(0, 1)
     }
 
     /// Values to start from.

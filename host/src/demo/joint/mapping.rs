@@ -1,16 +1,16 @@
 //! The tooth map's part of the demonstration: more poses, the estimate, and the map in force.
 
 use super::super::flight::stand_at;
+use super::poses::AVERAGED;
 use super::report::JointReport;
-use super::run::{COMMIT, JointOptions, TRAVEL_M, in_force, joint};
+use super::run::{JointOptions, TRAVEL_M, Until, joint, joint_order};
+use crate::board::{Simulated, map};
 use crate::teeth::{Setup, TeethPose, estimate};
 use anyhow::Result;
-use courier_sensor::app::background::Errand;
-use courier_sensor::calibration::joint::JointConfig;
 use courier_sensor::calibration::record::Calibration;
+use courier_sensor::link::message::CalibrateOrder;
 use courier_sensor::settings::Settings;
 use effects::motion::Pose;
-use hal_sim::board::SimBoard;
 use indicatif::ProgressBar;
 
 /// Angle of the map's further poses, either way: at the end of the lever arm it carries the platen sensor over lines beyond the
@@ -24,53 +24,37 @@ const FRAME_NOISE_M: [f64; 2] = [0.16e-6, 0.5e-6];
 /// The tooth map: estimated from the joint calibration's poses and further ones over the same area, and put in force.
 /// Where held-out poses do not want one the report says so, and none is in force.
 pub(super) fn map_teeth(
-    board: &mut SimBoard,
+    board: &mut Simulated,
     options: &JointOptions,
     mut poses: Vec<TeethPose>,
     beacon: Pose,
     report: &mut JointReport,
     progress: &ProgressBar,
 ) -> Result<()> {
-    let calibrated_jointly = in_force(board)?;
-    stand_at(board, beacon)?;
-    let errand = Errand {
-        commit: false,
-        ..COMMIT
-    };
     for seed in MAP_SEEDS {
-        let more = JointOptions {
-            seed: options.seed ^ seed,
-            ..options.clone()
-        };
-        let (seen, _) = joint(board, &more, (TRAVEL_M, MAP_TURN_RAD), errand, progress)?;
-        poses.extend(seen.teeth);
         stand_at(board, beacon)?;
+        let order = CalibrateOrder {
+            seed: options.seed ^ seed,
+            ..joint_order(options, TRAVEL_M, MAP_TURN_RAD)
+        };
+        let (seen, _) = joint(board, &order, Until::Visited, progress)?;
+        poses.extend(seen.teeth);
     }
-    let frames = f64::from(JointConfig::default().frames_per_pose).sqrt();
-    let noise_m = FRAME_NOISE_M.map(|noise_m| noise_m / frames);
+    let noise_m = FRAME_NOISE_M.map(|noise_m| noise_m / f64::from(AVERAGED).sqrt());
     let setup = Setup::entered(&Settings::default().geometry, noise_m[0], noise_m[1]);
     progress.set_message("tooth map");
     progress.set_position(0);
-    let mapped = estimate(&setup, &poses, &mut || progress.inc(1));
-    let model = match &mapped {
-        Ok(mapped) => mapped.model.clone(),
-        Err(why) => {
-            report.map_refusal = Some(why.to_string());
-            calibrated_jointly.model.clone()
+    match estimate(&setup, &poses, &mut || progress.inc(1)) {
+        Ok(mapped) => {
+            let calibration = Calibration {
+                model: mapped.model,
+                ..map::in_force(&mut board.link)?
+            };
+            map::load(&mut board.link, calibration)?;
+            map::load_map(&mut board.link, mapped.header, &mapped.nodes_nm)?;
+            report.map = Some(mapped.evidence);
         }
-    };
-    board.sample();
-    board.background.keeper_mut()?.load(&Calibration {
-        model,
-        ..calibrated_jointly
-    })?;
-    if let Ok(mapped) = mapped {
-        board.sample();
-        let keeper = board.background.keeper_mut()?;
-        keeper.map_begin(&mapped.header)?;
-        keeper.map_nodes(&mapped.nodes_nm)?;
-        keeper.map_apply()?;
-        report.map = Some(mapped.evidence);
+        Err(why) => report.map_refusal = Some(why.to_string()),
     }
     Ok(())
 }

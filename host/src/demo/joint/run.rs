@@ -1,31 +1,34 @@
-//! The steps: synthetic problems, then one courier through platen calibration, joint calibration and fly-bys.
+//! The steps: synthetic problems, then one courier through platen calibration, joint calibration and fly-bys, all of it ordered over
+//! the debug link of a board, simulated or emulated.
 
 use super::super::flight::{fly_along, stand_at};
 use super::super::flyby::{Deviations, Flyby};
+use super::super::still;
 use super::mapping::map_teeth;
 use super::paper_method::{self, PaperFit};
 use super::poses::Poses;
 use super::report::{JointReport, Method, WithoutMap};
 use super::synthetic::{self, PROBLEMS};
+use crate::board::{On, Simulated, map, session};
 use crate::demo::Preset;
-use anyhow::{Context, Result, anyhow};
-use courier_sensor::app::background::{Ended, Errand, SELF_MOTION_M_PER_S};
+use anyhow::{Context, Result, bail};
 use courier_sensor::calibration::joint::{JointConfig, Weighting};
-use courier_sensor::calibration::record::Calibration;
-use courier_sensor::calibration::{Range, SessionConfig, Stage};
+use courier_sensor::calibration::record::{self, Calibration};
+use courier_sensor::calibration::{Evidence, Stage};
 use courier_sensor::frame::Frame;
+use courier_sensor::link::message::{Action, CalibrateOrder};
+use courier_sensor::link::report::{Ending, Progress};
 use courier_sensor::model::ErrorModel;
 use courier_sensor::settings::Settings;
 use effects::motion::Pose;
-use hal_sim::board::{SharedFlash, SimBoard};
 use hal_sim::trajectory::{BEACON_SPEED_M_S, BEACON_SWEEP_M};
-use hal_sim::wire::motion::ControllerConfig;
-use hal_sim::world::World;
 use indicatif::ProgressBar;
 
 /// What to demonstrate.
 #[derive(Clone, Debug)]
 pub struct JointOptions {
+    /// What the firmware runs on.
+    pub on: On,
     /// Which courier.
     pub preset: Preset,
     /// Seed of the courier, its noise, its poses and the synthetic problems.
@@ -36,15 +39,9 @@ pub struct JointOptions {
     pub platen: Option<u64>,
 }
 
-/// Samples between two looks at the progress.
-const LOOK_SAMPLES: u32 = 2000;
 /// Poses of this system's method lie within half of this to either side of the beacon: over all of the fly-by. The paper's two
 /// pitches would leave the coordination sensor's own errors extrapolated fourfold.
 pub(super) const TRAVEL_M: f32 = 8.4e-3;
-pub(super) const COMMIT: Errand = Errand {
-    speed_m_per_s: SELF_MOTION_M_PER_S,
-    commit: true,
-};
 
 /// Everything of 3.2.1.
 ///
@@ -59,17 +56,7 @@ pub fn run(options: &JointOptions, progress: &ProgressBar) -> Result<JointReport
         (_, preset) => preset.courier(options.seed, None, hal_sim::presets::DEFAULT_RMS_M)?,
     };
     let places = spec.places;
-    let world = World::new(
-        spec,
-        ControllerConfig::TYPICAL,
-        places.scatter_corner,
-        options.seed,
-    )?;
-    let mut board = SimBoard::start(
-        world,
-        SharedFlash::erased(options.seed),
-        Settings::default(),
-    )?;
+    let mut board = Simulated::start(options.on, spec, options.seed)?;
     if let Err(refusal) = demonstrate(
         &mut board,
         options,
@@ -108,26 +95,19 @@ fn synthetic_rows(
 
 /// The courier's part; the inner error is the firmware's refusal.
 fn demonstrate(
-    board: &mut SimBoard,
+    board: &mut Simulated,
     options: &JointOptions,
     [beacon, sweep]: [Pose; 2],
     report: &mut JointReport,
     progress: &ProgressBar,
 ) -> Result<Result<(), String>> {
-    let platen = SessionConfig {
+    let platen = CalibrateOrder {
         seed: options.seed,
-        ..SessionConfig::default()
+        ..CalibrateOrder::default()
     };
-    announce(
-        progress,
-        "platen sensor: poses",
-        platen.poses,
-        platen.held_out_poses,
-    );
-    let fitted = platen.poses;
-    board.background.calibrate(platen, COMMIT)?;
-    let ended = calibrated(board, fitted, progress, |_, _| ())?;
-    if let Some(refusal) = refusal(&ended) {
+    progress.set_message("platen sensor: poses");
+    let ended = session::run(board, &platen, session::LOOK, progress, |_, _| Ok(()))?;
+    if let Err(refusal) = evidence(&ended)? {
         return Ok(Err(format!("platen sensor: {refusal}")));
     }
     let [before, separate] = judged(&fly(board, sweep, progress)?)?;
@@ -139,12 +119,12 @@ fn demonstrate(
     progress.set_message("going under the beacon");
     stand_at(board, beacon)?;
     let turn_rad = JointConfig::default().range.turn_rad;
-    let range = (TRAVEL_M, turn_rad);
-    let (poses, ended) = joint(board, options, range, COMMIT, progress)?;
-    report.poses = ended.evidence.poses;
-    report.steps = board.background.reports().to_vec();
-    if let Some(refusal) = refusal(&ended) {
-        return Ok(Err(format!("joint: {refusal}")));
+    let order = joint_order(options, TRAVEL_M, turn_rad);
+    let (poses, ended) = joint(board, &order, Until::Solved, progress)?;
+    report.steps = ended.steps.into_iter().flatten().collect();
+    match evidence(&ended)? {
+        Ok(evidence) => report.poses = evidence.poses,
+        Err(refusal) => return Ok(Err(format!("joint: {refusal}"))),
     }
     let [_, flown] = judged(&fly(board, sweep, progress)?)?;
     report.without_map = Some(WithoutMap {
@@ -154,51 +134,63 @@ fn demonstrate(
     });
     map_teeth(board, options, poses.teeth, beacon, report, progress)?;
     joint_rows(board, sweep, report, progress)?;
-    // The paper's motion, for its method; whether the firmware would take it too is not asked.
+    // The paper's motion, for its method.
     stand_at(board, beacon)?;
     let travel_m = JointConfig::default().range.travel_m;
-    let errand = Errand {
-        commit: false,
-        ..COMMIT
-    };
-    let (poses, _) = joint(board, options, (travel_m, turn_rad), errand, progress)?;
+    let order = joint_order(options, travel_m, turn_rad);
+    let (poses, _) = joint(board, &order, Until::Visited, progress)?;
     paper_rows(board, &poses, sweep, report, progress)?;
     Ok(Ok(()))
 }
 
-/// Joint calibration under the beacon, by the firmware; what it saw at each pose.
-pub(super) fn joint(
-    board: &mut SimBoard,
-    options: &JointOptions,
-    (travel_m, turn_rad): (f32, f32),
-    errand: Errand,
-    progress: &ProgressBar,
-) -> Result<(Poses, Ended)> {
-    let mut config = JointConfig {
+/// A joint calibration within so much of the beacon, its result stored.
+pub(super) fn joint_order(options: &JointOptions, travel_m: f32, turn_rad: f32) -> CalibrateOrder {
+    let config = JointConfig::default();
+    let poses = options.poses.unwrap_or(config.poses);
+    CalibrateOrder {
+        method: record::Method::Joint,
+        poses: poses as u16, // at most 1000
+        held_out_poses: config.held_out_poses.min(poses) as u16,
         seed: options.seed,
-        ..JointConfig::default()
-    };
-    config.poses = options.poses.unwrap_or(config.poses);
-    config.range = Range { travel_m, turn_rad };
-    announce(
-        progress,
-        "both sensors: poses",
-        config.poses,
-        config.held_out_poses,
-    );
-    let (fitted, averaged) = (config.poses, config.frames_per_pose);
-    let geometry = Settings::default().geometry;
-    board.background.calibrate_joint(config, errand)?;
-    let mut poses = Poses::new(averaged, &geometry, board.background.progress());
-    let ended = calibrated(board, fitted, progress, |board, frame| {
-        poses.see(frame, board.background.progress())
+        travel_m,
+        turn_rad,
+        ..CalibrateOrder::default()
+    }
+}
+
+/// How far a joint session goes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Until {
+    /// To its end.
+    Solved,
+    /// Until its poses have been visited: the calibration in force stays.
+    Visited,
+}
+
+/// A joint session under the beacon, by the firmware; what was seen at each pose.
+pub(super) fn joint(
+    board: &mut Simulated,
+    order: &CalibrateOrder,
+    until: Until,
+    progress: &ProgressBar,
+) -> Result<(Poses, Progress)> {
+    progress.set_message("both sensors: poses");
+    let mut poses = Poses::start(board)?;
+    let mut is_aborted = false;
+    let ended = session::run(board, order, still::LOOK, progress, |board, now| {
+        poses.look(board, now)?;
+        if until == Until::Visited && now.stage == Stage::Solving && !is_aborted {
+            is_aborted = true;
+            board.link.ask(Action::Abort)?;
+        }
+        Ok(())
     })?;
-    Ok((poses, ended))
+    Ok((poses.finish(board)?, ended))
 }
 
 /// This system's rows: residuals and flight by the calibration and the tooth map now in force.
 fn joint_rows(
-    board: &mut SimBoard,
+    board: &mut Simulated,
     sweep: Pose,
     report: &mut JointReport,
     progress: &ProgressBar,
@@ -216,17 +208,9 @@ fn joint_rows(
     Ok(())
 }
 
-pub(super) fn in_force(board: &SimBoard) -> Result<Calibration> {
-    let keeper = board.background.keeper();
-    Ok(keeper
-        .in_force()
-        .context("no calibration in force")?
-        .clone())
-}
-
 /// The paper's method on the same poses, loaded into the same board.
 fn paper_rows(
-    board: &mut SimBoard,
+    board: &mut Simulated,
     poses: &Poses,
     sweep: Pose,
     report: &mut JointReport,
@@ -240,15 +224,14 @@ fn paper_rows(
         residuals_m,
     } = paper_method::fit(&poses.buffer, &Settings::default().geometry)?;
     residual_rows(report, Method::Paper, residuals_m);
-    let here = in_force(board)?;
+    let here = map::in_force(&mut board.link)?;
     let mut with = |model: ErrorModel| -> Result<Deviations> {
-        // The interrupt takes what was put in force last at its next sample; only then is there room for another.
-        board.sample();
-        board.background.keeper_mut()?.load(&Calibration {
+        let calibration = Calibration {
             model,
             geometry,
             ..here.clone()
-        })?;
+        };
+        map::load(&mut board.link, calibration)?;
         let [_, calibrated] = judged(&fly(board, sweep, progress)?)?;
         Ok(calibrated)
     };
@@ -303,48 +286,18 @@ fn flight_rows(report: &mut JointReport, method: Method, how: Calibrated, flown:
     report.set(method, theta_y, 1.0e3 * flown.theta_y_rad);
 }
 
-fn announce(progress: &ProgressBar, what: &'static str, poses: u32, held_out: u32) {
-    progress.set_position(0);
-    progress.set_length(u64::from(poses + held_out));
-    progress.set_message(what);
-}
-
-/// Lets the board work until its session has ended.
-fn calibrated(
-    board: &mut SimBoard,
-    fitted: u32,
-    progress: &ProgressBar,
-    mut watch: impl FnMut(&SimBoard, &Frame),
-) -> Result<Ended> {
-    for sample in 0_u32.. {
-        let frame = board.sample();
-        watch(board, &frame);
-        if sample.is_multiple_of(LOOK_SAMPLES) {
-            let now = board.background.progress();
-            let before = if now.stage == Stage::HeldOut {
-                fitted
-            } else {
-                0
-            };
-            progress.set_position(u64::from(before + now.done));
-        }
-        if let Some(ended) = board.background.ended() {
-            return Ok(*ended);
-        }
-    }
-    Err(anyhow!("the session has not ended"))
-}
-
-fn refusal(ended: &Ended) -> Option<String> {
-    match (&ended.result, &ended.not_kept) {
-        (Err(refusal), _) => Some(refusal.to_string()),
-        (Ok(_), Some(why)) => Some(format!("accepted, but not kept: {why}")),
-        (Ok(_), None) => None,
-    }
+/// What the board rests its result on; the inner error says why it has none that it keeps.
+fn evidence(ended: &Progress) -> Result<Result<Evidence, String>> {
+    Ok(match ended.ending {
+        Some(Ending::Accepted { evidence, .. }) => Ok(evidence),
+        Some(Ending::Refused { refusal, .. }) => Err(refusal.to_string()),
+        Some(Ending::NotKept { refusal, .. }) => Err(format!("accepted, but not kept: {refusal}")),
+        None => bail!("the session has ended without a result"),
+    })
 }
 
 /// 8 mm along y at 20 mm/s through the place under the beacon.
-fn fly(board: &mut SimBoard, sweep: Pose, progress: &ProgressBar) -> Result<Vec<(Frame, Pose)>> {
+fn fly(board: &mut Simulated, sweep: Pose, progress: &ProgressBar) -> Result<Vec<(Frame, Pose)>> {
     progress.set_message("flying by under the beacon");
     let flight = fly_along(board, sweep, BEACON_SWEEP_M, BEACON_SPEED_M_S as f32)?;
     Ok(flight
