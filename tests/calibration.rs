@@ -2,41 +2,10 @@
 mod common;
 use common::*;
 use courier_sensor::calibration::*;
-use courier_sensor::drivers::motion::{self, FaultCode};
-use courier_sensor::frame::Status;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::model::{ErrorModel, TermTable};
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
-
-fn config(poses: u32) -> SessionConfig {
-    SessionConfig {
-        poses,
-        held_out_poses: 50,
-        frames_per_pose: 2,
-        rest: 0,
-        frame_noise_m: 1.0e-6,
-        ..SessionConfig::default()
-    }
-}
-
-fn coefficients(model: &ErrorModel) -> [[f64; 8]; 4] {
-    std::array::from_fn(|segment| {
-        let mut out = [0.0; 8];
-        model.read_columns(segment, &mut out);
-        out.map(f64::from)
-    })
-}
-
-fn accepted(courier: &mut Courier, config: SessionConfig) -> (ErrorModel, Evidence, Box<Session>) {
-    let mut session = Box::new(Session::idle());
-    let (outcome, _) = courier.run(&mut session, config);
-    (
-        outcome.result.unwrap_or_else(|refusal| panic!("{refusal}")),
-        outcome.evidence,
-        session,
-    )
-}
 
 #[test]
 fn thousand_random_poses_reach_the_papers_condition_number_and_the_noise_floor() {
@@ -46,7 +15,7 @@ fn thousand_random_poses_reach_the_papers_condition_number_and_the_noise_floor()
             &mut courier,
             SessionConfig {
                 seed,
-                ..config(1000)
+                ..short_session(1000)
             },
         );
         assert!(
@@ -84,7 +53,7 @@ fn parameter_errors_agree_with_the_predicted_covariance_over_200_seeds() {
             &mut courier,
             SessionConfig {
                 seed,
-                ..config(200)
+                ..short_session(200)
             },
         );
         let estimator = session.fit().estimator();
@@ -103,7 +72,7 @@ fn parameter_errors_agree_with_the_predicted_covariance_over_200_seeds() {
 #[test]
 fn incremental_f32_agrees_with_batch_f64_on_the_same_rows() {
     let mut courier = Courier::new(5, 5.0e-6, 0.3e-6);
-    let regression = Regression::new(&courier.geometry, &config(1).model).unwrap();
+    let regression = Regression::new(&courier.geometry, &short_session(1).model).unwrap();
     let mut planner = Planner::new(SessionConfig::default().range, 9);
     let mut estimator = PlatenEstimator::new(regression.unknowns());
     let (mut matrix, mut rhs) = (Vec::new(), Vec::new());
@@ -163,7 +132,7 @@ fn one_bad_sample_of_any_size_hardly_moves_the_calibration() {
             disturb,
             ..Courier::new(7, 5.0e-6, 0.2e-6)
         };
-        coefficients(&accepted(&mut courier, config(1000)).0)
+        coefficients(&accepted(&mut courier, short_session(1000)).0)
     };
     let reference = fit(clean);
     let cases = [
@@ -209,7 +178,7 @@ fn several_bad_samples_at_the_start_are_found() {
         disturb,
         ..Courier::new(8, 5.0e-6, 0.3e-6)
     };
-    let (model, evidence, _) = accepted(&mut courier, config(300));
+    let (model, evidence, _) = accepted(&mut courier, short_session(300));
     assert_eq!(evidence.lost, 5, "{evidence:?}");
     assert!(position_rms(&coefficients(&model), &courier.k) < 0.3e-6);
 }
@@ -217,7 +186,7 @@ fn several_bad_samples_at_the_start_are_found() {
 /// Worst deviation of a correction per parity noise after some poses of a plan.
 fn plan_until(seed: u64, plan: Plan, turn_rad: f32, stop: impl Fn(u32, f64) -> bool) -> (u32, f64) {
     let mut courier = Courier::new(seed, 3.0e-6, 0.3e-6);
-    let regression = Regression::new(&courier.geometry, &config(1).model).unwrap();
+    let regression = Regression::new(&courier.geometry, &short_session(1).model).unwrap();
     let origin = Sample::of(&courier.frame(&[0.0; 4]));
     let mut planner = Planner::new(
         Range {
@@ -285,282 +254,13 @@ fn optimal_plan_reaches_the_bound_at_half_a_degree_and_a_third_at_one_and_a_half
     }
 }
 
-fn refused(courier: &mut Courier, config: SessionConfig) -> Refusal {
-    let mut session = Box::new(Session::idle());
-    let refusal = courier
-        .run(&mut session, config)
-        .0
-        .result
-        .expect_err("refused");
-    println!("{refusal}");
-    refusal
-}
-
-fn courier() -> Courier {
-    Courier::new(21, 5.0e-6, 0.3e-6)
-}
-
-#[test]
-fn motion_refusals() {
-    let fault = |count| {
-        Some(if count < 5 {
-            MotionEvent::Settled
-        } else {
-            MotionEvent::Fault(FaultCode::Overload)
-        })
-    };
-    let refusal = refused(
-        &mut Courier {
-            reply: fault,
-            ..courier()
-        },
-        config(100),
-    );
-    assert_eq!(
-        refusal,
-        Refusal::MotionFault {
-            fault: FaultCode::Overload,
-            pose: 4
-        }
-    );
-    let out = |_| Some(MotionEvent::Refused(motion::Refusal::OutOfReach));
-    let refusal = refused(
-        &mut Courier {
-            reply: out,
-            ..courier()
-        },
-        config(100),
-    );
-    assert_eq!(
-        refusal,
-        Refusal::MotionRefused {
-            refusal: motion::Refusal::OutOfReach,
-            pose: 0
-        }
-    );
-    let config = SessionConfig {
-        settle_limit: 500,
-        ..config(100)
-    };
-    let nonsense = |count| {
-        if count < 9 {
-            Some(MotionEvent::Settled)
-        } else {
-            Some(MotionEvent::Nonsense)
-        }
-    };
-    let refusal = refused(
-        &mut Courier {
-            reply: nonsense,
-            ..courier()
-        },
-        config.clone(),
-    );
-    assert_eq!(
-        refusal,
-        Refusal::NotSettled {
-            pose: 8,
-            waited: 501,
-            limit: 500,
-            answers: 0,
-            nonsense: 1
-        }
-    );
-    assert!(refusal.to_string().contains("501") && refusal.to_string().contains("500"));
-    let silent = refused(
-        &mut Courier {
-            reply: |_| None,
-            ..courier()
-        },
-        config,
-    );
-    assert_eq!(
-        silent,
-        Refusal::NotSettled {
-            pose: 0,
-            waited: 501,
-            limit: 500,
-            answers: 0,
-            nonsense: 0
-        }
-    );
-}
-
-#[test]
-fn sensor_refusals() {
-    let mut clipped = Courier {
-        status: Status::CLIPPED_2,
-        ..courier()
-    };
-    let status = Status::CLIPPED_2;
-    assert_eq!(
-        refused(&mut clipped, config(100)),
-        Refusal::BadFrames {
-            pose: 0,
-            status,
-            bad: 3,
-            limit: 2
-        }
-    );
-    let many = SessionConfig {
-        frames_per_pose: 16,
-        ..config(100)
-    };
-    let mut drifting = Courier {
-        wobble: |frame| 1.0e-6 * f64::from(frame),
-        ..courier()
-    };
-    assert!(matches!(
-        refused(&mut drifting, many.clone()),
-        Refusal::NotStill { lost: 1, .. }
-    ));
-    let mut shaking = Courier {
-        wobble: |frame| {
-            if frame < 5000 {
-                0.0
-            } else {
-                2.0e-5 * f64::from(frame).sin()
-            }
-        },
-        ..courier()
-    };
-    assert!(matches!(
-        refused(
-            &mut shaking,
-            SessionConfig {
-                poses: 1000,
-                ..many
-            }
-        ),
-        Refusal::NotStill { .. }
-    ));
-}
-
-#[test]
-fn one_wild_frame_among_a_poses_is_left_out() {
-    let wild = |frame| if frame % 100 == 50 { 1.0e-3 } else { 0.0 };
-    let config = SessionConfig {
-        frames_per_pose: 16,
-        ..config(200)
-    };
-    let (model, evidence, _) = accepted(
-        &mut Courier {
-            wobble: wild,
-            ..courier()
-        },
-        config.clone(),
-    );
-    let (plain, ..) = accepted(&mut courier(), config);
-    assert_eq!(evidence.lost, 0, "{evidence:?}");
-    assert!(position_rms(&coefficients(&model), &coefficients(&plain)) < 0.05e-6);
-}
-
-#[test]
-fn motion_that_cannot_determine_the_coefficients_is_refused() {
-    let turn = |turn_rad| SessionConfig {
-        range: Range {
-            turn_rad,
-            ..SessionConfig::default().range
-        },
-        ..config(500)
-    };
-    // Without errors and noise a pair's segments see exactly the same: their sum is undetermined.
-    let mut exact = Courier::new(21, 0.0, 0.0);
-    let rank = refused(&mut exact, turn(0.0));
-    assert_eq!(
-        rank,
-        Refusal::Rank {
-            rank: 17,
-            unknowns: 33
-        }
-    );
-    assert!(matches!(
-        refused(&mut courier(), turn(0.0)),
-        Refusal::Condition { .. }
-    ));
-    match refused(&mut courier(), turn(2.0e-3)) {
-        Refusal::Condition { condition, limit } => assert!(condition > limit && limit == 20.0),
-        other => panic!("{other}"),
-    }
-    assert_eq!(
-        refused(&mut courier(), config(40)),
-        Refusal::TooFewPoses {
-            poses: 40,
-            wanted: 49
-        }
-    );
-}
-
-#[test]
-fn data_that_do_not_gain_are_refused() {
-    // A sensor without error cannot be improved.
-    match refused(&mut Courier::new(3, 0.0, 0.3e-6), config(200)) {
-        Refusal::HeldOut {
-            before_m,
-            after_m,
-            limit_m,
-        } => assert!(after_m >= limit_m && limit_m == before_m),
-        other => panic!("{other}"),
-    }
-    fn one_in_four(rng: &mut rand_chacha::ChaCha8Rng, count: u32) -> [f64; 4] {
-        [
-            if count > 100 && count % 4 == 0 {
-                1.0e-3 * normal(rng)
-            } else {
-                0.0
-            },
-            0.0,
-            0.0,
-            0.0,
-        ]
-    }
-    match refused(
-        &mut Courier {
-            disturb: one_in_four,
-            ..courier()
-        },
-        config(400),
-    ) {
-        Refusal::Outliers {
-            refused,
-            poses: 400,
-            limit: 41,
-        } => assert!(refused > 41),
-        other => panic!("{other}"),
-    }
-}
-
-#[test]
-fn what_cannot_be_started_is_named_and_a_running_session_goes_on() {
-    let mut session = Box::new(Session::idle());
-    let bad = SessionConfig {
-        frame_noise_m: f32::NAN,
-        ..config(100)
-    };
-    assert!(
-        session
-            .start(bad)
-            .unwrap_err()
-            .to_string()
-            .starts_with("frame_noise_m is NaN, wanted")
-    );
-    assert!(!session.is_running());
-    session.start(config(100)).unwrap();
-    assert_eq!(session.start(config(100)), Err(StartError::Busy));
-    session.abort();
-    assert_eq!(session.outcome().unwrap().result, Err(Refusal::Aborted));
-    assert_eq!(session.poll(), Some(Action::Stop));
-    session.start(config(100)).unwrap();
-    assert!(session.outcome().is_none());
-}
-
 #[test]
 fn fitting_ends_early_when_the_target_is_met() {
     let config = SessionConfig {
         target_deviation_m: 0.3e-6,
-        ..config(1000)
+        ..short_session(1000)
     };
-    let (_, evidence, _) = accepted(&mut courier(), config);
+    let (_, evidence, _) = accepted(&mut Courier::new(21, 5.0e-6, 0.3e-6), config);
     assert!(
         evidence.poses < 500 && evidence.worst_deviation_m < 0.31e-6,
         "{evidence:?}"
@@ -573,10 +273,10 @@ fn lateral_terms_in_force_are_kept() {
     in_force.coefficients[4] = [[1.0e-6, -2.0e-6]; 4];
     let config = SessionConfig {
         model: in_force.clone(),
-        ..config(300)
+        ..short_session(300)
     };
     let mut session = Box::new(Session::idle());
-    let outcome = courier().run(&mut session, config).0;
+    let outcome = Courier::new(21, 5.0e-6, 0.3e-6).run(&mut session, config).0;
     // The courier has no lateral error: keeping them costs, but they are not for this session to change.
     let model = outcome.result.expect("still better than none");
     assert_eq!(model.coefficients[4], in_force.coefficients[4]);

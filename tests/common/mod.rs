@@ -2,10 +2,11 @@
 #![allow(dead_code)]
 pub mod beacon;
 use courier_sensor::calibration::{
-    Action, MotionEvent, Outcome, PARITY_SIGN, RelativePose, Session, SessionConfig,
+    Action, Evidence, MotionEvent, Outcome, PARITY_SIGN, RelativePose, Session, SessionConfig,
 };
 use courier_sensor::frame::{Coordinate, Frame, Status};
 use courier_sensor::geometry::Geometry;
+use courier_sensor::model::ErrorModel;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -154,6 +155,41 @@ impl Courier {
             .zip(unknowns)
             .map(|(t, &x)| f64::from(x) - t)
             .collect()
+    }
+}
+
+/// Equation (3)'s, of each segment.
+pub fn coefficients(model: &ErrorModel) -> [[f64; 8]; 4] {
+    std::array::from_fn(|segment| {
+        let mut out = [0.0; 8];
+        model.read_columns(segment, &mut out);
+        out.map(f64::from)
+    })
+}
+
+/// What a session ends with, and the session.
+pub fn accepted(
+    courier: &mut Courier,
+    config: SessionConfig,
+) -> (ErrorModel, Evidence, Box<Session>) {
+    let mut session = Box::new(Session::idle());
+    let (outcome, _) = courier.run(&mut session, config);
+    (
+        outcome.result.unwrap_or_else(|refusal| panic!("{refusal}")),
+        outcome.evidence,
+        session,
+    )
+}
+
+/// A session of so many poses, two frames each.
+pub fn short_session(poses: u32) -> SessionConfig {
+    SessionConfig {
+        poses,
+        held_out_poses: 50,
+        frames_per_pose: 2,
+        rest: 0,
+        frame_noise_m: 1.0e-6,
+        ..SessionConfig::default()
     }
 }
 

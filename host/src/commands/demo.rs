@@ -140,8 +140,12 @@ fn joint_text(report: &JointReport) -> String {
         format!("{} µm, θ_x {x} mrad, θ_y {y} mrad", figure(flown.position_um))
     });
     let alone = format!("the same fly-by before the tooth map: {alone}");
+    let hidden = report.theta_x_answer_uncalibrated.map_or(String::new(), |answer| {
+        let answer = figure(answer);
+        format!("\nbefore calibration segments 1 and 3 answer {answer} of a rotation on this line, and of teeth and lateral waves alike")
+    });
     let table = table(&["section 3.2.1", "unit", "paper", "here", "paper's method"], &rows);
-    format!("{title}\n{verdict}\n{table}\n{place}\n{alone}\n{note}")
+    format!("{title}\n{verdict}\n{table}\n{place}\n{alone}{hidden}\n{note}")
 }
 
 fn text(report: &Report) -> String {

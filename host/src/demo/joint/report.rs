@@ -142,6 +142,9 @@ pub struct JointReport {
     /// Why not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refusal: Option<String>,
+    /// How much of a rotation segments 1 and 3 answer on the fly-by before calibration, by the separate calibration: of errors that are
+    /// not theirs (teeth, lateral waves) they show as much. None where the run did not come so far.
+    pub theta_x_answer_uncalibrated: Option<f64>,
     /// The fly-by without the tooth map; none where the run did not come so far.
     pub without_map: Option<WithoutMap>,
     /// What the tooth map rests on, where one is in force.
@@ -183,6 +186,7 @@ impl JointReport {
             poses: 0,
             accepted: false,
             refusal: None,
+            theta_x_answer_uncalibrated: None,
             without_map: None,
             map: None,
             map_refusal: None,

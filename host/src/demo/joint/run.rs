@@ -8,6 +8,7 @@ use super::mapping::map_teeth;
 use super::paper_method::{self, PaperFit};
 use super::poses::Poses;
 use super::report::{JointReport, Method, WithoutMap};
+use super::sensitivity;
 use super::synthetic::{self, PROBLEMS};
 use crate::board::{On, Simulated, map, session};
 use crate::demo::Preset;
@@ -33,7 +34,7 @@ pub struct JointOptions {
     pub preset: Preset,
     /// Seed of the courier, its noise, its poses and the synthetic problems.
     pub seed: u64,
-    /// Poses to fit under the beacon; none: 1000.
+    /// Poses to fit in each session; none: 1000.
     pub poses: Option<u32>,
     /// Draws another platen under the paper's courier; none: its own.
     pub platen: Option<u64>,
@@ -101,16 +102,22 @@ fn demonstrate(
     report: &mut JointReport,
     progress: &ProgressBar,
 ) -> Result<Result<(), String>> {
-    let platen = CalibrateOrder {
+    let mut platen = CalibrateOrder {
         seed: options.seed,
         ..CalibrateOrder::default()
     };
+    platen.poses = options.poses.map_or(platen.poses, |poses| poses as u16); // at most 1000
     progress.set_message("platen sensor: poses");
     let ended = session::run(board, &platen, session::LOOK, progress, |_, _| Ok(()))?;
     if let Err(refusal) = evidence(&ended)? {
         return Ok(Err(format!("platen sensor: {refusal}")));
     }
-    let [before, separate] = judged(&fly(board, sweep, progress)?)?;
+    let flight = fly(board, sweep, progress)?;
+    let [before, separate] = judged(&flight)?;
+    let frames: Vec<Frame> = flight.iter().map(|(frame, _)| *frame).collect();
+    let calibration = map::in_force(&mut board.link)?;
+    let answer = sensitivity::of_pair(&calibration, &frames, 0);
+    report.theta_x_answer_uncalibrated = Some(answer);
     for method in [Method::Here, Method::Paper] {
         flight_rows(report, method, Calibrated::Not, &before);
     }

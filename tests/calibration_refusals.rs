@@ -1,0 +1,275 @@
+//! What the calibration session refuses, and what it gets over.
+mod common;
+use common::*;
+use courier_sensor::calibration::*;
+use courier_sensor::drivers::motion::{self, FaultCode};
+use courier_sensor::frame::Status;
+
+fn refused(courier: &mut Courier, config: SessionConfig) -> Refusal {
+    let mut session = Box::new(Session::idle());
+    let refusal = courier
+        .run(&mut session, config)
+        .0
+        .result
+        .expect_err("refused");
+    println!("{refusal}");
+    refusal
+}
+
+fn courier() -> Courier {
+    Courier::new(21, 5.0e-6, 0.3e-6)
+}
+
+#[test]
+fn motion_refusals() {
+    let fault = |count| {
+        Some(if count < 5 {
+            MotionEvent::Settled
+        } else {
+            MotionEvent::Fault(FaultCode::Overload)
+        })
+    };
+    let refusal = refused(
+        &mut Courier {
+            reply: fault,
+            ..courier()
+        },
+        short_session(100),
+    );
+    assert_eq!(
+        refusal,
+        Refusal::MotionFault {
+            fault: FaultCode::Overload,
+            pose: 4
+        }
+    );
+    let out = |_| Some(MotionEvent::Refused(motion::Refusal::OutOfReach));
+    let refusal = refused(
+        &mut Courier {
+            reply: out,
+            ..courier()
+        },
+        short_session(100),
+    );
+    assert_eq!(
+        refusal,
+        Refusal::MotionRefused {
+            refusal: motion::Refusal::OutOfReach,
+            pose: 0
+        }
+    );
+    let config = SessionConfig {
+        settle_limit: 500,
+        ..short_session(100)
+    };
+    let nonsense = |count| {
+        if count < 9 {
+            Some(MotionEvent::Settled)
+        } else {
+            Some(MotionEvent::Nonsense)
+        }
+    };
+    let refusal = refused(
+        &mut Courier {
+            reply: nonsense,
+            ..courier()
+        },
+        config.clone(),
+    );
+    assert_eq!(
+        refusal,
+        Refusal::NotSettled {
+            pose: 8,
+            waited: 501,
+            limit: 500,
+            answers: 0,
+            nonsense: 1
+        }
+    );
+    assert!(refusal.to_string().contains("501") && refusal.to_string().contains("500"));
+    let silent = refused(
+        &mut Courier {
+            reply: |_| None,
+            ..courier()
+        },
+        config,
+    );
+    assert_eq!(
+        silent,
+        Refusal::NotSettled {
+            pose: 0,
+            waited: 501,
+            limit: 500,
+            answers: 0,
+            nonsense: 0
+        }
+    );
+}
+
+#[test]
+fn sensor_refusals() {
+    let mut clipped = Courier {
+        status: Status::CLIPPED_2,
+        ..courier()
+    };
+    let status = Status::CLIPPED_2;
+    assert_eq!(
+        refused(&mut clipped, short_session(100)),
+        Refusal::BadFrames {
+            pose: 0,
+            status,
+            bad: 3,
+            limit: 2
+        }
+    );
+    let many = SessionConfig {
+        frames_per_pose: 16,
+        ..short_session(100)
+    };
+    let mut drifting = Courier {
+        wobble: |frame| 1.0e-6 * f64::from(frame),
+        ..courier()
+    };
+    assert!(matches!(
+        refused(&mut drifting, many.clone()),
+        Refusal::NotStill { lost: 1, .. }
+    ));
+    let mut shaking = Courier {
+        wobble: |frame| {
+            if frame < 5000 {
+                0.0
+            } else {
+                2.0e-5 * f64::from(frame).sin()
+            }
+        },
+        ..courier()
+    };
+    assert!(matches!(
+        refused(
+            &mut shaking,
+            SessionConfig {
+                poses: 1000,
+                ..many
+            }
+        ),
+        Refusal::NotStill { .. }
+    ));
+}
+
+#[test]
+fn one_wild_frame_among_a_poses_is_left_out() {
+    let wild = |frame| if frame % 100 == 50 { 1.0e-3 } else { 0.0 };
+    let config = SessionConfig {
+        frames_per_pose: 16,
+        ..short_session(200)
+    };
+    let (model, evidence, _) = accepted(
+        &mut Courier {
+            wobble: wild,
+            ..courier()
+        },
+        config.clone(),
+    );
+    let (plain, ..) = accepted(&mut courier(), config);
+    assert_eq!(evidence.lost, 0, "{evidence:?}");
+    assert!(position_rms(&coefficients(&model), &coefficients(&plain)) < 0.05e-6);
+}
+
+#[test]
+fn motion_that_cannot_determine_the_coefficients_is_refused() {
+    let turn = |turn_rad| SessionConfig {
+        range: Range {
+            turn_rad,
+            ..SessionConfig::default().range
+        },
+        ..short_session(500)
+    };
+    // Without errors and noise a pair's segments see exactly the same: their sum is undetermined.
+    let mut exact = Courier::new(21, 0.0, 0.0);
+    let rank = refused(&mut exact, turn(0.0));
+    assert_eq!(
+        rank,
+        Refusal::Rank {
+            rank: 17,
+            unknowns: 33
+        }
+    );
+    assert!(matches!(
+        refused(&mut courier(), turn(0.0)),
+        Refusal::Condition { .. }
+    ));
+    match refused(&mut courier(), turn(2.0e-3)) {
+        Refusal::Condition { condition, limit } => assert!(condition > limit && limit == 20.0),
+        other => panic!("{other}"),
+    }
+    assert_eq!(
+        refused(&mut courier(), short_session(40)),
+        Refusal::TooFewPoses {
+            poses: 40,
+            wanted: 49
+        }
+    );
+}
+
+#[test]
+fn data_that_do_not_gain_are_refused() {
+    // A sensor without error cannot be improved.
+    match refused(&mut Courier::new(3, 0.0, 0.3e-6), short_session(200)) {
+        Refusal::HeldOut {
+            before_m,
+            after_m,
+            limit_m,
+        } => assert!(after_m >= limit_m && limit_m == before_m),
+        other => panic!("{other}"),
+    }
+    fn one_in_four(rng: &mut rand_chacha::ChaCha8Rng, count: u32) -> [f64; 4] {
+        [
+            if count > 100 && count % 4 == 0 {
+                1.0e-3 * normal(rng)
+            } else {
+                0.0
+            },
+            0.0,
+            0.0,
+            0.0,
+        ]
+    }
+    match refused(
+        &mut Courier {
+            disturb: one_in_four,
+            ..courier()
+        },
+        short_session(400),
+    ) {
+        Refusal::Outliers {
+            refused,
+            poses: 400,
+            limit: 41,
+        } => assert!(refused > 41),
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn what_cannot_be_started_is_named_and_a_running_session_goes_on() {
+    let mut session = Box::new(Session::idle());
+    let bad = SessionConfig {
+        frame_noise_m: f32::NAN,
+        ..short_session(100)
+    };
+    assert!(
+        session
+            .start(bad)
+            .unwrap_err()
+            .to_string()
+            .starts_with("frame_noise_m is NaN, wanted")
+    );
+    assert!(!session.is_running());
+    session.start(short_session(100)).unwrap();
+    assert_eq!(session.start(short_session(100)), Err(StartError::Busy));
+    session.abort();
+    assert_eq!(session.outcome().unwrap().result, Err(Refusal::Aborted));
+    assert_eq!(session.poll(), Some(Action::Stop));
+    session.start(short_session(100)).unwrap();
+    assert!(session.outcome().is_none());
+}
