@@ -26,38 +26,72 @@ pub fn find(scene: &Scene, segment: usize) -> Option<Clip> {
 
 /// The counts pile up at a level that the amplitude exceeds.
 fn in_counts(o: &Observations, segment: usize) -> Option<Clip> {
+    let known = |p: &&[f64; 2]| p[0].is_finite() && p[1].is_finite();
     let pairs: Vec<[f64; 2]> = o.pair_counts[segment]
         .iter()
+        .filter(known)
         .copied()
-        .filter(|p| p[0].is_finite())
         .collect();
-    // At 45 degrees neither channel is near its top, unless they are cut below 0.71 of the amplitude.
-    let mut radii: Vec<f64> = pairs
-        .iter()
-        .filter(|p| p[0].abs() > 0.0 && (p[1].abs() / p[0].abs()).ln().abs() < 0.15)
-        .map(|p| p[0].hypot(p[1]))
-        .collect();
-    if radii.len() < 30 {
-        return None;
-    }
-    let diagonal = median(&mut radii)?;
-    let tops = [0, 1].map(|channel| top(&pairs, channel));
-    let deep = diagonal > DIAGONAL * tops[0].hypot(tops[1]);
-    let amplitude = if deep {
-        whole_amplitude(o, segment).unwrap_or(diagonal)
-    } else {
-        diagonal
+    // Over separate poses neighbours show no noise: what is stated is tried before what they show.
+    let noises = [o.pair_noise_counts, shown_noise(&o.pair_counts[segment])];
+    let top = |channel| noises.iter().find_map(|n| flat_top(&pairs, channel, *n));
+    let tops = [0, 1].map(top);
+    let amplitude = match tops {
+        [None, None] => return None,
+        // Where one channel is cut, the other is whole at the first's zeros.
+        [Some(_), None] => at_zeros_of(&pairs, 0)?,
+        [None, Some(_)] => at_zeros_of(&pairs, 1)?,
+        [Some(sine), Some(cosine)] => amplitude_of_both(o, segment, &pairs, sine.hypot(cosine))?,
     };
-    let level = [0, 1].map(|channel| flat_top(&pairs, channel, amplitude, o.pair_noise_counts));
-    level.iter().any(|l| *l < WHOLE).then_some(Clip {
-        level: level.map(|l| if l < WHOLE { l } else { 1.5 }),
+    let level = tops.map(|top| top.map(|top| top / amplitude).filter(|l| *l < WHOLE));
+    level.iter().any(Option::is_some).then_some(Clip {
+        level: level.map(|l| l.unwrap_or(1.5)),
         pair: None,
         zero_and_delay: [0.0; 2],
     })
 }
 
-/// At 45 degrees this near to both tops, both channels are cut.
+/// At 45 degrees this near to both tops, both channels are cut there.
 const DIAGONAL: f64 = 0.98;
+/// Fewer samples at a phase tell no amplitude.
+const LEAST: usize = 30;
+
+/// Amplitude of a pair with both channels cut: at 45 degrees neither is near its top, unless they are cut below 0.71 of it.
+fn amplitude_of_both(
+    o: &Observations,
+    segment: usize,
+    pairs: &[[f64; 2]],
+    corner: f64,
+) -> Option<f64> {
+    let mut radii: Vec<f64> = pairs
+        .iter()
+        .filter(|p| p[0].abs() > 0.0 && (p[1].abs() / p[0].abs()).ln().abs() < 0.15)
+        .map(|p| p[0].hypot(p[1]))
+        .collect();
+    if radii.len() < LEAST {
+        return None;
+    }
+    let diagonal = median(&mut radii)?;
+    if diagonal > DIAGONAL * corner {
+        return whole_amplitude(o, segment).or(Some(diagonal));
+    }
+    Some(diagonal)
+}
+
+/// Amplitude of the other channel, where one is about zero.
+fn at_zeros_of(pairs: &[[f64; 2]], channel: usize) -> Option<f64> {
+    let near = 0.1 * top(pairs, channel);
+    let mut other: Vec<f64> = pairs
+        .iter()
+        .filter(|p| p[channel].abs() < near)
+        .map(|p| p[1 - channel].abs())
+        .collect();
+    if other.len() < LEAST {
+        None
+    } else {
+        median(&mut other)
+    }
+}
 
 /// Amplitude of a pair that is cut even at 45 degrees: what is stated, else what the whole pairs have.
 fn whole_amplitude(o: &Observations, segment: usize) -> Option<f64> {
@@ -77,30 +111,50 @@ fn whole_amplitude(o: &Observations, segment: usize) -> Option<f64> {
 /// A channel's top, counts: what one sample in 200 exceeds.
 fn top(pairs: &[[f64; 2]], channel: usize) -> f64 {
     let mut magnitude: Vec<f64> = pairs.iter().map(|p| p[channel].abs()).collect();
-    let at = magnitude.len() - 1 - magnitude.len() / 200;
+    let at = magnitude.len().saturating_sub(1 + magnitude.len() / 200);
     *magnitude.select_nth_unstable_by(at, f64::total_cmp).1
 }
 
-/// Level of a flat top relative to the amplitude; 1.5 if there is none.
-fn flat_top(pairs: &[[f64; 2]], channel: usize, amplitude: f64, noise: f64) -> f64 {
-    let magnitude: Vec<f64> = pairs.iter().map(|p| p[channel].abs()).collect();
-    let top = top(pairs, channel);
-    let level = top / amplitude;
-    if level >= WHOLE {
-        return 1.5;
+/// Noise of a channel, counts, as the bends of the amplitude between neighbours show it.
+fn shown_noise(pairs: &[[f64; 2]]) -> f64 {
+    let radius: Vec<f64> = pairs.iter().map(|p| p[0].hypot(p[1])).collect();
+    let mut bends: Vec<f64> = radius
+        .windows(3)
+        .map(|r| (r[0] - 2.0 * r[1] + r[2]) / 6f64.sqrt())
+        .filter(|b| b.is_finite())
+        .collect();
+    crate::statistics::median_and_deviation(&mut bends).map_or(0.0, |b| b.1)
+}
+
+/// A channel is cut if it stays at its top this much longer than a sine does, and longer by this share of the time.
+const LONGER: f64 = 1.8;
+/// See [`LONGER`].
+const SHARE: f64 = 0.03;
+
+/// Counts that a channel's flat tops stand at, if it has any.
+fn flat_top(pairs: &[[f64; 2]], channel: usize, noise: f64) -> Option<f64> {
+    if pairs.len() < LEAST {
+        return None;
     }
-    let width = (4.0 * noise).max(0.002 * amplitude);
-    let held =
-        magnitude.iter().filter(|m| **m > top - width).count() as f64 / magnitude.len() as f64;
-    // A sine's own share of time within `width` below that level.
-    let own = ((top / amplitude).asin() - ((top - width) / amplitude).asin()) * 2.0
-        / std::f64::consts::PI;
-    if held > 3.0 * own.max(0.005) {
-        level
+    let top = top(pairs, channel);
+    let width = (4.0 * noise).max(0.002 * top).min(WIDEST * top);
+    let mut held: Vec<f64> = pairs
+        .iter()
+        .map(|p| p[channel].abs())
+        .filter(|m| *m > top - width)
+        .collect();
+    let share = held.len() as f64 / pairs.len() as f64;
+    // A sine's own share of time within `width` below its top.
+    let own = (1.0 - width / top).acos() * 2.0 / std::f64::consts::PI;
+    if share > LONGER * own && share > own + SHARE {
+        median(&mut held)
     } else {
-        1.5
+        None
     }
 }
+
+/// Widest band below the top that is looked at, of the top.
+const WIDEST: f64 = 0.06;
 
 /// Levels, offsets, gain, angle, shift, delay and electrical zero.
 const UNKNOWN: usize = 9;

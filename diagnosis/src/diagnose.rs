@@ -9,12 +9,13 @@ use crate::heldout::Residuals;
 use crate::lines::{Series, lines_hz};
 use crate::observe::Observations;
 use crate::places::places;
-use crate::scene::{Scene, Shift};
+use crate::scene::{Amplitudes, Scene, Shift};
 use crate::search::Arena;
 use crate::simulate::{Floor, floor};
 use crate::{Insufficient, clip};
 use effects::sensor::{READINGS, Survey};
 use recording::Recording;
+use std::sync::Arc;
 
 /// What a caller may change.
 #[derive(Clone, Debug, Default)]
@@ -102,6 +103,8 @@ pub struct Prepared {
     pub thinned: Vec<bool>,
     /// Calibrated baseline.
     pub baseline: Baseline,
+    /// What explains the pairs' amplitudes.
+    pub amplitudes: Arc<Amplitudes>,
     /// The stated noise, where the readings show less.
     pub overstated: Option<Insufficient>,
     /// What must be said of the recording.
@@ -186,6 +189,7 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     crate::adequacy::check_residuals(&scene, &keep)?;
     crate::adequacy::check_turning(&scene)?;
     let overstated = crate::adequacy::overstated(&scene);
+    let amplitudes = Arc::new(scene.amplitudes_explained());
     drop(scene);
     observations.overstated = overstated.is_some();
     let mut notes = crate::adequacy::remarks(&observations);
@@ -197,6 +201,7 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
         resting,
         thinned,
         baseline,
+        amplitudes,
         overstated,
         notes,
     })
@@ -268,6 +273,7 @@ pub fn study<'a>(
     )
     .moved(about.baseline.clone(), about.shift.clone());
     scene.noise = about.noise.unwrap_or([1.0; READINGS]);
+    scene.take_amplitudes(Arc::clone(&prepared.amplitudes));
     for segment in 0..4 {
         scene.survey.clip[segment] = clip::find(&scene, segment);
     }

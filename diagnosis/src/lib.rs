@@ -29,6 +29,7 @@ pub mod report;
 pub mod scene;
 pub mod search;
 pub mod simulate;
+pub mod smooth;
 pub mod statistics;
 pub mod visited;
 

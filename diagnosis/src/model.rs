@@ -15,6 +15,7 @@ use crate::visited::Visited;
 use effects::sensor::{Regressor, Survey};
 use recording::Recording;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// What `diagnose --model` writes: everything that `check` needs, in SI.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -196,6 +197,7 @@ fn apply<'a>(
         &model.baseline
     };
     let mut scene = Scene::relative_to(observations, baseline.clone(), keep, Some(&model.normal));
+    scene.take_amplitudes(Arc::new(scene.amplitudes_explained()));
     let own = scene.survey.clone();
     scene.survey = Survey {
         segments: own.segments,

@@ -71,7 +71,10 @@ pub fn places(survey: &Survey) -> Vec<Place> {
         });
         list.push(Place {
             coordinate: "speed and own tooth phase",
-            regressors: times(survey, |m, s| m.speed_m_s[s]),
+            regressors: times(survey, |m, s| m.speed_m_s[s])
+                .into_iter()
+                .chain(times(survey, |m, s| m.acceleration_m_s2[s]))
+                .collect(),
         });
         list.push(Place {
             coordinate: "direction and own tooth phase",

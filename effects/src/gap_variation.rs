@@ -75,7 +75,8 @@ pub use sensor_side::GapModel;
 pub mod sensor_side {
     use crate::sensor::{Moment, Regressor, SensorEffect, Survey};
 
-    /// Sensor side: low orders of the own phase that grow with the logarithm of the amplitude.
+    /// Sensor side: low orders of the own phase that grow with the logarithm of the amplitude, as far as the place explains it:
+    /// what changes the amplitude within a tooth, or with time at one place, is no gap.
     pub struct GapModel;
 
     impl SensorEffect for GapModel {
@@ -106,11 +107,11 @@ pub mod sensor_side {
                         });
                     }
                 };
-                if survey.counts {
+                if survey.counts && survey.amplitude_by_place[s] {
                     family("amplitude times ", "m", 2.0e-6, |m, s| m.ln_amplitude[s]);
                     // The error is a smooth function of the gap, and straight over small changes of it only.
                     family("square of amplitude times ", "m", 0.2e-6, |m, s| m.ln_amplitude[s].powi(2));
-                } else if survey.travel_m[s] > 3.0 * survey.pitch_m {
+                } else if !survey.counts && survey.travel_m[s] > 3.0 * survey.pitch_m {
                     family("place along times ", "1", 1.5e-6, |m, s| m.from_middle_m[s % 2]);
                     family("place across times ", "1", 1.5e-6, |m, s| m.from_middle_m[1 - s % 2]);
                 }

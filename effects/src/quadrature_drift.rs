@@ -51,19 +51,23 @@ impl PlantEffect for QuadratureDrift {
     }
 }
 
-// --- sensor side: orders one and two of the own phase that wander with time ---
+// --- sensor side: orders one and two of the own phase that wander with time, as the amplitude does ---
 
 pub use sensor_side::WanderModel;
 
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
     use crate::sensor::{Moment, Regressor, SensorEffect, Survey};
+    use core::f64::consts::TAU;
 
-    /// Sensor side: offset (order 1), gain and phase (order 2 and a constant) as cubic splines of time.
+    /// Sensor side: offset (order 1), gain and phase (order 2 and a constant). Their course in time is what the amplitude shows
+    /// of them; where only positions are known, any cubic spline.
     pub struct WanderModel;
 
     /// Knots over the recording: two a period of what changes within a tenth of it.
     const KNOTS: usize = 23;
+    /// Their distance, as a part of the recording.
+    const STEP: f64 = 1.0 / (KNOTS - 3) as f64;
 
     impl SensorEffect for WanderModel {
         fn name(&self) -> &'static str {
@@ -80,32 +84,53 @@ pub mod sensor_side {
 
         fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
             let mut list = Vec::new();
-            for s in
-                (0..4).filter(|s| survey.segments[*s] && survey.travel_m[*s] > 3.0 * survey.pitch_m)
-            {
-                for knot in 0..KNOTS {
-                    // Uniform cubic B-splines that reach one knot past both ends.
-                    let step = 1.0 / (KNOTS - 3) as f64;
-                    let place = (knot as f64 - 1.0) * step;
-                    let hat = move |m: &Moment| spline((m.progress - place) / step);
-                    let label = format!("at {:.0} % of the time, ", 100.0 * place);
-                    let mut add = |part: &str, size_m, shape: fn(&Moment, usize) -> f64| {
-                        let name = format!("{label}{part}, segment {}", s + 1);
-                        list.push(Regressor::reading(name, "m", size_m, s, move |m| hat(m) * shape(m, s)));
-                    };
-                    add("offset of sine", 3.0e-6, |m, s| m.raw[s][1].1);
-                    add("offset of cosine", 3.0e-6, |m, s| m.raw[s][1].0);
-                    add("gain", 3.0e-6, |m, s| m.raw[s][2].0);
-                    add("angle of sine", 3.0e-6, |m, s| 0.5 + 0.5 * m.raw[s][2].1);
-                    add("angle of cosine", 1.5e-6, |m, s| 0.5 - 0.5 * m.raw[s][2].1);
+            for s in (0..4).filter(|s| survey.segments[*s]) {
+                if survey.counts {
+                    if survey.pair_wanders[s] {
+                        by_amplitude(&mut list, s, survey.pitch_m / TAU);
+                    }
+                } else if survey.travel_m[s] > 3.0 * survey.pitch_m {
+                    by_time(&mut list, s);
                 }
             }
             list
         }
     }
 
+    /// What the amplitude shows of the pair's wandering flaws, with what they do to the phase to first order: amounts of 1.
+    fn by_amplitude(list: &mut Vec<Regressor>, s: usize, metres: f64) {
+        let mut add = |part: &str, value: fn(&Moment, usize) -> f64| {
+            let name = format!("{part} as the amplitude shows it, segment {}", s + 1);
+            list.push(Regressor::reading(name, "1", 3.0e-6, s, move |m| -metres * value(m, s)));
+        };
+        add("offset of sine", |m, s| m.pair_course[s][0] * m.raw[s][1].1);
+        add("offset of cosine", |m, s| -m.pair_course[s][1] * m.raw[s][1].0);
+        add("gain", |m, s| 0.5 * m.pair_course[s][2] * m.raw[s][2].0);
+        // The amplitude does not tell which of the two channels turns: they differ by a shift of the whole.
+        add("angle of sine", |m, s| m.pair_course[s][3] * (0.5 + 0.5 * m.raw[s][2].1));
+        add("angle of cosine", |m, s| -m.pair_course[s][3] * (0.5 - 0.5 * m.raw[s][2].1));
+    }
+
+    /// Without amplitudes: the same shapes times any slow function of time.
+    fn by_time(list: &mut Vec<Regressor>, s: usize) {
+        for knot in 0..KNOTS {
+            let hat = move |m: &Moment| spline(m.progress / STEP - (knot as f64 - 1.0));
+            let label = format!("at {:.0} % of the time, ", 100.0 * (knot as f64 - 1.0) * STEP);
+            let mut add = |part: &str, size_m, shape: fn(&Moment, usize) -> f64| {
+                let name = format!("{label}{part}, segment {}", s + 1);
+                list.push(Regressor::reading(name, "m", size_m, s, move |m| hat(m) * shape(m, s)));
+            };
+            add("offset of sine", 3.0e-6, |m, s| m.raw[s][1].1);
+            add("offset of cosine", 3.0e-6, |m, s| m.raw[s][1].0);
+            add("gain", 3.0e-6, |m, s| m.raw[s][2].0);
+            add("angle of sine", 3.0e-6, |m, s| 0.5 + 0.5 * m.raw[s][2].1);
+            add("angle of cosine", 1.5e-6, |m, s| 0.5 - 0.5 * m.raw[s][2].1);
+        }
+    }
+
     /// Uniform cubic B-spline with knots a unit apart, centred at zero.
-    fn spline(x: f64) -> f64 {
+    #[must_use]
+    pub fn spline(x: f64) -> f64 {
         let x = x.abs();
         if x < 1.0 {
             2.0 / 3.0 - x * x + 0.5 * x * x * x

@@ -63,8 +63,13 @@ pub struct Moment {
     pub deflection: [f64; 2],
     /// Board temperature less its mean, K.
     pub warmth_k: f64,
-    /// Logarithm of each segment's amplitude less its mean and what repeats with the own phase.
+    /// What the place explains of the logarithm of each segment's amplitude, less its mean: the air gap's part.
     pub ln_amplitude: [f64; 4],
+    /// All of that logarithm less its mean and what repeats with the own phase, whatever may be the cause.
+    pub amplitude_excess: [f64; 4],
+    /// Offset of sine and of cosine, gain of the sine less one and quadrature angle (rad) of each pair at this time, less their
+    /// means, as the pair's amplitude shows them: of the amplitude.
+    pub pair_course: [[f64; 4]; 4],
 }
 
 /// What a recording offers: an effect without the data that it needs is not judged.
@@ -111,6 +116,12 @@ pub struct Survey {
     /// Residuals are those of single segments against a reference.
     #[serde(default)]
     pub reference: bool,
+    /// The place explains a good part of how each segment's amplitude changes.
+    #[serde(default)]
+    pub amplitude_by_place: [bool; 4],
+    /// Each pair's amplitude shows that its offsets, gain or angle wander.
+    #[serde(default)]
+    pub pair_wanders: [bool; 4],
     /// The clip of each segment's pair, where the counts or a reference show one.
     pub clip: [Option<Clip>; 4],
 }

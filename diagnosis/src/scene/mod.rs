@@ -1,11 +1,13 @@
 //! One recording under one baseline: residual channels, their noise, and what the sensor knows at each sample.
 
 mod amplitude;
+mod amplitudes;
 mod moment;
 mod quiet;
 mod rows;
 mod survey;
 
+pub use amplitudes::Amplitudes;
 pub use rows::{ROWS, SampleRows};
 pub use survey::scope;
 
@@ -40,6 +42,7 @@ pub struct Scene<'a> {
     pub noise: [f64; READINGS],
     gain: [Vec<f64>; 4],
     ln_amplitude: [Vec<f64>; 4],
+    amplitudes: Arc<Amplitudes>,
     quiet_m: Arc<[Vec<f64>; 4]>,
 }
 
@@ -98,6 +101,7 @@ impl<'a> Scene<'a> {
             noise: [1.0; READINGS],
             gain,
             ln_amplitude: Default::default(),
+            amplitudes: Arc::default(),
             quiet_m: Arc::default(),
             normal: normal.cloned().unwrap_or(Normal {
                 temperature_c: mean_temperature_c,
@@ -131,6 +135,7 @@ impl<'a> Scene<'a> {
             noise: self.noise,
             gain,
             ln_amplitude: self.ln_amplitude.clone(),
+            amplitudes: Arc::clone(&self.amplitudes),
             quiet_m: Arc::clone(&self.quiet_m),
         }
     }

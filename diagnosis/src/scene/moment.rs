@@ -100,7 +100,16 @@ impl Scene<'_> {
                 .get(i)
                 .filter(|t| t.is_finite())
                 .map_or(0.0, |t| t - self.normal.temperature_c),
-            ln_amplitude: at(&self.ln_amplitude),
+            ln_amplitude: at(self
+                .amplitudes
+                .by_place
+                .as_ref()
+                .unwrap_or(&self.ln_amplitude)),
+            amplitude_excess: at(&self.ln_amplitude),
+            pair_course: std::array::from_fn(|s| {
+                let list = &self.amplitudes.pair_course[s];
+                list.get(i).copied().unwrap_or_default()
+            }),
         }
     }
 }
