@@ -288,6 +288,12 @@ pub fn study<'a>(
         add_lines(&mut segments, more.1);
     }
     (scene.survey.beacon_lines_hz, scene.survey.segment_lines_hz) = (beacon, segments);
+    if let Some(survey) = look.lines_as {
+        scene.survey.pair_lines_hz = survey.pair_lines_hz.clone();
+    }
+    if look.lines_of.is_some() {
+        scene.survey.pair_lines_hz = std::array::from_fn(|s| crate::hum::hum_hz(&scene, s));
+    }
     if look.field_beside.is_some() {
         (scene.survey.node_step_m, scene.survey.nodes) = crate::nodes::nodes(&scene);
     }

@@ -15,6 +15,7 @@ pub mod gram;
 pub mod heldout;
 pub mod hollow;
 pub mod html;
+pub mod hum;
 pub mod judge;
 pub mod leftout;
 pub mod lines;

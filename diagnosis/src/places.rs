@@ -81,6 +81,14 @@ pub fn places(survey: &Survey) -> Vec<Place> {
             regressors: times(survey, |m, s| m.direction[s]),
         });
     }
+    if survey.counts {
+        // Where the place explains the amplitude it is gap_variation's; what else changes it has no name.
+        let nameless = std::array::from_fn(|s| survey.segments[s] && !survey.amplitude_by_place[s]);
+        list.push(Place {
+            coordinate: "signal amplitude",
+            regressors: times_of(nameless, |m, s| m.amplitude_excess[s]),
+        });
+    }
     if survey.beacon {
         list.push(Place {
             coordinate: "deflection of the coordination sensor",
@@ -283,8 +291,12 @@ fn reference_phase(survey: &Survey) -> Vec<Regressor> {
 }
 
 fn times(survey: &Survey, factor: fn(&Moment, usize) -> f64) -> Vec<Regressor> {
+    times_of(survey.segments, factor)
+}
+
+fn times_of(segments: [bool; 4], factor: fn(&Moment, usize) -> f64) -> Vec<Regressor> {
     let mut list = Vec::new();
-    for s in (0..4).filter(|s| survey.segments[*s]) {
+    for s in (0..4).filter(|s| segments[*s]) {
         for order in [1, 2] {
             Regressor::harmonic(&mut list, s, order, ("times ", "1", SIZE_M), move |m| {
                 factor(m, s)
@@ -326,5 +338,25 @@ fn lines(survey: &Survey) -> Vec<Regressor> {
             ));
         }
     }
+    for s in (0..4).filter(|s| survey.segments[*s]) {
+        for &hz in &survey.pair_lines_hz[s] {
+            list.extend(hum(s, hz));
+        }
+    }
     list
+}
+
+/// A line in the sine or the cosine of a pair.
+fn hum(s: usize, hz: f64) -> Vec<Regressor> {
+    let part = [("sine", 0.0), ("cosine", 0.25 * TAU)];
+    let both = part
+        .iter()
+        .flat_map(|time| part.iter().map(move |phase| (time, phase)));
+    both.map(|(&(time, late), &(phase, quarter))| {
+        let name = format!("{hz:.3} Hz {time} times {phase}, segment {}", s + 1);
+        Regressor::reading(name, "m", SIZE_M, s, move |m| {
+            (TAU * hz * m.t_s + late).sin() * (m.raw_phase[s] + quarter).sin()
+        })
+    })
+    .collect()
 }

@@ -106,6 +106,9 @@ pub struct Survey {
     pub beacon_lines_hz: Vec<f64>,
     /// Frequencies at which the segments oscillate beyond chance, Hz, strongest first.
     pub segment_lines_hz: Vec<f64>,
+    /// Frequencies that hum in each segment's pair, as its amplitude shows, Hz, strongest first.
+    #[serde(default)]
+    pub pair_lines_hz: [Vec<f64>; 4],
     /// Stretches in which a beacon was seen.
     pub beacon_stretches: Vec<usize>,
     /// Mesh width of a field over the platen, m; zero where none is judged.

@@ -53,10 +53,10 @@ impl Bursts {
 
 /// Half the mean squared step, the mean square, and their number.
 #[derive(Clone, Copy, Default)]
-struct Steps {
-    step: f64,
-    level: f64,
-    pairs: usize,
+pub(super) struct Steps {
+    pub(super) step: f64,
+    pub(super) level: f64,
+    pub(super) pairs: usize,
 }
 
 impl Steps {
@@ -144,6 +144,20 @@ impl Judge<'_> {
             let at_rest = still.step / still.pairs.max(1) as f64;
             mean < LOUD || still.pairs < STILL_PAIRS || at_rest > STILL * mean
         })
+    }
+
+    /// Steps between neighbours on smooth paths, of all channels.
+    pub(super) fn path_steps(&self, residuals: &Residuals) -> Steps {
+        let mut all = Steps::default();
+        for channel in residuals.channels() {
+            let of = |k: &usize| residuals.channel[*k] == channel;
+            let list: Vec<usize> = (0..residuals.sample.len()).filter(of).collect();
+            let (path, _) = self.steps(residuals, &list);
+            all.step += path.step;
+            all.level += path.level;
+            all.pairs += path.pairs;
+        }
+        all
     }
 
     /// Steps between neighbours on smooth paths, and those of them at rest.

@@ -258,7 +258,9 @@ impl<'a> Judge<'a> {
         };
         let again = study(self.prepared, self.options, &about, look);
         let survey = &again.scene.survey;
-        let lines = !survey.beacon_lines_hz.is_empty() || !survey.segment_lines_hz.is_empty();
+        let lines = !survey.beacon_lines_hz.is_empty()
+            || !survey.segment_lines_hz.is_empty()
+            || survey.pair_lines_hz.iter().any(|l| !l.is_empty());
         if self.told.found.blocks.is_empty() && !lines {
             return;
         }

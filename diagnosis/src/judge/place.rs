@@ -4,10 +4,23 @@ use super::{CHANNEL_NAMES, Judge};
 use crate::diagnose::Kind;
 use crate::report::Share;
 use crate::search::{Arena, rest};
+use nalgebra::{Matrix3, Vector3};
 
 /// Shares that are told: from this on, and so many.
 const TOLD_SHARE: f64 = 0.02;
 const TOLD: usize = 10;
+
+/// Half the mean squared step over the mean square from which on residuals are rough, and the neighbours that tell it.
+const ROUGH: f64 = 0.6;
+/// See [`ROUGH`].
+const LEAST: usize = 300;
+/// Standard deviations from which on scatter is said to grow.
+const SURE: f64 = 6.0;
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0), |(sum, count), v| (sum + v, count + 1));
+    sum / f64::from(count.max(1))
+}
 
 /// A coordinate, the share of what is left that shapes over it take, and those shapes' columns.
 pub struct Located {
@@ -38,6 +51,58 @@ impl Judge<'_> {
         }
         out.sort_by(|a, b| b.share.total_cmp(&a.share));
         out
+    }
+
+    /// The same of the whole excess, with scatter that grows with speed: no shape has a place for that.
+    pub(super) fn locate_whole(&self, arena: &mut Arena) -> Vec<Located> {
+        let mut out = self.locate(arena, &[]);
+        if let Some(share) = self.scatter_with_speed() {
+            let coordinate = "speed".to_string();
+            let known = out.iter().position(|l| l.coordinate == coordinate);
+            let least = known.map_or(0.0, |k| out.swap_remove(k).share);
+            out.push(Located {
+                coordinate,
+                share: share.max(least),
+            });
+            out.sort_by(|a, b| b.share.total_cmp(&a.share));
+        }
+        out
+    }
+
+    /// Share of the excess that is rough from sample to sample and whose variance grows with the square of the speed: samples
+    /// taken at uncertain times.
+    fn scatter_with_speed(&self) -> Option<f64> {
+        let before = &self.before;
+        let path = self.path_steps(before);
+        if path.pairs < LEAST || path.step < ROUGH * path.level {
+            return None;
+        }
+        let speeds = &self.study.scene.motion.speed_m_s;
+        let squared = |axis: usize, i: usize| {
+            let v = |s: usize| speeds[s].get(i).copied().unwrap_or(0.0);
+            v(axis).powi(2).max(v(axis + 2).powi(2))
+        };
+        let unit = [0, 1]
+            .map(|axis| mean((0..self.study.scene.len()).map(|i| squared(axis, i))).max(1e-30));
+        let mut normal = Matrix3::identity() * 1e-9;
+        let mut right = Vector3::zeros();
+        for (k, &i) in before.sample.iter().enumerate() {
+            let row = Vector3::new(1.0, squared(0, i) / unit[0], squared(1, i) / unit[1]);
+            normal += row * row.transpose();
+            right += row * before.white[k].powi(2);
+        }
+        let inverse = normal.try_inverse()?;
+        let amount = inverse * right;
+        // A squared normal deviate scatters by the square root of two of its mean.
+        let scale = 2.0 * before.white_rms().powi(4);
+        let sure = |k: usize| amount[k] > SURE * (scale * inverse[(k, k)]).sqrt();
+        let count = before.sample.len() as f64;
+        let grows: f64 = (1..3)
+            .filter(|k| sure(*k))
+            .map(|k| amount[k] * normal[(0, k)] / count)
+            .sum();
+        let excess = before.white_rms().powi(2) - self.floor.white_square;
+        (grows > 0.0 && excess > 0.0).then(|| (grows / excess).min(1.0))
     }
 
     /// Columns by coordinate.

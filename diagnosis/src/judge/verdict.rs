@@ -346,7 +346,7 @@ impl Judge<'_> {
         out.held_out.whitened_before = seen.white_before;
         out.held_out.whitened_after = model.white_rms() / floor;
         if out.verdict != Verdict::NoGap {
-            out.place = self.shares(self.locate(arena, &[]));
+            out.place = self.shares(self.locate_whole(arena));
             out.unexplained = if named {
                 Unexplained {
                     share: (seen.left * seen.shaped / seen.total.max(1e-9)).clamp(0.0, 1.0),

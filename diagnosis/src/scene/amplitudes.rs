@@ -28,7 +28,7 @@ const BEYOND_CHANCE: f64 = 100.0;
 /// Share of what time and own phase leave that the place must explain.
 const BY_PLACE: f64 = 0.5;
 /// Share of what the place leaves that a wander must explain.
-const BY_TIME: f64 = 0.5;
+const BY_TIME: f64 = 0.7;
 /// Expected size of a gap's logarithm by tilt and bow, by waves, and of a pair's flaws.
 const GAP: f64 = 0.3;
 /// See [`GAP`].
@@ -126,6 +126,11 @@ struct Sample {
 /// Columns of the flaws: what a unit of each adds to the amplitude.
 fn by_flaw(sample: &Sample) -> [f64; 4] {
     let [_, one, two] = sample.phase;
+    flaw_shapes(one, two)
+}
+
+/// The same from sine and cosine of the phase and of twice the phase.
+fn flaw_shapes(one: (f64, f64), two: (f64, f64)) -> [f64; 4] {
     [one.0, one.1, -0.5 * two.1, 0.5 * two.0]
 }
 
@@ -270,6 +275,27 @@ impl Scene<'_> {
             let course = |i: usize| std::array::from_fn(|f| flaw(i, f));
             found.pair_course[segment] = (0..n).map(course).collect();
         }
+    }
+
+    /// What neither place nor a slow wander explains of a segment's amplitude, over its noise, by sample.
+    pub fn amplitude_left(&self, segment: usize) -> Vec<(usize, f64)> {
+        let list = &self.ln_amplitude[segment];
+        if list.is_empty() {
+            return Vec::new();
+        }
+        let noise = self.amplitude_noise(segment).sqrt();
+        let place = self.amplitudes.by_place.as_ref().map(|p| &p[segment]);
+        let left = |i: usize| {
+            let [sine, cosine] = self.observations.pair_counts[segment][i];
+            let [_, one, two] = multiples::<3>(sine.atan2(cosine));
+            let flaws = flaw_shapes(one, two);
+            let course = self.amplitudes.pair_course[segment].get(i);
+            let wander = course.map_or(0.0, |c| c.iter().zip(flaws).map(|(c, f)| c * f).sum());
+            let field = place.and_then(|p| p.get(i)).copied().unwrap_or(0.0);
+            (i, (list[i] - field - wander) / noise)
+        };
+        let used = (0..list.len()).filter(|i| self.keep[*i]);
+        used.map(left).filter(|l| l.1.is_finite()).collect()
     }
 
     /// Part of the recording's time that has passed.
