@@ -13,7 +13,7 @@ mod verdict;
 use crate::diagnose::{About, FIELD, Look, Options, Prepared, Study, prepare, study};
 use crate::evidence::{Evidence, Step};
 use crate::heldout::Residuals;
-use crate::model::Model;
+use crate::model::{Model, OF_ITS_TIME};
 use crate::refine::Refined;
 use crate::report::{Diagnosis, Verdict};
 use crate::simulate::Floor;
@@ -51,10 +51,15 @@ const NEEDED: f64 = 0.4;
 const TRIFLE: f64 = 0.002;
 /// The same for free harmonics: beside a cause they may be what its own shape lacks.
 const TRIFLING_SHAPE: f64 = 0.10;
+/// The same beside a drift: its course is known to about a hundredth.
+const BESIDE_DRIFT: f64 = 0.02;
 
-fn trifle(name: &str) -> f64 {
-    if name == "extra_harmonics" {
+/// See [`TRIFLE`]; of the effect at a place among those that are found.
+fn trifle(names: &[String], at: usize) -> f64 {
+    if names[at] == "extra_harmonics" {
         TRIFLING_SHAPE
+    } else if names.iter().any(|name| name == OF_ITS_TIME) {
+        BESIDE_DRIFT
     } else {
         TRIFLE
     }
@@ -315,7 +320,7 @@ impl<'a> Judge<'a> {
             };
             let needed = without > (CLOSE * CLOSE - 1.0) * noise
                 && without - with > NEEDED * without
-                && without - with > trifle(&self.told.names(&self.study)[at]) * whole;
+                && without - with > trifle(&self.told.names(&self.study), at) * whole;
             if needed {
                 break;
             }
