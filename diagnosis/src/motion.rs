@@ -52,7 +52,8 @@ pub const MISFIT: f64 = 0.6925;
 /// The same for nine tenths of the path.
 pub const LOUD_MISFIT: f64 = 1.0543;
 
-/// Value, slope, curvature and rms residual of a local quadratic.
+/// Slope and curvature at a sample by the quadratic through its neighbours, and what the quadratic through all of them leaves.
+/// The sample's own noise is in neither slope nor curvature: a column made of it would rebuild the residual.
 #[derive(Clone, Copy, Default)]
 struct Local {
     slope: f64,
@@ -253,10 +254,20 @@ fn local(t_s: &[f64], value: &[f64], i: usize, window: std::ops::Range<usize>) -
             ..Local::default()
         };
     };
-    let c = inverse * right;
-    let misfit =
-        |(t, y): &(f64, f64)| y - mean - c[0] - c[1] * t / scale - c[2] * (t / scale).powi(2);
+    let whole = inverse * right;
+    let misfit = |(t, y): &(f64, f64)| {
+        y - mean - whole[0] - whole[1] * t / scale - whole[2] * (t / scale).powi(2)
+    };
     let sum: f64 = points.iter().map(|p| misfit(p).powi(2)).sum();
+    // The fit without the sample itself, which stands at time 0: its leverage is the inverse's first element.
+    let own = inverse.column(0) / (1.0 - inverse[(0, 0)]).max(1e-9);
+    let c = if value[i].is_finite() {
+        whole - own * misfit(&(0.0, value[i]))
+    } else {
+        whole
+    };
+    let noise =
+        |k: usize| (sum / (count - 3.0) * (inverse[(k, k)] + own[k] * inverse[(k, 0)])).sqrt();
     let (low, high) = points
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (_, y)| {
@@ -265,8 +276,8 @@ fn local(t_s: &[f64], value: &[f64], i: usize, window: std::ops::Range<usize>) -
     Local {
         slope: c[1] / scale,
         curvature: 2.0 * c[2] / (scale * scale),
-        slope_noise: (sum / (count - 3.0) * inverse[(1, 1)]).sqrt() / scale,
-        curvature_noise: 2.0 * (sum / (count - 3.0) * inverse[(2, 2)]).sqrt() / (scale * scale),
+        slope_noise: noise(1) / scale,
+        curvature_noise: 2.0 * noise(2) / (scale * scale),
         residual: (sum / count).sqrt(),
         travel: high - low,
     }
