@@ -48,8 +48,8 @@ pub use sensor_side::SpanModel;
 pub mod sensor_side {
     use crate::sensor::{Regressor, SensorEffect, Survey};
 
-    /// Sensor side: the two pairs' distances differ; a common error is the lever arms' scale and unseen. Against a reference
-    /// each segment's own arm shows.
+    /// Sensor side: the two pairs' distances differ. A common error is the angle's scale, which the lever arms take over but for
+    /// its second order: seen under a beacon only. Against a reference each segment's own arm shows.
     pub struct SpanModel;
 
     impl SensorEffect for SpanModel {
@@ -75,17 +75,20 @@ pub mod sensor_side {
             if !survey.segments.iter().all(|s| *s) {
                 return Vec::new();
             }
-            vec![Regressor::readings(
-                "span of segments 1 and 3 over 2 and 4",
-                "m",
-                5.0e-6,
-                |m, out| {
-                    for (s, sign) in [1.0, -1.0, -1.0, 1.0].into_iter().enumerate() {
-                        out[s] += 0.25 * sign * m.theta_rad;
-                    }
-                },
-            )]
+            let mut list = vec![span("span of segments 1 and 3 over 2 and 4", [1.0, -1.0, -1.0, 1.0])];
+            if survey.beacon {
+                list.push(span("span of both pairs", [1.0, 1.0, -1.0, -1.0]));
+            }
+            list
         }
+    }
+
+    fn span(name: &str, signs: [f64; 4]) -> Regressor {
+        Regressor::readings(name, "m", 5.0e-6, move |m, out| {
+            for (s, sign) in signs.into_iter().enumerate() {
+                out[s] += 0.25 * sign * m.theta_rad;
+            }
+        })
     }
 
     fn against_reference(survey: &Survey) -> Vec<Regressor> {
