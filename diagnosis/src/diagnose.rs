@@ -3,7 +3,7 @@
 use crate::baseline::Baseline;
 use crate::calibrate::{baseline_columns, calibrate};
 use crate::carried::Carried;
-use crate::clean::{Slip, disturbed, repair_slips};
+use crate::clean::disturbed;
 use crate::gram::{Columns, Gram, folds};
 use crate::heldout::Residuals;
 use crate::lines::{Series, lines_hz};
@@ -12,6 +12,7 @@ use crate::places::places;
 use crate::scene::{Amplitudes, Scene, Shift};
 use crate::search::Arena;
 use crate::simulate::{Floor, floor};
+use crate::slips::{Slip, repair_slips};
 use crate::{Insufficient, clip};
 use effects::sensor::{READINGS, Survey};
 use recording::Recording;
@@ -253,8 +254,8 @@ pub struct About {
 pub struct Look<'a> {
     /// Residuals of the best model so far, in which lines of the spectrum are looked for.
     pub lines_of: Option<&'a Residuals>,
-    /// A survey whose lines are kept.
-    pub lines_as: Option<&'a Survey>,
+    /// A survey whose lines and whose phase of free harmonics are kept.
+    pub as_in: Option<&'a Survey>,
     /// A field over the platen is judged, and beside it only the blocks named here: the field has hundreds of unknowns.
     pub field_beside: Option<&'a [String]>,
 }
@@ -277,7 +278,7 @@ pub fn study<'a>(
     for segment in 0..4 {
         scene.survey.clip[segment] = clip::find(&scene, segment);
     }
-    let (mut beacon, mut segments) = look.lines_as.map_or(Default::default(), |survey| {
+    let (mut beacon, mut segments) = look.as_in.map_or(Default::default(), |survey| {
         let lines = (&survey.beacon_lines_hz, &survey.segment_lines_hz);
         (lines.0.clone(), lines.1.clone())
     });
@@ -288,12 +289,13 @@ pub fn study<'a>(
         add_lines(&mut segments, more.1);
     }
     (scene.survey.beacon_lines_hz, scene.survey.segment_lines_hz) = (beacon, segments);
-    if let Some(survey) = look.lines_as {
+    if let Some(survey) = look.as_in {
         scene.survey.pair_lines_hz = survey.pair_lines_hz.clone();
     }
     if look.lines_of.is_some() {
         scene.survey.pair_lines_hz = std::array::from_fn(|s| crate::hum::hum_hz(&scene, s));
     }
+    scene.survey.unmodified = look.as_in.is_some_and(|survey| survey.unmodified);
     if look.field_beside.is_some() {
         (scene.survey.node_step_m, scene.survey.nodes) = crate::nodes::nodes(&scene);
     }

@@ -30,6 +30,7 @@ pub mod report;
 pub mod scene;
 pub mod search;
 pub mod simulate;
+pub mod slips;
 pub mod smooth;
 pub mod statistics;
 pub mod visited;

@@ -2,7 +2,7 @@
 
 use crate::Insufficient;
 use crate::baseline::Baseline;
-use crate::clean::{disturbed, repair_slips};
+use crate::clean::disturbed;
 use crate::gram::{Columns, Gram, folds, solve};
 use crate::heldout::Residuals;
 use crate::judge::CHANNEL_NAMES;
@@ -11,6 +11,7 @@ use crate::phase::{VIBRATION, align, waves};
 use crate::report::{HeldOut, HeldOutChannel, Magnitude};
 use crate::scene::{Normal, Scene};
 use crate::simulate::floor;
+use crate::slips::repair_slips;
 use crate::visited::Visited;
 use effects::sensor::{Regressor, Survey};
 use recording::Recording;

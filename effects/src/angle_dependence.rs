@@ -81,17 +81,17 @@ pub mod sensor_side {
             for s in (0..4).filter(|s| survey.segments[*s] && survey.turning) {
                 for order in [1, 2, 3, 4, 6] {
                     let size_m = if order < 3 { 2.5e-6 } else { 1.5e-6 };
-                    Regressor::harmonic(
+                    Regressor::free_harmonic(
+                        survey,
                         &mut list,
-                        s,
-                        order,
+                        (s, order),
                         ("theta times ", "m/rad", size_m),
                         |m| m.theta_rad,
                     );
-                    Regressor::harmonic(
+                    Regressor::free_harmonic(
+                        survey,
                         &mut list,
-                        s,
-                        order,
+                        (s, order),
                         ("theta squared times ", "m/rad²", 0.7e-6),
                         |m| m.theta_rad * m.theta_rad,
                     );

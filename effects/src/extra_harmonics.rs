@@ -70,7 +70,7 @@ pub mod sensor_side {
             let mut list = Vec::new();
             for s in (0..4).filter(|s| survey.segments[*s]) {
                 for order in (3..=ORDERS).filter(|n| !KNOWN.contains(n)) {
-                    Regressor::harmonic(&mut list, s, order, ("", "m", 2.0e-6), |_| 1.0);
+                    Regressor::free_harmonic(survey, &mut list, (s, order), ("", "m", 2.0e-6), |_| 1.0);
                 }
             }
             list

@@ -10,12 +10,13 @@ use serde::{Deserialize, Serialize};
 pub const READINGS: usize = 6;
 /// Residual channels: g_p, g_x, g_y, then segment 1 to 4 against a reference.
 pub const CHANNELS: usize = 7;
-/// Highest order of the own tooth phase that is tabulated.
+/// Highest order of the own tooth phase that is tabulated, calibrated or unmodified.
 pub const ORDERS: usize = 16;
-/// Highest order of the unmodified phase that is tabulated.
-pub const RAW_ORDERS: usize = 6;
 /// Highest order of the lateral tooth phase that is tabulated.
 pub const LATERAL_ORDERS: usize = 4;
+
+/// `[segment][n]` = (sin, cos) of n times a phase.
+pub type Harmonics = [[(f64, f64); ORDERS + 1]; 4];
 
 /// What the sensor knows at one sample, from calibrated readings. Lengths in metres, angles in radians, SI throughout.
 /// What is not measured is zero, and [`Survey`] says so.
@@ -32,9 +33,9 @@ pub struct Moment {
     /// Tooth phase of the reference at the segment, rad; zero without one.
     pub reference_phase: [f64; 4],
     /// `raw[segment][n]` = (sin, cos) of n times the unmodified output's phase: what equation (3) is written in.
-    pub raw: [[(f64, f64); RAW_ORDERS + 1]; 4],
+    pub raw: Harmonics,
     /// `own[segment][n] = (sin, cos)` of n times the own tooth phase.
-    pub own: [[(f64, f64); ORDERS + 1]; 4],
+    pub own: Harmonics,
     /// `lateral[segment][m] = (sin, cos)` of m times the tooth phase across the segment.
     pub lateral: [[(f64, f64); LATERAL_ORDERS + 1]; 4],
     /// Where each segment is on the platen: along its own direction and across it, m.
@@ -125,6 +126,9 @@ pub struct Survey {
     /// Each pair's amplitude shows that its offsets, gain or angle wander.
     #[serde(default)]
     pub pair_wanders: [bool; 4],
+    /// Free harmonics run over the phase of the unmodified output, as equation (3) does, and not over the calibrated one's.
+    #[serde(default)]
+    pub unmodified: bool,
     /// The clip of each segment's pair, where the counts or a reference show one.
     pub clip: [Option<Clip>; 4],
 }
@@ -215,6 +219,31 @@ impl Regressor {
         list: &mut Vec<Self>,
         segment: usize,
         order: usize,
+        label: (&str, &'static str, f64),
+        factor: impl Fn(&Moment) -> f64 + Send + Sync + Clone + 'static,
+    ) {
+        Self::harmonic_of(|m| &m.own, list, (segment, order), label, factor);
+    }
+
+    /// The same of the own phase that a survey tells, the calibrated output's or the unmodified one's.
+    pub fn free_harmonic(
+        survey: &Survey,
+        list: &mut Vec<Self>,
+        place: (usize, usize),
+        label: (&str, &'static str, f64),
+        factor: impl Fn(&Moment) -> f64 + Send + Sync + Clone + 'static,
+    ) {
+        if survey.unmodified {
+            Self::harmonic_of(|m| &m.raw, list, place, label, factor);
+        } else {
+            Self::harmonic_of(|m| &m.own, list, place, label, factor);
+        }
+    }
+
+    fn harmonic_of(
+        table: fn(&Moment) -> &Harmonics,
+        list: &mut Vec<Self>,
+        (segment, order): (usize, usize),
         (label, unit, size_m): (&str, &'static str, f64),
         factor: impl Fn(&Moment) -> f64 + Send + Sync + Clone + 'static,
     ) {
@@ -225,14 +254,14 @@ impl Regressor {
             unit,
             size_m,
             segment,
-            move |m| f(m) * m.own[segment][order].0,
+            move |m| f(m) * table(m)[segment][order].0,
         ));
         list.push(Self::reading(
             name("cosine"),
             unit,
             size_m,
             segment,
-            move |m| g(m) * m.own[segment][order].1,
+            move |m| g(m) * table(m)[segment][order].1,
         ));
     }
 }

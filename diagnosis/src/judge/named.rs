@@ -1,10 +1,10 @@
 //! What is named: its share, its rivals, its amounts.
 
 use super::{CHANNEL_NAMES, FLEXIBLE, Judge};
-use crate::clean::Slip;
 use crate::diagnose::handicap;
 use crate::report::{Magnitude, Named};
 use crate::search::{Arena, rest};
+use crate::slips::Slip;
 
 /// Probability below which a runner-up is not worth a mention.
 const ALIAS: f64 = 0.05;

@@ -1,7 +1,7 @@
 //! What the sensor knows at a sample, from calibrated readings.
 
 use super::Scene;
-use effects::sensor::{LATERAL_ORDERS, Moment, ORDERS, RAW_ORDERS};
+use effects::sensor::{LATERAL_ORDERS, Moment, ORDERS};
 use std::f64::consts::TAU;
 
 impl Scene<'_> {
@@ -70,7 +70,7 @@ impl Scene<'_> {
             reference_phase: std::array::from_fn(|s| f * finite(Some(&o.reference_m(s, i)))),
             raw: std::array::from_fn(|s| {
                 let off = finite(self.shift.electronic_m[s].get(i));
-                multiples::<{ RAW_ORDERS + 1 }>(f * (finite(o.position_m[s].get(i)) + off))
+                multiples::<{ ORDERS + 1 }>(f * (finite(o.position_m[s].get(i)) + off))
             }),
             own: std::array::from_fn(|s| multiples::<{ ORDERS + 1 }>(f * own_m[s])),
             lateral: std::array::from_fn(|s| multiples::<{ LATERAL_ORDERS + 1 }>(f * across_m[s])),
