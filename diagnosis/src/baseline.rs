@@ -175,11 +175,12 @@ impl Baseline {
 }
 
 fn beacon_regressors() -> Vec<Regressor> {
-    use effects::sensor::{Action, CHANNELS, Moment};
+    use effects::sensor::{ALWAYS, Action, CHANNELS, Moment};
     let both = |name: &str, add: fn(&Moment) -> [f64; 2]| Regressor {
         name: name.into(),
         unit: "m",
         size_m: FREE_M,
+        during: ALWAYS,
         action: Action::Channels(Box::new(move |m: &Moment, out: &mut [f64; CHANNELS]| {
             let [x, y] = add(m);
             out[1] += x;

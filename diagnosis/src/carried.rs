@@ -3,7 +3,7 @@
 //! constraint fit). What such a set leaves is told apart by the noise that it would leave: errors in variables, as in Fuller
 //! 1987's corrected score.
 
-use crate::gram::{Columns, Fit, add_products, squares};
+use crate::gram::{Columns, add_products};
 use crate::scene::{ROWS, Scene, Shift};
 use nalgebra::DMatrix;
 
@@ -38,11 +38,16 @@ impl Carried {
         Self(sum / count.max(1) as f64)
     }
 
-    /// Squares, a row, that a fit's own are counted too high by: the noise that it adds, or below zero what it takes away, which
-    /// counts twice.
-    pub fn allowance(&self, fit: &Fit) -> f64 {
+    /// The mean products; the target's derivatives are in the last row and column.
+    pub fn products(&self) -> &DMatrix<f64> {
+        &self.0
+    }
+
+    /// Squares, a row, that a fit's own are counted too high by, of its squares over [`Self::products`]: the noise that it adds,
+    /// or below zero what it takes away, which counts twice.
+    pub fn allowance(&self, squares: f64) -> f64 {
         let last = self.0.nrows() - 1;
-        let added = squares(&self.0, fit) - self.0[(last, last)];
+        let added = squares - self.0[(last, last)];
         if added < 0.0 { DOUBT * added } else { added }
     }
 }

@@ -1,5 +1,6 @@
 //! The whole answer: clean, calibrate, survey, compare, judge, measure.
 
+use crate::arena::Arena;
 use crate::baseline::Baseline;
 use crate::calibrate::{baseline_columns, calibrate};
 use crate::carried::Carried;
@@ -10,7 +11,6 @@ use crate::lines::{Series, lines_hz};
 use crate::observe::Observations;
 use crate::places::places;
 use crate::scene::{Amplitudes, Scene, Shift};
-use crate::search::Arena;
 use crate::simulate::{Floor, floor};
 use crate::slips::{Slip, repair_slips};
 use crate::{Insufficient, clip};
@@ -113,6 +113,12 @@ pub struct Prepared {
 }
 
 impl Prepared {
+    /// The same with other samples in use, calibrated on them.
+    pub fn use_only(&mut self, keep: Vec<bool>) {
+        self.baseline = calibrate(&self.observations, &keep);
+        self.keep = keep;
+    }
+
     /// The linearisation about the baseline alone.
     pub fn about(&self) -> About {
         About {

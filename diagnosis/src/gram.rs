@@ -304,8 +304,6 @@ pub struct Fit {
     pub amount: DVector<f64>,
     /// Logarithm of the marginal likelihood for unit noise, up to a constant of the data.
     pub log_evidence: f64,
-    /// Factor of the posterior precision.
-    pub factor: nalgebra::Cholesky<f64, nalgebra::Dyn>,
 }
 
 /// Solves for the columns with unit normal priors about `centre`, noise variance `variance`.
@@ -339,7 +337,6 @@ pub fn solve(
         columns: columns.to_vec(),
         amount,
         log_evidence,
-        factor,
     })
 }
 

@@ -1,6 +1,7 @@
 //! Effects that stand on terms which only complete them.
 
-use crate::search::Arena;
+use crate::arena::Arena;
+use crate::diagnose::{log, tracing};
 
 /// A term counts to an effect's core if its prior size is at least this share of the largest.
 const CORE: f64 = 0.3;
@@ -25,5 +26,14 @@ pub fn hollow(arena: &mut Arena, others: &[usize], block: usize) -> bool {
     list.extend(core);
     let set: Vec<usize> = others.iter().copied().chain([block]).collect();
     let (without, with) = (arena.score(others).squares, arena.score(&set).squares);
-    without - arena.score_columns(&list).squares < CORE_SHARE * (without - with)
+    let by_core = without - arena.score_columns(&list).squares;
+    let hollow = by_core < CORE_SHARE * (without - with);
+    if hollow && tracing() {
+        let name = &columns.blocks[block].name;
+        log(&format!(
+            "hollow beside {others:?}: {name}, {by_core:.0} of {:.0} by its core",
+            without - with
+        ));
+    }
+    hollow
 }

@@ -2,6 +2,7 @@
 
 pub mod adequacy;
 pub mod advice;
+pub mod arena;
 pub mod baseline;
 pub mod blind;
 pub mod calibrate;
@@ -29,6 +30,7 @@ pub mod refine;
 pub mod report;
 pub mod scene;
 pub mod search;
+pub mod shared;
 pub mod simulate;
 pub mod slips;
 pub mod smooth;

@@ -143,7 +143,7 @@ pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) 
         .zip(amounts)
         .filter(|(_, amount)| **amount != 0.0)
         .filter_map(|(c, amount)| match &columns.regressors[*c].action {
-            Action::Readings(add) => Some((add, *amount, electronic(*c))),
+            Action::Readings(add) => Some((&columns.regressors[*c], add, *amount, electronic(*c))),
             Action::Channels(_) => None,
         })
         .collect();
@@ -154,7 +154,10 @@ pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) 
     for i in 0..scene.len() {
         let moment = scene.moment(i);
         let (mut whole, mut early) = ([0.0; READINGS], [0.0; READINGS]);
-        for (add, amount, electronic) in &acting {
+        for (regressor, add, amount, electronic) in &acting {
+            if !regressor.acts(&moment) {
+                continue;
+            }
             let mut readings = [0.0; READINGS];
             add(&moment, &mut readings);
             for reading in 0..4 {

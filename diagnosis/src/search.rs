@@ -1,34 +1,8 @@
 //! Which columns explain the gap: cross-validated residuals of sets of effects, forward, backward and by exchange.
 
-use crate::carried::Carried;
-use crate::gram::{Columns, FOLDS, Gram, solve, squares};
+use crate::arena::{Arena, Score};
+use crate::gram::FOLDS;
 use crate::hollow::hollow;
-use nalgebra::DMatrix;
-use std::collections::HashMap;
-
-/// Sets are compared on these.
-pub struct Arena<'a> {
-    /// Products of the columns.
-    pub gram: &'a Gram,
-    /// The columns.
-    pub columns: &'a Columns,
-    carried: &'a Carried,
-    training: Vec<DMatrix<f64>>,
-    known: HashMap<Vec<usize>, Score>,
-    /// Held-out squares below which columns hold the noise itself.
-    quietest: f64,
-}
-
-/// Held-out squares of a set of columns.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Score {
-    /// Whitened squares over all folds, each predicted from the others.
-    pub squares: f64,
-    /// The same by fold.
-    pub fold: [f64; FOLDS],
-    /// Sum of the folds' log evidence.
-    pub log_evidence: f64,
-}
 
 /// A further effect must take this share of the whole gap.
 pub const MINIMUM_SHARE: f64 = 0.025;
@@ -38,115 +12,8 @@ pub const MINIMUM_SHARE_BESIDE_FLEXIBLE: f64 = 0.05;
 pub const MINIMUM_OF_REST: f64 = 0.4;
 /// And this many whitened squares, well past what chance gives the best of twenty candidates.
 pub const MINIMUM_SQUARES: f64 = 60.0;
-/// Amounts beyond this many prior deviations are of no physical size, however well they fit.
-const IMPLAUSIBLE: f64 = 30.0;
-/// No held-out model beats the noise: below this share of it, and where the baseline does not, it is an artefact.
-const TOO_GOOD: f64 = 0.3;
-/// Where the baseline leaves no more than this much of the noise, the stated noise is right, and chance bounds what is possible:
-/// so many standard deviations of a sum of squares, and at least this share.
-const NO_GAP: f64 = 1.21;
-/// See [`NO_GAP`].
-const CHANCE: f64 = 3.0;
-/// See [`NO_GAP`].
-const NEARLY: f64 = 0.95;
 /// Most effects in one answer.
 const MOST: usize = 4;
-
-impl<'a> Arena<'a> {
-    /// Prepares the training sums.
-    pub fn new(gram: &'a Gram, columns: &'a Columns, carried: &'a Carried) -> Self {
-        let training = (0..FOLDS).map(|f| gram.training(Some(f))).collect();
-        let mut this = Self {
-            gram,
-            columns,
-            carried,
-            training,
-            known: HashMap::new(),
-            quietest: 0.0,
-        };
-        let base: Vec<usize> = columns.blocks[0].columns.clone().collect();
-        if !gram.overstated {
-            this.quietest = quietest(this.score_columns(&base).squares, this.rows());
-        }
-        this
-    }
-
-    /// Number of rows.
-    pub fn rows(&self) -> f64 {
-        self.gram.total_rows() as f64
-    }
-
-    /// Held-out score of the baseline with some blocks.
-    pub fn score(&mut self, blocks: &[usize]) -> Score {
-        let mut key = blocks.to_vec();
-        key.sort_unstable();
-        key.dedup();
-        if let Some(score) = self.known.get(&key) {
-            return *score;
-        }
-        let mut list: Vec<usize> = self.columns.blocks[0].columns.clone().collect();
-        for &block in &key {
-            list.extend(self.columns.blocks[block].columns.clone());
-        }
-        let score = self.score_columns(&list);
-        self.known.insert(key, score);
-        score
-    }
-
-    /// Held-out score of any columns (the baseline's must be among them).
-    pub fn score_columns(&self, list: &[usize]) -> Score {
-        let mut score = Score {
-            squares: 0.0,
-            fold: [0.0; FOLDS],
-            log_evidence: 0.0,
-        };
-        for f in 0..FOLDS {
-            match solve(&self.training[f], list, &self.gram.centre, 1.0) {
-                Some(fit) => {
-                    let first = self.columns.blocks[0].columns.end;
-                    let largest = fit
-                        .columns
-                        .iter()
-                        .zip(fit.amount.iter())
-                        .filter(|(c, _)| **c >= first);
-                    if largest.map(|(_, a)| a.abs()).fold(0.0, f64::max) > IMPLAUSIBLE {
-                        score.squares = f64::INFINITY;
-                        return Score {
-                            fold: [f64::INFINITY; FOLDS],
-                            log_evidence: f64::NEG_INFINITY,
-                            ..score
-                        };
-                    }
-                    let noise = self.gram.rows[f] as f64 * self.carried.allowance(&fit);
-                    score.fold[f] = squares(&self.gram.fold[f], &fit) - noise;
-                    score.log_evidence += fit.log_evidence / (FOLDS - 1) as f64;
-                }
-                None => score.fold[f] = f64::INFINITY,
-            }
-            score.squares += score.fold[f];
-        }
-        // Below the noise: the columns hold the noise itself.
-        if list.len() > self.columns.blocks[0].columns.len() && score.squares < self.quietest {
-            return Score {
-                squares: f64::INFINITY,
-                fold: [f64::INFINITY; FOLDS],
-                log_evidence: f64::NEG_INFINITY,
-            };
-        }
-        score
-    }
-}
-
-/// Held-out squares below which columns hold a reading's own noise, as an angle that hardly changes times large amounts does.
-fn quietest(baseline: f64, rows: f64) -> f64 {
-    if baseline < 2.0 * TOO_GOOD * rows {
-        0.0
-    } else if baseline < NO_GAP * rows {
-        rows * NEARLY.min(1.0 - CHANCE * (2.0 / rows).sqrt())
-    } else {
-        TOO_GOOD * rows
-    }
-}
 
 /// What the search found.
 #[derive(Clone, Debug)]
@@ -271,7 +138,7 @@ fn best_pair(
         .filter(|c| !chosen.contains(c))
         .map(|&c| {
             let set: Vec<usize> = chosen.iter().copied().chain([c]).collect();
-            (rest(arena, &set, floor) + handicap(c), c)
+            (rest(arena, &set, floor) + handicap(c) * before, c)
         })
         .collect();
     alone.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -307,19 +174,22 @@ fn worth(arena: &mut Arena, set: &[usize], chosen: &[usize], floor: f64) -> bool
         return true;
     }
     gain > MINIMUM_OF_REST * before
-        && (gain > minimum_share(arena, set) || closes(arena, &new, gain, floor))
+        && (gain > minimum_share(arena, set) || closes(arena, &new, (before, gain), floor))
 }
 
 /// Share of the gap that the first effect must take.
 const FIRST_SHARE: f64 = 0.05;
 /// An effect that leaves nothing may be as small a share of the gap as this.
 const CLOSING_SHARE: f64 = 0.003;
+/// Or smaller still, if it takes this share of what the others left: a makeshift for their second order would not.
+const COMPLETES: f64 = 0.8;
 /// Left over a row, beyond the noise and relative to it, where nothing is said to be left: a whitened rms of 1.12.
 const CLOSED: f64 = 0.25;
 
 /// True if nothing is left after a set, so that its last effect is no makeshift for a shape that another lacks.
-fn closes(arena: &Arena, after: &Score, gain: f64, floor: f64) -> bool {
-    gain > CLOSING_SHARE && after.squares - floor < CLOSED * arena.rows()
+fn closes(arena: &Arena, after: &Score, (before, gain): (f64, f64), floor: f64) -> bool {
+    (gain > CLOSING_SHARE || gain > COMPLETES * before)
+        && after.squares - floor < CLOSED * arena.rows()
 }
 
 fn minimum_share(arena: &Arena, set: &[usize]) -> f64 {
@@ -374,17 +244,19 @@ fn exchange(
     handicap: &dyn Fn(usize) -> f64,
     floor: f64,
 ) -> bool {
-    let now = rest(arena, set, floor) + handicap(set[at]);
-    let mut best = (now - 0.003_f64.max(0.05 * now), set[at]);
+    let others: Vec<usize> = set.iter().copied().filter(|b| *b != set[at]).collect();
+    // What there is to be taken in this place: a small effect's rivals are weighed by it as a large one's are.
+    let stake = rest(arena, &others, floor).max(1e-6);
+    let now = rest(arena, set, floor) + handicap(set[at]) * stake;
+    let mut best = (now - (0.003 * stake).max(0.05 * now), set[at]);
     for &c in candidates.iter().filter(|c| !set.contains(c)) {
         let mut other = set.to_vec();
         other[at] = c;
-        let value = rest(arena, &other, floor) + handicap(c);
+        let value = rest(arena, &other, floor) + handicap(c) * stake;
         if value < best.0 {
             best = (value, c);
         }
     }
-    let others: Vec<usize> = set.iter().copied().filter(|b| *b != set[at]).collect();
     let changed = best.1 != set[at] && !hollow(arena, &others, best.1);
     if !changed {
         return false;

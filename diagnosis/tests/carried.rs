@@ -3,7 +3,7 @@ mod rig;
 
 use diagnosis::Options;
 use diagnosis::diagnose::{Look, prepare, study};
-use diagnosis::gram::{Fit, solve};
+use diagnosis::gram::{Fit, solve, squares};
 use std::f64::consts::TAU;
 
 /// g_p has four readings' noise, n each. An amount `a` of sin(3 f p) takes a 3 f cos(3 f p) n from one of them: squares a row
@@ -45,7 +45,9 @@ fn a_sine_of_the_own_phase_adds_what_its_slope_says() {
                 .map(|_| sign * amount_m / study.gram.scale[column]),
             ..fit.clone()
         };
-        let allowance = study.carried.allowance(&fit);
+        let allowance = study
+            .carried
+            .allowance(squares(study.carried.products(), &fit));
         let expected = slope * slope / 8.0 * noisy;
         assert!(
             (allowance / expected - 1.0).abs() < 0.25,

@@ -77,7 +77,14 @@ pub mod sensor_side {
         }
 
         fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-            if !survey.lateral || !survey.segments.iter().all(|s| *s) {
+            if !survey.segments.iter().all(|s| *s) {
+                return if survey.reference {
+                    against_reference(survey)
+                } else {
+                    Vec::new()
+                };
+            }
+            if !survey.lateral {
                 return Vec::new();
             }
             vec![
@@ -94,5 +101,34 @@ pub mod sensor_side {
                 }),
             ]
         }
+    }
+
+    /// Travel from which a pitch is told, in pitches.
+    const FAR_PITCHES: f64 = 3.0;
+
+    /// The rulings that single segments pass, each against the reference.
+    fn against_reference(survey: &Survey) -> Vec<Regressor> {
+        let mut list = Vec::new();
+        for (axis, label) in ["x", "y"].into_iter().enumerate() {
+            let of_it: Vec<usize> = [axis, axis + 2]
+                .into_iter()
+                .filter(|s| survey.segments[*s] && survey.travel_m[*s] > FAR_PITCHES * survey.pitch_m)
+                .collect();
+            let mut add = |name: String, unit, direction: usize| {
+                let of_it = of_it.clone();
+                if !of_it.is_empty() {
+                    list.push(Regressor::readings(name, unit, 3.0e-6, move |m, out| {
+                        for s in &of_it {
+                            out[*s] += m.place_m[*s][direction];
+                        }
+                    }));
+                }
+            };
+            add(format!("pitch of {label}"), "1", 0);
+            if survey.lateral {
+                add(format!("lines of {label} turned"), "rad", 1);
+            }
+        }
+        list
     }
 }

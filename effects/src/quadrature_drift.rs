@@ -118,7 +118,10 @@ pub mod sensor_side {
             let label = format!("at {:.0} % of the time, ", 100.0 * (knot as f64 - 1.0) * STEP);
             let mut add = |part: &str, size_m, shape: fn(&Moment, usize) -> f64| {
                 let name = format!("{label}{part}, segment {}", s + 1);
-                list.push(Regressor::reading(name, "m", size_m, s, move |m| hat(m) * shape(m, s)));
+                let place = (knot as f64 - 1.0) * STEP;
+                let during = [place - 2.0 * STEP, place + 2.0 * STEP];
+                let value = move |m: &Moment| hat(m) * shape(m, s);
+                list.push(Regressor::reading(name, "m", size_m, s, value).within(during));
             };
             add("offset of sine", 3.0e-6, |m, s| m.raw[s][1].1);
             add("offset of cosine", 3.0e-6, |m, s| m.raw[s][1].0);

@@ -152,6 +152,9 @@ pub enum Action {
     Channels(Box<dyn Fn(&Moment, &mut [f64; CHANNELS]) + Send + Sync>),
 }
 
+/// A regressor that acts throughout.
+pub const ALWAYS: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
 /// One unknown amount of an effect.
 pub struct Regressor {
     /// What it is, for the report.
@@ -160,6 +163,8 @@ pub struct Regressor {
     pub unit: &'static str,
     /// Physical size: prior standard deviation of what it does to the readings, rms over the recording, m.
     pub size_m: f64,
+    /// It adds nothing outside this progress of the recording; asked before it is evaluated.
+    pub during: [f64; 2],
     /// What a unit amount adds.
     pub action: Action,
 }
@@ -176,6 +181,7 @@ impl Regressor {
             name: name.into(),
             unit,
             size_m,
+            during: ALWAYS,
             action: Action::Readings(Box::new(add)),
         }
     }
@@ -210,8 +216,21 @@ impl Regressor {
             name: name.into(),
             unit,
             size_m,
+            during: ALWAYS,
             action,
         }
+    }
+
+    /// The same, which adds nothing outside some progress of the recording.
+    #[must_use]
+    pub fn within(mut self, during: [f64; 2]) -> Self {
+        self.during = during;
+        self
+    }
+
+    /// True if it may add something at a sample.
+    pub fn acts(&self, moment: &Moment) -> bool {
+        (self.during[0]..=self.during[1]).contains(&moment.progress)
     }
 
     /// Sine and cosine of order `order` of a segment's own phase times a factor.

@@ -1,6 +1,7 @@
 //! What is no shape: bursts, and noise that must be shown to be noise.
 
 use super::Judge;
+use crate::clean::disturbed;
 use crate::heldout::Residuals;
 use crate::report::{Magnitude, Named};
 
@@ -19,6 +20,9 @@ const STILL: f64 = 0.3;
 const TOOTH: f64 = 0.05;
 /// A channel is looked at if its mean square is this far above the noise that is stated.
 const LOUD: f64 = 1.2;
+
+/// Samples that must be judged otherwise than before for all to be fitted anew.
+const ANEW: usize = 3;
 
 /// Disturbed samples.
 #[derive(Default)]
@@ -179,28 +183,48 @@ impl Judge<'_> {
         (path, still)
     }
 
-    /// Samples that were left out because they stand out of their neighbours.
-    pub(super) fn bursts(&self) -> Bursts {
+    /// What is left at every sample, those included that were left out of the fit.
+    fn everywhere(&self) -> Residuals {
+        let fine = &self.fine;
+        let list: Vec<usize> = (0..fine.amounts.len()).collect();
+        let amounts = |_: usize| &fine.amounts;
+        Residuals::predicted(&fine.scene, &fine.columns, &fine.gram, &list, amounts, true)
+    }
+
+    /// Samples that stand out of what is left around them.
+    fn outstanding(&self, left: &Residuals) -> Vec<bool> {
         let scene = &self.fine.scene;
-        let mut out = Bursts::default();
-        let out_of_use =
-            |i: usize| !scene.keep[i] && !self.prepared.resting[i] && !self.prepared.thinned[i];
-        if !(0..scene.len()).any(out_of_use) {
-            return out;
+        let rows: Vec<(usize, usize, f64)> = (0..left.sample.len())
+            .map(|k| (left.sample[k], left.channel[k], left.white[k]))
+            .collect();
+        let mut marked = disturbed(&rows, scene.len(), &scene.observations.stretch);
+        for (i, mark) in marked.iter_mut().enumerate() {
+            *mark &= !self.prepared.resting[i] && !self.prepared.thinned[i];
         }
-        let list: Vec<usize> = (0..self.fine.amounts.len()).collect();
-        let all = Residuals::predicted(
-            scene,
-            &self.fine.columns,
-            &self.fine.gram,
-            &list,
-            |_| &self.fine.amounts,
-            true,
-        );
+        marked
+    }
+
+    /// Samples in use, where what was found shows others to be disturbed than the baseline alone did: a pattern stands out of
+    /// its neighbours as a disturbance does, and hides one.
+    pub(super) fn in_use_anew(&self) -> Option<Vec<bool>> {
+        let marked = self.outstanding(&self.everywhere());
+        let prepared = self.prepared;
+        let keep: Vec<bool> = (0..marked.len())
+            .map(|i| !marked[i] && !prepared.resting[i] && !prepared.thinned[i])
+            .collect();
+        let changed = keep.iter().zip(&prepared.keep).filter(|(a, b)| a != b);
+        (changed.count() >= ANEW).then_some(keep)
+    }
+
+    /// Samples that stand out of what the model leaves around them.
+    pub(super) fn bursts(&self) -> Bursts {
+        let mut out = Bursts::default();
+        let all = self.everywhere();
+        let marked = self.outstanding(&all);
         let mut last = usize::MAX;
         for k in 0..all.sample.len() {
             let i = all.sample[k];
-            if out_of_use(i) {
+            if marked[i] {
                 out.energy += (all.white[k].powi(2) - 1.0).max(0.0);
                 out.largest_m = out.largest_m.max(all.value_m[k].abs());
                 if i != last {

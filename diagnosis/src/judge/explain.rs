@@ -1,8 +1,10 @@
 //! The best set of effects, beside the best set if shapes without a name may enter.
 
-use crate::diagnose::{FIELD, Prepared, Study, handicap, log, tracing};
+use super::FLEXIBLE;
+use crate::arena::Arena;
+use crate::diagnose::{About, FIELD, Kind, Study, handicap, log, tracing};
 use crate::refine::Refined;
-use crate::search::{Arena, Found, noise_floor, rest, search};
+use crate::search::{Found, noise_floor, rest, search};
 
 /// A shape without a name must do this much better than a cause, as a share of the gap.
 const SHAPE_HANDICAP: f64 = 0.02;
@@ -76,6 +78,12 @@ impl Told {
         }
     }
 
+    /// Whitened squares beyond the noise that what is found leaves.
+    pub(super) fn left(&self, study: &Study) -> f64 {
+        let mut arena = study.arena();
+        (arena.score(&self.found.blocks).squares - self.base).max(arena.rows())
+    }
+
     /// Names of what is found.
     pub(super) fn names(&self, study: &Study) -> Vec<String> {
         let name = |b: &usize| study.columns.blocks[*b].name.clone();
@@ -85,9 +93,14 @@ impl Told {
 
 impl<'a> Refined<'a> {
     /// What is found in a study, fitted about itself.
-    pub(super) fn of(prepared: &'a Prepared, study: &Study<'a>, told: &Told) -> Self {
+    pub(super) fn of(study: &Study<'a>, told: &Told) -> Self {
         let names = told.names(study);
-        let fine = Self::new(&study.scene, prepared.about(), &names);
+        let about = About {
+            baseline: study.scene.baseline.clone(),
+            shift: study.scene.shift.clone(),
+            noise: None,
+        };
+        let fine = Self::new(&study.scene, about, &names);
         log(&format!(
             "about itself: {:?} {:.3}",
             names,
@@ -161,7 +174,10 @@ fn trace(study: &Study, arena: &mut Arena, all: &[usize], base: f64) {
         })
         .collect();
     alone.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let field = alone.iter().position(|a| a.1 == FIELD);
+    let field = field.filter(|k| *k >= 6).map(|k| alone[k]);
     alone.truncate(6);
+    alone.extend(field);
     log(&format!(
         "{} columns; alone {alone:?}",
         study.columns.regressors.len()
@@ -175,10 +191,11 @@ pub(super) fn leading(study: &Study, told: &Told) -> Vec<String> {
         .map(|b| (arena.score(&[b]).squares, b))
         .collect();
     alone.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // What each does beside the first two matters as well: a second effect may be anything.
+    // What each does beside the field matters as well: a second effect may be any.
     let place = (1..study.columns.blocks.len()).filter(|b| {
         let name = study.columns.blocks[*b].name.as_str();
-        name == "place on the platen" || name.starts_with("psd_") || name == FIELD
+        let effect = matches!(study.kinds[*b - 1], Kind::Effect(_)) && !FLEXIBLE.contains(&name);
+        name == "place on the platen" || effect || name == FIELD
     });
     let mut list: Vec<usize> = told.found.blocks.clone();
     list.extend(&told.shaped.blocks);

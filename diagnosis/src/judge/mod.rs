@@ -7,6 +7,7 @@ mod foretold;
 mod loudness;
 mod named;
 mod place;
+mod prune;
 mod reference;
 mod verdict;
 
@@ -39,37 +40,18 @@ const NOISY: f64 = 1.10;
 const CLOSE: f64 = 1.03;
 /// Times that all is compared anew about what was found, while that finds more.
 const LOOKS: usize = 2;
+/// About what was found no more than this many times as much as before must be left: else the places strayed with it.
+const STRAYED: f64 = 1.5;
 /// More of the gap than this left over, and located, is a gap that nothing named explains.
 const LEFT_OVER: f64 = 0.10;
 /// A field over the platen is worth its hundreds of unknowns if it leaves less than this share of what was left.
 const FIELD_LEAVES: f64 = 0.7;
 /// What is found moves the places that shapes are evaluated at if it leaves less than this share.
 const TRUSTED: f64 = 0.3;
-/// An effect beside others must take this share of what is left without it, and of the whole gap.
-const NEEDED: f64 = 0.4;
-/// See [`NEEDED`].
-const TRIFLE: f64 = 0.002;
-/// The same for free harmonics: beside a cause they may be what its own shape lacks.
-const TRIFLING_SHAPE: f64 = 0.10;
-/// The same beside a drift: its course is known to about a hundredth.
-const BESIDE_DRIFT: f64 = 0.02;
-
 /// Effects whose harmonics run over either phase of the own tooth.
 const HARMONIC: [&str; 2] = ["extra_harmonics", "angle_dependence"];
 /// They are taken over the unmodified phase if that leaves less than this share.
 const OTHER_PHASE: f64 = 0.7;
-
-/// See [`TRIFLE`]; of the effect at a place among those that are found.
-fn trifle(names: &[String], at: usize) -> f64 {
-    if names[at] == "extra_harmonics" {
-        TRIFLING_SHAPE
-    } else if names.iter().any(|name| name == OF_ITS_TIME) {
-        BESIDE_DRIFT
-    } else {
-        TRIFLE
-    }
-}
-
 /// Effects with so many unknowns that a simpler shape which does nearly as well is to be believed instead.
 pub const FLEXIBLE: [&str; 2] = [FIELD, "quadrature_drift"];
 
@@ -96,19 +78,15 @@ pub fn diagnose(recording: &Recording, name: &str, options: &Options) -> Diagnos
 /// The same with the model and the residuals.
 pub fn diagnose_fully(recording: &Recording, name: &str, options: &Options) -> Answer {
     match prepare(recording) {
-        Ok(prepared) => {
-            let judge = Judge::new(&prepared, options);
-            let diagnosis = judge.answer(name);
-            let model =
-                (diagnosis.verdict != Verdict::InsufficientData).then(|| judge.model(&diagnosis));
-            let evidence = judge.evidence(&diagnosis);
-            Answer {
-                diagnosis,
-                model,
-                before: judge.before,
-                after: judge.after,
-                evidence,
-            }
+        Ok(mut prepared) => {
+            let first = Judge::at_first(&prepared, options);
+            let Some(keep) = first.in_use_anew() else {
+                return first.in_full().into_answer(name);
+            };
+            drop(first);
+            prepared.use_only(keep);
+            let again = Judge::at_first(&prepared, options);
+            again.in_full().into_answer(name)
         }
         Err(limit) => Answer {
             diagnosis: Diagnosis {
@@ -147,12 +125,13 @@ pub(crate) struct Judge<'a> {
 }
 
 impl<'a> Judge<'a> {
-    fn new(prepared: &'a Prepared, options: &'a Options) -> Self {
+    /// The first look: about the baseline.
+    fn at_first(prepared: &'a Prepared, options: &'a Options) -> Self {
         let first = study(prepared, options, &prepared.about(), Look::default());
         let before = first.residuals(&[]);
         let told = Told::new(&first, false);
-        let fine = Refined::of(prepared, &first, &told);
-        let mut this = Self {
+        let fine = Refined::of(&first, &told);
+        Self {
             prepared,
             options,
             base: 0.0,
@@ -164,26 +143,44 @@ impl<'a> Judge<'a> {
             told,
             fine,
             before,
-        };
-        this.choose_phase();
-        this.allow_for_noise();
+        }
+    }
+
+    /// The looks that follow, about what was found.
+    fn in_full(mut self) -> Self {
+        self.choose_phase();
+        self.allow_for_noise();
         for _ in 0..LOOKS {
-            let known = this.told.names(&this.study);
-            this.look_again();
-            if this.told.names(&this.study) == known {
+            let known = self.told.names(&self.study);
+            self.look_again();
+            if self.told.names(&self.study) == known {
                 break;
             }
         }
-        this.try_field();
-        this.prune();
-        this.claim();
-        this.base = this.told.base;
-        this
+        self.try_field();
+        self.prune();
+        self.claim();
+        self.base = self.told.base;
+        self
+    }
+
+    fn into_answer(self, name: &str) -> Answer {
+        let diagnosis = self.answer(name);
+        let told = diagnosis.verdict != Verdict::InsufficientData;
+        let model = told.then(|| self.model(&diagnosis));
+        let evidence = self.evidence(&diagnosis);
+        Answer {
+            diagnosis,
+            model,
+            before: self.before,
+            after: self.after,
+            evidence,
+        }
     }
 
     /// Takes over what was found in a study.
     fn take(&mut self, study: Study<'a>, told: Told) {
-        self.fine = Refined::of(self.prepared, &study, &told);
+        self.fine = Refined::of(&study, &told);
         (self.study, self.told) = (study, told);
         self.restate();
     }
@@ -237,7 +234,7 @@ impl<'a> Judge<'a> {
         };
         let again = study(self.prepared, self.options, &self.prepared.about(), look);
         let told = Told::new(&again, false);
-        let fine = Refined::of(self.prepared, &again, &told);
+        let fine = Refined::of(&again, &told);
         let excess = |r: &Residuals| r.white_rms().powi(2) - self.floor.white_square;
         if excess(&fine.residuals) < OTHER_PHASE * excess(&self.fine.residuals) {
             self.take(again, told);
@@ -300,6 +297,9 @@ impl<'a> Judge<'a> {
             return;
         }
         let told = Told::new(&again, self.noise.is_some());
+        if self.told.left(&self.study) * STRAYED < told.left(&again) {
+            return;
+        }
         self.take(again, told);
         self.allow_for_noise();
     }
@@ -325,38 +325,6 @@ impl<'a> Judge<'a> {
         let told = Told::new(&fielded, false);
         if told.found.rest < FIELD_LEAVES * left {
             self.take(fielded, told);
-        }
-    }
-
-    /// Drops what is not needed once the others are fitted about themselves: an effect may have stood in for their second
-    /// order.
-    fn prune(&mut self) {
-        while self.told.found.blocks.len() > 1 {
-            let (whole, noise) = self.levels();
-            let excess = |r: &Residuals| r.white_rms().powi(2) - noise;
-            let with = excess(&self.fine.residuals);
-            let mut best: Option<(f64, usize, Refined)> = None;
-            for at in 0..self.told.found.blocks.len() {
-                let mut names = self.told.names(&self.study);
-                names.remove(at);
-                let fine = Refined::new(&self.study.scene, self.prepared.about(), &names);
-                let value = excess(&fine.residuals);
-                if best.as_ref().is_none_or(|b| value < b.0) {
-                    best = Some((value, at, fine));
-                }
-            }
-            let Some((without, at, fine)) = best else {
-                break;
-            };
-            let needed = without > (CLOSE * CLOSE - 1.0) * noise
-                && without - with > NEEDED * without
-                && without - with > trifle(&self.told.names(&self.study), at) * whole;
-            if needed {
-                break;
-            }
-            self.told.found.blocks.remove(at);
-            self.fine = fine;
-            self.restate();
         }
     }
 

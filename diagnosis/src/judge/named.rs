@@ -1,9 +1,10 @@
 //! What is named: its share, its rivals, its amounts.
 
 use super::{CHANNEL_NAMES, FLEXIBLE, Judge};
+use crate::arena::Arena;
 use crate::diagnose::handicap;
 use crate::report::{Magnitude, Named};
-use crate::search::{Arena, rest};
+use crate::search::rest;
 use crate::slips::Slip;
 
 /// Probability below which a runner-up is not worth a mention.

@@ -1,9 +1,10 @@
 //! Where a gap lies: shares of what is left over the coordinates of diagnosis.md.
 
 use super::{CHANNEL_NAMES, Judge};
+use crate::arena::Arena;
 use crate::diagnose::Kind;
 use crate::report::Share;
-use crate::search::{Arena, rest};
+use crate::search::rest;
 use nalgebra::{Matrix3, Vector3};
 
 /// Shares that are told: from this on, and so many.

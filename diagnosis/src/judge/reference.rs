@@ -1,10 +1,11 @@
 //! Whether a gap is the sensor's or that of the reference which it is held against.
 
 use super::Judge;
+use crate::arena::Arena;
 use crate::heldout::Residuals;
 use crate::places::REFERENCE_PHASE;
 use crate::report::Named;
-use crate::search::{Arena, rest};
+use crate::search::rest;
 
 /// What stays of the gap in a sum that no error of the reference can be in, if the reference is the cause: less than this.
 const IN_PARITY: f64 = 0.04;

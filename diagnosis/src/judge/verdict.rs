@@ -4,9 +4,10 @@ use super::disturbance::Bursts;
 use super::named::slip_named;
 use super::place::Located;
 use super::{CHANNEL_NAMES, FLEXIBLE, Judge, LEFT_OVER, NOISY, VISIBLE};
+use crate::arena::Arena;
 use crate::diagnose::{Kind, log};
 use crate::report::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
-use crate::search::{Arena, Found, MINIMUM_SQUARES, rest};
+use crate::search::{Found, MINIMUM_SQUARES, rest};
 
 /// All channels this far above the stated noise, and alike: the statement may be what is wrong.
 const MISSTATED: f64 = 4.0;
@@ -20,6 +21,8 @@ const CHANCE: f64 = 0.03;
 const TOO_QUIET: f64 = 0.7;
 /// Disturbed samples that make a burst, and their whitened squares.
 const BURSTS: (usize, f64) = (3, 300.0);
+/// Bursts are told if they are this share of the whole gap.
+const TRIFLING_BURSTS: f64 = 0.005;
 /// Effects imitate a nameless shape if they leave this share of the gap,
 const IMITATED: f64 = 0.01;
 /// the shape takes this share of that,
@@ -146,6 +149,10 @@ impl Judge<'_> {
         let white_after = self.ratio();
         let stated = arena.rows() * self.floor.white_square;
         let bursts = self.bursts();
+        log(&format!(
+            "bursts: {} samples, {:.0} squares",
+            bursts.count, bursts.energy
+        ));
         // Few samples scatter more: four standard deviations of an rms over these rows.
         let chance = 4.0 / (2.0 * arena.rows()).sqrt();
         let gap = white_before > VISIBLE + chance || self.stands_out(arena);
@@ -214,10 +221,15 @@ impl Judge<'_> {
         effects
     }
 
+    /// True if there are bursts, and they are no mere trifle beside what is left unexplained.
     fn burst(&self, seen: &Seen, share: f64) -> bool {
+        let left = if seen.noisy {
+            0.0
+        } else {
+            (seen.white_after.powi(2) - 1.0).max(0.0) * self.after.white.len() as f64
+        };
         seen.bursts.count >= BURSTS.0
-            && seen.bursts.energy > BURSTS.1
-            && seen.bursts.energy > share * seen.total
+            && seen.bursts.energy > BURSTS.1.max(share * left).max(TRIFLING_BURSTS * seen.total)
     }
 
     fn slipped(&self) -> bool {

@@ -44,6 +44,9 @@ impl SampleRows {
     /// What a unit amount of a regressor adds to the rows, m.
     pub fn response(&self, regressor: &Regressor, moment: &Moment) -> [f64; ROWS] {
         let mut out = [0.0; ROWS];
+        if !regressor.acts(moment) {
+            return out;
+        }
         match &regressor.action {
             Action::Readings(add) => {
                 let mut readings = [0.0; READINGS];

@@ -1,0 +1,167 @@
+//! Held-out squares of sets of columns: what sets of effects are compared by.
+
+use crate::carried::Carried;
+use crate::gram::{Columns, FOLDS, Gram};
+use crate::shared::Base;
+use nalgebra::DMatrix;
+use std::collections::HashMap;
+
+/// Sets are compared on these.
+pub struct Arena<'a> {
+    /// Products of the columns.
+    pub gram: &'a Gram,
+    /// The columns.
+    pub columns: &'a Columns,
+    carried: &'a Carried,
+    training: Vec<DMatrix<f64>>,
+    known: HashMap<Vec<usize>, Score>,
+    bases: HashMap<Option<usize>, Base>,
+    /// Held-out squares below which columns hold the noise itself.
+    quietest: f64,
+}
+
+/// Held-out squares of a set of columns.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Score {
+    /// Whitened squares over all folds, each predicted from the others.
+    pub squares: f64,
+    /// The same by fold.
+    pub fold: [f64; FOLDS],
+    /// Sum of the folds' log evidence.
+    pub log_evidence: f64,
+}
+
+/// Amounts beyond this many prior deviations are of no physical size, however well they fit.
+const IMPLAUSIBLE: f64 = 30.0;
+/// No held-out model beats the noise: below this share of it, and where the baseline does not, it is an artefact.
+const TOO_GOOD: f64 = 0.3;
+/// Where the baseline leaves no more than this much of the noise, the stated noise is right, and chance bounds what is possible:
+/// so many standard deviations of a sum of squares, and at least this share.
+const NO_GAP: f64 = 1.21;
+/// See [`NO_GAP`].
+const CHANCE: f64 = 3.0;
+/// See [`NO_GAP`].
+const NEARLY: f64 = 0.95;
+impl<'a> Arena<'a> {
+    /// Prepares the training sums.
+    pub fn new(gram: &'a Gram, columns: &'a Columns, carried: &'a Carried) -> Self {
+        let training = (0..FOLDS).map(|f| gram.training(Some(f))).collect();
+        let mut this = Self {
+            gram,
+            columns,
+            carried,
+            training,
+            known: HashMap::new(),
+            bases: HashMap::new(),
+            quietest: 0.0,
+        };
+        let base: Vec<usize> = columns.blocks[0].columns.clone().collect();
+        if !gram.overstated {
+            this.quietest = quietest(this.score_columns(&base).squares, this.rows());
+        }
+        this
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> f64 {
+        self.gram.total_rows() as f64
+    }
+
+    /// Held-out score of the baseline with some blocks.
+    pub fn score(&mut self, blocks: &[usize]) -> Score {
+        let mut key = blocks.to_vec();
+        key.sort_unstable();
+        key.dedup();
+        if let Some(score) = self.known.get(&key) {
+            return *score;
+        }
+        let mut list: Vec<usize> = self.columns.blocks[0].columns.clone().collect();
+        for &block in &key {
+            list.extend(self.columns.blocks[block].columns.clone());
+        }
+        let score = self.score_columns(&list);
+        self.known.insert(key, score);
+        score
+    }
+
+    /// Held-out score of any columns (the baseline's must be among them).
+    pub fn score_columns(&mut self, list: &[usize]) -> Score {
+        let key = self.largest_block(list);
+        if !self.bases.contains_key(&key) {
+            let base = self.base(key);
+            self.bases.insert(key, base);
+        }
+        let baseline = &self.columns.blocks[0].columns;
+        let Some(base) = self.bases.get_mut(&key) else {
+            return IMPOSSIBLE;
+        };
+        let shared = key.map(|b| &self.columns.blocks[b].columns);
+        let more: Vec<usize> = list
+            .iter()
+            .copied()
+            .filter(|c| !baseline.contains(c) && shared.is_none_or(|s| !s.contains(c)))
+            .collect();
+        let mut score = Score::default();
+        for f in 0..FOLDS {
+            let Some((fit, left, noise)) =
+                base.score(self.gram, &self.training, self.carried.products(), f, &more)
+            else {
+                return IMPOSSIBLE;
+            };
+            let amounts = fit.columns.iter().zip(fit.amount.iter());
+            let effects = amounts.filter(|(c, _)| !baseline.contains(c));
+            if effects.map(|(_, a)| a.abs()).fold(0.0, f64::max) > IMPLAUSIBLE {
+                return IMPOSSIBLE;
+            }
+            score.fold[f] = left - self.gram.rows[f] as f64 * self.carried.allowance(noise);
+            score.log_evidence += fit.log_evidence / (FOLDS - 1) as f64;
+            score.squares += score.fold[f];
+        }
+        // Below the noise: the columns hold the noise itself.
+        if list.len() > baseline.len() && score.squares < self.quietest {
+            return IMPOSSIBLE;
+        }
+        score
+    }
+
+    /// The largest block that a list holds the whole of, where eliminating it once is worth the memory.
+    fn largest_block(&self, list: &[usize]) -> Option<usize> {
+        let blocks = self.columns.blocks.iter().enumerate().skip(1);
+        blocks
+            .filter(|(_, b)| {
+                let of_it = || list.iter().filter(|c| b.columns.contains(c)).count();
+                b.columns.len() >= LARGE && of_it() == b.columns.len()
+            })
+            .max_by_key(|(_, b)| b.columns.len())
+            .map(|(k, _)| k)
+    }
+
+    fn base(&self, key: Option<usize>) -> Base {
+        let blocks = [Some(0), key].into_iter().flatten();
+        let columns: Vec<usize> = blocks
+            .flat_map(|b| self.columns.blocks[b].columns.clone())
+            .collect();
+        let carried = self.carried.products();
+        Base::new(self.gram, &self.training, carried, &columns)
+    }
+}
+
+/// Of what cannot be solved or is of no physical size.
+const IMPOSSIBLE: Score = Score {
+    squares: f64::INFINITY,
+    fold: [f64::INFINITY; FOLDS],
+    log_evidence: f64::NEG_INFINITY,
+};
+/// Columns from which a block is eliminated once for all sets that hold it.
+const LARGE: usize = 120;
+
+/// Held-out squares below which columns hold a reading's own noise, as an angle that hardly changes times large amounts does.
+fn quietest(baseline: f64, rows: f64) -> f64 {
+    if baseline < 2.0 * TOO_GOOD * rows {
+        0.0
+    } else if baseline < NO_GAP * rows {
+        rows * NEARLY.min(1.0 - CHANCE * (2.0 / rows).sqrt())
+    } else {
+        TOO_GOOD * rows
+    }
+}

@@ -1,0 +1,118 @@
+//! What is not needed once the others are fitted about themselves: an effect may have stood in for their second order.
+
+use super::{CLOSE, Judge, OF_ITS_TIME};
+use crate::gram::{FOLDS, solve, squares};
+use crate::refine::Refined;
+
+/// An effect beside others must take this share of what is left without it, and of the whole gap.
+const NEEDED: f64 = 0.4;
+/// See [`NEEDED`].
+const TRIFLE: f64 = 0.002;
+/// The same for free harmonics: beside a cause they may be what its own shape lacks.
+const TRIFLING_SHAPE: f64 = 0.10;
+/// The same beside a drift: its course is known to about a hundredth.
+const BESIDE_DRIFT: f64 = 0.02;
+/// What takes this share of what is left without it is no makeshift, however small a share of the whole gap it is.
+const COMPLETES: f64 = 0.8;
+/// So many times what is needed need not be fitted anew without.
+const CLEARLY: f64 = 2.0;
+
+/// What is left with and without an effect, the whole gap and the noise: mean squares a row beyond the noise.
+struct Levels {
+    with: f64,
+    without: f64,
+    whole: f64,
+    noise: f64,
+}
+
+impl Levels {
+    /// True if the effect is needed, with so much to spare.
+    fn needed(&self, small: &Small, margin: f64) -> bool {
+        let gain = self.without - self.with;
+        let share = 1.0 - (1.0 - NEEDED) / margin;
+        self.without > margin * (CLOSE * CLOSE - 1.0) * self.noise
+            && gain > share * self.without
+            && (gain > margin * small.trifle * self.whole
+                || small.may_complete && gain > COMPLETES * self.without)
+    }
+}
+
+/// How small a share of the whole gap an effect may be.
+struct Small {
+    trifle: f64,
+    /// Smaller still, where it takes nearly all that is left.
+    may_complete: bool,
+}
+
+impl Small {
+    /// Of the effect at a place among those that are found.
+    fn of(names: &[String], at: usize) -> Self {
+        let (trifle, may_complete) = if names[at] == "extra_harmonics" {
+            (TRIFLING_SHAPE, false)
+        } else if names.iter().any(|name| name == OF_ITS_TIME) {
+            (BESIDE_DRIFT, false)
+        } else {
+            (TRIFLE, true)
+        };
+        Self {
+            trifle,
+            may_complete,
+        }
+    }
+}
+
+impl Judge<'_> {
+    /// Drops what is not needed, that which is easiest to spare first.
+    pub(super) fn prune(&mut self) {
+        while self.told.found.blocks.len() > 1 && self.drop_one() {}
+    }
+
+    /// Drops the first effect that is not needed; false if all are.
+    fn drop_one(&mut self) -> bool {
+        let (whole, noise) = self.levels();
+        let with = self.fine.residuals.white_rms().powi(2) - noise;
+        let names = self.told.names(&self.study);
+        let mut order: Vec<(f64, usize)> = (0..names.len())
+            .map(|at| (self.spared(at) - noise, at))
+            .collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (without, at) in order {
+            let mut levels = Levels {
+                with,
+                without,
+                whole,
+                noise,
+            };
+            let small = Small::of(&names, at);
+            if levels.needed(&small, CLEARLY) {
+                continue;
+            }
+            let mut fewer = names.clone();
+            fewer.remove(at);
+            let fine = Refined::new(&self.study.scene, self.prepared.about(), &fewer);
+            levels.without = fine.residuals.white_rms().powi(2) - noise;
+            if !levels.needed(&small, 1.0) {
+                self.told.found.blocks.remove(at);
+                self.fine = fine;
+                self.restate();
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Held-out mean square a row without one of the effects, the others fitted anew to first order about all of them.
+    fn spared(&self, at: usize) -> f64 {
+        let fine = &self.fine;
+        let out = fine.columns.blocks[1 + at].columns.clone();
+        let list: Vec<usize> = (0..fine.gram.width())
+            .filter(|c| !out.contains(c))
+            .collect();
+        let left = |f: usize| {
+            let fit = solve(&fine.gram.training(Some(f)), &list, &fine.gram.centre, 1.0);
+            fit.map_or(f64::INFINITY, |fit| squares(&fine.gram.fold[f], &fit))
+        };
+        let sum: f64 = (0..FOLDS).map(left).sum();
+        sum / fine.gram.total_rows() as f64
+    }
+}
