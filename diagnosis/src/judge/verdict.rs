@@ -13,6 +13,8 @@ use crate::search::{Found, MINIMUM_SQUARES, rest};
 const MISSTATED: f64 = 4.0;
 /// A set of causes that leaves more than this is no explanation.
 const HALF_DONE: f64 = 0.5;
+/// Nor is one that leaves more than this, where that would be a gap by itself.
+const PARTLY_DONE: f64 = 0.3;
 /// A remainder is located if some shape takes this share of it.
 const LOCATED: f64 = 0.15;
 /// Share of a noise that had to be found which shapes may take by chance.
@@ -130,7 +132,12 @@ impl Judge<'_> {
         if !seen.structured {
             return (seen.gap && located).then_some("a gap that nothing explains");
         }
-        if located && seen.left > LEFT_OVER || seen.left > HALF_DONE {
+        let much = if self.stays_visible(seen) {
+            PARTLY_DONE
+        } else {
+            HALF_DONE
+        };
+        if located && seen.left > LEFT_OVER || seen.left > much {
             Some("much is left")
         } else if self.beaten(arena, seen) {
             Some("shapes without a name do better")
@@ -228,8 +235,14 @@ impl Judge<'_> {
         } else {
             (seen.white_after.powi(2) - 1.0).max(0.0) * self.after.white.len() as f64
         };
-        seen.bursts.count >= BURSTS.0
-            && seen.bursts.energy > BURSTS.1.max(share * left).max(TRIFLING_BURSTS * seen.total)
+        // A shape that is left unexplained stands out of its neighbours here and there as well.
+        let trifle = if left > 0.0 && self.stays_visible(seen) {
+            share
+        } else {
+            TRIFLING_BURSTS
+        };
+        let least = BURSTS.1.max(share * left).max(trifle * seen.total);
+        seen.bursts.count >= BURSTS.0 && seen.bursts.energy > least
     }
 
     fn slipped(&self) -> bool {
