@@ -8,8 +8,8 @@ const CLOCK_HZ: f32 = 170.0e6;
 /// within the two figures together).
 const STEP_CYCLES: f32 = 1200.0;
 const ROW_CYCLES: f32 = 600.0;
-/// What a tooth map adds, of as many nodes and waves as it may have, cycles (measured: 3,427).
-const MAP_CYCLES: f32 = 3500.0;
+/// What a tooth map adds, of as many nodes and waves as it may have, cycles (measured: 4,033).
+const MAP_CYCLES: f32 = 4040.0;
 /// Share of a sampling interval that the interrupt may take.
 const SHARE: f32 = 0.9;
 
