@@ -63,7 +63,7 @@ impl StepState {
         &self.frame
     }
 
-    /// Where the next sample's counts go before [`isr_step`]: the driver's place to write to.
+    /// Where the next sample's counts go before [`isr_step`](super::isr_step): the driver's place to write to.
     pub fn raw_mut(&mut self) -> &mut RawFrame {
         &mut self.frame.raw
     }
