@@ -1,0 +1,167 @@
+//! One of every message.
+
+use courier_sensor::calibration::record::{self, Calibration, Instant, Method};
+use courier_sensor::calibration::slots::{Place, SlotError};
+use courier_sensor::calibration::{self, Evidence, Plan, Stage};
+use courier_sensor::drivers::motion::{FaultCode, Target};
+use courier_sensor::frame::Status;
+use courier_sensor::geometry::Geometry;
+use courier_sensor::link::message::*;
+use courier_sensor::link::report::{Ending, Progress};
+use courier_sensor::link::telemetry::{Channels, StreamOrder};
+use courier_sensor::model::{ErrorModel, Term, TermTable};
+
+pub fn hello() -> Hello {
+    Hello {
+        protocol: PROTOCOL,
+        firmware: "0.1.0".try_into().unwrap(),
+        board: "simulated".try_into().unwrap(),
+        device: *b"board-000001",
+        rate_hz: 20_000.0,
+    }
+}
+
+/// The largest calibration that there can be.
+pub fn fullest() -> Calibration {
+    let mut calibration = Calibration::identity(Geometry::PAPER);
+    let mut table = TermTable::default();
+    for (own, lateral) in (1..=16).flat_map(|own| (-4..=4).map(move |lateral| (own, lateral))) {
+        let _ = table.push(Term {
+            own_order: own,
+            lateral_order: lateral,
+            ..Term::default()
+        });
+    }
+    calibration.model = ErrorModel::zero(table);
+    calibration
+        .model
+        .coefficients
+        .iter_mut()
+        .flatten()
+        .flatten()
+        .for_each(|k| *k = 999.0);
+    calibration.made = Instant {
+        unix_s: Some(u64::MAX),
+        uptime_s: u32::MAX,
+    };
+    calibration.beacon = Some(record::Beacon {
+        origin_teeth: [i32::MAX; 2],
+        origin_m: [1.0; 2],
+        sensor: [1.0; 16],
+        segment_sd_m: 1.0e-6,
+        displacement_sd_m: 1.0e-6,
+    });
+    calibration
+}
+
+pub fn actions() -> Vec<Action> {
+    vec![
+        Action::Status,
+        Action::Calibrate(CalibrateOrder {
+            method: Method::Joint,
+            plan: Plan::Optimal,
+            ..CalibrateOrder::default()
+        }),
+        Action::Abort,
+        Action::Progress,
+        Action::GoTo {
+            target: Target {
+                x_m: 0.1,
+                y_m: -0.1,
+                theta_rad: 0.01,
+            },
+            speed_m_per_s: 0.2,
+        },
+        Action::Read(Source::InForce),
+        Action::Read(Source::Slot(1)),
+        Action::Load(fullest()),
+        Action::Commit { lose_unknown: true },
+        Action::RollBack,
+        Action::Slots,
+        Action::Stream(StreamOrder {
+            channels: Channels::RECORDING.bits(),
+            decimation: 1,
+            samples: 0,
+        }),
+        Action::Record { samples: 100_000 },
+        Action::SetTime {
+            unix_s: 1_700_000_000,
+        },
+        Action::LastFault,
+        Action::Restart,
+    ]
+}
+
+pub fn replies() -> Vec<Reply> {
+    let place = Place {
+        slot: 1,
+        sequence: 7,
+    };
+    let slot = SlotReport {
+        slot: 0,
+        sequence: None,
+        state: SlotContent::Refused(RecordRefusal::UnknownVersion(9)),
+    };
+    let refusal = calibration::Refusal::BadFrames {
+        pose: 3,
+        status: Status::CONVERTER_CRC | Status::SLIP_4,
+        bad: 9,
+        limit: 8,
+    };
+    let ended = |ending| Progress {
+        stage: Stage::Finished,
+        worst_deviation_m: f32::INFINITY,
+        steps: [None; 5],
+        ending: Some(ending),
+        ..Progress::default()
+    };
+    let motion = calibration::Refusal::MotionFault {
+        fault: FaultCode::Overload,
+        pose: 3,
+    };
+    let (evidence, fault) = (Evidence::default(), "x".repeat(128));
+    vec![
+        Reply::Hello(hello()),
+        Reply::Done,
+        Reply::Status(BoardStatus::default()),
+        Reply::Progress(ended(Ending::Accepted {
+            evidence,
+            stored: Some(place),
+        })),
+        Reply::Progress(ended(Ending::Refused { refusal, evidence })),
+        Reply::Progress(ended(Ending::Refused {
+            refusal: motion,
+            evidence,
+        })),
+        Reply::Progress(ended(Ending::NotKept {
+            evidence,
+            refusal: Refusal::SwapBusy,
+        })),
+        Reply::Calibration(fullest()),
+        Reply::Place(place),
+        Reply::Slots([slot, slot]),
+        Reply::LastFault(None),
+        Reply::LastFault(Some(FaultReport {
+            cause: ResetCause::Panic,
+            uptime_s: 1,
+            program_counter: u32::MAX,
+            link_register: u32::MAX,
+            message: fault.as_str().try_into().unwrap(),
+        })),
+        Reply::Refused(Refusal::Busy),
+        Reply::Refused(
+            SlotError::WouldLoseUnknown {
+                slot: 1,
+                version: 2,
+            }
+            .into(),
+        ),
+        Reply::Refused(Refusal::Range {
+            field: Field::Poses,
+            value: 1.0,
+            low: 50.0,
+            high: 10_000.0,
+        }),
+        Reply::Refused(Refusal::Start(StartRefusal::NoBeacon)),
+    ]
+}
