@@ -7,17 +7,17 @@ use courier_sensor::model::{ErrorModel, TermTable};
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
+fn seeded(poses: u32, seed: u64) -> SessionConfig {
+    let mut config = short_session(poses);
+    config.visits.seed = seed;
+    config
+}
+
 #[test]
 fn thousand_random_poses_reach_the_papers_condition_number_and_the_noise_floor() {
     for seed in 0..4 {
         let mut courier = Courier::new(seed, 3.0e-6, 0.5e-6);
-        let (model, evidence, _) = accepted(
-            &mut courier,
-            SessionConfig {
-                seed,
-                ..short_session(1000)
-            },
-        );
+        let (model, evidence, _) = accepted(&mut courier, seeded(1000, seed));
         assert!(
             (7.0..8.7).contains(&evidence.condition),
             "{}",
@@ -49,13 +49,7 @@ fn parameter_errors_agree_with_the_predicted_covariance_over_200_seeds() {
     const SEEDS: u64 = 200;
     for seed in 0..SEEDS {
         let mut courier = Courier::new(1000 + seed, 2.0e-6, 0.3e-6);
-        let (_, _, session) = accepted(
-            &mut courier,
-            SessionConfig {
-                seed,
-                ..short_session(200)
-            },
-        );
+        let (_, _, session) = accepted(&mut courier, seeded(200, seed));
         let estimator = session.fit().estimator();
         let solution = estimator.solution();
         let errors = courier.parameter_errors(&solution.values[..33]);
@@ -73,7 +67,7 @@ fn parameter_errors_agree_with_the_predicted_covariance_over_200_seeds() {
 fn incremental_f32_agrees_with_batch_f64_on_the_same_rows() {
     let mut courier = Courier::new(5, 5.0e-6, 0.3e-6);
     let regression = Regression::new(&courier.geometry, &short_session(1).model).unwrap();
-    let mut planner = Planner::new(SessionConfig::default().range, 9);
+    let mut planner = Planner::new(SessionConfig::default().visits.range, 9);
     let mut estimator = PlatenEstimator::new(regression.unknowns());
     let (mut matrix, mut rhs) = (Vec::new(), Vec::new());
     for _ in 0..1000 {
@@ -191,7 +185,7 @@ fn plan_until(seed: u64, plan: Plan, turn_rad: f32, stop: impl Fn(u32, f64) -> b
     let mut planner = Planner::new(
         Range {
             turn_rad,
-            ..SessionConfig::default().range
+            ..SessionConfig::default().visits.range
         },
         seed,
     );
@@ -237,7 +231,7 @@ fn bound(turn_rad: f64) -> f64 {
 
 #[test]
 fn optimal_plan_reaches_the_bound_at_half_a_degree_and_a_third_at_one_and_a_half() {
-    let half = SessionConfig::default().range.turn_rad;
+    let half = SessionConfig::default().visits.range.turn_rad;
     for seed in 0..3 {
         let (_, target) = plan_until(seed, Plan::Random, half, |count, _| count == 1000);
         for (turn, name) in [(half, "0.5°"), (3.0 * half, "1.5°")] {

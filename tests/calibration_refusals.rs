@@ -58,10 +58,8 @@ fn motion_refusals() {
             pose: 0
         }
     );
-    let config = SessionConfig {
-        settle_limit: 500,
-        ..short_session(100)
-    };
+    let mut config = short_session(100);
+    config.visits.settle_limit = 500;
     let nonsense = |count| {
         if count < 9 {
             Some(MotionEvent::Settled)
@@ -122,10 +120,8 @@ fn sensor_refusals() {
             limit: 2
         }
     );
-    let many = SessionConfig {
-        frames_per_pose: 16,
-        ..short_session(100)
-    };
+    let mut many = short_session(100);
+    many.visits.frames_per_pose = 16;
     let mut drifting = Courier {
         wobble: |frame| 1.0e-6 * f64::from(frame),
         ..courier()
@@ -144,14 +140,9 @@ fn sensor_refusals() {
         },
         ..courier()
     };
+    many.visits.poses = 1000;
     assert!(matches!(
-        refused(
-            &mut shaking,
-            SessionConfig {
-                poses: 1000,
-                ..many
-            }
-        ),
+        refused(&mut shaking, many),
         Refusal::NotStill { .. }
     ));
 }
@@ -159,10 +150,8 @@ fn sensor_refusals() {
 #[test]
 fn one_wild_frame_among_a_poses_is_left_out() {
     let wild = |frame| if frame % 100 == 50 { 1.0e-3 } else { 0.0 };
-    let config = SessionConfig {
-        frames_per_pose: 16,
-        ..short_session(200)
-    };
+    let mut config = short_session(200);
+    config.visits.frames_per_pose = 16;
     let (model, evidence, _) = accepted(
         &mut Courier {
             wobble: wild,
@@ -177,12 +166,10 @@ fn one_wild_frame_among_a_poses_is_left_out() {
 
 #[test]
 fn motion_that_cannot_determine_the_coefficients_is_refused() {
-    let turn = |turn_rad| SessionConfig {
-        range: Range {
-            turn_rad,
-            ..SessionConfig::default().range
-        },
-        ..short_session(500)
+    let turn = |turn_rad| {
+        let mut config = short_session(500);
+        config.visits.range.turn_rad = turn_rad;
+        config
     };
     // Without errors and noise a pair's segments see exactly the same: their sum is undetermined.
     let mut exact = Courier::new(21, 0.0, 0.0);
@@ -253,10 +240,8 @@ fn data_that_do_not_gain_are_refused() {
 #[test]
 fn what_cannot_be_started_is_named_and_a_running_session_goes_on() {
     let mut session = Box::new(Session::idle());
-    let bad = SessionConfig {
-        frame_noise_m: f32::NAN,
-        ..short_session(100)
-    };
+    let mut bad = short_session(100);
+    bad.visits.frame_noise_m = f32::NAN;
     assert!(
         session
             .start(bad)

@@ -12,13 +12,17 @@ fn config() -> JointConfig {
         segment_m: 0.1e-6,
         displacement_m: 0.1e-6,
     };
+    let default = JointConfig::default();
     JointConfig {
-        poses: 400,
-        held_out_poses: 120,
-        frames_per_pose: 4,
-        rest: 0,
+        visits: Visits {
+            poses: 400,
+            held_out_poses: 120,
+            frames_per_pose: 4,
+            rest: 0,
+            ..default.visits
+        },
         noise,
-        ..JointConfig::default()
+        ..default
     }
 }
 
@@ -50,11 +54,9 @@ fn refused(courier: &mut BeaconCourier, config: JointConfig, trouble: &Trouble) 
 fn session_finds_height_lever_arm_and_all_coefficients() {
     for plan in [Plan::Random, Plan::Optimal] {
         let mut courier = courier(1);
-        let (outcome, steps) = run_with_steps(
-            &mut courier,
-            JointConfig { plan, ..config() },
-            &Trouble::default(),
-        );
+        let mut config = config();
+        config.visits.plan = plan;
+        let (outcome, steps) = run_with_steps(&mut courier, config, &Trouble::default());
         let result = outcome.result.unwrap();
         for report in &steps {
             println!(
@@ -116,14 +118,9 @@ fn platen_with_bad_teeth_is_calibrated_none_the_less() {
         structure: |rng| std::array::from_fn(|_| 1.9e-6 * normal(rng)),
         ..courier(3)
     };
-    let (outcome, steps) = run_with_steps(
-        &mut courier,
-        JointConfig {
-            poses: 1000,
-            ..config()
-        },
-        &Trouble::default(),
-    );
+    let mut config = config();
+    config.visits.poses = 1000;
+    let (outcome, steps) = run_with_steps(&mut courier, config, &Trouble::default());
     let result = outcome.result.unwrap();
     let last = steps.iter().rev().find(|r| r.accepted).unwrap();
     println!("{last:?}");
@@ -211,13 +208,8 @@ fn beacon_refusals() {
 
 #[test]
 fn motion_and_geometry_refusals() {
-    let still = JointConfig {
-        range: Range {
-            turn_rad: 0.0,
-            ..config().range
-        },
-        ..config()
-    };
+    let mut still = config();
+    still.visits.range.turn_rad = 0.0;
     match refused(&mut courier(5), still, &Trouble::default()) {
         Refusal::NoRotation {
             turn_rad,
@@ -263,7 +255,7 @@ fn chosen_poses_come_near_the_bound_of_all_plans() {
     solver.set_priors(&constraints, &values, &Priors::default());
     let optimum = least_variance_sum(&constraints, &values, &config);
     for seed in 0..3 {
-        let mut planner = Planner::new(config.range, seed);
+        let mut planner = Planner::new(config.visits.range, seed);
         solver.begin_plan(&constraints, &values, Groups::PAPER);
         for _ in 0..1000 {
             let pose = about_sensor(config.geometry.lever_m, planner.centred(false));
@@ -300,7 +292,7 @@ fn chosen_poses_come_near_the_bound_of_all_plans() {
 fn least_variance_sum(constraints: &Constraints, values: &Values, config: &JointConfig) -> f64 {
     const UNKNOWNS: usize = 47;
     const COEFFICIENTS: usize = 40;
-    let mut planner = Planner::new(config.range, 77);
+    let mut planner = Planner::new(config.visits.range, 77);
     let jacobians: Vec<DMatrix<f64>> = (0..1500)
         .map(|i| {
             let pose = about_sensor(config.geometry.lever_m, planner.centred(i % 2 == 0));

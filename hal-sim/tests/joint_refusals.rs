@@ -39,12 +39,10 @@ fn run(
     mut change: impl FnMut(u32, &mut Courier),
 ) -> Result<(), Refusal> {
     let before = board.background.keeper().in_force().cloned();
-    let mut config = JointConfig {
-        poses: 60,
-        held_out_poses: 24,
-        ..JointConfig::default()
-    };
-    config.range.turn_rad = turn_rad;
+    let mut config = JointConfig::default();
+    config.visits.poses = 60;
+    config.visits.held_out_poses = 24;
+    config.visits.range.turn_rad = turn_rad;
     let errand = Errand {
         speed_m_per_s: SELF_MOTION_M_PER_S,
         commit: false,

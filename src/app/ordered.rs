@@ -3,7 +3,7 @@
 use super::background::{Background, Errand};
 use crate::calibration::joint::JointConfig;
 use crate::calibration::record::Method;
-use crate::calibration::{Range, SessionConfig};
+use crate::calibration::{Range, SessionConfig, Visits};
 use crate::link::message::{CalibrateOrder, Refusal};
 use crate::link::report::{Ending, Progress};
 use embedded_io::{Read, ReadReady, Write, WriteReady};
@@ -21,11 +21,7 @@ where
     F: NorFlash,
 {
     let mut config = SessionConfig::default();
-    config.poses = order.poses.into();
-    config.held_out_poses = order.held_out_poses.into();
-    config.plan = order.plan;
-    config.seed = order.seed;
-    config.range = range_of(order);
+    set_visits(order, &mut config.visits);
     config.target_deviation_m = order.target_deviation_m;
     background.calibrate(config, errand_of(order))
 }
@@ -42,11 +38,7 @@ where
     F: NorFlash,
 {
     let mut config = JointConfig::default();
-    config.poses = order.poses.into();
-    config.held_out_poses = order.held_out_poses.into();
-    config.plan = order.plan;
-    config.seed = order.seed;
-    config.range = range_of(order);
+    set_visits(order, &mut config.visits);
     background.calibrate_joint(config, errand_of(order))
 }
 
@@ -57,11 +49,15 @@ fn errand_of(order: &CalibrateOrder) -> Errand {
     }
 }
 
-fn range_of(order: &CalibrateOrder) -> Range {
-    Range {
+fn set_visits(order: &CalibrateOrder, visits: &mut Visits) {
+    visits.poses = order.poses.into();
+    visits.held_out_poses = order.held_out_poses.into();
+    visits.plan = order.plan;
+    visits.seed = order.seed;
+    visits.range = Range {
         travel_m: order.travel_m,
         turn_rad: order.turn_rad,
-    }
+    };
 }
 
 /// How far the session is, or how the last one ended.

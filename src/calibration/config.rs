@@ -1,8 +1,8 @@
 //! What a session is told, and its check.
 
-use super::average::FRAMES;
 use super::outcome::AcceptanceLimits;
 use super::plan::{Plan, Range};
+use super::visits::Visits;
 use crate::geometry::Geometry;
 use crate::model::{ErrorModel, TermTable};
 
@@ -13,24 +13,8 @@ pub struct SessionConfig {
     pub geometry: Geometry,
     /// Calibration in force, or the terms to fit with zeros; what the parity cannot tell is kept from it.
     pub model: ErrorModel,
-    /// Poses to fit, at most.
-    pub poses: u32,
-    /// Poses held out.
-    pub held_out_poses: u32,
-    /// How poses are chosen.
-    pub plan: Plan,
-    /// Of the pose generator.
-    pub seed: u64,
-    /// Where poses are drawn from.
-    pub range: Range,
-    /// Frames averaged at a pose, 2 to 32.
-    pub frames_per_pose: u32,
-    /// Upper bound of one frame's noise, metres: what the standstill is judged by.
-    pub frame_noise_m: f32,
-    /// Samples from a command until settled, at most.
-    pub settle_limit: u32,
-    /// Samples between settled and the first one averaged.
-    pub rest: u32,
+    /// Where it goes.
+    pub visits: Visits,
     /// Fitting ends when the largest predicted deviation of a correction is below this, metres; 0: use all poses.
     pub target_deviation_m: f32,
     /// What the result must meet.
@@ -44,18 +28,10 @@ impl Default for SessionConfig {
         Self {
             geometry,
             model: ErrorModel::zero(TermTable::equation_3()),
-            poses: 1000,
-            held_out_poses: 200,
-            plan: Plan::Random,
-            seed: 1,
-            range: Range {
+            visits: Visits::paper(Range {
                 travel_m: 10.0 * geometry.pitch_m,
                 turn_rad: 8.726_646e-3,
-            },
-            frames_per_pose: 16,
-            frame_noise_m: 1.0e-6,
-            settle_limit: 40_000,
-            rest: 20,
+            }),
             target_deviation_m: 0.0,
             limits: AcceptanceLimits::default(),
         }
@@ -90,19 +66,13 @@ impl SessionConfig {
     /// The defaults for a plan. `Optimal` turns three times as far, as the paper's 3.2.1 does, and needs a third of the poses.
     #[must_use]
     pub fn of_plan(plan: Plan) -> Self {
-        let default = Self::default();
-        match plan {
-            Plan::Random => default,
-            Plan::Optimal => Self {
-                plan,
-                poses: default.poses / 3,
-                range: Range {
-                    turn_rad: 3.0 * default.range.turn_rad,
-                    ..default.range
-                },
-                ..default
-            },
+        let mut config = Self::default();
+        if plan == Plan::Optimal {
+            config.visits.plan = plan;
+            config.visits.poses /= 3;
+            config.visits.range.turn_rad *= 3.0;
         }
+        config
     }
 
     /// Checks every number.
@@ -113,19 +83,12 @@ impl SessionConfig {
         let g = &self.geometry;
         within("pitch_m", g.pitch_m, 1.0e-5, 0.1)?;
         within("span_m", g.span_m, 1.0e-4, 1.0)?;
-        within("poses", self.poses as f32, 1.0, 1.0e6)?;
-        within("held_out_poses", self.held_out_poses as f32, 8.0, 1.0e6)?;
-        within("travel_m", self.range.travel_m, g.pitch_m, 10.0)?;
-        within("turn_rad", self.range.turn_rad, 0.0, 0.1)?;
-        within(
-            "frames_per_pose",
-            self.frames_per_pose as f32,
-            2.0,
-            FRAMES as f32,
-        )?;
-        within("frame_noise_m", self.frame_noise_m, 1.0e-10, 1.0e-4)?;
-        within("settle_limit", self.settle_limit as f32, 1.0, 1.0e9)?;
-        within("rest", self.rest as f32, 0.0, 1.0e9)?;
+        let visits = &self.visits;
+        within("poses", visits.poses as f32, 1.0, 1.0e6)?;
+        within("held_out_poses", visits.held_out_poses as f32, 8.0, 1.0e6)?;
+        within("travel_m", visits.range.travel_m, g.pitch_m, 10.0)?;
+        within("turn_rad", visits.range.turn_rad, 0.0, 0.1)?;
+        visits.validate()?;
         within("target_deviation_m", self.target_deviation_m, 0.0, 1.0)?;
         within("limits.condition", self.limits.condition, 1.0, 1.0e6)?;
         within("limits.lost_share", self.limits.lost_share, 0.0, 1.0)?;

@@ -1,7 +1,7 @@
 //! Calibration on the device: the session, its acceptance, and what is stored of it.
 //!
 //! Of a session: `session` (state machine) -> `average` (one pose's frames) -> `gate` (outliers, rows) -> `regression` (equation 7)
-//! -> `outcome`. `plan` chooses the poses. `record` and `slots`: what is stored, and where.
+//! -> `outcome`. `plan` chooses the poses, `visits` says how many and how long. `record` and `slots`: what is stored, and where.
 
 mod average;
 mod config;
@@ -17,6 +17,7 @@ mod session;
 pub mod slots;
 mod spread;
 mod visit;
+mod visits;
 
 pub use average::UNUSABLE;
 pub use config::{SessionConfig, StartError};
@@ -27,3 +28,4 @@ pub use port::{Action, MotionEvent, Progress, Stage};
 pub use regression::{PLATEN_UNKNOWNS, Regression};
 pub use sample::{PARITY_SIGN, Sample};
 pub use session::Session;
+pub use visits::Visits;

@@ -3,6 +3,7 @@
 pub mod beacon;
 use courier_sensor::calibration::{
     Action, Evidence, MotionEvent, Outcome, PARITY_SIGN, RelativePose, Session, SessionConfig,
+    Visits,
 };
 use courier_sensor::frame::{Coordinate, Frame, Status};
 use courier_sensor::geometry::Geometry;
@@ -183,13 +184,17 @@ pub fn accepted(
 
 /// A session of so many poses, two frames each.
 pub fn short_session(poses: u32) -> SessionConfig {
+    let default = SessionConfig::default();
     SessionConfig {
-        poses,
-        held_out_poses: 50,
-        frames_per_pose: 2,
-        rest: 0,
-        frame_noise_m: 1.0e-6,
-        ..SessionConfig::default()
+        visits: Visits {
+            poses,
+            held_out_poses: 50,
+            frames_per_pose: 2,
+            rest: 0,
+            frame_noise_m: 1.0e-6,
+            ..default.visits
+        },
+        ..default
     }
 }
 

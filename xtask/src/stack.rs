@@ -53,6 +53,7 @@ impl CallGraph {
         let mut functions = functions(&file);
         ensure!(!functions.is_empty(), "{}: no functions", image.display());
         let places: BTreeSet<Place> = functions.keys().copied().collect();
+        let constants = Constants::of(&file);
         let mut reachable_by_address = BTreeSet::new();
         for section in file.sections() {
             let data = section.data().unwrap_or_default();
@@ -60,8 +61,8 @@ impl CallGraph {
                 for (place, function) in &mut functions {
                     let from = place.wrapping_sub(section.address() as u32) as usize;
                     if let Some(code) = data.get(from..from + function.size as usize) {
-                        follow(*place, code, &places, function);
-                        reachable_by_address.extend(made(code, &places));
+                        follow(*place, code, &constants, &places, function);
+                        reachable_by_address.extend(made(*place, code, &constants, &places));
                     }
                 }
             }
@@ -235,11 +236,40 @@ fn functions(file: &object::File<'_>) -> BTreeMap<Place, Function> {
     functions
 }
 
-/// Walks a function's instructions. Constants between them may be taken for instructions: what they seem to call counts
-/// only if it is a function's start.
-fn follow(place: Place, code: &[u8], places: &BTreeSet<Place>, function: &mut Function) {
+/// Where constants stand between instructions: from a mapping symbol `$d` to the next `$t` (ELF for the Arm Architecture,
+/// section 5.5.5).
+struct Constants(BTreeMap<Place, bool>);
+
+impl Constants {
+    fn of(file: &object::File<'_>) -> Self {
+        let mapping = |symbol: object::Symbol<'_, '_>| match symbol.name().unwrap_or_default() {
+            name if name.starts_with("$d") => Some((symbol.address() as u32, true)),
+            name if name.starts_with("$t") => Some((symbol.address() as u32, false)),
+            _ => None,
+        };
+        Self(file.symbols().filter_map(mapping).collect())
+    }
+
+    fn at(&self, place: Place) -> bool {
+        let before = self.0.range(..=place).next_back();
+        before.is_some_and(|(_, constant)| *constant)
+    }
+}
+
+/// Walks a function's instructions.
+fn follow(
+    place: Place,
+    code: &[u8],
+    constants: &Constants,
+    places: &BTreeSet<Place>,
+    function: &mut Function,
+) {
     let mut at = 0;
     while at + 2 <= code.len() {
+        if constants.at(place + at as u32) {
+            at += 2;
+            continue;
+        }
         let instruction = decode(&code[at..]);
         match instruction.stack {
             Stack::Keeps => {}
@@ -277,11 +307,20 @@ fn addresses(data: &[u8], places: &BTreeSet<Place>) -> BTreeSet<Place> {
 }
 
 /// Addresses of functions that code makes of two halves, MOVW and MOVT (ARMv7-M manual, A7.7.76 and A7.7.79).
-fn made(code: &[u8], places: &BTreeSet<Place>) -> BTreeSet<Place> {
+fn made(
+    place: Place,
+    code: &[u8],
+    constants: &Constants,
+    places: &BTreeSet<Place>,
+) -> BTreeSet<Place> {
     let mut low = [None; 16];
     let mut found = BTreeSet::new();
     let mut at = 0;
     while let Some(&[a, b]) = code.get(at..at + 2) {
+        if constants.at(place + at as u32) {
+            at += 2;
+            continue;
+        }
         let first = u16::from_le_bytes([a, b]);
         if let Some(&[c, d]) = code.get(at + 2..at + 4) {
             let second = u16::from_le_bytes([c, d]);

@@ -69,9 +69,10 @@ impl Problem {
 
     /// Visits all poses.
     pub fn fill(&mut self, buffer: &mut JointBuffer) {
-        let mut planner = Planner::new(self.config.range, self.config.seed);
-        for n in 0..self.config.poses + self.config.held_out_poses {
-            if n == self.config.poses {
+        let visits = self.config.visits;
+        let mut planner = Planner::new(visits.range, visits.seed);
+        for n in 0..visits.total() {
+            if n == visits.poses {
                 buffer.hold_out_rest();
             }
             let pose = about_sensor(self.config.geometry.lever_m, planner.centred(false));

@@ -135,9 +135,9 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
 
 fn order(args: &Args) -> CalibrateOrder {
     let paper = if args.joint {
-        JointConfig::default().range
+        JointConfig::default().visits.range
     } else {
-        SessionConfig::default().range
+        SessionConfig::default().visits.range
     };
     let (plan, poses, turn_rad) = match args.plan {
         Plan::Random => (calibration::Plan::Random, 1000, paper.turn_rad),

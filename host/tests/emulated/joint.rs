@@ -16,7 +16,7 @@ use indicatif::ProgressBar;
 const LATEST_REPLY_NS: u64 = 500_000_000;
 
 fn order(poses: u64, held_out_poses: u16) -> CalibrateOrder {
-    let range = JointConfig::default().range;
+    let range = JointConfig::default().visits.range;
     CalibrateOrder {
         method: Method::Joint,
         poses: poses as u16,

@@ -4,10 +4,10 @@ use super::constraint::{Constraints, ReadingNoise, Values, Weighting};
 use super::layout::{JOINT_UNKNOWNS, Layout};
 use super::solver::Priors;
 use super::steps::Step;
-use crate::calibration::average::FRAMES;
 use crate::calibration::config::{StartError, within};
-use crate::calibration::plan::{Plan, Range};
+use crate::calibration::plan::Range;
 use crate::calibration::sample::PARITY_SIGN;
+use crate::calibration::visits::Visits;
 use crate::frame::SEGMENTS;
 use crate::geometry::Geometry;
 use crate::math::sqrt;
@@ -48,20 +48,9 @@ pub struct JointConfig {
     pub geometry: Geometry,
     /// Calibration in force, or zeros: where the fit starts, and the terms to fit. The lateral ones are added if missing.
     pub model: ErrorModel,
-    /// Poses to fit; with those held out at most [`super::sample::POSES`].
-    pub poses: u32,
-    /// Poses held out.
-    pub held_out_poses: u32,
-    /// How poses are chosen.
-    pub plan: Plan,
-    /// Of the pose generator.
-    pub seed: u64,
-    /// The coordination sensor is displaced by half the travel to either side of the beacon.
-    pub range: Range,
-    /// Frames averaged at a pose, 2 to 32.
-    pub frames_per_pose: u32,
-    /// Upper bound of one frame's noise of a segment, metres: what the standstill is judged by.
-    pub frame_noise_m: f32,
+    /// Where it goes: at most [`super::sample::POSES`] poses together; the coordination sensor is displaced by half the
+    /// travel to either side of the beacon.
+    pub visits: Visits,
     /// Stated noise of a pose's averaged readings: the least that is believed.
     pub noise: ReadingNoise,
     /// How the three constraints are weighted.
@@ -70,10 +59,6 @@ pub struct JointConfig {
     pub sensor_terms: bool,
     /// What is believed before the data.
     pub priors: Priors,
-    /// Samples from a command until settled, at most.
-    pub settle_limit: u32,
-    /// Samples between settled and the first one averaged.
-    pub rest: u32,
     /// What the result must meet.
     pub limits: JointLimits,
 }
@@ -85,16 +70,10 @@ impl Default for JointConfig {
         Self {
             geometry,
             model: ErrorModel::zero(TermTable::equation_9()),
-            poses: 1000,
-            held_out_poses: 200,
-            plan: Plan::Random,
-            seed: 1,
-            range: Range {
+            visits: Visits::paper(Range {
                 travel_m: 2.0 * geometry.pitch_m,
                 turn_rad: 26.179_94e-3,
-            },
-            frames_per_pose: 16,
-            frame_noise_m: 1.0e-6,
+            }),
             noise: ReadingNoise {
                 segment_m: 0.05e-6,
                 displacement_m: 0.05e-6,
@@ -102,8 +81,6 @@ impl Default for JointConfig {
             weighting: Weighting::Covariance,
             sensor_terms: true,
             priors: Priors::default(),
-            settle_limit: 40_000,
-            rest: 20,
             limits: JointLimits::default(),
         }
     }
@@ -124,12 +101,13 @@ impl JointConfig {
         within("lever_m[1]", g.lever_m[1], -1.0, 1.0)?;
         within("lever arm's length", lever_length_m(g), 1.0e-3, 1.0)?;
         within("tan_full_scale", g.tan_full_scale, 1.0e-3, 10.0)?;
-        within("poses", self.poses as f32, 32.0, 1.0e5)?;
-        within("held_out_poses", self.held_out_poses as f32, 16.0, 1.0e5)?;
+        let visits = &self.visits;
+        within("poses", visits.poses as f32, 32.0, 1.0e5)?;
+        within("held_out_poses", visits.held_out_poses as f32, 16.0, 1.0e5)?;
         let room = super::sample::POSES as f32;
         within(
             "poses and held_out_poses",
-            (self.poses + self.held_out_poses) as f32,
+            visits.total() as f32,
             48.0,
             room,
         )?;
@@ -137,26 +115,19 @@ impl JointConfig {
         let farthest_m = f32::from(super::sample::FARTHEST_TEETH) * g.pitch_m;
         within(
             "travel_m",
-            self.range.travel_m,
+            visits.range.travel_m,
             g.pitch_m,
             farthest_m.min(0.1),
         )?;
-        within("turn_rad", self.range.turn_rad, 0.0, 0.05)?;
-        within(
-            "frames_per_pose",
-            self.frames_per_pose as f32,
-            2.0,
-            FRAMES as f32,
-        )?;
-        within("frame_noise_m", self.frame_noise_m, 1.0e-10, 1.0e-4)?;
+        within("turn_rad", visits.range.turn_rad, 0.0, 0.05)?;
+        visits.validate()?;
         within("noise.segment_m", self.noise.segment_m, 1.0e-10, 1.0e-4)?;
         within(
             "noise.displacement_m",
             self.noise.displacement_m,
             1.0e-10,
             1.0e-4,
-        )?;
-        within("settle_limit", self.settle_limit as f32, 1.0, 1.0e9)
+        )
     }
 
     /// Steps of the schedule.

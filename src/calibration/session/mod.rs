@@ -97,10 +97,11 @@ impl Session {
         config.validate()?;
         let regression =
             Regression::new(&config.geometry, &config.model).ok_or(StartError::Terms)?;
-        let parity_noise_m = 2.0 * config.frame_noise_m / sqrt(config.frames_per_pose as f32);
+        let parity_noise_m =
+            2.0 * config.visits.frame_noise_m / sqrt(config.visits.frames_per_pose as f32);
         // The stated noise is an upper bound; a tenth of it is the least that is believed.
         self.fit.reset(regression.unknowns(), 0.1 * parity_noise_m);
-        self.planner = Planner::new(config.range, config.seed);
+        self.planner = Planner::new(config.visits.range, config.visits.seed);
         self.config = Some((config, regression));
         self.forget_numbers();
         self.stage = Stage::Origin;
@@ -159,8 +160,8 @@ impl Session {
             .as_ref()
             .map_or(0, |(config, _)| match self.stage {
                 Stage::Origin => 1,
-                Stage::Fit => config.poses,
-                Stage::HeldOut => config.held_out_poses,
+                Stage::Fit => config.visits.poses,
+                Stage::HeldOut => config.visits.held_out_poses,
                 Stage::Solving | Stage::Finished => 0,
             });
         let lost = self.lost();
@@ -204,14 +205,7 @@ impl Session {
 
     fn rules(&self) -> Option<VisitRules> {
         let (config, _) = self.config.as_ref()?;
-        Some(VisitRules {
-            frames_per_pose: config.frames_per_pose,
-            frame_noise_m: config.frame_noise_m,
-            pitch_m: config.geometry.pitch_m,
-            settle_limit: config.settle_limit,
-            rest: config.rest,
-            unusable: UNUSABLE,
-        })
+        Some(config.visits.rules(config.geometry.pitch_m, UNUSABLE))
     }
 
     fn lose(&mut self, Unsteady { spread_m, limit_m }: Unsteady) {
@@ -258,10 +252,9 @@ impl Session {
 
     fn choose(&mut self) -> RelativePose {
         match &self.config {
-            Some((config, regression)) if config.plan == Plan::Optimal => {
-                self.planner
-                    .optimal(self.fit.estimator(), regression, &self.origin)
-            }
+            Some((config, regression)) if config.visits.plan == Plan::Optimal => self
+                .planner
+                .optimal(self.fit.estimator(), regression, &self.origin),
             _ => self.planner.random(),
         }
     }

@@ -79,7 +79,7 @@ fn synthetic_rows(
 ) -> Result<()> {
     progress.set_message("synthetic problems");
     progress.set_length(2 * PROBLEMS);
-    let poses = options.poses.unwrap_or(JointConfig::default().poses);
+    let poses = options.poses.unwrap_or(JointConfig::default().visits.poses);
     let methods = [
         (Method::Here, Weighting::Covariance),
         (Method::Paper, Weighting::Equal),
@@ -125,7 +125,7 @@ fn demonstrate(
 
     progress.set_message("going under the beacon");
     stand_at(board, beacon)?;
-    let turn_rad = JointConfig::default().range.turn_rad;
+    let turn_rad = JointConfig::default().visits.range.turn_rad;
     let order = joint_order(options, TRAVEL_M, turn_rad);
     let (poses, ended) = joint(board, &order, Until::Solved, progress)?;
     report.steps = ended.steps.into_iter().flatten().collect();
@@ -143,7 +143,7 @@ fn demonstrate(
     joint_rows(board, sweep, report, progress)?;
     // The paper's motion, for its method.
     stand_at(board, beacon)?;
-    let travel_m = JointConfig::default().range.travel_m;
+    let travel_m = JointConfig::default().visits.range.travel_m;
     let order = joint_order(options, travel_m, turn_rad);
     let (poses, _) = joint(board, &order, Until::Visited, progress)?;
     paper_rows(board, &poses, sweep, report, progress)?;
@@ -152,12 +152,12 @@ fn demonstrate(
 
 /// A joint calibration within so much of the beacon, its result stored.
 pub(super) fn joint_order(options: &JointOptions, travel_m: f32, turn_rad: f32) -> CalibrateOrder {
-    let config = JointConfig::default();
-    let poses = options.poses.unwrap_or(config.poses);
+    let visits = JointConfig::default().visits;
+    let poses = options.poses.unwrap_or(visits.poses);
     CalibrateOrder {
         method: record::Method::Joint,
         poses: poses as u16, // at most 1000
-        held_out_poses: config.held_out_poses.min(poses) as u16,
+        held_out_poses: visits.held_out_poses.min(poses) as u16,
         seed: options.seed,
         travel_m,
         turn_rad,

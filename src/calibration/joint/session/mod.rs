@@ -111,7 +111,7 @@ impl JointSession {
         self.solver
             .set_priors(&constraints, &values, &config.priors);
         self.solver.begin_plan(&constraints, &values, Groups::PAPER);
-        self.planner = Planner::new(config.range, config.seed);
+        self.planner = Planner::new(config.visits.range, config.visits.seed);
         self.progress = JointProgress {
             values,
             accepted: Groups::empty(),
@@ -167,8 +167,8 @@ impl JointSession {
             .as_ref()
             .map_or(0, |(config, _)| match self.stage {
                 Stage::Origin => 1,
-                Stage::Fit => config.poses,
-                Stage::HeldOut => config.held_out_poses,
+                Stage::Fit => config.visits.poses,
+                Stage::HeldOut => config.visits.held_out_poses,
                 Stage::Solving => config.steps().len() as u32,
                 Stage::Finished => 0,
             });
@@ -259,14 +259,11 @@ impl JointSession {
 
     fn rules(&self) -> Option<VisitRules> {
         let (config, _) = self.config.as_ref()?;
-        Some(VisitRules {
-            frames_per_pose: config.frames_per_pose,
-            frame_noise_m: config.frame_noise_m,
-            pitch_m: config.geometry.pitch_m,
-            settle_limit: config.settle_limit,
-            rest: config.rest,
-            unusable: UNUSABLE.union(BEACON),
-        })
+        Some(
+            config
+                .visits
+                .rules(config.geometry.pitch_m, UNUSABLE.union(BEACON)),
+        )
     }
 
     fn use_pose(&mut self, mean: &PoseMean) {
@@ -294,7 +291,7 @@ impl JointSession {
         let [x, y] = self.origin_teeth();
         let deflection = mean.tan_psi.map(|t| t / geometry.tan_full_scale);
         if let Some(sample) = JointSample::new(&[x, y, x, y], &mean.sample, deflection) {
-            if config.plan == Plan::Optimal && self.stage == Stage::Fit {
+            if config.visits.plan == Plan::Optimal && self.stage == Stage::Fit {
                 let entered = &self.progress.values;
                 self.solver.add_to_plan(constraints, entered, &sample);
             }
@@ -326,7 +323,7 @@ impl JointSession {
     fn lose(&mut self, why: Refusal) {
         self.lost += 1;
         let limit = self.config.as_ref().map_or(0.0, |(config, _)| {
-            config.limits.lost_share * (config.poses + config.held_out_poses) as f32
+            config.limits.lost_share * config.visits.total() as f32
         });
         if self.lost as f32 > limit || self.stage == Stage::Origin {
             self.refuse(why);
@@ -352,7 +349,7 @@ impl JointSession {
         let Some((config, constraints)) = &self.config else {
             return;
         };
-        let pose = if self.stage == Stage::Fit && config.plan == Plan::Optimal {
+        let pose = if self.stage == Stage::Fit && config.visits.plan == Plan::Optimal {
             let (entered, start) = (&self.progress.values, &self.origin);
             self.solver
                 .choose(constraints, entered, start, &mut self.planner)
