@@ -75,11 +75,15 @@ fn a_calibration_is_stored_exported_imported_and_rolled_back() {
         status(folder, "b.bin")["status"]["in_force"]["Stored"]["sequence"],
         1
     );
-    ok(folder, &["--sim-flash", "b.bin", "export", "second.json"]);
+    let export = ["--sim-flash", "b.bin", "export", "second.json", "--json"];
+    let exported = courier_in(folder, &export).json();
+    assert_eq!(exported["written"], "second.json");
     let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
     assert_eq!(read("first.json"), read("second.json"));
 
-    ok(folder, &["--sim-flash", "b.bin", "import", "first.json"]);
+    let import = ["--sim-flash", "b.bin", "import", "first.json", "--json"];
+    let imported = courier_in(folder, &import).json();
+    assert_eq!(imported["stored"]["sequence"], 2);
     let slots = courier_in(folder, &["--sim-flash", "b.bin", "slots", "--json"]).json();
     assert_eq!(
         (&slots[0]["state"], &slots[1]["state"]),
@@ -105,6 +109,8 @@ fn an_uncalibrated_board_says_so() {
     );
     assert!(ok(folder, &["slots"]).contains("refused: empty"));
     assert!(ok(folder, &["reset"]).contains("restarting"));
+    let reset = courier_in(folder, &["reset", "--json"]).json();
+    assert_eq!(reset["restarting"], true);
     refused(
         folder,
         &["export", "none.json"],

@@ -5,7 +5,7 @@ use crate::rtt::Rtt;
 use crate::wire::Wire;
 use anyhow::{Context, Result, bail};
 use probe_rs::probe::DebugProbeSelector;
-use probe_rs::probe::list::Lister;
+use probe_rs::probe::list::{Accessibility, Lister};
 use probe_rs::{Core, MemoryInterface, Permissions, Session};
 use std::time::Duration;
 
@@ -16,38 +16,42 @@ const RAM: (u32, u32) = (0x2000_0000, 128 << 10);
 /// The ring of commands.
 const COMMAND_CHANNEL: usize = 0;
 
-/// Opens the probe that `selector` names (VID:PID or VID:PID:serial), or the only one there is.
+/// Opens the probe that `selector` names (VID:PID or VID:PID:serial, hexadecimal), or the only one there is.
 ///
 /// # Errors
-/// No probe, more than one without a selector, or the chip does not answer.
+/// No such probe, more than one, one that may not be opened, or the chip does not answer.
 pub fn attach(selector: Option<&str>) -> Result<Session> {
-    let lister = Lister::new();
-    let probe = match selector {
-        Some(text) => {
-            let selector: DebugProbeSelector =
-                text.parse().with_context(|| format!("probe {text:?}"))?;
-            lister
-                .open(selector)
-                .with_context(|| format!("probe {text:?}"))?
+    let wanted = selector.map(parsed).transpose()?;
+    let found = Lister::new().list_with_access(wanted.as_ref());
+    let probe = match found.as_slice() {
+        [] => bail!(
+            "no debug probe {}found: connect one to the board's SWD header and to this machine",
+            selector.map_or(String::new(), |text| format!("{text} "))
+        ),
+        [one] if one.accessibility == Accessibility::PermissionDenied => bail!(
+            "{}: found no permission to open it, wanted a udev rule for this user",
+            one.info
+        ),
+        [one] => one.info.open().context("debug probe")?,
+        several => {
+            let names: Vec<String> = several.iter().map(|probe| probe.info.to_string()).collect();
+            bail!(
+                "found {} debug probes, wanted a selector for one of: {}",
+                several.len(),
+                names.join("; ")
+            )
         }
-        None => match lister.list_all().as_slice() {
-            [] => bail!(
-                "no debug probe found: connect one to the board's SWD header and to this machine"
-            ),
-            [one] => one.open().context("debug probe")?,
-            several => {
-                let names: Vec<String> = several.iter().map(ToString::to_string).collect();
-                bail!(
-                    "found {} debug probes, wanted a selector for one of: {}",
-                    several.len(),
-                    names.join("; ")
-                )
-            }
-        },
     };
     probe
         .attach(CHIP, Permissions::default())
         .with_context(|| format!("no {CHIP} behind the probe"))
+}
+
+fn parsed(text: &str) -> Result<DebugProbeSelector> {
+    let selector = text.parse().ok();
+    selector.with_context(|| {
+        format!("probe: found {text:?}, wanted `any` or VENDOR:PRODUCT[:SERIAL] in hexadecimal")
+    })
 }
 
 /// Opens the board behind the probe that `selector` names; `any`: the only probe there is.

@@ -46,34 +46,16 @@ pub fn run(arguments: &[String]) -> Result<()> {
         component(name, what);
     }
     total.add(step("formatting", cargo(&["fmt", "--all", "--check"])));
-    total.add(step(
-        "lints",
-        cargo(&[
-            "clippy",
-            "--workspace",
-            "--all-targets",
-            "--profile",
-            "checked",
-            "--",
-            "-D",
-            "warnings",
-        ]),
-    ));
+    total.add(step("lints", clippy("--workspace --all-targets")));
     // Not among all targets, since a bare `cargo test` leaves it out.
     total.add(step(
         "lints of the emulated board's tests",
-        cargo(&[
-            "clippy",
-            "--package",
-            "courier",
-            "--test",
-            "emulated",
-            "--profile",
-            "checked",
-            "--",
-            "-D",
-            "warnings",
-        ]),
+        clippy("--package courier --test emulated"),
+    ));
+    // Built only where asked for: nothing else would see that it no longer compiles.
+    total.add(step(
+        "lints of the debug probe's code",
+        clippy("--package link-host --package courier --all-targets --features courier/probe"),
     ));
     total.add(tests());
     // Cargo looks for changes in a package's own folder only, and the signal path's files lie outside its: what is there is
@@ -107,6 +89,14 @@ fn component(name: &str, subcommand: &str) {
             say(&format!("{name} cannot be added; its check will fail"));
         }
     }
+}
+
+/// Clippy over what the words of `chosen` name; a warning fails it.
+fn clippy(chosen: &str) -> Command {
+    let mut command = cargo(&["clippy"]);
+    command.args(chosen.split(' '));
+    command.args(["--profile", "checked", "--", "-D", "warnings"]);
+    command
 }
 
 fn step(name: &str, mut command: Command) -> Tally {

@@ -2,9 +2,10 @@
 
 use crate::board::Choice;
 use crate::calibration_file::CalibrationFile;
-use crate::terminal::print;
+use crate::terminal::{print, print_json};
 use anyhow::{Context, Result, bail};
 use courier_sensor::link::message::{Action, Reply, Source};
+use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -20,6 +21,9 @@ pub struct Args {
     /// Overwrite the file.
     #[arg(long)]
     force: bool,
+    /// Print JSON about the file instead of a sentence.
+    #[arg(long)]
+    json: bool,
 }
 
 /// Reads and writes.
@@ -41,6 +45,10 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let wanted = || format!("{}: wanted a new file, or --force", args.file.display());
     let mut file = options.open(&args.file).with_context(wanted)?;
     std::io::Write::write_all(&mut file, format!("{text}\n").as_bytes()).with_context(wanted)?;
-    print(&format!("written to {}", args.file.display()))?;
+    if args.json {
+        print_json(&json!({ "written": args.file }))?;
+    } else {
+        print(&format!("written to {}", args.file.display()))?;
+    }
     Ok(ExitCode::SUCCESS)
 }

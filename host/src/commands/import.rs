@@ -2,9 +2,10 @@
 
 use crate::board::Choice;
 use crate::calibration_file::CalibrationFile;
-use crate::terminal::print;
+use crate::terminal::{print, print_json};
 use anyhow::{Result, bail};
 use courier_sensor::link::message::{Action, Reply};
+use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -20,6 +21,9 @@ pub struct Args {
     /// Take it though it was made on another device.
     #[arg(long)]
     other_device: bool,
+    /// Print JSON instead of a sentence.
+    #[arg(long)]
+    json: bool,
 }
 
 /// Checks, loads, stores.
@@ -40,13 +44,16 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         );
     }
     let Reply::Done = board.link.ask(Action::Load(calibration))? else { bail!(super::STRANGE_REPLY) };
-    if args.dry_run {
-        board.close()?;
-        print("in force, not stored")?;
-        return Ok(ExitCode::SUCCESS);
+    let mut stored = None;
+    if !args.dry_run {
+        let Reply::Place(place) = board.link.ask(Action::Commit { lose_unknown: false })? else { bail!(super::STRANGE_REPLY) };
+        stored = Some(place);
     }
-    let Reply::Place(place) = board.link.ask(Action::Commit { lose_unknown: false })? else { bail!(super::STRANGE_REPLY) };
     board.close()?;
-    print(&format!("in force and stored: slot {}, number {}", place.slot, place.sequence))?;
+    match stored {
+        stored if args.json => print_json(&json!({ "stored": stored }))?,
+        None => print("in force, not stored")?,
+        Some(place) => print(&format!("in force and stored: slot {}, number {}", place.slot, place.sequence))?,
+    }
     Ok(ExitCode::SUCCESS)
 }
