@@ -7,10 +7,13 @@
 //! (a segment averages over some teeth, so that nothing finer is left; de Boor 1978). Places count from the board's tooth count
 //! zero: a map does not outlive a restart. Gauge: each field's mean is zero.
 
+mod field;
+mod waves;
+
+use self::waves::{SegmentWaves, WaveSum};
 use crate::frame::{Coordinate, Frame, SEGMENTS};
 use crate::geometry::Geometry;
 use crate::model::Unit;
-use core::f32::consts::TAU;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -20,14 +23,12 @@ pub const MAX_NODES: usize = 800;
 pub const TRUST_WORDS: usize = MAX_NODES.div_ceil(32);
 /// Waves.
 pub const MAX_WAVES: usize = 6;
-/// Largest own and lateral order of a wave.
+/// Largest own order of a wave.
 pub const MAX_WAVE_ORDER: u8 = 2;
 /// Nodes along each direction that a place needs about it.
 const SUPPORT: u8 = 4;
-/// Sign of l_o theta in each segment's lateral argument, equation (9).
-const LATERAL_SIGN: [f32; SEGMENTS] = [-1.0, 1.0, 1.0, -1.0];
-/// Which side of the courier's middle each segment is on, across its own direction, in half spans: what makes a pair's
-/// difference an angle, equation (4).
+/// Sign of l_o theta in each segment's lateral argument, equation (9), and which side of the courier's middle each segment is on,
+/// across its own direction, in half spans: what makes a pair's difference an angle, equation (4).
 const SIDE: [f32; SEGMENTS] = [-1.0, 1.0, 1.0, -1.0];
 
 /// The lattice of one direction's field.
@@ -47,12 +48,12 @@ impl Grid {
     }
 }
 
-/// A wave over own and lateral phase of every segment.
+/// A wave over own and lateral phase of every segment: `(0, 1)`, `(0, 2)`, `(1, ±1)` or `(2, ±1)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Wave {
     /// Order of the own phase, 0 to [`MAX_WAVE_ORDER`].
     pub own_order: u8,
-    /// Order of the lateral phase, to ±[`MAX_WAVE_ORDER`].
+    /// Order of the lateral phase: 1 or 2 without own phase, else ±1.
     pub lateral_order: i8,
     /// `[segment][sine, cosine]`, metres.
     pub coefficients_m: [[f32; 2]; SEGMENTS],
@@ -89,7 +90,7 @@ pub enum MapError {
     },
     /// A wave's order or size.
     #[error(
-        "wave {index}: orders or coefficients out of range (orders to 2, coefficients to 0.1 mm)"
+        "wave {index}: orders or coefficients out of range (orders 0,1; 0,2; 1,±1; 2,±1; coefficients to 0.1 mm)"
     )]
     Wave {
         /// From 0.
@@ -133,9 +134,7 @@ impl MapHeader {
             }
         }
         for (index, wave) in self.waves.iter().enumerate() {
-            let orders = wave.own_order <= MAX_WAVE_ORDER
-                && wave.lateral_order.unsigned_abs() <= MAX_WAVE_ORDER;
-            if !orders
+            if !wave.has_its_place()
                 || !wave
                     .coefficients_m
                     .iter()
@@ -165,8 +164,10 @@ impl MapHeader {
 /// A map as the interrupt applies it; 1.9 KiB. Empty: nothing is corrected.
 #[derive(Clone, Debug, Default)]
 pub struct ToothMap {
-    header: MapHeader,
+    grids: [Grid; 2],
+    trusted: Vec<u32, TRUST_WORDS>,
     nodes_nm: Vec<i16, MAX_NODES>,
+    waves: [SegmentWaves; SEGMENTS],
     scales: Scales,
 }
 
@@ -177,15 +178,17 @@ struct Scales {
     lateral: f32,
     /// l_o over 2 l_s: what of the outputs' turn comes into a lateral argument.
     lateral_of_turn: f32,
-    per_metre: f32,
+    /// Of a field's sum.
+    per_unit: f32,
 }
 
-/// A segment's waves, pitches, and their derivatives by its own and its lateral place.
-#[derive(Clone, Copy, Debug, Default)]
-struct WaveSum {
-    turns: f32,
-    along: f32,
-    across: f32,
+impl Scales {
+    const ZERO: Self = Self {
+        half_span: 0.0,
+        lateral: 0.0,
+        lateral_of_turn: 0.0,
+        per_unit: 0.0,
+    };
 }
 
 impl ToothMap {
@@ -193,21 +196,14 @@ impl ToothMap {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            header: MapHeader {
-                grids: [Grid {
-                    first_teeth: [0; 2],
-                    nodes: [0; 2],
-                }; 2],
-                waves: Vec::new(),
-                trusted: Vec::new(),
-            },
+            grids: [Grid {
+                first_teeth: [0; 2],
+                nodes: [0; 2],
+            }; 2],
+            trusted: Vec::new(),
             nodes_nm: Vec::new(),
-            scales: Scales {
-                half_span: 0.0,
-                lateral: 0.0,
-                lateral_of_turn: 0.0,
-                per_metre: 0.0,
-            },
+            waves: [SegmentWaves::NONE; SEGMENTS],
+            scales: Scales::ZERO,
         }
     }
 
@@ -217,14 +213,18 @@ impl ToothMap {
     /// [`MapError`]; the map is then as before.
     pub fn begin(&mut self, header: &MapHeader, geometry: &Geometry) -> Result<(), MapError> {
         header.validate()?;
-        self.header.clone_from(header);
+        self.grids = header.grids;
+        self.trusted.clone_from(&header.trusted);
         self.nodes_nm.clear();
         let per_metre = 1.0 / geometry.pitch_m;
+        for (segment, waves) in self.waves.iter_mut().enumerate() {
+            *waves = SegmentWaves::new(&header.waves, segment, per_metre);
+        }
         self.scales = Scales {
             half_span: 0.5 * geometry.span_m * per_metre,
             lateral: geometry.lateral_m * per_metre,
             lateral_of_turn: 0.5 * geometry.lateral_m / geometry.span_m,
-            per_metre,
+            per_unit: 1.0e-9 * per_metre / field::UNITS,
         };
         Ok(())
     }
@@ -234,7 +234,7 @@ impl ToothMap {
     /// # Errors
     /// [`MapError::Nodes`] if there are more than the header says.
     pub fn extend(&mut self, nodes_nm: &[i16]) -> Result<(), MapError> {
-        let (found, wanted) = (self.nodes_nm.len() + nodes_nm.len(), self.header.nodes());
+        let (found, wanted) = (self.nodes_nm.len() + nodes_nm.len(), self.wanted());
         if found > wanted || self.nodes_nm.extend_from_slice(nodes_nm).is_err() {
             return Err(self.count_error(found));
         }
@@ -246,24 +246,29 @@ impl ToothMap {
     /// # Errors
     /// [`MapError::Nodes`].
     pub fn complete(&self) -> Result<(), MapError> {
-        if self.nodes_nm.len() == self.header.nodes() && !self.nodes_nm.is_empty() {
+        if self.nodes_nm.len() == self.wanted() && !self.nodes_nm.is_empty() {
             Ok(())
         } else {
             Err(self.count_error(self.nodes_nm.len()))
         }
     }
 
+    /// Nodes of both fields, as the header said.
+    fn wanted(&self) -> usize {
+        self.grids.iter().map(Grid::count).sum()
+    }
+
     fn count_error(&self, found: usize) -> MapError {
         MapError::Nodes {
             found: found as u16,
-            wanted: self.header.nodes() as u16,
+            wanted: self.wanted() as u16,
         }
     }
 
-    /// What is known of it beside its nodes.
+    /// The lattices.
     #[must_use]
-    pub fn header(&self) -> &MapHeader {
-        &self.header
+    pub fn grids(&self) -> &[Grid; 2] {
+        &self.grids
     }
 
     /// What is to be added to each segment's calibrated output, pitches, and whether every place was in a trusted cell; the
@@ -272,32 +277,34 @@ impl ToothMap {
     #[must_use]
     pub fn errors_turns(&self, frame: &Frame) -> ([f32; SEGMENTS], bool) {
         let mut moved = [0.0; SEGMENTS];
-        let mut waves = [WaveSum::default(); SEGMENTS];
+        let mut sums = [WaveSum::NONE; SEGMENTS];
         let mut inside = true;
-        let pose = &frame.pose;
-        for i in 0..SEGMENTS {
+        let lateral = self.scales.lateral * frame.pose.theta_rad;
+        let across = lateral + self.scales.half_span;
+        for (i, sum) in sums.iter_mut().enumerate() {
+            let direction = i % 2;
             let own = frame.segments[i].calibrated;
-            let other = if i % 2 == 0 { pose.y } else { pose.x };
-            let lateral = Coordinate {
-                fraction_turns: other.fraction_turns
-                    + LATERAL_SIGN[i] * self.scales.lateral * pose.theta_rad,
+            let other = if direction == 0 {
+                frame.pose.y
+            } else {
+                frame.pose.x
+            };
+            let lateral_turns = other.fraction_turns + SIDE[i] * lateral;
+            let aside = Coordinate {
+                fraction_turns: other.fraction_turns + SIDE[i] * across,
                 ..other
             };
-            let across = Coordinate {
-                fraction_turns: lateral.fraction_turns + SIDE[i] * self.scales.half_span,
-                ..lateral
-            };
-            waves[i] = self.waves(i, own, lateral);
-            moved[i] = waves[i].turns;
-            match self.field_turns(i % 2, own, across) {
-                Some(field) => moved[i] += field,
-                None => inside = false,
-            }
+            let phases = Unit::two_from_turns([own.fraction_turns, lateral_turns]);
+            *sum = self.waves[i].sum(phases);
+            let field = self.field_turns(direction, own, aside);
+            inside &= field.is_some();
+            moved[i] = sum.turns + field.unwrap_or(0.0);
         }
-        (self.at_moved_phases(moved, &waves), inside)
+        (self.at_moved_phases(moved, &sums), inside)
     }
 
     /// Errors of fields and waves, the waves' phases moved by them.
+    #[inline(always)]
     fn at_moved_phases(
         &self,
         moved: [f32; SEGMENTS],
@@ -307,86 +314,29 @@ impl ToothMap {
         let turned = (moved[0] - moved[2]) + (moved[1] - moved[3]);
         let turn = turned * self.scales.lateral_of_turn;
         core::array::from_fn(|i| {
-            let across = if i % 2 == 0 { y } else { x } + LATERAL_SIGN[i] * turn;
+            let across = if i % 2 == 0 { y } else { x } + SIDE[i] * turn;
             moved[i] + waves[i].along * moved[i] + waves[i].across * across
         })
     }
 
-    fn waves(&self, segment: usize, own: Coordinate, lateral: Coordinate) -> WaveSum {
-        let multiples = |unit: Unit| [Unit::ZERO, unit, unit.doubled()];
-        let own = multiples(Unit::from_turns(own.fraction_turns));
-        let lateral = multiples(Unit::from_turns(lateral.fraction_turns));
-        let mut sum = WaveSum::default();
-        for wave in &self.header.waves {
-            // Orders were checked; the remainder is for the compiler.
-            let along = own[usize::from(wave.own_order) % 3];
-            let across = lateral[usize::from(wave.lateral_order.unsigned_abs()) % 3];
-            let unit = if wave.lateral_order < 0 {
-                along.minus(across)
-            } else {
-                along.plus(across)
-            };
-            let [a, b] = wave.coefficients_m[segment % SEGMENTS];
-            let slope = a * unit.cosine - b * unit.sine;
-            sum.turns += a * unit.sine + b * unit.cosine;
-            sum.along += slope * f32::from(wave.own_order);
-            sum.across += slope * f32::from(wave.lateral_order);
-        }
-        let per_turn = TAU * self.scales.per_metre;
-        WaveSum {
-            turns: sum.turns * self.scales.per_metre,
-            along: sum.along * per_turn,
-            across: sum.across * per_turn,
-        }
-    }
-
-    /// One direction's field at a place; `None` outside the trusted cells.
+    /// One direction's field at a place, pitches; `None` outside the trusted cells.
+    #[inline(never)]
     fn field_turns(&self, direction: usize, own: Coordinate, across: Coordinate) -> Option<f32> {
-        let grid = &self.header.grids[direction % 2];
+        let grid = &self.grids[direction % 2];
         let offset = if direction % 2 == 0 {
             0
         } else {
-            self.header.grids[0].count()
+            self.grids[0].count()
         };
-        let (i, along) = spline(own, grid.first_teeth[0], grid.nodes[0])?;
-        let (j, aside) = spline(across, grid.first_teeth[1], grid.nodes[1])?;
+        let (i, along) = field::spline(own, grid.first_teeth[0], grid.nodes[0])?;
+        let (j, aside) = field::spline(across, grid.first_teeth[1], grid.nodes[1])?;
         let row = usize::from(grid.nodes[1]);
         let first = offset + i * row + j;
-        let word = self.header.trusted.get(first / 32)?;
+        let word = self.trusted.get(first / 32)?;
         if word >> (first % 32) & 1 == 0 {
             return None;
         }
-        let mut sum = 0.0;
-        for (k, along) in along.into_iter().enumerate() {
-            let nodes = self.nodes_nm.get(first + k * row..)?.first_chunk::<4>()?;
-            let line: f32 = nodes
-                .iter()
-                .zip(aside)
-                .map(|(&node, w)| f32::from(node) * w)
-                .sum();
-            sum += along * line;
-        }
-        Some(sum * (1.0e-9 * self.scales.per_metre))
+        let sum = field::sum(self.nodes_nm.get(first..)?, row, along, aside)?;
+        Some(sum as f32 * self.scales.per_unit)
     }
-}
-
-/// First of the four nodes about a place, and their weights; `None` outside.
-fn spline(place: Coordinate, first_teeth: i32, nodes: u8) -> Option<(usize, [f32; 4])> {
-    let position = place.teeth.wrapping_sub(first_teeth) as f32 + place.fraction_turns;
-    // The first node's cell begins at the second node. NaN is outside.
-    if !(position >= 1.0 && position < f32::from(nodes) - 2.0) {
-        return None;
-    }
-    let cell = position as usize;
-    let t = position - cell as f32;
-    let (s, t2) = (1.0 - t, t * t);
-    let t3 = t2 * t;
-    const SIXTH: f32 = 1.0 / 6.0;
-    let weights = [
-        s * s * s * SIXTH,
-        (3.0 * t3 - 6.0 * t2 + 4.0) * SIXTH,
-        (3.0 * (t + t2 - t3) + 1.0) * SIXTH,
-        t3 * SIXTH,
-    ];
-    Some((cell - 1, weights))
 }

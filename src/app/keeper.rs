@@ -190,7 +190,7 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
         self.afford_map()?;
         let map = self.swap.map_mut().ok_or(Refusal::MapBusy)?;
         map.complete().map_err(Refusal::Map)?;
-        let grids = map.header().grids;
+        let grids = *map.grids();
         self.swap.apply_map().map_err(|_| Refusal::MapBusy)?;
         self.map = Some(grids);
         Ok(())

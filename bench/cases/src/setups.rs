@@ -92,7 +92,7 @@ pub fn fill_map(map: &mut ToothMap) {
         grids: [grid; 2],
         ..MapHeader::default()
     };
-    for (own_order, lateral_order) in [(0, 2), (1, 1), (1, -1), (2, 1), (2, -1), (2, 2)] {
+    for (own_order, lateral_order) in [(0, 1), (0, 2), (1, 1), (1, -1), (2, 1), (2, -1)] {
         let _ = header.waves.push(Wave {
             own_order,
             lateral_order,

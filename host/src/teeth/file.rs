@@ -8,8 +8,8 @@ use courier_sensor::teeth::MapHeader;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Version of the file.
-const VERSION: u64 = 2;
+/// Version of the file. Until 2 waves had their phases where the outputs are before fields and waves move them.
+const VERSION: u64 = 3;
 /// The key that tells a map from other JSON.
 const KEY: &str = "courier_tooth_map";
 
@@ -78,9 +78,15 @@ impl MapFile {
     pub fn from_json(path: &Path, value: serde_json::Value) -> Result<Self> {
         let place = path.display();
         let version = value.get(KEY).and_then(serde_json::Value::as_u64);
+        let wanted = match version {
+            Some(older) if older < VERSION => {
+                "3: waves mean something else since; make the map anew by courier map"
+            }
+            _ => "3",
+        };
         ensure!(
             version == Some(VERSION),
-            "{place}: key {KEY}, found {}, wanted {VERSION}",
+            "{place}: key {KEY}, found {}, wanted {wanted}",
             version.map_or("none".to_owned(), |version| version.to_string())
         );
         let file: Self = serde_json::from_value(value)
