@@ -122,7 +122,8 @@ fn recordings_that_tell_no_map_are_refused_by_name() {
     std::fs::write(folder.join("one/recording.toml"), head).unwrap();
     std::fs::write(folder.join("one/samples.csv"), "t_s,p1_m\n0,0\n1,1e-4\n").unwrap();
     std::fs::write(folder.join("other.json"), "{\"courier_tooth_map\": 7}").unwrap();
-    let cases: [(&[&str], &[&str]); 5] = [
+    std::fs::write(folder.join("older.json"), "{\"courier_tooth_map\": 2}").unwrap();
+    let cases: [(&[&str], &[&str]); 6] = [
         (&["map", "few"], &["84 poses", "240"]),
         (
             &["map", "unturned"],
@@ -135,7 +136,11 @@ fn recordings_that_tell_no_map_are_refused_by_name() {
         (&["map", "nowhere"], &["nowhere"]),
         (
             &["load", "other.json"],
-            &["other.json", "courier_tooth_map", "found 7", "wanted 2"],
+            &["other.json", "courier_tooth_map", "found 7", "wanted 3"],
+        ),
+        (
+            &["load", "older.json"],
+            &["older.json", "found 2, wanted 3", "anew by courier map"],
         ),
     ];
     for (arguments, wanted) in cases {

@@ -33,8 +33,8 @@ pub(super) fn spline(place: Coordinate, first_teeth: i32, nodes: u8) -> Option<(
         return None;
     }
     let t = fine & (ONE - 1);
-    let t2 = t * t >> FINE_BITS;
-    let t3 = t2 * t >> FINE_BITS;
+    let t2 = (t * t) >> FINE_BITS;
+    let t3 = (t2 * t) >> FINE_BITS;
     let begin = ONE + 3 * (t2 - t) - t3;
     let second = 4 * ONE + 3 * t3 - 6 * t2;
     // Together they are one.
@@ -47,7 +47,7 @@ pub(super) fn spline(place: Coordinate, first_teeth: i32, nodes: u8) -> Option<(
 pub(super) fn sum(nodes_nm: &[i16], row: usize, along: [i32; 4], aside: [i32; 4]) -> Option<i32> {
     let [a, b, _, d] = aside.map(|weight| weight >> ASIDE_SHIFT);
     // Together they are one.
-    let c = (6 * ONE >> ASIDE_SHIFT) - a - b - d;
+    let c = ((6 * ONE) >> ASIDE_SHIFT) - a - b - d;
     let (first, second) = (four(nodes_nm, 0)?, four(nodes_nm, row)?);
     let (third, fourth) = (four(nodes_nm, 2 * row)?, four(nodes_nm, 3 * row)?);
     // One by one: a loop would keep its weights in memory.

@@ -2,7 +2,7 @@
 
 use crate::output::replace_file;
 use crate::teeth::{Evidence, MapFile, TeethPose, estimate, poses_of};
-use crate::terminal::{micrometres, pairs, print, print_json, progress, warn};
+use crate::terminal::{figure, micrometres, pairs, print, print_json, progress, warn};
 use anyhow::{Result, ensure};
 use courier_sensor::frame::SEGMENTS;
 use recording::Recording;
@@ -78,17 +78,30 @@ fn text(file: &MapFile) -> String {
     let three = |g: [f64; 3]| g.map(micrometres).join(", ");
     let size = |k: usize| {
         let [along, across] = file.header.grids[k].nodes;
-        let mapped = file.header.trusted.iter().map(|word| word.count_ones()).sum::<u32>();
-        let of = if k == 0 { String::new() } else { format!("; {mapped} cells of both trusted") };
-        format!("{along} by {across} nodes, known to {} µm or better{of}", micrometres(evidence.worst_deviation_m[k]))
+        // None trusted: no deviation is the worst.
+        let worst_m = evidence.worst_deviation_m[k];
+        let known = if worst_m > 0.0 {
+            format!("trusted cells known to {} µm or better", micrometres(worst_m))
+        } else {
+            "no cell known well enough to be applied".to_owned()
+        };
+        format!("{along} by {across} nodes, {known}")
     };
     pairs(&[
         ("poses", format!("{poses} fitted, {held_out_poses} held out, {unknowns} unknowns")),
         ("held-out g_p, g_x, g_y", format!("{} -> {} µm, {:.0} standard errors", three(before_m), three(after_m), evidence.significance)),
         ("noise shown", format!("segment {} µm, displacement {} µm", micrometres(evidence.segment_noise_m), micrometres(evidence.displacement_noise_m))),
         ("a position along x, y", format!("predicted to {} µm", evidence.way_deviation_m.map(micrometres).join(", "))),
+        (
+            "angles on those ways",
+            format!("predicted to {} mrad, by segments 1 and 3, 2 and 4", evidence.way_angle_deviation_rad.as_flattened().iter().map(|rad| figure(1.0e3 * rad)).collect::<Vec<_>>().join(", ")),
+        ),
         ("field along x", size(0)),
         ("field along y", size(1)),
+        (
+            "trusted cells",
+            format!("{} of both fields", file.header.trusted.iter().map(|word| word.count_ones()).sum::<u32>()),
+        ),
         (
             "gauge",
             "each field's mean is zero; its slope (a scale) is the one that displaces teeth least"

@@ -11,6 +11,7 @@ mod linked;
 mod record;
 mod report;
 mod run;
+mod standstill;
 mod still;
 
 pub use report::{Report, ReportRow};

@@ -4,7 +4,8 @@ use super::flight::fly_along;
 use super::flyby::{Deviations, Flyby};
 use super::record::Recorder;
 use super::report::Report;
-use super::still::{self, StillPoses};
+use super::standstill;
+use super::still::StillPoses;
 use crate::board::{On, Simulated, session};
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
@@ -142,7 +143,7 @@ fn calibrate(
     let order = order(options);
     let ended = if recorder.is_on() {
         let mut poses = StillPoses::start(board)?;
-        let ended = session::run(board, &order, still::LOOK, progress, |board, now| {
+        let ended = session::run(board, &order, standstill::LOOK, progress, |board, now| {
             poses.look(board, now, recorder)
         })?;
         poses.finish(board, recorder)?;

@@ -2,29 +2,24 @@
 //! conversion.
 
 use super::record::Recorder;
+use super::standstill::Standstills;
 use crate::board::Simulated;
 use anyhow::Result;
 use courier_sensor::calibration::Stage;
 use courier_sensor::link::report::Progress;
-use courier_sensor::link::telemetry::{Channels, Sample};
+use courier_sensor::link::telemetry::Channels;
 use hal_sim::world::Witness;
 use std::collections::VecDeque;
-use std::time::Duration;
 
-/// Time between two looks at a session of which every pose is to be seen.
-pub const LOOK: Duration = Duration::from_micros(2500);
 /// Samples sent: one in this many.
-const DECIMATION: u16 = 20;
-/// So long before a pose was seen to be done the courier stood there: the look, the link and a part of the averaging.
-pub(super) const BEFORE: u32 = 80;
-/// Samples and witnesses kept: twice what a block of telemetry may be late.
+const DECIMATION: u32 = 20;
+/// Witnesses kept: twice what a block of telemetry may be late.
 const KEPT: usize = 4000;
 
 /// Watches a session.
 pub struct StillPoses {
     last: (Stage, u32),
-    wanted: VecDeque<u32>,
-    samples: VecDeque<Sample>,
+    stills: Standstills<()>,
     witnesses: VecDeque<(u64, Witness)>,
 }
 
@@ -34,12 +29,11 @@ impl StillPoses {
     /// # Errors
     /// The board cannot be reached.
     pub fn start(board: &mut Simulated) -> Result<Self> {
-        board.link.stream(Channels::RECORDING, DECIMATION)?;
+        let stills = Standstills::start(board, Channels::RECORDING, DECIMATION, DECIMATION)?;
         board.world.watch();
         Ok(Self {
             last: (Stage::Origin, 0),
-            wanted: VecDeque::new(),
-            samples: VecDeque::new(),
+            stills,
             witnesses: VecDeque::new(),
         })
     }
@@ -56,10 +50,10 @@ impl StillPoses {
     ) -> Result<()> {
         if (now.stage, now.done) != self.last {
             self.last = (now.stage, now.done);
-            self.wanted
-                .push_back(board.sequence().saturating_sub(BEFORE));
+            self.stills.over(board, ());
         }
-        self.gather(board)?;
+        self.stills.gather(board)?;
+        self.witness(board);
         self.record(board, recorder)
     }
 
@@ -68,38 +62,27 @@ impl StillPoses {
     /// # Errors
     /// As [`StillPoses::look`].
     pub fn finish(mut self, board: &mut Simulated, recorder: &mut Recorder) -> Result<()> {
-        for _ in 0..40 {
-            board.link.pass(LOOK)?;
-            self.gather(board)?;
-        }
+        self.stills.finish(board)?;
+        self.witness(board);
         self.record(board, recorder)?;
         board.world.unwatch();
-        board.link.stream(Channels::empty(), 0)
+        Ok(())
     }
 
-    fn gather(&mut self, board: &mut Simulated) -> Result<()> {
-        let samples = &mut self.samples;
-        board.link.listen(|sample| {
-            samples.push_back(*sample);
-            Ok(())
-        })?;
+    fn witness(&mut self, board: &Simulated) {
         let (first, seen) = board.world.unwatch();
         board.world.watch();
         self.witnesses.extend((first..).zip(seen));
-        let old = |length: usize| length.saturating_sub(KEPT);
-        self.samples.drain(..old(self.samples.len()));
-        self.witnesses.drain(..old(self.witnesses.len()));
-        Ok(())
+        let old = self.witnesses.len().saturating_sub(KEPT);
+        self.witnesses.drain(..old);
     }
 
     fn record(&mut self, board: &Simulated, recorder: &mut Recorder) -> Result<()> {
         let first = board.world.first_conversion();
-        while let Some(wanted) = self.wanted.front() {
-            let mut samples = self.samples.iter();
-            let Some(sample) = samples.find(|sample| sample.sequence >= *wanted) else {
-                return Ok(());
+        while let Some((end, ())) = self.stills.next() {
+            let Some(sample) = self.stills.samples().find(|sample| sample.sequence >= end) else {
+                continue;
             };
-            self.wanted.pop_front();
             let conversion = first + u64::from(sample.sequence);
             let found = self
                 .witnesses

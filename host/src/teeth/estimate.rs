@@ -62,6 +62,9 @@ pub struct Evidence {
     /// Predicted rms deviation of a position, less its mean, on the way along x and along y through the middle of the poses, metres.
     #[serde(default)]
     pub way_deviation_m: [f64; 2],
+    /// Predicted rms deviations of the angles by segments 1 and 3, by 2 and 4, less their means, on these two ways, rad.
+    #[serde(default)]
+    pub way_angle_deviation_rad: [[f64; 2]; 2],
 }
 
 /// What a board is given, and on what grounds.
@@ -224,6 +227,7 @@ fn result(problem: &Problem, fit: &Fit, judged: &Judged, held_out: usize) -> Map
         let used = cells.filter_map(|(deviation, trusted)| deviation.filter(|_| *trusted));
         used.fold(0.0, f64::max)
     };
+    let ways = [0, 1].map(|direction| predict::of_way(problem, fit, direction));
     let evidence = Evidence {
         poses: problem.poses.len(),
         held_out_poses: held_out,
@@ -234,7 +238,8 @@ fn result(problem: &Problem, fit: &Fit, judged: &Judged, held_out: usize) -> Map
         segment_noise_m: fit.noise.segment_m,
         displacement_noise_m: fit.noise.displacement_m,
         worst_deviation_m: patches.each_ref().map(worst),
-        way_deviation_m: [0, 1].map(|direction| predict::of_way(problem, fit, direction)),
+        way_deviation_m: ways.map(|way| way.position_m),
+        way_angle_deviation_rad: ways.map(|way| way.angles_rad),
     };
     Mapped {
         model: error_model(unknowns, &fit.values),

@@ -11,23 +11,45 @@ const WAY_PLACES: usize = 32;
 /// A way begins and ends where so many of the poses lie farther out.
 const RIM_SHARE: f64 = 0.1;
 
-/// Predicted rms deviation of a position, less its mean, on the straight way along a direction through the middle of the poses,
-/// metres. The mean is gauge; what is left is a scale and a bend above all, which the poses tell weakly.
-pub fn of_way(problem: &Problem, fit: &Fit, direction: usize) -> f64 {
-    let unknowns = problem.unknowns;
-    let functions: Vec<Vec<f64>> = way(problem.poses, direction)
-        .into_iter()
-        .map(|pose| {
-            let by = outputs(problem.setup, unknowns, &fit.values, &pose).by;
-            let mut function = vec![0.0; unknowns.len()];
-            for (at, derivative) in by.iter().skip(direction).step_by(2).flatten() {
-                function[*at] += 0.5 * derivative;
+/// Predicted rms deviations, less their means, on a straight way through the middle of the poses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WayDeviation {
+    /// Of the position along it, metres.
+    pub position_m: f64,
+    /// Of the angles by segments 1 and 3, by 2 and 4, rad.
+    pub angles_rad: [f64; 2],
+}
+
+/// On the way along a direction. Means are gauge; what is left is a scale and a bend above all, which the poses tell weakly.
+pub fn of_way(problem: &Problem, fit: &Fit, direction: usize) -> WayDeviation {
+    let places: Vec<_> = way(problem.poses, direction)
+        .iter()
+        .map(|pose| outputs(problem.setup, problem.unknowns, &fit.values, pose).by)
+        .collect();
+    let of_pair = |pair: usize, weights: [f64; 2]| {
+        let functions = places.iter().map(|by| {
+            let mut function = vec![0.0; problem.unknowns.len()];
+            for (by, weight) in by.iter().skip(pair).step_by(2).zip(weights) {
+                for (at, derivative) in by {
+                    function[*at] += weight * derivative;
+                }
             }
             function
-        })
-        .collect();
+        });
+        rms_less_mean(fit, &functions.collect::<Vec<_>>())
+    };
+    let per_span = 1.0 / problem.setup.span_m;
+    WayDeviation {
+        position_m: of_pair(direction, [0.5, 0.5]),
+        angles_rad: [0, 1].map(|pair| of_pair(pair, [per_span, -per_span])),
+    }
+}
+
+/// Predicted rms deviation of linear functions of the unknowns, less their mean.
+fn rms_less_mean(fit: &Fit, functions: &[Vec<f64>]) -> f64 {
     let count = functions.len() as f64;
-    let mean: Vec<f64> = (0..unknowns.len())
+    let unknowns = functions.first().map_or(0, Vec::len);
+    let mean: Vec<f64> = (0..unknowns)
         .map(|i| functions.iter().map(|f| f[i]).sum::<f64>() / count)
         .collect();
     let variance = |function: &Vec<f64>| {

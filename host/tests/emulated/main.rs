@@ -5,6 +5,7 @@ mod bytes;
 mod demo;
 mod joint;
 mod long;
+mod map;
 mod parts;
 mod restarts;
 mod rig;

@@ -2,7 +2,7 @@
 //! tooth map.
 
 use crate::board::Simulated;
-use crate::demo::still::{BEFORE, LOOK};
+use crate::demo::standstill::Standstills;
 use crate::teeth::TeethPose;
 use anyhow::{Result, ensure};
 use courier_sensor::calibration::joint::{JointBuffer, JointSample};
@@ -12,7 +12,6 @@ use courier_sensor::geometry::Geometry;
 use courier_sensor::link::report::Progress;
 use courier_sensor::link::telemetry::{self, Channels};
 use courier_sensor::settings::Settings;
-use std::collections::VecDeque;
 
 /// Samples sent: one in this many.
 const DECIMATION: u32 = 5;
@@ -20,16 +19,18 @@ const DECIMATION: u32 = 5;
 const WINDOW: u32 = 320;
 /// Means' noise is a sample's over the root of this.
 pub const AVERAGED: u32 = WINDOW / DECIMATION;
-/// Looks after the session's end in which the last samples come.
-const LAST_LOOKS: usize = 40;
+/// Samples that a mean needs at least: its noise is then 15 % more. The board drops frames while a solution or the flash takes longer
+/// than their queue lasts.
+const LEAST: usize = (AVERAGED - AVERAGED / 4) as usize;
 
 /// Telemetry and the session's progress go in, averaged poses come out.
 pub struct Poses {
     /// Stage, poses done, poses lost at the last look.
     last: (Stage, u32, u32),
-    /// Last sample of a standstill, and the stage that the pose belongs to.
-    wanted: VecDeque<(u32, Stage)>,
-    samples: VecDeque<telemetry::Sample>,
+    /// Marked by the stage that the pose belongs to.
+    stills: Standstills<Stage>,
+    /// Poses of which too few samples came.
+    missing: usize,
     geometry: Geometry,
     origin_teeth: [i32; SEGMENTS],
     is_held_out: bool,
@@ -45,13 +46,11 @@ impl Poses {
     /// # Errors
     /// The board cannot be reached.
     pub fn start(board: &mut Simulated) -> Result<Self> {
-        board.link.drop_samples()?;
         let channels = Channels::UNMODIFIED.union(Channels::TAN_PSI);
-        board.link.stream(channels, DECIMATION as u16)?;
         Ok(Self {
             last: (Stage::Origin, 0, 0),
-            wanted: VecDeque::new(),
-            samples: VecDeque::new(),
+            stills: Standstills::start(board, channels, DECIMATION, WINDOW)?,
+            missing: 0,
             geometry: Settings::default().geometry,
             origin_teeth: [0; SEGMENTS],
             is_held_out: false,
@@ -69,59 +68,41 @@ impl Poses {
         let before = core::mem::replace(&mut self.last, now);
         let is_visited = !matches!(before.0, Stage::Solving | Stage::Finished);
         if is_visited && (before.0, before.1) != (now.0, now.1) && before.2 == now.2 {
-            let end = board.sequence().saturating_sub(BEFORE);
-            self.wanted.push_back((end, before.0));
+            self.stills.over(board, before.0);
         }
-        self.gather(board)
+        self.stills.gather(board)?;
+        self.take_all();
+        Ok(())
     }
 
     /// Waits for what is still on its way, and ends the stream.
     ///
     /// # Errors
-    /// As [`Poses::look`]; samples were lost on the link.
+    /// As [`Poses::look`]; too many samples of a pose were lost.
     pub fn finish(mut self, board: &mut Simulated) -> Result<Self> {
-        for _ in 0..LAST_LOOKS {
-            board.link.pass(LOOK)?;
-            self.gather(board)?;
-        }
-        board.link.stream(Channels::empty(), 0)?;
-        let (lost, missing) = (board.link.lost(), self.wanted.len());
+        self.stills.finish(board)?;
+        self.take_all();
+        let missing = self.missing + self.stills.waiting();
         ensure!(
-            lost == 0 && missing == 0,
-            "the poses: found {lost} samples lost on the link and {missing} poses without samples, wanted none"
+            missing == 0,
+            "the poses: found {missing} with less than {LEAST} of {AVERAGED} samples, wanted none"
         );
         Ok(self)
     }
 
-    fn gather(&mut self, board: &mut Simulated) -> Result<()> {
-        let samples = &mut self.samples;
-        board.link.listen(|sample| {
-            samples.push_back(*sample);
-            Ok(())
-        })?;
-        while let Some((end, stage)) = self.wanted.front().copied()
-            && self.samples.back().is_some_and(|last| last.sequence >= end)
-        {
-            self.wanted.pop_front();
+    fn take_all(&mut self) {
+        while let Some((end, stage)) = self.stills.next() {
             self.take(end, stage);
         }
-        let oldest = board.sequence().saturating_sub(2 * (WINDOW + BEFORE));
-        let is_open = self.wanted.is_empty();
-        while is_open
-            && let Some(first) = self.samples.front()
-            && first.sequence < oldest
-        {
-            self.samples.pop_front();
-        }
-        Ok(())
     }
 
     /// A pose whose standstill ended with that sample.
     fn take(&mut self, end: u32, stage: Stage) {
         let begin = end.saturating_sub(WINDOW);
-        let stand = self.samples.iter().skip_while(|s| s.sequence <= begin);
+        let stand = self.stills.samples().skip_while(|s| s.sequence <= begin);
         let stand = stand.take_while(|s| s.sequence <= end);
         let Some((sample, deflection)) = mean(stand, self.geometry.tan_full_scale) else {
+            self.missing += 1;
             return;
         };
         if stage == Stage::Origin {
@@ -144,7 +125,7 @@ impl Poses {
     }
 }
 
-/// Mean outputs and deflection; none of nothing.
+/// Mean outputs and deflection; none of less than [`LEAST`].
 fn mean<'a>(
     stand: impl Iterator<Item = &'a telemetry::Sample>,
     full_scale: f32,
@@ -152,8 +133,8 @@ fn mean<'a>(
     let seen: Vec<_> = stand
         .filter_map(|sample| sample.unmodified.zip(sample.tan_psi))
         .collect();
+    let first = seen.first().filter(|_| seen.len() >= LEAST)?.0;
     let share = 1.0 / seen.len() as f32;
-    let first = seen.first()?.0;
     let mut sample = Sample {
         unmodified: first,
         ..Sample::ZERO

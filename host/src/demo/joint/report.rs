@@ -147,6 +147,8 @@ pub struct JointReport {
     pub theta_x_answer_uncalibrated: Option<f64>,
     /// The fly-by without the tooth map; none where the run did not come so far.
     pub without_map: Option<WithoutMap>,
+    /// Share of the fly-by's frames with the map in force in which a segment was outside its trusted cells.
+    pub outside_map: Option<f64>,
     /// What the tooth map rests on, where one is in force.
     pub map: Option<Evidence>,
     /// Why none is.
@@ -188,6 +190,7 @@ impl JointReport {
             refusal: None,
             theta_x_answer_uncalibrated: None,
             without_map: None,
+            outside_map: None,
             map: None,
             map_refusal: None,
             steps: Vec::new(),

@@ -3,7 +3,7 @@
 
 use super::super::flight::{fly_along, stand_at};
 use super::super::flyby::{Deviations, Flyby};
-use super::super::still;
+use super::super::standstill;
 use super::mapping::map_teeth;
 use super::paper_method::{self, PaperFit};
 use super::poses::Poses;
@@ -16,7 +16,7 @@ use anyhow::{Context, Result, bail};
 use courier_sensor::calibration::joint::{JointConfig, Weighting};
 use courier_sensor::calibration::record::{self, Calibration};
 use courier_sensor::calibration::{Evidence, Stage};
-use courier_sensor::frame::Frame;
+use courier_sensor::frame::{Frame, Status};
 use courier_sensor::link::message::{Action, CalibrateOrder};
 use courier_sensor::link::report::{Ending, Progress};
 use courier_sensor::model::ErrorModel;
@@ -184,7 +184,7 @@ pub(super) fn joint(
     progress.set_message("both sensors: poses");
     let mut poses = Poses::start(board)?;
     let mut is_aborted = false;
-    let ended = session::run(board, order, still::LOOK, progress, |board, now| {
+    let ended = session::run(board, order, standstill::LOOK, progress, |board, now| {
         poses.look(board, now)?;
         if until == Until::Visited && now.stage == Stage::Solving && !is_aborted {
             is_aborted = true;
@@ -210,7 +210,11 @@ fn joint_rows(
     let without_map_m = step.after.rms_m.map(f64::from);
     let residuals_m = report.map.map_or(without_map_m, |map| map.after_m);
     residual_rows(report, Method::Here, residuals_m);
-    let [_, here] = judged(&fly(board, sweep, progress)?)?;
+    let flight = fly(board, sweep, progress)?;
+    let is_outside = |(frame, _): &&(Frame, Pose)| frame.status.contains(Status::OUTSIDE_MAP);
+    let outside = flight.iter().filter(is_outside).count();
+    report.outside_map = Some(outside as f64 / flight.len().max(1) as f64);
+    let [_, here] = judged(&flight)?;
     flight_rows(report, Method::Here, Calibrated::Jointly, &here);
     Ok(())
 }
