@@ -141,7 +141,8 @@ fn demonstrate(
     });
     map_teeth(board, options, poses.teeth, beacon, report, progress)?;
     joint_rows(board, sweep, report, progress)?;
-    // The paper's motion, for its method.
+    // The paper's motion, for its method: the map out of force leaves the processor its time for session and stream at once.
+    board.link.ask(Action::MapDrop)?;
     stand_at(board, beacon)?;
     let travel_m = JointConfig::default().visits.range.travel_m;
     let order = joint_order(options, travel_m, turn_rad);
