@@ -2,6 +2,7 @@
 
 use crate::rig::amount;
 use courier::board::On;
+use courier::demo::joint::{JointOptions, JointReport, run as run_jointly};
 use courier::demo::{Options, Plan, Preset, Report, run};
 use indicatif::ProgressBar;
 
@@ -32,4 +33,51 @@ fn demonstrates_the_same_as_the_simulated_board() {
         println!("{}: {a:.4} simulated, {b:.4} emulated", row.name);
         assert!((b / a - 1.0).abs() < 0.05, "{}: {a} and {b}", row.name);
     }
+}
+
+fn demonstrate_jointly(on: On) -> JointReport {
+    let options = JointOptions {
+        on,
+        preset: Preset::Paper,
+        seed: 1,
+        poses: Some(amount("COURIER_EMULATED_POSES", 60) as u32),
+        platen: None,
+    };
+    run_jointly(&options, &ProgressBar::hidden()).expect("it runs to its end")
+}
+
+/// Platen calibration, joint calibration, further poses, tooth map and fly-bys by the image. With few poses the map is poor and each
+/// figure moves with the noise, the paper's method's most; what the flights show before any calibration does not.
+#[test]
+fn the_joint_demonstration_runs_on_the_image() {
+    let (here, there) = (
+        demonstrate_jointly(On::Sim),
+        demonstrate_jointly(On::Emulated),
+    );
+    assert!(here.accepted && there.accepted, "{there:?}");
+    assert!(here.map.is_some() && there.map.is_some(), "{there:?}");
+    let accepted = |report: &JointReport| -> Vec<_> {
+        let steps = report.steps.iter();
+        steps.filter(|s| s.accepted).map(|s| s.step).collect()
+    };
+    println!(
+        "{:?} simulated, {:?} emulated",
+        accepted(&here),
+        accepted(&there)
+    );
+    for (row, other) in here.rows.iter().zip(&there.rows) {
+        let (a, b) = (row.here.expect("a figure"), other.here.expect("a figure"));
+        println!("{}: {a:.4} simulated, {b:.4} emulated", row.name);
+        assert!(row.paper_method.is_some() && other.paper_method.is_some());
+        let is_raw = row.name.contains("uncalibrated");
+        assert!(
+            !is_raw || (b / a - 1.0).abs() < 0.05,
+            "{}: {a} and {b}",
+            row.name
+        );
+    }
+    let row = |name: &str| there.rows.iter().find(|row| row.name == name);
+    let figure = |name: &str| row(name).and_then(|row| row.here).expect("a figure");
+    assert!(figure("position_joint_um") < 0.3 * figure("position_uncalibrated_um"));
+    assert!(figure("theta_y_joint_mrad") < 0.2 * figure("theta_y_uncalibrated_mrad"));
 }
