@@ -218,7 +218,7 @@ impl Image {
             .with_context(|| format!("{}: no function {root}", self.name))
     }
 
-    /// Fails if an image does not fit, or if the sampling interrupt can reach a panic.
+    /// Fails if an image does not fit, holds a path of this machine, or if the sampling interrupt can reach a panic.
     ///
     /// # Errors
     /// What it is, with both numbers.
@@ -241,6 +241,7 @@ impl Image {
             sizes.stack_bytes,
             sizes.stack_room()
         );
+        no_path_of_this_machine(name, file)?;
         let graph = CallGraph::of(file)?;
         let (reach, register) = graph.reach(&self.symbol(&graph, self.sampling)?)?;
         let panics = reach
@@ -258,6 +259,36 @@ impl Image {
         );
         Ok(())
     }
+}
+
+/// Fails if a folder of this machine got into an image, its debug information included: two builds of the same source
+/// would differ.
+fn no_path_of_this_machine(name: &str, file: &Path) -> Result<()> {
+    let bytes = std::fs::read(file).with_context(|| file.display().to_string())?;
+    for folder in [Some(root()), std::env::home_dir()].into_iter().flatten() {
+        let folder = folder.display();
+        ensure!(
+            !holds_folder(&bytes, &folder.to_string()),
+            "{name}: found {folder} in the image"
+        );
+    }
+    Ok(())
+}
+
+/// Whether a path that begins with `folder` is among the bytes: not `./src/a.rs` for `/src`.
+fn holds_folder(bytes: &[u8], folder: &str) -> bool {
+    let of_path = |byte: u8| byte.is_ascii_alphanumeric() || b"._-".contains(&byte);
+    bytes.windows(folder.len() + 2).any(|window| {
+        let (before, path, behind) = (
+            window[0],
+            &window[1..=folder.len()],
+            window[folder.len() + 1],
+        );
+        folder.len() > 1
+            && path == folder.as_bytes()
+            && !of_path(before)
+            && b"/\0".contains(&behind)
+    })
 }
 
 fn is_loaded(section: &object::Section<'_, '_>) -> bool {
@@ -357,4 +388,18 @@ pub fn images(_: &[String]) -> Result<()> {
     println!("{}", firmware.display());
     println!("{}", plugin::build()?.display());
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::holds_folder;
+
+    #[test]
+    fn a_folder_of_this_machine_is_told_from_a_part_of_another_path() {
+        assert!(holds_folder(b"\0/home/me/src/lib.rs\0", "/home/me"));
+        assert!(holds_folder(b"\0/home/me\0", "/home/me"));
+        assert!(!holds_folder(b"\0./src/lib.rs\0", "/src"));
+        assert!(!holds_folder(b"\0/home/men/lib.rs\0", "/home/me"));
+        assert!(!holds_folder(b"\0/a/b\0", "/"));
+    }
 }
