@@ -180,6 +180,7 @@ fn beacon_regressors() -> Vec<Regressor> {
         name: name.into(),
         unit: "m",
         size_m: FREE_M,
+        deviation: None,
         during: ALWAYS,
         action: Action::Channels(Box::new(move |m: &Moment, out: &mut [f64; CHANNELS]| {
             let [x, y] = add(m);

@@ -7,6 +7,9 @@ const PIECE: usize = 60;
 /// By this many robust deviations.
 const OUTSIDE: f64 = 7.0;
 
+/// What is next to such a sample belongs to it by this many.
+const BESIDE: f64 = 3.5;
+
 /// Marks samples that stand out of their neighbourhood. `rows` are (sample, channel, whitened residual) in time order.
 pub fn disturbed(rows: &[(usize, usize, f64)], samples: usize, stretch: &[usize]) -> Vec<bool> {
     let mut marked = vec![false; samples];
@@ -30,14 +33,35 @@ pub fn disturbed(rows: &[(usize, usize, f64)], samples: usize, stretch: &[usize]
                 median_and_deviation(&mut values).filter(|_| end - start >= 20)
             {
                 let limit = OUTSIDE * deviation.max(1.0);
-                for (i, value) in &list[start..end] {
-                    if (value - centre).abs() > limit {
-                        marked[*i] = true;
-                    }
+                let far = |k: &usize, limit: f64| (list[*k].1 - centre).abs() > limit;
+                let near = limit * BESIDE / OUTSIDE;
+                for k in (start..end).filter(|k| far(k, limit)) {
+                    let back = (start..=k).rev().take_while(|k| far(k, near));
+                    let on = (k..end).take_while(|k| far(k, near));
+                    back.chain(on).for_each(|k| marked[list[k].0] = true);
                 }
             }
             start = end;
         }
     }
     marked
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tail_of_a_disturbance_is_marked_with_it() {
+        let value = |i: usize| match i {
+            100 => 20.0,
+            101 => 7.0,
+            50 => 7.0,
+            _ => (1.7 * i as f64).sin() * 1.4,
+        };
+        let rows: Vec<(usize, usize, f64)> = (0..200).map(|i| (i, 0, value(i))).collect();
+        let marked = disturbed(&rows, 200, &[0; 200]);
+        let list: Vec<usize> = (0..200).filter(|&i| marked[i]).collect();
+        assert_eq!(list, [100, 101]);
+    }
 }

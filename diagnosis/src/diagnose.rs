@@ -303,7 +303,7 @@ pub fn study<'a>(
     }
     scene.survey.unmodified = look.as_in.is_some_and(|survey| survey.unmodified);
     if look.field_beside.is_some() {
-        (scene.survey.node_step_m, scene.survey.nodes) = crate::nodes::nodes(&scene);
+        crate::nodes::lay(&mut scene);
     }
     let wanted = |name: &str| {
         look.field_beside

@@ -62,6 +62,8 @@ pub struct Gram {
     pub scale: Vec<f64>,
     /// Prior mean, in prior deviations.
     pub centre: Vec<f64>,
+    /// Prior deviation over the physical one.
+    pub shrunk: Vec<f64>,
     /// True if the readings show less noise than is stated: less than the stated noise may be left.
     pub overstated: bool,
 }
@@ -136,7 +138,11 @@ impl Gram {
             .regressors
             .iter()
             .zip(&size)
-            .map(|(r, s)| if *s > 0.0 { r.size_m / s } else { 0.0 })
+            .map(|(r, s)| match r.deviation {
+                _ if *s <= 0.0 => 0.0,
+                Some(deviation) => deviation,
+                None => r.size_m / s,
+            })
             .collect();
         let centre = columns
             .centre
@@ -158,9 +164,23 @@ impl Gram {
         Self {
             fold,
             rows,
+            shrunk: vec![1.0; scale.len()],
             scale,
             centre,
             overstated: scene.observations.overstated,
+        }
+    }
+
+    /// Takes prior deviations to be so many times what they were; prior means stay what they are in their units.
+    pub fn rescale(&mut self, factor: &[f64]) {
+        for (c, by) in factor.iter().enumerate() {
+            self.scale[c] *= by;
+            self.shrunk[c] *= by;
+            self.centre[c] /= by;
+            for sum in &mut self.fold {
+                sum.row_mut(c).scale_mut(*by);
+                sum.column_mut(c).scale_mut(*by);
+            }
         }
     }
 

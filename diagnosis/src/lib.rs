@@ -27,6 +27,7 @@ pub mod observe;
 pub mod phase;
 pub mod places;
 pub mod refine;
+pub mod relevance;
 pub mod report;
 pub mod scene;
 pub mod search;
@@ -35,6 +36,7 @@ pub mod simulate;
 pub mod slips;
 pub mod smooth;
 pub mod statistics;
+pub mod travel;
 pub mod visited;
 
 pub use diagnose::Options;

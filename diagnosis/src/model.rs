@@ -163,7 +163,8 @@ fn split(model: &Model, observations: &Observations, usable: Vec<bool>) -> (Vec<
         return (usable, none);
     };
     let baseline = model.baseline_with_effects.clone();
-    let scene = Scene::relative_to(observations, baseline, usable, Some(&model.normal));
+    let mut scene = Scene::relative_to(observations, baseline, usable, Some(&model.normal));
+    scene.survey.field_by_segment = model.survey.field_by_segment;
     let there =
         |i: usize| scene.keep[i] && scene.channels(i).contains(&true) | scene.scope.reference;
     (0..scene.len())

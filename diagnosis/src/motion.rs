@@ -2,6 +2,7 @@
 
 use crate::observe::Observations;
 use crate::statistics::quantile;
+use crate::travel::Travel;
 
 /// Half the number of neighbours in a local fit.
 const HALF_WINDOW: usize = 3;
@@ -9,14 +10,8 @@ const HALF_WINDOW: usize = 3;
 const SMOOTH_M: f64 = 15.0e-6;
 /// See [`SMOOTH_M`].
 const SMOOTH_SHARE: f64 = 0.02;
-/// Travel that counts, in rms misfits of the local path (some 0.75 of the noise): less may be noise.
-const DEAD: f64 = 8.0;
-/// Travel after which a segment's own memory of its direction has turned over to 1/e, m.
-pub const TURNOVER_M: [f64; 3] = [4.0e-6, 12.0e-6, 40.0e-6];
 /// Share of the path that [`Motion::loud_m`] is of.
 const LOUD: f64 = 0.9;
-/// A still pose was approached from a side if it moved by more than this, m.
-const APPROACH_M: f64 = 20.0e-6;
 
 /// Motion of the segments and of the spot on the coordination sensor, one value a sample.
 #[derive(Clone, Debug, Default)]
@@ -29,8 +24,10 @@ pub struct Motion {
     pub direction: [Vec<f64>; 4],
     /// Where a segment does not move: the direction in which it last did.
     pub approach: [Vec<f64>; 4],
-    /// Direction of travel that turns over gradually, one for each of [`TURNOVER_M`]: the state of Dahl 1968's friction model.
+    /// Direction of travel that turns over gradually, one for each of [`crate::travel::TURNOVER_M`]: the state of Dahl 1968's friction model.
     pub memory: [Vec<[f64; 3]>; 4],
+    /// True about a turn, where which way it goes is told to a few samples only.
+    pub turning: [Vec<bool>; 4],
     /// Rates of tan(psi), 1/s.
     pub tan_psi_rate: [Vec<f64>; 2],
     /// 99th percentile of each segment's speed, m/s.
@@ -143,65 +140,25 @@ impl Motion {
             .map(|i| fit[i].residual)
             .collect();
         let scatter_m = crate::statistics::median(&mut scatter).unwrap_or(0.0);
+        let travel = Travel::new(position, smooth, scatter_m, observations);
         let mut direction = vec![0.0; n];
-        let mut approach = vec![0.0; n];
-        // Slow travel has a direction as well, told by the way and not by the speed.
-        let (mut last, mut mark) = (0.0, f64::NAN);
+        let mut approach = travel.direction;
         for i in 0..n {
-            let apart =
-                i > 0 && (!smooth[i] || observations.stretch[i] != observations.stretch[i - 1]);
-            let wanted = if apart { APPROACH_M } else { DEAD * scatter_m };
-            let step = position[i] - mark;
-            if mark.is_nan() || step.abs() > wanted {
-                last = if mark.is_nan() { last } else { step.signum() };
-                mark = position[i];
-            }
             if smooth[i] && speed[i].abs() > (5.0 * fit[i].slope_noise).max(0.02 * top) {
                 direction[i] = speed[i].signum();
-                (last, mark) = (direction[i], position[i]);
-            } else {
-                approach[i] = last;
+                approach[i] = 0.0;
             }
         }
         self.acceleration_m_s2[segment] = (0..n)
             .map(|i| clear(fit[i].curvature, fit[i].curvature_noise, i))
             .collect();
         self.scatter_m[segment] = scatter_m;
-        self.memory[segment] = memory(DEAD * scatter_m, position, &self.smooth, observations);
+        self.memory[segment] = travel.memory;
+        self.turning[segment] = travel.turning;
         self.speed_m_s[segment] = speed;
         self.direction[segment] = direction;
         self.approach[segment] = approach;
     }
-}
-
-/// The gradual direction of travel. Between separate poses and between stretches the way is taken to be straight.
-fn memory(
-    dead_m: f64,
-    position: &[f64],
-    smooth: &[bool],
-    observations: &Observations,
-) -> Vec<[f64; 3]> {
-    let mut state = [0.0; 3];
-    let mut mark = f64::NAN;
-    (0..position.len())
-        .map(|i| {
-            let here = position[i];
-            let apart =
-                i > 0 && (!smooth[i] || observations.stretch[i] != observations.stretch[i - 1]);
-            let wanted = if apart { APPROACH_M } else { dead_m };
-            if mark.is_nan() {
-                mark = here;
-            }
-            let step = here - mark;
-            if step.abs() > wanted {
-                mark = here;
-                for (one, turnover) in state.iter_mut().zip(TURNOVER_M) {
-                    *one = step.signum() + (*one - step.signum()) * (-step.abs() / turnover).exp();
-                }
-            }
-            state
-        })
-        .collect()
 }
 
 /// Neighbours of each sample within its stretch.

@@ -33,6 +33,7 @@ pub fn waves(amounts: &[Magnitude], lines_hz: &[f64]) -> Vec<Regressor> {
                 name: format!("{hz:.3} Hz{label}"),
                 unit: "1",
                 size_m: FREE_M,
+                deviation: None,
                 during: effects::sensor::ALWAYS,
                 action: Action::Channels(Box::new(add)),
             });

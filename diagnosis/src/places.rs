@@ -279,6 +279,7 @@ fn reference_phase(survey: &Survey) -> Vec<Regressor> {
                     name: format!("order {order} {part}, segments {} and {}", s + 1, s + 3),
                     unit: "m",
                     size_m: SIZE_M,
+                    deviation: None,
                     during: effects::sensor::ALWAYS,
                     action: Action::Readings(Box::new(move |m, out| {
                         out[s] += wave(m);

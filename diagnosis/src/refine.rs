@@ -37,7 +37,8 @@ impl<'a> Refined<'a> {
         let mut round = 0;
         loop {
             let (scene, columns) = linearised(start, &about, names);
-            let gram = Gram::new(&scene, &columns, &fold);
+            let mut gram = Gram::new(&scene, &columns, &fold);
+            crate::relevance::shrink(&mut gram, &columns);
             let list: Vec<usize> = (0..gram.width()).collect();
             let amounts: Vec<f64> = solve(&gram.training(None), &list, &gram.centre, 1.0)
                 .map_or(vec![0.0; list.len()], |fit| {

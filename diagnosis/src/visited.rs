@@ -58,7 +58,8 @@ impl Visited {
 pub fn places_m<'a>(scene: &'a Scene, i: usize) -> impl Iterator<Item = (usize, [f64; 2])> + 'a {
     let moment = scene.moment(i);
     let channels = scene.channels(i);
-    (0..MOST_FIELDS).filter_map(move |s| match (scene.scope.reference, channels.get(s)) {
+    let by_segment = scene.scope.reference || scene.survey.field_by_segment;
+    (0..MOST_FIELDS).filter_map(move |s| match (by_segment, channels.get(s)) {
         (true, _) if scene.scope.segments[s] => Some((s, moment.place_m[s])),
         (false, Some(true)) => Some((s, moment.centre_m)),
         _ => None,

@@ -58,6 +58,33 @@ fn single_effects_are_named() {
     }
 }
 
+fn with_four_segments(seed: u64, effects: &[(&str, f64)]) -> Diagnosis {
+    let options = rig::Options {
+        samples: 6000,
+        beacon: false,
+        ..rig::Options::default()
+    };
+    diagnose(
+        &rig::record(seed, effects, &options).0,
+        "rig",
+        &Options::default(),
+    )
+}
+
+/// Noise is what neighbours do not share; what they share beyond it is the field's.
+#[test]
+fn a_field_under_noise_is_seen() {
+    let d = with_four_segments(24, &[("tooth_variation", 2.0e-6), ("excess_noise", 1.5e-6)]);
+    let mut found = names(&d);
+    found.sort_unstable();
+    assert_eq!(
+        found,
+        ["excess_noise", "tooth_variation"],
+        "{:?}",
+        d.verdict
+    );
+}
+
 #[test]
 fn an_unlisted_effect_is_unknown() {
     let d = on_rig(23, &[("theta_bend", 2.0e-6)]);

@@ -3,6 +3,7 @@ mod rig;
 
 use diagnosis::motion::Motion;
 use diagnosis::observe::Observations;
+use diagnosis::travel::Travel;
 
 /// A column made of a sample's own noise would rebuild the residual held out as well: a false alarm "speed".
 #[test]
@@ -44,4 +45,43 @@ fn speed_and_acceleration_are_the_neighbours() {
         }
     }
     assert!(compared > 10);
+}
+
+/// Around a turn the way back is within the noise for a good part of the time: it counts from where it began.
+#[test]
+fn a_turn_is_told_where_it_was() {
+    let clean = Observations::new(&rig::record(43, &[], &rig::Options::default()).0).unwrap();
+    let length = (0..clean.len())
+        .take_while(|&i| clean.stretch[i] == clean.stretch[0])
+        .count();
+    let mut dice = rig::Dice(7);
+    let leg = 400;
+    // There and back over 2 mm along quintics, each leg at rest for a tenth of its time before it begins.
+    let place_m = |i: usize| {
+        let u = (((i % leg) as f64 / leg as f64 - 0.1) / 0.9).max(0.0);
+        let s = u * u * u * (10.0 - 15.0 * u + 6.0 * u * u);
+        2.0e-3 * if (i / leg) % 2 == 0 { s } else { 1.0 - s }
+    };
+    let position_m: Vec<f64> = (0..clean.len())
+        .map(|i| place_m(i) + 0.3e-6 * dice.normal())
+        .collect();
+    let smooth = vec![true; clean.len()];
+    let travel = Travel::new(&position_m, &smooth, 0.2e-6, &clean);
+    let (mut wrong, mut count) = (0u32, 0u32);
+    for i in leg..length {
+        let rests = i % leg < leg / 10;
+        let way = if ((i - usize::from(rests) * leg) / leg) % 2 == 0 {
+            1.0
+        } else {
+            -1.0
+        };
+        wrong += u32::from(travel.direction[i] != way);
+        count += 1;
+    }
+    assert!(count > 1200, "{count}");
+    // A dead band of eight misfits alone takes until 10 u³ is 1.6 µm of 2 mm, u = 0.043 of each leg: less than half of that.
+    assert!(
+        f64::from(wrong) < 0.5 * 0.043 * f64::from(count),
+        "{wrong} of {count}"
+    );
 }

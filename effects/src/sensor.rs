@@ -114,12 +114,15 @@ pub struct Survey {
     pub beacon_stretches: Vec<usize>,
     /// Mesh width of a field over the platen, m; zero where none is judged.
     pub node_step_m: f64,
-    /// Nodes that are passed often enough: of the sensor's centre along x and y for g_p, g_x and g_y, or of each segment along
-    /// and across against a reference.
+    /// Nodes that are passed often enough: of each segment along and across, or, where that would be too many, of the sensor's
+    /// centre along x and y for g_p, g_x and g_y.
     pub nodes: [Vec<[i32; 2]>; 4],
     /// Residuals are those of single segments against a reference.
     #[serde(default)]
     pub reference: bool,
+    /// Each segment has a field of its own, at its own place, though there is no reference.
+    #[serde(default)]
+    pub field_by_segment: bool,
     /// The place explains a good part of how each segment's amplitude changes.
     #[serde(default)]
     pub amplitude_by_place: [bool; 4],
@@ -163,6 +166,8 @@ pub struct Regressor {
     pub unit: &'static str,
     /// Physical size: prior standard deviation of what it does to the readings, rms over the recording, m.
     pub size_m: f64,
+    /// Prior standard deviation of the amount itself, where that is what is known; else it is what gives [`Self::size_m`].
+    pub deviation: Option<f64>,
     /// It adds nothing outside this progress of the recording; asked before it is evaluated.
     pub during: [f64; 2],
     /// What a unit amount adds.
@@ -181,6 +186,7 @@ impl Regressor {
             name: name.into(),
             unit,
             size_m,
+            deviation: None,
             during: ALWAYS,
             action: Action::Readings(Box::new(add)),
         }
@@ -216,6 +222,7 @@ impl Regressor {
             name: name.into(),
             unit,
             size_m,
+            deviation: None,
             during: ALWAYS,
             action,
         }
@@ -225,6 +232,13 @@ impl Regressor {
     #[must_use]
     pub fn within(mut self, during: [f64; 2]) -> Self {
         self.during = during;
+        self
+    }
+
+    /// The same with a prior on the amount itself.
+    #[must_use]
+    pub fn of_deviation(mut self, deviation: f64) -> Self {
+        self.deviation = Some(deviation);
         self
     }
 

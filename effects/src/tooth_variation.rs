@@ -130,16 +130,47 @@ pub use sensor_side::FieldModel;
 pub mod sensor_side {
     use crate::sensor::{Regressor, SensorEffect, Survey};
 
-    /// Sensor side: a bilinear field with a node a tooth (or coarser, where the courier went far). What the teeth under the four
-    /// segments add to g_p, g_x and g_y hardly depends on the angle, so it is a field over the centre for each of these;
-    /// against a reference each segment has its own.
+    /// Sensor side: displacements of single teeth (of groups of them, where the courier went far), each seen as far as a
+    /// segment's footprint reaches. Each segment has a field at its own place. Over a wide range that would be too many
+    /// unknowns: what the teeth under the four segments add to g_p, g_x and g_y hardly depends on the angle, so it is a
+    /// field over the centre for each of these there.
+    ///
+    /// That the displacements are independent and the footprint is known makes the field smooth over some teeth beforehand:
+    /// where it was passed once, its neighbours are told as well, and a wave of few teeth is no such field.
     pub struct FieldModel;
 
-    /// A bilinear hat around a node.
-    fn hat(place_m: [f64; 2], step_m: f64, [i, j]: [f64; 2]) -> f64 {
-        let along = 1.0 - (place_m[0] / step_m - i).abs();
-        let across = 1.0 - (place_m[1] / step_m - j).abs();
-        along.max(0.0) * across.max(0.0)
+    /// Teeth along and across a segment that its reading averages: the fewest that are built (the more there are, the smoother).
+    const FOOTPRINT: f64 = 4.0;
+    /// Prior size of the field, rms m.
+    const SIZE_M: f64 = 3.0e-6;
+    /// Nodes to either side that a footprint reaches at most.
+    pub const REACH: i32 = 3;
+
+    /// Share of a node in a reading so many nodes away, the nodes this many pitches apart: overlap with the footprint at the
+    /// nodes, linear between them.
+    pub fn share(nodes_away: f64, step_pitches: f64) -> f64 {
+        let at = |k: f64| (0.5 * FOOTPRINT + 0.5 - k * step_pitches).clamp(0.0, 1.0);
+        let away = nodes_away.abs();
+        let (first, part) = (away.floor(), away.fract());
+        let first_share = if first == 0.0 { 1.0 } else { at(first) };
+        (1.0 - part) * first_share + part * at(first + 1.0)
+    }
+
+    /// The same in both directions, of a place in node widths.
+    fn seen(place_m: [f64; 2], step_m: f64, pitch_m: f64, [i, j]: [f64; 2]) -> f64 {
+        let (along, across) = (place_m[0] / step_m - i, place_m[1] / step_m - j);
+        let reach = f64::from(REACH);
+        if along.abs() >= reach || across.abs() >= reach {
+            return 0.0;
+        }
+        let step = step_m / pitch_m;
+        share(along, step) * share(across, step)
+    }
+
+    /// Prior deviation of one displacement, m: independent ones add up to the field's size.
+    fn deviation_m(step_pitches: f64) -> f64 {
+        let squares = (-REACH..=REACH).map(|k| share(f64::from(k), step_pitches).powi(2));
+        SIZE_M / squares.sum::<f64>()
     }
 
     impl SensorEffect for FieldModel {
@@ -157,17 +188,19 @@ pub mod sensor_side {
 
         fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
             let mut list = Vec::new();
-            let step_m = survey.node_step_m;
+            let (step_m, pitch_m) = (survey.node_step_m, survey.pitch_m);
+            let deviation_m = deviation_m(step_m / pitch_m);
             for s in (0..4).filter(|_| step_m > 0.0) {
                 for &[i, j] in &survey.nodes[s] {
                     let node = [f64::from(i), f64::from(j)];
-                    list.push(if survey.reference {
+                    let one = if survey.reference || survey.field_by_segment {
                         let name = format!("node {i} along, {j} across, segment {}", s + 1);
-                        Regressor::reading(name, "m", 3.0e-6, s, move |m| hat(m.place_m[s], step_m, node))
+                        Regressor::reading(name, "m", SIZE_M, s, move |m| seen(m.place_m[s], step_m, pitch_m, node))
                     } else {
                         let name = format!("node {i} along x, {j} along y, {}", ["g_p", "g_x", "g_y", ""][s]);
-                        Regressor::channel(name, "m", 3.0e-6, s, move |m| hat(m.centre_m, step_m, node))
-                    });
+                        Regressor::channel(name, "m", SIZE_M, s, move |m| seen(m.centre_m, step_m, pitch_m, node))
+                    };
+                    list.push(one.of_deviation(deviation_m));
                 }
             }
             list

@@ -9,8 +9,11 @@ use crate::report::{Magnitude, Named};
 const ROUGH_PAIRS: usize = 300;
 /// See [`ROUGH_PAIRS`].
 const SHOWN_PAIRS: usize = 60;
-/// Half the mean squared step over the mean square is 1 for white noise; a pattern stays below this.
+/// Of what is there beyond the stated noise, noise is at least this share: half the mean squared step is all of its mean square
+/// (von Neumann 1941), and hardly any of a pattern's.
 const ROUGH: f64 = 0.6;
+/// Standard deviations by which a pattern must show before noise is doubted.
+const SURE: f64 = 3.0;
 /// Neighbours at rest that are needed to tell whether noise is there without motion.
 const STILL_PAIRS: usize = 100;
 /// White noise at rest is at least this share of what it is elsewhere.
@@ -21,6 +24,8 @@ const TOOTH: f64 = 0.05;
 /// A channel is looked at if its mean square is this far above the noise that is stated.
 const LOUD: f64 = 1.2;
 
+/// The effect that follows the direction of travel.
+const DIRECTED: &str = "hysteresis";
 /// Samples that must be judged otherwise than before for all to be fitted anew.
 const ANEW: usize = 3;
 
@@ -69,12 +74,22 @@ impl Steps {
         self.level += 0.5 * (a * a + b * b);
         self.pairs += 1;
     }
+
+    /// True if the excess over noise of this mean square is a pattern for a good part, beyond chance: neighbours' mean product is
+    /// the pattern's square, and scatters by the mean square over the root of their number.
+    fn is_pattern(&self, noise: f64) -> bool {
+        let count = self.pairs.max(1) as f64;
+        let (step, level) = (self.step / count, self.level / count);
+        let chance = SURE * level / count.sqrt();
+        level - step > (1.0 - ROUGH) * (level - noise).max(0.0) + chance
+    }
 }
 
 impl Judge<'_> {
     /// True if what is left changes from sample to sample as white noise does, in every channel that has too much of it: where
     /// the path is smooth a pattern would not, and what is noise is there at rest as well.
     pub(super) fn rough(&self, residuals: &Residuals) -> bool {
+        let stated = self.floor.white_square;
         let mut moving = Steps::default();
         for channel in residuals.channels() {
             let list: Vec<usize> = (0..residuals.sample.len())
@@ -82,7 +97,7 @@ impl Judge<'_> {
                 .collect();
             let mean = crate::statistics::rms(list.iter().map(|k| residuals.white[*k])).powi(2);
             let (path, still) = self.steps(residuals, &list);
-            if mean > LOUD && path.pairs > ROUGH_PAIRS && path.step < ROUGH * path.level {
+            if mean > LOUD && path.pairs > ROUGH_PAIRS && path.is_pattern(stated) {
                 return false;
             }
             let at_rest = still.step / still.pairs.max(1) as f64;
@@ -93,7 +108,7 @@ impl Judge<'_> {
             moving.level += path.level;
             moving.pairs += path.pairs;
         }
-        moving.pairs < ROUGH_PAIRS || moving.step > ROUGH * moving.level
+        moving.pairs < ROUGH_PAIRS || !moving.is_pattern(stated)
     }
 
     /// True if what is left is not only rough but shown to be noise: there are smooth paths to see it on, it is there at rest,
@@ -183,6 +198,18 @@ impl Judge<'_> {
         (path, still)
     }
 
+    /// Of a channel's rms what changes from sample to sample on smooth paths as noise does; all of it where there are hardly any.
+    pub(super) fn rough_part(&self, residuals: &Residuals, channel: usize) -> f64 {
+        let of = |k: &usize| residuals.channel[*k] == channel;
+        let list: Vec<usize> = (0..residuals.sample.len()).filter(of).collect();
+        let (path, _) = self.steps(residuals, &list);
+        if path.pairs > ROUGH_PAIRS {
+            (path.step / path.level.max(1e-30)).min(1.0).sqrt()
+        } else {
+            1.0
+        }
+    }
+
     /// What is left at every sample, those included that were left out of the fit.
     fn everywhere(&self) -> Residuals {
         let fine = &self.fine;
@@ -198,8 +225,14 @@ impl Judge<'_> {
             .map(|k| (left.sample[k], left.channel[k], left.white[k]))
             .collect();
         let mut marked = disturbed(&rows, scene.len(), &scene.observations.stretch);
+        // About a turn a direction that is told some samples late leaves twice what it does there: no burst.
+        let directed = self.told.names(&self.study).iter().any(|n| n == DIRECTED);
+        let turning = |i: usize| {
+            let mut segments = scene.motion.turning.iter();
+            directed && segments.any(|s| s.get(i).is_some_and(|t| *t))
+        };
         for (i, mark) in marked.iter_mut().enumerate() {
-            *mark &= !self.prepared.resting[i] && !self.prepared.thinned[i];
+            *mark &= !self.prepared.resting[i] && !self.prepared.thinned[i] && !turning(i);
         }
         marked
     }
@@ -234,5 +267,31 @@ impl Judge<'_> {
             }
         }
         out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use effects::random::{ChaCha8Rng, SeedableRng, normal};
+
+    /// Neighbours of the stated noise with something on top.
+    fn steps(on_top: impl Fn(usize, &mut ChaCha8Rng) -> f64) -> Steps {
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let value: Vec<f64> = (0..8000)
+            .map(|i| normal(&mut rng) + on_top(i, &mut rng))
+            .collect();
+        let mut steps = Steps::default();
+        value.windows(2).for_each(|v| steps.add(v[0], v[1]));
+        steps
+    }
+
+    /// Most of what is seen is the stated noise either way: only what is beyond it tells.
+    #[test]
+    fn a_faint_pattern_under_the_stated_noise_is_no_noise() {
+        let pattern = steps(|i, _| 0.9 * (0.02 * i as f64).sin());
+        assert!(pattern.step > ROUGH * pattern.level && pattern.is_pattern(1.0));
+        let noise = steps(|_, rng| 0.65 * normal(rng));
+        assert!(!noise.is_pattern(1.0));
     }
 }

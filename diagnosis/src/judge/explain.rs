@@ -195,7 +195,7 @@ pub(super) fn leading(study: &Study, told: &Told) -> Vec<String> {
     let place = (1..study.columns.blocks.len()).filter(|b| {
         let name = study.columns.blocks[*b].name.as_str();
         let effect = matches!(study.kinds[*b - 1], Kind::Effect(_)) && !FLEXIBLE.contains(&name);
-        name == "place on the platen" || effect || name == FIELD
+        super::field::WAVES.contains(&name) || effect || name == FIELD
     });
     let mut list: Vec<usize> = told.found.blocks.clone();
     list.extend(&told.shaped.blocks);

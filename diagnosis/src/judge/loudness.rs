@@ -14,7 +14,8 @@ impl Judge<'_> {
         let over = |c: usize| {
             let (rms, count) = self.after.channel_rms_m(c);
             if count > 0 {
-                (rms / self.floor.channel_rms_m[c].max(1e-15)).max(1.0)
+                (rms * self.rough_part(&self.after, c) / self.floor.channel_rms_m[c].max(1e-15))
+                    .max(1.0)
             } else {
                 1.0
             }
@@ -54,6 +55,7 @@ impl Judge<'_> {
     fn diode(&self, noise: &[f64; READINGS]) -> f64 {
         let scene = &self.study.scene;
         let (mut platen, mut diode, mut found) = (0.0, 0.0, 0.0);
+        let rough = [1, 2].map(|c| self.rough_part(&self.after, c));
         for (k, &i) in self.after.sample.iter().enumerate() {
             if !(1..=2).contains(&self.after.channel[k]) {
                 continue;
@@ -64,7 +66,7 @@ impl Judge<'_> {
             let part = |r: usize| slope[r] * slope[r] * variance[r];
             platen += (0..4).map(|r| part(r) * noise[r] * noise[r]).sum::<f64>();
             diode += part(4) + part(5);
-            found += self.after.value_m[k].powi(2);
+            found += (rough[self.after.channel[k] - 1] * self.after.value_m[k]).powi(2);
         }
         ((found - platen) / diode.max(1e-30)).max(1.0).sqrt()
     }

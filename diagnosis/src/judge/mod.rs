@@ -2,6 +2,7 @@
 
 mod disturbance;
 mod explain;
+mod field;
 mod fitted;
 mod foretold;
 mod loudness;
@@ -44,8 +45,6 @@ const LOOKS: usize = 2;
 const STRAYED: f64 = 1.5;
 /// More of the gap than this left over, and located, is a gap that nothing named explains.
 const LEFT_OVER: f64 = 0.10;
-/// A field over the platen is worth its hundreds of unknowns if it leaves less than this share of what was left.
-const FIELD_LEAVES: f64 = 0.7;
 /// What is found moves the places that shapes are evaluated at if it leaves less than this share.
 const TRUSTED: f64 = 0.3;
 /// Effects whose harmonics run over either phase of the own tooth.
@@ -222,7 +221,9 @@ impl<'a> Judge<'a> {
     fn choose_phase(&mut self) {
         let found = self.told.names(&self.study);
         let harmonic = found.iter().any(|name| HARMONIC.contains(&name.as_str()));
-        let closed = self.ratio() < if harmonic { CLOSE } else { VISIBLE };
+        // What is found beside harmonics may stand in for what they lack over the wrong phase.
+        let alone = found.len() == 1;
+        let closed = self.ratio() < if harmonic { CLOSE } else { VISIBLE } && (alone || !harmonic);
         if closed || !harmonic && self.told.found.rest < LEFT_OVER {
             return;
         }
@@ -243,15 +244,9 @@ impl<'a> Judge<'a> {
 
     /// Where what is left is rough, it is noise: shapes are compared with it, and not with what is stated.
     fn allow_for_noise(&mut self) {
-        if self.noise.is_some()
-            || self.ratio() < NOISY
-            || !self.rough(&self.after)
-            || !self.is_noise(&self.after)
-        {
+        let Some(noise) = self.noise_left() else {
             return;
-        }
-        let noise = self.noise_of_readings();
-        crate::diagnose::log(&format!("noise over the stated one: {noise:.2?}"));
+        };
         let about = About {
             noise: Some(noise),
             ..self.fine.about.clone()
@@ -264,6 +259,19 @@ impl<'a> Judge<'a> {
         let told = Told::new(&again, true);
         self.noise = Some(noise);
         self.take(again, told);
+    }
+
+    /// Noise of each reading over the stated one, where it was not known and is what is left.
+    fn noise_left(&self) -> Option<[f64; READINGS]> {
+        let is_noise = self.noise.is_none()
+            && self.ratio() >= NOISY
+            && self.rough(&self.after)
+            && self.is_noise(&self.after);
+        is_noise.then(|| {
+            let noise = self.noise_of_readings();
+            crate::diagnose::log(&format!("noise over the stated one: {noise:.2?}"));
+            noise
+        })
     }
 
     /// The second look: about what was found, and with the lines that stand in what is left. Looked for only now, when motion
@@ -302,30 +310,6 @@ impl<'a> Judge<'a> {
         }
         self.take(again, told);
         self.allow_for_noise();
-    }
-
-    /// A field over the platen, where much is left and it is no noise.
-    fn try_field(&mut self) {
-        let left = self.told.found.rest.max(self.left());
-        let (found, shaped) = (&self.told.found, &self.told.shaped);
-        let told = shaped.rest < LEFT_OVER && shaped.rest < 0.5 * found.rest;
-        if left < LEFT_OVER || self.ratio() < VISIBLE || self.noise.is_some() || told {
-            return;
-        }
-        let keep = explain::leading(&self.study, &self.told);
-        let look = Look {
-            lines_of: Some(&self.fine.residuals),
-            as_in: Some(&self.study.scene.survey),
-            field_beside: Some(&keep),
-        };
-        let fielded = study(self.prepared, self.options, &self.prepared.about(), look);
-        if !fielded.columns.blocks.iter().any(|b| b.name == FIELD) {
-            return;
-        }
-        let told = Told::new(&fielded, false);
-        if told.found.rest < FIELD_LEAVES * left {
-            self.take(fielded, told);
-        }
     }
 
     /// Mean square of the whole gap beyond the noise, and of the noise, in the units of the search.

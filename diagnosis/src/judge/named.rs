@@ -122,7 +122,7 @@ impl Judge<'_> {
             .map(|c| {
                 let regressor = &fine.columns.regressors[c];
                 (
-                    (fine.amounts[c] * regressor.size_m).abs(),
+                    (fine.amounts[c] * fine.gram.shrunk[c] * regressor.size_m).abs(),
                     Magnitude {
                         name: regressor.name.clone(),
                         value: fine.amount(c),

@@ -3,6 +3,7 @@
 use super::{CLOSE, Judge, OF_ITS_TIME};
 use crate::gram::{FOLDS, solve, squares};
 use crate::refine::Refined;
+use crate::search::MINIMUM_SQUARES;
 
 /// An effect beside others must take this share of what is left without it, and of the whole gap.
 const NEEDED: f64 = 0.4;
@@ -12,8 +13,11 @@ const TRIFLE: f64 = 0.002;
 const TRIFLING_SHAPE: f64 = 0.10;
 /// The same beside a drift: its course is known to about a hundredth.
 const BESIDE_DRIFT: f64 = 0.02;
-/// What takes this share of what is left without it is no makeshift, however small a share of the whole gap it is.
+/// What takes this share of what is left without it is no makeshift, however small a share of the whole gap it is, and though what
+/// is left without it hardly shows.
 const COMPLETES: f64 = 0.8;
+/// Beyond chance as well: this many whitened squares, four times what the search asks of any.
+const COMPLETES_SQUARES: f64 = 4.0 * MINIMUM_SQUARES;
 /// So many times what is needed need not be fitted anew without.
 const CLEARLY: f64 = 2.0;
 
@@ -23,6 +27,7 @@ struct Levels {
     without: f64,
     whole: f64,
     noise: f64,
+    rows: f64,
 }
 
 impl Levels {
@@ -30,10 +35,12 @@ impl Levels {
     fn needed(&self, small: &Small, margin: f64) -> bool {
         let gain = self.without - self.with;
         let share = 1.0 - (1.0 - NEEDED) / margin;
-        self.without > margin * (CLOSE * CLOSE - 1.0) * self.noise
-            && gain > share * self.without
-            && (gain > margin * small.trifle * self.whole
-                || small.may_complete && gain > COMPLETES * self.without)
+        let completes = small.may_complete
+            && gain > COMPLETES * self.without
+            && gain * self.rows > margin * COMPLETES_SQUARES;
+        let shows = self.without > margin * (CLOSE * CLOSE - 1.0) * self.noise;
+        completes
+            || shows && gain > share * self.without && gain > margin * small.trifle * self.whole
     }
 }
 
@@ -82,6 +89,7 @@ impl Judge<'_> {
                 without,
                 whole,
                 noise,
+                rows: self.fine.gram.total_rows() as f64,
             };
             let small = Small::of(&names, at);
             if levels.needed(&small, CLEARLY) {
@@ -114,5 +122,34 @@ impl Judge<'_> {
         };
         let sum: f64 = (0..FOLDS).map(left).sum();
         sum / fine.gram.total_rows() as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn needed(with: f64, rows: f64, may_complete: bool) -> bool {
+        let levels = Levels {
+            with,
+            without: 0.02,
+            whole: 5.0,
+            noise: 1.0,
+            rows,
+        };
+        let small = Small {
+            trifle: TRIFLE,
+            may_complete,
+        };
+        levels.needed(&small, 1.0)
+    }
+
+    /// Two hundredths of the noise are left without it: they do not show in a sum of squares.
+    #[test]
+    fn what_takes_all_that_is_left_is_needed_however_small_if_it_is_beyond_chance() {
+        assert!(needed(0.001, 30_000.0, true));
+        assert!(!needed(0.001, 3_000.0, true));
+        assert!(!needed(0.01, 30_000.0, true));
+        assert!(!needed(0.001, 30_000.0, false));
     }
 }

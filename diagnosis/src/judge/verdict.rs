@@ -3,7 +3,7 @@
 use super::disturbance::Bursts;
 use super::named::slip_named;
 use super::place::Located;
-use super::{CHANNEL_NAMES, FLEXIBLE, Judge, LEFT_OVER, NOISY, VISIBLE};
+use super::{CHANNEL_NAMES, Judge, LEFT_OVER, NOISY, OF_ITS_TIME, VISIBLE};
 use crate::arena::Arena;
 use crate::diagnose::{Kind, log};
 use crate::report::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
@@ -275,16 +275,13 @@ impl Judge<'_> {
         let (found, shaped) = (&self.told.found, &self.told.shaped);
         let nameless = |b: &usize| !matches!(self.study.kinds[b - 1], Kind::Effect(_));
         let shapes = shaped.blocks.iter().any(nameless);
-        // A field that a few long waves describe as well is no matter of single teeth, nor is a wander that follows the
-        // temperature.
-        let flexible = |found: &Found| {
-            let name = |b: &usize| self.study.columns.blocks[*b].name.as_str();
-            found.blocks.iter().any(|b| FLEXIBLE.contains(&name(b)))
-        };
+        // A wander that follows the temperature is none.
+        let drifts = |found: &Found| self.names_of(&found.blocks).contains(&OF_ITS_TIME);
         let mut places = self.study.places().into_iter();
-        let simpler = flexible(found)
-            && (shapes && !flexible(shaped) && shaped.rest < found.rest + 0.1
-                || places.any(|b| rest(arena, &[b], self.base) < found.rest + 0.1));
+        let simpler = drifts(found)
+            && (shapes && !drifts(shaped) && shaped.rest < found.rest + 0.1
+                || places.any(|b| rest(arena, &[b], self.base) < found.rest + 0.1))
+            || self.is_no_field(arena);
         let better = found.rest > 2.0 * shaped.rest.max(0.0) + 0.03;
         let visible = self.stays_visible(seen);
         // One shape that does better than several causes together.
@@ -295,6 +292,11 @@ impl Judge<'_> {
                 .iter()
                 .any(|b| rest(arena, &[*b], self.base) < 0.5 * found.rest);
         simpler || shapes && better && visible || one && visible || self.tied(arena)
+    }
+
+    pub(super) fn names_of(&self, blocks: &[usize]) -> Vec<&str> {
+        let name = |b: &usize| self.study.columns.blocks[*b].name.as_str();
+        blocks.iter().map(name).collect()
     }
 
     /// True if what is left would be a gap by itself.

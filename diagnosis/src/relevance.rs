@@ -1,0 +1,125 @@
+//! Prior sizes by what the recording says of them. A prior of physical size bounds an amount, and where columns nearly cancel on a
+//! motion it bounds nothing: amounts that are not there run against each other, and another motion shows it. Each amount's
+//! size is set to what makes the recording likeliest, so that what is not needed goes to nothing (automatic relevance
+//! determination: MacKay 1992's update, Tipping 2001).
+
+use crate::gram::{Columns, Gram};
+use nalgebra::{DMatrix, DVector};
+
+/// Most columns: the cost is cubic in them. A field over the platen has more, and all its nodes one size.
+const MOST: usize = 320;
+/// Updates. What is not needed falls by a good factor in each.
+const UPDATES: usize = 25;
+/// An amount is nothing below this share of its prior size.
+const NOTHING: f64 = 1.0e-4;
+
+/// Shrinks the prior sizes of all but the baseline's columns, never beyond the physical ones. Cost: [`UPDATES`] times the cube of
+/// the columns.
+pub fn shrink(gram: &mut Gram, columns: &Columns) {
+    let first = columns.blocks[0].columns.end;
+    let width = gram.width();
+    if width == first || width > MOST {
+        return;
+    }
+    let training = gram.training(None);
+    let normal = training.view((0, 0), (width, width)).into_owned();
+    let right = training.column(width).rows(0, width).into_owned();
+    let rows = gram.total_rows() as f64;
+    let mut precision = DVector::from_element(width, 1.0);
+    for _ in 0..UPDATES {
+        let Some((amounts, variance)) = fitted(gram, &normal, &right, &precision) else {
+            return;
+        };
+        // What is left beyond the noise is no evidence for small amounts.
+        let left = training[(width, width)] - 2.0 * right.dot(&amounts)
+            + amounts.dot(&(&normal * &amounts));
+        let noise = (left / rows).max(1.0);
+        for c in first..width {
+            let told = (1.0 - precision[c] * variance[c]).max(0.0);
+            let square = amounts[c] * amounts[c] / noise;
+            precision[c] = (told / square.max(1e-30)).clamp(1.0, NOTHING.powi(-2));
+        }
+    }
+    let factor: Vec<f64> = precision.iter().map(|p| 1.0 / p.sqrt()).collect();
+    gram.rescale(&factor);
+}
+
+/// Amounts with unit noise, and their variances.
+fn fitted(
+    gram: &Gram,
+    normal: &DMatrix<f64>,
+    right: &DVector<f64>,
+    precision: &DVector<f64>,
+) -> Option<(DVector<f64>, DVector<f64>)> {
+    let mut normal = normal.clone();
+    let mut right = right.clone();
+    for c in 0..precision.len() {
+        normal[(c, c)] += precision[c];
+        right[c] += precision[c] * gram.centre[c];
+    }
+    let covariance = normal.cholesky()?.inverse();
+    Some((&covariance * right, covariance.diagonal()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gram::{FOLDS, solve};
+    use effects::random::{ChaCha8Rng, SeedableRng, normal};
+    use effects::sensor::Regressor;
+
+    fn columns(names: &[&str]) -> Columns {
+        let mut columns = Columns::default();
+        let one = |name: &&str| Regressor::channel(*name, "m", 1.0, 0, |_| 1.0);
+        columns.push("baseline", names[..1].iter().map(one).collect());
+        columns.push("effect", names[1..].iter().map(one).collect());
+        columns
+    }
+
+    /// Two columns that hardly differ, of which the recording holds one: fitted freely they run against each other.
+    #[test]
+    fn what_a_recording_does_not_need_goes_to_nothing() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let columns = columns(&["constant", "there", "like it", "elsewhere"]);
+        let fold = (0..FOLDS)
+            .map(|_| {
+                let mut sum = DMatrix::zeros(5, 5);
+                for _ in 0..400 {
+                    let (there, other) = (normal(&mut rng), normal(&mut rng));
+                    let like = there + 0.01 * normal(&mut rng);
+                    let target = 2.0 * there + normal(&mut rng);
+                    let row = DVector::from_vec(vec![1.0, there, like, other, target]);
+                    sum += &row * row.transpose();
+                }
+                sum
+            })
+            .collect();
+        let mut gram = Gram {
+            fold,
+            rows: [400; FOLDS],
+            scale: vec![10.0; 4],
+            centre: vec![0.0; 4],
+            shrunk: vec![1.0; 4],
+            overstated: false,
+        };
+        gram.rescale(&[10.0; 4]);
+        let amounts = |gram: &Gram| {
+            let fit = solve(&gram.training(None), &[0, 1, 2, 3], &gram.centre, 1.0).unwrap();
+            [1, 2, 3].map(|c| fit.amount[c] * gram.shrunk[c])
+        };
+        let free = amounts(&gram);
+        shrink(&mut gram, &columns);
+        let shrunk = amounts(&gram);
+        // The sum of the two is what is known.
+        assert!((shrunk[0] + shrunk[1] - 2.0).abs() < 0.1, "{shrunk:?}");
+        let size = |a: &[f64; 3]| a[0].abs() + a[1].abs();
+        assert!(size(&shrunk) < 0.95 * size(&free), "{shrunk:?} {free:?}");
+        assert!(
+            shrunk[2].abs() < 0.01 * free[2].abs(),
+            "{shrunk:?} {free:?}"
+        );
+        // The baseline's sizes stay, and none grows beyond the physical one.
+        assert_eq!(gram.shrunk[0], 10.0);
+        assert!(gram.shrunk.iter().all(|s| *s <= 10.0));
+    }
+}
