@@ -4,6 +4,7 @@
 use crate::gram::{Columns, Gram, folds, solve};
 use crate::report::Magnitude;
 use crate::scene::Scene;
+use effects::beacon_vibration::sensor_side::SLOWEST_HZ;
 use effects::sensor::{Action, CHANNELS, Moment, Regressor};
 use std::f64::consts::TAU;
 
@@ -15,7 +16,7 @@ const FREE_M: f64 = 1.0e-3;
 /// Each line as the model has it, and the same a quarter turn later.
 pub fn waves(amounts: &[Magnitude], lines_hz: &[f64]) -> Vec<Regressor> {
     let mut list = Vec::new();
-    for &hz in lines_hz {
+    for &hz in lines_hz.iter().filter(|hz| **hz >= SLOWEST_HZ) {
         let amount = |part: &str, axis: usize| {
             let name = format!("{hz:.3} Hz {part}, {}", ["x", "y"][axis]);
             let found = amounts.iter().find(|a| a.name == name);

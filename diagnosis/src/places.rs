@@ -1,5 +1,6 @@
 //! Shapes that no catalogued effect owns: where a gap lies when nothing known explains it, and what every cause must beat.
 
+use effects::beacon_vibration::sensor_side::SLOWEST_HZ;
 use effects::sensor::{Action, Moment, Regressor, Survey};
 use std::f64::consts::TAU;
 
@@ -340,6 +341,17 @@ fn lines(survey: &Survey) -> Vec<Regressor> {
             ));
         }
     }
+    // Too slow for a mount of the beacon.
+    for &hz in survey.beacon_lines_hz.iter().filter(|hz| **hz < SLOWEST_HZ) {
+        for channel in (1..3).filter(|_| survey.beacon) {
+            for (part, quarter) in [("sine", 0.0), ("cosine", 0.25 * TAU)] {
+                let name = format!("{hz:.3} Hz {part} on {}", CHANNEL[channel]);
+                list.push(Regressor::channel(name, "m", SIZE_M, channel, move |m| {
+                    (TAU * hz * m.t_s + quarter).sin()
+                }));
+            }
+        }
+    }
     for s in (0..4).filter(|s| survey.segments[*s]) {
         for &hz in &survey.pair_lines_hz[s] {
             list.extend(hum(s, hz));
@@ -361,4 +373,32 @@ fn hum(s: usize, hz: f64) -> Vec<Regressor> {
         })
     })
     .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A beacon that swings at half a hertz would hang by a metre: the line has a place, and no name.
+    #[test]
+    fn a_slow_line_of_the_beacon_is_no_vibration() {
+        let survey = Survey {
+            beacon: true,
+            beacon_lines_hz: vec![0.5, 40.0],
+            ..Survey::default()
+        };
+        let sides = effects::sensor_sides();
+        let vibration = sides.iter().find(|e| e.name() == crate::phase::VIBRATION);
+        let named = vibration.map_or_else(Vec::new, |v| v.regressors(&survey));
+        assert!(!named.is_empty() && named.iter().all(|r| r.name.starts_with("40.000 Hz")));
+        let places = places(&survey);
+        let lines = places.iter().find(|p| p.coordinate == "frequency").unwrap();
+        assert!(
+            lines
+                .regressors
+                .iter()
+                .all(|r| r.name.starts_with("0.500 Hz"))
+        );
+        assert_eq!(lines.regressors.len(), 4);
+    }
 }

@@ -79,6 +79,10 @@ pub mod sensor_side {
     /// Sensor side: sine and cosine at each line that the survey found, along x and y, by stretch.
     pub struct VibrationModel;
 
+    /// A mount that swings more slowly than this hangs by 28 mm under its own weight, g/(2 pi f)²: what is slower is a drift or
+    /// follows the motion.
+    pub const SLOWEST_HZ: f64 = 3.0;
+
     impl SensorEffect for VibrationModel {
         fn name(&self) -> &'static str {
             "beacon_vibration"
@@ -94,7 +98,7 @@ pub mod sensor_side {
 
         fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
             let mut list = Vec::new();
-            for &hz in survey.beacon_lines_hz.iter().filter(|_| survey.beacon) {
+            for &hz in survey.beacon_lines_hz.iter().filter(|hz| survey.beacon && **hz >= SLOWEST_HZ) {
                 for axis in 0..2 {
                     let name = |part| format!("{hz:.3} Hz {part}, {}", ["x", "y"][axis]);
                     list.push(Regressor::channel(
