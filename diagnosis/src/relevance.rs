@@ -13,7 +13,7 @@ const UPDATES: usize = 25;
 /// An amount is nothing below this share of its prior size.
 const NOTHING: f64 = 1.0e-4;
 
-/// Shrinks the prior sizes of all but the baseline's columns, never beyond the physical ones. Cost: [`UPDATES`] times the cube of
+/// Shrinks the prior sizes of all but the baseline's columns, never beyond the physical ones. Cost: 25 times the cube of
 /// the columns.
 pub fn shrink(gram: &mut Gram, columns: &Columns) {
     let first = columns.blocks[0].columns.end;
