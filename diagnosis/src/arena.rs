@@ -3,7 +3,6 @@
 use crate::carried::Carried;
 use crate::gram::{Columns, FOLDS, Gram};
 use crate::shared::Base;
-use nalgebra::DMatrix;
 use std::collections::HashMap;
 
 /// Sets are compared on these.
@@ -13,7 +12,6 @@ pub struct Arena<'a> {
     /// The columns.
     pub columns: &'a Columns,
     carried: &'a Carried,
-    training: Vec<DMatrix<f64>>,
     known: HashMap<Vec<usize>, Score>,
     bases: HashMap<Option<usize>, Base>,
     /// Held-out squares below which columns hold the noise itself.
@@ -43,14 +41,12 @@ const CHANCE: f64 = 3.0;
 /// See [`NO_GAP`].
 const NEARLY: f64 = 0.95;
 impl<'a> Arena<'a> {
-    /// Prepares the training sums.
+    /// Sets are scored as they are asked for.
     pub fn new(gram: &'a Gram, columns: &'a Columns, carried: &'a Carried) -> Self {
-        let training = (0..FOLDS).map(|f| gram.training(Some(f))).collect();
         let mut this = Self {
             gram,
             columns,
             carried,
-            training,
             known: HashMap::new(),
             bases: HashMap::new(),
             quietest: 0.0,
@@ -103,8 +99,7 @@ impl<'a> Arena<'a> {
             .collect();
         let mut score = Score::default();
         for f in 0..FOLDS {
-            let Some((fit, left, noise)) =
-                base.score(self.gram, &self.training, self.carried.products(), f, &more)
+            let Some((fit, left, noise)) = base.score(self.gram, self.carried.products(), f, &more)
             else {
                 return IMPOSSIBLE;
             };
@@ -142,7 +137,7 @@ impl<'a> Arena<'a> {
             .flat_map(|b| self.columns.blocks[b].columns.clone())
             .collect();
         let carried = self.carried.products();
-        Base::new(self.gram, &self.training, carried, &columns)
+        Base::new(self.gram, carried, &columns)
     }
 }
 

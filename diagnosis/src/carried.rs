@@ -3,14 +3,18 @@
 //! constraint fit). What such a set leaves is told apart by the noise that it would leave: errors in variables, as in Fuller
 //! 1987's corrected score.
 
-use crate::gram::{Columns, add_products};
+use crate::gram::Columns;
+use crate::products::{Upright, mirror};
 use crate::scene::{ROWS, Scene, Shift};
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 
 /// Samples that the mean is taken over.
 const SAMPLES: usize = 500;
 /// Samples that are turned into rows at once.
-const CHUNK: usize = 64;
+const CHUNK: usize = 32;
+/// Sums that are formed side by side: as many on every machine.
+const LANES: usize = 2;
 /// A fit that takes noise away is believed only for what it takes beyond that much again: the allowance is of first order.
 const DOUBT: f64 = 2.0;
 /// Step of the derivatives by a reading, m.
@@ -29,12 +33,17 @@ impl Carried {
         let step = (in_use.len() / SAMPLES).max(1);
         let list: Vec<usize> = in_use.into_iter().step_by(step).collect();
         let stepped = std::array::from_fn(|s| stepped(scene, s));
+        let parts: Vec<(DMatrix<f64>, usize)> = list
+            .par_chunks(list.len().div_ceil(LANES).max(1))
+            .map(|samples| products_of(scene, &stepped, columns, scale, samples))
+            .collect();
         let mut sum = DMatrix::zeros(width, width);
-        let count: usize = list
-            .chunks(CHUNK)
-            .map(|samples| accumulate(scene, &stepped, columns, scale, samples, &mut sum))
-            .sum();
-        crate::gram::mirror(&mut sum);
+        let mut count = 0;
+        for (part, rows) in parts {
+            sum += part;
+            count += rows;
+        }
+        mirror(&mut sum);
         Self(sum / count.max(1) as f64)
     }
 
@@ -71,52 +80,59 @@ fn stepped<'a>(scene: &Scene<'a>, segment: usize) -> Scene<'a> {
     out
 }
 
-fn accumulate(
+fn products_of(
     scene: &Scene,
     stepped: &[Scene; 4],
     columns: &Columns,
     scale: &[f64],
     samples: &[usize],
-    sum: &mut DMatrix<f64>,
-) -> usize {
+) -> (DMatrix<f64>, usize) {
     let width = scale.len() + 1;
-    let mut across = DMatrix::<f64>::zeros(samples.len() * ROWS * 4, width);
-    let mut active = vec![false; width];
-    active[width - 1] = true;
-    let (mut at, mut count) = (0, 0);
-    for &i in samples {
-        let rows = scene.rows(i);
-        count += rows.count;
-        let variance = scene.reading_variance(i);
-        let here = scene.moment(i);
-        for s in (0..4).filter(|s| scene.scope.segments[*s]) {
-            let there = stepped[s].moment(i);
-            let noise = scene.noise[s] * scene.observations.position_noise_m[s][i] / STEP_M;
-            for (c, regressor) in columns.regressors.iter().enumerate() {
-                let (a, b) = (
-                    rows.response(regressor, &here),
-                    rows.response(regressor, &there),
-                );
-                let change: [f64; ROWS] = std::array::from_fn(|row| (b[row] - a[row]) * noise);
-                if change.iter().all(|d| *d == 0.0) {
-                    continue;
-                }
-                active[c] = true;
-                let white = rows.whitened(&change);
-                for row in 0..rows.count {
-                    across[(at + row, c)] = white[row] * scale[c];
-                }
-            }
-            let target = std::array::from_fn(|row| -rows.by_reading[row][s] * variance[s].sqrt());
-            let white = rows.whitened(&target);
-            for row in 0..rows.count {
-                across[(at + row, width - 1)] = white[row];
-            }
-            at += rows.count;
+    let mut upright = Upright::new(width);
+    let mut sum = DMatrix::zeros(width, width);
+    let mut count = 0;
+    for chunk in samples.chunks(CHUNK) {
+        upright.clear();
+        for &i in chunk {
+            count += add_rows(scene, stepped, columns, scale, i, &mut upright);
         }
+        upright.add_products(&mut sum);
     }
-    let list: Vec<usize> = (0..width).filter(|c| active[*c]).collect();
-    let used = DMatrix::from_fn(at, list.len(), |row, k| across[(row, list[k])]);
-    add_products(&used, &list, sum);
-    count
+    (sum, count)
+}
+
+/// Adds the changes of a sample's rows with each segment's reading; the sample's number of rows.
+fn add_rows(
+    scene: &Scene,
+    stepped: &[Scene; 4],
+    columns: &Columns,
+    scale: &[f64],
+    i: usize,
+    upright: &mut Upright,
+) -> usize {
+    let rows = scene.rows(i);
+    let by_reading = rows.white_by_reading();
+    let variance = scene.reading_variance(i);
+    let here = scene.moment(i);
+    let regressors = columns.regressors.iter();
+    let responses: Vec<Option<[f64; ROWS]>> = regressors
+        .map(|r| rows.white_response(&by_reading, r, &here))
+        .collect();
+    for s in (0..4).filter(|s| scene.scope.segments[*s]) {
+        let there = stepped[s].moment(i);
+        let noise = scene.noise[s] * scene.observations.position_noise_m[s][i] / STEP_M;
+        upright.extend(rows.count);
+        for (c, regressor) in columns.regressors.iter().enumerate() {
+            let after = rows.white_response(&by_reading, regressor, &there);
+            if after != responses[c] {
+                let (a, b) = (responses[c].unwrap_or_default(), after.unwrap_or_default());
+                let change: [f64; ROWS] = std::array::from_fn(|row| b[row] - a[row]);
+                upright.set(c, &change[..rows.count], noise * scale[c]);
+            }
+        }
+        let target = std::array::from_fn(|row| -rows.by_reading[row][s] * variance[s].sqrt());
+        let target = rows.whitened(&target);
+        upright.set(scale.len(), &target[..rows.count], 1.0);
+    }
+    rows.count
 }

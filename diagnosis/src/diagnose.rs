@@ -13,7 +13,7 @@ use crate::places::places;
 use crate::scene::{Amplitudes, Scene, Shift};
 use crate::simulate::{Floor, floor};
 use crate::slips::{Slip, repair_slips};
-use crate::{Insufficient, clip};
+use crate::{Insufficient, clip, thinning};
 use effects::sensor::{READINGS, Survey};
 use recording::Recording;
 use std::sync::Arc;
@@ -92,15 +92,17 @@ impl Study<'_> {
 
 /// Prepared recording.
 pub struct Prepared {
-    /// Columns of the recording, slips taken out.
+    /// Columns of the recording, slips taken out; of a very long one, those of the samples that the answer is made of.
     pub observations: Observations,
+    /// Samples of the recording.
+    pub samples: usize,
     /// Lasting tooth slips.
     pub slips: Vec<Slip>,
     /// Samples in use.
     pub keep: Vec<bool>,
     /// Samples left out because they rest on one place.
     pub resting: Vec<bool>,
-    /// Samples left out because a part tells as much: a very long recording is thinned by whole pieces.
+    /// Samples that are there for the sake of their neighbours only, where a very long recording was thinned.
     pub thinned: Vec<bool>,
     /// Calibrated baseline.
     pub baseline: Baseline,
@@ -128,33 +130,6 @@ impl Prepared {
     }
 }
 
-/// Samples that an answer is made of; of more, whole pieces are left out evenly.
-const MOST_SAMPLES: usize = 60_000;
-/// Samples in such a piece.
-const THINNED_PIECE: usize = 250;
-
-/// Pieces to leave out.
-fn thinned(samples: usize) -> Vec<bool> {
-    let every = samples.div_ceil(MOST_SAMPLES).max(1);
-    // The place within each group of pieces changes, so that no period of the motion is missed.
-    (0..samples)
-        .map(|i| {
-            let piece = i / THINNED_PIECE;
-            (piece + piece / every) % every != 0
-        })
-        .collect()
-}
-
-fn told_of_thinning(thinned: &[bool]) -> Option<String> {
-    let used = thinned.iter().filter(|t| !**t).count();
-    (used < thinned.len()).then(|| {
-        format!(
-            "samples: of {} every part tells as much as the whole; {used} in pieces of {THINNED_PIECE}, evenly over the recording, are what the answer is made of",
-            thinned.len()
-        )
-    })
-}
-
 /// Reads, repairs and calibrates.
 ///
 /// # Errors
@@ -164,9 +139,12 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     crate::adequacy::check(&observations)?;
     crate::channels::electrodes(recording)?;
     let slips = repair_slips(&mut observations);
+    let mut notes = crate::adequacy::remarks(&observations);
+    let samples = observations.len();
+    let (thinned, told) = thinning::thin(&mut observations);
+    notes.extend(told);
     let mut keep = vec![true; observations.len()];
     let resting = resting(&observations);
-    let thinned = thinned(observations.len());
     let usable: Vec<bool> = resting
         .iter()
         .zip(&thinned)
@@ -199,10 +177,9 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     let amplitudes = Arc::new(scene.amplitudes_explained());
     drop(scene);
     observations.overstated = overstated.is_some();
-    let mut notes = crate::adequacy::remarks(&observations);
-    notes.extend(told_of_thinning(&thinned));
     Ok(Prepared {
         observations,
+        samples,
         slips,
         keep,
         resting,

@@ -1,14 +1,16 @@
 //! One pass over the samples: products of all columns, by fold, so that every later comparison is small algebra.
 
-use crate::scene::{ROWS, Scene};
-use effects::sensor::Regressor;
+use crate::products::{Upright, mirror};
+use crate::scene::Scene;
+use effects::sensor::{CHANNELS, Regressor};
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Folds of the cross-validation.
 pub const FOLDS: usize = 5;
 /// Samples that are turned into rows at once.
-const CHUNK: usize = 256;
+const CHUNK: usize = 128;
 /// Sums that are formed side by side. Their number and what goes into each is the same on every machine and in every run, so
 /// that the last digit is.
 const LANES: usize = 4;
@@ -56,6 +58,8 @@ impl Columns {
 pub struct Gram {
     /// `[fold]`, each `[columns + 1, columns + 1]`, of columns scaled by their prior deviation.
     pub fold: Vec<DMatrix<f64>>,
+    /// Their sum.
+    pub(crate) total: DMatrix<f64>,
     /// Rows in each fold.
     pub rows: [usize; FOLDS],
     /// Prior deviation of each amount: a column times this is one prior deviation of effect.
@@ -87,11 +91,32 @@ pub fn folds(stretch: &[usize]) -> Vec<u8> {
     out
 }
 
+/// Sums of a channel's squares and values, and how many there were.
+type Spread = [(f64, f64, usize); CHANNELS];
+
 /// Spread of each column's response over the rows where it acts, m: of g_p where it acts there, else of the largest channel.
 fn sizes(scene: &Scene, columns: &Columns) -> Vec<f64> {
     let step = (scene.len() / 3000).max(1);
-    let mut sums = vec![[(0.0, 0.0, 0usize); 7]; columns.regressors.len()];
-    for i in (0..scene.len()).step_by(step) {
+    let list: Vec<usize> = (0..scene.len()).step_by(step).collect();
+    let parts = list.par_chunks(list.len().div_ceil(LANES).max(1));
+    let parts: Vec<Vec<Spread>> = parts.map(|part| spreads(scene, columns, part)).collect();
+    let total = |c: usize| {
+        let mut sum = Spread::default();
+        for (channel, sum) in sum.iter_mut().enumerate() {
+            for (square, value, count) in parts.iter().map(|p| p[c][channel]) {
+                *sum = (sum.0 + square, sum.1 + value, sum.2 + count);
+            }
+        }
+        sum
+    };
+    (0..columns.regressors.len())
+        .map(|c| size(&total(c)))
+        .collect()
+}
+
+fn spreads(scene: &Scene, columns: &Columns, samples: &[usize]) -> Vec<Spread> {
+    let mut sums = vec![Spread::default(); columns.regressors.len()];
+    for &i in samples {
         let rows = scene.rows(i);
         let moment = scene.moment(i);
         for (sum, regressor) in sums.iter_mut().zip(&columns.regressors) {
@@ -105,6 +130,10 @@ fn sizes(scene: &Scene, columns: &Columns) -> Vec<f64> {
             }
         }
     }
+    sums
+}
+
+fn size(sum: &Spread) -> f64 {
     // About the mean: what is constant is an offset's business, unless there is nothing else.
     let spread = |(square, sum, count): (f64, f64, usize)| {
         let n = count as f64;
@@ -118,16 +147,12 @@ fn sizes(scene: &Scene, columns: &Columns) -> Vec<f64> {
             square.sqrt()
         }
     };
-    sums.iter()
-        .map(|sum| {
-            let all = sum.map(spread);
-            if all[0] > 0.0 {
-                all[0]
-            } else {
-                all.iter().copied().fold(0.0, f64::max)
-            }
-        })
-        .collect()
+    let all = sum.map(spread);
+    if all[0] > 0.0 {
+        all[0]
+    } else {
+        all.iter().copied().fold(0.0, f64::max)
+    }
 }
 
 impl Gram {
@@ -161,8 +186,11 @@ impl Gram {
             *count = found;
         }
         fold.iter_mut().for_each(mirror);
+        let mut total = DMatrix::zeros(scale.len() + 1, scale.len() + 1);
+        fold.iter().for_each(|f| total += f);
         Self {
             fold,
+            total,
             rows,
             shrunk: vec![1.0; scale.len()],
             scale,
@@ -177,7 +205,7 @@ impl Gram {
             self.scale[c] *= by;
             self.shrunk[c] *= by;
             self.centre[c] /= by;
-            for sum in &mut self.fold {
+            for sum in self.fold.iter_mut().chain([&mut self.total]) {
                 sum.row_mut(c).scale_mut(*by);
                 sum.column_mut(c).scale_mut(*by);
             }
@@ -196,13 +224,45 @@ impl Gram {
 
     /// Sum over all folds but one (or all).
     pub fn training(&self, without: Option<usize>) -> DMatrix<f64> {
-        let mut sum = DMatrix::zeros(self.width() + 1, self.width() + 1);
-        for (f, gram) in self.fold.iter().enumerate() {
-            if Some(f) != without {
-                sum += gram;
-            }
+        match without {
+            Some(f) => &self.total - &self.fold[f],
+            None => self.total.clone(),
         }
-        sum
+    }
+
+    /// The same as it is asked for, without memory of its own.
+    pub fn trained_without(&self, fold: usize) -> Training<'_> {
+        Training {
+            total: &self.total,
+            test: &self.fold[fold],
+        }
+    }
+}
+
+/// Sum over all folds but one.
+#[derive(Clone, Copy)]
+pub struct Training<'a> {
+    total: &'a DMatrix<f64>,
+    /// The fold that is left out.
+    pub test: &'a DMatrix<f64>,
+}
+
+impl Training<'_> {
+    /// An element.
+    pub fn at(&self, row: usize, column: usize) -> f64 {
+        self.total[(row, column)] - self.test[(row, column)]
+    }
+
+    /// Number of the target's row and column.
+    pub fn last(&self) -> usize {
+        self.total.nrows() - 1
+    }
+
+    /// Some rows and columns.
+    pub fn block(&self, rows: &[usize], columns: &[usize]) -> DMatrix<f64> {
+        DMatrix::from_fn(rows.len(), columns.len(), |a, b| {
+            self.at(rows[a], columns[b])
+        })
     }
 }
 
@@ -216,8 +276,10 @@ fn products(
     let width = scale.len() + 1;
     let work = |lane: usize| {
         let mut sum = DMatrix::zeros(width, width);
+        let mut upright = Upright::new(width);
         let chunks = samples.chunks(CHUNK).skip(lane).step_by(LANES);
-        let rows = chunks.map(|chunk| accumulate(scene, columns, scale, chunk, &mut sum));
+        let rows =
+            chunks.map(|chunk| accumulate(scene, columns, scale, chunk, &mut upright, &mut sum));
         let rows: usize = rows.sum();
         (sum, rows)
     };
@@ -246,73 +308,29 @@ fn accumulate(
     columns: &Columns,
     scale: &[f64],
     samples: &[usize],
+    upright: &mut Upright,
     gram: &mut DMatrix<f64>,
 ) -> usize {
-    let width = scale.len() + 1;
-    let mut across = DMatrix::<f64>::zeros(samples.len() * ROWS, width);
-    let mut active = vec![false; width];
-    active[width - 1] = true;
-    let mut count = 0;
+    upright.clear();
+    let last = scale.len();
     for &i in samples {
         let rows = scene.rows(i);
         if rows.count == 0 {
             continue;
         }
         let moment = scene.moment(i);
+        let by_reading = rows.white_by_reading();
+        upright.extend(rows.count);
         for (c, regressor) in columns.regressors.iter().enumerate() {
-            let response = rows.response(regressor, &moment);
-            if response.iter().all(|r| *r == 0.0) {
-                continue;
-            }
-            active[c] = true;
-            let white = rows.whitened(&response);
-            for row in 0..rows.count {
-                across[(count + row, c)] = white[row] * scale[c];
+            if let Some(white) = rows.white_response(&by_reading, regressor, &moment) {
+                upright.set(c, &white[..rows.count], scale[c]);
             }
         }
         let white = rows.whitened(&rows.residual_m);
-        for row in 0..rows.count {
-            across[(count + row, width - 1)] = -white[row];
-        }
-        count += rows.count;
+        upright.set(last, &white[..rows.count], -1.0);
     }
-    let list: Vec<usize> = (0..width).filter(|c| active[*c]).collect();
-    let used = DMatrix::from_fn(count, list.len(), |row, k| across[(row, list[k])]);
-    add_products(&used, &list, gram);
-    count
-}
-
-/// Columns whose products are formed at once.
-const PANEL: usize = 160;
-
-pub(crate) fn add_products(used: &DMatrix<f64>, list: &[usize], gram: &mut DMatrix<f64>) {
-    let upright = used.transpose();
-    for first in (0..list.len()).step_by(PANEL) {
-        let size = PANEL.min(list.len() - first);
-        // Rows from the panel's first on: the lower triangle and the panel's own square.
-        let rest = list.len() - first;
-        let mut part = DMatrix::zeros(rest, size);
-        part.gemm(
-            1.0,
-            &upright.rows(first, rest),
-            &used.columns(first, size),
-            0.0,
-        );
-        for k in 0..size {
-            for r in k..rest {
-                gram[(list[first + r], list[first + k])] += part[(r, k)];
-            }
-        }
-    }
-}
-
-/// Copies the lower triangle to the upper one.
-pub(crate) fn mirror(gram: &mut DMatrix<f64>) {
-    for column in 0..gram.ncols() {
-        for row in column + 1..gram.nrows() {
-            gram[(column, row)] = gram[(row, column)];
-        }
-    }
+    upright.add_products(gram);
+    upright.rows()
 }
 
 /// Fit of some columns with their priors, on a training Gram.

@@ -1,12 +1,17 @@
 //! Lines in the spectrum of unevenly sampled residuals: least squares at each frequency (Lomb 1976, Scargle 1982).
 
+use crate::fourier::Orders;
 use rayon::prelude::*;
+use rustfft::num_complex::Complex;
 use std::f64::consts::TAU;
 
 /// Most lines that are looked for.
 const LINES: usize = 3;
 /// Frequencies that are tried at most.
 const TRIALS: usize = 6_000;
+
+/// Slower than one turn a piece is drift, not a line: the first trial, in steps of which the longest piece holds 0.3.
+const SLOWEST: usize = 4;
 
 /// One residual series: times (s), values over their noise.
 pub struct Series<'a> {
@@ -19,7 +24,7 @@ pub struct Series<'a> {
 }
 
 /// Frequencies whose power summed over the series stands out beyond chance among all that were tried, strongest first.
-/// `refine` subtracts each found line before the next is looked for. Cost: samples times trials, side by side.
+/// `refine` subtracts each found line before the next is looked for. Cost: a transform of the trials for each two pieces, side by side.
 pub fn lines_hz(series: &mut [Series]) -> Vec<f64> {
     let mut found = Vec::new();
     for _ in 0..LINES {
@@ -82,44 +87,33 @@ fn groups(series: &[Series]) -> Vec<Vec<Piece>> {
     list
 }
 
-/// Power at one frequency, summed over pieces: each has its own phase.
-fn power(series: &[Series], group: &[Piece], hz: f64) -> f64 {
-    group
-        .iter()
-        .map(|piece| piece_power(&series[piece.series], piece, hz))
-        .sum()
+/// Power at each multiple of a frequency up to the highest one, summed over pieces: each has its own phase.
+fn powers(series: &[Series], group: &[Piece], step_hz: f64, highest: usize) -> Vec<f64> {
+    let orders = Orders::new(highest);
+    // Two pieces share a transform.
+    let two = |pieces: &[Piece]| {
+        let units = [Complex::new(1.0, 0.0), Complex::new(0.0, 1.0)];
+        let points = pieces.iter().zip(units);
+        orders.powers(points.flat_map(|(p, unit)| points_of(&series[p.series], *p, step_hz, unit)))
+    };
+    let each: Vec<Vec<f64>> = group.par_chunks(2).map(two).collect();
+    (0..=highest)
+        .map(|k| each.iter().map(|powers| powers[k]).sum())
+        .collect()
 }
 
-fn piece_power(one: &Series, piece: &Piece, hz: f64) -> f64 {
-    let (s, c) = piece_sums(one, piece, hz);
-    2.0 * (s * s + c * c) / (piece.end - piece.start) as f64
-}
-
-/// Smallest turn that is not taken as its series to second order, rad.
-const SMALL_TURN: f64 = 1.0e-3;
-
-/// Sine and cosine sums from the piece's first sample on. Where the interval hardly changes, as times with few digits do, the
-/// turn is that of the interval before and a small one.
-fn piece_sums(one: &Series, piece: &Piece, hz: f64) -> (f64, f64) {
-    let (mut s, mut c) = (0.0, 0.0);
-    let mut turn = (0.0f64, 1.0f64);
-    let mut step = (0.0f64, 1.0f64, 0.0f64);
-    for i in piece.start..piece.end {
-        if i > piece.start {
-            let dt = one.t_s[i] - one.t_s[i - 1];
-            let mut further = TAU * hz * (dt - step.2);
-            if further.abs() > SMALL_TURN {
-                let (a, b) = (TAU * hz * dt).sin_cos();
-                (step, further) = ((a, b, dt), 0.0);
-            }
-            let (a, b) = (further, 1.0 - 0.5 * further * further);
-            let (a, b) = (step.0 * b + step.1 * a, step.1 * b - step.0 * a);
-            turn = (turn.0 * b + turn.1 * a, turn.1 * b - turn.0 * a);
-        }
-        s += turn.0 * one.value[i];
-        c += turn.1 * one.value[i];
-    }
-    (s, c)
+/// A piece's samples as turns of a frequency and values, of which the squared sum is the power.
+fn points_of<'a>(
+    one: &'a Series,
+    piece: Piece,
+    hz: f64,
+    unit: Complex<f64>,
+) -> impl Iterator<Item = (f64, Complex<f64>)> + 'a {
+    let weight = unit * (2.0 / (piece.end - piece.start) as f64).sqrt();
+    (piece.start..piece.end).map(move |i| {
+        let turns = hz * (one.t_s[i] - one.t_s[piece.start]);
+        (turns, weight * one.value[i])
+    })
 }
 
 /// Some neighbouring samples of a series, turned back at one frequency and summed.
@@ -231,10 +225,9 @@ fn peak(series: &[Series], group: &[Piece]) -> Option<(f64, f64, f64)> {
     let top = 0.5 / group[0].interval_s;
     let step = (0.3 / longest).max(top / TRIALS as f64);
     let trials = (top / step) as usize;
-    // Slower than one turn a piece is drift, not a line.
-    let powers: Vec<f64> = (4..=trials)
-        .into_par_iter()
-        .map(|k| power(series, group, k as f64 * step))
+    let powers: Vec<f64> = powers(series, group, step, trials)
+        .into_iter()
+        .skip(SLOWEST)
         .collect();
     let middle = crate::statistics::median(&mut powers.clone())?.max(1e-12);
     let (at, top) = powers
@@ -243,7 +236,7 @@ fn peak(series: &[Series], group: &[Piece]) -> Option<(f64, f64, f64)> {
         .max_by(|a, b| a.1.total_cmp(b.1))?;
     let pieces = group.len() as f64;
     (*top > 5.0 * middle && *top > 30.0 + 2.0 * pieces)
-        .then(|| ((at + 4) as f64 * step, top / middle, step))
+        .then(|| ((at + SLOWEST) as f64 * step, top / middle, step))
 }
 
 fn subtract(one: &mut Series, hz: f64) {

@@ -66,7 +66,7 @@ impl Motion {
     /// Where there is a reference the caller gives its positions: they carry no error pattern.
     pub fn new(observations: &Observations, position_m: &[Vec<f64>; 4]) -> Self {
         let n = observations.len();
-        let windows = windows(&observations.stretch);
+        let windows = windows(&observations.unbroken);
         let mut this = Self {
             smooth: vec![true; n],
             ..Self::default()
@@ -161,17 +161,17 @@ impl Motion {
     }
 }
 
-/// Neighbours of each sample within its stretch.
-fn windows(stretch: &[usize]) -> Vec<std::ops::Range<usize>> {
-    let n = stretch.len();
+/// Neighbours of each sample without a break.
+fn windows(unbroken: &[usize]) -> Vec<std::ops::Range<usize>> {
+    let n = unbroken.len();
     (0..n)
         .map(|i| {
             let mut first = i;
-            while first > 0 && i - first < HALF_WINDOW && stretch[first - 1] == stretch[i] {
+            while first > 0 && i - first < HALF_WINDOW && unbroken[first - 1] == unbroken[i] {
                 first -= 1;
             }
             let mut end = i + 1;
-            while end < n && end - i <= HALF_WINDOW && stretch[end] == stretch[i] {
+            while end < n && end - i <= HALF_WINDOW && unbroken[end] == unbroken[i] {
                 end += 1;
             }
             first..end

@@ -23,6 +23,8 @@ pub struct Observations {
     pub run: Vec<usize>,
     /// Unbroken piece of one run.
     pub stretch: Vec<usize>,
+    /// Samples that follow each other without a break: a stretch, or a part of one where samples between were let go.
+    pub unbroken: Vec<usize>,
     /// Unmodified outputs, m.
     pub position_m: [Vec<f64>; 4],
     /// Stated noise of the unmodified outputs, m.
@@ -98,6 +100,7 @@ impl Observations {
             t_s: samples.t_s().to_vec(),
             run: (0..n).map(|i| samples.run_number(i)).collect(),
             stretch: Vec::new(),
+            unbroken: Vec::new(),
             position_m: Default::default(),
             position_noise_m: Default::default(),
             position_step_m: [0.0; 4],
@@ -118,11 +121,40 @@ impl Observations {
             full_range_counts: full_range,
         };
         this.stretch = stretches(&this.t_s, &this.run);
+        this.unbroken = this.stretch.clone();
         for segment in 0..4 {
             this.read_segment(recording, segment);
         }
         this.read_deflection(recording);
         Ok(this)
+    }
+
+    /// Lets all other samples go.
+    pub fn retain(&mut self, stays: &[bool]) {
+        let mut breaks = 0;
+        self.unbroken = (0..stays.len())
+            .map(|i| {
+                let broken = i > 0 && (!stays[i - 1] || self.stretch[i] != self.stretch[i - 1]);
+                breaks += usize::from(stays[i] && broken);
+                breaks
+            })
+            .collect();
+        for list in [&mut self.run, &mut self.stretch, &mut self.unbroken] {
+            only(list, stays);
+        }
+        for list in &mut self.pair_counts {
+            only(list, stays);
+        }
+        let lists = [&mut self.t_s, &mut self.temperature_c].into_iter();
+        let lists = lists.chain(&mut self.position_m);
+        let lists = lists.chain(&mut self.position_noise_m);
+        let lists = lists.chain(&mut self.amplitude_counts);
+        let lists = lists
+            .chain(&mut self.tan_psi)
+            .chain(&mut self.tan_psi_noise);
+        for list in lists.chain(&mut self.commanded).chain(&mut self.reference) {
+            only(list, stays);
+        }
     }
 
     /// Number of samples.
@@ -258,6 +290,13 @@ impl Observations {
             self.tan_psi_noise = Default::default();
         }
     }
+}
+
+/// Keeps the entries of some samples, and no memory for the others.
+fn only<T>(list: &mut Vec<T>, stays: &[bool]) {
+    let mut stays = stays.iter();
+    list.retain(|_| stays.next().is_some_and(|s| *s));
+    list.shrink_to_fit();
 }
 
 /// Fewer samples than this answer nothing: the baseline alone has 38 unknowns.

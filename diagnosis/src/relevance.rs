@@ -81,7 +81,7 @@ mod tests {
     fn what_a_recording_does_not_need_goes_to_nothing() {
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         let columns = columns(&["constant", "there", "like it", "elsewhere"]);
-        let fold = (0..FOLDS)
+        let fold: Vec<DMatrix<f64>> = (0..FOLDS)
             .map(|_| {
                 let mut sum = DMatrix::zeros(5, 5);
                 for _ in 0..400 {
@@ -95,6 +95,7 @@ mod tests {
             })
             .collect();
         let mut gram = Gram {
+            total: fold.iter().sum(),
             fold,
             rows: [400; FOLDS],
             scale: vec![10.0; 4],

@@ -1,7 +1,7 @@
 //! Fits of many sets of columns that share a large part: the part is eliminated once, and a set costs little more than what it
 //! has besides (block elimination, Golub and Van Loan 2013, section 3.2.11).
 
-use crate::gram::{Fit, Gram};
+use crate::gram::{Fit, Gram, Training};
 use nalgebra::{DMatrix, DVector};
 
 /// The products among the shared columns, as one piece of memory.
@@ -26,29 +26,24 @@ pub struct Shared {
 
 impl Shared {
     /// Cost: cube of the shared columns. None where they are dependent beyond what a prior mends.
-    pub fn new(
-        training: &DMatrix<f64>,
-        test: &DMatrix<f64>,
-        centre: &[f64],
-        columns: &[usize],
-    ) -> Option<Self> {
+    pub fn new(training: Training, centre: &[f64], columns: &[usize]) -> Option<Self> {
         let n = columns.len();
-        let last = training.nrows() - 1;
-        let mut precision = block(training, columns, columns);
+        let last = training.last();
+        let mut precision = training.block(columns, columns);
         for a in 0..n {
             precision[(a, a)] += 1.0;
         }
         let lower = precision.cholesky()?.unpack();
         let log_det = lower.diagonal().iter().map(|d| d.ln()).sum();
         let inverse = lower.solve_lower_triangular(&DMatrix::identity(n, n))?;
-        let right = DVector::from_fn(n, |a, _| training[(columns[a], last)] + centre[columns[a]]);
+        let right = DVector::from_fn(n, |a, _| training.at(columns[a], last) + centre[columns[a]]);
         let mut reduced = DMatrix::zeros(n, last + 1);
         reduced.set_column(last, &(&inverse * &right));
         let mut known = vec![false; last + 1];
         known[last] = true;
         Some(Self {
             columns: columns.to_vec(),
-            test: block(test, columns, columns),
+            test: block(training.test, columns, columns),
             inverse,
             log_det,
             reduced,
@@ -57,12 +52,12 @@ impl Shared {
         })
     }
 
-    fn reduce(&mut self, training: &DMatrix<f64>, more: &[usize]) {
+    fn reduce(&mut self, training: Training, more: &[usize]) {
         let new: Vec<usize> = more.iter().copied().filter(|c| !self.known[*c]).collect();
         if new.is_empty() {
             return;
         }
-        let part = &self.inverse * block(training, &self.columns, &new);
+        let part = &self.inverse * training.block(&self.columns, &new);
         for (k, c) in new.into_iter().enumerate() {
             self.reduced.set_column(c, &part.column(k));
             self.known[c] = true;
@@ -70,14 +65,14 @@ impl Shared {
     }
 
     /// Fit of the shared columns and `more`, as [`crate::gram::solve`] gives it for unit variance.
-    pub fn fit(&mut self, training: &DMatrix<f64>, centre: &[f64], more: &[usize]) -> Option<Fit> {
+    pub fn fit(&mut self, training: Training, centre: &[f64], more: &[usize]) -> Option<Fit> {
         self.reduce(training, more);
-        let last = training.nrows() - 1;
+        let last = training.last();
         let across = self.reduced.select_columns(more);
         let target = self.reduced.column(last);
-        let mut normal = block(training, more, more) - across.tr_mul(&across);
+        let mut normal = training.block(more, more) - across.tr_mul(&across);
         let right = DVector::from_fn(more.len(), |a, _| {
-            training[(more[a], last)] + centre[more[a]]
+            training.at(more[a], last) + centre[more[a]]
         });
         for a in 0..more.len() {
             normal[(a, a)] += 1.0;
@@ -98,7 +93,7 @@ impl Shared {
         Some(Fit {
             columns,
             amount: amount.into(),
-            log_evidence: 0.5 * (explained - prior - training[(last, last)]) - log_det,
+            log_evidence: 0.5 * (explained - prior - training.at(last, last)) - log_det,
         })
     }
 
@@ -140,16 +135,11 @@ pub struct Base {
 
 impl Base {
     /// Eliminates `columns` from all training sums.
-    pub fn new(
-        gram: &Gram,
-        training: &[DMatrix<f64>],
-        carried: &DMatrix<f64>,
-        columns: &[usize],
-    ) -> Self {
-        let folds = training.iter().zip(&gram.fold);
+    pub fn new(gram: &Gram, carried: &DMatrix<f64>, columns: &[usize]) -> Self {
+        let folds = (0..gram.fold.len()).map(|f| gram.trained_without(f));
         Self {
             folds: folds
-                .map(|(training, test)| Shared::new(training, test, &gram.centre, columns))
+                .map(|training| Shared::new(training, &gram.centre, columns))
                 .collect(),
             carried: block(carried, columns, columns),
         }
@@ -159,13 +149,12 @@ impl Base {
     pub fn score(
         &mut self,
         gram: &Gram,
-        training: &[DMatrix<f64>],
         carried: &DMatrix<f64>,
         fold: usize,
         more: &[usize],
     ) -> Option<(Fit, f64, f64)> {
         let shared = self.folds[fold].as_mut()?;
-        let fit = shared.fit(&training[fold], &gram.centre, more)?;
+        let fit = shared.fit(gram.trained_without(fold), &gram.centre, more)?;
         let left = shared.squares(&gram.fold[fold], &fit);
         let noise = squares(carried, &self.carried, &fit);
         Some((fit, left, noise))

@@ -66,7 +66,7 @@ impl Travel {
     /// From a segment's positions, those of them that follow a smooth path, and the path's rms misfit. Between separate poses and
     /// between stretches the way is taken to be straight. Linear in samples.
     pub fn new(position_m: &[f64], smooth: &[bool], misfit_m: f64, o: &Observations) -> Self {
-        let apart = |i: usize| i == 0 || !smooth[i] || o.stretch[i] != o.stretch[i - 1];
+        let apart = |i: usize| i == 0 || !smooth[i] || o.unbroken[i] != o.unbroken[i - 1];
         let place_m = without_own_noise(position_m, &apart);
         let mut this = Self::default();
         let mut leg = Leg {

@@ -179,8 +179,13 @@ impl<'a> Judge<'a> {
 
     /// Takes over what was found in a study.
     fn take(&mut self, study: Study<'a>, told: Told) {
-        self.fine = Refined::of(&study, &told);
-        (self.study, self.told) = (study, told);
+        let fine = Refined::of(&study, &told);
+        self.take_fitted(study, told, fine);
+    }
+
+    /// The same, fitted about itself already.
+    fn take_fitted(&mut self, study: Study<'a>, told: Told, fine: Refined<'a>) {
+        (self.study, self.told, self.fine) = (study, told, fine);
         self.restate();
     }
 
@@ -238,7 +243,7 @@ impl<'a> Judge<'a> {
         let fine = Refined::of(&again, &told);
         let excess = |r: &Residuals| r.white_rms().powi(2) - self.floor.white_square;
         if excess(&fine.residuals) < OTHER_PHASE * excess(&self.fine.residuals) {
-            self.take(again, told);
+            self.take_fitted(again, told, fine);
         }
     }
 
@@ -362,7 +367,10 @@ impl<'a> Judge<'a> {
         } else {
             &self.after
         };
-        Evidence::new(&self.study.scene, &self.before, after, steps)
+        let mut evidence = Evidence::new(&self.study.scene, &self.before, after, steps);
+        evidence.set_aside += self.prepared.samples - evidence.samples;
+        evidence.samples = self.prepared.samples;
+        evidence
     }
 
     fn allowed(&self, name: &str) -> bool {

@@ -30,13 +30,13 @@ impl Scene<'_> {
         self.quiet_m[segment].get(i).is_some_and(|q| *q != 0.0)
     }
 
-    /// End of the rest that begins at a sample: of the same stretch, smooth and without clear speed.
+    /// End of the rest that begins at a sample: without a break, smooth and without clear speed.
     fn rest_ends(&self, s: usize, start: usize) -> usize {
         let rests = |i: &usize| {
             self.motion.smooth[*i]
                 && self.motion.speed_m_s[s][*i] == 0.0
                 && self.observations.position_m[s][*i].is_finite()
-                && self.observations.stretch[*i] == self.observations.stretch[start]
+                && self.observations.unbroken[*i] == self.observations.unbroken[start]
         };
         (start..self.len())
             .find(|i| !rests(i))

@@ -41,6 +41,46 @@ impl SampleRows {
         out
     }
 
+    /// Derivative of each whitened row by the readings.
+    pub fn white_by_reading(&self) -> [[f64; READINGS]; ROWS] {
+        let mut out = [[0.0; READINGS]; ROWS];
+        for (row, out) in out.iter_mut().enumerate().take(self.count) {
+            for k in 0..=row {
+                for (sum, slope) in out.iter_mut().zip(&self.by_reading[k]) {
+                    *sum += self.whiten[row][k] * slope;
+                }
+            }
+        }
+        out
+    }
+
+    /// [`Self::response`], whitened; none where a regressor adds nothing. `by_reading` is that of [`Self::white_by_reading`].
+    pub fn white_response(
+        &self,
+        by_reading: &[[f64; READINGS]; ROWS],
+        regressor: &Regressor,
+        moment: &Moment,
+    ) -> Option<[f64; ROWS]> {
+        let Action::Readings(add) = &regressor.action else {
+            let response = self.response(regressor, moment);
+            let any = response.iter().any(|r| *r != 0.0);
+            return any.then(|| self.whitened(&response));
+        };
+        if !regressor.acts(moment) {
+            return None;
+        }
+        let mut readings = [0.0; READINGS];
+        add(moment, &mut readings);
+        let mut out = [0.0; ROWS];
+        // Most act on one reading.
+        for (reading, value) in readings.iter().enumerate().filter(|r| *r.1 != 0.0) {
+            for (out, slope) in out.iter_mut().zip(by_reading) {
+                *out += slope[reading] * value;
+            }
+        }
+        out.iter().any(|o| *o != 0.0).then_some(out)
+    }
+
     /// What a unit amount of a regressor adds to the rows, m.
     pub fn response(&self, regressor: &Regressor, moment: &Moment) -> [f64; ROWS] {
         let mut out = [0.0; ROWS];

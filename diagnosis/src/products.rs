@@ -1,0 +1,109 @@
+//! Products of columns over rows, as they come, chunk by chunk.
+
+use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut, Dyn};
+
+/// Rows that products are formed of, one after the other, and which of their columns are not zero throughout. The memory is used
+/// again for the next ones.
+pub(crate) struct Upright {
+    width: usize,
+    values: Vec<f64>,
+    /// Where the values of the sample at hand begin.
+    newest: usize,
+    active: Vec<bool>,
+    /// The active columns alone, and some of their products.
+    packed: Vec<f64>,
+    part: Vec<f64>,
+}
+
+/// Columns whose products are formed at once.
+const PANEL: usize = 160;
+
+impl Upright {
+    /// For rows of so many columns.
+    pub(crate) fn new(width: usize) -> Self {
+        Self {
+            width,
+            values: Vec::new(),
+            newest: 0,
+            active: vec![false; width],
+            packed: Vec::new(),
+            part: Vec::new(),
+        }
+    }
+
+    /// Takes all rows out.
+    pub(crate) fn clear(&mut self) {
+        self.values.clear();
+        self.newest = 0;
+        self.active.fill(false);
+    }
+
+    /// Number of rows.
+    pub(crate) fn rows(&self) -> usize {
+        self.values.len() / self.width
+    }
+
+    /// Appends rows of zeros, which [`Self::set`] then fills.
+    pub(crate) fn extend(&mut self, rows: usize) {
+        self.newest = self.values.len();
+        self.values.resize(self.newest + rows * self.width, 0.0);
+    }
+
+    /// A column's values in the newest rows, times a factor.
+    pub(crate) fn set(&mut self, column: usize, values: &[f64], scale: f64) {
+        self.active[column] = true;
+        let slots = self.values[self.newest + column..]
+            .iter_mut()
+            .step_by(self.width);
+        for (slot, value) in slots.zip(values) {
+            *slot = value * scale;
+        }
+    }
+
+    /// Adds the products of the columns to the lower triangle.
+    pub(crate) fn add_products(&mut self, gram: &mut DMatrix<f64>) {
+        let rows = self.rows();
+        let list: Vec<usize> = (0..self.width).filter(|c| self.active[*c]).collect();
+        let width = list.len();
+        self.packed.clear();
+        for row in self.values.chunks(self.width) {
+            self.packed.extend(list.iter().map(|c| row[*c]));
+        }
+        let upright = DMatrixView::from_slice(&self.packed, width, rows);
+        let used = DMatrixView::<f64, Dyn, Dyn>::from_slice_with_strides_generic(
+            &self.packed,
+            Dyn(rows),
+            Dyn(width),
+            Dyn(width),
+            Dyn(1),
+        );
+        for first in (0..width).step_by(PANEL) {
+            let size = PANEL.min(width - first);
+            // Rows from the panel's first on: the lower triangle and the panel's own square.
+            let rest = width - first;
+            self.part.resize(rest * size, 0.0);
+            let mut part = DMatrixViewMut::from_slice(&mut self.part, rest, size);
+            part.gemm(
+                1.0,
+                &upright.rows(first, rest),
+                &used.columns(first, size),
+                0.0,
+            );
+            for k in 0..size {
+                let mut column = gram.column_mut(list[first + k]);
+                for r in k..rest {
+                    column[list[first + r]] += part[(r, k)];
+                }
+            }
+        }
+    }
+}
+
+/// Copies the lower triangle to the upper one.
+pub(crate) fn mirror(gram: &mut DMatrix<f64>) {
+    for column in 0..gram.ncols() {
+        for row in column + 1..gram.nrows() {
+            gram[(column, row)] = gram[(row, column)];
+        }
+    }
+}
