@@ -5,6 +5,7 @@ pub mod advice;
 pub mod arena;
 pub mod baseline;
 pub mod blind;
+mod bootstrap;
 pub mod calibrate;
 pub mod carried;
 pub mod channels;

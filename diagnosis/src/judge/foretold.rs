@@ -26,6 +26,7 @@ impl Judge<'_> {
             .moved(self.prepared.baseline.clone(), Shift::default());
         stated.noise = [1.0; READINGS];
         let baseline = Refined::new(&stated, self.prepared.about(), &[]);
+        self.before_by_folds = baseline.residuals.clone();
         if let Some(before) = baseline.left_out() {
             self.before = before;
         }
@@ -36,6 +37,17 @@ impl Judge<'_> {
         self.elsewhere.as_ref().map_or(&self.after, |e| &e.1)
     }
 
+    /// What the model that [`Self::foretold`] speaks of, or the baseline alone, leaves of a channel on folds that it has not seen, m.
+    pub(super) fn folds_m(&self, named: bool, channel: usize) -> f64 {
+        let by_folds = match &self.elsewhere {
+            _ if !named => &self.before_by_folds,
+            Some(elsewhere) => &elsewhere.0.residuals,
+            None => &self.fine.residuals,
+        };
+        by_folds.channel_rms_m(channel).0
+    }
+
+    /// What must be said where a drift's course is another one elsewhere.
     pub(super) fn of_its_time(&self) -> String {
         let floor = self.floor.white_square.sqrt();
         format!(

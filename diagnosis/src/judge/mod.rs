@@ -118,6 +118,8 @@ pub(crate) struct Judge<'a> {
     /// Held-out residuals of the baseline alone, and with what is found; both by the stated noise.
     before: Residuals,
     after: Residuals,
+    /// Residuals of the baseline alone on folds that it has not seen.
+    before_by_folds: Residuals,
     /// What carries over to another recording, and what it is expected to leave there, where that is less than what is found: a
     /// drift's course does not.
     elsewhere: Option<(Refined<'a>, Residuals)>,
@@ -138,6 +140,7 @@ impl<'a> Judge<'a> {
             noise: None,
             after: fine.residuals.clone(),
             elsewhere: None,
+            before_by_folds: Residuals::default(),
             study: first,
             told,
             fine,
