@@ -39,8 +39,8 @@ impl Orders {
     }
 
     /// Squared magnitude of the sum at each order, of points that are a place (turns of order 1) and a value. Of complex values
-    /// the squares of real and imaginary parts' own sums are added: two series cost one transform. Cost: points times twice
-    /// [`REACH`], and the transform.
+    /// the squares of real and imaginary parts' own sums are added: two series cost one transform. Cost: points times
+    /// twenty, and the transform.
     pub fn powers(&self, points: impl Iterator<Item = (f64, Complex<f64>)>) -> Vec<f64> {
         let mut grid = vec![Complex::default(); self.grid];
         for (turns, value) in points {
