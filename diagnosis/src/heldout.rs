@@ -143,11 +143,20 @@ impl Residuals {
         if here <= 0.0 {
             return [0.0; 2];
         }
-        let other = other_runs(&self.noise_of_runs(channel, run));
+        let runs = self.noise_of_runs(channel, run);
+        let other = other_runs(&runs) * Self::noise_share(&runs, here);
         let [less, more] = self
             .widest(channel, foretold)
             .map(|end| end.ln().hypot(other).exp());
         [here / less, here * more * (folds_m / here).max(1.0)]
+    }
+
+    /// Of a squared rms, m, what is the noise's: what else is left does not follow the noise from run to run.
+    fn noise_share(runs: &[[f64; 2]], rms_m: f64) -> f64 {
+        let [square, count] = runs
+            .iter()
+            .fold([0.0; 2], |s, r| [s[0] + r[0], s[1] + r[1]]);
+        (square / f64::max(count, 1.0) / (rms_m * rms_m)).min(1.0)
     }
 
     /// Squares of a channel's noise in each run, and their number.
@@ -264,5 +273,20 @@ mod tests {
                 "{covered} of {PAIRS}, {samples} samples"
             );
         }
+    }
+
+    #[test]
+    fn a_gap_far_over_the_noise_does_not_follow_it_from_run_to_run() {
+        let (mut residuals, run) = recording(3_000, 1);
+        let one_run = vec![0; 3_000];
+        for (noise_m, run) in residuals.noise_m.iter_mut().zip(&run) {
+            *noise_m = 1e-3 * 4.0_f64.powi(*run as i32);
+        }
+        let [low, high] = residuals.foretold_m(0, 0.0, &run);
+        let [less, more] = residuals.foretold_m(0, 0.0, &one_run);
+        assert!(
+            high - low < 1.01 * (more - less),
+            "{low} to {high}, {less} to {more}"
+        );
     }
 }

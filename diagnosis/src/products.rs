@@ -49,12 +49,13 @@ impl Upright {
         self.values.resize(self.newest + rows * self.width, 0.0);
     }
 
-    /// A column's values in the newest rows, times a factor.
+    /// A column's values in the newest rows, times a factor. There are none where a sample has no channel.
     pub(crate) fn set(&mut self, column: usize, values: &[f64], scale: f64) {
+        let Some(from) = self.values.get_mut(self.newest + column..) else {
+            return;
+        };
         self.active[column] = true;
-        let slots = self.values[self.newest + column..]
-            .iter_mut()
-            .step_by(self.width);
+        let slots = from.iter_mut().step_by(self.width);
         for (slot, value) in slots.zip(values) {
             *slot = value * scale;
         }
@@ -105,5 +106,23 @@ pub(crate) fn mirror(gram: &mut DMatrix<f64>) {
         for row in column + 1..gram.nrows() {
             gram[(column, row)] = gram[(row, column)];
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sample_without_rows_adds_nothing() {
+        let mut rows = Upright::new(3);
+        for (count, value) in [(2, 1.0), (0, 9.0), (1, 2.0)] {
+            rows.extend(count);
+            rows.set(1, &[value, value], 1.0);
+            rows.set(2, &[value, value], 3.0);
+        }
+        let mut gram = DMatrix::zeros(3, 3);
+        rows.add_products(&mut gram);
+        assert_eq!((rows.rows(), gram[(1, 1)], gram[(2, 1)]), (3, 6.0, 18.0));
     }
 }

@@ -433,7 +433,8 @@ mod tests {
             constants_m: [0.0; SEGMENTS],
         };
         let refitted = refit(&correction, &as_they_are, &geometry).unwrap();
-        assert!(refitted.left_m < 0.1e-6, "{:e}", refitted.left_m);
+        // What a board has no room for is below what its sensor resolves (section 1).
+        assert!(refitted.left_m < 0.2e-6, "{:e}", refitted.left_m);
         let unchanged = refit::miss_m(&correction, &as_they_are, &geometry);
         assert!(
             unchanged > 1.5 * refitted.left_m,
