@@ -408,7 +408,8 @@ mod tests {
             ("order 1 sine, segment 1", 6.0e-6),
             ("order 1 cosine, segment 2", -4.0e-6),
         ];
-        let mixed = [1, 2, 3].into_iter().flat_map(|order| {
+        // As many as a board has room for beside them.
+        let mixed = [1, 2].into_iter().flat_map(|order| {
             [-1, 1].map(|lateral| {
                 format!("own order {order}, lateral order {lateral} sine, segment 3")
             })
@@ -418,7 +419,7 @@ mod tests {
         list.push(amount("order 2 sine, segment 1", 1.0e-12));
         let mut model = diagnosed("lateral_dependence", list);
         for k in &mut model.baseline_with_effects.k_m {
-            (k[1], k[4]) = (12.0e-6, -8.0e-6);
+            k[1] = 14.0e-6;
         }
         let geometry = Geometry::PAPER;
         let (own, board) = (
@@ -433,11 +434,10 @@ mod tests {
             constants_m: [0.0; SEGMENTS],
         };
         let refitted = refit(&correction, &as_they_are, &geometry).unwrap();
-        // What a board has no room for is below what its sensor resolves (section 1).
-        assert!(refitted.left_m < 0.2e-6, "{:e}", refitted.left_m);
+        assert!(refitted.left_m < 0.1e-6, "{:e}", refitted.left_m);
         let unchanged = refit::miss_m(&correction, &as_they_are, &geometry);
         assert!(
-            unchanged > 1.5 * refitted.left_m,
+            unchanged > 5.0 * refitted.left_m,
             "{unchanged:e} against {:e}",
             refitted.left_m
         );
