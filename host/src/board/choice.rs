@@ -4,6 +4,7 @@ use super::emulated;
 use super::link::Link;
 use super::sim::SimWire;
 use crate::demo::Preset;
+use crate::output::replace_file;
 use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
 use courier_sensor::drivers::motion::Target;
@@ -16,7 +17,6 @@ use hal_sim::board::SharedFlash;
 use hal_sim::presets::DEFAULT_RMS_M;
 use hal_sim::spec::CourierSpec;
 use link_host::wire::Wire;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Which board to talk to; the simulated one if none is named.
@@ -255,15 +255,7 @@ fn keep(flash: &SharedFlash, path: &Path) -> Result<()> {
     if std::fs::read(path).is_ok_and(|bytes| bytes == inner.bytes()) {
         return Ok(());
     }
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
-    let failed = || format!("--sim-flash: {}", path.display());
-    let mut file = tempfile::NamedTempFile::new_in(folder).with_context(failed)?;
-    file.write_all(inner.bytes()).with_context(failed)?;
-    file.persist(path).with_context(failed)?;
-    Ok(())
+    replace_file(path, inner.bytes()).with_context(|| format!("--sim-flash: {}", path.display()))
 }
 
 #[cfg(feature = "probe")]
