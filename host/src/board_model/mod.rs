@@ -159,8 +159,17 @@ fn effects(diagnosed: &Model, own: &[Row]) -> Effects {
             taken.push((effect.name.clone(), rows.len()));
         }
         table.extend(rows);
-        if unknown + dropped > 0 {
-            left.push(format!("{}: {unknown} amounts are no term of the board's error model, {dropped} terms have no room in it", effect.name));
+        if unknown > 0 {
+            left.push(format!(
+                "{}: amounts that are no term of the board's error model: {unknown}",
+                effect.name
+            ));
+        }
+        if dropped > 0 {
+            left.push(format!(
+                "{}: terms that have no room in the board's error model: {dropped}",
+                effect.name
+            ));
         }
     }
     let chosen = table.split_off(own.len());
