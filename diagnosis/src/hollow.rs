@@ -1,7 +1,7 @@
 //! Effects that stand on terms which only complete them.
 
 use crate::arena::Arena;
-use crate::diagnose::{log, tracing};
+use crate::trace::{log, tracing};
 
 /// A term counts to an effect's core if its prior size is at least this share of the largest.
 const CORE: f64 = 0.3;

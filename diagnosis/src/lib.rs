@@ -1,4 +1,57 @@
 //! Where the simulation and the real sensor part, which effect does it, and how far adding it closes the gap.
+//!
+//! The input is a [`recording::Recording`], read from a folder or filled by the caller; [`diagnose`] never fails: what the
+//! recording cannot answer is [`Verdict::InsufficientData`] with the limit and both numbers. [`diagnose_fully`] adds the model
+//! for [`check`] on another recording, and the residuals and evidence that a report draws.
+//!
+//! # Other sensors
+//!
+//! What is compared are redundant readings, not this courier's: one sensor with a periodic output beside any reference is a
+//! recording, and so are four with or without the coordination sensor. A resolver with one turn a period is a segment whose
+//! pitch is the length that one turn is written as:
+//!
+//! ```
+//! use diagnosis::{Options, Verdict, diagnose};
+//! use recording::{Electronics, Geometry, Meta, Recording, Row, Samples};
+//!
+//! let pitch_m = 1.0e-3; // one turn of the shaft
+//! let mut samples = Samples::default();
+//! let mut noise = 1_u32;
+//! for k in 0..4000 {
+//!     let t_s = f64::from(k) * 1.0e-3;
+//!     let reference_m = 5.0 * pitch_m * (1.0 - (1.3 * t_s).cos()); // to and fro, at every speed
+//!     let phase = std::f64::consts::TAU * reference_m / pitch_m;
+//!     noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+//!     let noise_m = (f64::from(noise) / f64::from(u32::MAX) - 0.5) * 12.0_f64.sqrt() * 0.1e-6;
+//!     let eccentric_m = 3.0e-6 * phase.sin(); // within equation (3): calibrated away
+//!     let lag_m = 50.0e-6 * 6.5 * pitch_m * (1.3 * t_s).sin(); // the output is 50 µs late: a gap
+//!     samples.push(&Row {
+//!         t_s,
+//!         run: "sweep",
+//!         position_m: [Some(reference_m + eccentric_m - lag_m + noise_m), None, None, None],
+//!         reference: [Some(reference_m), None, None],
+//!         ..Row::default()
+//!     });
+//! }
+//! let recording = Recording {
+//!     meta: Meta {
+//!         geometry: Geometry { pitch_m, ..Geometry::default() },
+//!         electronics: Electronics { position_noise_m: Some(0.1e-6), ..Electronics::default() },
+//!         ..Meta::default()
+//!     },
+//!     samples,
+//!     warnings: Vec::new(),
+//! };
+//! let answer = diagnose(&recording, "resolver", &Options::default());
+//! assert_eq!(answer.verdict, Verdict::Named);
+//! assert_eq!(answer.effects[0].name, "velocity_lag");
+//! ```
+//!
+//! # Order of the work
+//!
+//! [`prepare`] reads, repairs and calibrates the baseline; [`study`] lays out the columns of the baseline, of every effect
+//! of the catalogue and of free shapes over the coordinates, and their products fold by fold; [`search`] and [`evidence`] weigh sets of
+//! effects on held-out folds; [`judge`] makes the verdict and says how far the gap shrinks; [`html`] draws it. [`blind`] checks the whole.
 
 pub mod adequacy;
 pub mod advice;
@@ -11,7 +64,6 @@ pub mod carried;
 pub mod channels;
 pub mod clean;
 pub mod clip;
-pub mod diagnose;
 pub mod evidence;
 pub mod fourier;
 pub mod gram;
@@ -28,6 +80,7 @@ pub mod nodes;
 pub mod observe;
 pub mod phase;
 pub mod places;
+pub mod prepare;
 mod products;
 pub mod refine;
 pub mod relevance;
@@ -39,14 +92,16 @@ pub mod simulate;
 pub mod slips;
 pub mod smooth;
 pub mod statistics;
+pub mod study;
 pub mod thinning;
+pub mod trace;
 pub mod travel;
 pub mod visited;
 
-pub use diagnose::Options;
 pub use judge::{Answer, diagnose, diagnose_fully};
 pub use model::{Check, Checked, Model, check, check_fully};
 pub use report::{Diagnosis, HeldOut, Verdict};
+pub use study::Options;
 
 /// The recording cannot answer: the limit that it violates, and both numbers.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -1,6 +1,8 @@
 //! Lines in the spectrum of unevenly sampled residuals: least squares at each frequency (Lomb 1976, Scargle 1982).
 
 use crate::fourier::Orders;
+use crate::heldout::Residuals;
+use crate::scene::Scene;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use std::f64::consts::TAU;
@@ -251,4 +253,57 @@ fn subtract(one: &mut Series, hz: f64) {
         let (a, b) = (TAU * hz * t).sin_cos();
         *v -= 2.0 * (s * a + c * b) / n;
     }
+}
+
+/// Lines nearer than this share of their frequency are one.
+const SAME_LINE: f64 = 1.0e-5;
+
+/// Adds to `list` the lines that are not in it.
+pub fn add_lines(list: &mut Vec<f64>, more: Vec<f64>) {
+    for hz in more {
+        if list
+            .iter()
+            .all(|known| (known / hz - 1.0).abs() > SAME_LINE)
+        {
+            list.push(hz);
+        }
+    }
+}
+
+/// Lines of the coordination sensor and of the segments, Hz.
+pub fn lines_of(scene: &Scene, residuals: &Residuals) -> (Vec<f64>, Vec<f64>) {
+    let o = scene.observations;
+    let pick = |channel: usize| -> (Vec<f64>, Vec<f64>, Vec<usize>) {
+        let mut out = (Vec::new(), Vec::new(), Vec::new());
+        for k in 0..residuals.sample.len() {
+            if residuals.channel[k] == channel {
+                let i = residuals.sample[k];
+                out.0.push(o.t_s[i] - o.t_s[0]);
+                out.1.push(residuals.white[k]);
+                out.2.push(o.stretch[i]);
+            }
+        }
+        out
+    };
+    let search = |channels: &[usize]| {
+        let data: Vec<_> = channels
+            .iter()
+            .map(|c| pick(*c))
+            .filter(|d| d.0.len() > 50)
+            .collect();
+        let mut series: Vec<Series> = data
+            .iter()
+            .map(|d| Series {
+                t_s: &d.0,
+                value: d.1.clone(),
+                stretch: &d.2,
+            })
+            .collect();
+        if series.is_empty() {
+            Vec::new()
+        } else {
+            lines_hz(&mut series)
+        }
+    };
+    (search(&[1, 2]), search(&[0, 3, 4, 5, 6]))
 }

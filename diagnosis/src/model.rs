@@ -146,7 +146,7 @@ pub fn check_fully(model: &Model, recording: &Recording) -> Result<Checked, Insu
 /// Samples that do not stand out. As in the diagnosis, disturbed ones are those that stand out of what the baseline alone leaves:
 /// a place where the effects do not fit is a gap, and no disturbance.
 fn undisturbed(model: &Model, observations: &Observations) -> Vec<bool> {
-    let resting = crate::diagnose::resting(observations);
+    let resting = crate::prepare::resting(observations);
     let all: Vec<bool> = resting.iter().map(|r| !r).collect();
     let (first, _) = residuals(model, observations, all.clone(), false);
     let rows: Vec<(usize, usize, f64)> = (0..first.sample.len())

@@ -2,10 +2,10 @@
 //! a reading that is off by the effect does not say.
 
 use crate::calibrate::baseline_columns;
-use crate::diagnose::About;
 use crate::gram::{Columns, Gram, folds, solve};
 use crate::heldout::Residuals;
 use crate::scene::{Scene, Shift};
+use crate::study::About;
 use effects::sensor::{Action, READINGS};
 
 /// Most rounds of the fixed point. Each shrinks what is left by the slope of the effect: some tenths.

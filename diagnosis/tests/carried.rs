@@ -2,8 +2,9 @@
 mod rig;
 
 use diagnosis::Options;
-use diagnosis::diagnose::{Look, prepare, study};
 use diagnosis::gram::{Fit, solve, squares};
+use diagnosis::prepare::prepare;
+use diagnosis::study::{Look, study};
 use std::f64::consts::TAU;
 
 /// g_p has four readings' noise, n each. An amount `a` of sin(3 f p) takes a 3 f cos(3 f p) n from one of them: squares a row

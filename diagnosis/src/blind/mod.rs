@@ -24,9 +24,9 @@ pub use page::page;
 pub use tally::Score;
 pub use words::{Words, confusion, detection, effects, matrix, row, shrinkage};
 
-use crate::diagnose::Options;
 use crate::model::{Model, check};
 use crate::report::Diagnosis;
+use crate::study::Options;
 use crate::{diagnose as diagnose_recording, diagnose_fully};
 use rayon::prelude::*;
 use recording::{Existing, Recording};

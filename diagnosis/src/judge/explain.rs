@@ -2,9 +2,10 @@
 
 use super::FLEXIBLE;
 use crate::arena::Arena;
-use crate::diagnose::{About, FIELD, Kind, Study, handicap, log, tracing};
 use crate::refine::Refined;
 use crate::search::{Found, noise_floor, rest, search};
+use crate::study::{About, FIELD, Kind, Study, handicap};
+use crate::trace::{log, tracing};
 
 /// A shape without a name must do this much better than a cause, as a share of the gap.
 const SHAPE_HANDICAP: f64 = 0.02;

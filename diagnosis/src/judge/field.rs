@@ -3,7 +3,8 @@
 use super::explain::{Told, leading};
 use super::{Judge, LEFT_OVER, VISIBLE};
 use crate::arena::Arena;
-use crate::diagnose::{About, FIELD, Look, log, study};
+use crate::study::{About, FIELD, Look, study};
+use crate::trace::log;
 
 /// A field over the platen is worth its hundreds of unknowns if it leaves less than this share of what was left.
 const FIELD_LEAVES: f64 = 0.7;

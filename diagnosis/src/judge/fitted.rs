@@ -1,10 +1,10 @@
 //! The model of what is named, fitted on all samples in use.
 
 use super::Judge;
-use crate::diagnose::FIELD;
 use crate::model::{EffectAmounts, Model, OF_ITS_TIME};
 use crate::refine::Refined;
 use crate::report::{Diagnosis, Magnitude, Verdict};
+use crate::study::FIELD;
 use crate::visited::Visited;
 
 impl Judge<'_> {

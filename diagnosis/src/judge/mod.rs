@@ -12,13 +12,14 @@ mod prune;
 mod reference;
 mod verdict;
 
-use crate::diagnose::{About, FIELD, Look, Options, Prepared, Study, prepare, study};
 use crate::evidence::{Evidence, Step};
 use crate::heldout::Residuals;
 use crate::model::{Model, OF_ITS_TIME};
+use crate::prepare::{Prepared, prepare};
 use crate::refine::Refined;
 use crate::report::{Diagnosis, Verdict};
 use crate::simulate::Floor;
+use crate::study::{About, FIELD, Look, Options, Study, study};
 use effects::sensor::READINGS;
 use explain::Told;
 use recording::Recording;
@@ -277,7 +278,7 @@ impl<'a> Judge<'a> {
             && self.is_noise(&self.after);
         is_noise.then(|| {
             let noise = self.noise_of_readings();
-            crate::diagnose::log(&format!("noise over the stated one: {noise:.2?}"));
+            crate::trace::log(&format!("noise over the stated one: {noise:.2?}"));
             noise
         })
     }

@@ -2,10 +2,10 @@
 
 use super::{CHANNEL_NAMES, FLEXIBLE, Judge};
 use crate::arena::Arena;
-use crate::diagnose::handicap;
 use crate::report::{Magnitude, Named};
 use crate::search::rest;
 use crate::slips::Slip;
+use crate::study::handicap;
 
 /// Probability below which a runner-up is not worth a mention.
 const ALIAS: f64 = 0.05;

@@ -2,9 +2,9 @@
 
 use super::{CHANNEL_NAMES, Judge};
 use crate::arena::Arena;
-use crate::diagnose::Kind;
 use crate::report::Share;
 use crate::search::rest;
+use crate::study::Kind;
 use nalgebra::{Matrix3, Vector3};
 
 /// Shares that are told: from this on, and so many.

@@ -5,9 +5,10 @@ use super::named::slip_named;
 use super::place::Located;
 use super::{CHANNEL_NAMES, Judge, LEFT_OVER, NOISY, OF_ITS_TIME, VISIBLE};
 use crate::arena::Arena;
-use crate::diagnose::{Kind, log};
 use crate::report::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
 use crate::search::{Found, MINIMUM_SQUARES, rest};
+use crate::study::Kind;
+use crate::trace::log;
 
 /// All channels this far above the stated noise, and alike: the statement may be what is wrong.
 const MISSTATED: f64 = 4.0;

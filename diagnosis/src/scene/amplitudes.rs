@@ -376,7 +376,7 @@ fn chosen<'a>(all: &[Sample], meshes: &'a [Mesh], noise: f64) -> Option<(Shape<'
     let (timed, slow) = best(wanders(if by_place { field } else { course }), all, loose)?;
     let left = if by_place { place } else { time.min(nothing) };
     let by_time = worth(left, slow, BY_TIME);
-    crate::diagnose::log(&format!(
+    crate::trace::log(&format!(
         "amplitude over its noise: {:.2}; place {:.2}, time {:.2}, wander {:.2}, both {:.2}, {:.2}; gap {by_place}, wander {by_time}",
         nothing / noise,
         place / noise,

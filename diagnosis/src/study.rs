@@ -1,21 +1,18 @@
-//! The whole answer: clean, calibrate, survey, compare, judge, measure.
+//! All that is compared on a recording: columns of the baseline, of the effects and of free shapes, and their products.
 
 use crate::arena::Arena;
 use crate::baseline::Baseline;
-use crate::calibrate::{baseline_columns, calibrate};
+use crate::calibrate::baseline_columns;
 use crate::carried::Carried;
-use crate::clean::disturbed;
+use crate::clip;
 use crate::gram::{Columns, Gram, folds};
 use crate::heldout::Residuals;
-use crate::lines::{Series, lines_hz};
-use crate::observe::Observations;
+use crate::lines::{add_lines, lines_of};
 use crate::places::places;
-use crate::scene::{Amplitudes, Scene, Shift};
+use crate::prepare::Prepared;
+use crate::scene::{Scene, Shift};
 use crate::simulate::{Floor, floor};
-use crate::slips::{Slip, repair_slips};
-use crate::{Insufficient, clip, thinning};
 use effects::sensor::{READINGS, Survey};
-use recording::Recording;
 use std::sync::Arc;
 
 /// What a caller may change.
@@ -90,137 +87,6 @@ impl Study<'_> {
     }
 }
 
-/// Prepared recording.
-pub struct Prepared {
-    /// Columns of the recording, slips taken out; of a very long one, those of the samples that the answer is made of.
-    pub observations: Observations,
-    /// Samples of the recording.
-    pub samples: usize,
-    /// Lasting tooth slips.
-    pub slips: Vec<Slip>,
-    /// Samples in use.
-    pub keep: Vec<bool>,
-    /// Samples left out because they rest on one place.
-    pub resting: Vec<bool>,
-    /// Samples that are there for the sake of their neighbours only, where a very long recording was thinned.
-    pub thinned: Vec<bool>,
-    /// Calibrated baseline.
-    pub baseline: Baseline,
-    /// What explains the pairs' amplitudes.
-    pub amplitudes: Arc<Amplitudes>,
-    /// The stated noise, where the readings show less.
-    pub overstated: Option<Insufficient>,
-    /// What must be said of the recording.
-    pub notes: Vec<String>,
-}
-
-impl Prepared {
-    /// The same with other samples in use, calibrated on them.
-    pub fn use_only(&mut self, keep: Vec<bool>) {
-        self.baseline = calibrate(&self.observations, &keep);
-        self.keep = keep;
-    }
-
-    /// The linearisation about the baseline alone.
-    pub fn about(&self) -> About {
-        About {
-            baseline: self.baseline.clone(),
-            ..About::default()
-        }
-    }
-}
-
-/// Reads, repairs and calibrates.
-///
-/// # Errors
-/// [`Insufficient`] where the recording cannot answer.
-pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
-    let mut observations = Observations::new(recording)?;
-    crate::adequacy::check(&observations)?;
-    crate::channels::electrodes(recording)?;
-    let slips = repair_slips(&mut observations);
-    let mut notes = crate::adequacy::remarks(&observations);
-    let samples = observations.len();
-    let (thinned, told) = thinning::thin(&mut observations);
-    notes.extend(told);
-    let mut keep = vec![true; observations.len()];
-    let resting = resting(&observations);
-    let usable: Vec<bool> = resting
-        .iter()
-        .zip(&thinned)
-        .map(|(r, t)| !r && !t)
-        .collect();
-    keep.copy_from_slice(&usable);
-    let mut baseline = calibrate(&observations, &keep);
-    for _ in 0..2 {
-        let scene = Scene::new(
-            &observations,
-            baseline.clone(),
-            vec![true; observations.len()],
-        );
-        let marked = disturbed(
-            &white_rows(&scene),
-            observations.len(),
-            &observations.stretch,
-        );
-        let next: Vec<bool> = marked.iter().zip(&usable).map(|(m, u)| !m && *u).collect();
-        if next == keep {
-            break;
-        }
-        keep = next;
-        baseline = calibrate(&observations, &keep);
-    }
-    let scene = Scene::new(&observations, baseline.clone(), keep.clone());
-    crate::adequacy::check_residuals(&scene, &keep)?;
-    crate::adequacy::check_turning(&scene)?;
-    let overstated = crate::adequacy::overstated(&scene);
-    let amplitudes = Arc::new(scene.amplitudes_explained());
-    drop(scene);
-    observations.overstated = overstated.is_some();
-    Ok(Prepared {
-        observations,
-        samples,
-        slips,
-        keep,
-        resting,
-        thinned,
-        baseline,
-        amplitudes,
-        overstated,
-        notes,
-    })
-}
-
-/// Against a reference, samples that rest on one place tell that place only, over and over: they are left out.
-pub fn resting(observations: &Observations) -> Vec<bool> {
-    let n = observations.len();
-    let scene = Scene::new(observations, Baseline::nominal(observations), vec![true; n]);
-    let moving = |i: usize| {
-        scene
-            .motion
-            .direction
-            .iter()
-            .any(|d| d.get(i).is_some_and(|v| *v != 0.0))
-    };
-    let count = (0..n).filter(|&i| moving(i)).count();
-    if !scene.scope.reference || count < crate::observe::MINIMUM_SAMPLES {
-        return vec![false; n];
-    }
-    (0..n)
-        .map(|i| scene.motion.smooth[i] && !moving(i))
-        .collect()
-}
-
-fn white_rows(scene: &Scene) -> Vec<(usize, usize, f64)> {
-    let mut list = Vec::new();
-    for i in 0..scene.len() {
-        let rows = scene.rows(i);
-        let white = rows.whitened(&rows.residual_m);
-        list.extend((0..rows.count).map(|r| (i, rows.channel[r], white[r])));
-    }
-    list
-}
-
 /// What a recording is linearised about.
 #[derive(Clone, Debug, Default)]
 pub struct About {
@@ -267,7 +133,7 @@ pub fn study<'a>(
     });
     if let Some(residuals) = look.lines_of {
         // What is explained by lines that are known leaves none: they stay.
-        let more = find_lines(&scene, residuals);
+        let more = lines_of(&scene, residuals);
         add_lines(&mut beacon, more.0);
         add_lines(&mut segments, more.1);
     }
@@ -349,58 +215,6 @@ fn add(
     }
 }
 
-/// Lines nearer than this share of their frequency are one.
-const SAME_LINE: f64 = 1.0e-5;
-
-fn add_lines(list: &mut Vec<f64>, more: Vec<f64>) {
-    for hz in more {
-        if list
-            .iter()
-            .all(|known| (known / hz - 1.0).abs() > SAME_LINE)
-        {
-            list.push(hz);
-        }
-    }
-}
-
-/// Lines of the coordination sensor and of the segments, Hz.
-fn find_lines(scene: &Scene, residuals: &Residuals) -> (Vec<f64>, Vec<f64>) {
-    let o = scene.observations;
-    let pick = |channel: usize| -> (Vec<f64>, Vec<f64>, Vec<usize>) {
-        let mut out = (Vec::new(), Vec::new(), Vec::new());
-        for k in 0..residuals.sample.len() {
-            if residuals.channel[k] == channel {
-                let i = residuals.sample[k];
-                out.0.push(o.t_s[i] - o.t_s[0]);
-                out.1.push(residuals.white[k]);
-                out.2.push(o.stretch[i]);
-            }
-        }
-        out
-    };
-    let search = |channels: &[usize]| {
-        let data: Vec<_> = channels
-            .iter()
-            .map(|c| pick(*c))
-            .filter(|d| d.0.len() > 50)
-            .collect();
-        let mut series: Vec<Series> = data
-            .iter()
-            .map(|d| Series {
-                t_s: &d.0,
-                value: d.1.clone(),
-                stretch: &d.2,
-            })
-            .collect();
-        if series.is_empty() {
-            Vec::new()
-        } else {
-            lines_hz(&mut series)
-        }
-    };
-    (search(&[1, 2]), search(&[0, 3, 4, 5, 6]))
-}
-
 /// A block's handicap when it competes: shapes and flexible fields give way to causes.
 pub fn handicap(name: &str) -> f64 {
     match name {
@@ -410,17 +224,5 @@ pub fn handicap(name: &str) -> f64 {
         "hysteresis" => 0.03,
         "gap_variation" | "thermal_drift" => 0.01,
         _ => 0.0,
-    }
-}
-
-/// True if COURIER_DIAGNOSIS_TRACE asks for the search's steps on standard error.
-pub fn tracing() -> bool {
-    std::env::var_os("COURIER_DIAGNOSIS_TRACE").is_some()
-}
-
-/// One step of the search, where that was asked for.
-pub fn log(text: &str) {
-    if tracing() {
-        eprintln!("{text}");
     }
 }

@@ -1,0 +1,143 @@
+//! A recording made ready: read, repaired, thinned, cleaned, calibrated.
+
+use crate::baseline::Baseline;
+use crate::calibrate::calibrate;
+use crate::clean::disturbed;
+use crate::observe::Observations;
+use crate::scene::{Amplitudes, Scene};
+use crate::slips::{Slip, repair_slips};
+use crate::study::About;
+use crate::{Insufficient, thinning};
+use recording::Recording;
+use std::sync::Arc;
+
+/// Prepared recording.
+pub struct Prepared {
+    /// Columns of the recording, slips taken out; of a very long one, those of the samples that the answer is made of.
+    pub observations: Observations,
+    /// Samples of the recording.
+    pub samples: usize,
+    /// Lasting tooth slips.
+    pub slips: Vec<Slip>,
+    /// Samples in use.
+    pub keep: Vec<bool>,
+    /// Samples left out because they rest on one place.
+    pub resting: Vec<bool>,
+    /// Samples that are there for the sake of their neighbours only, where a very long recording was thinned.
+    pub thinned: Vec<bool>,
+    /// Calibrated baseline.
+    pub baseline: Baseline,
+    /// What explains the pairs' amplitudes.
+    pub amplitudes: Arc<Amplitudes>,
+    /// The stated noise, where the readings show less.
+    pub overstated: Option<Insufficient>,
+    /// What must be said of the recording.
+    pub notes: Vec<String>,
+}
+
+impl Prepared {
+    /// The same with other samples in use, calibrated on them.
+    pub fn use_only(&mut self, keep: Vec<bool>) {
+        self.baseline = calibrate(&self.observations, &keep);
+        self.keep = keep;
+    }
+
+    /// The linearisation about the baseline alone.
+    pub fn about(&self) -> About {
+        About {
+            baseline: self.baseline.clone(),
+            ..About::default()
+        }
+    }
+}
+
+/// Reads, repairs and calibrates.
+///
+/// # Errors
+/// [`Insufficient`] where the recording cannot answer.
+pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
+    let mut observations = Observations::new(recording)?;
+    crate::adequacy::check(&observations)?;
+    crate::channels::electrodes(recording)?;
+    let slips = repair_slips(&mut observations);
+    let mut notes = crate::adequacy::remarks(&observations);
+    let samples = observations.len();
+    let (thinned, told) = thinning::thin(&mut observations);
+    notes.extend(told);
+    let mut keep = vec![true; observations.len()];
+    let resting = resting(&observations);
+    let usable: Vec<bool> = resting
+        .iter()
+        .zip(&thinned)
+        .map(|(r, t)| !r && !t)
+        .collect();
+    keep.copy_from_slice(&usable);
+    let mut baseline = calibrate(&observations, &keep);
+    for _ in 0..2 {
+        let scene = Scene::new(
+            &observations,
+            baseline.clone(),
+            vec![true; observations.len()],
+        );
+        let marked = disturbed(
+            &white_rows(&scene),
+            observations.len(),
+            &observations.stretch,
+        );
+        let next: Vec<bool> = marked.iter().zip(&usable).map(|(m, u)| !m && *u).collect();
+        if next == keep {
+            break;
+        }
+        keep = next;
+        baseline = calibrate(&observations, &keep);
+    }
+    let scene = Scene::new(&observations, baseline.clone(), keep.clone());
+    crate::adequacy::check_residuals(&scene, &keep)?;
+    crate::adequacy::check_turning(&scene)?;
+    let overstated = crate::adequacy::overstated(&scene);
+    let amplitudes = Arc::new(scene.amplitudes_explained());
+    drop(scene);
+    observations.overstated = overstated.is_some();
+    Ok(Prepared {
+        observations,
+        samples,
+        slips,
+        keep,
+        resting,
+        thinned,
+        baseline,
+        amplitudes,
+        overstated,
+        notes,
+    })
+}
+
+/// Against a reference, samples that rest on one place tell that place only, over and over: they are left out.
+pub fn resting(observations: &Observations) -> Vec<bool> {
+    let n = observations.len();
+    let scene = Scene::new(observations, Baseline::nominal(observations), vec![true; n]);
+    let moving = |i: usize| {
+        scene
+            .motion
+            .direction
+            .iter()
+            .any(|d| d.get(i).is_some_and(|v| *v != 0.0))
+    };
+    let count = (0..n).filter(|&i| moving(i)).count();
+    if !scene.scope.reference || count < crate::observe::MINIMUM_SAMPLES {
+        return vec![false; n];
+    }
+    (0..n)
+        .map(|i| scene.motion.smooth[i] && !moving(i))
+        .collect()
+}
+
+fn white_rows(scene: &Scene) -> Vec<(usize, usize, f64)> {
+    let mut list = Vec::new();
+    for i in 0..scene.len() {
+        let rows = scene.rows(i);
+        let white = rows.whitened(&rows.residual_m);
+        list.extend((0..rows.count).map(|r| (i, rows.channel[r], white[r])));
+    }
+    list
+}
