@@ -9,6 +9,7 @@ pub mod app;
 #[cfg(target_os = "none")]
 pub mod board;
 pub mod calibration;
+pub mod device;
 pub mod drivers;
 pub mod emulation;
 pub mod link;

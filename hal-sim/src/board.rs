@@ -12,6 +12,7 @@ use courier_sensor::app::background::Background;
 use courier_sensor::app::console::{Console, StartReport};
 use courier_sensor::app::sampler::{FrameQueue, Mailbox, Sampler};
 use courier_sensor::calibration::slots::Slots;
+use courier_sensor::device::Device;
 use courier_sensor::drivers::converter::{Converter, ConverterError, Counts, Settings as Channels};
 use courier_sensor::drivers::motion::MotionPort;
 use courier_sensor::frame::Frame;
@@ -24,7 +25,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 /// Number of a simulated board.
-pub const DEVICE: [u8; 12] = *b"simulated-01";
+pub const DEVICE: Device = Device(*b"simulated-01");
 /// Pages of the slots' flash.
 pub const FLASH_PAGES: usize = 4;
 

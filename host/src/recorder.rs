@@ -1,6 +1,7 @@
 //! A recording from a board's telemetry.
 
 use crate::board::{Link, motion};
+use crate::destination::Destination;
 use anyhow::{Result, bail};
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
 use courier_sensor::drivers::motion::Target;
@@ -9,17 +10,16 @@ use courier_sensor::geometry::Geometry;
 use courier_sensor::link::message::{Action, BoardStatus, Reply, Source};
 use courier_sensor::link::telemetry::{Channels, Sample, StreamOrder};
 use indicatif::ProgressBar;
-use recording::{Coordination, Electronics, Existing, Meta, Row, Writer};
+use recording::{Coordination, Electronics, Meta, Row, Writer};
 use serde::Serialize;
 use std::f64::consts::TAU;
-use std::path::PathBuf;
 use std::time::Duration;
 
 /// What to record.
 #[derive(Clone, Debug)]
 pub struct Order {
     /// Where to.
-    pub folder: PathBuf,
+    pub to: Destination,
     /// One sample in so many.
     pub decimation: u16,
     /// One after the other.
@@ -71,7 +71,7 @@ pub fn record(link: &mut Link, order: &Order, progress: &ProgressBar) -> Result<
     };
     let meta = meta(link);
     let mut tape = Tape {
-        writer: Writer::create(&order.folder, &meta, Existing::ReplaceRecording)?,
+        writer: order.to.create(&meta)?,
         decimation: order.decimation,
         run: String::new(),
         rate_hz,
@@ -146,13 +146,8 @@ fn meta(link: &mut Link) -> Meta {
         _ => Geometry::PAPER,
     };
     let hello = link.hello();
-    let device: String = hello
-        .device
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
     Meta {
-        device: format!("{} board {device}", hello.board),
+        device: format!("{} board {}", hello.board, hello.device),
         source: format!(
             "courier record, firmware {}; amplitudes and noise measured from the recording",
             hello.firmware

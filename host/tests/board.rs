@@ -81,6 +81,22 @@ fn a_calibration_is_stored_exported_imported_and_rolled_back() {
     let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
     assert_eq!(read("first.json"), read("second.json"));
 
+    // The board's number is text in every file that is written; earlier files had its bytes.
+    let number = "73696d756c617465642d3031";
+    assert_eq!(status(folder, "b.bin")["board"]["device"], number);
+    let mut earlier = common::json_in(folder.join("first.json"));
+    assert_eq!(earlier["calibration"]["device"], number);
+    earlier["calibration"]["device"] = serde_json::json!(*b"simulated-01");
+    std::fs::write(folder.join("earlier.json"), earlier.to_string()).unwrap();
+    ok(folder, &["--sim-flash", "c.bin", "import", "earlier.json"]);
+    earlier["calibration"]["device"] = "board 1".into();
+    std::fs::write(folder.join("wrong.json"), earlier.to_string()).unwrap();
+    refused(
+        folder,
+        &["--sim-flash", "c.bin", "import", "wrong.json"],
+        "24 hexadecimal digits",
+    );
+
     let import = ["--sim-flash", "b.bin", "import", "first.json", "--json"];
     let imported = courier_in(folder, &import).json();
     assert_eq!(imported["stored"]["sequence"], 2);
@@ -265,8 +281,22 @@ fn a_board_is_watched_and_recorded() {
         &["record", "x", "--go-to", "9000,0,0"],
         "the board refuses",
     );
+    let again = ["record", "flight", "--seconds", "0.1"];
+    refused(folder, &again, "--force replaces a recording");
+    assert_eq!(
+        recording::Recording::read(folder.join("flight")).unwrap(),
+        recording
+    );
+    ok(folder, &[&again[..], &["--force"]].concat());
+    assert_eq!(
+        recording::Recording::read(folder.join("flight"))
+            .unwrap()
+            .samples
+            .len(),
+        2_000
+    );
     std::fs::write(folder.join("flight/thesis.txt"), "precious").unwrap();
-    refused(folder, &["record", "flight"], "thesis.txt");
+    refused(folder, &[&again[..], &["--force"]].concat(), "thesis.txt");
     assert!(!folder.join("x").exists());
 }
 

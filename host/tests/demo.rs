@@ -140,7 +140,7 @@ fn wrong_options_are_one_line() {
     std::fs::create_dir(folder.path().join("full")).unwrap();
     std::fs::write(folder.path().join("full/thesis.txt"), "precious").unwrap();
     std::fs::write(folder.path().join("bad.csv"), "code,a\n0,1\n1,x\n").unwrap();
-    let cases: [(&[&str], &[&str]); 13] = [
+    let cases: [(&[&str], &[&str]); 14] = [
         (
             &["--joint", "--plan", "optimal"],
             &["--joint", "cannot be used with"],
@@ -185,6 +185,7 @@ fn wrong_options_are_one_line() {
             &["row 3"],
         ),
         (&["--record", "full"], &["full", "thesis.txt", "wanted"]),
+        (&["--force"], &["--record"]),
     ];
     for (options, wanted) in cases {
         courier_in(folder.path(), &[&["demo"], options].concat()).refused(wanted);

@@ -12,12 +12,14 @@ mod meta;
 mod read;
 mod rows;
 mod samples;
+mod unfinished;
 mod write;
 
 pub use column::{COLUMNS, Column};
 pub use error::Error;
 pub use meta::{Coordination, Electronics, Geometry, Meta};
 pub use samples::{Row, Samples, unmodified_m};
+pub use unfinished::unfinished_file;
 pub use write::{Existing, Writer};
 
 use std::path::Path;

@@ -4,6 +4,7 @@ use crate::column::{COLUMNS, Column, CountLimits};
 use crate::error::{Error, excerpt, one_line};
 use crate::meta::Meta;
 use crate::samples::{Row, Samples};
+use crate::unfinished::unfinished_file;
 use crate::{META_FILE, SAMPLES_FILE};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -60,7 +61,7 @@ impl Writer {
             seen_columns: [false; COLUMNS.len()],
             folder,
         };
-        let file = NamedTempFile::new_in(&writer.folder)
+        let file = unfinished_file(&writer.folder)
             .map_err(|error| Error::io(&writer.folder, &error, "a folder to write into"))?;
         let mut rows = csv::WriterBuilder::new()
             .buffer_capacity(1 << 16)
@@ -119,7 +120,7 @@ impl Writer {
         let text = self.meta.to_toml();
         Meta::parse(&meta_file, &text, &mut Vec::new())?;
         let failed = |error: std::io::Error| Error::io(&self.folder, &error, "room to write");
-        let mut meta = NamedTempFile::new_in(&self.folder).map_err(failed)?;
+        let mut meta = unfinished_file(&self.folder).map_err(failed)?;
         meta.write_all(text.as_bytes())
             .and_then(|()| meta.as_file().sync_all())
             .map_err(failed)?;
@@ -209,23 +210,10 @@ fn number(value: f64) -> String {
 }
 
 fn persist(file: NamedTempFile, place: &Path) -> Result<(), Error> {
-    readable_by_others(&file);
     file.persist(place)
         .map(drop)
         .map_err(|error| Error::io(place, &error.error, "room to write"))
 }
-
-/// A temporary file is private to its maker; a finished recording is an ordinary file.
-#[cfg(unix)]
-fn readable_by_others(file: &NamedTempFile) {
-    use std::os::unix::fs::PermissionsExt;
-    let _ = file
-        .as_file()
-        .set_permissions(std::fs::Permissions::from_mode(0o644));
-}
-
-#[cfg(not(unix))]
-fn readable_by_others(_: &NamedTempFile) {}
 
 fn check_existing(folder: &Path, existing: Existing) -> Result<(), Error> {
     if !folder.exists() {

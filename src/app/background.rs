@@ -4,20 +4,23 @@
 //! motion controller; an accepted calibration goes to flash first and then in force. What fails leaves the calibration in
 //! force where it was. Knows no clock: time is the number of samples taken.
 
+mod conclude;
+
 use super::guide::Guide;
 use super::keeper::Keeper;
 use super::sampler::Mailbox;
 use super::task::Task;
-use crate::calibration::joint::{JointConfig, JointResult, StepReport};
-use crate::calibration::record::{Beacon, Calibration, Gauge, Instant, Method, Quality};
+use crate::calibration::joint::{JointConfig, StepReport};
+use crate::calibration::record::{Instant, Method};
 use crate::calibration::slots::{Place, Slots};
 use crate::calibration::{
     Action, Evidence, Progress, Refusal as SessionRefusal, SessionConfig, StartError,
 };
+use crate::device::Device;
 use crate::drivers::motion::{MotionPort, PortCounters, Target};
 use crate::frame::{Frame, Status};
 use crate::link::message::{Refusal, StartRefusal};
-use crate::model::{ErrorModel, TermTable};
+use crate::model::TermTable;
 use crate::settings::Settings;
 use crate::swap::SwapSender;
 use embedded_io::{Read, ReadReady, Write, WriteReady};
@@ -59,7 +62,7 @@ pub struct Background<'q, 'c, S, F> {
     method: Method,
     errand: Errand,
     ended: Option<Ended>,
-    device: [u8; 12],
+    device: Device,
     unix_offset_s: Option<u64>,
     temperature_c: Option<f32>,
     samples: u64,
@@ -78,7 +81,7 @@ where
         motion: MotionPort<S>,
         slots: Slots<F>,
         settings: Settings,
-        device: [u8; 12],
+        device: Device,
         task: &'q mut Task,
     ) -> Self {
         let (frames, swap, mailbox) = ends;
@@ -151,42 +154,6 @@ where
         }
         if self.ended.is_none() && self.task.has_ended() {
             self.conclude_task();
-        }
-    }
-
-    /// Keeps what the session came to.
-    #[inline(never)] // a calibration on the stack, and only here for a moment
-    fn conclude_task(&mut self) {
-        let mut calibration = Calibration::identity(self.keeper.settings().geometry);
-        let Some((result, evidence)) = self.outcome(&mut calibration) else {
-            return;
-        };
-        self.ended = Some(match result {
-            Ok(()) => self.keep(&calibration, evidence),
-            Err(refusal) => Ended {
-                evidence,
-                result: Err(refusal),
-                not_kept: None,
-            },
-        });
-    }
-
-    /// What the session came to, once it has: writes the record that is to be kept, or tells why there is none.
-    #[inline(never)]
-    fn outcome(&self, record: &mut Calibration) -> Option<(Result<(), SessionRefusal>, Evidence)> {
-        match &*self.task {
-            Task::Idle => None,
-            Task::Platen(session) => session.outcome().map(|outcome| {
-                let result = outcome.result.as_ref().map_err(|refusal| *refusal);
-                let written = result.map(|model| self.record(model, &outcome.evidence, record));
-                (written, outcome.evidence)
-            }),
-            Task::Joint(session) => session.outcome().map(|outcome| {
-                let result = outcome.result.as_ref().map_err(|refusal| *refusal);
-                let written =
-                    result.map(|result| self.joint_record(result, &outcome.evidence, record));
-                (written, outcome.evidence)
-            }),
         }
     }
 
@@ -385,65 +352,6 @@ where
             Ok(())
         }
     }
-
-    /// Puts an accepted calibration in force, stored first if that was ordered.
-    fn keep(&mut self, calibration: &Calibration, evidence: Evidence) -> Ended {
-        let kept = if self.errand.commit {
-            self.keeper.store(calibration).map(Some)
-        } else {
-            self.keeper.load(calibration).map(|()| None)
-        };
-        let (place, not_kept) = match kept {
-            Ok(place) => (place, None),
-            Err(refusal) => (None, Some(refusal)),
-        };
-        Ended {
-            evidence,
-            result: Ok(place),
-            not_kept,
-        }
-    }
-
-    fn joint_record(&self, result: &JointResult, evidence: &Evidence, record: &mut Calibration) {
-        self.record(&result.model, evidence, record);
-        record.method = Method::Joint;
-        record.gauge = Gauge::OffsetsSpreadBeaconFree;
-        record.geometry = result.geometry;
-        record.beacon = Some(Beacon {
-            origin_teeth: result.origin_teeth,
-            origin_m: result.origin_m,
-            sensor: result.sensor,
-            segment_sd_m: result.noise.segment_m,
-            displacement_sd_m: result.noise.displacement_m,
-        });
-    }
-
-    /// Writes a platen calibration's record, every field of it.
-    fn record(&self, model: &ErrorModel, evidence: &Evidence, record: &mut Calibration) {
-        let settings = self.keeper.settings();
-        let Calibration {
-            device,
-            made,
-            temperature_c,
-            method,
-            gauge,
-            amplitude_counts,
-            geometry,
-            pairs,
-            model: stored,
-            beacon,
-            quality: summary,
-        } = record;
-        *device = self.device;
-        *made = self.time();
-        *temperature_c = self.reference_c() + evidence.temperature_delta_k;
-        (*method, *gauge) = (Method::Platen, Gauge::OffsetsSpread);
-        *amplitude_counts = evidence.amplitude_counts;
-        (*geometry, *pairs) = (settings.geometry, settings.pairs);
-        stored.clone_from(model);
-        *beacon = None;
-        *summary = quality(evidence);
-    }
 }
 
 fn not_started(error: StartError) -> Refusal {
@@ -451,19 +359,5 @@ fn not_started(error: StartError) -> Refusal {
         StartError::Busy => Refusal::Busy,
         StartError::Terms => Refusal::Start(StartRefusal::Terms),
         StartError::Range { .. } => Refusal::Start(StartRefusal::Settings),
-    }
-}
-
-fn quality(evidence: &Evidence) -> Quality {
-    let count = |n: u32| u16::try_from(n).unwrap_or(u16::MAX);
-    Quality {
-        residual_before_m: evidence.held_out_in_force_m,
-        residual_after_m: evidence.held_out_m,
-        predicted_worst_m: evidence.worst_deviation_m,
-        condition_number: evidence.condition,
-        rank: count(evidence.rank),
-        unknowns: count(evidence.unknowns),
-        poses: count(evidence.poses),
-        rejected: count(evidence.lost),
     }
 }

@@ -8,6 +8,7 @@ use crate::app::console::{Console, StartReport};
 use crate::app::sampler::{FrameQueue, Mailbox, Sampler};
 use crate::app::task::Task;
 use crate::calibration::slots::Slots;
+use crate::device::Device;
 use crate::drivers::converter::{Converter, ConverterError};
 use crate::drivers::motion::MotionPort;
 use crate::link::message::{Hello, PROTOCOL};
@@ -74,12 +75,11 @@ fn name(error: &ConverterError) -> &'static str {
 
 /// Says why the board started.
 pub fn log(report: &StartReport) {
-    let cause = report.cause as u8;
     match &report.fault {
-        None => defmt::info!("start, cause {=u8}", cause),
+        None => defmt::info!("start, cause {}", report.cause),
         Some(fault) => defmt::error!(
-            "start after a fault, cause {=u8}, at {=u32:#x}, {=u32} s after its start: {=str}",
-            cause,
+            "start after a fault, cause {}, at {=u32:#x}, {=u32} s after its start: {=str}",
+            report.cause,
             fault.program_counter,
             fault.uptime_s,
             fault.message.as_str()
@@ -96,7 +96,7 @@ pub fn connect<S, F>(
     parts: (S, F),
     rings: Rings,
     board: &str,
-    device: [u8; 12],
+    device: Device,
     report: StartReport,
 ) -> Ends<S, F>
 where
@@ -131,7 +131,7 @@ fn assemble<S, F>(
     (serial, flash): (S, F),
     [active, spare]: [&'static mut StepConfig; 2],
     console: &'static mut Console<Rings>,
-    device: [u8; 12],
+    device: Device,
 ) -> Ends<S, F>
 where
     S: Read + ReadReady + Write + WriteReady + 'static,

@@ -12,6 +12,7 @@ pub use super::status::{Activity, BoardStatus, FaultReport, InForce, ResetCause}
 use crate::calibration::Plan;
 use crate::calibration::record::{self, Calibration};
 use crate::calibration::slots::Place;
+use crate::device::Device;
 use crate::drivers::motion::Target;
 use crate::link::framing;
 use crate::link::report::Progress;
@@ -215,7 +216,7 @@ pub struct Hello {
     /// `g474`, `emulated` or `simulated`.
     pub board: String<16>,
     /// The board's own number.
-    pub device: [u8; 12],
+    pub device: Device,
     /// Sampling rate, hertz.
     pub rate_hz: f32,
 }

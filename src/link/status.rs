@@ -78,6 +78,7 @@ pub struct BoardStatus {
 
 /// Why the board started.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "board", derive(defmt::Format))] // a number in the log; its name is in the image's texts
 pub enum ResetCause {
     /// The supply came, or it is not known.
     #[default]

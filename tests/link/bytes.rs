@@ -1,6 +1,7 @@
 //! Half frames, noise, damaged frames, random messages: nothing breaks, and nothing is taken for a command.
 
-use super::messages::{actions, fullest};
+use super::fullest::fullest;
+use super::messages::actions;
 use super::{Raw, greeted, serve, whole};
 use courier_sensor::calibration::record::Calibration;
 use courier_sensor::geometry::Geometry;

@@ -2,6 +2,8 @@
 
 mod bytes;
 mod exchange;
+#[path = "../common/fullest.rs"]
+mod fullest;
 mod messages;
 mod refused;
 

@@ -1,57 +1,24 @@
 //! One of every message.
 
-use courier_sensor::calibration::record::{self, Calibration, Instant, Method};
+use super::fullest::fullest;
+use courier_sensor::calibration::record::Method;
 use courier_sensor::calibration::slots::{Place, SlotError};
 use courier_sensor::calibration::{self, Evidence, Plan, Stage};
+use courier_sensor::device::Device;
 use courier_sensor::drivers::motion::{FaultCode, Target};
 use courier_sensor::frame::Status;
-use courier_sensor::geometry::Geometry;
 use courier_sensor::link::message::*;
 use courier_sensor::link::report::{Ending, Progress};
 use courier_sensor::link::telemetry::{Channels, StreamOrder};
-use courier_sensor::model::{ErrorModel, Term, TermTable};
 
 pub fn hello() -> Hello {
     Hello {
         protocol: PROTOCOL,
         firmware: "0.1.0".try_into().unwrap(),
         board: "simulated".try_into().unwrap(),
-        device: *b"board-000001",
+        device: Device(*b"board-000001"),
         rate_hz: 20_000.0,
     }
-}
-
-/// The largest calibration that there can be.
-pub fn fullest() -> Calibration {
-    let mut calibration = Calibration::identity(Geometry::PAPER);
-    let mut table = TermTable::default();
-    for (own, lateral) in (1..=16).flat_map(|own| (-4..=4).map(move |lateral| (own, lateral))) {
-        let _ = table.push(Term {
-            own_order: own,
-            lateral_order: lateral,
-            ..Term::default()
-        });
-    }
-    calibration.model = ErrorModel::zero(table);
-    calibration
-        .model
-        .coefficients
-        .iter_mut()
-        .flatten()
-        .flatten()
-        .for_each(|k| *k = 999.0);
-    calibration.made = Instant {
-        unix_s: Some(u64::MAX),
-        uptime_s: u32::MAX,
-    };
-    calibration.beacon = Some(record::Beacon {
-        origin_teeth: [i32::MAX; 2],
-        origin_m: [1.0; 2],
-        sensor: [1.0; 16],
-        segment_sd_m: 1.0e-6,
-        displacement_sd_m: 1.0e-6,
-    });
-    calibration
 }
 
 pub fn actions() -> Vec<Action> {

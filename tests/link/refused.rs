@@ -1,6 +1,6 @@
 //! What the server refuses before the background sees it.
 
-use super::messages::fullest;
+use super::fullest::fullest;
 use super::{Raw, greeted, serve, whole};
 use courier_sensor::calibration::record::Method;
 use courier_sensor::link::framing;

@@ -1,6 +1,7 @@
 //! `courier demo`.
 
 use crate::board::On;
+use crate::destination::Destination;
 use crate::demo::joint::{JointOptions, JointReport, run as demonstrate_jointly};
 use crate::demo::{Options, Plan, Preset, Report, run as demonstrate};
 use crate::terminal::{figure, micrometres, print, print_json, progress, table};
@@ -52,6 +53,9 @@ pub struct Args {
     /// Write the poses and the fly-by as a recording into this folder.
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
+    /// Replace the recording in that folder.
+    #[arg(long, requires = "record")]
+    force: bool,
     /// Print one JSON object instead of the table.
     #[arg(long)]
     json: bool,
@@ -76,7 +80,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         plan: args.plan,
         waveforms: args.waveforms.clone(),
         rms_m: args.rms_um.map_or(hal_sim::presets::DEFAULT_RMS_M, |rms_um| rms_um * 1.0e-6),
-        record: args.record.clone(),
+        record: args.record.clone().map(|folder| Destination { folder, force: args.force }),
     };
     let report = demonstrate(&options, &progress(0, "starting"))?;
     if args.json {

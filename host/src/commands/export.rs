@@ -2,8 +2,9 @@
 
 use crate::board::Choice;
 use crate::calibration_file::CalibrationFile;
+use crate::output::{new_file, replace_file};
 use crate::terminal::{print, print_json};
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use courier_sensor::link::message::{Action, Reply, Source};
 use serde_json::json;
 use std::path::PathBuf;
@@ -40,11 +41,8 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         print(&text)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let mut options = std::fs::OpenOptions::new();
-    let options = if args.force { options.write(true).create(true).truncate(true) } else { options.write(true).create_new(true) };
-    let wanted = || format!("{}: wanted a new file, or --force", args.file.display());
-    let mut file = options.open(&args.file).with_context(wanted)?;
-    std::io::Write::write_all(&mut file, format!("{text}\n").as_bytes()).with_context(wanted)?;
+    let write = if args.force { replace_file } else { new_file };
+    write(&args.file, format!("{text}\n").as_bytes())?;
     if args.json {
         print_json(&json!({ "written": args.file }))?;
     } else {

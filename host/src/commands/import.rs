@@ -35,12 +35,11 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let mut board = choice.open()?;
     let device = board.link.hello().device;
     if calibration.device != device && !args.other_device {
-        let hex = |device: &[u8]| device.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
         bail!(
             "{}: found device {}, wanted {} (or --other-device)",
             args.file.display(),
-            hex(&calibration.device),
-            hex(&device)
+            calibration.device,
+            device
         );
     }
     let Reply::Done = board.link.ask(Action::Load(calibration))? else { bail!(super::STRANGE_REPLY) };

@@ -1,6 +1,7 @@
 //! `courier record DIR`.
 
 use crate::board::Choice;
+use crate::destination::Destination;
 use crate::recorder::{Order, Run, record};
 use crate::survey;
 use crate::terminal::{print, print_json, progress};
@@ -16,7 +17,7 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  courier --probe any record flight --seconds 2 --go-to 0,40,0\n  courier --probe any record survey --survey 0,0,0")]
 pub struct Args {
-    /// Folder to make; a recording that is there already is replaced.
+    /// Folder to make. A recording that is there already is not replaced without --force.
     folder: PathBuf,
     /// How long, s.
     #[arg(long, default_value_t = 1.0, value_name = "S")]
@@ -37,6 +38,9 @@ pub struct Args {
     /// still; some 25 s.
     #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, value_parser = super::target, conflicts_with_all = ["seconds", "run", "go_to", "speed_mm_s"])]
     survey: Option<Target>,
+    /// Replace the recording in the folder.
+    #[arg(long)]
+    force: bool,
     /// Print one JSON object instead of a sentence.
     #[arg(long)]
     json: bool,
@@ -56,7 +60,8 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         Some(centre) => (survey::runs(centre), SURVEY_DECIMATION),
         None => (vec![single(args)], 1),
     };
-    let order = Order { folder: args.folder.clone(), decimation: args.decimation.unwrap_or(decimation), runs };
+    let to = Destination { folder: args.folder.clone(), force: args.force };
+    let order = Order { to, decimation: args.decimation.unwrap_or(decimation), runs };
     let recorded = record(&mut board.link, &order, &progress(0, "recording: samples"))?;
     board.close()?;
     if args.json {

@@ -60,7 +60,7 @@ fn text(output: &Output) -> String {
     let or_none = |names: &[&str]| if names.is_empty() { "none".to_owned() } else { names.join(" ") };
     let mut rows = vec![
         ("board", format!("{}, firmware {}, {} Hz", board.board, board.firmware, board.rate_hz)),
-        ("device", board.device.iter().map(|byte| format!("{byte:02x}")).collect()),
+        ("device", board.device.to_string()),
         ("uptime", format!("{} s", status.time.uptime_s)),
         ("last start", format!("{:?}", status.reset)),
         ("calibration", in_force(status.in_force)),

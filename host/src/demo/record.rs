@@ -1,6 +1,7 @@
 //! `--record`: the poses of the session and the fly-by as a recording of the layout.
 
 use crate::board::Simulated;
+use crate::destination::Destination;
 use anyhow::Result;
 use courier_sensor::frame::{Frame, RawFrame, Status};
 use courier_sensor::link::telemetry::Sample;
@@ -8,20 +9,19 @@ use effects::motion::Pose;
 use hal_sim::record::meta;
 use hal_sim::spec::CourierSpec;
 use hal_sim::world::Witness;
-use recording::{Existing, Row, Writer};
-use std::path::Path;
+use recording::{Row, Writer};
 
 /// Writes nothing if it was given no folder.
 pub struct Recorder(Option<Writer>);
 
 impl Recorder {
-    /// Begins a recording of this courier; a recording that is there already is replaced at the end.
+    /// Begins a recording of this courier.
     ///
     /// # Errors
-    /// The folder cannot be written, or holds something else.
-    pub fn create(folder: Option<&Path>, spec: &CourierSpec) -> Result<Self> {
-        let create = |folder| Writer::create(folder, &meta(spec), Existing::ReplaceRecording);
-        Ok(Self(folder.map(create).transpose()?))
+    /// As [`Destination::create`].
+    pub fn create(to: Option<&Destination>, spec: &CourierSpec) -> Result<Self> {
+        let create = |to: &Destination| to.create(&meta(spec));
+        Ok(Self(to.map(create).transpose()?))
     }
 
     /// Whether anything is written.

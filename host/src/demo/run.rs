@@ -7,6 +7,7 @@ use super::report::Report;
 use super::standstill;
 use super::still::StillPoses;
 use crate::board::{On, Simulated, session};
+use crate::destination::Destination;
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
@@ -62,7 +63,7 @@ pub struct Options {
     /// Rms of each measured waveform, m.
     pub rms_m: f64,
     /// Folder for a recording of the poses and of the fly-by.
-    pub record: Option<PathBuf>,
+    pub record: Option<Destination>,
 }
 
 /// Boot, self-motions, calibration, storage, restart, fly-by.
@@ -74,7 +75,7 @@ pub fn run(options: &Options, progress: &ProgressBar) -> Result<Report> {
     let spec = options
         .preset
         .courier(options.seed, options.waveforms.as_deref(), options.rms_m)?;
-    let mut recorder = Recorder::create(options.record.as_deref(), &spec)?;
+    let mut recorder = Recorder::create(options.record.as_ref(), &spec)?;
     let mut report = Report::new(options);
     let flyby = spec.places.flyby;
     let mut board = Simulated::start(options.on, spec, options.seed)?;

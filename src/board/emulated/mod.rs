@@ -16,6 +16,7 @@ use super::{fault, guard, rtt};
 use crate::app::background::Background;
 use crate::app::console::Console;
 use crate::app::sampler::Sampler;
+use crate::device::Device;
 use crate::drivers::converter::{Converter, ConverterError, Counts, Settings};
 use crate::emulation::{BACKGROUND, INTERRUPT, Operation, Pin, TICK_HZ};
 use crate::link::message::ResetCause;
@@ -179,7 +180,7 @@ fn set_up(post: Post) -> Halves {
         parts,
         rings,
         "emulated",
-        *b"emulated\0\0\0\0",
+        Device(*b"emulated\0\0\0\0"),
         report,
     );
     clock::start_watchdog(WATCHDOG_MS * 1000);

@@ -1,6 +1,7 @@
 //! Watchdog, supply, reset causes, temperature, identity.
 #![allow(unsafe_code)] // calibration values of the factory lie in system memory
 
+use crate::device::Device;
 use crate::link::message::ResetCause;
 use core::ptr::read_volatile;
 use stm32_metapac::adc::vals::SampleTime;
@@ -102,10 +103,10 @@ pub fn temperature_c() -> Option<f32> {
 }
 
 /// The chip's own number.
-pub fn device() -> [u8; 12] {
+pub fn device() -> Device {
     let mut bytes = [0; 12];
     for (index, place) in bytes.chunks_exact_mut(4).enumerate() {
         place.copy_from_slice(&UID.uid(index).read().to_le_bytes());
     }
-    bytes
+    Device(bytes)
 }

@@ -1,23 +1,27 @@
 //! The schedule: platen sensor by g_p; height, lever arm and beacon's place with the platen fixed; all together; then the
 //! coordination sensor's own errors. Each step stays only if poses that no step fitted gain by it.
 
-use super::constraint::{Constraints, Misclosure, ReadingNoise, Values};
+mod comparison;
+mod shown;
+
+pub use comparison::HeldOut;
+
+use self::comparison::Comparison;
+use self::shown::ShownNoise;
+use super::constraint::{Constraints, ReadingNoise, Values};
 use super::fit::Fit;
 use super::layout::{Groups, JOINT_UNKNOWNS};
-use super::sample::{JointBuffer, JointSample};
+use super::sample::JointBuffer;
 use super::solver::{FitReport, JointSolver};
-use crate::calibration::spread::Spread;
 use crate::lsq::SolveError;
-use crate::math::sqrt;
 use serde::{Deserialize, Serialize};
 
 /// A gain must be this many of its own standard errors: by chance one useless step in 40 would pass, were its expected
 /// gain zero; it is negative.
 const SIGNIFICANT: f32 = 2.0;
-/// Times that a step is fitted again with the noise it showed, and a change of noise not worth that.
+/// Times that a step is fitted again with the noise it showed.
 const REWEIGHTINGS: u32 = 3;
-const SAME_NOISE: f32 = 0.05;
-/// Whitened misclosures longer than this many times their rms say nothing about a step.
+/// Misclosures longer than this many times their rms say nothing about a step, nor about the noise.
 const OUTLIER: f32 = 8.0;
 
 /// A step of the schedule.
@@ -59,15 +63,6 @@ impl Step {
             }
         }
     }
-}
-
-/// Residuals of the held-out poses at some values.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct HeldOut {
-    /// Rms of g_p, g_x and g_y about their means, metres.
-    pub rms_m: [f32; 3],
-    /// Rms of the whitened misclosures.
-    pub whitened_rms: f32,
 }
 
 /// What a step did.
@@ -276,138 +271,6 @@ impl Trial {
             after: comparison.after.held_out(channels),
             significance,
             accepted,
-        }
-    }
-}
-
-impl ReadingNoise {
-    /// Whether the difference is not worth another fit.
-    fn is_about(&self, other: &Self) -> bool {
-        let same = |a: f32, b: f32| (a / b - 1.0).abs() < SAME_NOISE;
-        same(self.segment_m, other.segment_m) && same(self.displacement_m, other.displacement_m)
-    }
-}
-
-/// Noise as the poses show it, not below the stated: segments by g_p, deflections by what of g_x the segments leave.
-#[derive(Debug)]
-struct ShownNoise {
-    misclosures: [Spread; 3],
-    segment_share_of_x: f32,
-}
-
-impl ShownNoise {
-    const NONE: Self = Self {
-        misclosures: [Spread::EMPTY; 3],
-        segment_share_of_x: 0.0,
-    };
-
-    fn add(&mut self, constraints: &Constraints, values: &Values, sample: &JointSample) {
-        let misclosure = constraints.misclosure(values, sample);
-        for (spread, g) in self.misclosures.iter_mut().zip(misclosure) {
-            spread.add_within(g, OUTLIER);
-        }
-        self.segment_share_of_x += constraints.segment_share_of_x(values, sample);
-    }
-
-    fn noise(&self, constraints: &Constraints, step: Step, poses: usize) -> ReadingNoise {
-        let stated = constraints.stated_noise;
-        let segment_m = stated.segment_m.max(self.misclosures[0].deviation() / 2.0);
-        if step == Step::Platen {
-            return ReadingNoise {
-                segment_m,
-                ..constraints.noise
-            };
-        }
-        let of_x = self.misclosures[1].deviation();
-        let share = self.segment_share_of_x / poses as f32;
-        let left = of_x * of_x - share * segment_m * segment_m;
-        ReadingNoise {
-            segment_m,
-            displacement_m: stated.displacement_m.max(sqrt(left.max(0.0))),
-        }
-    }
-}
-
-/// What held-out poses gain by a step; both sides are whitened by the covariance of the values after.
-#[derive(Debug)]
-struct Comparison {
-    /// A pose that is farther off after the step is no evidence for or against it.
-    limit: f32,
-    gain: Spread,
-    before: Side,
-    after: Side,
-}
-
-impl Comparison {
-    const NONE: Self = Self {
-        limit: 0.0,
-        gain: Spread::EMPTY,
-        before: Side::NONE,
-        after: Side::NONE,
-    };
-
-    /// Poses that are not much farther off than the others, of whose squares the median is given.
-    fn within(median_square: f32) -> Self {
-        Self {
-            limit: OUTLIER * OUTLIER * median_square.max(1.0),
-            ..Self::NONE
-        }
-    }
-
-    fn add(
-        &mut self,
-        constraints: &Constraints,
-        solver: &JointSolver,
-        [before, after]: [&Values; 2],
-        sample: &JointSample,
-    ) {
-        let squares = [before, after]
-            .map(|values| solver.square(&constraints.whitened(values, after, sample)));
-        if squares[1].is_nan() || squares[1] > self.limit {
-            return;
-        }
-        self.gain.add(squares[0] - squares[1]);
-        let sides = [&mut self.before, &mut self.after];
-        for ((side, values), square) in sides.into_iter().zip([before, after]).zip(squares) {
-            side.add(constraints.misclosure(values, sample), square);
-        }
-    }
-
-    /// Mean gain over its standard error.
-    fn significance(&self) -> f32 {
-        let error = self.gain.deviation() / sqrt(self.gain.count().max(1.0));
-        if error > 0.0 {
-            self.gain.mean() / error
-        } else {
-            0.0
-        }
-    }
-}
-
-#[derive(Debug)]
-struct Side {
-    spreads: [Spread; 3],
-    squares: f32,
-}
-
-impl Side {
-    const NONE: Self = Self {
-        spreads: [Spread::EMPTY; 3],
-        squares: 0.0,
-    };
-
-    fn add(&mut self, misclosure: Misclosure, square: f32) {
-        for (spread, g) in self.spreads.iter_mut().zip(misclosure) {
-            spread.add(g);
-        }
-        self.squares += square;
-    }
-
-    fn held_out(&self, channels: usize) -> HeldOut {
-        let count = channels as f32 * self.spreads[0].count().max(1.0);
-        HeldOut {
-            rms_m: self.spreads.map(|s| s.deviation()),
-            whitened_rms: sqrt(self.squares / count),
         }
     }
 }

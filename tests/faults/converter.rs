@@ -1,34 +1,24 @@
-//! Every fault wrapper around every part: what is wrong is named, what was in force stays, nothing waits for ever.
+//! The converters' bus and lines.
 
-use courier_sensor::calibration::record::{Calibration, RecordError};
-use courier_sensor::calibration::slots::{SlotError, SlotState, Slots};
 use courier_sensor::drivers::ad7606c::ChipError;
 use courier_sensor::drivers::converter::{Converter, ConverterError, Counts, Settings};
-use courier_sensor::drivers::motion::{Command, MotionPort, PortError, Reply};
 use courier_sensor::frame::{RawFrame, Status};
-use courier_sensor::geometry::Geometry;
-use effects::motion::Pose;
 use embedded_hal::spi;
 use hal_sim::wire::clock::Clock;
 use hal_sim::wire::converter::{Busy, ConverterWire, Convst, Reset, Spi};
-use hal_sim::wire::fault::{
-    FaultyFlash, FaultyPin, FaultySerial, FaultySpi, FlashFault, Level, SerialFault, SpiFault,
-    Switch, When,
-};
-use hal_sim::wire::flash::Flash;
-use hal_sim::wire::motion::{ControllerConfig, Line, MotionWire};
+use hal_sim::wire::fault::{FaultyPin, FaultySpi, Level, SpiFault, Switch, When};
 
-type Pair =
+pub type Pair =
     Converter<FaultySpi<Spi>, FaultySpi<Spi>, FaultyPin<Convst>, FaultyPin<Reset>, FaultyPin<Busy>>;
 
-struct Board {
-    clock: Clock,
-    wire: ConverterWire,
-    pair: Pair,
-    spi: [Switch<SpiFault>; 2],
+pub struct Board {
+    pub clock: Clock,
+    pub wire: ConverterWire,
+    pub pair: Pair,
+    pub spi: [Switch<SpiFault>; 2],
     convst: Switch<Level>,
     reset: Switch<Level>,
-    busy: Switch<Level>,
+    pub busy: Switch<Level>,
 }
 
 /// A board whose inputs change from sample to sample.
@@ -63,7 +53,8 @@ fn board() -> Board {
     }
 }
 
-fn running() -> Board {
+/// A board after start-up.
+pub fn running() -> Board {
     let mut board = board();
     board.pair.initialise(&mut board.clock).unwrap();
     board
@@ -254,191 +245,4 @@ fn an_intermittent_fault_spoils_single_frames_only() {
         .count() as u64;
     assert_eq!(bad, board.spi[1].struck());
     assert!((60..140).contains(&bad), "{bad}");
-}
-
-fn motion() -> (Clock, Switch<SerialFault>, MotionPort<FaultySerial<Line>>) {
-    let clock = Clock::new();
-    let wire = MotionWire::new(clock.clone(), ControllerConfig::TYPICAL, Pose::default(), 1);
-    let switch = Switch::new(9);
-    let port = MotionPort::new(FaultySerial::new(wire.line(), switch.clone()));
-    (clock, switch, port)
-}
-
-fn ask(
-    clock: &Clock,
-    port: &mut MotionPort<FaultySerial<Line>>,
-) -> Result<Option<Reply>, PortError> {
-    port.send(Command::WhereAreYou)?;
-    for _ in 0..100 {
-        clock.advance_ns(50_000);
-        if let Some(reply) = port.poll()? {
-            return Ok(Some(reply));
-        }
-    }
-    Ok(None)
-}
-
-#[test]
-fn a_bad_motion_line_loses_replies_and_invents_none() {
-    let faults = [
-        SerialFault::Flips(0.1),
-        SerialFault::Dropped,
-        SerialFault::Noise,
-    ];
-    for fault in faults {
-        let (clock, switch, mut port) = motion();
-        switch.set(fault, When::Sometimes(0.02));
-        let replies = (0..1000).filter_map(|_| ask(&clock, &mut port).unwrap());
-        let good = replies
-            .inspect(|reply| assert!(matches!(reply, Reply::State { .. })))
-            .count();
-        assert!((100..990).contains(&good), "{fault:?}: {good} of 1000");
-        switch.clear();
-        ask(&clock, &mut port).unwrap();
-        assert!(
-            ask(&clock, &mut port).unwrap().is_some(),
-            "{fault:?}: as before afterwards"
-        );
-    }
-    let (clock, switch, mut port) = motion();
-    switch.set(SerialFault::Line, When::Next(1));
-    assert!(matches!(ask(&clock, &mut port), Err(PortError::Line(_))));
-}
-
-fn calibration(uptime_s: u32) -> Calibration {
-    let mut calibration = Calibration::identity(Geometry::PAPER);
-    calibration.made.uptime_s = uptime_s;
-    calibration
-}
-
-#[test]
-fn a_flash_at_fault_leaves_what_was_in_force() {
-    let faults = [
-        (FlashFault::EraseFails, "erase"),
-        (FlashFault::EraseLies, "take data"),
-        (FlashFault::WriteFails(0), "take data"),
-        (FlashFault::WriteFails(64), "take data"),
-    ];
-    for (fault, wanted) in faults {
-        let switch = Switch::new(1);
-        let mut slots = Slots::new(FaultyFlash::new(Flash::new(2, 1), switch.clone()), 0);
-        slots.commit(&calibration(1), false).unwrap();
-        slots.commit(&calibration(2), false).unwrap();
-        switch.set(fault, When::Always);
-        let error = slots.commit(&calibration(3), false).unwrap_err();
-        assert!(error.to_string().contains(wanted), "{fault:?}: {error}");
-        assert_eq!(slots.load().unwrap().1, calibration(2), "{fault:?}");
-        switch.clear();
-        assert_eq!(slots.load().unwrap().1, calibration(2), "{fault:?}");
-        slots.commit(&calibration(4), false).unwrap();
-        assert_eq!(slots.load().unwrap().1, calibration(4), "{fault:?}");
-    }
-}
-
-#[test]
-fn a_flash_that_lies_is_found_out_by_reading_back() {
-    let switch = Switch::new(1);
-    let mut slots = Slots::new(FaultyFlash::new(Flash::new(2, 1), switch.clone()), 0);
-    slots.commit(&calibration(1), false).unwrap();
-    switch.set(FlashFault::WriteLies, When::Always);
-    assert_eq!(
-        slots.commit(&calibration(2), false),
-        Err(SlotError::ReadBack { slot: 1 })
-    );
-    assert_eq!(slots.load().unwrap().1, calibration(1));
-    switch.clear();
-    slots.commit(&calibration(2), false).unwrap();
-    switch.set(FlashFault::WriteLies, When::Always);
-    assert_eq!(slots.roll_back(), Err(SlotError::ReadBack { slot: 1 }));
-    assert_eq!(slots.load().unwrap().1, calibration(2));
-}
-
-#[test]
-fn a_flash_that_does_not_read_is_said_and_never_guessed() {
-    let switch = Switch::new(1);
-    let mut slots = Slots::new(FaultyFlash::new(Flash::new(2, 1), switch.clone()), 0);
-    slots.commit(&calibration(1), false).unwrap();
-    switch.set(FlashFault::ReadFails, When::Always);
-    assert_eq!(slots.load(), Err(SlotError::NoneInForce));
-    assert_eq!(
-        slots.list()[0].state,
-        SlotState::Refused(RecordError::Unreadable)
-    );
-    switch.set(FlashFault::ReadFlips(1.0e-2), When::Always);
-    assert_eq!(slots.load(), Err(SlotError::NoneInForce));
-    switch.clear();
-    assert_eq!(slots.load().unwrap().1, calibration(1));
-}
-
-/// Samples until the first good one, at most a second's.
-fn back_in_service(board: &mut Board) -> Option<usize> {
-    (0..20_000).find(|_| board.pair.convert(&mut Counts::default()).is_ok())
-}
-
-#[test]
-fn a_chip_that_forgot_its_settings_is_set_again_in_service() {
-    for chip in 0..2 {
-        let mut board = running();
-        board.wire.with_chip(chip, |chip| chip.reset());
-        let mut longest_ns = 0;
-        let mut bad = 0;
-        let mut counts = Counts::default();
-        loop {
-            let before_ns = board.clock.now_ns();
-            let result = board.pair.convert(&mut counts);
-            longest_ns = longest_ns.max(board.clock.now_ns() - before_ns);
-            match result {
-                Ok(()) => break,
-                Err(ConverterError::Chip { index, .. }) => assert_eq!(usize::from(index), chip),
-                Err(other) => panic!("{other}"),
-            }
-            bad += 1;
-            assert!(bad < 200, "chip {chip}");
-        }
-        assert!(
-            longest_ns < 20_000,
-            "no instant may cost more than its share: {longest_ns} ns"
-        );
-        assert!((20..120).contains(&bad), "chip {chip}: {bad} samples lost");
-        board.pair.convert(&mut counts).unwrap();
-        assert_eq!(
-            counts[1],
-            [8000, 8000, 8000, 8000, 0, 0, 0, 64],
-            "set as before"
-        );
-    }
-}
-
-#[test]
-fn converters_that_stay_away_are_tried_again_and_again() {
-    let mut board = running();
-    board.spi[1].set(SpiFault::Stuck(0xFF), When::Always);
-    board.busy.set(Level(true), When::Next(5000));
-    assert_eq!(back_in_service(&mut board), None);
-    board.spi[1].clear();
-    let lost = back_in_service(&mut board).unwrap();
-    assert!(lost < 1200, "{lost} samples after the line came back");
-}
-
-#[test]
-fn a_silent_busy_line_is_a_failure_like_any_other() {
-    let mut board = running();
-    let mut last = None;
-    for _ in 0..150 {
-        last = Some(board.pair.silent());
-    }
-    assert_eq!(last, Some(ConverterError::BusyStuck { polls: 0 }));
-    assert!(back_in_service(&mut board).unwrap() < 120);
-}
-
-#[test]
-fn single_failures_never_reset_the_chips() {
-    let mut board = running();
-    board.spi[0].set(SpiFault::Stuck(0xFF), When::Sometimes(0.3));
-    for _ in 0..20_000 {
-        let _ = board.pair.convert(&mut Counts::default());
-    }
-    board.wire.with_chip(0, |chip| {
-        assert_eq!(chip.resets, 2, "power-up and start-up")
-    });
 }

@@ -1,0 +1,6 @@
+//! Every fault wrapper around every part: what is wrong is named, what was in force stays, nothing waits for ever.
+
+mod converter;
+mod flash;
+mod motion;
+mod revival;

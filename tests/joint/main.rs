@@ -1,0 +1,27 @@
+//! The joint calibration against a courier under a beacon in f64.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod constraints;
+mod schedule;
+mod synthetic;
+
+use common::beacon::{BeaconCourier, PITCH};
+use courier_sensor::calibration::joint::{JOINT_UNKNOWNS, JointSample, Values};
+
+const TURN: f64 = 1.5 * std::f64::consts::PI / 180.0;
+
+fn values(truth: &[f64]) -> Values {
+    let mut values = [0.0; JOINT_UNKNOWNS];
+    values
+        .iter_mut()
+        .zip(truth)
+        .for_each(|(v, t)| *v = *t as f32);
+    values
+}
+
+/// Samples of so many poses within a pitch.
+fn samples(courier: &mut BeaconCourier, poses: usize) -> Vec<JointSample> {
+    let readings = courier.readings(poses, PITCH, TURN);
+    readings.into_iter().map(|reading| reading.sample).collect()
+}
