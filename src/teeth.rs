@@ -23,8 +23,6 @@ pub const MAX_NODES: usize = 800;
 pub const TRUST_WORDS: usize = MAX_NODES.div_ceil(32);
 /// Waves.
 pub const MAX_WAVES: usize = 6;
-/// Largest own order of a wave.
-pub const MAX_WAVE_ORDER: u8 = 2;
 /// Nodes along each direction that a place needs about it.
 const SUPPORT: u8 = 4;
 /// Sign of l_o theta in each segment's lateral argument, equation (9), and which side of the courier's middle each segment is on,
@@ -51,7 +49,7 @@ impl Grid {
 /// A wave over own and lateral phase of every segment: `(0, 1)`, `(0, 2)`, `(1, ±1)` or `(2, ±1)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Wave {
-    /// Order of the own phase, 0 to [`MAX_WAVE_ORDER`].
+    /// Order of the own phase, 0 to 2.
     pub own_order: u8,
     /// Order of the lateral phase: 1 or 2 without own phase, else ±1.
     pub lateral_order: i8,

@@ -177,12 +177,6 @@ impl SimBoard {
         self.console.wants_restart()
     }
 
-    /// Number of the conversion that gave the frame of this sequence number.
-    #[must_use]
-    pub fn conversion_of(&self, frame: &Frame) -> u64 {
-        self.world.first_conversion() + u64::from(frame.sequence)
-    }
-
     /// Power off; the world, its courier and the flash go on.
     #[must_use]
     pub fn stop(self) -> World {

@@ -77,12 +77,6 @@ impl Courier {
         &self.spec
     }
 
-    /// `o'` of equation (11), if there is a beacon.
-    #[must_use]
-    pub fn beacon_origin_m(&self) -> Option<[f64; 2]> {
-        self.origin_m
-    }
-
     /// Switches the beacon on over a pose, or off.
     pub fn set_beacon(&mut self, over: Option<Pose>) {
         self.origin_m = over.map(|pose| coordination::origin_under(&self.spec.geometry, pose));

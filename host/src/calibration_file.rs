@@ -43,10 +43,11 @@ impl CalibrationFile {
     pub fn read(path: &Path) -> Result<Calibration> {
         let place = || path.display().to_string();
         let mut text = String::new();
-        let file = std::fs::File::open(path).with_context(place)?;
+        let wanted = || format!("{}: a readable calibration was wanted", path.display());
+        let file = std::fs::File::open(path).with_context(wanted)?;
         file.take(LIMIT_BYTES)
             .read_to_string(&mut text)
-            .with_context(place)?;
+            .with_context(wanted)?;
         let value: serde_json::Value = serde_json::from_str(&text)
             .with_context(|| format!("{}: wanted JSON", path.display()))?;
         let version = value

@@ -1,6 +1,6 @@
 //! Files that commands write: whole or not at all.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
@@ -11,6 +11,7 @@ use tempfile::NamedTempFile;
 /// # Errors
 /// The folder is missing, full or not writable.
 pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
+    check_folder_of(path)?;
     let told = || {
         format!(
             "{}: a file in a folder that can be written was wanted",
@@ -21,7 +22,9 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
         return std::fs::write(path, bytes).with_context(told);
     };
     let file = beside(&place, bytes).with_context(told)?;
-    file.persist(&place).with_context(told)?;
+    file.persist(&place)
+        .map_err(|failed| failed.error)
+        .with_context(told)?;
     Ok(())
 }
 
@@ -30,9 +33,12 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
 /// # Errors
 /// Something is there, or as [`replace_file`].
 pub fn new_file(path: &Path, bytes: &[u8]) -> Result<()> {
+    check_folder_of(path)?;
     let told = || format!("{}: wanted a new file, or --force", path.display());
     let file = beside(path, bytes).with_context(told)?;
-    file.persist_noclobber(path).with_context(told)?;
+    file.persist_noclobber(path)
+        .map_err(|failed| failed.error)
+        .with_context(told)?;
     Ok(())
 }
 
@@ -45,14 +51,35 @@ fn place(path: &Path) -> Option<PathBuf> {
     }
 }
 
+/// Refuses a path in whose folder no file can be: before work of which the result would be lost.
+///
+/// # Errors
+/// The folder is none or is missing, or there is a folder in the file's place.
+pub fn check_folder_of(path: &Path) -> Result<()> {
+    let folder = folder_of(path);
+    ensure!(
+        folder.is_dir() && !path.is_dir(),
+        "{}: found {}, wanted a file in a folder that is there",
+        path.display(),
+        if path.is_dir() {
+            "a folder"
+        } else {
+            "no folder for it"
+        }
+    );
+    Ok(())
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .unwrap_or(Path::new("."))
+}
+
 /// A file in the folder of `path` with these bytes, which vanishes unless it is moved into place. Its permissions are those of the
 /// file that it is to replace, or of any that the user makes.
 fn beside(path: &Path, bytes: &[u8]) -> std::io::Result<NamedTempFile> {
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
-    let mut file = recording::unfinished_file(folder)?;
+    let mut file = recording::unfinished_file(folder_of(path))?;
     if let Ok(there) = std::fs::metadata(path) {
         file.as_file().set_permissions(there.permissions())?;
     }

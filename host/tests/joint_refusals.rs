@@ -3,45 +3,21 @@
 
 mod common;
 
-use common::{courier_in, json_in};
+use common::{CALIBRATE, asked, courier_in, json_in};
 use std::path::Path;
 
-const CALIBRATE: [&str; 6] = ["calibrate", "--joint", "--poses", "60", "--held-out", "24"];
+const JOINTLY: [&str; 6] = ["calibrate", "--joint", "--poses", "60", "--held-out", "24"];
 
 /// A board with a platen calibration stored: its flash in `a.bin`, the calibration in `good.json`.
 fn calibrated(folder: &Path) {
-    let first = [
-        "--sim-preset",
-        "ideal",
-        "--sim-flash",
-        "a.bin",
-        "calibrate",
-        "--plan",
-        "optimal",
-        "--poses",
-        "100",
-        "--held-out",
-        "40",
-    ];
-    for arguments in [
-        &first[..],
-        &[
-            "--sim-preset",
-            "ideal",
-            "--sim-flash",
-            "a.bin",
-            "export",
-            "good.json",
-        ],
-    ] {
-        courier_in(folder, arguments).quiet();
-    }
+    asked(folder, CALIBRATE).quiet();
+    asked(folder, "--sim-flash a.bin export good.json").quiet();
 }
 
 /// Runs with these options before the command and after it; exit code, and what was said on either stream.
 fn joint(folder: &Path, flash: &str, board: &[&str], session: &[&str]) -> (i32, String) {
     let options = ["--sim-preset", "ideal", "--sim-flash", flash];
-    let ran = courier_in(folder, &[&options[..], board, &CALIBRATE, session].concat());
+    let ran = courier_in(folder, &[&options[..], board, &JOINTLY, session].concat());
     (ran.code, ran.out + &ran.err)
 }
 
@@ -123,17 +99,8 @@ fn a_lever_arm_of_the_wrong_sign_or_in_millimetres() {
     calibrated(folder);
     with_lever(folder, "sign.json", -0.09);
     let import = |file: &str| {
-        courier_in(
-            folder,
-            &[
-                "--sim-preset",
-                "ideal",
-                "--sim-flash",
-                "b.bin",
-                "import",
-                file,
-            ],
-        )
+        let words = format!("--sim-preset ideal --sim-flash b.bin import {file}");
+        asked(folder, &words)
     };
     import("sign.json").quiet();
     let wanted = [

@@ -9,7 +9,7 @@ use crate::frame::{Frame, Status};
 use crate::queue;
 use crate::step::{StepState, isr_step, isr_step_mapped};
 use crate::swap::SwapReceiver;
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use heapless::spsc::{Producer, Queue};
 
 /// Frames between the interrupt and the background: 1.2 ms at 20 kHz.
@@ -26,8 +26,6 @@ pub type FrameQueue = Queue<Frame, QUEUE_FRAMES>;
 pub struct Mailbox {
     /// Board temperature minus the calibration's reference, kelvin, as bits; written by the background.
     temperature_delta_bits: AtomicU32,
-    /// The background asks the interrupt to count teeth anew.
-    restart_count: AtomicBool,
     /// Samples taken since start; written by the interrupt.
     samples: AtomicU32,
     /// Frames that found the queue full; written by the interrupt.
@@ -41,7 +39,6 @@ impl Mailbox {
     pub const fn new() -> Self {
         Self {
             temperature_delta_bits: AtomicU32::new(0),
-            restart_count: AtomicBool::new(false),
             samples: AtomicU32::new(0),
             dropped: AtomicU32::new(0),
             missed: AtomicU32::new(0),
@@ -57,11 +54,6 @@ impl Mailbox {
         let bounded = known.max(-TEMPERATURE_LIMIT_K).min(TEMPERATURE_LIMIT_K);
         self.temperature_delta_bits
             .store(bounded.to_bits(), Relaxed);
-    }
-
-    /// Asks for tooth counts as after start-up from the next sample on; clears slips.
-    pub fn ask_restart_count(&self) {
-        self.restart_count.store(true, Relaxed);
     }
 
     /// Samples taken since start, modulo 2^32.
@@ -111,10 +103,6 @@ impl<'q, 'c> Sampler<'q, 'c> {
         store(reading, raw);
         raw.fault.set(Status::OVERRUN, missed > 0);
         raw.temperature_delta_k = f32::from_bits(self.mailbox.temperature_delta_bits.load(Relaxed));
-        if self.mailbox.restart_count.load(Relaxed) {
-            self.mailbox.restart_count.store(false, Relaxed);
-            self.state.restart_count();
-        }
         let frame = *match self.config.current_with_map() {
             (config, None) => isr_step(config, &mut self.state),
             (config, Some(map)) => isr_step_mapped(config, &mut self.state, map),

@@ -6,22 +6,36 @@ use crate::teeth::MapError;
 use serde::{Deserialize, Serialize};
 
 /// A number of an order that can be wrong.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[allow(missing_docs)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+#[allow(missing_docs)] // their texts say it
 pub enum Field {
+    #[error("number of poses")]
     Poses,
+    #[error("number of held-out poses")]
     HeldOutPoses,
+    #[error("travel in metres")]
     TravelM,
+    #[error("angle in radians")]
     TurnRad,
+    #[error("speed in m/s")]
     SpeedMPerS,
+    #[error("x in metres")]
     XM,
+    #[error("y in metres")]
     YM,
+    #[error("theta in radians")]
     ThetaRad,
+    #[error("deviation to reach in metres")]
     TargetDeviationM,
+    #[error("decimation")]
     Decimation,
+    #[error("number of samples")]
     Samples,
+    #[error("channels")]
     Channels,
+    #[error("slot")]
     Slot,
+    #[error("time in seconds since 1970")]
     UnixS,
 }
 
@@ -121,7 +135,7 @@ pub enum Refusal {
     #[error("unknown command")]
     Unknown,
     /// A number outside its range.
-    #[error("{field:?} is {value}, wanted {low} to {high}")]
+    #[error("{field} is {value}, wanted {low} to {high}")]
     Range {
         /// Which.
         field: Field,

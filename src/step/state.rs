@@ -1,7 +1,7 @@
 //! What one sample leaves to the next.
 
 use super::SLIPS;
-use crate::frame::{Coordinate, Frame, RawFrame, SEGMENTS, Status};
+use crate::frame::{Frame, RawFrame, SEGMENTS};
 
 /// What one sample leaves to the next: the last frame, and what no frame shows.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,18 +83,5 @@ impl StepState {
             segment.unmodified.teeth = teeth;
         }
         self.clear_slips();
-    }
-
-    /// Counts again from the next sample as after start-up; the sequence number goes on.
-    pub fn restart_count(&mut self) {
-        let frame = &mut self.frame;
-        frame.direction = [0.0; 2];
-        frame.speed_m_s = [0.0; 2];
-        frame.status = Status::empty();
-        for segment in &mut frame.segments {
-            segment.unmodified = Coordinate::default();
-        }
-        self.missed = NEVER;
-        self.watch = Watch::NEW;
     }
 }

@@ -14,7 +14,7 @@ fn numbers_out_of_range_are_refused_before_the_background_sees_them() {
     let orders = [
         (
             Action::Calibrate(CalibrateOrder { poses: 39, ..order }),
-            "Poses is 39, wanted 40 to 20000",
+            "number of poses is 39, wanted 40 to 20000",
         ),
         (
             Action::Calibrate(CalibrateOrder {
@@ -22,33 +22,33 @@ fn numbers_out_of_range_are_refused_before_the_background_sees_them() {
                 poses: 1001,
                 ..order
             }),
-            "Poses is 1001, wanted 50 to 1000",
+            "number of poses is 1001, wanted 50 to 1000",
         ),
         (
             Action::Calibrate(CalibrateOrder {
                 travel_m: f32::NAN,
                 ..order
             }),
-            "TravelM is NaN, wanted 0.001 to 0.5",
+            "travel in metres is NaN, wanted 0.001 to 0.5",
         ),
         (
             Action::Calibrate(CalibrateOrder {
                 turn_rad: -0.1,
                 ..order
             }),
-            "TurnRad is -0.1, wanted 0 to 0.06",
+            "angle in radians is -0.1, wanted 0 to 0.06",
         ),
         (
             Action::Calibrate(CalibrateOrder {
                 speed_m_per_s: f32::INFINITY,
                 ..order
             }),
-            "SpeedMPerS is inf, wanted 0.001 to 1.5",
+            "speed in m/s is inf, wanted 0.001 to 1.5",
         ),
-        (Action::Read(Source::Slot(2)), "Slot is 2, wanted 0 to 1"),
+        (Action::Read(Source::Slot(2)), "slot is 2, wanted 0 to 1"),
         (
             Action::Record { samples: 0 },
-            "Samples is 0, wanted 1 to 4294967300",
+            "number of samples is 0, wanted 1 to 4294967300",
         ),
         (
             Action::Stream(StreamOrder {
@@ -56,7 +56,7 @@ fn numbers_out_of_range_are_refused_before_the_background_sees_them() {
                 decimation: 0,
                 samples: 0,
             }),
-            "Decimation is 0, wanted 1 to 65535",
+            "decimation is 0, wanted 1 to 65535",
         ),
         (
             Action::Stream(StreamOrder {
@@ -64,7 +64,7 @@ fn numbers_out_of_range_are_refused_before_the_background_sees_them() {
                 decimation: 1,
                 samples: 0,
             }),
-            "Channels is 512, wanted 0 to 511",
+            "channels is 512, wanted 0 to 511",
         ),
     ];
     let (mut server, mut client) = greeted();

@@ -11,11 +11,10 @@ use rand_distr::{Distribution, StandardNormal};
 #[test]
 fn a_jump_is_a_slip_that_stays_until_cleared() {
     let config = StepConfig::build(&calibrated()).unwrap();
-    let mut state = StepState::new();
     for i in 0..SEGMENTS {
         for jump in [0.21, 0.5, -0.3, 0.79] {
+            let mut state = StepState::new();
             let mut p = [0.1; SEGMENTS];
-            state.restart_count();
             (0..50).for_each(|_| _ = step(&config, &mut state, &raw(p)));
             p[i] += jump;
             let slip = Status::from_bits_retain(Status::SLIP_1.bits() << i);

@@ -2,15 +2,15 @@
 
 use crate::arm::{self, root, run, say};
 use anyhow::{Context, Result, bail, ensure};
-use courier_sensor::emulation::{QEMU, QEMU_ARGUMENTS, RAM_BYTES, RAM_OBJECT};
+use courier_sensor::emulation::{
+    COUNTERS_BASE, QEMU, QEMU_ARGUMENTS, RAM_BASE, RAM_BYTES, RAM_OBJECT,
+};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Where in it the counters are: the last page.
-const COUNTERS: &str = "0xfff000";
 /// A run that takes longer has hung.
 const PATIENCE: Duration = Duration::from_secs(600);
 
@@ -50,9 +50,10 @@ pub fn run_image(image: &Path, words: &[&str]) -> Result<String> {
         .arg(format!("{before}{}{after}", ram.0.display()))
         .args(["-semihosting-config", &semihosting, "-plugin"])
         .arg(format!(
-            "{},ram={},count={COUNTERS}",
+            "{},ram={},count={:#x}",
             plugin.display(),
-            ram.0.display()
+            ram.0.display(),
+            COUNTERS_BASE - RAM_BASE
         ))
         .arg("-kernel")
         .arg(image)

@@ -4,7 +4,7 @@ use super::emulated;
 use super::link::Link;
 use super::sim::SimWire;
 use crate::demo::Preset;
-use crate::output::replace_file;
+use crate::output::{check_folder_of, replace_file};
 use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
 use courier_sensor::drivers::motion::Target;
@@ -228,7 +228,9 @@ fn target(pose: Pose) -> Target {
 fn restore(flash: &SharedFlash, path: &Path) -> Result<()> {
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            return check_folder_of(path).context("--sim-flash");
+        }
         Err(error) => {
             return Err(error).with_context(|| format!("--sim-flash: {}", path.display()));
         }
@@ -255,13 +257,12 @@ fn keep(flash: &SharedFlash, path: &Path) -> Result<()> {
     if std::fs::read(path).is_ok_and(|bytes| bytes == inner.bytes()) {
         return Ok(());
     }
-    replace_file(path, inner.bytes()).with_context(|| format!("--sim-flash: {}", path.display()))
+    replace_file(path, inner.bytes()).context("--sim-flash")
 }
 
 #[cfg(feature = "probe")]
 fn probe(selector: &str) -> Result<Opened> {
-    let selector = (selector != "any").then_some(selector);
-    let wire = link_host::probe::Probed::open(selector)?;
+    let wire = link_host::probe::open(selector)?;
     Ok(Opened {
         link: Link::connect(Box::new(wire))?,
         beacon: None,

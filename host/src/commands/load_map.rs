@@ -38,10 +38,10 @@ pub fn run(file: &MapFile, args: &Args, choice: &Choice) -> Result<ExitCode> {
         motion::go(link, target, SELF_MOTION_M_PER_S)?;
     }
     let (pose, tan_psi) = stand(link)?;
-    let ahead = file.anchor.teeth_ahead(&pose, tan_psi)?;
-    calibration.model = file.model.clone();
+    let ahead = file.map.anchor.teeth_ahead(&pose, tan_psi)?;
+    calibration.model = file.map.model.clone();
     if let Some(beacon) = &mut calibration.beacon {
-        let origin = file.anchor.origin(ahead, calibration.geometry.lever_m);
+        let origin = file.map.anchor.origin(ahead, calibration.geometry.lever_m);
         (beacon.origin_teeth, beacon.origin_m) = origin;
     }
     map::load(link, calibration)?;
@@ -58,7 +58,7 @@ pub fn run(file: &MapFile, args: &Args, choice: &Choice) -> Result<ExitCode> {
     };
     let header = file.header_for(ahead);
     let grids = header.grids;
-    map::load_map(link, header, &file.nodes_nm)?;
+    map::load_map(link, header, &file.map.nodes_nm)?;
     board.close()?;
     if args.json {
         print_json(&serde_json::json!({ "map": grids, "teeth_ahead": ahead, "stored": stored }))?;

@@ -1,6 +1,7 @@
 //! `courier log`.
 
 use crate::board::{Choice, Kind, Link, emulated};
+use crate::live::Live;
 use crate::terminal::{print, warn};
 use anyhow::{Context, Result, bail, ensure};
 use courier_sensor::link::message::LOG_CHANNEL;
@@ -8,7 +9,6 @@ use defmt_decoder::{DecodeError, Frame, Locations, Table};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
 
 /// Show a board's log: start-up, faults, changes of state.
 ///
@@ -19,16 +19,9 @@ pub struct Args {
     /// The image that the board runs [default: the one that `cargo xtask firmware` builds].
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
-    /// Stop after so many seconds; without it, when interrupted.
-    #[arg(long, value_name = "S")]
-    seconds: Option<f64>,
-    /// Print one JSON object a line.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    live: Live,
 }
-
-/// Time between two looks at the channel.
-const LOOK: Duration = Duration::from_millis(20);
 
 /// One line of `--json`.
 #[derive(Serialize)]
@@ -44,8 +37,7 @@ struct Line {
 /// # Errors
 /// The board has no log or cannot be reached, or the image is none or has no texts.
 pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
-    let seconds = args.seconds.unwrap_or(f64::INFINITY);
-    ensure!(seconds > 0.0, "--seconds: found {seconds}, wanted above 0");
+    args.live.seconds()?;
     let path = match (&args.elf, choice.kind()) {
         (_, Kind::Sim) => bail!("log: found the simulated board, which has none: its firmware runs in this process; wanted --emulated or --probe"),
         (Some(path), _) => path.clone(),
@@ -55,25 +47,19 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let image = Image::read(&path)?;
     let mut board = choice.open()?;
     let mut decoder = image.table.new_stream_decoder();
-    let begin = Instant::now();
-    let mut passed = Duration::ZERO;
-    while passed.as_secs_f64() < seconds {
-        decoder.received(&read(&mut board.link)?);
+    args.live.watch(&mut board.link, |link| {
+        decoder.received(&read(link)?);
         loop {
             match decoder.decode() {
-                Ok(frame) => image.show(&frame, args.json)?,
-                Err(DecodeError::UnexpectedEof) => break,
+                Ok(frame) => image.show(&frame, args.live.json)?,
+                Err(DecodeError::UnexpectedEof) => return Ok(()),
                 Err(DecodeError::Malformed) => {
                     warn("the log: found what the image has no text for; is it the one that the board runs?");
                     ensure!(image.table.encoding().can_recover(), "the log: found a broken frame, wanted one of this image");
                 }
             }
         }
-        board.link.pass(LOOK)?;
-        passed += LOOK;
-        // As in `monitor`: live.
-        std::thread::sleep(passed.saturating_sub(begin.elapsed()));
-    }
+    })?;
     board.close()?;
     Ok(ExitCode::SUCCESS)
 }
@@ -93,11 +79,11 @@ struct Image {
 
 impl Image {
     fn read(path: &Path) -> Result<Self> {
-        let name = || path.display().to_string();
-        let bytes = std::fs::read(path).with_context(name)?;
-        let table = Table::parse(&bytes).with_context(name)?;
-        let table = table.with_context(|| format!("{}: found no log texts, wanted an image of this firmware", name()))?;
-        let places = table.get_locations(&bytes).with_context(name)?;
+        let wanted = || format!("{}: an image of this firmware was wanted", path.display());
+        let bytes = std::fs::read(path).with_context(wanted)?;
+        let table = Table::parse(&bytes).with_context(wanted)?;
+        let table = table.context("no log texts are in it").with_context(wanted)?;
+        let places = table.get_locations(&bytes).with_context(wanted)?;
         Ok(Self { table, places })
     }
 

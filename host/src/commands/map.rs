@@ -1,7 +1,7 @@
 //! `courier map RECORDING`.
 
-use crate::output::replace_file;
-use crate::teeth::{Evidence, MapFile, TeethPose, estimate, poses_of};
+use crate::output::{check_folder_of, replace_file};
+use crate::teeth::{Evidence, MapFile, Mapped, TeethPose, estimate, poses_of};
 use crate::terminal::{figure, micrometres, pairs, print, print_json, progress, warn};
 use anyhow::{Result, ensure};
 use courier_sensor::frame::SEGMENTS;
@@ -42,14 +42,15 @@ pub struct Args {
 /// The recording cannot be read or does not tell a map, or the file cannot be written; nothing is written then.
 pub fn run(args: &Args) -> Result<ExitCode> {
     if let Some(path) = &args.out {
+        check_folder_of(path)?;
         ensure!(args.force || !path.exists(), "{}: found a file, wanted a new one, or --force", path.display());
     }
+    let within_mm = args.within.unwrap_or(f64::INFINITY);
+    ensure!(within_mm > 0.0, "--within: found {within_mm}, wanted above 0");
     let recording = Recording::read(&args.recording)?;
     recording.warnings.iter().for_each(|line| warn(line));
     let (setup, mut poses) = poses_of(&recording)?;
-    if let Some(within_mm) = args.within {
-        near_middle(&mut poses, 1.0e-3 * within_mm);
-    }
+    near_middle(&mut poses, 1.0e-3 * within_mm);
     let bar = progress(PASSES, "fitting");
     let mapped = estimate(&setup, &poses, &mut || bar.inc(1));
     bar.finish_and_clear();
@@ -58,7 +59,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let text = serde_json::to_string_pretty(&file)?;
         replace_file(path, text.as_bytes())?;
     }
-    if args.json { print_json(&file.evidence)? } else { print(&text(&file))? }
+    if args.json { print_json(&file.map.evidence)? } else { print(&text(&file.map))? }
     Ok(ExitCode::SUCCESS)
 }
 
@@ -72,12 +73,12 @@ fn near_middle(poses: &mut Vec<TeethPose>, within_m: f64) {
     poses.retain(|pose| (0..SEGMENTS).all(|i| (pose.outputs_m[i] - medians[i]).abs() <= within_m));
 }
 
-fn text(file: &MapFile) -> String {
-    let Evidence { poses, held_out_poses, unknowns, before_m, after_m, .. } = file.evidence;
-    let evidence = &file.evidence;
+fn text(map: &Mapped) -> String {
+    let Evidence { poses, held_out_poses, unknowns, before_m, after_m, .. } = map.evidence;
+    let evidence = &map.evidence;
     let three = |g: [f64; 3]| g.map(micrometres).join(", ");
     let size = |k: usize| {
-        let [along, across] = file.header.grids[k].nodes;
+        let [along, across] = map.header.grids[k].nodes;
         // None trusted: no deviation is the worst.
         let worst_m = evidence.worst_deviation_m[k];
         let known = if worst_m > 0.0 {
@@ -100,7 +101,7 @@ fn text(file: &MapFile) -> String {
         ("field along y", size(1)),
         (
             "trusted cells",
-            format!("{} of both fields", file.header.trusted.iter().map(|word| word.count_ones()).sum::<u32>()),
+            format!("{} of both fields", map.header.trusted.iter().map(|word| word.count_ones()).sum::<u32>()),
         ),
         (
             "gauge",

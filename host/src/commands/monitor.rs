@@ -1,15 +1,15 @@
 //! `courier monitor`.
 
 use crate::board::{Choice, Link};
+use crate::live::Live;
 use crate::terminal::{figure, print, warn};
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, ensure};
 use courier_sensor::frame::{Pose, Status};
 use courier_sensor::geometry::Geometry;
 use courier_sensor::link::message::{Action, Reply, Source};
-use courier_sensor::link::telemetry::{Channels, Sample, StreamOrder};
+use courier_sensor::link::telemetry::{Channels, Sample};
 use serde::Serialize;
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
 
 /// Watch a board's pose, parity and status as they come.
 #[derive(Debug, clap::Args)]
@@ -18,16 +18,9 @@ pub struct Args {
     /// Lines a second.
     #[arg(long, default_value_t = 10.0, value_name = "HZ")]
     rate_hz: f64,
-    /// Stop after so many seconds; without it, when interrupted.
-    #[arg(long, value_name = "S")]
-    seconds: Option<f64>,
-    /// Print one JSON object a line.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    live: Live,
 }
-
-/// Time between two looks at the channel.
-const LOOK: Duration = Duration::from_millis(20);
 
 /// One line of `--json`.
 #[derive(Serialize)]
@@ -47,8 +40,7 @@ struct Line {
 /// # Errors
 /// The board cannot be reached, or a rate that it cannot send.
 pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
-    let seconds = args.seconds.unwrap_or(f64::INFINITY);
-    ensure!(seconds > 0.0, "--seconds: found {seconds}, wanted above 0");
+    args.live.seconds()?;
     let mut board = choice.open()?;
     let board_hz = f64::from(board.link.hello().rate_hz);
     let decimation = (board_hz / args.rate_hz).round();
@@ -60,27 +52,15 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     );
     let pitch_m = pitch_m(&mut board.link);
     let channels = Channels::STATUS | Channels::POSE | Channels::PARITY;
-    stream(&mut board.link, StreamOrder { channels: channels.bits(), decimation: decimation as u16, samples: 0 })?;
-    let begin = Instant::now();
-    let mut passed = Duration::ZERO;
-    while passed.as_secs_f64() < seconds {
-        board.link.pass(LOOK)?;
-        passed += LOOK;
-        board.link.listen(|sample| line(sample, board_hz, pitch_m, args.json))?;
-        // A simulated board's time runs as fast as it can: live is what is asked for here.
-        std::thread::sleep(passed.saturating_sub(begin.elapsed()));
-    }
-    stream(&mut board.link, StreamOrder::default())?;
-    if board.link.lost() > 0 {
-        warn(&format!("{} samples were lost on the way", board.link.lost()));
+    board.link.stream(channels, decimation as u16)?;
+    args.live.watch(&mut board.link, |link| link.listen(|sample| line(sample, board_hz, pitch_m, args.live.json)))?;
+    let lost = board.link.lost();
+    board.link.stream(Channels::empty(), 0)?;
+    if lost > 0 {
+        warn(&format!("{lost} samples were lost on the way"));
     }
     board.close()?;
     Ok(ExitCode::SUCCESS)
-}
-
-fn stream(link: &mut Link, order: StreamOrder) -> Result<()> {
-    let Reply::Done = link.ask(Action::Stream(order))? else { bail!(super::STRANGE_REPLY) };
-    Ok(())
 }
 
 /// The pitch of the calibration in force; without one, of the firmware's own geometry.

@@ -32,7 +32,7 @@ pub struct Args {
     #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, value_parser = super::target)]
     go_to: Option<Target>,
     /// Speed of that motion, mm/s.
-    #[arg(long, default_value_t = 50.0, value_name = "MM_S")]
+    #[arg(long, default_value_t = 50.0, value_name = "MM_S", requires = "go_to")]
     speed_mm_s: f32,
     /// Make the motions that a diagnosis wants, within 26 mm of this place: both directions, three speeds, turned, turning,
     /// still; some 25 s.

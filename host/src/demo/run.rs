@@ -25,10 +25,11 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Which courier is simulated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
     /// Lateral terms and a tooth field, sized so that the paper's table comes out.
+    #[default]
     Paper,
     /// Equation (3) and noise only.
     Ideal,
@@ -37,16 +38,17 @@ pub enum Preset {
 }
 
 /// How poses are chosen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Plan {
     /// Uniformly, as in the paper: 1000 poses within ±0.5°.
+    #[default]
     Random,
     /// Each to shrink the predicted deviation most: a third of the poses, within ±1.5°.
     Optimal,
 }
 
 /// What to demonstrate.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Options {
     /// What the firmware runs on.
     pub on: On,

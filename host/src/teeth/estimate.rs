@@ -68,19 +68,19 @@ pub struct Evidence {
 }
 
 /// What a board is given, and on what grounds.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mapped {
-    /// Equations (3) and (9) as fitted with the map.
+    /// Equations (3) and (9) as fitted with the map: in force together with it.
     pub model: ErrorModel,
-    /// Lattices, waves, trusted cells.
+    /// Lattices (tooth counts of the recording), waves, trusted cells.
     pub header: MapHeader,
-    /// Nodes, nanometres: x's field first.
+    /// Nodes, nanometres: x's field, then y's; across runs fastest.
     pub nodes_nm: Vec<i16>,
     /// Predicted deviation of each cell's middle, metres, numbered as its first node; none outside and where nothing was visited.
     pub deviations_m: Vec<Option<f64>>,
-    /// Where it lies.
+    /// Where it lies: by this a board that was restarted is given its places.
     pub anchor: Anchor,
-    /// Grounds.
+    /// On what it rests.
     pub evidence: Evidence,
 }
 

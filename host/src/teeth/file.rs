@@ -1,9 +1,7 @@
 //! A map as a file on the host: JSON.
 
-use super::anchor::Anchor;
-use super::estimate::{Evidence, Mapped};
+use super::estimate::Mapped;
 use anyhow::{Context, Result, ensure};
-use courier_sensor::model::ErrorModel;
 use courier_sensor::teeth::MapHeader;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -19,46 +17,24 @@ pub struct MapFile {
     courier_tooth_map: u64,
     /// What the map leaves open.
     gauge: String,
-    /// Equations (3) and (9) as fitted with the map: in force together with it.
-    pub model: ErrorModel,
-    /// Lattices (tooth counts of the recording), waves, trusted cells.
-    pub header: MapHeader,
-    /// Nodes, nanometres: x's field, then y's; across runs fastest.
-    pub nodes_nm: Vec<i16>,
-    /// Predicted deviation at the middle of each cell, metres; null where nothing was visited.
-    pub deviations_m: Vec<Option<f64>>,
-    /// Where it lies: by this a board that was restarted is given its places.
-    pub anchor: Anchor,
-    /// On what it rests.
-    pub evidence: Evidence,
+    /// The map, its keys beside these.
+    #[serde(flatten)]
+    pub map: Mapped,
 }
 
 impl MapFile {
     /// For writing.
-    pub fn new(mapped: Mapped) -> Self {
-        let Mapped {
-            model,
-            header,
-            nodes_nm,
-            deviations_m,
-            anchor,
-            evidence,
-        } = mapped;
+    pub fn new(map: Mapped) -> Self {
         Self {
             courier_tooth_map: VERSION,
             gauge: "each field's mean is zero; its slope along the measured direction, a scale, is the prior's: the one that displaces teeth least".into(),
-            model,
-            header,
-            nodes_nm,
-            deviations_m,
-            anchor,
-            evidence,
+            map,
         }
     }
 
     /// The lattices in the counts of a board that is so many teeth ahead of the recording's.
     pub fn header_for(&self, teeth_ahead: [i32; 2]) -> MapHeader {
-        let mut header = self.header.clone();
+        let mut header = self.map.header.clone();
         for (direction, grid) in header.grids.iter_mut().enumerate() {
             grid.first_teeth[0] += teeth_ahead[direction];
             grid.first_teeth[1] += teeth_ahead[1 - direction];
@@ -91,9 +67,15 @@ impl MapFile {
         );
         let file: Self = serde_json::from_value(value)
             .with_context(|| format!("{place}: wanted a tooth map"))?;
-        file.model.validate().with_context(|| place.to_string())?;
-        file.header.validate().with_context(|| place.to_string())?;
-        let (found, wanted) = (file.nodes_nm.len(), file.header.nodes());
+        let Mapped {
+            model,
+            header,
+            nodes_nm,
+            ..
+        } = &file.map;
+        model.validate().with_context(|| place.to_string())?;
+        header.validate().with_context(|| place.to_string())?;
+        let (found, wanted) = (nodes_nm.len(), header.nodes());
         ensure!(
             found == wanted,
             "{place}: nodes_nm: found {found} nodes, wanted {wanted}"

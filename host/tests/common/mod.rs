@@ -83,6 +83,15 @@ pub fn courier_in(folder: &Path, arguments: &[&str]) -> Ran {
     }
 }
 
+/// Runs the built `courier` with these words in `folder`.
+pub fn asked(folder: &Path, words: &str) -> Ran {
+    courier_in(folder, &words.split_whitespace().collect::<Vec<_>>())
+}
+
+/// A short platen calibration of the `ideal` courier, stored in `a.bin`.
+pub const CALIBRATE: &str =
+    "--sim-preset ideal --sim-flash a.bin calibrate --plan optimal --poses 100 --held-out 40";
+
 /// Runs the built `courier` with these arguments.
 pub fn courier(arguments: &[&str]) -> Ran {
     courier_in(Path::new(env!("CARGO_MANIFEST_DIR")), arguments)

@@ -3,19 +3,15 @@
 use crate::rig::amount;
 use courier::board::On;
 use courier::demo::joint::{JointOptions, JointReport, run as run_jointly};
-use courier::demo::{Options, Plan, Preset, Report, run};
+use courier::demo::{Options, Report, run};
 use indicatif::ProgressBar;
 
 fn demonstrate(on: On) -> Report {
     let options = Options {
         on,
-        preset: Preset::Paper,
         seed: 1,
         poses: Some(amount("COURIER_EMULATED_POSES", 120) as u32),
-        plan: Plan::Random,
-        waveforms: None,
-        rms_m: 0.0,
-        record: None,
+        ..Options::default()
     };
     run(&options, &ProgressBar::hidden()).expect("it runs to its end")
 }
@@ -38,10 +34,9 @@ fn demonstrates_the_same_as_the_simulated_board() {
 fn demonstrate_jointly(on: On) -> JointReport {
     let options = JointOptions {
         on,
-        preset: Preset::Paper,
         seed: 1,
         poses: Some(amount("COURIER_EMULATED_POSES", 60) as u32),
-        platen: None,
+        ..JointOptions::default()
     };
     run_jointly(&options, &ProgressBar::hidden()).expect("it runs to its end")
 }

@@ -130,19 +130,4 @@ impl Oversampling {
     pub const fn code(self) -> u8 {
         self as u8
     }
-
-    /// Longest conversion, microseconds (no-OS driver, `tconv_max`).
-    pub const fn conversion_us(self) -> u32 {
-        match self {
-            Self::X1 => 1,
-            Self::X2 => 3,
-            Self::X4 => 5,
-            Self::X8 => 10,
-            Self::X16 => 20,
-            Self::X32 => 41,
-            Self::X64 => 81,
-            Self::X128 => 162,
-            Self::X256 => 324,
-        }
-    }
 }

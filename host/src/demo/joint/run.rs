@@ -26,7 +26,7 @@ use hal_sim::trajectory::{BEACON_SPEED_M_S, BEACON_SWEEP_M};
 use indicatif::ProgressBar;
 
 /// What to demonstrate.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct JointOptions {
     /// What the firmware runs on.
     pub on: On,
