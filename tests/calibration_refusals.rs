@@ -20,88 +20,52 @@ fn courier() -> Courier {
     Courier::new(21, 5.0e-6, 0.3e-6)
 }
 
+/// What comes of a motion controller that answers so to a command, by its number.
+fn answered(reply: fn(u32) -> Option<MotionEvent>, config: SessionConfig) -> Refusal {
+    let mut courier = Courier { reply, ..courier() };
+    refused(&mut courier, config)
+}
+
 #[test]
 fn motion_refusals() {
     let fault = |count| {
-        Some(if count < 5 {
-            MotionEvent::Settled
-        } else {
-            MotionEvent::Fault(FaultCode::Overload)
+        Some(match count {
+            0..5 => MotionEvent::Settled,
+            _ => MotionEvent::Fault(FaultCode::Overload),
         })
     };
-    let refusal = refused(
-        &mut Courier {
-            reply: fault,
-            ..courier()
-        },
-        short_session(100),
-    );
-    assert_eq!(
-        refusal,
-        Refusal::MotionFault {
-            fault: FaultCode::Overload,
-            pose: 4
-        }
-    );
+    let wanted = Refusal::MotionFault {
+        fault: FaultCode::Overload,
+        pose: 4,
+    };
+    assert_eq!(answered(fault, short_session(100)), wanted);
+    let refusal = motion::Refusal::OutOfReach;
+    let wanted = Refusal::MotionRefused { refusal, pose: 0 };
     let out = |_| Some(MotionEvent::Refused(motion::Refusal::OutOfReach));
-    let refusal = refused(
-        &mut Courier {
-            reply: out,
-            ..courier()
-        },
-        short_session(100),
-    );
-    assert_eq!(
-        refusal,
-        Refusal::MotionRefused {
-            refusal: motion::Refusal::OutOfReach,
-            pose: 0
-        }
-    );
+    assert_eq!(answered(out, short_session(100)), wanted);
+}
+
+#[test]
+fn a_courier_that_never_settles() {
     let mut config = short_session(100);
     config.visits.settle_limit = 500;
-    let nonsense = |count| {
-        if count < 9 {
-            Some(MotionEvent::Settled)
-        } else {
-            Some(MotionEvent::Nonsense)
-        }
+    let not_settled = |pose, nonsense| Refusal::NotSettled {
+        pose,
+        waited: 501,
+        limit: 500,
+        answers: 0,
+        nonsense,
     };
-    let refusal = refused(
-        &mut Courier {
-            reply: nonsense,
-            ..courier()
-        },
-        config.clone(),
-    );
-    assert_eq!(
-        refusal,
-        Refusal::NotSettled {
-            pose: 8,
-            waited: 501,
-            limit: 500,
-            answers: 0,
-            nonsense: 1
-        }
-    );
+    let nonsense = |count| {
+        Some(match count {
+            0..9 => MotionEvent::Settled,
+            _ => MotionEvent::Nonsense,
+        })
+    };
+    let refusal = answered(nonsense, config.clone());
+    assert_eq!(refusal, not_settled(8, 1));
     assert!(refusal.to_string().contains("501") && refusal.to_string().contains("500"));
-    let silent = refused(
-        &mut Courier {
-            reply: |_| None,
-            ..courier()
-        },
-        config,
-    );
-    assert_eq!(
-        silent,
-        Refusal::NotSettled {
-            pose: 0,
-            waited: 501,
-            limit: 500,
-            answers: 0,
-            nonsense: 0
-        }
-    );
+    assert_eq!(answered(|_| None, config), not_settled(0, 0));
 }
 
 #[test]

@@ -2,7 +2,8 @@
 
 mod common;
 
-use common::{courier_in, json, json_in};
+use common::{asked, courier_in, json, json_in};
+use serde_json::Value;
 
 /// The steps one by one: the hash is printed first, the answers are where they are said to be, and the scores add up.
 #[test]
@@ -30,19 +31,8 @@ fn a_blind_check_step_by_step() {
     std::fs::rename(&answers, &aside).unwrap();
     assert_eq!(courier_in(at, &["blind", "diagnose", "cases"]).code, 0);
     std::fs::rename(&aside, &answers).unwrap();
-    let scored = courier_in(
-        at,
-        &[
-            "blind",
-            "score",
-            "cases",
-            "--quick",
-            "--json",
-            "score.json",
-            "--report",
-            "score.html",
-        ],
-    );
+    let words = "blind score cases --quick --json score.json --report score.html";
+    let scored = asked(at, words);
     assert_eq!(scored.code, 0, "{}", scored.err);
     assert!(scored.out.lines().count() <= 80, "{}", scored.out);
     for told in [
@@ -58,6 +48,21 @@ fn a_blind_check_step_by_step() {
     }
     let score = json_in(at.join("score.json"));
     assert_eq!(score["seal"].as_str().unwrap(), seal.trim());
+    adds_up(&score);
+    assert!(
+        std::fs::read_to_string(at.join("score.html"))
+            .unwrap()
+            .contains("<svg")
+    );
+    let mut changed = std::fs::read_to_string(&answers).unwrap();
+    changed.push(' ');
+    std::fs::write(&answers, changed).unwrap();
+    courier_in(at, &["blind", "score", "cases"]).refused(&["answers.json", "hash", seal.trim()]);
+    courier_in(at, &["blind", "write", "cases"]).refused(&["cases", "empty"]);
+}
+
+/// The scores of five cases count each of them once.
+fn adds_up(score: &Value) {
     assert_eq!(score["judged"].as_array().unwrap().len(), 5);
     // Every case with one effect is in the table of its effect, in the class of its size.
     let classed: u64 = score["effects"]
@@ -84,16 +89,6 @@ fn a_blind_check_step_by_step() {
     {
         assert_eq!(one["verdict"], "no_gap", "{one}");
     }
-    assert!(
-        std::fs::read_to_string(at.join("score.html"))
-            .unwrap()
-            .contains("<svg")
-    );
-    let mut changed = std::fs::read_to_string(&answers).unwrap();
-    changed.push(' ');
-    std::fs::write(&answers, changed).unwrap();
-    courier_in(at, &["blind", "score", "cases"]).refused(&["answers.json", "hash", seal.trim()]);
-    courier_in(at, &["blind", "write", "cases"]).refused(&["cases", "empty"]);
 }
 
 /// A model goes to a file, is confirmed on a second recording, and is refused where it is none.

@@ -51,7 +51,12 @@ pub struct Args {
     #[arg(long, value_name = "DEG")]
     turn_deg: Option<f32>,
     /// Stop when the worst predicted deviation is below this, µm; 0: use all poses.
-    #[arg(long, default_value_t = 0.0, value_name = "UM", conflicts_with = "joint")]
+    #[arg(
+        long,
+        default_value_t = 0.0,
+        value_name = "UM",
+        conflicts_with = "joint"
+    )]
     target_um: f32,
     /// Both sensors together, under a beacon: the platen sensor, then the coordination sensor's place, then all.
     #[arg(long)]
@@ -93,7 +98,9 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let mapped = board.link.status()?.map.is_some();
     let progress = wait(&mut board.link, &order(args))?;
     if mapped && board.link.status()?.map.is_none() {
-        warn("the tooth map is out of force: it belongs to the calibration before; map again, or load that one");
+        warn(
+            "the tooth map is out of force: it belongs to the calibration before; map again, or load that one",
+        );
     }
     let found = match progress.ending {
         Some(Ending::Accepted { .. }) if args.joint => Some(found(&mut board.link)?),
@@ -110,22 +117,32 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         }
     }
     match &progress.ending {
-        Some(Ending::Accepted { evidence, stored, .. }) => {
+        Some(Ending::Accepted {
+            evidence, stored, ..
+        }) => {
             if !args.json {
-                let place = stored.map_or("not stored".to_owned(), |place| format!("stored in slot {}, number {}", place.slot, place.sequence));
+                let place = stored.map_or("not stored".to_owned(), |place| {
+                    format!("stored in slot {}, number {}", place.slot, place.sequence)
+                });
                 print(&format!("accepted: {}; {place}", sentence(evidence)))?;
             }
             Ok(ExitCode::SUCCESS)
         }
         Some(Ending::Refused { refusal, evidence }) => {
             if !args.json {
-                print(&format!("refused: {refusal}; {}; the calibration in force before stays", sentence(evidence)))?;
+                print(&format!(
+                    "refused: {refusal}; {}; the calibration in force before stays",
+                    sentence(evidence)
+                ))?;
             }
             Ok(ExitCode::FAILURE)
         }
         Some(Ending::NotKept { refusal, evidence }) => {
             if !args.json {
-                print(&format!("accepted, but not kept: {refusal}; {}; the calibration in force before stays", sentence(evidence)))?;
+                print(&format!(
+                    "accepted, but not kept: {refusal}; {}; the calibration in force before stays",
+                    sentence(evidence)
+                ))?;
             }
             Ok(ExitCode::FAILURE)
         }
@@ -144,12 +161,18 @@ fn order(args: &Args) -> CalibrateOrder {
         Plan::Optimal => (calibration::Plan::Optimal, 333, OPTIMAL_TURN_RAD),
     };
     CalibrateOrder {
-        method: if args.joint { Method::Joint } else { Method::Platen },
+        method: if args.joint {
+            Method::Joint
+        } else {
+            Method::Platen
+        },
         plan,
         poses: args.poses.unwrap_or(poses),
         held_out_poses: args.held_out,
         seed: args.seed,
-        travel_m: args.travel_mm.map_or(paper.travel_m, |travel_mm| travel_mm * 1.0e-3),
+        travel_m: args
+            .travel_mm
+            .map_or(paper.travel_m, |travel_mm| travel_mm * 1.0e-3),
         turn_rad: args.turn_deg.map_or(turn_rad, f32::to_radians),
         target_deviation_m: args.target_um * 1.0e-6,
         commit: !args.dry_run,

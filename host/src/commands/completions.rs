@@ -9,7 +9,9 @@ use std::process::ExitCode;
 
 /// Print completions for a shell.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  courier completions bash > ~/.local/share/bash-completion/completions/courier")]
+#[command(
+    after_help = "Example:\n  courier completions bash > ~/.local/share/bash-completion/completions/courier"
+)]
 pub struct Args {
     /// The shell to complete in.
     shell: Shell,

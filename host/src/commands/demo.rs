@@ -1,9 +1,9 @@
 //! `courier demo`.
 
 use crate::board::On;
-use crate::destination::Destination;
 use crate::demo::joint::{JointOptions, JointReport, run as demonstrate_jointly};
 use crate::demo::{Options, Plan, Preset, Report, run as demonstrate};
+use crate::destination::Destination;
 use crate::terminal::{figure, micrometres, print, print_json, progress, table};
 use anyhow::{Result, ensure};
 use courier_sensor::calibration::joint::StepReport;
@@ -21,7 +21,9 @@ use std::process::ExitCode;
 /// method (equal weights, no terms of the coordination sensor's own) on poses of the paper's range, two pitches; this
 /// system's poses cover the fly-by.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  courier demo --preset measured --plan optimal --seed 7\n  courier demo --on emulated --poses 200\n  courier demo --joint\n  courier demo --joint --on emulated --poses 100")]
+#[command(
+    after_help = "Examples:\n  courier demo --preset measured --plan optimal --seed 7\n  courier demo --on emulated --poses 200\n  courier demo --joint\n  courier demo --joint --on emulated --poses 100"
+)]
 pub struct Args {
     /// The joint calibration of both sensors, section 3.2.1.
     #[arg(long, conflicts_with_all = ["plan", "waveforms", "rms_um", "record"])]
@@ -70,8 +72,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         return run_jointly(args);
     }
     let measured = args.preset == Preset::Measured;
-    ensure!(measured || args.waveforms.is_none(), "--waveforms: found preset {:?}, wanted --preset measured", args.preset);
-    ensure!(measured || args.rms_um.is_none(), "--rms-um: found preset {:?}, wanted --preset measured", args.preset);
+    ensure!(
+        measured || args.waveforms.is_none(),
+        "--waveforms: found preset {:?}, wanted --preset measured",
+        args.preset
+    );
+    ensure!(
+        measured || args.rms_um.is_none(),
+        "--rms-um: found preset {:?}, wanted --preset measured",
+        args.preset
+    );
     let options = Options {
         on: args.on,
         preset: args.preset,
@@ -79,8 +89,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         poses: args.poses,
         plan: args.plan,
         waveforms: args.waveforms.clone(),
-        rms_m: args.rms_um.map_or(hal_sim::presets::DEFAULT_RMS_M, |rms_um| rms_um * 1.0e-6),
-        record: args.record.clone().map(|folder| Destination { folder, force: args.force }),
+        rms_m: args
+            .rms_um
+            .map_or(hal_sim::presets::DEFAULT_RMS_M, |rms_um| rms_um * 1.0e-6),
+        record: args.record.clone().map(|folder| Destination {
+            folder,
+            force: args.force,
+        }),
     };
     let report = demonstrate(&options, &progress(0, "starting"))?;
     if args.json {
@@ -88,23 +103,44 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     } else {
         print(&text(&report))?;
     }
-    Ok(if report.accepted { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if report.accepted {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
 }
 
 fn run_jointly(args: &Args) -> Result<ExitCode> {
     if let Some(poses) = args.poses {
-        ensure!((50..=1000).contains(&poses), "--poses: found {poses}, wanted 50 to 1000 with --joint");
+        ensure!(
+            (50..=1000).contains(&poses),
+            "--poses: found {poses}, wanted 50 to 1000 with --joint"
+        );
     }
     let papers = args.preset == Preset::Paper || args.platen.is_none();
-    ensure!(papers, "--platen: found preset {:?}, wanted --preset paper", args.preset);
-    let options = JointOptions { on: args.on, preset: args.preset, seed: args.seed, poses: args.poses, platen: args.platen };
+    ensure!(
+        papers,
+        "--platen: found preset {:?}, wanted --preset paper",
+        args.preset
+    );
+    let options = JointOptions {
+        on: args.on,
+        preset: args.preset,
+        seed: args.seed,
+        poses: args.poses,
+        platen: args.platen,
+    };
     let report = demonstrate_jointly(&options, &progress(0, "starting"))?;
     if args.json {
         print_json(&report)?;
     } else {
         print(&joint_text(&report))?;
     }
-    Ok(if report.accepted { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if report.accepted {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
 }
 
 fn joint_text(report: &JointReport) -> String {
@@ -113,7 +149,13 @@ fn joint_text(report: &JointReport) -> String {
         .rows
         .iter()
         .map(|row| {
-            vec![row.words.to_owned(), row.unit.to_owned(), figure(row.paper), cell(row.here), cell(row.paper_method)]
+            vec![
+                row.words.to_owned(),
+                row.unit.to_owned(),
+                figure(row.paper),
+                cell(row.here),
+                cell(row.paper_method),
+            ]
         })
         .collect();
     let preset = format!("{:?}", report.preset).to_lowercase();
@@ -121,37 +163,70 @@ fn joint_text(report: &JointReport) -> String {
         "courier `{preset}`, seed {}: {} poses fitted under the beacon; {} synthetic problems",
         report.seed, report.poses, report.synthetic_problems
     );
-    let told = |step: &StepReport| format!("{:?} {}", step.step, if step.accepted { "accepted" } else { "reverted" });
+    let told = |step: &StepReport| {
+        format!(
+            "{:?} {}",
+            step.step,
+            if step.accepted {
+                "accepted"
+            } else {
+                "reverted"
+            }
+        )
+    };
     let steps: Vec<String> = report.steps.iter().map(told).collect();
     let verdict = match &report.refusal {
         None => format!("accepted and stored: {}", steps.join(", ")),
         Some(why) => format!("REFUSED: {why}; the calibration in force before stays"),
     };
-    let note = match (&report.map, &report.map_refusal) {
-        (Some(map), _) => {
-            let [before, after] = [map.before_m, map.after_m].map(|g| g.map(micrometres).join(", "));
-            let [x, y] = map.way_deviation_m.map(micrometres);
-            let [_, [theta_x, theta_y]] = map.way_angle_deviation_rad.map(|pair| pair.map(|rad| figure(1.0e3 * rad)));
-            let way = format!("predicted deviation of a position along x, y {x}, {y} µm, of θ_x, θ_y on a way along y {theta_x}, {theta_y} mrad");
-            let outside = report.outside_map.map_or(String::new(), |share| format!("; {} % of the fly-by outside its trusted cells", figure(100.0 * share)));
-            format!("tooth map in force: held-out g_p, g_x, g_y {before} -> {after} µm over {} poses; {way}{outside}", map.held_out_poses)
-        }
-        (None, Some(why)) => format!("no tooth map: {why}"),
-        (None, None) => "no tooth map".to_owned(),
-    };
+    let note = map_note(report);
     let [place_here, place_paper] = report.synthetic_place_um.map(figure);
-    let place = format!("synthetic, beacon's place and angle offset: {place_here} µm here, {place_paper} µm by the paper's method");
+    let place = format!(
+        "synthetic, beacon's place and angle offset: {place_here} µm here, {place_paper} µm by the paper's method"
+    );
     let alone = report.without_map.map_or("-".to_owned(), |flown| {
         let [x, y] = [flown.theta_x_mrad, flown.theta_y_mrad].map(figure);
-        format!("{} µm, θ_x {x} mrad, θ_y {y} mrad", figure(flown.position_um))
+        format!(
+            "{} µm, θ_x {x} mrad, θ_y {y} mrad",
+            figure(flown.position_um)
+        )
     });
     let alone = format!("the same fly-by before the tooth map: {alone}");
     let hidden = report.theta_x_answer_uncalibrated.map_or(String::new(), |answer| {
         let answer = figure(answer);
         format!("\nbefore calibration segments 1 and 3 answer {answer} of a rotation on this line, and of teeth and lateral waves alike")
     });
-    let table = table(&["section 3.2.1", "unit", "paper", "here", "paper's method"], &rows);
+    let table = table(
+        &["section 3.2.1", "unit", "paper", "here", "paper's method"],
+        &rows,
+    );
     format!("{title}\n{verdict}\n{table}\n{place}\n{alone}{hidden}\n{note}")
+}
+
+/// What came of the tooth map.
+fn map_note(report: &JointReport) -> String {
+    let Some(map) = &report.map else {
+        let why = report.map_refusal.as_ref().map(|why| format!(": {why}"));
+        return "no tooth map".to_owned() + &why.unwrap_or_default();
+    };
+    let [before, after] = [map.before_m, map.after_m].map(|g| g.map(micrometres).join(", "));
+    let [x, y] = map.way_deviation_m.map(micrometres);
+    let [_, [theta_x, theta_y]] = map
+        .way_angle_deviation_rad
+        .map(|pair| pair.map(|rad| figure(1.0e3 * rad)));
+    let way = format!(
+        "predicted deviation of a position along x, y {x}, {y} µm, of θ_x, θ_y on a way along y {theta_x}, {theta_y} mrad"
+    );
+    let outside = report.outside_map.map_or(String::new(), |share| {
+        format!(
+            "; {} % of the fly-by outside its trusted cells",
+            figure(100.0 * share)
+        )
+    });
+    format!(
+        "tooth map in force: held-out g_p, g_x, g_y {before} -> {after} µm over {} poses; {way}{outside}",
+        map.held_out_poses
+    )
 }
 
 fn text(report: &Report) -> String {
@@ -160,15 +235,28 @@ fn text(report: &Report) -> String {
         .iter()
         .map(|row| {
             let here = row.here.map_or("-".to_owned(), figure);
-            vec![row.words.to_owned(), row.unit.to_owned(), format!("{:.1}", row.paper), here]
+            vec![
+                row.words.to_owned(),
+                row.unit.to_owned(),
+                format!("{:.1}", row.paper),
+                here,
+            ]
         })
         .collect();
     let preset = format!("{:?}", report.preset).to_lowercase();
     let [before, after] = report.held_out_residual_um;
     let verdict = match &report.refusal {
-        None => format!("accepted: held-out g_p residual {before:.2} -> {after:.2} µm; stored, and in force after a restart"),
+        None => format!(
+            "accepted: held-out g_p residual {before:.2} -> {after:.2} µm; stored, and in force after a restart"
+        ),
         Some(why) => format!("REFUSED: {why}; the calibration in force before stays"),
     };
-    let title = format!("courier `{preset}`, seed {}: {} poses fitted", report.seed, report.poses);
-    format!("{title}\n{verdict}\n{}", table(&["section 3.1.2", "unit", "paper", "here"], &rows))
+    let title = format!(
+        "courier `{preset}`, seed {}: {} poses fitted",
+        report.seed, report.poses
+    );
+    format!(
+        "{title}\n{verdict}\n{}",
+        table(&["section 3.1.2", "unit", "paper", "here"], &rows)
+    )
 }

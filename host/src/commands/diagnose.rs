@@ -40,25 +40,50 @@ pub struct Args {
 /// A bad recording, an unknown effect, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let known: Vec<&str> = effects::CATALOGUE.iter().map(|entry| entry.name).collect();
-    if let Some(name) = args.without.iter().find(|name| !known.contains(&name.as_str())) {
-        bail!("--without {}: not in the catalogue; one of {} was wanted", one_line(name), known.join(", "));
+    if let Some(name) = args
+        .without
+        .iter()
+        .find(|name| !known.contains(&name.as_str()))
+    {
+        bail!(
+            "--without {}: not in the catalogue; one of {} was wanted",
+            one_line(name),
+            known.join(", ")
+        );
     }
     let recording = Recording::read(&args.recording)?;
     recording.warnings.iter().for_each(|warning| warn(warning));
     let name = args.recording.display().to_string();
-    let answer = diagnose_fully(&recording, &name, &Options { without: args.without.clone() });
+    let answer = diagnose_fully(
+        &recording,
+        &name,
+        &Options {
+            without: args.without.clone(),
+        },
+    );
     let json = serde_json::to_string_pretty(&answer.diagnosis)?;
-    let quiet = args.json.as_ref().is_some_and(|path| path.as_os_str() == "-");
+    let quiet = args
+        .json
+        .as_ref()
+        .is_some_and(|path| path.as_os_str() == "-");
     if let Some(path) = args.json.as_ref().filter(|_| !quiet) {
         replace_file(path, json.as_bytes())?;
     }
     match (&args.model, &answer.model) {
-        (Some(path), Some(model)) => replace_file(path, serde_json::to_string_pretty(model)?.as_bytes())?,
-        (Some(path), None) => warn(&format!("{}: not written, the data give no model", path.display())),
+        (Some(path), Some(model)) => {
+            replace_file(path, serde_json::to_string_pretty(model)?.as_bytes())?
+        }
+        (Some(path), None) => warn(&format!(
+            "{}: not written, the data give no model",
+            path.display()
+        )),
         _ => {}
     }
     if let Some(path) = &args.report {
-        replace_file(path, diagnosis::html::page(&answer.diagnosis, &answer.evidence).as_bytes())?;
+        replace_file(
+            path,
+            diagnosis::html::page(&answer.diagnosis, &answer.evidence).as_bytes(),
+        )?;
     }
     print(if quiet { json } else { text(&answer.diagnosis) }.as_str())?;
     Ok(ExitCode::SUCCESS)
@@ -83,18 +108,62 @@ pub fn text(d: &Diagnosis) -> String {
                 gap.samples.to_string(),
                 micrometres(gap.real_rms_m),
                 micrometres(gap.simulated_rms_m),
-                format!("{} ({} to {})", micrometres(gap.excess_rms_m), micrometres(gap.excess_ci95_m[0]), micrometres(gap.excess_ci95_m[1])),
-                format!("{} ({} to {})", micrometres(held.after_rms_m), micrometres(held.after_ci95_m[0]), micrometres(held.after_ci95_m[1])),
+                format!(
+                    "{} ({} to {})",
+                    micrometres(gap.excess_rms_m),
+                    micrometres(gap.excess_ci95_m[0]),
+                    micrometres(gap.excess_ci95_m[1])
+                ),
+                format!(
+                    "{} ({} to {})",
+                    micrometres(held.after_rms_m),
+                    micrometres(held.after_ci95_m[0]),
+                    micrometres(held.after_ci95_m[1])
+                ),
             ]
         })
         .collect();
-    out += &table(&["held out, rms µm", "samples", "recording", "simulation", "excess (95 %)", "after (95 %)"], &rows);
-    out += &format!("\nover the simulator's own scatter: {:.2} before, {:.2} after (1.00 is the floor)\n", d.held_out.whitened_before, d.held_out.whitened_after);
-    let place = if d.verdict == Verdict::Unknown { &d.unexplained.place } else { &d.place };
+    out += &table(
+        &[
+            "held out, rms µm",
+            "samples",
+            "recording",
+            "simulation",
+            "excess (95 %)",
+            "after (95 %)",
+        ],
+        &rows,
+    );
+    out += &format!(
+        "\nover the simulator's own scatter: {:.2} before, {:.2} after (1.00 is the floor)\n",
+        d.held_out.whitened_before, d.held_out.whitened_after
+    );
+    let place = if d.verdict == Verdict::Unknown {
+        &d.unexplained.place
+    } else {
+        &d.place
+    };
     if !place.is_empty() {
-        let list: Vec<String> = place.iter().take(4).map(|w| format!("{} {:.0} %", w.coordinate, 100.0 * w.share)).collect();
+        let list: Vec<String> = place
+            .iter()
+            .take(4)
+            .map(|w| format!("{} {:.0} %", w.coordinate, 100.0 * w.share))
+            .collect();
         out += &format!("where ({}): {}\n", place[0].channel, list.join(", "));
     }
+    out += &effects(d);
+    if matches!(d.verdict, Verdict::Named | Verdict::Alias) {
+        out += &format!(
+            "unexplained: {:.1} % of the squared excess\n",
+            100.0 * d.unexplained.share
+        );
+    }
+    out.trim_end().into()
+}
+
+/// Its effects: their names, how sure, how large.
+fn effects(d: &Diagnosis) -> String {
+    let mut out = String::new();
     for effect in &d.effects {
         out += &format!(
             "{}: {}; probability {:.2}, {:.0} % of the gap, alone down to {} µm\n",
@@ -105,24 +174,32 @@ pub fn text(d: &Diagnosis) -> String {
             micrometres(effect.gap_after_alone_m),
         );
         for amount in effect.magnitude.iter().take(2) {
-            out += &format!("    {}: {:.3e} {}\n", amount.name, amount.value, amount.unit);
+            out += &format!(
+                "    {}: {:.3e} {}\n",
+                amount.name, amount.value, amount.unit
+            );
         }
         if !effect.aliases.is_empty() {
-            out += &format!("    or {}; to tell: {}\n", effect.aliases.join(", "), effect.break_alias.as_deref().unwrap_or("another motion"));
+            out += &format!(
+                "    or {}; to tell: {}\n",
+                effect.aliases.join(", "),
+                effect.break_alias.as_deref().unwrap_or("another motion")
+            );
         }
     }
-    if matches!(d.verdict, Verdict::Named | Verdict::Alias) {
-        out += &format!("unexplained: {:.1} % of the squared excess\n", 100.0 * d.unexplained.share);
-    }
-    out.trim_end().into()
+    out
 }
 
 fn verdict(d: &Diagnosis) -> &'static str {
     match d.verdict {
-        Verdict::NoGap => "no gap: the excess is not distinguishable from the simulator's own scatter",
+        Verdict::NoGap => {
+            "no gap: the excess is not distinguishable from the simulator's own scatter"
+        }
         Verdict::Named => "named",
         Verdict::Alias => "alias: several effects explain the gap equally on this motion",
-        Verdict::Unknown => "unknown: there is a gap, it is located, and no catalogued effect explains it",
+        Verdict::Unknown => {
+            "unknown: there is a gap, it is located, and no catalogued effect explains it"
+        }
         Verdict::InsufficientData => "insufficient data",
     }
 }

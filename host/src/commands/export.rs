@@ -34,7 +34,9 @@ pub struct Args {
 pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let mut board = choice.open()?;
     let source = args.slot.map_or(Source::InForce, Source::Slot);
-    let Reply::Calibration(calibration) = board.link.ask(Action::Read(source))? else { bail!(super::STRANGE_REPLY) };
+    let Reply::Calibration(calibration) = board.link.ask(Action::Read(source))? else {
+        bail!(super::STRANGE_REPLY)
+    };
     board.close()?;
     let text = CalibrationFile::new(calibration).to_json()?;
     if args.file.as_os_str() == "-" {

@@ -42,17 +42,27 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
             device
         );
     }
-    let Reply::Done = board.link.ask(Action::Load(calibration))? else { bail!(super::STRANGE_REPLY) };
+    let Reply::Done = board.link.ask(Action::Load(calibration))? else {
+        bail!(super::STRANGE_REPLY)
+    };
     let mut stored = None;
     if !args.dry_run {
-        let Reply::Place(place) = board.link.ask(Action::Commit { lose_unknown: false })? else { bail!(super::STRANGE_REPLY) };
+        let Reply::Place(place) = board.link.ask(Action::Commit {
+            lose_unknown: false,
+        })?
+        else {
+            bail!(super::STRANGE_REPLY)
+        };
         stored = Some(place);
     }
     board.close()?;
     match stored {
         stored if args.json => print_json(&json!({ "stored": stored }))?,
         None => print("in force, not stored")?,
-        Some(place) => print(&format!("in force and stored: slot {}, number {}", place.slot, place.sequence))?,
+        Some(place) => print(&format!(
+            "in force and stored: slot {}, number {}",
+            place.slot, place.sequence
+        ))?,
     }
     Ok(ExitCode::SUCCESS)
 }

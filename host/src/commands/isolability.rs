@@ -105,7 +105,9 @@ fn report(answer: &Isolability) -> String {
         .parameters
         .iter()
         .map(|p| {
-            let alone = p.deviation.map_or("undetermined".to_owned(), |d| quantity(d, p.unit));
+            let alone = p
+                .deviation
+                .map_or("undetermined".to_owned(), |d| quantity(d, p.unit));
             vec![
                 p.name.clone(),
                 alone,
@@ -117,7 +119,13 @@ fn report(answer: &Isolability) -> String {
     let angles: Vec<Vec<String>> = answer
         .angles
         .iter()
-        .map(|a| vec![a.group.clone(), a.other.clone(), format!("{:.2}°", a.angle_deg)])
+        .map(|a| {
+            vec![
+                a.group.clone(),
+                a.other.clone(),
+                format!("{:.2}°", a.angle_deg),
+            ]
+        })
         .collect();
     let condition = answer
         .condition_number
@@ -126,7 +134,10 @@ fn report(answer: &Isolability) -> String {
         });
     let mut text = format!(
         "{}\n\ncondition number (columns equally long): {condition}\nundetermined directions: {}\n",
-        table(&["unknown", "by the poses", "with prior", "rests on"], &parameters),
+        table(
+            &["unknown", "by the poses", "with prior", "rests on"],
+            &parameters
+        ),
         answer.undetermined_directions
     );
     text.push_str("\nno motion tells, chosen by convention:\n");
@@ -147,7 +158,9 @@ fn needed(answer: &Isolability) -> String {
     let Some(needed) = answer.needed else {
         return "\nnot every coefficient is determined: no number of poses of this kind is enough\n".into();
     };
-    let poses = needed.poses.map_or("more than a million".to_owned(), |poses| poses.to_string());
+    let poses = needed
+        .poses
+        .map_or("more than a million".to_owned(), |poses| poses.to_string());
     format!(
         "\ncoefficients: {} rms; {poses} poses of this kind do what 1000 random ones within 2 pitches and ±1.5° under a beacon do ({} rms);\nno motion does it with fewer than {} poses of this noise: fewer need more frames averaged at each\n",
         quantity(needed.coefficients_m, "m"),
@@ -164,12 +177,17 @@ fn remedies(answer: &Isolability) -> String {
         .remedies
         .iter()
         .map(|r| {
-            let deviation = |d: Option<f64>| d.map_or("undetermined".to_owned(), |d| quantity(d, "m"));
+            let deviation =
+                |d: Option<f64>| d.map_or("undetermined".to_owned(), |d| quantity(d, "m"));
             vec![
                 r.group.clone(),
                 r.change.clone(),
                 format!("{:.2}° -> {:.2}°", r.angle_deg, r.angle_after_deg),
-                format!("{} -> {}", deviation(r.deviation), deviation(r.deviation_after)),
+                format!(
+                    "{} -> {}",
+                    deviation(r.deviation),
+                    deviation(r.deviation_after)
+                ),
             ]
         })
         .collect();

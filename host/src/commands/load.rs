@@ -49,8 +49,11 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let name = args.model.display().to_string();
     let text = std::fs::read_to_string(&args.model)
         .with_context(|| format!("{name}: a readable model was wanted"))?;
-    let value: serde_json::Value =
-        serde_json::from_str(&text).with_context(|| format!("{name}: a model by `courier diagnose --model`, or a map by `courier map`, was wanted"))?;
+    let value: serde_json::Value = serde_json::from_str(&text).with_context(|| {
+        format!(
+            "{name}: a model by `courier diagnose --model`, or a map by `courier map`, was wanted"
+        )
+    })?;
     if MapFile::is_one(&value) {
         let file = MapFile::from_json(&args.model, value)?;
         return super::load_map::run(&file, args, choice);
@@ -74,7 +77,10 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let stored = if args.dry_run {
         None
     } else {
-        let Reply::Place(place) = board.link.ask(Action::Commit { lose_unknown: false })? else {
+        let Reply::Place(place) = board.link.ask(Action::Commit {
+            lose_unknown: false,
+        })?
+        else {
             bail!(super::STRANGE_REPLY)
         };
         Some(place)
@@ -82,14 +88,26 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     board.close()?;
     if args.json {
         let taken: BTreeMap<_, _> = translated.taken.into_iter().collect();
-        print_json(&serde_json::json!({ "terms": taken, "left": translated.left, "left_rms_m": translated.left_m, "stored": stored }))?;
+        print_json(
+            &serde_json::json!({ "terms": taken, "left": translated.left, "left_rms_m": translated.left_m, "stored": stored }),
+        )?;
         return Ok(ExitCode::SUCCESS);
     }
     translated.left.iter().for_each(|line| warn(line));
-    let taken: Vec<String> = translated.taken.iter().map(|(effect, terms)| format!("{effect} ({terms} terms)")).collect();
+    let taken: Vec<String> = translated
+        .taken
+        .iter()
+        .map(|(effect, terms)| format!("{effect} ({terms} terms)"))
+        .collect();
     let place = stored.map_or("in force, not stored".to_owned(), |place| {
-        format!("in force and stored: slot {}, number {}", place.slot, place.sequence)
+        format!(
+            "in force and stored: slot {}, number {}",
+            place.slot, place.sequence
+        )
     });
-    print(&format!("{}\n{place}; next: courier calibrate", taken.join(", ")))?;
+    print(&format!(
+        "{}\n{place}; next: courier calibrate",
+        taken.join(", ")
+    ))?;
     Ok(ExitCode::SUCCESS)
 }

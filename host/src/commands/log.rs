@@ -39,7 +39,9 @@ struct Line {
 pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     args.live.seconds()?;
     let path = match (&args.elf, choice.kind()) {
-        (_, Kind::Sim) => bail!("log: found the simulated board, which has none: its firmware runs in this process; wanted --emulated or --probe"),
+        (_, Kind::Sim) => bail!(
+            "log: found the simulated board, which has none: its firmware runs in this process; wanted --emulated or --probe"
+        ),
         (Some(path), _) => path.clone(),
         (None, Kind::Emulated) => emulated::images()?.firmware,
         (None, Kind::Probe) => emulated::built("g474"),
@@ -82,7 +84,9 @@ impl Image {
         let wanted = || format!("{}: an image of this firmware was wanted", path.display());
         let bytes = std::fs::read(path).with_context(wanted)?;
         let table = Table::parse(&bytes).with_context(wanted)?;
-        let table = table.context("no log texts are in it").with_context(wanted)?;
+        let table = table
+            .context("no log texts are in it")
+            .with_context(wanted)?;
         let places = table.get_locations(&bytes).with_context(wanted)?;
         Ok(Self { table, places })
     }

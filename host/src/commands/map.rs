@@ -18,7 +18,9 @@ const PASSES: u64 = 24;
 /// 1000 still poses, or sweeps. The map holds how far the teeth are displaced along x and y, where poses have told it, and lateral
 /// waves of mixed order; `courier load FILE` puts it into a board, until that restarts: places count from the board's own tooth count.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  courier map under_beacon --out teeth.json && courier --probe any load teeth.json")]
+#[command(
+    after_help = "Example:\n  courier map under_beacon --out teeth.json && courier --probe any load teeth.json"
+)]
 pub struct Args {
     /// The recording's folder.
     recording: PathBuf,
@@ -43,10 +45,17 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode> {
     if let Some(path) = &args.out {
         check_folder_of(path)?;
-        ensure!(args.force || !path.exists(), "{}: found a file, wanted a new one, or --force", path.display());
+        ensure!(
+            args.force || !path.exists(),
+            "{}: found a file, wanted a new one, or --force",
+            path.display()
+        );
     }
     let within_mm = args.within.unwrap_or(f64::INFINITY);
-    ensure!(within_mm > 0.0, "--within: found {within_mm}, wanted above 0");
+    ensure!(
+        within_mm > 0.0,
+        "--within: found {within_mm}, wanted above 0"
+    );
     let recording = Recording::read(&args.recording)?;
     recording.warnings.iter().for_each(|line| warn(line));
     let (setup, mut poses) = poses_of(&recording)?;
@@ -59,7 +68,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let text = serde_json::to_string_pretty(&file)?;
         replace_file(path, text.as_bytes())?;
     }
-    if args.json { print_json(&file.map.evidence)? } else { print(&text(&file.map))? }
+    if args.json {
+        print_json(&file.map.evidence)?
+    } else {
+        print(&text(&file.map))?
+    }
     Ok(ExitCode::SUCCESS)
 }
 
@@ -74,7 +87,14 @@ fn near_middle(poses: &mut Vec<TeethPose>, within_m: f64) {
 }
 
 fn text(map: &Mapped) -> String {
-    let Evidence { poses, held_out_poses, unknowns, before_m, after_m, .. } = map.evidence;
+    let Evidence {
+        poses,
+        held_out_poses,
+        unknowns,
+        before_m,
+        after_m,
+        ..
+    } = map.evidence;
     let evidence = &map.evidence;
     let three = |g: [f64; 3]| g.map(micrometres).join(", ");
     let size = |k: usize| {
@@ -82,27 +102,62 @@ fn text(map: &Mapped) -> String {
         // None trusted: no deviation is the worst.
         let worst_m = evidence.worst_deviation_m[k];
         let known = if worst_m > 0.0 {
-            format!("trusted cells known to {} µm or better", micrometres(worst_m))
+            format!(
+                "trusted cells known to {} µm or better",
+                micrometres(worst_m)
+            )
         } else {
             "no cell known well enough to be applied".to_owned()
         };
         format!("{along} by {across} nodes, {known}")
     };
+    let trusted: u32 = map
+        .header
+        .trusted
+        .iter()
+        .map(|word| word.count_ones())
+        .sum();
+    let angles = evidence.way_angle_deviation_rad.as_flattened();
+    let angles: Vec<String> = angles.iter().map(|rad| figure(1.0e3 * rad)).collect();
     pairs(&[
-        ("poses", format!("{poses} fitted, {held_out_poses} held out, {unknowns} unknowns")),
-        ("held-out g_p, g_x, g_y", format!("{} -> {} µm, {:.0} standard errors", three(before_m), three(after_m), evidence.significance)),
-        ("noise shown", format!("segment {} µm, displacement {} µm", micrometres(evidence.segment_noise_m), micrometres(evidence.displacement_noise_m))),
-        ("a position along x, y", format!("predicted to {} µm", evidence.way_deviation_m.map(micrometres).join(", "))),
+        (
+            "poses",
+            format!("{poses} fitted, {held_out_poses} held out, {unknowns} unknowns"),
+        ),
+        (
+            "held-out g_p, g_x, g_y",
+            format!(
+                "{} -> {} µm, {:.0} standard errors",
+                three(before_m),
+                three(after_m),
+                evidence.significance
+            ),
+        ),
+        (
+            "noise shown",
+            format!(
+                "segment {} µm, displacement {} µm",
+                micrometres(evidence.segment_noise_m),
+                micrometres(evidence.displacement_noise_m)
+            ),
+        ),
+        (
+            "a position along x, y",
+            format!(
+                "predicted to {} µm",
+                evidence.way_deviation_m.map(micrometres).join(", ")
+            ),
+        ),
         (
             "angles on those ways",
-            format!("predicted to {} mrad, by segments 1 and 3, 2 and 4", evidence.way_angle_deviation_rad.as_flattened().iter().map(|rad| figure(1.0e3 * rad)).collect::<Vec<_>>().join(", ")),
+            format!(
+                "predicted to {} mrad, by segments 1 and 3, 2 and 4",
+                angles.join(", ")
+            ),
         ),
         ("field along x", size(0)),
         ("field along y", size(1)),
-        (
-            "trusted cells",
-            format!("{} of both fields", map.header.trusted.iter().map(|word| word.count_ones()).sum::<u32>()),
-        ),
+        ("trusted cells", format!("{trusted} of both fields")),
         (
             "gauge",
             "each field's mean is zero; its slope (a scale) is the one that displaces teeth least"

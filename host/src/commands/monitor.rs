@@ -53,7 +53,9 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let pitch_m = pitch_m(&mut board.link);
     let channels = Channels::STATUS | Channels::POSE | Channels::PARITY;
     board.link.stream(channels, decimation as u16)?;
-    args.live.watch(&mut board.link, |link| link.listen(|sample| line(sample, board_hz, pitch_m, args.live.json)))?;
+    args.live.watch(&mut board.link, |link| {
+        link.listen(|sample| line(sample, board_hz, pitch_m, args.live.json))
+    })?;
     let lost = board.link.lost();
     board.link.stream(Channels::empty(), 0)?;
     if lost > 0 {
@@ -72,7 +74,13 @@ fn pitch_m(link: &mut Link) -> f32 {
 }
 
 fn line(sample: &Sample, board_hz: f64, pitch_m: f32, json: bool) -> Result<()> {
-    let Pose { x, y, theta_x_rad, theta_y_rad, .. } = sample.pose.unwrap_or_default();
+    let Pose {
+        x,
+        y,
+        theta_x_rad,
+        theta_y_rad,
+        ..
+    } = sample.pose.unwrap_or_default();
     let bits = sample.status.unwrap_or_default();
     let line = Line {
         sequence: sample.sequence,
@@ -94,6 +102,10 @@ fn line(sample: &Sample, board_hz: f64, pitch_m: f32, json: bool) -> Result<()> 
         1.0e3 * line.x_m,
         1.0e3 * line.y_m,
         0.5e3 * (theta_x_rad + theta_y_rad),
-        if bits == Status::empty() { "ok".to_owned() } else { line.status.join(" ") }
+        if bits == Status::empty() {
+            "ok".to_owned()
+        } else {
+            line.status.join(" ")
+        }
     ))
 }

@@ -15,7 +15,9 @@ use std::process::ExitCode;
 /// Amplitudes and noise in recording.toml are measured from the recording itself: the noise by third differences of
 /// neighbouring samples, which a smooth motion does not reach.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  courier --probe any record flight --seconds 2 --go-to 0,40,0\n  courier --probe any record survey --survey 0,0,0")]
+#[command(
+    after_help = "Examples:\n  courier --probe any record flight --seconds 2 --go-to 0,40,0\n  courier --probe any record survey --survey 0,0,0"
+)]
 pub struct Args {
     /// Folder to make. A recording that is there already is not replaced without --force.
     folder: PathBuf,
@@ -54,25 +56,46 @@ const SURVEY_DECIMATION: u16 = 20;
 /// # Errors
 /// The board cannot be reached or refuses the motion, or the folder cannot be written.
 pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
-    ensure!((1.0e-3..=86_400.0).contains(&args.seconds), "--seconds: found {}, wanted 0.001 to 86400", args.seconds);
+    ensure!(
+        (1.0e-3..=86_400.0).contains(&args.seconds),
+        "--seconds: found {}, wanted 0.001 to 86400",
+        args.seconds
+    );
     let mut board = choice.open()?;
     let (runs, decimation) = match args.survey {
         Some(centre) => (survey::runs(centre), SURVEY_DECIMATION),
         None => (vec![single(args)], 1),
     };
-    let to = Destination { folder: args.folder.clone(), force: args.force };
-    let order = Order { to, decimation: args.decimation.unwrap_or(decimation), runs };
+    let to = Destination {
+        folder: args.folder.clone(),
+        force: args.force,
+    };
+    let order = Order {
+        to,
+        decimation: args.decimation.unwrap_or(decimation),
+        runs,
+    };
     let recorded = record(&mut board.link, &order, &progress(0, "recording: samples"))?;
     board.close()?;
     if args.json {
         print_json(&recorded)?;
     } else {
-        print(&format!("{} samples in {}, {} could not be taken", recorded.samples, args.folder.display(), recorded.lost))?;
+        print(&format!(
+            "{} samples in {}, {} could not be taken",
+            recorded.samples,
+            args.folder.display(),
+            recorded.lost
+        ))?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
 fn single(args: &Args) -> Run {
     let to = args.go_to.map(|target| (target, args.speed_mm_s * 1.0e-3));
-    Run { name: args.run.clone(), from: None, to, seconds: args.seconds }
+    Run {
+        name: args.run.clone(),
+        from: None,
+        to,
+        seconds: args.seconds,
+    }
 }

@@ -47,7 +47,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     let report = replay(&recording, &progress(0, "replaying"))?;
     if args.json {
-        print_json(&Output { recording: args.recording.display().to_string(), report: &report })?;
+        print_json(&Output {
+            recording: args.recording.display().to_string(),
+            report: &report,
+        })?;
     } else {
         print(&text(&recording, &report))?;
     }
@@ -63,8 +66,14 @@ fn apply(args: &Args, recording: &Recording, path: &Path) -> Result<ExitCode> {
             "g_p": g_p,
         }))?;
     } else {
-        let (raw, calibrated) = (micrometres(g_p.raw_rms_m), micrometres(g_p.calibrated_rms_m));
-        print(&format!("{}: {} samples, g_p {raw} -> {calibrated} µm rms, nothing fitted", recording.meta.device, g_p.samples))?;
+        let (raw, calibrated) = (
+            micrometres(g_p.raw_rms_m),
+            micrometres(g_p.calibrated_rms_m),
+        );
+        print(&format!(
+            "{}: {} samples, g_p {raw} -> {calibrated} µm rms, nothing fitted",
+            recording.meta.device, g_p.samples
+        ))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -74,18 +83,41 @@ fn text(recording: &Recording, report: &Report) -> String {
         .channels
         .iter()
         .map(|channel| {
-            let rms = [channel.rms.raw_rms_m, channel.rms.calibrated_rms_m, channel.rms.batch_f64_rms_m];
-            let mut row = vec![channel.channel.name(), channel.fitted.to_string(), channel.held_out.to_string()];
+            let rms = [
+                channel.rms.raw_rms_m,
+                channel.rms.calibrated_rms_m,
+                channel.rms.batch_f64_rms_m,
+            ];
+            let mut row = vec![
+                channel.channel.name(),
+                channel.fitted.to_string(),
+                channel.held_out.to_string(),
+            ];
             row.extend(rms.map(micrometres));
             row
         })
         .collect();
-    let header = ["residual, rms in µm", "fitted", "held out", "raw", "equation (3), f32", "batch, f64"];
-    let mut text = format!("{}: {} samples\n{}", recording.meta.device, recording.samples.len(), table(&header, &channels));
+    let header = [
+        "residual, rms in µm",
+        "fitted",
+        "held out",
+        "raw",
+        "equation (3), f32",
+        "batch, f64",
+    ];
+    let mut text = format!(
+        "{}: {} samples\n{}",
+        recording.meta.device,
+        recording.samples.len(),
+        table(&header, &channels)
+    );
     for channel in &report.channels {
         if let Some(rms_m) = channel.reference_phase_rms_m {
             let name = channel.channel.name();
-            text += &format!("\n{name}: {} µm with equation (3)'s orders in the phase of the reference", micrometres(rms_m));
+            text += &format!(
+                "\n{name}: {} µm with equation (3)'s orders in the phase of the reference",
+                micrometres(rms_m)
+            );
         }
     }
     if !report.position.is_empty() {
@@ -94,11 +126,23 @@ fn text(recording: &Recording, report: &Report) -> String {
             .iter()
             .map(|position| {
                 let rms = [position.raw_rms_m, position.calibrated_rms_m].map(micrometres);
-                [vec![position.axis.to_owned(), position.samples.to_string()], rms.to_vec()].concat()
+                [
+                    vec![position.axis.to_owned(), position.samples.to_string()],
+                    rms.to_vec(),
+                ]
+                .concat()
             })
             .collect();
         text += "\n\n";
-        text += &table(&["position against the reference, rms in µm", "samples", "raw", "calibrated"], &rows);
+        text += &table(
+            &[
+                "position against the reference, rms in µm",
+                "samples",
+                "raw",
+                "calibrated",
+            ],
+            &rows,
+        );
     }
     text
 }

@@ -22,7 +22,9 @@ pub struct Args {
 /// The board cannot be reached or refuses.
 pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let mut board = choice.open()?;
-    let Reply::Done = board.link.ask(Action::Restart)? else { bail!(super::STRANGE_REPLY) };
+    let Reply::Done = board.link.ask(Action::Restart)? else {
+        bail!(super::STRANGE_REPLY)
+    };
     board.close()?;
     if args.json {
         print_json(&json!({ "restarting": true }))?;

@@ -21,12 +21,17 @@ pub struct Args {
 /// The board cannot be reached or refuses; what was in force still is.
 pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let mut board = choice.open()?;
-    let Reply::Place(place) = board.link.ask(Action::RollBack)? else { bail!(super::STRANGE_REPLY) };
+    let Reply::Place(place) = board.link.ask(Action::RollBack)? else {
+        bail!(super::STRANGE_REPLY)
+    };
     board.close()?;
     if args.json {
         print_json(&place)?;
     } else {
-        print(&format!("in force again: slot {}, number {}", place.slot, place.sequence))?;
+        print(&format!(
+            "in force again: slot {}, number {}",
+            place.slot, place.sequence
+        ))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -21,7 +21,9 @@ pub struct Args {
 /// The board cannot be reached or refuses.
 pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let mut board = choice.open()?;
-    let Reply::Slots(slots) = board.link.ask(Action::Slots)? else { bail!(super::STRANGE_REPLY) };
+    let Reply::Slots(slots) = board.link.ask(Action::Slots)? else {
+        bail!(super::STRANGE_REPLY)
+    };
     board.close()?;
     if args.json {
         print_json(&slots)?;
@@ -30,7 +32,9 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let rows: Vec<Vec<String>> = slots
         .iter()
         .map(|slot| {
-            let sequence = slot.sequence.map_or("-".to_owned(), |sequence| sequence.to_string());
+            let sequence = slot
+                .sequence
+                .map_or("-".to_owned(), |sequence| sequence.to_string());
             vec![slot.slot.to_string(), sequence, slot.state.to_string()]
         })
         .collect();

@@ -35,8 +35,12 @@ struct Output {
 /// The board cannot be reached.
 pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let mut board = choice.open()?;
-    let Reply::Status(status) = board.link.ask(Action::Status)? else { bail!(super::STRANGE_REPLY) };
-    let Reply::LastFault(last_fault) = board.link.ask(Action::LastFault)? else { bail!(super::STRANGE_REPLY) };
+    let Reply::Status(status) = board.link.ask(Action::Status)? else {
+        bail!(super::STRANGE_REPLY)
+    };
+    let Reply::LastFault(last_fault) = board.link.ask(Action::LastFault)? else {
+        bail!(super::STRANGE_REPLY)
+    };
     let output = Output {
         board: board.link.hello().clone(),
         status_bits: names(status.status),
@@ -45,48 +49,99 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         last_fault,
     };
     board.close()?;
-    if args.json { print_json(&output)? } else { print(&text(&output))? }
+    if args.json {
+        print_json(&output)?
+    } else {
+        print(&text(&output))?
+    }
     Ok(ExitCode::SUCCESS)
 }
 
 /// Names of the bits that are set, as in docs/faults.md.
 fn names(bits: u32) -> Vec<&'static str> {
-    Status::from_bits_truncate(bits).iter_names().map(|(name, _)| name).collect()
+    Status::from_bits_truncate(bits)
+        .iter_names()
+        .map(|(name, _)| name)
+        .collect()
 }
 
 fn text(output: &Output) -> String {
     let (board, status) = (&output.board, &output.status);
-    let pitch_m = Geometry::PAPER.pitch_m;
-    let or_none = |names: &[&str]| if names.is_empty() { "none".to_owned() } else { names.join(" ") };
+    let or_none = |names: &[&str]| {
+        if names.is_empty() {
+            "none".to_owned()
+        } else {
+            names.join(" ")
+        }
+    };
     let mut rows = vec![
-        ("board", format!("{}, firmware {}, {} Hz", board.board, board.firmware, board.rate_hz)),
+        (
+            "board",
+            format!(
+                "{}, firmware {}, {} Hz",
+                board.board, board.firmware, board.rate_hz
+            ),
+        ),
         ("device", board.device.to_string()),
         ("uptime", format!("{} s", status.time.uptime_s)),
         ("last start", format!("{:?}", status.reset)),
         ("calibration", in_force(status.in_force)),
         ("tooth map", tooth_map(status.map)),
-        ("stored at start", status.boot.map_or_else(|| "in force".to_owned(), |why| why.to_string())),
+        (
+            "stored at start",
+            status
+                .boot
+                .map_or_else(|| "in force".to_owned(), |why| why.to_string()),
+        ),
         ("activity", format!("{:?}", status.activity)),
-        ("samples", format!("{} taken, {} missed, {} frames dropped", status.samples, status.missed, status.dropped_frames)),
+        (
+            "samples",
+            format!(
+                "{} taken, {} missed, {} frames dropped",
+                status.samples, status.missed, status.dropped_frames
+            ),
+        ),
         ("status bits", or_none(&output.status_bits)),
         ("since last asked", or_none(&output.status_bits_seen)),
-        ("amplitudes", status.amplitude_counts.map(|counts| format!("{counts:.0}")).join(" ") + " counts"),
-        ("x, y", format!("{:.4} mm, {:.4} mm", 1.0e3 * status.pose.x.metres(pitch_m), 1.0e3 * status.pose.y.metres(pitch_m))),
-        ("θ_x, θ_y", format!("{:.4} mrad, {:.4} mrad", 1.0e3 * status.pose.theta_x_rad, 1.0e3 * status.pose.theta_y_rad)),
-        ("g_p", format!("{} µm", figure(1.0e6 * f64::from(status.parity_m)))),
     ];
+    rows.extend(readings(status));
     if let Some(temperature_c) = status.temperature_c {
         rows.push(("temperature", format!("{temperature_c:.1} °C")));
     }
     if let Some(fault) = &output.last_fault {
-        rows.push(("last fault", format!("{:?} after {} s at {:#x}: {}", fault.cause, fault.uptime_s, fault.program_counter, fault.message)));
+        rows.push((
+            "last fault",
+            format!(
+                "{:?} after {} s at {:#x}: {}",
+                fault.cause, fault.uptime_s, fault.program_counter, fault.message
+            ),
+        ));
     }
     pairs(&rows)
 }
 
+/// What the sensors say, by the last frame.
+fn readings(status: &BoardStatus) -> [(&'static str, String); 4] {
+    let pitch_m = Geometry::PAPER.pitch_m;
+    let pose = &status.pose;
+    let amplitudes = status.amplitude_counts.map(|counts| format!("{counts:.0}"));
+    let [x_mm, y_mm] = [pose.x, pose.y].map(|place| 1.0e3 * place.metres(pitch_m));
+    let [theta_x, theta_y] = [pose.theta_x_rad, pose.theta_y_rad].map(|rad| 1.0e3 * rad);
+    let parity_um = figure(1.0e6 * f64::from(status.parity_m));
+    [
+        ("amplitudes", amplitudes.join(" ") + " counts"),
+        ("x, y", format!("{x_mm:.4} mm, {y_mm:.4} mm")),
+        ("θ_x, θ_y", format!("{theta_x:.4} mrad, {theta_y:.4} mrad")),
+        ("g_p", format!("{parity_um} µm")),
+    ]
+}
+
 fn tooth_map(map: Option<[Grid; 2]>) -> String {
     map.map_or("none".to_owned(), |[x, y]| {
-        format!("in force, x {} by {} nodes, y {} by {}", x.nodes[0], x.nodes[1], y.nodes[0], y.nodes[1])
+        format!(
+            "in force, x {} by {} nodes, y {} by {}",
+            x.nodes[0], x.nodes[1], y.nodes[0], y.nodes[1]
+        )
     })
 }
 
@@ -94,6 +149,8 @@ fn in_force(in_force: InForce) -> String {
     match in_force {
         InForce::None => "none in force".to_owned(),
         InForce::Unsaved => "in force, not stored".to_owned(),
-        InForce::Stored(place) => format!("in force, slot {}, number {}", place.slot, place.sequence),
+        InForce::Stored(place) => {
+            format!("in force, slot {}, number {}", place.slot, place.sequence)
+        }
     }
 }

@@ -2,8 +2,11 @@
 //! instant missed, the reason readable afterwards. `cargo xtask test` runs it.
 
 mod bytes;
+#[path = "../common/mod.rs"]
+mod common;
 mod demo;
 mod joint;
+mod log;
 mod long;
 mod map;
 mod parts;

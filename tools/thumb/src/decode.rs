@@ -379,91 +379,54 @@ mod tests {
 
     #[test]
     fn stack_is_taken() {
-        assert_eq!(
-            halfwords(0xb5f0, 0).stack,
-            Stack::Takes(20),
-            "push {{r4-r7,lr}}"
-        );
-        assert_eq!(halfwords(0xb083, 0).stack, Stack::Takes(12), "sub sp,#12");
-        assert_eq!(
-            halfwords(0xf5ad, 0x5d80).stack,
-            Stack::Takes(4096),
-            "sub.w sp,sp,#4096"
-        );
-        assert_eq!(
-            halfwords(0xf5ad, 0x7d1a).stack,
-            Stack::Takes(616),
-            "sub.w sp,sp,#616"
-        );
-        assert_eq!(
-            halfwords(0xe92d, 0x4ff0).stack,
-            Stack::Takes(36),
-            "push.w {{r4-r11,lr}}"
-        );
-        assert_eq!(
-            halfwords(0xed2d, 0x8b10).stack,
-            Stack::Takes(64),
-            "vpush {{d8-d15}}"
-        );
-        assert_eq!(
-            halfwords(0xf84d, 0x8d04).stack,
-            Stack::Takes(4),
-            "str r8,[sp,#-4]!"
-        );
-        assert_eq!(halfwords(0xb003, 0).stack, Stack::Keeps, "add sp,#12");
+        let cases = [
+            ((0xb5f0, 0), Stack::Takes(20), "push {r4-r7,lr}"),
+            ((0xb083, 0), Stack::Takes(12), "sub sp,#12"),
+            ((0xf5ad, 0x5d80), Stack::Takes(4096), "sub.w sp,sp,#4096"),
+            ((0xf5ad, 0x7d1a), Stack::Takes(616), "sub.w sp,sp,#616"),
+            ((0xe92d, 0x4ff0), Stack::Takes(36), "push.w {r4-r11,lr}"),
+            ((0xed2d, 0x8b10), Stack::Takes(64), "vpush {d8-d15}"),
+            ((0xf84d, 0x8d04), Stack::Takes(4), "str r8,[sp,#-4]!"),
+            ((0xb003, 0), Stack::Keeps, "add sp,#12"),
+        ];
+        for ((first, second), wanted, text) in cases {
+            assert_eq!(halfwords(first, second).stack, wanted, "{text}");
+        }
     }
 
     #[test]
     fn flow_is_followed() {
-        assert_eq!(halfwords(0xf000, 0xf801).flow, Flow::Call(6), "bl +2");
-        assert_eq!(
-            halfwords(0xf7ff, 0xfffe).flow,
-            Flow::Call(0),
-            "bl to itself"
-        );
-        assert_eq!(
-            halfwords(0xf7ff, 0xbffe).flow,
-            Flow::Jump(0),
-            "b.w to itself"
-        );
-        assert_eq!(halfwords(0xe7fe, 0).flow, Flow::Jump(0), "b to itself");
-        assert_eq!(halfwords(0xd0fe, 0).flow, Flow::Branch(0), "beq to itself");
-        assert_eq!(
-            halfwords(0xf43f, 0xaffe).flow,
-            Flow::Branch(0),
-            "beq.w to itself"
-        );
-        assert_eq!(halfwords(0x4798, 0).flow, Flow::CallRegister, "blx r3");
-        assert_eq!(halfwords(0x4770, 0).flow, Flow::Away, "bx lr");
-        assert_eq!(
-            halfwords(0xe8bd, 0x8ff0).flow,
-            Flow::Away,
-            "pop.w {{r4-r11,pc}}"
-        );
+        let cases = [
+            ((0xf000, 0xf801), Flow::Call(6), "bl +2"),
+            ((0xf7ff, 0xfffe), Flow::Call(0), "bl to itself"),
+            ((0xf7ff, 0xbffe), Flow::Jump(0), "b.w to itself"),
+            ((0xe7fe, 0), Flow::Jump(0), "b to itself"),
+            ((0xd0fe, 0), Flow::Branch(0), "beq to itself"),
+            ((0xf43f, 0xaffe), Flow::Branch(0), "beq.w to itself"),
+            ((0x4798, 0), Flow::CallRegister, "blx r3"),
+            ((0x4770, 0), Flow::Away, "bx lr"),
+            ((0xe8bd, 0x8ff0), Flow::Away, "pop.w {r4-r11,pc}"),
+        ];
+        for ((first, second), wanted, text) in cases {
+            assert_eq!(halfwords(first, second).flow, wanted, "{text}");
+        }
     }
 
     #[test]
     fn classes() {
-        assert_eq!(
-            halfwords(0xed90, 0x0a00).class,
-            Class::FloatLoad,
-            "vldr s0,[r0]"
-        );
-        assert_eq!(
-            halfwords(0xed80, 0x0a00).class,
-            Class::FloatStore,
-            "vstr s0,[r0]"
-        );
-        assert_eq!(
-            halfwords(0xecb0, 0x0a04).class,
-            Class::FloatMultiple,
-            "vldmia r0!,{{s0-s3}}"
-        );
-        assert_eq!(halfwords(0xeeb4, 0x0a60).class, Class::FloatConvert, "vcmp");
-        assert_eq!(halfwords(0xeef1, 0xfa10).class, Class::FloatMove, "vmrs");
-        assert_eq!(halfwords(0xfbb0, 0xf0f1).class, Class::Divide, "udiv");
-        assert_eq!(halfwords(0xfb00, 0xf001).class, Class::Multiply, "mul.w");
-        assert_eq!(halfwords(0xf3bf, 0x8f4f).class, Class::System, "dsb");
-        assert_eq!(halfwords(0xe8df, 0xf000).class, Class::Branch, "tbb");
+        let cases = [
+            ((0xed90, 0x0a00), Class::FloatLoad, "vldr s0,[r0]"),
+            ((0xed80, 0x0a00), Class::FloatStore, "vstr s0,[r0]"),
+            ((0xecb0, 0x0a04), Class::FloatMultiple, "vldmia r0!,{s0-s3}"),
+            ((0xeeb4, 0x0a60), Class::FloatConvert, "vcmp"),
+            ((0xeef1, 0xfa10), Class::FloatMove, "vmrs"),
+            ((0xfbb0, 0xf0f1), Class::Divide, "udiv"),
+            ((0xfb00, 0xf001), Class::Multiply, "mul.w"),
+            ((0xf3bf, 0x8f4f), Class::System, "dsb"),
+            ((0xe8df, 0xf000), Class::Branch, "tbb"),
+        ];
+        for ((first, second), wanted, text) in cases {
+            assert_eq!(halfwords(first, second).class, wanted, "{text}");
+        }
     }
 }

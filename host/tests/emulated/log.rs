@@ -1,0 +1,31 @@
+//! The log, from the image's numbers to text, by the command as built.
+
+use crate::common::{asked, json};
+
+#[test]
+fn a_start_is_logged_with_the_name_of_its_cause() {
+    let folder = tempfile::tempdir().unwrap();
+    let told = asked(folder.path(), "--emulated log --seconds 0.2 --json").quiet();
+    let messages: Vec<String> = told
+        .lines()
+        .map(|line| json(line)["message"].to_string())
+        .collect();
+    for wanted in ["\"start, cause PowerOn\"", "\"converters ready\""] {
+        assert!(messages.iter().any(|message| message == wanted), "{told}");
+    }
+    let text = asked(folder.path(), "--emulated log --seconds 0.2").quiet();
+    assert!(
+        text.contains("start, cause PowerOn  (src/board/start.rs:"),
+        "{text}"
+    );
+}
+
+#[test]
+fn what_is_no_image_has_no_texts() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("other"), "text").unwrap();
+    for file in ["other", "nothing", "."] {
+        let words = format!("--emulated log --elf {file}");
+        asked(folder.path(), &words).refused(&[file, "an image of this firmware was wanted"]);
+    }
+}
