@@ -52,12 +52,7 @@ fn frame(page: &Path, width: u32) -> String {
 ///
 /// # Errors
 /// A page has errors, overflows, asks for the network, or lacks a text equivalent.
-pub fn run(arguments: &[String]) -> Result<()> {
-    ensure!(
-        arguments.is_empty(),
-        "found {:?}, wanted no argument",
-        arguments[0]
-    );
+pub fn run() -> Result<()> {
     let Some(browser) = browser() else {
         return Ok(());
     };

@@ -382,7 +382,7 @@ pub fn sizes(arm: &Arm) -> Result<serde_json::Map<String, Value>> {
 ///
 /// # Errors
 /// The compiler's, or QEMU cannot be had.
-pub fn images(_: &[String]) -> Result<()> {
+pub fn images() -> Result<()> {
     arm::ensure_program("qemu-system-arm", &["qemu-system-arm"])?;
     let firmware = build(&arm::ensure()?, "emulated")?;
     println!("{}", firmware.display());

@@ -18,58 +18,63 @@ mod throughput;
 
 use std::process::{Command, ExitCode};
 
-/// A command: its name, what it does, and the function that gets the arguments after the name.
-type Task = (
-    &'static str,
-    &'static str,
-    fn(&[String]) -> anyhow::Result<()>,
-);
+/// A command: its name, what it does, and the function that does it.
+type Task = (&'static str, &'static str, Work);
+
+/// What a command does: by itself, or with the arguments after its name.
+#[derive(Clone, Copy)]
+enum Work {
+    Alone(fn() -> anyhow::Result<()>),
+    With(fn(&[String]) -> anyhow::Result<()>),
+}
 
 /// All commands. A further one is a line here.
 const TASKS: &[Task] = &[
     (
         "test",
         "everything that checks the project; sets up what is missing",
-        test::run,
+        Work::Alone(test::run),
     ),
     (
         "bench",
         "the cost table, measured on the emulated Cortex-M4F (--json), then accuracy figures and throughput on this host",
-        bench::run,
+        Work::With(bench::run),
     ),
     (
         "firmware",
         "both images: flash, RAM, worst stack, no panic in the interrupt",
-        firmware::run_command,
+        Work::With(firmware::run_command),
     ),
     (
         "report",
         "the HTML reports in a headless browser, at the width of a desk and of a phone",
-        browser::run,
+        Work::Alone(browser::run),
     ),
     (
         "blind",
         "the nightly blind check of the diagnosis: its figures against those asked for (CASES SEED)",
-        blind::run,
+        Work::With(blind::run),
     ),
     (
         "flash",
         "writes the board behind a debug probe (also `cargo flash`)",
-        flash::run,
+        Work::With(flash::run),
     ),
     (
         "images",
         "builds what `courier --emulated` runs and prints where it is",
-        firmware::images,
+        Work::Alone(firmware::images),
     ),
     (
         "emulated",
         "the tests of the image on the emulated board alone, with what they print and 1000 poses (NAMES OF TESTS)",
-        onboard::run,
+        Work::With(onboard::run),
     ),
-    ("arm", "the checks on the Cortex-M4F alone", |_| {
-        arm::checks()
-    }),
+    (
+        "arm",
+        "the checks on the Cortex-M4F alone",
+        Work::Alone(arm::checks),
+    ),
 ];
 
 fn main() -> ExitCode {
@@ -78,7 +83,15 @@ fn main() -> ExitCode {
     let Some((_, _, task)) = TASKS.iter().find(|(known, _, _)| *known == name) else {
         return usage(name);
     };
-    match task(&arguments[1..]) {
+    let done = match (task, &arguments[1..]) {
+        (Work::Alone(work), []) => work(),
+        (Work::With(work), given) => work(given),
+        (Work::Alone(_), [more, ..]) => {
+            eprintln!("xtask {name}: found {more:?}, wanted no argument");
+            return ExitCode::from(2);
+        }
+    };
+    match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("xtask {name}: {error:#}");

@@ -34,13 +34,8 @@ impl Tally {
 /// Runs every check, also after one has failed.
 ///
 /// # Errors
-/// At least one check failed, or `arguments` are not empty.
-pub fn run(arguments: &[String]) -> Result<()> {
-    ensure!(
-        arguments.is_empty(),
-        "found {:?}, wanted no argument",
-        arguments[0]
-    );
+/// At least one check failed.
+pub fn run() -> Result<()> {
     let mut total = Tally::default();
     for (name, what) in [("rustfmt", "fmt"), ("clippy", "clippy")] {
         component(name, what);
@@ -64,7 +59,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
     let mut documentation = cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
     documentation.env("RUSTDOCFLAGS", "-D warnings");
     total.add(step("documentation", documentation));
-    total.add(checked("reports in a browser", || browser::run(&[])));
+    total.add(checked("reports in a browser", browser::run));
     total.add(checked("the Cortex-M4F", arm::checks));
     total.add(emulated());
     total.add(checked("flash, RAM and stack of both images", || {

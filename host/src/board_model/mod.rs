@@ -397,7 +397,7 @@ mod tests {
             .collect();
         assert_eq!(orders, [1, 2, 4, 6, 5, 8]);
         assert!(
-            board.left[0].contains("1 terms have no room"),
+            board.left[0].contains("no room in the board's error model: 1"),
             "{:?}",
             board.left
         );
