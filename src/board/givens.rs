@@ -10,127 +10,99 @@
 /// Rows of a block.
 const BLOCK: usize = 4;
 
-/// Several columns of one row: `e -= t u`, `u += k e`; `u` comes from and goes to the row, which moves on.
+/// `e -= t u` of two columns.
+#[rustfmt::skip] // an instruction a line
+macro_rules! entries {
+    ($e0:literal, $u0:literal, $e1:literal, $u1:literal, $t:literal) => {
+        concat!(
+            "vmul.f32 s16, ", $u0, ", ", $t, "\n",
+            "vmul.f32 s17, ", $u1, ", ", $t, "\n",
+            "vsub.f32 ", $e0, ", ", $e0, ", s16\n",
+            "vsub.f32 ", $e1, ", ", $e1, ", s17\n",
+        )
+    };
+}
+
+/// `u += k e` of two columns.
+#[rustfmt::skip] // an instruction a line
+macro_rules! row {
+    ($e0:literal, $u0:literal, $e1:literal, $u1:literal, $k:literal) => {
+        concat!(
+            "vmul.f32 s16, ", $e0, ", ", $k, "\n",
+            "vmul.f32 s17, ", $e1, ", ", $k, "\n",
+            "vadd.f32 ", $u0, ", ", $u0, ", s16\n",
+            "vadd.f32 ", $u1, ", ", $u1, ", s17\n",
+        )
+    };
+}
+
+/// Four columns of one row, which comes from and goes to memory and moves on.
+#[rustfmt::skip] // an instruction a line
 macro_rules! four {
     ($row:literal, $t:literal, $k:literal) => {
         concat!(
-            "vldm {",
-            $row,
-            "}, {{s12-s15}}\n",
-            "vmul.f32 s16, s12, ",
-            $t,
-            "\n",
-            "vmul.f32 s17, s13, ",
-            $t,
-            "\n",
-            "vsub.f32 s4, s4, s16\n",
-            "vsub.f32 s5, s5, s17\n",
-            "vmul.f32 s16, s14, ",
-            $t,
-            "\n",
-            "vmul.f32 s17, s15, ",
-            $t,
-            "\n",
-            "vsub.f32 s6, s6, s16\n",
-            "vsub.f32 s7, s7, s17\n",
-            "vmul.f32 s16, s4, ",
-            $k,
-            "\n",
-            "vmul.f32 s17, s5, ",
-            $k,
-            "\n",
-            "vadd.f32 s12, s12, s16\n",
-            "vadd.f32 s13, s13, s17\n",
-            "vmul.f32 s16, s6, ",
-            $k,
-            "\n",
-            "vmul.f32 s17, s7, ",
-            $k,
-            "\n",
-            "vadd.f32 s14, s14, s16\n",
-            "vadd.f32 s15, s15, s17\n",
-            "vstm {",
-            $row,
-            "}!, {{s12-s15}}\n",
+            "vldm {", $row, "}, {{s12-s15}}\n",
+            entries!("s4", "s12", "s5", "s13", $t),
+            entries!("s6", "s14", "s7", "s15", $t),
+            row!("s4", "s12", "s5", "s13", $k),
+            row!("s6", "s14", "s7", "s15", $k),
+            "vstm {", $row, "}!, {{s12-s15}}\n",
         )
     };
 }
 
+/// Two.
+#[rustfmt::skip] // an instruction a line
 macro_rules! two {
     ($row:literal, $t:literal, $k:literal) => {
         concat!(
-            "vldm {",
-            $row,
-            "}, {{s12-s13}}\n",
-            "vmul.f32 s16, s12, ",
-            $t,
-            "\n",
-            "vmul.f32 s17, s13, ",
-            $t,
-            "\n",
-            "vsub.f32 s4, s4, s16\n",
-            "vsub.f32 s5, s5, s17\n",
-            "vmul.f32 s16, s4, ",
-            $k,
-            "\n",
-            "vmul.f32 s17, s5, ",
-            $k,
-            "\n",
-            "vadd.f32 s12, s12, s16\n",
-            "vadd.f32 s13, s13, s17\n",
-            "vstm {",
-            $row,
-            "}!, {{s12-s13}}\n",
+            "vldm {", $row, "}, {{s12-s13}}\n",
+            entries!("s4", "s12", "s5", "s13", $t),
+            row!("s4", "s12", "s5", "s13", $k),
+            "vstm {", $row, "}!, {{s12-s13}}\n",
         )
     };
 }
 
+/// One.
+#[rustfmt::skip] // an instruction a line
 macro_rules! one {
     ($row:literal, $t:literal, $k:literal) => {
         concat!(
-            "vldr s12, [{",
-            $row,
-            "}]\n",
-            "vmul.f32 s16, s12, ",
-            $t,
-            "\n",
+            "vldr s12, [{", $row, "}]\n",
+            "vmul.f32 s16, s12, ", $t, "\n",
             "vsub.f32 s4, s4, s16\n",
-            "vmul.f32 s16, s4, ",
-            $k,
-            "\n",
+            "vmul.f32 s16, s4, ", $k, "\n",
             "vadd.f32 s12, s12, s16\n",
-            "vstm {",
-            $row,
-            "}!, {{s12}}\n",
+            "vstm {", $row, "}!, {{s12}}\n",
+        )
+    };
+}
+
+/// So many columns of all four rows of a block.
+macro_rules! block {
+    ($columns:ident) => {
+        concat!(
+            $columns!("a", "s8", "s18"),
+            $columns!("b", "s9", "s19"),
+            $columns!("c", "s10", "s20"),
+            $columns!("d", "s11", "s21"),
         )
     };
 }
 
 /// The end of a rotation: `scale`, one over the `new` diagonal, becomes its share of the old one; too small a share ends the
 /// block, undone; else the diagonal is the new one and g goes on with its share.
+#[rustfmt::skip] // an instruction a line
 macro_rules! turned {
     ($diagonal:literal, $new:literal, $scale:literal) => {
         concat!(
-            "vmul.f32 ",
-            $scale,
-            ", ",
-            $diagonal,
-            ", ",
-            $scale,
-            "\n",
-            "vmov.f32 ",
-            $diagonal,
-            ", ",
-            $new,
-            "\n",
-            "vcmp.f32 ",
-            $scale,
-            ", s27\n",
+            "vmul.f32 ", $scale, ", ", $diagonal, ", ", $scale, "\n",
+            "vmov.f32 ", $diagonal, ", ", $new, "\n",
+            "vcmp.f32 ", $scale, ", s27\n",
             "vmrs APSR_nzcv, fpscr\n",
             "blt 8f\n",
-            "vmul.f32 s0, s0, ",
-            $scale,
-            "\n",
+            "vmul.f32 s0, s0, ", $scale, "\n",
         )
     };
 }
@@ -205,10 +177,7 @@ macro_rules! columns {
             "beq 4f\n",
             "3:\n",
             "vldm {e}, {{s4-s7}}\n",
-            four!("a", "s8", "s18"),
-            four!("b", "s9", "s19"),
-            four!("c", "s10", "s20"),
-            four!("d", "s11", "s21"),
+            block!(four),
             "vstm {e}!, {{s4-s7}}\n",
             "subs {count}, #1\n",
             "bne 3b\n",
@@ -216,19 +185,13 @@ macro_rules! columns {
             "tst {left}, #2\n",
             "beq 5f\n",
             "vldm {e}, {{s4-s5}}\n",
-            two!("a", "s8", "s18"),
-            two!("b", "s9", "s19"),
-            two!("c", "s10", "s20"),
-            two!("d", "s11", "s21"),
+            block!(two),
             "vstm {e}!, {{s4-s5}}\n",
             "5:\n",
             "tst {left}, #1\n",
             "beq 6f\n",
             "vldr s4, [{e}]\n",
-            one!("a", "s8", "s18"),
-            one!("b", "s9", "s19"),
-            one!("c", "s10", "s20"),
-            one!("d", "s11", "s21"),
+            block!(one),
             "vstr s4, [{e}]\n",
             "6:\n",
         )

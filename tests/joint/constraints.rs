@@ -1,7 +1,7 @@
 //! The three constraints: their derivative, their covariance, their plain sum of squares.
 
 use super::common::beacon::*;
-use super::{TURN, samples, values};
+use super::{TURN, fit, samples, values};
 use courier_sensor::calibration::joint::*;
 
 #[test]
@@ -89,17 +89,7 @@ fn equal_weights_minimise_the_papers_cost() {
                 weighting,
                 ..courier.constraints()
             };
-            let mut solver = Box::new(JointSolver::new());
-            solver.set_priors(&constraints, &start, &Priors::default());
-            let mut found = start;
-            solver
-                .fit(
-                    &constraints,
-                    &samples.iter().copied(),
-                    Groups::PAPER,
-                    &mut found,
-                )
-                .unwrap();
+            let found = fit(&constraints, &samples, &start, &Priors::default()).found;
             let cost = |values: &Values| -> f64 {
                 let of = |sample| {
                     constraints

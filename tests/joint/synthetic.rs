@@ -2,7 +2,7 @@
 
 use super::common::beacon::*;
 use super::common::normal;
-use super::{samples, values};
+use super::{Fit, fit, samples, values};
 use courier_sensor::calibration::joint::*;
 use nalgebra::{DMatrix, DVector};
 use rand::RngExt;
@@ -15,7 +15,7 @@ struct Fitted {
 }
 
 /// The paper's synthetic problem from stated relative errors of height and lever arm.
-fn synthetic(seed: u64, initial: f64, groups: Groups) -> Fitted {
+fn synthetic(seed: u64, initial: f64) -> Fitted {
     let mut courier = BeaconCourier::new(seed, 5.0e-6, 1.0e-6);
     let samples = samples(&mut courier, 1000);
     let constraints = courier.constraints();
@@ -36,12 +36,11 @@ fn synthetic(seed: u64, initial: f64, groups: Groups) -> Fitted {
             _ => {}
         }
     }
-    let mut solver = Box::new(JointSolver::new());
-    solver.set_priors(&constraints, &start, &Priors::default());
-    let mut found = start;
-    let report = solver
-        .fit(&constraints, &samples.iter().copied(), groups, &mut found)
-        .unwrap();
+    let Fit {
+        solver,
+        found,
+        report,
+    } = fit(&constraints, &samples, &start, &Priors::default());
     let free: Vec<usize> = solver.free().iter().map(|&i| i.into()).collect();
     let errors = free
         .iter()
@@ -69,7 +68,7 @@ fn synthetic_problem_of_the_paper() {
     let (mut nees, mut worst, mut squares, mut bound, mut counts) =
         (0.0, [0.0f64; 5], [0.0; 5], [0.0; 5], [0.0; 5]);
     for seed in 0..SEEDS {
-        let fitted = synthetic(seed, 0.05, Groups::PAPER);
+        let fitted = synthetic(seed, 0.05);
         assert!(
             fitted.report.settled && fitted.report.rank == 47,
             "{:?}",
@@ -115,10 +114,7 @@ fn synthetic_problem_of_the_paper() {
 #[test]
 fn twenty_percent_initial_errors_give_the_same_answer() {
     for seed in 0..5 {
-        let (near, far) = (
-            synthetic(seed, 0.05, Groups::PAPER),
-            synthetic(seed, 0.2, Groups::PAPER),
-        );
+        let (near, far) = (synthetic(seed, 0.05), synthetic(seed, 0.2));
         for (column, (a, b)) in near.errors.iter().zip(&far.errors).enumerate() {
             let deviation = near.covariance[(column, column)].sqrt();
             assert!((a - b).abs() < 0.03 * deviation, "{a:e} {b:e}");
@@ -131,24 +127,12 @@ fn device_f32_agrees_with_f64_on_the_same_rows() {
     let mut courier = BeaconCourier::new(3, 5.0e-6, 1.0e-6);
     let samples = samples(&mut courier, 1000);
     let constraints = courier.constraints();
-    let mut found = values(&courier.truth());
-    let mut solver = Box::new(JointSolver::new());
-    solver.set_priors(
-        &constraints,
-        &found.clone(),
-        &Priors {
-            coefficient_m: 1.0,
-            ..Priors::default()
-        },
-    );
-    solver
-        .fit(
-            &constraints,
-            &samples.iter().copied(),
-            Groups::PAPER,
-            &mut found,
-        )
-        .unwrap();
+    let priors = Priors {
+        coefficient_m: 1.0,
+        ..Priors::default()
+    };
+    let truth = values(&courier.truth());
+    let Fit { solver, found, .. } = fit(&constraints, &samples, &truth, &priors);
     // A Gauss-Newton step in f64 from where f32 came to rest says how far off that is.
     let free: Vec<usize> = solver.free().iter().map(|&i| i.into()).collect();
     let (mut matrix, mut rhs) = (Vec::new(), Vec::new());
@@ -178,7 +162,7 @@ fn device_f32_agrees_with_f64_on_the_same_rows() {
 fn lateral_terms_are_within_three_deviations_and_a_tenth_of_a_micrometre() {
     let mut squares = 0.0;
     for seed in 0..10 {
-        let fitted = synthetic(100 + seed, 0.05, Groups::PAPER);
+        let fitted = synthetic(100 + seed, 0.05);
         for segment in 0..4 {
             for column in [10 * segment + 8, 10 * segment + 9] {
                 let (error, deviation) = (
@@ -206,7 +190,7 @@ fn lever_arm_reaches_its_bound_within_five_percent() {
     let of_thread = |thread: u64| {
         let mut sums = [[0.0; 2]; 2];
         for seed in (thread..SEEDS).step_by(THREADS as usize) {
-            let fitted = synthetic(1000 + seed, 0.05, Groups::PAPER);
+            let fitted = synthetic(1000 + seed, 0.05);
             let levers = (0..fitted.free.len()).filter(|c| is_lever(&fitted.free[*c]));
             for (sum, c) in sums.iter_mut().zip(levers) {
                 sum[0] += fitted.errors[c].powi(2) / SEEDS as f64;

@@ -1,7 +1,6 @@
 //! `courier commit`.
 
 use crate::board::Choice;
-use crate::terminal::{print, print_json};
 use anyhow::{Result, bail};
 use courier_sensor::link::message::{Action, Reply};
 use std::process::ExitCode;
@@ -31,13 +30,5 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         bail!(super::STRANGE_REPLY)
     };
     board.close()?;
-    if args.json {
-        print_json(&place)?;
-    } else {
-        print(&format!(
-            "stored: slot {}, number {}",
-            place.slot, place.sequence
-        ))?;
-    }
-    Ok(ExitCode::SUCCESS)
+    super::print_place("stored", &place, args.json)
 }

@@ -1,7 +1,9 @@
 //! The commands, one file each: `Args` for the options, `run` for the work.
 
 use crate::board::Choice;
+use crate::terminal::{print, print_json};
 use anyhow::{Result, ensure};
+use courier_sensor::calibration::slots::Place;
 use courier_sensor::drivers::motion::Target;
 use std::process::ExitCode;
 
@@ -10,6 +12,19 @@ mod load_map;
 
 /// What a reply of the wrong kind is told as.
 const STRANGE_REPLY: &str = "the board: found a reply of another kind than was asked for";
+
+/// Tells where the record lies that is in force now, and what was done with it.
+fn print_place(done: &str, place: &Place, json: bool) -> Result<ExitCode> {
+    if json {
+        print_json(place)?;
+    } else {
+        print(&format!(
+            "{done}: slot {}, number {}",
+            place.slot, place.sequence
+        ))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
 
 /// `X,Y,THETA` in mm, mm and degrees.
 fn target(text: &str) -> Result<Target, String> {
