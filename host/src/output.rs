@@ -70,6 +70,20 @@ pub fn check_folder_of(path: &Path) -> Result<()> {
     Ok(())
 }
 
+/// [`check_folder_of`] for every file that a command is to write; `-` is standard output.
+///
+/// # Errors
+/// The first that cannot be written.
+pub fn check_folders_of<'a>(mut files: impl Iterator<Item = &'a PathBuf>) -> Result<()> {
+    files.try_for_each(|path| {
+        if path.as_os_str() == "-" {
+            Ok(())
+        } else {
+            check_folder_of(path)
+        }
+    })
+}
+
 fn folder_of(path: &Path) -> &Path {
     path.parent()
         .filter(|folder| !folder.as_os_str().is_empty())

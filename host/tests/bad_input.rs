@@ -57,7 +57,7 @@ const RECORDINGS: [(&str, &str, &str, &[&str]); 9] = [
 ];
 
 /// Each wrong command line, and what the line must hold.
-const COMMAND_LINES: [(&[&str], &[&str]); 8] = [
+const COMMAND_LINES: [(&[&str], &[&str]); 10] = [
     (&[], &["no command", "--help"]),
     (&["fly"], &["fly"]),
     (&["replay"], &["<RECORDING>"]),
@@ -75,6 +75,22 @@ const COMMAND_LINES: [(&[&str], &[&str]); 8] = [
     ),
     (&["replay", "nan", "--yaml"], &["--yaml"]),
     (&["completions", "cobol"], &["cobol", "bash"]),
+    // Before any work, and before the file that could be written is.
+    (
+        &[
+            "diagnose",
+            "nan",
+            "--json",
+            "a.json",
+            "--report",
+            "no/a.html",
+        ],
+        &["no/a.html", "found no folder for it"],
+    ),
+    (
+        &["blind", "--folder", "cases", "--json", "empty-folder"],
+        &["empty-folder", "found a folder"],
+    ),
 ];
 
 #[test]

@@ -18,12 +18,12 @@ const FEWEST_CODES: usize = 16;
 #[derive(Debug, thiserror::Error)]
 pub enum WaveformFileError {
     /// It cannot be read.
-    #[error("{}: {source}; wanted a table of measured waveforms (preset `measured`)", path.display())]
+    #[error("{}: {cause}; wanted a table of measured waveforms (preset `measured`)", path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
         /// Why.
-        source: csv::Error,
+        cause: csv::Error,
     },
     /// A field is not a finite number.
     #[error("{}: row {row}, column `{column}`: found `{found}`, wanted a finite number", path.display())]
@@ -85,9 +85,9 @@ impl MeasuredWaveforms {
     /// # Errors
     /// [`WaveformFileError`], naming file, row and column.
     pub fn read(path: &Path) -> Result<Self, WaveformFileError> {
-        let unreadable = |source| WaveformFileError::Unreadable {
+        let unreadable = |cause| WaveformFileError::Unreadable {
             path: path.into(),
-            source,
+            cause,
         };
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)

@@ -1,6 +1,6 @@
 //! `courier blind`.
 
-use crate::output::replace_file;
+use crate::output::{self, replace_file};
 use crate::terminal::{print, progress, table};
 use anyhow::{Context, Result};
 use diagnosis::blind::{self, Score};
@@ -84,6 +84,13 @@ enum Step {
 /// # Errors
 /// A folder that is not as it should be, or a broken seal.
 pub fn run(args: &Args) -> Result<ExitCode> {
+    let told = match &args.step {
+        None => Some(&args.told),
+        Some(Step::Score { told, .. }) => Some(told),
+        Some(_) => None,
+    };
+    let files = told.map(|told| [&told.json, &told.report]);
+    output::check_folders_of(files.into_iter().flatten().flatten())?;
     match &args.step {
         Some(Step::Write { folder, draw }) => write(folder, draw)?,
         Some(Step::Diagnose { folder }) => {

@@ -1,6 +1,6 @@
 //! `courier diagnose RECORDING`.
 
-use crate::output::replace_file;
+use crate::output::{self, replace_file};
 use crate::terminal::{micrometres, one_line, print, table, warn};
 use anyhow::{Result, bail};
 use diagnosis::{Diagnosis, Options, Verdict, diagnose_fully};
@@ -51,6 +51,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             known.join(", ")
         );
     }
+    let files = [&args.json, &args.model, &args.report];
+    output::check_folders_of(files.into_iter().flatten())?;
     let recording = Recording::read(&args.recording)?;
     recording.warnings.iter().for_each(|warning| warn(warning));
     let name = args.recording.display().to_string();
