@@ -66,6 +66,7 @@ pub mod clean;
 pub mod clip;
 pub mod evidence;
 pub mod fourier;
+mod fringe;
 pub mod gram;
 pub mod heldout;
 pub mod hollow;

@@ -204,7 +204,7 @@ fn warmth(_: &Survey) -> Vec<Shape> {
     ]
 }
 
-fn deflection(_: &Survey) -> Vec<Shape> {
+fn deflection(survey: &Survey) -> Vec<Shape> {
     let mut list: Vec<Shape> = Vec::new();
     for axis in 0..2 {
         for k in 1..7 {
@@ -212,6 +212,11 @@ fn deflection(_: &Survey) -> Vec<Shape> {
             list.push(Box::new(move |m| (w * m.deflection[axis]).sin()));
             list.push(Box::new(move |m| (w * m.deflection[axis]).cos()));
         }
+    }
+    for &[u, v] in &survey.deflection_waves {
+        let phase = move |m: &Moment| TAU * (u * m.deflection[0] + v * m.deflection[1]);
+        list.push(Box::new(move |m| phase(m).sin()));
+        list.push(Box::new(move |m| phase(m).cos()));
     }
     list
 }

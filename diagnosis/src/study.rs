@@ -103,6 +103,8 @@ pub struct About {
 pub struct Look<'a> {
     /// Residuals of the best model so far, in which lines of the spectrum are looked for.
     pub lines_of: Option<&'a Residuals>,
+    /// Waves over the coordination sensor's deflection are looked for in those residuals as well.
+    pub fringes: bool,
     /// A survey whose lines and whose phase of free harmonics are kept.
     pub as_in: Option<&'a Survey>,
     /// A field over the platen is judged, and beside it only the blocks named here: the field has hundreds of unknowns.
@@ -140,6 +142,11 @@ pub fn study<'a>(
     (scene.survey.beacon_lines_hz, scene.survey.segment_lines_hz) = (beacon, segments);
     if let Some(survey) = look.as_in {
         scene.survey.pair_lines_hz = survey.pair_lines_hz.clone();
+        scene.survey.deflection_waves = survey.deflection_waves.clone();
+    }
+    let residuals = look.lines_of.filter(|_| look.fringes);
+    if let Some(residuals) = residuals.filter(|_| scene.survey.deflection_waves.is_empty()) {
+        scene.survey.deflection_waves = crate::fringe::waves(&scene, residuals);
     }
     if look.lines_of.is_some() {
         scene.survey.pair_lines_hz = std::array::from_fn(|s| crate::hum::hum_hz(&scene, s));

@@ -92,6 +92,18 @@ fn an_unlisted_effect_is_unknown() {
     assert_eq!(d.place[0].coordinate, "theta");
 }
 
+/// Fringes over the deflection are shorter than the waves that every recording is asked for.
+#[test]
+fn fringes_of_the_coordination_sensor_are_located() {
+    let d = on_rig(23, &[("psd_fringes", 2.0e-6)]);
+    assert_eq!(d.verdict, Verdict::Unknown);
+    assert!(
+        d.place[0].coordinate.contains("deflection"),
+        "{:?}",
+        d.place
+    );
+}
+
 /// The recordings that may not be copied into the project; without them the test says so and passes.
 fn shared(name: &str) -> Option<recording::Recording> {
     let root = std::env::var_os("COURIER_SHARED").map_or_else(

@@ -110,6 +110,10 @@ pub struct Survey {
     /// Frequencies that hum in each segment's pair, as its amplitude shows, Hz, strongest first.
     #[serde(default)]
     pub pair_lines_hz: [Vec<f64>; 4],
+    /// Waves over the coordination sensor's deflection that stand out of what nothing explains, strongest first: turns over a full
+    /// scale along either axis.
+    #[serde(default)]
+    pub deflection_waves: Vec<[f64; 2]>,
     /// Stretches in which a beacon was seen.
     pub beacon_stretches: Vec<usize>,
     /// Mesh width of a field over the platen, m; zero where none is judged.

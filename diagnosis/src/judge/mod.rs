@@ -48,6 +48,8 @@ const STRAYED: f64 = 1.5;
 const LEFT_OVER: f64 = 0.10;
 /// What is found moves the places that shapes are evaluated at if it leaves less than this share.
 const TRUSTED: f64 = 0.3;
+/// A gap of which all shapes together leave more than this share lies nowhere yet: shorter waves are looked for.
+const NOWHERE: f64 = 0.85;
 /// Effects whose harmonics run over either phase of the own tooth.
 const HARMONIC: [&str; 2] = ["extra_harmonics", "angle_dependence"];
 /// They are taken over the unmodified phase if that leaves less than this share.
@@ -302,12 +304,14 @@ impl<'a> Judge<'a> {
         };
         let look = Look {
             lines_of: Some(&self.fine.residuals),
+            fringes: self.told.shaped.rest > NOWHERE,
             as_in: Some(&self.study.scene.survey),
             field_beside: None,
         };
         let again = study(self.prepared, self.options, &about, look);
         let survey = &again.scene.survey;
         let lines = !survey.beacon_lines_hz.is_empty()
+            || !survey.deflection_waves.is_empty()
             || !survey.segment_lines_hz.is_empty()
             || survey.pair_lines_hz.iter().any(|l| !l.is_empty());
         if self.told.found.blocks.is_empty() && !lines {
