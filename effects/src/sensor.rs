@@ -127,6 +127,9 @@ pub struct Survey {
     /// Each segment has a field of its own, at its own place, though there is no reference.
     #[serde(default)]
     pub field_by_segment: bool,
+    /// Nodes are not teeth, but corners (the first and the last) of a rectangle on which each segment's field is told by its values.
+    #[serde(default)]
+    pub field_by_value: bool,
     /// The place explains a good part of how each segment's amplitude changes.
     #[serde(default)]
     pub amplitude_by_place: [bool; 4],

@@ -128,7 +128,7 @@ pub use sensor_side::FieldModel;
 
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Regressor, SensorEffect, Survey};
+    use crate::sensor::{Moment, Regressor, SensorEffect, Survey};
 
     /// Sensor side: displacements of single teeth (of groups of them, where the courier went far), each seen as far as a
     /// segment's footprint reaches. Each segment has a field at its own place. Over a wide range that would be too many
@@ -137,14 +137,20 @@ pub mod sensor_side {
     ///
     /// That the displacements are independent and the footprint is known makes the field smooth over some teeth beforehand:
     /// where it was passed once, its neighbours are told as well, and a wave of few teeth is no such field.
+    ///
+    /// Where the courier went over a few teeth only, the teeth at the edges of its footprint are many more than what can be told
+    /// of them: there the unknowns are the field's values on a rectangle of the mesh, and the footprint gives their correlation.
     pub struct FieldModel;
 
     /// Teeth along and across a segment that its reading averages: the fewest that are built (the more there are, the smoother).
     const FOOTPRINT: f64 = 4.0;
     /// Prior size of the field, rms m.
     const SIZE_M: f64 = 3.0e-6;
-    /// Nodes to either side that a footprint reaches at most.
-    pub const REACH: i32 = 3;
+
+    /// Nodes to either side that a footprint reaches at most, the nodes this many pitches apart.
+    pub fn reach(step_pitches: f64) -> i32 {
+        ((0.5 * FOOTPRINT + 0.5) / step_pitches).ceil().max(1.0) as i32
+    }
 
     /// Share of a node in a reading so many nodes away, the nodes this many pitches apart: overlap with the footprint at the
     /// nodes, linear between them.
@@ -159,18 +165,80 @@ pub mod sensor_side {
     /// The same in both directions, of a place in node widths.
     fn seen(place_m: [f64; 2], step_m: f64, pitch_m: f64, [i, j]: [f64; 2]) -> f64 {
         let (along, across) = (place_m[0] / step_m - i, place_m[1] / step_m - j);
-        let reach = f64::from(REACH);
+        let step = step_m / pitch_m;
+        let reach = f64::from(reach(step));
         if along.abs() >= reach || across.abs() >= reach {
             return 0.0;
         }
-        let step = step_m / pitch_m;
         share(along, step) * share(across, step)
     }
 
     /// Prior deviation of one displacement, m: independent ones add up to the field's size.
     fn deviation_m(step_pitches: f64) -> f64 {
-        let squares = (-REACH..=REACH).map(|k| share(f64::from(k), step_pitches).powi(2));
+        let reach = reach(step_pitches);
+        let squares = (-reach..=reach).map(|k| share(f64::from(k), step_pitches).powi(2));
         SIZE_M / squares.sum::<f64>()
+    }
+
+    /// Share of its power that a field may have besides what the footprint allows: its edges and its teeth are not quite alike.
+    const ROUGH: f64 = 1.0e-3;
+
+    /// One direction of a field that is told by its values so many pitches apart: for each, what it adds to those after it beyond
+    /// what the ones before it tell, over the field's deviation. They are the columns of the Cholesky factor of the values'
+    /// correlation, which follows from the footprint: independent amounts of unit deviation give the field that independent
+    /// teeth do.
+    fn innovations(count: usize, step_pitches: f64) -> Vec<Vec<f64>> {
+        let reach = reach(step_pitches);
+        let at = |k: i32| share(f64::from(k), step_pitches);
+        let overlap = |lag: usize| (-reach..=reach).map(|k| at(k) * at(k + lag as i32)).sum::<f64>();
+        let whole = overlap(0);
+        let mut columns = vec![vec![0.0; count]; count];
+        for column in 0..count {
+            for row in column..count {
+                let known: f64 = columns[..column].iter().map(|c| c[row] * c[column]).sum();
+                let rest = overlap(row - column) / whole - known;
+                columns[column][row] = if row == column {
+                    (rest + ROUGH).max(ROUGH).sqrt()
+                } else {
+                    rest / columns[column][column]
+                };
+            }
+        }
+        columns
+    }
+
+    /// Most values along one side of a rectangle: more are of no recording.
+    const LONGEST: usize = 512;
+
+    /// Between values a unit apart; at the nearest beyond them.
+    fn between(values: &[f64], at: f64) -> f64 {
+        let last = values.len() - 1;
+        let at = at.clamp(0.0, last as f64);
+        let first = at as usize;
+        let part = at - first as f64;
+        (1.0 - part) * values[first] + part * values[(first + 1).min(last)]
+    }
+
+    /// A segment's field by its values on a rectangle of the mesh, `from` one corner `to` the other.
+    fn by_value(survey: &Survey, s: usize, from: [i32; 2], to: [i32; 2], list: &mut Vec<Regressor>) {
+        let step_m = survey.node_step_m;
+        let step = step_m / survey.pitch_m;
+        let [along, across] = [0, 1].map(|d| {
+            let count = to[d].saturating_sub(from[d]).saturating_add(1);
+            innovations(usize::try_from(count).unwrap_or(0).min(LONGEST), step)
+        });
+        for (i, along) in along.iter().enumerate() {
+            for (j, across) in across.iter().enumerate() {
+                let (i, j) = (from[0] + i as i32, from[1] + j as i32);
+                let (along, across) = (along.clone(), across.clone());
+                let value = move |m: &Moment| {
+                    let place = |d: usize| m.place_m[s][d] / step_m - f64::from(from[d]);
+                    between(&along, place(0)) * between(&across, place(1))
+                };
+                let name = format!("value {i} along, {j} across, segment {}", s + 1);
+                list.push(Regressor::reading(name, "m", SIZE_M, s, value).of_deviation(SIZE_M));
+            }
+        }
     }
 
     impl SensorEffect for FieldModel {
@@ -189,8 +257,17 @@ pub mod sensor_side {
         fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
             let mut list = Vec::new();
             let (step_m, pitch_m) = (survey.node_step_m, survey.pitch_m);
+            if step_m <= 0.0 {
+                return list;
+            }
             let deviation_m = deviation_m(step_m / pitch_m);
-            for s in (0..4).filter(|_| step_m > 0.0) {
+            for s in 0..4 {
+                if survey.field_by_value {
+                    if let (Some(from), Some(to)) = (survey.nodes[s].first(), survey.nodes[s].last()) {
+                        by_value(survey, s, *from, *to, &mut list);
+                    }
+                    continue;
+                }
                 for &[i, j] in &survey.nodes[s] {
                     let node = [f64::from(i), f64::from(j)];
                     let one = if survey.reference || survey.field_by_segment {
@@ -204,6 +281,31 @@ pub mod sensor_side {
                 }
             }
             list
+        }
+    }
+
+    #[cfg(test)]
+    mod tests {
+        use super::*;
+
+        /// Values and teeth are two ways to write the same field: two places go together alike in both.
+        #[test]
+        fn values_go_together_as_sums_of_teeth_do() {
+            for step in [0.25, 0.5, 1.0] {
+                let columns = innovations(14, step);
+                let reach = reach(step);
+                let teeth = |a: f64, b: f64| -> f64 {
+                    let nodes = -reach - 1..=reach + 14;
+                    nodes.map(|n| share(a - f64::from(n), step) * share(b - f64::from(n), step)).sum()
+                };
+                let values = |a: f64, b: f64| -> f64 {
+                    columns.iter().map(|c| between(c, a) * between(c, b)).sum()
+                };
+                for (a, b) in [(0.0, 0.0), (3.0, 5.0), (2.5, 2.5), (7.3, 9.8), (0.4, 12.9)] {
+                    let wanted = teeth(a, b) / teeth(3.0, 3.0);
+                    assert!((values(a, b) - wanted).abs() <= 2.0 * ROUGH, "{step} {a} {b}: {wanted}");
+                }
+            }
         }
     }
 }

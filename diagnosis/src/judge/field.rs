@@ -18,15 +18,17 @@ impl Judge<'_> {
         let (found, shaped) = (&self.told.found, &self.told.shaped);
         // Waves over the platen, along a segment or either way, are what a field looks like.
         let places = |b: &usize| WAVES.contains(&self.study.columns.blocks[*b].name.as_str());
-        let waves = shaped.blocks.iter().all(places);
-        let told = shaped.rest < LEFT_OVER && shaped.rest < 0.5 * found.rest && !waves;
+        let waves = shaped.blocks.iter().any(places);
+        let better = shaped.rest < 0.5 * found.rest;
+        let told = shaped.rest < LEFT_OVER && better && !waves;
         // The noise that was found is what neighbours show: what the best shapes leave beyond it is no noise.
         let left = if self.noise.is_some() {
             1.0 - self.fine.residuals.white_rms().powi(-2)
         } else {
             left
         };
-        if left < LEFT_OVER || self.ratio() < VISIBLE || told {
+        let little = left < LEFT_OVER && !(better && waves);
+        if little || self.ratio() < VISIBLE || told {
             return;
         }
         let keep = leading(&self.study, &self.told);
