@@ -9,7 +9,7 @@ use crate::judge::CHANNEL_NAMES;
 use crate::observe::{MINIMUM_SAMPLES, Observations};
 use crate::phase::{VIBRATION, align, waves};
 use crate::report::{HeldOut, HeldOutChannel, Magnitude};
-use crate::scene::{Normal, Scene};
+use crate::scene::{Normal, Scene, range};
 use crate::simulate::floor;
 use crate::slips::repair_slips;
 use crate::visited::Visited;
@@ -78,6 +78,9 @@ pub struct Checked {
     pub unvisited: usize,
     /// What the model leaves at these, rms over the simulator's own scatter.
     pub unvisited_after: f64,
+    /// Temperatures here and in the model's recording, °C, where what follows temperature is carried beyond those that it was fitted
+    /// on.
+    pub warmer_or_colder: Option<[[f64; 2]; 2]>,
 }
 
 /// The effect whose amounts are tied to a recording's own time: its course is another one on the next.
@@ -140,7 +143,22 @@ pub fn check_fully(model: &Model, recording: &Recording) -> Result<Checked, Insu
         samples,
         unvisited,
         unvisited_after,
+        warmer_or_colder: warmer_or_colder(model, &observations),
     })
+}
+
+/// The effect that follows temperature.
+const OF_TEMPERATURE: &str = "thermal_drift";
+/// Share of the model's range of temperatures that another recording may lie beyond it before that is said.
+const BEYOND: f64 = 0.1;
+
+fn warmer_or_colder(model: &Model, observations: &Observations) -> Option<[[f64; 2]; 2]> {
+    let follows = model.effects.iter().any(|e| e.name == OF_TEMPERATURE);
+    let there = model.normal.temperatures_c.filter(|_| follows)?;
+    let finite = observations.temperature_c.iter().copied();
+    let here = range(&finite.filter(|t| t.is_finite()).collect::<Vec<f64>>())?;
+    let margin = BEYOND * (there[1] - there[0]);
+    (here[0] < there[0] - margin || here[1] > there[1] + margin).then_some([here, there])
 }
 
 /// Samples that do not stand out. As in the diagnosis, disturbed ones are those that stand out of what the baseline alone leaves:
@@ -207,7 +225,8 @@ fn apply<'a>(
         beacon: own.beacon,
         temperature: own.temperature,
         counts: own.counts,
-        beacon_stretches: own.beacon_stretches,
+        beacon_stretches: own.beacon_stretches.clone(),
+        middle_m: middle_m(&model.survey, &own),
         ..model.survey.clone()
     };
     let mut columns = Columns::default();
@@ -253,6 +272,20 @@ fn apply<'a>(
     }
     let list = (0..columns.regressors.len()).collect();
     (scene, columns, list)
+}
+
+/// The place that places are told from: the model's, or this recording's own where that lies outside all that the model's went over.
+/// Then its tooth counts have another zero.
+fn middle_m(model: &Survey, own: &Survey) -> [f64; 2] {
+    let within = |axis: usize| {
+        let half = 0.5 * model.travel_m[axis].max(model.travel_m[axis + 2]);
+        (own.middle_m[axis] - model.middle_m[axis]).abs() <= half
+    };
+    if within(0) && within(1) {
+        model.middle_m
+    } else {
+        own.middle_m
+    }
 }
 
 /// The scene about where the known amounts say that the segments are.

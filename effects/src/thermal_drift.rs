@@ -70,6 +70,9 @@ pub mod sensor_side {
     /// Sensor side: each segment's offset, the scale of both axes, and the coordination sensor's offset and gain.
     pub struct WarmthModel;
 
+    /// Prior of a scale's growth: aluminium, the most that a platen or a courier is made of (steel 11.5 ppm/K).
+    const GROWTH_PER_K: f64 = 22.0e-6;
+
     impl SensorEffect for WarmthModel {
         fn name(&self) -> &'static str {
             "thermal_drift"
@@ -98,16 +101,19 @@ pub mod sensor_side {
             }
             for axis in 0..2 {
                 let label = ["x", "y"][axis];
-                list.push(Regressor::readings(
+                // From the middle of the places: where the tooth counts have their zero is arbitrary, and growth about another
+                // place differs by an offset, which is there already.
+                let grown = Regressor::readings(
                     format!("scale of {label}"),
                     "1/K",
                     4.0e-6,
                     move |m, out| {
                         for s in [axis, axis + 2] {
-                            out[s] += m.warmth_k * m.centre_m[axis];
+                            out[s] += m.warmth_k * m.from_middle_m[axis];
                         }
                     },
-                ));
+                );
+                list.push(grown.of_deviation(GROWTH_PER_K));
                 if survey.beacon {
                     let name = format!("coordination sensor's offset {label}");
                     list.push(Regressor::reading(name, "1/K", 2.0e-6, 4 + axis, |m| {

@@ -61,6 +61,9 @@ pub struct Shift {
 pub struct Normal {
     /// Mean temperature, °C.
     pub temperature_c: f64,
+    /// Lowest and highest temperature, °C, where it was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperatures_c: Option<[f64; 2]>,
     /// Logarithm of each pair's amplitude as mean, sines and cosines of orders 1 to 8 of the own phase; empty without counts.
     pub ln_amplitude: [Vec<f64>; 4],
 }
@@ -105,6 +108,7 @@ impl<'a> Scene<'a> {
             quiet_m: Arc::default(),
             normal: normal.cloned().unwrap_or(Normal {
                 temperature_c: mean_temperature_c,
+                temperatures_c: range(&known),
                 ..Normal::default()
             }),
         };
@@ -165,6 +169,12 @@ impl<'a> Scene<'a> {
     pub fn is_empty(&self) -> bool {
         self.observations.is_empty()
     }
+}
+
+/// Least and largest; none of nothing.
+pub fn range(values: &[f64]) -> Option<[f64; 2]> {
+    let low = values.iter().copied().reduce(f64::min)?;
+    Some([low, values.iter().copied().fold(low, f64::max)])
 }
 
 /// Calibrated positions, m, and the factors by which noise grows.

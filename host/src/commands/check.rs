@@ -54,12 +54,21 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What the figures leave out.
+/// What the figures leave out, and what they are beyond.
 fn left_out(checked: &Checked) -> String {
-    if checked.unvisited == 0 {
-        return String::new();
+    let mut out = String::new();
+    if let Some([here, there]) = checked.warmer_or_colder {
+        let told = |range: [f64; 2]| format!("{:.1} to {:.1} °C", range[0], range[1]);
+        out += &format!(
+            "\ntemperature: {} here, {} in the model's recording: thermal_drift is carried beyond what it was fitted on",
+            told(here),
+            told(there)
+        );
     }
-    format!(
+    if checked.unvisited == 0 {
+        return out;
+    }
+    out + &format!(
         "\nleft out: {} of {} samples over places that the model's recording did not visit, where it does not know the platen; {:.2} is left there",
         checked.unvisited, checked.samples, checked.unvisited_after
     )

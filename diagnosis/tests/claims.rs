@@ -1,0 +1,71 @@
+//! What is claimed of another recording, beside what another recording shows.
+
+mod rig;
+
+use diagnosis::{Model, Options, check, check_fully, diagnose_fully};
+use recording::{Recording, Samples};
+
+fn recordings(seed: u64, effects: &[(&str, f64)], beacon: bool) -> [Recording; 2] {
+    let options = rig::Options {
+        samples: 6000,
+        beacon,
+        ..rig::Options::default()
+    };
+    [seed, seed + 1000].map(|motion| rig::record_as(seed, motion, effects, &options).0)
+}
+
+fn model(recording: &Recording, name: &str) -> Model {
+    let answer = diagnose_fully(recording, "first", &Options::default());
+    let model = answer.model.expect("a model");
+    let found: Vec<&str> = model.effects.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(found, [name]);
+    model
+}
+
+/// The same recording after a restart of the board: its tooth counts begin elsewhere.
+fn restarted(recording: &Recording, teeth: [i32; 2]) -> Recording {
+    let mut out = recording.clone();
+    out.samples = Samples::default();
+    for index in 0..recording.samples.len() {
+        let mut row = recording.samples.row(index);
+        for (segment, n) in row.teeth.iter_mut().enumerate() {
+            *n = n.map(|n| n + teeth[segment % 2]);
+        }
+        out.samples.push(&row);
+    }
+    out
+}
+
+/// A platen that grows moves what is far from the counts' zero by much, and where that zero is says nothing.
+#[test]
+fn where_the_tooth_counts_begin_is_nothing_to_a_check() {
+    let [first, second] = recordings(31, &[("thermal_drift", 2.0e-6)], true);
+    let model = model(&first, "thermal_drift");
+    let here = check(&model, &second).expect("residuals");
+    let there = check(&model, &restarted(&second, [70, -50])).expect("residuals");
+    for (a, b) in here.channels.iter().zip(&there.channels) {
+        let ratio = b.after_rms_m / a.after_rms_m;
+        assert!((ratio - 1.0).abs() < 0.01, "{}: {ratio}", a.channel);
+    }
+    let colder = |model: &Model, recording| {
+        check_fully(model, recording).map(|c| c.warmer_or_colder.is_some())
+    };
+    assert_eq!(colder(&model, &first), Ok(false));
+    let mut elsewhere = model;
+    elsewhere.normal.temperatures_c = elsewhere.normal.temperatures_c.map(|t| t.map(|t| t + 5.0));
+    assert_eq!(colder(&elsewhere, &first), Ok(true));
+}
+
+/// What was fitted and what is written down are one model.
+#[test]
+fn a_model_leaves_on_its_own_recording_what_was_claimed() {
+    for (name, beacon) in [("angle_dependence", false), ("thermal_drift", true)] {
+        let [first, _] = recordings(33, &[(name, 3.0e-6)], beacon);
+        let model = model(&first, name);
+        let again = check(&model, &first).expect("residuals");
+        for (claimed, c) in model.claimed.channels.iter().zip(&again.channels) {
+            let ratio = c.after_rms_m / claimed.after_rms_m;
+            assert!((ratio - 1.0).abs() < 0.05, "{name} {}: {ratio}", c.channel);
+        }
+    }
+}
