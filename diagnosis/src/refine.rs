@@ -6,10 +6,14 @@ use crate::gram::{Columns, Gram, folds, solve};
 use crate::heldout::Residuals;
 use crate::scene::{Scene, Shift};
 use crate::study::About;
+use crate::trace::log;
 use effects::sensor::{Action, READINGS};
 
 /// Most rounds of the fixed point. Each shrinks what is left by the slope of the effect: some tenths.
 const ROUNDS: usize = 8;
+/// Rounds that find the prior sizes anew and go all the way. Where amounts nearly cancel, the places that they lead to decide which of
+/// them do, and rounds may go from one such set to another and back for ever: after these the sizes stay, and each round goes half way.
+const FREE_ROUNDS: usize = 3;
 /// It stands where a round moves the segments by less than this share of their stated noise, rms.
 const STANDS: f64 = 0.1;
 
@@ -35,16 +39,20 @@ impl<'a> Refined<'a> {
         let fold = folds(&start.observations.stretch);
         let mut about = about;
         let mut round = 0;
+        let mut sizes = Vec::new();
         loop {
             let (scene, columns) = linearised(start, &about, names);
             let mut gram = Gram::new(&scene, &columns, &fold);
-            crate::relevance::shrink(&mut gram, &columns);
+            if round < FREE_ROUNDS {
+                sizes = crate::relevance::factors(&gram, &columns);
+            }
+            gram.rescale(&sizes);
             let list: Vec<usize> = (0..gram.width()).collect();
             let amounts: Vec<f64> = solve(&gram.training(None), &list, &gram.centre, 1.0)
                 .map_or(vec![0.0; list.len()], |fit| {
                     fit.amount.iter().copied().collect()
                 });
-            let next = moved(&scene, &columns, &gram, &amounts);
+            let next = moved(&scene, &columns, &gram, &amounts, 1.0);
             if round == ROUNDS || names.is_empty() || round > 0 && stands(&scene, &next.shift) {
                 let residuals = Residuals::new(&scene, &columns, &gram, &fold, &list);
                 return Self {
@@ -56,7 +64,11 @@ impl<'a> Refined<'a> {
                     about,
                 };
             }
-            about = next;
+            about = if round < FREE_ROUNDS {
+                next
+            } else {
+                moved(&scene, &columns, &gram, &amounts, 0.5)
+            };
             round += 1;
         }
     }
@@ -91,14 +103,17 @@ pub fn settled<'a>(
 
 /// True if a shift is what the scene is about already.
 fn stands(scene: &Scene, next: &Shift) -> bool {
-    (0..4).filter(|s| scene.scope.segments[*s]).all(|s| {
+    let steps = (0..4).filter(|s| scene.scope.segments[*s]).map(|s| {
         let noise = scene.observations.position_noise_m[s].iter().copied();
         let noise = crate::statistics::rms(noise.filter(|n| n.is_finite()));
         let finite = |v: Option<&f64>| v.copied().filter(|v| v.is_finite()).unwrap_or(0.0);
         let now = &scene.shift.whole_m[s];
         let step = (0..scene.len()).map(|i| finite(next.whole_m[s].get(i)) - finite(now.get(i)));
-        crate::statistics::rms(step) < STANDS * noise
-    })
+        crate::statistics::rms(step) / noise
+    });
+    let most = steps.fold(0.0, f64::max);
+    log(&format!("about itself, moved by {most:.3} of the noise"));
+    most < STANDS
 }
 
 fn linearised<'a>(start: &Scene<'a>, about: &About, names: &[String]) -> (Scene<'a>, Columns) {
@@ -113,19 +128,34 @@ fn linearised<'a>(start: &Scene<'a>, about: &About, names: &[String]) -> (Scene<
     (scene, columns)
 }
 
-fn moved(scene: &Scene, columns: &Columns, gram: &Gram, amounts: &[f64]) -> About {
+/// What amounts lead to, or a share of the way there.
+fn moved(scene: &Scene, columns: &Columns, gram: &Gram, amounts: &[f64], share: f64) -> About {
     let first = columns.blocks[0].columns.end;
     let metres: Vec<f64> = amounts
         .iter()
         .zip(&gram.scale)
         .map(|(a, s)| a * s)
         .collect();
+    let step: Vec<f64> = metres[..first].iter().map(|m| m * share).collect();
     let mut baseline = scene.baseline.clone();
-    baseline.add(scene.scope, &metres[..first]);
+    baseline.add(scene.scope, &step);
     let list: Vec<usize> = (first..metres.len()).collect();
+    let there = shift(scene, columns, &list, &metres[first..]);
+    let part = |here: &[Vec<f64>; 4], mut there: [Vec<f64>; 4]| {
+        for (here, there) in here.iter().zip(&mut there) {
+            for (i, there) in there.iter_mut().enumerate() {
+                let here = here.get(i).copied().unwrap_or(0.0);
+                *there = here + share * (*there - here);
+            }
+        }
+        there
+    };
     About {
         baseline,
-        shift: shift(scene, columns, &list, &metres[first..]),
+        shift: Shift {
+            whole_m: part(&scene.shift.whole_m, there.whole_m),
+            electronic_m: part(&scene.shift.electronic_m, there.electronic_m),
+        },
         noise: None,
     }
 }

@@ -13,22 +13,22 @@ const UPDATES: usize = 25;
 /// An amount is nothing below this share of its prior size.
 const NOTHING: f64 = 1.0e-4;
 
-/// Shrinks the prior sizes of all but the baseline's columns, never beyond the physical ones. Cost: 25 times the cube of
-/// the columns.
-pub fn shrink(gram: &mut Gram, columns: &Columns) {
+/// Factors that shrink the prior sizes of all but the baseline's columns, never beyond the physical ones: for [`Gram::rescale`].
+/// Cost: 25 times the cube of the columns.
+pub fn factors(gram: &Gram, columns: &Columns) -> Vec<f64> {
     let first = columns.blocks[0].columns.end;
     let width = gram.width();
+    let mut precision = DVector::from_element(width, 1.0);
     if width == first || width > MOST {
-        return;
+        return precision.as_slice().to_vec();
     }
     let training = gram.training(None);
     let normal = training.view((0, 0), (width, width)).into_owned();
     let right = training.column(width).rows(0, width).into_owned();
     let rows = gram.total_rows() as f64;
-    let mut precision = DVector::from_element(width, 1.0);
     for _ in 0..UPDATES {
         let Some((amounts, variance)) = fitted(gram, &normal, &right, &precision) else {
-            return;
+            return vec![1.0; width];
         };
         // What is left beyond the noise is no evidence for small amounts.
         let left = training[(width, width)] - 2.0 * right.dot(&amounts)
@@ -40,8 +40,7 @@ pub fn shrink(gram: &mut Gram, columns: &Columns) {
             precision[c] = (told / square.max(1e-30)).clamp(1.0, NOTHING.powi(-2));
         }
     }
-    let factor: Vec<f64> = precision.iter().map(|p| 1.0 / p.sqrt()).collect();
-    gram.rescale(&factor);
+    precision.iter().map(|p| 1.0 / p.sqrt()).collect()
 }
 
 /// Amounts with unit noise, and their variances.
@@ -109,7 +108,7 @@ mod tests {
             [1, 2, 3].map(|c| fit.amount[c] * gram.shrunk[c])
         };
         let free = amounts(&gram);
-        shrink(&mut gram, &columns);
+        gram.rescale(&factors(&gram, &columns));
         let shrunk = amounts(&gram);
         // The sum of the two is what is known.
         assert!((shrunk[0] + shrunk[1] - 2.0).abs() < 0.1, "{shrunk:?}");
