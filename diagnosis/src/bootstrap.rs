@@ -104,7 +104,19 @@ fn drawing(pieces: &[Piece], weight: usize) -> impl FnMut() -> Level + '_ {
     }
 }
 
-/// Lower and upper 2.5 % of what is drawn; draws of one piece alone tell nothing.
+/// 97.5 % point of the ratio of two mean squares with two degrees of freedom each (Fisher's F: p / (1 - p) there).
+const OTHER_COURSE: f64 = 39.0;
+
+/// 95 % interval of an rms, m, on another recording, where all but `known_m` of it is a wander whose course is another one there. A
+/// wander is known by a sine and a cosine at the least, however many periods of it are seen: two degrees of freedom.
+pub fn other_course(rms_m: f64, known_m: f64) -> [f64; 2] {
+    let wander = (rms_m * rms_m - known_m * known_m).max(0.0);
+    [1.0 / OTHER_COURSE, OTHER_COURSE]
+        .map(|ratio| known_m.min(rms_m).hypot((wander * ratio).sqrt()))
+}
+
+/// Lower and upper 2.5 % of what is drawn, no farther out than Student's of one degree of freedom: where one piece holds nearly all,
+/// draws without it seem to be sure. Draws of one piece alone tell nothing.
 fn quantiles(mut deviation: impl FnMut() -> f64) -> [f64; 2] {
     let mut list: Vec<f64> = (0..DRAWS)
         .map(|_| deviation())
@@ -114,6 +126,51 @@ fn quantiles(mut deviation: impl FnMut() -> f64) -> [f64; 2] {
     let tail = list.len() / 40;
     match list.len() {
         0 => [0.0; 2],
-        count => [list[tail], list[count - 1 - tail]],
+        count => [list[tail], list[count - 1 - tail]].map(|d| d.clamp(-STUDENT[0], STUDENT[0])),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use effects::random::normal;
+
+    /// Courses of as many flaws, each of one period, whose sine and cosine are another recording's own.
+    fn wander(flaws: usize, rng: &mut ChaCha8Rng) -> f64 {
+        let squares = (0..2 * flaws).map(|_| normal(rng).powi(2));
+        squares.sum::<f64>() / flaws as f64
+    }
+
+    #[test]
+    fn another_course_is_within_what_is_foretold() {
+        const PAIRS: usize = 2000;
+        let pairs = PAIRS as f64;
+        for flaws in [1, 3] {
+            let mut rng = ChaCha8Rng::seed_from_u64(11);
+            let covered = (0..PAIRS).filter(|_| {
+                let [here, there] = [0, 1].map(|_| (1.0 + 9.0 * wander(flaws, &mut rng)).sqrt());
+                let [low, high] = other_course(here, 1.0);
+                (low..=high).contains(&there)
+            });
+            let least = 0.95 * pairs - 3.0 * (0.95 * 0.05 * pairs).sqrt();
+            let covered = covered.count() as f64;
+            assert!(covered >= least, "{covered}, {flaws} flaws");
+        }
+    }
+
+    /// Draws without the one loud piece are all alike, and say nothing of how loud another may be.
+    #[test]
+    fn one_loud_piece_does_not_make_an_interval_without_end() {
+        let mut rng = ChaCha8Rng::seed_from_u64(12);
+        let mut pieces: Vec<Piece> = (0..200)
+            .map(|_| [50.0 * (0.01 * normal(&mut rng)).exp(), 50.0, 50.0])
+            .collect();
+        pieces[77][0] = 1.0e5;
+        let [low, high] = estimated(&pieces);
+        // The logarithm of a sum that is one piece's has an error of one.
+        assert!(
+            low < 1.0 && high > 1.0 && high < (0.5 * STUDENT[0]).exp() * 1.1,
+            "{low} {high}"
+        );
     }
 }

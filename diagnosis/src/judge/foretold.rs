@@ -1,6 +1,7 @@
 //! What another recording of the same motion is expected to show.
 
 use super::Judge;
+use crate::bootstrap::other_course;
 use crate::heldout::Residuals;
 use crate::model::OF_ITS_TIME;
 use crate::refine::Refined;
@@ -37,8 +38,21 @@ impl Judge<'_> {
         self.elsewhere.as_ref().map_or(&self.after, |e| &e.1)
     }
 
+    /// 95 % interval of what another recording is expected to show of a channel, m.
+    pub(super) fn foretold_interval_m(&self, named: bool, channel: usize) -> [f64; 2] {
+        let model = if named { self.foretold() } else { &self.before };
+        let run = &self.prepared.observations.run;
+        let [low, high] = model.foretold_m(channel, self.folds_m(named, channel), run);
+        if !named || self.elsewhere.is_none() {
+            return [low, high];
+        }
+        let known_m = self.after.channel_rms_m(channel).0;
+        let [less, more] = other_course(model.channel_rms_m(channel).0, known_m);
+        [low.min(less), high.max(more)]
+    }
+
     /// What the model that [`Self::foretold`] speaks of, or the baseline alone, leaves of a channel on folds that it has not seen, m.
-    pub(super) fn folds_m(&self, named: bool, channel: usize) -> f64 {
+    fn folds_m(&self, named: bool, channel: usize) -> f64 {
         let by_folds = match &self.elsewhere {
             _ if !named => &self.before_by_folds,
             Some(elsewhere) => &elsewhere.0.residuals,

@@ -366,11 +366,7 @@ impl Judge<'_> {
                 channel: CHANNEL_NAMES[c].into(),
                 before_rms_m: real,
                 after_rms_m: model.channel_rms_m(c).0,
-                after_ci95_m: model.foretold_m(
-                    c,
-                    self.folds_m(named, c),
-                    &self.prepared.observations.run,
-                ),
+                after_ci95_m: self.foretold_interval_m(named, c),
                 floor_rms_m: simulated,
             });
         }
