@@ -1,6 +1,6 @@
 //! `courier check MODEL RECORDING`.
 
-use crate::output::replace_file;
+use crate::output::{self, replace_file};
 use crate::terminal::{micrometres, print, table, warn};
 use anyhow::{Context, Result, bail};
 use diagnosis::{Check, Checked, Model};
@@ -13,7 +13,9 @@ use std::process::ExitCode;
 /// Nothing is fitted but what is arbitrary from one recording to the next: the zeros of the tooth counts (offset of g_p,
 /// o'_x, o'_y) and amounts that belong to a recording's own time (a wander, the phase of a vibration).
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  courier diagnose first --model model.json && courier check model.json second")]
+#[command(
+    after_help = "Example:\n  courier diagnose first --model model.json && courier check model.json second"
+)]
 pub struct Args {
     /// Model that `courier diagnose --model` wrote.
     model: PathBuf,
@@ -29,9 +31,12 @@ pub struct Args {
 /// # Errors
 /// A bad model or recording, or one that gives no residuals.
 pub fn run(args: &Args) -> Result<ExitCode> {
+    output::check_folders_of(args.json.iter())?;
     let name = args.model.display().to_string();
-    let text = std::fs::read_to_string(&args.model).with_context(|| format!("{name}: a readable model was wanted"))?;
-    let model: Model = serde_json::from_str(&text).with_context(|| format!("{name}: a model by `courier diagnose --model` was wanted"))?;
+    let text = std::fs::read_to_string(&args.model)
+        .with_context(|| format!("{name}: a readable model was wanted"))?;
+    let model: Model = serde_json::from_str(&text)
+        .with_context(|| format!("{name}: a model by `courier diagnose --model` was wanted"))?;
     if model.schema != 1 {
         bail!("{name}: schema {}, 1 was wanted", model.schema);
     }
@@ -40,7 +45,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let path = args.recording.display().to_string();
     let checked = diagnosis::check_fully(&model, &recording).with_context(|| path.clone())?;
     let held_out = checked.held_out.clone();
-    let check = Check { schema: 1, recording: path, model: name, held_out };
+    let check = Check {
+        schema: 1,
+        recording: path,
+        model: name,
+        held_out,
+    };
     let told = told(&model, &check) + &left_out(&checked);
     let json = serde_json::to_string_pretty(&check)?;
     match &args.json {
@@ -80,12 +90,20 @@ fn told(model: &Model, check: &Check) -> String {
         .channels
         .iter()
         .map(|c| {
-            let claimed = model.claimed.channels.iter().find(|m| m.channel == c.channel);
+            let claimed = model
+                .claimed
+                .channels
+                .iter()
+                .find(|m| m.channel == c.channel);
             vec![
                 c.channel.clone(),
                 micrometres(c.before_rms_m),
                 micrometres(c.after_rms_m),
-                format!("{} to {}", micrometres(c.after_ci95_m[0]), micrometres(c.after_ci95_m[1])),
+                format!(
+                    "{} to {}",
+                    micrometres(c.after_ci95_m[0]),
+                    micrometres(c.after_ci95_m[1])
+                ),
                 claimed.map_or(String::new(), |m| micrometres(m.after_rms_m)),
                 micrometres(c.floor_rms_m),
             ]
@@ -95,8 +113,15 @@ fn told(model: &Model, check: &Check) -> String {
     format!(
         "{} with {}\n{}\nover the simulator's own scatter: {:.2} before, {:.2} after, {:.2} claimed",
         check.recording,
-        if names.is_empty() { "the baseline alone".into() } else { names.join(", ") },
-        table(&["rms µm", "before", "after", "95 %", "claimed", "floor"], &rows),
+        if names.is_empty() {
+            "the baseline alone".into()
+        } else {
+            names.join(", ")
+        },
+        table(
+            &["rms µm", "before", "after", "95 %", "claimed", "floor"],
+            &rows
+        ),
         check.held_out.whitened_before,
         check.held_out.whitened_after,
         model.claimed.whitened_after
