@@ -136,8 +136,7 @@ impl<'a> Arena<'a> {
         let columns: Vec<usize> = blocks
             .flat_map(|b| self.columns.blocks[b].columns.clone())
             .collect();
-        let carried = self.carried.products();
-        Base::new(self.gram, carried, &columns)
+        Base::new(self.gram, &columns)
     }
 }
 

@@ -17,7 +17,7 @@ pub fn calibrate(observations: &Observations, keep: &[bool]) -> Baseline {
         let columns = baseline_columns(&scene);
         let gram = Gram::new(&scene, &columns, &fold);
         let all: Vec<usize> = (0..gram.width()).collect();
-        let Some(fit) = solve(&gram.training(None), &all, &gram.centre, 1.0) else {
+        let Some(fit) = solve(gram.training(None), &all, &gram.centre, 1.0) else {
             break;
         };
         let step: Vec<f64> = fit

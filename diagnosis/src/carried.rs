@@ -4,9 +4,9 @@
 //! 1987's corrected score.
 
 use crate::gram::Columns;
-use crate::products::{Upright, mirror};
+use crate::products::Upright;
 use crate::scene::{ROWS, Scene, Shift};
-use nalgebra::DMatrix;
+use crate::symmetric::Symmetric;
 use rayon::prelude::*;
 
 /// Samples that the mean is taken over.
@@ -22,7 +22,7 @@ const STEP_M: f64 = 1.0e-8;
 
 /// Mean products, a row, of the columns' and the target's derivatives by the readings, each times that reading's noise.
 #[derive(Clone, Debug)]
-pub struct Carried(DMatrix<f64>);
+pub struct Carried(Symmetric);
 
 impl Carried {
     /// Cost: a twentieth to a half of the products themselves. The coordination sensor's noise is left aside: its shapes are
@@ -33,29 +33,29 @@ impl Carried {
         let step = (in_use.len() / SAMPLES).max(1);
         let list: Vec<usize> = in_use.into_iter().step_by(step).collect();
         let stepped = std::array::from_fn(|s| stepped(scene, s));
-        let parts: Vec<(DMatrix<f64>, usize)> = list
+        let parts: Vec<(Symmetric, usize)> = list
             .par_chunks(list.len().div_ceil(LANES).max(1))
             .map(|samples| products_of(scene, &stepped, columns, scale, samples))
             .collect();
-        let mut sum = DMatrix::zeros(width, width);
+        let mut sum = Symmetric::zeros(width);
         let mut count = 0;
         for (part, rows) in parts {
-            sum += part;
+            sum += &part;
             count += rows;
         }
-        mirror(&mut sum);
-        Self(sum / count.max(1) as f64)
+        sum.divide(count.max(1) as f64);
+        Self(sum)
     }
 
     /// The mean products; the target's derivatives are in the last row and column.
-    pub fn products(&self) -> &DMatrix<f64> {
+    pub fn products(&self) -> &Symmetric {
         &self.0
     }
 
     /// Squares, a row, that a fit's own are counted too high by, of its squares over [`Self::products`]: the noise that it adds,
     /// or below zero what it takes away, which counts twice.
     pub fn allowance(&self, squares: f64) -> f64 {
-        let last = self.0.nrows() - 1;
+        let last = self.0.order() - 1;
         let added = squares - self.0[(last, last)];
         if added < 0.0 { DOUBT * added } else { added }
     }
@@ -86,10 +86,10 @@ fn products_of(
     columns: &Columns,
     scale: &[f64],
     samples: &[usize],
-) -> (DMatrix<f64>, usize) {
+) -> (Symmetric, usize) {
     let width = scale.len() + 1;
-    let mut upright = Upright::new(width);
-    let mut sum = DMatrix::zeros(width, width);
+    let mut upright = Upright::new(width, CHUNK * ROWS * 4);
+    let mut sum = Symmetric::zeros(width);
     let mut count = 0;
     for chunk in samples.chunks(CHUNK) {
         upright.clear();

@@ -1,7 +1,9 @@
 //! One pass over the samples: products of all columns, by fold, so that every later comparison is small algebra.
 
-use crate::products::{Upright, mirror};
-use crate::scene::Scene;
+use crate::products::Upright;
+use crate::scene::{ROWS, Scene};
+use crate::symmetric::Symmetric;
+use crate::training::Training;
 use effects::sensor::{CHANNELS, Regressor};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -57,9 +59,9 @@ impl Columns {
 /// Products of whitened columns by fold; the last column is the target, minus the residual.
 pub struct Gram {
     /// `[fold]`, each `[columns + 1, columns + 1]`, of columns scaled by their prior deviation.
-    pub fold: Vec<DMatrix<f64>>,
+    pub fold: Vec<Symmetric>,
     /// Their sum.
-    pub(crate) total: DMatrix<f64>,
+    pub(crate) total: Symmetric,
     /// Rows in each fold.
     pub rows: [usize; FOLDS],
     /// Prior deviation of each amount: a column times this is one prior deviation of effect.
@@ -175,18 +177,20 @@ impl Gram {
             .zip(&scale)
             .map(|(c, s)| if *s > 0.0 { c / s } else { 0.0 })
             .collect();
+        let width = scale.len() + 1;
+        let mut lanes: Vec<Lane> = (0..LANES).map(|_| Lane::new(width)).collect();
         let mut fold = Vec::with_capacity(FOLDS);
         let mut rows = [0; FOLDS];
         for (f, count) in rows.iter_mut().enumerate() {
             let list: Vec<usize> = (0..scene.len())
                 .filter(|&i| scene.keep[i] && usize::from(folds[i]) == f)
                 .collect();
-            let (sum, found) = products(scene, columns, &scale, &list);
+            let (sum, found) = products(scene, columns, &scale, &list, &mut lanes);
             fold.push(sum);
             *count = found;
         }
-        fold.iter_mut().for_each(mirror);
-        let mut total = DMatrix::zeros(scale.len() + 1, scale.len() + 1);
+        drop(lanes);
+        let mut total = Symmetric::zeros(width);
         fold.iter().for_each(|f| total += f);
         Self {
             fold,
@@ -206,8 +210,7 @@ impl Gram {
             self.shrunk[c] *= by;
             self.centre[c] /= by;
             for sum in self.fold.iter_mut().chain([&mut self.total]) {
-                sum.row_mut(c).scale_mut(*by);
-                sum.column_mut(c).scale_mut(*by);
+                sum.rescale(c, *by);
             }
         }
     }
@@ -223,46 +226,25 @@ impl Gram {
     }
 
     /// Sum over all folds but one (or all).
-    pub fn training(&self, without: Option<usize>) -> DMatrix<f64> {
-        match without {
-            Some(f) => &self.total - &self.fold[f],
-            None => self.total.clone(),
-        }
-    }
-
-    /// The same as it is asked for, without memory of its own.
-    pub fn trained_without(&self, fold: usize) -> Training<'_> {
-        Training {
-            total: &self.total,
-            test: &self.fold[fold],
-        }
+    pub fn training(&self, without: Option<usize>) -> Training<'_> {
+        Training::new(&self.total, without.map(|fold| &self.fold[fold]))
     }
 }
 
-/// Sum over all folds but one.
-#[derive(Clone, Copy)]
-pub struct Training<'a> {
-    total: &'a DMatrix<f64>,
-    /// The fold that is left out.
-    pub test: &'a DMatrix<f64>,
+/// Sums that are formed beside others: their memory serves all folds.
+struct Lane {
+    upright: Upright,
+    sum: Symmetric,
+    rows: usize,
 }
 
-impl Training<'_> {
-    /// An element.
-    pub fn at(&self, row: usize, column: usize) -> f64 {
-        self.total[(row, column)] - self.test[(row, column)]
-    }
-
-    /// Number of the target's row and column.
-    pub fn last(&self) -> usize {
-        self.total.nrows() - 1
-    }
-
-    /// Some rows and columns.
-    pub fn block(&self, rows: &[usize], columns: &[usize]) -> DMatrix<f64> {
-        DMatrix::from_fn(rows.len(), columns.len(), |a, b| {
-            self.at(rows[a], columns[b])
-        })
+impl Lane {
+    fn new(width: usize) -> Self {
+        Self {
+            upright: Upright::new(width, CHUNK * ROWS),
+            sum: Symmetric::zeros(width),
+            rows: 0,
+        }
     }
 }
 
@@ -272,45 +254,37 @@ fn products(
     columns: &Columns,
     scale: &[f64],
     samples: &[usize],
-) -> (DMatrix<f64>, usize) {
-    let width = scale.len() + 1;
-    let work = |lane: usize| {
-        let mut sum = DMatrix::zeros(width, width);
-        let mut upright = Upright::new(width);
-        let chunks = samples.chunks(CHUNK).skip(lane).step_by(LANES);
-        let rows =
-            chunks.map(|chunk| accumulate(scene, columns, scale, chunk, &mut upright, &mut sum));
-        let rows: usize = rows.sum();
-        (sum, rows)
-    };
-    let work = &work;
-    let parts: Vec<_> = std::thread::scope(|scope| {
-        let handles: Vec<_> = (0..LANES)
-            .map(|lane| scope.spawn(move || work(lane)))
-            .collect();
-        handles.into_iter().filter_map(|h| h.join().ok()).collect()
+    lanes: &mut [Lane],
+) -> (Symmetric, usize) {
+    std::thread::scope(|scope| {
+        for (number, lane) in lanes.iter_mut().enumerate() {
+            scope.spawn(move || {
+                for chunk in samples.chunks(CHUNK).skip(number).step_by(LANES) {
+                    lane.rows += accumulate(scene, columns, scale, chunk, lane);
+                }
+            });
+        }
     });
-    let mut parts = parts.into_iter();
-    let first = parts
-        .next()
-        .unwrap_or_else(|| (DMatrix::zeros(width, width), 0));
-    parts.fold(first, |mut all, part| {
-        all.0 += part.0;
-        all.1 += part.1;
-        all
-    })
+    let mut sum = Symmetric::zeros(scale.len() + 1);
+    let mut rows = 0;
+    for lane in lanes {
+        sum += &lane.sum;
+        lane.sum.clear();
+        rows += std::mem::take(&mut lane.rows);
+    }
+    (sum, rows)
 }
 
-/// Adds a chunk's products to the lower triangle. Columns that are zero throughout the chunk (shapes of another run, of
+/// Adds a chunk's products. Columns that are zero throughout the chunk (shapes of another run, of
 /// another time, of another place) cost nothing but their evaluation.
 fn accumulate(
     scene: &Scene,
     columns: &Columns,
     scale: &[f64],
     samples: &[usize],
-    upright: &mut Upright,
-    gram: &mut DMatrix<f64>,
+    lane: &mut Lane,
 ) -> usize {
+    let upright = &mut lane.upright;
     upright.clear();
     let last = scale.len();
     for &i in samples {
@@ -329,7 +303,7 @@ fn accumulate(
         let white = rows.whitened(&rows.residual_m);
         upright.set(last, &white[..rows.count], -1.0);
     }
-    upright.add_products(gram);
+    upright.add_products(&mut lane.sum);
     upright.rows()
 }
 
@@ -345,17 +319,12 @@ pub struct Fit {
 }
 
 /// Solves for the columns with unit normal priors about `centre`, noise variance `variance`.
-pub fn solve(
-    training: &DMatrix<f64>,
-    columns: &[usize],
-    centre: &[f64],
-    variance: f64,
-) -> Option<Fit> {
+pub fn solve(training: Training, columns: &[usize], centre: &[f64], variance: f64) -> Option<Fit> {
     let n = columns.len();
-    let last = training.nrows() - 1;
+    let last = training.last();
     let precision = 1.0 / variance;
-    let mut normal = DMatrix::from_fn(n, n, |a, b| training[(columns[a], columns[b])] * precision);
-    let mut right = DVector::from_fn(n, |a, _| training[(columns[a], last)] * precision);
+    let mut normal = DMatrix::from_fn(n, n, |a, b| training.at(columns[a], columns[b]) * precision);
+    let mut right = DVector::from_fn(n, |a, _| training.at(columns[a], last) * precision);
     for a in 0..n {
         normal[(a, a)] += 1.0;
         right[a] += centre[columns[a]];
@@ -370,7 +339,7 @@ pub fn solve(
         .sum::<f64>();
     let prior: f64 = columns.iter().map(|&c| centre[c] * centre[c]).sum();
     let log_evidence =
-        0.5 * (right.dot(&amount) - prior - training[(last, last)] * precision) - log_det;
+        0.5 * (right.dot(&amount) - prior - training.at(last, last) * precision) - log_det;
     Some(Fit {
         columns: columns.to_vec(),
         amount,
@@ -378,18 +347,8 @@ pub fn solve(
     })
 }
 
-/// Squared whitened residual of a fit on other data.
-pub fn squares(test: &DMatrix<f64>, fit: &Fit) -> f64 {
-    let last = test.nrows() - 1;
-    let n = fit.columns.len();
-    let mut sum = test[(last, last)];
-    for a in 0..n {
-        let ca = fit.columns[a];
-        let mut inner = -2.0 * test[(ca, last)];
-        for b in 0..n {
-            inner += test[(ca, fit.columns[b])] * fit.amount[b];
-        }
-        sum += inner * fit.amount[a];
-    }
-    sum
+/// Squared whitened residual of a fit on other data: the quadratic form of what it adds to the columns, and takes from the target.
+pub fn squares(test: &Symmetric, fit: &Fit) -> f64 {
+    let amounts = fit.columns.iter().copied().zip(fit.amount.iter().copied());
+    test.quadratic(amounts.chain([(test.order() - 1, -1.0)]))
 }

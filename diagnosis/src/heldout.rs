@@ -31,7 +31,7 @@ impl Residuals {
     ) -> Self {
         let amounts: Vec<Vec<f64>> = (0..FOLDS)
             .map(|f| {
-                solve(&gram.training(Some(f)), list, &gram.centre, 1.0)
+                solve(gram.training(Some(f)), list, &gram.centre, 1.0)
                     .map_or(vec![0.0; list.len()], |fit| {
                         fit.amount.iter().copied().collect()
                     })

@@ -25,8 +25,9 @@ struct Piece {
 pub fn left_out(scene: &Scene, columns: &Columns, gram: &Gram) -> Option<Residuals> {
     let width = gram.width();
     let training = gram.training(None);
-    let mut normal = training.view((0, 0), (width, width)).into_owned();
-    let mut right = training.column(width).rows(0, width).into_owned();
+    let all: Vec<usize> = (0..width).collect();
+    let mut normal = training.block(&all, &all);
+    let mut right = training.right(&all);
     for c in 0..width {
         normal[(c, c)] += 1.0;
         right[c] += gram.centre[c];

@@ -94,8 +94,10 @@ pub mod slips;
 pub mod smooth;
 pub mod statistics;
 pub mod study;
+pub mod symmetric;
 pub mod thinning;
 pub mod trace;
+pub mod training;
 pub mod travel;
 pub mod visited;
 

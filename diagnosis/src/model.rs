@@ -12,6 +12,7 @@ use crate::report::{HeldOut, HeldOutChannel, Magnitude};
 use crate::scene::{Normal, Scene, range};
 use crate::simulate::floor;
 use crate::slips::repair_slips;
+use crate::training::Training;
 use crate::visited::Visited;
 use effects::sensor::{Regressor, Survey};
 use recording::Recording;
@@ -335,15 +336,15 @@ fn evaluate(scene: &Scene, columns: &Columns, list: &[usize]) -> Residuals {
     let last = gram.width();
     let amounts: Vec<Vec<f64>> = (0..crate::gram::FOLDS)
         .map(|f| {
-            let mut training = gram.training(Some(f));
+            let mut training = gram.training(Some(f)).formed();
             for &h in &held {
                 let amount = gram.centre[h];
-                let column = training.column(h) * amount;
                 for row in 0..last {
-                    training[(row, last)] -= column[row];
+                    let known = training[(row, h)] * amount;
+                    training[(row, last)] -= known;
                 }
             }
-            let fitted = solve(&training, &free, &gram.centre, 1.0)
+            let fitted = solve(Training::of(&training), &free, &gram.centre, 1.0)
                 .map_or(vec![0.0; free.len()], |fit| {
                     fit.amount.iter().copied().collect()
                 });

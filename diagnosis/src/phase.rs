@@ -55,7 +55,7 @@ pub fn align(scene: &Scene, columns: &mut Columns) {
         .clone()
         .chain(block.columns.clone())
         .collect();
-    let fit = solve(&gram.training(None), &list, &gram.centre, 1.0);
+    let fit = solve(gram.training(None), &list, &gram.centre, 1.0);
     for c in lines {
         let amount = |c: usize| {
             let at = list.iter().position(|k| *k == c);

@@ -1,6 +1,7 @@
 //! Products of columns over rows, as they come, chunk by chunk.
 
-use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut, Dyn};
+use crate::symmetric::Symmetric;
+use nalgebra::{DMatrixView, DMatrixViewMut, Dyn};
 
 /// Rows that products are formed of, one after the other, and which of their columns are not zero throughout. The memory is used
 /// again for the next ones.
@@ -19,15 +20,15 @@ pub(crate) struct Upright {
 const PANEL: usize = 160;
 
 impl Upright {
-    /// For rows of so many columns.
-    pub(crate) fn new(width: usize) -> Self {
+    /// For some rows of so many columns.
+    pub(crate) fn new(width: usize, rows: usize) -> Self {
         Self {
             width,
-            values: Vec::new(),
+            values: Vec::with_capacity(width * rows),
             newest: 0,
             active: vec![false; width],
-            packed: Vec::new(),
-            part: Vec::new(),
+            packed: Vec::with_capacity(width * rows),
+            part: Vec::with_capacity(width * width.min(PANEL)),
         }
     }
 
@@ -61,8 +62,8 @@ impl Upright {
         }
     }
 
-    /// Adds the products of the columns to the lower triangle.
-    pub(crate) fn add_products(&mut self, gram: &mut DMatrix<f64>) {
+    /// Adds the products of the columns.
+    pub(crate) fn add_products(&mut self, gram: &mut Symmetric) {
         let rows = self.rows();
         let list: Vec<usize> = (0..self.width).filter(|c| self.active[*c]).collect();
         let width = list.len();
@@ -91,20 +92,12 @@ impl Upright {
                 0.0,
             );
             for k in 0..size {
-                let mut column = gram.column_mut(list[first + k]);
+                let at = list[first + k];
+                let column = gram.below_mut(at);
                 for r in k..rest {
-                    column[list[first + r]] += part[(r, k)];
+                    column[list[first + r] - at] += part[(r, k)];
                 }
             }
-        }
-    }
-}
-
-/// Copies the lower triangle to the upper one.
-pub(crate) fn mirror(gram: &mut DMatrix<f64>) {
-    for column in 0..gram.ncols() {
-        for row in column + 1..gram.nrows() {
-            gram[(column, row)] = gram[(row, column)];
         }
     }
 }
@@ -115,13 +108,13 @@ mod tests {
 
     #[test]
     fn a_sample_without_rows_adds_nothing() {
-        let mut rows = Upright::new(3);
+        let mut rows = Upright::new(3, 4);
         for (count, value) in [(2, 1.0), (0, 9.0), (1, 2.0)] {
             rows.extend(count);
             rows.set(1, &[value, value], 1.0);
             rows.set(2, &[value, value], 3.0);
         }
-        let mut gram = DMatrix::zeros(3, 3);
+        let mut gram = Symmetric::zeros(3);
         rows.add_products(&mut gram);
         assert_eq!((rows.rows(), gram[(1, 1)], gram[(2, 1)]), (3, 6.0, 18.0));
     }

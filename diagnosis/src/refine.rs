@@ -48,7 +48,7 @@ impl<'a> Refined<'a> {
             }
             gram.rescale(&sizes);
             let list: Vec<usize> = (0..gram.width()).collect();
-            let amounts: Vec<f64> = solve(&gram.training(None), &list, &gram.centre, 1.0)
+            let amounts: Vec<f64> = solve(gram.training(None), &list, &gram.centre, 1.0)
                 .map_or(vec![0.0; list.len()], |fit| {
                     fit.amount.iter().copied().collect()
                 });

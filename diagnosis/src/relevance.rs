@@ -23,15 +23,15 @@ pub fn factors(gram: &Gram, columns: &Columns) -> Vec<f64> {
         return precision.as_slice().to_vec();
     }
     let training = gram.training(None);
-    let normal = training.view((0, 0), (width, width)).into_owned();
-    let right = training.column(width).rows(0, width).into_owned();
+    let all: Vec<usize> = (0..width).collect();
+    let (normal, right) = (training.block(&all, &all), training.right(&all));
     let rows = gram.total_rows() as f64;
     for _ in 0..UPDATES {
         let Some((amounts, variance)) = fitted(gram, &normal, &right, &precision) else {
             return vec![1.0; width];
         };
         // What is left beyond the noise is no evidence for small amounts.
-        let left = training[(width, width)] - 2.0 * right.dot(&amounts)
+        let left = training.at(width, width) - 2.0 * right.dot(&amounts)
             + amounts.dot(&(&normal * &amounts));
         let noise = (left / rows).max(1.0);
         for c in first..width {
@@ -64,6 +64,7 @@ fn fitted(
 mod tests {
     use super::*;
     use crate::gram::{FOLDS, solve};
+    use crate::symmetric::Symmetric;
     use effects::random::{ChaCha8Rng, SeedableRng, normal};
     use effects::sensor::Regressor;
 
@@ -80,21 +81,26 @@ mod tests {
     fn what_a_recording_does_not_need_goes_to_nothing() {
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         let columns = columns(&["constant", "there", "like it", "elsewhere"]);
-        let fold: Vec<DMatrix<f64>> = (0..FOLDS)
+        let fold: Vec<Symmetric> = (0..FOLDS)
             .map(|_| {
-                let mut sum = DMatrix::zeros(5, 5);
+                let mut sum = Symmetric::zeros(5);
                 for _ in 0..400 {
                     let (there, other) = (normal(&mut rng), normal(&mut rng));
                     let like = there + 0.01 * normal(&mut rng);
                     let target = 2.0 * there + normal(&mut rng);
-                    let row = DVector::from_vec(vec![1.0, there, like, other, target]);
-                    sum += &row * row.transpose();
+                    let row = [1.0, there, like, other, target];
+                    for (column, value) in row.iter().enumerate() {
+                        let below = sum.below_mut(column).iter_mut().zip(&row[column..]);
+                        below.for_each(|(sum, other)| *sum += value * other);
+                    }
                 }
                 sum
             })
             .collect();
+        let mut total = Symmetric::zeros(5);
+        fold.iter().for_each(|fold| total += fold);
         let mut gram = Gram {
-            total: fold.iter().sum(),
+            total,
             fold,
             rows: [400; FOLDS],
             scale: vec![10.0; 4],
@@ -104,7 +110,7 @@ mod tests {
         };
         gram.rescale(&[10.0; 4]);
         let amounts = |gram: &Gram| {
-            let fit = solve(&gram.training(None), &[0, 1, 2, 3], &gram.centre, 1.0).unwrap();
+            let fit = solve(gram.training(None), &[0, 1, 2, 3], &gram.centre, 1.0).unwrap();
             [1, 2, 3].map(|c| fit.amount[c] * gram.shrunk[c])
         };
         let free = amounts(&gram);

@@ -33,7 +33,7 @@ fn a_sine_of_the_own_phase_adds_what_its_slope_says() {
     let slope = 4.0;
     let amount_m = slope * courier.pitch / (3.0 * TAU);
     let fit = solve(
-        &study.gram.training(None),
+        study.gram.training(None),
         &[column],
         &study.gram.centre,
         1.0,

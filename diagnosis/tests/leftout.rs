@@ -41,7 +41,7 @@ fn a_left_out_piece_is_what_a_fit_without_it_predicts() {
         let keep = (0..all.len()).map(|i| !piece.contains(&i)).collect();
         let without = scene(keep);
         let reduced = Gram::new(&without, &columns, &fold);
-        let fit = solve(&reduced.training(None), &list, &reduced.centre, 1.0).expect("solvable");
+        let fit = solve(reduced.training(None), &list, &reduced.centre, 1.0).expect("solvable");
         let amounts: Vec<f64> = fit.amount.iter().copied().collect();
         let slow = Residuals::predicted(&without, &columns, &reduced, &list, |_| &amounts, true);
         let of = |r: &Residuals| -> Vec<f64> {

@@ -117,7 +117,7 @@ impl Judge<'_> {
             .filter(|c| !out.contains(c))
             .collect();
         let left = |f: usize| {
-            let fit = solve(&fine.gram.training(Some(f)), &list, &fine.gram.centre, 1.0);
+            let fit = solve(fine.gram.training(Some(f)), &list, &fine.gram.centre, 1.0);
             fit.map_or(f64::INFINITY, |fit| squares(&fine.gram.fold[f], &fit))
         };
         let sum: f64 = (0..FOLDS).map(left).sum();

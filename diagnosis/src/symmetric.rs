@@ -1,0 +1,194 @@
+//! Symmetric matrices at half the memory: products of columns are the largest things that a diagnosis holds.
+
+use nalgebra::{DMatrix, DVectorView};
+use std::ops::{AddAssign, Index, IndexMut, Range, SubAssign};
+
+/// The lower triangle alone, column by column.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Symmetric {
+    order: usize,
+    values: Vec<f64>,
+}
+
+impl Symmetric {
+    /// Nothing but zeros.
+    #[must_use]
+    pub fn zeros(order: usize) -> Self {
+        Self {
+            order,
+            values: vec![0.0; order * (order + 1) / 2],
+        }
+    }
+
+    /// Number of rows, and of columns.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// A column's elements from the diagonal on down.
+    pub fn below_mut(&mut self, column: usize) -> &mut [f64] {
+        let start = self.start(column);
+        &mut self.values[start..start + self.order - column]
+    }
+
+    /// Some rows and columns.
+    #[must_use]
+    pub fn block(&self, rows: &[usize], columns: &[usize]) -> DMatrix<f64> {
+        DMatrix::from_fn(rows.len(), columns.len(), |a, b| {
+            self[(rows[a], columns[b])]
+        })
+    }
+
+    /// The quadratic form of amounts of some columns, those of all others being zero. Cost: half the square of their number.
+    #[must_use]
+    pub fn quadratic(&self, amounts: impl IntoIterator<Item = (usize, f64)>) -> f64 {
+        let mut amounts: Vec<(usize, f64)> = amounts.into_iter().collect();
+        amounts.sort_unstable_by_key(|(column, _)| *column);
+        let (columns, values): (Vec<usize>, Vec<f64>) = amounts.into_iter().unzip();
+        let runs = consecutive(&columns);
+        let mut sum = 0.0;
+        for (at, run) in runs.iter().enumerate() {
+            for k in run.clone() {
+                let below = &self.values[self.start(columns[k])..];
+                let part = |rows: Range<usize>| {
+                    let first = columns[rows.start] - columns[k];
+                    dot(&below[first..first + rows.len()], &values[rows])
+                };
+                let own = if k + 1 < run.end {
+                    part(k + 1..run.end)
+                } else {
+                    0.0
+                };
+                let others: f64 = runs[at + 1..].iter().cloned().map(part).sum();
+                sum += values[k] * (below[0] * values[k] + 2.0 * (own + others));
+            }
+        }
+        sum
+    }
+
+    /// All elements zero again.
+    pub fn clear(&mut self) {
+        self.values.fill(0.0);
+    }
+
+    /// Takes the unit of a row and its column to be so many times smaller.
+    pub fn rescale(&mut self, at: usize, factor: f64) {
+        for k in 0..self.order {
+            self[(at, k)] *= factor;
+        }
+        self[(at, at)] *= factor;
+    }
+
+    /// Divides all elements.
+    pub fn divide(&mut self, by: f64) {
+        self.values.iter_mut().for_each(|value| *value /= by);
+    }
+
+    /// Where a column's diagonal element is.
+    fn start(&self, column: usize) -> usize {
+        column * (2 * self.order + 1 - column) / 2
+    }
+
+    fn position(&self, (row, column): (usize, usize)) -> usize {
+        let (high, low) = (row.max(column), row.min(column));
+        self.start(low) + high - low
+    }
+}
+
+/// Places of a sorted list whose numbers follow one another.
+fn consecutive(sorted: &[usize]) -> Vec<Range<usize>> {
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for (k, number) in sorted.iter().enumerate() {
+        match runs.last_mut() {
+            Some(run) if sorted[run.end - 1] + 1 == *number => run.end = k + 1,
+            _ => runs.push(k..k + 1),
+        }
+    }
+    runs
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    DVectorView::from_slice(a, a.len()).dot(&DVectorView::from_slice(b, b.len()))
+}
+
+impl Index<(usize, usize)> for Symmetric {
+    type Output = f64;
+
+    fn index(&self, at: (usize, usize)) -> &f64 {
+        &self.values[self.position(at)]
+    }
+}
+
+impl IndexMut<(usize, usize)> for Symmetric {
+    fn index_mut(&mut self, at: (usize, usize)) -> &mut f64 {
+        let position = self.position(at);
+        &mut self.values[position]
+    }
+}
+
+impl AddAssign<&Self> for Symmetric {
+    fn add_assign(&mut self, other: &Self) {
+        let pairs = self.values.iter_mut().zip(&other.values);
+        pairs.for_each(|(sum, value)| *sum += value);
+    }
+}
+
+impl SubAssign<&Self> for Symmetric {
+    fn sub_assign(&mut self, other: &Self) {
+        let pairs = self.values.iter_mut().zip(&other.values);
+        pairs.for_each(|(rest, value)| *rest -= value);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::DVector;
+
+    fn filled(order: usize) -> (Symmetric, DMatrix<f64>) {
+        let mut packed = Symmetric::zeros(order);
+        let mut whole = DMatrix::zeros(order, order);
+        for column in 0..order {
+            for (k, slot) in packed.below_mut(column).iter_mut().enumerate() {
+                let value = (1 + column * order + k) as f64;
+                *slot = value;
+                whole[(column + k, column)] = value;
+                whole[(column, column + k)] = value;
+            }
+        }
+        (packed, whole)
+    }
+
+    #[test]
+    fn every_element_is_where_the_whole_matrix_has_it() {
+        for order in 1..7 {
+            let (packed, whole) = filled(order);
+            let all: Vec<usize> = (0..order).collect();
+            assert_eq!(packed.block(&all, &all), whole);
+        }
+    }
+
+    #[test]
+    fn the_quadratic_form_of_some_columns_is_that_of_the_whole_matrix() {
+        let (packed, whole) = filled(7);
+        for list in [vec![3], vec![0, 1, 2], vec![5, 2, 6, 3], vec![6, 4, 0, 2]] {
+            let amounts = list.iter().map(|c| (*c, 1.5 - *c as f64));
+            let mut vector = DVector::zeros(7);
+            amounts.clone().for_each(|(c, a)| vector[c] = a);
+            let wanted = vector.dot(&(&whole * &vector));
+            let found = packed.quadratic(amounts);
+            assert!((found - wanted).abs() < 1e-12 * wanted.abs(), "{list:?}");
+        }
+        assert_eq!(packed.quadratic([]), 0.0);
+    }
+
+    #[test]
+    fn a_row_and_its_column_are_rescaled_together() {
+        let (mut packed, mut whole) = filled(5);
+        packed.rescale(3, 0.5);
+        whole.row_mut(3).scale_mut(0.5);
+        whole.column_mut(3).scale_mut(0.5);
+        assert_eq!(packed.block(&[0, 1, 2, 3, 4], &[0, 1, 2, 3, 4]), whole);
+    }
+}
