@@ -201,12 +201,10 @@ fn what_cannot_answer_says_so() {
     });
     assert!(told(&dead).contains("q2s"));
     let mut loud = good.clone();
-    loud.meta.electronics.quadrature_noise_counts = good
-        .meta
-        .electronics
-        .quadrature_noise_counts
-        .map(|n| 10.0 * n);
-    loud.meta.electronics.psd_noise_counts =
-        good.meta.electronics.psd_noise_counts.map(|n| 10.0 * n);
+    let of_beacon = &mut loud.meta.electronics.psd_noise_counts;
+    *of_beacon = of_beacon.map(|n| 10.0 * n);
+    assert!(told(&loud).contains("stated noise"));
+    let of_pairs = &mut loud.meta.electronics.quadrature_noise_counts;
+    *of_pairs = of_pairs.map(|n| 10.0 * n);
     assert!(told(&loud).contains("stated noise"));
 }

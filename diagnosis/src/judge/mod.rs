@@ -10,6 +10,7 @@ mod named;
 mod place;
 mod prune;
 mod reference;
+mod stated;
 mod verdict;
 
 use crate::evidence::{Evidence, Step};

@@ -20,8 +20,6 @@ const PARTLY_DONE: f64 = 0.3;
 const LOCATED: f64 = 0.15;
 /// Share of a noise that had to be found which shapes may take by chance.
 const CHANCE: f64 = 0.03;
-/// The stated noise is not believed below this whitened rms.
-const TOO_QUIET: f64 = 0.7;
 /// Disturbed samples that make a burst, and their whitened squares.
 const BURSTS: (usize, f64) = (3, 300.0);
 /// Bursts are told if they are this share of the whole gap.
@@ -73,7 +71,7 @@ impl Judge<'_> {
             log(&format!("objection: {reason}"));
         }
         let visible = seen.gap || !self.prepared.slips.is_empty() || !effects.is_empty();
-        out.verdict = if let Some(limit) = self.too_quiet(&seen) {
+        out.verdict = if let Some(limit) = self.too_quiet(seen.white_before, seen.white_after) {
             out.notes.push(limit);
             Verdict::InsufficientData
         } else if !visible {
@@ -98,6 +96,9 @@ impl Judge<'_> {
                 seen.white_after
             ));
         }
+        if out.verdict != Verdict::InsufficientData {
+            out.notes.extend(self.quiet_channel());
+        }
         if !matches!(out.verdict, Verdict::Named | Verdict::Alias) {
             effects.clear();
         }
@@ -108,20 +109,6 @@ impl Judge<'_> {
             out.place.insert(0, over_time());
         }
         out
-    }
-
-    /// The stated noise, where it is too large to judge anything by.
-    fn too_quiet(&self, seen: &Seen) -> Option<String> {
-        if seen.white_before < TOO_QUIET {
-            return Some(format!(
-                "stated noise: the recording scatters by {:.2} of what is stated, at least {TOO_QUIET} wanted",
-                seen.white_before
-            ));
-        }
-        let limit = self.prepared.overstated.as_ref();
-        limit
-            .filter(|_| seen.white_after < TOO_QUIET)
-            .map(ToString::to_string)
     }
 
     /// What speaks against naming what was found.
