@@ -64,6 +64,7 @@ pub mod carried;
 pub mod channels;
 pub mod clean;
 pub mod clip;
+pub mod counts;
 pub mod evidence;
 pub mod fourier;
 mod fringe;

@@ -3,6 +3,7 @@
 use crate::Insufficient;
 use crate::baseline::Baseline;
 use crate::clean::disturbed;
+use crate::counts::align_pairs;
 use crate::gram::{Columns, Gram, folds, solve};
 use crate::heldout::Residuals;
 use crate::judge::CHANNEL_NAMES;
@@ -105,6 +106,7 @@ pub fn check(model: &Model, recording: &Recording) -> Result<HeldOut, Insufficie
 pub fn check_fully(model: &Model, recording: &Recording) -> Result<Checked, Insufficient> {
     let mut observations = Observations::new(recording)?;
     repair_slips(&mut observations);
+    align_pairs(&mut observations);
     let undisturbed = undisturbed(model, &observations);
     let (known, unknown) = split(model, &observations, undisturbed);
     let (after, floor_scene) = residuals(model, &observations, known.clone(), true);

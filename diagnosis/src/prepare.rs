@@ -3,6 +3,7 @@
 use crate::baseline::Baseline;
 use crate::calibrate::calibrate;
 use crate::clean::disturbed;
+use crate::counts::align_pairs;
 use crate::observe::Observations;
 use crate::scene::{Amplitudes, Scene};
 use crate::slips::{Slip, repair_slips};
@@ -60,6 +61,7 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     crate::adequacy::check(&observations)?;
     crate::channels::electrodes(recording)?;
     let slips = repair_slips(&mut observations);
+    align_pairs(&mut observations);
     let mut notes = crate::adequacy::remarks(&observations);
     let samples = observations.len();
     let (thinned, told) = thinning::thin(&mut observations);
