@@ -4,6 +4,7 @@ use super::Judge;
 use crate::clean::disturbed;
 use crate::heldout::Residuals;
 use crate::report::{Magnitude, Named};
+use crate::statistics::median_and_deviation;
 
 /// Neighbours on smooth paths that are needed to tell noise from a pattern, in a channel; and in all to name it.
 const ROUGH_PAIRS: usize = 300;
@@ -23,6 +24,10 @@ const STILL: f64 = 0.3;
 const TOOTH: f64 = 0.05;
 /// A channel is looked at if its mean square is this far above the noise that is stated.
 const LOUD: f64 = 1.2;
+
+/// Of the excess over the stated noise the middle of the readings, told by their median deviation, shows at least this share: all of
+/// it where it is noise, next to nothing where a few of them are disturbed.
+const MIDDLE: f64 = 0.5;
 
 /// The effect that follows the direction of travel.
 const DIRECTED: &str = "hysteresis";
@@ -125,6 +130,21 @@ impl Judge<'_> {
             })
             .sum();
         pairs > SHOWN_PAIRS && self.is_small(residuals) && self.noisy_at_rest(residuals)
+    }
+
+    /// True if what is left beyond the stated noise is in the middle of the readings as well and not in their tails alone: beside
+    /// bursts, the tails are those that are too small to stand out.
+    pub(super) fn in_the_middle(&self, residuals: &Residuals) -> bool {
+        let (mut all, mut middle) = (0.0, 0.0);
+        for channel in residuals.channels() {
+            let of = |k: &usize| residuals.channel[*k] == channel;
+            let rows = (0..residuals.white.len()).filter(of);
+            let white = rows.map(|k| residuals.white[k]).collect();
+            let excess = excess(white, self.floor.white_square);
+            all += excess[0];
+            middle += excess[1];
+        }
+        middle > MIDDLE * all
     }
 
     /// True if what is left is small beside a tooth in every channel.
@@ -270,6 +290,14 @@ impl Judge<'_> {
     }
 }
 
+/// Squares beyond a stated mean square: of all values, and as their median deviation tells it.
+fn excess(mut values: Vec<f64>, stated: f64) -> [f64; 2] {
+    let count = values.len() as f64;
+    let mean = crate::statistics::rms(values.iter().copied()).powi(2);
+    let middle = median_and_deviation(&mut values).map_or(0.0, |(_, d)| d * d);
+    [mean, middle].map(|square| count * (square - stated).max(0.0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -293,5 +321,22 @@ mod tests {
         assert!(pattern.step > ROUGH * pattern.level && pattern.is_pattern(1.0));
         let noise = steps(|_, rng| 0.65 * normal(rng));
         assert!(!noise.is_pattern(1.0));
+    }
+
+    /// Noise is louder in every reading, small bursts in a few: both raise the mean square, noise alone the median deviation.
+    #[test]
+    fn small_bursts_are_not_in_the_middle_of_the_readings() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let mut share = |loudness: f64, bursts: f64| {
+            let value = |i: usize| match i % 40 {
+                0 => bursts * normal(&mut rng),
+                _ => loudness * normal(&mut rng),
+            };
+            let [all, middle] = excess((0..20_000).map(value).collect(), 1.0);
+            middle / all
+        };
+        assert!(share(1.2, 1.2) > 0.8 && share(1.2, 1.2) < 1.2);
+        assert!(share(1.0, 5.0) < 0.2);
+        assert!(share(1.3, 4.0) > MIDDLE);
     }
 }

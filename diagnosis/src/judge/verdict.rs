@@ -157,8 +157,10 @@ impl Judge<'_> {
             (true, false) => 1.0,
             _ => 0.0,
         };
-        let noisy =
-            white_after > NOISY + chance && self.rough(&self.after) && self.is_noise(&self.after);
+        let noisy = white_after > NOISY + chance
+            && self.rough(&self.after)
+            && self.is_noise(&self.after)
+            && (bursts.count < BURSTS.0 || self.in_the_middle(&self.after));
         let noise = if noisy {
             (white_after * white_after - 1.0) * stated
         } else {
