@@ -90,8 +90,8 @@ pub const OF_ITS_TIME: &str = "quadrature_drift";
 
 /// Applies a model to another recording of the same courier. Fits nothing but the zeros that are arbitrary from one recording
 /// to the next: of the tooth counts (offset of g_p, o'_x, o'_y; each segment's against a reference), and of time, which a
-/// vibration's phase is counted from. What does not carry over ([`OF_ITS_TIME`]) is left out, and so are places where the model
-/// does not know the field that it has ([`Visited`]).
+/// vibration's phase is counted from. Whole teeth between the segments of a pair are told before ([`align_pairs`]). What does not
+/// carry over ([`OF_ITS_TIME`]) is left out, and so are places where the model does not know the field that it has ([`Visited`]).
 ///
 /// # Errors
 /// [`Insufficient`] where the recording gives no residuals, or nearly all of it lies where the field is not known.
