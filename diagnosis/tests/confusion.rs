@@ -71,6 +71,43 @@ fn with_four_segments(seed: u64, effects: &[(&str, f64)]) -> Diagnosis {
     )
 }
 
+/// Amplifiers switch, now and then, and couple into one segment's pair for one sample: most strikes lie within what the noise of
+/// four segments hides, a few of them stand out.
+fn struck(seed: u64, share: f64, over_noise: f64) -> recording::Recording {
+    let options = rig::Options {
+        samples: 6000,
+        beacon: false,
+        ..rig::Options::default()
+    };
+    let quiet = rig::record(seed, &[], &options).0;
+    let noise = quiet.meta.electronics.quadrature_noise_counts;
+    let strength = over_noise * noise.expect("a stated noise");
+    let mut dice = rig::Dice(seed);
+    let mut samples = recording::Samples::default();
+    for i in 0..quiet.samples.len() {
+        let mut row = quiet.samples.row(i);
+        if dice.unit() < share {
+            let pair = row.quadrature_counts[2].expect("a pair");
+            let now = strength * (0.4 * dice.normal()).exp();
+            let hit = pair.map(|value| (value + now * dice.normal()).round());
+            let turns = |[sine, cosine]: [f64; 2]| sine.atan2(cosine) / std::f64::consts::TAU;
+            row.quadrature_counts[2] = Some(hit);
+            row.teeth[2] = row.teeth[2].map(|n| n + (turns(pair) - turns(hit)).round() as i32);
+        }
+        samples.push(&row);
+    }
+    recording::Recording { samples, ..quiet }
+}
+
+/// What is left of strikes too small to stand out raises the mean square as noise does: it is none, since most samples are as
+/// quiet as is stated.
+#[test]
+fn bursts_too_small_to_stand_out_are_no_noise() {
+    let d = diagnose(&struck(25, 0.05, 7.0), "rig", &Options::default());
+    assert_eq!(names(&d), ["outlier_bursts"], "{:?}", d.verdict);
+    assert!(d.held_out.whitened_after > 1.1, "{:?}", d.held_out);
+}
+
 /// Noise is what neighbours do not share; what they share beyond it is the field's.
 #[test]
 fn a_field_under_noise_is_seen() {
