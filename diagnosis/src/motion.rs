@@ -140,24 +140,43 @@ impl Motion {
             .map(|i| fit[i].residual)
             .collect();
         let scatter_m = crate::statistics::median(&mut scatter).unwrap_or(0.0);
-        let travel = Travel::new(position, smooth, scatter_m, observations);
-        let mut direction = vec![0.0; n];
-        let mut approach = travel.direction;
-        for i in 0..n {
-            if smooth[i] && speed[i].abs() > (5.0 * fit[i].slope_noise).max(0.02 * top) {
-                direction[i] = speed[i].signum();
-                approach[i] = 0.0;
-            }
-        }
+        self.scatter_m[segment] = scatter_m;
+        self.loud_m[segment] = quantile(&mut scatter, LOUD).unwrap_or(0.0);
+        self.direction[segment] = (0..n)
+            .map(|i| {
+                let told = (5.0 * fit[i].slope_noise).max(0.02 * top);
+                if smooth[i] && speed[i].abs() > told {
+                    speed[i].signum()
+                } else {
+                    0.0
+                }
+            })
+            .collect();
         self.acceleration_m_s2[segment] = (0..n)
             .map(|i| clear(fit[i].curvature, fit[i].curvature_noise, i))
             .collect();
-        self.scatter_m[segment] = scatter_m;
+        self.speed_m_s[segment] = speed;
+        self.retrace(segment, position, observations);
+    }
+
+    /// What the way of a segment leaves in its memory, from positions that are known better by now: an effect of some
+    /// micrometres hides ways of as many. Linear in samples.
+    pub fn retrace(&mut self, segment: usize, position_m: &[f64], observations: &Observations) {
+        let noise = observations.position_noise_m[segment].iter().copied();
+        let stated_m = MISFIT * crate::statistics::rms(noise.filter(|n| n.is_finite()));
+        let misfit_m = self.scatter_m[segment].max(stated_m);
+        let travel = Travel::new(position_m, &self.smooth, misfit_m, observations);
         self.memory[segment] = travel.memory;
         self.turning[segment] = travel.turning;
-        self.speed_m_s[segment] = speed;
-        self.direction[segment] = direction;
-        self.approach[segment] = approach;
+        self.approach[segment] = travel.direction;
+        for (approach, direction) in self.approach[segment]
+            .iter_mut()
+            .zip(&self.direction[segment])
+        {
+            if *direction != 0.0 {
+                *approach = 0.0;
+            }
+        }
     }
 }
 

@@ -7,8 +7,6 @@ use crate::observe::Observations;
 
 /// Travel after which a segment's own memory of its direction has turned over to 1/e, m.
 pub const TURNOVER_M: [f64; 3] = [4.0e-6, 12.0e-6, 40.0e-6];
-/// A still pose was approached from a side if it moved by more than this, m.
-const APPROACH_M: f64 = 20.0e-6;
 /// Travel that counts, in rms misfits of the local path (some 0.75 of the noise): less may be noise.
 const DEAD: f64 = 8.0;
 /// Within this many misfits of the farthest place, the neighbours' mean is at it: a quarter of what is clear.
@@ -78,7 +76,7 @@ impl Travel {
         };
         for (i, &here_m) in place_m.iter().enumerate() {
             if apart(i) {
-                leg = arrived(&leg, here_m, i);
+                leg = arrived(&leg, here_m, i, DEAD * misfit_m);
             }
             let beyond = leg.direction * (here_m - leg.farthest.0);
             if leg.direction == 0.0 {
@@ -110,9 +108,9 @@ impl Travel {
 }
 
 /// The leg that leads to a separate pose, or to the first sample of a path: on, or turned, if the way there is far enough to tell.
-fn arrived(leg: &Leg, here_m: f64, i: usize) -> Leg {
+fn arrived(leg: &Leg, here_m: f64, i: usize, clear_m: f64) -> Leg {
     let step = here_m - leg.farthest.0;
-    let (direction, memory) = if step.abs() > APPROACH_M {
+    let (direction, memory) = if step.abs() > clear_m {
         let there = leg.memory_at(leg.farthest.0);
         let straight = Leg {
             direction: step.signum(),

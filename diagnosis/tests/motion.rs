@@ -1,9 +1,12 @@
 //! What is told of a sample's motion must not hold that sample's own noise.
 mod rig;
 
+use diagnosis::adequacy::overstated;
+use diagnosis::baseline::Baseline;
 use diagnosis::motion::Motion;
 use diagnosis::observe::Observations;
-use diagnosis::travel::Travel;
+use diagnosis::scene::{Scene, Shift};
+use diagnosis::travel::{TURNOVER_M, Travel};
 
 /// A column made of a sample's own noise would rebuild the residual held out as well: a false alarm "speed".
 #[test]
@@ -84,4 +87,67 @@ fn a_turn_is_told_where_it_was() {
         f64::from(wrong) < 0.5 * 0.043 * f64::from(count),
         "{wrong} of {count}"
     );
+}
+
+/// Between separate poses the way is the straight one, however short, as long as it is clear of the noise.
+#[test]
+fn a_short_way_between_poses_turns_the_memory_over_as_far_as_it_goes() {
+    let clean = Observations::new(&rig::record(43, &[], &rig::Options::default()).0).unwrap();
+    let separate = vec![false; clean.len()];
+    let mut position_m = vec![0.0; clean.len()];
+    // Far on, 6 µm back, then a tenth of a micrometre on: within a noise of 0.2 µm that is no way.
+    for (i, step_m) in [2.0e-3, -6.0e-6, 0.1e-6].into_iter().enumerate() {
+        position_m[i + 1] = position_m[i] + step_m;
+    }
+    let travel = Travel::new(&position_m, &separate, 0.2e-6, &clean);
+    assert_eq!(travel.direction[1..4], [1.0, -1.0, -1.0]);
+    for (k, turnover_m) in TURNOVER_M.into_iter().enumerate() {
+        let turned = -1.0 + 2.0 * (-6.0e-6 / turnover_m).exp();
+        assert!((travel.memory[2][k] - turned).abs() < 1.0e-6);
+        assert!((travel.memory[3][k] - turned).abs() < 0.05);
+    }
+}
+
+/// Where an effect hides some micrometres of a way, the memory follows from the places without it.
+#[test]
+fn the_memory_follows_from_where_a_segment_is_known_to_be() {
+    let recording = rig::record(43, &[], &rig::Options::default()).0;
+    let observations = Observations::new(&recording).unwrap();
+    let baseline = Baseline::nominal(&observations);
+    let scene = Scene::new(
+        &observations,
+        baseline.clone(),
+        vec![true; observations.len()],
+    );
+    // Each sample of segment 2 is off by up to 10 µm, one way and the other.
+    let off = |i: usize| 10.0e-6 * (i as f64).sin();
+    let mut shift = Shift::default();
+    shift.whole_m[1] = (0..scene.len()).map(off).collect();
+    let known = scene.moved(baseline, shift);
+    let place_m: Vec<f64> = (0..scene.len())
+        .map(|i| scene.calibrated_m[1][i] + off(i))
+        .collect();
+    let mut told = Motion::new(&observations, &scene.calibrated_m);
+    told.retrace(1, &place_m, &observations);
+    assert_eq!(known.motion.memory[1], told.memory[1]);
+    assert_ne!(known.motion.memory[1], scene.motion.memory[1]);
+    assert_eq!(known.motion.memory[0], scene.motion.memory[0]);
+}
+
+/// Patterns add to a path's scatter and never take from it: a statement far above it is wrong.
+#[test]
+fn noise_of_a_segment_that_is_stated_too_large_is_told() {
+    let (recording, _) = rig::record(43, &[], &rig::Options::default());
+    let told = |observations: &Observations| {
+        let baseline = Baseline::nominal(observations);
+        let scene = Scene::new(observations, baseline, vec![true; observations.len()]);
+        overstated(&scene).map(|told| told.to_string())
+    };
+    let mut observations = Observations::new(&recording).unwrap();
+    assert_eq!(told(&observations), None);
+    for noise in &mut observations.position_noise_m[2] {
+        *noise *= 100.0;
+    }
+    let told = told(&observations).expect("a segment's stated noise");
+    assert!(told.contains("segment 3"), "{told}");
 }

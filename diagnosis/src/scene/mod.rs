@@ -123,14 +123,15 @@ impl<'a> Scene<'a> {
         this
     }
 
-    /// The same recording about another baseline and other effects; speeds and amplitudes stay.
+    /// The same recording about another baseline and other effects; speeds and amplitudes stay, what a segment remembers of its way
+    /// follows from where it is known to be now.
     pub fn moved(&self, baseline: Baseline, shift: Shift) -> Self {
         let (calibrated_m, gain) = calibrated(self.observations, self.scope, &baseline, &shift);
         Self {
+            motion: self.retraced(&calibrated_m, &shift),
             observations: self.observations,
             baseline,
             scope: self.scope,
-            motion: Arc::clone(&self.motion),
             survey: self.survey.clone(),
             calibrated_m,
             keep: self.keep.clone(),
@@ -142,6 +143,24 @@ impl<'a> Scene<'a> {
             amplitudes: Arc::clone(&self.amplitudes),
             quiet_m: Arc::clone(&self.quiet_m),
         }
+    }
+
+    /// The motion with the ways of the segments whose places another shift moves; of all where they are the reference's.
+    fn retraced(&self, calibrated_m: &[Vec<f64>; 4], shift: &Shift) -> Arc<Motion> {
+        let mut motion = Arc::clone(&self.motion);
+        if self.scope.reference || *shift == self.shift {
+            return motion;
+        }
+        for (segment, place_m) in calibrated_m.iter().enumerate() {
+            let (there, here) = (&shift.whole_m[segment], &self.shift.whole_m[segment]);
+            if there != here {
+                let at = |i: usize| there.get(i).copied().unwrap_or(0.0);
+                let place_m: Vec<f64> =
+                    place_m.iter().enumerate().map(|(i, p)| p + at(i)).collect();
+                Arc::make_mut(&mut motion).retrace(segment, &place_m, self.observations);
+            }
+        }
+        motion
     }
 
     /// Speeds, from the reference where there is one: it carries no error pattern.
