@@ -47,6 +47,12 @@ impl Carried {
         Self(sum)
     }
 
+    /// None: columns that are known without noise.
+    #[cfg(test)]
+    pub fn none(width: usize) -> Self {
+        Self(Symmetric::zeros(width + 1))
+    }
+
     /// The mean products; the target's derivatives are in the last row and column.
     pub fn products(&self) -> &Symmetric {
         &self.0

@@ -76,6 +76,8 @@ pub mod hum;
 pub mod judge;
 pub mod leftout;
 pub mod lines;
+#[cfg(test)]
+mod made;
 pub mod model;
 pub mod motion;
 pub mod nodes;

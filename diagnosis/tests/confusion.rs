@@ -108,6 +108,61 @@ fn bursts_too_small_to_stand_out_are_no_noise() {
     assert!(d.held_out.whitened_after > 1.1, "{:?}", d.held_out);
 }
 
+/// The same recording seen by a diode that leans in its mount: its axes differ in gain by `gain`, and cross by `slant`.
+fn leaning(recording: &recording::Recording, gain: f64, slant: f64) -> recording::Recording {
+    let mut out = recording.clone();
+    out.samples = recording::Samples::default();
+    for i in 0..recording.samples.len() {
+        let mut row = recording.samples.row(i);
+        if let Some([right, left, up, down]) = row.electrode_counts.filter(|e| *e != [0.0; 4]) {
+            let (sums, differences) = ([right + left, up + down], [right - left, up - down]);
+            let [x, y] = [0, 1].map(|a| differences[a] / sums[a]);
+            let seen = [x * (1.0 + 0.5 * gain) + slant * y, y * (1.0 - 0.5 * gain)];
+            let [x, y] = [0, 1].map(|a| 0.5 * sums[a] * seen[a]);
+            let [u, v] = [0, 1].map(|a| 0.5 * sums[a]);
+            let counts = [u + x, u - x, v + y, v - y];
+            row.electrode_counts = Some(counts.map(f64::round));
+        }
+        out.samples.push(&row);
+    }
+    out
+}
+
+/// Lines that are not square turn and stretch what the platen sensor says; what leans in its mount, what the diode says. The lever
+/// arms part the two.
+#[test]
+fn a_diode_that_leans_is_no_platen_out_of_square() {
+    let options = rig::Options {
+        samples: 6000,
+        ..rig::Options::default()
+    };
+    let straight = rig::record(41, &[], &options).0;
+    let d = diagnose(
+        &leaning(&straight, 1.6e-3, 0.8e-3),
+        "rig",
+        &Options::default(),
+    );
+    assert_eq!(names(&d), ["psd_misalignment"], "{:?}", d.verdict);
+}
+
+/// With four segments alone the teeth that one pair crosses are nearly those beside the other: lateral waves take most of what
+/// harmonics leave, and leave a gap that shows.
+#[test]
+fn harmonics_beside_a_gap_are_no_lateral_waves() {
+    let d = with_four_segments(
+        42,
+        &[("extra_harmonics", 2.0e-6), ("gap_variation", 1.5e-6)],
+    );
+    let mut found = names(&d);
+    found.sort_unstable();
+    assert_eq!(
+        found,
+        ["extra_harmonics", "gap_variation"],
+        "{:?}",
+        d.verdict
+    );
+}
+
 /// Noise is what neighbours do not share; what they share beyond it is the field's.
 #[test]
 fn a_field_under_noise_is_seen() {

@@ -57,7 +57,9 @@ pub use sensor_side::MountingModel;
 pub mod sensor_side {
     use crate::sensor::{Regressor, SensorEffect, Survey};
 
-    /// Sensor side: two amounts. A pure turn is tied to the platen sensor's own zero of angle by the prior on the offsets.
+    /// Sensor side: three amounts. A pure turn is tied to the platen sensor's own zero of angle by the prior on the offsets. A
+    /// diode that leans about a line between its axes, or whose axes are not quite square, gains along its diagonals: no more
+    /// than completes the effect, since lines that are not square do as much on the platen.
     pub struct MountingModel;
 
     impl SensorEffect for MountingModel {
@@ -85,6 +87,10 @@ pub mod sensor_side {
                 Regressor::readings("turn in the mount", "rad", 10.0e-6, |m, out| {
                     out[4] -= m.tan_psi[1];
                     out[5] += m.tan_psi[0];
+                }),
+                Regressor::readings("gain along the diagonals", "1", 2.0e-6, |m, out| {
+                    out[4] += 0.5 * m.tan_psi[1];
+                    out[5] += 0.5 * m.tan_psi[0];
                 }),
             ]
         }

@@ -2,6 +2,7 @@
 
 use super::FLEXIBLE;
 use crate::arena::Arena;
+use crate::hollow::hollow;
 use crate::refine::Refined;
 use crate::search::{Found, noise_floor, rest, search};
 use crate::study::{About, FIELD, Kind, Study, handicap};
@@ -146,11 +147,15 @@ fn simplify(
             .filter(|c| !found.blocks.contains(c) && unknowns(*c) <= most && weight(*c) <= heaviest)
             .collect();
         let with = |c: usize| -> Vec<usize> { others.iter().copied().chain([c]).collect() };
-        let best = simpler
+        let mut ranked: Vec<(f64, usize)> = simpler
             .into_iter()
             .map(|c| (rest(arena, &with(c), base), c))
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .filter(|b| b.0 - found.rest < allowance * taken);
+            .filter(|b| b.0 - found.rest < allowance * taken)
+            .collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // One that stands on terms which only complete it is no simpler than two.
+        let mut ranked = ranked.into_iter();
+        let best = ranked.find(|b| out.len() == 1 || !hollow(arena, &others, b.1));
         if let Some((left, c)) = best {
             log(&format!("one simpler: {c} for {out:?}"));
             *found = Found {
@@ -207,4 +212,34 @@ pub(super) fn leading(study: &Study, told: &Told) -> Vec<String> {
     list.into_iter()
         .map(|b| study.columns.blocks[b].name.clone())
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::made::Made;
+    use effects::random::normal;
+
+    /// One that does as well as two by what only completes it is not believed in their place.
+    #[test]
+    fn no_two_are_put_down_to_what_completes_a_third() {
+        let left = |sizes: &[f64]| {
+            let blocks = [("one", &[1.0][..]), ("other", &[1.0]), ("third", sizes)];
+            let made = Made::new(&blocks, &|rng| {
+                let mut draw = || normal(rng);
+                let (one, other, else_, noise) = (draw(), draw(), draw(), draw());
+                let target = one + other + noise;
+                vec![1.0, one, other, else_, one + other, target]
+            });
+            let mut arena = made.arena();
+            let base = arena.rows();
+            let rest = rest(&mut arena, &[1, 2], base);
+            let blocks = vec![1, 2];
+            let mut found = Found { blocks, rest };
+            simplify(&mut arena, &mut found, &[1, 2, 3], &|_| 0.0, base);
+            found.blocks
+        };
+        assert_eq!(left(&[1.0, 1.0]), [3]);
+        assert_eq!(left(&[1.0, 0.2]), [1, 2]);
+    }
 }

@@ -36,7 +36,7 @@ pub const CHANNEL_NAMES: [&str; 7] = [
     "segment_4",
 ];
 /// A gap shows if the whitened rms exceeds the simulator's own by this factor, or if shapes stand out beyond chance.
-const VISIBLE: f64 = 1.05;
+pub const VISIBLE: f64 = 1.05;
 /// White noise is named from this factor on.
 const NOISY: f64 = 1.10;
 /// Beyond this factor the found effects' second order and lines of the spectrum may be what is left, and all is compared anew.

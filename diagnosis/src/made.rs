@@ -1,0 +1,75 @@
+//! For tests: columns and a target of which everything is known.
+
+use crate::arena::Arena;
+use crate::carried::Carried;
+use crate::gram::{Columns, FOLDS, Gram};
+use crate::symmetric::Symmetric;
+use effects::random::{ChaCha8Rng, SeedableRng};
+use effects::sensor::Regressor;
+
+/// Rows a fold.
+const ROWS: usize = 400;
+
+/// Columns and their products.
+pub struct Made {
+    columns: Columns,
+    gram: Gram,
+    carried: Carried,
+}
+
+impl Made {
+    /// A constant as the baseline, then blocks with the prior sizes of their columns. `row` draws a row: a one, the columns, the
+    /// target.
+    pub fn new(blocks: &[(&str, &[f64])], row: &dyn Fn(&mut ChaCha8Rng) -> Vec<f64>) -> Self {
+        let mut columns = Columns::default();
+        let column = |name: &str, size: f64| Regressor::channel(name, "m", size, 0, |_| 1.0);
+        columns.push("baseline", vec![column("constant", 1.0)]);
+        for (name, sizes) in blocks {
+            columns.push(
+                *name,
+                sizes.iter().map(|size| column(name, *size)).collect(),
+            );
+        }
+        let width = columns.regressors.len();
+        let mut rng = ChaCha8Rng::seed_from_u64(7);
+        let fold: Vec<Symmetric> = (0..FOLDS).map(|_| products(width, row, &mut rng)).collect();
+        let mut total = Symmetric::zeros(width + 1);
+        fold.iter().for_each(|fold| total += fold);
+        let gram = Gram {
+            total,
+            fold,
+            rows: [ROWS; FOLDS],
+            scale: vec![1.0; width],
+            centre: vec![0.0; width],
+            shrunk: vec![1.0; width],
+            overstated: false,
+        };
+        let carried = Carried::none(width);
+        Self {
+            columns,
+            gram,
+            carried,
+        }
+    }
+
+    /// For the comparison of sets of blocks.
+    pub fn arena(&self) -> Arena<'_> {
+        Arena::new(&self.gram, &self.columns, &self.carried)
+    }
+}
+
+fn products(
+    width: usize,
+    row: &dyn Fn(&mut ChaCha8Rng) -> Vec<f64>,
+    rng: &mut ChaCha8Rng,
+) -> Symmetric {
+    let mut sum = Symmetric::zeros(width + 1);
+    for _ in 0..ROWS {
+        let row = row(rng);
+        for (column, value) in row.iter().enumerate() {
+            let below = sum.below_mut(column).iter_mut().zip(&row[column..]);
+            below.for_each(|(sum, other)| *sum += value * other);
+        }
+    }
+    sum
+}
