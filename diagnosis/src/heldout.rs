@@ -95,6 +95,11 @@ impl Residuals {
 
     /// The same residuals whitened by the noise of another scene of the same recording.
     pub fn rewhitened(&self, scene: &Scene) -> Self {
+        self.changed(scene, |_| [0.0; ROWS])
+    }
+
+    /// The same with something added to each sample's rows, m, and whitened by the noise of a scene.
+    pub fn changed(&self, scene: &Scene, added: impl Fn(usize) -> [f64; ROWS]) -> Self {
         let mut out = self.clone();
         let mut start = 0;
         while start < self.sample.len() {
@@ -102,7 +107,11 @@ impl Residuals {
             let rows = scene.rows(i);
             let end = (start + rows.count.max(1)).min(self.sample.len());
             let mut value = [0.0; ROWS];
-            value[..end - start].copy_from_slice(&self.value_m[start..end]);
+            let here = self.value_m[start..end].iter().zip(added(i));
+            for (value, (before, added)) in value.iter_mut().zip(here) {
+                *value = before + added;
+            }
+            out.value_m[start..end].copy_from_slice(&value[..end - start]);
             out.white[start..end].copy_from_slice(&rows.whitened(&value)[..end - start]);
             start = end;
         }

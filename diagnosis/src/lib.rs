@@ -65,6 +65,7 @@ pub mod channels;
 pub mod clean;
 pub mod clip;
 pub mod counts;
+mod envelope;
 pub mod evidence;
 pub mod fourier;
 mod fringe;

@@ -23,7 +23,7 @@ impl Judge<'_> {
             visited: None,
         };
         if matches!(diagnosis.verdict, Verdict::Named | Verdict::Alias) {
-            let fine = self.elsewhere.as_ref().map_or(&self.fine, |e| &e.0);
+            let fine = &self.fine;
             let count = fine.columns.blocks[0].columns.len();
             let step: Vec<f64> = (0..count).map(|c| fine.amount(c)).collect();
             model.baseline_with_effects = fine.scene.baseline.clone();
@@ -31,9 +31,6 @@ impl Judge<'_> {
             model.effects = amounts(fine);
             let fields = model.effects.iter().any(|e| e.name == FIELD);
             model.visited = fields.then(|| Visited::of(&fine.scene));
-            let here = amounts(&self.fine).into_iter();
-            let only_here = |e: &EffectAmounts| !e.carries_over;
-            model.effects.extend(here.filter(only_here));
         }
         model
     }

@@ -14,13 +14,8 @@ impl Judge<'_> {
         if let Some(after) = self.fine.left_out() {
             self.after = self.by_stated_noise(&after);
         }
-        let mut names = self.told.names(&self.study);
-        if names.iter().any(|name| name == OF_ITS_TIME) {
-            names.retain(|name| name != OF_ITS_TIME);
-            let fine = Refined::new(&self.study.scene, self.prepared.about(), &names);
-            let left = fine.left_out().map(|left| self.by_stated_noise(&left));
-            self.elsewhere = left.map(|left| (fine, left));
-        }
+        self.elsewhere = super::elsewhere::left(&self.fine)
+            .map(|[left, folds]| [left, folds].map(|r| self.by_stated_noise(&r)));
         let mut stated = self
             .study
             .scene
@@ -35,7 +30,7 @@ impl Judge<'_> {
 
     /// What another recording is expected to show.
     pub(super) fn foretold(&self) -> &Residuals {
-        self.elsewhere.as_ref().map_or(&self.after, |e| &e.1)
+        self.elsewhere.as_ref().map_or(&self.after, |e| &e[0])
     }
 
     /// 95 % interval of what another recording is expected to show of a channel, m.
@@ -55,7 +50,7 @@ impl Judge<'_> {
     fn folds_m(&self, named: bool, channel: usize) -> f64 {
         let by_folds = match &self.elsewhere {
             _ if !named => &self.before_by_folds,
-            Some(elsewhere) => &elsewhere.0.residuals,
+            Some([_, folds]) => folds,
             None => &self.fine.residuals,
         };
         by_folds.channel_rms_m(channel).0

@@ -1,6 +1,7 @@
 //! From scores to a verdict.
 
 mod disturbance;
+mod elsewhere;
 mod explain;
 mod field;
 mod fitted;
@@ -124,9 +125,9 @@ pub(crate) struct Judge<'a> {
     after: Residuals,
     /// Residuals of the baseline alone on folds that it has not seen.
     before_by_folds: Residuals,
-    /// What carries over to another recording, and what it is expected to leave there, where that is less than what is found: a
-    /// drift's course does not.
-    elsewhere: Option<(Refined<'a>, Residuals)>,
+    /// What the model is expected to leave on another recording, and on folds of one that it has not seen, where a part of it does
+    /// not carry over: a drift's course.
+    elsewhere: Option<[Residuals; 2]>,
 }
 
 impl<'a> Judge<'a> {

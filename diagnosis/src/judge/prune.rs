@@ -11,7 +11,7 @@ const NEEDED: f64 = 0.4;
 const TRIFLE: f64 = 0.002;
 /// The same for free harmonics: beside a cause they may be what its own shape lacks.
 const TRIFLING_SHAPE: f64 = 0.10;
-/// The same beside a drift: its course is known to about a hundredth.
+/// The same beside a drift: its course is known to about a hundredth. What takes nearly all that is left is beside it as beside others.
 const BESIDE_DRIFT: f64 = 0.02;
 /// What takes this share of what is left without it is no makeshift, however small a share of the whole gap it is, and though what
 /// is left without it hardly shows.
@@ -57,7 +57,7 @@ impl Small {
         let (trifle, may_complete) = if names[at] == "extra_harmonics" {
             (TRIFLING_SHAPE, false)
         } else if names.iter().any(|name| name == OF_ITS_TIME) {
-            (BESIDE_DRIFT, false)
+            (BESIDE_DRIFT, true)
         } else {
             (TRIFLE, true)
         };

@@ -5,11 +5,12 @@
 //! `offset_s sin φ + offset_c cos φ - (gain/2) cos 2φ + (angle/2) sin 2φ`.
 
 use super::Scene;
+use super::mesh::{MESHES, Mesh, WAVE};
 use super::moment::multiples;
+use super::wander::{self, FLAW, STRAIGHT, knot_weights};
 use crate::gram::folds;
-use crate::smooth::{Fit, Row, fit};
-use effects::quadrature_drift::sensor_side::spline;
-use std::collections::HashMap;
+use crate::smooth::{Bond, Pieces, Row};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// What place and time explain of the amplitudes, by segment and sample; empty where nothing is explained.
@@ -17,8 +18,15 @@ use std::sync::Arc;
 pub struct Amplitudes {
     /// Part of the logarithm that the place explains; `None` where that was not looked for.
     pub by_place: Option<[Vec<f64>; 4]>,
-    /// Offset of sine and cosine, gain and angle, less their means.
+    /// Offset of sine and cosine, gain and angle, less their means over the time.
     pub pair_course: [Vec<[f64; 4]>; 4],
+}
+
+/// The same of one segment.
+#[derive(Default)]
+struct Explained {
+    by_place: Vec<f64>,
+    pair_course: Vec<[f64; 4]>,
 }
 
 /// Rows that are looked at: of more, every so many.
@@ -29,104 +37,23 @@ const BEYOND_CHANCE: f64 = 100.0;
 const BY_PLACE: f64 = 0.5;
 /// Share of what the place leaves that a wander must explain.
 const BY_TIME: f64 = 0.7;
-/// Expected size of a gap's logarithm by tilt and bow, by waves, and of a pair's flaws.
-const GAP: f64 = 0.3;
-/// See [`GAP`].
-const WAVE: f64 = 0.1;
-/// See [`GAP`].
-const FLAW: f64 = 0.01;
 /// No shape is exact: what it leaves of the squares at least.
 const INEXACT: f64 = 1.0e-3;
 
-/// Mesh of cubic B-splines over the places that were passed, beside a tilt and a bow.
-#[derive(Default)]
-struct Mesh {
-    middle_m: [f64; 2],
-    /// Distance of the nodes; without a mesh zero.
-    step_m: f64,
-    nodes: HashMap<[i32; 2], usize>,
-}
-
-/// Meshes that are tried, pitches: a gap is smooth over teeth. Zero: none.
-const MESHES: [f64; 4] = [0.0, 6.0, 3.0, 1.5];
-/// Most nodes of a mesh.
-const MOST_NODES: usize = 240;
-/// Terms of a tilt, a bow, the angle and its square: a courier that turns tilts.
-const LOW_TERMS: usize = 8;
-/// Lengths and angles that those are counted in, m and rad.
-const LENGTH_M: f64 = 5.0e-3;
-/// See [`LENGTH_M`].
-const ANGLE_RAD: f64 = 0.02;
-
-impl Mesh {
-    /// None where there would be too many nodes.
-    fn over(samples: &[Sample], step_m: f64) -> Option<Self> {
-        let count = samples.len() as f64;
-        let middle_m = [0, 1].map(|k| samples.iter().map(|s| s.place_m[k]).sum::<f64>() / count);
-        let mut nodes = HashMap::new();
-        for sample in samples.iter().filter(|_| step_m > 0.0) {
-            for (node, _) in around(sample.place_m, step_m) {
-                let next = nodes.len();
-                nodes.entry(node).or_insert(next);
-            }
-            if nodes.len() > MOST_NODES {
-                return None;
-            }
-        }
-        Some(Self {
-            middle_m,
-            step_m,
-            nodes,
-        })
-    }
-
-    fn columns(&self) -> usize {
-        LOW_TERMS + self.nodes.len()
-    }
-
-    /// Columns and their entries at a sample, counted from `first`.
-    fn entries(&self, sample: &Sample, first: usize) -> Vec<(usize, f64)> {
-        let [x, y] = [0, 1].map(|k| (sample.place_m[k] - self.middle_m[k]) / LENGTH_M);
-        let turned = sample.theta_rad / ANGLE_RAD;
-        let low = [1.0, x, y, x * x, x * y, y * y, turned, turned * turned];
-        let mut list: Vec<(usize, f64)> = (first..).zip(low.map(|l| GAP * l)).collect();
-        if self.step_m > 0.0 {
-            let known =
-                |(node, weight)| Some((first + LOW_TERMS + self.nodes.get(&node)?, WAVE * weight));
-            list.extend(around(sample.place_m, self.step_m).filter_map(known));
-        }
-        list
-    }
-}
-
-/// The sixteen nodes about a place with their weights.
-fn around(place_m: [f64; 2], step_m: f64) -> impl Iterator<Item = ([i32; 2], f64)> {
-    let at = place_m.map(|p| p / step_m);
-    let low = at.map(|a| a.floor() as i32 - 1);
-    (0..16).map(move |k| {
-        let node = [low[0] + k % 4, low[1] + k / 4];
-        (
-            node,
-            spline(at[0] - f64::from(node[0])) * spline(at[1] - f64::from(node[1])),
-        )
-    })
-}
-
 /// One sample of a segment's amplitude.
-struct Sample {
-    place_m: [f64; 2],
-    theta_rad: f64,
+pub(super) struct Sample {
+    pub(super) place_m: [f64; 2],
+    pub(super) theta_rad: f64,
     progress: f64,
-    /// Sine and cosine of the phase, and of twice the phase.
-    phase: [(f64, f64); 3],
+    /// Sine and cosine of the phase and its multiples.
+    phase: [(f64, f64); ORDERS],
     value: f64,
     fold: usize,
 }
 
 /// Columns of the flaws: what a unit of each adds to the amplitude.
 fn by_flaw(sample: &Sample) -> [f64; 4] {
-    let [_, one, two] = sample.phase;
-    flaw_shapes(one, two)
+    flaw_shapes(sample.phase[1], sample.phase[2])
 }
 
 /// The same from sine and cosine of the phase and of twice the phase.
@@ -134,46 +61,55 @@ fn flaw_shapes(one: (f64, f64), two: (f64, f64)) -> [f64; 4] {
     [one.0, one.1, -0.5 * two.1, 0.5 * two.0]
 }
 
-/// Columns of a wander with so many knots, of a field, and of a slow change of the whole with so many knots.
+/// Columns of a wander that is straight over some part of the recording, of a field, and of a slow change of the whole with so
+/// many knots.
 #[derive(Clone, Copy, Default)]
 struct Shape<'a> {
-    wander: usize,
+    wander: Option<f64>,
     field: Option<&'a Mesh>,
     course: usize,
 }
 
-/// Knots over the recording that are tried: at most two a period of what changes within a tenth of it.
+/// Orders of the phase from zero on, and columns of their sines and cosines.
+const ORDERS: usize = 9;
+/// See [`ORDERS`].
+const PATTERN: usize = 2 * ORDERS;
+
+/// Knots over the recording that are tried for a change of the whole: at most two a period of what changes within a tenth of it.
 const KNOTS: [usize; 3] = [7, 12, 23];
 
-/// Weight of one of `knots` at a part of the recording: uniform cubic B-splines that reach one knot past both ends.
-fn knot_weights(knots: usize, progress: f64) -> impl Iterator<Item = (usize, f64)> {
-    let at = move |k: usize| {
-        (
-            k,
-            spline(progress * (knots as f64 - 3.0) - (k as f64 - 1.0)),
-        )
-    };
-    (0..knots).map(at).filter(|k| k.1 > 0.0)
-}
+impl<'a> Shape<'a> {
+    /// Columns before those of the field.
+    fn first(&self) -> usize {
+        self.wander.map_or(0, |_| wander::COLUMNS)
+    }
 
-impl Shape<'_> {
     fn columns(&self) -> usize {
-        4 * self.wander + self.field.map_or(0, Mesh::columns) + self.course
+        let pattern = self.wander.map_or(0, |_| PATTERN);
+        self.first() + self.field.map_or(0, Mesh::columns) + self.course + pattern
     }
 
     fn row(&self, sample: &Sample) -> Row {
         let mut entries = Vec::new();
-        let flaws = by_flaw(sample);
-        for (knot, weight) in knot_weights(self.wander, sample.progress) {
-            entries.extend((0..4).map(|f| (4 * knot + f, FLAW * weight * flaws[f])));
+        if self.wander.is_some() {
+            entries.extend(wander::entries(sample.progress, by_flaw(sample)));
         }
-        let mut next = 4 * self.wander;
+        let mut next = self.first();
         if let Some(mesh) = self.field {
             entries.extend(mesh.entries(sample, next));
             next += mesh.columns();
         }
         let course = knot_weights(self.course, sample.progress);
         entries.extend(course.map(|(knot, weight)| (next + knot, WAVE * weight)));
+        if self.wander.is_some() {
+            // The pattern was told while the pair wandered: it may be wrong by about as much.
+            let orders = sample
+                .phase
+                .iter()
+                .flat_map(|(sine, cosine)| [sine, cosine]);
+            let pattern = (next + self.course..).zip(orders);
+            entries.extend(pattern.map(|(column, shape)| (column, FLAW * shape)));
+        }
         Row {
             entries,
             value: sample.value,
@@ -181,10 +117,33 @@ impl Shape<'_> {
         }
     }
 
-    fn fit(&self, samples: &[Sample], noise: f64) -> Option<Fit> {
-        let rows: Vec<Row> = samples.iter().map(|s| self.row(s)).collect();
-        fit(self.columns(), &rows, noise)
+    fn pieces(&self, samples: &[Sample]) -> Pieces {
+        Pieces::new(self.columns(), samples.iter().map(|s| self.row(s)))
     }
+
+    fn bonds(&self) -> Vec<Bond> {
+        self.wander.map_or_else(Vec::new, wander::bonds)
+    }
+
+    /// The shape, and what it leaves on pieces that it has not seen.
+    fn held_out(self, pieces: &Pieces, noise: f64) -> Option<(Self, f64)> {
+        Some((self, pieces.held_out(noise, &self.bonds())?))
+    }
+
+    /// The same of the best wander beside this shape.
+    fn wandering(self, all: &[Sample], noise: f64) -> Option<(Self, f64)> {
+        let with = |straight: f64| Self {
+            wander: Some(straight),
+            ..self
+        };
+        let pieces = with(STRAIGHT[0]).pieces(all);
+        let tried = STRAIGHT.into_iter();
+        least(tried.filter_map(|straight| with(straight).held_out(&pieces, noise)))
+    }
+}
+
+fn least<T>(list: impl Iterator<Item = (T, f64)>) -> Option<(T, f64)> {
+    list.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// The shape that leaves least on pieces that it has not seen, and what that is.
@@ -193,9 +152,7 @@ fn best<'a>(
     all: &[Sample],
     noise: f64,
 ) -> Option<(Shape<'a>, f64)> {
-    shapes
-        .filter_map(|shape| Some((shape, shape.fit(all, noise)?.held_out)))
-        .min_by(|a, b| a.1.total_cmp(&b.1))
+    least(shapes.filter_map(|shape| shape.held_out(&shape.pieces(all), noise)))
 }
 
 impl Scene<'_> {
@@ -206,8 +163,16 @@ impl Scene<'_> {
             ..Amplitudes::default()
         };
         let folds = folds(&self.observations.stretch);
-        for segment in (0..4).filter(|s| self.scope.segments[*s]) {
-            self.explain_one(segment, &folds, &mut found);
+        let segments = [0, 1, 2, 3].into_par_iter();
+        let segments = segments.filter(|s| self.scope.segments[*s]);
+        let all: Vec<(usize, Explained)> = segments
+            .filter_map(|s| Some((s, self.explain_one(s, &folds)?)))
+            .collect();
+        for (segment, one) in all {
+            found.pair_course[segment] = one.pair_course;
+            if let Some(by_place) = &mut found.by_place {
+                by_place[segment] = one.by_place;
+            }
         }
         found
     }
@@ -229,13 +194,13 @@ impl Scene<'_> {
             place_m,
             theta_rad,
             progress: self.progress(i),
-            phase: multiples::<3>(sine.atan2(cosine)),
+            phase: multiples::<ORDERS>(sine.atan2(cosine)),
             value,
             fold: usize::from(fold),
         })
     }
 
-    fn explain_one(&self, segment: usize, folds: &[u8], found: &mut Amplitudes) {
+    fn explain_one(&self, segment: usize, folds: &[u8]) -> Option<Explained> {
         let n = self.ln_amplitude[segment].len();
         let every = n.div_ceil(MOST_ROWS).max(1);
         let all: Vec<Sample> = (0..n)
@@ -244,37 +209,33 @@ impl Scene<'_> {
             .filter_map(|i| self.sample(segment, i, folds[i]))
             .collect();
         if all.len() < MINIMUM_ROWS {
-            return;
+            return None;
         }
         let noise = self.amplitude_noise(segment);
         let meshes: Vec<Mesh> = MESHES
             .iter()
             .filter_map(|step| Mesh::over(&all, step * self.observations.pitch_m))
             .collect();
-        let Some((shape, noise)) = chosen(&all, &meshes, noise) else {
-            return;
-        };
-        let Some(fit) = shape.fit(&all, noise) else {
-            return;
-        };
-        if let (Some(mesh), Some(by_place)) = (shape.field, &mut found.by_place) {
+        let (shape, noise) = chosen(&all, &meshes, noise)?;
+        let amounts = shape.pieces(&all).amounts(noise, &shape.bonds())?;
+        let mut found = Explained::default();
+        if let Some(mesh) = shape.field {
             let value = |s: Sample| {
-                let entries = mesh.entries(&s, 4 * shape.wander).into_iter();
-                entries.map(|(column, x)| x * fit.amounts[column]).sum()
+                let entries = mesh.entries(&s, shape.first()).into_iter();
+                entries.map(|(column, x)| x * amounts[column]).sum()
             };
             let at = |i: usize| self.sample(segment, i, 0).map_or(0.0, value);
-            by_place[segment] = (0..n).map(at).collect();
+            found.by_place = (0..n).map(at).collect();
         }
-        if shape.wander > 0 {
-            let flaw = |i: usize, f: usize| {
-                let knots = knot_weights(shape.wander, self.progress(i));
-                FLAW * knots
-                    .map(|(k, weight)| weight * fit.amounts[4 * k + f])
-                    .sum::<f64>()
+        if shape.wander.is_some() {
+            let mean = wander::mean(&amounts);
+            let course = |i: usize| {
+                let flaws = wander::flaws(self.progress(i), &amounts);
+                std::array::from_fn(|f| flaws[f] - mean[f])
             };
-            let course = |i: usize| std::array::from_fn(|f| flaw(i, f));
-            found.pair_course[segment] = (0..n).map(course).collect();
+            found.pair_course = (0..n).map(course).collect();
         }
+        Some(found)
     }
 
     /// What neither place nor a slow wander explains of a segment's amplitude, over its noise, by sample.
@@ -349,19 +310,14 @@ fn chosen<'a>(all: &[Sample], meshes: &'a [Mesh], noise: f64) -> Option<(Shape<'
             ..Shape::default()
         })
     };
-    let wanders = |with: Shape<'a>| {
-        KNOTS
-            .into_iter()
-            .map(move |wander| Shape { wander, ..with })
-    };
     let courses = KNOTS.into_iter().map(|course| Shape {
         course,
         ..Shape::default()
     });
     let (field, place) = best(fields(), all, loose)?;
     let (course, time) = best(courses, all, loose)?;
-    let (_, wandering) = best(wanders(Shape::default()), all, loose)?;
-    let (_, together) = best(wanders(field), all, loose)?;
+    let (_, wandering) = Shape::default().wandering(all, loose)?;
+    let (_, together) = field.wandering(all, loose)?;
     // Beside a wander that explains nothing the field stands alone.
     let (before, after) = if wandering < nothing {
         (wandering, together)
@@ -373,7 +329,7 @@ fn chosen<'a>(all: &[Sample], meshes: &'a [Mesh], noise: f64) -> Option<(Shape<'
         beyond_chance(before - after) && before - after > share * (before - noise)
     };
     let by_place = place < time && worth(before, after.min(place), BY_PLACE);
-    let (timed, slow) = best(wanders(if by_place { field } else { course }), all, loose)?;
+    let (timed, slow) = (if by_place { field } else { course }).wandering(all, loose)?;
     let left = if by_place { place } else { time.min(nothing) };
     let by_time = worth(left, slow, BY_TIME);
     crate::trace::log(&format!(

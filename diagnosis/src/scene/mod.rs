@@ -2,10 +2,12 @@
 
 mod amplitude;
 mod amplitudes;
+mod mesh;
 mod moment;
 mod quiet;
 mod rows;
 mod survey;
+mod wander;
 
 pub use amplitudes::Amplitudes;
 pub use rows::{ROWS, SampleRows};

@@ -1,0 +1,84 @@
+//! What the air gap may be over the places that a recording passes: a tilt, a bow, the angle, and waves over a mesh.
+
+use super::amplitudes::Sample;
+use effects::quadrature_drift::sensor_side::spline;
+use std::collections::HashMap;
+
+/// Expected size of a gap's logarithm by tilt and bow, and by waves.
+const GAP: f64 = 0.3;
+/// See [`GAP`].
+pub(super) const WAVE: f64 = 0.1;
+
+/// Mesh of cubic B-splines over the places that were passed, beside a tilt and a bow.
+#[derive(Default)]
+pub(super) struct Mesh {
+    middle_m: [f64; 2],
+    /// Distance of the nodes; without a mesh zero.
+    step_m: f64,
+    nodes: HashMap<[i32; 2], usize>,
+}
+
+/// Meshes that are tried, pitches: a gap is smooth over teeth. Zero: none.
+pub(super) const MESHES: [f64; 4] = [0.0, 6.0, 3.0, 1.5];
+/// Most nodes of a mesh.
+const MOST_NODES: usize = 240;
+/// Terms of a tilt, a bow, the angle and its square: a courier that turns tilts.
+const LOW_TERMS: usize = 8;
+/// Lengths and angles that those are counted in, m and rad.
+const LENGTH_M: f64 = 5.0e-3;
+/// See [`LENGTH_M`].
+const ANGLE_RAD: f64 = 0.02;
+
+impl Mesh {
+    /// None where there would be too many nodes.
+    pub(super) fn over(samples: &[Sample], step_m: f64) -> Option<Self> {
+        let count = samples.len() as f64;
+        let middle_m = [0, 1].map(|k| samples.iter().map(|s| s.place_m[k]).sum::<f64>() / count);
+        let mut nodes = HashMap::new();
+        for sample in samples.iter().filter(|_| step_m > 0.0) {
+            for (node, _) in around(sample.place_m, step_m) {
+                let next = nodes.len();
+                nodes.entry(node).or_insert(next);
+            }
+            if nodes.len() > MOST_NODES {
+                return None;
+            }
+        }
+        Some(Self {
+            middle_m,
+            step_m,
+            nodes,
+        })
+    }
+
+    pub(super) fn columns(&self) -> usize {
+        LOW_TERMS + self.nodes.len()
+    }
+
+    /// Columns and their entries at a sample, counted from `first`.
+    pub(super) fn entries(&self, sample: &Sample, first: usize) -> Vec<(usize, f64)> {
+        let [x, y] = [0, 1].map(|k| (sample.place_m[k] - self.middle_m[k]) / LENGTH_M);
+        let turned = sample.theta_rad / ANGLE_RAD;
+        let low = [1.0, x, y, x * x, x * y, y * y, turned, turned * turned];
+        let mut list: Vec<(usize, f64)> = (first..).zip(low.map(|l| GAP * l)).collect();
+        if self.step_m > 0.0 {
+            let known =
+                |(node, weight)| Some((first + LOW_TERMS + self.nodes.get(&node)?, WAVE * weight));
+            list.extend(around(sample.place_m, self.step_m).filter_map(known));
+        }
+        list
+    }
+}
+
+/// The sixteen nodes about a place with their weights.
+fn around(place_m: [f64; 2], step_m: f64) -> impl Iterator<Item = ([i32; 2], f64)> {
+    let at = place_m.map(|p| p / step_m);
+    let low = at.map(|a| a.floor() as i32 - 1);
+    (0..16).map(move |k| {
+        let node = [low[0] + k % 4, low[1] + k / 4];
+        (
+            node,
+            spline(at[0] - f64::from(node[0])) * spline(at[1] - f64::from(node[1])),
+        )
+    })
+}
