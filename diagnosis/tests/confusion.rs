@@ -42,6 +42,20 @@ fn one_segment_against_a_reference() {
     }
 }
 
+/// What a coil of some width loses does not ask which way it is turned: nothing of it is odd in the angle.
+#[test]
+fn an_angle_may_act_either_way_alike() {
+    let options = rig::Options {
+        samples: 6000,
+        beacon: false,
+        reference: true,
+        ..rig::Options::default()
+    };
+    let recording = rig::record(24, &[("wide_coil", 2.0e-6)], &options).0;
+    let d = diagnose(&recording, "rig", &Options::default());
+    assert_eq!(names(&d), ["angle_dependence"], "{:?}", d.verdict);
+}
+
 #[test]
 fn single_effects_are_named() {
     for name in [

@@ -63,6 +63,10 @@ pub mod sensor_side {
     /// Sensor side: each low order times theta and theta squared.
     pub struct AngleModel;
 
+    /// What is even in theta: a coil of some width that lies straight loses amplitude either way it is turned, as a sinc does, so this
+    /// part may be the effect itself and no completion of the odd one.
+    const EVEN_SIZE_M: f64 = 1.2e-6;
+
     impl SensorEffect for AngleModel {
         fn name(&self) -> &'static str {
             "angle_dependence"
@@ -92,7 +96,7 @@ pub mod sensor_side {
                         survey,
                         &mut list,
                         (s, order),
-                        ("theta squared times ", "m/rad²", 0.7e-6),
+                        ("theta squared times ", "m/rad²", EVEN_SIZE_M),
                         |m| m.theta_rad * m.theta_rad,
                     );
                 }

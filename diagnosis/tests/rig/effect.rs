@@ -96,6 +96,15 @@ impl Effect {
                         + 0.6 * (b[2] * (2.0 * p).sin() + b[3] * (2.0 * p).cos()))
                         + 0.1 * t * t * b[4] * p.sin()
                 }
+                // A coil of some width, turned either way: each order loses what a sinc does.
+                "wide_coil" => {
+                    let lost = |n: f64| {
+                        let u = n * th / 0.012;
+                        1.0 - if u == 0.0 { 1.0 } else { u.sin() / u }
+                    };
+                    lost(1.0) * (b[0] * p.sin() + b[1] * p.cos())
+                        + lost(2.0) * (b[2] * (2.0 * p).sin() + b[3] * (2.0 * p).cos())
+                }
                 "thermal_drift" => (q.temp - 25.0) * (b[0] + 0.3 * c[100 + s % 2] * own[s] * 1e2),
                 "velocity_lag" => {
                     let v = vs[s] / 0.03;
