@@ -60,6 +60,9 @@ pub mod sensor_side {
     /// Sensor side: the direction while moving, and that of the approach while still.
     pub struct DirectionModel;
 
+    /// The effect itself where it is remanence: what the direction alone does is the same of no travel to turn over in.
+    const MEMORY_SIZE_M: f64 = 2.0e-6;
+
     impl SensorEffect for DirectionModel {
         fn name(&self) -> &'static str {
             "hysteresis"
@@ -84,7 +87,7 @@ pub mod sensor_side {
                 }
                 for (k, travel) in ["4 um", "12 um", "40 um"].into_iter().enumerate() {
                     let name = format!("direction turned over within {travel}, segment {}", s + 1);
-                    list.push(Regressor::reading(name, "m", 1.0e-6, s, move |m| {
+                    list.push(Regressor::reading(name, "m", MEMORY_SIZE_M, s, move |m| {
                         m.memory[s][k]
                     }));
                 }
