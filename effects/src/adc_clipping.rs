@@ -9,57 +9,91 @@ use core::f64::consts::TAU;
 /// Plant side. Size: rms of the displacement over the phase, pooled over the segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdcClipping {
-    /// Which segments clip.
-    pub hit: [bool; SEGMENTS],
-    /// Rms of a clipping segment, radians of its phase.
+    /// Of each segment: how deep its rails cut below and above, sine then cosine, of [`Self::depth`]. Zero: that end is whole.
+    pub cuts: [[[f64; 2]; 2]; SEGMENTS],
+    /// Rms pooled over the segments, radians of their phases.
     rms_rad: f64,
-    /// Level, share of the amplitude.
-    pub level: f64,
+    /// Deepest cut, share of the amplitude.
+    pub depth: f64,
 }
 
+/// Deepest cut that is drawn, share of the amplitude.
+const DEEPEST: f64 = 0.7;
+
 impl AdcClipping {
-    /// One segment, two, or all: gain was set too high for them.
+    /// One segment, two, or all: gain was set too high for them, or an offset pushes the wave against one of its rails.
     pub fn draw(scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
         let (first, second) = (index(rng, SEGMENTS), index(rng, SEGMENTS));
         let all = uniform(rng, 0.0, 1.0) < 0.25;
-        let hit: [bool; SEGMENTS] = core::array::from_fn(|s| all || s == first || s == second);
-        let hits = hit.iter().filter(|h| **h).count() as f64;
-        let rms_rad = size_rms_m * scene.geometry.wavenumber() * (SEGMENTS as f64 / hits).sqrt();
-        Box::new(Self { hit, rms_rad, level: level_of(rms_rad) })
+        let hit = |s: usize| all || s == first || s == second;
+        let alike = uniform(rng, 0.0, 1.0) < 0.5;
+        let cuts = core::array::from_fn(|s| match (hit(s), alike) {
+            (false, _) => [[0.0; 2]; 2],
+            (true, true) => [[1.0; 2]; 2],
+            (true, false) => shifted(rng),
+        });
+        let rms_rad = size_rms_m * scene.geometry.wavenumber();
+        Box::new(Self { cuts, rms_rad, depth: depth_of(&cuts, rms_rad) })
     }
 }
 
-/// Level, as a share of the amplitude, at which clipping makes a phase error of an rms, radians. At least 0.3.
-fn level_of(rms_rad: f64) -> f64 {
-    let (mut low, mut high) = (0.3, 1.0);
+/// How deep the rails of a pair cut whose sine and cosine are offset: one end first, the other less or not at all; of both channels or one.
+fn shifted(rng: &mut ChaCha8Rng) -> [[f64; 2]; 2] {
+    let only = index(rng, 4);
+    core::array::from_fn(|channel| {
+        let other_end = (uniform(rng, -0.5, 0.9)).max(0.0);
+        let upper = index(rng, 2) == 1;
+        match (only, upper) {
+            (0 | 1, _) if only != channel => [0.0; 2],
+            (_, true) => [other_end, 1.0],
+            (_, false) => [1.0, other_end],
+        }
+    })
+}
+
+/// Depth at which such cuts make a phase error of an rms, radians, pooled over the segments.
+fn depth_of(cuts: &[[[f64; 2]; 2]; SEGMENTS], rms_rad: f64) -> f64 {
+    let (mut low, mut high) = (0.0, DEEPEST);
     for _ in 0..40 {
-        let level = 0.5 * (low + high);
-        if error_rad(level) > rms_rad { low = level } else { high = level }
+        let depth = 0.5 * (low + high);
+        let power: f64 = cuts.iter().map(|cuts| error_power(cuts, depth)).sum();
+        if power / SEGMENTS as f64 > rms_rad * rms_rad { high = depth } else { low = depth }
     }
     0.5 * (low + high)
 }
 
-/// Rms phase error of both channels clipped at a level.
-fn error_rad(level: f64) -> f64 {
-    // A quarter turn repeats.
+/// A channel between its rails, of an amplitude of 1.
+fn cut(value: f64, cuts: &[f64; 2], depth: f64) -> f64 {
+    let rail = |share: f64| if share > 0.0 { 1.0 - share * depth } else { f64::INFINITY };
+    value.clamp(-rail(cuts[0]), rail(cuts[1]))
+}
+
+/// Mean square of the phase error of a pair between its rails.
+fn error_power(cuts: &[[f64; 2]; 2], depth: f64) -> f64 {
+    if *cuts == [[0.0; 2]; 2] {
+        return 0.0;
+    }
     let steps = 2000;
     let power = (0..steps).map(|i| {
-        let phase = TAU / 4.0 * (f64::from(i) + 0.5) / f64::from(steps);
-        (phase.sin().min(level).atan2(phase.cos().min(level)) - phase).powi(2)
+        let phase = TAU * ((f64::from(i) + 0.5) / f64::from(steps) - 0.5);
+        let (sine, cosine) = phase.sin_cos();
+        (cut(sine, &cuts[0], depth).atan2(cut(cosine, &cuts[1], depth)) - phase).powi(2)
     });
-    (power.sum::<f64>() / f64::from(steps)).sqrt()
+    power.sum::<f64>() / f64::from(steps)
 }
 
 impl PlantEffect for AdcClipping {
     fn scale(&mut self, factor: f64) {
         self.rms_rad *= factor;
-        self.level = level_of(self.rms_rad);
+        self.depth = depth_of(&self.cuts, self.rms_rad);
     }
 
     fn analog(&mut self, _at: &Instant, channels: &mut Channels) {
-        let limit = self.level * channels.amplitude_counts;
-        for (pair, _) in channels.quadrature.iter_mut().zip(self.hit).filter(|(_, hit)| *hit) {
-            pair.iter_mut().for_each(|value| *value = value.clamp(-limit, limit));
+        let amplitude = channels.amplitude_counts;
+        for (pair, cuts) in channels.quadrature.iter_mut().zip(&self.cuts) {
+            for (value, cuts) in pair.iter_mut().zip(cuts) {
+                *value = amplitude * cut(*value / amplitude, cuts, self.depth);
+            }
         }
     }
 }
@@ -76,19 +110,70 @@ pub mod sensor_side {
     /// Sensor side: atan2 of clipped sine and cosine less the phase, with its derivatives by the levels.
     pub struct ClipModel;
 
-    /// Error of the phase, rad: `[sine level, cosine level, sine offset, cosine offset, gain less one, angle]`, of amplitude 1.
-    pub fn phase_error(phase: f64, p: &[f64; 6]) -> f64 {
-        let sine = ((1.0 + p[4]) * (phase + p[5]).sin() + p[2]).clamp(-p[0], p[0]);
-        let cosine = (phase.cos() + p[3]).clamp(-p[1], p[1]);
+    /// What a cut phase depends on: see [`PARTS`].
+    pub type Parts = [f64; 8];
+
+    /// Lower and upper rail of sine and cosine, then offsets, gain of the sine less one and quadrature angle: of an amplitude of 1.
+    const PARTS: [&str; 8] = [
+        "sine's lower rail",
+        "sine's upper rail",
+        "cosine's lower rail",
+        "cosine's upper rail",
+        "sine offset",
+        "cosine offset",
+        "gain",
+        "quadrature angle",
+    ];
+    /// Rails among [`PARTS`].
+    const RAILS: usize = 4;
+
+    /// Rails and pair of a clip in one.
+    #[must_use]
+    pub fn parts(clip: &Clip) -> Parts {
+        let [[a, b], [c, d]] = clip.rails;
+        let [e, f, g, h] = clip.pair;
+        [a, b, c, d, e, f, g, h]
+    }
+
+    /// Error of the phase, rad, of a pair with [`PARTS`].
+    #[must_use]
+    pub fn phase_error(phase: f64, p: &Parts) -> f64 {
+        let sine = ((1.0 + p[6]) * (phase + p[7]).sin() + p[4]).max(p[0]).min(p[1]);
+        let cosine = (phase.cos() + p[5]).max(p[2]).min(p[3]);
         let error = sine.atan2(cosine) - phase;
         error - TAU * (error / TAU).round()
+    }
+
+    /// The same pair with nothing cut.
+    fn open(p: &Parts) -> Parts {
+        core::array::from_fn(|j| match j {
+            _ if j >= RAILS => p[j],
+            _ if j % 2 == 0 => -Clip::OPEN,
+            _ => Clip::OPEN,
+        })
+    }
+
+    /// Parts that matter: a rail that nothing reaches does not.
+    fn acting(p: &Parts) -> impl Iterator<Item = usize> {
+        let p = *p;
+        (0..p.len()).filter(move |j| *j >= RAILS || p[*j].abs() < Clip::OPEN)
+    }
+
+    /// A clip in words: which channel is cut at which of its ends, of that channel's own amplitude.
+    fn told(p: &Parts, segment: usize) -> String {
+        let amplitude = [1.0 + p[6], 1.0];
+        let rails: Vec<String> = (0..RAILS)
+            .filter(|j| p[*j].abs() < Clip::OPEN)
+            .map(|j| format!("{} at {:+.3}", ["sine", "cosine"][j / 2], p[j] / amplitude[j / 2]))
+            .collect();
+        format!("clip of the {} of amplitude, segment {}", rails.join(", "), segment + 1)
     }
 
     /// Points of the inverse's table.
     const POINTS: usize = 2048;
 
     /// What must be added to a clipped phase: the inverse of `phase + phase_error(phase)`, tabulated over one turn.
-    fn correction(p: &[f64; 6]) -> Vec<f64> {
+    fn correction(p: &Parts) -> Vec<f64> {
         let seen: Vec<(f64, f64)> = (0..4 * POINTS)
             .map(|i| {
                 let phase = TAU * i as f64 / (4 * POINTS) as f64 - PI;
@@ -121,83 +206,49 @@ pub mod sensor_side {
         table[cell] * (1.0 - part) + table[(cell + 1) % POINTS] * part
     }
 
-    /// What [`phase_error`] depends on.
-    const PARTS: [&str; 6] =
-        ["sine level", "cosine level", "sine offset", "cosine offset", "gain", "quadrature angle"];
-    /// A pair that is not clipped.
-    const OPEN: [f64; 6] = [3.0, 3.0, 0.0, 0.0, 0.0, 0.0];
-
     /// Step of the derivatives by the levels.
     const STEP: f64 = 0.004;
 
     impl ClipModel {
-        fn by_phase(list: &mut Vec<Regressor>, s: usize, level: [f64; 2], metres: f64) {
-            let p = [level[0], level[1], 0.0, 0.0, 0.0, 0.0];
-            let shape = correction(&p);
-            for (j, label) in PARTS.into_iter().enumerate() {
+        /// Rails and pair are told: shapes over the phase that is seen. What an offset, a gain or an angle does to a wave
+        /// that is not cut is equation (3)'s; only what is beyond that is wanted.
+        fn by_phase(list: &mut Vec<Regressor>, s: usize, clip: &Clip, metres: f64) {
+            let p = parts(clip);
+            let beyond = |p: &Parts| -> Vec<f64> {
+                let plain = correction(&open(p));
+                correction(p).iter().zip(&plain).map(|(cut, whole)| cut - whole).collect()
+            };
+            let shape = beyond(&p);
+            for j in acting(&p) {
                 let mut more = p;
                 more[j] += STEP;
-                // Beside the clip, an offset, a gain or an angle is equation (3)'s: only what it does to the clip is wanted.
-                let mut open = OPEN;
-                open[j] += STEP;
-                let plain = correction(&open);
-                let table: Vec<f64> = correction(&more)
-                    .iter()
-                    .zip(&shape)
-                    .zip(&plain)
-                    .map(|((a, b), c)| (a - b - c) / STEP)
-                    .collect();
-                let name = format!("change of the {label}, segment {}", s + 1);
+                let table: Vec<f64> =
+                    beyond(&more).iter().zip(&shape).map(|(a, b)| (a - b) / STEP).collect();
+                let name = format!("change of the {}, segment {}", PARTS[j], s + 1);
                 list.push(Regressor::reading(name, "of amplitude", 1.0e-6, s, move |m| {
                     metres * look_up(&table, m.raw_phase[s])
                 }));
             }
-            let name = format!(
-                "clip at {:.3} and {:.3} of amplitude, segment {}",
-                level[0],
-                level[1],
-                s + 1
-            );
-            list.push(Regressor::reading(name, "1", 10.0e-6, s, move |m| {
+            list.push(Regressor::reading(told(&p, s), "1", 10.0e-6, s, move |m| {
                 metres * look_up(&shape, m.raw_phase[s])
             }));
         }
 
-        fn by_reference(list: &mut Vec<Regressor>, s: usize, clip: Clip, pair: [f64; 4], metres: f64) {
-            let p = [
-                clip.level[0],
-                clip.level[1],
-                pair[0],
-                pair[1],
-                pair[2],
-                pair[3],
-            ];
-            let name = format!(
-                "clip at {:.3} and {:.3} of amplitude, segment {}",
-                p[0],
-                p[1],
-                s + 1
-            );
-            let [zero, delay_s] = clip.zero_and_delay;
+        fn by_reference(list: &mut Vec<Regressor>, s: usize, clip: &Clip, found: [f64; 2], metres: f64) {
+            let p = parts(clip);
+            let [zero, delay_s] = found;
             let at = move |m: &Moment| m.reference_phase[s] + zero - delay_s * m.speed_m_s[s] / metres;
-            list.push(Regressor::reading(name, "1", 20.0e-6, s, move |m| {
+            list.push(Regressor::reading(told(&p, s), "1", 20.0e-6, s, move |m| {
                 -metres * phase_error(at(m), &p)
             }));
-            for j in 0..6 {
+            for j in acting(&p) {
                 let mut more = p;
                 more[j] += STEP;
-                let label = PARTS[j];
-                let name = format!("change of the {label}, segment {}", s + 1);
-                list.push(Regressor::reading(
-                    name,
-                    "of amplitude",
-                    2.0e-6,
-                    s,
-                    move |m| {
-                        let phase = at(m);
-                        -metres * (phase_error(phase, &more) - phase_error(phase, &p)) / STEP
-                    },
-                ));
+                let name = format!("change of the {}, segment {}", PARTS[j], s + 1);
+                list.push(Regressor::reading(name, "of amplitude", 2.0e-6, s, move |m| {
+                    let phase = at(m);
+                    -metres * (phase_error(phase, &more) - phase_error(phase, &p)) / STEP
+                }));
             }
         }
 
@@ -205,8 +256,8 @@ pub mod sensor_side {
         fn by_family(list: &mut Vec<Regressor>, s: usize, metres: f64) {
             for level in [0.71, 0.75, 0.79, 0.83, 0.86, 0.89, 0.92, 0.95, 0.98] {
                 for channel in 0..2 {
-                    let mut p = OPEN;
-                    p[channel] = level;
+                    let mut p = open(&[0.0; 8]);
+                    (p[2 * channel], p[2 * channel + 1]) = (-level, level);
                     let table = correction(&p);
                     let name = format!(
                         "{} clipped at {level}, segment {}",
@@ -239,9 +290,9 @@ pub mod sensor_side {
             let metres = survey.pitch_m / TAU;
             for s in (0..4).filter(|s| survey.segments[*s]) {
                 match survey.clip[s] {
-                    Some(clip) => match clip.pair {
-                        Some(pair) => Self::by_reference(&mut list, s, clip, pair, metres),
-                        None => Self::by_phase(&mut list, s, clip.level, metres),
+                    Some(clip) => match clip.zero_and_delay {
+                        Some(found) => Self::by_reference(&mut list, s, &clip, found, metres),
+                        None => Self::by_phase(&mut list, s, &clip, metres),
                     },
                     None if !survey.counts && survey.lateral => Self::by_family(&mut list, s, metres),
                     None => {}

@@ -143,15 +143,22 @@ pub struct Survey {
     pub clip: [Option<Clip>; 4],
 }
 
-/// A pair whose channels saturate.
+/// A pair whose channels saturate. An amplifier and a converter have a rail at either end, and an offset shifts the wave against
+/// them: any of the four may cut, none needs to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Clip {
-    /// Level of the sine and of the cosine, of the amplitude.
-    pub level: [f64; 2],
-    /// Found against a reference: offset of sine and cosine, gain less one, quadrature angle (rad) beside it.
-    pub pair: Option<[f64; 4]>,
-    /// Electrical phase at the reference's zero, rad, and delay, s, found with it.
-    pub zero_and_delay: [f64; 2],
+    /// Lower and upper rail of the sine, then of the cosine, of the amplitude, from the electrical zero: signed.
+    pub rails: [[f64; 2]; 2],
+    /// Offset of sine and cosine, gain of the sine less one, quadrature angle (rad) of the wave before it is cut, of the amplitude.
+    pub pair: [f64; 4],
+    /// Found against a reference: electrical phase at the reference's zero,
+    /// rad, and delay, s.
+    pub zero_and_delay: Option<[f64; 2]>,
+}
+
+impl Clip {
+    /// A rail that nothing reaches, of the amplitude.
+    pub const OPEN: f64 = 3.0;
 }
 
 /// A unit amount added to the readings or, for shapes that no reading owns, to the channels.
