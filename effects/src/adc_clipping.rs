@@ -110,7 +110,7 @@ pub mod sensor_side {
     /// Sensor side: atan2 of clipped sine and cosine less the phase, with its derivatives by the levels.
     pub struct ClipModel;
 
-    /// What a cut phase depends on: see [`PARTS`].
+    /// What a cut phase depends on: see `PARTS`.
     pub type Parts = [f64; 8];
 
     /// Lower and upper rail of sine and cosine, then offsets, gain of the sine less one and quadrature angle: of an amplitude of 1.
@@ -135,7 +135,7 @@ pub mod sensor_side {
         [a, b, c, d, e, f, g, h]
     }
 
-    /// Error of the phase, rad, of a pair with [`PARTS`].
+    /// Error of the phase, rad, of a pair with `PARTS`.
     #[must_use]
     pub fn phase_error(phase: f64, p: &Parts) -> f64 {
         let sine = ((1.0 + p[6]) * (phase + p[7]).sin() + p[4]).max(p[0]).min(p[1]);
