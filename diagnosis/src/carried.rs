@@ -53,6 +53,14 @@ impl Carried {
         Self(Symmetric::zeros(width + 1))
     }
 
+    /// The same variance in each column but the first, and none in the target.
+    #[cfg(test)]
+    pub fn alike(width: usize, variance: f64) -> Self {
+        let mut products = Symmetric::zeros(width + 1);
+        (1..width).for_each(|c| products.below_mut(c)[0] = variance);
+        Self(products)
+    }
+
     /// The mean products; the target's derivatives are in the last row and column.
     pub fn products(&self) -> &Symmetric {
         &self.0

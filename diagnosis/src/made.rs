@@ -52,6 +52,12 @@ impl Made {
         }
     }
 
+    /// The same, each column of the blocks carrying noise of this variance.
+    pub fn carrying(mut self, variance: f64) -> Self {
+        self.carried = Carried::alike(self.columns.regressors.len(), variance);
+        self
+    }
+
     /// For the comparison of sets of blocks.
     pub fn arena(&self) -> Arena<'_> {
         Arena::new(&self.gram, &self.columns, &self.carried)

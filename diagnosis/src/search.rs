@@ -48,6 +48,19 @@ fn steady(with: &Score, without: &Score) -> bool {
     better + 1 >= FOLDS && without.squares - with.squares > MINIMUM_SQUARES
 }
 
+/// True if some block stands out beyond chance although the sum of squares does not: it leaves less than the baseline alone, and is
+/// likelier. Large amounts that nearly cancel may leave less by the noise that they are allowed for.
+pub fn stands_out(arena: &mut Arena, floor: f64) -> bool {
+    let alone = arena.score(&[]);
+    (1..arena.columns.blocks.len()).any(|b| {
+        let with = arena.score(&[b]);
+        let gain = alone.squares - with.squares;
+        gain > 2.0 * MINIMUM_SQUARES
+            && gain > 0.01 * floor
+            && with.log_evidence > alone.log_evidence
+    })
+}
+
 /// Held-out squares of the best that columns can do if only chance bounds their number: what is left is the noise.
 pub fn noise_floor(arena: &mut Arena, candidates: &[usize]) -> f64 {
     let mut chosen: Vec<usize> = Vec::new();
@@ -316,7 +329,7 @@ fn order(arena: &mut Arena, set: &mut [usize], floor: f64) {
 mod tests {
     use super::*;
     use crate::made::Made;
-    use effects::random::normal;
+    use effects::random::{ChaCha8Rng, normal};
 
     /// Two that nearly cancel beside one that is there: with the noise known they are found, below a noise that is stated too high
     /// they are not.
@@ -354,5 +367,27 @@ mod tests {
         };
         assert_eq!(first(0.05), [1]);
         assert_eq!(first(0.2), [2]);
+    }
+
+    /// Noise stated a little too low. A shape that is there stands out; columns of nothing that carry much noise leave less by what that is allowed for, and do not.
+    #[test]
+    fn what_noise_is_allowed_for_does_not_stand_out() {
+        const COLUMNS: usize = 20;
+        let made = |there: f64, carried: f64| {
+            let row = |rng: &mut ChaCha8Rng| {
+                let columns: Vec<f64> = (0..COLUMNS).map(|_| normal(rng)).collect();
+                let target = there * columns[0] + 1.03 * normal(rng);
+                [vec![1.0], columns, vec![target]].concat()
+            };
+            Made::new(&[("block", &[1.0; COLUMNS][..])], &row).carrying(carried)
+        };
+        let shape = made(0.4, 0.0);
+        assert!(stands_out(&mut shape.arena(), shape.arena().rows()));
+        let nothing = made(0.0, 9.0);
+        let mut arena = nothing.arena();
+        let gain = arena.score(&[]).squares - arena.score(&[1]).squares;
+        assert!(gain > 2.0 * MINIMUM_SQUARES, "{gain}");
+        let floor = arena.rows();
+        assert!(!stands_out(&mut arena, floor));
     }
 }

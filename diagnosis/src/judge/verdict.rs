@@ -6,7 +6,7 @@ use super::place::Located;
 use super::{CHANNEL_NAMES, Judge, LEFT_OVER, NOISY, OF_ITS_TIME, VISIBLE};
 use crate::arena::Arena;
 use crate::report::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
-use crate::search::{Found, MINIMUM_SQUARES, rest};
+use crate::search::{Found, MINIMUM_SQUARES, rest, stands_out};
 use crate::study::Kind;
 use crate::trace::log;
 
@@ -150,7 +150,7 @@ impl Judge<'_> {
         ));
         // Few samples scatter more: four standard deviations of an rms over these rows.
         let chance = 4.0 / (2.0 * arena.rows()).sqrt();
-        let gap = white_before > VISIBLE + chance || self.stands_out(arena);
+        let gap = white_before > VISIBLE + chance || stands_out(arena, self.base);
         let structured = gap && !self.told.found.blocks.is_empty();
         let left = match (gap, structured) {
             (true, true) => self.left(),
@@ -319,15 +319,6 @@ impl Judge<'_> {
                 .first()
                 .is_some_and(|r| r.1 > 0.3)
         })
-    }
-
-    /// True if some shape stands out beyond chance although the sum of squares does not.
-    fn stands_out(&self, arena: &mut Arena) -> bool {
-        let alone = arena.score(&[]).squares;
-        let gain = (1..self.study.columns.blocks.len())
-            .map(|b| alone - arena.score(&[b]).squares)
-            .fold(0.0, f64::max);
-        gain > 2.0 * MINIMUM_SQUARES && gain > 0.01 * self.base
     }
 
     fn fill(&self, out: &mut Diagnosis, arena: &mut Arena, seen: Seen) {
