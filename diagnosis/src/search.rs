@@ -369,7 +369,8 @@ mod tests {
         assert_eq!(first(0.2), [2]);
     }
 
-    /// Noise stated a little too low. A shape that is there stands out; columns of nothing that carry much noise leave less by what that is allowed for, and do not.
+    /// Noise stated a little too low. A shape that is there stands out; columns of nothing that carry much noise leave less by what
+    /// that is allowed for, and do not.
     #[test]
     fn what_noise_is_allowed_for_does_not_stand_out() {
         const COLUMNS: usize = 20;

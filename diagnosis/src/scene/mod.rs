@@ -147,7 +147,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// The motion with the ways of the segments whose places another shift moves; of all where they are the reference's.
+    /// The motion with the ways of those segments whose places another shift moves. A reference's places are moved by none.
     fn retraced(&self, calibrated_m: &[Vec<f64>; 4], shift: &Shift) -> Arc<Motion> {
         let mut motion = Arc::clone(&self.motion);
         if self.scope.reference || *shift == self.shift {
