@@ -90,8 +90,9 @@ pub const OF_ITS_TIME: &str = "quadrature_drift";
 
 /// Applies a model to another recording of the same courier. Fits nothing but the zeros that are arbitrary from one recording
 /// to the next: of the tooth counts (offset of g_p, o'_x, o'_y; each segment's against a reference), and of time, which a
-/// vibration's phase is counted from. Whole teeth between the segments of a pair are told before ([`align_pairs`]). What does not
-/// carry over ([`OF_ITS_TIME`]) is left out, and so are places where the model does not know the field that it has ([`Visited`]).
+/// vibration's phase is counted from, and the angle between the two sensors where mounts drift with temperature. Whole teeth
+/// between the segments of a pair are told before ([`align_pairs`]). What does not carry over ([`OF_ITS_TIME`]) is left out, and so
+/// are places where the model does not know the field that it has ([`Visited`]).
 ///
 /// # Errors
 /// [`Insufficient`] where the recording gives no residuals, or nearly all of it lies where the field is not known.
@@ -155,9 +156,13 @@ const OF_TEMPERATURE: &str = "thermal_drift";
 /// Share of the model's range of temperatures that another recording may lie beyond it before that is said.
 const BEYOND: f64 = 0.1;
 
+fn follows_temperature(model: &Model) -> bool {
+    model.effects.iter().any(|e| e.name == OF_TEMPERATURE)
+}
+
 fn warmer_or_colder(model: &Model, observations: &Observations) -> Option<[[f64; 2]; 2]> {
-    let follows = model.effects.iter().any(|e| e.name == OF_TEMPERATURE);
-    let there = model.normal.temperatures_c.filter(|_| follows)?;
+    let there = model.normal.temperatures_c;
+    let there = there.filter(|_| follows_temperature(model))?;
     let finite = observations.temperature_c.iter().copied();
     let here = range(&finite.filter(|t| t.is_finite()).collect::<Vec<f64>>())?;
     let margin = BEYOND * (there[1] - there[0]);
@@ -233,7 +238,10 @@ fn apply<'a>(
         ..model.survey.clone()
     };
     let mut columns = Columns::default();
-    let zeros = zeros(&scene);
+    let mut zeros = zeros(&scene);
+    if with && scene.scope.beacon && follows_temperature(model) {
+        zeros.push(zero_of_the_angle());
+    }
     columns.push("zeros", zeros);
     if with {
         for effect in model.effects.iter().filter(|e| e.carries_over) {
@@ -300,9 +308,21 @@ fn settled<'a>(scene: Scene<'a>, columns: &Columns) -> Scene<'a> {
     crate::refine::settled(scene, columns, &known, &amounts)
 }
 
+/// Prior size of what is arbitrary, m.
+const FREE_M: f64 = 0.3;
+
+/// Mounts that have drifted by some micrometres have turned the sensor: against the coordination sensor by as much as that over the
+/// span, and at another temperature by what nothing told.
+fn zero_of_the_angle() -> Regressor {
+    Regressor::readings("zero of the angle", "m", FREE_M, |_, out| {
+        for (out, sign) in out.iter_mut().zip([1.0, 1.0, -1.0, -1.0]) {
+            *out += sign;
+        }
+    })
+}
+
 /// What is arbitrary from recording to recording.
 fn zeros(scene: &Scene) -> Vec<Regressor> {
-    const FREE_M: f64 = 0.3;
     let mut list = Vec::new();
     if scene.scope.reference {
         for s in (0..4).filter(|s| scene.scope.segments[*s]) {

@@ -57,6 +57,30 @@ fn where_the_tooth_counts_begin_is_nothing_to_a_check() {
     assert_eq!(colder(&elsewhere, &first), Ok(true));
 }
 
+/// Mounts that the board warms through, and another recording on a colder and a warmer day: what lies behind the board must not pass for a
+/// bend of the drift, which would be carried on to where nothing was measured.
+#[test]
+fn a_drift_that_lags_is_carried_to_other_temperatures() {
+    for (seed, warmer_k) in [(41, -6.0), (42, 6.0)] {
+        let recorded = |motion, warmer_k| {
+            let options = rig::Options {
+                samples: 6000,
+                warmer_k,
+                ..rig::Options::default()
+            };
+            rig::record_as(seed, motion, &[("late_warmth", 3.0e-6)], &options).0
+        };
+        let model = model(&recorded(seed, 0.0), "thermal_drift");
+        let came = check_fully(&model, &recorded(seed + 1000, warmer_k)).expect("residuals");
+        assert!(came.warmer_or_colder.is_some());
+        // As asked: within 10 %.
+        for (claimed, c) in model.claimed.channels.iter().zip(&came.held_out.channels) {
+            let ratio = c.after_rms_m / claimed.after_rms_m;
+            assert!((ratio - 1.0).abs() < 0.1, "{seed} {}: {ratio}", c.channel);
+        }
+    }
+}
+
 /// One segment that counts a tooth more than its partner, as after a slip, turns no courier and moves no lateral phase.
 #[test]
 fn a_tooth_between_the_segments_of_a_pair_is_nothing_to_a_check() {

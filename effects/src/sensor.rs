@@ -15,6 +15,9 @@ pub const ORDERS: usize = 16;
 /// Highest order of the lateral tooth phase that is tabulated.
 pub const LATERAL_ORDERS: usize = 4;
 
+/// Times after which a mount has followed the board's temperature to 1/e, s: of a coil and of what holds it.
+pub const LAGS_S: [f64; 2] = [5.0, 20.0];
+
 /// `[segment][n]` = (sin, cos) of n times a phase.
 pub type Harmonics = [[(f64, f64); ORDERS + 1]; 4];
 
@@ -64,6 +67,8 @@ pub struct Moment {
     pub deflection: [f64; 2],
     /// Board temperature less its mean, K.
     pub warmth_k: f64,
+    /// How much warmer than the board a mount is that follows it after each of [`LAGS_S`], K.
+    pub behind_k: [f64; LAGS_S.len()],
     /// What the place explains of the logarithm of each segment's amplitude, less its mean: the air gap's part.
     pub ln_amplitude: [f64; 4],
     /// All of that logarithm less its mean and what repeats with the own phase, whatever may be the cause.
@@ -103,6 +108,9 @@ pub struct Survey {
     pub tan_full_scale: f64,
     /// Length of the recording, s.
     pub duration_s: f64,
+    /// Lowest and highest board temperature less its mean, K: beyond them nothing was measured.
+    #[serde(default)]
+    pub warmths_k: [f64; 2],
     /// Frequencies at which g_x and g_y oscillate beyond chance, Hz, strongest first.
     pub beacon_lines_hz: Vec<f64>,
     /// Frequencies at which the segments oscillate beyond chance, Hz, strongest first.

@@ -65,13 +65,29 @@ pub use sensor_side::WarmthModel;
 
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Regressor, SensorEffect, Survey};
+    use crate::sensor::{LAGS_S, Regressor, SensorEffect, Survey};
 
     /// Sensor side: each segment's offset, the scale of both axes, and the coordination sensor's offset and gain.
     pub struct WarmthModel;
 
     /// Prior of a scale's growth: aluminium, the most that a platen or a courier is made of (steel 11.5 ppm/K).
     const GROWTH_PER_K: f64 = 22.0e-6;
+
+    /// The bend of a drift over the temperatures that were measured. It is told from their middle, so that the linear part is the mean
+    /// slope over them, and stays what it was at their ends: that part alone is carried on.
+    fn bent(warmth_k: f64, [coldest, warmest]: [f64; 2]) -> f64 {
+        let middle = 0.5 * (coldest + warmest);
+        let half = 0.5 * (warmest - coldest);
+        let away = if half > 0.0 {
+            (warmth_k - middle).clamp(-half, half)
+        } else {
+            warmth_k
+        };
+        away * away
+    }
+
+    /// Prior of what a mount's drift is behind the board's: as much as the drift itself (5.6 um/K has been seen).
+    const DRIFT_M_PER_K: f64 = 3.0e-6;
 
     impl SensorEffect for WarmthModel {
         fn name(&self) -> &'static str {
@@ -88,6 +104,7 @@ pub mod sensor_side {
 
         fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
             let mut list = Vec::new();
+            let range = survey.warmths_k;
             if !survey.temperature {
                 return list;
             }
@@ -95,9 +112,14 @@ pub mod sensor_side {
                 let name = format!("offset, segment {}", s + 1);
                 list.push(Regressor::reading(name, "m/K", 4.0e-6, s, |m| m.warmth_k));
                 let name = format!("offset, second order, segment {}", s + 1);
-                list.push(Regressor::reading(name, "m/K²", 0.7e-6, s, |m| {
-                    m.warmth_k * m.warmth_k
+                list.push(Regressor::reading(name, "m/K²", 0.7e-6, s, move |m| {
+                    bent(m.warmth_k, range)
                 }));
+                for (lag, seconds) in LAGS_S.iter().enumerate() {
+                    let name = format!("offset, {seconds} s behind, segment {}", s + 1);
+                    let behind = Regressor::reading(name, "m/K", 0.7e-6, s, move |m| m.behind_k[lag]);
+                    list.push(behind.of_deviation(DRIFT_M_PER_K));
+                }
             }
             for axis in 0..2 {
                 let label = ["x", "y"][axis];
@@ -119,6 +141,14 @@ pub mod sensor_side {
                     list.push(Regressor::reading(name, "1/K", 2.0e-6, 4 + axis, |m| {
                         m.warmth_k
                     }));
+                    for (lag, seconds) in LAGS_S.iter().enumerate() {
+                        let name =
+                            format!("coordination sensor's offset {label}, {seconds} s behind");
+                        let behind = Regressor::reading(name, "1/K", 0.35e-6, 4 + axis, move |m| {
+                            m.behind_k[lag]
+                        });
+                        list.push(behind.of_deviation(DRIFT_M_PER_K / 0.1));
+                    }
                     let name = format!("coordination sensor's gain {label}");
                     list.push(Regressor::reading(
                         name,
@@ -130,6 +160,22 @@ pub mod sensor_side {
                 }
             }
             list
+        }
+    }
+
+    #[cfg(test)]
+    mod tests {
+        use super::*;
+
+        #[test]
+        fn beyond_the_measured_temperatures_the_bend_stands_and_its_mean_slope_is_none() {
+            let range = [-1.0, 3.0];
+            assert_eq!(bent(-1.0, range), bent(3.0, range));
+            assert_eq!(bent(1.0, range), 0.0);
+            assert_eq!(bent(-9.0, range), bent(-1.0, range));
+            assert_eq!(bent(9.0, range), bent(3.0, range));
+            // A model that was written without a range.
+            assert_eq!(bent(2.0, [0.0; 2]), 4.0);
         }
     }
 }

@@ -8,6 +8,7 @@ mod quiet;
 mod rows;
 mod survey;
 mod wander;
+mod warmth;
 
 pub use amplitudes::Amplitudes;
 pub use rows::{ROWS, SampleRows};
@@ -16,9 +17,10 @@ pub use survey::scope;
 use crate::baseline::{Baseline, Scope};
 use crate::motion::Motion;
 use crate::observe::Observations;
-use effects::sensor::{READINGS, Survey};
+use effects::sensor::{LAGS_S, READINGS, Survey};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+use warmth::behind_k;
 
 /// A recording, linearised about a baseline.
 pub struct Scene<'a> {
@@ -46,6 +48,7 @@ pub struct Scene<'a> {
     ln_amplitude: [Vec<f64>; 4],
     amplitudes: Arc<Amplitudes>,
     quiet_m: Arc<[Vec<f64>; 4]>,
+    behind_k: Arc<Vec<[f64; LAGS_S.len()]>>,
 }
 
 /// What the effects found so far add to the readings, m; empty where nothing is found. It moves the phases that shapes are
@@ -108,6 +111,7 @@ impl<'a> Scene<'a> {
             ln_amplitude: Default::default(),
             amplitudes: Arc::default(),
             quiet_m: Arc::default(),
+            behind_k: Arc::new(behind_k(&observations.t_s, &observations.temperature_c)),
             normal: normal.cloned().unwrap_or(Normal {
                 temperature_c: mean_temperature_c,
                 temperatures_c: range(&known),
@@ -144,6 +148,7 @@ impl<'a> Scene<'a> {
             ln_amplitude: self.ln_amplitude.clone(),
             amplitudes: Arc::clone(&self.amplitudes),
             quiet_m: Arc::clone(&self.quiet_m),
+            behind_k: Arc::clone(&self.behind_k),
         }
     }
 

@@ -100,6 +100,7 @@ impl Scene<'_> {
                 .get(i)
                 .filter(|t| t.is_finite())
                 .map_or(0.0, |t| t - self.normal.temperature_c),
+            behind_k: self.behind_k.get(i).copied().unwrap_or_default(),
             ln_amplitude: at(self
                 .amplitudes
                 .by_place

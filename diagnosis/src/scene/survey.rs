@@ -59,6 +59,8 @@ impl Scene<'_> {
             pitch_m: o.pitch_m,
             tan_full_scale: o.tan_full_scale,
             duration_s: o.t_s[n - 1] - o.t_s[0],
+            warmths_k: crate::scene::range(temperatures)
+                .map_or([0.0; 2], |r| r.map(|t| t - self.normal.temperature_c)),
             beacon_stretches,
             ..Survey::default()
         }

@@ -13,6 +13,8 @@ pub(super) struct Truth {
     pub(super) last_dir: [f64; 4],
     pub(super) seen: bool,
     pub(super) temp: f64,
+    /// Of the coils' mounts, which are warmed by the board.
+    pub(super) mount: f64,
 }
 
 pub struct Courier {

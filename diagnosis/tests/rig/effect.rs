@@ -106,6 +106,7 @@ impl Effect {
                         + lost(2.0) * (b[2] * (2.0 * p).sin() + b[3] * (2.0 * p).cos())
                 }
                 "thermal_drift" => (q.temp - 25.0) * (b[0] + 0.3 * c[100 + s % 2] * own[s] * 1e2),
+                "late_warmth" => (q.mount - 25.0) * b[0],
                 "velocity_lag" => {
                     let v = vs[s] / 0.03;
                     (1.0 + 0.5 * b[0]) * v / (1.0 + 0.15 * v.abs())

@@ -62,6 +62,27 @@ pub fn record(seed: u64, effects: &[(&str, f64)], o: &Options) -> (Recording, Co
     record_as(seed, seed, effects, o)
 }
 
+/// Time after which the mounts have followed the board to 1/e, s.
+const MOUNT_S: f64 = 9.0;
+
+/// The mounts' temperature, one small step after the other.
+fn warm_through(truth: &mut [Truth]) {
+    let Some(mut last) = truth.first().copied() else {
+        return;
+    };
+    last.mount = last.temp;
+    for q in truth {
+        let steps = ((q.t - last.t) / (0.01 * MOUNT_S)).ceil().max(1.0);
+        let share = (q.t - last.t) / steps / MOUNT_S;
+        q.mount = last.mount;
+        for k in 0..steps as usize {
+            let board = last.temp + (q.temp - last.temp) * (k as f64 + 0.5) / steps;
+            q.mount += (board - q.mount) * share;
+        }
+        last = *q;
+    }
+}
+
 /// What one recording has for itself: poses, temperature, noise.
 fn own(motion: u64) -> Dice {
     Dice(motion.wrapping_mul(517) + 29)
@@ -82,14 +103,19 @@ pub fn record_as(
         .collect();
     // An effect's size is the courier's: it is stated over the first recording's motion, whichever is made.
     let usual = || Dice(seed.wrapping_mul(991) + 3);
-    let first = program(&u, &mut usual(), &mut own(seed), o, &mut Vec::new());
+    let mut first = program(&u, &mut usual(), &mut own(seed), o, &mut Vec::new());
+    warm_through(&mut first);
     let all = first.last().map_or(1.0, |q| q.t);
     for e in &mut list {
         scale(e, &u, &first, all);
     }
     let mut m = own(motion);
     let mut names = Vec::new();
-    let truth = program(&u, &mut usual(), &mut m, o, &mut names);
+    let mut truth = program(&u, &mut usual(), &mut m, o, &mut names);
+    for q in &mut truth {
+        q.temp += o.warmer_k;
+    }
+    warm_through(&mut truth);
     let samples = measure(&u, &list, &truth, &names, all, &mut m, o);
     let meta = Meta {
         device: "rig".into(),

@@ -53,6 +53,8 @@ pub struct Options {
     pub reference: bool,
     /// The first so many segments are recorded.
     pub segments: usize,
+    /// So much is the recording's temperature above the usual one, K.
+    pub warmer_k: f64,
 }
 impl Default for Options {
     fn default() -> Self {
@@ -63,6 +65,7 @@ impl Default for Options {
             commanded: true,
             reference: false,
             segments: 4,
+            warmer_k: 0.0,
         }
     }
 }

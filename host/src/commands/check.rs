@@ -11,7 +11,7 @@ use std::process::ExitCode;
 /// Apply a diagnosed model to another recording of the same courier and see whether the gap shrinks as claimed.
 ///
 /// Nothing is fitted but what is arbitrary from one recording to the next: the zeros of the tooth counts (offset of g_p,
-/// o'_x, o'_y) and amounts that belong to a recording's own time (a wander, the phase of a vibration).
+/// o'_x, o'_y; the angle of a courier whose mounts drift with temperature) and amounts that belong to a recording's own time (a wander, the phase of a vibration).
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Example:\n  courier diagnose first --model model.json && courier check model.json second"
@@ -70,7 +70,7 @@ fn left_out(checked: &Checked) -> String {
     if let Some([here, there]) = checked.warmer_or_colder {
         let told = |range: [f64; 2]| format!("{:.1} to {:.1} °C", range[0], range[1]);
         out += &format!(
-            "\ntemperature: {} here, {} in the model's recording: thermal_drift is carried beyond what it was fitted on",
+            "\ntemperature: {} here, {} in the model's recording: thermal_drift is carried beyond what it was fitted on, by its linear part alone",
             told(here),
             told(there)
         );
