@@ -81,6 +81,24 @@ fn a_drift_that_lags_is_carried_to_other_temperatures() {
     }
 }
 
+/// A coil of some width loses amplitude as a sinc does, which is no parabola of the angle beyond a degree.
+#[test]
+fn a_wide_coil_is_followed_to_the_largest_angles() {
+    let options = rig::Options {
+        samples: 6000,
+        ..rig::Options::default()
+    };
+    let [first, second] =
+        [43, 1043].map(|motion| rig::record_as(43, motion, &[("wide_coil", 2.5e-6)], &options).0);
+    let model = model(&first, "angle_dependence");
+    // As asked: within 10 % of the best possible, which is the floor, and another recording within 10 % of that.
+    let claimed = model.claimed.whitened_after;
+    assert!(claimed < 1.1, "{claimed}");
+    let came = check(&model, &second).expect("residuals");
+    let ratio = came.whitened_after / claimed;
+    assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
+}
+
 /// One segment that counts a tooth more than its partner, as after a slip, turns no courier and moves no lateral phase.
 #[test]
 fn a_tooth_between_the_segments_of_a_pair_is_nothing_to_a_check() {

@@ -60,12 +60,17 @@ pub use sensor_side::AngleModel;
 pub mod sensor_side {
     use crate::sensor::{Regressor, SensorEffect, Survey};
 
-    /// Sensor side: each low order times theta and theta squared.
+    /// Sensor side: each low order times theta and theta squared, the strongest times its fourth power besides.
     pub struct AngleModel;
 
     /// What is even in theta: a coil of some width that lies straight loses amplitude either way it is turned, as a sinc does, so this
     /// part may be the effect itself and no completion of the odd one.
     const EVEN_SIZE_M: f64 = 1.2e-6;
+
+    /// Orders whose sinc is past its parabola within a degree or so.
+    const CURVED: [usize; 3] = [1, 2, 4];
+    /// Prior size of what is beyond it: it completes the parabola.
+    const CURVED_SIZE_M: f64 = 0.6e-6;
 
     impl SensorEffect for AngleModel {
         fn name(&self) -> &'static str {
@@ -98,6 +103,16 @@ pub mod sensor_side {
                         (s, order),
                         ("theta squared times ", "m/rad²", EVEN_SIZE_M),
                         |m| m.theta_rad * m.theta_rad,
+                    );
+                    if !CURVED.contains(&order) {
+                        continue;
+                    }
+                    Regressor::free_harmonic(
+                        survey,
+                        &mut list,
+                        (s, order),
+                        ("theta to the fourth times ", "m/rad⁴", CURVED_SIZE_M),
+                        |m| m.theta_rad.powi(4),
                     );
                 }
             }

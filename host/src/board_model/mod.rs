@@ -149,7 +149,10 @@ fn effects(diagnosed: &Model, own: &[Row]) -> Effects {
         let mut unknown = 0;
         for amount in &effect.amounts {
             match place(&effect.name, &amount.name) {
-                Some((term, part, segment)) => set(&mut rows, term, part, segment, amount.value),
+                Some((term, part, segment)) => {
+                    let value = amount.value * share_of_term(&amount.name);
+                    set(&mut rows, term, part, segment, value);
+                }
                 None => unknown += 1,
             }
         }
@@ -272,12 +275,27 @@ fn place(effect: &str, amount: &str) -> Option<(Term, usize, usize)> {
         "angle_dependence" if amount.starts_with("theta times ") => {
             Term::own(order("order ")?.unsigned_abs()).with_theta(1)
         }
-        "angle_dependence" if amount.starts_with("theta squared times ") => {
+        "angle_dependence"
+            if amount.starts_with("theta squared times ") || amount.starts_with(FOURTH) =>
+        {
             Term::own(order("order ")?.unsigned_abs()).with_theta(2)
         }
         _ => return None,
     };
     Some((term, part, segment))
+}
+
+/// A power of the angle that the board has no term for.
+const FOURTH: &str = "theta to the fourth times ";
+
+/// What an amount is of its term: the fourth power as the parabola that is nearest over the angles of a self-calibration (least
+/// squares), others as they are.
+fn share_of_term(amount: &str) -> f64 {
+    if amount.starts_with(FOURTH) {
+        5.0 / 7.0 * refit::TURN_RAD * refit::TURN_RAD
+    } else {
+        1.0
+    }
 }
 
 /// The whole number behind a mark.
@@ -344,6 +362,20 @@ mod tests {
         );
         assert_eq!(at("velocity_lag", "square of speed, segment 2"), None);
         assert_eq!(at("psd_nonlinearity", "cubic x"), None);
+    }
+
+    #[test]
+    fn a_power_of_the_angle_becomes_the_nearest_one_that_the_board_has() {
+        let sum = |power: i32| -> f64 {
+            let angles = (-500..=500).map(|k| refit::TURN_RAD * f64::from(k) / 500.0);
+            angles.map(|theta| theta.powi(power)).sum()
+        };
+        let name = format!("{FOURTH}order 2 cosine, segment 1");
+        let term = place("angle_dependence", &name);
+        assert_eq!(term, Some((Term::own(2).with_theta(2), 1, 0)));
+        let nearest = sum(4 + 2) / sum(2 + 2);
+        assert!((share_of_term(&name) / nearest - 1.0).abs() < 0.01);
+        assert_eq!(share_of_term("theta times order 2 cosine, segment 1"), 1.0);
     }
 
     #[test]

@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 /// Poses: some fifty a column.
 const POSES: usize = 2500;
 /// Angles, radians: ±0.5°, as in a self-calibration.
-const TURN_RAD: f64 = 8.727e-3;
+pub const TURN_RAD: f64 = 8.727e-3;
 /// Rounds in which the unmodified output is found; each gains a factor of ten.
 const ROUNDS: usize = 12;
 
