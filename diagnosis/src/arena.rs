@@ -29,7 +29,7 @@ pub struct Score {
     pub log_evidence: f64,
 }
 
-/// Amounts beyond this many prior deviations are of no physical size, however well they fit.
+/// Amounts beyond this many prior deviations off their means are of no physical size, however well they fit.
 const IMPLAUSIBLE: f64 = 30.0;
 /// No held-out model beats the noise: below this share of it, and where the baseline does not, it is an artefact.
 const TOO_GOOD: f64 = 0.3;
@@ -105,7 +105,8 @@ impl<'a> Arena<'a> {
             };
             let amounts = fit.columns.iter().zip(fit.amount.iter());
             let effects = amounts.filter(|(c, _)| !baseline.contains(c));
-            if effects.map(|(_, a)| a.abs()).fold(0.0, f64::max) > IMPLAUSIBLE {
+            let off = effects.map(|(c, a)| (a - self.gram.centre[*c]).abs());
+            if off.fold(0.0, f64::max) > IMPLAUSIBLE {
                 return IMPOSSIBLE;
             }
             score.fold[f] = left - self.gram.rows[f] as f64 * self.carried.allowance(noise);

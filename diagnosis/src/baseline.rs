@@ -181,6 +181,7 @@ fn beacon_regressors() -> Vec<Regressor> {
         unit: "m",
         size_m: FREE_M,
         deviation: None,
+        mean: 0.0,
         during: ALWAYS,
         action: Action::Channels(Box::new(move |m: &Moment, out: &mut [f64; CHANNELS]| {
             let [x, y] = add(m);

@@ -43,8 +43,7 @@ impl Columns {
     /// Appends a group and returns its number.
     pub fn push(&mut self, name: impl Into<String>, regressors: Vec<Regressor>) -> usize {
         let start = self.regressors.len();
-        self.centre
-            .extend(std::iter::repeat_n(0.0, regressors.len()));
+        self.centre.extend(regressors.iter().map(|r| r.mean));
         self.held
             .extend(std::iter::repeat_n(false, regressors.len()));
         self.regressors.extend(regressors);

@@ -35,6 +35,7 @@ pub fn waves(amounts: &[Magnitude], lines_hz: &[f64]) -> Vec<Regressor> {
                 unit: "1",
                 size_m: FREE_M,
                 deviation: None,
+                mean: 0.0,
                 during: effects::sensor::ALWAYS,
                 action: Action::Channels(Box::new(add)),
             });

@@ -286,6 +286,7 @@ fn reference_phase(survey: &Survey) -> Vec<Regressor> {
                     unit: "m",
                     size_m: SIZE_M,
                     deviation: None,
+                    mean: 0.0,
                     during: effects::sensor::ALWAYS,
                     action: Action::Readings(Box::new(move |m, out| {
                         out[s] += wave(m);

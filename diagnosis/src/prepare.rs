@@ -9,6 +9,7 @@ use crate::scene::{Amplitudes, Scene};
 use crate::slips::{Slip, repair_slips};
 use crate::study::About;
 use crate::{Insufficient, thinning};
+use effects::sensor::Clip;
 use recording::Recording;
 use std::sync::Arc;
 
@@ -30,6 +31,10 @@ pub struct Prepared {
     pub baseline: Baseline,
     /// What explains the pairs' amplitudes.
     pub amplitudes: Arc<Amplitudes>,
+    /// Clips of the pairs that the counts show.
+    pub clips: [Option<Clip>; 4],
+    /// Equation (3)'s orders beneath them.
+    pub beneath: [Option<[f64; 8]>; 4],
     /// The stated noise, where the readings show less.
     pub overstated: Option<Insufficient>,
     /// What must be said of the recording.
@@ -99,6 +104,8 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     let overstated = crate::adequacy::overstated(&scene);
     let amplitudes = Arc::new(scene.amplitudes_explained());
     drop(scene);
+    let clips = std::array::from_fn(|segment| crate::clip::in_counts(&observations, segment));
+    let beneath = crate::clip::beneath(&observations, &baseline, &keep, &clips);
     observations.overstated = overstated.is_some();
     Ok(Prepared {
         observations,
@@ -109,6 +116,8 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
         thinned,
         baseline,
         amplitudes,
+        clips,
+        beneath,
         overstated,
         notes,
     })

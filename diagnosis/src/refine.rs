@@ -117,7 +117,9 @@ fn stands(scene: &Scene, next: &Shift) -> bool {
 }
 
 fn linearised<'a>(start: &Scene<'a>, about: &About, names: &[String]) -> (Scene<'a>, Columns) {
-    let scene = start.moved(about.baseline.clone(), about.shift.clone());
+    let mut scene = start.moved(about.baseline.clone(), about.shift.clone());
+    // Here equation (3) is told about the clip itself.
+    scene.survey.beneath = Default::default();
     let mut columns = baseline_columns(&scene);
     let sides = effects::sensor_sides();
     for name in names {

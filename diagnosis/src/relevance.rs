@@ -1,6 +1,6 @@
 //! Prior sizes by what the recording says of them. A prior of physical size bounds an amount, and where columns nearly cancel on a
 //! motion it bounds nothing: amounts that are not there run against each other, and another motion shows it. Each amount's
-//! size is set to what makes the recording likeliest, so that what is not needed goes to nothing (automatic relevance
+//! size is set to what makes the recording likeliest, so that what is not needed goes to nothing, or to its mean (automatic relevance
 //! determination: MacKay 1992's update, Tipping 2001).
 
 use crate::gram::{Columns, Gram};
@@ -36,7 +36,7 @@ pub fn factors(gram: &Gram, columns: &Columns) -> Vec<f64> {
         let noise = (left / rows).max(1.0);
         for c in first..width {
             let told = (1.0 - precision[c] * variance[c]).max(0.0);
-            let square = amounts[c] * amounts[c] / noise;
+            let square = (amounts[c] - gram.centre[c]).powi(2) / noise;
             precision[c] = (told / square.max(1e-30)).clamp(1.0, NOTHING.powi(-2));
         }
     }

@@ -127,8 +127,10 @@ pub fn study<'a>(
     scene.noise = about.noise.unwrap_or([1.0; READINGS]);
     scene.take_amplitudes(Arc::clone(&prepared.amplitudes));
     for segment in 0..4 {
-        scene.survey.clip[segment] = clip::find(&scene, segment);
+        let other = || clip::against_reference(&scene, segment);
+        scene.survey.clip[segment] = prepared.clips[segment].or_else(other);
     }
+    scene.survey.beneath = prepared.beneath;
     let (mut beacon, mut segments) = look.as_in.map_or(Default::default(), |survey| {
         let lines = (&survey.beacon_lines_hz, &survey.segment_lines_hz);
         (lines.0.clone(), lines.1.clone())

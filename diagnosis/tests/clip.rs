@@ -1,4 +1,4 @@
-//! Clips of one end: rails that an offset has pushed the wave against.
+//! Clips of one end: rails that an offset has pushed the wave against. Rails that are soft, and harmonics that are no clip.
 mod rig;
 
 use diagnosis::{Answer, Diagnosis, Options, diagnose_fully};
@@ -70,4 +70,52 @@ fn a_clip_of_one_end_is_named_and_its_ends_are_told() {
         }
     }
     assert_eq!([found[1], found[2]], [None; 2]);
+}
+
+/// Three amplifiers that give way before their rails, none of them of the form that the sensor's side knows but in its limit: a
+/// differential pair, one whose slope falls evenly to zero, one whose slope falls as a normal distribution does.
+const AMPLIFIERS: [(&str, fn(f64) -> f64); 3] = [
+    ("tanh", |v| 0.75 * (v / 0.75).tanh()),
+    ("even", |v| {
+        let over = (v.abs() - 0.65).clamp(0.0, 0.3);
+        v.signum() * (v.abs().min(0.95) - over * over / 0.6)
+    }),
+    ("arctangent", |v| (1.1 * v).atan() / 1.1),
+];
+
+#[test]
+fn what_saturates_softly_is_no_harmonic() {
+    let options = rig::Options {
+        samples: 6000,
+        ..rig::Options::default()
+    };
+    let plain = rig::record(33, &[], &options).0;
+    let amplitude = plain.meta.electronics.amplitude_counts.unwrap();
+    for (name, amplifier) in AMPLIFIERS {
+        let recording = changed(&plain, |row| {
+            for pair in row.quadrature_counts.iter_mut().flatten() {
+                *pair = pair.map(|v| (amplitude * amplifier(v / amplitude)).round());
+            }
+        });
+        let d = diagnose_fully(&recording, name, &Options::default()).diagnosis;
+        assert_eq!(names(&d), ["adc_clipping"], "{name}: {:?}", d.verdict);
+        assert!(
+            d.held_out.whitened_before > 1.5 && d.held_out.whitened_after < 1.1,
+            "{name}: {:?}",
+            d.held_out
+        );
+    }
+}
+
+/// Orders that turn the pair along its circle leave the circle whole: no clip is seen in it.
+#[test]
+fn harmonics_bend_no_figure() {
+    let options = rig::Options {
+        samples: 6000,
+        ..rig::Options::default()
+    };
+    let recording = rig::record(34, &[("extra_harmonics", 2.0e-6)], &options).0;
+    let answer = diagnose_fully(&recording, "harmonics", &Options::default());
+    assert_eq!(names(&answer.diagnosis), ["extra_harmonics"]);
+    assert_eq!(answer.model.expect("a model").survey.clip, [None; 4]);
 }

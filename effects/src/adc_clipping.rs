@@ -1,9 +1,9 @@
-//! `adc_clipping`: a quadrature channel saturates.
+//! `adc_clipping`: a quadrature channel saturates: its tops are cut off, or flattened by an amplifier that gives way before its rail.
 
 // --- plant side: limits at the converter ---
 
 use crate::plant::{Channels, Instant, PlantEffect, SEGMENTS, Scene};
-use crate::random::{ChaCha8Rng, index, uniform};
+use crate::random::{ChaCha8Rng, index, log_uniform, uniform};
 use core::f64::consts::TAU;
 
 /// Plant side. Size: rms of the displacement over the phase, pooled over the segments.
@@ -13,12 +13,21 @@ pub struct AdcClipping {
     pub cuts: [[[f64; 2]; 2]; SEGMENTS],
     /// Rms pooled over the segments, radians of their phases.
     rms_rad: f64,
-    /// Deepest cut, share of the amplitude.
+    /// Deepest cut, share of the amplitude: how far the lowest rail lies below the wave's top. Negative where a rail that is soft lies
+    /// above it.
     pub depth: f64,
+    /// Width of the knee, share of the amplitude; zero: rails are hard.
+    pub knee: f64,
 }
 
 /// Deepest cut that is drawn, share of the amplitude.
 const DEEPEST: f64 = 0.7;
+/// Highest rail that is soft, share of the amplitude above the top.
+const HIGHEST: f64 = 1.0;
+/// Widths of knees, share of the amplitude.
+const KNEES: [f64; 2] = [0.03, 0.12];
+/// Share of the draws with a knee.
+const SOFT: f64 = 0.3;
 
 impl AdcClipping {
     /// One segment, two, or all: gain was set too high for them, or an offset pushes the wave against one of its rails.
@@ -33,7 +42,8 @@ impl AdcClipping {
             (true, false) => shifted(rng),
         });
         let rms_rad = size_rms_m * scene.geometry.wavenumber();
-        Box::new(Self { cuts, rms_rad, depth: depth_of(&cuts, rms_rad) })
+        let knee = if uniform(rng, 0.0, 1.0) < SOFT { log_uniform(rng, KNEES[0], KNEES[1]) } else { 0.0 };
+        Box::new(Self { cuts, rms_rad, depth: depth_of(&cuts, rms_rad, knee), knee })
     }
 }
 
@@ -52,24 +62,34 @@ fn shifted(rng: &mut ChaCha8Rng) -> [[f64; 2]; 2] {
 }
 
 /// Depth at which such cuts make a phase error of an rms, radians, pooled over the segments.
-fn depth_of(cuts: &[[[f64; 2]; 2]; SEGMENTS], rms_rad: f64) -> f64 {
-    let (mut low, mut high) = (0.0, DEEPEST);
+fn depth_of(cuts: &[[[f64; 2]; 2]; SEGMENTS], rms_rad: f64, knee: f64) -> f64 {
+    let (mut low, mut high) = (if knee > 0.0 { -HIGHEST } else { 0.0 }, DEEPEST);
     for _ in 0..40 {
         let depth = 0.5 * (low + high);
-        let power: f64 = cuts.iter().map(|cuts| error_power(cuts, depth)).sum();
+        let power: f64 = cuts.iter().map(|cuts| error_power(cuts, depth, knee)).sum();
         if power / SEGMENTS as f64 > rms_rad * rms_rad { high = depth } else { low = depth }
     }
     0.5 * (low + high)
 }
 
 /// A channel between its rails, of an amplitude of 1.
-fn cut(value: f64, cuts: &[f64; 2], depth: f64) -> f64 {
+fn cut(value: f64, cuts: &[f64; 2], depth: f64, knee: f64) -> f64 {
     let rail = |share: f64| if share > 0.0 { 1.0 - share * depth } else { f64::INFINITY };
-    value.clamp(-rail(cuts[0]), rail(cuts[1]))
+    if knee == 0.0 {
+        return value.clamp(-rail(cuts[0]), rail(cuts[1]));
+    }
+    let rail = rail(cuts[usize::from(value > 0.0)]);
+    if rail.is_infinite() { value } else { value.signum() * limited(value.abs(), rail, knee) }
+}
+
+/// What diodes let through that clamp a value near a rail: their current grows by e over a knee, until it takes all that is more.
+fn limited(value: f64, rail: f64, knee: f64) -> f64 {
+    let taken = |value: f64| knee * ((value - rail) / knee).exp().ln_1p();
+    value - taken(value) + taken(0.0)
 }
 
 /// Mean square of the phase error of a pair between its rails.
-fn error_power(cuts: &[[f64; 2]; 2], depth: f64) -> f64 {
+fn error_power(cuts: &[[f64; 2]; 2], depth: f64, knee: f64) -> f64 {
     if *cuts == [[0.0; 2]; 2] {
         return 0.0;
     }
@@ -77,7 +97,7 @@ fn error_power(cuts: &[[f64; 2]; 2], depth: f64) -> f64 {
     let power = (0..steps).map(|i| {
         let phase = TAU * ((f64::from(i) + 0.5) / f64::from(steps) - 0.5);
         let (sine, cosine) = phase.sin_cos();
-        (cut(sine, &cuts[0], depth).atan2(cut(cosine, &cuts[1], depth)) - phase).powi(2)
+        (cut(sine, &cuts[0], depth, knee).atan2(cut(cosine, &cuts[1], depth, knee)) - phase).powi(2)
     });
     power.sum::<f64>() / f64::from(steps)
 }
@@ -85,14 +105,14 @@ fn error_power(cuts: &[[f64; 2]; 2], depth: f64) -> f64 {
 impl PlantEffect for AdcClipping {
     fn scale(&mut self, factor: f64) {
         self.rms_rad *= factor;
-        self.depth = depth_of(&self.cuts, self.rms_rad);
+        self.depth = depth_of(&self.cuts, self.rms_rad, self.knee);
     }
 
     fn analog(&mut self, _at: &Instant, channels: &mut Channels) {
         let amplitude = channels.amplitude_counts;
         for (pair, cuts) in channels.quadrature.iter_mut().zip(&self.cuts) {
             for (value, cuts) in pair.iter_mut().zip(cuts) {
-                *value = amplitude * cut(*value / amplitude, cuts, self.depth);
+                *value = amplitude * cut(*value / amplitude, cuts, self.depth, self.knee);
             }
         }
     }
@@ -111,10 +131,10 @@ pub mod sensor_side {
     pub struct ClipModel;
 
     /// What a cut phase depends on: see `PARTS`.
-    pub type Parts = [f64; 8];
+    pub type Parts = [f64; 9];
 
-    /// Lower and upper rail of sine and cosine, then offsets, gain of the sine less one and quadrature angle: of an amplitude of 1.
-    const PARTS: [&str; 8] = [
+    /// Lower and upper rail of sine and cosine, then offsets, gain of the sine less one, quadrature angle and knee: of an amplitude of 1.
+    const PARTS: [&str; 9] = [
         "sine's lower rail",
         "sine's upper rail",
         "cosine's lower rail",
@@ -123,23 +143,47 @@ pub mod sensor_side {
         "cosine offset",
         "gain",
         "quadrature angle",
+        "knee",
     ];
     /// Rails among [`PARTS`].
     const RAILS: usize = 4;
+    /// The knee among [`PARTS`].
+    const KNEE: usize = 8;
+    /// What the figure of a soft clip leaves uncertain of each of [`PARTS`]: a rail and its knee do nearly the same, offsets and the
+    /// other flaws of a pair are some hundredths.
+    const UNCERTAIN: [f64; 9] = [0.005, 0.005, 0.005, 0.005, 0.003, 0.003, 0.003, 0.003, 0.02];
+    /// And of the whole.
+    const WHOLE: f64 = 0.03;
 
     /// Rails and pair of a clip in one.
     #[must_use]
     pub fn parts(clip: &Clip) -> Parts {
         let [[a, b], [c, d]] = clip.rails;
         let [e, f, g, h] = clip.pair;
-        [a, b, c, d, e, f, g, h]
+        [a, b, c, d, e, f, g, h, clip.knee]
+    }
+
+    /// A channel between two rails, of an amplitude of 1. As an amplifier saturates (Rapp 1991):
+    /// `v / (1 + |v / rail|^(1/knee))^knee`, whose slope falls from 1 to 0 and whose limit at a knee of zero is the hard clip.
+    #[must_use]
+    pub fn saturated(value: f64, [lower, upper]: [f64; 2], knee: f64) -> f64 {
+        let rail = if value < 0.0 { -lower } else { upper };
+        if rail >= Clip::OPEN {
+            value
+        } else if knee < Clip::HARD {
+            value.signum() * value.abs().min(rail)
+        } else {
+            value * (1.0 + (value.abs() / rail).powf(1.0 / knee)).powf(-knee)
+        }
     }
 
     /// Error of the phase, rad, of a pair with `PARTS`.
     #[must_use]
     pub fn phase_error(phase: f64, p: &Parts) -> f64 {
-        let sine = ((1.0 + p[6]) * (phase + p[7]).sin() + p[4]).max(p[0]).min(p[1]);
-        let cosine = (phase.cos() + p[5]).max(p[2]).min(p[3]);
+        let sine = (1.0 + p[6]) * (phase + p[7]).sin() + p[4];
+        let cosine = phase.cos() + p[5];
+        let sine = saturated(sine, [p[0], p[1]], p[KNEE]);
+        let cosine = saturated(cosine, [p[2], p[3]], p[KNEE]);
         let error = sine.atan2(cosine) - phase;
         error - TAU * (error / TAU).round()
     }
@@ -153,10 +197,17 @@ pub mod sensor_side {
         })
     }
 
-    /// Parts that matter: a rail that nothing reaches does not.
+    /// Parts that matter: a rail that nothing reaches does not, nor a knee of rails that are hard.
     fn acting(p: &Parts) -> impl Iterator<Item = usize> {
         let p = *p;
-        (0..p.len()).filter(move |j| *j >= RAILS || p[*j].abs() < Clip::OPEN)
+        (0..p.len()).filter(move |j| match *j {
+            KNEE => soft(&p),
+            j => j >= RAILS || p[j].abs() < Clip::OPEN,
+        })
+    }
+
+    fn soft(p: &Parts) -> bool {
+        p[KNEE] >= Clip::HARD
     }
 
     /// A clip in words: which channel is cut at which of its ends, of that channel's own amplitude.
@@ -166,7 +217,8 @@ pub mod sensor_side {
             .filter(|j| p[*j].abs() < Clip::OPEN)
             .map(|j| format!("{} at {:+.3}", ["sine", "cosine"][j / 2], p[j] / amplitude[j / 2]))
             .collect();
-        format!("clip of the {} of amplitude, segment {}", rails.join(", "), segment + 1)
+        let kind = if soft(p) { format!("soft clip (knee {:.2})", p[KNEE]) } else { "clip".into() };
+        format!("{kind} of the {} of amplitude, segment {}", rails.join(", "), segment + 1)
     }
 
     /// Points of the inverse's table.
@@ -198,6 +250,22 @@ pub mod sensor_side {
             .collect()
     }
 
+    /// Orders of equation (3).
+    const ORDERS: [f64; 4] = [1.0, 2.0, 4.0, 6.0];
+
+    /// A correction by phase with what it bends of the harmonics (rad) beneath it.
+    fn bending(mut correction: Vec<f64>, harmonics: &[f64; 8]) -> Vec<f64> {
+        let error = |phase: f64| -> f64 {
+            let orders = ORDERS.iter().zip(harmonics.chunks(2));
+            orders.map(|(n, k)| k[0] * (n * phase).sin() + k[1] * (n * phase).cos()).sum()
+        };
+        for (i, off) in correction.iter_mut().enumerate() {
+            let phase = TAU * i as f64 / POINTS as f64 - PI;
+            *off += error(phase + *off) - error(phase);
+        }
+        correction
+    }
+
     fn look_up(table: &[f64], phase: f64) -> f64 {
         let turns = phase / TAU + 0.5;
         let place = (turns - turns.floor()) * POINTS as f64;
@@ -212,11 +280,14 @@ pub mod sensor_side {
     impl ClipModel {
         /// Rails and pair are told: shapes over the phase that is seen. What an offset, a gain or an angle does to a wave
         /// that is not cut is equation (3)'s; only what is beyond that is wanted.
-        fn by_phase(list: &mut Vec<Regressor>, s: usize, clip: &Clip, metres: f64) {
+        fn by_phase(list: &mut Vec<Regressor>, survey: &Survey, s: usize, clip: &Clip) {
+            let metres = survey.pitch_m / TAU;
             let p = parts(clip);
+            let beneath = survey.beneath[s].unwrap_or_default().map(|k| k / metres);
             let beyond = |p: &Parts| -> Vec<f64> {
                 let plain = correction(&open(p));
-                correction(p).iter().zip(&plain).map(|(cut, whole)| cut - whole).collect()
+                let cut = correction(p).iter().zip(&plain).map(|(cut, whole)| cut - whole).collect();
+                bending(cut, &beneath)
             };
             let shape = beyond(&p);
             for j in acting(&p) {
@@ -225,13 +296,15 @@ pub mod sensor_side {
                 let table: Vec<f64> =
                     beyond(&more).iter().zip(&shape).map(|(a, b)| (a - b) / STEP).collect();
                 let name = format!("change of the {}, segment {}", PARTS[j], s + 1);
-                list.push(Regressor::reading(name, "of amplitude", 1.0e-6, s, move |m| {
+                let change = Regressor::reading(name, "of amplitude", 1.0e-6, s, move |m| {
                     metres * look_up(&table, m.raw_phase[s])
-                }));
+                });
+                list.push(if soft(&p) { change.of_deviation(UNCERTAIN[j]) } else { change });
             }
-            list.push(Regressor::reading(told(&p, s), "1", 10.0e-6, s, move |m| {
+            let whole = Regressor::reading(told(&p, s), "1", 10.0e-6, s, move |m| {
                 metres * look_up(&shape, m.raw_phase[s])
-            }));
+            });
+            list.push(if soft(&p) { whole.expected(1.0, WHOLE) } else { whole });
         }
 
         fn by_reference(list: &mut Vec<Regressor>, s: usize, clip: &Clip, found: [f64; 2], metres: f64) {
@@ -256,7 +329,7 @@ pub mod sensor_side {
         fn by_family(list: &mut Vec<Regressor>, s: usize, metres: f64) {
             for level in [0.71, 0.75, 0.79, 0.83, 0.86, 0.89, 0.92, 0.95, 0.98] {
                 for channel in 0..2 {
-                    let mut p = open(&[0.0; 8]);
+                    let mut p = open(&[0.0; 9]);
                     (p[2 * channel], p[2 * channel + 1]) = (-level, level);
                     let table = correction(&p);
                     let name = format!(
@@ -278,11 +351,11 @@ pub mod sensor_side {
         }
 
         fn sentence(&self) -> &'static str {
-            "a quadrature channel saturates: its tops are cut off"
+            "a quadrature channel saturates: its tops are cut off or flattened"
         }
 
         fn telling_motion(&self) -> &'static str {
-            "any motion over a few teeth with raw counts: the tops are seen to be flat"
+            "any motion over a few teeth with raw counts: the tops are seen to be flat, or the pair's circle to be bent in"
         }
 
         fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
@@ -292,7 +365,7 @@ pub mod sensor_side {
                 match survey.clip[s] {
                     Some(clip) => match clip.zero_and_delay {
                         Some(found) => Self::by_reference(&mut list, s, &clip, found, metres),
-                        None => Self::by_phase(&mut list, s, &clip, metres),
+                        None => Self::by_phase(&mut list, survey, s, &clip),
                     },
                     None if !survey.counts && survey.lateral => Self::by_family(&mut list, s, metres),
                     None => {}

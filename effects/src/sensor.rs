@@ -149,6 +149,10 @@ pub struct Survey {
     pub unmodified: bool,
     /// The clip of each segment's pair, where the counts or a reference show one.
     pub clip: [Option<Clip>; 4],
+    /// Sine and cosine of equation (3)'s orders 1, 2, 4 and 6 in each segment, m, as they are beneath its clip. Where they are told, the
+    /// clip's shapes hold what it bends of them: residuals are then taken about an equation (3) that knows no clip.
+    #[serde(skip)]
+    pub beneath: [Option<[f64; 8]>; 4],
 }
 
 /// A pair whose channels saturate. An amplifier and a converter have a rail at either end, and an offset shifts the wave against
@@ -159,6 +163,10 @@ pub struct Clip {
     pub rails: [[f64; 2]; 2],
     /// Offset of sine and cosine, gain of the sine less one, quadrature angle (rad) of the wave before it is cut, of the amplitude.
     pub pair: [f64; 4],
+    /// Softness of the rails, 0 (hard) to about 0.7: the reciprocal of the exponent in `adc_clipping`'s form. An amplifier of
+    /// tanh's shape has 0.5.
+    #[serde(default)]
+    pub knee: f64,
     /// Found against a reference: electrical phase at the reference's zero,
     /// rad, and delay, s.
     pub zero_and_delay: Option<[f64; 2]>,
@@ -167,6 +175,8 @@ pub struct Clip {
 impl Clip {
     /// A rail that nothing reaches, of the amplitude.
     pub const OPEN: f64 = 3.0;
+    /// Below this a knee is narrower than the noise: a hundredth of the rail or so.
+    pub const HARD: f64 = 0.02;
 }
 
 /// A unit amount added to the readings or, for shapes that no reading owns, to the channels.
@@ -190,6 +200,8 @@ pub struct Regressor {
     pub size_m: f64,
     /// Prior standard deviation of the amount itself, where that is what is known; else it is what gives [`Self::size_m`].
     pub deviation: Option<f64>,
+    /// Prior mean of the amount: zero, unless something else than the residuals tells it.
+    pub mean: f64,
     /// It adds nothing outside this progress of the recording; asked before it is evaluated.
     pub during: [f64; 2],
     /// What a unit amount adds.
@@ -209,6 +221,7 @@ impl Regressor {
             unit,
             size_m,
             deviation: None,
+            mean: 0.0,
             during: ALWAYS,
             action: Action::Readings(Box::new(add)),
         }
@@ -245,6 +258,7 @@ impl Regressor {
             unit,
             size_m,
             deviation: None,
+            mean: 0.0,
             during: ALWAYS,
             action,
         }
@@ -262,6 +276,15 @@ impl Regressor {
     pub fn of_deviation(mut self, deviation: f64) -> Self {
         self.deviation = Some(deviation);
         self
+    }
+
+    /// The same with an amount that something else than the residuals tells.
+    #[must_use]
+    pub fn expected(self, mean: f64, deviation: f64) -> Self {
+        Self {
+            mean,
+            ..self.of_deviation(deviation)
+        }
     }
 
     /// True if it may add something at a sample.

@@ -16,16 +16,26 @@ pub(super) type Rails = [[Option<f64>; 2]; 2];
 /// The clip of a segment's pair, if its counts show one.
 pub(super) fn find(o: &Observations, segment: usize) -> Option<Clip> {
     let known = |p: &&[f64; 2]| p[0].is_finite() && p[1].is_finite();
-    let all = &o.pair_counts[segment];
-    let pairs: Vec<[f64; 2]> = all.iter().filter(known).copied().collect();
+    let all = o.pair_counts[segment].iter();
+    let pairs: Vec<[f64; 2]> = all.filter(known).copied().collect();
     if pairs.len() < LEAST {
         return None;
     }
+    let hard = hard(o, segment, &pairs);
+    let soft = super::bend::find(
+        &pairs,
+        hard.as_ref().map(|(clip, amplitude)| (clip, *amplitude)),
+    );
+    soft.or(hard.map(|(clip, _)| clip))
+}
+
+/// The clip by tops that are flat, and the amplitude of the whole wave, counts.
+fn hard(o: &Observations, segment: usize, pairs: &[[f64; 2]]) -> Option<(Clip, f64)> {
     // Over separate poses neighbours show no noise: what is stated is tried before what they show.
-    let noises = [o.pair_noise_counts, shown_noise(all)];
-    let shares = shares(&pairs);
+    let noises = [o.pair_noise_counts, shown_noise(&o.pair_counts[segment])];
+    let shares = shares(pairs);
     let tops = Tops {
-        pairs: &pairs,
+        pairs,
         shares: &shares,
     };
     let rail = |channel, sign| noises.iter().find_map(|n| tops.flat(channel, sign, *n));
@@ -33,13 +43,14 @@ pub(super) fn find(o: &Observations, segment: usize) -> Option<Clip> {
     if rails.as_flattened().iter().all(Option::is_none) {
         return None;
     }
-    let figure = Figure::of_whole(&pairs, &rails, || usual_amplitude(o, segment))?;
+    let figure = Figure::of_whole(pairs, &rails, || usual_amplitude(o, segment))?;
     let levels = rails.map(|ends| ends.map(|rail| Some(rail? / figure.amplitude)));
-    Some(Clip {
-        rails: cutting(levels, &figure.pair)?,
+    let clip = Clip {
+        rails: cutting(levels, &figure.pair, 0.0)?,
         pair: figure.pair,
-        zero_and_delay: None,
-    })
+        ..Clip::default()
+    };
+    Some((clip, figure.amplitude))
 }
 
 /// Amplitude of a pair that shows none of its own: what is stated, else what the others have.

@@ -1,36 +1,69 @@
 //! Clips: in the counts where there are any, else in the shape of the error against a reference.
 
+mod bend;
 mod counts;
 mod figure;
 mod reference;
 
+use crate::baseline::Baseline;
+use crate::observe::Observations;
+use crate::refine::Refined;
 use crate::scene::Scene;
+use crate::study::About;
+use effects::adc_clipping::sensor_side::saturated;
 use effects::sensor::Clip;
 
 /// A rail from here on, of where the wave would end, cuts nothing that could be told.
 const WHOLE: f64 = 0.99;
 
-/// The clip of a segment, if it has one.
+/// The clip of a segment's pair that its counts show, if they were logged and do.
 #[must_use]
-pub fn find(scene: &Scene, segment: usize) -> Option<Clip> {
-    let o = scene.observations;
-    if !o.pair_counts[segment].is_empty() {
-        return counts::find(o, segment);
+pub fn in_counts(observations: &Observations, segment: usize) -> Option<Clip> {
+    counts::find(observations, segment)
+}
+
+/// The clip of a segment of which no counts were logged, if its error against a reference has that shape.
+#[must_use]
+pub fn against_reference(scene: &Scene, segment: usize) -> Option<Clip> {
+    let counts = !scene.observations.pair_counts[segment].is_empty();
+    if counts || !scene.scope.reference || !scene.scope.segments[segment] {
+        return None;
     }
-    if scene.scope.reference && scene.scope.segments[segment] {
-        reference::find(scene, segment)
-    } else {
-        None
+    reference::find(scene, segment)
+}
+
+/// Equation (3)'s orders, m, of segments with a soft clip that the counts show: fitted about it, and not about what it makes of them.
+#[must_use]
+pub fn beneath(
+    observations: &Observations,
+    baseline: &Baseline,
+    keep: &[bool],
+    clips: &[Option<Clip>; 4],
+) -> [Option<[f64; 8]>; 4] {
+    let soft = clips.map(|clip| clip.is_some_and(|c| c.knee >= Clip::HARD));
+    if soft == [false; 4] {
+        return [None; 4];
     }
+    let mut scene = Scene::new(observations, baseline.clone(), keep.to_vec());
+    scene.survey.clip = *clips;
+    let about = About {
+        baseline: baseline.clone(),
+        ..About::default()
+    };
+    let about = Refined::new(&scene, about, &["adc_clipping".into()]).about;
+    let orders = |s: usize| std::array::from_fn(|j| about.baseline.k_m[s][1 + j]);
+    std::array::from_fn(|s| soft[s].then(|| orders(s)))
 }
 
 /// Rails with those opened that cut nothing off a pair; `None` if all are.
-fn cutting(rails: [[Option<f64>; 2]; 2], pair: &[f64; 4]) -> Option<[[f64; 2]; 2]> {
+fn cutting(rails: [[Option<f64>; 2]; 2], pair: &[f64; 4], knee: f64) -> Option<[[f64; 2]; 2]> {
     let open = [-Clip::OPEN, Clip::OPEN];
     let [sine, cosine, gain, _] = *pair;
     let ends = [(sine, 1.0 + gain), (cosine, 1.0)].map(|(o, a)| [o - a, o + a]);
     let rail = |channel: usize, end: usize| {
-        let cuts = |rail: &f64| rail.abs() < WHOLE * ends[channel][end].abs();
+        let top = ends[channel][end];
+        let cuts =
+            |rail: &f64| saturated(top, [-rail.abs(), rail.abs()], knee).abs() < WHOLE * top.abs();
         rails[channel][end].filter(cuts).unwrap_or(open[end])
     };
     let rails = [0, 1].map(|channel| [0, 1].map(|end| rail(channel, end)));

@@ -1,4 +1,5 @@
-//! The clip of a pair by the shape of its error against a reference, where no counts were logged: rails that lie alike.
+//! The clip of a pair by the shape of its error against a reference, where no counts were logged: rails that lie alike and are hard.
+//! A knee is left to the counts, which show it without a delay and equation (3) beside it.
 
 use super::{WHOLE, cutting};
 use crate::scene::Scene;
@@ -74,15 +75,16 @@ pub(super) fn find(scene: &Scene, segment: usize) -> Option<Clip> {
     }
     let pair = [p[2], p[3], p[4], p[5]];
     Some(Clip {
-        rails: cutting([0, 1].map(|c| [-p[c], p[c]].map(Some)), &pair)?,
+        rails: cutting([0, 1].map(|c| [-p[c], p[c]].map(Some)), &pair, 0.0)?,
         pair,
+        knee: 0.0,
         zero_and_delay: Some([p[8], p[7] / top_speed]),
     })
 }
 
 fn error(p: &Parameters, phase: f64, speed: f64, top_speed: f64) -> f64 {
     let late = p[7] * speed / top_speed;
-    let parts = [-p[0], p[0], -p[1], p[1], p[2], p[3], p[4], p[5]];
+    let parts = [-p[0], p[0], -p[1], p[1], p[2], p[3], p[4], p[5], 0.0];
     phase_error(phase + p[8] - late, &parts) + p[6] - late
 }
 
