@@ -47,6 +47,18 @@ impl Residuals {
         )
     }
 
+    /// The same with each channel's whitened rms made one.
+    pub fn of_unit_rms(&self) -> Self {
+        let mut out = self.clone();
+        for channel in self.channels() {
+            let of = |k: &usize| self.channel[*k] == channel;
+            let list: Vec<usize> = (0..self.white.len()).filter(of).collect();
+            let rms = crate::statistics::rms(list.iter().map(|k| self.white[*k])).max(1e-12);
+            list.iter().for_each(|k| out.white[*k] /= rms);
+        }
+        out
+    }
+
     /// Of given amounts (in prior deviations), the same at every sample.
     pub fn predicted<'b>(
         scene: &Scene,

@@ -67,6 +67,7 @@ pub mod clip;
 pub mod counts;
 mod envelope;
 pub mod evidence;
+mod finer;
 pub mod fourier;
 mod fringe;
 pub mod gram;

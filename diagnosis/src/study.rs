@@ -109,6 +109,8 @@ pub struct Look<'a> {
     pub as_in: Option<&'a Survey>,
     /// A field over the platen is judged, and beside it only the blocks named here: the field has hundreds of unknowns.
     pub field_beside: Option<&'a [String]>,
+    /// Finer shapes are laid over the coordinates, and nothing else: see [`crate::finer`].
+    pub finely: bool,
 }
 
 /// Builds all columns and their products.
@@ -161,7 +163,11 @@ pub fn study<'a>(
         look.field_beside
             .is_none_or(|list| name == FIELD || list.iter().any(|k| k == name))
     };
-    let (columns, kinds) = all_columns(&scene, options, &wanted);
+    let (columns, kinds) = if look.finely {
+        finer_columns(&scene)
+    } else {
+        all_columns(&scene, options, &wanted)
+    };
     let folds = folds(&prepared.observations.stretch);
     let gram = Gram::new(&scene, &columns, &folds);
     let carried = Carried::new(&scene, &columns, &gram.scale);
@@ -200,6 +206,16 @@ fn all_columns(
         .into_iter()
         .filter(|p| wanted(p.coordinate))
     {
+        let kind = Kind::Place(place.coordinate.into());
+        add(&mut columns, &mut kinds, kind, place.regressors);
+    }
+    (columns, kinds)
+}
+
+fn finer_columns(scene: &Scene) -> (Columns, Vec<Kind>) {
+    let mut columns = baseline_columns(scene);
+    let mut kinds = Vec::new();
+    for place in crate::finer::finer(scene) {
         let kind = Kind::Place(place.coordinate.into());
         add(&mut columns, &mut kinds, kind, place.regressors);
     }

@@ -49,6 +49,7 @@ impl Judge<'_> {
             fringes: false,
             as_in: Some(&self.study.scene.survey),
             field_beside: Some(beside),
+            finely: false,
         };
         let about = About {
             noise: self.noise,

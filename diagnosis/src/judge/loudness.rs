@@ -1,6 +1,7 @@
 //! How far each reading's noise is above the stated one, where what is left is noise.
 
 use super::Judge;
+use crate::lines::lines_of;
 use crate::motion::MISFIT;
 use effects::sensor::READINGS;
 
@@ -8,6 +9,18 @@ use effects::sensor::READINGS;
 const AGREES: f64 = 2.0;
 
 impl Judge<'_> {
+    /// True if lines stand out of what is left and none were looked for yet: a vibration near half the sample rate is as rough as
+    /// noise is. They are held against what is left itself, which may be noise far above the stated one.
+    pub(super) fn hums(&self) -> bool {
+        let survey = &self.study.scene.survey;
+        let looked = !survey.beacon_lines_hz.is_empty() || !survey.segment_lines_hz.is_empty();
+        let lines = || lines_of(&self.study.scene, &self.fine.residuals.of_unit_rms());
+        !looked && {
+            let (beacon, segments) = lines();
+            !beacon.is_empty() || !segments.is_empty()
+        }
+    }
+
     /// Noise of each reading over the stated one.
     pub(super) fn noise_of_readings(&self) -> [f64; READINGS] {
         let scope = self.study.scene.scope;

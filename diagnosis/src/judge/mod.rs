@@ -279,7 +279,8 @@ impl<'a> Judge<'a> {
         let is_noise = self.noise.is_none()
             && self.ratio() >= NOISY
             && self.rough(&self.after)
-            && self.is_noise(&self.after);
+            && self.is_noise(&self.after)
+            && !self.hums();
         is_noise.then(|| {
             let noise = self.noise_of_readings();
             crate::trace::log(&format!("noise over the stated one: {noise:.2?}"));
@@ -309,6 +310,7 @@ impl<'a> Judge<'a> {
             fringes: self.told.shaped.rest > NOWHERE,
             as_in: Some(&self.study.scene.survey),
             field_beside: None,
+            finely: false,
         };
         let again = study(self.prepared, self.options, &about, look);
         let survey = &again.scene.survey;

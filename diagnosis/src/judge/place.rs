@@ -4,7 +4,8 @@ use super::{CHANNEL_NAMES, Judge};
 use crate::arena::Arena;
 use crate::report::Share;
 use crate::search::rest;
-use crate::study::Kind;
+use crate::study::{About, Kind, Look, Study, study};
+use crate::trace::log;
 use nalgebra::{Matrix3, Vector3};
 
 /// Shares that are told: from this on, and so many.
@@ -31,27 +32,40 @@ pub struct Located {
     pub share: f64,
 }
 
+/// Takes over the larger share of every coordinate, largest first.
+pub(super) fn merge(list: &mut Vec<Located>, more: Vec<Located>) {
+    for finer in more {
+        match list.iter_mut().find(|l| l.coordinate == finer.coordinate) {
+            Some(known) => known.share = known.share.max(finer.share),
+            None => list.push(finer),
+        }
+    }
+    list.sort_by(|a, b| b.share.total_cmp(&a.share));
+}
+
 impl Judge<'_> {
     /// Shares of the excess that is left after `blocks`, by coordinate, largest first.
     pub(super) fn locate(&self, arena: &mut Arena, blocks: &[usize]) -> Vec<Located> {
-        let with = rest(arena, blocks, self.base);
-        if with <= 0.0 {
-            return Vec::new();
+        located(&self.study, arena, self.base, blocks)
+    }
+
+    /// The same of the whole excess with finer shapes: for a gap that nothing explains.
+    pub(super) fn locate_finely(&self) -> Vec<Located> {
+        let about = About {
+            noise: self.noise,
+            ..self.prepared.about()
+        };
+        let look = Look {
+            as_in: Some(&self.study.scene.survey),
+            finely: true,
+            ..Look::default()
+        };
+        let study = study(self.prepared, self.options, &about, look);
+        let found = located(&study, &mut study.arena(), self.base, &[]);
+        for l in &found {
+            log(&format!("finely: {} {:.3}", l.coordinate, l.share));
         }
-        let whole = (arena.score(&[]).squares - self.base).max(1e-9);
-        let base_list = self.study.list(blocks);
-        let mut out: Vec<Located> = Vec::new();
-        for (coordinate, columns) in self.coordinates(blocks) {
-            let mut list = base_list.clone();
-            list.extend(columns.iter().copied().filter(|c| !base_list.contains(c)));
-            let after = (arena.score_columns(&list).squares - self.base) / whole;
-            out.push(Located {
-                coordinate,
-                share: (with - after) / with,
-            });
-        }
-        out.sort_by(|a, b| b.share.total_cmp(&a.share));
-        out
+        found
     }
 
     /// The same of the whole excess, with scatter that grows with speed: no shape has a place for that.
@@ -106,27 +120,6 @@ impl Judge<'_> {
         (grows > 0.0 && excess > 0.0).then(|| (grows / excess).min(1.0))
     }
 
-    /// Columns by coordinate.
-    fn coordinates(&self, without: &[usize]) -> Vec<(String, Vec<usize>)> {
-        let mut list: Vec<(String, Vec<usize>)> = Vec::new();
-        for (b, block) in self.study.columns.blocks.iter().enumerate().skip(1) {
-            if without.contains(&b) {
-                continue;
-            }
-            for c in block.columns.clone() {
-                let label = coordinate(
-                    &self.study.kinds[b - 1],
-                    &self.study.columns.regressors[c].name,
-                );
-                match list.iter_mut().find(|l| l.0 == label) {
-                    Some(entry) => entry.1.push(c),
-                    None => list.push((label, vec![c])),
-                }
-            }
-        }
-        list
-    }
-
     /// The largest, as they are told.
     pub(super) fn shares(&self, list: Vec<Located>) -> Vec<Share> {
         let channel = self.main_channel();
@@ -153,6 +146,46 @@ impl Judge<'_> {
             .max_by(|a, b| excess(a).total_cmp(&excess(b)));
         CHANNEL_NAMES[best.unwrap_or(0)]
     }
+}
+
+/// Shares of the excess over `base` that is left after `blocks`, by coordinate, largest first.
+fn located(study: &Study, arena: &mut Arena, base: f64, blocks: &[usize]) -> Vec<Located> {
+    let with = rest(arena, blocks, base);
+    if with <= 0.0 {
+        return Vec::new();
+    }
+    let whole = (arena.score(&[]).squares - base).max(1e-9);
+    let base_list = study.list(blocks);
+    let mut out: Vec<Located> = Vec::new();
+    for (coordinate, columns) in coordinates(study, blocks) {
+        let mut list = base_list.clone();
+        list.extend(columns.iter().copied().filter(|c| !base_list.contains(c)));
+        let after = (arena.score_columns(&list).squares - base) / whole;
+        out.push(Located {
+            coordinate,
+            share: (with - after) / with,
+        });
+    }
+    out.sort_by(|a, b| b.share.total_cmp(&a.share));
+    out
+}
+
+/// Columns by coordinate.
+fn coordinates(study: &Study, without: &[usize]) -> Vec<(String, Vec<usize>)> {
+    let mut list: Vec<(String, Vec<usize>)> = Vec::new();
+    for (b, block) in study.columns.blocks.iter().enumerate().skip(1) {
+        if without.contains(&b) {
+            continue;
+        }
+        for c in block.columns.clone() {
+            let label = coordinate(&study.kinds[b - 1], &study.columns.regressors[c].name);
+            match list.iter_mut().find(|l| l.0 == label) {
+                Some(entry) => entry.1.push(c),
+                None => list.push((label, vec![c])),
+            }
+        }
+    }
+    list
 }
 
 /// The coordinate of a column in the words of diagnosis.md.

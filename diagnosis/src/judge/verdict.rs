@@ -2,7 +2,7 @@
 
 use super::disturbance::Bursts;
 use super::named::slip_named;
-use super::place::Located;
+use super::place::{Located, merge};
 use super::{CHANNEL_NAMES, Judge, LEFT_OVER, NOISY, OF_ITS_TIME, VISIBLE};
 use crate::arena::Arena;
 use crate::report::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
@@ -354,7 +354,11 @@ impl Judge<'_> {
         out.held_out.whitened_before = seen.white_before;
         out.held_out.whitened_after = model.white_rms() / floor;
         if out.verdict != Verdict::NoGap {
-            out.place = self.shares(self.locate_whole(arena));
+            let mut located = self.locate_whole(arena);
+            if out.verdict == Verdict::Unknown {
+                merge(&mut located, self.locate_finely());
+            }
+            out.place = self.shares(located);
             out.unexplained = if named {
                 Unexplained {
                     share: (seen.left * seen.shaped / seen.total.max(1e-9)).clamp(0.0, 1.0),

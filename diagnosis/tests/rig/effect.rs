@@ -147,6 +147,8 @@ impl Effect {
                     (b[0] * 0.3 * (th * 90.0).sin() + b[1] * (th * 130.0).cos())
                         * [1.0, -1.0, -1.0, 1.0][s]
                 }
+                "speeds_together" => b[0] * q.v[0] * q.v[1],
+                "warm_thirds" => (q.temp - 26.3) * b[0] * (3.0 * p + b[1]).sin(),
                 "pair_product" => {
                     b[0] * (f * (own[(s + 2) % 4] + 3.0 * own[s]) + b[1]).sin()
                         + b[2] * (f * (2.0 * own[(s + 2) % 4] + own[s]) + b[3]).cos()

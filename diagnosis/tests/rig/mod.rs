@@ -43,7 +43,7 @@ pub const CATALOGUE: [&str; 19] = [
     "span_error",
 ];
 
-pub const UNLISTED: [&str; 11] = [
+pub const UNLISTED: [&str; 13] = [
     "time_drift",
     "line_pickup",
     "platen_bow",
@@ -55,6 +55,8 @@ pub const UNLISTED: [&str; 11] = [
     "psd_fringes",
     "theta_bend",
     "pair_product",
+    "speeds_together",
+    "warm_thirds",
 ];
 
 /// Makes a recording of the courier with the effects.
