@@ -59,6 +59,7 @@ pub mod arena;
 pub mod baseline;
 pub mod blind;
 mod bootstrap;
+mod breath;
 pub mod calibrate;
 pub mod carried;
 pub mod channels;

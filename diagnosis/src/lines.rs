@@ -212,14 +212,23 @@ fn strongest(series: &[Series]) -> Option<f64> {
     let fine = (0.15 / whole.max(1e-9)).max(step / 2500.0);
     let count = (2.0 * step / fine) as usize;
     let turned = turned_back(series, &all, coarse, step);
-    coherent(series, &turned, -step, fine, count + 1)
-        .into_iter()
-        .enumerate()
-        .map(|(k, power)| (coarse - step + k as f64 * fine, power))
-        .filter(|(hz, _)| *hz > 0.0)
-        .max_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|best| best.0)
+    let best = |first_hz: f64, by_hz: f64, count: usize| {
+        coherent(series, &turned, first_hz, by_hz, count)
+            .into_iter()
+            .enumerate()
+            .map(|(k, power)| (first_hz + k as f64 * by_hz, power))
+            .filter(|(beside, _)| coarse + beside > 0.0)
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|best| best.0)
+    };
+    let near = best(-step, fine, count + 1)?;
+    // Half a step off turns the phase by a quarter of a radian from end to end: lines beside it would stand for that.
+    let beside = best(near - fine, fine / FINER as f64, 2 * FINER + 1)?;
+    Some(coarse + beside)
 }
+
+/// Parts of a step that the strongest frequency is told to.
+const FINER: usize = 20;
 
 /// The strongest frequency of a group, how far it stands above the median power, and the grid's step.
 fn peak(series: &[Series], group: &[Piece]) -> Option<(f64, f64, f64)> {

@@ -23,6 +23,10 @@ pub fn waves(amounts: &[Magnitude], lines_hz: &[f64]) -> Vec<Regressor> {
             found.map_or(0.0, |a| a.value)
         };
         let axes = [0, 1].map(|axis| [amount("sine", axis), amount("cosine", axis)]);
+        // What swells beside a line belongs to its own recording's time, and has no amounts.
+        if axes.iter().flatten().all(|a| *a == 0.0) {
+            continue;
+        }
         for (label, quarter) in [("", 0.0), (", a quarter turn later", 0.25 * TAU)] {
             let add = move |m: &Moment, out: &mut [f64; CHANNELS]| {
                 let (sine, cosine) = (TAU * hz * m.t_s + quarter).sin_cos();

@@ -3,8 +3,10 @@
 mod rig;
 
 use diagnosis::blind::{Case, Drawn, Kind};
+use diagnosis::report::HeldOut;
 use diagnosis::{Model, Options, check, check_fully, diagnose_fully};
 use recording::{Recording, Samples};
+use std::f64::consts::TAU;
 
 fn recordings(seed: u64, effects: &[(&str, f64)], beacon: bool) -> [Recording; 2] {
     let options = rig::Options {
@@ -21,6 +23,23 @@ fn model(recording: &Recording, name: &str) -> Model {
     let found: Vec<&str> = model.effects.iter().map(|e| e.name.as_str()).collect();
     assert_eq!(found, [name]);
     model
+}
+
+/// A vibration swells otherwise on another day: what is claimed is what is left where only its mean is known.
+#[test]
+fn how_a_vibration_swells_is_not_foretold() {
+    let [first, second] = recordings(31, &[], true);
+    let swell = |periods: f64, phase: f64| {
+        move |progress: f64| 6.0e-4 * (1.0 + 0.4 * (TAU * periods * progress + phase).sin())
+    };
+    let first = rig::shaken(&first, 0.21, swell(3.0, 0.5));
+    let second = rig::shaken(&second, 0.21, swell(4.3, 2.0));
+    let model = model(&first, "beacon_vibration");
+    let here = check(&model, &second).expect("residuals");
+    let after = |held: &HeldOut| held.channels[1].after_rms_m;
+    let (claimed, came) = (after(&model.claimed), after(&here));
+    assert!((came / claimed - 1.0).abs() < 0.1, "{claimed} {came}");
+    assert!(claimed > 1.5 * here.channels[1].floor_rms_m, "{claimed}");
 }
 
 /// The same recording after a restart of the board: its tooth counts begin elsewhere.

@@ -159,25 +159,6 @@ fn a_diode_that_leans_is_no_platen_out_of_square() {
     assert_eq!(names(&d), ["psd_misalignment"], "{:?}", d.verdict);
 }
 
-/// The same under a beacon that swings `size` of full scale, `turns` from one sample to the next while the courier moves.
-fn shaken(recording: &recording::Recording, turns: f64, size: f64) -> recording::Recording {
-    let mut out = recording.clone();
-    out.samples = recording::Samples::default();
-    let time = |i: usize| recording.samples.row(i).t_s;
-    let last = recording.samples.len() - 1;
-    let hz = turns / (time(last) - time(last - 1));
-    for i in 0..recording.samples.len() {
-        let mut row = recording.samples.row(i);
-        if let Some([right, left, up, down]) = row.electrode_counts.filter(|e| *e != [0.0; 4]) {
-            let by = 0.5 * (right + left) * size * (std::f64::consts::TAU * hz * row.t_s).sin();
-            let counts = [right + by, left - by, up, down];
-            row.electrode_counts = Some(counts.map(f64::round));
-        }
-        out.samples.push(&row);
-    }
-    out
-}
-
 /// A vibration of some three samples a turn is as rough as noise from sample to sample.
 #[test]
 fn a_fast_vibration_is_no_noise() {
@@ -186,7 +167,8 @@ fn a_fast_vibration_is_no_noise() {
         ..rig::Options::default()
     };
     let still = rig::record(41, &[], &options).0;
-    let d = diagnose(&shaken(&still, 0.31, 5.0e-4), "rig", &Options::default());
+    let shaken = rig::shaken(&still, 0.31, |_| 5.0e-4);
+    let d = diagnose(&shaken, "rig", &Options::default());
     assert_eq!(names(&d), ["beacon_vibration"], "{:?}", d.verdict);
     assert!(d.held_out.whitened_before > 1.2, "{:?}", d.held_out);
 }

@@ -1,5 +1,5 @@
-//! What is left on another recording of a pair that wanders: the model is that of all effects together, and the course of the
-//! wander is another one there.
+//! What is left on another recording of a pair that wanders, or of a beacon whose vibration swells: the model is that of all effects
+//! together, and the course of either is another one there.
 
 use crate::heldout::Residuals;
 use crate::model::OF_ITS_TIME;
@@ -13,10 +13,15 @@ const GOLDEN: f64 = 0.618_033_988_749_895;
 /// Residuals of short pieces and of folds that a fit has not seen, with the course that the wander had at another time in the
 /// place of what is known of it: each sample at one, all of them evenly over the recording's time. A recording may take most of
 /// its samples in a small part of its time, in which a wander hardly moves: what they have in common is not what another
-/// recording has. `None` where nothing wanders.
+/// recording has. Of a vibration, what swells is left. `None` where nothing does either.
 pub(super) fn left(fine: &Refined) -> Option<[Residuals; 2]> {
     let mut blocks = fine.columns.blocks.iter();
-    let wander = blocks.find(|b| b.name == OF_ITS_TIME)?.columns.clone();
+    let wander = blocks.find(|b| b.name == OF_ITS_TIME);
+    let wander = wander.map_or(0..0, |b| b.columns.clone());
+    let swell = crate::breath::of_its_time(fine);
+    if wander.is_empty() && swell.is_empty() {
+        return None;
+    }
     let other = other_times(fine);
     let change = |i: usize| {
         let rows = fine.scene.rows(i);
@@ -27,8 +32,10 @@ pub(super) fn left(fine: &Refined) -> Option<[Residuals; 2]> {
             ..fine.scene.moment(i)
         };
         let mut out = [0.0; ROWS];
-        for c in wander.clone() {
-            let response = rows.response(&fine.columns.regressors[c], &moment);
+        let here = fine.scene.moment(i);
+        let wandering = wander.clone().map(|c| (c, &moment));
+        for (c, moment) in wandering.chain(swell.iter().map(|c| (*c, &here))) {
+            let response = rows.response(&fine.columns.regressors[c], moment);
             let added = out.iter_mut().zip(response);
             added.for_each(|(out, response)| *out -= fine.amount(c) * response);
         }

@@ -42,6 +42,7 @@ fn amounts(fine: &Refined) -> Vec<EffectAmounts> {
         value: fine.amount(c),
         unit: fine.columns.regressors[c].unit.into(),
     };
+    let swell = crate::breath::of_its_time(fine);
     fine.columns
         .blocks
         .iter()
@@ -49,7 +50,12 @@ fn amounts(fine: &Refined) -> Vec<EffectAmounts> {
         .map(|block| EffectAmounts {
             name: block.name.clone(),
             carries_over: block.name != OF_ITS_TIME,
-            amounts: block.columns.clone().map(one).collect(),
+            amounts: block
+                .columns
+                .clone()
+                .filter(|c| !swell.contains(c))
+                .map(one)
+                .collect(),
         })
         .collect()
 }

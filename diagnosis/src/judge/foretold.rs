@@ -4,6 +4,7 @@ use super::Judge;
 use crate::bootstrap::other_course;
 use crate::heldout::Residuals;
 use crate::model::OF_ITS_TIME;
+use crate::phase::VIBRATION;
 use crate::refine::Refined;
 use crate::scene::Shift;
 use effects::sensor::READINGS;
@@ -56,11 +57,21 @@ impl Judge<'_> {
         by_folds.channel_rms_m(channel).0
     }
 
-    /// What must be said where a drift's course is another one elsewhere.
+    /// What must be said where the course of what is named is another one elsewhere.
     pub(super) fn of_its_time(&self) -> String {
         let floor = self.floor.white_square.sqrt();
+        let wanders = self
+            .told
+            .names(&self.study)
+            .iter()
+            .any(|n| n == OF_ITS_TIME);
+        let (name, what) = if wanders {
+            (OF_ITS_TIME, "its course")
+        } else {
+            (VIBRATION, "how it swells and strays")
+        };
         format!(
-            "{OF_ITS_TIME}: its course belongs to this recording's time and is known for this one alone; with it {:.2} times the floor is left here, without it {:.2}, which another recording is expected to show",
+            "{name}: {what} belongs to this recording's time and is known for this one alone; with it {:.2} times the floor is left here, without it {:.2}, which another recording is expected to show",
             self.after.white_rms() / floor,
             self.foretold().white_rms() / floor
         )
