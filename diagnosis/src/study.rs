@@ -109,7 +109,7 @@ pub struct Look<'a> {
     pub as_in: Option<&'a Survey>,
     /// A field over the platen is judged, and beside it only the blocks named here: the field has hundreds of unknowns.
     pub field_beside: Option<&'a [String]>,
-    /// Finer shapes are laid over the coordinates, and nothing else: see [`crate::finer`].
+    /// Finer shapes are laid over the coordinates, and nothing else.
     pub finely: bool,
 }
 

@@ -32,8 +32,8 @@ fn how_a_vibration_swells_is_not_foretold() {
     let swell = |periods: f64, phase: f64| {
         move |progress: f64| 6.0e-4 * (1.0 + 0.4 * (TAU * periods * progress + phase).sin())
     };
-    let first = rig::shaken(&first, 0.21, swell(3.0, 0.5));
-    let second = rig::shaken(&second, 0.21, swell(4.3, 2.0));
+    let first = rig::shake::shaken(&first, 0.21, swell(3.0, 0.5));
+    let second = rig::shake::shaken(&second, 0.21, swell(4.3, 2.0));
     let model = model(&first, "beacon_vibration");
     let here = check(&model, &second).expect("residuals");
     let after = |held: &HeldOut| held.channels[1].after_rms_m;

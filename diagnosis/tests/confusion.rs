@@ -167,7 +167,7 @@ fn a_fast_vibration_is_no_noise() {
         ..rig::Options::default()
     };
     let still = rig::record(41, &[], &options).0;
-    let shaken = rig::shaken(&still, 0.31, |_| 5.0e-4);
+    let shaken = rig::shake::shaken(&still, 0.31, |_| 5.0e-4);
     let d = diagnose(&shaken, "rig", &Options::default());
     assert_eq!(names(&d), ["beacon_vibration"], "{:?}", d.verdict);
     assert!(d.held_out.whitened_before > 1.2, "{:?}", d.held_out);

@@ -9,12 +9,11 @@ mod dice;
 mod effect;
 mod measure;
 mod motion;
-mod shake;
+pub mod shake;
 
 pub use courier::Courier;
 pub use dice::Dice;
 pub use motion::Options;
-pub use shake::shaken;
 
 use courier::Truth;
 use effect::Effect;
