@@ -73,7 +73,7 @@ fn a_clip_of_one_end_is_named_and_its_ends_are_told() {
 }
 
 /// Three amplifiers that give way before their rails, none of them of the form that the sensor's side knows but in its limit: a
-/// differential pair, one whose slope falls evenly to zero, one whose slope falls as a normal distribution does.
+/// differential pair, one whose slope falls evenly to zero, an arctangent.
 const AMPLIFIERS: [(&str, fn(f64) -> f64); 3] = [
     ("tanh", |v| 0.75 * (v / 0.75).tanh()),
     ("even", |v| {

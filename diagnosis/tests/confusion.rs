@@ -42,6 +42,42 @@ fn one_segment_against_a_reference() {
     }
 }
 
+/// The same with a pause at its end, in which the reference is struck now and then.
+fn struck_at_rest(recording: &recording::Recording) -> recording::Recording {
+    let mut out = recording.clone();
+    let last = recording.samples.len() - 1;
+    let noise = recording.meta.electronics.quadrature_noise_counts;
+    let mut dice = rig::Dice(5);
+    for k in 1..=2000 {
+        let mut row = recording.samples.row(last);
+        row.t_s += f64::from(k) * 1.0e-3;
+        row.run = "pause";
+        for pair in row.quadrature_counts.iter_mut().flatten() {
+            *pair = pair.map(|v| (v + noise.expect("stated") * dice.normal()).round());
+        }
+        if k % 180 == 0 {
+            row.reference[0] = row.reference[0].map(|x| x + 40.0e-6);
+        }
+        out.samples.push(&row);
+    }
+    out
+}
+
+/// What rests on one place tells no more of it, and is left out of the comparison; a disturbance is one there as well.
+#[test]
+fn a_burst_at_rest_is_a_burst() {
+    let options = rig::Options {
+        samples: 6000,
+        beacon: false,
+        reference: true,
+        ..rig::Options::default()
+    };
+    let quiet = rig::record(38, &[], &options).0;
+    let of = |recording| diagnose(recording, "rig", &Options::default());
+    assert_eq!(of(&quiet).verdict, Verdict::NoGap);
+    assert_eq!(names(&of(&struck_at_rest(&quiet))), ["outlier_bursts"]);
+}
+
 /// What a coil of some width loses does not ask which way it is turned: nothing of it is odd in the angle.
 #[test]
 fn an_angle_may_act_either_way_alike() {

@@ -252,7 +252,7 @@ impl Judge<'_> {
             directed && segments.any(|s| s.get(i).is_some_and(|t| *t))
         };
         for (i, mark) in marked.iter_mut().enumerate() {
-            *mark &= !self.prepared.resting[i] && !self.prepared.thinned[i] && !turning(i);
+            *mark &= !self.prepared.thinned[i] && !turning(i);
         }
         marked
     }

@@ -157,10 +157,16 @@ fn located(study: &Study, arena: &mut Arena, base: f64, blocks: &[usize]) -> Vec
     let whole = (arena.score(&[]).squares - base).max(1e-9);
     let base_list = study.list(blocks);
     let mut out: Vec<Located> = Vec::new();
-    for (coordinate, columns) in coordinates(study, blocks) {
-        let mut list = base_list.clone();
-        list.extend(columns.iter().copied().filter(|c| !base_list.contains(c)));
-        let after = (arena.score_columns(&list).squares - base) / whole;
+    for (coordinate, groups) in coordinates(study, blocks) {
+        let mut left = |columns: &mut dyn Iterator<Item = usize>| {
+            let mut list = base_list.clone();
+            list.extend(columns.filter(|c| !base_list.contains(c)));
+            (arena.score_columns(&list).squares - base) / whole
+        };
+        // Groups over one coordinate that nearly cancel are of no physical size together, and each may be by itself.
+        let together = left(&mut groups.iter().flatten().copied());
+        let alone = groups.iter().map(|g| left(&mut g.iter().copied()));
+        let after = alone.fold(together, f64::min);
         out.push(Located {
             coordinate,
             share: (with - after) / with,
@@ -170,18 +176,25 @@ fn located(study: &Study, arena: &mut Arena, base: f64, blocks: &[usize]) -> Vec
     out
 }
 
-/// Columns by coordinate.
-fn coordinates(study: &Study, without: &[usize]) -> Vec<(String, Vec<usize>)> {
-    let mut list: Vec<(String, Vec<usize>)> = Vec::new();
+/// Groups of columns by coordinate: those of one block together.
+fn coordinates(study: &Study, without: &[usize]) -> Vec<(String, Vec<Vec<usize>>)> {
+    let mut list: Vec<(String, Vec<Vec<usize>>)> = Vec::new();
     for (b, block) in study.columns.blocks.iter().enumerate().skip(1) {
         if without.contains(&b) {
             continue;
         }
+        let mut own: Vec<(String, Vec<usize>)> = Vec::new();
         for c in block.columns.clone() {
             let label = coordinate(&study.kinds[b - 1], &study.columns.regressors[c].name);
-            match list.iter_mut().find(|l| l.0 == label) {
-                Some(entry) => entry.1.push(c),
-                None => list.push((label, vec![c])),
+            match own.iter_mut().find(|group| group.0 == label) {
+                Some(group) => group.1.push(c),
+                None => own.push((label, vec![c])),
+            }
+        }
+        for (label, columns) in own {
+            match list.iter_mut().find(|entry| entry.0 == label) {
+                Some(entry) => entry.1.push(columns),
+                None => list.push((label, vec![columns])),
             }
         }
     }
