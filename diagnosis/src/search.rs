@@ -192,8 +192,9 @@ fn worth(arena: &mut Arena, set: &[usize], chosen: &[usize], floor: f64) -> bool
     if chosen.is_empty() && gain > FIRST_SHARE {
         return true;
     }
-    gain > MINIMUM_OF_REST * before
-        && (gain > minimum_share(arena, set) || closes(arena, &new, (before, gain), floor))
+    let nearly_all = !is_flexible(arena, set) && gain > NEARLY_ALL * before;
+    let closes = nearly_all || closes(arena, &new, (before, gain), floor);
+    gain > MINIMUM_OF_REST * before && (gain > minimum_share(arena, set) || closes)
 }
 
 /// Share of the gap that the first effect must take.
@@ -202,6 +203,8 @@ const FIRST_SHARE: f64 = 0.05;
 const CLOSING_SHARE: f64 = 0.003;
 /// Or smaller still, if it takes this share of what the others left: a makeshift for their second order would not.
 const COMPLETES: f64 = 0.8;
+/// However little of a great gap that is, and whatever inexact shape the others leave besides: no makeshift takes this share.
+const NEARLY_ALL: f64 = 0.95;
 /// Left over a row, beyond the noise and relative to it, where nothing is said to be left: a whitened rms of 1.12.
 const CLOSED: f64 = 0.25;
 
@@ -367,6 +370,26 @@ mod tests {
         };
         assert_eq!(first(0.05), [1]);
         assert_eq!(first(0.2), [2]);
+    }
+
+    /// Beside a great effect whose model is not exact to a thirtieth, one that takes nearly all of what is left is there, and one that
+    /// takes a good part of it may be a makeshift.
+    #[test]
+    fn nearly_all_that_a_great_effect_leaves_is_an_effect() {
+        let found = |like: f64| {
+            let made = Made::new(&[("great", &[1.0]), ("small", &[1.0])], &|rng| {
+                let mut draw = || normal(rng);
+                let (great, lacks, small, other, noise) = (draw(), draw(), draw(), draw(), draw());
+                let column = like * small + (1.0 - like * like).sqrt() * other;
+                let target = 20.0 * (great + 0.03 * lacks) + 3.0 * small + noise;
+                vec![1.0, great, column, target]
+            });
+            let mut arena = made.arena();
+            let floor = arena.rows();
+            search(&mut arena, &[1, 2], &|_| 0.0, floor).blocks
+        };
+        assert_eq!(found(1.0), [1, 2]);
+        assert_eq!(found(0.9), [1]);
     }
 
     /// Noise stated a little too low. A shape that is there stands out; columns of nothing that carry much noise leave less by what
