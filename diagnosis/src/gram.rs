@@ -5,7 +5,7 @@ use crate::scene::{ROWS, Scene};
 use crate::symmetric::Symmetric;
 use crate::training::Training;
 use effects::sensor::{CHANNELS, Regressor};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -322,7 +322,7 @@ pub fn solve(training: Training, columns: &[usize], centre: &[f64], variance: f6
     let n = columns.len();
     let last = training.last();
     let precision = 1.0 / variance;
-    let mut normal = DMatrix::from_fn(n, n, |a, b| training.at(columns[a], columns[b]) * precision);
+    let mut normal = training.square(columns) * precision;
     let mut right = DVector::from_fn(n, |a, _| training.at(columns[a], last) * precision);
     for a in 0..n {
         normal[(a, a)] += 1.0;

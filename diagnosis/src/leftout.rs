@@ -26,7 +26,7 @@ pub fn left_out(scene: &Scene, columns: &Columns, gram: &Gram) -> Option<Residua
     let width = gram.width();
     let training = gram.training(None);
     let all: Vec<usize> = (0..width).collect();
-    let mut normal = training.block(&all, &all);
+    let mut normal = training.square(&all);
     let mut right = training.right(&all);
     for c in 0..width {
         normal[(c, c)] += 1.0;

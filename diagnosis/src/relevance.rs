@@ -24,7 +24,7 @@ pub fn factors(gram: &Gram, columns: &Columns) -> Vec<f64> {
     }
     let training = gram.training(None);
     let all: Vec<usize> = (0..width).collect();
-    let (normal, right) = (training.block(&all, &all), training.right(&all));
+    let (normal, right) = (training.square(&all), training.right(&all));
     let rows = gram.total_rows() as f64;
     for _ in 0..UPDATES {
         let Some((amounts, variance)) = fitted(gram, &normal, &right, &precision) else {

@@ -23,7 +23,7 @@ impl Shared {
     pub fn new(training: Training, centre: &[f64], columns: &[usize]) -> Option<Self> {
         let n = columns.len();
         let last = training.last();
-        let mut precision = training.block(columns, columns);
+        let mut precision = training.square(columns);
         for a in 0..n {
             precision[(a, a)] += 1.0;
         }
@@ -63,7 +63,9 @@ impl Shared {
         for (mut column, c) in across.column_iter_mut().zip(more) {
             column.copy_from(self.reduced[*c].as_ref()?);
         }
-        let mut normal = training.block(more, more) - across.tr_mul(&across);
+        let mut normal = training.square(more);
+        // A transposed product of its own is packed for the cache; one in place is a dot product an element.
+        normal.gemm(-1.0, &across.transpose(), &across, 1.0);
         let right = DVector::from_fn(more.len(), |a, _| {
             training.at(more[a], last) + centre[more[a]]
         });

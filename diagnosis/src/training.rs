@@ -49,6 +49,18 @@ impl<'a> Training<'a> {
         })
     }
 
+    /// The same rows as columns: each element is formed once.
+    pub fn square(&self, list: &[usize]) -> DMatrix<f64> {
+        let mut out = DMatrix::zeros(list.len(), list.len());
+        for (b, &column) in list.iter().enumerate() {
+            for (a, &row) in list.iter().enumerate().skip(b) {
+                out[(a, b)] = self.at(row, column);
+            }
+        }
+        out.fill_upper_triangle_with_lower_triangle();
+        out
+    }
+
     /// Products of some columns with the target.
     pub fn right(&self, columns: &[usize]) -> DVector<f64> {
         DVector::from_fn(columns.len(), |a, _| self.at(columns[a], self.last()))
