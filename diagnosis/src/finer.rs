@@ -11,7 +11,7 @@ const SIZE_M: f64 = 3.0e-6;
 const OWN_ORDERS: usize = 8;
 /// The same of the lateral one.
 const LATERAL_ORDERS: usize = 2;
-/// Times after which what a start or a stop leaves has decayed to 1/e, of the longest stretch.
+/// Times after which what a start leaves has decayed to 1/e, of the longest stretch.
 const DECAYS: [f64; 4] = [0.02, 0.06, 0.2, 0.6];
 /// Knots over the range of the angle, and over the recording for a factor that wanders.
 const THETA_KNOTS: usize = 13;

@@ -250,7 +250,8 @@ fn peak(series: &[Series], group: &[Piece]) -> Option<(f64, f64, f64)> {
         .then(|| ((at + SLOWEST) as f64 * step, top / middle, step))
 }
 
-fn subtract(one: &mut Series, hz: f64) {
+/// Takes a line out of a series, one phase throughout.
+pub fn subtract(one: &mut Series, hz: f64) {
     let n = one.t_s.len().max(1) as f64;
     let (mut s, mut c) = (0.0, 0.0);
     for (t, v) in one.t_s.iter().zip(&one.value) {

@@ -13,6 +13,7 @@ use crate::report::{HeldOut, HeldOutChannel, Magnitude};
 use crate::scene::{Normal, Scene, range};
 use crate::simulate::floor;
 use crate::slips::repair_slips;
+use crate::trace::log_runs;
 use crate::training::Training;
 use crate::visited::Visited;
 use effects::sensor::{Regressor, Survey};
@@ -51,7 +52,7 @@ pub struct EffectAmounts {
     pub name: String,
     /// False where the amounts belong to that recording's own time (a drift's course): `check` leaves them out.
     pub carries_over: bool,
-    /// All amounts.
+    /// All amounts but those that stand for how a vibration swells and strays, which is another on the next recording.
     pub amounts: Vec<Magnitude>,
 }
 
@@ -91,8 +92,8 @@ pub const OF_ITS_TIME: &str = "quadrature_drift";
 /// Applies a model to another recording of the same courier. Fits nothing but the zeros that are arbitrary from one recording
 /// to the next: of the tooth counts (offset of g_p, o'_x, o'_y; each segment's against a reference), and of time, which a
 /// vibration's phase is counted from, and the angle between the two sensors where mounts drift with temperature. Whole teeth
-/// between the segments of a pair are told before ([`align_pairs`]). What does not carry over ([`OF_ITS_TIME`]) is left out, and so
-/// are places where the model does not know the field that it has ([`Visited`]).
+/// between the segments of a pair are told before ([`align_pairs`]). What does not carry over ([`OF_ITS_TIME`]) is left out, so
+/// are places where the model does not know the field that it has ([`Visited`]); how a vibration swells is not in the model at all.
 ///
 /// # Errors
 /// [`Insufficient`] where the recording gives no residuals, or nearly all of it lies where the field is not known.
@@ -119,6 +120,7 @@ pub fn check_fully(model: &Model, recording: &Recording) -> Result<Checked, Insu
         return Err(Insufficient::new(what, found, MINIMUM_SAMPLES as f64, ""));
     }
     let white = floor.white_square.sqrt();
+    log_runs(&observations, &after);
     let channels = after
         .channels()
         .into_iter()

@@ -1,6 +1,6 @@
 //! Shapes that no catalogued effect owns: where a gap lies when nothing known explains it, and what every cause must beat.
 
-use effects::beacon_vibration::sensor_side::SLOWEST_HZ;
+use crate::frequency::lines;
 use effects::sensor::{Action, Moment, Regressor, Survey};
 use std::f64::consts::TAU;
 
@@ -15,9 +15,9 @@ pub struct Place {
 /// Where a periodic error of the reference itself lies: at its own place and not at a segment's, the same for both of a pair.
 pub const REFERENCE_PHASE: &str = "own tooth phase of the reference";
 
-const CHANNEL: [&str; 3] = ["g_p", "g_x", "g_y"];
+pub(crate) const CHANNEL: [&str; 3] = ["g_p", "g_x", "g_y"];
 /// Prior size of a free shape, rms m.
-const SIZE_M: f64 = 3.0e-6;
+pub(crate) const SIZE_M: f64 = 3.0e-6;
 
 /// Every family that such a recording can show.
 pub fn places(survey: &Survey) -> Vec<Place> {
@@ -328,57 +328,6 @@ fn accelerations(survey: &Survey) -> Vec<Regressor> {
             )
         })
         .collect()
-}
-
-fn lines(survey: &Survey) -> Vec<Regressor> {
-    let mut list = Vec::new();
-    for &hz in &survey.segment_lines_hz {
-        for s in (0..4).filter(|s| survey.segments[*s]) {
-            let name = |part| format!("{hz:.3} Hz {part}, segment {}", s + 1);
-            list.push(Regressor::reading(name("sine"), "m", SIZE_M, s, move |m| {
-                (TAU * hz * m.t_s).sin()
-            }));
-            list.push(Regressor::reading(
-                name("cosine"),
-                "m",
-                SIZE_M,
-                s,
-                move |m| (TAU * hz * m.t_s).cos(),
-            ));
-        }
-    }
-    // Too slow for a mount of the beacon.
-    for &hz in survey.beacon_lines_hz.iter().filter(|hz| **hz < SLOWEST_HZ) {
-        for channel in (1..3).filter(|_| survey.beacon) {
-            for (part, quarter) in [("sine", 0.0), ("cosine", 0.25 * TAU)] {
-                let name = format!("{hz:.3} Hz {part} on {}", CHANNEL[channel]);
-                list.push(Regressor::channel(name, "m", SIZE_M, channel, move |m| {
-                    (TAU * hz * m.t_s + quarter).sin()
-                }));
-            }
-        }
-    }
-    for s in (0..4).filter(|s| survey.segments[*s]) {
-        for &hz in &survey.pair_lines_hz[s] {
-            list.extend(hum(s, hz));
-        }
-    }
-    list
-}
-
-/// A line in the sine or the cosine of a pair.
-fn hum(s: usize, hz: f64) -> Vec<Regressor> {
-    let part = [("sine", 0.0), ("cosine", 0.25 * TAU)];
-    let both = part
-        .iter()
-        .flat_map(|time| part.iter().map(move |phase| (time, phase)));
-    both.map(|(&(time, late), &(phase, quarter))| {
-        let name = format!("{hz:.3} Hz {time} times {phase}, segment {}", s + 1);
-        Regressor::reading(name, "m", SIZE_M, s, move |m| {
-            (TAU * hz * m.t_s + late).sin() * (m.raw_phase[s] + quarter).sin()
-        })
-    })
-    .collect()
 }
 
 #[cfg(test)]

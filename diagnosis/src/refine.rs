@@ -34,14 +34,30 @@ pub struct Refined<'a> {
 }
 
 impl<'a> Refined<'a> {
-    /// Fits the effects named, whose columns are those of the survey of `start`.
+    /// Fits the effects named, whose columns are those of the survey of `start`. Where rulings are skewed, what is periodic beside
+    /// that may go with the teeth, as their readings tell, or with the place: that which leaves less is kept.
     pub fn new(start: &Scene<'a>, about: About, names: &[String]) -> Self {
+        let skewed = names.iter().any(|n| OF_THE_TEETH.contains(&n.as_str()));
+        if !skewed || names.len() == 1 {
+            return Self::about_itself(start, about, names, false);
+        }
+        let [teeth, place] =
+            [false, true].map(|moves| Self::about_itself(start, about.clone(), names, moves));
+        if place.residuals.white_rms() < teeth.residuals.white_rms() {
+            place
+        } else {
+            teeth
+        }
+    }
+
+    fn about_itself(start: &Scene<'a>, about: About, names: &[String], skew_moves: bool) -> Self {
         let fold = folds(&start.observations.stretch);
         let mut about = about;
         let mut round = 0;
         let mut sizes = Vec::new();
         loop {
-            let (scene, columns) = linearised(start, &about, names);
+            let (mut scene, columns) = linearised(start, &about, names);
+            scene.survey.skew_moves = skew_moves;
             let mut gram = Gram::new(&scene, &columns, &fold);
             if round < FREE_ROUNDS {
                 sizes = crate::relevance::factors(&gram, &columns);
@@ -165,18 +181,26 @@ fn moved(scene: &Scene, columns: &Columns, gram: &Gram, amounts: &[f64], share: 
 /// Effects in the electronics: they act on the pair, before equation (3).
 const ELECTRONIC: [&str; 2] = ["adc_clipping", "quadrature_drift"];
 
-/// What some columns with given amounts add to the four readings.
+/// Effects that move the teeth and not the segments: over its teeth a segment is where its reading says, unless
+/// [`effects::sensor::Survey::skew_moves`].
+const OF_THE_TEETH: [&str; 1] = ["axis_skew"];
+
+/// What some columns with given amounts add to the four readings' places over the teeth.
 pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) -> Shift {
-    let electronic = |c: usize| {
+    let is_one_of = |names: &[&str], c: usize| {
         let mut blocks = columns.blocks.iter();
-        blocks.any(|b| b.columns.contains(&c) && ELECTRONIC.contains(&b.name.as_str()))
+        blocks.any(|b| b.columns.contains(&c) && names.contains(&b.name.as_str()))
     };
     let acting: Vec<_> = list
         .iter()
         .zip(amounts)
         .filter(|(_, amount)| **amount != 0.0)
+        .filter(|(c, _)| scene.survey.skew_moves || !is_one_of(&OF_THE_TEETH, **c))
         .filter_map(|(c, amount)| match &columns.regressors[*c].action {
-            Action::Readings(add) => Some((&columns.regressors[*c], add, *amount, electronic(*c))),
+            Action::Readings(add) => {
+                let electronic = is_one_of(&ELECTRONIC, *c);
+                Some((&columns.regressors[*c], add, *amount, electronic))
+            }
             Action::Channels(_) => None,
         })
         .collect();

@@ -64,11 +64,11 @@ pub struct Gap {
 /// Share of the excess over one coordinate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Share {
-    /// Channel.
+    /// The channel that shows most of it.
     pub channel: String,
-    /// Coordinate.
+    /// Coordinate in the words of diagnosis.md, with the segments that make it where not all of them do.
     pub coordinate: String,
-    /// Share of the channel's squared excess.
+    /// Share of the squared excess of all channels.
     pub share: f64,
 }
 

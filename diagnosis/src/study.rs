@@ -5,6 +5,7 @@ use crate::baseline::Baseline;
 use crate::calibrate::baseline_columns;
 use crate::carried::Carried;
 use crate::clip;
+use crate::flicker::flicker_hz;
 use crate::gram::{Columns, Gram, folds};
 use crate::heldout::Residuals;
 use crate::lines::{add_lines, lines_of};
@@ -146,13 +147,16 @@ pub fn study<'a>(
     (scene.survey.beacon_lines_hz, scene.survey.segment_lines_hz) = (beacon, segments);
     if let Some(survey) = look.as_in {
         scene.survey.pair_lines_hz = survey.pair_lines_hz.clone();
+        scene.survey.flicker_hz = survey.flicker_hz.clone();
         scene.survey.deflection_waves = survey.deflection_waves.clone();
     }
     let residuals = look.lines_of.filter(|_| look.fringes);
     if let Some(residuals) = residuals.filter(|_| scene.survey.deflection_waves.is_empty()) {
         scene.survey.deflection_waves = crate::fringe::waves(&scene, residuals);
     }
-    if look.lines_of.is_some() {
+    if let Some(residuals) = look.lines_of {
+        let flickers = flicker_hz(&scene, residuals);
+        add_lines(&mut scene.survey.flicker_hz, flickers);
         scene.survey.pair_lines_hz = std::array::from_fn(|s| crate::hum::hum_hz(&scene, s));
     }
     scene.survey.unmodified = look.as_in.is_some_and(|survey| survey.unmodified);

@@ -1,6 +1,7 @@
 //! The diagnosis on a few recordings of the independent rig and on real ones, in the ordinary tests.
 mod rig;
 
+use diagnosis::blind::{Case, Drawn, Kind};
 use diagnosis::{Diagnosis, Options, Verdict, diagnose};
 use std::path::PathBuf;
 
@@ -209,6 +210,56 @@ fn a_fast_vibration_is_no_noise() {
     assert!(d.held_out.whitened_before > 1.2, "{:?}", d.held_out);
 }
 
+/// The same of a segment, which no effect owns: the line has a place.
+#[test]
+fn a_fast_hum_is_no_noise() {
+    let options = rig::Options {
+        samples: 6000,
+        counts: false,
+        beacon: false,
+        ..rig::Options::default()
+    };
+    let still = rig::record(41, &[], &options).0;
+    let d = diagnose(
+        &rig::shake::hummed(&still, 0.31, 1.0e-6),
+        "rig",
+        &Options::default(),
+    );
+    assert_eq!(d.verdict, Verdict::Unknown, "{:?}", names(&d));
+    assert_eq!(d.place[0].coordinate, "frequency", "{:?}", d.place);
+}
+
+/// A light that flickers beside the beacon changes the diode's gain: as many lines as the deflection has, none a vibration's.
+#[test]
+fn a_flickering_lamp_is_located() {
+    let d = on_rig(23, &[("lamp_flicker", 2.0e-6)]);
+    assert_eq!(d.verdict, Verdict::Unknown, "{:?}", names(&d));
+    assert_eq!(d.place[0].coordinate, "frequency", "{:?}", d.place);
+}
+
+/// A ruling that is out of square moves the teeth themselves: what repeats with them stays where the readings say.
+#[test]
+fn harmonics_beside_a_skew_stay_on_their_teeth() {
+    let drawn = |name: &str, size_m| Drawn {
+        name: name.into(),
+        size_m,
+    };
+    let case = Case {
+        number: 0,
+        seed: 19,
+        kind: Kind::Pair,
+        effects: vec![drawn("extra_harmonics", 3.5e-6), drawn("axis_skew", 1.5e-6)],
+    };
+    let d = diagnose(&case.recorded(0), "blind", &Options::default());
+    assert_eq!(
+        names(&d),
+        ["extra_harmonics", "axis_skew"],
+        "{:?}",
+        d.verdict
+    );
+    assert!(d.held_out.whitened_after < 1.05, "{:?}", d.held_out);
+}
+
 /// With four segments alone the teeth that one pair crosses are nearly those beside the other: lateral waves take most of what
 /// harmonics leave, and leave a gap that shows.
 #[test]
@@ -245,7 +296,7 @@ fn a_field_under_noise_is_seen() {
 fn an_unlisted_effect_is_unknown() {
     let d = on_rig(23, &[("theta_bend", 2.0e-6)]);
     assert_eq!(d.verdict, Verdict::Unknown);
-    assert_eq!(d.place[0].coordinate, "theta");
+    assert!(d.place[0].coordinate.starts_with("theta"), "{:?}", d.place);
 }
 
 /// Fringes over the deflection are shorter than the waves that every recording is asked for.
@@ -260,6 +311,16 @@ fn fringes_of_the_coordination_sensor_are_located() {
     );
 }
 
+/// A segment that nothing else can stand for is told, and the channel that shows it.
+#[test]
+fn the_segment_and_the_channel_of_a_gap_are_told() {
+    let d = on_rig(23, &[("one_lateral", 2.0e-6)]);
+    assert_eq!(names(&d), ["lateral_dependence"]);
+    let first = &d.place[0];
+    assert_eq!(first.coordinate, "lateral tooth phase, order 1, segment 2");
+    assert_eq!(first.channel, "g_y");
+}
+
 /// What nothing explains is looked at more finely: products of two speeds, and high orders that change with temperature.
 #[test]
 fn what_nothing_explains_is_located_more_finely() {
@@ -269,7 +330,11 @@ fn what_nothing_explains_is_located_more_finely() {
     ] {
         let d = on_rig(23, &[(effect, 2.0e-6)]);
         assert_eq!(d.verdict, Verdict::Unknown, "{effect}: {:?}", names(&d));
-        assert_eq!(d.place[0].coordinate, coordinate, "{:?}", d.place);
+        assert!(
+            d.place[0].coordinate.starts_with(coordinate),
+            "{:?}",
+            d.place
+        );
         assert!(d.place[0].share > 0.9, "{:?}", d.place);
     }
 }

@@ -118,6 +118,9 @@ pub struct Survey {
     /// Frequencies that hum in each segment's pair, as its amplitude shows, Hz, strongest first.
     #[serde(default)]
     pub pair_lines_hz: [Vec<f64>; 4],
+    /// Frequencies at which the coordination sensor's gain flickers, Hz, strongest first.
+    #[serde(default)]
+    pub flicker_hz: Vec<f64>,
     /// Waves over the coordination sensor's deflection that stand out of what nothing explains, strongest first: turns over a full
     /// scale along either axis.
     #[serde(default)]
@@ -147,6 +150,9 @@ pub struct Survey {
     /// Free harmonics run over the phase of the unmodified output, as equation (3) does, and not over the calibrated one's.
     #[serde(default)]
     pub unmodified: bool,
+    /// Beside skewed rulings, what is periodic goes with the place over the platen and not with the teeth.
+    #[serde(default)]
+    pub skew_moves: bool,
     /// The clip of each segment's pair, where the counts or a reference show one.
     pub clip: [Option<Clip>; 4],
     /// Sine and cosine of equation (3)'s orders 1, 2, 4 and 6 in each segment, m, as they are beneath its clip. Where they are told, the

@@ -112,6 +112,12 @@ impl Case {
         self.record(0, |name| name == "excess_noise")
     }
 
+    /// The first recording again with one of its effects alone.
+    #[must_use]
+    pub fn with_only(&self, effect: &str) -> Recording {
+        self.record(0, |name| name == effect)
+    }
+
     /// Records the courier with those of its effects that are kept. `take` 0 and 1 differ in poses, noise and place errors, and
     /// in nothing else.
     ///

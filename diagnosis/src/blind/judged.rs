@@ -23,6 +23,8 @@ pub struct Judged {
     pub claim: Option<Claim>,
     /// What was named with the true effect taken out of the catalogue.
     pub without: Option<Vec<String>>,
+    /// Of two effects, those that leave no gap by themselves: the baseline takes them, and nobody can tell them.
+    pub hidden: Option<Vec<String>>,
 }
 
 impl Judged {
@@ -50,6 +52,7 @@ impl Judged {
                 .collect(),
             claim,
             without,
+            hidden: None,
         }
     }
 
@@ -71,6 +74,12 @@ impl Judged {
             }
             Kind::Unlisted => self.verdict == Verdict::Unknown && self.located(),
         }
+    }
+
+    /// Whether each of two effects leaves a gap by itself, where that was looked at.
+    #[must_use]
+    pub fn both_show(&self) -> bool {
+        self.hidden.as_ref().is_some_and(Vec::is_empty)
     }
 
     fn located(&self) -> bool {

@@ -24,8 +24,9 @@ pub use page::page;
 pub use tally::Score;
 pub use words::{Words, confusion, detection, effects, matrix, row, shrinkage};
 
+use crate::judge::VISIBLE;
 use crate::model::{Model, check};
-use crate::report::Diagnosis;
+use crate::report::{Diagnosis, Verdict};
 use crate::study::Options;
 use crate::{diagnose as diagnose_recording, diagnose_fully};
 use rayon::prelude::*;
@@ -202,7 +203,7 @@ pub fn diagnose(within: &Path, tick: impl Fn() + Sync) -> Result<usize> {
 }
 
 /// Third step: opens the seal and scores. `thorough` also diagnoses each single effect's recording with that effect taken out
-/// of the catalogue, and the same courier with its effects known exactly for the best possible gap.
+/// of the catalogue, the same courier with its effects known exactly for the best possible gap, and with each of two effects alone.
 ///
 /// # Errors
 /// The seal is broken, or a step before is missing.
@@ -258,5 +259,17 @@ fn judge(within: &Path, case: &Case, thorough: bool) -> Result<Judged> {
         }
         _ => None,
     };
-    Ok(Judged::new(case, &answer, claim, without))
+    let mut judged = Judged::new(case, &answer, claim, without);
+    judged.hidden = (thorough && case.kind == Kind::Pair).then(|| hidden(case));
+    Ok(judged)
+}
+
+/// Effects of a case that are no gap by themselves.
+fn hidden(case: &Case) -> Vec<String> {
+    let names = case.effects.iter().map(|e| e.name.clone());
+    let no_gap = |name: &String| {
+        let alone = diagnose_recording(&case.with_only(name), "alone", &Options::default());
+        alone.verdict == Verdict::NoGap && alone.held_out.whitened_before < VISIBLE
+    };
+    names.filter(no_gap).collect()
 }

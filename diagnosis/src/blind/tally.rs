@@ -89,6 +89,12 @@ fn figures(judged: &[Judged]) -> Vec<Figure> {
             true,
         ),
         Figure::new(
+            "the same where each leaves a gap by itself",
+            of(Kind::Pair).filter(|j| j.both_show()).map(Judged::right),
+            0.85,
+            true,
+        ),
+        Figure::new(
             "no effect: a false alarm",
             of(Kind::None).map(|j| !j.right()),
             0.01,

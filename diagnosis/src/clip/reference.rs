@@ -1,5 +1,6 @@
 //! The clip of a pair by the shape of its error against a reference, where no counts were logged: rails that lie alike and are hard.
-//! A knee is left to the counts, which show it without a delay and equation (3) beside it.
+//! A knee is not looked for: tried on `ess-rotary-normal`, one took what is not its own, and with clips withheld the orders 4, 8, 12
+//! and 16 that tell of one were told no more.
 
 use super::{WHOLE, cutting};
 use crate::scene::Scene;

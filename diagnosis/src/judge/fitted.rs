@@ -24,6 +24,7 @@ impl Judge<'_> {
         };
         if matches!(diagnosis.verdict, Verdict::Named | Verdict::Alias) {
             let fine = &self.fine;
+            model.survey.skew_moves = fine.scene.survey.skew_moves;
             let count = fine.columns.blocks[0].columns.len();
             let step: Vec<f64> = (0..count).map(|c| fine.amount(c)).collect();
             model.baseline_with_effects = fine.scene.baseline.clone();

@@ -60,18 +60,20 @@ impl Judge<'_> {
     /// What must be said where the course of what is named is another one elsewhere.
     pub(super) fn of_its_time(&self) -> String {
         let floor = self.floor.white_square.sqrt();
-        let wanders = self
-            .told
-            .names(&self.study)
+        let names = self.told.names(&self.study);
+        let parts = [
+            (OF_ITS_TIME, "its course"),
+            (VIBRATION, "how it swells and strays"),
+        ];
+        let there = parts
             .iter()
-            .any(|n| n == OF_ITS_TIME);
-        let (name, what) = if wanders {
-            (OF_ITS_TIME, "its course")
-        } else {
-            (VIBRATION, "how it swells and strays")
-        };
+            .filter(|(name, _)| names.iter().any(|n| n == name));
+        let what: Vec<String> = there
+            .map(|(name, what)| format!("{name}: {what}"))
+            .collect();
         format!(
-            "{name}: {what} belongs to this recording's time and is known for this one alone; with it {:.2} times the floor is left here, without it {:.2}, which another recording is expected to show",
+            "{} belongs to this recording's time and is known for this one alone; with it {:.2} times the floor is left here, without it {:.2}, which another recording is expected to show",
+            what.join(" and "),
             self.after.white_rms() / floor,
             self.foretold().white_rms() / floor
         )

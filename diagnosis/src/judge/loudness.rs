@@ -1,6 +1,7 @@
 //! How far each reading's noise is above the stated one, where what is left is noise.
 
 use super::Judge;
+use crate::flicker::flicker_hz;
 use crate::lines::lines_of;
 use crate::motion::MISFIT;
 use effects::sensor::READINGS;
@@ -8,16 +9,26 @@ use effects::sensor::READINGS;
 /// The segments' own scatter is believed if its sum agrees with that of g_p within this factor.
 const AGREES: f64 = 2.0;
 
+/// What shapes without a name leave less than this share of is no noise.
+const HALF_SHAPED: f64 = 0.5;
+
 impl Judge<'_> {
+    /// True if shapes without a name take a good part of what the effects leave: noise has none.
+    pub(super) fn shaped(&self) -> bool {
+        let told = &self.told;
+        told.shaped.rest < HALF_SHAPED * told.found.rest
+    }
+
     /// True if lines stand out of what is left and none were looked for yet: a vibration near half the sample rate is as rough as
     /// noise is. They are held against what is left itself, which may be noise far above the stated one.
     pub(super) fn hums(&self) -> bool {
         let survey = &self.study.scene.survey;
         let looked = !survey.beacon_lines_hz.is_empty() || !survey.segment_lines_hz.is_empty();
-        let lines = || lines_of(&self.study.scene, &self.fine.residuals.of_unit_rms());
         !looked && {
-            let (beacon, segments) = lines();
-            !beacon.is_empty() || !segments.is_empty()
+            let left = self.fine.residuals.of_unit_rms();
+            let (beacon, segments) = lines_of(&self.study.scene, &left);
+            let flicker = flicker_hz(&self.study.scene, &left);
+            [beacon, segments, flicker].iter().any(|l| !l.is_empty())
         }
     }
 
@@ -64,23 +75,26 @@ impl Judge<'_> {
         std::array::from_fn(|s| (factor.sqrt() * own[s] / stated[s].max(1e-15)).max(1.0))
     }
 
-    /// The coordination sensor's noise over the stated one, beside that of the segments.
+    /// The coordination sensor's noise over the stated one, beside that of the segments: by the axis that shows less of it, since what
+    /// one of them has too much may be a gap.
     fn diode(&self, noise: &[f64; READINGS]) -> f64 {
         let scene = &self.study.scene;
-        let (mut platen, mut diode, mut found) = (0.0, 0.0, 0.0);
+        let (mut diode, mut excess) = ([0.0; 2], [0.0; 2]);
         let rough = [1, 2].map(|c| self.rough_part(&self.after, c));
         for (k, &i) in self.after.sample.iter().enumerate() {
-            if !(1..=2).contains(&self.after.channel[k]) {
+            let channel = self.after.channel[k];
+            if !(1..=2).contains(&channel) {
                 continue;
             }
-            let rows = scene.rows(i);
+            let axis = channel - 1;
+            let slope = scene.rows(i).by_reading[channel];
             let variance = scene.reading_variance(i);
-            let slope = rows.by_reading[self.after.channel[k]];
             let part = |r: usize| slope[r] * slope[r] * variance[r];
-            platen += (0..4).map(|r| part(r) * noise[r] * noise[r]).sum::<f64>();
-            diode += part(4) + part(5);
-            found += (rough[self.after.channel[k] - 1] * self.after.value_m[k]).powi(2);
+            let platen = (0..4).map(|r| part(r) * noise[r] * noise[r]).sum::<f64>();
+            diode[axis] += part(4) + part(5);
+            excess[axis] += (rough[axis] * self.after.value_m[k]).powi(2) - platen;
         }
-        ((found - platen) / diode.max(1e-30)).max(1.0).sqrt()
+        let over = |axis: usize| (excess[axis] / diode[axis].max(1e-30)).max(1.0).sqrt();
+        over(0).min(over(1))
     }
 }

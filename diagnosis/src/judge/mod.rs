@@ -8,6 +8,7 @@ mod fitted;
 mod foretold;
 mod loudness;
 mod named;
+mod owners;
 mod place;
 mod prune;
 mod reference;
@@ -280,6 +281,7 @@ impl<'a> Judge<'a> {
             && self.ratio() >= NOISY
             && self.rough(&self.after)
             && self.is_noise(&self.after)
+            && !self.shaped()
             && !self.hums();
         is_noise.then(|| {
             let noise = self.noise_of_readings();
@@ -316,6 +318,7 @@ impl<'a> Judge<'a> {
         let survey = &again.scene.survey;
         let lines = !survey.beacon_lines_hz.is_empty()
             || !survey.deflection_waves.is_empty()
+            || !survey.flicker_hz.is_empty()
             || !survey.segment_lines_hz.is_empty()
             || survey.pair_lines_hz.iter().any(|l| !l.is_empty());
         if self.told.found.blocks.is_empty() && !lines {

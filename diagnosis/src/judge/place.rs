@@ -1,5 +1,6 @@
 //! Where a gap lies: shares of what is left over the coordinates of diagnosis.md.
 
+use super::owners::{Owners, owners};
 use super::{CHANNEL_NAMES, Judge};
 use crate::arena::Arena;
 use crate::report::Share;
@@ -24,19 +25,25 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
     sum / f64::from(count.max(1))
 }
 
-/// A coordinate, the share of what is left that shapes over it take, and those shapes' columns.
+/// A coordinate, the share of what is left that shapes over it take, and whose it is.
+#[derive(Default)]
 pub struct Located {
     /// In the words of diagnosis.md.
     pub coordinate: String,
     /// Of what is left.
     pub share: f64,
+    /// The shapes' columns.
+    columns: Vec<usize>,
+    /// Whose it is, where that was asked for.
+    owners: Owners,
 }
 
 /// Takes over the larger share of every coordinate, largest first.
 pub(super) fn merge(list: &mut Vec<Located>, more: Vec<Located>) {
     for finer in more {
         match list.iter_mut().find(|l| l.coordinate == finer.coordinate) {
-            Some(known) => known.share = known.share.max(finer.share),
+            Some(known) if finer.share > known.share => *known = finer,
+            Some(_) => {}
             None => list.push(finer),
         }
     }
@@ -61,7 +68,9 @@ impl Judge<'_> {
             ..Look::default()
         };
         let study = study(self.prepared, self.options, &about, look);
-        let found = located(&study, &mut study.arena(), self.base, &[]);
+        let mut arena = study.arena();
+        let mut found = located(&study, &mut arena, self.base, &[]);
+        attribute(&study, &mut arena, &[], &mut found);
         for l in &found {
             log(&format!("finely: {} {:.3}", l.coordinate, l.share));
         }
@@ -71,6 +80,7 @@ impl Judge<'_> {
     /// The same of the whole excess, with scatter that grows with speed: no shape has a place for that.
     pub(super) fn locate_whole(&self, arena: &mut Arena) -> Vec<Located> {
         let mut out = self.locate(arena, &[]);
+        attribute(&self.study, arena, &[], &mut out);
         if let Some(share) = self.scatter_with_speed() {
             let coordinate = "speed".to_string();
             let known = out.iter().position(|l| l.coordinate == coordinate);
@@ -78,6 +88,7 @@ impl Judge<'_> {
             out.push(Located {
                 coordinate,
                 share: share.max(least),
+                ..Located::default()
             });
             out.sort_by(|a, b| b.share.total_cmp(&a.share));
         }
@@ -122,20 +133,18 @@ impl Judge<'_> {
 
     /// The largest, as they are told.
     pub(super) fn shares(&self, list: Vec<Located>) -> Vec<Share> {
-        let channel = self.main_channel();
-        list.into_iter()
-            .filter(|l| l.share > TOLD_SHARE)
-            .take(TOLD)
+        let main = self.main_channel();
+        told(&list)
             .map(|l| Share {
-                channel: channel.into(),
-                coordinate: l.coordinate,
+                channel: l.owners.channel.map_or(main, |c| CHANNEL_NAMES[c]).into(),
+                coordinate: format!("{}{}", l.coordinate, of_segments(l.owners.segments)),
                 share: l.share.min(1.0),
             })
             .collect()
     }
 
     /// The channel with the largest excess over its own floor.
-    fn main_channel(&self) -> &'static str {
+    pub(super) fn main_channel(&self) -> &'static str {
         let excess = |c: &usize| {
             self.before.channel_rms_m(*c).0 / self.study.floor.channel_rms_m[*c].max(1e-12)
         };
@@ -145,6 +154,32 @@ impl Judge<'_> {
             .into_iter()
             .max_by(|a, b| excess(a).total_cmp(&excess(b)));
         CHANNEL_NAMES[best.unwrap_or(0)]
+    }
+}
+
+/// Those that are told.
+fn told(list: &[Located]) -> impl Iterator<Item = &Located> {
+    list.iter().filter(|l| l.share > TOLD_SHARE).take(TOLD)
+}
+
+/// Finds whose the shares that are told are: of what is left after `blocks`.
+pub(super) fn attribute(study: &Study, arena: &mut Arena, blocks: &[usize], list: &mut [Located]) {
+    let known = study.list(blocks);
+    let before = study.residuals(blocks);
+    for l in list.iter_mut().filter(|l| l.share > TOLD_SHARE).take(TOLD) {
+        l.owners = owners(study, arena, (&known, &before), &l.columns);
+    }
+}
+
+fn of_segments(segments: [bool; 4]) -> String {
+    let list: Vec<String> = (0..4)
+        .filter(|s| segments[*s])
+        .map(|s| (s + 1).to_string())
+        .collect();
+    match list.as_slice() {
+        [] => String::new(),
+        [one] => format!(", segment {one}"),
+        [more @ .., last] => format!(", segments {} and {last}", more.join(", ")),
     }
 }
 
@@ -158,18 +193,22 @@ fn located(study: &Study, arena: &mut Arena, base: f64, blocks: &[usize]) -> Vec
     let base_list = study.list(blocks);
     let mut out: Vec<Located> = Vec::new();
     for (coordinate, groups) in coordinates(study, blocks) {
-        let mut left = |columns: &mut dyn Iterator<Item = usize>| {
-            let mut list = base_list.clone();
-            list.extend(columns.filter(|c| !base_list.contains(c)));
-            (arena.score_columns(&list).squares - base) / whole
-        };
         // Groups over one coordinate that nearly cancel are of no physical size together, and each may be by itself.
-        let together = left(&mut groups.iter().flatten().copied());
-        let alone = groups.iter().map(|g| left(&mut g.iter().copied()));
-        let after = alone.fold(together, f64::min);
+        let together = groups.concat();
+        let mut best = (f64::INFINITY, Vec::new());
+        for mut columns in std::iter::once(together).chain(groups) {
+            columns.retain(|c| !base_list.contains(c));
+            let list = [&base_list[..], &columns].concat();
+            let left = (arena.score_columns(&list).squares - base) / whole;
+            if left < best.0 {
+                best = (left, columns);
+            }
+        }
         out.push(Located {
             coordinate,
-            share: (with - after) / with,
+            share: (with - best.0) / with,
+            columns: best.1,
+            owners: Owners::default(),
         });
     }
     out.sort_by(|a, b| b.share.total_cmp(&a.share));

@@ -2,7 +2,7 @@
 
 use super::disturbance::Bursts;
 use super::named::slip_named;
-use super::place::{Located, merge};
+use super::place::{Located, attribute, merge};
 use super::{CHANNEL_NAMES, Judge, LEFT_OVER, NOISY, OF_ITS_TIME, VISIBLE};
 use crate::arena::Arena;
 use crate::report::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
@@ -106,7 +106,13 @@ impl Judge<'_> {
         out.effects = effects;
         self.fill(&mut out, &mut arena, seen);
         if unnamed && (self.slipped() || out.place.is_empty()) {
-            out.place.insert(0, over_time());
+            let channel = self.main_channel().into();
+            let over_time = Share {
+                channel,
+                coordinate: "time".into(),
+                share: 1.0,
+            };
+            out.place.insert(0, over_time);
         }
         out
     }
@@ -160,6 +166,7 @@ impl Judge<'_> {
         let noisy = white_after > NOISY + chance
             && self.rough(&self.after)
             && self.is_noise(&self.after)
+            && (self.noise.is_some() || !self.shaped())
             && (bursts.count < BURSTS.0 || self.in_the_middle(&self.after));
         let noise = if noisy {
             (white_after * white_after - 1.0) * stated
@@ -321,7 +328,7 @@ impl Judge<'_> {
         })
     }
 
-    fn fill(&self, out: &mut Diagnosis, arena: &mut Arena, seen: Seen) {
+    fn fill(&self, out: &mut Diagnosis, arena: &mut Arena, mut seen: Seen) {
         let named = matches!(out.verdict, Verdict::Named | Verdict::Alias);
         let model = if named { self.foretold() } else { &self.before };
         if named && self.elsewhere.is_some() {
@@ -360,6 +367,12 @@ impl Judge<'_> {
             }
             out.place = self.shares(located);
             out.unexplained = if named {
+                attribute(
+                    &self.study,
+                    arena,
+                    &self.told.found.blocks,
+                    &mut seen.located,
+                );
                 Unexplained {
                     share: (seen.left * seen.shaped / seen.total.max(1e-9)).clamp(0.0, 1.0),
                     place: self.shares(seen.located),
@@ -371,13 +384,5 @@ impl Judge<'_> {
                 }
             };
         }
-    }
-}
-
-fn over_time() -> Share {
-    Share {
-        channel: "g_p".into(),
-        coordinate: "time".into(),
-        share: 1.0,
     }
 }

@@ -53,6 +53,7 @@ impl Effect {
                         + 0.4 * (b[2] * (2.0 * a).sin() + b[3] * (2.0 * a).cos())
                         + 0.1 * b[4] * (p + a).sin()
                 }
+                "one_lateral" => f64::from(u8::from(s == 1)) * b[0].signum() * a.sin(),
                 "extra_harmonics" => {
                     let n = [3.0, 5.0, 8.0, 7.0][(self.seed % 4) as usize];
                     b[0] * (n * p).sin()
@@ -202,6 +203,10 @@ impl Effect {
                 z * 2.0 * eval(&self.waves[0], q.t / all),
                 z * 2.0 * eval(&self.waves[1], q.t / all),
             ],
+            "lamp_flicker" => {
+                let wave = (TAU * (8.0 + 20.0 * c[150].abs()) * q.t + c[151]).sin();
+                w.map(|w| z * (w + 0.2) * wave)
+            }
             "psd_fringes" => [
                 z * c[0] * (TAU * w[0] / 0.11 + c[1]).sin(),
                 z * c[2] * (TAU * w[1] / 0.13 + c[3]).sin(),

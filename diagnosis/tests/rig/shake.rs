@@ -1,4 +1,4 @@
-//! A recording under a beacon that vibrates.
+//! A recording under a beacon that vibrates, or of a segment that hums.
 
 use recording::{Recording, Samples};
 use std::f64::consts::TAU;
@@ -19,6 +19,22 @@ pub fn shaken(recording: &Recording, turns: f64, size: impl Fn(f64) -> f64) -> R
             let counts = [right + by, left - by, up, down];
             row.electrode_counts = Some(counts.map(f64::round));
         }
+        out.samples.push(&row);
+    }
+    out
+}
+
+/// Segment 1 hums by `size_m`, `turns` from one sample to the next where the courier moves: a recording of positions.
+pub fn hummed(recording: &Recording, turns: f64, size_m: f64) -> Recording {
+    let mut out = recording.clone();
+    out.samples = Samples::default();
+    let time = |i: usize| recording.samples.row(i).t_s;
+    let last = recording.samples.len() - 1;
+    let hz = turns / (time(last) - time(last - 1));
+    for i in 0..=last {
+        let mut row = recording.samples.row(i);
+        let by = size_m * (TAU * hz * row.t_s).sin();
+        row.position_m[0] = row.position_m[0].map(|p| p + by);
         out.samples.push(&row);
     }
     out

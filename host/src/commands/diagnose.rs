@@ -146,12 +146,25 @@ pub fn text(d: &Diagnosis) -> String {
         &d.place
     };
     if !place.is_empty() {
-        let list: Vec<String> = place
+        let told = &place[..place.len().min(4)];
+        let one = told.iter().all(|w| w.channel == told[0].channel);
+        let list: Vec<String> = told
             .iter()
-            .take(4)
-            .map(|w| format!("{} {:.0} %", w.coordinate, 100.0 * w.share))
+            .map(|w| {
+                let channel = if one {
+                    String::new()
+                } else {
+                    format!(" in {}", w.channel)
+                };
+                format!("{}{channel} {:.0} %", w.coordinate, 100.0 * w.share)
+            })
             .collect();
-        out += &format!("where ({}): {}\n", place[0].channel, list.join(", "));
+        let all = if one {
+            format!(" ({})", told[0].channel)
+        } else {
+            String::new()
+        };
+        out += &format!("where{all}: {}\n", list.join("; "));
     }
     out += &effects(d);
     if matches!(d.verdict, Verdict::Named | Verdict::Alias) {
