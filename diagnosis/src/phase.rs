@@ -1,11 +1,12 @@
 //! A vibration on another recording: frequencies and amplitudes are the model's, and its phase is as arbitrary as the zero of
-//! time. One shift a line is found, common to both axes; nothing is scaled.
+//! time. One shift a line and axis is found: what drives a mount along one drives it along the other at another time. Nothing is
+//! scaled.
 
 use crate::gram::{Columns, Gram, folds, solve};
 use crate::report::Magnitude;
 use crate::scene::Scene;
 use effects::beacon_vibration::sensor_side::SLOWEST_HZ;
-use effects::sensor::{Action, CHANNELS, Moment, Regressor};
+use effects::sensor::{Moment, Regressor};
 use std::f64::consts::TAU;
 
 /// The effect whose phase is arbitrary.
@@ -13,42 +14,39 @@ pub const VIBRATION: &str = "beacon_vibration";
 /// So large that the prior does not hold a phase.
 const FREE_M: f64 = 1.0e-3;
 
-/// Each line as the model has it, and the same a quarter turn later.
+/// Each line along either axis as the model has it, and the same a quarter turn later.
 pub fn waves(amounts: &[Magnitude], lines_hz: &[f64]) -> Vec<Regressor> {
     let mut list = Vec::new();
     for &hz in lines_hz.iter().filter(|hz| **hz >= SLOWEST_HZ) {
-        let amount = |part: &str, axis: usize| {
-            let name = format!("{hz:.3} Hz {part}, {}", ["x", "y"][axis]);
-            let found = amounts.iter().find(|a| a.name == name);
-            found.map_or(0.0, |a| a.value)
-        };
-        let axes = [0, 1].map(|axis| [amount("sine", axis), amount("cosine", axis)]);
-        // What swells beside a line belongs to its own recording's time, and has no amounts.
-        if axes.iter().flatten().all(|a| *a == 0.0) {
-            continue;
-        }
-        for (label, quarter) in [("", 0.0), (", a quarter turn later", 0.25 * TAU)] {
-            let add = move |m: &Moment, out: &mut [f64; CHANNELS]| {
-                let (sine, cosine) = (TAU * hz * m.t_s + quarter).sin_cos();
-                for (axis, [a, b]) in axes.iter().enumerate() {
-                    out[1 + axis] += a * sine + b * cosine;
-                }
-            };
-            list.push(Regressor {
-                name: format!("{hz:.3} Hz{label}"),
-                unit: "1",
-                size_m: FREE_M,
-                deviation: None,
-                mean: 0.0,
-                during: effects::sensor::ALWAYS,
-                action: Action::Channels(Box::new(add)),
+        for (axis, label) in ["x", "y"].into_iter().enumerate() {
+            let [a, b] = ["sine", "cosine"].map(|part| {
+                let name = format!("{hz:.3} Hz {part}, {label}");
+                let found = amounts.iter().find(|a| a.name == name);
+                found.map_or(0.0, |a| a.value)
             });
+            // What swells beside a line belongs to its own recording's time, and has no amounts.
+            if a == 0.0 && b == 0.0 {
+                continue;
+            }
+            for (later, quarter) in [("", 0.0), (", a quarter turn later", 0.25 * TAU)] {
+                let name = format!("{hz:.3} Hz, {label}{later}");
+                list.push(Regressor::channel(
+                    name,
+                    "1",
+                    FREE_M,
+                    1 + axis,
+                    move |m: &Moment| {
+                        let (sine, cosine) = (TAU * hz * m.t_s + quarter).sin_cos();
+                        a * sine + b * cosine
+                    },
+                ));
+            }
         }
     }
     list
 }
 
-/// Finds each line's phase and holds it; the amplitude stays the model's.
+/// Finds each line's phase along each axis and holds it; the amplitude stays the model's.
 pub fn align(scene: &Scene, columns: &mut Columns) {
     let Some(block) = columns.blocks.iter().find(|b| b.name == VIBRATION) else {
         return;
