@@ -100,11 +100,15 @@ pub mod sensor_side {
         fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
             let mut list = Vec::new();
             for s in (0..4).filter(|s| survey.segments[*s]) {
+                // The amplitude tells a gap; a place does not, and what grows with it alike on a whole tooth is a pitch, not a gap.
+                let by_amplitude = survey.counts && survey.amplitude_by_place[s];
                 let mut family = |label: &str, unit, size_m: f64, orders: &[(usize, f64)], factor: fn(&Moment, usize) -> f64| {
-                    let name = format!("{label}offset, segment {}", s + 1);
-                    list.push(Regressor::reading(name, unit, size_m, s, move |m| {
-                        factor(m, s)
-                    }));
+                    if by_amplitude {
+                        let name = format!("{label}offset, segment {}", s + 1);
+                        list.push(Regressor::reading(name, unit, size_m, s, move |m| {
+                            factor(m, s)
+                        }));
+                    }
                     for (order, part) in orders {
                         let size_m = part * size_m;
                         Regressor::harmonic(&mut list, s, *order, (label, unit, size_m), move |m| {
@@ -112,7 +116,7 @@ pub mod sensor_side {
                         });
                     }
                 };
-                if survey.counts && survey.amplitude_by_place[s] {
+                if by_amplitude {
                     family("amplitude times ", "m", 2.0e-6, &ORDERS, |m, s| m.ln_amplitude[s]);
                     // The error is a smooth function of the gap, and straight over small changes of it only. Of the higher orders the
                     // bend is below a hundredth of a micrometre: freely fitted it stands for what equation (3) lacks, and another

@@ -265,6 +265,9 @@ fn coordinate(kind: &Kind, column: &str) -> String {
             "thermal_drift" => "temperature".into(),
             "velocity_lag" | "psd_latency" => "speed".into(),
             "hysteresis" => "direction".into(),
+            "gap_variation" if column.starts_with("place") => {
+                "place on the platen and own tooth phase".into()
+            }
             "gap_variation" => "signal amplitude".into(),
             "beacon_vibration" => "frequency".into(),
             "axis_skew" | "tooth_variation" => "place on the platen".into(),
