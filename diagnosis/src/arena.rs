@@ -155,8 +155,7 @@ fn quietest(baseline: f64, rows: f64) -> f64 {
     if baseline < 2.0 * TOO_GOOD * rows {
         0.0
     } else if baseline < NO_GAP * rows {
-        // Where the noise had to be found it may be less than was taken for it.
-        rows.min(baseline) * NEARLY.min(1.0 - CHANCE * (2.0 / rows).sqrt())
+        rows * NEARLY.min(1.0 - CHANCE * (2.0 / rows).sqrt())
     } else {
         TOO_GOOD * rows
     }

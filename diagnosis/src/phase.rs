@@ -70,3 +70,31 @@ pub fn align(scene: &Scene, columns: &mut Columns) {
         (columns.held[c], columns.held[c + 1]) = (true, true);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line along both axes has a phase along each; one that a model does not know along an axis has none there.
+    #[test]
+    fn each_axis_has_its_own_phase() {
+        let amount = |name: &str| Magnitude {
+            name: name.into(),
+            value: 1.0e-6,
+            unit: "m".into(),
+        };
+        let known = [
+            "30.000 Hz sine, x",
+            "30.000 Hz cosine, y",
+            "40.000 Hz sine, y",
+        ]
+        .map(amount);
+        let names: Vec<String> = waves(&known, &[30.0, 40.0])
+            .into_iter()
+            .map(|wave| wave.name)
+            .collect();
+        let wanted = ["30.000 Hz, x", "30.000 Hz, y", "40.000 Hz, y"];
+        let wanted = wanted.map(|name| [name.to_string(), format!("{name}, a quarter turn later")]);
+        assert_eq!(names, wanted.concat());
+    }
+}

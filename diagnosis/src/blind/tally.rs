@@ -89,12 +89,6 @@ fn figures(judged: &[Judged]) -> Vec<Figure> {
             true,
         ),
         Figure::new(
-            "the same where each leaves a gap by itself",
-            of(Kind::Pair).filter(|j| j.both_show()).map(Judged::right),
-            0.85,
-            true,
-        ),
-        Figure::new(
             "no effect: a false alarm",
             of(Kind::None).map(|j| !j.right()),
             0.01,
@@ -140,6 +134,12 @@ fn figures(judged: &[Judged]) -> Vec<Figure> {
             "claimed gap within 10 % of the best possible",
             right_claims().filter_map(Claim::best_reached),
             0.95,
+            true,
+        ),
+        Figure::new(
+            "two effects that each leave a gap alone: both and nothing else",
+            of(Kind::Pair).filter(|j| j.both_show()).map(Judged::right),
+            0.85,
             true,
         ),
         Figure::new(
