@@ -75,26 +75,23 @@ impl Judge<'_> {
         std::array::from_fn(|s| (factor.sqrt() * own[s] / stated[s].max(1e-15)).max(1.0))
     }
 
-    /// The coordination sensor's noise over the stated one, beside that of the segments: by the axis that shows less of it, since what
-    /// one of them has too much may be a gap.
+    /// The coordination sensor's noise over the stated one, beside that of the segments.
     fn diode(&self, noise: &[f64; READINGS]) -> f64 {
         let scene = &self.study.scene;
-        let (mut diode, mut excess) = ([0.0; 2], [0.0; 2]);
+        let (mut platen, mut diode, mut found) = (0.0, 0.0, 0.0);
         let rough = [1, 2].map(|c| self.rough_part(&self.after, c));
         for (k, &i) in self.after.sample.iter().enumerate() {
-            let channel = self.after.channel[k];
-            if !(1..=2).contains(&channel) {
+            if !(1..=2).contains(&self.after.channel[k]) {
                 continue;
             }
-            let axis = channel - 1;
-            let slope = scene.rows(i).by_reading[channel];
+            let rows = scene.rows(i);
             let variance = scene.reading_variance(i);
+            let slope = rows.by_reading[self.after.channel[k]];
             let part = |r: usize| slope[r] * slope[r] * variance[r];
-            let platen = (0..4).map(|r| part(r) * noise[r] * noise[r]).sum::<f64>();
-            diode[axis] += part(4) + part(5);
-            excess[axis] += (rough[axis] * self.after.value_m[k]).powi(2) - platen;
+            platen += (0..4).map(|r| part(r) * noise[r] * noise[r]).sum::<f64>();
+            diode += part(4) + part(5);
+            found += (rough[self.after.channel[k] - 1] * self.after.value_m[k]).powi(2);
         }
-        let over = |axis: usize| (excess[axis] / diode[axis].max(1e-30)).max(1.0).sqrt();
-        over(0).min(over(1))
+        ((found - platen) / diode.max(1e-30)).max(1.0).sqrt()
     }
 }
