@@ -98,9 +98,9 @@ impl<'a> Arena<'a> {
             .filter(|c| !baseline.contains(c) && shared.is_none_or(|s| !s.contains(c)))
             .collect();
         let mut score = Score::default();
-        for f in 0..FOLDS {
-            let Some((fit, left, noise)) = base.score(self.gram, self.carried.products(), f, &more)
-            else {
+        let found = base.scores(self.gram, self.carried.products(), &more);
+        for (f, found) in found.into_iter().enumerate() {
+            let Some((fit, left, noise)) = found else {
                 return IMPOSSIBLE;
             };
             let amounts = fit.columns.iter().zip(fit.amount.iter());

@@ -1,14 +1,12 @@
 //! Cholesky's factor of a matrix whose rows begin late: left of a row's first entry there is nothing, and nothing comes there
 //! (Jennings 1966). A band with a border of full rows costs little more than the band.
 
+use crate::symmetric::dot;
+
 /// The factor, row by row from each row's first entry to the diagonal.
 pub struct Envelope {
     first: Vec<usize>,
     rows: Vec<Vec<f64>>,
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 impl Envelope {

@@ -42,16 +42,28 @@ impl Orders {
     /// the squares of real and imaginary parts' own sums are added: two series cost one transform. Cost: points times
     /// twenty, and the transform.
     pub fn powers(&self, points: impl Iterator<Item = (f64, Complex<f64>)>) -> Vec<f64> {
-        let mut grid = vec![Complex::default(); self.grid];
-        for (turns, value) in points {
-            self.spread(turns, value, &mut grid);
-        }
-        self.transform.process(&mut grid);
+        let grid = self.transformed(points);
         let square = |k: usize| grid[k % self.grid].norm_sqr();
         let orders = self.restored.iter().enumerate();
         orders
             .map(|(k, restored)| 0.5 * restored * (square(k) + square(self.grid - k)))
             .collect()
+    }
+
+    /// Squared magnitude of the sum of complex values at each order, each value turned back by so many turns of its place.
+    pub fn turned_back(&self, points: impl Iterator<Item = (f64, Complex<f64>)>) -> Vec<f64> {
+        let grid = self.transformed(points);
+        let orders = self.restored.iter().zip(grid);
+        orders.map(|(by, sum)| by * sum.norm_sqr()).collect()
+    }
+
+    fn transformed(&self, points: impl Iterator<Item = (f64, Complex<f64>)>) -> Vec<Complex<f64>> {
+        let mut grid = vec![Complex::default(); self.grid];
+        for (turns, value) in points {
+            self.spread(turns, value, &mut grid);
+        }
+        self.transform.process(&mut grid);
+        grid
     }
 
     fn spread(&self, turns: f64, value: Complex<f64>, grid: &mut [Complex<f64>]) {
@@ -98,6 +110,16 @@ mod tests {
             };
             let wanted = sum(&|p| p.1) + sum(&|p| p.2);
             let error = (power.sqrt() - wanted.sqrt()).abs();
+            assert!(error < 1e-8 * magnitudes, "{order}: {power} {wanted}");
+        }
+        let both = points.iter().map(|(x, a, b)| (*x, Complex::new(*a, *b)));
+        for (order, power) in orders.turned_back(both).into_iter().enumerate() {
+            let back = |p: &(f64, f64, f64)| {
+                let angle = -TAU * order as f64 * p.0;
+                Complex::new(p.1, p.2) * Complex::from_polar(1.0, angle)
+            };
+            let wanted = points.iter().map(back).sum::<Complex<f64>>().norm();
+            let error = (power.sqrt() - wanted).abs();
             assert!(error < 1e-8 * magnitudes, "{order}: {power} {wanted}");
         }
     }

@@ -53,6 +53,19 @@ impl Columns {
         });
         self.blocks.len() - 1
     }
+
+    /// Appends the groups of others.
+    pub fn append(&mut self, others: Self) {
+        let start = self.regressors.len();
+        let moved = |b: Block| Block {
+            columns: start + b.columns.start..start + b.columns.end,
+            ..b
+        };
+        self.blocks.extend(others.blocks.into_iter().map(moved));
+        self.regressors.extend(others.regressors);
+        self.centre.extend(others.centre);
+        self.held.extend(others.held);
+    }
 }
 
 /// Products of whitened columns by fold; the last column is the target, minus the residual.

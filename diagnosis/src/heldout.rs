@@ -4,6 +4,7 @@ use crate::bootstrap::{estimated, foretold, other_runs};
 use crate::gram::{Columns, FOLDS, Gram, solve};
 use crate::scene::{ROWS, SampleRows, Scene};
 use effects::sensor::CHANNELS;
+use rayon::prelude::*;
 
 /// Held-out residuals of one model.
 #[derive(Clone, Debug, Default)]
@@ -19,6 +20,9 @@ pub struct Residuals {
     /// Standard deviation of the row by the noise of its readings, m.
     pub noise_m: Vec<f64>,
 }
+
+/// Samples that are predicted one after the other; such parts side by side.
+const PART: usize = 500;
 
 impl Residuals {
     /// Of the model with these columns, each fold fitted on the others.
@@ -65,14 +69,14 @@ impl Residuals {
         columns: &Columns,
         gram: &Gram,
         list: &[usize],
-        amount: impl Fn(usize) -> &'b Vec<f64>,
+        amount: impl Fn(usize) -> &'b Vec<f64> + Sync,
         all: bool,
     ) -> Self {
-        let mut out = Self::default();
-        for i in (0..scene.len()).filter(|&i| all || scene.keep[i]) {
+        let samples: Vec<usize> = (0..scene.len()).filter(|&i| all || scene.keep[i]).collect();
+        let one = |i: usize, out: &mut Self| {
             let rows = scene.rows(i);
             if rows.count == 0 {
-                continue;
+                return;
             }
             let moment = scene.moment(i);
             let mut value: [f64; ROWS] = rows.residual_m;
@@ -86,6 +90,24 @@ impl Residuals {
                 }
             }
             out.push(scene, i, &rows, &value);
+        };
+        let parts = samples.par_chunks(PART).map(|part| {
+            let mut out = Self::default();
+            part.iter().for_each(|i| one(*i, &mut out));
+            out
+        });
+        Self::joined(&parts.collect::<Vec<Self>>())
+    }
+
+    /// Residuals of parts of a recording, one after the other.
+    pub fn joined(parts: &[Self]) -> Self {
+        let mut out = Self::default();
+        for part in parts {
+            out.sample.extend(&part.sample);
+            out.channel.extend(&part.channel);
+            out.value_m.extend(&part.value_m);
+            out.white.extend(&part.white);
+            out.noise_m.extend(&part.noise_m);
         }
         out
     }

@@ -8,6 +8,7 @@ use crate::gram::{Columns, Gram};
 use crate::heldout::Residuals;
 use crate::scene::{ROWS, SampleRows, Scene};
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 /// Samples that are left out together.
 const PIECE: usize = 10;
@@ -34,13 +35,15 @@ pub fn left_out(scene: &Scene, columns: &Columns, gram: &Gram) -> Option<Residua
     }
     let covariance = normal.cholesky()?.inverse();
     let amounts = &covariance * right;
-    let mut out = Residuals::default();
-    for samples in pieces(scene) {
-        let piece = Piece::new(scene, columns, gram, &samples);
+    let one = |samples: &Vec<usize>| {
+        let piece = Piece::new(scene, columns, gram, samples);
         let white = piece.predicted(&covariance, &amounts)?;
+        let mut out = Residuals::default();
         piece.report(scene, &white, &mut out);
-    }
-    Some(out)
+        Some(out)
+    };
+    let parts: Option<Vec<Residuals>> = pieces(scene).par_iter().map(one).collect();
+    Some(Residuals::joined(&parts?))
 }
 
 /// Samples in use, in short pieces of one stretch.

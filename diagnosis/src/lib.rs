@@ -62,6 +62,7 @@ mod bootstrap;
 mod breath;
 pub mod calibrate;
 pub mod carried;
+pub mod certainty;
 pub mod channels;
 pub mod clean;
 pub mod clip;

@@ -118,85 +118,34 @@ fn points_of<'a>(
     })
 }
 
-/// Some neighbouring samples of a series, turned back at one frequency and summed.
-struct Group {
-    series: usize,
-    middle_s: f64,
-    sine: f64,
-    cosine: f64,
-}
-
-/// Turns within a group of samples at the edge of the band, at most: the sum is then short by less than 0.2 %.
-const WITHIN_GROUP: f64 = 0.03;
-
-/// The pieces' samples turned back at `hz`, in groups so short that they stay together over `band_hz` to either side.
-fn turned_back(series: &[Series], pieces: &[Piece], hz: f64, band_hz: f64) -> Vec<Group> {
-    let mut list: Vec<Group> = Vec::new();
-    for piece in pieces {
-        let one = &series[piece.series];
-        let mut start = piece.start;
-        while start < piece.end {
-            let limit_s = one.t_s[start] + WITHIN_GROUP / band_hz;
-            let end = (start + 1..piece.end)
-                .find(|&i| one.t_s[i] > limit_s)
-                .unwrap_or(piece.end);
-            let (mut sine, mut cosine) = (0.0, 0.0);
-            for (t, v) in one.t_s[start..end].iter().zip(&one.value[start..end]) {
-                let (a, b) = (TAU * hz * t).sin_cos();
-                sine += a * v;
-                cosine += b * v;
-            }
-            list.push(Group {
-                series: piece.series,
-                middle_s: 0.5 * (one.t_s[start] + one.t_s[end - 1]),
-                sine,
-                cosine,
-            });
-            start = end;
-        }
-    }
-    list
-}
-
-/// Frequencies that are gone through from one to the next by a turn of each group.
-const RUN: usize = 64;
-
-/// Power with one phase over the whole recording at `count` frequencies, `step_hz` apart from `first_hz` beside the one that the
-/// groups were turned back at.
+/// Power with one phase over the whole recording at `count` frequencies, `step_hz` apart from `first_hz` on.
 fn coherent(
     series: &[Series],
-    groups: &[Group],
+    pieces: &[Piece],
     first_hz: f64,
     step_hz: f64,
     count: usize,
 ) -> Vec<f64> {
-    let runs = count.div_ceil(RUN);
-    let run = |run: usize| {
-        let (start, end) = (run * RUN, count.min((run + 1) * RUN));
-        let mut sums = vec![vec![(0.0, 0.0); series.len()]; end - start];
-        for group in groups {
-            let angle = TAU * group.middle_s;
-            let mut turn = (angle * (first_hz + start as f64 * step_hz)).sin_cos();
-            let step = (angle * step_hz).sin_cos();
-            for sum in &mut sums {
-                let sum = &mut sum[group.series];
-                sum.0 += group.sine * turn.1 + group.cosine * turn.0;
-                sum.1 += group.cosine * turn.1 - group.sine * turn.0;
-                turn = (
-                    turn.0 * step.1 + turn.1 * step.0,
-                    turn.1 * step.1 - turn.0 * step.0,
-                );
-            }
-        }
-        sums
+    let orders = Orders::new(count.max(1) - 1);
+    let of_one = |number: usize| {
+        let one = &series[number];
+        let samples = pieces.iter().filter(|p| p.series == number);
+        let points = samples.flat_map(|p| p.start..p.end).map(|i| {
+            let back = Complex::from_polar(one.value[i], -TAU * first_hz * one.t_s[i]);
+            (step_hz * one.t_s[i], back)
+        });
+        let scale = 2.0 / one.t_s.len().max(1) as f64;
+        orders
+            .turned_back(points)
+            .into_iter()
+            .map(move |p| scale * p)
     };
-    let sums: Vec<_> = (0..runs).into_par_iter().map(run).collect();
-    let power = |sums: &Vec<(f64, f64)>| {
-        let each = sums.iter().zip(series);
-        each.map(|((s, c), one)| 2.0 * (s * s + c * c) / one.t_s.len().max(1) as f64)
-            .sum()
-    };
-    sums.iter().flatten().map(power).collect()
+    let mut sum = vec![0.0; count];
+    for number in 0..series.len() {
+        let powers = sum.iter_mut().zip(of_one(number));
+        powers.for_each(|(sum, power)| *sum += power);
+    }
+    sum
 }
 
 fn strongest(series: &[Series]) -> Option<f64> {
@@ -211,20 +160,18 @@ fn strongest(series: &[Series]) -> Option<f64> {
     let all = pieces(series);
     let fine = (0.15 / whole.max(1e-9)).max(step / 2500.0);
     let count = (2.0 * step / fine) as usize;
-    let turned = turned_back(series, &all, coarse, step);
     let best = |first_hz: f64, by_hz: f64, count: usize| {
-        coherent(series, &turned, first_hz, by_hz, count)
+        coherent(series, &all, first_hz, by_hz, count)
             .into_iter()
             .enumerate()
             .map(|(k, power)| (first_hz + k as f64 * by_hz, power))
-            .filter(|(beside, _)| coarse + beside > 0.0)
+            .filter(|(hz, _)| *hz > 0.0)
             .max_by(|a, b| a.1.total_cmp(&b.1))
             .map(|best| best.0)
     };
-    let near = best(-step, fine, count + 1)?;
+    let near = best(coarse - step, fine, count + 1)?;
     // Half a step off turns the phase by a quarter of a radian from end to end: lines beside it would stand for that.
-    let beside = best(near - fine, fine / FINER as f64, 2 * FINER + 1)?;
-    Some(coarse + beside)
+    best(near - fine, fine / FINER as f64, 2 * FINER + 1)
 }
 
 /// Parts of a step that the strongest frequency is told to.

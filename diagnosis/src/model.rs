@@ -2,6 +2,8 @@
 
 use crate::Insufficient;
 use crate::baseline::Baseline;
+use crate::calibrate::baseline_columns;
+use crate::certainty::Certainty;
 use crate::clean::disturbed;
 use crate::counts::align_pairs;
 use crate::gram::{Columns, Gram, folds, solve};
@@ -43,6 +45,9 @@ pub struct Model {
     /// Where it knows the field over the platen, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub visited: Option<Visited>,
+    /// How well the other amounts are known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub certainty: Option<Certainty>,
 }
 
 /// Amounts of one effect.
@@ -76,11 +81,11 @@ pub struct Checked {
     pub held_out: HeldOut,
     /// Samples that residuals could be formed of.
     pub samples: usize,
-    /// Those of them over places that the model's recording did not visit, so that it does not know the field there: left out of the
-    /// figures.
-    pub unvisited: usize,
+    /// Those of them of which the model's recording showed too little: over places that it did not visit, where there is a field, or
+    /// where the uncertainty of the amounts counts ([`Certainty::doubts`]). Left out of the figures.
+    pub unknown: usize,
     /// What the model leaves at these, rms over the simulator's own scatter.
-    pub unvisited_after: f64,
+    pub unknown_after: f64,
     /// Temperatures here and in the model's recording, °C, where what follows temperature is carried beyond those that it was fitted
     /// on.
     pub warmer_or_colder: Option<[[f64; 2]; 2]>,
@@ -93,10 +98,10 @@ pub const OF_ITS_TIME: &str = "quadrature_drift";
 /// to the next: of the tooth counts (offset of g_p, o'_x, o'_y; each segment's against a reference), and of time, which a
 /// vibration's phase is counted from, and the angle between the two sensors where mounts drift with temperature. Whole teeth
 /// between the segments of a pair are told before ([`align_pairs`]). What does not carry over ([`OF_ITS_TIME`]) is left out, so
-/// are places where the model does not know the field that it has ([`Visited`]); how a vibration swells is not in the model at all.
+/// is what the model's recording showed too little of ([`Visited`], [`Certainty`]); how a vibration swells is not in the model at all.
 ///
 /// # Errors
-/// [`Insufficient`] where the recording gives no residuals, or nearly all of it lies where the field is not known.
+/// [`Insufficient`] where the recording gives no residuals, or nearly all of it lies where the model does not know what it speaks of.
 pub fn check(model: &Model, recording: &Recording) -> Result<HeldOut, Insufficient> {
     check_fully(model, recording).map(|checked| checked.held_out)
 }
@@ -110,13 +115,16 @@ pub fn check_fully(model: &Model, recording: &Recording) -> Result<Checked, Insu
     repair_slips(&mut observations);
     align_pairs(&mut observations);
     let undisturbed = undisturbed(model, &observations);
-    let (known, unknown) = split(model, &observations, undisturbed);
+    let (known, elsewhere) = split(model, &observations, undisturbed);
+    let doubtful = doubtful(model, &observations, &known);
+    let both = |i: usize| (known[i] && !doubtful[i], elsewhere[i] || doubtful[i]);
+    let (known, unknown): (Vec<bool>, Vec<bool>) = (0..known.len()).map(both).unzip();
     let (after, floor_scene) = residuals(model, &observations, known.clone(), true);
     let floor = floor(&floor_scene, 4);
     let (before, _) = residuals(model, &observations, known, false);
     if after.sample.len() < MINIMUM_SAMPLES {
         let found = after.sample.len() as f64;
-        let what = "residuals over places that the model's recording visited";
+        let what = "residuals of what the model's recording showed";
         return Err(Insufficient::new(what, found, MINIMUM_SAMPLES as f64, ""));
     }
     let white = floor.white_square.sqrt();
@@ -137,9 +145,9 @@ pub fn check_fully(model: &Model, recording: &Recording) -> Result<Checked, Insu
         whitened_after: after.white_rms() / white,
         channels,
     };
-    let unvisited = unknown.iter().filter(|u| **u).count();
-    let samples = unvisited + floor_scene.keep.iter().filter(|k| **k).count();
-    let unvisited_after = if unvisited > 0 {
+    let beyond = unknown.iter().filter(|u| **u).count();
+    let samples = beyond + floor_scene.keep.iter().filter(|k| **k).count();
+    let unknown_after = if beyond > 0 {
         residuals(model, &observations, unknown, true).0.white_rms() / white
     } else {
         0.0
@@ -147,8 +155,8 @@ pub fn check_fully(model: &Model, recording: &Recording) -> Result<Checked, Insu
     Ok(Checked {
         held_out,
         samples,
-        unvisited,
-        unvisited_after,
+        unknown: beyond,
+        unknown_after,
         warmer_or_colder: warmer_or_colder(model, &observations),
     })
 }
@@ -201,6 +209,18 @@ fn split(model: &Model, observations: &Observations, usable: Vec<bool>) -> (Vec<
             (there(i) && knows, there(i) && !knows)
         })
         .unzip()
+}
+
+/// Samples of those in use at which the model's own uncertainty counts.
+fn doubtful(model: &Model, observations: &Observations, usable: &[bool]) -> Vec<bool> {
+    let Some(certainty) = &model.certainty else {
+        return vec![false; usable.len()];
+    };
+    let (mut scene, effects, _) = apply(model, observations, usable.to_vec(), true);
+    scene.noise = certainty.noise;
+    let mut columns = baseline_columns(&scene);
+    columns.append(effects);
+    certainty.doubts(&scene, &columns)
 }
 
 /// What the model, or its baseline alone, leaves at some samples; and the scene under it.

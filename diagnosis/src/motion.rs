@@ -3,6 +3,7 @@
 use crate::observe::Observations;
 use crate::statistics::quantile;
 use crate::travel::Travel;
+use effects::sensor::TURNOVERS;
 
 /// Half the number of neighbours in a local fit.
 const HALF_WINDOW: usize = 3;
@@ -25,7 +26,7 @@ pub struct Motion {
     /// Where a segment does not move: the direction in which it last did.
     pub approach: [Vec<f64>; 4],
     /// Direction of travel that turns over gradually, one for each of [`crate::travel::TURNOVER_M`]: the state of Dahl 1968's friction model.
-    pub memory: [Vec<[f64; 3]>; 4],
+    pub memory: [Vec<[f64; TURNOVERS]>; 4],
     /// True about a turn, where which way it goes is told to a few samples only.
     pub turning: [Vec<bool>; 4],
     /// Rates of tan(psi), 1/s.

@@ -10,6 +10,7 @@ use crate::slips::{Slip, repair_slips};
 use crate::study::About;
 use crate::{Insufficient, thinning};
 use effects::sensor::Clip;
+use rayon::prelude::*;
 use recording::Recording;
 use std::sync::Arc;
 
@@ -104,7 +105,9 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     let overstated = crate::adequacy::overstated(&scene);
     let amplitudes = Arc::new(scene.amplitudes_explained());
     drop(scene);
-    let clips = std::array::from_fn(|segment| crate::clip::in_counts(&observations, segment));
+    let mut clips = [None; 4];
+    let each = clips.par_iter_mut().enumerate();
+    each.for_each(|(segment, clip)| *clip = crate::clip::in_counts(&observations, segment));
     let beneath = crate::clip::beneath(&observations, &baseline, &keep, &clips);
     observations.overstated = overstated.is_some();
     Ok(Prepared {

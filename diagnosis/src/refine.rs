@@ -7,7 +7,7 @@ use crate::heldout::Residuals;
 use crate::scene::{Scene, Shift};
 use crate::study::About;
 use crate::trace::log;
-use effects::sensor::{Action, READINGS};
+use effects::sensor::{Action, READINGS, Survey};
 
 /// Most rounds of the fixed point. Each shrinks what is left by the slope of the effect: some tenths.
 const ROUNDS: usize = 8;
@@ -38,11 +38,12 @@ impl<'a> Refined<'a> {
     /// that may go with the teeth, as their readings tell, or with the place: that which leaves less is kept.
     pub fn new(start: &Scene<'a>, about: About, names: &[String]) -> Self {
         let skewed = names.iter().any(|n| OF_THE_TEETH.contains(&n.as_str()));
+        let moving = |skew_moves: bool| move |survey: &mut Survey| survey.skew_moves = skew_moves;
         if !skewed || names.len() == 1 {
-            return Self::about_itself(start, about, names, false);
+            return Self::about_itself(start, about, names, &moving(false));
         }
         let [teeth, place] =
-            [false, true].map(|moves| Self::about_itself(start, about.clone(), names, moves));
+            [false, true].map(|m| Self::about_itself(start, about.clone(), names, &moving(m)));
         if place.residuals.white_rms() < teeth.residuals.white_rms() {
             place
         } else {
@@ -50,14 +51,35 @@ impl<'a> Refined<'a> {
         }
     }
 
-    fn about_itself(start: &Scene<'a>, about: About, names: &[String], skew_moves: bool) -> Self {
+    /// Other effects in the same survey, of which more is told.
+    pub fn telling(
+        &self,
+        start: &Scene<'a>,
+        about: About,
+        names: &[String],
+        more: &dyn Fn(&mut Survey),
+    ) -> Self {
+        let known = &self.scene.survey;
+        let tell = |survey: &mut Survey| {
+            survey.skew_moves = known.skew_moves;
+            survey.growth_told = known.growth_told;
+            more(survey);
+        };
+        Self::about_itself(start, about, names, &tell)
+    }
+
+    fn about_itself(
+        start: &Scene<'a>,
+        about: About,
+        names: &[String],
+        tell: &dyn Fn(&mut Survey),
+    ) -> Self {
         let fold = folds(&start.observations.stretch);
         let mut about = about;
         let mut round = 0;
         let mut sizes = Vec::new();
         loop {
-            let (mut scene, columns) = linearised(start, &about, names);
-            scene.survey.skew_moves = skew_moves;
+            let (scene, columns) = linearised(start, &about, names, tell);
             let mut gram = Gram::new(&scene, &columns, &fold);
             if round < FREE_ROUNDS {
                 sizes = crate::relevance::factors(&gram, &columns);
@@ -132,10 +154,16 @@ fn stands(scene: &Scene, next: &Shift) -> bool {
     most < STANDS
 }
 
-fn linearised<'a>(start: &Scene<'a>, about: &About, names: &[String]) -> (Scene<'a>, Columns) {
+fn linearised<'a>(
+    start: &Scene<'a>,
+    about: &About,
+    names: &[String],
+    tell: &dyn Fn(&mut Survey),
+) -> (Scene<'a>, Columns) {
     let mut scene = start.moved(about.baseline.clone(), about.shift.clone());
     // Here equation (3) is told about the clip itself.
     scene.survey.beneath = Default::default();
+    tell(&mut scene.survey);
     let mut columns = baseline_columns(&scene);
     let sides = effects::sensor_sides();
     for name in names {

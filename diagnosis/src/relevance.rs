@@ -56,8 +56,15 @@ fn fitted(
         normal[(c, c)] += precision[c];
         right[c] += precision[c] * gram.centre[c];
     }
-    let covariance = normal.cholesky()?.inverse();
-    Some((&covariance * right, covariance.diagonal()))
+    let factor = normal.cholesky()?;
+    let amounts = factor.solve(&right);
+    // Of the covariance its diagonal alone is asked for: squares of the columns of the factor's inverse.
+    let n = precision.len();
+    let inverse = factor
+        .l_dirty()
+        .solve_lower_triangular(&DMatrix::identity(n, n))?;
+    let variances = inverse.column_iter().map(|column| column.norm_squared());
+    Some((amounts, DVector::from_iterator(n, variances)))
 }
 
 #[cfg(test)]

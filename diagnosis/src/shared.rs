@@ -5,6 +5,7 @@ use crate::gram::{Fit, Gram, squares};
 use crate::symmetric::Symmetric;
 use crate::training::Training;
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 /// Shared columns, eliminated from one training sum.
 pub struct Shared {
@@ -103,22 +104,25 @@ impl Base {
     pub fn new(gram: &Gram, columns: &[usize]) -> Self {
         let without = |f| Shared::new(gram.training(Some(f)), &gram.centre, columns);
         Self {
-            folds: (0..gram.fold.len()).map(without).collect(),
+            folds: (0..gram.fold.len()).into_par_iter().map(without).collect(),
         }
     }
 
-    /// Fit and held-out squares of the shared columns and `more` in a fold, and the carried noise's squares a row.
-    pub fn score(
+    /// Fit and held-out squares of the shared columns and `more` by fold, and the carried noise's squares a row.
+    pub fn scores(
         &mut self,
         gram: &Gram,
         carried: &Symmetric,
-        fold: usize,
         more: &[usize],
-    ) -> Option<(Fit, f64, f64)> {
-        let shared = self.folds[fold].as_mut()?;
-        let fit = shared.fit(gram.training(Some(fold)), &gram.centre, more)?;
-        let left = squares(&gram.fold[fold], &fit);
-        let noise = squares(carried, &fit);
-        Some((fit, left, noise))
+    ) -> Vec<Option<(Fit, f64, f64)>> {
+        let score = |(f, shared): (usize, &mut Option<Shared>)| {
+            let fit = shared
+                .as_mut()?
+                .fit(gram.training(Some(f)), &gram.centre, more)?;
+            let left = squares(&gram.fold[f], &fit);
+            let noise = squares(carried, &fit);
+            Some((fit, left, noise))
+        };
+        self.folds.par_iter_mut().enumerate().map(score).collect()
     }
 }

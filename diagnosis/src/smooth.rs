@@ -2,6 +2,7 @@
 
 use crate::envelope::Envelope;
 use crate::gram::FOLDS;
+use crate::symmetric::dot;
 
 /// One value and the few columns that it depends on.
 #[derive(Clone, Debug, Default)]
@@ -57,7 +58,7 @@ impl Sums {
         let mut left = self.squares;
         for (a, row) in self.normal.iter().enumerate() {
             let (below, diagonal) = row.split_at(a);
-            let beside: f64 = below.iter().zip(amounts).map(|(n, b)| n * b).sum();
+            let beside = dot(below, &amounts[..a]);
             left += amounts[a] * (2.0 * (beside - self.right[a]) + diagonal[0] * amounts[a]);
         }
         left

@@ -108,7 +108,8 @@ fn consecutive(sorted: &[usize]) -> Vec<Range<usize>> {
     runs
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+/// Several sums side by side: one alone would wait for every addition.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     DVectorView::from_slice(a, a.len()).dot(&DVectorView::from_slice(b, b.len()))
 }
 

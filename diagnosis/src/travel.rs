@@ -4,9 +4,10 @@
 //! gathers speed evenly, or with even jerk, has spent a good part of its time on that.
 
 use crate::observe::Observations;
+use effects::sensor::TURNOVERS;
 
 /// Travel after which a segment's own memory of its direction has turned over to 1/e, m.
-pub const TURNOVER_M: [f64; 3] = [4.0e-6, 12.0e-6, 40.0e-6];
+pub const TURNOVER_M: [f64; TURNOVERS] = [4.0e-6, 12.0e-6, 40.0e-6, 120.0e-6];
 /// Travel that counts, in rms misfits of the local path (some 0.75 of the noise): less may be noise.
 const DEAD: f64 = 8.0;
 /// Within this many misfits of the farthest place, the neighbours' mean is at it: a quarter of what is clear.
@@ -23,7 +24,7 @@ pub struct Travel {
     /// Direction of the last travel: -1 or 1, 0 where none was yet.
     pub direction: Vec<f64>,
     /// The same that turns over gradually, one for each of [`TURNOVER_M`]: the state of Dahl 1968's friction model.
-    pub memory: Vec<[f64; 3]>,
+    pub memory: Vec<[f64; TURNOVERS]>,
     /// True about a turn, until the way back is clear: which way it goes there is told to a few samples only.
     pub turning: Vec<bool>,
 }
@@ -33,7 +34,7 @@ struct Leg {
     direction: f64,
     /// Place that it began at, and the memory there.
     from_m: f64,
-    memory: [f64; 3],
+    memory: [f64; TURNOVERS],
     /// Farthest place, and the sample there.
     farthest: (f64, usize),
     /// First sample of the smooth piece that it belongs to.
@@ -42,14 +43,14 @@ struct Leg {
 
 impl Leg {
     /// Memory at a place farther on.
-    fn memory_at(&self, here_m: f64) -> [f64; 3] {
+    fn memory_at(&self, here_m: f64) -> [f64; TURNOVERS] {
         let way_m = (self.direction * (here_m - self.from_m)).max(0.0);
         std::array::from_fn(|k| {
             self.direction + (self.memory[k] - self.direction) * (-way_m / TURNOVER_M[k]).exp()
         })
     }
 
-    fn turned(&self, at: usize, from_m: f64, memory: [f64; 3]) -> Self {
+    fn turned(&self, at: usize, from_m: f64, memory: [f64; TURNOVERS]) -> Self {
         Self {
             direction: -self.direction,
             from_m,
@@ -70,7 +71,7 @@ impl Travel {
         let mut leg = Leg {
             direction: 0.0,
             from_m: f64::NAN,
-            memory: [0.0; 3],
+            memory: [0.0; TURNOVERS],
             farthest: (f64::NAN, 0),
             piece: 0,
         };
@@ -121,7 +122,7 @@ fn arrived(leg: &Leg, here_m: f64, i: usize, clear_m: f64) -> Leg {
         };
         (step.signum(), straight.memory_at(here_m))
     } else if leg.from_m.is_nan() {
-        (0.0, [0.0; 3])
+        (0.0, [0.0; TURNOVERS])
     } else {
         (leg.direction, leg.memory_at(leg.farthest.0))
     };

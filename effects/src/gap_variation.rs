@@ -84,6 +84,9 @@ pub mod sensor_side {
     /// The first so many change with the square as well: what an offset does beside a smaller amplitude, and a third harmonic.
     const BENT: usize = 2;
 
+    /// Those that equation (3) lacks at any gap.
+    const LACKED: [(usize, f64); 2] = [ORDERS[2], ORDERS[4]];
+
     impl SensorEffect for GapModel {
         fn name(&self) -> &'static str {
             "gap_variation"
@@ -102,6 +105,11 @@ pub mod sensor_side {
             for s in (0..4).filter(|s| survey.segments[*s]) {
                 // The amplitude tells a gap; a place does not, and what grows with it alike on a whole tooth is a pitch, not a gap.
                 let by_amplitude = survey.counts && survey.amplitude_by_place[s];
+                if survey.gap_told {
+                    for (order, part) in LACKED {
+                        Regressor::harmonic(&mut list, s, order, ("normal amplitude, ", "m", part * 2.0e-6), |_| 1.0);
+                    }
+                }
                 let mut family = |label: &str, unit, size_m: f64, orders: &[(usize, f64)], factor: fn(&Moment, usize) -> f64| {
                     if by_amplitude {
                         let name = format!("{label}offset, segment {}", s + 1);

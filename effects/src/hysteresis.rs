@@ -55,10 +55,13 @@ pub use sensor_side::DirectionModel;
 
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Regressor, SensorEffect, Survey};
+    use crate::sensor::{Regressor, SensorEffect, Survey, TURNOVERS};
 
     /// Sensor side: the direction while moving, and that of the approach while still.
     pub struct DirectionModel;
+
+    /// Lengths of travel over which it turns over.
+    const TURNED: [&str; TURNOVERS] = ["4 um", "12 um", "40 um", "120 um"];
 
     /// The effect itself where it is remanence: what the direction alone does is the same of no travel to turn over in.
     const MEMORY_SIZE_M: f64 = 2.0e-6;
@@ -85,7 +88,7 @@ pub mod sensor_side {
                         m.direction[s]
                     }));
                 }
-                for (k, travel) in ["4 um", "12 um", "40 um"].into_iter().enumerate() {
+                for (k, travel) in TURNED.into_iter().enumerate() {
                     let name = format!("direction turned over within {travel}, segment {}", s + 1);
                     list.push(Regressor::reading(name, "m", MEMORY_SIZE_M, s, move |m| {
                         m.memory[s][k]

@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 pub const READINGS: usize = 6;
 /// Residual channels: g_p, g_x, g_y, then segment 1 to 4 against a reference.
 pub const CHANNELS: usize = 7;
+/// Lengths over which a direction of travel turns over.
+pub const TURNOVERS: usize = 4;
 /// Highest order of the own tooth phase that is tabulated, calibrated or unmodified.
 pub const ORDERS: usize = 16;
 /// Highest order of the lateral tooth phase that is tabulated.
@@ -58,7 +60,7 @@ pub struct Moment {
     /// Direction from which a still pose was approached: -1, 0 or 1.
     pub approach: [f64; 4],
     /// Direction of travel that turns over within 4, 12 and 40 um: -1 to 1.
-    pub memory: [[f64; 3]; 4],
+    pub memory: [[f64; TURNOVERS]; 4],
     /// tan(psi) of the coordination sensor.
     pub tan_psi: [f64; 2],
     /// Its rate, 1/s.
@@ -153,6 +155,12 @@ pub struct Survey {
     /// Beside skewed rulings, what is periodic goes with the place over the platen and not with the teeth.
     #[serde(default)]
     pub skew_moves: bool,
+    /// Growth with temperature is known: what it makes of the scale at the mean temperature is told with it.
+    #[serde(default)]
+    pub growth_told: bool,
+    /// A gap is known to change: what its error holds at the normal amplitude, and equation (3) lacks, is told with it.
+    #[serde(default)]
+    pub gap_told: bool,
     /// The clip of each segment's pair, where the counts or a reference show one.
     pub clip: [Option<Clip>; 4],
     /// Sine and cosine of equation (3)'s orders 1, 2, 4 and 6 in each segment, m, as they are beneath its clip. Where they are told, the

@@ -73,6 +73,9 @@ pub mod sensor_side {
     /// Prior of a scale's growth: aluminium, the most that a platen or a courier is made of (steel 11.5 ppm/K).
     const GROWTH_PER_K: f64 = 22.0e-6;
 
+    /// How far off the mean temperature a ruling may be right.
+    const RIGHT_WITHIN_K: f64 = 20.0;
+
     /// The bend of a drift over the temperatures that were measured. It is told from their middle, so that the linear part is the mean
     /// slope over them, and stays what it was at their ends: that part alone is carried on.
     fn bent(warmth_k: f64, [coldest, warmest]: [f64; 2]) -> f64 {
@@ -136,6 +139,15 @@ pub mod sensor_side {
                     },
                 );
                 list.push(grown.of_deviation(GROWTH_PER_K));
+                if survey.growth_told {
+                    let name = format!("scale of {label} at the mean temperature");
+                    let there = Regressor::readings(name, "1", 4.0e-6, move |m, out| {
+                        for s in [axis, axis + 2] {
+                            out[s] += m.from_middle_m[axis];
+                        }
+                    });
+                    list.push(there.of_deviation(GROWTH_PER_K * RIGHT_WITHIN_K));
+                }
                 if survey.beacon {
                     let name = format!("coordination sensor's offset {label}");
                     list.push(Regressor::reading(name, "1/K", 2.0e-6, 4 + axis, |m| {

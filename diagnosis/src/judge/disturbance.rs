@@ -17,8 +17,10 @@ const ROUGH: f64 = 0.6;
 const SURE: f64 = 3.0;
 /// Neighbours at rest that are needed to tell whether noise is there without motion.
 const STILL_PAIRS: usize = 100;
-/// White noise at rest is at least this share of what it is elsewhere.
+/// White noise at rest is at least this share of what it is elsewhere, and in slow motion of what it is in fast.
 const STILL: f64 = 0.3;
+/// Parts of the path: the slowest is held against the fastest.
+const BY_SPEED: usize = 4;
 /// What scatters by more than this share of a pitch is neither noise nor an error of the sensor: the readings belong to another
 /// segment, sign or tooth.
 const TOOTH: f64 = 0.05;
@@ -92,7 +94,7 @@ impl Steps {
 
 impl Judge<'_> {
     /// True if what is left changes from sample to sample as white noise does, in every channel that has too much of it: where
-    /// the path is smooth a pattern would not, and what is noise is there at rest as well.
+    /// the path is smooth a pattern would not, and what is noise is there at rest and in slow motion as well.
     pub(super) fn rough(&self, residuals: &Residuals) -> bool {
         let stated = self.floor.white_square;
         let mut moving = Steps::default();
@@ -107,6 +109,9 @@ impl Judge<'_> {
             }
             let at_rest = still.step / still.pairs.max(1) as f64;
             if mean > LOUD && still.pairs > STILL_PAIRS && at_rest < STILL * mean {
+                return false;
+            }
+            if mean > LOUD && grows(self.by_speed(residuals, &list), stated) {
                 return false;
             }
             moving.step += path.step;
@@ -201,21 +206,46 @@ impl Judge<'_> {
 
     /// Steps between neighbours on smooth paths, and those of them at rest.
     fn steps(&self, residuals: &Residuals, list: &[usize]) -> (Steps, Steps) {
-        let scene = &self.study.scene;
         let (mut path, mut still) = (Steps::default(), Steps::default());
-        for pair in list.windows(2) {
-            let (i, j) = (residuals.sample[pair[0]], residuals.sample[pair[1]]);
-            let near = j == i + 1 && scene.observations.stretch[i] == scene.observations.stretch[j];
-            if near && scene.motion.smooth[i] && scene.motion.smooth[j] {
-                let (a, b) = (residuals.white[pair[0]], residuals.white[pair[1]]);
-                path.add(a, b);
-                let speeds = &scene.motion.speed_m_s;
-                if speeds.iter().all(|v| v.get(i).is_none_or(|v| *v == 0.0)) {
-                    still.add(a, b);
-                }
+        for (speed_m_s, a, b) in self.neighbours(residuals, list) {
+            path.add(a, b);
+            if speed_m_s == 0.0 {
+                still.add(a, b);
             }
         }
         (path, still)
+    }
+
+    /// Neighbours on smooth paths: their speed, and what is left of both.
+    fn neighbours(&self, residuals: &Residuals, list: &[usize]) -> Vec<(f64, f64, f64)> {
+        let scene = &self.study.scene;
+        let motion = &scene.motion;
+        let stretch = &scene.observations.stretch;
+        let speed_m_s = |i: usize| {
+            let each = motion.speed_m_s.iter().filter_map(|v| v.get(i));
+            each.map(|v| v * v).sum::<f64>().sqrt()
+        };
+        list.windows(2)
+            .filter_map(|pair| {
+                let (i, j) = (residuals.sample[pair[0]], residuals.sample[pair[1]]);
+                let near = j == i + 1 && stretch[i] == stretch[j];
+                let both = [pair[0], pair[1]].map(|k| residuals.white[k]);
+                (near && motion.smooth[i] && motion.smooth[j])
+                    .then(|| (speed_m_s(i), both[0], both[1]))
+            })
+            .collect()
+    }
+
+    /// Steps between neighbours in the slowest and in the fastest part of the path.
+    fn by_speed(&self, residuals: &Residuals, list: &[usize]) -> [Steps; 2] {
+        let mut pairs = self.neighbours(residuals, list);
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let part = pairs.len() / BY_SPEED;
+        [&pairs[..part], &pairs[pairs.len() - part..]].map(|pairs| {
+            let mut steps = Steps::default();
+            pairs.iter().for_each(|(_, a, b)| steps.add(*a, *b));
+            steps
+        })
     }
 
     /// Of a channel's rms what changes from sample to sample on smooth paths as noise does; all of it where there are hardly any.
@@ -290,6 +320,15 @@ impl Judge<'_> {
     }
 }
 
+/// True if of what is rough beyond the stated mean square hardly any is there in slow motion, beyond chance: half a squared step of
+/// noise scatters by 1.7 of its mean, neighbours' overlap counted.
+fn grows([slow, fast]: [Steps; 2], stated: f64) -> bool {
+    let mean = |s: &Steps| s.step / s.pairs.max(1) as f64;
+    let chance = |s: &Steps| SURE * (3.0 / s.pairs.max(1) as f64).sqrt() * mean(s);
+    let enough = slow.pairs.min(fast.pairs) > STILL_PAIRS;
+    enough && mean(&slow) - stated + chance(&slow) < STILL * (mean(&fast) - stated - chance(&fast))
+}
+
 /// Squares beyond a stated mean square: of all values, and as their median deviation tells it.
 fn excess(mut values: Vec<f64>, stated: f64) -> [f64; 2] {
     let count = values.len() as f64;
@@ -321,6 +360,13 @@ mod tests {
         assert!(pattern.step > ROUGH * pattern.level && pattern.is_pattern(1.0));
         let noise = steps(|_, rng| 0.65 * normal(rng));
         assert!(!noise.is_pattern(1.0));
+    }
+
+    #[test]
+    fn what_is_rough_in_fast_motion_alone_is_no_noise() {
+        let slow = |more: f64| steps(|_, rng| more * normal(rng));
+        assert!(grows([slow(0.1), slow(1.0)], 1.0));
+        assert!(!grows([slow(0.9), slow(1.0)], 1.0) && !grows([slow(0.0), slow(0.1)], 1.0));
     }
 
     /// Noise is louder in every reading, small bursts in a few: both raise the mean square, noise alone the median deviation.

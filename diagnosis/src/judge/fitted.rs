@@ -1,6 +1,7 @@
 //! The model of what is named, fitted on all samples in use.
 
 use super::Judge;
+use crate::certainty::Certainty;
 use crate::model::{EffectAmounts, Model, OF_ITS_TIME};
 use crate::refine::Refined;
 use crate::report::{Diagnosis, Magnitude, Verdict};
@@ -21,16 +22,20 @@ impl Judge<'_> {
             survey: scene.survey.clone(),
             claimed: diagnosis.held_out.clone(),
             visited: None,
+            certainty: None,
         };
         if matches!(diagnosis.verdict, Verdict::Named | Verdict::Alias) {
             let fine = &self.fine;
             model.survey.skew_moves = fine.scene.survey.skew_moves;
+            model.survey.growth_told = fine.scene.survey.growth_told;
+            model.survey.gap_told = fine.scene.survey.gap_told;
             let count = fine.columns.blocks[0].columns.len();
             let step: Vec<f64> = (0..count).map(|c| fine.amount(c)).collect();
             model.baseline_with_effects = fine.scene.baseline.clone();
             model.baseline_with_effects.add(scene.scope, &step);
             model.effects = amounts(fine);
             let fields = model.effects.iter().any(|e| e.name == FIELD);
+            model.certainty = Certainty::of(fine);
             model.visited = fields.then(|| Visited::of(&fine.scene));
         }
         model

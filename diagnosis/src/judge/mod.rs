@@ -14,6 +14,7 @@ mod prune;
 mod reference;
 mod stated;
 mod verdict;
+mod whole;
 
 use crate::evidence::{Evidence, Step};
 use crate::heldout::Residuals;
@@ -167,6 +168,8 @@ impl<'a> Judge<'a> {
         }
         self.try_field();
         self.prune();
+        self.tell_growth();
+        self.tell_gap();
         self.claim();
         self.base = self.told.base;
         self

@@ -72,6 +72,13 @@ impl Judge<'_> {
     /// Drops what is not needed, that which is easiest to spare first.
     pub(super) fn prune(&mut self) {
         while self.told.found.blocks.len() > 1 && self.drop_one() {}
+        // Beside noise far above the stated one shapes may leave more than nothing would.
+        let found = &mut self.told.found.blocks;
+        if self.noise.is_some() && self.after.white_rms() > self.before.white_rms() {
+            found.clear();
+            self.fine = Refined::new(&self.study.scene, self.prepared.about(), &[]);
+            self.restate();
+        }
     }
 
     /// Drops the first effect that is not needed; false if all are.

@@ -22,6 +22,10 @@ const LOCATED: f64 = 0.15;
 const CHANCE: f64 = 0.03;
 /// Disturbed samples that make a burst, and their whitened squares.
 const BURSTS: (usize, f64) = (3, 300.0);
+/// Noise is told beside shapes if it is this share of the whole gap: less may be what they lack,
+const BESIDE_SHAPES: f64 = 0.05;
+/// and beside one that wanders, what is too fast for its course.
+const BESIDE_A_COURSE: f64 = 0.10;
 /// Bursts are told if they are this share of the whole gap.
 const TRIFLING_BURSTS: f64 = 0.005;
 /// Effects imitate a nameless shape if they leave this share of the gap,
@@ -218,7 +222,12 @@ impl Judge<'_> {
         if seen.noisy && self.allowed("excess_noise") {
             let noise = seen.white_after.powi(2) - 1.0;
             let share = noise * arena.rows() * self.floor.white_square / total;
-            if share > 0.05 || !seen.structured {
+            let least = if self.elsewhere.is_some() {
+                BESIDE_A_COURSE
+            } else {
+                BESIDE_SHAPES
+            };
+            if share > least || !seen.structured {
                 effects.push(self.noise(seen.white_after, share.clamp(0.0, 1.0)));
             }
         }

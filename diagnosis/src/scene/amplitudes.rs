@@ -317,7 +317,8 @@ fn chosen<'a>(all: &[Sample], meshes: &'a [Mesh], noise: f64) -> Option<(Shape<'
     let (field, place) = best(fields(), all, loose)?;
     let (course, time) = best(courses, all, loose)?;
     let (_, wandering) = Shape::default().wandering(all, loose)?;
-    let (_, together) = field.wandering(all, loose)?;
+    let beside = field.wandering(all, loose)?;
+    let together = beside.1;
     // Beside a wander that explains nothing the field stands alone.
     let (before, after) = if wandering < nothing {
         (wandering, together)
@@ -329,7 +330,11 @@ fn chosen<'a>(all: &[Sample], meshes: &'a [Mesh], noise: f64) -> Option<(Shape<'
         beyond_chance(before - after) && before - after > share * (before - noise)
     };
     let by_place = place < time && worth(before, after.min(place), BY_PLACE);
-    let (timed, slow) = (if by_place { field } else { course }).wandering(all, loose)?;
+    let (timed, slow) = if by_place {
+        beside
+    } else {
+        course.wandering(all, loose)?
+    };
     let left = if by_place { place } else { time.min(nothing) };
     let by_time = worth(left, slow, BY_TIME);
     crate::trace::log(&format!(

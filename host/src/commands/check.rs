@@ -75,12 +75,12 @@ fn left_out(checked: &Checked) -> String {
             told(there)
         );
     }
-    if checked.unvisited == 0 {
+    if checked.unknown == 0 {
         return out;
     }
     out + &format!(
-        "\nleft out: {} of {} samples over places that the model's recording did not visit, where it does not know the platen; {:.2} is left there",
-        checked.unvisited, checked.samples, checked.unvisited_after
+        "\nleft out: {} of {} samples, where the model's recording showed too little of what it speaks of (places, angles, speeds that it did not go through); {:.2} is left there",
+        checked.unknown, checked.samples, checked.unknown_after
     )
 }
 

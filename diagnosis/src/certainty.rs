@@ -1,0 +1,146 @@
+//! How well a model's amounts are known: their covariance as the recording left it, so that `check` can tell where another recording
+//! asks for what the model's own one did not show. A claim is neither confirmed nor refuted there.
+//!
+//! By the priors of physical size: those that the recording itself has shrunk ([`crate::relevance`]) say of what it did not show
+//! that it is nothing, which is a choice and no knowledge.
+
+use crate::gram::Columns;
+use crate::model::OF_ITS_TIME;
+use crate::phase::VIBRATION;
+use crate::refine::Refined;
+use crate::scene::Scene;
+use crate::study::FIELD;
+use effects::sensor::{CHANNELS, Moment, READINGS, Regressor};
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+/// A row is not foretold if the model's own uncertainty there is more than half of the noise: its square.
+const UNKNOWN: f64 = 0.25;
+/// Blocks whose amounts are known in another way: by the places that were visited, or not at all elsewhere.
+const APART: [&str; 3] = [FIELD, OF_ITS_TIME, VIBRATION];
+
+/// Covariance of a model's amounts, the baseline's among them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Certainty {
+    /// Block and name of each amount.
+    pub amounts: Vec<[String; 2]>,
+    /// Lower triangle row by row, in the amounts' units.
+    pub covariance: Vec<f64>,
+    /// Noise of each reading over the stated one, as the recording showed it.
+    pub noise: [f64; READINGS],
+}
+
+impl Certainty {
+    /// Of a model fitted about itself. Cost: the cube of its columns. None where no effect's amounts are told by it.
+    pub fn of(fine: &Refined) -> Option<Self> {
+        let columns = &fine.columns;
+        let told = |name: &str| !APART.contains(&name);
+        columns.blocks[1..].iter().find(|b| told(&b.name))?;
+        let all: Vec<usize> = (0..fine.gram.width()).collect();
+        let shrunk = &fine.gram.shrunk;
+        let mut precision = fine.gram.training(None).square(&all);
+        for &a in &all {
+            for &b in &all {
+                precision[(a, b)] /= shrunk[a] * shrunk[b];
+            }
+            precision[(a, a)] += 1.0;
+        }
+        let covariance = precision.cholesky()?.inverse();
+        let unit = |c: usize| fine.gram.scale[c] / shrunk[c];
+        let mut out = Self {
+            noise: fine.scene.noise,
+            ..Self::default()
+        };
+        let mut list = Vec::new();
+        for block in columns.blocks.iter().filter(|b| told(&b.name)) {
+            for c in block.columns.clone() {
+                let name = columns.regressors[c].name.clone();
+                out.amounts.push([block.name.clone(), name]);
+                list.push(c);
+                let row = list.iter();
+                out.covariance
+                    .extend(row.map(|&k| covariance[(c, k)] * unit(c) * unit(k)));
+            }
+        }
+        Some(out)
+    }
+
+    /// Samples of those in use where some row is not foretold. What all rows of a channel have in common is a zero, which is
+    /// arbitrary from one recording to the next. Cost: rows times the square of the amounts.
+    pub fn doubts(&self, scene: &Scene, columns: &Columns) -> Vec<bool> {
+        let known = Known::new(self, columns);
+        let mut out = vec![false; scene.len()];
+        let used = || (0..scene.len()).filter(|&i| scene.keep[i]);
+        let mut sums: [DVector<f64>; CHANNELS] =
+            core::array::from_fn(|_| DVector::zeros(known.regressors.len()));
+        let mut counts = [0.0f64; CHANNELS];
+        for i in used() {
+            for (channel, row) in known.rows(scene, i) {
+                sums[channel] += row;
+                counts[channel] += 1.0;
+            }
+        }
+        for (sum, count) in sums.iter_mut().zip(counts) {
+            *sum /= count.max(1.0);
+        }
+        for i in used() {
+            let mut rows = known.rows(scene, i).into_iter();
+            out[i] = rows.any(|(channel, row)| {
+                let row = row - &sums[channel];
+                row.dot(&(&known.covariance * &row)) > UNKNOWN
+            });
+        }
+        out
+    }
+}
+
+/// The amounts that another recording's columns speak of as well.
+struct Known<'a> {
+    regressors: Vec<&'a Regressor>,
+    covariance: DMatrix<f64>,
+}
+
+impl<'a> Known<'a> {
+    fn new(certainty: &Certainty, columns: &'a Columns) -> Self {
+        let mut regressors = Vec::new();
+        let mut places = Vec::new();
+        for block in &columns.blocks {
+            for c in block.columns.clone() {
+                let regressor = &columns.regressors[c];
+                let same = |a: &[String; 2]| a[0] == block.name && a[1] == regressor.name;
+                if let Some(place) = certainty.amounts.iter().position(same) {
+                    regressors.push(regressor);
+                    places.push(place);
+                }
+            }
+        }
+        let element = |a: usize, b: usize| {
+            let (high, low) = (places[a].max(places[b]), places[a].min(places[b]));
+            let value = certainty.covariance.get(high * (high + 1) / 2 + low);
+            value.copied().unwrap_or(0.0)
+        };
+        let n = places.len();
+        Self {
+            covariance: DMatrix::from_fn(n, n, element),
+            regressors,
+        }
+    }
+
+    /// Channel and whitened derivatives by the amounts of each row of a sample.
+    fn rows(&self, scene: &Scene, i: usize) -> Vec<(usize, DVector<f64>)> {
+        let rows = scene.rows(i);
+        let moment: Moment = scene.moment(i);
+        let by_reading = rows.white_by_reading();
+        let mut out: Vec<(usize, DVector<f64>)> = (0..rows.count)
+            .map(|row| (rows.channel[row], DVector::zeros(self.regressors.len())))
+            .collect();
+        for (c, regressor) in self.regressors.iter().enumerate() {
+            if let Some(white) = rows.white_response(&by_reading, regressor, &moment) {
+                for ((_, row), value) in out.iter_mut().zip(white) {
+                    row[c] = value;
+                }
+            }
+        }
+        out
+    }
+}

@@ -1,0 +1,69 @@
+//! What an effect holds besides what it is searched by. As long as it may not be there at all, that would stand for other causes; once
+//! it is found it is told with it.
+
+use super::{CLOSE, Judge};
+use crate::refine::Refined;
+use effects::sensor::Survey;
+use std::ops::RangeInclusive;
+
+/// Temperatures at which a ruling is right, beyond the middle of those that were measured, K: a laboratory's beside a warm board's.
+const RIGHT_AT_K: RangeInclusive<f64> = -20.0..=20.0;
+/// What a skew beside growth must take of what is left without it.
+const NEEDED: f64 = 0.4;
+
+impl<'a> Judge<'a> {
+    /// Where both are found, a ruling that grows with temperature is right at one that need not be the mean: at the mean it has another
+    /// pitch, and is not skewed for that.
+    pub(super) fn tell_growth(&mut self) {
+        let names = self.told.names(&self.study);
+        let at = |name: &str| names.iter().position(|n| n == name);
+        let (Some(_), Some(skew)) = (at("thermal_drift"), at("axis_skew")) else {
+            return;
+        };
+        let mut fewer = names.clone();
+        fewer.remove(skew);
+        let fine = self.fitted_telling(&fewer, &|survey| survey.growth_told = true);
+        let (_, noise) = self.levels();
+        let excess = |fine: &Refined| fine.residuals.white_rms().powi(2) - noise;
+        let left = excess(&fine);
+        let shows = left > (CLOSE * CLOSE - 1.0) * noise;
+        let needed = shows && excess(&self.fine) < (1.0 - NEEDED) * left;
+        if !needed && is_growth(&fine) {
+            self.told.found.blocks.remove(skew);
+            self.fine = fine;
+            self.restate();
+        }
+    }
+
+    /// A gap's error at the normal amplitude, as far as equation (3) lacks it. Free harmonics tell of that themselves.
+    pub(super) fn tell_gap(&mut self) {
+        let names = self.told.names(&self.study);
+        let named = |name: &str| names.iter().any(|n| n == name);
+        if !named("gap_variation") || named("extra_harmonics") {
+            return;
+        }
+        let fine = self.fitted_telling(&names, &|survey| survey.gap_told = true);
+        if fine.residuals.white_rms() < self.fine.residuals.white_rms() {
+            self.fine = fine;
+            self.restate();
+        }
+    }
+
+    fn fitted_telling(&self, names: &[String], more: &dyn Fn(&mut Survey)) -> Refined<'a> {
+        let about = self.prepared.about();
+        self.fine.telling(&self.study.scene, about, names, more)
+    }
+}
+
+/// True if each ruling's pitch at the mean temperature is what its growth makes of a temperature at which it is right.
+fn is_growth(fine: &Refined) -> bool {
+    let amount = |name: &str| {
+        let mut all = fine.columns.regressors.iter();
+        all.position(|r| r.name == name).map(|c| fine.amount(c))
+    };
+    ["x", "y"].iter().all(|axis| {
+        let slope = amount(&format!("scale of {axis}")).unwrap_or(0.0);
+        let there = amount(&format!("scale of {axis} at the mean temperature")).unwrap_or(0.0);
+        there == 0.0 || RIGHT_AT_K.contains(&(there / slope))
+    })
+}
