@@ -127,6 +127,9 @@ impl Judge<'_> {
         if !self.is_small(&self.after) {
             return Some("what is left is larger than an error of the sensor");
         }
+        if seen.structured && self.holds_the_noise() {
+            return Some("less than the noise is left");
+        }
         if !seen.structured {
             return (seen.gap && located).then_some("a gap that nothing explains");
         }
