@@ -59,7 +59,7 @@ pub struct Moment {
     pub direction: [f64; 4],
     /// Direction from which a still pose was approached: -1, 0 or 1.
     pub approach: [f64; 4],
-    /// Direction of travel that turns over within 4, 12 and 40 um: -1 to 1.
+    /// Direction of travel that turns over within 4, 12, 40 and 120 um: -1 to 1.
     pub memory: [[f64; TURNOVERS]; 4],
     /// tan(psi) of the coordination sensor.
     pub tan_psi: [f64; 2],

@@ -73,8 +73,8 @@ pub mod sensor_side {
     /// Prior of a scale's growth: aluminium, the most that a platen or a courier is made of (steel 11.5 ppm/K).
     const GROWTH_PER_K: f64 = 22.0e-6;
 
-    /// How far off the mean temperature a ruling may be right.
-    const RIGHT_WITHIN_K: f64 = 20.0;
+    /// How far off the mean temperature a ruling may be right, K: a laboratory's beside a warm board's.
+    pub const RIGHT_WITHIN_K: f64 = 20.0;
 
     /// The bend of a drift over the temperatures that were measured. It is told from their middle, so that the linear part is the mean
     /// slope over them, and stays what it was at their ends: that part alone is carried on.

@@ -4,10 +4,8 @@
 use super::{CLOSE, Judge};
 use crate::refine::Refined;
 use effects::sensor::Survey;
-use std::ops::RangeInclusive;
+use effects::thermal_drift::sensor_side::RIGHT_WITHIN_K;
 
-/// Temperatures at which a ruling is right, beyond the middle of those that were measured, K: a laboratory's beside a warm board's.
-const RIGHT_AT_K: RangeInclusive<f64> = -20.0..=20.0;
 /// What a skew beside growth must take of what is left without it.
 const NEEDED: f64 = 0.4;
 
@@ -64,6 +62,6 @@ fn is_growth(fine: &Refined) -> bool {
     ["x", "y"].iter().all(|axis| {
         let slope = amount(&format!("scale of {axis}")).unwrap_or(0.0);
         let there = amount(&format!("scale of {axis} at the mean temperature")).unwrap_or(0.0);
-        there == 0.0 || RIGHT_AT_K.contains(&(there / slope))
+        there == 0.0 || (there / slope).abs() <= RIGHT_WITHIN_K
     })
 }

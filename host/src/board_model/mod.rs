@@ -244,7 +244,7 @@ fn place(effect: &str, amount: &str) -> Option<(Term, usize, usize)> {
     let constant = |multiplier| Some((Term::default().with(multiplier), 1, segment));
     match effect {
         "velocity_lag" if amount.starts_with("delay,") => return constant(Multiplier::Speed),
-        // What turns over within some micrometres is, on the board, a direction.
+        // What turns over within a tenth of a millimetre is, on the board, a direction.
         "hysteresis"
             if amount.starts_with("direction of travel,")
                 || amount.starts_with("direction turned over") =>
