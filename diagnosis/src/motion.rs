@@ -13,6 +13,8 @@ const SMOOTH_M: f64 = 15.0e-6;
 const SMOOTH_SHARE: f64 = 0.02;
 /// Share of the path that [`Motion::loud_m`] is of.
 const LOUD: f64 = 0.9;
+/// Share of the path that [`Motion::quiet_m`] is of.
+const QUIET: f64 = 0.1;
 
 /// Motion of the segments and of the spot on the coordination sensor, one value a sample.
 #[derive(Clone, Debug, Default)]
@@ -40,6 +42,8 @@ pub struct Motion {
     pub scatter_m: [f64; 4],
     /// What the scatter of a segment stays below on nine tenths of its path, m.
     pub loud_m: [f64; 4],
+    /// What it stays above on nine tenths, m: noise alone, also of a courier that is shaken on most of its way.
+    pub quiet_m: [f64; 4],
     /// The same of tan(psi).
     pub loud_tan_psi: [f64; 2],
 }
@@ -49,16 +53,21 @@ pub struct Motion {
 pub const MISFIT: f64 = 0.6925;
 /// The same for nine tenths of the path.
 pub const LOUD_MISFIT: f64 = 1.0543;
+/// The same for one tenth.
+const QUIET_MISFIT: f64 = 0.3898;
 
-/// Slope and curvature at a sample by the quadratic through its neighbours, and what the quadratic through all of them leaves.
-/// The sample's own noise is in neither slope nor curvature: a column made of it would rebuild the residual.
+/// Value, slope and curvature at a sample by the quadratic through its neighbours, and what the quadratic through all of them leaves.
+/// The sample's own noise is in none of the three: a column made of it would rebuild the residual.
 #[derive(Clone, Copy, Default)]
-struct Local {
+pub struct Local {
+    /// Value at the sample.
+    pub value: f64,
     slope: f64,
     curvature: f64,
     slope_noise: f64,
     curvature_noise: f64,
-    residual: f64,
+    /// Rms of what the quadratic through all leaves.
+    pub residual: f64,
     travel: f64,
 }
 
@@ -143,6 +152,7 @@ impl Motion {
         let scatter_m = crate::statistics::median(&mut scatter).unwrap_or(0.0);
         self.scatter_m[segment] = scatter_m;
         self.loud_m[segment] = quantile(&mut scatter, LOUD).unwrap_or(0.0);
+        self.quiet_m[segment] = quantile(&mut scatter, QUIET).unwrap_or(0.0);
         self.direction[segment] = (0..n)
             .map(|i| {
                 let told = (5.0 * fit[i].slope_noise).max(0.02 * top);
@@ -164,9 +174,9 @@ impl Motion {
     /// micrometres hides ways of as many. Linear in samples.
     pub fn retrace(&mut self, segment: usize, position_m: &[f64], observations: &Observations) {
         let noise = observations.position_noise_m[segment].iter().copied();
-        let stated_m = MISFIT * crate::statistics::rms(noise.filter(|n| n.is_finite()));
-        let misfit_m = self.scatter_m[segment].max(stated_m);
-        let travel = Travel::new(position_m, &self.smooth, misfit_m, observations);
+        let stated_m = crate::statistics::rms(noise.filter(|n| n.is_finite()));
+        let noise_m = stated_m.max(self.quiet_m[segment] / QUIET_MISFIT);
+        let travel = Travel::new(position_m, &self.smooth, MISFIT * noise_m, observations);
         self.memory[segment] = travel.memory;
         self.turning[segment] = travel.turning;
         self.approach[segment] = travel.direction;
@@ -200,7 +210,7 @@ fn windows(unbroken: &[usize]) -> Vec<std::ops::Range<usize>> {
 }
 
 /// Quadratic through the window by least squares, in time centred on sample `i`.
-fn local(t_s: &[f64], value: &[f64], i: usize, window: std::ops::Range<usize>) -> Local {
+pub fn local(t_s: &[f64], value: &[f64], i: usize, window: std::ops::Range<usize>) -> Local {
     let points: Vec<(f64, f64)> = window
         .filter(|&j| value[j].is_finite())
         .map(|j| (t_s[j] - t_s[i], value[j]))
@@ -251,6 +261,7 @@ fn local(t_s: &[f64], value: &[f64], i: usize, window: std::ops::Range<usize>) -
             (l.min(*y), h.max(*y))
         });
     Local {
+        value: mean + c[0],
         slope: c[1] / scale,
         curvature: 2.0 * c[2] / (scale * scale),
         slope_noise: noise(1) / scale,

@@ -12,8 +12,11 @@ use effects::sensor::{Action, READINGS, Survey};
 /// Most rounds of the fixed point. Each shrinks what is left by the slope of the effect: some tenths.
 const ROUNDS: usize = 8;
 /// Rounds that find the prior sizes anew and go all the way. Where amounts nearly cancel, the places that they lead to decide which of
-/// them do, and rounds may go from one such set to another and back for ever: after these the sizes stay, and each round goes half way.
+/// them do, and rounds may go from one such set to another and back for ever; so may places, where what a segment remembers of its way
+/// turns over within less than it does. After these the sizes stay, and each round goes half way.
 const FREE_ROUNDS: usize = 3;
+/// See [`FREE_ROUNDS`].
+const HALF_WAY: f64 = 0.5;
 /// It stands where a round moves the segments by less than this share of their stated noise, rms.
 const STANDS: f64 = 0.1;
 
@@ -105,7 +108,7 @@ impl<'a> Refined<'a> {
             about = if round < FREE_ROUNDS {
                 next
             } else {
-                moved(&scene, &columns, &gram, &amounts, 0.5)
+                moved(&scene, &columns, &gram, &amounts, HALF_WAY)
             };
             round += 1;
         }
@@ -129,11 +132,13 @@ pub fn settled<'a>(
     list: &[usize],
     amounts: &[f64],
 ) -> Scene<'a> {
-    for _ in 0..ROUNDS {
+    for round in 0..2 * ROUNDS {
         let next = shift(&scene, columns, list, amounts);
         if stands(&scene, &next) {
             break;
         }
+        let share = if round < FREE_ROUNDS { 1.0 } else { HALF_WAY };
+        let next = towards(&scene.shift, next, share);
         scene = scene.moved(scene.baseline.clone(), next);
     }
     scene
@@ -187,6 +192,15 @@ fn moved(scene: &Scene, columns: &Columns, gram: &Gram, amounts: &[f64], share: 
     baseline.add(scene.scope, &step);
     let list: Vec<usize> = (first..metres.len()).collect();
     let there = shift(scene, columns, &list, &metres[first..]);
+    About {
+        baseline,
+        shift: towards(&scene.shift, there, share),
+        noise: None,
+    }
+}
+
+/// A share of the way from one shift to another.
+fn towards(here: &Shift, there: Shift, share: f64) -> Shift {
     let part = |here: &[Vec<f64>; 4], mut there: [Vec<f64>; 4]| {
         for (here, there) in here.iter().zip(&mut there) {
             for (i, there) in there.iter_mut().enumerate() {
@@ -196,13 +210,9 @@ fn moved(scene: &Scene, columns: &Columns, gram: &Gram, amounts: &[f64], share: 
         }
         there
     };
-    About {
-        baseline,
-        shift: Shift {
-            whole_m: part(&scene.shift.whole_m, there.whole_m),
-            electronic_m: part(&scene.shift.electronic_m, there.electronic_m),
-        },
-        noise: None,
+    Shift {
+        whole_m: part(&here.whole_m, there.whole_m),
+        electronic_m: part(&here.electronic_m, there.electronic_m),
     }
 }
 

@@ -49,12 +49,13 @@ fn steady(with: &Score, without: &Score) -> bool {
 }
 
 /// True if some block stands out beyond chance although the sum of squares does not: it leaves less than the baseline alone, and is
-/// likelier. Large amounts that nearly cancel may leave less by the noise that they are allowed for.
+/// likelier. Large amounts that nearly cancel may leave less by the noise that they are allowed for. What it takes below the floor
+/// is no gap: the simulator leaves as much.
 pub fn stands_out(arena: &mut Arena, floor: f64) -> bool {
     let alone = arena.score(&[]);
     (1..arena.columns.blocks.len()).any(|b| {
         let with = arena.score(&[b]);
-        let gain = alone.squares - with.squares;
+        let gain = alone.squares - with.squares.max(floor);
         gain > 2.0 * MINIMUM_SQUARES
             && gain > 0.01 * floor
             && with.log_evidence > alone.log_evidence
@@ -412,6 +413,10 @@ mod tests {
         let gain = arena.score(&[]).squares - arena.score(&[1]).squares;
         assert!(gain > 2.0 * MINIMUM_SQUARES, "{gain}");
         let floor = arena.rows();
+        assert!(!stands_out(&mut arena, floor));
+        // Where the simulator leaves as much as the baseline alone there is no gap.
+        let mut arena = shape.arena();
+        let floor = arena.score(&[]).squares;
         assert!(!stands_out(&mut arena, floor));
     }
 }

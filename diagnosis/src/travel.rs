@@ -3,6 +3,7 @@
 //! A turn is told only once the way back is clear of the noise, and is then set back to where the way back began: a segment that
 //! gathers speed evenly, or with even jerk, has spent a good part of its time on that.
 
+use crate::motion::local;
 use crate::observe::Observations;
 use effects::sensor::TURNOVERS;
 
@@ -10,11 +11,13 @@ use effects::sensor::TURNOVERS;
 pub const TURNOVER_M: [f64; TURNOVERS] = [4.0e-6, 12.0e-6, 40.0e-6, 120.0e-6];
 /// Travel that counts, in rms misfits of the local path (some 0.75 of the noise): less may be noise.
 const DEAD: f64 = 8.0;
-/// Within this many misfits of the farthest place, the neighbours' mean is at it: a quarter of what is clear.
+/// Within this many misfits of the farthest place, a sample is at it: a quarter of what is clear.
 const AT_TURN: f64 = 0.25 * DEAD;
 /// Time from the beginning of the way back to its first quarter, over that from there to where it is clear: 1 at even
 /// acceleration, 1.7 at even jerk.
 const BEFORE: f64 = 1.35;
+/// Neighbours follow a path that they miss by less than this many misfits, rms: by chance one in a thousand misses it by more.
+const FOLLOWED: f64 = 2.4;
 /// Neighbours on either side that stand for a sample's place: its own noise must be in no memory.
 const HALF_WINDOW: usize = 3;
 
@@ -66,7 +69,7 @@ impl Travel {
     /// between stretches the way is taken to be straight. Linear in samples.
     pub fn new(position_m: &[f64], smooth: &[bool], misfit_m: f64, o: &Observations) -> Self {
         let apart = |i: usize| i == 0 || !smooth[i] || o.unbroken[i] != o.unbroken[i - 1];
-        let place_m = without_own_noise(position_m, &apart);
+        let place_m = without_own_noise(&o.t_s, position_m, misfit_m, &apart);
         let mut this = Self::default();
         let mut leg = Leg {
             direction: 0.0,
@@ -146,25 +149,42 @@ fn turn(leg: &Leg, place_m: &[f64], near_m: f64) -> usize {
         .max(first.unwrap_or(far))
 }
 
-/// Each place as the mean of the same number of neighbours on either side within its smooth piece, the sample itself left out.
-fn without_own_noise(position_m: &[f64], apart: &dyn Fn(usize) -> bool) -> Vec<f64> {
+/// Each place by the straight path through the same number of neighbours on either side within its smooth piece, the sample itself
+/// left out, or by the parabola where they follow none; as it is where they do not follow that either: a courier that is shaken
+/// goes farther between two samples than its noise. Linear in samples.
+fn without_own_noise(
+    t_s: &[f64],
+    position_m: &[f64],
+    misfit_m: f64,
+    apart: &dyn Fn(usize) -> bool,
+) -> Vec<f64> {
     let n = position_m.len();
-    (0..n)
-        .map(|i| {
-            let reach =
-                |ends: &dyn Fn(usize) -> bool| (0..HALF_WINDOW).take_while(|k| !ends(*k)).count();
-            let back = reach(&|k| apart(i - k));
-            let on = reach(&|k| i + k + 1 >= n || apart(i + k + 1));
-            let half = back.min(on);
-            let sum: f64 = (1..=half)
-                .map(|k| position_m[i - k] + position_m[i + k])
-                .sum();
-            let mean = sum / (2 * half) as f64;
-            if mean.is_finite() {
-                mean
-            } else {
-                position_m[i]
-            }
-        })
-        .collect()
+    let told = |i: usize| {
+        let reach =
+            |ends: &dyn Fn(usize) -> bool| (0..HALF_WINDOW).take_while(|k| !ends(*k)).count();
+        let back = reach(&|k| apart(i - k));
+        let half = back.min(reach(&|k| i + k + 1 >= n || apart(i + k + 1)));
+        let window = i - half..i + half + 1;
+        let neighbours = || window.clone().filter(|j| *j != i);
+        let followed = |rms_m: f64| rms_m < FOLLOWED * misfit_m;
+        let (place_m, rms_m) = straight(neighbours().map(|j| (t_s[j] - t_s[i], position_m[j])));
+        if followed(rms_m) {
+            return Some(place_m);
+        }
+        let mut others = position_m[window.clone()].to_vec();
+        others[half] = f64::NAN;
+        let path = local(&t_s[window.clone()], &others, half, 0..others.len());
+        followed(path.residual).then_some(path.value)
+    };
+    (0..n).map(|i| told(i).unwrap_or(position_m[i])).collect()
+}
+
+/// Value at time zero of the line through some points, and the rms of what it leaves; not a number of less than two.
+fn straight(points: impl Iterator<Item = (f64, f64)> + Clone) -> (f64, f64) {
+    let count = points.clone().count() as f64;
+    let sum = |of: &dyn Fn(f64, f64) -> f64| points.clone().map(|(t, y)| of(t, y)).sum::<f64>();
+    let (t, y) = (sum(&|t, _| t) / count, sum(&|_, y| y) / count);
+    let slope = sum(&|a, b| (a - t) * (b - y)) / sum(&|a, _| (a - t).powi(2));
+    let left = sum(&|a, b| (b - y - slope * (a - t)).powi(2));
+    (y - slope * t, (left / count).sqrt())
 }
