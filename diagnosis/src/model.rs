@@ -179,11 +179,12 @@ fn warmer_or_colder(model: &Model, observations: &Observations) -> Option<[[f64;
     (here[0] < there[0] - margin || here[1] > there[1] + margin).then_some([here, there])
 }
 
-/// Samples that do not stand out. As in the diagnosis, disturbed ones are those that stand out of what the baseline alone leaves:
+/// Samples that tell a place and do not stand out. As in the diagnosis, disturbed ones are those that stand out of what the baseline alone leaves:
 /// a place where the effects do not fit is a gap, and no disturbance.
 fn undisturbed(model: &Model, observations: &Observations) -> Vec<bool> {
     let resting = crate::prepare::resting(observations);
-    let all: Vec<bool> = resting.iter().map(|r| !r).collect();
+    let stuck = crate::clip::stuck(observations, &model.survey.clip);
+    let all: Vec<bool> = resting.iter().zip(&stuck).map(|(r, s)| !r && !s).collect();
     let (first, _) = residuals(model, observations, all.clone(), false);
     let rows: Vec<(usize, usize, f64)> = (0..first.sample.len())
         .map(|k| (first.sample[k], first.channel[k], first.white[k]))

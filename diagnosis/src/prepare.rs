@@ -28,6 +28,8 @@ pub struct Prepared {
     pub resting: Vec<bool>,
     /// Samples that are there for the sake of their neighbours only, where a very long recording was thinned.
     pub thinned: Vec<bool>,
+    /// Samples left out because both channels of a pair stand at their rails.
+    pub stuck: Vec<bool>,
     /// Calibrated baseline.
     pub baseline: Baseline,
     /// What explains the pairs' amplitudes.
@@ -47,6 +49,11 @@ impl Prepared {
     pub fn use_only(&mut self, keep: Vec<bool>) {
         self.baseline = calibrate(&self.observations, &keep);
         self.keep = keep;
+    }
+
+    /// True for a sample that may be in use, if nothing disturbs it.
+    pub fn usable(&self, i: usize) -> bool {
+        !self.resting[i] && !self.thinned[i] && !self.stuck[i]
     }
 
     /// The linearisation about the baseline alone.
@@ -108,6 +115,15 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     let mut clips = [None; 4];
     let each = clips.par_iter_mut().enumerate();
     each.for_each(|(segment, clip)| *clip = crate::clip::in_counts(&observations, segment));
+    let stuck = crate::clip::stuck(&observations, &clips);
+    let count = stuck.iter().filter(|s| **s).count();
+    if count > 0 {
+        notes.push(format!(
+            "adc_clipping: at {count} of {samples} samples both channels of a pair stand at their rails and tell no place between them: left out"
+        ));
+        keep.iter_mut().zip(&stuck).for_each(|(k, s)| *k &= !s);
+        baseline = calibrate(&observations, &keep);
+    }
     let beneath = crate::clip::beneath(&observations, &baseline, &keep, &clips);
     observations.overstated = overstated.is_some();
     Ok(Prepared {
@@ -117,6 +133,7 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
         keep,
         resting,
         thinned,
+        stuck,
         baseline,
         amplitudes,
         clips,

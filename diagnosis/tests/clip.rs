@@ -1,7 +1,7 @@
 //! Clips of one end: rails that an offset has pushed the wave against. Rails that are soft, and harmonics that are no clip.
 mod rig;
 
-use diagnosis::{Answer, Diagnosis, Options, diagnose_fully};
+use diagnosis::{Answer, Diagnosis, Options, check, diagnose_fully};
 use effects::sensor::Clip;
 use recording::{Recording, Row, Samples};
 
@@ -70,6 +70,41 @@ fn a_clip_of_one_end_is_named_and_its_ends_are_told() {
         }
     }
     assert_eq!([found[1], found[2]], [None; 2]);
+}
+
+/// Rails below the amplitude over the root of two: at the corners of such a square figure all phases read alike.
+#[test]
+fn corners_at_which_both_channels_are_cut_are_left_out() {
+    let options = rig::Options {
+        samples: 6000,
+        ..rig::Options::default()
+    };
+    let pair = |seed: u64, motion: u64| {
+        let whole = rig::record_as(seed, motion, &[], &options).0;
+        let rail = (0.64 * whole.meta.electronics.amplitude_counts.unwrap()).round();
+        changed(&whole, |row| {
+            for pair in row.quadrature_counts.iter_mut().take(3).flatten() {
+                *pair = pair.map(|value| value.clamp(-rail, rail));
+            }
+        })
+    };
+    let (first, second) = (pair(33, 33), pair(33, 1033));
+    let Answer {
+        diagnosis: d,
+        model,
+        ..
+    } = diagnose_fully(&first, "corners", &Options::default());
+    assert_eq!(names(&d), ["adc_clipping"], "{:?}", d.verdict);
+    let claimed = d.held_out.whitened_after;
+    assert!(claimed < 1.1, "{claimed}");
+    assert!(
+        d.notes.iter().any(|n| n.contains("stand at their rails")),
+        "{:?}",
+        d.notes
+    );
+    let came = check(&model.expect("a model"), &second).expect("residuals");
+    let ratio = came.whitened_after / claimed;
+    assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
 }
 
 /// Three amplifiers that give way before their rails, none of them of the form that the sensor's side knows but in its limit: a

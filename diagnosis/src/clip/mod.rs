@@ -55,6 +55,33 @@ pub fn beneath(
     std::array::from_fn(|s| soft[s].then(|| orders(s)))
 }
 
+/// Noise of a pair within which a reading is at a corner, in standard deviations.
+const AT_CORNER: f64 = 4.0;
+
+/// Samples at which both channels of a pair stand at hard rails. Rails below the amplitude over the root of two leave such corners: all
+/// phases between the two rails read alike, and nothing tells them apart.
+#[must_use]
+pub fn stuck(observations: &Observations, clips: &[Option<Clip>; 4]) -> Vec<bool> {
+    let mut stuck = vec![false; observations.len()];
+    for (pairs, clip) in observations.pair_counts.iter().zip(clips) {
+        let Some(clip) = clip.filter(|c| c.knee < Clip::HARD) else {
+            continue;
+        };
+        let [sines, cosines] = clip.rails;
+        let all = sines.iter().flat_map(|s| cosines.map(|c| [*s, c]));
+        let corners: Vec<f64> = all
+            .filter(|[s, c]| s.hypot(*c) < WHOLE)
+            .map(|[s, c]| s.atan2(c))
+            .collect();
+        for (stuck, [sine, cosine]) in stuck.iter_mut().zip(pairs) {
+            let near = AT_CORNER * observations.pair_noise_counts / sine.hypot(*cosine);
+            let phase = sine.atan2(*cosine);
+            *stuck |= corners.iter().any(|c| (phase - c).abs() < near);
+        }
+    }
+    stuck
+}
+
 /// Rails with those opened that cut nothing off a pair; `None` if all are.
 fn cutting(rails: [[Option<f64>; 2]; 2], pair: &[f64; 4], knee: f64) -> Option<[[f64; 2]; 2]> {
     let open = [-Clip::OPEN, Clip::OPEN];

@@ -282,7 +282,7 @@ impl Judge<'_> {
             directed && segments.any(|s| s.get(i).is_some_and(|t| *t))
         };
         for (i, mark) in marked.iter_mut().enumerate() {
-            *mark &= !self.prepared.thinned[i] && !turning(i);
+            *mark &= !self.prepared.thinned[i] && !self.prepared.stuck[i] && !turning(i);
         }
         marked
     }
@@ -293,7 +293,7 @@ impl Judge<'_> {
         let marked = self.outstanding(&self.everywhere());
         let prepared = self.prepared;
         let keep: Vec<bool> = (0..marked.len())
-            .map(|i| !marked[i] && !prepared.resting[i] && !prepared.thinned[i])
+            .map(|i| !marked[i] && prepared.usable(i))
             .collect();
         let changed = keep.iter().zip(&prepared.keep).filter(|(a, b)| a != b);
         (changed.count() >= ANEW).then_some(keep)

@@ -11,6 +11,16 @@ const NEEDED: f64 = 0.4;
 const TRIFLE: f64 = 0.002;
 /// The same for free harmonics: beside a cause they may be what its own shape lacks.
 const TRIFLING_SHAPE: f64 = 0.10;
+/// Causes without a pattern over the tooth: what they lack is no harmonic.
+const WITHOUT_PATTERN: [&str; 7] = [
+    "psd_latency",
+    "psd_misalignment",
+    "psd_nonlinearity",
+    "beacon_vibration",
+    "span_error",
+    "axis_skew",
+    "thermal_drift",
+];
 /// The same beside a drift: its course is known to about a hundredth. What takes nearly all that is left is beside it as beside others.
 const BESIDE_DRIFT: f64 = 0.02;
 /// What takes this share of what is left without it is no makeshift, however small a share of the whole gap it is, and though what
@@ -54,7 +64,9 @@ struct Small {
 impl Small {
     /// Of the effect at a place among those that are found.
     fn of(names: &[String], at: usize) -> Self {
-        let (trifle, may_complete) = if names[at] == "extra_harmonics" {
+        let mut others = names.iter().enumerate().filter(|(k, _)| *k != at);
+        let patterned = others.any(|(_, name)| !WITHOUT_PATTERN.contains(&name.as_str()));
+        let (trifle, may_complete) = if names[at] == "extra_harmonics" && patterned {
             (TRIFLING_SHAPE, false)
         } else if names.iter().any(|name| name == OF_ITS_TIME) {
             (BESIDE_DRIFT, true)
@@ -149,6 +161,15 @@ mod tests {
             may_complete,
         };
         levels.needed(&small, 1.0)
+    }
+
+    /// A delay of the beacon has no harmonics that free ones could be mistaken for; a clip has.
+    #[test]
+    fn harmonics_are_needed_beside_a_cause_that_has_none() {
+        let small = |cause: &str| Small::of(&["extra_harmonics".into(), cause.into()], 0);
+        let (delay, clip) = (small("psd_latency"), small("adc_clipping"));
+        assert!(delay.may_complete && delay.trifle < TRIFLING_SHAPE);
+        assert!(!clip.may_complete && clip.trifle == TRIFLING_SHAPE);
     }
 
     /// Two hundredths of the noise are left without it: they do not show in a sum of squares.
