@@ -92,6 +92,7 @@ pub mod phase;
 pub mod places;
 pub mod prepare;
 mod products;
+mod recurring;
 pub mod refine;
 pub mod relevance;
 pub mod report;

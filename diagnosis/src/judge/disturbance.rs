@@ -3,7 +3,9 @@
 use super::Judge;
 use crate::clean::disturbed;
 use crate::heldout::Residuals;
+use crate::recurring::recurs;
 use crate::report::{Magnitude, Named};
+use crate::scene::Scene;
 use crate::statistics::median_and_deviation;
 
 /// Neighbours on smooth paths that are needed to tell noise from a pattern, in a channel; and in all to name it.
@@ -42,6 +44,8 @@ pub(super) struct Bursts {
     pub(super) count: usize,
     pub(super) energy: f64,
     largest_m: f64,
+    /// They come back where they were: on the diode, or on the platen.
+    pub(super) recur: bool,
 }
 
 impl Bursts {
@@ -316,8 +320,18 @@ impl Judge<'_> {
                 }
             }
         }
+        let scene = &self.fine.scene;
+        let seen = |i: usize| [0, 1].map(|axis| deflection(scene, axis, i));
+        let on_diode: Vec<[f64; 2]> = (0..scene.len()).map(seen).collect();
+        let on_platen: Vec<[f64; 2]> = (0..scene.len()).map(|i| scene.centre_m(i)).collect();
+        out.recur = out.count > 0 && (recurs(&marked, &on_diode) || recurs(&marked, &on_platen));
         out
     }
+}
+
+fn deflection(scene: &Scene, axis: usize, i: usize) -> f64 {
+    let tan = scene.observations.tan_psi[axis].get(i);
+    tan.copied().unwrap_or(f64::NAN)
 }
 
 /// True if of what is rough beyond the stated mean square hardly any is there in slow motion, beyond chance: half a squared step of

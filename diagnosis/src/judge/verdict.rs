@@ -7,7 +7,7 @@ use super::{CHANNEL_NAMES, Judge, LEFT_OVER, NOISY, OF_ITS_TIME, VISIBLE};
 use crate::arena::Arena;
 use crate::report::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
 use crate::search::{Found, MINIMUM_SQUARES, rest, stands_out};
-use crate::study::Kind;
+use crate::study::{FIELD, Kind};
 use crate::trace::log;
 
 /// All channels this far above the stated noise, and alike: the statement may be what is wrong.
@@ -28,6 +28,8 @@ const BESIDE_SHAPES: f64 = 0.05;
 const BESIDE_A_COURSE: f64 = 0.10;
 /// Bursts are told if they are this share of the whole gap.
 const TRIFLING_BURSTS: f64 = 0.005;
+/// No amount is larger than so many prior sizes. The largest of 150 recordings with effects of up to 4 µm rms is 4.3.
+const SIZES: f64 = 8.0;
 /// Effects imitate a nameless shape if they leave this share of the gap,
 const IMITATED: f64 = 0.01;
 /// the shape takes this share of that,
@@ -132,6 +134,9 @@ impl Judge<'_> {
         }
         if !seen.structured {
             return (seen.gap && located).then_some("a gap that nothing explains");
+        }
+        if self.of_no_size() {
+            return Some("amounts far beyond any physical size");
         }
         let much = if self.stays_visible(seen) {
             PARTLY_DONE
@@ -251,7 +256,7 @@ impl Judge<'_> {
             TRIFLING_BURSTS
         };
         let least = BURSTS.1.max(share * left).max(trifle * seen.total);
-        seen.bursts.count >= BURSTS.0 && seen.bursts.energy > least
+        seen.bursts.count >= BURSTS.0 && seen.bursts.energy > least && !seen.bursts.recur
     }
 
     fn slipped(&self) -> bool {
@@ -306,6 +311,18 @@ impl Judge<'_> {
     pub(super) fn names_of(&self, blocks: &[usize]) -> Vec<&str> {
         let name = |b: &usize| self.study.columns.blocks[*b].name.as_str();
         blocks.iter().map(name).collect()
+    }
+
+    /// True if an amount of what was found is far beyond its prior size: such amounts nearly cancel on this motion, and build what they
+    /// are not. A field's nodes share one size, and what is known of an amount by itself is none.
+    fn of_no_size(&self) -> bool {
+        let (gram, columns) = (&self.fine.gram, &self.fine.columns);
+        let far = |c: usize| {
+            let sizes = (self.fine.amounts[c] - gram.centre[c]) * gram.shrunk[c];
+            columns.regressors[c].deviation.is_none() && sizes.abs() > SIZES
+        };
+        let mut blocks = columns.blocks.iter().skip(1);
+        blocks.any(|b| b.name != FIELD && b.columns.clone().any(far))
     }
 
     /// True if what is left would be a gap by itself.

@@ -1,0 +1,70 @@
+//! Disturbances that come back where they were: a bump at a place, and no burst, which comes at any time and anywhere.
+
+use crate::scene::range;
+
+/// Samples nearer in time than this belong to the same disturbance.
+const APART: usize = 60;
+/// Nearest samples of other times that are asked.
+const NEAREST: usize = 6;
+/// Of these so many are disturbed as well, in the mean over disturbed samples: nearly none of bursts, most about a bump.
+const RECURS: f64 = 0.4;
+/// Most disturbed samples that are looked at, evenly.
+const MOST: usize = 200;
+
+/// True if marked samples lie about places rather than times. `place` is not a number where there is none.
+/// Cost: marked samples (200 at most) times all.
+pub fn recurs(marked: &[bool], place: &[[f64; 2]]) -> bool {
+    let known: Vec<usize> = (0..place.len())
+        .filter(|&i| place[i].iter().all(|p| p.is_finite()))
+        .collect();
+    let spans = [0, 1].map(|axis| {
+        let all: Vec<f64> = known.iter().map(|&i| place[i][axis]).collect();
+        range(&all).map_or(1.0, |[low, high]| (high - low).max(f64::MIN_POSITIVE))
+    });
+    let away = |i: usize, j: usize| {
+        let step = |axis: usize| (place[i][axis] - place[j][axis]) / spans[axis];
+        step(0).powi(2) + step(1).powi(2)
+    };
+    let of_them: Vec<usize> = known.iter().copied().filter(|&i| marked[i]).collect();
+    let every = of_them.len().div_ceil(MOST).max(1);
+    let shares: Vec<f64> = of_them
+        .iter()
+        .step_by(every)
+        .filter_map(|&i| {
+            let others = known.iter().filter(|j| j.abs_diff(i) > APART);
+            let mut near: Vec<(f64, bool)> = others.map(|&j| (away(i, j), marked[j])).collect();
+            let last = NEAREST.checked_sub(1).filter(|last| *last < near.len())?;
+            near.select_nth_unstable_by(last, |a, b| a.0.total_cmp(&b.0));
+            let also = near[..NEAREST].iter().filter(|n| n.1).count();
+            Some(also as f64 / NEAREST as f64)
+        })
+        .collect();
+    let mean = shares.iter().sum::<f64>() / shares.len().max(1) as f64;
+    crate::trace::log(&format!("disturbed again at the same place: {mean:.2}"));
+    mean > RECURS
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use effects::random::{ChaCha8Rng, SeedableRng, uniform};
+
+    #[test]
+    fn a_speck_recurs_and_bursts_do_not() {
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        let mut place: Vec<[f64; 2]> = (0..3000)
+            .map(|_| [0, 1].map(|_| uniform(&mut rng, -2.0e-3, 2.0e-3)))
+            .collect();
+        let speck: Vec<bool> = place
+            .iter()
+            .map(|[x, y]| (x - 0.4e-3).hypot(y + 0.7e-3) < 0.4e-3)
+            .collect();
+        let bursts: Vec<bool> = (0..3000).map(|i| i % 40 < 3).collect();
+        assert!(recurs(&speck, &place) && !recurs(&bursts, &place));
+        // Where the courier rests every place is the same, and tells nothing.
+        place[1000..].fill([0.1e-3, 0.2e-3]);
+        assert!(!recurs(&bursts, &place));
+        place.fill([f64::NAN; 2]);
+        assert!(!recurs(&speck, &place));
+    }
+}
