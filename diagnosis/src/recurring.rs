@@ -33,8 +33,10 @@ pub fn recurs(marked: &[bool], place: &[[f64; 2]]) -> bool {
         .filter_map(|&i| {
             let others = known.iter().filter(|j| j.abs_diff(i) > APART);
             let mut near: Vec<(f64, bool)> = others.map(|&j| (away(i, j), marked[j])).collect();
-            let last = NEAREST.checked_sub(1).filter(|last| *last < near.len())?;
-            near.select_nth_unstable_by(last, |a, b| a.0.total_cmp(&b.0));
+            if near.len() < NEAREST {
+                return None;
+            }
+            near.select_nth_unstable_by(NEAREST - 1, |a, b| a.0.total_cmp(&b.0));
             let also = near[..NEAREST].iter().filter(|n| n.1).count();
             Some(also as f64 / NEAREST as f64)
         })

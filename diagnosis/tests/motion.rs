@@ -154,6 +154,15 @@ fn noise_of_a_segment_that_is_stated_too_large_is_told() {
     assert!(told.contains("segment 3"), "{told}");
 }
 
+/// Samples as if none were apart from the next.
+fn in_one_stretch() -> Observations {
+    let recording = rig::record(43, &[], &rig::Options::default()).0;
+    let mut observations = Observations::new(&recording).unwrap();
+    observations.stretch.fill(0);
+    observations.unbroken.fill(0);
+    observations
+}
+
 /// What a way leaves in the memory by its own definition, sample for sample.
 fn remembered(place_m: &[f64], turnover_m: f64) -> Vec<f64> {
     let mut memory = 0.0;
@@ -181,10 +190,7 @@ fn shaken(observations: &Observations) -> Vec<f64> {
 /// Neighbours tell nothing of a place between them where the courier is shaken that fast, and its shaking is no noise.
 #[test]
 fn the_memory_of_a_courier_that_is_shaken_is_that_of_its_way() {
-    let recording = rig::record(43, &[], &rig::Options::default()).0;
-    let mut observations = Observations::new(&recording).unwrap();
-    observations.stretch.fill(0);
-    observations.unbroken.fill(0);
+    let mut observations = in_one_stretch();
     let clean_m = shaken(&observations);
     let mut dice = rig::Dice(9);
     observations.position_m = std::array::from_fn(|_| {
@@ -208,10 +214,7 @@ fn the_memory_of_a_courier_that_is_shaken_is_that_of_its_way() {
 /// effect itself, going all the way each round leads from one place to another and back.
 #[test]
 fn a_place_and_its_own_memory_agree() {
-    let recording = rig::record(43, &[], &rig::Options::default()).0;
-    let mut observations = Observations::new(&recording).unwrap();
-    observations.stretch.fill(0);
-    observations.unbroken.fill(0);
+    let mut observations = in_one_stretch();
     observations.position_m[0] = (0..observations.len())
         .map(|i| 12.0e-6 * (i as f64 / 40.0).sin())
         .collect();
