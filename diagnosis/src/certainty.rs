@@ -4,18 +4,25 @@
 //! By the priors of physical size: those that the recording itself has shrunk ([`crate::relevance`]) say of what it did not show
 //! that it is nothing, which is a choice and no knowledge.
 
+use crate::factor::Factor;
 use crate::gram::Columns;
 use crate::model::OF_ITS_TIME;
 use crate::phase::VIBRATION;
 use crate::refine::Refined;
 use crate::scene::Scene;
+use crate::statistics::median;
 use crate::study::FIELD;
+use effects::random::{ChaCha8Rng, SeedableRng, normal};
 use effects::sensor::{CHANNELS, Moment, READINGS, Regressor};
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
 
 /// A row is not foretold if the model's own uncertainty there is more than half of the noise: its square.
 const UNKNOWN: f64 = 0.25;
+/// Draws that tell a variance to a third.
+const DRAWS: usize = 24;
 /// Blocks whose amounts are known in another way: by the places that were visited, or not at all elsewhere.
 const APART: [&str; 3] = [FIELD, OF_ITS_TIME, VIBRATION];
 
@@ -24,8 +31,11 @@ const APART: [&str; 3] = [FIELD, OF_ITS_TIME, VIBRATION];
 pub struct Certainty {
     /// Block and name of each amount.
     pub amounts: Vec<[String; 2]>,
-    /// Lower triangle row by row, in the amounts' units.
+    /// Lower triangle row by row, in the amounts' units; empty where there are [`Self::draws`].
     pub covariance: Vec<f64>,
+    /// Draws from the amounts' distribution less its mean: of thousands of teeth, in the place of millions of covariances.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub draws: Vec<Vec<f64>>,
     /// Noise of each reading over the stated one, as the recording showed it.
     pub noise: [f64; READINGS],
 }
@@ -34,7 +44,8 @@ impl Certainty {
     /// Of a model fitted about itself. Cost: the cube of its columns. None where no effect's amounts are told by it.
     pub fn of(fine: &Refined) -> Option<Self> {
         let columns = &fine.columns;
-        let told = |name: &str| !APART.contains(&name);
+        let by_teeth = fine.scene.survey.teeth.is_some();
+        let told = |name: &str| !APART.contains(&name) || by_teeth && name == FIELD;
         columns.blocks[1..].iter().find(|b| told(&b.name))?;
         let all: Vec<usize> = (0..fine.gram.width()).collect();
         let shrunk = &fine.gram.shrunk;
@@ -45,7 +56,7 @@ impl Certainty {
             }
             precision[(a, a)] += 1.0;
         }
-        let covariance = precision.cholesky()?.inverse();
+        let factor = Factor::new(precision)?;
         let unit = |c: usize| fine.gram.scale[c] / shrunk[c];
         let mut out = Self {
             noise: fine.scene.noise,
@@ -57,10 +68,24 @@ impl Certainty {
                 let name = columns.regressors[c].name.clone();
                 out.amounts.push([block.name.clone(), name]);
                 list.push(c);
-                let row = list.iter();
-                out.covariance
-                    .extend(row.map(|&k| covariance[(c, k)] * unit(c) * unit(k)));
             }
+        }
+        if by_teeth {
+            let mut rng = ChaCha8Rng::seed_from_u64(DRAWS as u64);
+            for _ in 0..DRAWS {
+                let draw = DVector::from_fn(all.len(), |_, _| normal(&mut rng));
+                let draw = factor.coloured(&draw);
+                // A float's digits are enough, and half of the file.
+                let short = |c: &usize| f64::from((draw[*c] * unit(*c)) as f32);
+                out.draws.push(list.iter().map(short).collect());
+            }
+            return Some(out);
+        }
+        let covariance = factor.inverse();
+        for (k, &c) in list.iter().enumerate() {
+            let row = list[..=k].iter();
+            out.covariance
+                .extend(row.map(|&k| covariance[(c, k)] * unit(c) * unit(k)));
         }
         Some(out)
     }
@@ -68,6 +93,9 @@ impl Certainty {
     /// Samples of those in use where some row is not foretold. What all rows of a channel have in common is a zero, which is
     /// arbitrary from one recording to the next. Cost: rows times the square of the amounts.
     pub fn doubts(&self, scene: &Scene, columns: &Columns) -> Vec<bool> {
+        if !self.draws.is_empty() {
+            return self.doubts_of_draws(scene, columns);
+        }
         let known = Known::new(self, columns);
         let mut out = vec![false; scene.len()];
         let used = || (0..scene.len()).filter(|&i| scene.keep[i]);
@@ -88,6 +116,65 @@ impl Certainty {
             out[i] = rows.any(|(channel, row)| {
                 let row = row - &sums[channel];
                 row.dot(&(&known.covariance * &row)) > UNKNOWN
+            });
+        }
+        out
+    }
+}
+
+impl Certainty {
+    /// [`Self::doubts`] by the draws. Cost: rows times the amounts that act times the draws.
+    fn doubts_of_draws(&self, scene: &Scene, columns: &Columns) -> Vec<bool> {
+        let places: HashMap<&[String; 2], usize> = self.amounts.iter().zip(0..).collect();
+        let mut known: Vec<(&Regressor, Vec<f64>)> = Vec::new();
+        for block in &columns.blocks {
+            for c in block.columns.clone() {
+                let name = [block.name.clone(), columns.regressors[c].name.clone()];
+                if let Some(&place) = places.get(&name) {
+                    let draws = self.draws.iter().map(|draw| draw[place]).collect();
+                    known.push((&columns.regressors[c], draws));
+                }
+            }
+        }
+        let samples: Vec<usize> = (0..scene.len()).filter(|&i| scene.keep[i]).collect();
+        let one = |i: &usize| {
+            let rows = scene.rows(*i);
+            let moment: Moment = scene.moment(*i);
+            let by_reading = rows.white_by_reading();
+            let mut out = vec![vec![0.0; self.draws.len()]; rows.count];
+            for (regressor, draws) in &known {
+                let Some(white) = rows.white_response(&by_reading, regressor, &moment) else {
+                    continue;
+                };
+                for (row, slope) in out.iter_mut().zip(white) {
+                    row.iter_mut()
+                        .zip(draws)
+                        .for_each(|(sum, draw)| *sum += slope * draw);
+                }
+            }
+            (rows.channel, out)
+        };
+        let rows: Vec<_> = samples.par_iter().map(one).collect();
+        // Their median: rows of which nothing is known would draw a mean away.
+        let zeros: Vec<Vec<f64>> = (0..CHANNELS)
+            .map(|channel| {
+                let of = rows
+                    .iter()
+                    .flat_map(|(channels, list)| list.iter().zip(channels));
+                let list: Vec<&Vec<f64>> = of.filter(|r| *r.1 == channel).map(|r| r.0).collect();
+                let of_draw = |k: usize| {
+                    let mut values: Vec<f64> = list.iter().map(|row| row[k]).collect();
+                    median(&mut values).unwrap_or(0.0)
+                };
+                (0..self.draws.len()).map(of_draw).collect()
+            })
+            .collect();
+        let mut out = vec![false; scene.len()];
+        for (i, (channel, list)) in samples.into_iter().zip(rows) {
+            out[i] = list.iter().zip(channel).any(|(row, channel)| {
+                let off = row.iter().zip(&zeros[channel]);
+                let squares: f64 = off.map(|(value, zero)| (value - zero).powi(2)).sum();
+                squares / self.draws.len() as f64 > UNKNOWN
             });
         }
         out

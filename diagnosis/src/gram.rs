@@ -1,5 +1,6 @@
 //! One pass over the samples: products of all columns, by fold, so that every later comparison is small algebra.
 
+use crate::factor::Factor;
 use crate::products::Upright;
 use crate::scene::{ROWS, Scene};
 use crate::symmetric::Symmetric;
@@ -13,9 +14,15 @@ use std::ops::Range;
 pub const FOLDS: usize = 5;
 /// Samples that are turned into rows at once.
 const CHUNK: usize = 128;
+/// Pitches to a side of the parts of the platen that are summed one after the other, where a field is told by its teeth.
+const CELL_PITCHES: f64 = 4.0;
 /// Sums that are formed side by side. Their number and what goes into each is the same on every machine and in every run, so
 /// that the last digit is.
 const LANES: usize = 4;
+/// The same of so many columns that each sum takes tens of megabytes.
+const FEWER_LANES: usize = 2;
+/// See [`FEWER_LANES`].
+const WIDE: usize = 1000;
 
 /// What a group of columns stands for.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,6 +112,18 @@ pub fn folds(stretch: &[usize]) -> Vec<u8> {
     out
 }
 
+/// Order of samples in which those over the same part of the platen follow each other: then few of many teeth act in a chunk.
+fn by_place(scene: &Scene) -> Vec<[i32; 2]> {
+    let cell_m = CELL_PITCHES * scene.observations.pitch_m;
+    let cell = |i| {
+        scene
+            .moment(i)
+            .centre_m
+            .map(|c| (c / cell_m).floor() as i32)
+    };
+    (0..scene.len()).map(cell).collect()
+}
+
 /// Sums of a channel's squares and values, and how many there were.
 type Spread = [(f64, f64, usize); CHANNELS];
 
@@ -190,13 +209,18 @@ impl Gram {
             .map(|(c, s)| if *s > 0.0 { c / s } else { 0.0 })
             .collect();
         let width = scale.len() + 1;
-        let mut lanes: Vec<Lane> = (0..LANES).map(|_| Lane::new(width)).collect();
+        let lanes = if width > WIDE { FEWER_LANES } else { LANES };
+        let mut lanes: Vec<Lane> = (0..lanes).map(|_| Lane::new(width)).collect();
+        let order = scene.survey.teeth.as_ref().map(|_| by_place(scene));
         let mut fold = Vec::with_capacity(FOLDS);
         let mut rows = [0; FOLDS];
         for (f, count) in rows.iter_mut().enumerate() {
-            let list: Vec<usize> = (0..scene.len())
+            let mut list: Vec<usize> = (0..scene.len())
                 .filter(|&i| scene.keep[i] && usize::from(folds[i]) == f)
                 .collect();
+            if let Some(order) = &order {
+                list.sort_by_key(|i| order[*i]);
+            }
             let (sum, found) = products(scene, columns, &scale, &list, &mut lanes);
             fold.push(sum);
             *count = found;
@@ -217,7 +241,7 @@ impl Gram {
 
     /// Takes prior deviations to be so many times what they were; prior means stay what they are in their units.
     pub fn rescale(&mut self, factor: &[f64]) {
-        for (c, by) in factor.iter().enumerate() {
+        for (c, by) in factor.iter().enumerate().filter(|(_, by)| **by != 1.0) {
             self.scale[c] *= by;
             self.shrunk[c] *= by;
             self.centre[c] /= by;
@@ -268,10 +292,11 @@ fn products(
     samples: &[usize],
     lanes: &mut [Lane],
 ) -> (Symmetric, usize) {
+    let every = lanes.len();
     std::thread::scope(|scope| {
         for (number, lane) in lanes.iter_mut().enumerate() {
             scope.spawn(move || {
-                for chunk in samples.chunks(CHUNK).skip(number).step_by(LANES) {
+                for chunk in samples.chunks(CHUNK).skip(number).step_by(every) {
                     lane.rows += accumulate(scene, columns, scale, chunk, lane);
                 }
             });
@@ -341,14 +366,9 @@ pub fn solve(training: Training, columns: &[usize], centre: &[f64], variance: f6
         normal[(a, a)] += 1.0;
         right[a] += centre[columns[a]];
     }
-    let factor = normal.cholesky()?;
+    let factor = Factor::new(normal)?;
     let amount = factor.solve(&right);
-    let log_det: f64 = factor
-        .l_dirty()
-        .diagonal()
-        .iter()
-        .map(|d| d.ln())
-        .sum::<f64>();
+    let log_det = factor.half_log_determinant();
     let prior: f64 = columns.iter().map(|&c| centre[c] * centre[c]).sum();
     let log_evidence =
         0.5 * (right.dot(&amount) - prior - training.at(last, last) * precision) - log_det;

@@ -34,6 +34,7 @@ impl Residuals {
         list: &[usize],
     ) -> Self {
         let amounts: Vec<Vec<f64>> = (0..FOLDS)
+            .into_par_iter()
             .map(|f| {
                 solve(gram.training(Some(f)), list, &gram.centre, 1.0)
                     .map_or(vec![0.0; list.len()], |fit| {

@@ -4,6 +4,7 @@
 //! Effects are chosen on five coarse folds; what is claimed of those that were chosen is counted here. A fold of a fifth
 //! takes out whole places of the platen, which another recording would not: its model has seen them all.
 
+use crate::factor::Factor;
 use crate::gram::{Columns, Gram};
 use crate::heldout::Residuals;
 use crate::scene::{ROWS, SampleRows, Scene};
@@ -33,7 +34,7 @@ pub fn left_out(scene: &Scene, columns: &Columns, gram: &Gram) -> Option<Residua
         normal[(c, c)] += 1.0;
         right[c] += gram.centre[c];
     }
-    let covariance = normal.cholesky()?.inverse();
+    let covariance = Factor::new(normal)?.inverse();
     let amounts = &covariance * right;
     let one = |samples: &Vec<usize>| {
         let piece = Piece::new(scene, columns, gram, samples);

@@ -2,8 +2,9 @@
 
 use crate::scene::Scene;
 use crate::visited::places_m;
+use effects::teeth::Teeth;
 use effects::tooth_variation::sensor_side::{reach, share};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Weight of samples that a node must carry to be judged.
 const WEIGHT: f64 = 3.0;
@@ -94,4 +95,48 @@ fn at(scene: &Scene, step_m: f64) -> [Vec<[i32; 2]>; 4] {
             .map(|(node, _)| node)
             .collect()
     })
+}
+
+/// Most teeth and lines: the cost is that of all unknowns together.
+const MOST_TEETH: usize = 2400;
+/// Share of a reading that all samples together must give to a tooth, for it to be asked for.
+const SEEN: f64 = 0.02;
+
+/// Lists the teeth and lines under the segments' footprints. False where they are too many, or none.
+pub fn list_teeth(scene: &Scene, teeth: &mut Teeth) -> bool {
+    let pitch_m = scene.observations.pitch_m;
+    let mut posts: [BTreeMap<[i32; 2], f64>; 2] = Default::default();
+    let mut lines: [BTreeSet<i32>; 2] = Default::default();
+    let footprint = teeth.footprint;
+    let step = teeth.step_pitches;
+    let under = |direction: usize, place: f64| {
+        let (half, step) = (footprint.half_pitches[direction], step[direction]);
+        let (first, last) = ((place - half) / step, (place + half) / step);
+        let share = move |k: i32| footprint.weight(direction, place - f64::from(k) * step);
+        (first.ceil() as i32..=last.floor() as i32).map(move |k| (k, share(k)))
+    };
+    for i in (0..scene.len()).filter(|&i| scene.keep[i]) {
+        let moment = scene.moment(i);
+        for s in (0..4).filter(|s| scene.scope.segments[*s]) {
+            let [along, across] = moment.place_m[s].map(|p| p / pitch_m);
+            for (tooth, share) in under(0, along) {
+                lines[s % 2].insert(tooth);
+                for (other, part) in under(1, across) {
+                    *posts[s % 2].entry([tooth, other]).or_default() += share * part;
+                }
+            }
+        }
+    }
+    teeth.posts = posts.map(|all| {
+        let seen = all.into_iter().filter(|(_, share)| *share > SEEN);
+        seen.map(|(tooth, _)| tooth).collect()
+    });
+    teeth.lines = lines.map(|all| all.into_iter().collect());
+    if teeth.deviation_m[1] <= 0.0 {
+        teeth.lines = Default::default();
+    }
+    let posts = teeth.posts.iter().map(Vec::len).sum::<usize>();
+    let count = posts + teeth.lines.iter().map(Vec::len).sum::<usize>();
+    crate::trace::log(&format!("{count} teeth and lines, steps {step:.2?}"));
+    (1..=MOST_TEETH).contains(&count)
 }

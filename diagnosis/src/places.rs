@@ -288,6 +288,7 @@ fn reference_phase(survey: &Survey) -> Vec<Regressor> {
                     deviation: None,
                     mean: 0.0,
                     during: effects::sensor::ALWAYS,
+                    over: None,
                     action: Action::Readings(Box::new(move |m, out| {
                         out[s] += wave(m);
                         out[s + 2] += wave(m);

@@ -16,6 +16,8 @@ pub(crate) struct Upright {
     part: Vec<f64>,
 }
 
+/// A product by itself costs this many times one among those of whole matrices.
+const SCATTERED: usize = 6;
 /// Columns whose products are formed at once.
 const PANEL: usize = 160;
 
@@ -67,6 +69,12 @@ impl Upright {
         let rows = self.rows();
         let list: Vec<usize> = (0..self.width).filter(|c| self.active[*c]).collect();
         let width = list.len();
+        let filled = |row: &[f64]| list.iter().filter(|c| row[**c] != 0.0).count();
+        let pairs = self.values.chunks(self.width).map(|row| filled(row).pow(2));
+        if SCATTERED * pairs.sum::<usize>() < rows * width * width {
+            self.add_scattered(&list, gram);
+            return;
+        }
         self.packed.clear();
         for row in self.values.chunks(self.width) {
             self.packed.extend(list.iter().map(|c| row[*c]));
@@ -102,9 +110,54 @@ impl Upright {
     }
 }
 
+impl Upright {
+    /// The same where each row has few columns, and other ones than most.
+    fn add_scattered(&self, list: &[usize], gram: &mut Symmetric) {
+        let mut filled: Vec<(usize, f64)> = Vec::with_capacity(list.len());
+        for row in self.values.chunks(self.width) {
+            filled.clear();
+            let there = list.iter().map(|c| (*c, row[*c]));
+            filled.extend(there.filter(|(_, value)| *value != 0.0));
+            for (k, &(at, value)) in filled.iter().enumerate() {
+                let column = gram.below_mut(at);
+                for &(other, factor) in &filled[k..] {
+                    column[other - at] += value * factor;
+                }
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use effects::random::{ChaCha8Rng, SeedableRng, normal};
+
+    #[test]
+    fn rows_of_few_columns_add_what_rows_of_many_do() {
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        let (mut once, mut packed) = (Upright::new(60, 40), Symmetric::zeros(60));
+        let mut wanted = Symmetric::zeros(60);
+        for row in 0..40 {
+            once.extend(1);
+            let mut values = [0.0; 60];
+            for c in [row % 57, row % 57 + 1, row % 57 + 2, 59] {
+                values[c] = normal(&mut rng);
+                once.set(c, &values[c..=c], 2.0);
+            }
+            for a in 0..60 {
+                for b in a..60 {
+                    wanted.below_mut(a)[b - a] += 4.0 * values[a] * values[b];
+                }
+            }
+        }
+        once.add_products(&mut packed);
+        for a in 0..60 {
+            for b in 0..=a {
+                assert!((packed[(a, b)] - wanted[(a, b)]).abs() < 1e-12);
+            }
+        }
+    }
 
     #[test]
     fn a_sample_without_rows_adds_nothing() {

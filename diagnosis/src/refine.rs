@@ -8,6 +8,8 @@ use crate::scene::{Scene, Shift};
 use crate::study::About;
 use crate::trace::log;
 use effects::sensor::{Action, READINGS, Survey};
+use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// Most rounds of the fixed point. Each shrinks what is left by the slope of the effect: some tenths.
 const ROUNDS: usize = 8;
@@ -19,6 +21,11 @@ const FREE_ROUNDS: usize = 3;
 const HALF_WAY: f64 = 0.5;
 /// It stands where a round moves the segments by less than this share of their stated noise, rms.
 const STANDS: f64 = 0.1;
+/// The same where a coarser mesh has led, and each round is one of thousands of columns: micrometres do not count where shapes are smooth
+/// over a tooth.
+const LED: f64 = 10.0;
+/// Samples that are worth a thread.
+const PART: usize = 500;
 
 /// A model of some effects, fitted about itself.
 pub struct Refined<'a> {
@@ -34,6 +41,7 @@ pub struct Refined<'a> {
     pub residuals: Residuals,
     /// What it is linearised about.
     pub about: About,
+    left_out: OnceLock<Option<Residuals>>,
 }
 
 impl<'a> Refined<'a> {
@@ -66,6 +74,7 @@ impl<'a> Refined<'a> {
         let tell = |survey: &mut Survey| {
             survey.skew_moves = known.skew_moves;
             survey.growth_told = known.growth_told;
+            survey.gap_told = known.gap_told;
             more(survey);
         };
         Self::about_itself(start, about, names, &tell)
@@ -94,7 +103,13 @@ impl<'a> Refined<'a> {
                     fit.amount.iter().copied().collect()
                 });
             let next = moved(&scene, &columns, &gram, &amounts, 1.0);
-            if round == ROUNDS || names.is_empty() || round > 0 && stands(&scene, &next.shift) {
+            let (led, near) = if scene.survey.teeth.is_some() {
+                (true, LED)
+            } else {
+                (round > 0, STANDS)
+            };
+            let done = names.is_empty() || led && stands(&scene, &next.shift, near);
+            if round == ROUNDS || done {
                 let residuals = Residuals::new(&scene, &columns, &gram, &fold, &list);
                 return Self {
                     scene,
@@ -103,6 +118,7 @@ impl<'a> Refined<'a> {
                     amounts,
                     residuals,
                     about,
+                    left_out: OnceLock::new(),
                 };
             }
             about = if round < FREE_ROUNDS {
@@ -115,8 +131,9 @@ impl<'a> Refined<'a> {
     }
 
     /// Residuals of short pieces, each predicted from all other samples.
-    pub fn left_out(&self) -> Option<Residuals> {
-        crate::leftout::left_out(&self.scene, &self.columns, &self.gram)
+    pub fn left_out(&self) -> Option<&Residuals> {
+        let predicted = || crate::leftout::left_out(&self.scene, &self.columns, &self.gram);
+        self.left_out.get_or_init(predicted).as_ref()
     }
 
     /// Amounts in their own units.
@@ -134,7 +151,7 @@ pub fn settled<'a>(
 ) -> Scene<'a> {
     for round in 0..2 * ROUNDS {
         let next = shift(&scene, columns, list, amounts);
-        if stands(&scene, &next) {
+        if stands(&scene, &next, STANDS) {
             break;
         }
         let share = if round < FREE_ROUNDS { 1.0 } else { HALF_WAY };
@@ -145,7 +162,7 @@ pub fn settled<'a>(
 }
 
 /// True if a shift is what the scene is about already.
-fn stands(scene: &Scene, next: &Shift) -> bool {
+fn stands(scene: &Scene, next: &Shift, near: f64) -> bool {
     let steps = (0..4).filter(|s| scene.scope.segments[*s]).map(|s| {
         let noise = scene.observations.position_noise_m[s].iter().copied();
         let noise = crate::statistics::rms(noise.filter(|n| n.is_finite()));
@@ -156,7 +173,7 @@ fn stands(scene: &Scene, next: &Shift) -> bool {
     });
     let most = steps.fold(0.0, f64::max);
     log(&format!("about itself, moved by {most:.3} of the noise"));
-    most < STANDS
+    most < near
 }
 
 fn linearised<'a>(
@@ -246,7 +263,7 @@ pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) 
     if acting.is_empty() {
         return out;
     }
-    for i in 0..scene.len() {
+    let one = |i: usize| {
         let moment = scene.moment(i);
         let (mut whole, mut early) = ([0.0; READINGS], [0.0; READINGS]);
         for (regressor, add, amount, electronic) in &acting {
@@ -264,6 +281,10 @@ pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) 
                 };
             }
         }
+        (whole, early)
+    };
+    let samples = (0..scene.len()).into_par_iter().with_min_len(PART);
+    for (whole, early) in samples.map(one).collect::<Vec<_>>() {
         for s in (0..4).filter(|s| scene.scope.segments[*s]) {
             out.whole_m[s].push(whole[s]);
             out.electronic_m[s].push(early[s]);

@@ -3,6 +3,7 @@
 //! size is set to what makes the recording likeliest, so that what is not needed goes to nothing, or to its mean (automatic relevance
 //! determination: MacKay 1992's update, Tipping 2001).
 
+use crate::factor::Factor;
 use crate::gram::{Columns, Gram};
 use nalgebra::{DMatrix, DVector};
 
@@ -56,15 +57,12 @@ fn fitted(
         normal[(c, c)] += precision[c];
         right[c] += precision[c] * gram.centre[c];
     }
-    let factor = normal.cholesky()?;
+    let factor = Factor::new(normal)?;
     let amounts = factor.solve(&right);
     // Of the covariance its diagonal alone is asked for: squares of the columns of the factor's inverse.
-    let n = precision.len();
-    let inverse = factor
-        .l_dirty()
-        .solve_lower_triangular(&DMatrix::identity(n, n))?;
+    let inverse = factor.lower_inverse();
     let variances = inverse.column_iter().map(|column| column.norm_squared());
-    Some((amounts, DVector::from_iterator(n, variances)))
+    Some((amounts, DVector::from_iterator(precision.len(), variances)))
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Fits of many sets of columns that share a large part: the part is eliminated once, and a set costs little more than what it
 //! has besides (block elimination, Golub and Van Loan 2013, section 3.2.11).
 
+use crate::factor::Factor;
 use crate::gram::{Fit, Gram, squares};
 use crate::symmetric::Symmetric;
 use crate::training::Training;
@@ -28,9 +29,9 @@ impl Shared {
         for a in 0..n {
             precision[(a, a)] += 1.0;
         }
-        let lower = precision.cholesky()?.unpack();
-        let log_det = lower.diagonal().iter().map(|d| d.ln()).sum();
-        let inverse = lower.solve_lower_triangular(&DMatrix::identity(n, n))?;
+        let factor = Factor::new(precision)?;
+        let log_det = factor.half_log_determinant();
+        let inverse = factor.lower_inverse();
         let right = DVector::from_fn(n, |a, _| training.at(columns[a], last) + centre[columns[a]]);
         let mut reduced = vec![None; last + 1];
         reduced[last] = Some(&inverse * &right);
@@ -73,14 +74,13 @@ impl Shared {
         for a in 0..more.len() {
             normal[(a, a)] += 1.0;
         }
-        let factor = normal.cholesky()?;
+        let factor = Factor::new(normal)?;
         let besides = factor.solve(&(&right - across.tr_mul(target)));
         let shared = self.inverse.tr_mul(&(target - &across * &besides));
         let columns: Vec<usize> = self.columns.iter().chain(more).copied().collect();
         let prior: f64 = columns.iter().map(|c| centre[*c].powi(2)).sum();
         let explained = self.right.dot(&shared) + right.dot(&besides);
-        let diagonal = factor.l_dirty().diagonal();
-        let log_det = self.log_det + diagonal.iter().map(|d| d.ln()).sum::<f64>();
+        let log_det = self.log_det + factor.half_log_determinant();
         let amount = shared
             .iter()
             .chain(besides.iter())

@@ -8,6 +8,7 @@ pub mod plant;
 pub mod random;
 pub mod sensor;
 pub mod shape;
+pub mod teeth;
 pub mod unlisted;
 
 use plant::Draw;

@@ -152,6 +152,9 @@ pub struct Survey {
     /// Free harmonics run over the phase of the unmodified output, as equation (3) does, and not over the calibrated one's.
     #[serde(default)]
     pub unmodified: bool,
+    /// Teeth that a field over the platen is told by, where they are few enough.
+    #[serde(default)]
+    pub teeth: Option<crate::teeth::Teeth>,
     /// Beside skewed rulings, what is periodic goes with the place over the platen and not with the teeth.
     #[serde(default)]
     pub skew_moves: bool,
@@ -204,6 +207,54 @@ pub enum Action {
 /// A regressor that acts throughout.
 pub const ALWAYS: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
+/// What is over a part of the platen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Seat {
+    /// The sensor's centre: along x and y.
+    Centre,
+    /// A segment: along its own direction and across it.
+    Segment(usize),
+    /// Either segment of a pair.
+    Pair(usize),
+}
+
+/// A rectangle of the platen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Over {
+    /// What must be within.
+    pub seat: Seat,
+    /// One corner, m.
+    pub from_m: [f64; 2],
+    /// The other, m.
+    pub to_m: [f64; 2],
+}
+
+impl Over {
+    /// So far to either side of a place.
+    #[must_use]
+    pub fn about(seat: Seat, place_m: [f64; 2], reach_m: [f64; 2]) -> Self {
+        let corner = |sign: f64| [0, 1].map(|d| place_m[d] + sign * reach_m[d]);
+        Self {
+            seat,
+            from_m: corner(-1.0),
+            to_m: corner(1.0),
+        }
+    }
+
+    fn holds(&self, moment: &Moment) -> bool {
+        let within = |place: &[f64; 2]| {
+            (0..2).all(|d| place[d] >= self.from_m[d] && place[d] <= self.to_m[d])
+        };
+        match self.seat {
+            Seat::Centre => within(&moment.centre_m),
+            Seat::Segment(s) => within(&moment.place_m[s]),
+            Seat::Pair(direction) => {
+                within(&moment.place_m[direction]) || within(&moment.place_m[direction + 2])
+            }
+        }
+    }
+}
+
 /// One unknown amount of an effect.
 pub struct Regressor {
     /// What it is, for the report.
@@ -218,6 +269,8 @@ pub struct Regressor {
     pub mean: f64,
     /// It adds nothing outside this progress of the recording; asked before it is evaluated.
     pub during: [f64; 2],
+    /// Nor outside this part of the platen.
+    pub over: Option<Over>,
     /// What a unit amount adds.
     pub action: Action,
 }
@@ -237,6 +290,7 @@ impl Regressor {
             deviation: None,
             mean: 0.0,
             during: ALWAYS,
+            over: None,
             action: Action::Readings(Box::new(add)),
         }
     }
@@ -274,6 +328,7 @@ impl Regressor {
             deviation: None,
             mean: 0.0,
             during: ALWAYS,
+            over: None,
             action,
         }
     }
@@ -282,6 +337,13 @@ impl Regressor {
     #[must_use]
     pub fn within(mut self, during: [f64; 2]) -> Self {
         self.during = during;
+        self
+    }
+
+    /// The same, which adds nothing outside some part of the platen.
+    #[must_use]
+    pub fn only_over(mut self, over: Over) -> Self {
+        self.over = Some(over);
         self
     }
 
@@ -303,7 +365,8 @@ impl Regressor {
 
     /// True if it may add something at a sample.
     pub fn acts(&self, moment: &Moment) -> bool {
-        (self.during[0]..=self.during[1]).contains(&moment.progress)
+        let now = (self.during[0]..=self.during[1]).contains(&moment.progress);
+        now && self.over.as_ref().is_none_or(|over| over.holds(moment))
     }
 
     /// Sine and cosine of order `order` of a segment's own phase times a factor.

@@ -128,7 +128,7 @@ pub use sensor_side::FieldModel;
 
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Moment, Regressor, SensorEffect, Survey};
+    use crate::sensor::{Moment, Over, Regressor, Seat, SensorEffect, Survey};
 
     /// Sensor side: displacements of single teeth (of groups of them, where the courier went far), each seen as far as a
     /// segment's footprint reaches. Each segment has a field at its own place. Over a wide range that would be too many
@@ -255,12 +255,16 @@ pub mod sensor_side {
         }
 
         fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
+            if let Some(teeth) = &survey.teeth {
+                return teeth.regressors(survey.pitch_m, SIZE_M);
+            }
             let mut list = Vec::new();
             let (step_m, pitch_m) = (survey.node_step_m, survey.pitch_m);
             if step_m <= 0.0 {
                 return list;
             }
             let deviation_m = deviation_m(step_m / pitch_m);
+            let reach_m = f64::from(reach(step_m / pitch_m)) * step_m;
             for s in 0..4 {
                 if survey.field_by_value {
                     if let (Some(from), Some(to)) = (survey.nodes[s].first(), survey.nodes[s].last()) {
@@ -277,7 +281,9 @@ pub mod sensor_side {
                         let name = format!("node {i} along x, {j} along y, {}", ["g_p", "g_x", "g_y", ""][s]);
                         Regressor::channel(name, "m", SIZE_M, s, move |m| seen(m.centre_m, step_m, pitch_m, node))
                     };
-                    list.push(one.of_deviation(deviation_m));
+                    let seat = if survey.reference || survey.field_by_segment { Seat::Segment(s) } else { Seat::Centre };
+                    let over = Over::about(seat, node.map(|n| n * step_m), [reach_m; 2]);
+                    list.push(one.of_deviation(deviation_m).only_over(over));
                 }
             }
             list

@@ -42,7 +42,7 @@ pub(super) fn left(fine: &Refined) -> Option<[Residuals; 2]> {
         out
     };
     let left = fine.left_out()?;
-    Some([&left, &fine.residuals].map(|r| r.changed(&fine.scene, change)))
+    Some([left, &fine.residuals].map(|r| r.changed(&fine.scene, change)))
 }
 
 /// For each sample one at another time.

@@ -29,6 +29,10 @@ impl Judge<'_> {
             model.survey.skew_moves = fine.scene.survey.skew_moves;
             model.survey.growth_told = fine.scene.survey.growth_told;
             model.survey.gap_told = fine.scene.survey.gap_told;
+            if let Some(teeth) = &fine.scene.survey.teeth {
+                model.survey.teeth = Some(teeth.clone());
+                model.survey.field_by_segment = true;
+            }
             let count = fine.columns.blocks[0].columns.len();
             let step: Vec<f64> = (0..count).map(|c| fine.amount(c)).collect();
             model.baseline_with_effects = fine.scene.baseline.clone();
@@ -36,7 +40,8 @@ impl Judge<'_> {
             model.effects = amounts(fine);
             let fields = model.effects.iter().any(|e| e.name == FIELD);
             model.certainty = Certainty::of(fine);
-            model.visited = fields.then(|| Visited::of(&fine.scene));
+            let by_teeth = fine.scene.survey.teeth.is_some();
+            model.visited = (fields && !by_teeth).then(|| Visited::of(&fine.scene));
         }
         model
     }

@@ -13,7 +13,7 @@ impl Judge<'_> {
     /// What the chosen model, and the baseline alone, leave on another recording of this motion.
     pub(super) fn claim(&mut self) {
         if let Some(after) = self.fine.left_out() {
-            self.after = self.by_stated_noise(&after);
+            self.after = self.by_stated_noise(after);
         }
         self.elsewhere = super::elsewhere::left(&self.fine)
             .map(|[left, folds]| [left, folds].map(|r| self.by_stated_noise(&r)));
@@ -25,7 +25,7 @@ impl Judge<'_> {
         let baseline = Refined::new(&stated, self.prepared.about(), &[]);
         self.before_by_folds = baseline.residuals.clone();
         if let Some(before) = baseline.left_out() {
-            self.before = before;
+            self.before = before.clone();
         }
     }
 

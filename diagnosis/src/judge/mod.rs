@@ -13,6 +13,7 @@ mod place;
 mod prune;
 mod reference;
 mod stated;
+mod teeth;
 mod verdict;
 mod whole;
 
@@ -170,6 +171,7 @@ impl<'a> Judge<'a> {
         self.prune();
         self.tell_growth();
         self.tell_gap();
+        self.tell_teeth();
         self.claim();
         self.base = self.told.base;
         self

@@ -91,12 +91,11 @@ impl SampleRows {
             Action::Readings(add) => {
                 let mut readings = [0.0; READINGS];
                 add(moment, &mut readings);
-                for row in 0..self.count {
-                    out[row] = self.by_reading[row]
-                        .iter()
-                        .zip(&readings)
-                        .map(|(j, d)| j * d)
-                        .sum();
+                // Most act on one reading, and single teeth on few samples.
+                for (reading, value) in readings.iter().enumerate().filter(|r| *r.1 != 0.0) {
+                    for (out, slopes) in out.iter_mut().zip(&self.by_reading).take(self.count) {
+                        *out += slopes[reading] * value;
+                    }
                 }
             }
             Action::Channels(add) => {

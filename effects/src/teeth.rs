@@ -1,0 +1,133 @@
+//! Teeth of the platen as the segments of a pair read them: each the mean of those under its footprint, both of the same teeth.
+
+use crate::sensor::{Moment, Over, READINGS, Regressor, Seat};
+use serde::{Deserialize, Serialize};
+
+/// What a segment's reading averages over: flat to its edges, which fall smoothly (a cubic, level at both ends).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Footprint {
+    /// Half of it along and across the segment's direction, pitches.
+    pub half_pitches: [f64; 2],
+    /// Share of each half that is its edge: 1 is a bell, near 0 a box.
+    pub edge: f64,
+}
+
+impl Footprint {
+    /// Share of a tooth so many pitches away along (0) or across (1) the segment, of all that the footprint holds.
+    #[must_use]
+    pub fn weight(&self, direction: usize, away_pitches: f64) -> f64 {
+        let (half, away) = (self.half_pitches[direction], away_pitches.abs());
+        if away >= half {
+            return 0.0;
+        }
+        let flat = half * (1.0 - self.edge);
+        let fall = ((away - flat) / (half - flat)).max(0.0);
+        (1.0 - fall * fall * (3.0 - 2.0 * fall)) / (half * (2.0 - self.edge))
+    }
+
+    /// Sum of the squared shares along or across, teeth being a pitch apart.
+    #[must_use]
+    pub fn squares(&self, direction: usize) -> f64 {
+        const STEPS: i32 = 40;
+        let step = self.half_pitches[direction] / f64::from(STEPS);
+        let at = |k: i32| self.weight(direction, (f64::from(k) + 0.5) * step).powi(2);
+        2.0 * step * (0..STEPS).map(at).sum::<f64>()
+    }
+}
+
+/// Teeth that a recording passed, and how its segments read them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Teeth {
+    /// What a reading averages over.
+    pub footprint: Footprint,
+    /// Pitches from one amount to the next along and across a segment: 1, or more under a footprint that blurs single teeth.
+    pub step_pitches: [f64; 2],
+    /// Prior deviation of a tooth's displacement and of a whole line's, m.
+    pub deviation_m: [f64; 2],
+    /// Teeth along and across in such steps, displaced along x (seen by segments 1 and 3) and along y (2 and 4).
+    pub posts: [Vec<[i32; 2]>; 2],
+    /// Whole lines of them.
+    pub lines: [Vec<i32>; 2],
+}
+
+impl Teeth {
+    /// One amount a tooth and a line, m.
+    #[must_use]
+    pub fn regressors(&self, pitch_m: f64, size_m: f64) -> Vec<Regressor> {
+        let mut list = Vec::new();
+        let (footprint, step) = (self.footprint, self.step_pitches);
+        let place = move |m: &Moment, segment: usize| m.place_m[segment].map(|p| p / pitch_m);
+        let reach_m = footprint.half_pitches.map(|half| half * pitch_m);
+        for (direction, axis) in ["x", "y"].into_iter().enumerate() {
+            let over = |place: [f64; 2]| {
+                Over::about(Seat::Pair(direction), place.map(|p| p * pitch_m), reach_m)
+            };
+            for &[i, j] in &self.posts[direction] {
+                let (i_f, j_f) = (f64::from(i) * step[0], f64::from(j) * step[1]);
+                let share = move |m: &Moment, segment: usize| {
+                    let [along, across] = place(m, segment);
+                    let along = footprint.weight(0, along - i_f);
+                    if along == 0.0 {
+                        0.0
+                    } else {
+                        along * footprint.weight(1, across - j_f)
+                    }
+                };
+                let name = format!("tooth {i} along, {j} across, displaced along {axis}");
+                list.push(
+                    both(name, size_m, self.deviation_m[0], direction, share)
+                        .only_over(over([i_f, j_f])),
+                );
+            }
+            for &i in &self.lines[direction] {
+                let share = move |m: &Moment, segment: usize| {
+                    footprint.weight(0, place(m, segment)[0] - f64::from(i) * step[0])
+                };
+                let name = format!("line {i}, displaced along {axis}");
+                list.push(both(name, size_m, self.deviation_m[1], direction, share));
+            }
+        }
+        list
+    }
+}
+
+/// Adds to both segments of a pair.
+fn both(
+    name: String,
+    size_m: f64,
+    deviation_m: f64,
+    direction: usize,
+    share: impl Fn(&Moment, usize) -> f64 + Send + Sync + 'static,
+) -> Regressor {
+    let add = move |m: &Moment, out: &mut [f64; READINGS]| {
+        out[direction] += share(m, direction);
+        out[direction + 2] += share(m, direction + 2);
+    };
+    Regressor::readings(name, "m", size_m, add).of_deviation(deviation_m)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_footprint_holds_the_whole_of_what_it_averages() {
+        for edge in [0.1, 0.5, 1.0] {
+            let footprint = Footprint {
+                half_pitches: [3.2, 4.7],
+                edge,
+            };
+            for direction in 0..2 {
+                let shares =
+                    (-600..600).map(|k| 0.01 * footprint.weight(direction, f64::from(k) * 0.01));
+                assert!(
+                    (shares.sum::<f64>() - 1.0).abs() < 1e-3,
+                    "{edge} {direction}"
+                );
+                let squares = (-600..600)
+                    .map(|k| 0.01 * footprint.weight(direction, f64::from(k) * 0.01).powi(2));
+                assert!((squares.sum::<f64>() - footprint.squares(direction)).abs() < 1e-3);
+            }
+        }
+    }
+}
