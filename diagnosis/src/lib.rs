@@ -104,6 +104,7 @@ pub mod shared;
 pub mod simulate;
 pub mod slips;
 pub mod smooth;
+mod sparse;
 pub mod statistics;
 pub mod study;
 pub mod symmetric;

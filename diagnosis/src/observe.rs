@@ -1,6 +1,7 @@
 //! From a recording to what the diagnosis works on: unmodified outputs on one tooth count, deflections, noise.
 
 use crate::Insufficient;
+use crate::sparse::filled;
 use recording::{Column, Recording};
 use std::f64::consts::TAU;
 
@@ -109,7 +110,7 @@ impl Observations {
             pair_counts: Default::default(),
             tan_psi: Default::default(),
             tan_psi_noise: Default::default(),
-            temperature_c: take(Column::Temperature),
+            temperature_c: filled(samples.t_s(), take(Column::Temperature)),
             commanded: [0, 1, 2].map(|axis| take(Column::Commanded(axis))),
             reference: [0, 1, 2].map(|axis| take(Column::Reference(axis))),
             run_names: samples.run_names().to_vec(),

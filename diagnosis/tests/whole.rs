@@ -147,3 +147,19 @@ fn what_scatters_in_fast_motion_alone_is_no_noise() {
     let d = diagnose(&late(true, &mut dice), "rig", &Options::default());
     assert_eq!(names(&d), ["excess_noise"], "{:?}", d.verdict);
 }
+
+/// A thermometer is slow, and many boards read it once in a while.
+#[test]
+fn a_drift_is_told_by_a_temperature_that_is_read_now_and_then() {
+    let options = rig::Options {
+        samples: 3000,
+        ..rig::Options::default()
+    };
+    let whole = rig::record(54, &[("thermal_drift", 2.0e-6)], &options).0;
+    let sparse = changed(&whole, |i, row| {
+        row.temperature_c = row.temperature_c.filter(|_| i % 20 == 0);
+        true
+    });
+    let d = diagnose(&sparse, "rig", &Options::default());
+    assert_eq!(names(&d), ["thermal_drift"], "{:?}", d.verdict);
+}
