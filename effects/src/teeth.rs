@@ -58,6 +58,11 @@ impl Teeth {
         let (footprint, step) = (self.footprint, self.step_pitches);
         let place = move |m: &Moment, segment: usize| m.place_m[segment].map(|p| p / pitch_m);
         let reach_m = footprint.half_pitches.map(|half| half * pitch_m);
+        let (tooth, line) = if step == [1.0; 2] {
+            ("tooth", "line")
+        } else {
+            ("teeth about", "lines about")
+        };
         for (direction, axis) in ["x", "y"].into_iter().enumerate() {
             let over = |place: [f64; 2]| {
                 Over::about(Seat::Pair(direction), place.map(|p| p * pitch_m), reach_m)
@@ -73,7 +78,11 @@ impl Teeth {
                         along * footprint.weight(1, across - j_f)
                     }
                 };
-                let name = format!("tooth {i} along, {j} across, displaced along {axis}");
+                let name = format!(
+                    "{tooth} {} along, {} across, displaced along {axis}",
+                    told(i_f),
+                    told(j_f)
+                );
                 list.push(
                     both(name, size_m, self.deviation_m[0], direction, share)
                         .only_over(over([i_f, j_f])),
@@ -83,12 +92,20 @@ impl Teeth {
                 let share = move |m: &Moment, segment: usize| {
                     footprint.weight(0, place(m, segment)[0] - f64::from(i) * step[0])
                 };
-                let name = format!("line {i}, displaced along {axis}");
+                let name = format!(
+                    "{line} {}, displaced along {axis}",
+                    told(f64::from(i) * step[0])
+                );
                 list.push(both(name, size_m, self.deviation_m[1], direction, share));
             }
         }
         list
     }
+}
+
+/// Amounts lie a pitch apart or more: a tenth of one tells them from each other.
+fn told(at: f64) -> String {
+    format!("{}", (10.0 * at).round() / 10.0)
 }
 
 /// Adds to both segments of a pair.
