@@ -23,7 +23,7 @@ use std::collections::HashMap;
 const UNKNOWN: f64 = 0.25;
 /// Draws that tell a variance to a third.
 const DRAWS: usize = 24;
-/// Blocks whose amounts are known in another way: by the places that were visited, or not at all elsewhere.
+/// Blocks whose amounts are known in another way: by the places that were visited (a field on a mesh), or not at all elsewhere.
 const APART: [&str; 3] = [FIELD, OF_ITS_TIME, VIBRATION];
 
 /// Covariance of a model's amounts, the baseline's among them.
@@ -35,7 +35,7 @@ pub struct Certainty {
     pub covariance: Vec<f64>,
     /// Draws from the amounts' distribution less its mean: of thousands of teeth, in the place of millions of covariances.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub draws: Vec<Vec<f64>>,
+    pub draws: Vec<Vec<f32>>,
     /// Noise of each reading over the stated one, as the recording showed it.
     pub noise: [f64; READINGS],
 }
@@ -76,7 +76,7 @@ impl Certainty {
                 let draw = DVector::from_fn(all.len(), |_, _| normal(&mut rng));
                 let draw = factor.coloured(&draw);
                 // A float's digits are enough, and half of the file.
-                let short = |c: &usize| f64::from((draw[*c] * unit(*c)) as f32);
+                let short = |c: &usize| (draw[*c] * unit(*c)) as f32;
                 out.draws.push(list.iter().map(short).collect());
             }
             return Some(out);
@@ -120,9 +120,7 @@ impl Certainty {
         }
         out
     }
-}
 
-impl Certainty {
     /// [`Self::doubts`] by the draws. Cost: rows times the amounts that act times the draws.
     fn doubts_of_draws(&self, scene: &Scene, columns: &Columns) -> Vec<bool> {
         let places: HashMap<&[String; 2], usize> = self.amounts.iter().zip(0..).collect();
@@ -131,8 +129,8 @@ impl Certainty {
             for c in block.columns.clone() {
                 let name = [block.name.clone(), columns.regressors[c].name.clone()];
                 if let Some(&place) = places.get(&name) {
-                    let draws = self.draws.iter().map(|draw| draw[place]).collect();
-                    known.push((&columns.regressors[c], draws));
+                    let draws = self.draws.iter().map(|draw| f64::from(draw[place]));
+                    known.push((&columns.regressors[c], draws.collect()));
                 }
             }
         }

@@ -4,7 +4,6 @@
 
 use crate::factor::Factor;
 use crate::refine::Refined;
-use crate::scene::ROWS;
 use crate::study::FIELD;
 use effects::sensor::READINGS;
 use effects::teeth::{Footprint, Teeth};
@@ -131,7 +130,7 @@ fn rows(fine: &Refined, i: usize) -> Vec<Row> {
     let by_reading = rows.white_by_reading();
     let pitch_m = scene.observations.pitch_m;
     let places = moment.place_m.map(|place| place.map(|p| p / pitch_m));
-    (0..rows.count.min(ROWS))
+    (0..rows.count)
         .map(|row| Row {
             channel: rows.channel[row],
             value: white[row],

@@ -108,9 +108,7 @@ impl Upright {
             }
         }
     }
-}
 
-impl Upright {
     /// The same where each row has few columns, and other ones than most.
     fn add_scattered(&self, list: &[usize], gram: &mut Symmetric) {
         let mut filled: Vec<(usize, f64)> = Vec::with_capacity(list.len());
