@@ -3,7 +3,7 @@
 use crate::baseline::Baseline;
 use crate::gram::{Columns, Gram, folds, solve};
 use crate::observe::Observations;
-use crate::scene::Scene;
+use crate::scene::{Scene, Shift};
 
 /// Steps of Gauss-Newton; the model is linear but for the products of h, l and theta.
 const STEPS: usize = 5;
@@ -12,8 +12,8 @@ const STEPS: usize = 5;
 pub fn calibrate(observations: &Observations, keep: &[bool]) -> Baseline {
     let fold = folds(&observations.stretch);
     let mut baseline = Baseline::nominal(observations);
+    let mut scene = Scene::new(observations, baseline.clone(), keep.to_vec());
     for _ in 0..STEPS {
-        let scene = Scene::new(observations, baseline.clone(), keep.to_vec());
         let columns = baseline_columns(&scene);
         let gram = Gram::new(&scene, &columns, &fold);
         let all: Vec<usize> = (0..gram.width()).collect();
@@ -27,6 +27,7 @@ pub fn calibrate(observations: &Observations, keep: &[bool]) -> Baseline {
             .map(|(a, s)| a * s)
             .collect();
         baseline.add(scene.scope, &step);
+        scene = scene.moved(baseline.clone(), Shift::default());
         let largest = fit.amount.iter().fold(0.0f64, |m, a| m.max(a.abs()));
         if largest < 1e-6 {
             break;

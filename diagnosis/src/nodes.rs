@@ -4,6 +4,7 @@ use crate::scene::Scene;
 use crate::visited::places_m;
 use effects::teeth::Teeth;
 use effects::tooth_variation::sensor_side::{reach, share};
+use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Weight of samples that a node must carry to be judged.
@@ -74,27 +75,30 @@ fn values([from, to]: &[[i32; 2]; 2]) -> usize {
 fn at(scene: &Scene, step_m: f64) -> [Vec<[i32; 2]>; 4] {
     let step = step_m / scene.observations.pitch_m;
     let reach = reach(step);
-    let mut weights: [BTreeMap<[i32; 2], f64>; 4] = Default::default();
+    let mut places: [Vec<[f64; 2]>; 4] = Default::default();
     for i in (0..scene.len()).filter(|&i| scene.keep[i]) {
         for (s, place_m) in places_m(scene, i) {
-            let [a, b] = place_m.map(|p| p / step_m);
+            places[s].push(place_m.map(|p| p / step_m));
+        }
+    }
+    let mut out: [Vec<[i32; 2]>; 4] = Default::default();
+    out.par_iter_mut().zip(&places).for_each(|(nodes, places)| {
+        let mut weights: BTreeMap<[i32; 2], f64> = BTreeMap::new();
+        for &[a, b] in places {
             for x in a.floor() as i32 - reach + 1..=a.floor() as i32 + reach {
                 let along = share(a - f64::from(x), step);
                 for y in b.floor() as i32 - reach + 1..=b.floor() as i32 + reach {
                     let weight = along * share(b - f64::from(y), step);
                     if weight > 0.0 {
-                        *weights[s].entry([x, y]).or_default() += weight;
+                        *weights.entry([x, y]).or_default() += weight;
                     }
                 }
             }
         }
-    }
-    weights.map(|map| {
-        map.into_iter()
-            .filter(|(_, w)| *w > WEIGHT)
-            .map(|(node, _)| node)
-            .collect()
-    })
+        let carried = weights.into_iter().filter(|(_, w)| *w > WEIGHT);
+        *nodes = carried.map(|(node, _)| node).collect();
+    });
+    out
 }
 
 /// Most teeth and lines: the cost is that of all unknowns together.

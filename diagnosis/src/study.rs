@@ -108,8 +108,10 @@ pub struct Look<'a> {
     pub fringes: bool,
     /// A survey whose lines and whose phase of free harmonics are kept.
     pub as_in: Option<&'a Survey>,
-    /// A field over the platen is judged, and beside it only the blocks named here: the field has hundreds of unknowns.
-    pub field_beside: Option<&'a [String]>,
+    /// A field over the platen is judged.
+    pub field: bool,
+    /// Only the blocks named here are compared: a field has hundreds of unknowns.
+    pub only: Option<&'a [String]>,
     /// Finer shapes are laid over the coordinates, and nothing else.
     pub finely: bool,
 }
@@ -160,13 +162,11 @@ pub fn study<'a>(
         scene.survey.pair_lines_hz = std::array::from_fn(|s| crate::hum::hum_hz(&scene, s));
     }
     scene.survey.unmodified = look.as_in.is_some_and(|survey| survey.unmodified);
-    if look.field_beside.is_some() {
+    if look.field {
         crate::nodes::lay(&mut scene);
     }
-    let wanted = |name: &str| {
-        look.field_beside
-            .is_none_or(|list| name == FIELD || list.iter().any(|k| k == name))
-    };
+    let listed = |name: &str| look.only.is_none_or(|list| list.iter().any(|k| k == name));
+    let wanted = |name: &str| listed(name) || look.field && name == FIELD;
     let (columns, kinds) = if look.finely {
         finer_columns(&scene)
     } else {

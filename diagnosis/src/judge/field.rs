@@ -46,10 +46,10 @@ impl Judge<'_> {
     fn take_field(&mut self, beside: &[String], most: f64) -> bool {
         let look = Look {
             lines_of: Some(&self.fine.residuals),
-            fringes: false,
             as_in: Some(&self.study.scene.survey),
-            field_beside: Some(beside),
-            finely: false,
+            field: true,
+            only: Some(beside),
+            ..Look::default()
         };
         let about = About {
             noise: self.noise,

@@ -68,8 +68,8 @@ impl Scene<'_> {
         self.centre_m(i).map(|p| (p / side_m).floor() as i64)
     }
 
-    pub(super) fn amplitude_excess(&self, segment: usize) -> Vec<f64> {
-        let pattern = &self.normal.ln_amplitude[segment];
+    /// What a pattern does not tell of it, one value a sample.
+    pub(super) fn amplitude_excess(&self, segment: usize, pattern: &[f64]) -> Vec<f64> {
         if pattern.len() != PATTERN {
             return Vec::new();
         }

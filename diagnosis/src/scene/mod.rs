@@ -18,6 +18,7 @@ use crate::baseline::{Baseline, Scope};
 use crate::motion::Motion;
 use crate::observe::Observations;
 use effects::sensor::{LAGS_S, READINGS, Survey};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use warmth::behind_k;
@@ -118,12 +119,16 @@ impl<'a> Scene<'a> {
                 ..Normal::default()
             }),
         };
-        for segment in 0..4 {
-            if this.normal.ln_amplitude[segment].is_empty() {
-                this.normal.ln_amplitude[segment] = this.amplitude_pattern(segment);
+        let mut patterns = std::mem::take(&mut this.normal.ln_amplitude);
+        let mut excess: [Vec<f64>; 4] = Default::default();
+        let segments = patterns.par_iter_mut().zip(&mut excess).enumerate();
+        segments.for_each(|(segment, (pattern, excess))| {
+            if pattern.is_empty() {
+                *pattern = this.amplitude_pattern(segment);
             }
-            this.ln_amplitude[segment] = this.amplitude_excess(segment);
-        }
+            *excess = this.amplitude_excess(segment, pattern);
+        });
+        (this.normal.ln_amplitude, this.ln_amplitude) = (patterns, excess);
         this.quiet_m = Arc::new(this.quiet());
         this.survey = this.look_over(n, &known);
         this
