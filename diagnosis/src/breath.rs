@@ -1,14 +1,21 @@
 //! How a vibration swells and strays: lines beside a stronger one stand for it, and another recording has others. What another
-//! recording will show lies within no stronger line's resonance, and is what one half of this one foretells of the other.
+//! recording will show is what one half of this one foretells of the other: within a stronger line's resonance nearly as much of it
+//! as is there, and over many beats. So it is where the drive itself is modulated, by a shaft that turns unevenly; what a mount
+//! rings with by chance keeps no phase.
 
 use crate::heldout::Residuals;
 use crate::phase::VIBRATION;
 use crate::refine::Refined;
+use crate::scene::range;
 use effects::beacon_vibration::sensor_side::SLOWEST_HZ;
 use nalgebra::{DMatrix, DVector};
 
 /// A mount rings some ten times: lines nearer to a stronger one than this share of its frequency are one resonance's.
 const RESONANCE: f64 = 1.0 / 30.0;
+/// Within a resonance a line is a modulation's if one half of the recording foretells this share of what it takes of the other,
+const PERSISTS: f64 = 0.8;
+/// and it has this many beats with the stronger line: a swell as slow as the recording keeps its phase in it as well.
+const BEATS: f64 = 8.0;
 /// Columns of one line: sine and cosine, along x and y.
 const OF_A_LINE: usize = 4;
 
@@ -19,49 +26,111 @@ struct Half {
     squares: f64,
 }
 
-/// Columns of the vibration's lines that belong to this recording's time; none of the strongest line.
-pub fn of_its_time(fine: &Refined) -> Vec<usize> {
+impl Half {
+    fn new(columns: usize) -> Self {
+        Self {
+            normal: DMatrix::identity(columns, columns) * 1e-9,
+            right: DVector::zeros(columns),
+            squares: 0.0,
+        }
+    }
+
+    /// Adds a row, whitened: the columns there, and what would be left without any.
+    fn add(&mut self, columns: &DVector<f64>, without: f64) {
+        self.normal.ger(1.0, columns, columns, 1.0);
+        self.right.axpy(without, columns, 1.0);
+        self.squares += without * without;
+    }
+
+    /// Normal equations of some columns.
+    fn of(&self, list: &[usize]) -> (DMatrix<f64>, DVector<f64>) {
+        let normal = DMatrix::from_fn(list.len(), list.len(), |r, c| {
+            self.normal[(list[r], list[c])]
+        });
+        let right = DVector::from_fn(list.len(), |r, _| self.right[list[r]]);
+        (normal, right)
+    }
+
+    /// Amounts of some columns that leave least.
+    fn amounts(&self, list: &[usize]) -> Option<DVector<f64>> {
+        let (normal, right) = self.of(list);
+        normal.cholesky().map(|factors| -factors.solve(&right))
+    }
+
+    /// Whitened squares that some columns leave here, with amounts of their own or of another half.
+    fn left_with(&self, list: &[usize], amounts: Option<DVector<f64>>) -> f64 {
+        let (normal, right) = self.of(list);
+        amounts.map_or(f64::INFINITY, |amounts| {
+            self.squares + 2.0 * amounts.dot(&right) + amounts.dot(&(normal * &amounts))
+        })
+    }
+
+    fn left(&self, list: &[usize]) -> f64 {
+        self.left_with(list, self.amounts(list))
+    }
+}
+
+/// Columns of the lines beside a vibration's strongest.
+#[derive(Default)]
+pub struct Breath {
+    /// Those that belong to this recording's time.
+    pub of_its_time: Vec<usize>,
+    /// Those within a stronger line's resonance that another recording will show: of one whose drive is modulated alike.
+    pub beats: Vec<usize>,
+}
+
+/// Tells the lines that another recording will show from those that it will not.
+pub fn breath(fine: &Refined) -> Breath {
+    let mut out = Breath::default();
     let Some(block) = fine.columns.blocks.iter().find(|b| b.name == VIBRATION) else {
-        return Vec::new();
+        return out;
     };
     let columns: Vec<usize> = block.columns.clone().collect();
     let hz = fine.scene.survey.beacon_lines_hz.iter().copied();
     let hz = hz.filter(|hz| *hz >= SLOWEST_HZ);
     let mut lines: Vec<(&[usize], f64)> = columns.chunks(OF_A_LINE).zip(hz).collect();
     if lines.len() < 2 {
-        return Vec::new();
+        return out;
     }
     let power = |line: &[usize]| line.iter().map(|c| fine.amount(*c).powi(2)).sum::<f64>();
     lines.sort_by(|a, b| power(b.0).total_cmp(&power(a.0)));
     let halves = halves(fine, &columns);
+    let times = fine.residuals.sample.iter();
+    let times: Vec<f64> = times.map(|i| fine.scene.observations.t_s[*i]).collect();
+    let span_s = range(&times).map_or(0.0, |[from, to]| to - from);
     let places = |line: &[usize]| line.iter().map(|c| c - columns[0]).collect::<Vec<usize>>();
     let mut kept = places(lines[0].0);
-    let mut gone = Vec::new();
     for (k, (line, hz)) in lines.iter().enumerate().skip(1) {
-        let one_resonance = |stronger: &(&[usize], f64)| (hz / stronger.1 - 1.0).abs() < RESONANCE;
-        if lines[..k].iter().any(one_resonance) {
-            gone.extend_from_slice(line);
+        let stronger = lines[..k].iter().map(|line| line.1);
+        let beside: Vec<f64> = stronger
+            .filter(|s| (hz / s - 1.0).abs() < RESONANCE)
+            .collect();
+        let slow = beside.iter().any(|s| (hz - s).abs() * span_s < BEATS);
+        let least = if beside.is_empty() { 0.0 } else { PERSISTS };
+        let with: Vec<usize> = kept.iter().copied().chain(places(line)).collect();
+        if slow || !persists(&halves, &kept, &with, least) {
+            out.of_its_time.extend_from_slice(line);
             continue;
         }
-        let with: Vec<usize> = kept.iter().copied().chain(places(line)).collect();
-        if foretold(&halves, &with) < foretold(&halves, &kept) {
-            kept = with;
-        } else {
-            gone.extend_from_slice(line);
+        kept = with;
+        if !beside.is_empty() {
+            out.beats.extend_from_slice(line);
         }
     }
-    gone
+    out
+}
+
+/// True if either half foretells of the other more than this share of what some columns take beside those that are known.
+fn persists(halves: &[Half; 2], known: &[usize], with: &[usize], share: f64) -> bool {
+    let taken: f64 = halves.iter().map(|h| h.left(known) - h.left(with)).sum();
+    foretold(halves, known) - foretold(halves, with) > share * taken
 }
 
 /// Both halves, in the order of the samples.
 fn halves(fine: &Refined, columns: &[usize]) -> [Half; 2] {
     let left: &Residuals = &fine.residuals;
     let middle = left.sample.get(left.sample.len() / 2).copied();
-    let mut halves = [0, 1].map(|_| Half {
-        normal: DMatrix::identity(columns.len(), columns.len()) * 1e-9,
-        right: DVector::zeros(columns.len()),
-        squares: 0.0,
-    });
+    let mut halves = [0, 1].map(|_| Half::new(columns.len()));
     let mut start = 0;
     while start < left.sample.len() {
         let i = left.sample[start];
@@ -80,9 +149,7 @@ fn halves(fine: &Refined, columns: &[usize]) -> [Half; 2] {
             let added = columns.iter().zip(&responses);
             let added: f64 = added.map(|(c, r)| fine.amount(*c) * r[row]).sum();
             let without = weight * (left.value_m[k] - added);
-            half.normal.ger(1.0, &regressor, &regressor, 1.0);
-            half.right.axpy(without, &regressor, 1.0);
-            half.squares += without * without;
+            half.add(&regressor, without);
         }
         start += rows.count.max(1);
     }
@@ -91,21 +158,49 @@ fn halves(fine: &Refined, columns: &[usize]) -> [Half; 2] {
 
 /// Whitened squares of each half with some columns, fitted on the other.
 fn foretold(halves: &[Half; 2], list: &[usize]) -> f64 {
-    let of = |half: &Half| {
-        let normal = DMatrix::from_fn(list.len(), list.len(), |r, c| {
-            half.normal[(list[r], list[c])]
-        });
-        let right = DVector::from_fn(list.len(), |r, _| half.right[list[r]]);
-        (normal, right)
-    };
-    let left = |from: &Half, to: &Half| {
-        let (normal, right) = of(from);
-        let Some(factors) = normal.cholesky() else {
-            return f64::INFINITY;
-        };
-        let amounts = -factors.solve(&right);
-        let (normal, right) = of(to);
-        to.squares + 2.0 * amounts.dot(&right) + amounts.dot(&(normal * &amounts))
-    };
-    left(&halves[0], &halves[1]) + left(&halves[1], &halves[0])
+    let [one, other] = halves;
+    one.left_with(list, other.amounts(list)) + other.left_with(list, one.amounts(list))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use effects::random::{ChaCha8Rng, SeedableRng, normal};
+
+    const ROWS: usize = 4000;
+    const LINE: f64 = 0.21;
+    const BEAT: f64 = 0.005;
+
+    /// A wave whose size follows the sample; columns: sine and cosine of the line, then of the one that the beat lays above it.
+    fn halves(mut size: impl FnMut(f64) -> f64) -> [Half; 2] {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let mut halves = [0, 1].map(|_| Half::new(4));
+        for i in 0..ROWS {
+            let t = std::f64::consts::TAU * i as f64;
+            let (a, b) = (LINE * t, (LINE + BEAT) * t);
+            let columns = DVector::from_vec(vec![a.sin(), a.cos(), b.sin(), b.cos()]);
+            let value = 5.0 * size(i as f64) * a.sin() + normal(&mut rng);
+            halves[usize::from(2 * i >= ROWS)].add(&columns, value);
+        }
+        halves
+    }
+
+    #[test]
+    fn what_beats_evenly_persists_and_what_swells_by_chance_does_not() {
+        let persists = |halves| persists(&halves, &[0, 1], &[0, 1, 2, 3], PERSISTS);
+        let even = |i: f64| 1.0 + 0.4 * (std::f64::consts::TAU * BEAT * i).sin();
+        assert!(persists(halves(even)));
+        let mut rng = ChaCha8Rng::seed_from_u64(6);
+        let keeps = 1.0 - BEAT;
+        let mut kept = 0;
+        for _ in 0..20 {
+            let mut level = normal(&mut rng);
+            let chance = |_: f64| {
+                level = keeps * level + (1.0 - keeps * keeps).sqrt() * normal(&mut rng);
+                1.0 + 0.4 * level
+            };
+            kept += usize::from(persists(halves(chance)));
+        }
+        assert!(kept <= 1, "{kept} of 20");
+    }
 }

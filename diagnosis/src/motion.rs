@@ -4,6 +4,8 @@ use crate::observe::Observations;
 use crate::statistics::quantile;
 use crate::travel::Travel;
 use effects::sensor::TURNOVERS;
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// Half the number of neighbours in a local fit.
 const HALF_WINDOW: usize = 3;
@@ -27,7 +29,7 @@ pub struct Motion {
     pub direction: [Vec<f64>; 4],
     /// Where a segment does not move: the direction in which it last did.
     pub approach: [Vec<f64>; 4],
-    /// Direction of travel that turns over gradually, one for each of [`crate::travel::TURNOVER_M`]: the state of Dahl 1968's friction model.
+    /// Direction of travel that turns over with it: see [`crate::travel::Travel::memory`].
     pub memory: [Vec<[f64; TURNOVERS]>; 4],
     /// True about a turn, where which way it goes is told to a few samples only.
     pub turning: [Vec<bool>; 4],
@@ -86,11 +88,10 @@ impl Motion {
             let fit: Vec<Local> = if position.is_empty() {
                 Vec::new()
             } else {
-                windows
-                    .iter()
-                    .enumerate()
-                    .map(|(i, w)| local(&observations.t_s, position, i, w.clone()))
-                    .collect()
+                let at = |(i, w): (usize, &Range<usize>)| {
+                    local(&observations.t_s, position, i, w.clone())
+                };
+                windows.par_iter().enumerate().map(at).collect()
             };
             for (i, local) in fit.iter().enumerate() {
                 this.smooth[i] &= local.residual < SMOOTH_M + SMOOTH_SHARE * local.travel;
@@ -192,7 +193,7 @@ impl Motion {
 }
 
 /// Neighbours of each sample without a break.
-fn windows(unbroken: &[usize]) -> Vec<std::ops::Range<usize>> {
+fn windows(unbroken: &[usize]) -> Vec<Range<usize>> {
     let n = unbroken.len();
     (0..n)
         .map(|i| {
@@ -210,7 +211,7 @@ fn windows(unbroken: &[usize]) -> Vec<std::ops::Range<usize>> {
 }
 
 /// Quadratic through the window by least squares, in time centred on sample `i`.
-pub fn local(t_s: &[f64], value: &[f64], i: usize, window: std::ops::Range<usize>) -> Local {
+pub fn local(t_s: &[f64], value: &[f64], i: usize, window: Range<usize>) -> Local {
     let points: Vec<(f64, f64)> = window
         .filter(|&j| value[j].is_finite())
         .map(|j| (t_s[j] - t_s[i], value[j]))

@@ -149,16 +149,60 @@ pub fn settled<'a>(
     list: &[usize],
     amounts: &[f64],
 ) -> Scene<'a> {
+    // What remembers its way depends on other samples than its own.
+    let remembers = columns.blocks.iter().any(|b| b.name == "hysteresis");
+    let mut last = None;
     for round in 0..2 * ROUNDS {
-        let next = shift(&scene, columns, list, amounts);
-        if stands(&scene, &next, STANDS) {
+        let there = shift(&scene, columns, list, amounts);
+        if stands(&scene, &there, STANDS) {
             break;
         }
-        let share = if round < FREE_ROUNDS { 1.0 } else { HALF_WAY };
-        let next = towards(&scene.shift, next, share);
+        let next = match &last {
+            Some(last) if !remembers => ahead(last, &scene.shift, &there),
+            _ if remembers && round >= FREE_ROUNDS => {
+                towards(&scene.shift, there.clone(), HALF_WAY)
+            }
+            _ => there.clone(),
+        };
+        last = Some((scene.shift.clone(), there));
         scene = scene.moved(scene.baseline.clone(), next);
     }
     scene
+}
+
+/// Farthest that a sample is taken beyond the step of the fixed point, and back: of slopes of 0.9 and of -9.
+const AHEAD: [f64; 2] = [-9.0, 0.9];
+
+/// Where each sample's last two steps of the fixed point would meet (Anderson 1965, of one step back): `last` is a shift and
+/// where it led, `here` led `there`.
+fn ahead(last: &(Shift, Shift), here: &Shift, there: &Shift) -> Shift {
+    let at = |shift: &Shift, s: usize, i: usize| shift.whole_m[s].get(i).copied().unwrap_or(0.0);
+    let samples = there.whole_m.iter().map(Vec::len).max().unwrap_or(0);
+    let back = |i: usize| {
+        let (mut along, mut square) = (0.0, 0.0);
+        for s in 0..4 {
+            let step = at(there, s, i) - at(here, s, i);
+            let change = step - at(&last.1, s, i) + at(&last.0, s, i);
+            along += step * change;
+            square += change * change;
+        }
+        if square > 0.0 {
+            (along / square).clamp(AHEAD[0], AHEAD[1])
+        } else {
+            0.0
+        }
+    };
+    let back: Vec<f64> = (0..samples).map(back).collect();
+    let towards = |there: &[Vec<f64>; 4], last: &[Vec<f64>; 4]| {
+        std::array::from_fn(|s| {
+            let pairs = there[s].iter().zip(&last[s]).zip(&back);
+            pairs.map(|((t, l), back)| t - back * (t - l)).collect()
+        })
+    };
+    Shift {
+        whole_m: towards(&there.whole_m, &last.1.whole_m),
+        electronic_m: towards(&there.electronic_m, &last.1.electronic_m),
+    }
 }
 
 /// True if a shift is what the scene is about already.

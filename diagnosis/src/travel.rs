@@ -5,10 +5,12 @@
 
 use crate::motion::local;
 use crate::observe::Observations;
-use effects::sensor::TURNOVERS;
+use effects::sensor::{GRADUAL, TURNOVERS};
 
 /// Travel after which a segment's own memory of its direction has turned over to 1/e, m.
-pub const TURNOVER_M: [f64; TURNOVERS] = [4.0e-6, 12.0e-6, 40.0e-6, 120.0e-6];
+pub const GRADUAL_M: [f64; GRADUAL] = [4.0e-6, 12.0e-6, 40.0e-6, 120.0e-6];
+/// Half the travel after which it has turned over evenly and stands: what has play.
+pub const EVEN_M: [f64; TURNOVERS - GRADUAL] = [1.5e-6, 3.0e-6, 6.0e-6, 12.0e-6, 24.0e-6, 48.0e-6];
 /// Travel that counts, in rms misfits of the local path (some 0.75 of the noise): less may be noise.
 const DEAD: f64 = 8.0;
 /// Within this many misfits of the farthest place, a sample is at it: a quarter of what is clear.
@@ -26,7 +28,8 @@ const HALF_WINDOW: usize = 3;
 pub struct Travel {
     /// Direction of the last travel: -1 or 1, 0 where none was yet.
     pub direction: Vec<f64>,
-    /// The same that turns over gradually, one for each of [`TURNOVER_M`]: the state of Dahl 1968's friction model.
+    /// The same that turns over with travel: the states of Dahl 1968's friction model, then the stops whose sums are Prandtl's and
+    /// Ishlinskii's hysteresis (Brokate and Sprekels 1996, chapter 2).
     pub memory: Vec<[f64; TURNOVERS]>,
     /// True about a turn, until the way back is clear: which way it goes there is told to a few samples only.
     pub turning: Vec<bool>,
@@ -48,8 +51,15 @@ impl Leg {
     /// Memory at a place farther on.
     fn memory_at(&self, here_m: f64) -> [f64; TURNOVERS] {
         let way_m = (self.direction * (here_m - self.from_m)).max(0.0);
-        std::array::from_fn(|k| {
-            self.direction + (self.memory[k] - self.direction) * (-way_m / TURNOVER_M[k]).exp()
+        std::array::from_fn(|k| match k.checked_sub(GRADUAL) {
+            None => {
+                let left = self.memory[k] - self.direction;
+                self.direction + left * (-way_m / GRADUAL_M[k]).exp()
+            }
+            Some(even) => {
+                let turned = self.memory[k] + self.direction * way_m / EVEN_M[even];
+                turned.clamp(-1.0, 1.0)
+            }
         })
     }
 

@@ -42,6 +42,31 @@ fn how_a_vibration_swells_is_not_foretold() {
     assert!(claimed > 1.5 * here.channels[1].floor_rms_m, "{claimed}");
 }
 
+/// A drive that is modulated evenly is modulated alike on another day: over tens of beats it is told from a mount that swells by chance.
+#[test]
+fn how_a_vibration_beats_is_foretold() {
+    const BEAT_HZ: f64 = 2.0;
+    let recordings = recordings(31, &[], true).map(|recording| {
+        let times: Vec<f64> = (0..recording.samples.len())
+            .map(|i| recording.samples.row(i).t_s)
+            .collect();
+        let span_s = times[times.len() - 1] - times[0];
+        let size =
+            move |progress: f64| 6.0e-4 * (1.0 + 0.4 * (TAU * BEAT_HZ * span_s * progress).sin());
+        rig::shake::shaken(&recording, 0.21, size)
+    });
+    let model = model(&recordings[0], "beacon_vibration");
+    let here = check(&model, &recordings[1]).expect("residuals");
+    let (claimed, came) = (&model.claimed.channels[1], &here.channels[1]);
+    let ratio = came.after_rms_m / claimed.after_rms_m;
+    assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
+    let excess = |rms_m: f64| rms_m.powi(2) - claimed.floor_rms_m.powi(2);
+    let left = excess(claimed.after_rms_m) / excess(claimed.before_rms_m);
+    assert!(left < 0.01, "{left}");
+    // Nothing but the evenness of the beat speaks for its being there again.
+    assert!(claimed.after_ci95_m[1] > 1.5 * claimed.floor_rms_m);
+}
+
 /// The same recording after a restart of the board: its tooth counts begin elsewhere.
 fn restarted(recording: &Recording, teeth: [i32; 4]) -> Recording {
     let mut out = recording.clone();

@@ -8,7 +8,7 @@ use diagnosis::motion::Motion;
 use diagnosis::observe::Observations;
 use diagnosis::refine::{settled, shift};
 use diagnosis::scene::{Scene, Shift};
-use diagnosis::travel::{TURNOVER_M, Travel};
+use diagnosis::travel::{EVEN_M, GRADUAL_M, Travel};
 
 /// A column made of a sample's own noise would rebuild the residual held out as well: a false alarm "speed".
 #[test]
@@ -103,8 +103,9 @@ fn a_short_way_between_poses_turns_the_memory_over_as_far_as_it_goes() {
     }
     let travel = Travel::new(&position_m, &separate, 0.2e-6, &clean);
     assert_eq!(travel.direction[1..4], [1.0, -1.0, -1.0]);
-    for (k, turnover_m) in TURNOVER_M.into_iter().enumerate() {
-        let turned = -1.0 + 2.0 * (-6.0e-6 / turnover_m).exp();
+    let gradual = GRADUAL_M.map(|m| -1.0 + 2.0 * (-6.0e-6 / m).exp());
+    let even = EVEN_M.map(|m| f64::max(-1.0, 1.0 - 6.0e-6 / m));
+    for (k, turned) in gradual.into_iter().chain(even).enumerate() {
         assert!((travel.memory[2][k] - turned).abs() < 1.0e-6);
         assert!((travel.memory[3][k] - turned).abs() < 0.05);
     }
@@ -177,6 +178,18 @@ fn remembered(place_m: &[f64], turnover_m: f64) -> Vec<f64> {
     place_m.iter().map(&mut after).collect()
 }
 
+/// The state of a stop: what a spring holds that yields beyond one, `length_m` to one.
+fn stopped(place_m: &[f64], length_m: f64) -> Vec<f64> {
+    let mut state: f64 = 0.0;
+    let mut before_m = place_m[0];
+    let mut after = |&here_m: &f64| {
+        state = (state + (here_m - before_m) / length_m).clamp(-1.0, 1.0);
+        before_m = here_m;
+        state
+    };
+    place_m.iter().map(&mut after).collect()
+}
+
 /// A segment that creeps on, and is shaken by 4 µm nearly four samples a turn on four fifths of its way: metres.
 fn shaken(observations: &Observations) -> Vec<f64> {
     let at = |i: usize| {
@@ -201,8 +214,9 @@ fn the_memory_of_a_courier_that_is_shaken_is_that_of_its_way() {
         noise.fill(0.1e-6);
     }
     let motion = Motion::new(&observations, &observations.position_m);
-    for (k, turnover_m) in TURNOVER_M.into_iter().enumerate() {
-        let way = remembered(&clean_m, turnover_m);
+    let gradual = GRADUAL_M.map(|m| (m, remembered(&clean_m, m)));
+    let even = EVEN_M.map(|m| (m, stopped(&clean_m, m)));
+    for (k, (turnover_m, way)) in gradual.into_iter().chain(even).enumerate() {
         let off = |i: usize| (motion.memory[0][i][k] - way[i]).abs();
         let mean = (1000..way.len()).map(off).sum::<f64>() / (way.len() - 1000) as f64;
         // Noise of 0.1 µm moves the least of the memories by a few hundredths.
@@ -238,5 +252,37 @@ fn a_place_and_its_own_memory_agree() {
         let off = |i: usize| (next.whole_m[0][i] - there.shift.whole_m[0][i]).abs();
         let mean_m = (0..there.len()).map(off).sum::<f64>() / there.len() as f64;
         assert!(mean_m < 0.02 * amount_m.abs(), "{amount_m}: {mean_m}");
+    }
+}
+
+/// Shapes as steep as nine tenths of the way itself: the plain fixed point would take a hundred rounds to what a tenth of the noise
+/// is of the first step.
+#[test]
+fn a_place_on_a_steep_shape_is_found() {
+    let mut observations = in_one_stretch();
+    observations.position_m[0] = (0..observations.len()).map(|i| 7.3e-6 * i as f64).collect();
+    let baseline = Baseline::nominal(&observations);
+    let scene = Scene::new(&observations, baseline, vec![true; observations.len()]);
+    let sides = effects::sensor_sides();
+    let side = sides.iter().find(|side| side.name() == "extra_harmonics");
+    let mut columns = Columns::default();
+    columns.push("extra_harmonics", side.unwrap().regressors(&scene.survey));
+    let list = [0];
+    let pitch_m = observations.pitch_m;
+    let scene = || scene.moved(scene.baseline.clone(), Shift::default());
+    let per_metre = shift(&scene(), &columns, &list, &[1.0]);
+    let largest = per_metre.whole_m[0]
+        .iter()
+        .fold(0.0, |m: f64, v| m.max(v.abs()));
+    assert!(largest > 0.0, "{}", columns.regressors[0].name);
+    let order = 3.0;
+    assert!(columns.regressors[0].name.contains("order 3"));
+    for slope in [0.9, -0.9] {
+        let amount = slope * pitch_m / (order * std::f64::consts::TAU) / largest;
+        let there = settled(scene(), &columns, &list, &[amount]);
+        let next = shift(&there, &columns, &list, &[amount]);
+        let off = |i: usize| (next.whole_m[0][i] - there.shift.whole_m[0][i]).powi(2);
+        let rms_m = ((0..there.len()).map(off).sum::<f64>() / there.len() as f64).sqrt();
+        assert!(rms_m < 1.0e-8, "{slope}: {rms_m}");
     }
 }

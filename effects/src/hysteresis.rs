@@ -60,8 +60,19 @@ pub mod sensor_side {
     /// Sensor side: the direction while moving, and that of the approach while still.
     pub struct DirectionModel;
 
-    /// Lengths of travel over which it turns over.
-    const TURNED: [&str; TURNOVERS] = ["4 um", "12 um", "40 um", "120 um"];
+    /// How it turns over, and the lengths of travel over which it does.
+    const TURNED: [&str; TURNOVERS] = [
+        "over within 4 um",
+        "over within 12 um",
+        "over within 40 um",
+        "over within 120 um",
+        "evenly over 3 um",
+        "evenly over 6 um",
+        "evenly over 12 um",
+        "evenly over 24 um",
+        "evenly over 48 um",
+        "evenly over 96 um",
+    ];
 
     /// The effect itself where it is remanence: what the direction alone does is the same of no travel to turn over in.
     const MEMORY_SIZE_M: f64 = 2.0e-6;
@@ -89,7 +100,7 @@ pub mod sensor_side {
                     }));
                 }
                 for (k, travel) in TURNED.into_iter().enumerate() {
-                    let name = format!("direction turned over within {travel}, segment {}", s + 1);
+                    let name = format!("direction turned {travel}, segment {}", s + 1);
                     list.push(Regressor::reading(name, "m", MEMORY_SIZE_M, s, move |m| {
                         m.memory[s][k]
                     }));

@@ -11,7 +11,9 @@ pub const READINGS: usize = 6;
 /// Residual channels: g_p, g_x, g_y, then segment 1 to 4 against a reference.
 pub const CHANNELS: usize = 7;
 /// Lengths over which a direction of travel turns over.
-pub const TURNOVERS: usize = 4;
+pub const TURNOVERS: usize = 10;
+/// Those of them that turn over gradually; the others do evenly, and stop.
+pub const GRADUAL: usize = 4;
 /// Highest order of the own tooth phase that is tabulated, calibrated or unmodified.
 pub const ORDERS: usize = 16;
 /// Highest order of the lateral tooth phase that is tabulated.
@@ -59,7 +61,7 @@ pub struct Moment {
     pub direction: [f64; 4],
     /// Direction from which a still pose was approached: -1, 0 or 1.
     pub approach: [f64; 4],
-    /// Direction of travel that turns over within 4, 12, 40 and 120 um: -1 to 1.
+    /// Direction of travel that turns over with it: gradually within 4, 12, 40 and 120 um, then evenly over 3 to 96 um; -1 to 1.
     pub memory: [[f64; TURNOVERS]; 4],
     /// tan(psi) of the coordination sensor.
     pub tan_psi: [f64; 2],

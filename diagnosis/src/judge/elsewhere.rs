@@ -18,7 +18,7 @@ pub(super) fn left(fine: &Refined) -> Option<[Residuals; 2]> {
     let mut blocks = fine.columns.blocks.iter();
     let wander = blocks.find(|b| b.name == OF_ITS_TIME);
     let wander = wander.map_or(0..0, |b| b.columns.clone());
-    let swell = crate::breath::of_its_time(fine);
+    let swell = crate::breath::breath(fine).of_its_time;
     if wander.is_empty() && swell.is_empty() {
         return None;
     }
@@ -43,6 +43,22 @@ pub(super) fn left(fine: &Refined) -> Option<[Residuals; 2]> {
     };
     let left = fine.left_out()?;
     Some([left, &fine.residuals].map(|r| r.changed(&fine.scene, change)))
+}
+
+/// Residuals `left` with the beats of a vibration in them, as they are where another recording's are others; `None` without beats.
+pub(super) fn without_beats(fine: &Refined, left: &Residuals) -> Option<Residuals> {
+    let beats = crate::breath::breath(fine).beats;
+    let change = |i: usize| {
+        let (rows, moment) = (fine.scene.rows(i), fine.scene.moment(i));
+        let mut out = [0.0; ROWS];
+        for c in &beats {
+            let response = rows.response(&fine.columns.regressors[*c], &moment);
+            let added = out.iter_mut().zip(response);
+            added.for_each(|(out, response)| *out -= fine.amount(*c) * response);
+        }
+        out
+    };
+    (!beats.is_empty()).then(|| left.changed(&fine.scene, change))
 }
 
 /// For each sample one at another time.

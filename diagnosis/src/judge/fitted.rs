@@ -53,7 +53,7 @@ fn amounts(fine: &Refined) -> Vec<EffectAmounts> {
         value: fine.amount(c),
         unit: fine.columns.regressors[c].unit.into(),
     };
-    let swell = crate::breath::of_its_time(fine);
+    let swell = crate::breath::breath(fine).of_its_time;
     fine.columns
         .blocks
         .iter()

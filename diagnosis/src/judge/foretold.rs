@@ -17,6 +17,12 @@ impl Judge<'_> {
         }
         self.elsewhere = super::elsewhere::left(&self.fine)
             .map(|[left, folds]| [left, folds].map(|r| self.by_stated_noise(&r)));
+        let model = self
+            .elsewhere
+            .as_ref()
+            .map_or(self.fine.left_out(), |e| Some(&e[0]));
+        self.without_beats =
+            model.and_then(|left| super::elsewhere::without_beats(&self.fine, left));
         let mut stated = self
             .study
             .scene
@@ -38,7 +44,10 @@ impl Judge<'_> {
     pub(super) fn foretold_interval_m(&self, named: bool, channel: usize) -> [f64; 2] {
         let model = if named { self.foretold() } else { &self.before };
         let run = &self.prepared.observations.run;
-        let [low, high] = model.foretold_m(channel, self.folds_m(named, channel), run);
+        let [low, mut high] = model.foretold_m(channel, self.folds_m(named, channel), run);
+        if let Some(more) = self.without_beats.as_ref().filter(|_| named) {
+            high = high.max(more.channel_rms_m(channel).0);
+        }
         if !named || self.elsewhere.is_none() {
             return [low, high];
         }
@@ -55,6 +64,16 @@ impl Judge<'_> {
             None => &self.fine.residuals,
         };
         by_folds.channel_rms_m(channel).0
+    }
+
+    /// What must be said where a vibration beats.
+    pub(super) fn if_it_beats_otherwise(&self) -> Option<String> {
+        let floor = self.floor.white_square.sqrt();
+        let without = self.without_beats.as_ref()?;
+        Some(format!(
+            "{VIBRATION}: its level beats evenly all the time, and is taken to do so elsewhere; where it beats otherwise {:.2} times the floor is left",
+            without.white_rms() / floor
+        ))
     }
 
     /// What must be said where the course of what is named is another one elsewhere.

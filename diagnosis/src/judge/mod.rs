@@ -59,6 +59,8 @@ const NOWHERE: f64 = 0.85;
 const HARMONIC: [&str; 2] = ["extra_harmonics", "angle_dependence"];
 /// They are taken over the unmodified phase if that leaves less than this share.
 const OTHER_PHASE: f64 = 0.7;
+/// All else is compared over it only where the harmonics themselves take this share more of what they leave.
+const OTHER_PHASE_TAKES: f64 = 0.1;
 /// Effects with so many unknowns that a simpler shape which does nearly as well is to be believed instead.
 pub const FLEXIBLE: [&str; 2] = [FIELD, "quadrature_drift"];
 
@@ -131,6 +133,8 @@ pub(crate) struct Judge<'a> {
     /// What the model is expected to leave on another recording, and on folds of one that it has not seen, where a part of it does
     /// not carry over: a drift's course.
     elsewhere: Option<[Residuals; 2]>,
+    /// What the model is expected to leave where a vibration beats otherwise than it does here.
+    without_beats: Option<Residuals>,
 }
 
 impl<'a> Judge<'a> {
@@ -148,6 +152,7 @@ impl<'a> Judge<'a> {
             noise: None,
             after: fine.residuals.clone(),
             elsewhere: None,
+            without_beats: None,
             before_by_folds: Residuals::default(),
             study: first,
             told,
@@ -193,8 +198,30 @@ impl<'a> Judge<'a> {
 
     /// Takes over what was found in a study.
     fn take(&mut self, study: Study<'a>, told: Told) {
+        if self.is_fitted(&study, &told) {
+            (self.study, self.told) = (study, told);
+            return;
+        }
         let fine = Refined::of(&study, &told);
         self.take_fitted(study, told, fine);
+    }
+
+    /// True if what was found in another study is what is fitted about itself: of the same columns, from the same start.
+    fn is_fitted(&self, study: &Study, told: &Told) -> bool {
+        let [here, there] = [&self.study, study].map(|s| &s.scene);
+        let columns = |study: &Study, told: &Told| {
+            let list = study.list(&told.found.blocks);
+            let names = list
+                .iter()
+                .map(|c| study.columns.regressors[*c].name.clone());
+            names.collect::<Vec<String>>()
+        };
+        here.baseline == there.baseline
+            && here.shift == there.shift
+            && here.noise == there.noise
+            && here.survey.unmodified == there.survey.unmodified
+            && told.names(study) == self.told.names(&self.study)
+            && columns(study, told) == columns(&self.study, &self.told)
     }
 
     /// The same, fitted about itself already.
@@ -248,17 +275,50 @@ impl<'a> Judge<'a> {
         }
         let mut survey = self.study.scene.survey.clone();
         survey.unmodified = true;
-        let look = Look {
+        let mut list = found;
+        list.extend(HARMONIC.map(String::from));
+        let mut look = Look {
             as_in: Some(&survey),
+            only: Some(&list),
             ..Look::default()
         };
-        let again = study(self.prepared, self.options, &self.prepared.about(), look);
+        let about = self.prepared.about();
+        let harmonics = study(self.prepared, self.options, &about, look);
+        if !self.less_is_left_in(&harmonics) {
+            return;
+        }
+        look.only = None;
+        let again = study(self.prepared, self.options, &about, look);
         let told = Told::new(&again, false);
         let fine = Refined::of(&again, &told);
         let excess = |r: &Residuals| r.white_rms().powi(2) - self.floor.white_square;
         if excess(&fine.residuals) < OTHER_PHASE * excess(&self.fine.residuals) {
             self.take_fitted(again, told, fine);
         }
+    }
+
+    /// True if harmonics leave less in another study than in this one, by themselves or beside what is found.
+    fn less_is_left_in(&self, other: &Study) -> bool {
+        let known = self.told.names(&self.study);
+        let left = |study: &Study, names: &[String]| {
+            let of_these = |b: &usize| names.contains(&study.columns.blocks[*b].name);
+            let blocks: Vec<usize> = study.effects().into_iter().filter(of_these).collect();
+            let mut arena = study.arena();
+            arena.score(&blocks).squares - arena.rows() * study.floor.white_square
+        };
+        HARMONIC.iter().any(|name| {
+            let alone = vec![name.to_string()];
+            let beside = [&known[..], &alone].concat();
+            [alone, beside].iter().any(|names| {
+                let [here, there] = [&self.study, other].map(|s| left(s, names));
+                crate::trace::log(&format!(
+                    "{names:?} leave {here:.0}, over the other phase {there:.0}"
+                ));
+                // What is of no physical size leaves no end.
+                there < here - OTHER_PHASE_TAKES * here.abs()
+                    || here.is_infinite() && there.is_finite()
+            })
+        })
     }
 
     /// Where what is left is rough, it is noise: shapes are compared with it, and not with what is stated.
@@ -316,8 +376,7 @@ impl<'a> Judge<'a> {
             lines_of: Some(&self.fine.residuals),
             fringes: self.told.shaped.rest > NOWHERE,
             as_in: Some(&self.study.scene.survey),
-            field_beside: None,
-            finely: false,
+            ..Look::default()
         };
         let again = study(self.prepared, self.options, &about, look);
         let survey = &again.scene.survey;

@@ -363,6 +363,9 @@ impl Judge<'_> {
         if named && self.elsewhere.is_some() {
             out.notes.push(self.of_its_time());
         }
+        if named {
+            out.notes.extend(self.if_it_beats_otherwise());
+        }
         for c in self.before.channels() {
             let (real, samples) = self.before.channel_rms_m(c);
             let simulated = self.floor.channel_rms_m[c];

@@ -247,7 +247,7 @@ fn place(effect: &str, amount: &str) -> Option<(Term, usize, usize)> {
         // What turns over within a tenth of a millimetre is, on the board, a direction.
         "hysteresis"
             if amount.starts_with("direction of travel,")
-                || amount.starts_with("direction turned over") =>
+                || amount.starts_with("direction turned ") =>
         {
             return constant(Multiplier::Direction);
         }
