@@ -182,7 +182,8 @@ fn best_pair(
 /// either a good part of the whole gap or all that was missing.
 fn worth(arena: &mut Arena, set: &[usize], chosen: &[usize], floor: f64) -> bool {
     let (old, new) = (arena.score(chosen), arena.score(set));
-    if !steady(&new, &old) {
+    // What the columns could have shown besides speaks against them: hundreds of them leave less by what they hold of the noise.
+    if !steady(&new, &old) || new.log_evidence <= old.log_evidence {
         return false;
     }
     let (before, after) = (

@@ -154,3 +154,32 @@ fn harmonics_bend_no_figure() {
     assert_eq!(names(&answer.diagnosis), ["extra_harmonics"]);
     assert_eq!(answer.model.expect("a model").survey.clip, [None; 4]);
 }
+
+/// A pair whose gain is far too high stands at some rail all round, and nothing but its corners tells how far its waves would go.
+#[test]
+fn a_pair_that_is_nowhere_whole_is_told_by_its_corners() {
+    const GAIN: f64 = 1.5;
+    const RAIL: f64 = 0.95;
+    let options = rig::Options {
+        samples: 6000,
+        ..rig::Options::default()
+    };
+    let recording = rig::record(31, &[], &options).0;
+    let amplitude = recording.meta.electronics.amplitude_counts.unwrap();
+    let rail = (RAIL * amplitude).round();
+    let recording = changed(&recording, |row| {
+        let between = |value: f64| (GAIN * value).round().clamp(-rail, rail);
+        row.quadrature_counts[0] = row.quadrature_counts[0].map(|p| p.map(between));
+    });
+    let Answer {
+        diagnosis: d,
+        model,
+        ..
+    } = diagnose_fully(&recording, "hot", &Options::default());
+    assert_eq!(names(&d), ["adc_clipping"], "{:?}", d.verdict);
+    let clip = model.unwrap().survey.clip[0].expect("a clip");
+    for rail in clip.rails.as_flattened() {
+        // Three standard deviations of the corners' share, by half of the samples: a tenth of them.
+        assert!((rail.abs() / (RAIL / GAIN) - 1.0).abs() < 0.05, "{rail}");
+    }
+}

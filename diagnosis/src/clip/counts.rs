@@ -8,7 +8,7 @@ use super::figure::Figure;
 use crate::observe::Observations;
 use crate::statistics::{median, median_and_deviation};
 use effects::sensor::Clip;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI, TAU};
 
 /// Lower and upper rail of sine and cosine, counts, where there is one.
 pub(super) type Rails = [[Option<f64>; 2]; 2];
@@ -43,7 +43,8 @@ fn hard(o: &Observations, segment: usize, pairs: &[[f64; 2]]) -> Option<(Clip, f
     if rails.as_flattened().iter().all(Option::is_none) {
         return None;
     }
-    let figure = Figure::of_whole(pairs, &rails, || usual_amplitude(o, segment))?;
+    let amplitude = || likely_amplitude(pairs, &rails, usual_amplitude(o, segment));
+    let figure = Figure::of_whole(pairs, &rails, amplitude)?;
     let levels = rails.map(|ends| ends.map(|rail| Some(rail? / figure.amplitude)));
     let clip = Clip {
         rails: cutting(levels, &figure.pair, 0.0)?,
@@ -51,6 +52,29 @@ fn hard(o: &Observations, segment: usize, pairs: &[[f64; 2]]) -> Option<(Clip, f
         ..Clip::default()
     };
     Some((clip, figure.amplitude))
+}
+
+/// This near to a rail, of it, a channel stands at it.
+const AT_RAIL: f64 = 0.002;
+
+/// Amplitude of a pair that is nowhere whole: the usual one, where its waves would be whole nowhere. Else by the corners: the higher
+/// the waves go beyond the rails, the longer the pair stands at two of them at once.
+fn likely_amplitude(pairs: &[[f64; 2]], rails: &Rails, usual: Option<f64>) -> Option<f64> {
+    let level = |[a, b]: [Option<f64>; 2]| Some(0.5 * (b? - a?));
+    let (Some(sine), Some(cosine)) = (level(rails[0]), level(rails[1])) else {
+        return usual;
+    };
+    let level = 0.5 * (sine + cosine);
+    let at_rail = |channel: usize, value: f64| {
+        let rail = rails[channel][usize::from(value > 0.0)];
+        rail.is_some_and(|r| value / r > 1.0 - AT_RAIL)
+    };
+    let stands = |p: &&[f64; 2]| at_rail(0, p[0]) && at_rail(1, p[1]);
+    let share = pairs.iter().filter(stands).count() as f64 / pairs.len() as f64;
+    let by_corners = level / (FRAC_PI_4 * (1.0 - share)).sin();
+    usual
+        .filter(|usual| level < FRAC_1_SQRT_2 * usual)
+        .or(Some(by_corners))
 }
 
 /// Amplitude of a pair that shows none of its own: what is stated, else what the others have.
