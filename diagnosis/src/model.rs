@@ -18,6 +18,7 @@ use crate::slips::repair_slips;
 use crate::trace::log_runs;
 use crate::training::Training;
 use crate::visited::Visited;
+use effects::hysteresis::sensor_side::BEFORE;
 use effects::sensor::{Regressor, Survey};
 use recording::Recording;
 use serde::{Deserialize, Serialize};
@@ -291,6 +292,9 @@ fn apply<'a>(
             columns.push(effect.name.clone(), regressors);
             for c in start..columns.regressors.len() {
                 let name = &columns.regressors[c].name;
+                if name.starts_with(BEFORE) {
+                    continue;
+                }
                 columns.centre[c] = effect
                     .amounts
                     .iter()

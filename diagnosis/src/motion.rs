@@ -31,6 +31,8 @@ pub struct Motion {
     pub approach: [Vec<f64>; 4],
     /// Direction of travel that turns over with it: see [`crate::travel::Travel::memory`].
     pub memory: [Vec<[f64; TURNOVERS]>; 4],
+    /// What is left of the memory that each segment began with: see [`crate::travel::Travel::before`].
+    pub before: [Vec<f64>; 4],
     /// True about a turn, where which way it goes is told to a few samples only.
     pub turning: [Vec<bool>; 4],
     /// Rates of tan(psi), 1/s.
@@ -179,6 +181,7 @@ impl Motion {
         let noise_m = stated_m.max(self.quiet_m[segment] / QUIET_MISFIT);
         let travel = Travel::new(position_m, &self.smooth, MISFIT * noise_m, observations);
         self.memory[segment] = travel.memory;
+        self.before[segment] = travel.before;
         self.turning[segment] = travel.turning;
         self.approach[segment] = travel.direction;
         for (approach, direction) in self.approach[segment]

@@ -11,6 +11,8 @@ use effects::sensor::{GRADUAL, TURNOVERS};
 pub const GRADUAL_M: [f64; GRADUAL] = [4.0e-6, 12.0e-6, 40.0e-6, 120.0e-6];
 /// Half the travel after which it has turned over evenly and stands: what has play.
 pub const EVEN_M: [f64; TURNOVERS - GRADUAL] = [1.5e-6, 3.0e-6, 6.0e-6, 12.0e-6, 24.0e-6, 48.0e-6];
+/// Reach within which what was before the recording is forgotten to 1/e, m.
+const FORGOTTEN_M: f64 = 12.0e-6;
 /// Travel that counts, in rms misfits of the local path (some 0.75 of the noise): less may be noise.
 const DEAD: f64 = 8.0;
 /// Within this many misfits of the farthest place, a sample is at it: a quarter of what is clear.
@@ -31,6 +33,8 @@ pub struct Travel {
     /// The same that turns over with travel: the states of Dahl 1968's friction model, then the stops whose sums are Prandtl's and
     /// Ishlinskii's hysteresis (Brokate and Sprekels 1996, chapter 2).
     pub memory: Vec<[f64; TURNOVERS]>,
+    /// What is left of the memory that it began with.
+    pub before: Vec<f64>,
     /// True about a turn, until the way back is clear: which way it goes there is told to a few samples only.
     pub turning: Vec<bool>,
 }
@@ -88,7 +92,11 @@ impl Travel {
             farthest: (f64::NAN, 0),
             piece: 0,
         };
+        let mut range_m = [f64::INFINITY, f64::NEG_INFINITY];
         for (i, &here_m) in place_m.iter().enumerate() {
+            range_m = [range_m[0].min(here_m), range_m[1].max(here_m)];
+            this.before
+                .push((-(range_m[1] - range_m[0]) / FORGOTTEN_M).exp());
             if apart(i) {
                 leg = arrived(&leg, here_m, i, DEAD * misfit_m);
             }

@@ -286,3 +286,20 @@ fn a_place_on_a_steep_shape_is_found() {
         assert!(rms_m < 1.0e-8, "{slope}: {rms_m}");
     }
 }
+
+/// Noise is no way: a segment at rest keeps what it brought along, and one that went far has nothing of it.
+#[test]
+fn what_was_before_is_forgotten_on_the_way() {
+    let clean = Observations::new(&rig::record(43, &[], &rig::Options::default()).0).unwrap();
+    let smooth = vec![true; clean.len()];
+    let mut dice = rig::Dice(3);
+    let rest = 200;
+    let place = |i: usize| 5.0e-6 * i.saturating_sub(rest) as f64;
+    let position_m: Vec<f64> = (0..clean.len())
+        .map(|i| place(i) + 0.1e-6 * dice.normal())
+        .collect();
+    let before = Travel::new(&position_m, &smooth, 0.1e-6, &clean).before;
+    assert_eq!(before[0], 1.0);
+    assert!(before[rest - 10] > 0.9, "{}", before[rest - 10]);
+    assert!(before[rest + 40] < 1e-3, "{}", before[rest + 40]);
+}

@@ -74,6 +74,9 @@ pub mod sensor_side {
         "evenly over 96 um",
     ];
 
+    /// What a segment brought along: another recording has another.
+    pub const BEFORE: &str = "way before the recording";
+
     /// The effect itself where it is remanence: what the direction alone does is the same of no travel to turn over in.
     const MEMORY_SIZE_M: f64 = 2.0e-6;
 
@@ -105,6 +108,10 @@ pub mod sensor_side {
                         m.memory[s][k]
                     }));
                 }
+                let name = format!("{BEFORE}, segment {}", s + 1);
+                list.push(Regressor::reading(name, "m", MEMORY_SIZE_M, s, move |m| {
+                    m.before[s]
+                }));
                 let name = format!("direction of approach, segment {}", s + 1);
                 list.push(Regressor::reading(name, "m", 3.0e-6, s, move |m| {
                     m.approach[s]

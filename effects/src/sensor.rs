@@ -63,6 +63,8 @@ pub struct Moment {
     pub approach: [f64; 4],
     /// Direction of travel that turns over with it: gradually within 4, 12, 40 and 120 um, then evenly over 3 to 96 um; -1 to 1.
     pub memory: [[f64; TURNOVERS]; 4],
+    /// What a segment still remembers of its way before the recording: 1 at its first sample, 0 once it has gone far.
+    pub before: [f64; 4],
     /// tan(psi) of the coordination sensor.
     pub tan_psi: [f64; 2],
     /// Its rate, 1/s.

@@ -86,6 +86,7 @@ impl Scene<'_> {
             memory: std::array::from_fn(|s| {
                 self.motion.memory[s].get(i).copied().unwrap_or_default()
             }),
+            before: at(&self.motion.before),
             tan_psi,
             tan_psi_rate: [0, 1].map(|axis: usize| finite(self.motion.tan_psi_rate[axis].get(i))),
             deflection: tan_psi.map(|t| {
