@@ -43,6 +43,9 @@ pub struct Model {
     pub survey: Survey,
     /// Held-out figures that `check` should confirm.
     pub claimed: HeldOut,
+    /// True where bursts were named: another recording has others, and `check` sets them aside.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub bursts: bool,
     /// Where it knows the field over the platen, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub visited: Option<Visited>,
@@ -180,13 +183,14 @@ fn warmer_or_colder(model: &Model, observations: &Observations) -> Option<[[f64;
     (here[0] < there[0] - margin || here[1] > there[1] + margin).then_some([here, there])
 }
 
-/// Samples that tell a place and do not stand out. As in the diagnosis, disturbed ones are those that stand out of what the baseline alone leaves:
-/// a place where the effects do not fit is a gap, and no disturbance.
+/// Samples that tell a place and do not stand out. Disturbed ones are those that stand out of what the baseline alone leaves: a place where
+/// the effects do not fit is a gap, and no disturbance. Where bursts were named there are others here, which a great gap may hide: then it is
+/// what the model leaves that they stand out of, as they did in the diagnosis.
 fn undisturbed(model: &Model, observations: &Observations) -> Vec<bool> {
     let resting = crate::prepare::resting(observations);
     let stuck = crate::clip::stuck(observations, &model.survey.clip);
     let all: Vec<bool> = resting.iter().zip(&stuck).map(|(r, s)| !r && !s).collect();
-    let (first, _) = residuals(model, observations, all.clone(), false);
+    let (first, _) = residuals(model, observations, all.clone(), model.bursts);
     let rows: Vec<(usize, usize, f64)> = (0..first.sample.len())
         .map(|k| (first.sample[k], first.channel[k], first.white[k]))
         .collect();

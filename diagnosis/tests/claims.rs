@@ -239,6 +239,31 @@ fn what_a_segment_brought_along_is_not_carried_over() {
     assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
 }
 
+/// Bursts of a few micrometres beside harmonics that reach thirty at the largest angles: of what the baseline alone leaves they do not
+/// stand out.
+#[test]
+fn bursts_beside_a_great_gap_are_told_from_it_in_a_check() {
+    let effects = [
+        ("angle_dependence", 1.4042e-6),
+        ("outlier_bursts", 1.363e-6),
+    ];
+    let effects = effects.map(|(name, size_m)| Drawn {
+        name: name.into(),
+        size_m,
+    });
+    let case = Case {
+        number: 26,
+        seed: 95_744_297_432_415,
+        kind: Kind::Pair,
+        effects: effects.to_vec(),
+    };
+    let answer = diagnose_fully(&case.recorded(0), "first", &Options::default());
+    let model = answer.model.expect("a model");
+    let came = check(&model, &case.recorded(1)).expect("residuals");
+    let ratio = came.whitened_after / model.claimed.whitened_after;
+    assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
+}
+
 /// Teeth that four segments read in common, each of them an unknown: of the gap little more is left than the noise, and so it is on
 /// another day's paths.
 #[test]

@@ -8,6 +8,8 @@ use crate::report::{Magnitude, Named};
 use crate::scene::Scene;
 use crate::statistics::median_and_deviation;
 
+/// Disturbances of single moments.
+pub(super) const OUTLIERS: &str = "outlier_bursts";
 /// Neighbours on smooth paths that are needed to tell noise from a pattern, in a channel; and in all to name it.
 const ROUGH_PAIRS: usize = 300;
 /// See [`ROUGH_PAIRS`].
@@ -51,7 +53,7 @@ pub(super) struct Bursts {
 impl Bursts {
     pub(super) fn named(&self, share: f64) -> Named {
         Named {
-            name: "outlier_bursts".into(),
+            name: OUTLIERS.into(),
             probability: 0.97,
             magnitude: vec![
                 Magnitude {

@@ -1,6 +1,7 @@
 //! The model of what is named, fitted on all samples in use.
 
 use super::Judge;
+use super::disturbance::OUTLIERS;
 use crate::certainty::Certainty;
 use crate::model::{EffectAmounts, Model, OF_ITS_TIME};
 use crate::refine::Refined;
@@ -21,6 +22,7 @@ impl Judge<'_> {
             normal: scene.normal.clone(),
             survey: scene.survey.clone(),
             claimed: diagnosis.held_out.clone(),
+            bursts: diagnosis.effects.iter().any(|e| e.name == OUTLIERS),
             visited: None,
             certainty: None,
         };

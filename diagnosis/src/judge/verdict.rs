@@ -1,6 +1,6 @@
 //! The verdict: what is seen, what is named, and what is left.
 
-use super::disturbance::Bursts;
+use super::disturbance::{Bursts, OUTLIERS};
 use super::named::slip_named;
 use super::place::{Located, attribute, merge};
 use super::{CHANNEL_NAMES, Judge, LEFT_OVER, NOISY, OF_ITS_TIME, VISIBLE};
@@ -221,7 +221,7 @@ impl Judge<'_> {
             let first = self.prepared.slips.first();
             effects.extend(first.map(|slip| slip_named(slip, &self.prepared.slips)));
         }
-        if self.burst(seen, 0.05) && self.allowed("outlier_bursts") {
+        if self.burst(seen, 0.05) && self.allowed(OUTLIERS) {
             effects.push(seen.bursts.named(seen.bursts.energy / total));
         }
         if seen.structured {
@@ -266,7 +266,7 @@ impl Judge<'_> {
     /// True if something is seen that may not be named because it was taken out of the catalogue.
     fn withheld(&self, seen: &Seen) -> bool {
         self.slipped()
-            || self.burst(seen, 0.3) && !self.allowed("outlier_bursts")
+            || self.burst(seen, 0.3) && !self.allowed(OUTLIERS)
             || seen.noisy && !self.allowed("excess_noise")
     }
 
