@@ -9,7 +9,8 @@ use crate::search::MINIMUM_SQUARES;
 const NEEDED: f64 = 0.4;
 /// See [`NEEDED`].
 const TRIFLE: f64 = 0.002;
-/// The same for free harmonics: beside a cause they may be what its own shape lacks.
+/// The same for free harmonics: beside a cause they may be what its own shape lacks. And for a clip beside them that no count and no
+/// reference shows: a family of clips has their orders.
 const TRIFLING_SHAPE: f64 = 0.10;
 /// Causes without a pattern over the tooth: what they lack is no harmonic.
 const WITHOUT_PATTERN: [&str; 7] = [
@@ -62,17 +63,20 @@ struct Small {
 }
 
 impl Small {
-    /// Of the effect at a place among those that are found.
-    fn of(names: &[String], at: usize) -> Self {
+    /// Of the effect at a place among those that are found; `seen` where a clip is seen as such.
+    fn of(names: &[String], at: usize, seen: bool) -> Self {
         let mut others = names.iter().enumerate().filter(|(k, _)| *k != at);
         let patterned = others.any(|(_, name)| !WITHOUT_PATTERN.contains(&name.as_str()));
-        let (trifle, may_complete) = if names[at] == "extra_harmonics" && patterned {
-            (TRIFLING_SHAPE, false)
-        } else if names.iter().any(|name| name == OF_ITS_TIME) {
-            (BESIDE_DRIFT, true)
-        } else {
-            (TRIFLE, true)
-        };
+        let supposed = names[at] == "adc_clipping" && !seen;
+        let beside_harmonics = names.iter().any(|name| name == "extra_harmonics");
+        let (trifle, may_complete) =
+            if names[at] == "extra_harmonics" && patterned || supposed && beside_harmonics {
+                (TRIFLING_SHAPE, false)
+            } else if names.iter().any(|name| name == OF_ITS_TIME) {
+                (BESIDE_DRIFT, true)
+            } else {
+                (TRIFLE, true)
+            };
         Self {
             trifle,
             may_complete,
@@ -98,6 +102,7 @@ impl Judge<'_> {
         let (whole, noise) = self.levels();
         let with = self.fine.residuals.white_rms().powi(2) - noise;
         let names = self.told.names(&self.study);
+        let seen = self.study.scene.survey.clip.iter().any(Option::is_some);
         let mut order: Vec<(f64, usize)> = (0..names.len())
             .map(|at| (self.spared(at) - noise, at))
             .collect();
@@ -110,7 +115,7 @@ impl Judge<'_> {
                 noise,
                 rows: self.fine.gram.total_rows() as f64,
             };
-            let small = Small::of(&names, at);
+            let small = Small::of(&names, at, seen);
             if levels.needed(&small, CLEARLY) {
                 continue;
             }
@@ -166,10 +171,20 @@ mod tests {
     /// A delay of the beacon has no harmonics that free ones could be mistaken for; a clip has.
     #[test]
     fn harmonics_are_needed_beside_a_cause_that_has_none() {
-        let small = |cause: &str| Small::of(&["extra_harmonics".into(), cause.into()], 0);
+        let small = |cause: &str| Small::of(&["extra_harmonics".into(), cause.into()], 0, true);
         let (delay, clip) = (small("psd_latency"), small("adc_clipping"));
         assert!(delay.may_complete && delay.trifle < TRIFLING_SHAPE);
         assert!(!clip.may_complete && clip.trifle == TRIFLING_SHAPE);
+    }
+
+    /// Positions alone show no flat tops.
+    #[test]
+    fn a_clip_that_is_not_seen_gives_way_to_harmonics() {
+        let names = ["extra_harmonics".into(), "adc_clipping".into()];
+        let small = |seen: bool| Small::of(&names, 1, seen);
+        assert!(!small(false).may_complete && small(false).trifle == TRIFLING_SHAPE);
+        assert!(small(true).may_complete && small(true).trifle < TRIFLING_SHAPE);
+        assert!(Small::of(&names[1..], 0, false).may_complete);
     }
 
     /// Two hundredths of the noise are left without it: they do not show in a sum of squares.
