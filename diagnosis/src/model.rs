@@ -100,7 +100,7 @@ pub const OF_ITS_TIME: &str = "quadrature_drift";
 
 /// Applies a model to another recording of the same courier. Fits nothing but the zeros that are arbitrary from one recording
 /// to the next: of the tooth counts (offset of g_p, o'_x, o'_y; each segment's against a reference), and of time, which a
-/// vibration's phase is counted from, and the angle between the two sensors where mounts drift with temperature. Whole teeth
+/// vibration's phase is counted from, what a segment brought along from before the recording, and the angle between the two sensors where mounts drift with temperature. Whole teeth
 /// between the segments of a pair are told before ([`align_pairs`]). What does not carry over ([`OF_ITS_TIME`]) is left out, so
 /// is what the model's recording showed too little of ([`Visited`], [`Certainty`]); how a vibration swells is not in the model at all.
 ///

@@ -224,6 +224,14 @@ fn the_memory_of_a_courier_that_is_shaken_is_that_of_its_way() {
     }
 }
 
+fn columns_of(effect: &str, scene: &Scene) -> Columns {
+    let sides = effects::sensor_sides();
+    let side = sides.iter().find(|side| side.name() == effect);
+    let mut columns = Columns::default();
+    columns.push(effect, side.expect("an effect").regressors(&scene.survey));
+    columns
+}
+
 /// Where a segment is follows from what it remembers, and that from where it is. Where the memory turns over within less than the
 /// effect itself, going all the way each round leads from one place to another and back.
 #[test]
@@ -234,10 +242,7 @@ fn a_place_and_its_own_memory_agree() {
         .collect();
     let baseline = Baseline::nominal(&observations);
     let scene = Scene::new(&observations, baseline, vec![true; observations.len()]);
-    let sides = effects::sensor_sides();
-    let side = sides.iter().find(|side| side.name() == "hysteresis");
-    let mut columns = Columns::default();
-    columns.push("hysteresis", side.unwrap().regressors(&scene.survey));
+    let columns = columns_of("hysteresis", &scene);
     let turned =
         |c: &usize| columns.regressors[*c].name == "direction turned over within 4 um, segment 1";
     let list: Vec<usize> = (0..columns.regressors.len()).filter(turned).collect();
@@ -263,10 +268,7 @@ fn a_place_on_a_steep_shape_is_found() {
     observations.position_m[0] = (0..observations.len()).map(|i| 7.3e-6 * i as f64).collect();
     let baseline = Baseline::nominal(&observations);
     let scene = Scene::new(&observations, baseline, vec![true; observations.len()]);
-    let sides = effects::sensor_sides();
-    let side = sides.iter().find(|side| side.name() == "extra_harmonics");
-    let mut columns = Columns::default();
-    columns.push("extra_harmonics", side.unwrap().regressors(&scene.survey));
+    let columns = columns_of("extra_harmonics", &scene);
     let list = [0];
     let pitch_m = observations.pitch_m;
     let scene = || scene.moved(scene.baseline.clone(), Shift::default());
