@@ -149,8 +149,7 @@ pub fn settled<'a>(
     list: &[usize],
     amounts: &[f64],
 ) -> Scene<'a> {
-    // What remembers its way depends on other samples than its own.
-    let remembers = columns.blocks.iter().any(|b| b.name == "hysteresis");
+    let remembers = remembers(columns);
     let mut last = None;
     for round in 0..2 * ROUNDS {
         let there = shift(&scene, columns, list, amounts);
@@ -202,6 +201,7 @@ fn ahead(last: &(Shift, Shift), here: &Shift, there: &Shift) -> Shift {
     Shift {
         whole_m: towards(&there.whole_m, &last.1.whole_m),
         electronic_m: towards(&there.electronic_m, &last.1.electronic_m),
+        beside_m: there.beside_m.clone(),
     }
 }
 
@@ -262,19 +262,25 @@ fn moved(scene: &Scene, columns: &Columns, gram: &Gram, amounts: &[f64], share: 
 
 /// A share of the way from one shift to another.
 fn towards(here: &Shift, there: Shift, share: f64) -> Shift {
-    let part = |here: &[Vec<f64>; 4], mut there: [Vec<f64>; 4]| {
-        for (here, there) in here.iter().zip(&mut there) {
-            for (i, there) in there.iter_mut().enumerate() {
-                let here = here.get(i).copied().unwrap_or(0.0);
-                *there = here + share * (*there - here);
-            }
-        }
-        there
-    };
     Shift {
-        whole_m: part(&here.whole_m, there.whole_m),
-        electronic_m: part(&here.electronic_m, there.electronic_m),
+        whole_m: part_way(&here.whole_m, there.whole_m, share),
+        electronic_m: part_way(&here.electronic_m, there.electronic_m, share),
+        beside_m: part_way(&here.beside_m, there.beside_m, share),
     }
+}
+
+fn part_way<const N: usize>(
+    here: &[Vec<f64>; N],
+    mut there: [Vec<f64>; N],
+    share: f64,
+) -> [Vec<f64>; N] {
+    for (here, there) in here.iter().zip(&mut there) {
+        for (i, there) in there.iter_mut().enumerate() {
+            let here = here.get(i).copied().unwrap_or(0.0);
+            *there = here + share * (*there - here);
+        }
+    }
+    there
 }
 
 /// Effects in the electronics: they act on the pair, before equation (3).
@@ -284,29 +290,32 @@ const ELECTRONIC: [&str; 2] = ["adc_clipping", "quadrature_drift"];
 /// [`effects::sensor::Survey::skew_moves`].
 const OF_THE_TEETH: [&str; 1] = ["axis_skew"];
 
-/// What some columns with given amounts add to the four readings' places over the teeth.
+/// What some columns with given amounts add to the four readings' places over the teeth, and where one remembers its way, to the
+/// channels beside.
 pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) -> Shift {
     let is_one_of = |names: &[&str], c: usize| {
         let mut blocks = columns.blocks.iter();
         blocks.any(|b| b.columns.contains(&c) && names.contains(&b.name.as_str()))
     };
-    let acting: Vec<_> = list
-        .iter()
-        .zip(amounts)
-        .filter(|(_, amount)| **amount != 0.0)
-        .filter(|(c, _)| scene.survey.skew_moves || !is_one_of(&OF_THE_TEETH, **c))
-        .filter_map(|(c, amount)| match &columns.regressors[*c].action {
-            Action::Readings(add) => {
-                let electronic = is_one_of(&ELECTRONIC, *c);
-                Some((&columns.regressors[*c], add, *amount, electronic))
+    let acts = list.iter().zip(amounts);
+    let acts = acts.filter(|(_, amount)| **amount != 0.0);
+    let mut acting = Vec::new();
+    let mut beside = Vec::new();
+    for (c, amount) in acts {
+        let regressor = &columns.regressors[*c];
+        let moves = scene.survey.skew_moves || !is_one_of(&OF_THE_TEETH, *c);
+        match &regressor.action {
+            Action::Readings(add) if moves => {
+                acting.push((regressor, add, *amount, is_one_of(&ELECTRONIC, *c)));
             }
-            Action::Channels(_) => None,
-        })
-        .collect();
+            _ => beside.push((regressor, *amount)),
+        }
+    }
     let mut out = Shift::default();
     if acting.is_empty() {
         return out;
     }
+    let told = remembers(columns) && !scene.scope.reference;
     let one = |i: usize| {
         let moment = scene.moment(i);
         let (mut whole, mut early) = ([0.0; READINGS], [0.0; READINGS]);
@@ -316,7 +325,7 @@ pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) 
             }
             let mut readings = [0.0; READINGS];
             add(&moment, &mut readings);
-            for reading in 0..4 {
+            for reading in 0..READINGS {
                 whole[reading] += amount * readings[reading];
                 early[reading] += if *electronic {
                     amount * readings[reading]
@@ -325,14 +334,39 @@ pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) 
                 };
             }
         }
-        (whole, early)
+        let beside_m = told.then(|| {
+            let rows = scene.rows(i);
+            let mut sum_m = [0.0; 3];
+            for row in 0..rows.count {
+                let sum_m = &mut sum_m[rows.channel[row]];
+                *sum_m += (4..READINGS)
+                    .map(|r| rows.by_reading[row][r] * whole[r])
+                    .sum::<f64>();
+            }
+            for (regressor, amount) in &beside {
+                let response = rows.response(regressor, &moment);
+                for row in 0..rows.count {
+                    sum_m[rows.channel[row]] += amount * response[row];
+                }
+            }
+            sum_m
+        });
+        (whole, early, beside_m)
     };
     let samples = (0..scene.len()).into_par_iter().with_min_len(PART);
-    for (whole, early) in samples.map(one).collect::<Vec<_>>() {
+    for (whole, early, beside_m) in samples.map(one).collect::<Vec<_>>() {
         for s in (0..4).filter(|s| scene.scope.segments[*s]) {
             out.whole_m[s].push(whole[s]);
             out.electronic_m[s].push(early[s]);
         }
+        for (list, beside_m) in out.beside_m.iter_mut().zip(beside_m.into_iter().flatten()) {
+            list.push(beside_m);
+        }
     }
     out
+}
+
+/// True if an effect is among them whose output depends on the way there, and so on other samples than its own.
+fn remembers(columns: &Columns) -> bool {
+    columns.blocks.iter().any(|b| b.name == "hysteresis")
 }

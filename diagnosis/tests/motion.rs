@@ -131,10 +131,54 @@ fn the_memory_follows_from_where_a_segment_is_known_to_be() {
         .map(|i| scene.calibrated_m[1][i] + off(i))
         .collect();
     let mut told = Motion::new(&observations, &scene.calibrated_m);
-    told.retrace(1, &place_m, &observations);
+    told.retrace(1, &place_m, 1.0, &observations);
     assert_eq!(known.motion.memory[1], told.memory[1]);
     assert_ne!(known.motion.memory[1], scene.motion.memory[1]);
     assert_eq!(known.motion.memory[0], scene.motion.memory[0]);
+}
+
+/// Where an effect hides a segment's place, the others tell most of it, and it is known how much of their noise comes along.
+#[test]
+fn what_one_segment_hides_of_its_place_the_others_tell() {
+    let recording = rig::record(43, &[], &rig::Options::default()).0;
+    let truth = Observations::new(&recording).unwrap();
+    let agreed =
+        |o: &Observations| Scene::new(o, Baseline::nominal(o), vec![true; truth.len()]).agreed();
+    let known = agreed(&truth);
+    let seen: Vec<usize> = (0..truth.len()).filter(|i| truth.sees_beacon(*i)).collect();
+    assert!(seen.len() > 500 && seen.len() < truth.len());
+    let off_m = |o: &Observations, samples: &mut dyn Iterator<Item = usize>| {
+        let told = agreed(o);
+        rms(samples.map(|i| told.place_m[0][i] - known.place_m[0][i]))
+    };
+
+    let mut hidden = truth.clone();
+    for (i, place_m) in hidden.position_m[0].iter_mut().enumerate() {
+        *place_m += 3.0e-6 * (i as f64).sin().signum();
+    }
+    let hidden_m = off_m(&hidden, &mut seen.iter().copied());
+    assert!(hidden_m < 1.5e-6, "{hidden_m}");
+
+    let mut noisy = truth.clone();
+    let mut dice = rig::Dice(11);
+    let readings = noisy.position_m.iter_mut().chain(&mut noisy.tan_psi);
+    let stated = truth.position_noise_m.iter().chain(&truth.tan_psi_noise);
+    for (values, stated) in readings.zip(stated) {
+        for (value, noise) in values.iter_mut().zip(stated) {
+            *value += noise * dice.normal();
+        }
+    }
+    let noise_m = off_m(&noisy, &mut (0..truth.len()));
+    let stated_m = known.louder[0] * rms(truth.position_noise_m[0].iter().copied());
+    assert!(
+        (noise_m / stated_m - 1.0).abs() < 0.05,
+        "{noise_m}, {stated_m}"
+    );
+}
+
+fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (count, squares) = values.fold((0.0, 0.0), |(n, sum), v| (n + 1.0, sum + v * v));
+    f64::sqrt(squares / count)
 }
 
 /// Patterns add to a path's scatter and never take from it: a statement far above it is wrong.
@@ -236,10 +280,7 @@ fn columns_of(effect: &str, scene: &Scene) -> Columns {
 /// effect itself, going all the way each round leads from one place to another and back.
 #[test]
 fn a_place_and_its_own_memory_agree() {
-    let mut observations = in_one_stretch();
-    observations.position_m[0] = (0..observations.len())
-        .map(|i| 12.0e-6 * (i as f64 / 40.0).sin())
-        .collect();
+    let observations = swaying();
     let baseline = Baseline::nominal(&observations);
     let scene = Scene::new(&observations, baseline, vec![true; observations.len()]);
     let columns = columns_of("hysteresis", &scene);
@@ -258,6 +299,64 @@ fn a_place_and_its_own_memory_agree() {
         let mean_m = (0..there.len()).map(off).sum::<f64>() / there.len() as f64;
         assert!(mean_m < 0.02 * amount_m.abs(), "{amount_m}: {mean_m}");
     }
+}
+
+/// What a courier without errors reads that sways by some tens of micrometres in its place.
+fn swaying() -> Observations {
+    let mut out = in_one_stretch();
+    let o = out.clone();
+    for (s, position_m) in out.position_m.iter_mut().enumerate() {
+        let sway = |i: usize, periods: f64| (i as f64 / periods).sin();
+        let centre_m = |i| 40.0e-6 * sway(i, [57.0, 83.0][s % 2]);
+        let turned_m = |i| [1.0, -1.0][s / 2] * 4.0e-6 * sway(i, 41.0);
+        *position_m = (0..o.len()).map(|i| centre_m(i) + turned_m(i)).collect();
+    }
+    let baseline = Baseline::nominal(&o);
+    let scene = Scene::new(&out, baseline, vec![true; o.len()]);
+    let rows: Vec<_> = (0..o.len()).map(|i| scene.rows(i)).collect();
+    for (i, rows) in rows.iter().enumerate() {
+        for row in 1..rows.count {
+            let slopes = &rows.by_reading[row][4..];
+            let square = slopes[0].powi(2) + slopes[1].powi(2);
+            for (tan, slope) in out.tan_psi.iter_mut().zip(slopes) {
+                tan[i] -= slope * rows.residual_m[row] / square;
+            }
+        }
+    }
+    out
+}
+
+/// Play that turns over faster than a segment goes back hides that it goes back at all; the beacon tells.
+#[test]
+fn a_way_that_all_segments_hide_is_told_by_the_beacon() {
+    let truth = swaying();
+    let baseline = Baseline::nominal(&truth);
+    let scene = |o| Scene::new(o, baseline.clone(), vec![true; truth.len()]);
+    let known = scene(&truth);
+    let columns = columns_of("hysteresis", &known);
+    let play = |c: &usize| {
+        let name = &columns.regressors[*c].name;
+        name.starts_with("direction turned evenly over 12 um")
+    };
+    let list: Vec<usize> = (0..columns.regressors.len()).filter(play).collect();
+    assert_eq!(list.len(), 4);
+    // Within 12 um of the way back a segment goes on by 2 um.
+    let amounts = [7.0e-6; 4];
+    let hidden = shift(&known, &columns, &list, &amounts).whole_m;
+    let mut seen_m = truth.clone();
+    for (position_m, hidden_m) in seen_m.position_m.iter_mut().zip(&hidden) {
+        for (position_m, hidden_m) in position_m.iter_mut().zip(hidden_m) {
+            *position_m -= hidden_m;
+        }
+    }
+    let there = settled(scene(&seen_m), &columns, &list, &amounts);
+    let off = |i: usize| (0..4).map(move |s| (s, i));
+    let with_beacon = (0..truth.len()).filter(|i| truth.sees_beacon(*i));
+    let off_m = rms(with_beacon
+        .flat_map(off)
+        .map(|(s, i)| there.shift.whole_m[s][i] - hidden[s][i]));
+    let all_m = rms(hidden[0].iter().copied());
+    assert!(off_m < 0.2 * all_m, "{off_m} of {all_m}");
 }
 
 /// Shapes as steep as nine tenths of the way itself: the plain fixed point would take a hundred rounds to what a tenth of the noise

@@ -1,5 +1,6 @@
 //! One recording under one baseline: residual channels, their noise, and what the sensor knows at each sample.
 
+mod agreed;
 mod amplitude;
 mod amplitudes;
 mod mesh;
@@ -60,6 +61,8 @@ pub struct Shift {
     pub whole_m: [Vec<f64>; 4],
     /// Of effects in the electronics: equation (3) is a function of what the pair would give without them.
     pub electronic_m: [Vec<f64>; 4],
+    /// Of what does not move a segment, to g_p, g_x and g_y; empty where no effect remembers its way.
+    pub beside_m: [Vec<f64>; 3],
 }
 
 /// Reference values that amounts are relative to.
@@ -138,8 +141,8 @@ impl<'a> Scene<'a> {
     /// follows from where it is known to be now.
     pub fn moved(&self, baseline: Baseline, shift: Shift) -> Self {
         let (calibrated_m, gain) = calibrated(self.observations, self.scope, &baseline, &shift);
-        Self {
-            motion: self.retraced(&calibrated_m, &shift),
+        let mut this = Self {
+            motion: Arc::clone(&self.motion),
             observations: self.observations,
             baseline,
             scope: self.scope,
@@ -154,25 +157,36 @@ impl<'a> Scene<'a> {
             amplitudes: Arc::clone(&self.amplitudes),
             quiet_m: Arc::clone(&self.quiet_m),
             behind_k: Arc::clone(&self.behind_k),
-        }
+        };
+        this.retrace(&self.shift);
+        this
     }
 
-    /// The motion with the ways of those segments whose places another shift moves. A reference's places are moved by none.
-    fn retraced(&self, calibrated_m: &[Vec<f64>; 4], shift: &Shift) -> Arc<Motion> {
-        let mut motion = Arc::clone(&self.motion);
-        if self.scope.reference || *shift == self.shift {
-            return motion;
+    /// The ways of those segments whose places another shift than the one before moves. A reference's places are moved by none.
+    fn retrace(&mut self, before: &Shift) {
+        if self.scope.reference || self.shift == *before {
+            return;
         }
-        for (segment, place_m) in calibrated_m.iter().enumerate() {
-            let (there, here) = (&shift.whole_m[segment], &self.shift.whole_m[segment]);
-            if there != here {
-                let at = |i: usize| there.get(i).copied().unwrap_or(0.0);
-                let place_m: Vec<f64> =
-                    place_m.iter().enumerate().map(|(i, p)| p + at(i)).collect();
-                Arc::make_mut(&mut motion).retrace(segment, &place_m, self.observations);
+        let remembers = !self.shift.beside_m[0].is_empty();
+        let agreed = remembers.then(|| self.agreed());
+        let motion = Arc::make_mut(&mut self.motion);
+        for (segment, calibrated_m) in self.calibrated_m.iter().enumerate() {
+            let (there, here) = (&self.shift.whole_m[segment], &before.whole_m[segment]);
+            if there == here {
+                continue;
             }
+            let own = || {
+                calibrated_m
+                    .iter()
+                    .enumerate()
+                    .map(|(i, p)| p + at(there, i))
+            };
+            let (place_m, louder) = match &agreed {
+                Some(all) => (all.place_m[segment].clone(), all.louder[segment]),
+                None => (own().collect(), 1.0),
+            };
+            motion.retrace(segment, &place_m, louder, self.observations);
         }
-        motion
     }
 
     /// Speeds, from the reference where there is one: it carries no error pattern.
@@ -202,6 +216,11 @@ impl<'a> Scene<'a> {
     }
 }
 
+/// What is added at a sample; nothing where nothing is found.
+fn at(list: &[f64], i: usize) -> f64 {
+    list.get(i).copied().unwrap_or(0.0)
+}
+
 /// Least and largest; none of nothing.
 pub fn range(values: &[f64]) -> Option<[f64; 2]> {
     let low = values.iter().copied().reduce(f64::min)?;
@@ -223,7 +242,7 @@ fn calibrated(
             .iter()
             .enumerate()
             .map(|(i, &p)| {
-                let clean = p + off.get(i).copied().unwrap_or(0.0);
+                let clean = p + at(off, i);
                 let (error, slope) = baseline.error_m(s, clean, observations.pitch_m);
                 (p + error, 1.0 + slope)
             })
