@@ -1,6 +1,7 @@
 //! What an effect holds besides what it is searched by. As long as it may not be there at all, that would stand for other causes; once
 //! it is found it is told with it.
 
+use super::mixed::are_the_gaps_own;
 use super::{CLOSE, Judge};
 use crate::refine::Refined;
 use effects::sensor::Survey;
@@ -33,15 +34,20 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// A gap's error at the normal amplitude, as far as equation (3) lacks it. Free harmonics tell of that themselves.
+    /// A gap's error at the normal amplitude, as far as equation (3) lacks it. Free harmonics tell of that themselves; where they are
+    /// no more than that, they go.
     pub(super) fn tell_gap(&mut self) {
-        let names = self.told.names(&self.study);
-        let named = |name: &str| names.iter().any(|n| n == name);
-        if !named("gap_variation") || named("extra_harmonics") {
+        let mut names = self.told.names(&self.study);
+        let at = |name: &str| names.iter().position(|n| n == name);
+        let shape = at("extra_harmonics");
+        if at("gap_variation").is_none() || shape.is_some() && !are_the_gaps_own(&self.fine) {
             return;
         }
+        shape.map(|at| names.remove(at));
         let fine = self.fitted_telling(&names, &|survey| survey.gap_told = true);
-        if fine.residuals.white_rms() < self.fine.residuals.white_rms() {
+        let as_good = if shape.is_some() { CLOSE } else { 1.0 };
+        if fine.residuals.white_rms() < as_good * self.fine.residuals.white_rms() {
+            shape.map(|at| self.told.found.blocks.remove(at));
             self.fine = fine;
             self.restate();
         }
