@@ -7,6 +7,7 @@ mod field;
 mod fitted;
 mod foretold;
 mod loudness;
+mod missing;
 mod mixed;
 mod named;
 mod owners;

@@ -38,6 +38,21 @@ pub struct Located {
     owners: Owners,
 }
 
+impl Located {
+    /// What is known of some segments without a shape.
+    pub(super) fn of_segments(coordinate: &str, share: f64, segments: [bool; 4]) -> Self {
+        Self {
+            coordinate: coordinate.into(),
+            share,
+            owners: Owners {
+                channel: None,
+                segments,
+            },
+            ..Self::default()
+        }
+    }
+}
+
 /// Takes over the larger share of every coordinate, largest first.
 pub(super) fn merge(list: &mut Vec<Located>, more: Vec<Located>) {
     for finer in more {
@@ -71,6 +86,10 @@ impl Judge<'_> {
         let mut arena = study.arena();
         let mut found = located(&study, &mut arena, self.base, &[]);
         attribute(&study, &mut arena, &[], &mut found);
+        if let Some(missing) = self.missing_codes() {
+            found.push(missing);
+            found.sort_by(|a, b| b.share.total_cmp(&a.share));
+        }
         for l in &found {
             log(&format!("finely: {} {:.3}", l.coordinate, l.share));
         }
