@@ -53,7 +53,8 @@ impl<'a> Arena<'a> {
         };
         let base: Vec<usize> = columns.blocks[0].columns.clone().collect();
         if !gram.overstated {
-            this.quietest = quietest(this.score_columns(&base).squares, this.rows());
+            let baseline = this.score_columns(&base).squares;
+            this.quietest = quietest(baseline, this.rows(), gram.loud);
         }
         this
     }
@@ -151,10 +152,11 @@ const IMPOSSIBLE: Score = Score {
 const LARGE: usize = 120;
 
 /// Held-out squares below which columns hold a reading's own noise, as an angle that hardly changes times large amounts does.
-fn quietest(baseline: f64, rows: f64) -> f64 {
+/// Noise that was found and not stated bounds nothing so closely.
+fn quietest(baseline: f64, rows: f64, loud: bool) -> f64 {
     if baseline < 2.0 * TOO_GOOD * rows {
         0.0
-    } else if baseline < NO_GAP * rows {
+    } else if baseline < NO_GAP * rows && !loud {
         rows * NEARLY.min(1.0 - CHANCE * (2.0 / rows).sqrt())
     } else {
         TOO_GOOD * rows

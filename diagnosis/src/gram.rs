@@ -5,7 +5,7 @@ use crate::products::Upright;
 use crate::scene::{ROWS, Scene};
 use crate::symmetric::Symmetric;
 use crate::training::Training;
-use effects::sensor::{CHANNELS, Regressor};
+use effects::sensor::{CHANNELS, READINGS, Regressor};
 use nalgebra::DVector;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -91,6 +91,8 @@ pub struct Gram {
     pub shrunk: Vec<f64>,
     /// True if the readings show less noise than is stated: less than the stated noise may be left.
     pub overstated: bool,
+    /// True if the noise is what was found in the residuals and not what is stated: it may hold some of what it hides.
+    pub loud: bool,
 }
 
 /// Fold of each sample: pieces of runs, never single samples; a place that is passed twice falls into different folds.
@@ -236,6 +238,7 @@ impl Gram {
             scale,
             centre,
             overstated: scene.observations.overstated,
+            loud: scene.noise != [1.0; READINGS],
         }
     }
 

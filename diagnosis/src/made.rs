@@ -43,6 +43,7 @@ impl Made {
             centre: vec![0.0; width],
             shrunk: vec![1.0; width],
             overstated: false,
+            loud: false,
         };
         let carried = Carried::none(width);
         Self {

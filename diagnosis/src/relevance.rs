@@ -112,6 +112,7 @@ mod tests {
             centre: vec![0.0; 4],
             shrunk: vec![1.0; 4],
             overstated: false,
+            loud: false,
         };
         gram.rescale(&[10.0; 4]);
         let amounts = |gram: &Gram| {

@@ -62,7 +62,7 @@ pub fn stands_out(arena: &mut Arena, floor: f64) -> bool {
     })
 }
 
-/// Held-out squares of the best that columns can do if only chance bounds their number: what is left is the noise.
+/// Held-out squares of the best that columns can do if only chance and likelihood bound their number: what is left is the noise.
 pub fn noise_floor(arena: &mut Arena, candidates: &[usize]) -> f64 {
     let mut chosen: Vec<usize> = Vec::new();
     for _ in 0..MOST {
@@ -70,7 +70,7 @@ pub fn noise_floor(arena: &mut Arena, candidates: &[usize]) -> f64 {
             break;
         };
         let (old, new) = (arena.score(&chosen), arena.score(&set));
-        if !steady(&new, &old) {
+        if !steady(&new, &old) || new.log_evidence <= old.log_evidence {
             break;
         }
         chosen = set;
