@@ -10,6 +10,24 @@ const OUTSIDE: f64 = 7.0;
 /// What is next to such a sample belongs to it by this many.
 const BESIDE: f64 = 3.5;
 
+/// Fewer tell no usual scatter.
+const LEAST: usize = 20;
+
+/// Which samples are told apart from each other: those of a stretch, and the poses of a run that is one by one at rest. What a model
+/// leaves of those scatters alike; what a gap leaves need not.
+pub fn with_single_poses(stretch: &[usize], run: &[usize]) -> Vec<usize> {
+    let mut samples = vec![0; stretch.iter().max().map_or(0, |last| last + 1)];
+    stretch.iter().for_each(|s| samples[*s] += 1);
+    let of = |(s, r): (&usize, &usize)| {
+        if samples[*s] < LEAST {
+            samples.len() + r
+        } else {
+            *s
+        }
+    };
+    stretch.iter().zip(run).map(of).collect()
+}
+
 /// Marks samples that stand out of their neighbourhood. `rows` are (sample, channel, whitened residual) in time order.
 pub fn disturbed(rows: &[(usize, usize, f64)], samples: usize, stretch: &[usize]) -> Vec<bool> {
     let mut marked = vec![false; samples];
@@ -28,9 +46,13 @@ pub fn disturbed(rows: &[(usize, usize, f64)], samples: usize, stretch: &[usize]
             {
                 end += 1;
             }
-            let mut values: Vec<f64> = list[start..end].iter().map(|r| r.1).collect();
+            // What is left of a stretch is held against what is before it as well.
+            let of_it = |k: &usize| stretch[list[*k].0] == stretch[list[start].0];
+            let back = (end.saturating_sub(PIECE)..start).rev().take_while(of_it);
+            let from = start - if end - start < LEAST { back.count() } else { 0 };
+            let mut values: Vec<f64> = list[from..end].iter().map(|r| r.1).collect();
             if let Some((centre, deviation)) =
-                median_and_deviation(&mut values).filter(|_| end - start >= 20)
+                median_and_deviation(&mut values).filter(|_| end - from >= LEAST)
             {
                 let limit = OUTSIDE * deviation.max(1.0);
                 let far = |k: &usize, limit: f64| (list[*k].1 - centre).abs() > limit;
@@ -50,6 +72,39 @@ pub fn disturbed(rows: &[(usize, usize, f64)], samples: usize, stretch: &[usize]
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn poses_one_by_one_are_held_against_each_other() {
+        let value = |i: usize| {
+            if i == 40 {
+                12.0
+            } else {
+                (1.7 * i as f64).sin() * 1.4
+            }
+        };
+        let rows: Vec<(usize, usize, f64)> = (0..90).map(|i| (i, 0, value(i))).collect();
+        let stretch: Vec<usize> = (0..90).collect();
+        let marked = |pieces: &[usize]| disturbed(&rows, 90, pieces).iter().filter(|m| **m).count();
+        assert_eq!(marked(&stretch), 0);
+        let pieces = with_single_poses(&stretch, &[3; 90]);
+        assert_eq!(marked(&pieces), 1);
+        let one = with_single_poses(&[0; 90], &[3; 90]);
+        assert_eq!(one, [0; 90]);
+    }
+
+    #[test]
+    fn the_last_samples_of_a_stretch_are_looked_at_too() {
+        let value = |i: usize| {
+            if i == 125 {
+                12.0
+            } else {
+                (1.7 * i as f64).sin() * 1.4
+            }
+        };
+        let rows: Vec<(usize, usize, f64)> = (0..130).map(|i| (i, 0, value(i))).collect();
+        let marked = disturbed(&rows, 130, &[0; 130]);
+        assert_eq!((0..130).filter(|i| marked[*i]).collect::<Vec<_>>(), [125]);
+    }
 
     #[test]
     fn the_tail_of_a_disturbance_is_marked_with_it() {

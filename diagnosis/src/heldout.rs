@@ -52,6 +52,19 @@ impl Residuals {
         )
     }
 
+    /// Some of them.
+    pub fn only(&self, stays: impl Fn(usize) -> bool) -> Self {
+        let list: Vec<usize> = (0..self.sample.len()).filter(|k| stays(*k)).collect();
+        let values = |of: &[f64]| list.iter().map(|k| of[*k]).collect();
+        Self {
+            sample: list.iter().map(|k| self.sample[*k]).collect(),
+            channel: list.iter().map(|k| self.channel[*k]).collect(),
+            value_m: values(&self.value_m),
+            white: values(&self.white),
+            noise_m: values(&self.noise_m),
+        }
+    }
+
     /// The same with each channel's whitened rms made one.
     pub fn of_unit_rms(&self) -> Self {
         let mut out = self.clone();

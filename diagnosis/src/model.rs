@@ -4,7 +4,7 @@ use crate::Insufficient;
 use crate::baseline::Baseline;
 use crate::calibrate::baseline_columns;
 use crate::certainty::Certainty;
-use crate::clean::disturbed;
+use crate::clean::{disturbed, with_single_poses};
 use crate::counts::align_pairs;
 use crate::gram::{Columns, Gram, folds, solve};
 use crate::heldout::Residuals;
@@ -194,7 +194,15 @@ fn undisturbed(model: &Model, observations: &Observations) -> Vec<bool> {
     let rows: Vec<(usize, usize, f64)> = (0..first.sample.len())
         .map(|k| (first.sample[k], first.channel[k], first.white[k]))
         .collect();
-    let marked = disturbed(&rows, observations.len(), &observations.stretch);
+    let stretch = &observations.stretch;
+    let poses = model
+        .bursts
+        .then(|| with_single_poses(stretch, &observations.run));
+    let marked = disturbed(
+        &rows,
+        observations.len(),
+        poses.as_deref().unwrap_or(stretch),
+    );
     all.iter().zip(&marked).map(|(a, m)| *a && !m).collect()
 }
 

@@ -1,7 +1,7 @@
 //! What is no shape: bursts, and noise that must be shown to be noise.
 
 use super::Judge;
-use crate::clean::disturbed;
+use crate::clean::{disturbed, with_single_poses};
 use crate::heldout::Residuals;
 use crate::recurring::recurs;
 use crate::report::{Magnitude, Named};
@@ -291,6 +291,16 @@ impl Judge<'_> {
             *mark &= !self.prepared.thinned[i] && !self.prepared.stuck[i] && !turning(i);
         }
         marked
+    }
+
+    /// What is left without single poses that stand out: where bursts are named, `check` sets those aside as well.
+    pub(super) fn without_single_poses(&self, left: &Residuals) -> Residuals {
+        let o = &self.fine.scene.observations;
+        let rows: Vec<(usize, usize, f64)> = (0..left.sample.len())
+            .map(|k| (left.sample[k], left.channel[k], left.white[k]))
+            .collect();
+        let marked = disturbed(&rows, o.len(), &with_single_poses(&o.stretch, &o.run));
+        left.only(|k| !marked[left.sample[k]])
     }
 
     /// Samples in use, where what was found shows others to be disturbed than the baseline alone did: a pattern stands out of

@@ -5,6 +5,7 @@ use super::named::slip_named;
 use super::place::{Located, attribute, merge};
 use super::{CHANNEL_NAMES, Judge, LEFT_OVER, NOISY, OF_ITS_TIME, VISIBLE};
 use crate::arena::Arena;
+use crate::heldout::Residuals;
 use crate::report::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
 use crate::search::{Found, MINIMUM_SQUARES, rest, stands_out};
 use crate::study::{FIELD, Kind};
@@ -366,7 +367,12 @@ impl Judge<'_> {
         if named {
             out.notes.extend(self.if_it_beats_otherwise());
         }
+        let bursts = out.effects.iter().any(|e| e.name == OUTLIERS);
+        let aside = bursts.then(|| self.without_single_poses(model));
+        let (all, model) = (model, aside.as_ref().unwrap_or(model));
         for c in self.before.channels() {
+            let after = |left: &Residuals| left.channel_rms_m(c).0.max(1e-12);
+            let set_aside = after(model) / after(all);
             let (real, samples) = self.before.channel_rms_m(c);
             let simulated = self.floor.channel_rms_m[c];
             let signed = |v: f64| {
@@ -385,7 +391,7 @@ impl Judge<'_> {
                 channel: CHANNEL_NAMES[c].into(),
                 before_rms_m: real,
                 after_rms_m: model.channel_rms_m(c).0,
-                after_ci95_m: self.foretold_interval_m(named, c),
+                after_ci95_m: self.foretold_interval_m(named, c).map(|m| m * set_aside),
                 floor_rms_m: simulated,
             });
         }
