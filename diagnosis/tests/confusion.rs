@@ -292,6 +292,28 @@ fn a_field_under_noise_is_seen() {
     );
 }
 
+/// Noise of thirty times what is stated; the lag beneath it is a thirtieth of the squares.
+#[test]
+fn what_heavy_noise_hides_is_named_beside_it() {
+    let drawn = |name: &str, size_m| Drawn {
+        name: name.into(),
+        size_m,
+    };
+    let case = Case {
+        number: 0,
+        seed: 4_036_594_875_922_131,
+        kind: Kind::Pair,
+        effects: vec![
+            drawn("excess_noise", 1.807e-6),
+            drawn("velocity_lag", 1.886e-6),
+        ],
+    };
+    let d = diagnose(&case.recorded(0), "two", &Options::default());
+    let mut found = names(&d);
+    found.sort_unstable();
+    assert_eq!(found, ["excess_noise", "velocity_lag"]);
+}
+
 #[test]
 fn an_unlisted_effect_is_unknown() {
     let d = on_rig(23, &[("theta_bend", 2.0e-6)]);
