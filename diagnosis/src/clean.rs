@@ -49,7 +49,7 @@ pub fn disturbed(rows: &[(usize, usize, f64)], samples: usize, stretch: &[usize]
             // What is left of a stretch is held against what is before it as well.
             let of_it = |k: &usize| stretch[list[*k].0] == stretch[list[start].0];
             let back = (end.saturating_sub(PIECE)..start).rev().take_while(of_it);
-            let from = start - if end - start < LEAST { back.count() } else { 0 };
+            let from = start - if end - start < PIECE { back.count() } else { 0 };
             let mut values: Vec<f64> = list[from..end].iter().map(|r| r.1).collect();
             if let Some((centre, deviation)) =
                 median_and_deviation(&mut values).filter(|_| end - from >= LEAST)
@@ -104,6 +104,19 @@ mod tests {
         let rows: Vec<(usize, usize, f64)> = (0..130).map(|i| (i, 0, value(i))).collect();
         let marked = disturbed(&rows, 130, &[0; 130]);
         assert_eq!((0..130).filter(|i| marked[*i]).collect::<Vec<_>>(), [125]);
+    }
+
+    /// A burst may be longer than half of what is left of a stretch.
+    #[test]
+    fn a_burst_in_the_last_samples_is_no_usual_scatter_there() {
+        let value = |i: usize| {
+            let burst = (124..135).contains(&i);
+            (1.7 * i as f64).sin() * if burst { 40.0 } else { 1.4 }
+        };
+        let rows: Vec<(usize, usize, f64)> = (0..140).map(|i| (i, 0, value(i))).collect();
+        let marked = disturbed(&rows, 140, &[0; 140]);
+        assert!((124..135).filter(|i| marked[*i]).count() > 8);
+        assert!((0..124).chain(135..140).all(|i| !marked[i]));
     }
 
     #[test]
