@@ -73,16 +73,15 @@ pub fn disturbed(rows: &[(usize, usize, f64)], samples: usize, stretch: &[usize]
 mod tests {
     use super::*;
 
+    fn with_one_burst(samples: usize, at: usize) -> Vec<(usize, usize, f64)> {
+        let usual = |i: usize| (1.7 * i as f64).sin() * 1.4;
+        let value = |i: usize| if i == at { 12.0 } else { usual(i) };
+        (0..samples).map(|i| (i, 0, value(i))).collect()
+    }
+
     #[test]
     fn poses_one_by_one_are_held_against_each_other() {
-        let value = |i: usize| {
-            if i == 40 {
-                12.0
-            } else {
-                (1.7 * i as f64).sin() * 1.4
-            }
-        };
-        let rows: Vec<(usize, usize, f64)> = (0..90).map(|i| (i, 0, value(i))).collect();
+        let rows = with_one_burst(90, 40);
         let stretch: Vec<usize> = (0..90).collect();
         let marked = |pieces: &[usize]| disturbed(&rows, 90, pieces).iter().filter(|m| **m).count();
         assert_eq!(marked(&stretch), 0);
@@ -94,14 +93,7 @@ mod tests {
 
     #[test]
     fn the_last_samples_of_a_stretch_are_looked_at_too() {
-        let value = |i: usize| {
-            if i == 125 {
-                12.0
-            } else {
-                (1.7 * i as f64).sin() * 1.4
-            }
-        };
-        let rows: Vec<(usize, usize, f64)> = (0..130).map(|i| (i, 0, value(i))).collect();
+        let rows = with_one_burst(130, 125);
         let marked = disturbed(&rows, 130, &[0; 130]);
         assert_eq!((0..130).filter(|i| marked[*i]).collect::<Vec<_>>(), [125]);
     }

@@ -52,6 +52,13 @@ impl Residuals {
         )
     }
 
+    /// Sample, channel and whitened residual of each row.
+    pub fn white_rows(&self) -> Vec<(usize, usize, f64)> {
+        let rows = self.sample.iter().zip(&self.channel).zip(&self.white);
+        rows.map(|((i, channel), white)| (*i, *channel, *white))
+            .collect()
+    }
+
     /// Some of them.
     pub fn only(&self, stays: impl Fn(usize) -> bool) -> Self {
         let list: Vec<usize> = (0..self.sample.len()).filter(|k| stays(*k)).collect();

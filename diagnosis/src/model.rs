@@ -191,9 +191,7 @@ fn undisturbed(model: &Model, observations: &Observations) -> Vec<bool> {
     let stuck = crate::clip::stuck(observations, &model.survey.clip);
     let all: Vec<bool> = resting.iter().zip(&stuck).map(|(r, s)| !r && !s).collect();
     let (first, _) = residuals(model, observations, all.clone(), model.bursts);
-    let rows: Vec<(usize, usize, f64)> = (0..first.sample.len())
-        .map(|k| (first.sample[k], first.channel[k], first.white[k]))
-        .collect();
+    let rows = first.white_rows();
     let stretch = &observations.stretch;
     let poses = model
         .bursts

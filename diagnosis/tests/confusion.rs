@@ -237,19 +237,23 @@ fn a_flickering_lamp_is_located() {
     assert_eq!(d.place[0].coordinate, "frequency", "{:?}", d.place);
 }
 
-/// A ruling that is out of square moves the teeth themselves: what repeats with them stays where the readings say.
-#[test]
-fn harmonics_beside_a_skew_stay_on_their_teeth() {
-    let drawn = |name: &str, size_m| Drawn {
+fn pair(seed: u64, effects: [(&str, f64); 2]) -> Case {
+    let drawn = |(name, size_m): (&str, f64)| Drawn {
         name: name.into(),
         size_m,
     };
-    let case = Case {
+    Case {
         number: 0,
-        seed: 19,
+        seed,
         kind: Kind::Pair,
-        effects: vec![drawn("extra_harmonics", 3.5e-6), drawn("axis_skew", 1.5e-6)],
-    };
+        effects: effects.map(drawn).into(),
+    }
+}
+
+/// A ruling that is out of square moves the teeth themselves: what repeats with them stays where the readings say.
+#[test]
+fn harmonics_beside_a_skew_stay_on_their_teeth() {
+    let case = pair(19, [("extra_harmonics", 3.5e-6), ("axis_skew", 1.5e-6)]);
     let d = diagnose(&case.recorded(0), "blind", &Options::default());
     assert_eq!(
         names(&d),
@@ -295,19 +299,10 @@ fn a_field_under_noise_is_seen() {
 /// Noise of thirty times what is stated; the lag beneath it is a thirtieth of the squares.
 #[test]
 fn what_heavy_noise_hides_is_named_beside_it() {
-    let drawn = |name: &str, size_m| Drawn {
-        name: name.into(),
-        size_m,
-    };
-    let case = Case {
-        number: 0,
-        seed: 4_036_594_875_922_131,
-        kind: Kind::Pair,
-        effects: vec![
-            drawn("excess_noise", 1.807e-6),
-            drawn("velocity_lag", 1.886e-6),
-        ],
-    };
+    let case = pair(
+        4_036_594_875_922_131,
+        [("excess_noise", 1.807e-6), ("velocity_lag", 1.886e-6)],
+    );
     let d = diagnose(&case.recorded(0), "two", &Options::default());
     let mut found = names(&d);
     found.sort_unstable();

@@ -277,10 +277,7 @@ impl Judge<'_> {
     /// Samples that stand out of what is left around them.
     fn outstanding(&self, left: &Residuals) -> Vec<bool> {
         let scene = &self.fine.scene;
-        let rows: Vec<(usize, usize, f64)> = (0..left.sample.len())
-            .map(|k| (left.sample[k], left.channel[k], left.white[k]))
-            .collect();
-        let mut marked = disturbed(&rows, scene.len(), &scene.observations.stretch);
+        let mut marked = disturbed(&left.white_rows(), scene.len(), &scene.observations.stretch);
         // About a turn a direction that is told some samples late leaves twice what it does there: no burst.
         let directed = self.told.names(&self.study).iter().any(|n| n == DIRECTED);
         let turning = |i: usize| {
@@ -296,10 +293,11 @@ impl Judge<'_> {
     /// What is left without single poses that stand out: where bursts are named, `check` sets those aside as well.
     pub(super) fn without_single_poses(&self, left: &Residuals) -> Residuals {
         let o = &self.fine.scene.observations;
-        let rows: Vec<(usize, usize, f64)> = (0..left.sample.len())
-            .map(|k| (left.sample[k], left.channel[k], left.white[k]))
-            .collect();
-        let marked = disturbed(&rows, o.len(), &with_single_poses(&o.stretch, &o.run));
+        let marked = disturbed(
+            &left.white_rows(),
+            o.len(),
+            &with_single_poses(&o.stretch, &o.run),
+        );
         left.only(|k| !marked[left.sample[k]])
     }
 

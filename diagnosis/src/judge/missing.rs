@@ -4,7 +4,6 @@
 use super::Judge;
 use super::place::Located;
 use crate::observe::Observations;
-use crate::scene::ROWS;
 use crate::statistics::median;
 use std::f64::consts::{PI, TAU};
 
@@ -30,7 +29,7 @@ impl Judge<'_> {
         let made: f64 = (0..before.sample.len())
             .map(|k| {
                 let rows = scene.rows(before.sample[k]);
-                let mut list = 0..rows.count.min(ROWS);
+                let mut list = 0..rows.count;
                 let row = list.find(|row| rows.channel[*row] == before.channel[k]);
                 let slopes = row.map(|row| rows.white_by_reading()[row]);
                 let of = |s: usize| slopes.map_or(0.0, |slopes| slopes[s].powi(2) * variance_m2[s]);

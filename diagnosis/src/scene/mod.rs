@@ -175,15 +175,12 @@ impl<'a> Scene<'a> {
             if there == here {
                 continue;
             }
-            let own = || {
-                calibrated_m
-                    .iter()
-                    .enumerate()
-                    .map(|(i, p)| p + at(there, i))
-            };
             let (place_m, louder) = match &agreed {
                 Some(all) => (all.place_m[segment].clone(), all.louder[segment]),
-                None => (own().collect(), 1.0),
+                None => {
+                    let own = calibrated_m.iter().enumerate();
+                    (own.map(|(i, p)| p + at(there, i)).collect(), 1.0)
+                }
             };
             motion.retrace(segment, &place_m, louder, self.observations);
         }
