@@ -47,14 +47,18 @@ impl Certainty {
         let by_teeth = fine.scene.survey.teeth.is_some();
         let told = |name: &str| !APART.contains(&name) || by_teeth && name == FIELD;
         columns.blocks[1..].iter().find(|b| told(&b.name))?;
-        let all: Vec<usize> = (0..fine.gram.width()).collect();
+        // A drift's course is another elsewhere, as the claim says. Equation (3) is what is left at its mean, and no less known for that.
+        let drift = columns.blocks.iter().find(|b| b.name == OF_ITS_TIME);
+        let all: Vec<usize> = (0..fine.gram.width())
+            .filter(|c| drift.is_none_or(|b| !b.columns.contains(c)))
+            .collect();
         let shrunk = &fine.gram.shrunk;
         let mut precision = fine.gram.training(None).square(&all);
-        for &a in &all {
-            for &b in &all {
-                precision[(a, b)] /= shrunk[a] * shrunk[b];
+        for (j, &a) in all.iter().enumerate() {
+            for (k, &b) in all.iter().enumerate() {
+                precision[(j, k)] /= shrunk[a] * shrunk[b];
             }
-            precision[(a, a)] += 1.0;
+            precision[(j, j)] += 1.0;
         }
         let factor = Factor::new(precision)?;
         let unit = |c: usize| fine.gram.scale[c] / shrunk[c];
@@ -67,7 +71,7 @@ impl Certainty {
             for c in block.columns.clone() {
                 let name = columns.regressors[c].name.clone();
                 out.amounts.push([block.name.clone(), name]);
-                list.push(c);
+                list.extend(all.iter().position(|a| *a == c).map(|k| (k, c)));
             }
         }
         if by_teeth {
@@ -76,16 +80,16 @@ impl Certainty {
                 let draw = DVector::from_fn(all.len(), |_, _| normal(&mut rng));
                 let draw = factor.coloured(&draw);
                 // A float's digits are enough, and half of the file.
-                let short = |c: &usize| (draw[*c] * unit(*c)) as f32;
+                let short = |(k, c): &(usize, usize)| (draw[*k] * unit(*c)) as f32;
                 out.draws.push(list.iter().map(short).collect());
             }
             return Some(out);
         }
         let covariance = factor.inverse();
-        for (k, &c) in list.iter().enumerate() {
-            let row = list[..=k].iter();
+        for (last, &(j, c)) in list.iter().enumerate() {
+            let row = list[..=last].iter();
             out.covariance
-                .extend(row.map(|&k| covariance[(c, k)] * unit(c) * unit(k)));
+                .extend(row.map(|&(k, other)| covariance[(j, k)] * unit(c) * unit(other)));
         }
         Some(out)
     }
