@@ -37,6 +37,11 @@ pub fn rest(arena: &mut Arena, blocks: &[usize], floor: f64) -> f64 {
     }
 }
 
+/// What an effect must take to be beyond chance, as a share of the excess.
+pub fn least_share(arena: &mut Arena, floor: f64) -> f64 {
+    MINIMUM_SQUARES / (arena.score(&[]).squares - floor).max(MINIMUM_SQUARES)
+}
+
 /// True if `with` beats `without` on all but one fold and by more than chance.
 fn steady(with: &Score, without: &Score) -> bool {
     let better = with
@@ -194,7 +199,13 @@ fn worth(arena: &mut Arena, set: &[usize], chosen: &[usize], floor: f64) -> bool
     if chosen.is_empty() && gain > FIRST_SHARE {
         return true;
     }
-    let nearly_all = !is_flexible(arena, set) && gain > NEARLY_ALL * before;
+    let simple_beside = is_flexible(arena, chosen) && !adds_flexible(arena, set, chosen);
+    let most = if simple_beside {
+        MOSTLY
+    } else {
+        (NEARLY_ALL, 0.0)
+    };
+    let nearly_all = gain > most.0 * before && gain > most.1;
     let closes = nearly_all || closes(arena, &new, (before, gain), floor);
     gain > MINIMUM_OF_REST * before && (gain > minimum_share(arena, set) || closes)
 }
@@ -207,6 +218,9 @@ const CLOSING_SHARE: f64 = 0.003;
 const COMPLETES: f64 = 0.8;
 /// However little of a great gap that is, and whatever inexact shape the others leave besides: no makeshift takes this share.
 const NEARLY_ALL: f64 = 0.95;
+/// The same of one of few unknowns beside one of very many, and of the whole gap: what a field lacks follows the place, and no few
+/// unknowns of another's take most of it.
+const MOSTLY: (f64, f64) = (0.6, 0.01);
 /// Left over a row, beyond the noise and relative to it, where nothing is said to be left: a whitened rms of 1.12.
 const CLOSED: f64 = 0.25;
 
@@ -228,6 +242,16 @@ fn minimum_share(arena: &Arena, set: &[usize]) -> f64 {
 fn is_flexible(arena: &Arena, set: &[usize]) -> bool {
     let name = |b: &usize| arena.columns.blocks[*b].name.as_str();
     set.iter().any(|b| FLEXIBLE.contains(&name(b)))
+}
+
+/// True if one with very many unknowns is in a set that is not in another.
+fn adds_flexible(arena: &Arena, set: &[usize], chosen: &[usize]) -> bool {
+    let added: Vec<usize> = set
+        .iter()
+        .copied()
+        .filter(|b| !chosen.contains(b))
+        .collect();
+    is_flexible(arena, &added)
 }
 
 /// Drops what is not needed and exchanges what another does better, until nothing changes.
@@ -392,6 +416,25 @@ mod tests {
         };
         assert_eq!(found(1.0), [1, 2]);
         assert_eq!(found(0.9), [1]);
+    }
+
+    /// What a field lacks is larger than what others do. One of few unknowns that takes most of what it leaves is there all the same.
+    #[test]
+    fn what_takes_most_of_what_a_field_leaves_is_an_effect() {
+        let found = |first: &'static str, lag: f64, lacks: f64| {
+            let made = Made::new(&[(first, &[1.0]), ("lag", &[1.0])], &|rng| {
+                let mut draw = || normal(rng);
+                let (field, lag_, else_, noise) = (draw(), draw(), draw(), draw());
+                let target = 20.0 * field + lag * lag_ + lacks * else_ + noise;
+                vec![1.0, field, lag_, target]
+            });
+            let mut arena = made.arena();
+            let floor = arena.rows();
+            search(&mut arena, &[1, 2], &|_| 0.0, floor).blocks
+        };
+        assert_eq!(found("tooth_variation", 3.0, 1.2), [1, 2]);
+        assert_eq!(found("tooth_variation", 1.2, 3.0), [1]);
+        assert_eq!(found("great", 3.0, 1.2), [1]);
     }
 
     /// Noise stated a little too low. A shape that is there stands out; columns of nothing that carry much noise leave less by what

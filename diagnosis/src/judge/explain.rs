@@ -4,7 +4,7 @@ use super::FLEXIBLE;
 use crate::arena::Arena;
 use crate::hollow::hollow;
 use crate::refine::Refined;
-use crate::search::{Found, noise_floor, rest, search};
+use crate::search::{Found, least_share, noise_floor, rest, search};
 use crate::study::{About, FIELD, Kind, Study, handicap};
 use crate::trace::{log, tracing};
 
@@ -147,10 +147,17 @@ fn simplify(
             .filter(|c| !found.blocks.contains(c) && unknowns(*c) <= most && weight(*c) <= heaviest)
             .collect();
         let with = |c: usize| -> Vec<usize> { others.iter().copied().chain([c]).collect() };
+        // What differs by less than an effect must take is told apart by the number of unknowns as well.
+        let least = if out.len() > 1 {
+            0.0
+        } else {
+            least_share(arena, base)
+        };
+        let allowed = (allowance * taken).max(least);
         let mut ranked: Vec<(f64, usize)> = simpler
             .into_iter()
             .map(|c| (rest(arena, &with(c), base), c))
-            .filter(|b| b.0 - found.rest < allowance * taken)
+            .filter(|b| b.0 - found.rest < allowed)
             .collect();
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         // One that stands on terms which only complete it is no simpler than two.
@@ -219,6 +226,28 @@ mod tests {
     use super::*;
     use crate::made::Made;
     use effects::random::normal;
+
+    /// A second unknown that takes less than an effect must take tells no effect from one without it.
+    #[test]
+    fn fewer_unknowns_are_believed_where_more_take_no_more_than_chance() {
+        let left = |more: f64| {
+            let blocks = [("eight", &[1.0, 1.0][..]), ("one", &[1.0])];
+            let made = Made::new(&blocks, &|rng| {
+                let mut draw = || normal(rng);
+                let (one, other, noise) = (draw(), draw(), draw());
+                vec![1.0, one, other, one, 0.3 * one + more * other + noise]
+            });
+            let mut arena = made.arena();
+            let base = arena.rows();
+            let rest = rest(&mut arena, &[1], base);
+            let blocks = vec![1];
+            let mut found = Found { blocks, rest };
+            simplify(&mut arena, &mut found, &[1, 2], &|_| 0.0, base);
+            found.blocks
+        };
+        assert_eq!(left(0.05), [2]);
+        assert_eq!(left(0.3), [1]);
+    }
 
     /// One that does as well as two by what only completes it is not believed in their place.
     #[test]

@@ -175,6 +175,8 @@ impl<'a> Judge<'a> {
             }
         }
         self.try_field();
+        // Before anything goes: what harmonics of the gap's own leave hides what else there is.
+        self.tell_gap();
         self.prune();
         self.tell_growth();
         self.tell_gap();
@@ -357,6 +359,15 @@ impl<'a> Judge<'a> {
         })
     }
 
+    /// What all is compared about. What explains little may be wrong: nothing is moved by it.
+    fn trusted(&self) -> About {
+        if self.told.found.rest < TRUSTED {
+            self.fine.about.clone()
+        } else {
+            self.prepared.about()
+        }
+    }
+
     /// The second look: about what was found, and with the lines that stand in what is left. Looked for only now, when motion
     /// no longer makes lines of its own.
     fn look_again(&mut self) {
@@ -364,15 +375,9 @@ impl<'a> Judge<'a> {
         if left < CLOSE && (self.noise.is_none() || self.told.found.blocks.is_empty()) {
             return;
         }
-        // What explains little may be wrong: nothing is moved by it.
-        let about = if self.told.found.rest < TRUSTED {
-            self.fine.about.clone()
-        } else {
-            self.prepared.about()
-        };
         let about = About {
             noise: self.noise,
-            ..about
+            ..self.trusted()
         };
         let look = Look {
             lines_of: Some(&self.fine.residuals),

@@ -17,6 +17,8 @@ const TOLD: usize = 12;
 const SAME: f64 = 0.002;
 /// See [`SAME`].
 const SAME_ODDS: f64 = 0.5;
+/// Beside harmonics an effect takes this share of what it takes without them, or they are its own.
+const ITS_OWN: f64 = 0.5;
 
 /// True for what is no flexible shape, which would do in the place of anything.
 fn is_cause(name: &str) -> bool {
@@ -73,6 +75,30 @@ impl Judge<'_> {
             .fold(0.0, f64::max)
     }
 
+    /// Beside a gap of which the harmonics that it makes are told: those, as free ones, lest a rival stand in for them. Not where they
+    /// would take what the effect itself takes.
+    pub(super) fn with_what_a_gap_makes(
+        &self,
+        arena: &mut Arena,
+        block: usize,
+        others: &[usize],
+    ) -> Vec<usize> {
+        let blocks = &self.study.columns.blocks;
+        let told = self.fine.scene.survey.gap_told && blocks[block].name != "gap_variation";
+        let mut effects = self.study.effects().into_iter();
+        let made = effects.find(|b| told && blocks[*b].name == "extra_harmonics");
+        let with = |more: Option<usize>| others.iter().copied().chain(more).collect::<Vec<_>>();
+        let mut takes = |beside: Vec<usize>| {
+            let both = [&beside[..], &[block]].concat();
+            rest(arena, &beside, self.base) - rest(arena, &both, self.base)
+        };
+        if takes(with(made)) > ITS_OWN * takes(with(None)) {
+            with(made)
+        } else {
+            with(None)
+        }
+    }
+
     /// Effects that would do in the place of `block`, with their odds against it.
     pub(super) fn rivals(
         &self,
@@ -81,6 +107,7 @@ impl Judge<'_> {
         others: &[usize],
         candidates: &[usize],
     ) -> Vec<(String, f64)> {
+        let others = &self.with_what_a_gap_makes(arena, block, others)[..];
         let mut with = others.to_vec();
         with.push(block);
         let mine = rest(arena, &with, self.base);

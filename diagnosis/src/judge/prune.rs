@@ -1,9 +1,10 @@
 //! What is not needed once the others are fitted about themselves: an effect may have stood in for their second order.
 
 use super::{CLOSE, Judge, OF_ITS_TIME};
+use crate::arena::Arena;
 use crate::gram::{FOLDS, solve, squares};
 use crate::refine::Refined;
-use crate::search::MINIMUM_SQUARES;
+use crate::search::{MINIMUM_SQUARES, rest};
 
 /// An effect beside others must take this share of what is left without it, and of the whole gap.
 const NEEDED: f64 = 0.4;
@@ -29,6 +30,10 @@ const BESIDE_DRIFT: f64 = 0.02;
 const COMPLETES: f64 = 0.8;
 /// Beyond chance as well: this many whitened squares, four times what the search asks of any.
 const COMPLETES_SQUARES: f64 = 4.0 * MINIMUM_SQUARES;
+/// An effect of less than this share of the whole gap stands in for a shape that takes so many times as much.
+const LITTLE: f64 = 0.1;
+/// See [`LITTLE`].
+const FAR_MORE: f64 = 1.8;
 /// So many times what is needed need not be fitted anew without.
 const CLEARLY: f64 = 2.0;
 
@@ -84,7 +89,7 @@ impl Small {
     }
 }
 
-impl Judge<'_> {
+impl<'a> Judge<'a> {
     /// Drops what is not needed, that which is easiest to spare first.
     pub(super) fn prune(&mut self) {
         while self.told.found.blocks.len() > 1 && self.drop_one() {}
@@ -107,7 +112,16 @@ impl Judge<'_> {
             .map(|at| (self.spared(at) - noise, at))
             .collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut arena = self.study.arena();
         for (without, at) in order {
+            if self.stands_in(&mut arena, at) {
+                let mut fewer = names.clone();
+                fewer.remove(at);
+                self.fine = self.fitted_anew(&fewer);
+                self.told.found.blocks.remove(at);
+                self.restate();
+                return true;
+            }
             let mut levels = Levels {
                 with,
                 without,
@@ -121,7 +135,7 @@ impl Judge<'_> {
             }
             let mut fewer = names.clone();
             fewer.remove(at);
-            let fine = Refined::new(&self.study.scene, self.prepared.about(), &fewer);
+            let fine = self.fitted_anew(&fewer);
             levels.without = fine.residuals.white_rms().powi(2) - noise;
             if !levels.needed(&small, 1.0) {
                 self.told.found.blocks.remove(at);
@@ -131,6 +145,40 @@ impl Judge<'_> {
             }
         }
         false
+    }
+
+    /// True if an effect takes little of the whole, and a shape without a name takes far more of what is left without it: then it stands in
+    /// for that shape.
+    fn stands_in(&self, arena: &mut Arena, at: usize) -> bool {
+        let found = &self.told.found;
+        let block = found.blocks[at];
+        let others: Vec<usize> = found
+            .blocks
+            .iter()
+            .copied()
+            .filter(|b| *b != block)
+            .collect();
+        let others = self.with_what_a_gap_makes(arena, block, &others);
+        let without = rest(arena, &others, self.base);
+        let takes = without - rest(arena, &[&others[..], &[block]].concat(), self.base);
+        let mut of_shape =
+            |b: &usize| without - rest(arena, &[&others[..], &[*b]].concat(), self.base);
+        takes < LITTLE
+            && self
+                .study
+                .places()
+                .iter()
+                .any(|b| of_shape(b) > FAR_MORE * takes)
+    }
+
+    /// Fewer effects, with all that is told of them.
+    fn fitted_anew(&self, fewer: &[String]) -> Refined<'a> {
+        let (scene, about) = (&self.study.scene, self.prepared.about());
+        if self.fine.scene.survey.gap_told {
+            self.fine.telling(scene, about, fewer, &|_| {})
+        } else {
+            Refined::new(scene, about, fewer)
+        }
     }
 
     /// Held-out mean square a row without one of the effects, the others fitted anew to first order about all of them.

@@ -40,7 +40,9 @@ impl<'a> Judge<'a> {
         let mut names = self.told.names(&self.study);
         let at = |name: &str| names.iter().position(|n| n == name);
         let shape = at("extra_harmonics");
-        if at("gap_variation").is_none() || shape.is_some() && !are_the_gaps_own(&self.fine) {
+        let told = self.fine.scene.survey.gap_told;
+        if told || at("gap_variation").is_none() || shape.is_some() && !are_the_gaps_own(&self.fine)
+        {
             return;
         }
         shape.map(|at| names.remove(at));
