@@ -105,6 +105,7 @@ pub mod simulate;
 pub mod slips;
 pub mod smooth;
 mod sparse;
+mod spot;
 pub mod statistics;
 pub mod study;
 pub mod symmetric;

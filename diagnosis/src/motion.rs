@@ -1,6 +1,7 @@
 //! Speeds, directions and rates from the readings themselves: what a run is called tells nothing.
 
 use crate::observe::Observations;
+use crate::spot::{Way, rates};
 use crate::statistics::quantile;
 use crate::travel::Travel;
 use effects::sensor::TURNOVERS;
@@ -35,7 +36,7 @@ pub struct Motion {
     pub before: [Vec<f64>; 4],
     /// True about a turn, where which way it goes is told to a few samples only.
     pub turning: [Vec<bool>; 4],
-    /// Rates of tan(psi), 1/s.
+    /// Rates of tan(psi), 1/s; not finite where there is none.
     pub tan_psi_rate: [Vec<f64>; 2],
     /// 99th percentile of each segment's speed, m/s.
     pub top_speed_m_s: [f64; 4],
@@ -111,18 +112,42 @@ impl Motion {
                 .enumerate()
                 .map(|(i, _)| {
                     let fit = local(&observations.t_s, tan, i, windows[i].clone());
-                    if !this.smooth[i] {
-                        return 0.0;
+                    if !this.smooth[i] || !fit.residual.is_finite() {
+                        return f64::NAN;
                     }
-                    if fit.residual.is_finite() {
-                        scatter.push(fit.residual);
-                    }
+                    scatter.push(fit.residual);
                     fit.slope
                 })
                 .collect();
             this.loud_tan_psi[axis] = quantile(&mut scatter, LOUD).unwrap_or(0.0);
         }
+        this.tan_psi_rate = this.spot_rates(&fits, position_m, observations);
         this
+    }
+
+    /// Rates of tan(psi) as the platen sensor tells them where it is whole, else its own slopes.
+    fn spot_rates(
+        &self,
+        fits: &[Vec<Local>],
+        position_m: &[Vec<f64>; 4],
+        observations: &Observations,
+    ) -> [Vec<f64>; 2] {
+        let n = observations.len();
+        let whole = fits.iter().all(|fit| fit.len() == n);
+        let smooth = |i: usize, value: f64| if self.smooth[i] { value } else { f64::NAN };
+        let way = |i: usize| Way {
+            speed_m_s: std::array::from_fn(|s| smooth(i, fits[s][i].slope)),
+            place_m: std::array::from_fn(|s| position_m[s][i]),
+            tan_psi: [0, 1].map(|axis| observations.tan_psi[axis][i]),
+        };
+        [0, 1].map(|axis| {
+            let own = &self.tan_psi_rate[axis];
+            if !whole || own.len() != n {
+                return own.clone();
+            }
+            let ways: Vec<Way> = (0..n).map(way).collect();
+            rates(&ways, own).unwrap_or_else(|| own.clone())
+        })
     }
 
     fn fill_segment(
@@ -198,6 +223,23 @@ impl Motion {
                 *approach = 0.0;
             }
         }
+    }
+}
+
+impl Motion {
+    /// Takes over what another motion's segments remember at a sample.
+    pub fn take_way(&mut self, other: &Self, i: usize) {
+        fn take<T: Copy>(own: &mut [Vec<T>; 4], other: &[Vec<T>; 4], i: usize) {
+            for (own, other) in own.iter_mut().zip(other) {
+                if let (Some(own), Some(other)) = (own.get_mut(i), other.get(i)) {
+                    *own = *other;
+                }
+            }
+        }
+        take(&mut self.memory, &other.memory, i);
+        take(&mut self.before, &other.before, i);
+        take(&mut self.turning, &other.turning, i);
+        take(&mut self.approach, &other.approach, i);
     }
 }
 
