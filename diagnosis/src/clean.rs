@@ -1,6 +1,8 @@
 //! Short disturbances, marked before anything is fitted.
 
-use crate::statistics::median_and_deviation;
+use crate::observe::Observations;
+use crate::statistics::{median, median_and_deviation, rms};
+use std::collections::HashMap;
 
 /// Samples in a piece over which a disturbance must stand out.
 const PIECE: usize = 60;
@@ -15,7 +17,7 @@ const LEAST: usize = 20;
 
 /// Which samples are told apart from each other: those of a stretch, and the poses of a run that is one by one at rest. What a model
 /// leaves of those scatters alike; what a gap leaves need not.
-pub fn with_single_poses(stretch: &[usize], run: &[usize]) -> Vec<usize> {
+fn with_single_poses(stretch: &[usize], run: &[usize]) -> Vec<usize> {
     let mut samples = vec![0; stretch.iter().max().map_or(0, |last| last + 1)];
     stretch.iter().for_each(|s| samples[*s] += 1);
     let of = |(s, r): (&usize, &usize)| {
@@ -28,8 +30,76 @@ pub fn with_single_poses(stretch: &[usize], run: &[usize]) -> Vec<usize> {
     stretch.iter().zip(run).map(of).collect()
 }
 
+/// Part of a tooth that no error of a sensor reaches.
+const ASTRAY: f64 = 0.125;
+
+/// Marks poses one by one at rest that are off by a good part of a tooth, as a count that is wrong for a moment leaves them: whatever a gap
+/// leaves of the others, it is less. `rows` as in [`disturbed`].
+pub fn astray(rows: &[(usize, usize, f64)], o: &Observations) -> Vec<bool> {
+    let noise = o.position_noise_m.iter().flatten().copied();
+    let noise_m = rms(noise.filter(|n| n.is_finite())).max(f64::MIN_POSITIVE);
+    far_among_single_poses(rows, &o.stretch, &o.run, ASTRAY * o.pitch_m / noise_m)
+}
+
+fn far_among_single_poses(
+    rows: &[(usize, usize, f64)],
+    stretch: &[usize],
+    run: &[usize],
+    limit: f64,
+) -> Vec<bool> {
+    let groups = with_single_poses(stretch, run);
+    let single = |i: usize| groups[i] != stretch[i];
+    let mut values: HashMap<(usize, usize), Vec<f64>> = HashMap::new();
+    for (i, channel, white) in rows.iter().filter(|r| single(r.0)) {
+        values
+            .entry((groups[*i], *channel))
+            .or_default()
+            .push(*white);
+    }
+    let centres: HashMap<(usize, usize), f64> = values
+        .into_iter()
+        .filter_map(|(group, mut list)| Some((group, median(&mut list)?)))
+        .collect();
+    let mut marked = vec![false; stretch.len()];
+    for (i, channel, white) in rows.iter().filter(|r| single(r.0)) {
+        let centre = centres.get(&(groups[*i], *channel)).copied().unwrap_or(0.0);
+        marked[*i] |= (white - centre).abs() > limit;
+    }
+    marked
+}
+
 /// Marks samples that stand out of their neighbourhood. `rows` are (sample, channel, whitened residual) in time order.
 pub fn disturbed(rows: &[(usize, usize, f64)], samples: usize, stretch: &[usize]) -> Vec<bool> {
+    marked(rows, samples, stretch, &HashMap::new())
+}
+
+/// The same among bursts, of what a model leaves: single poses among those of their run, and a burst that fills a neighbourhood by what the
+/// rest of its stretch leaves.
+pub fn among_bursts(rows: &[(usize, usize, f64)], stretch: &[usize], run: &[usize]) -> Vec<bool> {
+    let groups = with_single_poses(stretch, run);
+    let mut values: HashMap<(usize, usize), Vec<f64>> = HashMap::new();
+    for (i, channel, white) in rows {
+        values
+            .entry((groups[*i], *channel))
+            .or_default()
+            .push(*white);
+    }
+    let usual = values
+        .into_iter()
+        .filter_map(|(group, mut list)| Some((group, ALIKE * median_and_deviation(&mut list)?.1)));
+    marked(rows, stretch.len(), &groups, &usual.collect())
+}
+
+/// What a neighbourhood scatters by, over all of its stretch, where it scatters alike.
+const ALIKE: f64 = 2.0;
+
+/// `most` bounds the usual scatter of a stretch and channel.
+fn marked(
+    rows: &[(usize, usize, f64)],
+    samples: usize,
+    stretch: &[usize],
+    most: &HashMap<(usize, usize), f64>,
+) -> Vec<bool> {
     let mut marked = vec![false; samples];
     for channel in 0..effects::sensor::CHANNELS {
         let list: Vec<(usize, f64)> = rows
@@ -54,7 +124,8 @@ pub fn disturbed(rows: &[(usize, usize, f64)], samples: usize, stretch: &[usize]
             if let Some((centre, deviation)) =
                 median_and_deviation(&mut values).filter(|_| end - from >= LEAST)
             {
-                let limit = OUTSIDE * deviation.max(1.0);
+                let most = most.get(&(stretch[list[start].0], channel));
+                let limit = OUTSIDE * deviation.min(*most.unwrap_or(&f64::INFINITY)).max(1.0);
                 let far = |k: &usize, limit: f64| (list[*k].1 - centre).abs() > limit;
                 let near = limit * BESIDE / OUTSIDE;
                 for k in (start..end).filter(|k| far(k, limit)) {
@@ -83,12 +154,25 @@ mod tests {
     fn poses_one_by_one_are_held_against_each_other() {
         let rows = with_one_burst(90, 40);
         let stretch: Vec<usize> = (0..90).collect();
-        let marked = |pieces: &[usize]| disturbed(&rows, 90, pieces).iter().filter(|m| **m).count();
-        assert_eq!(marked(&stretch), 0);
-        let pieces = with_single_poses(&stretch, &[3; 90]);
-        assert_eq!(marked(&pieces), 1);
+        let count = |marked: &[bool]| marked.iter().filter(|m| **m).count();
+        assert_eq!(count(&disturbed(&rows, 90, &stretch)), 0);
+        assert_eq!(count(&among_bursts(&rows, &stretch, &[3; 90])), 1);
         let one = with_single_poses(&[0; 90], &[3; 90]);
         assert_eq!(one, [0; 90]);
+    }
+
+    /// A pose off by thousands of deviations is no gap; one that is off by hundreds may be, and a moving one has neighbours to tell.
+    #[test]
+    fn a_single_pose_far_astray_is_marked_whatever_the_others_leave() {
+        let value = |i: usize| match i {
+            7 | 95 => 5000.0,
+            8 => 300.0,
+            _ => 40.0 * (1.7 * i as f64).sin(),
+        };
+        let rows: Vec<(usize, usize, f64)> = (0..130).map(|i| (i, 0, value(i))).collect();
+        let stretch: Vec<usize> = (0..130).map(|i| i.min(90)).collect();
+        let marked = far_among_single_poses(&rows, &stretch, &[0; 130], 1000.0);
+        assert_eq!((0..130).filter(|i| marked[*i]).collect::<Vec<_>>(), [7]);
     }
 
     #[test]
@@ -109,6 +193,21 @@ mod tests {
         let marked = disturbed(&rows, 140, &[0; 140]);
         assert!((124..135).filter(|i| marked[*i]).count() > 8);
         assert!((0..124).chain(135..140).all(|i| !marked[i]));
+    }
+
+    /// A burst may fill most of sixty samples. In what a model leaves the rest of the stretch tells what is usual.
+    #[test]
+    fn a_burst_that_fills_its_neighbourhood_stands_out_of_its_stretch() {
+        let value = |i: usize| {
+            let burst = (65..110).contains(&i);
+            (1.7 * i as f64).sin() * if burst { 60.0 } else { 1.4 }
+        };
+        let rows: Vec<(usize, usize, f64)> = (0..240).map(|i| (i, 0, value(i))).collect();
+        let of_it = |marked: &[bool]| (65..110).filter(|i| marked[*i]).count();
+        assert_eq!(of_it(&disturbed(&rows, 240, &[0; 240])), 0);
+        let marked = among_bursts(&rows, &[0; 240], &[0; 240]);
+        assert!(of_it(&marked) > 35);
+        assert!((0..65).chain(110..240).all(|i| !marked[i]));
     }
 
     #[test]

@@ -94,6 +94,7 @@ pub mod phase;
 pub mod places;
 pub mod prepare;
 mod products;
+pub mod reached;
 mod recurring;
 pub mod refine;
 pub mod relevance;
@@ -114,6 +115,7 @@ pub mod trace;
 pub mod training;
 pub mod travel;
 pub mod visited;
+mod ways;
 
 pub use judge::{Answer, diagnose, diagnose_fully};
 pub use model::{Check, Checked, Model, check, check_fully};

@@ -4,13 +4,15 @@ use crate::Insufficient;
 use crate::baseline::Baseline;
 use crate::calibrate::baseline_columns;
 use crate::certainty::Certainty;
-use crate::clean::{disturbed, with_single_poses};
+use crate::clean::{among_bursts, astray, disturbed};
 use crate::counts::align_pairs;
 use crate::gram::{Columns, Gram, folds, solve};
 use crate::heldout::Residuals;
 use crate::judge::CHANNEL_NAMES;
 use crate::observe::{MINIMUM_SAMPLES, Observations};
 use crate::phase::{VIBRATION, align, waves};
+use crate::reached::Reached;
+use crate::refine::remembers;
 use crate::report::{HeldOut, HeldOutChannel, Magnitude};
 use crate::scene::{Normal, Scene, range};
 use crate::simulate::floor;
@@ -18,6 +20,7 @@ use crate::slips::repair_slips;
 use crate::trace::log_runs;
 use crate::training::Training;
 use crate::visited::Visited;
+use crate::ways::likeliest;
 use effects::hysteresis::sensor_side::BEFORE;
 use effects::sensor::{Regressor, Survey};
 use recording::Recording;
@@ -52,6 +55,9 @@ pub struct Model {
     /// How well the other amounts are known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub certainty: Option<Certainty>,
+    /// How far the amplitudes went, where it speaks of the gap.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reached: Option<Reached>,
 }
 
 /// Amounts of one effect.
@@ -86,7 +92,8 @@ pub struct Checked {
     /// Samples that residuals could be formed of.
     pub samples: usize,
     /// Those of them of which the model's recording showed too little: over places that it did not visit, where there is a field, or
-    /// where the uncertainty of the amounts counts ([`Certainty::doubts`]). Left out of the figures.
+    /// where the uncertainty of the amounts counts ([`Certainty::doubts`]), or beyond the amplitudes that a gap had ([`Reached`]). Left out
+    /// of the figures.
     pub unknown: usize,
     /// What the model leaves at these, rms over the simulator's own scatter.
     pub unknown_after: f64,
@@ -192,16 +199,14 @@ fn undisturbed(model: &Model, observations: &Observations) -> Vec<bool> {
     let all: Vec<bool> = resting.iter().zip(&stuck).map(|(r, s)| !r && !s).collect();
     let (first, _) = residuals(model, observations, all.clone(), model.bursts);
     let rows = first.white_rows();
-    let stretch = &observations.stretch;
-    let poses = model
-        .bursts
-        .then(|| with_single_poses(stretch, &observations.run));
-    let marked = disturbed(
-        &rows,
-        observations.len(),
-        poses.as_deref().unwrap_or(stretch),
-    );
-    all.iter().zip(&marked).map(|(a, m)| *a && !m).collect()
+    let marked = if model.bursts {
+        among_bursts(&rows, &observations.stretch, &observations.run)
+    } else {
+        disturbed(&rows, observations.len(), &observations.stretch)
+    };
+    let astray = astray(&rows, observations);
+    let stays = |i: usize| all[i] && !marked[i] && !astray[i];
+    (0..all.len()).map(stays).collect()
 }
 
 /// Samples over places where the model knows all that it speaks of, and the others.
@@ -223,16 +228,26 @@ fn split(model: &Model, observations: &Observations, usable: Vec<bool>) -> (Vec<
         .unzip()
 }
 
-/// Samples of those in use at which the model's own uncertainty counts.
+/// Samples of those in use at which the model's own uncertainty counts, or the gap lies beyond all that it was fitted on.
 fn doubtful(model: &Model, observations: &Observations, usable: &[bool]) -> Vec<bool> {
-    let Some(certainty) = &model.certainty else {
+    let (certainty, reached) = (&model.certainty, &model.reached);
+    if certainty.is_none() && reached.is_none() {
         return vec![false; usable.len()];
-    };
+    }
     let (mut scene, effects, _) = apply(model, observations, usable.to_vec(), true);
+    let beyond = |i: usize| {
+        let reached = reached.as_ref().filter(|_| usable[i]);
+        reached.is_some_and(|r| r.is_beyond(scene.moment(i).ln_amplitude))
+    };
+    let beyond: Vec<bool> = (0..scene.len()).map(beyond).collect();
+    let Some(certainty) = certainty else {
+        return beyond;
+    };
     scene.noise = certainty.noise;
     let mut columns = baseline_columns(&scene);
     columns.append(effects);
-    certainty.doubts(&scene, &columns)
+    let doubts = certainty.doubts(&scene, &columns);
+    doubts.iter().zip(&beyond).map(|(d, b)| *d || *b).collect()
 }
 
 /// What the model, or its baseline alone, leaves at some samples; and the scene under it.
@@ -314,11 +329,16 @@ fn apply<'a>(
             }
         }
     }
+    let list: Vec<usize> = (0..columns.regressors.len()).collect();
     if with {
         align(&scene, &mut columns);
-        scene = settled(scene, &columns);
+        scene = if remembers(&columns) && !scene.scope.reference {
+            let left = |scene: &Scene| evaluate(scene, &columns, &list);
+            likeliest(&scene, |scene| settled(scene, &columns), left)
+        } else {
+            settled(scene, &columns)
+        };
     }
-    let list = (0..columns.regressors.len()).collect();
     (scene, columns, list)
 }
 

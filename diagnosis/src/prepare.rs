@@ -2,7 +2,7 @@
 
 use crate::baseline::Baseline;
 use crate::calibrate::calibrate;
-use crate::clean::disturbed;
+use crate::clean::{astray, disturbed};
 use crate::counts::align_pairs;
 use crate::observe::Observations;
 use crate::scene::{Amplitudes, Scene};
@@ -94,12 +94,12 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
             baseline.clone(),
             vec![true; observations.len()],
         );
-        let marked = disturbed(
-            &white_rows(&scene),
-            observations.len(),
-            &observations.stretch,
-        );
-        let next: Vec<bool> = marked.iter().zip(&usable).map(|(m, u)| !m && *u).collect();
+        let rows = white_rows(&scene);
+        let marked = disturbed(&rows, observations.len(), &observations.stretch);
+        let astray = astray(&rows, &observations);
+        let next: Vec<bool> = (0..observations.len())
+            .map(|i| usable[i] && !marked[i] && !astray[i])
+            .collect();
         if next == keep {
             break;
         }

@@ -367,6 +367,6 @@ pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) 
 }
 
 /// True if an effect is among them whose output depends on the way there, and so on other samples than its own.
-fn remembers(columns: &Columns) -> bool {
+pub fn remembers(columns: &Columns) -> bool {
     columns.blocks.iter().any(|b| b.name == "hysteresis")
 }

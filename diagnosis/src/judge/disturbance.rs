@@ -1,7 +1,7 @@
 //! What is no shape: bursts, and noise that must be shown to be noise.
 
 use super::Judge;
-use crate::clean::{disturbed, with_single_poses};
+use crate::clean::{among_bursts, astray, disturbed};
 use crate::heldout::Residuals;
 use crate::recurring::recurs;
 use crate::report::{Magnitude, Named};
@@ -50,7 +50,23 @@ pub(super) struct Bursts {
     pub(super) recur: bool,
 }
 
+/// Disturbed samples that make a burst, and their whitened squares.
+const LEAST_BURSTS: (usize, f64) = (3, 300.0);
+/// Disturbed samples speak of bursts if they hold this share of what is left of the others: a shape stands out here and there as well.
+const OF_WHAT_IS_LEFT: f64 = 0.05;
+
 impl Bursts {
+    /// True if they are bursts, with this many whitened squares at least.
+    pub(super) fn hold(&self, squares: f64) -> bool {
+        let (count, least) = LEAST_BURSTS;
+        self.count >= count && self.energy > least.max(squares) && !self.recur
+    }
+
+    /// True if there are too few for bursts.
+    pub(super) fn are_few(&self) -> bool {
+        self.count < LEAST_BURSTS.0
+    }
+
     pub(super) fn named(&self, share: f64) -> Named {
         Named {
             name: OUTLIERS.into(),
@@ -277,7 +293,9 @@ impl Judge<'_> {
     /// Samples that stand out of what is left around them.
     fn outstanding(&self, left: &Residuals) -> Vec<bool> {
         let scene = &self.fine.scene;
-        let mut marked = disturbed(&left.white_rows(), scene.len(), &scene.observations.stretch);
+        let rows = left.white_rows();
+        let mut marked = disturbed(&rows, scene.len(), &scene.observations.stretch);
+        let astray = astray(&rows, scene.observations);
         // About a turn a direction that is told some samples late leaves twice what it does there: no burst.
         let directed = self.told.names(&self.study).iter().any(|n| n == DIRECTED);
         let turning = |i: usize| {
@@ -285,26 +303,40 @@ impl Judge<'_> {
             directed && segments.any(|s| s.get(i).is_some_and(|t| *t))
         };
         for (i, mark) in marked.iter_mut().enumerate() {
+            *mark |= astray[i];
             *mark &= !self.prepared.thinned[i] && !self.prepared.stuck[i] && !turning(i);
         }
         marked
     }
 
-    /// What is left without single poses that stand out: where bursts are named, `check` sets those aside as well.
-    pub(super) fn without_single_poses(&self, left: &Residuals) -> Residuals {
+    /// Samples that stand out of what is left where there are bursts.
+    fn among_bursts(&self, left: &Residuals) -> Vec<bool> {
         let o = &self.fine.scene.observations;
-        let marked = disturbed(
-            &left.white_rows(),
-            o.len(),
-            &with_single_poses(&o.stretch, &o.run),
-        );
+        among_bursts(&left.white_rows(), &o.stretch, &o.run)
+    }
+
+    /// What is left without single poses that stand out: where bursts are named, `check` sets those aside as well.
+    pub(super) fn without_bursts(&self, left: &Residuals) -> Residuals {
+        let marked = self.among_bursts(left);
         left.only(|k| !marked[left.sample[k]])
     }
 
     /// Samples in use, where what was found shows others to be disturbed than the baseline alone did: a pattern stands out of
     /// its neighbours as a disturbance does, and hides one.
+    ///
+    /// Where stretches show bursts, single poses are disturbed as well: one that stands out of its run is no gap.
     pub(super) fn in_use_anew(&self) -> Option<Vec<bool>> {
-        let marked = self.outstanding(&self.everywhere());
+        let all = self.everywhere();
+        let mut marked = self.outstanding(&all);
+        let left = all.white.iter().zip(&all.sample);
+        let left: f64 = left
+            .filter(|(_, i)| !marked[**i])
+            .map(|(w, _)| w * w - 1.0)
+            .sum();
+        if self.bursts().hold(OF_WHAT_IS_LEFT * left) {
+            let poses = self.among_bursts(&all);
+            marked.iter_mut().zip(&poses).for_each(|(m, p)| *m |= p);
+        }
         let prepared = self.prepared;
         let keep: Vec<bool> = (0..marked.len())
             .map(|i| !marked[i] && prepared.usable(i))

@@ -4,10 +4,14 @@ use super::Judge;
 use super::disturbance::OUTLIERS;
 use crate::certainty::Certainty;
 use crate::model::{EffectAmounts, Model, OF_ITS_TIME};
+use crate::reached::Reached;
 use crate::refine::Refined;
 use crate::report::{Diagnosis, Magnitude, Verdict};
 use crate::study::FIELD;
 use crate::visited::Visited;
+
+/// The effect that follows the amplitude.
+const OF_THE_GAP: &str = "gap_variation";
 
 impl Judge<'_> {
     /// The model: the baseline alone, and the baseline with what is named.
@@ -25,6 +29,7 @@ impl Judge<'_> {
             bursts: diagnosis.effects.iter().any(|e| e.name == OUTLIERS),
             visited: None,
             certainty: None,
+            reached: None,
         };
         if matches!(diagnosis.verdict, Verdict::Named | Verdict::Alias) {
             let fine = &self.fine;
@@ -43,6 +48,8 @@ impl Judge<'_> {
             let fields = model.effects.iter().any(|e| e.name == FIELD);
             model.certainty = Certainty::of(fine);
             let by_teeth = fine.scene.survey.teeth.is_some();
+            let gap = model.effects.iter().any(|e| e.name == OF_THE_GAP);
+            model.reached = gap.then(|| Reached::of(&fine.scene));
             model.visited = (fields && !by_teeth).then(|| Visited::of(&fine.scene));
         }
         model

@@ -21,8 +21,6 @@ const PARTLY_DONE: f64 = 0.3;
 const LOCATED: f64 = 0.15;
 /// Share of a noise that had to be found which shapes may take by chance.
 const CHANCE: f64 = 0.03;
-/// Disturbed samples that make a burst, and their whitened squares.
-const BURSTS: (usize, f64) = (3, 300.0);
 /// Noise is told beside shapes if it is this share of the whole gap: less may be what they lack,
 const BESIDE_SHAPES: f64 = 0.05;
 /// and beside one that wanders, what is too fast for its course.
@@ -180,7 +178,7 @@ impl Judge<'_> {
             && self.rough(&self.after)
             && self.is_noise(&self.after)
             && (self.noise.is_some() || !self.shaped())
-            && (bursts.count < BURSTS.0 || self.in_the_middle(&self.after));
+            && (bursts.are_few() || self.in_the_middle(&self.after));
         let noise = if noisy {
             (white_after * white_after - 1.0) * stated
         } else {
@@ -256,8 +254,7 @@ impl Judge<'_> {
         } else {
             TRIFLING_BURSTS
         };
-        let least = BURSTS.1.max(share * left).max(trifle * seen.total);
-        seen.bursts.count >= BURSTS.0 && seen.bursts.energy > least && !seen.bursts.recur
+        seen.bursts.hold((share * left).max(trifle * seen.total))
     }
 
     fn slipped(&self) -> bool {
@@ -292,10 +289,9 @@ impl Judge<'_> {
         let shapes = shaped.blocks.iter().any(nameless);
         // A wander that follows the temperature is none.
         let drifts = |found: &Found| self.names_of(&found.blocks).contains(&OF_ITS_TIME);
-        let mut places = self.study.places().into_iter();
         let simpler = drifts(found)
-            && (shapes && !drifts(shaped) && shaped.rest < found.rest + 0.1
-                || places.any(|b| rest(arena, &[b], self.base) < found.rest + 0.1))
+            && (shapes && !drifts(shaped) && shaped.rest < found.rest + self.of_the_drift(arena)
+                || self.is_no_drift(arena))
             || self.is_no_field(arena);
         let better = found.rest > 2.0 * shaped.rest.max(0.0) + 0.03;
         let visible = self.stays_visible(seen);
@@ -309,6 +305,31 @@ impl Judge<'_> {
         simpler || shapes && better && visible || one && visible || self.tied(arena)
     }
 
+    /// A shape that leaves no more than this beyond what a drift leaves is believed in its place: a tenth of what is left without.
+    fn of_the_drift(&self, arena: &mut Arena) -> f64 {
+        0.1 * rest(arena, &self.beside_the_drift(), self.base)
+    }
+
+    /// What is found besides a drift.
+    fn beside_the_drift(&self) -> Vec<usize> {
+        let blocks = self.told.found.blocks.iter().copied();
+        blocks
+            .filter(|b| self.names_of(&[*b]) != [OF_ITS_TIME])
+            .collect()
+    }
+
+    /// True if one shape does nearly as well as a drift, beside what else is found or in the place of all.
+    fn is_no_drift(&self, arena: &mut Arena) -> bool {
+        let most = self.told.found.rest + self.of_the_drift(arena);
+        let others = self.beside_the_drift();
+        self.study.places().into_iter().any(|b| {
+            let beside: Vec<usize> = others.iter().copied().chain([b]).collect();
+            [vec![b], beside]
+                .iter()
+                .any(|set| rest(arena, set, self.base) < most)
+        })
+    }
+
     pub(super) fn names_of(&self, blocks: &[usize]) -> Vec<&str> {
         let name = |b: &usize| self.study.columns.blocks[*b].name.as_str();
         blocks.iter().map(name).collect()
@@ -320,7 +341,15 @@ impl Judge<'_> {
         let (gram, columns) = (&self.fine.gram, &self.fine.columns);
         let far = |c: usize| {
             let sizes = (self.fine.amounts[c] - gram.centre[c]) * gram.shrunk[c];
-            columns.regressors[c].deviation.is_none() && sizes.abs() > SIZES
+            let far = columns.regressors[c].deviation.is_none() && sizes.abs() > SIZES;
+            if far {
+                log(&format!(
+                    "{}: {sizes:.1} prior sizes, {:.5}",
+                    columns.regressors[c].name,
+                    self.fine.amount(c)
+                ));
+            }
+            far
         };
         let mut blocks = columns.blocks.iter().skip(1);
         blocks.any(|b| b.name != FIELD && b.columns.clone().any(far))
@@ -368,7 +397,7 @@ impl Judge<'_> {
             out.notes.extend(self.if_it_beats_otherwise());
         }
         let bursts = out.effects.iter().any(|e| e.name == OUTLIERS);
-        let aside = bursts.then(|| self.without_single_poses(model));
+        let aside = bursts.then(|| self.without_bursts(model));
         let (all, model) = (model, aside.as_ref().unwrap_or(model));
         for c in self.before.channels() {
             let after = |left: &Residuals| left.channel_rms_m(c).0.max(1e-12);

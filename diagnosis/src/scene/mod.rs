@@ -51,6 +51,25 @@ pub struct Scene<'a> {
     amplitudes: Arc<Amplitudes>,
     quiet_m: Arc<[Vec<f64>; 4]>,
     behind_k: Arc<Vec<[f64; LAGS_S.len()]>>,
+    telling: Telling,
+}
+
+/// How the segments' ways are told where effects that remember them hide them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Telling {
+    /// By each segment's own reading, and not by all together.
+    pub own: bool,
+    /// Noise that a way must stand out of, over the readings'.
+    pub louder: f64,
+}
+
+impl Default for Telling {
+    fn default() -> Self {
+        Self {
+            own: false,
+            louder: 1.0,
+        }
+    }
 }
 
 /// What the effects found so far add to the readings, m; empty where nothing is found. It moves the phases that shapes are
@@ -116,6 +135,7 @@ impl<'a> Scene<'a> {
             amplitudes: Arc::default(),
             quiet_m: Arc::default(),
             behind_k: Arc::new(behind_k(&observations.t_s, &observations.temperature_c)),
+            telling: Telling::default(),
             normal: normal.cloned().unwrap_or(Normal {
                 temperature_c: mean_temperature_c,
                 temperatures_c: range(&known),
@@ -157,9 +177,26 @@ impl<'a> Scene<'a> {
             amplitudes: Arc::clone(&self.amplitudes),
             quiet_m: Arc::clone(&self.quiet_m),
             behind_k: Arc::clone(&self.behind_k),
+            telling: self.telling,
         };
         this.retrace(&self.shift);
         this
+    }
+
+    /// The same with its ways told otherwise from here on.
+    pub fn told_by(&self, telling: Telling) -> Self {
+        let mut this = self.moved(self.baseline.clone(), self.shift.clone());
+        this.telling = telling;
+        this
+    }
+
+    /// Takes over another's way at a sample: where its segments are, and what they remember.
+    pub fn take_way(&mut self, other: &Self, i: usize) {
+        let shifts = self.shift.whole_m.iter_mut().zip(&other.shift.whole_m);
+        for (own, other) in shifts.filter(|(own, other)| i < own.len().min(other.len())) {
+            own[i] = other[i];
+        }
+        Arc::make_mut(&mut self.motion).take_way(&other.motion, i);
     }
 
     /// The ways of those segments whose places another shift than the one before moves. A reference's places are moved by none.
@@ -167,7 +204,7 @@ impl<'a> Scene<'a> {
         if self.scope.reference || self.shift == *before {
             return;
         }
-        let remembers = !self.shift.beside_m[0].is_empty();
+        let remembers = !self.shift.beside_m[0].is_empty() && !self.telling.own;
         let agreed = remembers.then(|| self.agreed());
         let motion = Arc::make_mut(&mut self.motion);
         for (segment, calibrated_m) in self.calibrated_m.iter().enumerate() {
@@ -182,6 +219,7 @@ impl<'a> Scene<'a> {
                     (own.map(|(i, p)| p + at(there, i)).collect(), 1.0)
                 }
             };
+            let louder = louder * self.telling.louder;
             motion.retrace(segment, &place_m, louder, self.observations);
         }
     }
