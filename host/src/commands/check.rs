@@ -79,7 +79,7 @@ fn left_out(checked: &Checked) -> String {
         return out;
     }
     out + &format!(
-        "\nleft out: {} of {} samples, where the model's recording showed too little of what it speaks of (places, angles, speeds that it did not go through); {:.2} is left there",
+        "\nleft out: {} of {} samples, where the model's recording showed too little of what it speaks of (places, angles, speeds, gaps that it did not go through); {:.2} is left there",
         checked.unknown, checked.samples, checked.unknown_after
     )
 }
