@@ -1,5 +1,6 @@
 //! From scores to a verdict.
 
+mod alike;
 mod disturbance;
 mod elsewhere;
 mod explain;

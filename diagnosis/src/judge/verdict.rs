@@ -148,6 +148,8 @@ impl Judge<'_> {
             Some("shapes without a name do better")
         } else if self.stays_visible(seen) && self.imitates(arena, seen) {
             Some("a shape without a name takes what is left")
+        } else if self.errs_together() {
+            Some("readings over different teeth err together")
         } else if self.of_the_reference() || self.at_the_reference(arena) {
             Some("it moves the segments as the reference would")
         } else {
