@@ -132,7 +132,8 @@ impl Judge<'_> {
             return Some("less than the noise is left");
         }
         if !seen.structured {
-            return (seen.gap && located).then_some("a gap that nothing explains");
+            let unexplained = located || self.hides_bursts(seen);
+            return (seen.gap && unexplained).then_some("a gap that nothing explains");
         }
         if self.of_no_size() {
             return Some("amounts far beyond any physical size");
@@ -241,6 +242,15 @@ impl Judge<'_> {
             }
         }
         effects
+    }
+
+    /// True if a gap that is no noise is larger than the bursts that stand out of it: then they may be its peaks.
+    fn hides_bursts(&self, seen: &Seen) -> bool {
+        let left = (seen.white_after.powi(2) - 1.0) * self.after.white.len() as f64;
+        !seen.noisy
+            && self.stays_visible(seen)
+            && seen.bursts.hold(0.0)
+            && left > seen.bursts.energy
     }
 
     /// True if there are bursts, and they are no mere trifle beside what is left unexplained.
