@@ -144,6 +144,10 @@ fn marked(
 mod tests {
     use super::*;
 
+    fn in_one_channel(samples: usize, value: impl Fn(usize) -> f64) -> Vec<(usize, usize, f64)> {
+        (0..samples).map(|i| (i, 0, value(i))).collect()
+    }
+
     fn with_one_burst(samples: usize, at: usize) -> Vec<(usize, usize, f64)> {
         let usual = |i: usize| (1.7 * i as f64).sin() * 1.4;
         let value = |i: usize| if i == at { 12.0 } else { usual(i) };
@@ -169,7 +173,7 @@ mod tests {
             8 => 300.0,
             _ => 40.0 * (1.7 * i as f64).sin(),
         };
-        let rows: Vec<(usize, usize, f64)> = (0..130).map(|i| (i, 0, value(i))).collect();
+        let rows = in_one_channel(130, value);
         let stretch: Vec<usize> = (0..130).map(|i| i.min(90)).collect();
         let marked = far_among_single_poses(&rows, &stretch, &[0; 130], 1000.0);
         assert_eq!((0..130).filter(|i| marked[*i]).collect::<Vec<_>>(), [7]);
@@ -189,7 +193,7 @@ mod tests {
             let burst = (124..135).contains(&i);
             (1.7 * i as f64).sin() * if burst { 40.0 } else { 1.4 }
         };
-        let rows: Vec<(usize, usize, f64)> = (0..140).map(|i| (i, 0, value(i))).collect();
+        let rows = in_one_channel(140, value);
         let marked = disturbed(&rows, 140, &[0; 140]);
         assert!((124..135).filter(|i| marked[*i]).count() > 8);
         assert!((0..124).chain(135..140).all(|i| !marked[i]));
@@ -202,7 +206,7 @@ mod tests {
             let burst = (65..110).contains(&i);
             (1.7 * i as f64).sin() * if burst { 60.0 } else { 1.4 }
         };
-        let rows: Vec<(usize, usize, f64)> = (0..240).map(|i| (i, 0, value(i))).collect();
+        let rows = in_one_channel(240, value);
         let of_it = |marked: &[bool]| (65..110).filter(|i| marked[*i]).count();
         assert_eq!(of_it(&disturbed(&rows, 240, &[0; 240])), 0);
         let marked = among_bursts(&rows, &[0; 240], &[0; 240]);
@@ -218,7 +222,7 @@ mod tests {
             50 => 7.0,
             _ => (1.7 * i as f64).sin() * 1.4,
         };
-        let rows: Vec<(usize, usize, f64)> = (0..200).map(|i| (i, 0, value(i))).collect();
+        let rows = in_one_channel(200, value);
         let marked = disturbed(&rows, 200, &[0; 200]);
         let list: Vec<usize> = (0..200).filter(|&i| marked[i]).collect();
         assert_eq!(list, [100, 101]);

@@ -140,14 +140,13 @@ impl Motion {
             place_m: std::array::from_fn(|s| position_m[s][i]),
             tan_psi: [0, 1].map(|axis| observations.tan_psi[axis][i]),
         };
-        [0, 1].map(|axis| {
-            let own = &self.tan_psi_rate[axis];
-            if !whole || own.len() != n {
-                return own.clone();
-            }
-            let ways: Vec<Way> = (0..n).map(way).collect();
-            rates(&ways, own).unwrap_or_else(|| own.clone())
-        })
+        if !whole || self.tan_psi_rate.iter().any(|own| own.len() != n) {
+            return self.tan_psi_rate.clone();
+        }
+        let ways: Vec<Way> = (0..n).map(way).collect();
+        self.tan_psi_rate
+            .each_ref()
+            .map(|own| rates(&ways, own).unwrap_or_else(|| own.clone()))
     }
 
     fn fill_segment(
@@ -224,9 +223,7 @@ impl Motion {
             }
         }
     }
-}
 
-impl Motion {
     /// Takes over what another motion's segments remember at a sample.
     pub fn take_way(&mut self, other: &Self, i: usize) {
         fn take<T: Copy>(own: &mut [Vec<T>; 4], other: &[Vec<T>; 4], i: usize) {
