@@ -40,7 +40,8 @@ pub use sensor_side::LatencyModel;
 pub mod sensor_side {
     use crate::sensor::{Regressor, SensorEffect, Survey};
 
-    /// Sensor side: one delay, common to both axes.
+    /// Sensor side: one delay, common to both axes, and how far one lags behind the other: no more than completes it, as their filters
+    /// are alike.
     pub struct LatencyModel;
 
     impl SensorEffect for LatencyModel {
@@ -60,15 +61,16 @@ pub mod sensor_side {
             if !survey.beacon || !survey.moving {
                 return Vec::new();
             }
-            vec![Regressor::readings(
-                "delay against the platen sensor",
-                "s",
-                5.0e-6,
-                |m, out| {
+            vec![
+                Regressor::readings("delay against the platen sensor", "s", 5.0e-6, |m, out| {
                     out[4] += m.tan_psi_rate[0];
                     out[5] += m.tan_psi_rate[1];
-                },
-            )]
+                }),
+                Regressor::readings("delay of x over y", "s", 1.0e-6, |m, out| {
+                    out[4] += 0.5 * m.tan_psi_rate[0];
+                    out[5] -= 0.5 * m.tan_psi_rate[1];
+                }),
+            ]
         }
     }
 }
