@@ -27,6 +27,8 @@ const BESIDE_SHAPES: f64 = 0.05;
 const BESIDE_A_COURSE: f64 = 0.10;
 /// Bursts are told if they are this share of the whole gap.
 const TRIFLING_BURSTS: f64 = 0.005;
+/// No shape stands out of its neighbours by so many times what is left.
+const FAR: f64 = 10.0;
 /// No amount is larger than so many prior sizes. The largest of 150 recordings with effects of up to 4 µm rms is 4.3.
 const SIZES: f64 = 8.0;
 /// Effects imitate a nameless shape if they leave this share of the gap,
@@ -260,8 +262,10 @@ impl Judge<'_> {
         } else {
             (seen.white_after.powi(2) - 1.0).max(0.0) * self.after.white.len() as f64
         };
-        // A shape that is left unexplained stands out of its neighbours here and there as well.
-        let trifle = if left > 0.0 && self.stays_visible(seen) {
+        // A shape that is left unexplained stands out of its neighbours here and there as well, but not so far.
+        let level = (seen.white_after * self.floor.white_square.sqrt()).powi(2);
+        let far = seen.bursts.energy > FAR * FAR * level * seen.bursts.count as f64;
+        let trifle = if left > 0.0 && self.stays_visible(seen) && !far {
             share
         } else {
             TRIFLING_BURSTS
