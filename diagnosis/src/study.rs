@@ -162,6 +162,7 @@ pub fn study<'a>(
         scene.survey.pair_lines_hz = std::array::from_fn(|s| crate::hum::hum_hz(&scene, s));
     }
     scene.survey.unmodified = look.as_in.is_some_and(|survey| survey.unmodified);
+    scene.survey.lines_wind = look.as_in.is_some_and(|survey| survey.lines_wind);
     if look.field {
         crate::nodes::lay(&mut scene);
     }

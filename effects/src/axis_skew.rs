@@ -60,8 +60,14 @@ pub use sensor_side::RulingModel;
 pub mod sensor_side {
     use crate::sensor::{Regressor, SensorEffect, Survey};
 
-    /// Sensor side: two amounts; a common scale is the beacon's height.
+    /// Sensor side: two amounts; a common scale is the beacon's height. Lines that were ruled askew may wind as well,
+    /// by a tenth of that: smooth shapes over the range, no more than completes the effect, and asked for where it leaves a gap.
     pub struct RulingModel;
+
+    /// Size of what completes it, m.
+    const WINDING_M: f64 = 0.4e-6;
+    /// Highest order of a winding along the lines' own direction, and of a bow across it.
+    const WINDING: [usize; 2] = [5, 3];
 
     impl SensorEffect for RulingModel {
         fn name(&self) -> &'static str {
@@ -87,7 +93,7 @@ pub mod sensor_side {
             if !survey.lateral {
                 return Vec::new();
             }
-            vec![
+            let mut list = vec![
                 Regressor::readings("pitch of x over y", "1", 3.0e-6, |m, out| {
                     for s in 0..4 {
                         let sign = if s % 2 == 0 { 0.5 } else { -0.5 };
@@ -99,8 +105,50 @@ pub mod sensor_side {
                         out[s] += m.place_m[s][1];
                     }
                 }),
-            ]
+            ];
+            if survey.lines_wind {
+                list.extend((0..2).flat_map(|axis| winding(survey, axis)));
+            }
+            list
         }
+    }
+
+    /// Legendre polynomials of the lines' place, along their own direction and across it, over the range of the recording.
+    fn winding(survey: &Survey, axis: usize) -> Vec<Regressor> {
+        let label = ["x", "y"][axis];
+        let middle_m = survey.middle_m;
+        let half_m = [axis, 1 - axis].map(|d| 0.5 * survey.travel_m[d].max(survey.pitch_m));
+        let along = [axis, 1 - axis];
+        let mut list = Vec::new();
+        for (direction, of) in ["along", "across"].into_iter().enumerate() {
+            for order in 2..=WINDING[direction] {
+                let name = format!("lines of {label} wind, order {order} {of}");
+                list.push(Regressor::readings(name, "m", WINDING_M, move |m, out| {
+                    for s in [axis, axis + 2] {
+                        let u = (m.place_m[s][direction] - middle_m[along[direction]]) / half_m[direction];
+                        out[s] += legendre(order, u.clamp(-1.5, 1.5));
+                    }
+                }));
+            }
+        }
+        let name = format!("lines of {label} spread");
+        list.push(Regressor::readings(name, "m", WINDING_M, move |m, out| {
+            for s in [axis, axis + 2] {
+                let u = [0, 1].map(|d| (m.place_m[s][d] - middle_m[along[d]]) / half_m[d]);
+                out[s] += u[0] * u[1];
+            }
+        }));
+        list
+    }
+
+    /// Legendre polynomial (Abramowitz and Stegun 1964, equation 22.7.10).
+    fn legendre(order: usize, u: f64) -> f64 {
+        let (mut before, mut now) = (1.0, u);
+        for n in 1..order {
+            let n = n as f64;
+            (before, now) = (now, ((2.0 * n + 1.0) * u * now - n * before) / (n + 1.0));
+        }
+        now
     }
 
     /// Travel from which a pitch is told, in pitches.

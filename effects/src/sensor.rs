@@ -162,6 +162,9 @@ pub struct Survey {
     /// Beside skewed rulings, what is periodic goes with the place over the platen and not with the teeth.
     #[serde(default)]
     pub skew_moves: bool,
+    /// Skewed rulings wind as well: they leave a gap without.
+    #[serde(default)]
+    pub lines_wind: bool,
     /// Growth with temperature is known: what it makes of the scale at the mean temperature is told with it.
     #[serde(default)]
     pub growth_told: bool,

@@ -1,6 +1,7 @@
 //! From scores to a verdict.
 
 mod alike;
+mod beside;
 mod disturbance;
 mod elsewhere;
 mod explain;
@@ -19,6 +20,7 @@ mod stated;
 mod teeth;
 mod verdict;
 mod whole;
+mod winding;
 
 use crate::evidence::{Evidence, Step};
 use crate::heldout::Residuals;
@@ -138,6 +140,8 @@ pub(crate) struct Judge<'a> {
     elsewhere: Option<[Residuals; 2]>,
     /// What the model is expected to leave where a vibration beats otherwise than it does here.
     without_beats: Option<Residuals>,
+    /// An effect that takes more of what the others leave than any shape without a name.
+    leads: Option<String>,
 }
 
 impl<'a> Judge<'a> {
@@ -156,6 +160,7 @@ impl<'a> Judge<'a> {
             after: fine.residuals.clone(),
             elsewhere: None,
             without_beats: None,
+            leads: None,
             before_by_folds: Residuals::default(),
             study: first,
             told,
@@ -175,7 +180,9 @@ impl<'a> Judge<'a> {
                 break;
             }
         }
+        self.try_winding();
         self.try_field();
+        self.try_beside();
         // Before anything goes: what harmonics of the gap's own leave hides what else there is.
         self.tell_gap();
         self.prune();

@@ -1,5 +1,6 @@
 //! What is not needed once the others are fitted about themselves: an effect may have stood in for their second order.
 
+use super::beside::LEADS;
 use super::{CLOSE, Judge, OF_ITS_TIME};
 use crate::arena::Arena;
 use crate::gram::{FOLDS, solve, squares};
@@ -52,7 +53,7 @@ impl Levels {
         let gain = self.without - self.with;
         let share = 1.0 - (1.0 - NEEDED) / margin;
         let completes = small.may_complete
-            && gain > COMPLETES * self.without
+            && gain > small.completes * self.without
             && gain * self.rows > margin * COMPLETES_SQUARES;
         let shows = self.without > margin * (CLOSE * CLOSE - 1.0) * self.noise;
         completes
@@ -63,8 +64,10 @@ impl Levels {
 /// How small a share of the whole gap an effect may be.
 struct Small {
     trifle: f64,
-    /// Smaller still, where it takes nearly all that is left.
+    /// Smaller still, where it takes nearly all that is left:
     may_complete: bool,
+    /// this share.
+    completes: f64,
 }
 
 impl Small {
@@ -85,6 +88,7 @@ impl Small {
         Self {
             trifle,
             may_complete,
+            completes: COMPLETES,
         }
     }
 }
@@ -129,7 +133,10 @@ impl<'a> Judge<'a> {
                 noise,
                 rows: self.fine.gram.total_rows() as f64,
             };
-            let small = Small::of(&names, at, seen);
+            let mut small = Small::of(&names, at, seen);
+            if self.leads.as_ref() == Some(&names[at]) {
+                small.completes = LEADS;
+            }
             if levels.needed(&small, CLEARLY) {
                 continue;
             }
@@ -171,8 +178,8 @@ impl<'a> Judge<'a> {
                 .any(|b| of_shape(b) > FAR_MORE * takes)
     }
 
-    /// Fewer effects, with all that is told of them.
-    fn fitted_anew(&self, fewer: &[String]) -> Refined<'a> {
+    /// Fewer effects, or more, with all that is told of them.
+    pub(super) fn fitted_anew(&self, fewer: &[String]) -> Refined<'a> {
         let (scene, about) = (&self.study.scene, self.prepared.about());
         if self.fine.scene.survey.gap_told {
             self.fine.telling(scene, about, fewer, &|_| {})
@@ -212,6 +219,7 @@ mod tests {
         let small = Small {
             trifle: TRIFLE,
             may_complete,
+            completes: COMPLETES,
         };
         levels.needed(&small, 1.0)
     }
