@@ -60,6 +60,8 @@ pub struct Observations {
     pub full_range_counts: f64,
 }
 
+/// An electrode with less than so many times its noise is dark: the spot is at the diode's edge, and may be beyond it.
+const EDGE_NOISES: f64 = 5.0;
 /// Variance of rounding to whole counts.
 pub(crate) const ROUNDING: f64 = 1.0 / 12.0;
 
@@ -264,6 +266,7 @@ impl Observations {
         let n = samples.len();
         let noise = self.electrode_noise_counts;
         let dim = 0.05 * recording.meta.electronics.psd_sum_counts.unwrap_or(0.0);
+        let dark = EDGE_NOISES * noise;
         for axis in 0..2 {
             let mut tan = vec![f64::NAN; n];
             let mut tan_noise = vec![f64::NAN; n];
@@ -273,7 +276,7 @@ impl Observations {
                 };
                 let (plus, minus) = (counts[2 * axis], counts[2 * axis + 1]);
                 let sum = plus + minus;
-                if sum > dim.max(1.0) {
+                if sum > dim.max(1.0) && plus.min(minus) > dark {
                     tan[i] = self.tan_full_scale * (plus - minus) / sum;
                     tan_noise[i] =
                         self.tan_full_scale * 2.0 * noise * plus.hypot(minus) / (sum * sum);

@@ -196,6 +196,16 @@ fn a_diode_that_leans_is_no_platen_out_of_square() {
     assert_eq!(names(&d), ["psd_misalignment"], "{:?}", d.verdict);
 }
 
+/// A diode whose turn takes the spot of a fly-by to its edge, at 409 samples: beyond it the reading stands still, and leaves 2.9 floors
+/// of a misalignment that equation (11) takes up.
+#[test]
+fn a_spot_at_the_edge_of_the_diode_is_no_reading() {
+    let mut case = pair(115_492_630_861_945, [("psd_misalignment", 1.572e-6); 2]);
+    case.effects.pop();
+    let d = diagnose(&case.recorded(0), "edge", &Options::default());
+    assert_eq!(d.verdict, Verdict::NoGap, "{:?}", names(&d));
+}
+
 /// A vibration of some three samples a turn is as rough as noise from sample to sample.
 #[test]
 fn a_fast_vibration_is_no_noise() {
