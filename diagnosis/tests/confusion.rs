@@ -274,6 +274,25 @@ fn harmonics_beside_a_skew_stay_on_their_teeth() {
     assert!(d.held_out.whitened_after < 1.05, "{:?}", d.held_out);
 }
 
+/// Each moves the places that the other is evaluated at: to first order the skew takes two fifths of what is left, fitted together
+/// nearly all.
+#[test]
+fn a_skew_beside_a_gap_of_thirty_floors_is_named() {
+    let effects = [("lateral_dependence", 2.932e-6), ("axis_skew", 2.875e-6)];
+    let case = pair(3_268_608_699_398_037, effects);
+    let d = diagnose(&case.recorded(0), "two", &Options::default());
+    assert_eq!(names(&d), ["lateral_dependence", "axis_skew"]);
+}
+
+/// It takes two hundredths of the noise, and more of it than any shape without a name.
+#[test]
+fn what_leads_all_shapes_is_named_beside_another() {
+    let effects = [("hysteresis", 1.164e-6), ("psd_nonlinearity", 0.827e-6)];
+    let case = pair(1_792_724_269_156_848, effects);
+    let d = diagnose(&case.recorded(0), "two", &Options::default());
+    assert_eq!(names(&d), ["hysteresis", "psd_nonlinearity"]);
+}
+
 /// With four segments alone the teeth that one pair crosses are nearly those beside the other: lateral waves take most of what
 /// harmonics leave, and leave a gap that shows.
 #[test]

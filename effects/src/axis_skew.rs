@@ -58,7 +58,7 @@ pub use sensor_side::RulingModel;
 
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Regressor, SensorEffect, Survey};
+    use crate::sensor::{Moment, Regressor, SensorEffect, Survey};
 
     /// Sensor side: two amounts; a common scale is the beacon's height. Lines that were ruled askew may wind as well,
     /// by a tenth of that: smooth shapes over the range, no more than completes the effect, and asked for where it leaves a gap.
@@ -68,6 +68,8 @@ pub mod sensor_side {
     const WINDING_M: f64 = 0.4e-6;
     /// Highest order of a winding along the lines' own direction, and of a bow across it.
     const WINDING: [usize; 2] = [5, 3];
+    /// Half ranges from the middle beyond which a winding is not carried on.
+    const BEYOND: f64 = 1.5;
 
     impl SensorEffect for RulingModel {
         fn name(&self) -> &'static str {
@@ -119,14 +121,17 @@ pub mod sensor_side {
         let middle_m = survey.middle_m;
         let half_m = [axis, 1 - axis].map(|d| 0.5 * survey.travel_m[d].max(survey.pitch_m));
         let along = [axis, 1 - axis];
+        let within = move |m: &Moment, s: usize, direction: usize| {
+            let off_m = m.place_m[s][direction] - middle_m[along[direction]];
+            (off_m / half_m[direction]).clamp(-BEYOND, BEYOND)
+        };
         let mut list = Vec::new();
         for (direction, of) in ["along", "across"].into_iter().enumerate() {
             for order in 2..=WINDING[direction] {
                 let name = format!("lines of {label} wind, order {order} {of}");
                 list.push(Regressor::readings(name, "m", WINDING_M, move |m, out| {
                     for s in [axis, axis + 2] {
-                        let u = (m.place_m[s][direction] - middle_m[along[direction]]) / half_m[direction];
-                        out[s] += legendre(order, u.clamp(-1.5, 1.5));
+                        out[s] += legendre(order, within(m, s, direction));
                     }
                 }));
             }
@@ -134,8 +139,7 @@ pub mod sensor_side {
         let name = format!("lines of {label} spread");
         list.push(Regressor::readings(name, "m", WINDING_M, move |m, out| {
             for s in [axis, axis + 2] {
-                let u = [0, 1].map(|d| (m.place_m[s][d] - middle_m[along[d]]) / half_m[d]);
-                out[s] += u[0] * u[1];
+                out[s] += within(m, s, 0) * within(m, s, 1);
             }
         }));
         list

@@ -2,6 +2,7 @@
 //! the great one, and by its own. So the likeliest are fitted together with what is found, about themselves.
 
 use super::explain::Told;
+use super::prune::{COMPLETES, COMPLETES_SQUARES};
 use super::{FLEXIBLE, Judge};
 use crate::arena::Arena;
 use crate::hollow::hollow;
@@ -10,15 +11,12 @@ use crate::search::{Found, MINIMUM_SQUARES, rest};
 use crate::study::{About, Look, study};
 use crate::trace::log;
 
-/// To first order it takes this share of what is left,
+/// To first order it takes this share of what is left, and more than chance gives.
 const TAKES: f64 = 0.3;
-/// and beyond chance: this many whitened squares, four times what the search asks of any.
-const SQUARES: f64 = 4.0 * MINIMUM_SQUARES;
 /// So many are tried.
 const TRIED: usize = 3;
-/// Fitted about itself it takes this share of what is left,
-const COMPLETES: f64 = 0.8;
-/// or this one, if to first order no shape without a name takes as much: a makeshift's rightful shape would.
+/// Fitted about itself it completes what is found, or takes this share of what is left if to first order no shape without a name takes as
+/// much: a makeshift's rightful shape would.
 pub(super) const LEADS: f64 = 0.6;
 /// Shapes that stand in for what a great effect's own form lacks.
 const MAKESHIFTS: [&str; 4] = [
@@ -50,7 +48,8 @@ impl<'a> Judge<'a> {
             ));
             let gain = without - with;
             let least = if leads { LEADS } else { COMPLETES };
-            let enough = gain > least * without && gain * fine.gram.total_rows() as f64 > SQUARES;
+            let squares = gain * fine.gram.total_rows() as f64;
+            let enough = gain > least * without && squares > COMPLETES_SQUARES;
             if enough && best.as_ref().is_none_or(|b| with < b.0) {
                 best = Some((with, names, fine, leads));
             }
@@ -83,7 +82,7 @@ impl<'a> Judge<'a> {
                 continue;
             }
             let gain = before - beside(arena, b);
-            let likely = gain > TAKES * before && gain * whole > SQUARES;
+            let likely = gain > TAKES * before && gain * whole > COMPLETES_SQUARES;
             if likely && !self.replaces(arena, b, before) && !hollow(arena, blocks, b) {
                 list.push((before - gain, b));
             }

@@ -28,9 +28,9 @@ const WITHOUT_PATTERN: [&str; 7] = [
 const BESIDE_DRIFT: f64 = 0.02;
 /// What takes this share of what is left without it is no makeshift, however small a share of the whole gap it is, and though what
 /// is left without it hardly shows.
-const COMPLETES: f64 = 0.8;
+pub(super) const COMPLETES: f64 = 0.8;
 /// Beyond chance as well: this many whitened squares, four times what the search asks of any.
-const COMPLETES_SQUARES: f64 = 4.0 * MINIMUM_SQUARES;
+pub(super) const COMPLETES_SQUARES: f64 = 4.0 * MINIMUM_SQUARES;
 /// An effect of less than this share of the whole gap stands in for a shape that takes so many times as much.
 const LITTLE: f64 = 0.1;
 /// See [`LITTLE`].
