@@ -7,8 +7,9 @@ use crate::heldout::Residuals;
 use crate::phase::VIBRATION;
 use crate::refine::Refined;
 use crate::scene::range;
+use crate::sums::Sums;
 use effects::beacon_vibration::sensor_side::SLOWEST_HZ;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// A mount rings some ten times: lines nearer to a stronger one than this share of its frequency are one resonance's.
 const RESONANCE: f64 = 1.0 / 30.0;
@@ -16,59 +17,10 @@ const RESONANCE: f64 = 1.0 / 30.0;
 const PERSISTS: f64 = 0.8;
 /// and it has this many beats with the stronger line: a swell as slow as the recording keeps its phase in it as well.
 const BEATS: f64 = 8.0;
+/// What holds the amount of a line: next to nothing.
+const FREE: f64 = 1e-9;
 /// Columns of one line: sine and cosine, along x and y.
 const OF_A_LINE: usize = 4;
-
-/// Products of the lines' columns, and of them with what the residuals would be without any, over half a recording.
-struct Half {
-    normal: DMatrix<f64>,
-    right: DVector<f64>,
-    squares: f64,
-}
-
-impl Half {
-    fn new(columns: usize) -> Self {
-        Self {
-            normal: DMatrix::identity(columns, columns) * 1e-9,
-            right: DVector::zeros(columns),
-            squares: 0.0,
-        }
-    }
-
-    /// Adds a row, whitened: the columns there, and what would be left without any.
-    fn add(&mut self, columns: &DVector<f64>, without: f64) {
-        self.normal.ger(1.0, columns, columns, 1.0);
-        self.right.axpy(without, columns, 1.0);
-        self.squares += without * without;
-    }
-
-    /// Normal equations of some columns.
-    fn of(&self, list: &[usize]) -> (DMatrix<f64>, DVector<f64>) {
-        let normal = DMatrix::from_fn(list.len(), list.len(), |r, c| {
-            self.normal[(list[r], list[c])]
-        });
-        let right = DVector::from_fn(list.len(), |r, _| self.right[list[r]]);
-        (normal, right)
-    }
-
-    /// Amounts of some columns that leave least.
-    fn amounts(&self, list: &[usize]) -> Option<DVector<f64>> {
-        let (normal, right) = self.of(list);
-        normal.cholesky().map(|factors| -factors.solve(&right))
-    }
-
-    /// Whitened squares that some columns leave here, with amounts of their own or of another half.
-    fn left_with(&self, list: &[usize], amounts: Option<DVector<f64>>) -> f64 {
-        let (normal, right) = self.of(list);
-        amounts.map_or(f64::INFINITY, |amounts| {
-            self.squares + 2.0 * amounts.dot(&right) + amounts.dot(&(normal * &amounts))
-        })
-    }
-
-    fn left(&self, list: &[usize]) -> f64 {
-        self.left_with(list, self.amounts(list))
-    }
-}
 
 /// Columns of the lines beside a vibration's strongest.
 #[derive(Default)]
@@ -121,16 +73,16 @@ pub fn breath(fine: &Refined) -> Breath {
 }
 
 /// True if either half foretells of the other more than this share of what some columns take beside those that are known.
-fn persists(halves: &[Half; 2], known: &[usize], with: &[usize], share: f64) -> bool {
+fn persists(halves: &[Sums; 2], known: &[usize], with: &[usize], share: f64) -> bool {
     let taken: f64 = halves.iter().map(|h| h.left(known) - h.left(with)).sum();
     foretold(halves, known) - foretold(halves, with) > share * taken
 }
 
 /// Both halves, in the order of the samples.
-fn halves(fine: &Refined, columns: &[usize]) -> [Half; 2] {
+fn halves(fine: &Refined, columns: &[usize]) -> [Sums; 2] {
     let left: &Residuals = &fine.residuals;
     let middle = left.sample.get(left.sample.len() / 2).copied();
-    let mut halves = [0, 1].map(|_| Half::new(columns.len()));
+    let mut halves = [0, 1].map(|_| Sums::new(columns.len(), FREE));
     let mut start = 0;
     while start < left.sample.len() {
         let i = left.sample[start];
@@ -157,7 +109,7 @@ fn halves(fine: &Refined, columns: &[usize]) -> [Half; 2] {
 }
 
 /// Whitened squares of each half with some columns, fitted on the other.
-fn foretold(halves: &[Half; 2], list: &[usize]) -> f64 {
+fn foretold(halves: &[Sums; 2], list: &[usize]) -> f64 {
     let [one, other] = halves;
     one.left_with(list, other.amounts(list)) + other.left_with(list, one.amounts(list))
 }
@@ -172,9 +124,9 @@ mod tests {
     const BEAT: f64 = 0.005;
 
     /// A wave whose size follows the sample; columns: sine and cosine of the line, then of the one that the beat lays above it.
-    fn halves(mut size: impl FnMut(f64) -> f64) -> [Half; 2] {
+    fn halves(mut size: impl FnMut(f64) -> f64) -> [Sums; 2] {
         let mut rng = ChaCha8Rng::seed_from_u64(5);
-        let mut halves = [0, 1].map(|_| Half::new(4));
+        let mut halves = [0, 1].map(|_| Sums::new(4, FREE));
         for i in 0..ROWS {
             let t = std::f64::consts::TAU * i as f64;
             let (a, b) = (LINE * t, (LINE + BEAT) * t);

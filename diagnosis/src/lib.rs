@@ -109,6 +109,7 @@ mod sparse;
 mod spot;
 pub mod statistics;
 pub mod study;
+mod sums;
 pub mod symmetric;
 pub mod thinning;
 pub mod trace;

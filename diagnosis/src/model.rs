@@ -98,7 +98,7 @@ pub struct Checked {
     /// What the model leaves at these, rms over the simulator's own scatter.
     pub unknown_after: f64,
     /// Temperatures here and in the model's recording, °C, where what follows temperature is carried beyond those that it was fitted
-    /// on.
+    /// on: its bend as well where [`effects::sensor::Survey::bend_goes_on`], else its linear part alone.
     pub warmer_or_colder: Option<[[f64; 2]; 2]>,
 }
 
@@ -333,8 +333,13 @@ fn apply<'a>(
     if with {
         align(&scene, &mut columns);
         scene = if remembers(&columns) && !scene.scope.reference {
-            let left = |scene: &Scene| evaluate(scene, &columns, &list);
-            likeliest(&scene, |scene| settled(scene, &columns), left)
+            let told = |columns: &Columns| {
+                let left = |scene: &Scene| evaluate(scene, columns, &list);
+                likeliest(&scene, |scene| settled(scene, columns), left)
+            };
+            let first = told(&columns);
+            take_along(&first, &mut columns);
+            told(&columns)
         } else {
             settled(scene, &columns)
         };
@@ -356,10 +361,21 @@ fn middle_m(model: &Survey, own: &Survey) -> [f64; 2] {
     }
 }
 
+/// What the segments brought along, as a first look at their ways tells it: it moves them as what is known does.
+fn take_along(scene: &Scene, columns: &mut Columns) {
+    let gram = Gram::new(scene, columns, &folds(&scene.observations.stretch));
+    let amounts = amounts(&gram, columns);
+    for (c, regressor) in columns.regressors.iter().enumerate() {
+        if regressor.name.starts_with(BEFORE) {
+            columns.centre[c] = amounts[c] * gram.scale[c];
+        }
+    }
+}
+
 /// The scene about where the known amounts say that the segments are.
 fn settled<'a>(scene: Scene<'a>, columns: &Columns) -> Scene<'a> {
     let known: Vec<usize> = (0..columns.regressors.len())
-        .filter(|c| columns.held[*c])
+        .filter(|c| columns.held[*c] || columns.regressors[*c].name.starts_with(BEFORE))
         .collect();
     let amounts: Vec<f64> = known.iter().map(|c| columns.centre[*c]).collect();
     crate::refine::settled(scene, columns, &known, &amounts)
@@ -405,40 +421,30 @@ fn zeros(scene: &Scene) -> Vec<Regressor> {
     list
 }
 
+/// What is left where the few amounts that are arbitrary here are fitted to all samples: what a segment brought along shows in the first few
+/// alone, and nothing else foretells it.
 fn evaluate(scene: &Scene, columns: &Columns, list: &[usize]) -> Residuals {
-    let fold = folds(&scene.observations.stretch);
-    // Held columns first: their amounts are known and leave the residual.
-    let gram = Gram::new(scene, columns, &fold);
-    let free: Vec<usize> = list.iter().copied().filter(|c| !columns.held[*c]).collect();
-    let held: Vec<usize> = list.iter().copied().filter(|c| columns.held[*c]).collect();
-    let order: Vec<usize> = free.iter().chain(&held).copied().collect();
+    let gram = Gram::new(scene, columns, &folds(&scene.observations.stretch));
+    let amounts = amounts(&gram, columns);
+    Residuals::predicted(scene, columns, &gram, list, |_| &amounts, false)
+}
+
+/// Amounts of all columns, in prior deviations: what is held is known and leaves the residual, the others are fitted to what stays.
+fn amounts(gram: &Gram, columns: &Columns) -> Vec<f64> {
+    let (held, free): (Vec<usize>, Vec<usize>) = (0..gram.width()).partition(|c| columns.held[*c]);
     let last = gram.width();
-    let amounts: Vec<Vec<f64>> = (0..crate::gram::FOLDS)
-        .map(|f| {
-            let mut training = gram.training(Some(f)).formed();
-            for &h in &held {
-                let amount = gram.centre[h];
-                for row in 0..last {
-                    let known = training[(row, h)] * amount;
-                    training[(row, last)] -= known;
-                }
-            }
-            let fitted = solve(Training::of(&training), &free, &gram.centre, 1.0)
-                .map_or(vec![0.0; free.len()], |fit| {
-                    fit.amount.iter().copied().collect()
-                });
-            fitted
-                .into_iter()
-                .chain(held.iter().map(|h| gram.centre[*h]))
-                .collect()
-        })
-        .collect();
-    Residuals::predicted(
-        scene,
-        columns,
-        &gram,
-        &order,
-        |i| &amounts[usize::from(fold[i])],
-        false,
-    )
+    let mut training = gram.training(None).formed();
+    for &h in &held {
+        let amount = gram.centre[h];
+        for row in 0..last {
+            let known = training[(row, h)] * amount;
+            training[(row, last)] -= known;
+        }
+    }
+    let mut out = gram.centre.clone();
+    let fit = solve(Training::of(&training), &free, &gram.centre, 1.0);
+    for (k, c) in free.into_iter().enumerate() {
+        out[c] = fit.as_ref().map_or(0.0, |fit| fit.amount[k]);
+    }
+    out
 }

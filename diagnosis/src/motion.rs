@@ -42,6 +42,8 @@ pub struct Motion {
     pub top_speed_m_s: [f64; 4],
     /// True where the samples follow a smooth path.
     pub smooth: Vec<bool>,
+    /// True where the courier is on its way: on a path on most of which a segment moves, its slow ends included.
+    pub underway: Vec<bool>,
     /// Each segment's scatter about its own smooth path (median over the path), m; zero where there is none. Nothing but noise
     /// and what changes within some samples is in it.
     pub scatter_m: [f64; 4],
@@ -104,6 +106,7 @@ impl Motion {
         for segment in 0..4 {
             this.fill_segment(segment, &fits[segment], &position_m[segment], observations);
         }
+        this.underway = this.on_its_way(&observations.unbroken);
         for axis in 0..2 {
             let tan = &observations.tan_psi[axis];
             let mut scatter = Vec::new();
@@ -123,6 +126,25 @@ impl Motion {
         }
         this.tan_psi_rate = this.spot_rates(&fits, position_m, observations);
         this
+    }
+
+    /// See [`Self::underway`].
+    fn on_its_way(&self, unbroken: &[usize]) -> Vec<bool> {
+        let moves = |i: usize| {
+            let mut directions = self.direction.iter().map(|d| d.get(i));
+            directions.any(|d| d.is_some_and(|d| *d != 0.0))
+        };
+        let samples: Vec<usize> = (0..self.smooth.len()).collect();
+        let path = |a: &usize, b: &usize| {
+            unbroken[*a] == unbroken[*b] && self.smooth[*a] == self.smooth[*b]
+        };
+        let mut out = Vec::with_capacity(samples.len());
+        for path in samples.chunk_by(path) {
+            let moving = path.iter().filter(|i| moves(**i)).count();
+            let most = 2 * moving > path.len();
+            out.extend(path.iter().map(|i| most || moves(*i)));
+        }
+        out
     }
 
     /// Rates of tan(psi) as the platen sensor tells them where it is whole, else its own slopes.

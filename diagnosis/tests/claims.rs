@@ -101,6 +101,32 @@ fn where_the_tooth_counts_begin_is_nothing_to_a_check() {
     assert_eq!(colder(&elsewhere, &first), Ok(true));
 }
 
+/// A drift that is bent itself, and no body that follows late: the bend is there at other temperatures as well.
+#[test]
+fn a_drift_that_bends_is_carried_to_other_temperatures() {
+    for (seed, warmer_k) in [(44, -5.0), (45, 5.0), (46, 5.0)] {
+        let recorded = |motion, warmer_k| {
+            let options = rig::Options {
+                samples: 6000,
+                warmer_k,
+                ..rig::Options::default()
+            };
+            rig::record_as(seed, motion, &[("bent_warmth", 3.0e-6)], &options).0
+        };
+        let model = model(&recorded(seed, 0.0), "thermal_drift");
+        assert!(model.survey.bend_goes_on, "{seed}");
+        let came = check(&model, &recorded(seed + 1000, warmer_k)).expect("residuals");
+        let mut held_at_the_ends = model.clone();
+        held_at_the_ends.survey.bend_goes_on = false;
+        let held = check(&held_at_the_ends, &recorded(seed + 1000, warmer_k)).expect("residuals");
+        // As asked: within 10 %.
+        let ratio = came.whitened_after / model.claimed.whitened_after;
+        assert!((ratio - 1.0).abs() < 0.1, "{seed}: {ratio}");
+        let without = held.whitened_after / model.claimed.whitened_after;
+        assert!(without > 1.2, "{seed}: {without}");
+    }
+}
+
 /// Mounts that the board warms through, and another recording on a colder and a warmer day: what lies behind the board must not pass for a
 /// bend of the drift, which would be carried on to where nothing was measured.
 #[test]

@@ -58,9 +58,10 @@ pub use sensor_side::AngleModel;
 
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Regressor, SensorEffect, Survey};
+    use crate::sensor::{Moment, Regressor, SensorEffect, Survey, legendre};
 
-    /// Sensor side: each low order times theta and theta squared, the strongest times its fourth power besides.
+    /// Sensor side: each low order times theta and theta squared, the strongest times its fourth power besides. Where that leaves a gap they
+    /// may bend over the angle as they please.
     pub struct AngleModel;
 
     /// What is even in theta: a coil of some width that lies straight loses amplitude either way it is turned, as a sinc does, so this
@@ -71,6 +72,21 @@ pub mod sensor_side {
     const CURVED: [usize; 3] = [1, 2, 4];
     /// Prior size of what is beyond it: it completes the parabola.
     const CURVED_SIZE_M: f64 = 0.6e-6;
+
+    /// Degrees of a free bend over the range of the angle.
+    const BENT: core::ops::RangeInclusive<usize> = 3..=6;
+    /// Prior size of each: it completes the effect.
+    const BENT_SIZE_M: f64 = 0.6e-6;
+
+    /// The angle within the range of nearly all samples, -1 to 1; beyond it nothing goes on.
+    fn within(m: &Moment, [least, most]: [f64; 2]) -> f64 {
+        let half = 0.5 * (most - least);
+        if half > 0.0 {
+            ((m.theta_rad - 0.5 * (least + most)) / half).clamp(-1.0, 1.0)
+        } else {
+            0.0
+        }
+    }
 
     impl SensorEffect for AngleModel {
         fn name(&self) -> &'static str {
@@ -104,6 +120,16 @@ pub mod sensor_side {
                         ("theta squared times ", "m/rad²", EVEN_SIZE_M),
                         |m| m.theta_rad * m.theta_rad,
                     );
+                    let range = survey.thetas_rad;
+                    for degree in BENT.filter(|_| survey.bends_with_theta) {
+                        Regressor::free_harmonic(
+                            survey,
+                            &mut list,
+                            (s, order),
+                            (&format!("degree {degree} of theta times "), "m", BENT_SIZE_M),
+                            move |m| legendre(degree, within(m, range)),
+                        );
+                    }
                     if !CURVED.contains(&order) {
                         continue;
                     }

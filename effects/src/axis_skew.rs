@@ -58,7 +58,7 @@ pub use sensor_side::RulingModel;
 
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Moment, Regressor, SensorEffect, Survey};
+    use crate::sensor::{Moment, Regressor, SensorEffect, Survey, legendre};
 
     /// Sensor side: two amounts; a common scale is the beacon's height. Lines that were ruled askew may wind as well,
     /// by a tenth of that: smooth shapes over the range, no more than completes the effect, and asked for where it leaves a gap.
@@ -143,16 +143,6 @@ pub mod sensor_side {
             }
         }));
         list
-    }
-
-    /// Legendre polynomial (Abramowitz and Stegun 1964, equation 22.7.10).
-    fn legendre(order: usize, u: f64) -> f64 {
-        let (mut before, mut now) = (1.0, u);
-        for n in 1..order {
-            let n = n as f64;
-            (before, now) = (now, ((2.0 * n + 1.0) * u * now - n * before) / (n + 1.0));
-        }
-        now
     }
 
     /// Travel from which a pitch is told, in pitches.

@@ -55,7 +55,7 @@ pub use sensor_side::DirectionModel;
 
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Regressor, SensorEffect, Survey, TURNOVERS};
+    use crate::sensor::{Moment, Regressor, SensorEffect, Survey, TURNOVERS};
 
     /// Sensor side: the direction while moving, and that of the approach while still.
     pub struct DirectionModel;
@@ -80,6 +80,11 @@ pub mod sensor_side {
     /// The effect itself where it is remanence: what the direction alone does is the same of no travel to turn over in.
     const MEMORY_SIZE_M: f64 = 2.0e-6;
 
+    /// States whose strength may change over a tooth: one that turns over soon, one late.
+    const WAVES: [usize; 2] = [6, 8];
+    /// How much more of it there is at one place of a tooth than at another: it completes the effect.
+    const WAVES_SIZE_M: f64 = 0.4e-6;
+
     impl SensorEffect for DirectionModel {
         fn name(&self) -> &'static str {
             "hysteresis"
@@ -95,6 +100,7 @@ pub mod sensor_side {
 
         fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
             let mut list = Vec::new();
+            let fades = survey.fades_at_rest;
             for s in (0..4).filter(|s| survey.segments[*s]) {
                 if survey.moving {
                     let name = format!("direction of travel, segment {}", s + 1);
@@ -103,10 +109,28 @@ pub mod sensor_side {
                     }));
                 }
                 for (k, travel) in TURNED.into_iter().enumerate() {
-                    let name = format!("direction turned {travel}, segment {}", s + 1);
-                    list.push(Regressor::reading(name, "m", MEMORY_SIZE_M, s, move |m| {
-                        m.memory[s][k]
-                    }));
+                    let mut remembers = |when: &str, there: fn(&Moment) -> bool| {
+                        let name = format!("direction turned {travel}{when}, segment {}", s + 1);
+                        list.push(Regressor::reading(name, "m", MEMORY_SIZE_M, s, move |m| {
+                            if there(m) { m.memory[s][k] } else { 0.0 }
+                        }));
+                    };
+                    if survey.fades_at_rest {
+                        remembers(", in motion", |m| m.underway);
+                        remembers(", at rest", |m| !m.underway);
+                    } else {
+                        remembers("", |_| true);
+                    }
+                }
+                for (k, travel) in TURNED.into_iter().enumerate().filter(|(k, _)| survey.memory_waves && WAVES.contains(k)) {
+                    let name = format!("direction turned {travel} times ");
+                    Regressor::free_harmonic(
+                        survey,
+                        &mut list,
+                        (s, 1),
+                        (&name, "m", WAVES_SIZE_M),
+                        move |m| if fades && !m.underway { 0.0 } else { m.memory[s][k] },
+                    );
                 }
                 let name = format!("{BEFORE}, segment {}", s + 1);
                 list.push(Regressor::reading(name, "m", MEMORY_SIZE_M, s, move |m| {

@@ -65,6 +65,8 @@ pub struct Moment {
     pub memory: [[f64; TURNOVERS]; 4],
     /// What a segment still remembers of its way before the recording: 1 at its first sample, 0 once it has gone far.
     pub before: [f64; 4],
+    /// The courier is on its way, and no separate pose or rest.
+    pub underway: bool,
     /// tan(psi) of the coordination sensor.
     pub tan_psi: [f64; 2],
     /// Its rate, 1/s.
@@ -168,6 +170,21 @@ pub struct Survey {
     /// Growth with temperature is known: what it makes of the scale at the mean temperature is told with it.
     #[serde(default)]
     pub growth_told: bool,
+    /// Smallest and largest angle of nearly all samples, rad.
+    #[serde(default)]
+    pub thetas_rad: [f64; 2],
+    /// Harmonics that change with the angle bend over it as they please.
+    #[serde(default)]
+    pub bends_with_theta: bool,
+    /// What a segment remembers of its way is there in motion and at rest by different amounts.
+    #[serde(default)]
+    pub fades_at_rest: bool,
+    /// What a segment remembers of its way is stronger here than there over a tooth.
+    #[serde(default)]
+    pub memory_waves: bool,
+    /// A drift's bend over the measured temperatures goes on beyond them.
+    #[serde(default)]
+    pub bend_goes_on: bool,
     /// A gap is known to change: what its error holds at the normal amplitude, and equation (3) lacks, is told with it.
     #[serde(default)]
     pub gap_told: bool,
@@ -426,6 +443,16 @@ impl Regressor {
             move |m| g(m) * table(m)[segment][order].1,
         ));
     }
+}
+
+/// Legendre polynomial (Abramowitz and Stegun 1964, equation 22.7.10).
+pub(crate) fn legendre(order: usize, u: f64) -> f64 {
+    let (mut before, mut now) = (1.0, u);
+    for n in 1..order {
+        let n = n as f64;
+        (before, now) = (now, ((2.0 * n + 1.0) * u * now - n * before) / (n + 1.0));
+    }
+    now
 }
 
 /// The sensor's side of an effect.

@@ -77,14 +77,15 @@ pub mod sensor_side {
     pub const RIGHT_WITHIN_K: f64 = 20.0;
 
     /// The bend of a drift over the temperatures that were measured. It is told from their middle, so that the linear part is the mean
-    /// slope over them, and stays what it was at their ends: that part alone is carried on.
-    fn bent(warmth_k: f64, [coldest, warmest]: [f64; 2]) -> f64 {
+    /// slope over them. It `goes_on` beyond their ends, or stays what it was there: then that part alone is carried on.
+    fn bent(warmth_k: f64, [coldest, warmest]: [f64; 2], goes_on: bool) -> f64 {
         let middle = 0.5 * (coldest + warmest);
         let half = 0.5 * (warmest - coldest);
-        let away = if half > 0.0 {
-            (warmth_k - middle).clamp(-half, half)
+        let away = warmth_k - middle;
+        let away = if half > 0.0 && !goes_on {
+            away.clamp(-half, half)
         } else {
-            warmth_k
+            away
         };
         away * away
     }
@@ -107,7 +108,7 @@ pub mod sensor_side {
 
         fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
             let mut list = Vec::new();
-            let range = survey.warmths_k;
+            let (range, goes_on) = (survey.warmths_k, survey.bend_goes_on);
             if !survey.temperature {
                 return list;
             }
@@ -116,7 +117,7 @@ pub mod sensor_side {
                 list.push(Regressor::reading(name, "m/K", 4.0e-6, s, |m| m.warmth_k));
                 let name = format!("offset, second order, segment {}", s + 1);
                 list.push(Regressor::reading(name, "m/K²", 0.7e-6, s, move |m| {
-                    bent(m.warmth_k, range)
+                    bent(m.warmth_k, range, goes_on)
                 }));
                 for (lag, seconds) in LAGS_S.iter().enumerate() {
                     let name = format!("offset, {seconds} s behind, segment {}", s + 1);
@@ -182,12 +183,13 @@ pub mod sensor_side {
         #[test]
         fn beyond_the_measured_temperatures_the_bend_stands_and_its_mean_slope_is_none() {
             let range = [-1.0, 3.0];
-            assert_eq!(bent(-1.0, range), bent(3.0, range));
-            assert_eq!(bent(1.0, range), 0.0);
-            assert_eq!(bent(-9.0, range), bent(-1.0, range));
-            assert_eq!(bent(9.0, range), bent(3.0, range));
+            assert_eq!(bent(-1.0, range, false), bent(3.0, range, false));
+            assert_eq!(bent(1.0, range, false), 0.0);
+            assert_eq!(bent(-9.0, range, false), bent(-1.0, range, false));
+            assert_eq!(bent(9.0, range, false), bent(3.0, range, false));
+            assert_eq!(bent(9.0, range, true), 64.0);
             // A model that was written without a range.
-            assert_eq!(bent(2.0, [0.0; 2]), 4.0);
+            assert_eq!(bent(2.0, [0.0; 2], false), 4.0);
         }
     }
 }

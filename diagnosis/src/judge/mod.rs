@@ -2,12 +2,14 @@
 
 mod alike;
 mod beside;
+mod beyond;
 mod disturbance;
 mod elsewhere;
 mod explain;
 mod field;
 mod fitted;
 mod foretold;
+mod fuller;
 mod loudness;
 mod missing;
 mod mixed;
@@ -172,6 +174,7 @@ impl<'a> Judge<'a> {
     /// The looks that follow, about what was found.
     fn in_full(mut self) -> Self {
         self.choose_phase();
+        self.tell_more_fully();
         self.allow_for_noise();
         for _ in 0..LOOKS {
             let known = self.told.names(&self.study);

@@ -55,7 +55,11 @@ impl<'a> Judge<'a> {
         }
     }
 
-    fn fitted_telling(&self, names: &[String], more: &dyn Fn(&mut Survey)) -> Refined<'a> {
+    pub(super) fn fitted_telling(
+        &self,
+        names: &[String],
+        more: &dyn Fn(&mut Survey),
+    ) -> Refined<'a> {
         let about = self.prepared.about();
         self.fine.telling(&self.study.scene, about, names, more)
     }

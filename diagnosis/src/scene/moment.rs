@@ -87,6 +87,7 @@ impl Scene<'_> {
                 self.motion.memory[s].get(i).copied().unwrap_or_default()
             }),
             before: at(&self.motion.before),
+            underway: self.motion.underway.get(i).copied().unwrap_or_default(),
             tan_psi,
             tan_psi_rate: [0, 1].map(|axis: usize| finite(self.motion.tan_psi_rate[axis].get(i))),
             deflection: tan_psi.map(|t| {

@@ -3,11 +3,15 @@
 use super::Scene;
 use crate::baseline::Scope;
 use crate::observe::Observations;
+use crate::statistics::quantile;
 use effects::sensor::Survey;
 
 /// Standard deviation of the angle from which on a recording tells what depends on it. Errors of equation (3) that g_p does not
 /// show (of both pairs alike, in a fly-by along one axis) make up to half of this.
 const TURNING_RAD: f64 = 1.0e-3;
+
+/// Quantiles between which nearly all samples lie: a slip turns what is read by a tooth.
+const NEARLY_ALL: [f64; 2] = [0.005, 0.995];
 
 impl Scene<'_> {
     fn middle_m(&self, samples: usize) -> [f64; 2] {
@@ -45,6 +49,7 @@ impl Scene<'_> {
             temperature: temperatures.len() > n / 4
                 && crate::statistics::spread(temperatures) > 0.05,
             turning: crate::statistics::deviation(&thetas) > TURNING_RAD,
+            thetas_rad: NEARLY_ALL.map(|q| quantile(&mut thetas.clone(), q).unwrap_or(0.0)),
             moving: self
                 .motion
                 .direction

@@ -107,6 +107,10 @@ impl Effect {
                         + lost(2.0) * (b[2] * (2.0 * p).sin() + b[3] * (2.0 * p).cos())
                 }
                 "thermal_drift" => (q.temp - 25.0) * (b[0] + 0.3 * c[100 + s % 2] * own[s] * 1e2),
+                "bent_warmth" => {
+                    let dt = q.temp - 25.0;
+                    b[0] * dt * (1.0 + 0.08 * b[1].signum() * dt)
+                }
                 "late_warmth" => (q.mount - 25.0) * b[0],
                 "velocity_lag" => {
                     let v = vs[s] / 0.03;

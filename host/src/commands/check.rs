@@ -51,7 +51,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         model: name,
         held_out,
     };
-    let told = told(&model, &check) + &left_out(&checked);
+    let told = told(&model, &check) + &left_out(&model, &checked);
     let json = serde_json::to_string_pretty(&check)?;
     match &args.json {
         Some(file) if file.as_os_str() == "-" => print(&json)?,
@@ -65,12 +65,17 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 /// What the figures leave out, and what they are beyond.
-fn left_out(checked: &Checked) -> String {
+fn left_out(model: &Model, checked: &Checked) -> String {
     let mut out = String::new();
     if let Some([here, there]) = checked.warmer_or_colder {
         let told = |range: [f64; 2]| format!("{:.1} to {:.1} °C", range[0], range[1]);
+        let how = if model.survey.bend_goes_on {
+            "as it is bent there"
+        } else {
+            "by its linear part alone"
+        };
         out += &format!(
-            "\ntemperature: {} here, {} in the model's recording: thermal_drift is carried beyond what it was fitted on, by its linear part alone",
+            "\ntemperature: {} here, {} in the model's recording: thermal_drift is carried beyond what it was fitted on, {how}",
             told(here),
             told(there)
         );

@@ -1,0 +1,59 @@
+//! Effects that are told by few unknowns as long as these leave no gap. Where they do, more of what each may be is told, and kept if it
+//! leaves much less.
+
+use super::explain::Told;
+use super::{CLOSE, Judge};
+use crate::refine::Refined;
+use crate::study::{Look, study};
+use crate::trace::log;
+use effects::sensor::Survey;
+
+/// More of an effect is worth its unknowns if less than this share of the gap is left.
+const LEAVES: f64 = 0.7;
+
+/// What there is to tell of which effect: that a memory of the way fades where the courier rests, as a force does that creeps, or
+/// is stronger at one place of a tooth than at another; that
+/// harmonics bend over the angle as they please.
+const FULLER: [(&str, fn(&mut Survey)); 3] = [
+    ("hysteresis", |survey| survey.fades_at_rest = true),
+    ("hysteresis", |survey| survey.memory_waves = true),
+    ("angle_dependence", |survey| survey.bends_with_theta = true),
+];
+
+impl Judge<'_> {
+    /// Compares all anew with more told of what is found, and keeps that where it leaves less.
+    pub(super) fn tell_more_fully(&mut self) {
+        for (name, more) in FULLER {
+            let found = self.told.names(&self.study);
+            if self.ratio() >= CLOSE && found.iter().any(|n| n == name) {
+                self.tell_fully(name, &found, more);
+            }
+        }
+    }
+
+    fn tell_fully(&mut self, name: &str, found: &[String], more: fn(&mut Survey)) {
+        let (_, noise) = self.levels();
+        let excess = |fine: &Refined| fine.residuals.white_rms().powi(2) - noise;
+        let left = excess(&self.fine);
+        let fuller = self.fitted_telling(found, &more);
+        let leaves = excess(&fuller);
+        log(&format!(
+            "{name} told more fully leaves {leaves:.4} of {left:.4}"
+        ));
+        if leaves > LEAVES * left {
+            return;
+        }
+        let mut survey = self.study.scene.survey.clone();
+        more(&mut survey);
+        let look = Look {
+            as_in: Some(&survey),
+            ..Look::default()
+        };
+        let again = study(self.prepared, self.options, &fuller.about, look);
+        let told = Told::new(&again, self.noise.is_some());
+        let fine = Refined::of(&again, &told);
+        if excess(&fine) < LEAVES * left {
+            self.take_fitted(again, told, fine);
+        }
+    }
+}
