@@ -162,9 +162,9 @@ pub fn study<'a>(
         scene.survey.pair_lines_hz = std::array::from_fn(|s| crate::hum::hum_hz(&scene, s));
     }
     scene.survey.unmodified = look.as_in.is_some_and(|survey| survey.unmodified);
-    scene.survey.fades_at_rest = look.as_in.is_some_and(|survey| survey.fades_at_rest);
-    scene.survey.memory_waves = look.as_in.is_some_and(|survey| survey.memory_waves);
-    scene.survey.bends_with_theta = look.as_in.is_some_and(|survey| survey.bends_with_theta);
+    scene.survey.fuller = look
+        .as_in
+        .map_or_else(Default::default, |survey| survey.fuller);
     scene.survey.lines_wind = look.as_in.is_some_and(|survey| survey.lines_wind);
     if look.field {
         crate::nodes::lay(&mut scene);

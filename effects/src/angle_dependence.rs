@@ -121,7 +121,7 @@ pub mod sensor_side {
                         |m| m.theta_rad * m.theta_rad,
                     );
                     let range = survey.thetas_rad;
-                    for degree in BENT.filter(|_| survey.bends_with_theta) {
+                    for degree in BENT.filter(|_| survey.fuller.bends_with_theta) {
                         Regressor::free_harmonic(
                             survey,
                             &mut list,

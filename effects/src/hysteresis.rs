@@ -100,7 +100,7 @@ pub mod sensor_side {
 
         fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
             let mut list = Vec::new();
-            let fades = survey.fades_at_rest;
+            let fades = survey.fuller.fades_at_rest;
             for s in (0..4).filter(|s| survey.segments[*s]) {
                 if survey.moving {
                     let name = format!("direction of travel, segment {}", s + 1);
@@ -115,14 +115,14 @@ pub mod sensor_side {
                             if there(m) { m.memory[s][k] } else { 0.0 }
                         }));
                     };
-                    if survey.fades_at_rest {
+                    if survey.fuller.fades_at_rest {
                         remembers(", in motion", |m| m.underway);
                         remembers(", at rest", |m| !m.underway);
                     } else {
                         remembers("", |_| true);
                     }
                 }
-                for (k, travel) in TURNED.into_iter().enumerate().filter(|(k, _)| survey.memory_waves && WAVES.contains(k)) {
+                for (k, travel) in TURNED.into_iter().enumerate().filter(|(k, _)| survey.fuller.memory_waves && WAVES.contains(k)) {
                     let name = format!("direction turned {travel} times ");
                     Regressor::free_harmonic(
                         survey,

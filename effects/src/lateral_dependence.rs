@@ -108,8 +108,13 @@ pub use sensor_side::LateralModel;
 pub mod sensor_side {
     use crate::sensor::{Regressor, SensorEffect, Survey};
 
-    /// Sensor side: equation (9) with orders 1 to 3 across, and products of low orders along and across.
+    /// Sensor side: equation (9) with orders 1 to 3 across, and products of low orders along and across; where that leaves a gap, of more.
     pub struct LateralModel;
+
+    /// Orders along and across of products: what an output's slope over the tooth makes of order 1.
+    const MIXED: [(usize, i32); 4] = [(1, 1), (1, -1), (2, 1), (2, -1)];
+    /// Those of the higher orders across.
+    const MORE: [(usize, i32); 6] = [(1, 2), (1, -2), (1, 3), (1, -3), (2, 2), (2, -2)];
 
     impl SensorEffect for LateralModel {
         fn name(&self) -> &'static str {
@@ -140,15 +145,13 @@ pub mod sensor_side {
                         move |m| m.lateral[s][order].1,
                     ));
                 }
-                for (own, sign) in [(1, 1.0), (1, -1.0), (2, 1.0), (2, -1.0)] {
-                    let name = |part| {
-                        format!(
-                            "own order {own}, lateral order {sign} {part}, segment {}",
-                            s + 1
-                        )
-                    };
+                let more = MORE.into_iter().filter(|_| survey.fuller.lateral_mixes);
+                for (own, across) in MIXED.into_iter().chain(more) {
+                    let name = |part| format!("own order {own}, lateral order {across} {part}, segment {}", s + 1);
+                    let sign = f64::from(across.signum());
+                    let order = across.unsigned_abs() as usize;
                     let wave = move |m: &crate::sensor::Moment| {
-                        let ((a, b), (c, d)) = (m.own[s][own], m.lateral[s][1]);
+                        let ((a, b), (c, d)) = (m.own[s][own], m.lateral[s][order]);
                         (a * d + sign * b * c, b * d - sign * a * c)
                     };
                     list.push(Regressor::reading(name("sine"), "m", 0.7e-6, s, move |m| {

@@ -86,6 +86,20 @@ pub struct Moment {
     pub pair_course: [[f64; 4]; 4],
 }
 
+/// What more is told of effects whose simplest form leaves a gap.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Fuller {
+    /// Products of more orders along and across a segment are told.
+    pub lateral_mixes: bool,
+    /// Harmonics that change with the angle bend over it as they please.
+    pub bends_with_theta: bool,
+    /// What a segment remembers of its way is there in motion and at rest by different amounts.
+    pub fades_at_rest: bool,
+    /// What a segment remembers of its way is stronger here than there over a tooth.
+    pub memory_waves: bool,
+}
+
 /// What a recording offers: an effect without the data that it needs is not judged.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Survey {
@@ -173,15 +187,9 @@ pub struct Survey {
     /// Smallest and largest angle of nearly all samples, rad.
     #[serde(default)]
     pub thetas_rad: [f64; 2],
-    /// Harmonics that change with the angle bend over it as they please.
+    /// What is told of effects whose simplest form leaves a gap.
     #[serde(default)]
-    pub bends_with_theta: bool,
-    /// What a segment remembers of its way is there in motion and at rest by different amounts.
-    #[serde(default)]
-    pub fades_at_rest: bool,
-    /// What a segment remembers of its way is stronger here than there over a tooth.
-    #[serde(default)]
-    pub memory_waves: bool,
+    pub fuller: Fuller,
     /// A drift's bend over the measured temperatures goes on beyond them.
     #[serde(default)]
     pub bend_goes_on: bool,

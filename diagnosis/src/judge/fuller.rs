@@ -6,18 +6,17 @@ use super::{CLOSE, Judge};
 use crate::refine::Refined;
 use crate::study::{Look, study};
 use crate::trace::log;
-use effects::sensor::Survey;
+use effects::sensor::{Fuller, Survey};
 
 /// More of an effect is worth its unknowns if less than this share of the gap is left.
 const LEAVES: f64 = 0.7;
 
-/// What there is to tell of which effect: that a memory of the way fades where the courier rests, as a force does that creeps, or
-/// is stronger at one place of a tooth than at another; that
-/// harmonics bend over the angle as they please.
-const FULLER: [(&str, fn(&mut Survey)); 3] = [
-    ("hysteresis", |survey| survey.fades_at_rest = true),
-    ("hysteresis", |survey| survey.memory_waves = true),
-    ("angle_dependence", |survey| survey.bends_with_theta = true),
+/// What there is to tell of which effect.
+const FULLER: [(&str, fn(&mut Fuller)); 4] = [
+    ("hysteresis", |told| told.fades_at_rest = true),
+    ("hysteresis", |told| told.memory_waves = true),
+    ("angle_dependence", |told| told.bends_with_theta = true),
+    ("lateral_dependence", |told| told.lateral_mixes = true),
 ];
 
 impl Judge<'_> {
@@ -31,11 +30,11 @@ impl Judge<'_> {
         }
     }
 
-    fn tell_fully(&mut self, name: &str, found: &[String], more: fn(&mut Survey)) {
+    fn tell_fully(&mut self, name: &str, found: &[String], more: fn(&mut Fuller)) {
         let (_, noise) = self.levels();
         let excess = |fine: &Refined| fine.residuals.white_rms().powi(2) - noise;
         let left = excess(&self.fine);
-        let fuller = self.fitted_telling(found, &more);
+        let fuller = self.fitted_telling(found, &|survey: &mut Survey| more(&mut survey.fuller));
         let leaves = excess(&fuller);
         log(&format!(
             "{name} told more fully leaves {leaves:.4} of {left:.4}"
@@ -44,7 +43,7 @@ impl Judge<'_> {
             return;
         }
         let mut survey = self.study.scene.survey.clone();
-        more(&mut survey);
+        more(&mut survey.fuller);
         let look = Look {
             as_in: Some(&survey),
             ..Look::default()
