@@ -2,6 +2,7 @@
 
 mod rig;
 
+use diagnosis::blind::{Case, Drawn, Kind};
 use diagnosis::report::{Diagnosis, Verdict};
 use diagnosis::{Model, Options, check_fully, diagnose, diagnose_fully};
 use recording::{Recording, Row, Samples};
@@ -162,4 +163,26 @@ fn a_drift_is_told_by_a_temperature_that_is_read_now_and_then() {
     });
     let d = diagnose(&sparse, "rig", &Options::default());
     assert_eq!(names(&d), ["thermal_drift"], "{:?}", d.verdict);
+}
+
+/// Noise of micrometres is in the angle as well as in what is left, and a shape over the angle holds a part of it.
+#[test]
+fn noise_far_above_the_stated_one_is_no_change_with_the_angle() {
+    for (seed, size_m) in [
+        (1_421_181_756_487_423, 2.4e-6),
+        (598_875_653_595_145, 3.9e-6),
+    ] {
+        let noise = Drawn {
+            name: "excess_noise".into(),
+            size_m,
+        };
+        let case = Case {
+            number: 0,
+            seed,
+            kind: Kind::Single,
+            effects: vec![noise],
+        };
+        let d = diagnose(&case.recorded(0), "noisy", &Options::default());
+        assert_eq!(names(&d), ["excess_noise"], "{:?}", d.held_out);
+    }
 }

@@ -60,6 +60,8 @@ const STRAYED: f64 = 1.5;
 const LEFT_OVER: f64 = 0.10;
 /// What is found moves the places that shapes are evaluated at if it leaves less than this share.
 const TRUSTED: f64 = 0.3;
+/// What is found explains little if it leaves more than this share.
+const LITTLE: f64 = 0.7;
 /// A gap of which all shapes together leave more than this share lies nowhere yet: shorter waves are looked for.
 const NOWHERE: f64 = 0.85;
 /// Effects whose harmonics run over either phase of the own tooth.
@@ -338,7 +340,7 @@ impl<'a> Judge<'a> {
 
     /// Where what is left is rough, it is noise: shapes are compared with it, and not with what is stated.
     fn allow_for_noise(&mut self) {
-        let Some(noise) = self.noise_left() else {
+        let Some(noise) = self.noise_left().or_else(|| self.noise_alone()) else {
             return;
         };
         let about = About {
@@ -368,6 +370,24 @@ impl<'a> Judge<'a> {
             crate::trace::log(&format!("noise over the stated one: {noise:.2?}"));
             noise
         })
+    }
+
+    /// The same beside nothing where what is found explains little: by the noise itself, which a shape over angles that are read with it
+    /// holds as well, and which it makes a pattern of in other channels.
+    fn noise_alone(&mut self) -> Option<[f64; READINGS]> {
+        let found = &self.told.found;
+        if found.blocks.is_empty() || found.rest < LITTLE {
+            return None;
+        }
+        let bare = Refined::new(&self.study.scene, self.prepared.about(), &[]);
+        let fine = std::mem::replace(&mut self.fine, bare);
+        self.restate();
+        let noise = self.noise_left();
+        if noise.is_none() {
+            self.fine = fine;
+            self.restate();
+        }
+        noise
     }
 
     /// What all is compared about. What explains little may be wrong: nothing is moved by it.
