@@ -2,7 +2,7 @@
 //! leaves much less.
 
 use super::explain::Told;
-use super::{CLOSE, Judge};
+use super::{CLOSE, Judge, TRUSTED};
 use crate::refine::Refined;
 use crate::study::{Look, study};
 use crate::trace::log;
@@ -20,11 +20,12 @@ const FULLER: [(&str, fn(&mut Fuller)); 4] = [
 ];
 
 impl Judge<'_> {
-    /// Compares all anew with more told of what is found, and keeps that where it leaves less.
+    /// Compares all anew with more told of what is found, and keeps that where it leaves less: where most of the gap is its own.
     pub(super) fn tell_more_fully(&mut self) {
         for (name, more) in FULLER {
             let found = self.told.names(&self.study);
-            if self.ratio() >= CLOSE && found.iter().any(|n| n == name) {
+            let shows = self.ratio() >= CLOSE && self.told.found.rest < TRUSTED;
+            if shows && found.iter().any(|n| n == name) {
                 self.tell_fully(name, &found, more);
             }
         }
