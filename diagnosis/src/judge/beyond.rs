@@ -11,7 +11,7 @@ use nalgebra::DVector;
 const OF_TEMPERATURE: &str = "thermal_drift";
 /// Share of the range of temperatures that is taken for its coldest end, and for its warmest.
 const END: f64 = 0.25;
-/// Fewest samples at an end that decide anything.
+/// Fewest residuals at an end that decide anything.
 const FEWEST: usize = 50;
 
 /// Parts of the range of temperatures: coldest, in the middle, warmest.
@@ -34,19 +34,19 @@ pub(super) fn goes_on(fine: &Refined) -> bool {
         let warmth_k = fine.scene.moment(i).warmth_k;
         usize::from(warmth_k > inner[0]) + usize::from(warmth_k > inner[1])
     };
-    let mut samples = [0; PARTS];
-    left.sample.iter().for_each(|i| samples[part_of(*i)] += 1);
+    let mut residuals = [0; PARTS];
+    left.sample.iter().for_each(|i| residuals[part_of(*i)] += 1);
     let drift: Vec<usize> = block.columns.clone().collect();
     let foretold = |goes_on: bool| {
         let ends = [(0, [inner[0], warmest]), (2, [coldest, inner[1]])];
-        let told = ends.iter().filter(|(part, _)| samples[*part] >= FEWEST);
+        let told = ends.iter().filter(|(part, _)| residuals[*part] >= FEWEST);
         let left = told.map(|(part, known)| {
             let columns = columns(fine, *known, goes_on);
             left_at(fine, &drift, &columns, *part, part_of)
         });
         left.sum::<f64>()
     };
-    samples[1] >= FEWEST && foretold(true) < foretold(false)
+    residuals[1] >= FEWEST && foretold(true) < foretold(false)
 }
 
 /// The baseline's columns and the drift's, where only some temperatures are known.
