@@ -23,6 +23,8 @@ use std::collections::HashMap;
 const UNKNOWN: f64 = 0.25;
 /// Draws that tell a variance to a third.
 const DRAWS: usize = 24;
+/// Digits of a correlation that are sure.
+const DIGITS: i32 = 10;
 /// Blocks whose amounts are known in another way: by the places that were visited (a field on a mesh), or not at all elsewhere.
 const APART: [&str; 3] = [FIELD, OF_ITS_TIME, VIBRATION];
 
@@ -94,81 +96,52 @@ impl Certainty {
         Some(out)
     }
 
-    /// Samples of those in use where some row is not foretold. What all rows of a channel have in common is a zero, which is
-    /// arbitrary from one recording to the next. Cost: rows times the square of the amounts.
+    /// Samples of those in use where some row is not foretold. What the rows of a channel have in common is a zero, which is
+    /// arbitrary from one recording to the next. Cost: rows times the amounts that act times the directions.
     pub fn doubts(&self, scene: &Scene, columns: &Columns) -> Vec<bool> {
-        if !self.draws.is_empty() {
-            return self.doubts_of_draws(scene, columns);
-        }
-        let known = Known::new(self, columns);
-        let mut out = vec![false; scene.len()];
-        let used = || (0..scene.len()).filter(|&i| scene.keep[i]);
-        let mut sums: [DVector<f64>; CHANNELS] =
-            core::array::from_fn(|_| DVector::zeros(known.regressors.len()));
-        let mut counts = [0.0f64; CHANNELS];
-        for i in used() {
-            for (channel, row) in known.rows(scene, i) {
-                sums[channel] += row;
-                counts[channel] += 1.0;
-            }
-        }
-        for (sum, count) in sums.iter_mut().zip(counts) {
-            *sum /= count.max(1.0);
-        }
-        for i in used() {
-            let mut rows = known.rows(scene, i).into_iter();
-            out[i] = rows.any(|(channel, row)| {
-                let row = row - &sums[channel];
-                row.dot(&(&known.covariance * &row)) > UNKNOWN
-            });
-        }
-        out
-    }
-
-    /// [`Self::doubts`] by the draws. Cost: rows times the amounts that act times the draws.
-    fn doubts_of_draws(&self, scene: &Scene, columns: &Columns) -> Vec<bool> {
+        let directions = self.directions();
         let places: HashMap<&[String; 2], usize> = self.amounts.iter().zip(0..).collect();
-        let mut known: Vec<(&Regressor, Vec<f64>)> = Vec::new();
+        let mut known: Vec<(&Regressor, &Vec<f64>)> = Vec::new();
         for block in &columns.blocks {
             for c in block.columns.clone() {
                 let name = [block.name.clone(), columns.regressors[c].name.clone()];
                 if let Some(&place) = places.get(&name) {
-                    let draws = self.draws.iter().map(|draw| f64::from(draw[place]));
-                    known.push((&columns.regressors[c], draws.collect()));
+                    known.push((&columns.regressors[c], &directions[place]));
                 }
             }
         }
+        let count = directions.first().map_or(0, Vec::len);
         let samples: Vec<usize> = (0..scene.len()).filter(|&i| scene.keep[i]).collect();
         let one = |i: &usize| {
             let rows = scene.rows(*i);
             let moment: Moment = scene.moment(*i);
             let by_reading = rows.white_by_reading();
-            let mut out = vec![vec![0.0; self.draws.len()]; rows.count];
-            for (regressor, draws) in &known {
+            let mut out = vec![vec![0.0; count]; rows.count];
+            for (regressor, along) in &known {
                 let Some(white) = rows.white_response(&by_reading, regressor, &moment) else {
                     continue;
                 };
                 for (row, slope) in out.iter_mut().zip(white) {
                     row.iter_mut()
-                        .zip(draws)
-                        .for_each(|(sum, draw)| *sum += slope * draw);
+                        .zip(*along)
+                        .for_each(|(sum, along)| *sum += slope * along);
                 }
             }
             (rows.channel, out)
         };
         let rows: Vec<_> = samples.par_iter().map(one).collect();
-        // Their median: rows of which nothing is known would draw a mean away.
+        // Their median along each direction: rows of which nothing is known would draw a mean away.
         let zeros: Vec<Vec<f64>> = (0..CHANNELS)
             .map(|channel| {
                 let of = rows
                     .iter()
                     .flat_map(|(channels, list)| list.iter().zip(channels));
                 let list: Vec<&Vec<f64>> = of.filter(|r| *r.1 == channel).map(|r| r.0).collect();
-                let of_draw = |k: usize| {
+                let of_direction = |k: usize| {
                     let mut values: Vec<f64> = list.iter().map(|row| row[k]).collect();
                     median(&mut values).unwrap_or(0.0)
                 };
-                (0..self.draws.len()).map(of_draw).collect()
+                (0..count).map(of_direction).collect()
             })
             .collect();
         let mut out = vec![false; scene.len()];
@@ -176,60 +149,34 @@ impl Certainty {
             out[i] = list.iter().zip(channel).any(|(row, channel)| {
                 let off = row.iter().zip(&zeros[channel]);
                 let squares: f64 = off.map(|(value, zero)| (value - zero).powi(2)).sum();
-                squares / self.draws.len() as f64 > UNKNOWN
+                squares > UNKNOWN
             });
         }
         out
     }
-}
 
-/// The amounts that another recording's columns speak of as well.
-struct Known<'a> {
-    regressors: Vec<&'a Regressor>,
-    covariance: DMatrix<f64>,
-}
-
-impl<'a> Known<'a> {
-    fn new(certainty: &Certainty, columns: &'a Columns) -> Self {
-        let mut regressors = Vec::new();
-        let mut places = Vec::new();
-        for block in &columns.blocks {
-            for c in block.columns.clone() {
-                let regressor = &columns.regressors[c];
-                let same = |a: &[String; 2]| a[0] == block.name && a[1] == regressor.name;
-                if let Some(place) = certainty.amounts.iter().position(same) {
-                    regressors.push(regressor);
-                    places.push(place);
-                }
-            }
+    /// What independent unit numbers move each amount by: a root of the covariance, or its draws, whose mean square it is.
+    fn directions(&self) -> Vec<Vec<f64>> {
+        if !self.draws.is_empty() {
+            let share = 1.0 / (self.draws.len() as f64).sqrt();
+            let of = |place: usize| self.draws.iter().map(move |d| share * f64::from(d[place]));
+            return (0..self.amounts.len()).map(|a| of(a).collect()).collect();
         }
+        let n = self.amounts.len();
         let element = |a: usize, b: usize| {
-            let (high, low) = (places[a].max(places[b]), places[a].min(places[b]));
-            let value = certainty.covariance.get(high * (high + 1) / 2 + low);
+            let (high, low) = (a.max(b), a.min(b));
+            let value = self.covariance.get(high * (high + 1) / 2 + low);
             value.copied().unwrap_or(0.0)
         };
-        let n = places.len();
-        Self {
-            covariance: DMatrix::from_fn(n, n, element),
-            regressors,
-        }
-    }
-
-    /// Channel and whitened derivatives by the amounts of each row of a sample.
-    fn rows(&self, scene: &Scene, i: usize) -> Vec<(usize, DVector<f64>)> {
-        let rows = scene.rows(i);
-        let moment: Moment = scene.moment(i);
-        let by_reading = rows.white_by_reading();
-        let mut out: Vec<(usize, DVector<f64>)> = (0..rows.count)
-            .map(|row| (rows.channel[row], DVector::zeros(self.regressors.len())))
-            .collect();
-        for (c, regressor) in self.regressors.iter().enumerate() {
-            if let Some(white) = rows.white_response(&by_reading, regressor, &moment) {
-                for ((_, row), value) in out.iter_mut().zip(white) {
-                    row[c] = value;
-                }
-            }
-        }
-        out
+        let size = |a: usize| element(a, a).sqrt().max(f64::MIN_POSITIVE);
+        let related = DMatrix::from_fn(n, n, |a, b| element(a, b) / size(a) / size(b));
+        // What rounding took from amounts that cancel is given back.
+        let mended = |digits: i32| {
+            let given = DMatrix::identity(n, n) * 10f64.powi(-digits);
+            (&related + given).cholesky()
+        };
+        let root = (0..=DIGITS).rev().find_map(mended).map(|root| root.l());
+        let of = |a: usize, b: usize| root.as_ref().map_or(0.0, |root| size(a) * root[(a, b)]);
+        (0..n).map(|a| (0..n).map(|b| of(a, b)).collect()).collect()
     }
 }

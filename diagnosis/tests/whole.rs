@@ -60,6 +60,44 @@ fn angles_that_the_model_has_not_seen_are_left_out_of_its_check() {
     assert!(all > 1.1 && none == 0, "{all}");
 }
 
+/// A while at one angle that the model knows nothing of does not draw the zero of all other samples away.
+#[test]
+fn a_far_angle_is_left_out_and_nothing_else() {
+    let options = rig::Options {
+        samples: 6000,
+        beacon: false,
+        ..rig::Options::default()
+    };
+    let effects = [("angle_dependence", 4.0e-6)];
+    let [first, second] = [43, 1043].map(|m| rig::record_as(43, m, &effects, &options).0);
+    let near = |row: &Row| row.commanded[2].is_some_and(|theta| theta.abs() < 0.004);
+    let model = model(&changed(&first, |_, row| near(row)), "angle_dependence");
+    let rows = (0..second.samples.len()).map(|i| second.samples.row(i));
+    let angle = |row: &Row| row.commanded[2].map_or(0.0, f64::abs);
+    let there = rows.max_by(|a, b| angle(a).total_cmp(&angle(b)));
+    let there = there.expect("a farthest pose");
+    let few = changed(&second, |i, row| {
+        let stays = near(row);
+        if !stays {
+            row.quadrature_counts = there.quadrature_counts;
+            row.teeth = there.teeth;
+            row.commanded = there.commanded;
+        }
+        stays || i % 4 == 0
+    });
+    let far = (0..few.samples.len()).filter(|&i| !near(&few.samples.row(i)));
+    let far = far.count();
+    let here = check_fully(&model, &few).expect("residuals");
+    assert!(
+        far / 2 < here.unknown && here.unknown < 2 * far,
+        "{} of {far} in {}",
+        here.unknown,
+        here.samples
+    );
+    let ratio = here.held_out.whitened_after / model.claimed.whitened_after;
+    assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
+}
+
 /// The field has a third harmonic at any gap, and equation (3) has none: it is a part of the gap's error, and no cause of its own.
 #[test]
 fn a_gap_holds_what_equation_3_lacks_at_the_normal_amplitude() {
