@@ -21,7 +21,7 @@ use crate::trace::log_runs;
 use crate::training::Training;
 use crate::visited::Visited;
 use crate::ways::likeliest;
-use effects::hysteresis::sensor_side::BEFORE;
+use effects::hysteresis::sensor_side::{BEFORE, brought_along};
 use effects::sensor::{Regressor, Survey};
 use recording::Recording;
 use serde::{Deserialize, Serialize};
@@ -107,8 +107,8 @@ pub const OF_ITS_TIME: &str = "quadrature_drift";
 
 /// Applies a model to another recording of the same courier. Fits nothing but the zeros that are arbitrary from one recording
 /// to the next: of the tooth counts (offset of g_p, o'_x, o'_y; each segment's against a reference), and of time, which a
-/// vibration's phase is counted from, what a segment brought along from before the recording, and the angle between the two sensors where mounts drift with temperature. Whole teeth
-/// between the segments of a pair are told before ([`align_pairs`]). What does not carry over ([`OF_ITS_TIME`]) is left out, so
+/// vibration's phase is counted from, what a segment brought along to a stretch from a way that is not recorded, and the angle between the
+/// two sensors where mounts drift with temperature. Whole teeth between the segments of a pair are told before ([`align_pairs`]). What does not carry over ([`OF_ITS_TIME`]) is left out, so
 /// is what the model's recording showed too little of ([`Visited`], [`Certainty`]); how a vibration swells is not in the model at all.
 ///
 /// # Errors
@@ -172,6 +172,8 @@ pub fn check_fully(model: &Model, recording: &Recording) -> Result<Checked, Insu
     })
 }
 
+/// Samples that what was brought along is kept for: of a few, it would be most of what they tell.
+const LONG: f64 = 100.0;
 /// The effect that follows temperature.
 const OF_TEMPERATURE: &str = "thermal_drift";
 /// Share of the model's range of temperatures that another recording may lie beyond it before that is said.
@@ -329,6 +331,9 @@ fn apply<'a>(
             }
         }
     }
+    if with && remembers(&columns) {
+        columns.push("ways between stretches", between_stretches(&scene));
+    }
     let list: Vec<usize> = (0..columns.regressors.len()).collect();
     if with {
         align(&scene, &mut columns);
@@ -359,6 +364,25 @@ fn middle_m(model: &Survey, own: &Survey) -> [f64; 2] {
     } else {
         own.middle_m
     }
+}
+
+/// What the segments brought along to each stretch but the first, which the effect has itself, where they keep it for long.
+fn between_stretches(scene: &Scene) -> Vec<Regressor> {
+    let stretch = &scene.observations.stretch;
+    let mut kept = vec![[0.0; 4]; stretch.last().map_or(0, |last| last + 1)];
+    for i in (0..scene.len()).filter(|i| scene.keep[*i]) {
+        let before = scene.moment(i).before;
+        for (kept, before) in kept[stretch[i]].iter_mut().zip(before) {
+            *kept += before;
+        }
+    }
+    let kept = kept.iter().enumerate().skip(1);
+    kept.flat_map(|(k, kept)| {
+        (0..4)
+            .filter(|s| kept[*s] > LONG)
+            .map(move |s| brought_along(s, k))
+    })
+    .collect()
 }
 
 /// What the segments brought along, as a first look at their ways tells it: it moves them as what is known does.

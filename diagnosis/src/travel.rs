@@ -11,8 +11,10 @@ use effects::sensor::{GRADUAL, TURNOVERS};
 pub const GRADUAL_M: [f64; GRADUAL] = [4.0e-6, 12.0e-6, 40.0e-6, 120.0e-6];
 /// Half the travel after which it has turned over evenly and stands: what has play.
 pub const EVEN_M: [f64; TURNOVERS - GRADUAL] = [1.5e-6, 3.0e-6, 6.0e-6, 12.0e-6, 24.0e-6, 48.0e-6];
-/// Reach within which what was before the recording is forgotten to 1/e, m.
-const FORGOTTEN_M: f64 = 12.0e-6;
+/// Reach within which what was before a stretch is forgotten to 1/e, m.
+const FORGOTTEN_M: f64 = 40.0e-6;
+/// Of a memory this share is none.
+const NOTHING: f64 = 0.01;
 /// Travel that counts, in rms misfits of the local path (some 0.75 of the noise): less may be noise.
 const DEAD: f64 = 8.0;
 /// Within this many misfits of the farthest place, a sample is at it: a quarter of what is clear.
@@ -33,7 +35,7 @@ pub struct Travel {
     /// The same that turns over with travel: the states of Dahl 1968's friction model, then the stops whose sums are Prandtl's and
     /// Ishlinskii's hysteresis (Brokate and Sprekels 1996, chapter 2).
     pub memory: Vec<[f64; TURNOVERS]>,
-    /// What is left of the memory that it began with.
+    /// What is left of the memory that it began its stretch with.
     pub before: Vec<f64>,
     /// True about a turn, until the way back is clear: which way it goes there is told to a few samples only.
     pub turning: Vec<bool>,
@@ -94,9 +96,12 @@ impl Travel {
         };
         let mut range_m = [f64::INFINITY, f64::NEG_INFINITY];
         for (i, &here_m) in place_m.iter().enumerate() {
+            if i > 0 && o.stretch[i] != o.stretch[i - 1] {
+                range_m = [f64::INFINITY, f64::NEG_INFINITY];
+            }
             range_m = [range_m[0].min(here_m), range_m[1].max(here_m)];
-            this.before
-                .push((-(range_m[1] - range_m[0]) / FORGOTTEN_M).exp());
+            let left = (-(range_m[1] - range_m[0]) / FORGOTTEN_M).exp();
+            this.before.push(if left > NOTHING { left } else { 0.0 });
             if apart(i) {
                 leg = arrived(&leg, here_m, i, DEAD * misfit_m);
             }

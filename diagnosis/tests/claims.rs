@@ -265,6 +265,25 @@ fn what_a_segment_brought_along_is_not_carried_over() {
     assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
 }
 
+/// Between two fly-bys the segments across them go some micrometres that nothing records, and keep what that left for the whole of the next.
+#[test]
+fn what_a_segment_brought_along_to_each_fly_by_is_its_own() {
+    let effects = vec![Drawn {
+        name: "hysteresis".into(),
+        size_m: 3.914e-6,
+    }];
+    let case = Case {
+        number: 72,
+        seed: 473_747_393_215_269,
+        kind: Kind::Single,
+        effects,
+    };
+    let model = model(&case.recorded(0), "hysteresis");
+    let came = check(&model, &case.recorded(1)).expect("residuals");
+    let ratio = came.whitened_after / model.claimed.whitened_after;
+    assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
+}
+
 /// Bursts of a few micrometres beside harmonics that reach thirty at the largest angles: of what the baseline alone leaves they do not
 /// stand out.
 #[test]

@@ -85,6 +85,17 @@ pub mod sensor_side {
     /// How much more of it there is at one place of a tooth than at another: it completes the effect.
     const WAVES_SIZE_M: f64 = 0.4e-6;
 
+    /// What a segment still has in its memory of the way that it came by to a stretch, of which nothing is recorded.
+    pub fn brought_along(segment: usize, stretch: usize) -> Regressor {
+        let name = match stretch {
+            0 => format!("{BEFORE}, segment {}", segment + 1),
+            _ => format!("{BEFORE} went on in stretch {}, segment {}", stretch + 1, segment + 1),
+        };
+        Regressor::reading(name, "m", MEMORY_SIZE_M, segment, move |m| {
+            if m.stretch == stretch { m.before[segment] } else { 0.0 }
+        })
+    }
+
     impl SensorEffect for DirectionModel {
         fn name(&self) -> &'static str {
             "hysteresis"
@@ -132,10 +143,7 @@ pub mod sensor_side {
                         move |m| if fades && !m.underway { 0.0 } else { m.memory[s][k] },
                     );
                 }
-                let name = format!("{BEFORE}, segment {}", s + 1);
-                list.push(Regressor::reading(name, "m", MEMORY_SIZE_M, s, move |m| {
-                    m.before[s]
-                }));
+                list.push(brought_along(s, 0));
                 let name = format!("direction of approach, segment {}", s + 1);
                 list.push(Regressor::reading(name, "m", 3.0e-6, s, move |m| {
                     m.approach[s]

@@ -63,7 +63,7 @@ pub struct Moment {
     pub approach: [f64; 4],
     /// Direction of travel that turns over with it: gradually within 4, 12, 40 and 120 um, then evenly over 3 to 96 um; -1 to 1.
     pub memory: [[f64; TURNOVERS]; 4],
-    /// What a segment still remembers of its way before the recording: 1 at its first sample, 0 once it has gone far.
+    /// What a segment still remembers of its way before the stretch: 1 at its first sample, 0 once it has gone far.
     pub before: [f64; 4],
     /// The courier is on its way, and no separate pose or rest.
     pub underway: bool,
