@@ -453,7 +453,11 @@ impl<'a> Judge<'a> {
         } else {
             (self.before.white_rms().powi(2) - noise).max(1e-9)
         };
-        ((self.fine.residuals.white_rms().powi(2) - noise) / before).clamp(0.0, 1.0)
+        // A fold is whole places: of teeth that no other fold went over nothing is foretold.
+        let by_teeth = self.fine.scene.survey.teeth.is_some();
+        let pieces = self.fine.left_out().filter(|_| by_teeth);
+        let after = pieces.unwrap_or(&self.fine.residuals).white_rms();
+        ((after.powi(2) - noise) / before).clamp(0.0, 1.0)
     }
 
     /// Residuals beside their coordinates, and the gap after each effect in the order of the answer.
