@@ -5,6 +5,7 @@ mod bench;
 mod blind;
 mod browser;
 mod cmsis;
+mod drift;
 mod figures;
 mod firmware;
 mod flash;
@@ -54,6 +55,11 @@ const TASKS: &[Task] = &[
         "blind",
         "the nightly blind check of the diagnosis: its figures against those asked for (CASES SEED)",
         Work::With(blind::run),
+    ),
+    (
+        "drift",
+        "how well any claim can foretell what a wandering pair leaves on the next recording",
+        Work::Alone(drift::run),
     ),
     (
         "flash",
