@@ -11,6 +11,9 @@ use effects::sensor::{Fuller, Survey};
 /// More of an effect is worth its unknowns if less than this share of the gap is left.
 const LEAVES: f64 = 0.7;
 
+/// Standard deviations of a mean square that chance takes it by.
+const CHANCE: f64 = 4.0;
+
 /// What there is to tell of which effect.
 const FULLER: [(&str, fn(&mut Fuller)); 4] = [
     ("hysteresis", |told| told.fades_at_rest = true),
@@ -40,7 +43,10 @@ impl Judge<'_> {
         log(&format!(
             "{name} told more fully leaves {leaves:.4} of {left:.4}"
         ));
-        if leaves > LEAVES * left {
+        // Less than the noise: at angles or ways that are seldom gone through, amounts run up until the slope of a reading takes its noise in.
+        let least = -CHANCE * (2.0 / fuller.gram.total_rows() as f64).sqrt();
+        let worth = |excess: f64| (least..LEAVES * left).contains(&excess);
+        if !worth(leaves) {
             return;
         }
         let mut survey = self.study.scene.survey.clone();
@@ -52,7 +58,7 @@ impl Judge<'_> {
         let again = study(self.prepared, self.options, &fuller.about, look);
         let told = Told::new(&again, self.noise.is_some());
         let fine = Refined::of(&again, &told);
-        if excess(&fine) < LEAVES * left {
+        if worth(excess(&fine)) {
             self.take_fitted(again, told, fine);
         }
     }
