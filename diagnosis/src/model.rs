@@ -370,11 +370,9 @@ fn middle_m(model: &Survey, own: &Survey) -> [f64; 2] {
 fn between_stretches(scene: &Scene) -> Vec<Regressor> {
     let stretch = &scene.observations.stretch;
     let mut kept = vec![[0.0; 4]; stretch.last().map_or(0, |last| last + 1)];
-    for i in (0..scene.len()).filter(|i| scene.keep[*i]) {
-        let before = scene.moment(i).before;
-        for (kept, before) in kept[stretch[i]].iter_mut().zip(before) {
-            *kept += before;
-        }
+    for (s, before) in scene.motion.before.iter().enumerate() {
+        let samples = before.iter().enumerate().filter(|(i, _)| scene.keep[*i]);
+        samples.for_each(|(i, before)| kept[stretch[i]][s] += before);
     }
     let kept = kept.iter().enumerate().skip(1);
     kept.flat_map(|(k, kept)| {

@@ -75,7 +75,7 @@ pub mod sensor_side {
     ];
 
     /// What a segment brought along: another recording has another.
-    pub const BEFORE: &str = "way before the recording";
+    pub const BEFORE: &str = "way before";
 
     /// The effect itself where it is remanence: what the direction alone does is the same of no travel to turn over in.
     const MEMORY_SIZE_M: f64 = 2.0e-6;
@@ -88,8 +88,8 @@ pub mod sensor_side {
     /// What a segment still has in its memory of the way that it came by to a stretch, of which nothing is recorded.
     pub fn brought_along(segment: usize, stretch: usize) -> Regressor {
         let name = match stretch {
-            0 => format!("{BEFORE}, segment {}", segment + 1),
-            _ => format!("{BEFORE} went on in stretch {}, segment {}", stretch + 1, segment + 1),
+            0 => format!("{BEFORE} the recording, segment {}", segment + 1),
+            _ => format!("{BEFORE} stretch {}, segment {}", stretch + 1, segment + 1),
         };
         Regressor::reading(name, "m", MEMORY_SIZE_M, segment, move |m| {
             if m.stretch == stretch { m.before[segment] } else { 0.0 }

@@ -169,3 +169,43 @@ fn figures(judged: &[Judged]) -> Vec<Figure> {
         ),
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blind::{Case, Drawn};
+
+    /// A claim that came, and one of a pair that wanders, which did not.
+    #[test]
+    fn a_wander_is_counted_among_all_claims_and_left_out_beside_them() {
+        let judged = [("velocity_lag", 1.0), (OF_ITS_TIME, 3.0)].map(|(name, confirmed)| Judged {
+            case: Case {
+                number: 0,
+                seed: 0,
+                kind: Kind::Single,
+                effects: vec![Drawn {
+                    name: name.into(),
+                    size_m: 1.0e-6,
+                }],
+            },
+            verdict: Verdict::Named,
+            named: vec![name.into()],
+            aliases: Vec::new(),
+            places: Vec::new(),
+            claim: Some(Claim {
+                claimed: 1.0,
+                confirmed: Some(confirmed),
+                ..Claim::default()
+            }),
+            without: None,
+            hidden: None,
+        });
+        let figures = figures(&judged);
+        let of = |name: &str| {
+            let figure = figures.iter().find(|f| f.name.contains(name));
+            figure.map(|f| (f.count, f.of))
+        };
+        assert_eq!(of("second recording"), Some((1, 2)));
+        assert_eq!(of("no pair is named that wanders"), Some((1, 1)));
+    }
+}
