@@ -2,6 +2,7 @@
 
 use crate::places::Place;
 use crate::scene::Scene;
+use crate::slack::{SLACKS_M, Slack};
 use effects::sensor::{Moment, Regressor, Survey};
 use std::f64::consts::PI;
 
@@ -20,6 +21,8 @@ const GAIN_KNOTS: usize = 13;
 const WANDER: usize = 60;
 /// Half waves over the deflection, along both axes together.
 const HALF_WAVES: usize = 18;
+/// Way from the middle over which a pull changes by as much as it is, m.
+const DIFFERS_M: f64 = 0.1;
 /// Samples that tell a range.
 const LOOKED_AT: usize = 2000;
 
@@ -67,7 +70,7 @@ pub fn finer(scene: &Scene) -> Vec<Place> {
         list.push(place("temperature and lateral tooth phase", across));
     }
     if survey.moving {
-        let mut moving = on_segments(survey, speeds);
+        let mut moving = on_segments(survey, &speeds);
         moving.extend(on_beacon(survey, &beacon_speeds));
         list.push(place("speed", moving));
         let mut own = times(survey, |m, s| m.speed_m_s[s]);
@@ -77,6 +80,9 @@ pub fn finer(scene: &Scene) -> Vec<Place> {
         own.extend(times(survey, |m, s| m.memory[s][1]));
         list.push(place("direction and own tooth phase", own));
     }
+    let slack = Slack::of(scene);
+    let dragged = on_segments(survey, &|s| dragged(&slack, s));
+    list.push(place("direction", dragged));
     if survey.beacon {
         let span = ranges.deflection;
         list.push(place(
@@ -171,7 +177,7 @@ fn push(list: &mut Vec<Regressor>, channel: usize, shapes: Vec<Shape>) {
     }
 }
 
-fn on_segments(survey: &Survey, shapes: fn(usize) -> Vec<Shape>) -> Vec<Regressor> {
+fn on_segments(survey: &Survey, shapes: &dyn Fn(usize) -> Vec<Shape>) -> Vec<Regressor> {
     let mut list = Vec::new();
     for s in (0..4).filter(|s| survey.segments[*s]) {
         for (n, shape) in shapes(s).into_iter().enumerate() {
@@ -217,6 +223,22 @@ fn beacon_speeds() -> Vec<Shape> {
         whole(move |m| m.acceleration_m_s2[0]),
         whole(move |m| m.acceleration_m_s2[1]),
     ]
+}
+
+/// What is dragged after the courier pulls at the segment, by more here than there.
+fn dragged(slack: &Slack, s: usize) -> Vec<Shape> {
+    let mut list = Vec::new();
+    for k in 0..SLACKS_M.len() {
+        let (here, along, across) = (slack.clone(), slack.clone(), slack.clone());
+        list.push(whole(move |m| here.at(m, s, k)));
+        list.push(whole(move |m| {
+            along.at(m, s, k) * m.from_middle_m[0] / DIFFERS_M
+        }));
+        list.push(whole(move |m| {
+            across.at(m, s, k) * m.from_middle_m[1] / DIFFERS_M
+        }));
+    }
+    list
 }
 
 /// What follows the start of every stretch.

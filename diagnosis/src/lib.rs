@@ -103,6 +103,7 @@ pub mod scene;
 pub mod search;
 pub mod shared;
 pub mod simulate;
+pub mod slack;
 pub mod slips;
 pub mod smooth;
 mod sparse;

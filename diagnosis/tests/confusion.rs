@@ -248,15 +248,19 @@ fn a_flickering_lamp_is_located() {
 }
 
 fn pair(seed: u64, effects: [(&str, f64); 2]) -> Case {
-    let drawn = |(name, size_m): (&str, f64)| Drawn {
-        name: name.into(),
-        size_m,
+    case(seed, Kind::Pair, &effects)
+}
+
+fn case(seed: u64, kind: Kind, effects: &[(&str, f64)]) -> Case {
+    let drawn = |(name, size_m): &(&str, f64)| Drawn {
+        name: (*name).into(),
+        size_m: *size_m,
     };
     Case {
         number: 0,
         seed,
-        kind: Kind::Pair,
-        effects: effects.map(drawn).into(),
+        kind,
+        effects: effects.iter().map(drawn).collect(),
     }
 }
 
@@ -382,6 +386,25 @@ fn what_nothing_explains_is_located_more_finely() {
             d.place
         );
         assert!(d.place[0].share > 0.9, "{:?}", d.place);
+    }
+}
+
+/// What a cable drags after the courier remembers millimetres of its way, in any direction: neither a speed nor a deflection.
+#[test]
+fn what_is_dragged_over_millimetres_lies_over_the_direction() {
+    for (seed, size_m) in [
+        (3_212_813_317_399_476, 2.610e-6),
+        (90_379_183_017_123, 2.322e-6),
+    ] {
+        let case = case(seed, Kind::Unlisted, &[("cable_drag", size_m)]);
+        let d = diagnose(&case.recorded(0), "dragged", &Options::default());
+        assert_eq!(d.verdict, Verdict::Unknown, "{:?}", names(&d));
+        assert!(
+            d.place[0].coordinate.starts_with("direction"),
+            "{:?}",
+            d.place
+        );
+        assert!(d.place[0].share > 0.5, "{:?}", d.place);
     }
 }
 
