@@ -12,7 +12,7 @@ use effects::beacon_vibration::sensor_side::SLOWEST_HZ;
 use nalgebra::DVector;
 
 /// A mount rings some ten times: lines nearer to a stronger one than this share of its frequency are one resonance's.
-const RESONANCE: f64 = 1.0 / 30.0;
+pub const RESONANCE: f64 = 1.0 / 30.0;
 /// Within a resonance a line is a modulation's if one half of the recording foretells this share of what it takes of the other,
 const PERSISTS: f64 = 0.8;
 /// and it has this many beats with the stronger line: a swell as slow as the recording keeps its phase in it as well.

@@ -10,7 +10,7 @@ use crate::gram::{Columns, Gram, folds, solve};
 use crate::heldout::Residuals;
 use crate::judge::CHANNEL_NAMES;
 use crate::observe::{MINIMUM_SAMPLES, Observations};
-use crate::phase::{VIBRATION, align, waves};
+use crate::phase::{Line, VIBRATION, align, waves};
 use crate::reached::Reached;
 use crate::refine::remembers;
 use crate::report::{HeldOut, HeldOutChannel, Magnitude};
@@ -107,7 +107,7 @@ pub const OF_ITS_TIME: &str = "quadrature_drift";
 
 /// Applies a model to another recording of the same courier. Fits nothing but the zeros that are arbitrary from one recording
 /// to the next: of the tooth counts (offset of g_p, o'_x, o'_y; each segment's against a reference), and of time, which a
-/// vibration's phase is counted from, what a segment brought along to a stretch from a way that is not recorded, and the angle between the
+/// vibration's phase is counted from (in each stretch: what drives it keeps no time), what a segment brought along to a stretch from a way that is not recorded, and the angle between the
 /// two sensors where mounts drift with temperature. Whole teeth between the segments of a pair are told before ([`align_pairs`]). What does not carry over ([`OF_ITS_TIME`]) is left out, so
 /// is what the model's recording showed too little of ([`Visited`], [`Certainty`]); how a vibration swells is not in the model at all.
 ///
@@ -294,18 +294,14 @@ fn apply<'a>(
         zeros.push(zero_of_the_angle());
     }
     columns.push("zeros", zeros);
+    let mut lines = Vec::new();
     if with {
         for effect in model.effects.iter().filter(|e| e.carries_over) {
             if effect.name == VIBRATION {
-                let waves = waves(&effect.amounts, &model.survey.beacon_lines_hz);
-                columns.push(
-                    VIBRATION,
-                    if scene.scope.beacon {
-                        waves
-                    } else {
-                        Vec::new()
-                    },
-                );
+                if scene.scope.beacon {
+                    lines = Line::all(&effect.amounts, &model.survey.beacon_lines_hz);
+                }
+                columns.push(VIBRATION, waves(&lines));
                 continue;
             }
             let Some(side) = effects::sensor_sides()
@@ -334,9 +330,11 @@ fn apply<'a>(
     if with && remembers(&columns) {
         columns.push("ways between stretches", between_stretches(&scene));
     }
+    if with {
+        align(&scene, &mut columns, &lines);
+    }
     let list: Vec<usize> = (0..columns.regressors.len()).collect();
     if with {
-        align(&scene, &mut columns);
         scene = if remembers(&columns) && !scene.scope.reference {
             let told = |columns: &Columns| {
                 let left = |scene: &Scene| evaluate(scene, columns, &list);
@@ -452,7 +450,7 @@ fn evaluate(scene: &Scene, columns: &Columns, list: &[usize]) -> Residuals {
 }
 
 /// Amounts of all columns, in prior deviations: what is held is known and leaves the residual, the others are fitted to what stays.
-fn amounts(gram: &Gram, columns: &Columns) -> Vec<f64> {
+pub(crate) fn amounts(gram: &Gram, columns: &Columns) -> Vec<f64> {
     let (held, free): (Vec<usize>, Vec<usize>) = (0..gram.width()).partition(|c| columns.held[*c]);
     let last = gram.width();
     let mut training = gram.training(None).formed();

@@ -67,6 +67,30 @@ fn how_a_vibration_beats_is_foretold() {
     assert!(claimed.after_ci95_m[1] > 1.5 * claimed.floor_rms_m);
 }
 
+/// What drives a mount keeps no time from run to run: on another recording each may begin anywhere in its period.
+#[test]
+fn a_vibration_keeps_no_phase_from_run_to_run() {
+    let [first, second] = recordings(31, &[], true);
+    let [first, second] = [first, second].map(|r| rig::shake::shaken(&r, 0.21, |_| 6.0e-4));
+    let mut waited = second.clone();
+    waited.samples = Samples::default();
+    let (mut run, mut wait_s) = (None, 0.0);
+    for index in 0..second.samples.len() {
+        let mut row = second.samples.row(index);
+        if run.is_some_and(|run| run != row.run) {
+            wait_s += 0.0137;
+        }
+        run = Some(row.run);
+        row.t_s += wait_s;
+        waited.samples.push(&row);
+    }
+    let model = model(&first, "beacon_vibration");
+    let [before, here] = [&second, &waited].map(|r| check(&model, r).expect("residuals"));
+    let ratio = here.whitened_after / before.whitened_after;
+    assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
+    assert!(here.whitened_after < 1.05, "{}", here.whitened_after);
+}
+
 /// The same recording after a restart of the board: its tooth counts begin elsewhere.
 fn restarted(recording: &Recording, teeth: [i32; 4]) -> Recording {
     let mut out = recording.clone();

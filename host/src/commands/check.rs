@@ -11,7 +11,7 @@ use std::process::ExitCode;
 /// Apply a diagnosed model to another recording of the same courier and see whether the gap shrinks as claimed.
 ///
 /// Nothing is fitted but what is arbitrary from one recording to the next: the zeros of the tooth counts (offset of g_p,
-/// o'_x, o'_y; the angle of a courier whose mounts drift with temperature), the phase of a vibration, and beside hysteresis what each segment
+/// o'_x, o'_y; the angle of a courier whose mounts drift with temperature), the phase of a vibration in each run, and beside hysteresis what each segment
 /// brought along to a run from a way that is not recorded. A wander's course is left out.
 #[derive(Debug, clap::Args)]
 #[command(
