@@ -172,8 +172,8 @@ pub fn check_fully(model: &Model, recording: &Recording) -> Result<Checked, Insu
     })
 }
 
-/// Samples that what was brought along is kept for: of a few, it would be most of what they tell.
-const LONG: f64 = 100.0;
+/// Samples that what was brought along is kept for: of fewer, it would be most of what they tell.
+const LONG: f64 = 10.0;
 /// The effect that follows temperature.
 const OF_TEMPERATURE: &str = "thermal_drift";
 /// Share of the model's range of temperatures that another recording may lie beyond it before that is said.
