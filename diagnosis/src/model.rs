@@ -107,9 +107,10 @@ pub const OF_ITS_TIME: &str = "quadrature_drift";
 
 /// Applies a model to another recording of the same courier. Fits nothing but the zeros that are arbitrary from one recording
 /// to the next: of the tooth counts (offset of g_p, o'_x, o'_y; each segment's against a reference), and of time, which a
-/// vibration's phase is counted from (in each stretch: what drives it keeps no time), what a segment brought along to a stretch from a way that is not recorded, and the angle between the
-/// two sensors where mounts drift with temperature. Whole teeth between the segments of a pair are told before ([`align_pairs`]). What does not carry over ([`OF_ITS_TIME`]) is left out, so
-/// is what the model's recording showed too little of ([`Visited`], [`Certainty`]); how a vibration swells is not in the model at all.
+/// vibration's phase is counted from (in each stretch: what drives it keeps no time from run to run), what a segment brought along
+/// to a stretch from a way that is not recorded, and the angle between the two sensors where mounts drift with temperature. Whole
+/// teeth between the segments of a pair are told before ([`align_pairs`]). What does not carry over ([`OF_ITS_TIME`]) is left out,
+/// so is what the model's recording showed too little of ([`Visited`], [`Certainty`]); how a vibration swells is not in the model.
 ///
 /// # Errors
 /// [`Insufficient`] where the recording gives no residuals, or nearly all of it lies where the model does not know what it speaks of.
