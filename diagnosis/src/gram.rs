@@ -382,6 +382,26 @@ pub fn solve(training: Training, columns: &[usize], centre: &[f64], variance: f6
     })
 }
 
+/// Amounts of all columns, in prior deviations: what is held is known and leaves the residual, the others are fitted to what stays.
+pub fn amounts(gram: &Gram, columns: &Columns) -> Vec<f64> {
+    let (held, free): (Vec<usize>, Vec<usize>) = (0..gram.width()).partition(|c| columns.held[*c]);
+    let last = gram.width();
+    let mut training = gram.training(None).formed();
+    for &h in &held {
+        let amount = gram.centre[h];
+        for row in 0..last {
+            let known = training[(row, h)] * amount;
+            training[(row, last)] -= known;
+        }
+    }
+    let mut out = gram.centre.clone();
+    let fit = solve(Training::of(&training), &free, &gram.centre, 1.0);
+    for (k, c) in free.into_iter().enumerate() {
+        out[c] = fit.as_ref().map_or(0.0, |fit| fit.amount[k]);
+    }
+    out
+}
+
 /// Squared whitened residual of a fit on other data: the quadratic form of what it adds to the columns, and takes from the target.
 pub fn squares(test: &Symmetric, fit: &Fit) -> f64 {
     let amounts = fit.columns.iter().copied().zip(fit.amount.iter().copied());

@@ -6,7 +6,7 @@ use crate::calibrate::baseline_columns;
 use crate::certainty::Certainty;
 use crate::clean::{among_bursts, astray, disturbed};
 use crate::counts::align_pairs;
-use crate::gram::{Columns, Gram, folds, solve};
+use crate::gram::{Columns, Gram, amounts, folds};
 use crate::heldout::Residuals;
 use crate::judge::CHANNEL_NAMES;
 use crate::observe::{MINIMUM_SAMPLES, Observations};
@@ -18,7 +18,6 @@ use crate::scene::{Normal, Scene, range};
 use crate::simulate::floor;
 use crate::slips::repair_slips;
 use crate::trace::log_runs;
-use crate::training::Training;
 use crate::visited::Visited;
 use crate::ways::likeliest;
 use effects::hysteresis::sensor_side::{BEFORE, brought_along};
@@ -448,24 +447,4 @@ fn evaluate(scene: &Scene, columns: &Columns, list: &[usize]) -> Residuals {
     let gram = Gram::new(scene, columns, &folds(&scene.observations.stretch));
     let amounts = amounts(&gram, columns);
     Residuals::predicted(scene, columns, &gram, list, |_| &amounts, false)
-}
-
-/// Amounts of all columns, in prior deviations: what is held is known and leaves the residual, the others are fitted to what stays.
-pub(crate) fn amounts(gram: &Gram, columns: &Columns) -> Vec<f64> {
-    let (held, free): (Vec<usize>, Vec<usize>) = (0..gram.width()).partition(|c| columns.held[*c]);
-    let last = gram.width();
-    let mut training = gram.training(None).formed();
-    for &h in &held {
-        let amount = gram.centre[h];
-        for row in 0..last {
-            let known = training[(row, h)] * amount;
-            training[(row, last)] -= known;
-        }
-    }
-    let mut out = gram.centre.clone();
-    let fit = solve(Training::of(&training), &free, &gram.centre, 1.0);
-    for (k, c) in free.into_iter().enumerate() {
-        out[c] = fit.as_ref().map_or(0.0, |fit| fit.amount[k]);
-    }
-    out
 }

@@ -3,8 +3,7 @@
 //! no time from run to run, nor turns as evenly: each stretch then shifts all lines of a resonance together. Nothing is scaled.
 
 use crate::breath::RESONANCE;
-use crate::gram::{Columns, Gram, folds};
-use crate::model::amounts;
+use crate::gram::{Columns, Gram, amounts, folds};
 use crate::report::Magnitude;
 use crate::scene::{Scene, range};
 use effects::beacon_vibration::sensor_side::SLOWEST_HZ;
