@@ -175,6 +175,26 @@ fn a_drift_that_lags_is_carried_to_other_temperatures() {
     }
 }
 
+/// What holds the coils follows the board within seconds, the courier itself within a minute or more.
+#[test]
+fn a_courier_that_warms_through_slowly_is_followed() {
+    let options = rig::Options {
+        mount_s: 60.0,
+        ..rig::Options::default()
+    };
+    for seed in [43, 44] {
+        let recorded =
+            |motion| rig::record_as(seed, motion, &[("late_warmth", 3.0e-6)], &options).0;
+        let model = model(&recorded(seed), "thermal_drift");
+        let claimed = model.claimed.whitened_after;
+        assert!(claimed < 1.05, "{seed}: {claimed}");
+        let came = check(&model, &recorded(seed + 1000)).expect("residuals");
+        let excess = |rms: f64| rms.powi(2) - 1.0;
+        let left = excess(came.whitened_after) / excess(came.whitened_before);
+        assert!(left < 0.1, "{seed}: {left}");
+    }
+}
+
 /// A coil of some width loses amplitude as a sinc does, which is no parabola of the angle beyond a degree.
 #[test]
 fn a_wide_coil_is_followed_to_the_largest_angles() {

@@ -19,8 +19,9 @@ pub const ORDERS: usize = 16;
 /// Highest order of the lateral tooth phase that is tabulated.
 pub const LATERAL_ORDERS: usize = 4;
 
-/// Times after which a mount has followed the board's temperature to 1/e, s: of a coil and of what holds it.
-pub const LAGS_S: [f64; 2] = [5.0, 20.0];
+/// Times after which a mount has followed the board's temperature to 1/e, s: of a coil, of what holds it, and of a courier that is
+/// warmed through slowly.
+pub const LAGS_S: [f64; 3] = [5.0, 20.0, 80.0];
 
 /// `[segment][n]` = (sin, cos) of n times a phase.
 pub type Harmonics = [[(f64, f64); ORDERS + 1]; 4];
@@ -98,6 +99,8 @@ pub struct Fuller {
     pub fades_at_rest: bool,
     /// What a segment remembers of its way is stronger here than there over a tooth.
     pub memory_waves: bool,
+    /// Mounts follow the temperature after the last of [`LAGS_S`] as well.
+    pub warms_slowly: bool,
 }
 
 /// What a recording offers: an effect without the data that it needs is not judged.

@@ -93,6 +93,16 @@ pub mod sensor_side {
     /// Prior of what a mount's drift is behind the board's: as much as the drift itself (5.6 um/K has been seen).
     const DRIFT_M_PER_K: f64 = 3.0e-6;
 
+    /// A long lag and a bend over time are alike where a recording warms once: it is told where a gap is left without.
+    fn lags_s(survey: &Survey) -> &'static [f64] {
+        let [quick @ .., _] = &LAGS_S;
+        if survey.fuller.warms_slowly {
+            &LAGS_S
+        } else {
+            quick
+        }
+    }
+
     impl SensorEffect for WarmthModel {
         fn name(&self) -> &'static str {
             "thermal_drift"
@@ -112,6 +122,7 @@ pub mod sensor_side {
             if !survey.temperature {
                 return list;
             }
+            let lags_s = lags_s(survey);
             for s in (0..4).filter(|s| survey.segments[*s]) {
                 let name = format!("offset, segment {}", s + 1);
                 list.push(Regressor::reading(name, "m/K", 4.0e-6, s, |m| m.warmth_k));
@@ -119,7 +130,7 @@ pub mod sensor_side {
                 list.push(Regressor::reading(name, "m/K²", 0.7e-6, s, move |m| {
                     bent(m.warmth_k, range, goes_on)
                 }));
-                for (lag, seconds) in LAGS_S.iter().enumerate() {
+                for (lag, seconds) in lags_s.iter().enumerate() {
                     let name = format!("offset, {seconds} s behind, segment {}", s + 1);
                     let behind = Regressor::reading(name, "m/K", 0.7e-6, s, move |m| m.behind_k[lag]);
                     list.push(behind.of_deviation(DRIFT_M_PER_K));
@@ -154,7 +165,7 @@ pub mod sensor_side {
                     list.push(Regressor::reading(name, "1/K", 2.0e-6, 4 + axis, |m| {
                         m.warmth_k
                     }));
-                    for (lag, seconds) in LAGS_S.iter().enumerate() {
+                    for (lag, seconds) in lags_s.iter().enumerate() {
                         let name =
                             format!("coordination sensor's offset {label}, {seconds} s behind");
                         let behind = Regressor::reading(name, "1/K", 0.35e-6, 4 + axis, move |m| {

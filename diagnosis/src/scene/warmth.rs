@@ -31,11 +31,11 @@ mod tests {
 
     #[test]
     fn a_body_follows_a_ramp_by_its_lag_and_a_rest_to_the_end() {
-        // 0.1 K/s for 200 s, then 200 s at rest; readings at uneven times, one of them missing.
+        // 0.1 K/s for 1000 s, then 1000 s at rest; readings at uneven times, one of them missing.
         let t_s: Vec<f64> = (0..800)
-            .map(|i| f64::from(i) * 0.5 + f64::from(i % 3) * 0.1)
+            .map(|i| f64::from(i) * 2.5 + f64::from(i % 3) * 0.1)
             .collect();
-        let mut temperature_c: Vec<f64> = t_s.iter().map(|t| 20.0 + 0.1 * t.min(200.0)).collect();
+        let mut temperature_c: Vec<f64> = t_s.iter().map(|t| 20.0 + 0.1 * t.min(1000.0)).collect();
         temperature_c[100] = f64::NAN;
         let behind = behind_k(&t_s, &temperature_c);
         for (k, lag) in LAGS_S.iter().enumerate() {

@@ -65,18 +65,15 @@ pub fn record(seed: u64, effects: &[(&str, f64)], o: &Options) -> (Recording, Co
     record_as(seed, seed, effects, o)
 }
 
-/// Time after which the mounts have followed the board to 1/e, s.
-const MOUNT_S: f64 = 9.0;
-
 /// The mounts' temperature, one small step after the other.
-fn warm_through(truth: &mut [Truth]) {
+fn warm_through(truth: &mut [Truth], mount_s: f64) {
     let Some(mut last) = truth.first().copied() else {
         return;
     };
     last.mount = last.temp;
     for q in truth {
-        let steps = ((q.t - last.t) / (0.01 * MOUNT_S)).ceil().max(1.0);
-        let share = (q.t - last.t) / steps / MOUNT_S;
+        let steps = ((q.t - last.t) / (0.01 * mount_s)).ceil().max(1.0);
+        let share = (q.t - last.t) / steps / mount_s;
         q.mount = last.mount;
         for k in 0..steps as usize {
             let board = last.temp + (q.temp - last.temp) * (k as f64 + 0.5) / steps;
@@ -107,7 +104,7 @@ pub fn record_as(
     // An effect's size is the courier's: it is stated over the first recording's motion, whichever is made.
     let usual = || Dice(seed.wrapping_mul(991) + 3);
     let mut first = program(&u, &mut usual(), &mut own(seed), o, &mut Vec::new());
-    warm_through(&mut first);
+    warm_through(&mut first, o.mount_s);
     let all = first.last().map_or(1.0, |q| q.t);
     for e in &mut list {
         scale(e, &u, &first, all);
@@ -118,7 +115,7 @@ pub fn record_as(
     for q in &mut truth {
         q.temp += o.warmer_k;
     }
-    warm_through(&mut truth);
+    warm_through(&mut truth, o.mount_s);
     let samples = measure(&u, &list, &truth, &names, all, &mut m, o);
     let meta = Meta {
         device: "rig".into(),

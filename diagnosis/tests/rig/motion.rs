@@ -55,6 +55,8 @@ pub struct Options {
     pub segments: usize,
     /// So much is the recording's temperature above the usual one, K.
     pub warmer_k: f64,
+    /// Time after which the mounts have followed the board to 1/e, s.
+    pub mount_s: f64,
 }
 impl Default for Options {
     fn default() -> Self {
@@ -66,6 +68,7 @@ impl Default for Options {
             reference: false,
             segments: 4,
             warmer_k: 0.0,
+            mount_s: 9.0,
         }
     }
 }
