@@ -101,14 +101,20 @@ pub struct Checked {
     pub warmer_or_colder: Option<[[f64; 2]; 2]>,
 }
 
-/// The effect whose amounts are tied to a recording's own time: its course is another one on the next.
+/// The effect whose course is another one on the next recording.
 pub const OF_ITS_TIME: &str = "quadrature_drift";
+
+/// True if the amounts of an effect are tied to a recording's own time. A pair's counts show its course in any recording.
+pub(crate) fn is_of_its_time(effect: &str, survey: &Survey) -> bool {
+    effect == OF_ITS_TIME && !survey.counts
+}
 
 /// Applies a model to another recording of the same courier. Fits nothing but the zeros that are arbitrary from one recording
 /// to the next: of the tooth counts (offset of g_p, o'_x, o'_y; each segment's against a reference), and of time, which a
 /// vibration's phase is counted from (in each stretch: what drives it keeps no time from run to run), what a segment brought along
 /// to a stretch from a way that is not recorded, and the angle between the two sensors where mounts drift with temperature. Whole
-/// teeth between the segments of a pair are told before ([`align_pairs`]). What does not carry over ([`OF_ITS_TIME`]) is left out,
+/// teeth between the segments of a pair are told before ([`align_pairs`]). A wander is followed by what
+/// the counts' amplitudes show of it ([`Scene::amplitudes_explained`]); without counts it does not carry over and is left out,
 /// so is what the model's recording showed too little of ([`Visited`], [`Certainty`]); how a vibration swells is not in the model.
 ///
 /// # Errors

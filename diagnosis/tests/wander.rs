@@ -2,7 +2,7 @@
 
 mod rig;
 
-use diagnosis::{Answer, Options, diagnose_fully};
+use diagnosis::{Answer, Options, check, diagnose_fully};
 use recording::Recording;
 use std::f64::consts::TAU;
 
@@ -10,36 +10,79 @@ use std::f64::consts::TAU;
 const OFFSET: f64 = 0.02;
 /// Periods over the recording of one segment's offset; each further segment has one more.
 const PERIODS: f64 = 12.0;
+/// Fewer, which coarse knots follow.
+const SLOW: f64 = 2.0;
 
-/// A recording of which only so many samples of the long runs are left, and whose pairs wander from time to time.
-fn wandering(effects: &[(&str, f64)], every: usize) -> Recording {
-    let options = rig::Options {
+/// How the pairs wander.
+struct Course {
+    periods: f64,
+    /// Where the wander is at the first sample, turns.
+    from_turns: f64,
+    /// What the offsets turn about, of the amplitude.
+    about: f64,
+}
+
+impl Course {
+    fn first(periods: f64) -> Self {
+        Self {
+            periods,
+            from_turns: 0.0,
+            about: 0.0,
+        }
+    }
+
+    /// Offsets of a segment's pair, of the amplitude.
+    fn offsets(&self, segment: usize, progress: f64) -> [f64; 2] {
+        let turns = self.from_turns + (self.periods + segment as f64) * progress;
+        let (sine, cosine) = (TAU * turns).sin_cos();
+        [
+            self.about + OFFSET * sine,
+            OFFSET.mul_add(cosine, -self.about),
+        ]
+    }
+}
+
+fn options(counts: bool) -> rig::Options {
+    rig::Options {
         samples: 6000,
+        counts,
         ..rig::Options::default()
-    };
-    let mut out = rig::record(24, effects, &options).0;
+    }
+}
+
+/// A recording of one courier whose pairs wander from time to time.
+fn wandering(motion: u64, effects: &[(&str, f64)], course: &Course) -> Recording {
+    let mut out = rig::record_as(24, motion, effects, &options(true)).0;
     let amplitude = out.meta.electronics.amplitude_counts.expect("counts");
     let whole = std::mem::take(&mut out.samples);
     let last_s = whole.t_s().last().copied().expect("samples");
     for index in 0..whole.len() {
         let mut row = whole.row(index);
-        let long = ["scatter", "beacon"].contains(&row.run);
-        if long && index % every > 0 {
-            continue;
-        }
         for segment in 0..4 {
             let [sine, cosine] = row.quadrature_counts[segment].expect("counts");
-            let turns = (PERIODS + segment as f64) * row.t_s / last_s;
-            let (s, c) = (TAU * turns).sin_cos();
-            let moved = [
-                sine + OFFSET * amplitude * s,
-                cosine + OFFSET * amplitude * c,
-            ]
-            .map(f64::round);
+            let [s, c] = course.offsets(segment, row.t_s / last_s);
+            let moved = [sine + amplitude * s, cosine + amplitude * c].map(f64::round);
             // Where the phase goes past half a turn the tooth count follows.
             let past = (sine.atan2(cosine) - moved[0].atan2(moved[1])) / TAU;
             row.quadrature_counts[segment] = Some(moved);
             row.teeth[segment] = row.teeth[segment].map(|n| n + past.round() as i32);
+        }
+        out.samples.push(&row);
+    }
+    out
+}
+
+/// The same where the segments' positions were written and not their counts.
+fn as_positions(recording: &Recording) -> Recording {
+    let mut out = rig::record_as(24, 24, &[], &options(false)).0;
+    out.samples = Default::default();
+    for index in 0..recording.samples.len() {
+        let mut row = recording.samples.row(index);
+        for segment in 0..4 {
+            let pair = row.quadrature_counts[segment].take().expect("counts");
+            let teeth = row.teeth[segment].take().expect("teeth");
+            let pitch_m = recording.meta.geometry.pitch_m;
+            row.position_m[segment] = Some(recording::unmodified_m(teeth, pair, pitch_m));
         }
         out.samples.push(&row);
     }
@@ -55,7 +98,8 @@ fn answer(recording: &Recording) -> (Vec<String>, Answer) {
 #[test]
 fn what_is_beside_a_quick_wander_is_named() {
     for other in ["psd_nonlinearity", "lateral_dependence"] {
-        let (mut names, answer) = answer(&wandering(&[(other, 2.0e-6)], 1));
+        let recording = wandering(24, &[(other, 2.0e-6)], &Course::first(PERIODS));
+        let (mut names, answer) = answer(&recording);
         names.sort_unstable();
         let verdict = answer.diagnosis.verdict;
         let mut wanted = [other, "quadrature_drift"];
@@ -64,13 +108,35 @@ fn what_is_beside_a_quick_wander_is_named() {
     }
 }
 
-/// Most samples come in a small part of the time, in which the pairs hardly move. On another recording they stand elsewhere: what
-/// is expected there is what the wander does over all of its time, and the other effect is known beside it.
+/// On another day the pairs turn about other offsets by another course: their amplitudes show it there as they did here.
 #[test]
-fn a_wander_is_foretold_from_the_whole_of_its_time() {
-    let recording = wandering(&[("lateral_dependence", 1.0e-6)], 6);
+fn a_wander_is_followed_by_the_counts_of_another_recording() {
+    let effects = [("lateral_dependence", 1.0e-6)];
+    let (_, answer) = answer(&wandering(24, &effects, &Course::first(SLOW)));
+    let model = answer.model.expect("a model");
+    let elsewhere = Course {
+        periods: 3.3,
+        from_turns: 0.4,
+        about: 0.03,
+    };
+    let came = check(&model, &wandering(1024, &effects, &elsewhere)).expect("residuals");
+    let claimed = model.claimed.whitened_after;
+    assert!(came.whitened_before > 3.0, "{}", came.whitened_before);
+    assert!(claimed < 1.1, "{claimed}");
+    let ratio = came.whitened_after / claimed;
+    assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
+}
+
+/// Positions do not show how the pairs stand on another recording: what is expected there is what the wander does over all of its time.
+#[test]
+fn a_wander_without_counts_is_foretold_from_the_whole_of_its_time() {
+    let recording = as_positions(&wandering(24, &[], &Course::first(SLOW)));
     let (names, answer) = answer(&recording);
-    assert!(names.contains(&"quadrature_drift".into()), "{names:?}");
+    assert!(
+        names.contains(&"quadrature_drift".into()),
+        "{names:?} {:?}",
+        answer.diagnosis
+    );
     let channels = &answer.diagnosis.held_out.channels;
     let parity = channels.iter().find(|c| c.channel == "g_p").expect("g_p");
     // Each pair's offsets turn by a circle: its phase is off by the offset times the sine of what is between the two.

@@ -97,18 +97,16 @@ pub mod sensor_side {
         }
     }
 
-    /// What the amplitude shows of the pair's wandering flaws, with what they do to the phase to first order: amounts of 1.
+    /// The angle by which the pair's wandering flaws turn it, as its amplitude shows them: an amount of 1. And which of the two
+    /// channels the quadrature angle is in: an amount from -1, all in the cosine, to 1.
     fn by_amplitude(list: &mut Vec<Regressor>, s: usize, metres: f64) {
         let mut add = |part: &str, value: fn(&Moment, usize) -> f64| {
-            let name = format!("{part} as the amplitude shows it, segment {}", s + 1);
-            list.push(Regressor::reading(name, "1", 3.0e-6, s, move |m| -metres * value(m, s)));
+            let name = format!("{part}, segment {}", s + 1);
+            let regressor = Regressor::reading(name, "1", 3.0e-6, s, move |m| -metres * value(m, s));
+            list.push(regressor.of_deviation(1.0));
         };
-        add("offset of sine", |m, s| m.pair_course[s][0] * m.raw[s][1].1);
-        add("offset of cosine", |m, s| -m.pair_course[s][1] * m.raw[s][1].0);
-        add("gain", |m, s| 0.5 * m.pair_course[s][2] * m.raw[s][2].0);
-        // The amplitude does not tell which of the two channels turns: they differ by a shift of the whole.
-        add("angle of sine", |m, s| m.pair_course[s][3] * (0.5 + 0.5 * m.raw[s][2].1));
-        add("angle of cosine", |m, s| -m.pair_course[s][3] * (0.5 - 0.5 * m.raw[s][2].1));
+        add("wander as the amplitude shows it", |m, s| m.pair_turn_rad[s]);
+        add("its quadrature angle in the sine and not in the cosine", |m, s| m.half_quadrature_angle_rad[s]);
     }
 
     /// Without amplitudes: the same shapes times any slow function of time.

@@ -82,9 +82,11 @@ pub struct Moment {
     pub ln_amplitude: [f64; 4],
     /// All of that logarithm less its mean and what repeats with the own phase, whatever may be the cause.
     pub amplitude_excess: [f64; 4],
-    /// Offset of sine and of cosine, gain of the sine less one and quadrature angle (rad) of each pair at this time, less their
-    /// means, as the pair's amplitude shows them: of the amplitude.
-    pub pair_course: [[f64; 4]; 4],
+    /// Angle, rad, by which each pair's flaws, as far as they differ from their means at this time, turn the vector that it gives: as
+    /// its amplitude shows them, the quadrature angle half in either channel.
+    pub pair_turn_rad: [f64; 4],
+    /// That half of the quadrature angle, rad.
+    pub half_quadrature_angle_rad: [f64; 4],
 }
 
 /// What more is told of effects whose simplest form leaves a gap.

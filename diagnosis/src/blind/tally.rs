@@ -124,7 +124,7 @@ fn figures(judged: &[Judged]) -> Vec<Figure> {
             0.95,
             true,
         ),
-        // How well any claim can foretell a wander: `cargo xtask drift`.
+        // A wander is followed by the counts; how well any claim can foretell one without them: `cargo xtask drift`.
         Figure::new(
             "the same where no pair is named that wanders",
             foretellable().filter_map(Claim::holds),

@@ -1,8 +1,8 @@
-//! What is left on another recording of a pair that wanders, or of a beacon whose vibration swells: the model is that of all effects
+//! What is left on another recording of a pair that wanders and whose counts do not show how, or of a beacon whose vibration swells: the model is that of all effects
 //! together, and the course of either is another one there.
 
 use crate::heldout::Residuals;
-use crate::model::OF_ITS_TIME;
+use crate::model::is_of_its_time;
 use crate::refine::Refined;
 use crate::scene::ROWS;
 use effects::sensor::Moment;
@@ -16,7 +16,7 @@ const GOLDEN: f64 = 0.618_033_988_749_895;
 /// recording has. Of a vibration, what swells is left. `None` where nothing does either.
 pub(super) fn left(fine: &Refined) -> Option<[Residuals; 2]> {
     let mut blocks = fine.columns.blocks.iter();
-    let wander = blocks.find(|b| b.name == OF_ITS_TIME);
+    let wander = blocks.find(|b| is_of_its_time(&b.name, &fine.scene.survey));
     let wander = wander.map_or(0..0, |b| b.columns.clone());
     let swell = crate::breath::breath(fine).of_its_time;
     if wander.is_empty() && swell.is_empty() {
@@ -28,7 +28,6 @@ pub(super) fn left(fine: &Refined) -> Option<[Residuals; 2]> {
         let there = fine.scene.moment(other[i]);
         let moment = Moment {
             progress: there.progress,
-            pair_course: there.pair_course,
             ..fine.scene.moment(i)
         };
         let mut out = [0.0; ROWS];

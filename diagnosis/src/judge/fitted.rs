@@ -3,7 +3,7 @@
 use super::Judge;
 use super::disturbance::OUTLIERS;
 use crate::certainty::Certainty;
-use crate::model::{EffectAmounts, Model, OF_ITS_TIME};
+use crate::model::{EffectAmounts, Model, is_of_its_time};
 use crate::reached::Reached;
 use crate::refine::Refined;
 use crate::report::{Diagnosis, Magnitude, Verdict};
@@ -33,6 +33,7 @@ impl Judge<'_> {
         };
         if matches!(diagnosis.verdict, Verdict::Named | Verdict::Alias) {
             let fine = &self.fine;
+            model.normal.mean_flaws = fine.scene.mean_flaws();
             model.survey.skew_moves = fine.scene.survey.skew_moves;
             model.survey.growth_told = fine.scene.survey.growth_told;
             model.survey.gap_told = fine.scene.survey.gap_told;
@@ -70,7 +71,7 @@ fn amounts(fine: &Refined) -> Vec<EffectAmounts> {
         .skip(1)
         .map(|block| EffectAmounts {
             name: block.name.clone(),
-            carries_over: block.name != OF_ITS_TIME,
+            carries_over: !is_of_its_time(&block.name, &fine.scene.survey),
             amounts: block
                 .columns
                 .clone()

@@ -3,11 +3,15 @@
 use super::Judge;
 use crate::bootstrap::other_course;
 use crate::heldout::Residuals;
-use crate::model::OF_ITS_TIME;
+use crate::model::{OF_ITS_TIME, is_of_its_time};
 use crate::phase::VIBRATION;
 use crate::refine::Refined;
 use crate::scene::Shift;
 use effects::sensor::READINGS;
+
+/// What must be said of a wander that is followed.
+pub(super) const FOLLOWED: &str = "quadrature_drift: its course is another one on each recording; the pair's own counts show it by their amplitude, here and on others. \
+Without them, and on the board, the wander stays";
 
 impl Judge<'_> {
     /// What the chosen model, and the baseline alone, leave on another recording of this motion.
@@ -76,6 +80,13 @@ impl Judge<'_> {
         ))
     }
 
+    /// True if a wander was found that any recording's counts show.
+    pub(super) fn follows_a_wander(&self) -> bool {
+        let names = self.told.names(&self.study);
+        let wanders = names.iter().any(|name| name == OF_ITS_TIME);
+        wanders && !is_of_its_time(OF_ITS_TIME, &self.fine.scene.survey)
+    }
+
     /// What must be said where the course of what is named is another one elsewhere.
     pub(super) fn of_its_time(&self) -> String {
         let floor = self.floor.white_square.sqrt();
@@ -84,9 +95,10 @@ impl Judge<'_> {
             (OF_ITS_TIME, "its course"),
             (VIBRATION, "how it swells and strays"),
         ];
+        let own = |name: &str| name == VIBRATION || is_of_its_time(name, &self.fine.scene.survey);
         let there = parts
             .iter()
-            .filter(|(name, _)| names.iter().any(|n| n == name));
+            .filter(|(name, _)| own(name) && names.iter().any(|n| n == name));
         let what: Vec<String> = there
             .map(|(name, what)| format!("{name}: {what}"))
             .collect();

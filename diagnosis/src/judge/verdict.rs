@@ -1,6 +1,7 @@
 //! The verdict: what is seen, what is named, and what is left.
 
 use super::disturbance::{Bursts, OUTLIERS};
+use super::foretold::FOLLOWED;
 use super::named::slip_named;
 use super::place::{Located, attribute, merge};
 use super::{CHANNEL_NAMES, Judge, LEFT_OVER, NOISY, OF_ITS_TIME, VISIBLE};
@@ -234,7 +235,7 @@ impl Judge<'_> {
         if seen.noisy && self.allowed("excess_noise") {
             let noise = seen.white_after.powi(2) - 1.0;
             let share = noise * arena.rows() * self.floor.white_square / total;
-            let least = if self.elsewhere.is_some() {
+            let least = if self.elsewhere.is_some() || self.follows_a_wander() {
                 BESIDE_A_COURSE
             } else {
                 BESIDE_SHAPES
@@ -408,6 +409,9 @@ impl Judge<'_> {
         let model = if named { self.foretold() } else { &self.before };
         if named && self.elsewhere.is_some() {
             out.notes.push(self.of_its_time());
+        }
+        if named && self.follows_a_wander() {
+            out.notes.push(FOLLOWED.into());
         }
         if named {
             out.notes.extend(self.if_it_beats_otherwise());

@@ -3,28 +3,19 @@
 use super::Scene;
 use super::moment::multiples;
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
 
 impl Scene<'_> {
-    /// Logarithm of the amplitude and its regressors: mean and own-phase orders up to eight.
+    /// Logarithm of the amplitude and its regressors over the unmodified phase, over which an offset is a pure first order: of its
+    /// second power only a constant is left.
     fn amplitude_row(
         &self,
         segment: usize,
         i: usize,
     ) -> Option<(nalgebra::SVector<f64, PATTERN>, f64)> {
         let value = self.observations.amplitude_counts[segment][i].ln();
-        let phase = TAU / self.observations.pitch_m * self.calibrated_m[segment][i];
-        (value.is_finite() && phase.is_finite()).then(|| {
-            let table = multiples::<9>(phase);
-            let entry = |j: usize| {
-                if j % 2 == 1 {
-                    table[j.div_ceil(2)].0
-                } else {
-                    table[j / 2].1
-                }
-            };
-            (nalgebra::SVector::from_fn(|j, _| entry(j)), value)
-        })
+        let [sine, cosine] = *self.observations.pair_counts[segment].get(i)?;
+        let phase = sine.atan2(cosine);
+        (value.is_finite() && phase.is_finite()).then(|| (orders(phase), value))
     }
 
     /// The pattern by what differs within a neighbourhood: the gap changes the amplitude from place to place, and a rest that shows
@@ -73,15 +64,37 @@ impl Scene<'_> {
         if pattern.len() != PATTERN {
             return Vec::new();
         }
-        let c = nalgebra::SVector::<f64, PATTERN>::from_column_slice(pattern);
         let n = self.observations.amplitude_counts[segment].len();
-        (0..n)
-            .map(|i| {
-                self.amplitude_row(segment, i)
-                    .map_or(0.0, |(x, y)| y - c.dot(&x))
-            })
-            .collect()
+        let row = |i: usize| self.amplitude_row(segment, i);
+        let pattern = vector(pattern);
+        let left = |(x, y): (nalgebra::SVector<f64, PATTERN>, f64)| y - x.dot(&pattern);
+        (0..n).map(|i| row(i).map_or(0.0, left)).collect()
     }
+
+    /// The same of a vector (sine, cosine) over the mean amplitude.
+    pub(super) fn excess_of(&self, segment: usize, [sine, cosine]: [f64; 2]) -> f64 {
+        let pattern = &self.normal.ln_amplitude[segment];
+        let mean = pattern.first().copied().unwrap_or(0.0);
+        let shape = orders(sine.atan2(cosine)).dot(&vector(pattern)) - mean;
+        sine.hypot(cosine).ln() - shape
+    }
+}
+
+fn vector(pattern: &[f64]) -> nalgebra::SVector<f64, PATTERN> {
+    nalgebra::SVector::from_column_slice(pattern)
+}
+
+/// Mean and orders up to eight of a phase.
+fn orders(phase: f64) -> nalgebra::SVector<f64, PATTERN> {
+    let table = multiples::<9>(phase);
+    let entry = |j: usize| {
+        if j % 2 == 1 {
+            table[j.div_ceil(2)].0
+        } else {
+            table[j / 2].1
+        }
+    };
+    nalgebra::SVector::from_fn(|j, _| entry(j))
 }
 
 /// Regressors of an amplitude's pattern.

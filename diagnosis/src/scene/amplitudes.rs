@@ -7,7 +7,7 @@
 use super::Scene;
 use super::mesh::{MESHES, Mesh, WAVE};
 use super::moment::multiples;
-use super::wander::{self, FLAW, STRAIGHT, knot_weights};
+use super::wander::{self, FLAW, FLAWS, STRAIGHT, Straights, knot_weights};
 use crate::gram::folds;
 use crate::smooth::{Bond, Pieces, Row};
 use rayon::prelude::*;
@@ -18,8 +18,10 @@ use std::sync::Arc;
 pub struct Amplitudes {
     /// Part of the logarithm that the place explains; `None` where that was not looked for.
     pub by_place: Option<[Vec<f64>; 4]>,
-    /// Offset of sine and cosine, gain and angle, less their means over the time.
+    /// Offset of sine and cosine, gain and angle, less [`Self::mean_flaws`].
     pub pair_course: [Vec<[f64; 4]>; 4],
+    /// Their means over the time, or those of another recording that this one is told by ([`super::Normal`]).
+    pub mean_flaws: [Vec<f64>; 4],
 }
 
 /// The same of one segment.
@@ -27,6 +29,7 @@ pub struct Amplitudes {
 struct Explained {
     by_place: Vec<f64>,
     pair_course: Vec<[f64; 4]>,
+    mean_flaws: Vec<f64>,
 }
 
 /// Rows that are looked at: of more, every so many.
@@ -53,19 +56,15 @@ pub(super) struct Sample {
 
 /// Columns of the flaws: what a unit of each adds to the amplitude.
 fn by_flaw(sample: &Sample) -> [f64; 4] {
-    flaw_shapes(sample.phase[1], sample.phase[2])
-}
-
-/// The same from sine and cosine of the phase and of twice the phase.
-fn flaw_shapes(one: (f64, f64), two: (f64, f64)) -> [f64; 4] {
+    let [_, one, two, ..] = sample.phase;
     [one.0, one.1, -0.5 * two.1, 0.5 * two.0]
 }
 
-/// Columns of a wander that is straight over some part of the recording, of a field, and of a slow change of the whole with so
+/// Columns of a wander whose flaws are straight over some parts of the recording, of a field, and of a slow change of the whole with so
 /// many knots.
 #[derive(Clone, Copy, Default)]
 struct Shape<'a> {
-    wander: Option<f64>,
+    wander: Option<Straights>,
     field: Option<&'a Mesh>,
     course: usize,
 }
@@ -121,6 +120,24 @@ impl<'a> Shape<'a> {
         Pieces::new(self.columns(), samples.iter().map(|s| self.row(s)))
     }
 
+    /// Flaws that a fit found in the pattern.
+    fn flaws_in_pattern(&self, amounts: &[f64]) -> [f64; 4] {
+        let pattern = &amounts[self.columns() - PATTERN..];
+        let [_, one, two] = [0, 1, 2].map(|order| [pattern[2 * order], pattern[2 * order + 1]]);
+        [one[0], one[1], -2.0 * two[1], 2.0 * two[0]].map(|flaw| FLAW * flaw)
+    }
+
+    /// Amounts of the columns. Those of a flaw that does not wander are zero and not nearly so.
+    fn amounts(&self, samples: &[Sample], noise: f64) -> Option<Vec<f64>> {
+        let mut amounts = self.pieces(samples).amounts(noise, &self.bonds())?;
+        let straights = self.wander.unwrap_or_default();
+        for flaw in (0..FLAWS).filter(|f| self.wander.is_some() && straights[*f].is_none()) {
+            let columns = amounts[..wander::COLUMNS].iter_mut().skip(flaw);
+            columns.step_by(FLAWS).for_each(|amount| *amount = 0.0);
+        }
+        Some(amounts)
+    }
+
     fn bonds(&self) -> Vec<Bond> {
         self.wander.map_or_else(Vec::new, wander::bonds)
     }
@@ -130,15 +147,35 @@ impl<'a> Shape<'a> {
         Some((self, pieces.held_out(noise, &self.bonds())?))
     }
 
-    /// The same of the best wander beside this shape.
+    /// The same of the best wander beside this shape, of flaws that are all alike.
     fn wandering(self, all: &[Sample], noise: f64) -> Option<(Self, f64)> {
         let with = |straight: f64| Self {
-            wander: Some(straight),
+            wander: Some([Some(straight); FLAWS]),
             ..self
         };
         let pieces = with(STRAIGHT[0]).pieces(all);
         let tried = STRAIGHT.into_iter();
         least(tried.filter_map(|straight| with(straight).held_out(&pieces, noise)))
+    }
+
+    /// The best wander beside this shape, of which each flaw is as straight as it is or does not wander at all: what stands still
+    /// takes no part of what another does where a rest shows both alike.
+    fn each_flaw(self, all: &[Sample], noise: f64) -> Option<Self> {
+        let pieces = self.pieces(all);
+        let (mut found, mut left) = self.held_out(&pieces, noise)?;
+        for flaw in 0..FLAWS {
+            let with = |straight: Option<f64>| {
+                let mut straights = found.wander?;
+                straights[flaw] = straight;
+                let wander = Some(straights);
+                Self { wander, ..found }.held_out(&pieces, noise)
+            };
+            let tried = STRAIGHT.into_iter().map(Some).chain([None]);
+            if let Some(better) = least(tried.filter_map(with)).filter(|t| t.1 < left) {
+                (found, left) = better;
+            }
+        }
+        Some(found)
     }
 }
 
@@ -170,11 +207,17 @@ impl Scene<'_> {
             .collect();
         for (segment, one) in all {
             found.pair_course[segment] = one.pair_course;
+            found.mean_flaws[segment] = one.mean_flaws;
             if let Some(by_place) = &mut found.by_place {
                 by_place[segment] = one.by_place;
             }
         }
         found
+    }
+
+    /// Mean flaws of the pairs that wander.
+    pub fn mean_flaws(&self) -> [Vec<f64>; 4] {
+        self.amplitudes.mean_flaws.clone()
     }
 
     /// Takes over what explains the amplitudes.
@@ -185,17 +228,19 @@ impl Scene<'_> {
         self.amplitudes = amplitudes;
     }
 
-    fn sample(&self, segment: usize, i: usize, fold: u8) -> Option<Sample> {
-        let o = self.observations;
-        let value = *self.ln_amplitude[segment].get(i)?;
-        let [sine, cosine] = *o.pair_counts[segment].get(i)?;
+    /// A sample of a pair's amplitude, less a wander as far as it is known.
+    fn sample(&self, segment: usize, i: usize, fold: u8, course: [f64; 4]) -> Option<Sample> {
+        if self.ln_amplitude[segment].is_empty() {
+            return None;
+        }
         let (place_m, theta_rad) = self.place(segment, i)?;
+        let left = self.without(segment, i, course);
         Some(Sample {
             place_m,
             theta_rad,
             progress: self.progress(i),
-            phase: multiples::<ORDERS>(sine.atan2(cosine)),
-            value,
+            phase: multiples::<ORDERS>(left[0].atan2(left[1])),
+            value: self.excess_of(segment, left),
             fold: usize::from(fold),
         })
     }
@@ -203,11 +248,9 @@ impl Scene<'_> {
     fn explain_one(&self, segment: usize, folds: &[u8]) -> Option<Explained> {
         let n = self.ln_amplitude[segment].len();
         let every = n.div_ceil(MOST_ROWS).max(1);
-        let all: Vec<Sample> = (0..n)
-            .step_by(every)
-            .filter(|&i| self.keep[i])
-            .filter_map(|i| self.sample(segment, i, folds[i]))
-            .collect();
+        let used = || (0..n).step_by(every).filter(|&i| self.keep[i]);
+        let sample = |i: usize, course: [f64; 4]| self.sample(segment, i, folds[i], course);
+        let all: Vec<Sample> = used().filter_map(|i| sample(i, [0.0; 4])).collect();
         if all.len() < MINIMUM_ROWS {
             return None;
         }
@@ -216,26 +259,45 @@ impl Scene<'_> {
             .iter()
             .filter_map(|step| Mesh::over(&all, step * self.observations.pitch_m))
             .collect();
-        let (shape, noise) = chosen(&all, &meshes, noise)?;
-        let amounts = shape.pieces(&all).amounts(noise, &shape.bonds())?;
+        let known = &self.normal.mean_flaws[segment];
+        let (shape, noise) = chosen(&all, &meshes, noise, !known.is_empty())?;
+        let mut amounts = shape.amounts(&all, noise)?;
         let mut found = Explained::default();
+        if shape.wander.is_some() {
+            found.pair_course = vec![[0.0; 4]; n];
+            self.add_wander(&shape, &amounts, known, &mut found);
+            // The columns are those of small flaws: once more about the flaws that are known now.
+            let again = used().filter_map(|i| sample(i, found.pair_course[i]));
+            amounts = shape.amounts(&again.collect::<Vec<_>>(), noise)?;
+            self.add_wander(&shape, &amounts, known, &mut found);
+        }
         if let Some(mesh) = shape.field {
             let value = |s: Sample| {
                 let entries = mesh.entries(&s, shape.first()).into_iter();
                 entries.map(|(column, x)| x * amounts[column]).sum()
             };
-            let at = |i: usize| self.sample(segment, i, 0).map_or(0.0, value);
+            let at = |i: usize| self.sample(segment, i, 0, [0.0; 4]).map_or(0.0, value);
             found.by_place = (0..n).map(at).collect();
         }
-        if shape.wander.is_some() {
-            let mean = wander::mean(&amounts);
-            let course = |i: usize| {
-                let flaws = wander::flaws(self.progress(i), &amounts);
-                std::array::from_fn(|f| flaws[f] - mean[f])
-            };
-            found.pair_course = (0..n).map(course).collect();
-        }
         Some(found)
+    }
+
+    /// Adds the wander that a fit found to the course that it was found about. Unless means of the flaws are known, those over this
+    /// recording's time become them.
+    fn add_wander(&self, shape: &Shape<'_>, amounts: &[f64], known: &[f64], to: &mut Explained) {
+        let pattern = shape.flaws_in_pattern(amounts);
+        to.mean_flaws = if known.is_empty() {
+            let mean = wander::mean(amounts).into_iter().zip(pattern);
+            mean.map(|(mean, pattern)| mean + pattern).collect()
+        } else {
+            known.to_vec()
+        };
+        for (i, course) in to.pair_course.iter_mut().enumerate() {
+            let flaws = wander::flaws(self.progress(i), amounts);
+            for (f, flaw) in course.iter_mut().enumerate() {
+                *flaw += flaws[f] + pattern[f] - to.mean_flaws[f];
+            }
+        }
     }
 
     /// What neither place nor a slow wander explains of a segment's amplitude, over its noise, by sample.
@@ -247,11 +309,11 @@ impl Scene<'_> {
         let noise = self.amplitude_noise(segment).sqrt();
         let place = self.amplitudes.by_place.as_ref().map(|p| &p[segment]);
         let left = |i: usize| {
-            let [sine, cosine] = self.observations.pair_counts[segment][i];
-            let [_, one, two] = multiples::<3>(sine.atan2(cosine));
-            let flaws = flaw_shapes(one, two);
             let course = self.amplitudes.pair_course[segment].get(i);
-            let wander = course.map_or(0.0, |c| c.iter().zip(flaws).map(|(c, f)| c * f).sum());
+            let wander = course.map_or(0.0, |course| {
+                let left = self.without(segment, i, *course);
+                list[i] - self.excess_of(segment, left)
+            });
             let field = place.and_then(|p| p.get(i)).copied().unwrap_or(0.0);
             (i, (list[i] - field - wander) / noise)
         };
@@ -299,8 +361,13 @@ impl Scene<'_> {
 /// Fewer samples tell nothing of an amplitude's course.
 const MINIMUM_ROWS: usize = 300;
 
-/// What explains a pair's amplitude, field or wander or both, and the noise that it was fitted with.
-fn chosen<'a>(all: &[Sample], meshes: &'a [Mesh], noise: f64) -> Option<(Shape<'a>, f64)> {
+/// What explains a pair's amplitude, field or wander or both, and the noise that it was fitted with. A pair that is known to wander does.
+fn chosen<'a>(
+    all: &[Sample],
+    meshes: &'a [Mesh],
+    noise: f64,
+    wanders: bool,
+) -> Option<(Shape<'a>, f64)> {
     let count = all.len() as f64;
     let nothing = all.iter().map(|s| s.value * s.value).sum::<f64>() / count;
     let loose = noise.max(INEXACT * nothing);
@@ -336,7 +403,7 @@ fn chosen<'a>(all: &[Sample], meshes: &'a [Mesh], noise: f64) -> Option<(Shape<'
         course.wandering(all, loose)?
     };
     let left = if by_place { place } else { time.min(nothing) };
-    let by_time = worth(left, slow, BY_TIME);
+    let by_time = wanders || worth(left, slow, BY_TIME);
     crate::trace::log(&format!(
         "amplitude over its noise: {:.2}; place {:.2}, time {:.2}, wander {:.2}, both {:.2}, {:.2}; gap {by_place}, wander {by_time}",
         nothing / noise,
@@ -349,6 +416,6 @@ fn chosen<'a>(all: &[Sample], meshes: &'a [Mesh], noise: f64) -> Option<(Shape<'
     match (by_place, by_time) {
         (false, false) => None,
         (true, false) => Some((field, loose)),
-        (_, true) => Some((timed, loose)),
+        (_, true) => Some((timed.each_flaw(all, loose)?, loose)),
     }
 }

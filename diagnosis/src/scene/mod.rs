@@ -3,6 +3,7 @@
 mod agreed;
 mod amplitude;
 mod amplitudes;
+mod flaws;
 mod mesh;
 mod moment;
 mod quiet;
@@ -94,6 +95,10 @@ pub struct Normal {
     pub temperatures_c: Option<[f64; 2]>,
     /// Logarithm of each pair's amplitude as mean, sines and cosines of orders 1 to 8 of the own phase; empty without counts.
     pub ln_amplitude: [Vec<f64>; 4],
+    /// Offset of sine and cosine, gain and angle of each pair that wanders, as that pattern lacks them: means over the time, which equation
+    /// (3) holds. Empty where a pair does not wander.
+    #[serde(default)]
+    pub mean_flaws: [Vec<f64>; 4],
 }
 
 impl<'a> Scene<'a> {

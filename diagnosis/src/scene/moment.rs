@@ -109,9 +109,9 @@ impl Scene<'_> {
                 .as_ref()
                 .unwrap_or(&self.ln_amplitude)),
             amplitude_excess: at(&self.ln_amplitude),
-            pair_course: std::array::from_fn(|s| {
-                let list = &self.amplitudes.pair_course[s];
-                list.get(i).copied().unwrap_or_default()
+            pair_turn_rad: std::array::from_fn(|s| self.pair_turn_rad(s, i)),
+            half_quadrature_angle_rad: std::array::from_fn(|s| {
+                self.half_quadrature_angle_rad(s, i)
             }),
         }
     }

@@ -53,14 +53,27 @@ pub(super) fn mean(amounts: &[f64]) -> [f64; FLAWS] {
     out
 }
 
+/// How far each flaw is held straight, as parts of the recording; `None` where it does not wander.
+pub(super) type Straights = [Option<f64>; FLAWS];
+
+/// Keeps a flaw that does not wander at its mean.
+const STILL: f64 = 1e4;
+
 /// What holds a flaw straight over a part of the recording: a slope that walks at random (white noise integrated twice), so that
 /// second differences grow with the step to the power of one and a half.
-pub(super) fn bonds(straight: f64) -> Vec<Bond> {
+pub(super) fn bonds(straights: Straights) -> Vec<Bond> {
     let step = 1.0 / (KNOTS as f64 - 3.0);
-    let one = (straight / step).powf(1.5);
-    let bond = |column: usize| {
-        let knots = [0, 1, 2].map(|k| column + FLAWS * k);
-        knots.into_iter().zip([one, -2.0 * one, one]).collect()
+    let of_one = |(flaw, straight): (usize, Option<f64>)| -> Vec<Bond> {
+        let column = |knot: usize| flaw + FLAWS * knot;
+        let Some(straight) = straight else {
+            return (0..KNOTS).map(|k| vec![(column(k), STILL)]).collect();
+        };
+        let one = (straight / step).powf(1.5);
+        let bond = |k: usize| {
+            let knots = [k, k + 1, k + 2].map(column);
+            knots.into_iter().zip([one, -2.0 * one, one]).collect()
+        };
+        (0..KNOTS - 2).map(bond).collect()
     };
-    (0..FLAWS * (KNOTS - 2)).map(bond).collect()
+    straights.into_iter().enumerate().flat_map(of_one).collect()
 }

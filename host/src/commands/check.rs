@@ -12,7 +12,8 @@ use std::process::ExitCode;
 ///
 /// Nothing is fitted but what is arbitrary from one recording to the next: the zeros of the tooth counts (offset of g_p,
 /// o'_x, o'_y; the angle of a courier whose mounts drift with temperature), the phase of a vibration in each run, and beside hysteresis what each segment
-/// brought along to a run from a way that is not recorded. A wander's course is left out.
+/// brought along to a run from a way that is not recorded. A pair that wanders is followed by what its amplitude shows; without
+/// counts its course is left out.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Example:\n  courier diagnose first --model model.json && courier check model.json second"
