@@ -109,6 +109,39 @@ impl PlantEffect for Mixed {
     }
 }
 
+/// Eddy currents, stronger where a tooth begins, and two channels of a pair of which the sine's is filtered for longer.
+struct Delayed {
+    delay_s: [f64; SEGMENTS],
+    wave: f64,
+    sine_later_s: f64,
+}
+
+impl PlantEffect for Delayed {
+    fn scale(&mut self, factor: f64) {
+        self.delay_s = self.delay_s.map(|delay| delay * factor);
+        self.sine_later_s *= factor;
+    }
+
+    fn displacement_m(
+        &mut self,
+        at: &Instant,
+        points: &[SegmentPoint; SEGMENTS],
+    ) -> [f64; SEGMENTS] {
+        let speeds = at.own_speeds();
+        std::array::from_fn(|s| {
+            let to_rad = TAU / at.geometry.pitch_m;
+            let phase = to_rad * points[s].own_m;
+            let eddy_s = self.delay_s[s] * (1.0 + self.wave * (phase + s as f64).sin());
+            let turned = |delay_s: f64| phase - to_rad * speeds[s] * delay_s;
+            let read = turned(eddy_s + self.sine_later_s)
+                .sin()
+                .atan2(turned(eddy_s).cos());
+            // The turn between what is read and where the segment is.
+            (read - phase).sin().atan2((read - phase).cos()) / to_rad
+        })
+    }
+}
+
 /// Two recordings of a courier with an effect, of other poses and noise.
 fn recordings<E: PlantEffect + 'static>(seed: u64, effect: impl Fn(&Plan) -> E) -> [Recording; 2] {
     [0, 1000].map(|take| {
@@ -167,5 +200,17 @@ fn waves_across_that_change_along_a_tooth_are_told() {
             wave,
         };
         is_told(&recordings(seed, mixed), "lateral_dependence");
+    }
+}
+
+#[test]
+fn lags_that_change_over_a_tooth_are_told() {
+    for (seed, wave, sine_later_s) in [(9, 0.3, 0.0), (10, 0.0, 40.0e-6), (11, 0.2, 30.0e-6)] {
+        let delayed = |_: &Plan| Delayed {
+            delay_s: [80.0e-6, -30.0e-6, 60.0e-6, 100.0e-6],
+            wave,
+            sine_later_s,
+        };
+        is_told(&recordings(seed, delayed), "velocity_lag");
     }
 }

@@ -103,6 +103,8 @@ pub struct Fuller {
     pub memory_waves: bool,
     /// Mounts follow the temperature after the last of [`LAGS_S`] as well.
     pub warms_slowly: bool,
+    /// What lags with speed lags more here than there over a tooth.
+    pub lag_waves: bool,
 }
 
 /// What a recording offers: an effect without the data that it needs is not judged.

@@ -70,8 +70,15 @@ pub use sensor_side::LagModel;
 pub mod sensor_side {
     use crate::sensor::{Regressor, SensorEffect, Survey};
 
-    /// Sensor side: a delay of each segment, and a part that grows with the square of speed.
+    /// Sensor side: a delay of each segment, and a part that grows with the square of speed. Told more fully, a delay that changes over
+    /// a tooth.
     pub struct LagModel;
+
+    /// Once a tooth: eddy currents are those of the tooth and not of the slot. Twice: the two channels of a pair are delayed by
+    /// different times.
+    const WAVES: [usize; 2] = [1, 2];
+    /// How much: it completes the effect.
+    const WAVES_SIZE_M: f64 = 0.6e-6;
 
     impl SensorEffect for LagModel {
         fn name(&self) -> &'static str {
@@ -97,6 +104,12 @@ pub mod sensor_side {
                 list.push(Regressor::reading(name, "s²/m", 1.0e-6, s, move |m| {
                     m.speed_m_s[s] * m.speed_m_s[s].abs()
                 }));
+                for order in WAVES.into_iter().filter(|_| survey.fuller.lag_waves) {
+                    let label = ("delay times ", "s", WAVES_SIZE_M);
+                    Regressor::free_harmonic(survey, &mut list, (s, order), label, move |m| {
+                        m.speed_m_s[s]
+                    });
+                }
             }
             list
         }

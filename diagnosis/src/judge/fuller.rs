@@ -17,7 +17,8 @@ const LEAVES_OF_FEW: f64 = 0.9;
 const CHANCE: f64 = 4.0;
 
 /// What there is to tell of which effect, and what it must leave.
-const FULLER: [(&str, f64, fn(&mut Fuller)); 5] = [
+const FULLER: [(&str, f64, fn(&mut Fuller)); 6] = [
+    ("velocity_lag", LEAVES, |told| told.lag_waves = true),
     ("hysteresis", LEAVES, |told| told.fades_at_rest = true),
     ("hysteresis", LEAVES, |told| told.memory_waves = true),
     ("thermal_drift", LEAVES_OF_FEW, |told| {

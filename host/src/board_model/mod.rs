@@ -272,6 +272,9 @@ fn place(effect: &str, amount: &str) -> Option<(Term, usize, usize)> {
         },
         "lateral_dependence" => Term::lateral(order("order ")?),
         "extra_harmonics" => Term::own(order("order ")?.unsigned_abs()),
+        "velocity_lag" if amount.starts_with("delay times ") => {
+            Term::own(order("order ")?.unsigned_abs()).with(Multiplier::Speed)
+        }
         "angle_dependence" if amount.starts_with("theta times ") => {
             Term::own(order("order ")?.unsigned_abs()).with_theta(1)
         }
@@ -359,6 +362,10 @@ mod tests {
         assert_eq!(
             at("velocity_lag", "delay, segment 2"),
             Some((Term::default().with(Multiplier::Speed), 1, 1))
+        );
+        assert_eq!(
+            at("velocity_lag", "delay times order 2 cosine, segment 3"),
+            Some((Term::own(2).with(Multiplier::Speed), 1, 2))
         );
         assert_eq!(at("velocity_lag", "square of speed, segment 2"), None);
         assert_eq!(at("psd_nonlinearity", "cubic x"), None);
