@@ -85,6 +85,14 @@ pub mod sensor_side {
     /// How much more of it there is at one place of a tooth than at another: it completes the effect.
     const WAVES_SIZE_M: f64 = 0.4e-6;
 
+    /// State that a slow courier may feel less of, and the speeds below which it may, m/s: from a creep to a fly-by.
+    const SOFTENED: usize = 5;
+    const SOFT_M_S: [f64; 3] = [3.0e-3, 12.0e-3, 50.0e-3];
+    /// Share that is missing at a speed: all of it at rest, 0.7 of it at the speed named.
+    fn softened(speed_m_s: f64, below_m_s: f64) -> f64 {
+        below_m_s / speed_m_s.hypot(below_m_s)
+    }
+
     /// What a segment still has in its memory of the way that it came by to a stretch, of which nothing is recorded.
     pub fn brought_along(segment: usize, stretch: usize) -> Regressor {
         let name = match stretch {
@@ -142,6 +150,12 @@ pub mod sensor_side {
                         (&name, "m", WAVES_SIZE_M),
                         move |m| if fades && !m.underway { 0.0 } else { m.memory[s][k] },
                     );
+                }
+                for below in SOFT_M_S.into_iter().filter(|_| survey.fuller.softens) {
+                    let name = format!("direction that is less below {:.0} mm/s, segment {}", 1.0e3 * below, s + 1);
+                    list.push(Regressor::reading(name, "m", MEMORY_SIZE_M, s, move |m| {
+                        if m.underway { m.memory[s][SOFTENED] * softened(m.speed_m_s[s], below) } else { 0.0 }
+                    }));
                 }
                 list.push(brought_along(s, 0));
                 let name = format!("direction of approach, segment {}", s + 1);

@@ -101,6 +101,8 @@ pub struct Fuller {
     pub fades_at_rest: bool,
     /// What a segment remembers of its way is stronger here than there over a tooth.
     pub memory_waves: bool,
+    /// What a segment remembers of its way is felt less by a slow courier.
+    pub softens: bool,
     /// Mounts follow the temperature after the last of [`LAGS_S`] as well.
     pub warms_slowly: bool,
     /// What lags with speed lags more here than there over a tooth.

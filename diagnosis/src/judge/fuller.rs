@@ -2,7 +2,7 @@
 //! leaves much less.
 
 use super::explain::Told;
-use super::{CLOSE, Judge, TRUSTED};
+use super::{CLOSE, Judge, LITTLE, TRUSTED};
 use crate::refine::Refined;
 use crate::study::{Look, study};
 use crate::trace::log;
@@ -16,51 +16,98 @@ const LEAVES_OF_FEW: f64 = 0.9;
 /// Standard deviations of a mean square that chance takes it by.
 const CHANCE: f64 = 4.0;
 
-/// What there is to tell of which effect, and what it must leave.
-const FULLER: [(&str, f64, fn(&mut Fuller)); 6] = [
-    ("velocity_lag", LEAVES, |told| told.lag_waves = true),
-    ("hysteresis", LEAVES, |told| told.fades_at_rest = true),
-    ("hysteresis", LEAVES, |told| told.memory_waves = true),
-    ("thermal_drift", LEAVES_OF_FEW, |told| {
-        told.warms_slowly = true
-    }),
-    ("angle_dependence", LEAVES, |told| {
-        told.bends_with_theta = true
-    }),
-    ("lateral_dependence", LEAVES, |told| {
-        told.lateral_mixes = true
-    }),
+/// What there is to tell of an effect.
+struct More {
+    effect: &'static str,
+    /// What it is found as while no more is told of it.
+    found_as: &'static str,
+    /// Share of the gap that what is found may leave: where it leaves more, what is told more of may not be what there is.
+    beside: f64,
+    /// Share of what is left that it must leave.
+    leaves: f64,
+    tell: fn(&mut Fuller),
+}
+
+impl More {
+    const fn of(effect: &'static str, tell: fn(&mut Fuller)) -> Self {
+        Self {
+            effect,
+            found_as: effect,
+            beside: TRUSTED,
+            leaves: LEAVES,
+            tell,
+        }
+    }
+}
+
+const FULLER: [More; 8] = [
+    More::of("velocity_lag", |told| told.lag_waves = true),
+    More::of("hysteresis", |told| told.fades_at_rest = true),
+    More::of("hysteresis", |told| told.memory_waves = true),
+    More {
+        // A direction alone takes half of what only a fast courier feels.
+        beside: LITTLE,
+        ..More::of("hysteresis", |told| told.softens = true)
+    },
+    More {
+        // At two speeds a delay and its square are a direction.
+        found_as: "velocity_lag",
+        ..More::of("hysteresis", |told| {
+            told.fades_at_rest = true;
+            told.softens = true;
+        })
+    },
+    More {
+        leaves: LEAVES_OF_FEW,
+        ..More::of("thermal_drift", |told| told.warms_slowly = true)
+    },
+    More::of("angle_dependence", |told| told.bends_with_theta = true),
+    More::of("lateral_dependence", |told| told.lateral_mixes = true),
 ];
 
 impl Judge<'_> {
     /// Compares all anew with more told of what is found, and keeps that where it leaves less: where most of the gap is its own.
     pub(super) fn tell_more_fully(&mut self) {
-        for (name, share, more) in FULLER {
+        for more in FULLER {
             let found = self.told.names(&self.study);
-            let shows = self.ratio() >= CLOSE && self.told.found.rest < TRUSTED;
-            if shows && found.iter().any(|n| n == name) {
-                self.tell_fully(name, &found, share, more);
+            let shows = self.ratio() >= CLOSE && self.told.found.rest < more.beside;
+            let has = |name: &str| found.iter().any(|n| n == name);
+            let other = more.found_as != more.effect;
+            let may = !other || self.allowed(more.effect) && !has(more.effect);
+            if shows && may && has(more.found_as) {
+                self.tell_fully(&more, &found);
             }
         }
     }
 
-    fn tell_fully(&mut self, name: &str, found: &[String], share: f64, more: fn(&mut Fuller)) {
+    fn tell_fully(&mut self, more: &More, found: &[String]) {
         let (_, noise) = self.levels();
         let excess = |fine: &Refined| fine.residuals.white_rms().powi(2) - noise;
         let left = excess(&self.fine);
-        let fuller = self.fitted_telling(found, &|survey: &mut Survey| more(&mut survey.fuller));
+        let told_as = |name: &String| {
+            if name == more.found_as {
+                more.effect.into()
+            } else {
+                name.clone()
+            }
+        };
+        let names: Vec<String> = found.iter().map(told_as).collect();
+        let fuller = self.fitted_telling(&names, &|survey: &mut Survey| {
+            (more.tell)(&mut survey.fuller)
+        });
         let leaves = excess(&fuller);
         log(&format!(
-            "{name} told more fully leaves {leaves:.4} of {left:.4}"
+            "{} told more fully leaves {leaves:.4} of {left:.4}",
+            more.effect
         ));
         // Less than the noise: at angles or ways that are seldom gone through, amounts run up until the slope of a reading takes its noise in.
         let least = -CHANCE * (2.0 / fuller.gram.total_rows() as f64).sqrt();
-        let worth = |excess: f64| (least..share * left).contains(&excess);
+        let worth = |excess: f64| (least..more.leaves * left).contains(&excess);
         if !worth(leaves) {
             return;
         }
         let mut survey = self.study.scene.survey.clone();
-        more(&mut survey.fuller);
+        (more.tell)(&mut survey.fuller);
         let look = Look {
             as_in: Some(&survey),
             ..Look::default()

@@ -247,7 +247,7 @@ fn place(effect: &str, amount: &str) -> Option<(Term, usize, usize)> {
         // What turns over within a tenth of a millimetre is, on the board, a direction.
         "hysteresis"
             if amount.starts_with("direction of travel,")
-                || amount.starts_with("direction turned ") =>
+                || amount.starts_with("direction turned ") && !amount.contains(TIMES) =>
         {
             return constant(Multiplier::Direction);
         }
@@ -275,6 +275,9 @@ fn place(effect: &str, amount: &str) -> Option<(Term, usize, usize)> {
         "velocity_lag" if amount.starts_with("delay times ") => {
             Term::own(order("order ")?.unsigned_abs()).with(Multiplier::Speed)
         }
+        "hysteresis" if amount.contains(TIMES) => {
+            Term::own(order("order ")?.unsigned_abs()).with(Multiplier::Direction)
+        }
         "angle_dependence" if amount.starts_with("theta times ") => {
             Term::own(order("order ")?.unsigned_abs()).with_theta(1)
         }
@@ -288,6 +291,8 @@ fn place(effect: &str, amount: &str) -> Option<(Term, usize, usize)> {
     Some((term, part, segment))
 }
 
+/// What changes over a tooth.
+const TIMES: &str = " times order ";
 /// A power of the angle that the board has no term for.
 const FOURTH: &str = "theta to the fourth times ";
 
@@ -367,6 +372,13 @@ mod tests {
             at("velocity_lag", "delay times order 2 cosine, segment 3"),
             Some((Term::own(2).with(Multiplier::Speed), 1, 2))
         );
+        let wave = "direction turned evenly over 12 um times order 1 sine, segment 3";
+        assert_eq!(
+            at("hysteresis", wave),
+            Some((Term::own(1).with(Multiplier::Direction), 0, 2))
+        );
+        let slow = "direction that is less below 12 mm/s, segment 3";
+        assert_eq!(at("hysteresis", slow), None);
         assert_eq!(at("velocity_lag", "square of speed, segment 2"), None);
         assert_eq!(at("psd_nonlinearity", "cubic x"), None);
     }
