@@ -84,8 +84,8 @@ pub mod sensor_side {
     /// The first so many change with the square as well: what an offset does beside a smaller amplitude, and a third harmonic.
     const BENT: usize = 2;
 
-    /// Those that equation (3) lacks at any gap: what an offset makes of its even orders.
-    const LACKED: [(usize, f64); 3] = [(3, 0.5), (5, 0.4), (7, 0.2)];
+    /// Those that equation (3) lacks at any gap: what an offset makes of its even orders, and the square of a third harmonic.
+    const LACKED: [(usize, f64); 4] = [(3, 0.5), (5, 0.4), (7, 0.2), (8, 0.2)];
 
     impl SensorEffect for GapModel {
         fn name(&self) -> &'static str {

@@ -1,7 +1,10 @@
 //! Harmonics that a pair's offset makes of those of equation (3). An offset of a part `e` of the amplitude moves the measured phase
 //! against the true one by `e` times its sine, and a pattern of order n over the true phase is one of orders n - 1 and n + 1 over the
 //! measured one, each n e / 2 as large (Jacobi and Anger's expansion to first order). A gap that changes the amplitude shows how large
-//! the offset is: it is what makes the first order change with it.
+//! the offset is: it is what makes the first order change with it. A third harmonic of a part `h` of the amplitude, of opposite sign in
+//! sine and cosine, makes order 4 as large as `h` and of its square order 8: h²/2 in the pair's angle, and 2 h² of the other sign where order
+//! 4 moves the phase that it is measured over. A field falls off with the gap the faster the shorter its wave is (Laplace), so that `h` goes
+//! with the square of the amplitude: order 4 changes by twice what there is of it.
 
 use crate::baseline::ORDERS;
 use crate::refine::Refined;
@@ -9,7 +12,9 @@ use std::f64::consts::TAU;
 
 /// Orders that equation (3) lacks and an offset brings in, each with its neighbours that equation (3) has.
 const MIXED: [(usize, [usize; 2]); 3] = [(3, [2, 4]), (5, [4, 6]), (7, [6, 8])];
-/// A harmonic up to this many times what the offset makes is taken for it: the offset is known to some tenths.
+/// Order that a third harmonic makes, what its square makes, and how much.
+const OF_A_THIRD: (usize, usize, f64) = (4, 8, 1.5);
+/// A harmonic up to this many times what is made is taken for it: the offset is known to some tenths.
 const MARGIN: f64 = 2.0;
 /// Share of the harmonics' power that may be beyond: second order in the offset.
 const BEYOND: f64 = 0.1;
@@ -17,21 +22,26 @@ const BEYOND: f64 = 0.1;
 /// Highest order that is fitted, or more.
 const MOST: usize = 40;
 
-/// Amplitudes of one pair's harmonics by their order, m, and its offset as a part of the amplitude.
+/// Amplitudes of one pair's harmonics by their order, m, and its offset and third harmonic as parts of the amplitude.
 struct Pair {
     offset: f64,
+    third: f64,
+    pitch_m: f64,
     /// Equation (3)'s.
     baseline_m: [f64; MOST + 1],
     /// Free ones.
     found_m: [f64; MOST + 1],
 }
 
-/// True if the free harmonics that are found are what the offsets that the gap shows make of equation (3)'s.
+/// True if the free harmonics that are found are what the offsets that the gap shows make of equation (3)'s, and its third harmonics.
 pub(super) fn are_the_gaps_own(fine: &Refined) -> bool {
     let pitch_m = fine.scene.observations.pitch_m;
-    let offset_m = |s: usize| amplitude_m(fine, "gap_variation", "amplitude times ", 1, s);
+    let changes_m =
+        |order: usize, s: usize| amplitude_m(fine, "gap_variation", "amplitude times ", order, s);
     let pairs: [Pair; 4] = std::array::from_fn(|s| Pair {
-        offset: offset_m(s) * TAU / pitch_m,
+        offset: changes_m(1, s) * TAU / pitch_m,
+        third: 0.5 * changes_m(OF_A_THIRD.0, s) * TAU / pitch_m,
+        pitch_m,
         baseline_m: std::array::from_fn(|order| baseline_m(fine, order, s)),
         found_m: std::array::from_fn(|order| amplitude_m(fine, "extra_harmonics", "", order, s)),
     });
@@ -45,7 +55,13 @@ fn are_made(pairs: &[Pair]) -> bool {
             let mixed = MIXED.iter().find(|(to, _)| *to == order);
             let from = mixed.map_or([0; 2], |(_, from)| *from);
             let made_m = from.map(|n| 0.5 * n as f64 * pair.offset * pair.baseline_m[n]);
-            let more_m = found_m - MARGIN * made_m.iter().sum::<f64>();
+            let squared = if order == OF_A_THIRD.1 {
+                OF_A_THIRD.2 * pair.third.powi(2)
+            } else {
+                0.0
+            };
+            let made_m = made_m.iter().sum::<f64>() + squared * pair.pitch_m / TAU;
+            let more_m = found_m - MARGIN * made_m;
             power += found_m.powi(2);
             beyond += more_m.max(0.0).powi(2);
         }
@@ -110,6 +126,8 @@ mod tests {
         };
         let pair = |more: usize, size_m: f64| Pair {
             offset,
+            third: 0.0,
+            pitch_m: 1.0e-3,
             baseline_m,
             found_m: std::array::from_fn(|order| {
                 let more_m = if order == more { size_m } else { 0.0 };
@@ -120,5 +138,38 @@ mod tests {
         assert!(are_made(&[pair(0, 0.0)]));
         assert!(!are_made(&[pair(8, 0.7e-6)]));
         assert!(!are_made(&[pair(3, 1.5e-6)]));
+    }
+
+    #[test]
+    fn what_the_square_of_a_third_harmonic_makes_is_told_from_a_pattern() {
+        let (pitch_m, third) = (1.0e-3, 0.05);
+        // What must be added to the measured phase, over it.
+        let (mut sine, mut cosine) = (0.0, 0.0);
+        for k in 0..POINTS {
+            let truth = TAU * k as f64 / POINTS as f64;
+            let s = truth.sin() - third * (3.0 * truth).sin();
+            let c = truth.cos() + third * (3.0 * truth).cos();
+            let read = s.atan2(c);
+            let error = (truth - read).sin().atan2((truth - read).cos());
+            // Spaced evenly over the true phase: weighed by how densely that is read.
+            let slope = 1.0 - 4.0 * third * (4.0 * truth).cos();
+            let (to_s, to_c) = (8.0 * read).sin_cos();
+            sine += slope * error * to_s;
+            cosine += slope * error * to_c;
+        }
+        let eighth_m = 2.0 * f64::hypot(sine, cosine) / POINTS as f64 * pitch_m / TAU;
+        let pair = |third: f64| Pair {
+            offset: 0.0,
+            third,
+            pitch_m,
+            baseline_m: [0.0; MOST + 1],
+            found_m: std::array::from_fn(|order| if order == 8 { eighth_m } else { 0.0 }),
+        };
+        assert!(
+            (eighth_m / (1.5 * third * third * pitch_m / TAU) - 1.0).abs() < 0.2,
+            "{eighth_m:e}"
+        );
+        assert!(are_made(&[pair(third)]));
+        assert!(!are_made(&[pair(0.5 * third)]));
     }
 }
