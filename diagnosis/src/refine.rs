@@ -75,6 +75,7 @@ impl<'a> Refined<'a> {
             survey.skew_moves = known.skew_moves;
             survey.growth_told = known.growth_told;
             survey.gap_told = known.gap_told;
+            survey.fuller = known.fuller;
             more(survey);
         };
         Self::about_itself(start, about, names, &tell)

@@ -83,6 +83,31 @@ impl PlantEffect for Bent {
     }
 }
 
+/// A cosine coil that is turned against the sine's as the courier turns: (psi/2)(1 - cos 2 phi) of domain.md's table, psi by the angle.
+struct Turning {
+    per_rad: [f64; SEGMENTS],
+}
+
+impl PlantEffect for Turning {
+    fn scale(&mut self, factor: f64) {
+        self.per_rad = self.per_rad.map(|turn| turn * factor);
+    }
+
+    fn displacement_m(
+        &mut self,
+        at: &Instant,
+        points: &[SegmentPoint; SEGMENTS],
+    ) -> [f64; SEGMENTS] {
+        let to_m = at.geometry.pitch_m / TAU;
+        std::array::from_fn(|s| {
+            let phase = points[s].own_m / to_m;
+            let turn = self.per_rad[s] * at.pose.theta_rad;
+            let read = phase.sin().atan2((phase + turn).cos());
+            to_m * (read - phase).sin().atan2((read - phase).cos())
+        })
+    }
+}
+
 /// A segment's output over the tooth phase across it, stronger where a tooth along it begins.
 struct Mixed {
     size_m: [f64; SEGMENTS],
@@ -244,6 +269,16 @@ fn harmonics_that_bend_over_the_angle_are_told() {
             turns_per_rad,
         };
         is_told(&recordings(seed, bent), "angle_dependence");
+    }
+}
+
+#[test]
+fn a_channel_that_turns_with_the_angle_is_no_span_that_is_wrong() {
+    for seed in [14, 15] {
+        let turning = |_: &Plan| Turning {
+            per_rad: [4.0, -1.5, 0.5, 3.0],
+        };
+        is_told(&recordings(seed, turning), "angle_dependence");
     }
 }
 

@@ -58,10 +58,10 @@ pub use sensor_side::AngleModel;
 
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Moment, Regressor, SensorEffect, Survey, legendre};
+    use crate::sensor::{Channel, Moment, Regressor, SensorEffect, Survey, legendre};
 
     /// Sensor side: each low order times theta and theta squared, the strongest times its fourth power besides. Where that leaves a gap they
-    /// may bend over the angle as they please.
+    /// may bend over the angle as they please, or one channel of each pair turns against the other.
     pub struct AngleModel;
 
     /// What is even in theta: a coil of some width that lies straight loses amplitude either way it is turned, as a sinc does, so this
@@ -88,6 +88,29 @@ pub mod sensor_side {
         }
     }
 
+    /// Order of a quadrature angle.
+    const QUADRATURE: usize = 2;
+
+    /// What a channel that turns by a small angle shifts the pair by, over the cosine of order 2 that it makes: a sine that leads by ψ makes
+    /// (ψ/2)(1 + cos 2φ), a cosine (ψ/2)(1 - cos 2φ).
+    fn mean_shift(turns: Option<Channel>) -> f64 {
+        match turns {
+            None => 0.0,
+            Some(Channel::Sine) => 1.0,
+            Some(Channel::Cosine) => -1.0,
+        }
+    }
+
+    /// Cosine of that order times a power of the angle, with the mean shift that comes with it.
+    fn turning(survey: &Survey, segment: usize, label: (&str, &'static str, f64), power: i32) -> Regressor {
+        let (unmodified, mean) = (survey.unmodified, mean_shift(survey.fuller.turns_with_theta));
+        let name = format!("{}quadrature angle, segment {}", label.0, segment + 1);
+        Regressor::reading(name, label.1, label.2, segment, move |m| {
+            let table = if unmodified { &m.raw } else { &m.own };
+            m.theta_rad.powi(power) * (table[segment][QUADRATURE].1 + mean)
+        })
+    }
+
     impl SensorEffect for AngleModel {
         fn name(&self) -> &'static str {
             "angle_dependence"
@@ -106,20 +129,14 @@ pub mod sensor_side {
             for s in (0..4).filter(|s| survey.segments[*s] && survey.turning) {
                 for order in [1, 2, 3, 4, 6] {
                     let size_m = if order < 3 { 2.5e-6 } else { 1.5e-6 };
-                    Regressor::free_harmonic(
-                        survey,
-                        &mut list,
-                        (s, order),
-                        ("theta times ", "m/rad", size_m),
-                        |m| m.theta_rad,
-                    );
-                    Regressor::free_harmonic(
-                        survey,
-                        &mut list,
-                        (s, order),
-                        ("theta squared times ", "m/rad²", EVEN_SIZE_M),
-                        |m| m.theta_rad * m.theta_rad,
-                    );
+                    let powers = [("theta times ", "m/rad", size_m), ("theta squared times ", "m/rad²", EVEN_SIZE_M)];
+                    for (label, power) in powers.into_iter().zip(1..) {
+                        Regressor::free_harmonic(survey, &mut list, (s, order), label, move |m| m.theta_rad.powi(power));
+                        if order == QUADRATURE && survey.fuller.turns_with_theta.is_some() {
+                            list.pop();
+                            list.push(turning(survey, s, label, power));
+                        }
+                    }
                     let range = survey.thetas_rad;
                     for degree in BENT.filter(|_| survey.fuller.bends_with_theta) {
                         Regressor::free_harmonic(

@@ -107,6 +107,17 @@ pub struct Fuller {
     pub warms_slowly: bool,
     /// What lags with speed lags more here than there over a tooth.
     pub lag_waves: bool,
+    /// One channel of a pair turns against the other with the angle, and shifts the pair by its mean over a tooth.
+    pub turns_with_theta: Option<Channel>,
+}
+
+/// A channel of a pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Channel {
+    /// The sine.
+    Sine,
+    /// The cosine.
+    Cosine,
 }
 
 /// What a recording offers: an effect without the data that it needs is not judged.

@@ -37,6 +37,7 @@ impl Judge<'_> {
             model.survey.skew_moves = fine.scene.survey.skew_moves;
             model.survey.growth_told = fine.scene.survey.growth_told;
             model.survey.gap_told = fine.scene.survey.gap_told;
+            model.survey.fuller = fine.scene.survey.fuller;
             model.survey.bend_goes_on = super::beyond::goes_on(fine);
             if let Some(teeth) = &fine.scene.survey.teeth {
                 model.survey.teeth = Some(teeth.clone());

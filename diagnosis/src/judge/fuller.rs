@@ -6,7 +6,7 @@ use super::{CLOSE, Judge, LITTLE, TRUSTED};
 use crate::refine::Refined;
 use crate::study::{Look, study};
 use crate::trace::log;
-use effects::sensor::{Fuller, Survey};
+use effects::sensor::{Channel, Fuller, Survey};
 
 /// More of an effect is worth its unknowns if less than this share of the gap is left.
 const LEAVES: f64 = 0.7;
@@ -40,7 +40,7 @@ impl More {
     }
 }
 
-const FULLER: [More; 8] = [
+const FULLER: [More; 10] = [
     More::of("velocity_lag", |told| told.lag_waves = true),
     More::of("hysteresis", |told| told.fades_at_rest = true),
     More::of("hysteresis", |told| told.memory_waves = true),
@@ -61,6 +61,12 @@ const FULLER: [More; 8] = [
         leaves: LEAVES_OF_FEW,
         ..More::of("thermal_drift", |told| told.warms_slowly = true)
     },
+    More::of("angle_dependence", |told| {
+        told.turns_with_theta = Some(Channel::Cosine)
+    }),
+    More::of("angle_dependence", |told| {
+        told.turns_with_theta = Some(Channel::Sine)
+    }),
     More::of("angle_dependence", |told| told.bends_with_theta = true),
     More::of("lateral_dependence", |told| told.lateral_mixes = true),
 ];

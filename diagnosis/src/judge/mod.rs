@@ -192,6 +192,7 @@ impl<'a> Judge<'a> {
         self.tell_gap();
         self.prune();
         self.tell_growth();
+        self.tell_turn();
         self.tell_gap();
         self.tell_teeth();
         self.claim();

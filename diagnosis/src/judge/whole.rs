@@ -4,7 +4,7 @@
 use super::mixed::are_the_gaps_own;
 use super::{CLOSE, Judge};
 use crate::refine::Refined;
-use effects::sensor::Survey;
+use effects::sensor::{Channel, Survey};
 use effects::thermal_drift::sensor_side::RIGHT_WITHIN_K;
 
 /// What a skew beside growth must take of what is left without it.
@@ -50,6 +50,34 @@ impl<'a> Judge<'a> {
         let as_good = if shape.is_some() { CLOSE } else { 1.0 };
         if fine.residuals.white_rms() < as_good * self.fine.residuals.white_rms() {
             shape.map(|at| self.told.found.blocks.remove(at));
+            self.fine = fine;
+            self.restate();
+        }
+    }
+
+    /// A channel that turns against the other with the angle shifts its pair as a span that is wrong does, by as much as the harmonic that
+    /// it makes. Where such a turn alone does as well as the harmonics and a span beside them, there is no such span.
+    pub(super) fn tell_turn(&mut self) {
+        let mut names = self.told.names(&self.study);
+        let at = |name: &str| names.iter().position(|n| n == name);
+        let (Some(_), Some(span)) = (at("angle_dependence"), at("span_error")) else {
+            return;
+        };
+        names.remove(span);
+        let turned = [Channel::Sine, Channel::Cosine].map(|channel| {
+            self.fitted_telling(&names, &|survey| {
+                survey.fuller.turns_with_theta = Some(channel);
+            })
+        });
+        let left = |fine: &Refined| fine.residuals.white_rms();
+        let [one, other] = turned;
+        let fine = if left(&one) < left(&other) {
+            one
+        } else {
+            other
+        };
+        if left(&fine) < CLOSE * left(&self.fine) {
+            self.told.found.blocks.remove(span);
             self.fine = fine;
             self.restate();
         }
