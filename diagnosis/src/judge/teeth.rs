@@ -1,14 +1,24 @@
 //! A field over the platen tooth by tooth. It is searched on a coarser mesh, as hundreds of unknowns stand for other causes; once it
-//! is found it is told by the teeth that the segments read in common.
+//! is found it is told by the teeth that the segments read in common, and what a vibrating beacon adds to it by what these leave: a
+//! fly-by over teeth oscillates itself, at the beacon's frequencies as well.
 
+use super::explain::Told;
 use super::{CLOSE, Judge};
 use crate::heldout::Residuals;
+use crate::lines::{add_lines, lines_of};
 use crate::refine::Refined;
-use crate::study::FIELD;
+use crate::search::{Found, rest};
+use crate::study::{About, FIELD, Look, Study, study};
 use crate::trace::log;
 use effects::sensor::Survey;
+use effects::teeth::Teeth;
 
-impl Judge<'_> {
+/// A vibration beside a field takes at least so much of what its teeth leave: that share must be left at most.
+const LEAVES: f64 = 0.7;
+/// What vibrates.
+const VIBRATION: &str = "beacon_vibration";
+
+impl<'a> Judge<'a> {
     /// Tells the field by its teeth where that leaves less.
     pub(super) fn tell_teeth(&mut self) {
         let names = self.told.names(&self.study);
@@ -18,19 +28,98 @@ impl Judge<'_> {
         let Some(teeth) = crate::footprint::find(&self.fine) else {
             return;
         };
+        let fine = self.told_by(&teeth, &names, &[]);
+        let [by_teeth, by_mesh] = [&fine, &self.fine].map(left);
+        log(&format!(
+            "tooth by tooth {by_teeth:.3}, before {by_mesh:.3}"
+        ));
+        if by_teeth < by_mesh {
+            self.fine = fine;
+            self.restate();
+            self.try_vibration(&teeth, names);
+        }
+    }
+
+    fn told_by(&self, teeth: &Teeth, names: &[String], lines_hz: &[f64]) -> Refined<'a> {
         let tell = |survey: &mut Survey| {
             survey.field_by_segment = true;
             survey.field_by_value = false;
             survey.teeth = Some(teeth.clone());
+            add_lines(&mut survey.beacon_lines_hz, lines_hz.to_vec());
         };
         let about = self.fine.about.clone();
-        let fine = self.fine.telling(&self.study.scene, about, &names, &tell);
-        let left = |fine: &Refined| fine.left_out().map_or(f64::INFINITY, Residuals::white_rms);
-        let [teeth, mesh] = [&fine, &self.fine].map(left);
-        log(&format!("tooth by tooth {teeth:.3}, before {mesh:.3}"));
-        if teeth < mesh {
-            self.fine = fine;
-            self.restate();
+        self.fine.telling(&self.study.scene, about, names, &tell)
+    }
+
+    /// A beacon that vibrates beside the field, where lines stand out of what the teeth leave.
+    fn try_vibration(&mut self, teeth: &Teeth, mut names: Vec<String>) {
+        let known = names.iter().any(|n| n == VIBRATION);
+        let shows = self.ratio() >= CLOSE * self.noise_rms();
+        let Some(residuals) = self.fine.left_out().filter(|_| shows && !known) else {
+            return;
+        };
+        let (lines_hz, _) = lines_of(&self.fine.scene, residuals);
+        if lines_hz.is_empty() || !self.allowed(VIBRATION) {
+            return;
+        }
+        names.push(VIBRATION.into());
+        let fine = self.told_by(teeth, &names, &lines_hz);
+        let (_, noise) = self.levels();
+        let [with, without] = [&fine, &self.fine].map(|fine| left(fine).powi(2) - noise);
+        log(&format!(
+            "lines at {lines_hz:.2?} Hz beside the teeth leave {with:.4} of {without:.4}"
+        ));
+        if with < LEAVES * without {
+            let again = self.with_lines(residuals);
+            if let Some(told) = self.told_in(&again, &names) {
+                self.take_fitted(again, told, fine);
+            }
         }
     }
+
+    /// The blocks compared so far, with the lines that stand in some residuals.
+    fn with_lines(&self, residuals: &Residuals) -> Study<'a> {
+        let blocks = self.study.columns.blocks.iter().skip(1);
+        let mut only: Vec<String> = blocks.map(|block| block.name.clone()).collect();
+        only.push(VIBRATION.into());
+        let look = Look {
+            lines_of: Some(residuals),
+            as_in: Some(&self.study.scene.survey),
+            field: true,
+            only: Some(&only),
+            ..Look::default()
+        };
+        let about = About {
+            noise: self.noise,
+            ..self.trusted()
+        };
+        study(self.prepared, self.options, &about, look)
+    }
+
+    /// What some effects leave in another study, beside the best shapes of this one; none where it lacks one of them.
+    fn told_in(&self, study: &Study, names: &[String]) -> Option<Told> {
+        let blocks_of = |names: &[&str]| -> Option<Vec<usize>> {
+            let blocks = &study.columns.blocks;
+            let at = |name: &&str| blocks.iter().position(|block| block.name == *name);
+            names.iter().map(at).collect()
+        };
+        let mut arena = study.arena();
+        let base = self.told.base;
+        let mut found_as = |names: &[&str]| {
+            let blocks = blocks_of(names)?;
+            let rest = rest(&mut arena, &blocks, base);
+            Some(Found { blocks, rest })
+        };
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        Some(Told {
+            found: found_as(&names)?,
+            shaped: found_as(&self.names_of(&self.told.shaped.blocks))?,
+            base,
+        })
+    }
+}
+
+/// Whitened rms of short pieces, each foretold from all else.
+fn left(fine: &Refined) -> f64 {
+    fine.left_out().map_or(f64::INFINITY, Residuals::white_rms)
 }
