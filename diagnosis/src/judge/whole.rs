@@ -56,30 +56,33 @@ impl<'a> Judge<'a> {
     }
 
     /// A channel that turns against the other with the angle shifts its pair as a span that is wrong does, by as much as the harmonic that
-    /// it makes. Where such a turn alone does as well as the harmonics and a span beside them, there is no such span.
+    /// it makes, and changes the amplitude as a gap that tilts does. Where such a turn does as well as the harmonics with one of these beside
+    /// them, there is none.
     pub(super) fn tell_turn(&mut self) {
-        let mut names = self.told.names(&self.study);
-        let at = |name: &str| names.iter().position(|n| n == name);
-        let (Some(_), Some(span)) = (at("angle_dependence"), at("span_error")) else {
-            return;
-        };
-        names.remove(span);
-        let turned = [Channel::Sine, Channel::Cosine].map(|channel| {
-            self.fitted_telling(&names, &|survey| {
-                survey.fuller.turns_with_theta = Some(channel);
-            })
-        });
-        let left = |fine: &Refined| fine.residuals.white_rms();
-        let [one, other] = turned;
-        let fine = if left(&one) < left(&other) {
-            one
-        } else {
-            other
-        };
-        if left(&fine) < CLOSE * left(&self.fine) {
-            self.told.found.blocks.remove(span);
-            self.fine = fine;
-            self.restate();
+        for makeshift in ["span_error", "gap_variation"] {
+            let mut names = self.told.names(&self.study);
+            let at = |name: &str| names.iter().position(|n| n == name);
+            let (Some(_), Some(stands_in)) = (at("angle_dependence"), at(makeshift)) else {
+                continue;
+            };
+            names.remove(stands_in);
+            let turned = [Channel::Sine, Channel::Cosine].map(|channel| {
+                self.fitted_telling(&names, &|survey| {
+                    survey.fuller.turns_with_theta = Some(channel);
+                })
+            });
+            let left = |fine: &Refined| fine.residuals.white_rms();
+            let [one, other] = turned;
+            let fine = if left(&one) < left(&other) {
+                one
+            } else {
+                other
+            };
+            if left(&fine) < CLOSE * left(&self.fine) {
+                self.told.found.blocks.remove(stands_in);
+                self.fine = fine;
+                self.restate();
+            }
         }
     }
 
