@@ -8,35 +8,55 @@ use hal_sim::trajectory::{OpenLoop, Plan};
 use recording::Recording;
 use std::f64::consts::TAU;
 
-/// Play of the segments that is felt on the way and not at rest, where its force creeps away. It is stronger where a tooth begins.
-struct Creeping {
+/// How much of a segment's play is felt, 0 to 1.
+type Felt = Box<dyn Fn(&Instant, usize) -> f64 + Send + Sync>;
+
+/// Play of the segments, whose force is not felt throughout. It may be stronger where a tooth begins.
+struct Play {
     size_m: [f64; SEGMENTS],
     half_play_m: f64,
     wave: f64,
-    /// When the courier is on its way, s.
-    ways_s: Vec<[f64; 2]>,
+    felt: Felt,
     stop_m: [f64; SEGMENTS],
     last_m: Option<[f64; SEGMENTS]>,
 }
 
-impl Creeping {
-    fn on(plan: &Plan, wave: f64) -> Self {
-        let moving = |name: &str| !["scatter", "beacon", "still"].contains(&name);
-        let ways = plan.runs.iter().filter(|run| moving(&run.name));
+impl Play {
+    fn new(size_m: [f64; SEGMENTS], half_play_m: f64, wave: f64, felt: Felt) -> Self {
         Self {
-            size_m: [2.5e-6, 0.0, -1.8e-6, 1.5e-6],
-            half_play_m: 15.0e-6,
+            size_m,
+            half_play_m,
             wave,
-            ways_s: ways
-                .map(|run| [run.times_s[0], run.times_s[run.times_s.len() - 1]])
-                .collect(),
+            felt,
             stop_m: [0.0; SEGMENTS],
             last_m: None,
         }
     }
+
+    /// Felt on the way and not at rest, where its force creeps away.
+    fn creeping(plan: &Plan, wave: f64) -> Self {
+        let moving = |name: &str| !["scatter", "beacon", "still"].contains(&name);
+        let ways = plan.runs.iter().filter(|run| moving(&run.name));
+        let ways_s: Vec<[f64; 2]> = ways
+            .map(|run| [run.times_s[0], run.times_s[run.times_s.len() - 1]])
+            .collect();
+        let felt = move |at: &Instant, _| {
+            let under_way = |[from, to]: &[f64; 2]| (*from..=*to).contains(&at.time_s);
+            f64::from(u8::from(ways_s.iter().any(under_way)))
+        };
+        let size_m = [2.5e-6, 0.0, -1.8e-6, 1.5e-6];
+        Self::new(size_m, 15.0e-6, wave, Box::new(felt))
+    }
+
+    /// Hardly felt by a slow courier: it rests between the teeth and is dragged when pulled.
+    fn softened(slow_m_s: f64) -> Self {
+        let felt = move |at: &Instant, s: usize| (at.own_speeds()[s].abs() / slow_m_s).tanh();
+        let size_m = [2.5e-6, 0.5e-6, -1.8e-6, 1.5e-6];
+        Self::new(size_m, 10.0e-6, 0.0, Box::new(felt))
+    }
 }
 
-impl PlantEffect for Creeping {
+impl PlantEffect for Play {
     fn scale(&mut self, factor: f64) {
         self.size_m = self.size_m.map(|size| size * factor);
     }
@@ -48,13 +68,11 @@ impl PlantEffect for Creeping {
     ) -> [f64; SEGMENTS] {
         let now_m = points.map(|point| point.own_m);
         let last_m = self.last_m.replace(now_m).unwrap_or(now_m);
-        let under_way = |[from, to]: &[f64; 2]| (*from..=*to).contains(&at.time_s);
-        let felt = f64::from(u8::from(self.ways_s.iter().any(under_way)));
         std::array::from_fn(|s| {
             let there_m = self.stop_m[s] + now_m[s] - last_m[s];
             self.stop_m[s] = there_m.clamp(-self.half_play_m, self.half_play_m);
             let tooth = 1.0 + self.wave * (TAU * now_m[s] / at.geometry.pitch_m).sin();
-            self.size_m[s] * felt * tooth * self.stop_m[s] / self.half_play_m
+            self.size_m[s] * (self.felt)(at, s) * tooth * self.stop_m[s] / self.half_play_m
         })
     }
 }
@@ -167,49 +185,6 @@ impl PlantEffect for Delayed {
     }
 }
 
-/// Play of the segments whose force a slow courier hardly feels: it rests between the teeth and is dragged when pulled.
-struct Softened {
-    size_m: [f64; SEGMENTS],
-    half_play_m: f64,
-    slow_m_s: f64,
-    stop_m: [f64; SEGMENTS],
-    last_m: Option<[f64; SEGMENTS]>,
-}
-
-impl Softened {
-    fn below(slow_m_s: f64) -> Self {
-        Self {
-            size_m: [2.5e-6, 0.5e-6, -1.8e-6, 1.5e-6],
-            half_play_m: 10.0e-6,
-            slow_m_s,
-            stop_m: [0.0; SEGMENTS],
-            last_m: None,
-        }
-    }
-}
-
-impl PlantEffect for Softened {
-    fn scale(&mut self, factor: f64) {
-        self.size_m = self.size_m.map(|size| size * factor);
-    }
-
-    fn displacement_m(
-        &mut self,
-        at: &Instant,
-        points: &[SegmentPoint; SEGMENTS],
-    ) -> [f64; SEGMENTS] {
-        let now_m = points.map(|point| point.own_m);
-        let last_m = self.last_m.replace(now_m).unwrap_or(now_m);
-        let speeds = at.own_speeds();
-        std::array::from_fn(|s| {
-            let there_m = self.stop_m[s] + now_m[s] - last_m[s];
-            self.stop_m[s] = there_m.clamp(-self.half_play_m, self.half_play_m);
-            let felt = (speeds[s].abs() / self.slow_m_s).tanh();
-            self.size_m[s] * felt * self.stop_m[s] / self.half_play_m
-        })
-    }
-}
-
 /// Two recordings of a courier with an effect, of other poses and noise.
 fn recordings<E: PlantEffect + 'static>(seed: u64, effect: impl Fn(&Plan) -> E) -> [Recording; 2] {
     [0, 1000].map(|take| {
@@ -244,7 +219,7 @@ fn is_told(recordings: &[Recording; 2], name: &str) {
 #[test]
 fn play_that_creeps_away_at_rest_is_told() {
     for (seed, wave) in [(3, 0.0), (4, 0.15)] {
-        let creeping = |plan: &Plan| Creeping::on(plan, wave);
+        let creeping = |plan: &Plan| Play::creeping(plan, wave);
         is_told(&recordings(seed, creeping), "hysteresis");
     }
 }
@@ -252,7 +227,7 @@ fn play_that_creeps_away_at_rest_is_told() {
 #[test]
 fn a_direction_that_a_slow_courier_feels_less_is_told() {
     for (seed, slow_m_s) in [(12, 4.0e-3), (13, 2.0e-3)] {
-        let softened = |_: &Plan| Softened::below(slow_m_s);
+        let softened = |_: &Plan| Play::softened(slow_m_s);
         let (model, ratio) = named(&recordings(seed, softened), "hysteresis");
         // Within 10 % of the best possible, which is 1, and of what comes.
         let claimed = model.claimed.whitened_after;
