@@ -16,7 +16,7 @@ const LEAVES_OF_FEW: f64 = 0.9;
 /// Standard deviations of a mean square that chance takes it by.
 const CHANCE: f64 = 4.0;
 
-/// What there is to tell of an effect.
+/// What more there is to tell of an effect, where it may be, and what it must leave.
 struct More {
     effect: &'static str,
     /// What it is found as while no more is told of it.
@@ -40,6 +40,7 @@ impl More {
     }
 }
 
+/// In the order in which they are tried; a further one is an entry here and a field of [`Fuller`].
 const FULLER: [More; 10] = [
     More::of("velocity_lag", |told| told.lag_waves = true),
     More::of("hysteresis", |told| told.fades_at_rest = true),

@@ -13,7 +13,7 @@ use crate::trace::log;
 use effects::sensor::Survey;
 use effects::teeth::Teeth;
 
-/// A vibration beside a field takes at least so much of what its teeth leave: that share must be left at most.
+/// A vibration beside a field must leave less than this share of what its teeth leave without it.
 const LEAVES: f64 = 0.7;
 /// What vibrates.
 const VIBRATION: &str = "beacon_vibration";
