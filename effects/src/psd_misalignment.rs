@@ -8,7 +8,9 @@ use crate::random::{ChaCha8Rng, normal, uniform};
 /// Range at which the size is stated, of full scale: the 8 mm sweeps.
 const RANGE: f64 = 0.8;
 
-/// Plant side. Size: rms of an axis' displacement over the square of +-0.8 of full scale, pooled over the axes.
+/// Plant side. Size: rms of an axis' displacement by the difference of gains over the square of +-0.8 of full scale, pooled over the
+/// axes. A turn in the mount besides is no part of it: it cannot be told from the platen sensor's own zero of angle, and equation
+/// (11)'s constants take it up whole, whatever its size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PsdMisalignment {
     /// Angle of the diode in its mount, radians.
@@ -20,16 +22,16 @@ pub struct PsdMisalignment {
 }
 
 impl PsdMisalignment {
-    /// A turn, a difference of gains, or both.
+    /// A difference of gains of either sign, beside a turn of any size up to some times as much in two of three draws.
     pub fn draw(scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
-        let kind = uniform(rng, 0.0, 3.0);
-        let turn = if kind < 2.0 { normal(rng) } else { 0.0 };
-        let gain = if kind > 1.0 { normal(rng) } else { 0.0 };
-        // Rms over the square and both axes: range / sqrt(3) * sqrt(turn^2 + (gain / 2)^2).
         let full_m = scene.geometry.height_m * scene.geometry.tan_full_scale;
-        let unit = size_rms_m / (full_m * RANGE / 3.0_f64.sqrt() * turn.hypot(0.5 * gain).max(1.0e-9));
+        // Rms over the square: range / sqrt(3) times half the difference.
+        let half = size_rms_m / (full_m * RANGE / 3.0_f64.sqrt());
+        let sign = if uniform(rng, -1.0, 1.0) < 0.0 { -1.0 } else { 1.0 };
+        let turned = uniform(rng, 0.0, 3.0) < 2.0;
+        let turn_rad = if turned { half * normal(rng) } else { 0.0 };
         let centre = [(); 2].map(|()| 0.002 * normal(rng));
-        Box::new(Self { turn_rad: turn * unit, gain_difference: gain * unit, centre })
+        Box::new(Self { turn_rad, gain_difference: 2.0 * sign * half, centre })
     }
 }
 

@@ -230,7 +230,7 @@ fn a_lag_reverses_with_the_direction_and_hysteresis_forgets_the_speed() {
 }
 
 /// Rms of an axis' displacement by the coordination sensor's hooks over +-0.8 of full scale.
-fn deflection_rms_m(effect: &mut dyn PlantEffect, centred: bool) -> f64 {
+fn deflection_rms_m(effect: &mut dyn PlantEffect) -> f64 {
     let full_m = SCENE.geometry.height_m * SCENE.geometry.tan_full_scale;
     let mut values = [Vec::new(), Vec::new()];
     let still = Pose::default();
@@ -245,25 +245,47 @@ fn deflection_rms_m(effect: &mut dyn PlantEffect, centred: bool) -> f64 {
             (0..2).for_each(|axis| values[axis].push(error[axis] * full_m + beacon[axis]));
         }
     }
-    if centred {
-        for values in &mut values {
-            let mean = values.iter().sum::<f64>() / values.len() as f64;
-            values.iter_mut().for_each(|v| *v -= mean);
+    rms(values.into_iter().flatten())
+}
+
+/// The same without the mean and without the turn that fits best, which equation (11) takes up.
+fn unturned_rms_m(effect: &mut dyn PlantEffect) -> f64 {
+    let full_m = SCENE.geometry.height_m * SCENE.geometry.tan_full_scale;
+    let still = Pose::default();
+    let mut pairs = Vec::new();
+    for i in -40..=40 {
+        for j in -40..=40 {
+            let place = [i, j].map(|k| 0.8 * f64::from(k) / 40.0);
+            let mut u = place;
+            effect.deflection(&instant(&still, 0.0, 0.0), &mut u);
+            pairs.push((place, [0, 1].map(|axis| u[axis] - place[axis])));
         }
     }
-    rms(values.into_iter().flatten())
+    let count = pairs.len() as f64;
+    let mean = [0, 1].map(|axis| pairs.iter().map(|p| p.1[axis]).sum::<f64>() / count);
+    let across = |place: &[f64; 2]| [-place[1], place[0]];
+    let along = |p: &([f64; 2], [f64; 2])| {
+        let across = across(&p.0);
+        across[0] * p.1[0] + across[1] * p.1[1]
+    };
+    let squares: f64 = pairs.iter().flat_map(|p| p.0).map(|v| v * v).sum();
+    let turn = pairs.iter().map(along).sum::<f64>() / squares;
+    rms(pairs.iter().flat_map(|(place, error)| {
+        let across = across(place);
+        [0, 1].map(|axis| (error[axis] - mean[axis] - turn * across[axis]) * full_m)
+    }))
 }
 
 #[test]
 fn effects_of_the_coordination_sensor_have_their_stated_rms() {
     assert_sizes("psd_nonlinearity", 0.05, |mut effect| {
-        deflection_rms_m(&mut *effect, false)
+        deflection_rms_m(&mut *effect)
     });
     assert_sizes("psd_misalignment", 0.05, |mut effect| {
-        deflection_rms_m(&mut *effect, true)
+        unturned_rms_m(&mut *effect)
     });
     assert_sizes("beacon_vibration", 0.05, |mut effect| {
-        deflection_rms_m(&mut *effect, false)
+        deflection_rms_m(&mut *effect)
     });
     assert_sizes("psd_latency", 1e-9, |effect| {
         effect.coordination_delay_s().abs() * 20e-3
