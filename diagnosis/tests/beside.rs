@@ -51,3 +51,39 @@ fn what_is_there_beside_a_change_with_the_angle_stays() {
         both_named(&pair(seed, [("angle_dependence", 2.0e-6), (other, 1.5e-6)]));
     }
 }
+
+/// Noise of sixty times the stated one, and bursts that stand out of it: their squares are weighed as the gap's are.
+#[test]
+fn bursts_beside_heavy_noise_are_named() {
+    both_named(&pair(
+        2_128_201_531_452_225,
+        [("excess_noise", 3.635e-6), ("outlier_bursts", 3.032e-6)],
+    ));
+}
+
+/// Noise of thirty times the stated one, of each segment another: whose it is what three residuals have in common tells.
+#[test]
+fn a_span_beside_heavy_noise_is_named() {
+    both_named(&pair(
+        1_104_464_569_517_575,
+        [("span_error", 2.631e-6), ("excess_noise", 3.131e-6)],
+    ));
+}
+
+/// By the stated noise the amounts stray beyond any size, as what is there is twelve times that.
+#[test]
+fn a_direction_beside_noise_that_hides_its_size_is_named() {
+    both_named(&pair(
+        2_316_265_008_197_235,
+        [("hysteresis", 3.554e-6), ("excess_noise", 0.868e-6)],
+    ));
+}
+
+/// What a change with the angle is at the ends of the angle's range is no burst.
+#[test]
+fn what_stands_out_at_the_largest_angles_is_no_burst() {
+    both_named(&pair(
+        2_782_549_494_834_236,
+        [("excess_noise", 2.001e-6), ("angle_dependence", 3.274e-6)],
+    ));
+}

@@ -3,7 +3,7 @@
 use super::Judge;
 use crate::clean::{among_bursts, astray, disturbed};
 use crate::heldout::Residuals;
-use crate::recurring::recurs;
+use crate::recurring::{at_the_ends, recurs};
 use crate::report::{Magnitude, Named};
 use crate::scene::Scene;
 use crate::statistics::median_and_deviation;
@@ -44,22 +44,26 @@ const ANEW: usize = 3;
 #[derive(Default)]
 pub(super) struct Bursts {
     pub(super) count: usize,
+    /// Whitened squares by the stated noise, as those of the gap are.
     pub(super) energy: f64,
+    /// The same by the noise as it was found: how far they stand out.
+    beyond_noise: f64,
     largest_m: f64,
-    /// They come back where they were: on the diode, or on the platen.
+    /// They come back where they were: on the diode, on the platen, or at the ends of the angle's range.
     pub(super) recur: bool,
 }
 
-/// Disturbed samples that make a burst, and their whitened squares.
+/// Disturbed samples that make a burst, and their whitened squares beyond the noise.
 const LEAST_BURSTS: (usize, f64) = (3, 300.0);
 /// Disturbed samples speak of bursts if they hold this share of what is left of the others: a shape stands out here and there as well.
 const OF_WHAT_IS_LEFT: f64 = 0.05;
 
 impl Bursts {
-    /// True if they are bursts, with this many whitened squares at least.
+    /// True if they are bursts, with more than this many whitened squares by the stated noise.
     pub(super) fn hold(&self, squares: f64) -> bool {
         let (count, least) = LEAST_BURSTS;
-        self.count >= count && self.energy > least.max(squares) && !self.recur
+        let stand_out = self.count >= count && self.beyond_noise > least;
+        stand_out && self.energy > squares && !self.recur
     }
 
     /// True if there are too few for bursts.
@@ -349,12 +353,14 @@ impl Judge<'_> {
     pub(super) fn bursts(&self) -> Bursts {
         let mut out = Bursts::default();
         let all = self.everywhere();
+        let stated = self.by_stated_noise(&all);
         let marked = self.outstanding(&all);
         let mut last = usize::MAX;
         for k in 0..all.sample.len() {
             let i = all.sample[k];
             if marked[i] {
-                out.energy += (all.white[k].powi(2) - 1.0).max(0.0);
+                out.energy += (stated.white[k].powi(2) - 1.0).max(0.0);
+                out.beyond_noise += (all.white[k].powi(2) - 1.0).max(0.0);
                 out.largest_m = out.largest_m.max(all.value_m[k].abs());
                 if i != last {
                     out.count += 1;
@@ -366,7 +372,11 @@ impl Judge<'_> {
         let seen = |i: usize| [0, 1].map(|axis| deflection(scene, axis, i));
         let on_diode: Vec<[f64; 2]> = (0..scene.len()).map(seen).collect();
         let on_platen: Vec<[f64; 2]> = (0..scene.len()).map(|i| scene.centre_m(i)).collect();
-        out.recur = out.count > 0 && (recurs(&marked, &on_diode) || recurs(&marked, &on_platen));
+        let angle = &scene.observations.commanded[2];
+        out.recur = out.count > 0
+            && (recurs(&marked, &on_diode)
+                || recurs(&marked, &on_platen)
+                || at_the_ends(&marked, angle));
         out
     }
 }

@@ -1,6 +1,7 @@
 //! How far each reading's noise is above the stated one, where what is left is noise.
 
 use super::Judge;
+use super::components::{Seen, noise_over_stated};
 use crate::flicker::flicker_hz;
 use crate::lines::lines_of;
 use crate::motion::MISFIT;
@@ -53,10 +54,27 @@ impl Judge<'_> {
         }
         noise[..4].copy_from_slice(&self.segments(over(0)));
         if scope.beacon {
-            let diode = self.diode(&noise);
-            noise[4..].copy_from_slice(&[diode; 2]);
+            noise[4..].copy_from_slice(&[over(1).max(over(2)); 2]);
+            noise = noise_over_stated(&self.all_rows(), noise).unwrap_or(noise);
         }
         noise
+    }
+
+    /// What is left of the samples that show all three residuals, of a pattern's excess no more than what is rough.
+    fn all_rows(&self) -> Vec<Seen> {
+        let scene = &self.study.scene;
+        let rough = [0, 1, 2].map(|c| self.rough_part(&self.after, c));
+        let sample = &self.after.sample;
+        let rows: Vec<usize> = (0..sample.len()).collect();
+        let seen = rows
+            .chunk_by(|a, b| sample[*a] == sample[*b])
+            .filter_map(|rows| {
+                let i = sample[rows[0]];
+                let left = |k: &usize| rough[self.after.channel[*k]] * self.after.value_m[*k];
+                let left: Vec<f64> = rows.iter().map(left).collect();
+                Seen::new(&scene.rows(i), &left, scene.reading_variance(i))
+            });
+        seen.collect()
     }
 
     /// The four segments' share in what g_p has too much, `all` times the stated noise.
@@ -73,25 +91,5 @@ impl Judge<'_> {
             return [all; 4];
         }
         std::array::from_fn(|s| (factor.sqrt() * own[s] / stated[s].max(1e-15)).max(1.0))
-    }
-
-    /// The coordination sensor's noise over the stated one, beside that of the segments.
-    fn diode(&self, noise: &[f64; READINGS]) -> f64 {
-        let scene = &self.study.scene;
-        let (mut platen, mut diode, mut found) = (0.0, 0.0, 0.0);
-        let rough = [1, 2].map(|c| self.rough_part(&self.after, c));
-        for (k, &i) in self.after.sample.iter().enumerate() {
-            if !(1..=2).contains(&self.after.channel[k]) {
-                continue;
-            }
-            let rows = scene.rows(i);
-            let variance = scene.reading_variance(i);
-            let slope = rows.by_reading[self.after.channel[k]];
-            let part = |r: usize| slope[r] * slope[r] * variance[r];
-            platen += (0..4).map(|r| part(r) * noise[r] * noise[r]).sum::<f64>();
-            diode += part(4) + part(5);
-            found += (rough[self.after.channel[k] - 1] * self.after.value_m[k]).powi(2);
-        }
-        ((found - platen) / diode.max(1e-30)).max(1.0).sqrt()
     }
 }
