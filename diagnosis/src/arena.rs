@@ -4,6 +4,7 @@ use crate::carried::Carried;
 use crate::gram::{Columns, FOLDS, Gram};
 use crate::shared::Base;
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// Sets are compared on these.
 pub struct Arena<'a> {
@@ -104,10 +105,7 @@ impl<'a> Arena<'a> {
             let Some((fit, left, noise)) = found else {
                 return IMPOSSIBLE;
             };
-            let amounts = fit.columns.iter().zip(fit.amount.iter());
-            let effects = amounts.filter(|(c, _)| !baseline.contains(c));
-            let off = effects.map(|(c, a)| (a - self.gram.centre[*c]).abs());
-            if off.fold(0.0, f64::max) > IMPLAUSIBLE {
+            if self.implausible(&fit.columns, fit.amount.as_slice(), shared) {
                 return IMPOSSIBLE;
             }
             score.fold[f] = left - self.gram.rows[f] as f64 * self.carried.allowance(noise);
@@ -119,6 +117,23 @@ impl<'a> Arena<'a> {
             return IMPOSSIBLE;
         }
         score
+    }
+
+    /// True if an effect's amounts are of no physical size. Of a block of very many, which have one size together, it is their rms
+    /// that counts: one of them may be where hardly anything was seen.
+    fn implausible(&self, columns: &[usize], amounts: &[f64], many: Option<&Range<usize>>) -> bool {
+        let baseline = &self.columns.blocks[0].columns;
+        let (mut largest, mut squares, mut count) = (0.0f64, 0.0, 0.0);
+        for (c, amount) in columns.iter().zip(amounts) {
+            let off = (amount - self.gram.centre[*c]).abs();
+            if many.is_some_and(|many| many.contains(c)) {
+                squares += off * off;
+                count += 1.0;
+            } else if !baseline.contains(c) {
+                largest = largest.max(off);
+            }
+        }
+        largest > IMPLAUSIBLE || squares > IMPLAUSIBLE * IMPLAUSIBLE * count
     }
 
     /// The largest block that a list holds the whole of, where eliminating it once is worth the memory.

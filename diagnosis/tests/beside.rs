@@ -87,3 +87,33 @@ fn what_stands_out_at_the_largest_angles_is_no_burst() {
         [("excess_noise", 2.001e-6), ("angle_dependence", 3.274e-6)],
     ));
 }
+
+/// A delay follows the motion, whatever the teeth.
+#[test]
+fn a_delay_beside_a_field_is_named() {
+    both_named(&pair(
+        2_776_932_950_560_546,
+        [("psd_latency", 2.927e-6), ("tooth_variation", 3.749e-6)],
+    ));
+}
+
+/// What leaves less to first order may stray where it is fitted about itself: the fit before it stays.
+#[test]
+fn a_fit_that_strays_is_not_taken_over() {
+    both_named(&pair(
+        3_330_393_778_900_810,
+        [("extra_harmonics", 3.790e-6), ("thermal_drift", 1.176e-6)],
+    ));
+}
+
+/// A seventieth of a great gap, and all that is left of it but the noise.
+#[test]
+fn harmonics_that_close_a_change_with_the_angle_are_named() {
+    both_named(&pair(
+        2_543_820_517_648_509,
+        [
+            ("extra_harmonics", 0.938e-6),
+            ("angle_dependence", 2.768e-6),
+        ],
+    ));
+}

@@ -3,7 +3,7 @@
 
 use super::explain::Told;
 use super::prune::{COMPLETES, COMPLETES_SQUARES};
-use super::{FLEXIBLE, Judge};
+use super::{FLEXIBLE, Judge, VISIBLE};
 use crate::arena::Arena;
 use crate::hollow::hollow;
 use crate::refine::Refined;
@@ -18,13 +18,25 @@ const TRIED: usize = 3;
 /// Fitted about itself it completes what is found, or takes this share of what is left if to first order no shape without a name takes as
 /// much: a makeshift's rightful shape would.
 pub(super) const LEADS: f64 = 0.6;
-/// Shapes that stand in for what a great effect's own form lacks.
-const MAKESHIFTS: [&str; 4] = [
+/// Shapes that stand in for what a great effect's own form lacks: theirs must be nearly all of that to first order, and nothing that
+/// shows is left with them.
+pub(super) const MAKESHIFTS: [&str; 4] = [
     "extra_harmonics",
     "adc_clipping",
     "hysteresis",
     "gap_variation",
 ];
+
+/// See [`MAKESHIFTS`].
+pub(super) const NEARLY_ALL: f64 = 0.9;
+
+/// What is likely to be there besides.
+struct Likely {
+    name: String,
+    /// It takes more than any shape without a name.
+    leads: bool,
+    makeshift: bool,
+}
 
 impl<'a> Judge<'a> {
     /// Puts another effect beside what is found where it takes nearly all of what is left.
@@ -39,7 +51,12 @@ impl<'a> Judge<'a> {
         let excess = |fine: &Refined| fine.residuals.white_rms().powi(2) - noise;
         let without = excess(&self.fine);
         let mut best: Option<(f64, Vec<String>, Refined<'a>, bool)> = None;
-        for (name, leads) in tried {
+        for Likely {
+            name,
+            leads,
+            makeshift,
+        } in tried
+        {
             let names = [&found[..], &[name]].concat();
             let fine = self.fitted_anew(&names);
             let with = excess(&fine);
@@ -50,6 +67,8 @@ impl<'a> Judge<'a> {
             let least = if leads { LEADS } else { COMPLETES };
             let squares = gain * fine.gram.total_rows() as f64;
             let enough = gain > least * without && squares > COMPLETES_SQUARES;
+            let closed = fine.residuals.white_rms() < VISIBLE * noise.sqrt();
+            let enough = enough && (closed || !makeshift);
             if enough && best.as_ref().is_none_or(|b| with < b.0) {
                 best = Some((with, names, fine, leads));
             }
@@ -60,8 +79,8 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Those that to first order take most of what is left, with whether they lead all shapes without a name.
-    fn likely_beside(&self, found: &[String]) -> Vec<(String, bool)> {
+    /// Those that to first order take most of what is left.
+    fn likely_beside(&self, found: &[String]) -> Vec<Likely> {
         let mut arena = self.study.arena();
         let arena = &mut arena;
         let whole = (arena.score(&[]).squares - self.told.base).max(MINIMUM_SQUARES);
@@ -77,12 +96,16 @@ impl<'a> Judge<'a> {
         let mut list: Vec<(f64, usize)> = Vec::new();
         for b in self.study.effects() {
             let name = &self.study.columns.blocks[b].name;
-            let known = found.contains(name);
-            if known || MAKESHIFTS.contains(&name.as_str()) || FLEXIBLE.contains(&name.as_str()) {
+            if found.contains(name) || FLEXIBLE.contains(&name.as_str()) {
                 continue;
             }
+            let takes = if MAKESHIFTS.contains(&name.as_str()) {
+                NEARLY_ALL
+            } else {
+                TAKES
+            };
             let gain = before - beside(arena, b);
-            let likely = gain > TAKES * before && gain * whole > COMPLETES_SQUARES;
+            let likely = gain > takes * before && gain * whole > COMPLETES_SQUARES;
             if likely && !self.replaces(arena, b, before) && !hollow(arena, blocks, b) {
                 list.push((before - gain, b));
             }
@@ -91,7 +114,11 @@ impl<'a> Judge<'a> {
         let name = |b: usize| self.study.columns.blocks[b].name.clone();
         let ranked = list.into_iter().take(TRIED).enumerate();
         ranked
-            .map(|(k, (left, b))| (name(b), k == 0 && left < shape))
+            .map(|(k, (left, b))| Likely {
+                leads: k == 0 && left < shape,
+                makeshift: MAKESHIFTS.contains(&name(b).as_str()),
+                name: name(b),
+            })
             .collect()
     }
 

@@ -469,8 +469,24 @@ impl<'a> Judge<'a> {
         if self.told.left(&self.study) * STRAYED < told.left(&again) {
             return;
         }
-        self.take(again, told);
+        if self.is_fitted(&again, &told) {
+            self.take(again, told);
+        } else {
+            // To first order it may leave less, and stray where it is fitted about itself.
+            let fine = Refined::of(&again, &told);
+            if self.strayed(&fine) {
+                return;
+            }
+            self.take_fitted(again, told, fine);
+        }
         self.allow_for_noise();
+    }
+
+    /// True if another fit leaves far more of a gap than what is found, by the same noise.
+    fn strayed(&self, other: &Refined) -> bool {
+        let (_, noise) = self.levels();
+        let excess = |fine: &Refined| (fine.residuals.white_rms().powi(2) / noise - 1.0).max(0.0);
+        excess(other) > STRAYED * excess(&self.fine).max(VISIBLE * VISIBLE - 1.0)
     }
 
     /// Mean square of the whole gap beyond the noise, and of the noise, in the units of the search.

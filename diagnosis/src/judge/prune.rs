@@ -1,6 +1,6 @@
 //! What is not needed once the others are fitted about themselves: an effect may have stood in for their second order.
 
-use super::beside::LEADS;
+use super::beside::{LEADS, MAKESHIFTS, NEARLY_ALL};
 use super::{CLOSE, Judge, OF_ITS_TIME};
 use crate::arena::Arena;
 use crate::gram::{FOLDS, solve, squares};
@@ -135,7 +135,12 @@ impl<'a> Judge<'a> {
             };
             let mut small = Small::of(&names, at, seen);
             if self.leads.as_ref() == Some(&names[at]) {
-                small.completes = LEADS;
+                small.may_complete = true;
+                small.completes = if MAKESHIFTS.contains(&names[at].as_str()) {
+                    NEARLY_ALL
+                } else {
+                    LEADS
+                };
             }
             if levels.needed(&small, CLEARLY) {
                 continue;

@@ -1,6 +1,6 @@
 //! A field over the platen tooth by tooth. It is searched on a coarser mesh, as hundreds of unknowns stand for other causes; once it
-//! is found it is told by the teeth that the segments read in common, and what a vibrating beacon adds to it by what these leave: a
-//! fly-by over teeth oscillates itself, at the beacon's frequencies as well.
+//! is found it is told by the teeth that the segments read in common, and what follows the motion and not the place is looked for in
+//! what these leave: a mesh lacks more than that, and a fly-by over teeth oscillates itself, at a beacon's frequencies as well.
 
 use super::explain::Told;
 use super::{CLOSE, Judge};
@@ -13,8 +13,10 @@ use crate::trace::log;
 use effects::sensor::Survey;
 use effects::teeth::Teeth;
 
-/// A vibration beside a field must leave less than this share of what its teeth leave without it.
+/// What is found beside a field must leave less than this share of what its teeth leave without it.
 const LEAVES: f64 = 0.7;
+/// Delays: whatever the teeth, they follow the speed.
+const DELAYS: [&str; 2] = ["psd_latency", "velocity_lag"];
 /// What vibrates.
 const VIBRATION: &str = "beacon_vibration";
 
@@ -37,7 +39,58 @@ impl<'a> Judge<'a> {
             self.fine = fine;
             self.restate();
             self.try_vibration(&teeth, names);
+            self.try_delays(&teeth);
         }
+    }
+
+    /// A delay beside the field, the one that leaves least.
+    fn try_delays(&mut self, teeth: &Teeth) {
+        let names = self.told.names(&self.study);
+        let known = names.iter().any(|n| DELAYS.contains(&n.as_str()));
+        if known || self.ratio() < CLOSE * self.noise_rms() {
+            return;
+        }
+        let likely = DELAYS.into_iter().filter(|name| self.may_take(name));
+        let likely: Vec<&str> = likely.filter(|name| self.allowed(name)).collect();
+        let tried = likely.into_iter().map(|name| {
+            let names = [&names[..], &[name.to_string()]].concat();
+            let lines_hz = &self.study.scene.survey.beacon_lines_hz;
+            let fine = self.told_by(teeth, &names, lines_hz);
+            (names, fine)
+        });
+        let best = tried.min_by(|a, b| left(&a.1).total_cmp(&left(&b.1)));
+        let Some((names, fine)) = best.filter(|(_, fine)| self.leaves_less(fine)) else {
+            return;
+        };
+        if let Some(told) = self.told_in(&self.study, &names) {
+            (self.told, self.fine) = (told, fine);
+            self.restate();
+        }
+    }
+
+    /// True if beside the mesh an effect takes half at least of what it has to take beside the teeth.
+    fn may_take(&self, name: &str) -> bool {
+        let blocks = &self.study.columns.blocks;
+        let Some(block) = blocks.iter().position(|b| b.name == name) else {
+            return false;
+        };
+        let mut arena = self.study.arena();
+        let found = &self.told.found.blocks;
+        let without = arena.score(found).squares;
+        let takes = without - arena.score(&[&found[..], &[block]].concat()).squares;
+        let (_, noise) = self.levels();
+        let left = left(&self.fine).powi(2) - noise;
+        takes > 0.5 * (1.0 - LEAVES) * left * arena.rows()
+    }
+
+    /// True if another fit leaves so much less of what the teeth leave that what it has besides is there.
+    fn leaves_less(&self, other: &Refined) -> bool {
+        let (_, noise) = self.levels();
+        let [with, without] = [other, &self.fine].map(|fine| left(fine).powi(2) - noise);
+        log(&format!(
+            "beside the teeth {with:.4} is left of {without:.4}"
+        ));
+        with < LEAVES * without
     }
 
     fn told_by(&self, teeth: &Teeth, names: &[String], lines_hz: &[f64]) -> Refined<'a> {
@@ -64,12 +117,7 @@ impl<'a> Judge<'a> {
         }
         names.push(VIBRATION.into());
         let fine = self.told_by(teeth, &names, &lines_hz);
-        let (_, noise) = self.levels();
-        let [with, without] = [&fine, &self.fine].map(|fine| left(fine).powi(2) - noise);
-        log(&format!(
-            "lines at {lines_hz:.2?} Hz beside the teeth leave {with:.4} of {without:.4}"
-        ));
-        if with < LEAVES * without {
+        if self.leaves_less(&fine) {
             let again = self.with_lines(residuals);
             if let Some(told) = self.told_in(&again, &names) {
                 self.take_fitted(again, told, fine);
