@@ -379,7 +379,9 @@ impl<'a> Judge<'a> {
             return;
         }
         let (again, told) = self.with_noise(noise, self.prepared.about());
-        if told.found.blocks.is_empty() || told.found.rest > LEFT_OVER {
+        // A gap that does not show beside that noise is what chance makes of it.
+        let shows = again.arena().score(&[]).squares > VISIBLE * VISIBLE * told.base;
+        if told.found.blocks.is_empty() || told.found.rest > LEFT_OVER || !shows {
             return;
         }
         let fine = Refined::of(&again, &told);
