@@ -43,44 +43,44 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// A delay beside the field, the one that leaves least.
+    /// A delay beside the field: the one that takes most beside the mesh, if that is half at least of what it has to take beside the teeth.
     fn try_delays(&mut self, teeth: &Teeth) {
         let names = self.told.names(&self.study);
         let known = names.iter().any(|n| DELAYS.contains(&n.as_str()));
         if known || self.ratio() < CLOSE * self.noise_rms() {
             return;
         }
-        let likely = DELAYS.into_iter().filter(|name| self.may_take(name));
-        let likely: Vec<&str> = likely.filter(|name| self.allowed(name)).collect();
-        let tried = likely.into_iter().map(|name| {
-            let names = [&names[..], &[name.to_string()]].concat();
-            let lines_hz = &self.study.scene.survey.beacon_lines_hz;
-            let fine = self.told_by(teeth, &names, lines_hz);
-            (names, fine)
-        });
-        let best = tried.min_by(|a, b| left(&a.1).total_cmp(&left(&b.1)));
-        let Some((names, fine)) = best.filter(|(_, fine)| self.leaves_less(fine)) else {
+        let allowed = DELAYS.into_iter().filter(|name| self.allowed(name));
+        let likely = allowed.map(|name| (self.takes(name), name));
+        let Some((takes, name)) = likely.max_by(|a, b| a.0.total_cmp(&b.0)) else {
             return;
         };
+        let (_, noise) = self.levels();
+        let excess = (left(&self.fine).powi(2) - noise) * self.fine.gram.total_rows() as f64;
+        if takes < 0.5 * (1.0 - LEAVES) * excess {
+            return;
+        }
+        let names = [&names[..], &[name.to_string()]].concat();
+        let fine = self.told_by(teeth, &names, &self.study.scene.survey.beacon_lines_hz);
+        if !self.leaves_less(&fine) {
+            return;
+        }
         if let Some(told) = self.told_in(&self.study, &names) {
             (self.told, self.fine) = (told, fine);
             self.restate();
         }
     }
 
-    /// True if beside the mesh an effect takes half at least of what it has to take beside the teeth.
-    fn may_take(&self, name: &str) -> bool {
+    /// Whitened squares that an effect takes beside the mesh.
+    fn takes(&self, name: &str) -> f64 {
         let blocks = &self.study.columns.blocks;
         let Some(block) = blocks.iter().position(|b| b.name == name) else {
-            return false;
+            return f64::NEG_INFINITY;
         };
         let mut arena = self.study.arena();
         let found = &self.told.found.blocks;
         let without = arena.score(found).squares;
-        let takes = without - arena.score(&[&found[..], &[block]].concat()).squares;
-        let (_, noise) = self.levels();
-        let left = left(&self.fine).powi(2) - noise;
-        takes > 0.5 * (1.0 - LEAVES) * left * arena.rows()
+        without - arena.score(&[&found[..], &[block]].concat()).squares
     }
 
     /// True if another fit leaves so much less of what the teeth leave that what it has besides is there.
