@@ -30,7 +30,8 @@ pub struct Score {
     pub log_evidence: f64,
 }
 
-/// Amounts beyond this many prior deviations off their means are of no physical size, however well they fit.
+/// Amounts beyond this many prior deviations off their means are of no physical size, however well they fit: each, or of very many
+/// that have one size together their rms.
 const IMPLAUSIBLE: f64 = 30.0;
 /// No held-out model beats the noise: below this share of it, and where the baseline does not, it is an artefact.
 const TOO_GOOD: f64 = 0.3;
@@ -175,5 +176,28 @@ fn quietest(baseline: f64, rows: f64, loud: bool) -> f64 {
         rows * NEARLY.min(1.0 - CHANCE * (2.0 / rows).sqrt())
     } else {
         TOO_GOOD * rows
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::made::Made;
+    use effects::random::normal;
+
+    /// One amount of fifty prior deviations: no effect of that size, and one of a field's many.
+    #[test]
+    fn of_very_many_amounts_one_may_be_large() {
+        let squares = |count: usize| {
+            let sizes = vec![1.0; count];
+            let made = Made::new(&[("block", &sizes[..])], &|rng| {
+                let mut row = vec![1.0];
+                row.extend((0..count).map(|_| 0.1 * normal(rng)));
+                row.push(50.0 * row[1] + normal(rng));
+                row
+            });
+            made.arena().score(&[1]).squares
+        };
+        assert!(squares(2).is_infinite());
+        assert!(squares(super::LARGE).is_finite());
     }
 }

@@ -17,6 +17,8 @@ use effects::teeth::Teeth;
 const LEAVES: f64 = 0.7;
 /// Delays: whatever the teeth, they follow the speed.
 const DELAYS: [&str; 2] = ["psd_latency", "velocity_lag"];
+/// A delay is tried if beside the mesh it takes this share of what it has to take beside the teeth.
+const BESIDE_THE_MESH: f64 = 0.5;
 /// What vibrates.
 const VIBRATION: &str = "beacon_vibration";
 
@@ -43,7 +45,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// A delay beside the field: the one that takes most beside the mesh, if that is half at least of what it has to take beside the teeth.
+    /// A delay beside the field: the one that takes most beside the mesh, if it takes enough there.
     fn try_delays(&mut self, teeth: &Teeth) {
         let names = self.told.names(&self.study);
         let known = names.iter().any(|n| DELAYS.contains(&n.as_str()));
@@ -57,7 +59,7 @@ impl<'a> Judge<'a> {
         };
         let (_, noise) = self.levels();
         let excess = (left(&self.fine).powi(2) - noise) * self.fine.gram.total_rows() as f64;
-        if takes < 0.5 * (1.0 - LEAVES) * excess {
+        if takes < BESIDE_THE_MESH * (1.0 - LEAVES) * excess {
             return;
         }
         let names = [&names[..], &[name.to_string()]].concat();
