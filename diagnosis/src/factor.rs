@@ -1,8 +1,6 @@
 //! Cholesky factors of many columns, in blocks that are as fast as a product of matrices (Golub and Van Loan 2013, section 4.2).
 
-use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
-use std::ops::Range;
+use nalgebra::{DMatrix, DMatrixViewMut, DVector};
 
 /// Columns of a block.
 const BLOCK: usize = 96;
@@ -16,7 +14,8 @@ pub struct Factor {
 }
 
 impl Factor {
-    /// Of a matrix, of which the lower triangle is read. None where it is not positive definite. Cost: a third of the cube.
+    /// Of a matrix, of which the lower triangle is read; its memory is used. None where it is not positive definite. Cost: a third
+    /// of the cube.
     pub fn new(mut matrix: DMatrix<f64>) -> Option<Self> {
         let n = matrix.nrows();
         let mut diagonal = Vec::new();
@@ -34,13 +33,12 @@ impl Factor {
                 .view_mut((next, first), (n - next, size))
                 .copy_from(&below);
             let across = below.transpose();
-            let taken = blocks(0..n - next, |column, width| {
-                below.rows(column, n - next - column) * across.columns(column, width)
+            let rest = matrix.view_mut((next, next), (n - next, n - next));
+            by_columns(rest, 0, &|column, mut part| {
+                let (rows, width) = (n - next - column, part.ncols());
+                let (left, right) = (below.rows(column, rows), across.columns(column, width));
+                part.rows_mut(column, rows).gemm(-1.0, &left, &right, 1.0);
             });
-            for (column, part) in taken {
-                let mut rest = matrix.view_mut((next + column, next + column), part.shape());
-                rest -= part;
-            }
             diagonal.push(inverse);
         }
         matrix.fill_upper_triangle(0.0, 1);
@@ -69,59 +67,65 @@ impl Factor {
         self.lower.diagonal().iter().map(|d| d.ln()).sum()
     }
 
-    /// Inverse of the factor, a lower triangle. Cost: a third of the cube.
-    pub fn lower_inverse(&self) -> DMatrix<f64> {
-        let n = self.lower.nrows();
-        let mut out = DMatrix::zeros(n, n);
+    /// Inverse of the factor, a lower triangle, in its memory. Cost: a third of the cube.
+    pub fn lower_inverse(self) -> DMatrix<f64> {
+        let mut out = self.lower;
         for (row, own) in self.diagonal.iter().enumerate() {
             let first = row * BLOCK;
             let size = own.nrows();
-            let before = self.lower.view((first, 0), (size, first));
-            let left = blocks(0..first, |column, width| {
+            // The rows above are inverted already.
+            let before = -(own * out.view((first, 0), (size, first)));
+            let mut left = DMatrix::zeros(size, first);
+            by_columns(left.as_view_mut(), 0, &|column, mut part| {
                 let rows = first - column;
-                let above = out.view((column, column), (rows, width));
-                -(own * (before.columns(column, rows) * above))
+                let above = out.view((column, column), (rows, part.ncols()));
+                part.gemm(1.0, &before.columns(column, rows), &above, 0.0);
             });
-            for (column, part) in left {
-                out.view_mut((first, column), part.shape()).copy_from(&part);
-            }
+            out.view_mut((first, 0), (size, first)).copy_from(&left);
             out.view_mut((first, first), (size, size)).copy_from(own);
         }
         out
     }
 
-    /// Inverse of the matrix. Cost: two thirds of the cube and that of [`Self::lower_inverse`].
-    pub fn inverse(&self) -> DMatrix<f64> {
-        let half = self.lower_inverse();
-        let across = half.transpose();
-        let n = half.nrows();
-        let mut out = DMatrix::zeros(n, n);
-        // Rows from a block's own on: above them its columns are zero.
-        let parts = blocks(0..n, |column, width| {
-            let left = across.view((column, column), (n - column, n - column));
-            left * half.view((column, column), (n - column, width))
-        });
-        for (column, part) in parts {
-            out.view_mut((column, column), part.shape())
-                .copy_from(&part);
+    /// Inverse of the matrix, in its memory. Cost: two thirds of the cube.
+    pub fn inverse(self) -> DMatrix<f64> {
+        let mut out = self.lower_inverse();
+        let n = out.nrows();
+        for first in (0..n).step_by(BLOCK) {
+            let size = BLOCK.min(n - first);
+            // The columns from here on are still the factor's inverse.
+            let own = out.view((first, first), (n - first, size)).transpose();
+            let mut part = DMatrix::zeros(size, n - first);
+            by_columns(part.as_view_mut(), 0, &|column, mut part| {
+                let rows = n - first - column;
+                let half = out.view((first + column, first + column), (rows, part.ncols()));
+                part.gemm(1.0, &own.columns(column, rows), &half, 0.0);
+            });
+            out.view_mut((first, first), (n - first, size))
+                .copy_from(&part.transpose());
         }
         out.fill_upper_triangle_with_lower_triangle();
         out
     }
 }
 
-/// A matrix for each block of columns, told by its first and its width, side by side.
-fn blocks(
-    columns: Range<usize>,
-    of: impl Fn(usize, usize) -> DMatrix<f64> + Sync,
-) -> Vec<(usize, DMatrix<f64>)> {
-    let firsts: Vec<usize> = columns.clone().step_by(BLOCK).collect();
-    let one = |first: usize| (first, of(first, BLOCK.min(columns.end - first)));
-    if firsts.len() > 2 {
-        firsts.into_par_iter().map(one).collect()
-    } else {
-        firsts.into_iter().map(one).collect()
+/// Works on all columns of a matrix, blocks of them side by side; `of` is told a block's first.
+fn by_columns(
+    mut matrix: DMatrixViewMut<f64>,
+    first: usize,
+    of: &(impl Fn(usize, DMatrixViewMut<f64>) + Sync),
+) {
+    let width = matrix.ncols();
+    if width <= BLOCK {
+        of(first, matrix);
+        return;
     }
+    let half = width.div_ceil(BLOCK) / 2 * BLOCK;
+    let (left, right) = matrix.columns_range_pair_mut(..half, half..);
+    rayon::join(
+        || by_columns(left, first, of),
+        || by_columns(right, first + half, of),
+    );
 }
 
 #[cfg(test)]
@@ -137,11 +141,11 @@ mod tests {
             let matrix = rows.tr_mul(&rows) + DMatrix::identity(n, n);
             let plain = matrix.clone().cholesky().unwrap();
             let factor = Factor::new(matrix.clone()).unwrap();
-            assert!((factor.inverse() - plain.inverse()).amax() < 1e-9);
             let right = DVector::from_fn(n, |_, _| normal(&mut rng));
             assert!((factor.solve(&right) - plain.solve(&right)).amax() < 1e-9);
             let wanted: f64 = plain.l().diagonal().iter().map(|d| d.ln()).sum();
             assert!((factor.half_log_determinant() - wanted).abs() < 1e-9 * n as f64);
+            assert!((factor.inverse() - plain.inverse()).amax() < 1e-9);
         }
         assert!(Factor::new(DMatrix::from_element(2, 2, -1.0)).is_none());
     }
