@@ -47,7 +47,7 @@ pub fn breath(fine: &Refined) -> Breath {
     let power = |line: &[usize]| line.iter().map(|c| fine.amount(*c).powi(2)).sum::<f64>();
     lines.sort_by(|a, b| power(b.0).total_cmp(&power(a.0)));
     let halves = halves(fine, &columns);
-    let times = fine.residuals.sample.iter();
+    let times = fine.residuals().sample.iter();
     let times: Vec<f64> = times.map(|i| fine.scene.observations.t_s[*i]).collect();
     let span_s = range(&times).map_or(0.0, |[from, to]| to - from);
     let places = |line: &[usize]| line.iter().map(|c| c - columns[0]).collect::<Vec<usize>>();
@@ -80,7 +80,7 @@ fn persists(halves: &[Sums; 2], known: &[usize], with: &[usize], share: f64) -> 
 
 /// Both halves, in the order of the samples.
 fn halves(fine: &Refined, columns: &[usize]) -> [Sums; 2] {
-    let left: &Residuals = &fine.residuals;
+    let left: &Residuals = fine.residuals();
     let middle = left.sample.get(left.sample.len() / 2).copied();
     let mut halves = [0, 1].map(|_| Sums::new(columns.len(), FREE));
     let mut start = 0;

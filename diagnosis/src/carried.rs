@@ -7,6 +7,8 @@ use crate::gram::Columns;
 use crate::products::Upright;
 use crate::scene::{ROWS, Scene, Shift};
 use crate::symmetric::Symmetric;
+use effects::over::Extent;
+use effects::sensor::Moment;
 use rayon::prelude::*;
 
 /// Samples that the mean is taken over.
@@ -128,18 +130,23 @@ fn add_rows(
     let by_reading = rows.white_by_reading();
     let variance = scene.reading_variance(i);
     let here = scene.moment(i);
-    let regressors = columns.regressors.iter();
-    let responses: Vec<Option<[f64; ROWS]>> = regressors
-        .map(|r| rows.white_response(&by_reading, r, &here))
+    let segments: Vec<usize> = (0..4).filter(|s| scene.scope.segments[*s]).collect();
+    let there: Vec<Moment> = segments.iter().map(|s| stepped[*s].moment(i)).collect();
+    let extent = Extent::of(there.iter().chain([&here]));
+    let acting: Vec<usize> = (0..scale.len())
+        .filter(|c| columns.regressors[*c].may_act(&extent))
         .collect();
-    for s in (0..4).filter(|s| scene.scope.segments[*s]) {
-        let there = stepped[s].moment(i);
+    let response = |c: usize, moment: &Moment| {
+        rows.white_response(&by_reading, &columns.regressors[c], moment)
+    };
+    let before: Vec<Option<[f64; ROWS]>> = acting.iter().map(|c| response(*c, &here)).collect();
+    for (&s, there) in segments.iter().zip(&there) {
         let noise = scene.noise[s] * scene.observations.position_noise_m[s][i] / STEP_M;
         upright.extend(rows.count);
-        for (c, regressor) in columns.regressors.iter().enumerate() {
-            let after = rows.white_response(&by_reading, regressor, &there);
-            if after != responses[c] {
-                let (a, b) = (responses[c].unwrap_or_default(), after.unwrap_or_default());
+        for (&c, before) in acting.iter().zip(&before) {
+            let after = response(c, there);
+            if after != *before {
+                let (a, b) = (before.unwrap_or_default(), after.unwrap_or_default());
                 let change: [f64; ROWS] = std::array::from_fn(|row| b[row] - a[row]);
                 upright.set(c, &change[..rows.count], noise * scale[c]);
             }

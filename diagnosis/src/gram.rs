@@ -1,5 +1,6 @@
 //! One pass over the samples: products of all columns, by fold, so that every later comparison is small algebra.
 
+use crate::acting::{Group, Sample, TOGETHER};
 use crate::factor::Factor;
 use crate::products::Upright;
 use crate::scene::{ROWS, Scene};
@@ -14,8 +15,6 @@ use std::ops::Range;
 pub const FOLDS: usize = 5;
 /// Samples that are turned into rows at once.
 const CHUNK: usize = 128;
-/// Pitches to a side of the parts of the platen that are summed one after the other, where a field is told by its teeth.
-const CELL_PITCHES: f64 = 4.0;
 /// Sums that are formed side by side. Their number and what goes into each is the same on every machine and in every run, so
 /// that the last digit is.
 const LANES: usize = 4;
@@ -77,12 +76,12 @@ impl Columns {
 
 /// Products of whitened columns by fold; the last column is the target, minus the residual.
 pub struct Gram {
-    /// `[fold]`, each `[columns + 1, columns + 1]`, of columns scaled by their prior deviation.
+    /// `[fold]`, each `[columns + 1, columns + 1]`, of columns scaled by their prior deviation; none where only the sum was asked for.
     pub fold: Vec<Symmetric>,
     /// Their sum.
     pub(crate) total: Symmetric,
-    /// Rows in each fold.
-    pub rows: [usize; FOLDS],
+    /// Rows in each fold, or in all.
+    pub rows: Vec<usize>,
     /// Prior deviation of each amount: a column times this is one prior deviation of effect.
     pub scale: Vec<f64>,
     /// Prior mean, in prior deviations.
@@ -114,16 +113,21 @@ pub fn folds(stretch: &[usize]) -> Vec<u8> {
     out
 }
 
-/// Order of samples in which those over the same part of the platen follow each other: then few of many teeth act in a chunk.
-fn by_place(scene: &Scene) -> Vec<[i32; 2]> {
-    let cell_m = CELL_PITCHES * scene.observations.pitch_m;
-    let cell = |i| {
-        scene
-            .moment(i)
-            .centre_m
-            .map(|c| (c / cell_m).floor() as i32)
+/// Keys of samples by which those over the same part of the platen follow each other: then few of many teeth act in a chunk. Bits of
+/// the place along x and along y in turn (Morton 1966).
+fn by_place(scene: &Scene) -> Vec<u64> {
+    let spread = |place: u32| {
+        let bits = (0..u32::BITS).map(|bit| u64::from(place >> bit & 1) << (2 * bit));
+        bits.sum::<u64>()
     };
-    (0..scene.len()).map(cell).collect()
+    let key = |i| {
+        let centre = scene.moment(i).centre_m;
+        let [x, y] = centre.map(|c| (c / scene.observations.pitch_m).floor() as i32);
+        // Places of either sign ascend as unsigned numbers.
+        let [x, y] = [x, y].map(|c| (c as u32) ^ (1 << 31));
+        spread(x) | spread(y) << 1
+    };
+    (0..scene.len()).map(key).collect()
 }
 
 /// Sums of a channel's squares and values, and how many there were.
@@ -150,17 +154,24 @@ fn sizes(scene: &Scene, columns: &Columns) -> Vec<f64> {
 }
 
 fn spreads(scene: &Scene, columns: &Columns, samples: &[usize]) -> Vec<Spread> {
-    let mut sums = vec![Spread::default(); columns.regressors.len()];
-    for &i in samples {
-        let rows = scene.rows(i);
-        let moment = scene.moment(i);
-        for (sum, regressor) in sums.iter_mut().zip(&columns.regressors) {
-            let response = rows.response(regressor, &moment);
-            for (a, channel) in response.iter().zip(rows.channel).take(rows.count) {
-                if *a != 0.0 {
-                    sum[channel].0 += a * a;
-                    sum[channel].1 += a;
-                    sum[channel].2 += 1;
+    let regressors = &columns.regressors;
+    let mut sums = vec![Spread::default(); regressors.len()];
+    for samples in samples.chunks(TOGETHER) {
+        let group = Group::new(
+            scene,
+            regressors,
+            0..regressors.len(),
+            samples.iter().copied(),
+        );
+        for Sample { rows, moment, .. } in &group.samples {
+            for &c in &group.acting {
+                let response = rows.response(&regressors[c], moment);
+                for (a, channel) in response.iter().zip(rows.channel).take(rows.count) {
+                    if *a != 0.0 {
+                        sums[c][channel].0 += a * a;
+                        sums[c][channel].1 += a;
+                        sums[c][channel].2 += 1;
+                    }
                 }
             }
         }
@@ -193,43 +204,57 @@ fn size(sum: &Spread) -> f64 {
 impl Gram {
     /// Accumulates over all kept samples. Cost: rows times columns squared.
     pub fn new(scene: &Scene, columns: &Columns, folds: &[u8]) -> Self {
-        let size = sizes(scene, columns);
-        let scale: Vec<f64> = columns
-            .regressors
-            .iter()
-            .zip(&size)
-            .map(|(r, s)| match r.deviation {
-                _ if *s <= 0.0 => 0.0,
-                Some(deviation) => deviation,
-                None => r.size_m / s,
-            })
-            .collect();
+        let mut sums = Sums::new(scene, columns);
+        let scale = sums.priors();
+        let parts = (0..FOLDS).map(|f| sums.over(&scale, |i| usize::from(folds[i]) == f));
+        let (fold, rows): (Vec<Symmetric>, Vec<usize>) = parts.unzip();
+        let mut total = Symmetric::zeros(scale.len() + 1);
+        fold.iter().for_each(|f| total += f);
+        Self::of(scene, columns, scale, (fold, rows, total))
+    }
+
+    /// The same without the folds by themselves: a sixth of the memory.
+    pub fn whole(scene: &Scene, columns: &Columns) -> Self {
+        let mut sums = Sums::new(scene, columns);
+        let scale = sums.priors();
+        let (total, rows) = sums.over(&scale, |_| true);
+        Self::of(scene, columns, scale, (Vec::new(), vec![rows], total))
+    }
+
+    /// Amounts of some columns, in prior deviations, by all folds but each. Where the folds are not kept their products are formed
+    /// anew, one after the other.
+    pub fn by_folds(
+        &self,
+        scene: &Scene,
+        columns: &Columns,
+        folds: &[u8],
+        list: &[usize],
+    ) -> Vec<Vec<f64>> {
+        let amounts = |test: &Symmetric| {
+            let training = Training::new(&self.total, Some(test));
+            let fit = solve(training, list, &self.centre, 1.0);
+            fit.map_or(vec![0.0; list.len()], |fit| fit.amount.as_slice().to_vec())
+        };
+        if !self.fold.is_empty() {
+            return self.fold.par_iter().map(amounts).collect();
+        }
+        let mut sums = Sums::new(scene, columns);
+        let mut test = |f| sums.over(&self.scale, |i| usize::from(folds[i]) == f).0;
+        (0..FOLDS).map(|f| amounts(&test(f))).collect()
+    }
+
+    fn of(
+        scene: &Scene,
+        columns: &Columns,
+        scale: Vec<f64>,
+        (fold, rows, total): (Vec<Symmetric>, Vec<usize>, Symmetric),
+    ) -> Self {
         let centre = columns
             .centre
             .iter()
             .zip(&scale)
             .map(|(c, s)| if *s > 0.0 { c / s } else { 0.0 })
             .collect();
-        let width = scale.len() + 1;
-        let lanes = if width > WIDE { FEWER_LANES } else { LANES };
-        let mut lanes: Vec<Lane> = (0..lanes).map(|_| Lane::new(width)).collect();
-        let order = scene.survey.teeth.as_ref().map(|_| by_place(scene));
-        let mut fold = Vec::with_capacity(FOLDS);
-        let mut rows = [0; FOLDS];
-        for (f, count) in rows.iter_mut().enumerate() {
-            let mut list: Vec<usize> = (0..scene.len())
-                .filter(|&i| scene.keep[i] && usize::from(folds[i]) == f)
-                .collect();
-            if let Some(order) = &order {
-                list.sort_by_key(|i| order[*i]);
-            }
-            let (sum, found) = products(scene, columns, &scale, &list, &mut lanes);
-            fold.push(sum);
-            *count = found;
-        }
-        drop(lanes);
-        let mut total = Symmetric::zeros(width);
-        fold.iter().for_each(|f| total += f);
         Self {
             fold,
             total,
@@ -264,13 +289,21 @@ impl Gram {
         self.rows.iter().sum()
     }
 
-    /// Sum over all folds but one (or all).
+    /// Sum over all folds but one (or all). Folds must have been kept for one to be left out.
     pub fn training(&self, without: Option<usize>) -> Training<'_> {
         Training::new(&self.total, without.map(|fold| &self.fold[fold]))
     }
 }
 
-/// Sums that are formed beside others: their memory serves all folds.
+/// Products over parts of the samples in use, one part after the other: their memory serves all.
+struct Sums<'s, 'a> {
+    scene: &'s Scene<'a>,
+    columns: &'s Columns,
+    lanes: Vec<Lane>,
+    order: Option<Vec<u64>>,
+}
+
+/// Sums that are formed beside others.
 struct Lane {
     upright: Upright,
     sum: Symmetric,
@@ -287,32 +320,63 @@ impl Lane {
     }
 }
 
-/// Products over some samples, and their rows, by lanes side by side.
-fn products(
-    scene: &Scene,
-    columns: &Columns,
-    scale: &[f64],
-    samples: &[usize],
-    lanes: &mut [Lane],
-) -> (Symmetric, usize) {
-    let every = lanes.len();
-    std::thread::scope(|scope| {
-        for (number, lane) in lanes.iter_mut().enumerate() {
-            scope.spawn(move || {
-                for chunk in samples.chunks(CHUNK).skip(number).step_by(every) {
-                    lane.rows += accumulate(scene, columns, scale, chunk, lane);
-                }
-            });
+impl<'s, 'a> Sums<'s, 'a> {
+    fn new(scene: &'s Scene<'a>, columns: &'s Columns) -> Self {
+        let width = columns.regressors.len() + 1;
+        let lanes = if width > WIDE { FEWER_LANES } else { LANES };
+        Self {
+            scene,
+            columns,
+            lanes: (0..lanes).map(|_| Lane::new(width)).collect(),
+            order: scene.survey.teeth.as_ref().map(|_| by_place(scene)),
         }
-    });
-    let mut sum = Symmetric::zeros(scale.len() + 1);
-    let mut rows = 0;
-    for lane in lanes {
-        sum += &lane.sum;
-        lane.sum.clear();
-        rows += std::mem::take(&mut lane.rows);
     }
-    (sum, rows)
+
+    /// Prior deviation of each amount.
+    fn priors(&self) -> Vec<f64> {
+        let sizes = sizes(self.scene, self.columns);
+        let prior = |(r, s): (&Regressor, f64)| match r.deviation {
+            _ if s <= 0.0 => 0.0,
+            Some(deviation) => deviation,
+            None => r.size_m / s,
+        };
+        self.columns
+            .regressors
+            .iter()
+            .zip(sizes)
+            .map(prior)
+            .collect()
+    }
+
+    /// Products over the samples that are asked for, and their rows, by lanes side by side.
+    fn over(&mut self, scale: &[f64], asked: impl Fn(usize) -> bool) -> (Symmetric, usize) {
+        let (scene, columns) = (self.scene, self.columns);
+        let mut samples: Vec<usize> = (0..scene.len())
+            .filter(|&i| scene.keep[i] && asked(i))
+            .collect();
+        if let Some(order) = &self.order {
+            samples.sort_by_key(|i| order[*i]);
+        }
+        let every = self.lanes.len();
+        std::thread::scope(|scope| {
+            for (number, lane) in self.lanes.iter_mut().enumerate() {
+                let chunks = samples.chunks(CHUNK).skip(number).step_by(every);
+                scope.spawn(move || {
+                    for chunk in chunks {
+                        lane.rows += accumulate(scene, columns, scale, chunk, lane);
+                    }
+                });
+            }
+        });
+        let mut sum = Symmetric::zeros(scale.len() + 1);
+        let mut rows = 0;
+        for lane in &mut self.lanes {
+            sum += &lane.sum;
+            lane.sum.clear();
+            rows += std::mem::take(&mut lane.rows);
+        }
+        (sum, rows)
+    }
 }
 
 /// Adds a chunk's products. Columns that are zero throughout the chunk (shapes of another run, of
@@ -327,16 +391,13 @@ fn accumulate(
     let upright = &mut lane.upright;
     upright.clear();
     let last = scale.len();
-    for &i in samples {
-        let rows = scene.rows(i);
-        if rows.count == 0 {
-            continue;
-        }
-        let moment = scene.moment(i);
+    let regressors = &columns.regressors;
+    let group = Group::new(scene, regressors, 0..last, samples.iter().copied());
+    for Sample { rows, moment, .. } in &group.samples {
         let by_reading = rows.white_by_reading();
         upright.extend(rows.count);
-        for (c, regressor) in columns.regressors.iter().enumerate() {
-            if let Some(white) = rows.white_response(&by_reading, regressor, &moment) {
+        for &c in &group.acting {
+            if let Some(white) = rows.white_response(&by_reading, &regressors[c], moment) {
                 upright.set(c, &white[..rows.count], scale[c]);
             }
         }
@@ -363,7 +424,7 @@ pub fn solve(training: Training, columns: &[usize], centre: &[f64], variance: f6
     let n = columns.len();
     let last = training.last();
     let precision = 1.0 / variance;
-    let mut normal = training.square(columns) * precision;
+    let mut normal = training.lower(columns) * precision;
     let mut right = DVector::from_fn(n, |a, _| training.at(columns[a], last) * precision);
     for a in 0..n {
         normal[(a, a)] += 1.0;

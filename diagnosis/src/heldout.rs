@@ -1,7 +1,8 @@
 //! Residuals that were predicted from the other folds, sample by sample, and their intervals.
 
+use crate::acting::{Group, Sample, TOGETHER};
 use crate::bootstrap::{estimated, foretold, other_runs};
-use crate::gram::{Columns, FOLDS, Gram, solve};
+use crate::gram::{Columns, Gram};
 use crate::scene::{ROWS, SampleRows, Scene};
 use effects::sensor::CHANNELS;
 use rayon::prelude::*;
@@ -21,9 +22,6 @@ pub struct Residuals {
     pub noise_m: Vec<f64>,
 }
 
-/// Samples that are predicted one after the other; such parts side by side.
-const PART: usize = 500;
-
 impl Residuals {
     /// Of the model with these columns, each fold fitted on the others.
     pub fn new(
@@ -33,15 +31,7 @@ impl Residuals {
         folds: &[u8],
         list: &[usize],
     ) -> Self {
-        let amounts: Vec<Vec<f64>> = (0..FOLDS)
-            .into_par_iter()
-            .map(|f| {
-                solve(gram.training(Some(f)), list, &gram.centre, 1.0)
-                    .map_or(vec![0.0; list.len()], |fit| {
-                        fit.amount.iter().copied().collect()
-                    })
-            })
-            .collect();
+        let amounts = gram.by_folds(scene, columns, folds, list);
         Self::predicted(
             scene,
             columns,
@@ -94,27 +84,31 @@ impl Residuals {
         all: bool,
     ) -> Self {
         let samples: Vec<usize> = (0..scene.len()).filter(|&i| all || scene.keep[i]).collect();
-        let one = |i: usize, out: &mut Self| {
-            let rows = scene.rows(i);
-            if rows.count == 0 {
-                return;
-            }
-            let moment = scene.moment(i);
-            let mut value: [f64; ROWS] = rows.residual_m;
-            for (&c, a) in list.iter().zip(amount(i)) {
-                let step = a * gram.scale[c];
-                if step != 0.0 {
-                    let response = rows.response(&columns.regressors[c], &moment);
-                    for row in 0..rows.count {
-                        value[row] += step * response[row];
+        let mut place = vec![0; columns.regressors.len()];
+        list.iter().enumerate().for_each(|(k, c)| place[*c] = k);
+        let parts = samples.par_chunks(TOGETHER).map(|part| {
+            let asked = list.iter().copied();
+            let group = Group::new(scene, &columns.regressors, asked, part.iter().copied());
+            let mut out = Self::default();
+            for Sample {
+                number,
+                rows,
+                moment,
+            } in &group.samples
+            {
+                let mut value: [f64; ROWS] = rows.residual_m;
+                let amounts = amount(*number);
+                for &c in &group.acting {
+                    let step = amounts[place[c]] * gram.scale[c];
+                    if step != 0.0 {
+                        let response = rows.response(&columns.regressors[c], moment);
+                        for row in 0..rows.count {
+                            value[row] += step * response[row];
+                        }
                     }
                 }
+                out.push(scene, *number, rows, &value);
             }
-            out.push(scene, i, &rows, &value);
-        };
-        let parts = samples.par_chunks(PART).map(|part| {
-            let mut out = Self::default();
-            part.iter().for_each(|i| one(*i, &mut out));
             out
         });
         Self::joined(&parts.collect::<Vec<Self>>())

@@ -4,6 +4,7 @@
 //! Effects are chosen on five coarse folds; what is claimed of those that were chosen is counted here. A fold of a fifth
 //! takes out whole places of the platen, which another recording would not: its model has seen them all.
 
+use crate::acting::{Group, Sample};
 use crate::factor::Factor;
 use crate::gram::{Columns, Gram};
 use crate::heldout::Residuals;
@@ -28,7 +29,7 @@ pub fn left_out(scene: &Scene, columns: &Columns, gram: &Gram) -> Option<Residua
     let width = gram.width();
     let training = gram.training(None);
     let all: Vec<usize> = (0..width).collect();
-    let mut normal = training.square(&all);
+    let mut normal = training.lower(&all);
     let mut right = training.right(&all);
     for c in 0..width {
         normal[(c, c)] += 1.0;
@@ -62,33 +63,36 @@ fn pieces(scene: &Scene) -> Vec<Vec<usize>> {
 
 impl Piece {
     fn new(scene: &Scene, columns: &Columns, gram: &Gram, samples: &[usize]) -> Self {
-        let width = columns.regressors.len();
-        let mut whole = DMatrix::zeros(samples.len() * ROWS, width);
-        let mut residual = Vec::new();
-        let mut used = vec![false; width];
-        let mut list = Vec::new();
-        for &i in samples {
-            let rows = scene.rows(i);
-            let moment = scene.moment(i);
-            for (c, regressor) in columns.regressors.iter().enumerate() {
-                let response = rows.response(regressor, &moment);
-                if response.iter().any(|r| *r != 0.0) {
-                    used[c] = true;
-                    let white = rows.whitened(&response);
-                    for row in 0..rows.count {
-                        whole[(residual.len() + row, c)] = white[row] * gram.scale[c];
-                    }
-                }
-            }
+        let regressors = &columns.regressors;
+        let asked = 0..regressors.len();
+        let group = Group::new(scene, regressors, asked, samples.iter().copied());
+        let rows = group.samples.iter().map(|s| s.rows.count).sum();
+        let mut residual = Vec::with_capacity(rows);
+        for Sample { rows, .. } in &group.samples {
             residual.extend(&rows.whitened(&rows.residual_m)[..rows.count]);
-            list.push((i, rows));
         }
-        let active: Vec<usize> = (0..width).filter(|c| used[*c]).collect();
-        let design = DMatrix::from_fn(residual.len(), active.len(), |r, k| whole[(r, active[k])]);
+        // A column of the design after the other: those that do not act leave no trace.
+        let (mut active, mut design) = (Vec::new(), Vec::new());
+        for &c in &group.acting {
+            let start = design.len();
+            for Sample { rows, moment, .. } in &group.samples {
+                let white = rows.whitened(&rows.response(&regressors[c], moment));
+                design.extend(white[..rows.count].iter().map(|w| w * gram.scale[c]));
+            }
+            if design[start..].iter().any(|d| *d != 0.0) {
+                active.push(c);
+            } else {
+                design.truncate(start);
+            }
+        }
         Self {
-            samples: list,
+            design: DMatrix::from_vec(rows, active.len(), design),
+            samples: group
+                .samples
+                .into_iter()
+                .map(|s| (s.number, s.rows))
+                .collect(),
             active,
-            design,
             residual: DVector::from_vec(residual),
         }
     }

@@ -53,6 +53,7 @@
 //! of the catalogue and of free shapes over the coordinates, and their products fold by fold; [`search`] and [`evidence`] weigh sets of
 //! effects on held-out folds; [`judge`] makes the verdict and says how far the gap shrinks; [`html`] draws it. [`blind`] checks the whole.
 
+mod acting;
 pub mod adequacy;
 pub mod advice;
 pub mod arena;

@@ -38,7 +38,7 @@ impl Made {
         let gram = Gram {
             total,
             fold,
-            rows: [ROWS; FOLDS],
+            rows: vec![ROWS; FOLDS],
             scale: vec![1.0; width],
             centre: vec![0.0; width],
             shrunk: vec![1.0; width],

@@ -1,13 +1,15 @@
 //! The found effects fitted once more about themselves: shapes over the tooth phase are evaluated where a segment really is, which
 //! a reading that is off by the effect does not say.
 
+use crate::acting::TOGETHER;
 use crate::calibrate::baseline_columns;
 use crate::gram::{Columns, Gram, folds, solve};
 use crate::heldout::Residuals;
 use crate::scene::{Scene, Shift};
 use crate::study::About;
 use crate::trace::log;
-use effects::sensor::{Action, READINGS, Survey};
+use effects::over::Extent;
+use effects::sensor::{Action, Moment, READINGS, Regressor, Survey};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -24,8 +26,6 @@ const STANDS: f64 = 0.1;
 /// The same where a coarser mesh has led, and each round is one of thousands of columns: micrometres do not count where shapes are smooth
 /// over a tooth.
 const LED: f64 = 10.0;
-/// Samples that are worth a thread.
-const PART: usize = 500;
 
 /// A model of some effects, fitted about itself.
 pub struct Refined<'a> {
@@ -37,10 +37,10 @@ pub struct Refined<'a> {
     pub gram: Gram,
     /// Amounts by all samples in use, in prior deviations.
     pub amounts: Vec<f64>,
-    /// Held-out residuals.
-    pub residuals: Residuals,
     /// What it is linearised about.
     pub about: About,
+    folds: Vec<u8>,
+    residuals: OnceLock<Residuals>,
     left_out: OnceLock<Option<Residuals>>,
 }
 
@@ -55,7 +55,7 @@ impl<'a> Refined<'a> {
         }
         let [teeth, place] =
             [false, true].map(|m| Self::about_itself(start, about.clone(), names, &moving(m)));
-        if place.residuals.white_rms() < teeth.residuals.white_rms() {
+        if place.residuals().white_rms() < teeth.residuals().white_rms() {
             place
         } else {
             teeth
@@ -87,13 +87,19 @@ impl<'a> Refined<'a> {
         names: &[String],
         tell: &dyn Fn(&mut Survey),
     ) -> Self {
-        let fold = folds(&start.observations.stretch);
+        let folds = folds(&start.observations.stretch);
         let mut about = about;
         let mut round = 0;
         let mut sizes = Vec::new();
         loop {
             let (scene, columns) = linearised(start, &about, names, tell);
-            let mut gram = Gram::new(&scene, &columns, &fold);
+            // Of single teeth there are thousands, and their folds are asked for once.
+            let by_teeth = scene.survey.teeth.is_some();
+            let mut gram = if by_teeth {
+                Gram::whole(&scene, &columns)
+            } else {
+                Gram::new(&scene, &columns, &folds)
+            };
             if round < FREE_ROUNDS {
                 sizes = crate::relevance::factors(&gram, &columns);
             }
@@ -104,21 +110,21 @@ impl<'a> Refined<'a> {
                     fit.amount.iter().copied().collect()
                 });
             let next = moved(&scene, &columns, &gram, &amounts, 1.0);
-            let (led, near) = if scene.survey.teeth.is_some() {
+            let (led, near) = if by_teeth {
                 (true, LED)
             } else {
                 (round > 0, STANDS)
             };
             let done = names.is_empty() || led && stands(&scene, &next.shift, near);
             if round == ROUNDS || done {
-                let residuals = Residuals::new(&scene, &columns, &gram, &fold, &list);
                 return Self {
                     scene,
                     columns,
                     gram,
                     amounts,
-                    residuals,
                     about,
+                    folds,
+                    residuals: OnceLock::new(),
                     left_out: OnceLock::new(),
                 };
             }
@@ -129,6 +135,21 @@ impl<'a> Refined<'a> {
             };
             round += 1;
         }
+    }
+
+    /// Held-out residuals.
+    pub fn residuals(&self) -> &Residuals {
+        let list = || (0..self.gram.width()).collect::<Vec<usize>>();
+        let (scene, columns, gram) = (&self.scene, &self.columns, &self.gram);
+        self.residuals
+            .get_or_init(|| Residuals::new(scene, columns, gram, &self.folds, &list()))
+    }
+
+    /// Whitened squares that the fit leaves of all samples in use, which it has seen.
+    pub fn squares(&self) -> f64 {
+        let amounts = self.amounts.iter().copied().enumerate();
+        let target = (self.gram.width(), -1.0);
+        self.gram.total.quadratic(amounts.chain([target]))
     }
 
     /// Residuals of short pieces, each predicted from all other samples.
@@ -291,6 +312,10 @@ const ELECTRONIC: [&str; 2] = ["adc_clipping", "quadrature_drift"];
 /// [`effects::sensor::Survey::skew_moves`].
 const OF_THE_TEETH: [&str; 1] = ["axis_skew"];
 
+/// A regressor on readings, what it adds, its amount, and whether it acts on the pair.
+type Acting<'r> = (&'r Regressor, &'r AddReadings, f64, bool);
+type AddReadings = Box<dyn Fn(&Moment, &mut [f64; READINGS]) + Send + Sync>;
+
 /// What some columns with given amounts add to the four readings' places over the teeth, and where one remembers its way, to the
 /// channels beside.
 pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) -> Shift {
@@ -300,7 +325,7 @@ pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) 
     };
     let acts = list.iter().zip(amounts);
     let acts = acts.filter(|(_, amount)| **amount != 0.0);
-    let mut acting = Vec::new();
+    let mut acting: Vec<Acting> = Vec::new();
     let mut beside = Vec::new();
     for (c, amount) in acts {
         let regressor = &columns.regressors[*c];
@@ -317,15 +342,14 @@ pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) 
         return out;
     }
     let told = remembers(columns) && !scene.scope.reference;
-    let one = |i: usize| {
-        let moment = scene.moment(i);
+    let one = |i: usize, moment: &Moment, acting: &[&Acting]| {
         let (mut whole, mut early) = ([0.0; READINGS], [0.0; READINGS]);
-        for (regressor, add, amount, electronic) in &acting {
-            if !regressor.acts(&moment) {
+        for (regressor, add, amount, electronic) in acting {
+            if !regressor.acts(moment) {
                 continue;
             }
             let mut readings = [0.0; READINGS];
-            add(&moment, &mut readings);
+            add(moment, &mut readings);
             for reading in 0..READINGS {
                 whole[reading] += amount * readings[reading];
                 early[reading] += if *electronic {
@@ -345,7 +369,7 @@ pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) 
                     .sum::<f64>();
             }
             for (regressor, amount) in &beside {
-                let response = rows.response(regressor, &moment);
+                let response = rows.response(regressor, moment);
                 for row in 0..rows.count {
                     sum_m[rows.channel[row]] += amount * response[row];
                 }
@@ -354,8 +378,17 @@ pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) 
         });
         (whole, early, beside_m)
     };
-    let samples = (0..scene.len()).into_par_iter().with_min_len(PART);
-    for (whole, early, beside_m) in samples.map(one).collect::<Vec<_>>() {
+    let together = |samples: &[usize]| {
+        let moments: Vec<Moment> = samples.iter().map(|i| scene.moment(*i)).collect();
+        let extent = Extent::of(&moments);
+        let acting: Vec<&Acting> = acting.iter().filter(|a| a.0.may_act(&extent)).collect();
+        let each = samples.iter().zip(&moments);
+        each.map(|(i, moment)| one(*i, moment, &acting))
+            .collect::<Vec<_>>()
+    };
+    let samples: Vec<usize> = (0..scene.len()).collect();
+    let parts: Vec<_> = samples.par_chunks(TOGETHER).map(together).collect();
+    for (whole, early, beside_m) in parts.into_iter().flatten() {
         for s in (0..4).filter(|s| scene.scope.segments[*s]) {
             out.whole_m[s].push(whole[s]);
             out.electronic_m[s].push(early[s]);

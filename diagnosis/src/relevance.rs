@@ -107,7 +107,7 @@ mod tests {
         let mut gram = Gram {
             total,
             fold,
-            rows: [400; FOLDS],
+            rows: vec![400; FOLDS],
             scale: vec![10.0; 4],
             centre: vec![0.0; 4],
             shrunk: vec![1.0; 4],

@@ -32,6 +32,13 @@ impl Symmetric {
         &mut self.values[start..start + self.order - column]
     }
 
+    /// A column's elements from the diagonal on down.
+    #[must_use]
+    pub fn below(&self, column: usize) -> &[f64] {
+        let start = self.start(column);
+        &self.values[start..start + self.order - column]
+    }
+
     /// Some rows and columns.
     #[must_use]
     pub fn block(&self, rows: &[usize], columns: &[usize]) -> DMatrix<f64> {

@@ -4,6 +4,7 @@
 //! tests of its answer `unknown`.
 
 pub mod motion;
+pub mod over;
 pub mod plant;
 pub mod random;
 pub mod sensor;

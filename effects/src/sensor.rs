@@ -4,6 +4,7 @@
 //! readings (segments 1 to 4 in metres, then tan(psi_x), tan(psi_y)) for the constraints to close, the convention of
 //! equation (3). The diagnosis turns it into channels, weighs it by the noise, and fits its amount.
 
+use crate::over::{Extent, Over};
 use serde::{Deserialize, Serialize};
 
 /// Readings of a sample: four segments (m), then tan(psi_x), tan(psi_y).
@@ -259,54 +260,6 @@ pub enum Action {
 /// A regressor that acts throughout.
 pub const ALWAYS: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
-/// What is over a part of the platen.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Seat {
-    /// The sensor's centre: along x and y.
-    Centre,
-    /// A segment: along its own direction and across it.
-    Segment(usize),
-    /// Either segment of a pair.
-    Pair(usize),
-}
-
-/// A rectangle of the platen.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Over {
-    /// What must be within.
-    pub seat: Seat,
-    /// One corner, m.
-    pub from_m: [f64; 2],
-    /// The other, m.
-    pub to_m: [f64; 2],
-}
-
-impl Over {
-    /// So far to either side of a place.
-    #[must_use]
-    pub fn about(seat: Seat, place_m: [f64; 2], reach_m: [f64; 2]) -> Self {
-        let corner = |sign: f64| [0, 1].map(|d| place_m[d] + sign * reach_m[d]);
-        Self {
-            seat,
-            from_m: corner(-1.0),
-            to_m: corner(1.0),
-        }
-    }
-
-    fn holds(&self, moment: &Moment) -> bool {
-        let within = |place: &[f64; 2]| {
-            (0..2).all(|d| place[d] >= self.from_m[d] && place[d] <= self.to_m[d])
-        };
-        match self.seat {
-            Seat::Centre => within(&moment.centre_m),
-            Seat::Segment(s) => within(&moment.place_m[s]),
-            Seat::Pair(direction) => {
-                within(&moment.place_m[direction]) || within(&moment.place_m[direction + 2])
-            }
-        }
-    }
-}
-
 /// One unknown amount of an effect.
 pub struct Regressor {
     /// What it is, for the report.
@@ -419,6 +372,11 @@ impl Regressor {
     pub fn acts(&self, moment: &Moment) -> bool {
         let now = (self.during[0]..=self.during[1]).contains(&moment.progress);
         now && self.over.as_ref().is_none_or(|over| over.holds(moment))
+    }
+
+    /// False if it acts at none of some samples.
+    pub fn may_act(&self, extent: &Extent) -> bool {
+        extent.meets(self.during, self.over.as_ref())
     }
 
     /// Sine and cosine of order `order` of a segment's own phase times a factor.

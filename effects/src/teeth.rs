@@ -1,6 +1,7 @@
 //! Teeth of the platen as the segments of a pair read them: each the mean of those under its footprint, both of the same teeth.
 
-use crate::sensor::{Moment, Over, READINGS, Regressor, Seat};
+use crate::over::{Over, Seat};
+use crate::sensor::{Moment, READINGS, Regressor};
 use serde::{Deserialize, Serialize};
 
 /// What a segment's reading averages over: flat to its edges, which fall smoothly (a cubic, level at both ends).
@@ -96,7 +97,12 @@ impl Teeth {
                     "{line} {}, displaced along {axis}",
                     told(f64::from(i) * step[0])
                 );
-                list.push(both(name, size_m, self.deviation_m[1], direction, share));
+                let along_m = f64::from(i) * step[0] * pitch_m;
+                let reach_m = [reach_m[0], f64::INFINITY];
+                list.push(
+                    both(name, size_m, self.deviation_m[1], direction, share)
+                        .only_over(Over::about(Seat::Pair(direction), [along_m, 0.0], reach_m)),
+                );
             }
         }
         list

@@ -128,7 +128,8 @@ pub use sensor_side::FieldModel;
 
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Moment, Over, Regressor, Seat, SensorEffect, Survey};
+    use crate::over::{Over, Seat};
+    use crate::sensor::{Moment, Regressor, SensorEffect, Survey};
 
     /// Sensor side: displacements of single teeth (of groups of them, where the courier went far), each seen as far as a
     /// segment's footprint reaches. Each segment has a field at its own place. Over a wide range that would be too many

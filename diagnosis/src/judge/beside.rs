@@ -48,7 +48,7 @@ impl<'a> Judge<'a> {
         }
         let tried = self.likely_beside(&found);
         let (_, noise) = self.levels();
-        let excess = |fine: &Refined| fine.residuals.white_rms().powi(2) - noise;
+        let excess = |fine: &Refined| fine.residuals().white_rms().powi(2) - noise;
         let without = excess(&self.fine);
         let mut best: Option<(f64, Vec<String>, Refined<'a>, bool)> = None;
         for Likely {
@@ -67,7 +67,7 @@ impl<'a> Judge<'a> {
             let least = if leads { LEADS } else { COMPLETES };
             let squares = gain * fine.gram.total_rows() as f64;
             let enough = gain > least * without && squares > COMPLETES_SQUARES;
-            let closed = fine.residuals.white_rms() < VISIBLE * noise.sqrt();
+            let closed = fine.residuals().white_rms() < VISIBLE * noise.sqrt();
             let enough = enough && (closed || !makeshift);
             if enough && best.as_ref().is_none_or(|b| with < b.0) {
                 best = Some((with, names, fine, leads));

@@ -41,7 +41,7 @@ pub(super) fn left(fine: &Refined) -> Option<[Residuals; 2]> {
         out
     };
     let left = fine.left_out()?;
-    Some([left, &fine.residuals].map(|r| r.changed(&fine.scene, change)))
+    Some([left, fine.residuals()].map(|r| r.changed(&fine.scene, change)))
 }
 
 /// Residuals `left` with the beats of a vibration in them, as they are where another recording's are others; `None` without beats.

@@ -106,7 +106,7 @@ impl<'a> Refined<'a> {
         log(&format!(
             "about itself: {:?} {:.3}",
             names,
-            fine.residuals.white_rms()
+            fine.residuals().white_rms()
         ));
         fine
     }

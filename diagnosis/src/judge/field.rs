@@ -23,7 +23,7 @@ impl Judge<'_> {
         let told = shaped.rest < LEFT_OVER && better && !waves;
         // The noise that was found is what neighbours show: what the best shapes leave beyond it is no noise.
         let left = if self.noise.is_some() {
-            1.0 - self.fine.residuals.white_rms().powi(-2)
+            1.0 - self.fine.residuals().white_rms().powi(-2)
         } else {
             left
         };
@@ -45,7 +45,7 @@ impl Judge<'_> {
     /// Takes over the best set with a field over the platen if it leaves less than this share.
     fn take_field(&mut self, beside: &[String], most: f64) -> bool {
         let look = Look {
-            lines_of: Some(&self.fine.residuals),
+            lines_of: Some(self.fine.residuals()),
             as_in: Some(&self.study.scene.survey),
             field: true,
             only: Some(beside),

@@ -33,7 +33,7 @@ impl Judge<'_> {
             .moved(self.prepared.baseline.clone(), Shift::default());
         stated.noise = [1.0; READINGS];
         let baseline = Refined::new(&stated, self.prepared.about(), &[]);
-        self.before_by_folds = baseline.residuals.clone();
+        self.before_by_folds = baseline.residuals().clone();
         if let Some(before) = baseline.left_out() {
             self.before = before.clone();
         }
@@ -65,7 +65,7 @@ impl Judge<'_> {
         let by_folds = match &self.elsewhere {
             _ if !named => &self.before_by_folds,
             Some([_, folds]) => folds,
-            None => &self.fine.residuals,
+            None => self.fine.residuals(),
         };
         by_folds.channel_rms_m(channel).0
     }

@@ -89,7 +89,7 @@ impl Judge<'_> {
 
     fn tell_fully(&mut self, more: &More, found: &[String]) {
         let (_, noise) = self.levels();
-        let excess = |fine: &Refined| fine.residuals.white_rms().powi(2) - noise;
+        let excess = |fine: &Refined| fine.residuals().white_rms().powi(2) - noise;
         let left = excess(&self.fine);
         let told_as = |name: &String| {
             if name == more.found_as {

@@ -26,7 +26,7 @@ impl Judge<'_> {
         let survey = &self.study.scene.survey;
         let looked = !survey.beacon_lines_hz.is_empty() || !survey.segment_lines_hz.is_empty();
         !looked && {
-            let left = self.fine.residuals.of_unit_rms();
+            let left = self.fine.residuals().of_unit_rms();
             let (beacon, segments) = lines_of(&self.study.scene, &left);
             let flicker = flicker_hz(&self.study.scene, &left);
             [beacon, segments, flicker].iter().any(|l| !l.is_empty())

@@ -163,7 +163,7 @@ impl<'a> Judge<'a> {
             base: 0.0,
             floor: first.floor,
             noise: None,
-            after: fine.residuals.clone(),
+            after: fine.residuals().clone(),
             elsewhere: None,
             without_beats: None,
             leads: None,
@@ -252,7 +252,15 @@ impl<'a> Judge<'a> {
 
     /// What is left, by the stated noise.
     fn restate(&mut self) {
-        self.after = self.by_stated_noise(&self.fine.residuals);
+        self.after = self.by_stated_noise(self.held_out());
+    }
+
+    /// Residuals by folds that the fit has not seen. Where a field is told by its teeth, by short pieces: a fold is whole places, and
+    /// of teeth that no other fold went over nothing is foretold.
+    fn held_out(&self) -> &Residuals {
+        let by_teeth = self.fine.scene.survey.teeth.is_some();
+        let pieces = by_teeth.then(|| self.fine.left_out()).flatten();
+        pieces.unwrap_or_else(|| self.fine.residuals())
     }
 
     fn by_stated_noise(&self, residuals: &Residuals) -> Residuals {
@@ -312,7 +320,7 @@ impl<'a> Judge<'a> {
         let told = Told::new(&again, false);
         let fine = Refined::of(&again, &told);
         let excess = |r: &Residuals| r.white_rms().powi(2) - self.floor.white_square;
-        if excess(&fine.residuals) < OTHER_PHASE * excess(&self.fine.residuals) {
+        if excess(fine.residuals()) < OTHER_PHASE * excess(self.fine.residuals()) {
             self.take_fitted(again, told, fine);
         }
     }
@@ -362,7 +370,7 @@ impl<'a> Judge<'a> {
             ..self.trusted()
         };
         let look = Look {
-            lines_of: Some(&self.fine.residuals),
+            lines_of: Some(self.fine.residuals()),
             fringes: self.told.shaped.rest > NOWHERE,
             as_in: Some(&self.study.scene.survey),
             ..Look::default()
@@ -397,7 +405,7 @@ impl<'a> Judge<'a> {
     /// True if another fit leaves far more of a gap than what is found, by the same noise.
     fn strayed(&self, other: &Refined) -> bool {
         let (_, noise) = self.levels();
-        let excess = |fine: &Refined| (fine.residuals.white_rms().powi(2) / noise - 1.0).max(0.0);
+        let excess = |fine: &Refined| (fine.residuals().white_rms().powi(2) / noise - 1.0).max(0.0);
         excess(other) > STRAYED * excess(&self.fine).max(VISIBLE * VISIBLE - 1.0)
     }
 
@@ -420,10 +428,7 @@ impl<'a> Judge<'a> {
         } else {
             (self.before.white_rms().powi(2) - noise).max(1e-9)
         };
-        // A fold is whole places: of teeth that no other fold went over nothing is foretold.
-        let by_teeth = self.fine.scene.survey.teeth.is_some();
-        let pieces = self.fine.left_out().filter(|_| by_teeth);
-        let after = pieces.unwrap_or(&self.fine.residuals).white_rms();
+        let after = self.held_out().white_rms();
         ((after.powi(2) - noise) / before).clamp(0.0, 1.0)
     }
 

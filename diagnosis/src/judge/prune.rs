@@ -109,7 +109,7 @@ impl<'a> Judge<'a> {
     /// Drops the first effect that is not needed; false if all are.
     fn drop_one(&mut self) -> bool {
         let (whole, noise) = self.levels();
-        let with = self.fine.residuals.white_rms().powi(2) - noise;
+        let with = self.fine.residuals().white_rms().powi(2) - noise;
         let names = self.told.names(&self.study);
         let seen = self.study.scene.survey.clip.iter().any(Option::is_some);
         let mut order: Vec<(f64, usize)> = (0..names.len())
@@ -148,7 +148,7 @@ impl<'a> Judge<'a> {
             let mut fewer = names.clone();
             fewer.remove(at);
             let fine = self.fitted_anew(&fewer);
-            levels.without = fine.residuals.white_rms().powi(2) - noise;
+            levels.without = fine.residuals().white_rms().powi(2) - noise;
             if !levels.needed(&small, 1.0) {
                 self.told.found.blocks.remove(at);
                 self.fine = fine;

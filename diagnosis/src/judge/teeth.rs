@@ -10,6 +10,7 @@ use crate::refine::Refined;
 use crate::search::{Found, rest};
 use crate::study::{About, FIELD, Look, Study, study};
 use crate::trace::log;
+use effects::beacon_vibration::sensor_side::SLOWEST_HZ;
 use effects::sensor::Survey;
 use effects::teeth::Teeth;
 
@@ -19,6 +20,8 @@ const LEAVES: f64 = 0.7;
 const DELAYS: [&str; 2] = ["psd_latency", "velocity_lag"];
 /// A delay is tried if beside the mesh it takes this share of what it has to take beside the teeth.
 const BESIDE_THE_MESH: f64 = 0.5;
+/// And if it takes this share of that from the samples that it is fitted to: it takes no more of others.
+const SEEN: f64 = 0.5;
 /// What vibrates.
 const VIBRATION: &str = "beacon_vibration";
 
@@ -64,7 +67,9 @@ impl<'a> Judge<'a> {
         }
         let names = [&names[..], &[name.to_string()]].concat();
         let fine = self.told_by(teeth, &names, &self.study.scene.survey.beacon_lines_hz);
-        if !self.leaves_less(&fine) {
+        // What a fit does not take of samples that it has seen, it does not take of others.
+        let seen = self.fine.squares() - fine.squares();
+        if seen < SEEN * (1.0 - LEAVES) * excess || !self.leaves_less(&fine) {
             return;
         }
         if let Some(told) = self.told_in(&self.study, &names) {
@@ -114,7 +119,7 @@ impl<'a> Judge<'a> {
             return;
         };
         let (lines_hz, _) = lines_of(&self.fine.scene, residuals);
-        if lines_hz.is_empty() || !self.allowed(VIBRATION) {
+        if lines_hz.iter().all(|hz| *hz < SLOWEST_HZ) || !self.allowed(VIBRATION) {
             return;
         }
         names.push(VIBRATION.into());

@@ -23,7 +23,7 @@ impl<'a> Judge<'a> {
         fewer.remove(skew);
         let fine = self.fitted_telling(&fewer, &|survey| survey.growth_told = true);
         let (_, noise) = self.levels();
-        let excess = |fine: &Refined| fine.residuals.white_rms().powi(2) - noise;
+        let excess = |fine: &Refined| fine.residuals().white_rms().powi(2) - noise;
         let left = excess(&fine);
         let shows = left > (CLOSE * CLOSE - 1.0) * noise;
         let needed = shows && excess(&self.fine) < (1.0 - NEEDED) * left;
@@ -48,7 +48,7 @@ impl<'a> Judge<'a> {
         shape.map(|at| names.remove(at));
         let fine = self.fitted_telling(&names, &|survey| survey.gap_told = true);
         let as_good = if shape.is_some() { CLOSE } else { 1.0 };
-        if fine.residuals.white_rms() < as_good * self.fine.residuals.white_rms() {
+        if fine.residuals().white_rms() < as_good * self.fine.residuals().white_rms() {
             shape.map(|at| self.told.found.blocks.remove(at));
             self.fine = fine;
             self.restate();
@@ -71,7 +71,7 @@ impl<'a> Judge<'a> {
                     survey.fuller.turns_with_theta = Some(channel);
                 })
             });
-            let left = |fine: &Refined| fine.residuals.white_rms();
+            let left = |fine: &Refined| fine.residuals().white_rms();
             let [one, other] = turned;
             let fine = if left(&one) < left(&other) {
                 one

@@ -26,7 +26,7 @@ impl<'a> Judge<'a> {
             return;
         }
         let (_, noise) = self.levels();
-        let excess = self.fine.residuals.white_rms().powi(2) - noise;
+        let excess = self.fine.residuals().white_rms().powi(2) - noise;
         let left = excess * self.study.gram.total_rows() as f64;
         let beside = if skewed {
             names.clone()
