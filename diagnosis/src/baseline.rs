@@ -184,6 +184,7 @@ fn beacon_regressors() -> Vec<Regressor> {
         mean: 0.0,
         during: ALWAYS,
         over: None,
+        course: None,
         action: Action::Channels(Box::new(move |m: &Moment, out: &mut [f64; CHANNELS]| {
             let [x, y] = add(m);
             out[1] += x;

@@ -289,6 +289,7 @@ fn reference_phase(survey: &Survey) -> Vec<Regressor> {
                     mean: 0.0,
                     during: effects::sensor::ALWAYS,
                     over: None,
+                    course: None,
                     action: Action::Readings(Box::new(move |m, out| {
                         out[s] += wave(m);
                         out[s + 2] += wave(m);

@@ -21,6 +21,9 @@ const ROUNDS: usize = 8;
 const FREE_ROUNDS: usize = 3;
 /// See [`FREE_ROUNDS`].
 const HALF_WAY: f64 = 0.5;
+/// Rounds that leave so many times what one before has left lead astray: of courses in time, some knots hardly show on the motion, and
+/// move the segments and with these what they are told by. The round that leaves least is kept, as it is where none stands.
+const STRAYS: f64 = 1.2;
 /// It stands where a round moves the segments by less than this share of their stated noise, rms.
 const STANDS: f64 = 0.1;
 /// The same where a coarser mesh has led, and each round is one of thousands of columns: micrometres do not count where shapes are smooth
@@ -91,6 +94,7 @@ impl<'a> Refined<'a> {
         let mut about = about;
         let mut round = 0;
         let mut sizes = Vec::new();
+        let mut best: Option<Self> = None;
         loop {
             let (scene, columns) = linearised(start, &about, names, tell);
             // Of single teeth there are thousands, and their folds are asked for once.
@@ -101,7 +105,7 @@ impl<'a> Refined<'a> {
                 Gram::new(&scene, &columns, &folds)
             };
             if round < FREE_ROUNDS {
-                sizes = crate::relevance::factors(&gram, &columns);
+                sizes = crate::relevance::factors(&gram, &columns, &sizes);
             }
             gram.rescale(&sizes);
             let list: Vec<usize> = (0..gram.width()).collect();
@@ -115,24 +119,39 @@ impl<'a> Refined<'a> {
             } else {
                 (round > 0, STANDS)
             };
+            let courses = columns.regressors.iter().any(|r| r.course.is_some());
             let done = names.is_empty() || led && stands(&scene, &next.shift, near);
-            if round == ROUNDS || done {
-                return Self {
-                    scene,
-                    columns,
-                    gram,
-                    amounts,
-                    about,
-                    folds,
-                    residuals: OnceLock::new(),
-                    left_out: OnceLock::new(),
-                };
-            }
-            about = if round < FREE_ROUNDS {
+            let next = if round < FREE_ROUNDS {
                 next
             } else {
                 moved(&scene, &columns, &gram, &amounts, HALF_WAY)
             };
+            let here = Self {
+                scene,
+                columns,
+                gram,
+                amounts,
+                about,
+                folds: folds.clone(),
+                residuals: OnceLock::new(),
+                left_out: OnceLock::new(),
+            };
+            if done {
+                return here;
+            }
+            let least = best.as_ref().map_or(f64::INFINITY, Self::squares);
+            let strays = here.squares() > STRAYS * least;
+            if round == ROUNDS && best.is_none() {
+                return here;
+            }
+            // The first is about places that are off by all of the effect.
+            if courses && round > 0 && here.squares() <= least {
+                best = Some(here);
+            }
+            if let Some(best) = best.take_if(|_| strays || round == ROUNDS) {
+                return best;
+            }
+            about = next;
             round += 1;
         }
     }

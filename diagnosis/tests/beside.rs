@@ -117,3 +117,12 @@ fn harmonics_that_close_a_change_with_the_angle_are_named() {
         ],
     ));
 }
+
+/// Forty-five micrometres across the teeth, which to first order hide four fifths of what rulings that are askew do beside them.
+#[test]
+fn rulings_askew_beside_great_waves_across_are_named() {
+    both_named(&pair(
+        3_884_067_846_529_608,
+        [("axis_skew", 3.754e-6), ("lateral_dependence", 3.028e-6)],
+    ));
+}

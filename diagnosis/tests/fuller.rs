@@ -126,6 +126,34 @@ impl PlantEffect for Turning {
     }
 }
 
+/// Mounts that drift with the temperature, and pairs whose gain does: (g/2) sin 2 phi of domain.md's table, g by the temperature.
+struct Warming {
+    drift_m_per_k: [f64; SEGMENTS],
+    gain_per_k: [f64; SEGMENTS],
+}
+
+impl PlantEffect for Warming {
+    fn scale(&mut self, factor: f64) {
+        self.drift_m_per_k = self.drift_m_per_k.map(|drift| drift * factor);
+        self.gain_per_k = self.gain_per_k.map(|gain| gain * factor);
+    }
+
+    fn displacement_m(
+        &mut self,
+        at: &Instant,
+        points: &[SegmentPoint; SEGMENTS],
+    ) -> [f64; SEGMENTS] {
+        let to_m = at.geometry.pitch_m / TAU;
+        let warm_k = at.temperature_delta_k;
+        std::array::from_fn(|s| {
+            let (sine, cosine) = (points[s].own_m / to_m).sin_cos();
+            let off =
+                ((1.0 + self.gain_per_k[s] * warm_k) * sine).atan2(cosine) - sine.atan2(cosine);
+            self.drift_m_per_k[s] * warm_k + to_m * off
+        })
+    }
+}
+
 /// A segment's output over the tooth phase across it, stronger where a tooth along it begins.
 struct Mixed {
     size_m: [f64; SEGMENTS],
@@ -233,6 +261,17 @@ fn a_direction_that_a_slow_courier_feels_less_is_told() {
         let claimed = model.claimed.whitened_after;
         assert!(claimed < 1.1, "{claimed}");
         assert!((ratio - 1.0).abs() < 0.1, "{claimed} {ratio}");
+    }
+}
+
+#[test]
+fn pairs_that_warm_with_their_mounts_do_not_wander_besides() {
+    for seed in [16, 17] {
+        let warming = |_: &Plan| Warming {
+            drift_m_per_k: [1.5e-6, -0.8e-6, 0.4e-6, 1.0e-6],
+            gain_per_k: [2.0e-3, 0.0, -1.5e-3, 1.2e-3],
+        };
+        is_told(&recordings(seed, warming), "thermal_drift");
     }
 }
 

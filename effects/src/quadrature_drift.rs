@@ -109,9 +109,13 @@ pub mod sensor_side {
         add("its quadrature angle in the sine and not in the cosine", |m, s| m.half_quadrature_angle_rad[s]);
     }
 
+    /// Parts of a pair that have a course each.
+    const PARTS: usize = 5;
+
     /// Without amplitudes: the same shapes times any slow function of time.
     fn by_time(list: &mut Vec<Regressor>, s: usize) {
         for knot in 0..KNOTS {
+            let mut course = PARTS * s;
             let hat = move |m: &Moment| spline(m.progress / STEP - (knot as f64 - 1.0));
             let label = format!("at {:.0} % of the time, ", 100.0 * (knot as f64 - 1.0) * STEP);
             let mut add = |part: &str, size_m, shape: fn(&Moment, usize) -> f64| {
@@ -119,7 +123,9 @@ pub mod sensor_side {
                 let place = (knot as f64 - 1.0) * STEP;
                 let during = [place - 2.0 * STEP, place + 2.0 * STEP];
                 let value = move |m: &Moment| hat(m) * shape(m, s);
-                list.push(Regressor::reading(name, "m", size_m, s, value).within(during));
+                let regressor = Regressor::reading(name, "m", size_m, s, value);
+                list.push(regressor.within(during).of_deviation(size_m).knot_of(course));
+                course += 1;
             };
             add("offset of sine", 3.0e-6, |m, s| m.raw[s][1].1);
             add("offset of cosine", 3.0e-6, |m, s| m.raw[s][1].0);

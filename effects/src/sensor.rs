@@ -106,6 +106,8 @@ pub struct Fuller {
     pub softens: bool,
     /// Mounts follow the temperature after the last of [`LAGS_S`] as well.
     pub warms_slowly: bool,
+    /// Offsets, gain and angle of a pair follow the temperature as well as a segment's place does.
+    pub pairs_warm: bool,
     /// What lags with speed lags more here than there over a tooth.
     pub lag_waves: bool,
     /// One channel of a pair turns against the other with the angle, and shifts the pair by its mean over a tooth.
@@ -276,6 +278,8 @@ pub struct Regressor {
     pub during: [f64; 2],
     /// Nor outside this part of the platen.
     pub over: Option<Over>,
+    /// Number, within its effect, of the course that it is a knot of: what is known of their size is known of all its knots.
+    pub course: Option<usize>,
     /// What a unit amount adds.
     pub action: Action,
 }
@@ -296,6 +300,7 @@ impl Regressor {
             mean: 0.0,
             during: ALWAYS,
             over: None,
+            course: None,
             action: Action::Readings(Box::new(add)),
         }
     }
@@ -334,6 +339,7 @@ impl Regressor {
             mean: 0.0,
             during: ALWAYS,
             over: None,
+            course: None,
             action,
         }
     }
@@ -349,6 +355,13 @@ impl Regressor {
     #[must_use]
     pub fn only_over(mut self, over: Over) -> Self {
         self.over = Some(over);
+        self
+    }
+
+    /// The same, a knot of a course.
+    #[must_use]
+    pub fn knot_of(mut self, course: usize) -> Self {
+        self.course = Some(course);
         self
     }
 

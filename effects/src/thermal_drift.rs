@@ -90,6 +90,11 @@ pub mod sensor_side {
         away * away
     }
 
+    /// Orders by which a pair that warms shifts its segment: those of its offsets, and of its gain and angle.
+    const PAIR_ORDERS: [usize; 2] = [1, 2];
+    /// Prior size of each: it completes the drift.
+    const PAIR_SIZE_M: f64 = 1.0e-6;
+
     /// Prior of what a mount's drift is behind the board's: as much as the drift itself (5.6 um/K has been seen).
     const DRIFT_M_PER_K: f64 = 3.0e-6;
 
@@ -134,6 +139,10 @@ pub mod sensor_side {
                     let name = format!("offset, {seconds} s behind, segment {}", s + 1);
                     let behind = Regressor::reading(name, "m/K", 0.7e-6, s, move |m| m.behind_k[lag]);
                     list.push(behind.of_deviation(DRIFT_M_PER_K));
+                }
+                for order in PAIR_ORDERS.into_iter().filter(|_| survey.fuller.pairs_warm) {
+                    let label = ("warmth times ", "m/K", PAIR_SIZE_M);
+                    Regressor::free_harmonic(survey, &mut list, (s, order), label, |m| m.warmth_k);
                 }
             }
             for axis in 0..2 {

@@ -13,6 +13,9 @@ const LEAVES: f64 = 0.7;
 /// The same of a few more that follow nothing but the temperature.
 const LEAVES_OF_FEW: f64 = 0.9;
 
+/// The same of one effect in the place of two: no more than these leave, give or take what two of many fits differ by.
+const AS_MUCH: f64 = 1.1;
+
 /// Standard deviations of a mean square that chance takes it by.
 const CHANCE: f64 = 4.0;
 
@@ -21,6 +24,8 @@ struct More {
     effect: &'static str,
     /// What it is found as while no more is told of it.
     found_as: &'static str,
+    /// What stands in for it beside it.
+    completed_by: Option<&'static str>,
     /// Share of the gap that what is found may leave: where it leaves more, what is told more of may not be what there is.
     beside: f64,
     /// Share of what is left that it must leave.
@@ -33,6 +38,7 @@ impl More {
         Self {
             effect,
             found_as: effect,
+            completed_by: None,
             beside: TRUSTED,
             leaves: LEAVES,
             tell,
@@ -41,7 +47,7 @@ impl More {
 }
 
 /// In the order in which they are tried; a further one is an entry here and a field of [`Fuller`].
-const FULLER: [More; 10] = [
+const FULLER: [More; 12] = [
     More::of("velocity_lag", |told| told.lag_waves = true),
     More::of("hysteresis", |told| told.fades_at_rest = true),
     More::of("hysteresis", |told| told.memory_waves = true),
@@ -62,6 +68,13 @@ const FULLER: [More; 10] = [
         leaves: LEAVES_OF_FEW,
         ..More::of("thermal_drift", |told| told.warms_slowly = true)
     },
+    More::of("thermal_drift", |told| told.pairs_warm = true),
+    More {
+        // A pair that warms wanders.
+        completed_by: Some("quadrature_drift"),
+        leaves: AS_MUCH,
+        ..More::of("thermal_drift", |told| told.pairs_warm = true)
+    },
     More::of("angle_dependence", |told| {
         told.turns_with_theta = Some(Channel::Cosine)
     }),
@@ -81,7 +94,8 @@ impl Judge<'_> {
             let has = |name: &str| found.iter().any(|n| n == name);
             let other = more.found_as != more.effect;
             let may = !other || self.allowed(more.effect) && !has(more.effect);
-            if shows && may && has(more.found_as) {
+            let complete = more.completed_by.is_none_or(has);
+            if shows && may && has(more.found_as) && complete {
                 self.tell_fully(&more, &found);
             }
         }
@@ -98,7 +112,8 @@ impl Judge<'_> {
                 name.clone()
             }
         };
-        let names: Vec<String> = found.iter().map(told_as).collect();
+        let of_itself = |name: &&String| more.completed_by != Some(name.as_str());
+        let names: Vec<String> = found.iter().filter(of_itself).map(told_as).collect();
         let fuller = self.fitted_telling(&names, &|survey: &mut Survey| {
             (more.tell)(&mut survey.fuller)
         });

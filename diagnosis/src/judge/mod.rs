@@ -50,6 +50,8 @@ pub const CHANNEL_NAMES: [&str; 7] = [
 ];
 /// A gap shows if the whitened rms exceeds the simulator's own by this factor, or if shapes stand out beyond chance.
 pub const VISIBLE: f64 = 1.05;
+/// Delays. What all segments have in common of the one is the other, the other way round.
+const DELAYS: [&str; 2] = ["psd_latency", "velocity_lag"];
 /// White noise is named from this factor on.
 const NOISY: f64 = 1.10;
 /// Beyond this factor the found effects' second order and lines of the spectrum may be what is left, and all is compared anew.
@@ -189,7 +191,9 @@ impl<'a> Judge<'a> {
         }
         self.try_winding();
         self.try_field();
-        self.try_beside();
+        if self.try_beside() {
+            self.try_winding();
+        }
         // Before anything goes: what harmonics of the gap's own leave hides what else there is.
         self.tell_gap();
         self.prune();

@@ -65,6 +65,35 @@ pub(super) fn merge(list: &mut Vec<Located>, more: Vec<Located>) {
     list.sort_by(|a, b| b.share.total_cmp(&a.share));
 }
 
+/// What a pair's amplitude tells comes of the same readings: an offset that comes and goes moves both, and lies where it comes from. What
+/// acts from outside and takes this share of what the amplitude does is told before it.
+const FROM_OUTSIDE: f64 = 0.5;
+/// See [`FROM_OUTSIDE`].
+const AMPLITUDE: &str = "signal amplitude";
+/// See [`FROM_OUTSIDE`].
+const OUTSIDE: [&str; 6] = [
+    "frequency",
+    "speed",
+    "direction",
+    "time",
+    "temperature",
+    "place on the platen",
+];
+
+/// Puts the amplitude behind what acts from outside and takes nearly as much.
+pub(super) fn outside_first(list: &mut [Located]) {
+    let Some(amplitude) = list.iter().position(|l| l.coordinate == AMPLITUDE) else {
+        return;
+    };
+    let least = FROM_OUTSIDE * list[amplitude].share;
+    let outside = list
+        .iter()
+        .position(|l| OUTSIDE.contains(&l.coordinate.as_str()));
+    if let Some(outside) = outside.filter(|k| *k > amplitude && list[*k].share > least) {
+        list[amplitude..=outside].rotate_right(1);
+    }
+}
+
 impl Judge<'_> {
     /// Shares of the excess that is left after `blocks`, by coordinate, largest first.
     pub(super) fn locate(&self, arena: &mut Arena, blocks: &[usize]) -> Vec<Located> {
@@ -294,5 +323,31 @@ fn coordinate(kind: &Kind, column: &str) -> String {
             "span_error" => "theta".into(),
             other => other.into(),
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_acts_from_outside_is_told_before_the_amplitude_that_it_changes() {
+        let order = |shares: &[(&str, f64)]| {
+            let one = |(name, share): &(&str, f64)| Located::of_segments(name, *share, [false; 4]);
+            let mut list: Vec<Located> = shares.iter().map(one).collect();
+            outside_first(&mut list);
+            list.into_iter().map(|l| l.coordinate).collect::<Vec<_>>()
+        };
+        let near = [
+            (AMPLITUDE, 0.7),
+            ("theta", 0.6),
+            ("speed", 0.5),
+            ("time", 0.4),
+        ];
+        assert_eq!(order(&near), ["speed", AMPLITUDE, "theta", "time"]);
+        let far = [("theta", 0.9), (AMPLITUDE, 0.7), ("speed", 0.3)];
+        assert_eq!(order(&far), ["theta", AMPLITUDE, "speed"]);
+        let before = [("time", 0.9), (AMPLITUDE, 0.7), ("speed", 0.6)];
+        assert_eq!(order(&before), ["time", AMPLITUDE, "speed"]);
     }
 }

@@ -3,7 +3,7 @@
 //! what these leave: a mesh lacks more than that, and a fly-by over teeth oscillates itself, at a beacon's frequencies as well.
 
 use super::explain::Told;
-use super::{CLOSE, Judge};
+use super::{CLOSE, DELAYS, Judge};
 use crate::heldout::Residuals;
 use crate::lines::{add_lines, lines_of};
 use crate::refine::Refined;
@@ -16,8 +16,6 @@ use effects::teeth::Teeth;
 
 /// What is found beside a field must leave less than this share of what its teeth leave without it.
 const LEAVES: f64 = 0.7;
-/// Delays: whatever the teeth, they follow the speed.
-const DELAYS: [&str; 2] = ["psd_latency", "velocity_lag"];
 /// A delay is tried if beside the mesh it takes this share of what it has to take beside the teeth.
 const BESIDE_THE_MESH: f64 = 0.5;
 /// And if it takes this share of that from the samples that it is fitted to: it takes no more of others.
@@ -48,7 +46,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// A delay beside the field: the one that takes most beside the mesh, if it takes enough there.
+    /// A delay beside the field, as whatever the teeth, delays follow the speed: the one that takes most beside the mesh, if it takes enough there.
     fn try_delays(&mut self, teeth: &Teeth) {
         let names = self.told.names(&self.study);
         let known = names.iter().any(|n| DELAYS.contains(&n.as_str()));

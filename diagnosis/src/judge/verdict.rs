@@ -3,10 +3,11 @@
 use super::disturbance::{Bursts, OUTLIERS};
 use super::foretold::FOLLOWED;
 use super::named::slip_named;
-use super::place::{Located, attribute, merge};
-use super::{CHANNEL_NAMES, Judge, LEFT_OVER, NOISY, OF_ITS_TIME, VISIBLE};
+use super::place::{Located, attribute, merge, outside_first};
+use super::{CHANNEL_NAMES, FLEXIBLE, Judge, LEFT_OVER, NOISY, OF_ITS_TIME, VISIBLE};
 use crate::arena::Arena;
 use crate::heldout::Residuals;
+use crate::refine::Refined;
 use crate::report::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
 use crate::search::{Found, MINIMUM_SQUARES, rest, stands_out};
 use crate::study::{FIELD, Kind};
@@ -18,12 +19,18 @@ const MISSTATED: f64 = 4.0;
 const HALF_DONE: f64 = 0.5;
 /// Nor is one that leaves more than this, where that would be a gap by itself.
 const PARTLY_DONE: f64 = 0.3;
+/// A shape that leaves so many times what a drift leaves does not do as well, whatever share of the gap it takes.
+const DRIFT_IS_CLEAR: f64 = 10.0;
+/// What is left would be a gap by itself from so many times the noise, rms, on.
+const STAYS_VISIBLE: f64 = 1.0 + 2.0 * (VISIBLE - 1.0);
 /// A remainder is located if some shape takes this share of it.
 const LOCATED: f64 = 0.15;
 /// Share of a noise that had to be found which shapes may take by chance.
 const CHANCE: f64 = 0.03;
 /// Noise is told beside shapes if it is this share of the whole gap: less may be what they lack,
 const BESIDE_SHAPES: f64 = 0.05;
+/// or if it is so many times the stated one, and nothing that is found lacks as much of its own form;
+const LOUD: f64 = 1.5;
 /// and beside one that wanders, what is too fast for its course.
 const BESIDE_A_COURSE: f64 = 0.10;
 /// Bursts are told if they are this share of the whole gap.
@@ -138,7 +145,7 @@ impl Judge<'_> {
             let unexplained = located || self.hides_bursts(seen);
             return (seen.gap && unexplained).then_some("a gap that nothing explains");
         }
-        if self.of_no_size() {
+        if of_no_size(&self.fine) {
             return Some("amounts far beyond any physical size");
         }
         let much = if self.stays_visible(seen) {
@@ -240,7 +247,8 @@ impl Judge<'_> {
             } else {
                 BESIDE_SHAPES
             };
-            if share > least || !seen.structured {
+            let loud = seen.white_after > LOUD && !self.lacks_much();
+            if share > least || loud || !seen.structured {
                 effects.push(self.noise(seen.white_after, share.clamp(0.0, 1.0)));
             }
         }
@@ -272,6 +280,13 @@ impl Judge<'_> {
             TRIFLING_BURSTS
         };
         seen.bursts.hold((share * left).max(trifle * seen.total))
+    }
+
+    /// True if what is found lacks a good part of its own form: something of very many unknowns, or a rail's knee.
+    fn lacks_much(&self) -> bool {
+        let names = self.names_of(&self.told.found.blocks);
+        let lacks = |name: &&str| FLEXIBLE.contains(name) || *name == "adc_clipping";
+        names.iter().any(lacks)
     }
 
     fn slipped(&self) -> bool {
@@ -307,7 +322,7 @@ impl Judge<'_> {
         // A wander that follows the temperature is none.
         let drifts = |found: &Found| self.names_of(&found.blocks).contains(&OF_ITS_TIME);
         let simpler = drifts(found)
-            && (shapes && !drifts(shaped) && shaped.rest < found.rest + self.of_the_drift(arena)
+            && (shapes && !drifts(shaped) && shaped.rest < self.as_good_as_drift(arena)
                 || self.is_no_drift(arena))
             || self.is_no_field(arena);
         let better = found.rest > 2.0 * shaped.rest.max(0.0) + 0.03;
@@ -322,9 +337,14 @@ impl Judge<'_> {
         simpler || shapes && better && visible || one && visible || self.tied(arena)
     }
 
-    /// A shape that leaves no more than this beyond what a drift leaves is believed in its place: a tenth of what is left without.
-    fn of_the_drift(&self, arena: &mut Arena) -> f64 {
-        0.1 * rest(arena, &self.beside_the_drift(), self.base)
+    /// A shape that leaves less than this is believed in the place of a drift: a tenth of what is left without the drift beyond what is
+    /// left with it, unless that is many times what the drift leaves and would be a gap by itself.
+    fn as_good_as_drift(&self, arena: &mut Arena) -> f64 {
+        let found = self.told.found.rest;
+        let (whole, noise) = self.levels();
+        let shows = (STAYS_VISIBLE * STAYS_VISIBLE - 1.0) * noise / whole;
+        let tenth = 0.1 * rest(arena, &self.beside_the_drift(), self.base);
+        (found + tenth).min(shows.max(DRIFT_IS_CLEAR * found))
     }
 
     /// What is found besides a drift.
@@ -337,7 +357,7 @@ impl Judge<'_> {
 
     /// True if one shape does nearly as well as a drift, beside what else is found or in the place of all.
     fn is_no_drift(&self, arena: &mut Arena) -> bool {
-        let most = self.told.found.rest + self.of_the_drift(arena);
+        let most = self.as_good_as_drift(arena);
         let others = self.beside_the_drift();
         self.study.places().into_iter().any(|b| {
             let beside: Vec<usize> = others.iter().copied().chain([b]).collect();
@@ -352,29 +372,9 @@ impl Judge<'_> {
         blocks.iter().map(name).collect()
     }
 
-    /// True if an amount of what was found is far beyond its prior size: such amounts nearly cancel on this motion, and build what they
-    /// are not. A field's nodes share one size, and what is known of an amount by itself is none.
-    fn of_no_size(&self) -> bool {
-        let (gram, columns) = (&self.fine.gram, &self.fine.columns);
-        let far = |c: usize| {
-            let sizes = (self.fine.amounts[c] - gram.centre[c]) * gram.shrunk[c];
-            let far = columns.regressors[c].deviation.is_none() && sizes.abs() > SIZES;
-            if far {
-                log(&format!(
-                    "{}: {sizes:.1} prior sizes, {:.5}",
-                    columns.regressors[c].name,
-                    self.fine.amount(c)
-                ));
-            }
-            far
-        };
-        let mut blocks = columns.blocks.iter().skip(1);
-        blocks.any(|b| b.name != FIELD && b.columns.clone().any(far))
-    }
-
     /// True if what is left would be a gap by itself.
     fn stays_visible(&self, seen: &Seen) -> bool {
-        seen.white_after > (1.0 + 2.0 * (VISIBLE - 1.0)) * self.noise_rms()
+        seen.white_after > STAYS_VISIBLE * self.noise_rms()
     }
 
     /// True if a shape that no effect owns takes most of what the named effects leave, and by itself most of the whole: then
@@ -451,6 +451,7 @@ impl Judge<'_> {
             let mut located = self.locate_whole(arena);
             if out.verdict == Verdict::Unknown {
                 merge(&mut located, self.locate_finely());
+                outside_first(&mut located);
             }
             out.place = self.shares(located);
             out.unexplained = if named {
@@ -472,4 +473,26 @@ impl Judge<'_> {
             };
         }
     }
+}
+
+/// True if an amount of a fit is far beyond its prior size: such amounts nearly cancel on this motion, and build what they are not. A
+/// field's nodes share one size, and what is known of an amount by itself is none.
+pub(super) fn of_no_size(fine: &Refined) -> bool {
+    let (gram, columns) = (&fine.gram, &fine.columns);
+    let far = |c: usize| {
+        let sizes = (fine.amounts[c] - gram.centre[c]) * gram.shrunk[c];
+        let regressor = &columns.regressors[c];
+        let of_size = regressor.deviation.is_none() || regressor.course.is_some();
+        let far = of_size && sizes.abs() > SIZES;
+        if far {
+            log(&format!(
+                "{}: {sizes:.1} prior sizes, {:.5}",
+                columns.regressors[c].name,
+                fine.amount(c)
+            ));
+        }
+        far
+    };
+    let mut blocks = columns.blocks.iter().skip(1);
+    blocks.any(|b| b.name != FIELD && b.columns.clone().any(far))
 }

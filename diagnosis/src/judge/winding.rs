@@ -3,7 +3,9 @@
 //! take most of the one or do as well as the other.
 
 use super::explain::Told;
+use super::verdict::of_no_size;
 use super::{Judge, VISIBLE};
+use crate::refine::Refined;
 use crate::search::MINIMUM_SQUARES;
 use crate::study::{About, Look, Study, study};
 use crate::trace::log;
@@ -61,7 +63,10 @@ impl<'a> Judge<'a> {
         let found = told.names(&again);
         let squares = again.arena().score(&told.found.blocks).squares - told.base;
         if found.iter().any(|n| n == SKEW) && enough(squares, found.len()) {
-            self.take(again, told);
+            let fine = Refined::of(&again, &told);
+            if !of_no_size(&fine) {
+                self.take_fitted(again, told, fine);
+            }
         }
     }
 

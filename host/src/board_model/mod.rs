@@ -275,6 +275,9 @@ fn place(effect: &str, amount: &str) -> Option<(Term, usize, usize)> {
         "velocity_lag" if amount.starts_with("delay times ") => {
             Term::own(order("order ")?.unsigned_abs()).with(Multiplier::Speed)
         }
+        "thermal_drift" if amount.starts_with("warmth times ") => {
+            Term::own(order("order ")?.unsigned_abs()).with(Multiplier::Temperature)
+        }
         "hysteresis" if amount.contains(TIMES) => {
             Term::own(order("order ")?.unsigned_abs()).with(Multiplier::Direction)
         }
@@ -376,6 +379,10 @@ mod tests {
         assert_eq!(
             at("hysteresis", wave),
             Some((Term::own(1).with(Multiplier::Direction), 0, 2))
+        );
+        assert_eq!(
+            at("thermal_drift", "warmth times order 2 sine, segment 4"),
+            Some((Term::own(2).with(Multiplier::Temperature), 0, 3))
         );
         let slow = "direction that is less below 12 mm/s, segment 3";
         assert_eq!(at("hysteresis", slow), None);
