@@ -136,20 +136,23 @@ impl<'a> Refined<'a> {
                 residuals: OnceLock::new(),
                 left_out: OnceLock::new(),
             };
-            if done {
-                return here;
-            }
-            let least = best.as_ref().map_or(f64::INFINITY, Self::squares);
-            let strays = here.squares() > STRAYS * least;
-            if round == ROUNDS && best.is_none() {
+            if done || round == ROUNDS && !courses {
                 return here;
             }
             // The first is about places that are off by all of the effect.
-            if courses && round > 0 && here.squares() <= least {
-                best = Some(here);
-            }
-            if let Some(best) = best.take_if(|_| strays || round == ROUNDS) {
-                return best;
+            if courses && round > 0 {
+                let left = here.squares();
+                let (kept, astray) = match best.take() {
+                    Some(best) if best.squares() < left => {
+                        let astray = left > STRAYS * best.squares();
+                        (best, astray)
+                    }
+                    _ => (here, false),
+                };
+                if astray || round == ROUNDS {
+                    return kept;
+                }
+                best = Some(kept);
             }
             about = next;
             round += 1;

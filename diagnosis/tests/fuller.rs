@@ -101,6 +101,12 @@ impl PlantEffect for Bent {
     }
 }
 
+/// What a pair's two channels tell too much of a phase, rad.
+fn misread(phase: f64, sine: f64, cosine: f64) -> f64 {
+    let read = sine.atan2(cosine);
+    (read - phase).sin().atan2((read - phase).cos())
+}
+
 /// A cosine coil that is turned against the sine's as the courier turns: (psi/2)(1 - cos 2 phi) of domain.md's table, psi by the angle.
 struct Turning {
     per_rad: [f64; SEGMENTS],
@@ -120,8 +126,7 @@ impl PlantEffect for Turning {
         std::array::from_fn(|s| {
             let phase = points[s].own_m / to_m;
             let turn = self.per_rad[s] * at.pose.theta_rad;
-            let read = phase.sin().atan2((phase + turn).cos());
-            to_m * (read - phase).sin().atan2((read - phase).cos())
+            to_m * misread(phase, phase.sin(), (phase + turn).cos())
         })
     }
 }
@@ -146,10 +151,9 @@ impl PlantEffect for Warming {
         let to_m = at.geometry.pitch_m / TAU;
         let warm_k = at.temperature_delta_k;
         std::array::from_fn(|s| {
-            let (sine, cosine) = (points[s].own_m / to_m).sin_cos();
-            let off =
-                ((1.0 + self.gain_per_k[s] * warm_k) * sine).atan2(cosine) - sine.atan2(cosine);
-            self.drift_m_per_k[s] * warm_k + to_m * off
+            let phase = points[s].own_m / to_m;
+            let gain = 1.0 + self.gain_per_k[s] * warm_k;
+            self.drift_m_per_k[s] * warm_k + to_m * misread(phase, gain * phase.sin(), phase.cos())
         })
     }
 }

@@ -109,29 +109,31 @@ pub mod sensor_side {
         add("its quadrature angle in the sine and not in the cosine", |m, s| m.half_quadrature_angle_rad[s]);
     }
 
-    /// Parts of a pair that have a course each.
-    const PARTS: usize = 5;
+    /// A part of a pair, its prior size in metres, and its shape over the tooth phase.
+    type Part = (&'static str, f64, fn(&Moment, usize) -> f64);
+
+    /// Each has a course.
+    const PARTS: [Part; 5] = [
+        ("offset of sine", 3.0e-6, |m, s| m.raw[s][1].1),
+        ("offset of cosine", 3.0e-6, |m, s| m.raw[s][1].0),
+        ("gain", 3.0e-6, |m, s| m.raw[s][2].0),
+        ("angle of sine", 3.0e-6, |m, s| 0.5 + 0.5 * m.raw[s][2].1),
+        ("angle of cosine", 1.5e-6, |m, s| 0.5 - 0.5 * m.raw[s][2].1),
+    ];
 
     /// Without amplitudes: the same shapes times any slow function of time.
     fn by_time(list: &mut Vec<Regressor>, s: usize) {
         for knot in 0..KNOTS {
-            let mut course = PARTS * s;
-            let hat = move |m: &Moment| spline(m.progress / STEP - (knot as f64 - 1.0));
-            let label = format!("at {:.0} % of the time, ", 100.0 * (knot as f64 - 1.0) * STEP);
-            let mut add = |part: &str, size_m, shape: fn(&Moment, usize) -> f64| {
-                let name = format!("{label}{part}, segment {}", s + 1);
-                let place = (knot as f64 - 1.0) * STEP;
-                let during = [place - 2.0 * STEP, place + 2.0 * STEP];
+            let place = (knot as f64 - 1.0) * STEP;
+            let during = [place - 2.0 * STEP, place + 2.0 * STEP];
+            for (part, (label, size_m, shape)) in PARTS.into_iter().enumerate() {
+                let name = format!("at {:.0} % of the time, {label}, segment {}", 100.0 * place, s + 1);
+                let hat = move |m: &Moment| spline(m.progress / STEP - (knot as f64 - 1.0));
                 let value = move |m: &Moment| hat(m) * shape(m, s);
                 let regressor = Regressor::reading(name, "m", size_m, s, value);
+                let course = PARTS.len() * s + part;
                 list.push(regressor.within(during).of_deviation(size_m).knot_of(course));
-                course += 1;
-            };
-            add("offset of sine", 3.0e-6, |m, s| m.raw[s][1].1);
-            add("offset of cosine", 3.0e-6, |m, s| m.raw[s][1].0);
-            add("gain", 3.0e-6, |m, s| m.raw[s][2].0);
-            add("angle of sine", 3.0e-6, |m, s| 0.5 + 0.5 * m.raw[s][2].1);
-            add("angle of cosine", 1.5e-6, |m, s| 0.5 - 0.5 * m.raw[s][2].1);
+            }
         }
     }
 

@@ -46,7 +46,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// A delay beside the field, as whatever the teeth, delays follow the speed: the one that takes most beside the mesh, if it takes enough there.
+    /// A delay beside the field: whatever the teeth, it follows the speed. The one that takes most beside the mesh, if it takes enough there.
     fn try_delays(&mut self, teeth: &Teeth) {
         let names = self.told.names(&self.study);
         let known = names.iter().any(|n| DELAYS.contains(&n.as_str()));
