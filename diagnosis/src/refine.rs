@@ -113,19 +113,16 @@ impl<'a> Refined<'a> {
                 .map_or(vec![0.0; list.len()], |fit| {
                     fit.amount.iter().copied().collect()
                 });
-            let next = moved(&scene, &columns, &gram, &amounts, 1.0);
+            let lead = lead(&scene, &columns, &gram, &amounts);
             let (led, near) = if by_teeth {
                 (true, LED)
             } else {
                 (round > 0, STANDS)
             };
             let courses = columns.regressors.iter().any(|r| r.course.is_some());
-            let done = names.is_empty() || led && stands(&scene, &next.shift, near);
-            let next = if round < FREE_ROUNDS {
-                next
-            } else {
-                moved(&scene, &columns, &gram, &amounts, HALF_WAY)
-            };
+            let done = names.is_empty() || led && stands(&scene, &lead.1, near);
+            let share = if round < FREE_ROUNDS { 1.0 } else { HALF_WAY };
+            let next = moved(&scene, lead, share);
             let here = Self {
                 scene,
                 columns,
@@ -284,19 +281,21 @@ fn linearised<'a>(
     (scene, columns)
 }
 
-/// What amounts lead to, or a share of the way there.
-fn moved(scene: &Scene, columns: &Columns, gram: &Gram, amounts: &[f64], share: f64) -> About {
+/// Where amounts lead: a step of the baseline's parameters, and a shift.
+fn lead(scene: &Scene, columns: &Columns, gram: &Gram, amounts: &[f64]) -> (Vec<f64>, Shift) {
     let first = columns.blocks[0].columns.end;
-    let metres: Vec<f64> = amounts
-        .iter()
-        .zip(&gram.scale)
-        .map(|(a, s)| a * s)
-        .collect();
-    let step: Vec<f64> = metres[..first].iter().map(|m| m * share).collect();
+    let each = amounts.iter().zip(&gram.scale);
+    let mut step: Vec<f64> = each.map(|(amount, scale)| amount * scale).collect();
+    let effects = step.split_off(first);
+    let list: Vec<usize> = (first..first + effects.len()).collect();
+    (step, shift(scene, columns, &list, &effects))
+}
+
+/// That, or a share of the way there.
+fn moved(scene: &Scene, (step, there): (Vec<f64>, Shift), share: f64) -> About {
+    let step: Vec<f64> = step.iter().map(|s| s * share).collect();
     let mut baseline = scene.baseline.clone();
     baseline.add(scene.scope, &step);
-    let list: Vec<usize> = (first..metres.len()).collect();
-    let there = shift(scene, columns, &list, &metres[first..]);
     About {
         baseline,
         shift: towards(&scene.shift, there, share),
@@ -372,13 +371,11 @@ pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) 
             }
             let mut readings = [0.0; READINGS];
             add(moment, &mut readings);
-            for reading in 0..READINGS {
-                whole[reading] += amount * readings[reading];
-                early[reading] += if *electronic {
-                    amount * readings[reading]
-                } else {
-                    0.0
-                };
+            for (reading, value) in readings.iter().enumerate().filter(|r| *r.1 != 0.0) {
+                whole[reading] += amount * value;
+                if *electronic {
+                    early[reading] += amount * value;
+                }
             }
         }
         let beside_m = told.then(|| {

@@ -68,12 +68,12 @@ impl Scene<'_> {
             stretch: o.stretch[i],
             raw_phase: std::array::from_fn(|s| f * finite(o.position_m[s].get(i))),
             reference_phase: std::array::from_fn(|s| f * finite(Some(&o.reference_m(s, i)))),
-            raw: std::array::from_fn(|s| {
+            raw: of_segments::<{ ORDERS + 1 }>(|s| {
                 let off = finite(self.shift.electronic_m[s].get(i));
-                multiples::<{ ORDERS + 1 }>(f * (finite(o.position_m[s].get(i)) + off))
+                f * (finite(o.position_m[s].get(i)) + off)
             }),
-            own: std::array::from_fn(|s| multiples::<{ ORDERS + 1 }>(f * own_m[s])),
-            lateral: std::array::from_fn(|s| multiples::<{ LATERAL_ORDERS + 1 }>(f * across_m[s])),
+            own: of_segments::<{ ORDERS + 1 }>(|s| f * own_m[s]),
+            lateral: of_segments::<{ LATERAL_ORDERS + 1 }>(|s| f * across_m[s]),
             place_m: std::array::from_fn(|s| [own_m[s], across_m[s] + shift[s] * o.span_m]),
             centre_m: [0, 1].map(|axis| finite(Some(&centre[axis]))),
             from_middle_m: [0, 1]
@@ -121,13 +121,27 @@ fn finite(value: Option<&f64>) -> f64 {
     value.copied().filter(|v| v.is_finite()).unwrap_or(0.0)
 }
 
+/// [`multiples`] of each segment's phase.
+fn of_segments<const N: usize>(phase: impl Fn(usize) -> f64) -> [[(f64, f64); N]; 4] {
+    let mut tables = [[(0.0, 1.0); N]; 4];
+    for (segment, table) in tables.iter_mut().enumerate() {
+        fill(table, phase(segment));
+    }
+    tables
+}
+
 /// `(sin, cos)` of 0, 1, 2, ... times a phase by the angle-sum rule.
 pub(super) fn multiples<const N: usize>(phase: f64) -> [(f64, f64); N] {
-    let (s, c) = phase.sin_cos();
     let mut table = [(0.0, 1.0); N];
+    fill(&mut table, phase);
+    table
+}
+
+/// The same in place: the tables are most of a moment.
+fn fill<const N: usize>(table: &mut [(f64, f64); N], phase: f64) {
+    let (s, c) = phase.sin_cos();
     for n in 1..N {
         let (ps, pc) = table[n - 1];
         table[n] = (ps * c + pc * s, pc * c - ps * s);
     }
-    table
 }
