@@ -361,6 +361,40 @@ fn what_is_dragged_over_millimetres_lies_over_the_direction() {
     }
 }
 
+/// What a recording would be if a segment had crept so far, and the room had cooled meanwhile, but for a swing of its own.
+fn creeping(still: &recording::Recording, creep_m: f64, swing_k: f64) -> recording::Recording {
+    let mut out = still.clone();
+    out.samples = recording::Samples::default();
+    let last = still.samples.len() - 1;
+    let [begin_s, end_s] = [0, last].map(|i| still.samples.row(i).t_s);
+    for i in 0..=last {
+        let mut row = still.samples.row(i);
+        let progress = (row.t_s - begin_s) / (end_s - begin_s);
+        let relaxed = 1.0 - (-3.0 * progress).exp();
+        row.temperature_c = Some(23.0 - 3.0 * relaxed - swing_k * (6.0 * progress).sin());
+        row.position_m[0] = row.position_m[0].map(|p| p + creep_m * relaxed);
+        out.samples.push(&row);
+    }
+    out
+}
+
+/// A segment that creeps while the room cools: what follows the clock that much better follows no thermometer.
+#[test]
+fn a_creep_while_the_room_cools_is_no_thermal_drift() {
+    let options = rig::Options {
+        samples: 6000,
+        counts: false,
+        ..rig::Options::default()
+    };
+    for (seed, swing_k) in [(61, 0.2), (63, 0.4)] {
+        let still = rig::record(seed, &[], &options).0;
+        let recording = creeping(&still, 8.0e-6, swing_k);
+        let d = diagnose(&recording, "creeping", &Options::default());
+        assert_eq!(d.verdict, Verdict::Unknown, "{:?}", names(&d));
+        assert!(d.place[0].coordinate.starts_with("time"), "{:?}", d.place);
+    }
+}
+
 /// The recordings that may not be copied into the project; without them the test says so and passes.
 fn shared(name: &str) -> Option<recording::Recording> {
     let root = std::env::var_os("COURIER_SHARED").map_or_else(

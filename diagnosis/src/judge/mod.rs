@@ -20,6 +20,7 @@ mod owners;
 mod place;
 mod prune;
 mod reference;
+mod rivals;
 mod stated;
 mod teeth;
 mod verdict;

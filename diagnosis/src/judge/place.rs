@@ -94,6 +94,24 @@ pub(super) fn outside_first(list: &mut [Located]) {
     }
 }
 
+/// What follows the temperature does so wholly: of 13 mirrors that creep with it, it took 0.998 or more. Where it takes less than this, it is
+/// slow, as what creeps or is switched on is,
+const WHOLLY: f64 = 0.97;
+/// and the clock, which takes this share of what the temperature takes, is told before it.
+const AS_MUCH: f64 = 0.8;
+
+/// Puts the temperature behind the time where it only goes with it.
+pub(super) fn clock_first(list: &mut [Located]) {
+    let at = |name: &str| list.iter().position(|l| l.coordinate == name);
+    let (Some(temperature), Some(time)) = (at("temperature"), at("time")) else {
+        return;
+    };
+    let taken = list[temperature].share;
+    if time > temperature && taken < WHOLLY && list[time].share > AS_MUCH * taken {
+        list[temperature..=time].rotate_right(1);
+    }
+}
+
 impl Judge<'_> {
     /// Shares of the excess that is left after `blocks`, by coordinate, largest first.
     pub(super) fn locate(&self, arena: &mut Arena, blocks: &[usize]) -> Vec<Located> {
@@ -329,6 +347,26 @@ fn coordinate(kind: &Kind, column: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_clock_is_told_before_a_temperature_that_only_goes_with_it() {
+        let order = |temperature: f64, time: f64| {
+            let shares = [
+                ("speed", 0.99),
+                ("temperature", temperature),
+                ("time", time),
+            ];
+            let mut list =
+                shares.map(|(name, share)| Located::of_segments(name, share, [false; 4]));
+            list.sort_by(|a, b| b.share.total_cmp(&a.share));
+            clock_first(&mut list);
+            list.map(|l| l.coordinate)
+        };
+        assert_eq!(order(0.92, 0.89), ["speed", "time", "temperature"]);
+        assert_eq!(order(0.98, 0.97), ["speed", "temperature", "time"]);
+        assert_eq!(order(0.9, 0.5), ["speed", "temperature", "time"]);
+        assert_eq!(order(0.5, 0.9), ["speed", "time", "temperature"]);
+    }
 
     #[test]
     fn what_acts_from_outside_is_told_before_the_amplitude_that_it_changes() {

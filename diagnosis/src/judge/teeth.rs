@@ -3,11 +3,11 @@
 //! what these leave: a mesh lacks more than that, and a fly-by over teeth oscillates itself, at a beacon's frequencies as well.
 
 use super::explain::Told;
-use super::{CLOSE, DELAYS, Judge};
+use super::{CLOSE, DELAYS, FLEXIBLE, Judge};
 use crate::heldout::Residuals;
 use crate::lines::{add_lines, lines_of};
 use crate::refine::Refined;
-use crate::search::{Found, rest};
+use crate::search::{Found, MINIMUM_SQUARES, rest};
 use crate::study::{About, FIELD, Look, Study, study};
 use crate::trace::log;
 use effects::beacon_vibration::sensor_side::SLOWEST_HZ;
@@ -20,6 +20,8 @@ const LEAVES: f64 = 0.7;
 const BESIDE_THE_MESH: f64 = 0.5;
 /// And if it takes this share of that from the samples that it is fitted to: it takes no more of others.
 const SEEN: f64 = 0.5;
+/// So many effects are tried in the place of what all readings have in common.
+const TRIED: usize = 2;
 /// What vibrates.
 const VIBRATION: &str = "beacon_vibration";
 
@@ -43,6 +45,46 @@ impl<'a> Judge<'a> {
             self.restate();
             self.try_vibration(&teeth, names);
             self.try_delays(&teeth);
+            self.try_common(&teeth);
+        }
+    }
+
+    /// What all readings have in common is not the teeth's. A field of hundreds of unknowns takes it in for want of another effect, and hardly
+    /// leaves a gap: the two that take most beside the mesh are told beside the teeth, and the one that leaves less is kept.
+    fn try_common(&mut self, teeth: &Teeth) {
+        if !self.alike(&self.fine).is_some_and(|alike| alike.is_flat()) {
+            return;
+        }
+        let names = self.told.names(&self.study);
+        let told = |name: &&str| names.iter().any(|n| n == name) || FLEXIBLE.contains(name);
+        let effects = self.names_of(&self.study.effects());
+        let mut likely: Vec<(f64, &str)> = effects
+            .into_iter()
+            .filter(|name| !told(name))
+            .map(|name| (self.takes(name), name))
+            .filter(|(takes, _)| *takes > MINIMUM_SQUARES)
+            .collect();
+        likely.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let without = left(&self.fine);
+        let mut best: Option<(f64, Vec<String>, Refined<'a>)> = None;
+        for (takes, name) in likely.into_iter().take(TRIED) {
+            let names = [&names[..], &[name.to_string()]].concat();
+            let fine = self.told_by(teeth, &names, &self.study.scene.survey.beacon_lines_hz);
+            let with = left(&fine);
+            let rows = fine.gram.total_rows() as f64;
+            let gain = (without.powi(2) - with.powi(2)) * rows;
+            log(&format!(
+                "{name} takes {takes:.0} beside the mesh, {gain:.0} beside the teeth"
+            ));
+            if gain > 2.0 * MINIMUM_SQUARES && best.as_ref().is_none_or(|best| with < best.0) {
+                best = Some((with, names, fine));
+            }
+        }
+        let told =
+            best.and_then(|(_, names, fine)| Some((self.told_in(&self.study, &names)?, fine)));
+        if let Some((told, fine)) = told {
+            (self.told, self.fine) = (told, fine);
+            self.restate();
         }
     }
 

@@ -3,7 +3,7 @@
 use super::disturbance::{Bursts, OUTLIERS};
 use super::foretold::FOLLOWED;
 use super::named::slip_named;
-use super::place::{Located, attribute, merge, outside_first};
+use super::place::{Located, attribute, clock_first, merge, outside_first};
 use super::{CHANNEL_NAMES, FLEXIBLE, Judge, LEFT_OVER, NOISY, OF_ITS_TIME, VISIBLE};
 use crate::arena::Arena;
 use crate::heldout::Residuals;
@@ -19,10 +19,8 @@ const MISSTATED: f64 = 4.0;
 const HALF_DONE: f64 = 0.5;
 /// Nor is one that leaves more than this, where that would be a gap by itself.
 const PARTLY_DONE: f64 = 0.3;
-/// A shape that leaves so many times what a drift leaves does not do as well, whatever share of the gap it takes.
-const DRIFT_IS_CLEAR: f64 = 10.0;
 /// What is left would be a gap by itself from so many times the noise, rms, on.
-const STAYS_VISIBLE: f64 = 1.0 + 2.0 * (VISIBLE - 1.0);
+pub(super) const STAYS_VISIBLE: f64 = 1.0 + 2.0 * (VISIBLE - 1.0);
 /// A remainder is located if some shape takes this share of it.
 const LOCATED: f64 = 0.15;
 /// Share of a noise that had to be found which shapes may take by chance.
@@ -324,7 +322,8 @@ impl Judge<'_> {
         let simpler = drifts(found)
             && (shapes && !drifts(shaped) && shaped.rest < self.as_good_as_drift(arena)
                 || self.is_no_drift(arena))
-            || self.is_no_field(arena);
+            || self.is_no_field(arena)
+            || self.is_no_warmth(arena);
         let better = found.rest > 2.0 * shaped.rest.max(0.0) + 0.03;
         let visible = self.stays_visible(seen);
         // One shape that does better than several causes together.
@@ -335,36 +334,6 @@ impl Judge<'_> {
                 .iter()
                 .any(|b| rest(arena, &[*b], self.base) < 0.5 * found.rest);
         simpler || shapes && better && visible || one && visible || self.tied(arena)
-    }
-
-    /// A shape that leaves less than this is believed in the place of a drift: a tenth of what is left without the drift beyond what is
-    /// left with it, unless that is many times what the drift leaves and would be a gap by itself.
-    fn as_good_as_drift(&self, arena: &mut Arena) -> f64 {
-        let found = self.told.found.rest;
-        let (whole, noise) = self.levels();
-        let shows = (STAYS_VISIBLE * STAYS_VISIBLE - 1.0) * noise / whole;
-        let tenth = 0.1 * rest(arena, &self.beside_the_drift(), self.base);
-        (found + tenth).min(shows.max(DRIFT_IS_CLEAR * found))
-    }
-
-    /// What is found besides a drift.
-    fn beside_the_drift(&self) -> Vec<usize> {
-        let blocks = self.told.found.blocks.iter().copied();
-        blocks
-            .filter(|b| self.names_of(&[*b]) != [OF_ITS_TIME])
-            .collect()
-    }
-
-    /// True if one shape does nearly as well as a drift, beside what else is found or in the place of all.
-    fn is_no_drift(&self, arena: &mut Arena) -> bool {
-        let most = self.as_good_as_drift(arena);
-        let others = self.beside_the_drift();
-        self.study.places().into_iter().any(|b| {
-            let beside: Vec<usize> = others.iter().copied().chain([b]).collect();
-            [vec![b], beside]
-                .iter()
-                .any(|set| rest(arena, set, self.base) < most)
-        })
     }
 
     pub(super) fn names_of(&self, blocks: &[usize]) -> Vec<&str> {
@@ -451,6 +420,7 @@ impl Judge<'_> {
             let mut located = self.locate_whole(arena);
             if out.verdict == Verdict::Unknown {
                 merge(&mut located, self.locate_finely());
+                clock_first(&mut located);
                 outside_first(&mut located);
             }
             out.place = self.shares(located);
