@@ -216,22 +216,27 @@ impl Motion {
             .map(|i| clear(fit[i].curvature, fit[i].curvature_noise, i))
             .collect();
         self.speed_m_s[segment] = speed;
-        self.retrace(segment, position, 1.0, observations);
+        let travel = self.retraced(segment, position, 1.0, observations);
+        self.follow(segment, travel);
     }
 
     /// What the way of a segment leaves in its memory, from positions that are known better by now: an effect of some
     /// micrometres hides ways of as many. `louder` is their noise over the segment's own. Linear in samples.
-    pub fn retrace(
-        &mut self,
+    pub fn retraced(
+        &self,
         segment: usize,
         position_m: &[f64],
         louder: f64,
         observations: &Observations,
-    ) {
+    ) -> Travel {
         let noise = observations.position_noise_m[segment].iter().copied();
         let stated_m = crate::statistics::rms(noise.filter(|n| n.is_finite()));
         let noise_m = louder * stated_m.max(self.quiet_m[segment] / QUIET_MISFIT);
-        let travel = Travel::new(position_m, &self.smooth, MISFIT * noise_m, observations);
+        Travel::new(position_m, &self.smooth, MISFIT * noise_m, observations)
+    }
+
+    /// Takes over a segment's way as it is known by now.
+    pub fn follow(&mut self, segment: usize, travel: Travel) {
         self.memory[segment] = travel.memory;
         self.before[segment] = travel.before;
         self.turning[segment] = travel.turning;

@@ -131,7 +131,8 @@ fn the_memory_follows_from_where_a_segment_is_known_to_be() {
         .map(|i| scene.calibrated_m[1][i] + off(i))
         .collect();
     let mut told = Motion::new(&observations, &scene.calibrated_m);
-    told.retrace(1, &place_m, 1.0, &observations);
+    let way = told.retraced(1, &place_m, 1.0, &observations);
+    told.follow(1, way);
     assert_eq!(known.motion.memory[1], told.memory[1]);
     assert_ne!(known.motion.memory[1], scene.motion.memory[1]);
     assert_eq!(known.motion.memory[0], scene.motion.memory[0]);

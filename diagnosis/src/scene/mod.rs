@@ -211,21 +211,28 @@ impl<'a> Scene<'a> {
         }
         let remembers = !self.shift.beside_m[0].is_empty() && !self.telling.own;
         let agreed = remembers.then(|| self.agreed());
-        let motion = Arc::make_mut(&mut self.motion);
-        for (segment, calibrated_m) in self.calibrated_m.iter().enumerate() {
+        let way = |segment: usize| {
             let (there, here) = (&self.shift.whole_m[segment], &before.whole_m[segment]);
             if there == here {
-                continue;
+                return None;
             }
             let (place_m, louder) = match &agreed {
                 Some(all) => (all.place_m[segment].clone(), all.louder[segment]),
                 None => {
-                    let own = calibrated_m.iter().enumerate();
+                    let own = self.calibrated_m[segment].iter().enumerate();
                     (own.map(|(i, p)| p + at(there, i)).collect(), 1.0)
                 }
             };
             let louder = louder * self.telling.louder;
-            motion.retrace(segment, &place_m, louder, self.observations);
+            Some(
+                self.motion
+                    .retraced(segment, &place_m, louder, self.observations),
+            )
+        };
+        let ways: Vec<_> = (0..4).into_par_iter().map(way).collect();
+        let motion = Arc::make_mut(&mut self.motion);
+        for (segment, way) in ways.into_iter().enumerate() {
+            way.into_iter().for_each(|way| motion.follow(segment, way));
         }
     }
 
@@ -274,19 +281,21 @@ fn calibrated(
     baseline: &Baseline,
     shift: &Shift,
 ) -> ([Vec<f64>; 4], [Vec<f64>; 4]) {
-    let mut position_m: [Vec<f64>; 4] = Default::default();
-    let mut gain: [Vec<f64>; 4] = Default::default();
-    for s in (0..4).filter(|s| scope.segments[*s]) {
+    let of_segment = |s: usize| {
+        if !scope.segments[s] {
+            return Default::default();
+        }
         let off = &shift.electronic_m[s];
-        (position_m[s], gain[s]) = observations.position_m[s]
-            .iter()
-            .enumerate()
-            .map(|(i, &p)| {
-                let clean = p + at(off, i);
-                let (error, slope) = baseline.error_m(s, clean, observations.pitch_m);
-                (p + error, 1.0 + slope)
-            })
-            .unzip();
-    }
-    (position_m, gain)
+        let read = observations.position_m[s].iter().enumerate();
+        let one = |(i, p): (usize, &f64)| {
+            let clean = p + at(off, i);
+            let (error, slope) = baseline.error_m(s, clean, observations.pitch_m);
+            (p + error, 1.0 + slope)
+        };
+        read.map(one).unzip()
+    };
+    let mut each: Vec<(Vec<f64>, Vec<f64>)> = (0..4).into_par_iter().map(of_segment).collect();
+    let mut part = |s: usize| std::mem::take(&mut each[s]);
+    let [a, b, c, d] = std::array::from_fn(&mut part);
+    ([a.0, b.0, c.0, d.0], [a.1, b.1, c.1, d.1])
 }
