@@ -2,7 +2,6 @@
 //! comes with the courier's place, a cable that bends it or air that tilts it, moves all readings together.
 
 use super::Judge;
-use crate::refine::Refined;
 use crate::scene::Scene;
 use crate::study::FIELD;
 use crate::trace::log;
@@ -43,12 +42,13 @@ impl Alike {
 impl Judge<'_> {
     /// True if a field that is found is none of the teeth.
     pub(super) fn errs_together(&self) -> bool {
-        self.alike(&self.fine)
+        self.alike()
             .is_some_and(|alike| alike.is_flat() && !alike.has_teeth())
     }
 
-    /// None without a field or a beacon.
-    pub(super) fn alike(&self, fine: &Refined) -> Option<Alike> {
+    /// Of the field that is found; none without one or without a beacon.
+    pub(super) fn alike(&self) -> Option<Alike> {
+        let fine = &self.fine;
         let field = fine.columns.blocks.iter().find(|b| b.name == FIELD)?;
         let acting: Vec<(&Regressor, f64)> = field
             .columns

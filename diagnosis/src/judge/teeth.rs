@@ -52,7 +52,7 @@ impl<'a> Judge<'a> {
     /// What all readings have in common is not the teeth's. A field of hundreds of unknowns takes it in for want of another effect, and hardly
     /// leaves a gap: the two that take most beside the mesh are told beside the teeth, and the one that leaves less is kept.
     fn try_common(&mut self, teeth: &Teeth) {
-        if !self.alike(&self.fine).is_some_and(|alike| alike.is_flat()) {
+        if !self.alike().is_some_and(|alike| alike.is_flat()) {
             return;
         }
         let names = self.told.names(&self.study);

@@ -281,21 +281,21 @@ fn calibrated(
     baseline: &Baseline,
     shift: &Shift,
 ) -> ([Vec<f64>; 4], [Vec<f64>; 4]) {
-    let of_segment = |s: usize| {
-        if !scope.segments[s] {
-            return Default::default();
-        }
+    let mut position_m: [Vec<f64>; 4] = Default::default();
+    let mut gain: [Vec<f64>; 4] = Default::default();
+    let segments = position_m.par_iter_mut().zip(&mut gain).enumerate();
+    let known = segments.filter(|(s, _)| scope.segments[*s]);
+    known.for_each(|(s, (position_m, gain))| {
         let off = &shift.electronic_m[s];
-        let read = observations.position_m[s].iter().enumerate();
-        let one = |(i, p): (usize, &f64)| {
-            let clean = p + at(off, i);
-            let (error, slope) = baseline.error_m(s, clean, observations.pitch_m);
-            (p + error, 1.0 + slope)
-        };
-        read.map(one).unzip()
-    };
-    let mut each: Vec<(Vec<f64>, Vec<f64>)> = (0..4).into_par_iter().map(of_segment).collect();
-    let mut part = |s: usize| std::mem::take(&mut each[s]);
-    let [a, b, c, d] = std::array::from_fn(&mut part);
-    ([a.0, b.0, c.0, d.0], [a.1, b.1, c.1, d.1])
+        (*position_m, *gain) = observations.position_m[s]
+            .iter()
+            .enumerate()
+            .map(|(i, &p)| {
+                let clean = p + at(off, i);
+                let (error, slope) = baseline.error_m(s, clean, observations.pitch_m);
+                (p + error, 1.0 + slope)
+            })
+            .unzip();
+    });
+    (position_m, gain)
 }

@@ -1,5 +1,6 @@
 //! The diagnosed model as the board's error model: which of its effects are terms there, and with which coefficients.
 
+mod names;
 mod refit;
 
 use anyhow::{Result, ensure};
@@ -11,6 +12,7 @@ use courier_sensor::model::{
 use courier_sensor::settings::Settings;
 use diagnosis::Model;
 use diagnosis::baseline::ORDERS;
+use names::{place, share_of_term};
 use refit::{Diagnosed, Refitted, refit};
 
 /// Most terms of the own phase alone that the board can recalibrate with (`calibration::StartError::Terms`).
@@ -236,89 +238,6 @@ fn model(refitted: &Refitted) -> Result<ErrorModel> {
     Ok(model)
 }
 
-/// Term, its part (0 sine, 1 cosine) and segment of a named amount; none where the board has no such term.
-fn place(effect: &str, amount: &str) -> Option<(Term, usize, usize)> {
-    let segment = number(amount, "segment ")?
-        .checked_sub(1)
-        .filter(|s| *s < SEGMENTS as i64)? as usize;
-    let constant = |multiplier| Some((Term::default().with(multiplier), 1, segment));
-    match effect {
-        "velocity_lag" if amount.starts_with("delay,") => return constant(Multiplier::Speed),
-        // What turns over within a tenth of a millimetre is, on the board, a direction.
-        "hysteresis"
-            if amount.starts_with("direction of travel,")
-                || amount.starts_with("direction turned ") && !amount.contains(TIMES) =>
-        {
-            return constant(Multiplier::Direction);
-        }
-        "thermal_drift" if amount.starts_with("offset, segment") => {
-            return constant(Multiplier::Temperature);
-        }
-        _ => {}
-    }
-    let part = if amount.contains(" sine,") {
-        0
-    } else if amount.contains(" cosine,") {
-        1
-    } else {
-        return None;
-    };
-    let order = |mark| number(amount, mark).and_then(|n| i8::try_from(n).ok());
-    let term = match effect {
-        "lateral_dependence" if amount.starts_with("own order ") => Term {
-            own_order: order("own order ")?.unsigned_abs(),
-            lateral_order: order("lateral order ")?,
-            ..Term::default()
-        },
-        "lateral_dependence" => Term::lateral(order("order ")?),
-        "extra_harmonics" => Term::own(order("order ")?.unsigned_abs()),
-        "velocity_lag" if amount.starts_with("delay times ") => {
-            Term::own(order("order ")?.unsigned_abs()).with(Multiplier::Speed)
-        }
-        "thermal_drift" if amount.starts_with("warmth times ") => {
-            Term::own(order("order ")?.unsigned_abs()).with(Multiplier::Temperature)
-        }
-        "hysteresis" if amount.contains(TIMES) => {
-            Term::own(order("order ")?.unsigned_abs()).with(Multiplier::Direction)
-        }
-        "angle_dependence" if amount.starts_with("theta times ") => {
-            Term::own(order("order ")?.unsigned_abs()).with_theta(1)
-        }
-        "angle_dependence"
-            if amount.starts_with("theta squared times ") || amount.starts_with(FOURTH) =>
-        {
-            Term::own(order("order ")?.unsigned_abs()).with_theta(2)
-        }
-        _ => return None,
-    };
-    Some((term, part, segment))
-}
-
-/// What changes over a tooth.
-const TIMES: &str = " times order ";
-/// A power of the angle that the board has no term for.
-const FOURTH: &str = "theta to the fourth times ";
-
-/// What an amount is of its term: the fourth power as the parabola that is nearest over the angles of a self-calibration (least
-/// squares), others as they are.
-fn share_of_term(amount: &str) -> f64 {
-    if amount.starts_with(FOURTH) {
-        5.0 / 7.0 * refit::TURN_RAD * refit::TURN_RAD
-    } else {
-        1.0
-    }
-}
-
-/// The whole number behind a mark.
-fn number(text: &str, mark: &str) -> Option<i64> {
-    let rest = text.split(mark).nth(1)?;
-    let end = rest
-        .char_indices()
-        .find(|(i, c)| !(c.is_ascii_digit() || *i == 0 && *c == '-'))
-        .map_or(rest.len(), |(i, _)| i);
-    rest[..end].parse().ok()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -396,7 +315,7 @@ mod tests {
             let angles = (-500..=500).map(|k| refit::TURN_RAD * f64::from(k) / 500.0);
             angles.map(|theta| theta.powi(power)).sum()
         };
-        let name = format!("{FOURTH}order 2 cosine, segment 1");
+        let name = format!("{}order 2 cosine, segment 1", names::FOURTH);
         let term = place("angle_dependence", &name);
         assert_eq!(term, Some((Term::own(2).with_theta(2), 1, 0)));
         let nearest = sum(4 + 2) / sum(2 + 2);
