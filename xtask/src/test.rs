@@ -53,9 +53,6 @@ pub fn run() -> Result<()> {
         clippy("--package link-host --package courier --all-targets --features courier/probe"),
     ));
     total.add(tests());
-    // Cargo looks for changes in a package's own folder only, and the signal path's files lie outside its: what is there is
-    // never taken for up to date.
-    let _ = cargo(&["clean", "--doc", "--quiet"]).status();
     let mut documentation = cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
     documentation.env("RUSTDOCFLAGS", "-D warnings");
     total.add(step("documentation", documentation));

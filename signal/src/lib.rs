@@ -4,6 +4,8 @@
 //! or boards.
 #![no_std]
 
+#[cfg(target_os = "none")]
+mod arm;
 pub mod beacon;
 pub mod diode;
 pub mod frame;
@@ -20,10 +22,3 @@ pub mod step;
 pub mod swap;
 pub mod teeth;
 
-#[cfg(target_os = "none")]
-#[path = "board/fpu.rs"]
-mod fpu;
-
-#[cfg(target_os = "none")]
-#[path = "board/givens.rs"]
-mod givens;

@@ -14,7 +14,7 @@
 //! used where it neither loses digits nor range. In the long run all are of the first kind.
 //!
 //! On the target four of these go along the row together, so that each entry of it is loaded and stored once for four
-//! (`board/givens.rs`): another order of the same operations, so the same bits.
+//! (`arm/givens.rs`): another order of the same operations, so the same bits.
 
 use super::packed::start;
 use super::triangle::Triangle;
@@ -83,7 +83,7 @@ impl Front<'_> {
     fn rotate_fours(&mut self) {
         #[cfg(target_os = "none")]
         {
-            let rows = crate::givens::rotate_fours(self.factor, self.entries, &mut self.weight);
+            let rows = crate::arm::givens::rotate_fours(self.factor, self.entries, &mut self.weight);
             self.pass(rows);
         }
     }

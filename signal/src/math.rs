@@ -113,7 +113,7 @@ impl Constants {
 pub fn sqrt(x: f32) -> f32 {
     #[cfg(target_os = "none")]
     {
-        crate::fpu::sqrt(x)
+        crate::arm::fpu::sqrt(x)
     }
     #[cfg(not(target_os = "none"))]
     {
