@@ -1,5 +1,5 @@
 //! The host's way to a board: [`rtt`] speaks SEGGER's real-time transfer over any [`memory::TargetMemory`], be it a debug
-//! probe's or the emulated board's. [`wire::Wire`] is what the commands use, whichever board there is.
+//! probe's or the emulated board's. Both ways are wires of the package `board-link`, which is what the commands use.
 
 pub mod emulated;
 pub mod image;
@@ -7,4 +7,3 @@ pub mod memory;
 #[cfg(feature = "probe")]
 pub mod probe;
 pub mod rtt;
-pub mod wire;

@@ -2,8 +2,8 @@
 
 use crate::memory::TargetMemory;
 use crate::rtt::Rtt;
-use crate::wire::Wire;
 use anyhow::{Context, Result, bail};
+use board_link::Wire;
 use probe_rs::probe::DebugProbeSelector;
 use probe_rs::probe::list::{Accessibility, Lister};
 use probe_rs::{Core, MemoryInterface, Permissions, Session};

@@ -21,4 +21,3 @@ pub mod settings;
 pub mod step;
 pub mod swap;
 pub mod teeth;
-

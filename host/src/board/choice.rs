@@ -1,11 +1,10 @@
 //! The options by which a user names a board.
 
 use super::emulated;
-use super::link::Link;
-use super::sim::SimWire;
 use crate::demo::Preset;
 use crate::output::{check_folder_of, replace_file};
 use anyhow::{Context, Result, ensure};
+use board_link::{Link, SimWire, Wire};
 use clap::ValueEnum;
 use courier_sensor::drivers::motion::Target;
 use effects::motion::Pose;
@@ -16,7 +15,6 @@ use hal_sim::beacon_fault::{BeaconFault, FaultyBeacon};
 use hal_sim::board::SharedFlash;
 use hal_sim::presets::DEFAULT_RMS_M;
 use hal_sim::spec::CourierSpec;
-use link_host::wire::Wire;
 use std::path::{Path, PathBuf};
 
 /// Which board to talk to; the simulated one if none is named.

@@ -1,6 +1,7 @@
 //! The emulated board at the far end of the link: the firmware's image in QEMU, its courier in this process.
 
 use anyhow::{Context, Result, ensure};
+use board_link::Starter;
 use hal_sim::board::SharedFlash;
 use hal_sim::spec::CourierSpec;
 use hal_sim::wire::motion::ControllerConfig;
@@ -18,6 +19,12 @@ pub fn start(spec: CourierSpec, seed: u64, flash: SharedFlash) -> Result<Emulate
     let world = World::new(spec, ControllerConfig::TYPICAL, home, seed)?;
     Emulated::start(&images()?, Parts::new(world, flash))
 }
+
+/// Switches the emulated board of a courier that is there already on.
+pub const STARTER: Starter = Starter(|world, flash| {
+    let parts = Parts::new(world, flash);
+    Ok(Box::new(Emulated::start(&images()?, parts)?))
+});
 
 /// Image and plugin, built where they are missing or old: cargo decides.
 ///

@@ -1,14 +1,14 @@
 //! The demonstration with the firmware in QEMU beside the one with the firmware in this process.
 
 use crate::rig::amount;
-use courier::board::On;
+use courier::board::{Starter, emulated::STARTER};
 use courier::demo::joint::{JointOptions, JointReport, run as run_jointly};
 use courier::demo::{Options, Report, run};
 use indicatif::ProgressBar;
 
-fn demonstrate(on: On) -> Report {
+fn demonstrate(board: Starter) -> Report {
     let options = Options {
-        on,
+        board,
         seed: 1,
         poses: Some(amount("COURIER_EMULATED_POSES", 120) as u32),
         ..Options::default()
@@ -21,7 +21,7 @@ fn demonstrate(on: On) -> Report {
 /// that the courier reaches to 2 µm.
 #[test]
 fn demonstrates_the_same_as_the_simulated_board() {
-    let (here, there) = (demonstrate(On::Sim), demonstrate(On::Emulated));
+    let (here, there) = (demonstrate(Starter::default()), demonstrate(STARTER));
     assert!(here.accepted && there.accepted, "{there:?}");
     assert_eq!(here.poses, there.poses);
     for (row, other) in here.rows.iter().zip(&there.rows) {
@@ -31,9 +31,9 @@ fn demonstrates_the_same_as_the_simulated_board() {
     }
 }
 
-fn demonstrate_jointly(on: On) -> JointReport {
+fn demonstrate_jointly(board: Starter) -> JointReport {
     let options = JointOptions {
-        on,
+        board,
         seed: 1,
         poses: Some(amount("COURIER_EMULATED_POSES", 60) as u32),
         ..JointOptions::default()
@@ -46,8 +46,8 @@ fn demonstrate_jointly(on: On) -> JointReport {
 #[test]
 fn the_joint_demonstration_runs_on_the_image() {
     let (here, there) = (
-        demonstrate_jointly(On::Sim),
-        demonstrate_jointly(On::Emulated),
+        demonstrate_jointly(Starter::default()),
+        demonstrate_jointly(STARTER),
     );
     assert!(here.accepted && there.accepted, "{there:?}");
     assert!(here.map.is_some() && there.map.is_some(), "{there:?}");

@@ -1,7 +1,8 @@
 //! The joint calibration under the beacon: the steps' solving shares the processor with everything else.
 
 use crate::rig::{Rig, amount};
-use courier::board::{On, Simulated, motion, session};
+use courier::board::emulated::STARTER;
+use courier::board::{Simulated, Starter, motion, session};
 use courier::demo::Preset;
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
 use courier_sensor::calibration::joint::JointConfig;
@@ -12,6 +13,8 @@ use courier_sensor::link::message::{Action, CalibrateOrder, InForce, Reply, Sour
 use courier_sensor::link::report::{Ending, Progress};
 use indicatif::ProgressBar;
 
+/// Name of the emulated board in what is printed.
+const EMULATED: &str = "emulated";
 /// A reply may be late by a solution for all unknowns; the host gives up after 2 s.
 const LATEST_REPLY_NS: u64 = 500_000_000;
 
@@ -35,10 +38,10 @@ fn in_force(board: &mut Simulated) -> Calibration {
 }
 
 /// The paper's courier calibrated under its beacon, the result stored; what the board tells after a restart.
-fn calibrated(on: On) -> (Progress, Calibration) {
+fn calibrated(name: &str, board: Starter) -> (Progress, Calibration) {
     let spec = Preset::Paper.courier(1, None, 0.0).expect("a courier");
     let beacon = spec.places.beacon;
-    let mut board = Simulated::start(on, spec, 1).expect("the board starts");
+    let mut board = Simulated::start(board, spec, 1).expect("the board starts");
     let target = Target {
         x_m: beacon.x_m as f32,
         y_m: beacon.y_m as f32,
@@ -57,7 +60,7 @@ fn calibrated(on: On) -> (Progress, Calibration) {
         asked_ns = now_ns;
         if now.stage == Stage::Solving && seen.last() != Some(&now.done) {
             println!(
-                "{on:?}: step {} begins at {:.2} s",
+                "{name}: step {} begins at {:.2} s",
                 now.done,
                 now_ns as f64 * 1.0e-9
             );
@@ -69,7 +72,7 @@ fn calibrated(on: On) -> (Progress, Calibration) {
     let before = in_force(&mut board);
     let status = board.link.status().expect("a status");
     println!(
-        "{on:?}: {} samples, {} missed, {} frames not taken up, longest silence while solving {:.0} ms",
+        "{name}: {} samples, {} missed, {} frames not taken up, longest silence while solving {:.0} ms",
         status.samples,
         status.missed,
         status.dropped_frames,
@@ -77,7 +80,7 @@ fn calibrated(on: On) -> (Progress, Calibration) {
     );
     assert_eq!(status.missed, 0);
     assert!(matches!(status.in_force, InForce::Stored(_)), "{status:?}");
-    if on == On::Emulated {
+    if name == EMULATED {
         assert!(latest_ns < LATEST_REPLY_NS, "{latest_ns}");
         assert_eq!(seen, [0, 1, 2, 3, 4], "each step is seen under way");
     }
@@ -91,8 +94,8 @@ fn calibrated(on: On) -> (Progress, Calibration) {
 /// The same courier and poses; noise falls at other places of the motion, as in the other demonstration.
 #[test]
 fn both_sensors_are_calibrated_as_on_the_simulated_board() {
-    let (progress, here) = calibrated(On::Sim);
-    let (other, there) = calibrated(On::Emulated);
+    let (progress, here) = calibrated("simulated", Starter::default());
+    let (other, there) = calibrated(EMULATED, STARTER);
     let (steps, others) = (progress.steps, other.steps);
     for (a, b) in steps
         .iter()

@@ -83,7 +83,8 @@ impl Front<'_> {
     fn rotate_fours(&mut self) {
         #[cfg(target_os = "none")]
         {
-            let rows = crate::arm::givens::rotate_fours(self.factor, self.entries, &mut self.weight);
+            let rows =
+                crate::arm::givens::rotate_fours(self.factor, self.entries, &mut self.weight);
             self.pass(rows);
         }
     }

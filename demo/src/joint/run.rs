@@ -1,18 +1,18 @@
 //! The steps: synthetic problems, then one courier through platen calibration, joint calibration and fly-bys, all of it ordered over
 //! the debug link of a board, simulated or emulated.
 
-use super::super::flight::{fly_along, stand_at};
-use super::super::flyby::{Deviations, Flyby};
-use super::super::standstill;
 use super::mapping::map_teeth;
 use super::paper_method::{self, PaperFit};
 use super::poses::Poses;
 use super::report::{JointReport, Method, WithoutMap};
 use super::sensitivity;
 use super::synthetic::{self, PROBLEMS};
-use crate::board::{On, Simulated, map, session};
-use crate::demo::Preset;
+use crate::Preset;
+use crate::flight::{fly_along, stand_at};
+use crate::flyby::{Deviations, Flyby};
+use crate::standstill;
 use anyhow::{Context, Result, bail};
+use board_link::{Simulated, Starter, map, session};
 use courier_sensor::calibration::joint::{JointConfig, Weighting};
 use courier_sensor::calibration::record::{self, Calibration};
 use courier_sensor::calibration::{Evidence, Stage};
@@ -29,7 +29,7 @@ use indicatif::ProgressBar;
 #[derive(Clone, Debug, Default)]
 pub struct JointOptions {
     /// What the firmware runs on.
-    pub on: On,
+    pub board: Starter,
     /// Which courier.
     pub preset: Preset,
     /// Seed of the courier, its noise, its poses and the synthetic problems.
@@ -57,7 +57,7 @@ pub fn run(options: &JointOptions, progress: &ProgressBar) -> Result<JointReport
         (_, preset) => preset.courier(options.seed, None, hal_sim::presets::DEFAULT_RMS_M)?,
     };
     let places = spec.places;
-    let mut board = Simulated::start(options.on, spec, options.seed)?;
+    let mut board = Simulated::start(options.board, spec, options.seed)?;
     if let Err(refusal) = demonstrate(
         &mut board,
         options,

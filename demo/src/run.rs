@@ -2,14 +2,15 @@
 
 use super::flight::fly_along;
 use super::flyby::{Deviations, Flyby};
+use super::linked;
 use super::record::Recorder;
 use super::report::Report;
 use super::standstill;
 use super::still::StillPoses;
-use crate::board::{On, Simulated, session};
-use crate::destination::Destination;
 use anyhow::{Context, Result, bail};
+use board_link::{Simulated, Starter, session};
 use clap::ValueEnum;
+use command_line::destination::Destination;
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
 use courier_sensor::calibration::record::Method;
 use courier_sensor::calibration::slots::Place;
@@ -51,7 +52,7 @@ pub enum Plan {
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// What the firmware runs on.
-    pub on: On,
+    pub board: Starter,
     /// Which courier.
     pub preset: Preset,
     /// Seed of the courier, its noise and its poses.
@@ -80,7 +81,7 @@ pub fn run(options: &Options, progress: &ProgressBar) -> Result<Report> {
     let mut recorder = Recorder::create(options.record.as_ref(), &spec)?;
     let mut report = Report::new(options);
     let flyby = spec.places.flyby;
-    let mut board = Simulated::start(options.on, spec, options.seed)?;
+    let mut board = Simulated::start(options.board, spec, options.seed)?;
     let stored = calibrate(&mut board, options, &mut report, &mut recorder, progress)?;
     // What was stored is all that the board knows.
     board.link.restart()?;
@@ -184,7 +185,7 @@ fn fly(
     progress: &ProgressBar,
 ) -> Result<[Deviations; 2]> {
     progress.set_message("flying by");
-    let geometry = board.geometry()?;
+    let geometry = linked::geometry(board)?;
     let mut flyby = Flyby::new(f64::from(geometry.pitch_m), f64::from(geometry.span_m));
     for (frame, witness) in fly_along(board, middle, FLYBY_M, FLYBY_SPEED_M_S as f32)? {
         flyby.add(&frame, &witness.reference);

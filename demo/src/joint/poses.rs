@@ -1,10 +1,9 @@
 //! What the board sees at each pose of a joint session: means over the end of each standstill, for another method to fit, and for the
 //! tooth map.
 
-use crate::board::Simulated;
-use crate::demo::standstill::Standstills;
-use crate::teeth::TeethPose;
+use crate::standstill::Standstills;
 use anyhow::{Result, ensure};
+use board_link::Simulated;
 use courier_sensor::calibration::joint::{JointBuffer, JointSample};
 use courier_sensor::calibration::{Sample, Stage};
 use courier_sensor::frame::SEGMENTS;
@@ -12,6 +11,7 @@ use courier_sensor::geometry::Geometry;
 use courier_sensor::link::report::Progress;
 use courier_sensor::link::telemetry::{self, Channels};
 use courier_sensor::settings::Settings;
+use tooth_map::TeethPose;
 
 /// Samples sent: one in this many.
 const DECIMATION: u32 = 5;

@@ -1,7 +1,8 @@
 //! Straight flights of a simulated courier, commanded to its board: the board goes there, the interferometer looks on.
 
-use crate::board::Simulated;
+use super::linked;
 use anyhow::{Context, Result};
+use board_link::Simulated;
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::frame::Frame;
@@ -29,10 +30,10 @@ pub fn fly_along(
 ) -> Result<Vec<(Frame, Witness)>> {
     let end = line_up(board, middle, 0.5 * length_m)?;
     let start = line_up(board, middle, -0.5 * length_m)?;
-    board.go(start, POSITIONING_M_PER_S)?;
-    board.rest(CALM_SAMPLES)?;
+    linked::go(board, start, POSITIONING_M_PER_S)?;
+    linked::rest(board, CALM_SAMPLES)?;
     board.world.watch();
-    let frames = board.fly(end, speed_m_per_s)?;
+    let frames = linked::fly(board, end, speed_m_per_s)?;
     let (first, witnesses) = board.world.unwatch();
     let of = |frame: Frame| {
         let conversion = board.world.first_conversion() + u64::from(frame.sequence);
@@ -54,21 +55,21 @@ pub fn stand_at(board: &mut Simulated, pose: Pose) -> Result<()> {
         y_m: pose.y_m as f32,
         theta_rad: pose.theta_rad as f32,
     };
-    board.go(goal, POSITIONING_M_PER_S)?;
-    board.rest(CALM_SAMPLES)
+    linked::go(board, goal, POSITIONING_M_PER_S)?;
+    linked::rest(board, CALM_SAMPLES)
 }
 
 /// The command that brings the courier to `along_m` on the line through `middle`. The controller is open loop and tens of
 /// micrometres off; the phase of the platen sensor tells by how much, and angle alike.
 fn line_up(board: &mut Simulated, middle: Pose, along_m: f64) -> Result<Target> {
-    let pitch_m = f64::from(board.geometry()?.pitch_m);
+    let pitch_m = f64::from(linked::geometry(board)?.pitch_m);
     let mut goal = Target {
         x_m: middle.x_m as f32,
         y_m: (middle.y_m + along_m) as f32,
         theta_rad: middle.theta_rad as f32,
     };
-    board.go(goal, POSITIONING_M_PER_S)?;
-    let pose = board.pose()?;
+    linked::go(board, goal, POSITIONING_M_PER_S)?;
+    let pose = linked::pose(board)?;
     let off_turns = f64::from(pose.x.fraction_turns) - middle.x_m / pitch_m;
     goal.x_m -= ((off_turns - off_turns.round()) * pitch_m) as f32;
     goal.theta_rad -= pose.theta_rad - middle.theta_rad as f32;

@@ -1,7 +1,7 @@
 //! The paper's own method on the same poses: g_p alone, then h, l and o' with the platen fixed, then everything of its
 //! section 3.2 together. Equal weights, no terms for the coordination sensor's own errors, no map of the teeth, no step reverted.
 
-use super::super::flyby::deviation;
+use crate::flyby::deviation;
 use anyhow::{Context, Result, anyhow};
 use courier_sensor::calibration::joint::{
     Constraints, Groups, JointBuffer, JointSolver, Layout, Priors, ReadingNoise, Unknown, Values,

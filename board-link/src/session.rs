@@ -1,6 +1,6 @@
 //! A calibration session on a board: ordered, watched, ended.
 
-use super::{Link, Simulated};
+use crate::{Link, Simulated};
 use anyhow::{Result, bail};
 use courier_sensor::calibration::Stage;
 use courier_sensor::link::message::{Action, CalibrateOrder, Reply};

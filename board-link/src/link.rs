@@ -1,5 +1,6 @@
 //! Commands to a board and samples from it, over any [`Wire`].
 
+use crate::Wire;
 use anyhow::{Context, Result, bail};
 use courier_sensor::link::client::Client;
 use courier_sensor::link::framing::Decoder;
@@ -8,7 +9,6 @@ use courier_sensor::link::message::{
     check_versions,
 };
 use courier_sensor::link::telemetry::{self, Block, Channels, Sample, StreamOrder};
-use link_host::wire::Wire;
 use std::time::Duration;
 
 /// Time for one look at the channels, of the board's own.

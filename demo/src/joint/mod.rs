@@ -3,7 +3,7 @@
 //! `synthetic` is the paper's synthetic problem. `run` takes a simulated courier through platen calibration, joint calibration
 //! under a beacon and the 8 mm fly-by, with the firmware's own code; `poses` keeps what it saw at each pose, `paper_method` fits
 //! the paper's equations to the same poses, `report` holds the table, `sensitivity` tells what a pair hides before calibration. This
-//! system's flight is judged by the platen sensor's pose as the interrupt gives it, with the tooth map of `crate::teeth` in force.
+//! system's flight is judged by the platen sensor's pose as the interrupt gives it, with the tooth map of the package `tooth-map` in force.
 
 mod mapping;
 mod paper_method;

@@ -1,6 +1,6 @@
 //! A calibration or a tooth map into a board's memory.
 
-use super::Link;
+use crate::Link;
 use anyhow::{Result, bail};
 use courier_sensor::calibration::record::Calibration;
 use courier_sensor::link::message::{Action, MAP_NODES_A_COMMAND, Reply, Source};

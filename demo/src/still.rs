@@ -3,8 +3,8 @@
 
 use super::record::Recorder;
 use super::standstill::Standstills;
-use crate::board::Simulated;
 use anyhow::Result;
+use board_link::Simulated;
 use courier_sensor::calibration::Stage;
 use courier_sensor::link::report::Progress;
 use courier_sensor::link::telemetry::Channels;

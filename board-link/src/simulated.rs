@@ -1,25 +1,21 @@
 //! A simulated courier with a board on it that is spoken to over its debug link, and a look at the courier from outside.
 
-use super::emulated;
-use super::link::Link;
-use super::sim::SimWire;
+use crate::{Link, SimWire, Wire};
 use anyhow::Result;
-use clap::ValueEnum;
 use hal_sim::board::SharedFlash;
 use hal_sim::spec::CourierSpec;
 use hal_sim::wire::motion::ControllerConfig;
 use hal_sim::world::World;
-use link_host::emulated::{Emulated, Parts};
-use link_host::wire::Wire;
 
-/// What the firmware runs on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum On {
-    /// This process: the firmware's own code, built for this machine.
-    #[default]
-    Sim,
-    /// An emulated Cortex-M4F: the firmware's image in QEMU.
-    Emulated,
+/// Switches a courier's board on, given the courier and the board's flash, and gives the way to it. By default the board is
+/// simulated in this process.
+#[derive(Clone, Copy, Debug)]
+pub struct Starter(pub fn(World, SharedFlash) -> Result<Box<dyn Wire>>);
+
+impl Default for Starter {
+    fn default() -> Self {
+        Self(|world, flash| Ok(Box::new(SimWire::around(world, flash)?)))
+    }
 }
 
 /// A courier and its board.
@@ -37,18 +33,12 @@ impl Simulated {
     ///
     /// # Errors
     /// The courier's errors have no unique inverse, or the board does not start or cannot be had.
-    pub fn start(on: On, spec: CourierSpec, seed: u64) -> Result<Self> {
+    pub fn start(board: Starter, spec: CourierSpec, seed: u64) -> Result<Self> {
         let home = spec.places.scatter_corner;
         let world = World::new(spec, ControllerConfig::TYPICAL, home, seed)?;
         let flash = SharedFlash::erased(seed);
-        let wire: Box<dyn Wire> = match on {
-            On::Sim => Box::new(SimWire::around(world.clone(), flash.clone())?),
-            On::Emulated => {
-                let parts = Parts::new(world.clone(), flash.clone());
-                Box::new(Emulated::start(&emulated::images()?, parts)?)
-            }
-        };
-        let link = Link::connect(wire)?;
+        let Starter(start) = board;
+        let link = Link::connect(start(world.clone(), flash.clone())?)?;
         Ok(Self { link, world, flash })
     }
 

@@ -1,5 +1,6 @@
 //! The simulated board at the far end of the link: the firmware's own halves, in this process.
 
+use crate::Wire;
 use anyhow::{Context, Result};
 use courier_sensor::link::message::{REPLY_CHANNEL, TELEMETRY_CHANNEL};
 use courier_sensor::settings::Settings;
@@ -8,7 +9,6 @@ use hal_sim::spec::CourierSpec;
 use hal_sim::wire::link::COMMAND_BYTES;
 use hal_sim::wire::motion::ControllerConfig;
 use hal_sim::world::World;
-use link_host::wire::Wire;
 use std::collections::VecDeque;
 use std::io::Read as _;
 use std::time::Duration;

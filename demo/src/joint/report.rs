@@ -2,10 +2,10 @@
 
 use super::run::JointOptions;
 use super::synthetic::PROBLEMS;
-use crate::demo::Preset;
-use crate::teeth::Evidence;
+use crate::Preset;
 use courier_sensor::calibration::joint::StepReport;
 use serde::Serialize;
+use tooth_map::Evidence;
 
 /// A row of the table: name in JSON, words, unit, the paper's figure.
 type PaperRow = (&'static str, &'static str, &'static str, f64);

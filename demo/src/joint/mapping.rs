@@ -1,17 +1,17 @@
 //! The tooth map's part of the demonstration: more poses, the estimate, and the map in force.
 
-use super::super::flight::stand_at;
 use super::poses::AVERAGED;
 use super::report::JointReport;
 use super::run::{JointOptions, TRAVEL_M, Until, joint, joint_order};
-use crate::board::{Simulated, map};
-use crate::teeth::{Setup, TeethPose, estimate};
+use crate::flight::stand_at;
 use anyhow::Result;
+use board_link::{Simulated, map};
 use courier_sensor::calibration::record::Calibration;
 use courier_sensor::link::message::CalibrateOrder;
 use courier_sensor::settings::Settings;
 use effects::motion::Pose;
 use indicatif::ProgressBar;
+use tooth_map::{Setup, TeethPose, estimate};
 
 /// Angle of the map's further poses, either way: at the end of the lever arm it carries the platen sensor over lines beyond the
 /// fly-by's, which tell the map's scale and bend. 2.75°.

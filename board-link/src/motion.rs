@@ -1,6 +1,6 @@
 //! Moving a courier over its board, and waiting until it rests.
 
-use super::Link;
+use crate::Link;
 use anyhow::{Result, bail};
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::link::message::{Action, Reply};

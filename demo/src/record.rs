@@ -1,8 +1,8 @@
 //! `--record`: the poses of the session and the fly-by as a recording of the layout.
 
-use crate::board::Simulated;
-use crate::destination::Destination;
 use anyhow::Result;
+use board_link::Simulated;
+use command_line::destination::Destination;
 use courier_sensor::frame::{Frame, RawFrame, Status};
 use courier_sensor::link::telemetry::Sample;
 use effects::motion::Pose;

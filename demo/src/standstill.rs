@@ -1,7 +1,7 @@
 //! What the samples of a session say of each standstill: both the recording and the joint calibration's poses take them from here.
 
-use crate::board::Simulated;
 use anyhow::Result;
+use board_link::Simulated;
 use courier_sensor::link::telemetry::{Channels, Sample};
 use std::collections::VecDeque;
 use std::time::Duration;

@@ -1,0 +1,71 @@
+//! From a command line to an exit code: one line on standard error and exit code 2 for anything that cannot be done as asked.
+
+use crate::terminal::one_line;
+use clap::Parser;
+use clap::error::ErrorKind;
+use std::process::ExitCode;
+
+/// Exit code of bad input, bad options and refusals.
+pub const EXIT_BAD_INPUT: u8 = 2;
+
+/// Takes the process's command line apart, does `work` with it and gives the exit code.
+pub fn run<P: Parser>(work: impl FnOnce(P) -> anyhow::Result<ExitCode>) -> ExitCode {
+    let parsed = match parse() {
+        Ok(parsed) => parsed,
+        Err(error) => return usage(&error),
+    };
+    match work(parsed) {
+        Ok(code) => code,
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => refuse(&format!("{error:#}")),
+    }
+}
+
+/// The process's command line. A negative number after an option is its value, which may then be out of range, and no option.
+fn parse<P: Parser>() -> Result<P, clap::Error> {
+    let command = with_negative_numbers(P::command());
+    P::from_arg_matches(&command.try_get_matches()?)
+}
+
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    command
+        .allow_negative_numbers(true)
+        .mut_subcommands(with_negative_numbers)
+}
+
+/// One line on standard error, and the exit code for bad input.
+pub fn refuse(message: &str) -> ExitCode {
+    eprintln!("courier: {}", one_line(message));
+    ExitCode::from(EXIT_BAD_INPUT)
+}
+
+/// Help and version as they are; a usage error as one line.
+fn usage(error: &clap::Error) -> ExitCode {
+    if matches!(
+        error.kind(),
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion
+    ) {
+        // A reader who closed the pipe has seen enough.
+        let _ = error.print();
+        return ExitCode::SUCCESS;
+    }
+    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        return refuse("no command given; `courier --help` lists them");
+    }
+    let text = error.render().to_string();
+    let lines = text
+        .lines()
+        .map(str::trim)
+        .take_while(|line| !line.starts_with("Usage:"));
+    let told: Vec<&str> = lines
+        .filter(|line| !line.is_empty() && !line.starts_with("For more"))
+        .collect();
+    refuse(told.join(" ").trim_start_matches("error: "))
+}
+
+/// Whoever read our output has closed it: nothing is wrong.
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error
+        .downcast_ref::<std::io::Error>()
+        .is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
+}
