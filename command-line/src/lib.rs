@@ -1,10 +1,13 @@
 //! What the host's commands have in common.
 //!
 //! [`run`] takes a command line apart and turns what a command did into an exit code, [`terminal`] is all that commands print
-//! with, [`destination`] is where a recording goes.
+//! with, [`json`] is what `--json` means in each, [`output`] writes files and keeps them from replacing what they must not,
+//! [`destination`] is where a recording goes.
 
 pub mod destination;
+pub mod json;
 mod outcome;
+pub mod output;
 pub mod terminal;
 
 pub use outcome::{EXIT_BAD_INPUT, refuse, run};

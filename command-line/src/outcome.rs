@@ -1,8 +1,10 @@
 //! From a command line to an exit code: one line on standard error and exit code 2 for anything that cannot be done as asked.
 
+use crate::json;
 use crate::terminal::one_line;
 use clap::Parser;
 use clap::error::ErrorKind;
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 /// Exit code of bad input, bad options and refusals.
@@ -23,8 +25,23 @@ pub fn run<P: Parser>(work: impl FnOnce(P) -> anyhow::Result<ExitCode>) -> ExitC
 
 /// The process's command line. A negative number after an option is its value, which may then be out of range, and no option.
 fn parse<P: Parser>() -> Result<P, clap::Error> {
+    let arguments: Vec<OsString> = std::env::args_os().collect();
+    parsed(&arguments).or_else(|error| {
+        let one_too_many = matches!(
+            error.kind(),
+            ErrorKind::UnknownArgument | ErrorKind::InvalidSubcommand | ErrorKind::ArgumentConflict
+        );
+        // `--json FILE`: the file is the word that is one too many.
+        match json::in_one_word(&arguments).filter(|_| one_too_many) {
+            Some(joined) => parsed(&joined),
+            None => Err(error),
+        }
+    })
+}
+
+fn parsed<P: Parser>(arguments: &[OsString]) -> Result<P, clap::Error> {
     let command = with_negative_numbers(P::command());
-    P::from_arg_matches(&command.try_get_matches()?)
+    P::from_arg_matches(&command.try_get_matches_from(arguments)?)
 }
 
 fn with_negative_numbers(command: clap::Command) -> clap::Command {

@@ -6,7 +6,9 @@ use crate::{Options, Plan, Preset, run as demonstrate};
 use anyhow::{Result, ensure};
 use board_link::Starter;
 use command_line::destination::Destination;
-use command_line::terminal::{print, print_json, progress};
+use command_line::json::Json;
+use command_line::output::{Files, Kind};
+use command_line::terminal::progress;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -68,12 +70,26 @@ pub struct Args {
     /// Replace the recording in that folder.
     #[arg(long, requires = "record")]
     force: bool,
-    /// Print one JSON object instead of the table.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: Json,
 }
 
+/// What `--json` writes.
+const ANSWER: Kind = Kind::json("a report of `courier demo`", &["rows", "accepted"]);
+
 impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        let mut files = Files::default();
+        if let Some(path) = &self.waveforms {
+            files = files.reads(path);
+        }
+        if let Some(folder) = &self.record {
+            files = files.fills(folder);
+        }
+        files.json(&self.json, ANSWER)
+    }
+
     /// What `--on` names.
     pub fn on(&self) -> On {
         self.on
@@ -115,11 +131,7 @@ pub fn demo(args: &Args, board: Starter) -> Result<ExitCode> {
         }),
     };
     let report = demonstrate(&options, &progress(0, "starting"))?;
-    if args.json {
-        print_json(&report)?;
-    } else {
-        print(&text(&report))?;
-    }
+    args.json.tell(ANSWER, &report, || text(&report))?;
     Ok(if report.accepted {
         ExitCode::SUCCESS
     } else {
@@ -148,11 +160,7 @@ fn run_jointly(args: &Args, board: Starter) -> Result<ExitCode> {
         platen: args.platen,
     };
     let report = demonstrate_jointly(&options, &progress(0, "starting"))?;
-    if args.json {
-        print_json(&report)?;
-    } else {
-        print(&joint_text(&report))?;
-    }
+    args.json.tell(ANSWER, &report, || joint_text(&report))?;
     Ok(if report.accepted {
         ExitCode::SUCCESS
     } else {

@@ -15,7 +15,10 @@ struct Cli {
 
 fn main() -> ExitCode {
     command_line::run(|cli: Cli| match cli.args.on() {
-        On::Sim => demo(&cli.args, board_link::Starter::default()),
+        On::Sim => {
+            cli.args.files().check()?;
+            demo(&cli.args, board_link::Starter::default())
+        }
         On::Emulated => whole_command(),
     })
 }

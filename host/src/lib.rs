@@ -3,9 +3,9 @@
 //! `cli` takes the command line apart, `commands` holds one file a command, `board` is the board that a user named, `board_model`
 //! turns a diagnosis into terms that a board has, `calibration_file` keeps a calibration, `isolability` foretells what a motion can
 //! identify, `recorder` keeps a board's samples, `survey` lists the motions that a diagnosis wants, `replay` runs the firmware's
-//! signal path and estimator on recordings; `output` writes files, `live` shows what a board says as it comes. Packages of their
+//! signal path and estimator on recordings; `kinds` are the files that commands write, `live` shows what a board says as it comes. Packages of their
 //! own, so that `cargo demo` need not build the rest: `demo`, `teeth` (the map of a platen's teeth), and what commands print with and
-//! where their recordings go (`terminal`, `destination`).
+//! where what they write goes (`terminal`, `json`, `output`, `destination`).
 
 pub mod board;
 pub mod board_model;
@@ -13,12 +13,12 @@ pub mod calibration_file;
 pub mod cli;
 pub mod commands;
 pub mod isolability;
+pub mod kinds;
 pub mod live;
-pub mod output;
 pub mod recorder;
 pub mod replay;
 pub mod survey;
 
-pub use command_line::{destination, terminal};
+pub use command_line::{destination, json, output, terminal};
 pub use courier_demo as demo;
 pub use tooth_map as teeth;

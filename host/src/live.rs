@@ -1,6 +1,7 @@
 //! Commands that show what a board says as it comes.
 
 use crate::board::Link;
+use crate::json::Json;
 use anyhow::{Result, ensure};
 use std::time::{Duration, Instant};
 
@@ -13,9 +14,9 @@ pub struct Live {
     /// Stop after so many seconds; without it, when interrupted.
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
-    /// Print one JSON object a line.
-    #[arg(long)]
-    pub json: bool,
+    /// JSON, one object a line.
+    #[command(flatten)]
+    pub json: Json,
 }
 
 impl Live {

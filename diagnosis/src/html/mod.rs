@@ -16,6 +16,9 @@ use figures::Figure;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use svg::short;
 
+/// What a page says in its head of who made it.
+pub const MADE_BY: &str = "<meta name=\"generator\" content=\"courier\">";
+
 const STYLE: &str = include_str!("style.css");
 
 /// The whole page.
@@ -50,6 +53,7 @@ pub fn document(title: &str, body: &Markup) -> String {
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
                 link rel="icon" href="data:,";
+                (PreEscaped(MADE_BY))
                 title { (title) }
                 style { (PreEscaped(STYLE)) }
             }

@@ -2,7 +2,7 @@
 
 use super::emulated;
 use crate::demo::Preset;
-use crate::output::{check_folder_of, replace_file};
+use crate::output::{Files, check_folder_of, replace_file};
 use anyhow::{Context, Result, ensure};
 use board_link::{Link, SimWire, Wire};
 use clap::ValueEnum;
@@ -139,6 +139,15 @@ impl Choice {
             || self.sim_flash.is_some()
             || !self.sim_effect.is_empty()
             || !self.sim_fault.is_empty()
+    }
+
+    /// `files` of a command, with those of the board.
+    #[must_use]
+    pub fn files(&self, files: Files) -> Files {
+        match &self.sim_flash {
+            Some(path) => files.reads(path),
+            None => files,
+        }
     }
 
     /// Connects.

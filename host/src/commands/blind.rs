@@ -1,7 +1,9 @@
 //! `courier blind`.
 
-use crate::output::{self, replace_file};
-use crate::terminal::{print, progress, table};
+use crate::json::Json;
+use crate::kinds;
+use crate::output::{self, Files, Kind};
+use crate::terminal::{progress, table};
 use anyhow::{Context, Result};
 use diagnosis::blind::{self, Score};
 use std::path::{Path, PathBuf};
@@ -44,9 +46,8 @@ struct Draw {
 /// How the scores are told.
 #[derive(Debug, clap::Args)]
 struct Told {
-    /// Write the scores as JSON to this file; - is standard output, instead of the tables.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    json: Json,
     /// Write the scores with plots to this file.
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
@@ -79,18 +80,37 @@ enum Step {
     },
 }
 
+/// What `--json` writes.
+const SCORE: Kind = Kind::json("scores of a blind check", &["seal", "judged", "figures"]);
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        let files = Files::default();
+        match &self.step {
+            None => {
+                let files = self.folder.iter().fold(files, |files, folder| files.fills(folder));
+                self.told.files(files)
+            }
+            Some(Step::Score { folder, told }) => told.files(files.reads(folder)),
+            Some(Step::Write { folder, .. } | Step::Diagnose { folder }) => files.fills(folder),
+        }
+    }
+}
+
+impl Told {
+    fn files(&self, files: Files) -> Files {
+        files
+            .json(&self.json, SCORE)
+            .writes(self.report.as_ref(), kinds::PAGE)
+    }
+}
+
 /// Does a step, or all of them.
 ///
 /// # Errors
 /// A folder that is not as it should be, or a broken seal.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let told = match &args.step {
-        None => Some(&args.told),
-        Some(Step::Score { told, .. }) => Some(told),
-        Some(_) => None,
-    };
-    let files = told.map(|told| [&told.json, &told.report]);
-    output::check_folders_of(files.into_iter().flatten().flatten())?;
     match &args.step {
         Some(Step::Write { folder, draw }) => write(folder, draw)?,
         Some(Step::Diagnose { folder }) => {
@@ -137,16 +157,10 @@ fn score(folder: &Path, told: &Told) -> Result<()> {
     let bar = progress(blind::count(folder)? as u64, "opening the seal, scoring");
     let score = blind::score(folder, !told.quick, || bar.inc(1))?;
     bar.finish_and_clear();
-    let json = serde_json::to_string_pretty(&score)?;
     if let Some(path) = &told.report {
-        replace_file(path, blind::page(&score).as_bytes())?;
+        output::write(path, kinds::PAGE, blind::page(&score).as_bytes())?;
     }
-    match &told.json {
-        Some(path) if path.as_os_str() == "-" => return print(&json),
-        Some(path) => replace_file(path, json.as_bytes())?,
-        None => {}
-    }
-    print(&text(&score))
+    told.json.tell(SCORE, &score, || text(&score))
 }
 
 /// The figures, what was answered to what, detection by size, shrinkage, and every case that was not right.

@@ -1,9 +1,11 @@
 //! `courier calibrate`.
 
 use super::calibrate_joint::{Found, steps_table};
+use crate::json::Json;
+use crate::output::{Files, Kind};
 use crate::board::session::{self, LOOK};
 use crate::board::{Choice, Link, motion};
-use crate::terminal::{figure, print, print_json, progress, warn};
+use crate::terminal::{figure, progress, warn};
 use anyhow::{Result, bail};
 use clap::ValueEnum;
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
@@ -68,9 +70,18 @@ pub struct Args {
     /// Put the result in force, but do not store it.
     #[arg(long)]
     dry_run: bool,
-    /// Print one JSON object instead of sentences.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: Json,
+}
+
+/// What `--json` writes.
+const ANSWER: Kind = Kind::json("an answer of `courier calibrate`", &["ending"]);
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        Files::default().json(&self.json, ANSWER)
+    }
 }
 
 /// Largest angle of a planned motion, 1.5 degrees.
@@ -107,46 +118,47 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         _ => None,
     };
     board.close()?;
-    if args.json {
-        let progress = &progress;
-        print_json(&Told { progress, found })?;
-    } else if args.joint {
-        print(&steps_table(&progress))?;
-        if let Some(found) = found {
-            print(&found.text())?;
+    let Some(ending) = &progress.ending else {
+        bail!("the board: found a session without an ending, wanted a result")
+    };
+    let told = Told {
+        progress: &progress,
+        found,
+    };
+    args.json.tell(ANSWER, &told, || {
+        let mut parts = Vec::new();
+        if args.joint {
+            parts.push(steps_table(&progress));
+            parts.extend(told.found.as_ref().map(Found::text));
         }
-    }
-    match &progress.ending {
-        Some(Ending::Accepted {
+        parts.push(told_ending(ending));
+        parts.join("\n")
+    })?;
+    Ok(match ending {
+        Ending::Accepted { .. } => ExitCode::SUCCESS,
+        Ending::Refused { .. } | Ending::NotKept { .. } => ExitCode::FAILURE,
+    })
+}
+
+/// How it ended, in a sentence.
+fn told_ending(ending: &Ending) -> String {
+    match ending {
+        Ending::Accepted {
             evidence, stored, ..
-        }) => {
-            if !args.json {
-                let place = stored.map_or("not stored".to_owned(), |place| {
-                    format!("stored in slot {}, number {}", place.slot, place.sequence)
-                });
-                print(&format!("accepted: {}; {place}", sentence(evidence)))?;
-            }
-            Ok(ExitCode::SUCCESS)
+        } => {
+            let place = stored.map_or("not stored".to_owned(), |place| {
+                format!("stored in slot {}, number {}", place.slot, place.sequence)
+            });
+            format!("accepted: {}; {place}", sentence(evidence))
         }
-        Some(Ending::Refused { refusal, evidence }) => {
-            if !args.json {
-                print(&format!(
-                    "refused: {refusal}; {}; the calibration in force before stays",
-                    sentence(evidence)
-                ))?;
-            }
-            Ok(ExitCode::FAILURE)
-        }
-        Some(Ending::NotKept { refusal, evidence }) => {
-            if !args.json {
-                print(&format!(
-                    "accepted, but not kept: {refusal}; {}; the calibration in force before stays",
-                    sentence(evidence)
-                ))?;
-            }
-            Ok(ExitCode::FAILURE)
-        }
-        None => bail!("the board: found a session without an ending, wanted a result"),
+        Ending::Refused { refusal, evidence } => format!(
+            "refused: {refusal}; {}; the calibration in force before stays",
+            sentence(evidence)
+        ),
+        Ending::NotKept { refusal, evidence } => format!(
+            "accepted, but not kept: {refusal}; {}; the calibration in force before stays",
+            sentence(evidence)
+        ),
     }
 }
 

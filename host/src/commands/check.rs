@@ -1,7 +1,9 @@
 //! `courier check MODEL RECORDING`.
 
-use crate::output::{self, replace_file};
-use crate::terminal::{micrometres, print, table, warn};
+use crate::json::Json;
+use crate::kinds;
+use crate::output::Files;
+use crate::terminal::{micrometres, table, warn};
 use anyhow::{Context, Result, bail};
 use diagnosis::{Check, Checked, Model};
 use recording::Recording;
@@ -23,9 +25,18 @@ pub struct Args {
     model: PathBuf,
     /// Folder of the other recording.
     recording: PathBuf,
-    /// Write the figures as JSON to this file; - is standard output, instead of the text.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    json: Json,
+}
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        Files::default()
+            .reads(&self.model)
+            .reads_recording(&self.recording)
+            .json(&self.json, kinds::CHECK)
+    }
 }
 
 /// Reads, applies, prints.
@@ -33,7 +44,6 @@ pub struct Args {
 /// # Errors
 /// A bad model or recording, or one that gives no residuals.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    output::check_folders_of(args.json.iter())?;
     let name = args.model.display().to_string();
     let text = std::fs::read_to_string(&args.model)
         .with_context(|| format!("{name}: a readable model was wanted"))?;
@@ -54,15 +64,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         held_out,
     };
     let told = told(&model, &check) + &left_out(&model, &checked);
-    let json = serde_json::to_string_pretty(&check)?;
-    match &args.json {
-        Some(file) if file.as_os_str() == "-" => print(&json)?,
-        Some(file) => {
-            replace_file(file, json.as_bytes())?;
-            print(&told)?;
-        }
-        None => print(&told)?,
-    }
+    args.json.tell(kinds::CHECK, &check, || told)?;
     Ok(ExitCode::SUCCESS)
 }
 

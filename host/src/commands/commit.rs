@@ -1,5 +1,7 @@
 //! `courier commit`.
 
+use crate::json::Json;
+use crate::output::{Files, Kind};
 use crate::board::Choice;
 use anyhow::{Result, bail};
 use courier_sensor::link::message::{Action, Reply};
@@ -12,9 +14,18 @@ pub struct Args {
     /// Overwrite a later firmware's record, if it is in the way.
     #[arg(long)]
     lose_unknown: bool,
-    /// Print JSON instead of a sentence.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: Json,
+}
+
+/// What `--json` writes.
+const ANSWER: Kind = Kind::json("an answer of `courier commit`", &["slot", "sequence"]);
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        Files::default().json(&self.json, ANSWER)
+    }
 }
 
 /// Asks and prints.
@@ -30,5 +41,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         bail!(super::STRANGE_REPLY)
     };
     board.close()?;
-    super::print_place("stored", &place, args.json)
+    args.json
+        .tell(ANSWER, &place, || super::place("stored", &place))?;
+    Ok(ExitCode::SUCCESS)
 }

@@ -1,5 +1,6 @@
 //! `courier completions SHELL`.
 
+use crate::output::{Files};
 use crate::cli::Cli;
 use anyhow::Result;
 use clap::CommandFactory;
@@ -15,6 +16,13 @@ use std::process::ExitCode;
 pub struct Args {
     /// The shell to complete in.
     shell: Shell,
+}
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        Files::default()
+    }
 }
 
 /// Prints the script.

@@ -1,7 +1,9 @@
 //! `courier diagnose RECORDING`.
 
-use crate::output::{self, replace_file};
-use crate::terminal::{micrometres, one_line, print, table, warn};
+use crate::json::Json;
+use crate::kinds;
+use crate::output::{self, Files};
+use crate::terminal::{micrometres, one_line, table, warn};
 use anyhow::{Result, bail};
 use diagnosis::{Diagnosis, Options, Verdict, diagnose_fully};
 use recording::Recording;
@@ -15,14 +17,13 @@ use std::process::ExitCode;
 /// unknown, insufficient_data.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Example:\n  courier diagnose ../shared/data/ess-rotary-normal --json answer.json"
+    after_help = "Example:\n  courier diagnose ../shared/data/ess-rotary-normal --json=answer.json"
 )]
 pub struct Args {
     /// Folder with recording.toml and samples.csv.
     recording: PathBuf,
-    /// Write the answer as JSON to this file; - is standard output, instead of the text.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    json: Json,
     /// Write the diagnosed model to this file, for `courier check` and `courier load`.
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
@@ -32,6 +33,17 @@ pub struct Args {
     /// Take an effect out of the catalogue; may be given several times.
     #[arg(long, value_name = "EFFECT")]
     without: Vec<String>,
+}
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        Files::default()
+            .reads_recording(&self.recording)
+            .json(&self.json, kinds::DIAGNOSIS)
+            .writes(self.model.as_ref(), kinds::MODEL)
+            .writes(self.report.as_ref(), kinds::PAGE)
+    }
 }
 
 /// Reads, diagnoses, writes what was asked for.
@@ -51,8 +63,6 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             known.join(", ")
         );
     }
-    let files = [&args.json, &args.model, &args.report];
-    output::check_folders_of(files.into_iter().flatten())?;
     let recording = Recording::read(&args.recording)?;
     recording.warnings.iter().for_each(|warning| warn(warning));
     let name = args.recording.display().to_string();
@@ -63,17 +73,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             without: args.without.clone(),
         },
     );
-    let json = serde_json::to_string_pretty(&answer.diagnosis)?;
-    let quiet = args
-        .json
-        .as_ref()
-        .is_some_and(|path| path.as_os_str() == "-");
-    if let Some(path) = args.json.as_ref().filter(|_| !quiet) {
-        replace_file(path, json.as_bytes())?;
-    }
     match (&args.model, &answer.model) {
         (Some(path), Some(model)) => {
-            replace_file(path, serde_json::to_string_pretty(model)?.as_bytes())?
+            let json = serde_json::to_string_pretty(model)?;
+            output::write(path, kinds::MODEL, json.as_bytes())?
         }
         (Some(path), None) => warn(&format!(
             "{}: not written, the data give no model",
@@ -82,12 +85,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         _ => {}
     }
     if let Some(path) = &args.report {
-        replace_file(
-            path,
-            diagnosis::html::page(&answer.diagnosis, &answer.evidence).as_bytes(),
-        )?;
+        let page = diagnosis::html::page(&answer.diagnosis, &answer.evidence);
+        output::write(path, kinds::PAGE, page.as_bytes())?;
     }
-    print(if quiet { json } else { text(&answer.diagnosis) }.as_str())?;
+    args.json
+        .tell(kinds::DIAGNOSIS, &answer.diagnosis, || text(&answer.diagnosis))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,9 +1,12 @@
 //! `courier export FILE`.
 
+use crate::json::Json;
+use crate::kinds;
+use crate::output::{Files, Kind};
 use crate::board::Choice;
 use crate::calibration_file::CalibrationFile;
 use crate::output::{new_file, replace_file};
-use crate::terminal::{print, print_json};
+use crate::terminal::print;
 use anyhow::{Result, bail};
 use courier_sensor::link::message::{Action, Reply, Source};
 use serde_json::json;
@@ -22,9 +25,18 @@ pub struct Args {
     /// Overwrite the file.
     #[arg(long)]
     force: bool,
-    /// Print JSON about the file instead of a sentence.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: Json,
+}
+
+/// What `--json` writes.
+const ANSWER: Kind = Kind::json("an answer of `courier export`", &["written"]);
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        Files::default().writes_new(Some(&self.file), kinds::CALIBRATION, self.force).json(&self.json, ANSWER)
+    }
 }
 
 /// Reads and writes.
@@ -45,10 +57,8 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     }
     let write = if args.force { replace_file } else { new_file };
     write(&args.file, format!("{text}\n").as_bytes())?;
-    if args.json {
-        print_json(&json!({ "written": args.file }))?;
-    } else {
-        print(&format!("written to {}", args.file.display()))?;
-    }
+    args.json.tell(ANSWER, &json!({ "written": args.file }), || {
+        format!("written to {}", args.file.display())
+    })?;
     Ok(ExitCode::SUCCESS)
 }

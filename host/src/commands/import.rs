@@ -1,8 +1,9 @@
 //! `courier import FILE`.
 
+use crate::json::Json;
+use crate::output::{Files, Kind};
 use crate::board::Choice;
 use crate::calibration_file::CalibrationFile;
-use crate::terminal::{print, print_json};
 use anyhow::{Result, bail};
 use courier_sensor::link::message::{Action, Reply};
 use serde_json::json;
@@ -21,9 +22,18 @@ pub struct Args {
     /// Take it though it was made on another device.
     #[arg(long)]
     other_device: bool,
-    /// Print JSON instead of a sentence.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: Json,
+}
+
+/// What `--json` writes.
+const ANSWER: Kind = Kind::json("an answer of `courier import`", &["stored"]);
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        Files::default().reads(&self.file).json(&self.json, ANSWER)
+    }
 }
 
 /// Checks, loads, stores.
@@ -56,13 +66,10 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         stored = Some(place);
     }
     board.close()?;
-    match stored {
-        stored if args.json => print_json(&json!({ "stored": stored }))?,
-        None => print("in force, not stored")?,
-        Some(place) => print(&format!(
-            "in force and stored: slot {}, number {}",
-            place.slot, place.sequence
-        ))?,
-    }
+    args.json
+        .tell(ANSWER, &json!({ "stored": stored }), || match &stored {
+            None => "in force, not stored".into(),
+            Some(place) => super::place("in force and stored", place),
+        })?;
     Ok(ExitCode::SUCCESS)
 }

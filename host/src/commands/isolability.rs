@@ -1,7 +1,9 @@
 //! `courier isolability`.
 
+use crate::json::Json;
+use crate::output::{Files, Kind};
 use crate::isolability::{Isolability, Motion, Question, analyse};
-use crate::terminal::{print, print_json, table};
+use crate::terminal::table;
 use anyhow::{Result, ensure};
 use courier_sensor::geometry::Geometry;
 use std::process::ExitCode;
@@ -39,9 +41,18 @@ pub struct Args {
     /// Seed of the pose generator.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Print one JSON object.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: Json,
+}
+
+/// What `--json` writes.
+const ANSWER: Kind = Kind::json("an answer of `courier isolability`", &["parameters", "angles"]);
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        Files::default().json(&self.json, ANSWER)
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -56,11 +67,7 @@ enum PlanName {
 /// A number out of range.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let answer = analyse(&args.question()?);
-    if args.json {
-        print_json(&answer)?;
-    } else {
-        print(&report(&answer))?;
-    }
+    args.json.tell(ANSWER, &answer, || report(&answer))?;
     Ok(ExitCode::SUCCESS)
 }
 

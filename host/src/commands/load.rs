@@ -1,9 +1,11 @@
 //! `courier load MODEL`.
 
+use crate::json::Json;
+use crate::output::{Files, Kind};
 use crate::board::Choice;
 use crate::board_model::BoardModel;
 use crate::teeth::MapFile;
-use crate::terminal::{print, print_json, warn};
+use crate::terminal::warn;
 use anyhow::{Context, Result, bail, ensure};
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::link::message::{Action, Reply, Source};
@@ -35,9 +37,18 @@ pub struct Args {
     /// own beacon].
     #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, value_parser = super::target)]
     pub(super) from: Option<Target>,
-    /// Print one JSON object instead of sentences.
-    #[arg(long)]
-    pub(super) json: bool,
+    #[command(flatten)]
+    pub(super) json: Json,
+}
+
+/// What `--json` writes.
+pub(super) const ANSWER: Kind = Kind::json("an answer of `courier load`", &["stored"]);
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        Files::default().reads(&self.model).json(&self.json, ANSWER)
+    }
 }
 
 /// Reads, translates, loads, stores.
@@ -86,14 +97,9 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         Some(place)
     };
     board.close()?;
-    if args.json {
-        let taken: BTreeMap<_, _> = translated.taken.into_iter().collect();
-        print_json(
-            &serde_json::json!({ "terms": taken, "left": translated.left, "left_rms_m": translated.left_m, "stored": stored }),
-        )?;
-        return Ok(ExitCode::SUCCESS);
+    if !args.json.is_printed() {
+        translated.left.iter().for_each(|line| warn(line));
     }
-    translated.left.iter().for_each(|line| warn(line));
     let taken: Vec<String> = translated
         .taken
         .iter()
@@ -105,9 +111,10 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
             place.slot, place.sequence
         )
     });
-    print(&format!(
-        "{}\n{place}; next: courier calibrate",
-        taken.join(", ")
-    ))?;
+    let terms: BTreeMap<_, _> = translated.taken.iter().cloned().collect();
+    let told = serde_json::json!({ "terms": terms, "left": translated.left, "left_rms_m": translated.left_m, "stored": stored });
+    args.json.tell(ANSWER, &told, || {
+        format!("{}\n{place}; next: courier calibrate", taken.join(", "))
+    })?;
     Ok(ExitCode::SUCCESS)
 }

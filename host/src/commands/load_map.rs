@@ -3,7 +3,6 @@
 use super::load::Args;
 use crate::board::{Choice, Link, map, motion};
 use crate::teeth::MapFile;
-use crate::terminal::{print, print_json};
 use anyhow::{Result, bail, ensure};
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
 use courier_sensor::frame::{Pose, Status};
@@ -60,15 +59,12 @@ pub fn run(file: &MapFile, args: &Args, choice: &Choice) -> Result<ExitCode> {
     let grids = header.grids;
     map::load_map(link, header, &file.map.nodes_nm)?;
     board.close()?;
-    if args.json {
-        print_json(&serde_json::json!({ "map": grids, "teeth_ahead": ahead, "stored": stored }))?;
-        return Ok(ExitCode::SUCCESS);
-    }
+    let told = serde_json::json!({ "map": grids, "teeth_ahead": ahead, "stored": stored });
     let [x, y] = grids.map(|grid| grid.nodes);
     let place = stored.map_or("not stored".to_owned(), |place| {
         format!("stored: slot {}, number {}", place.slot, place.sequence)
     });
-    print(&format!(
+    args.json.tell(super::load::ANSWER, &told, || format!(
         "coefficients {place}\nby the beacon the board counts {} and {} teeth ahead of the map's recording\ntooth map of {} by {} and {} by {} nodes in force until the board restarts (load it again then) or is calibrated again",
         ahead[0], ahead[1], x[0], x[1], y[0], y[1]
     ))?;

@@ -1,8 +1,10 @@
 //! `courier log`.
 
+use crate::output::{Files, Kind as FileKind};
 use crate::board::{Choice, Kind, Link, emulated};
+use crate::json::Lines;
 use crate::live::Live;
-use crate::terminal::{print, warn};
+use crate::terminal::warn;
 use anyhow::{Context, Result, bail, ensure};
 use courier_sensor::link::message::LOG_CHANNEL;
 use defmt_decoder::{DecodeError, Frame, Locations, Table};
@@ -21,6 +23,17 @@ pub struct Args {
     elf: Option<PathBuf>,
     #[command(flatten)]
     live: Live,
+}
+
+/// What `--json` writes.
+const LINES: FileKind = FileKind::Lines { what: "lines of `courier log`", keys: &["level", "message"] };
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        let files = Files::default().json(&self.live.json, LINES);
+        match &self.elf { Some(path) => files.reads(path), None => files }
+    }
 }
 
 /// One line of `--json`.
@@ -49,11 +62,12 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let image = Image::read(&path)?;
     let mut board = choice.open()?;
     let mut decoder = image.table.new_stream_decoder();
+    let mut lines = args.live.json.lines()?;
     args.live.watch(&mut board.link, |link| {
         decoder.received(&read(link)?);
         loop {
             match decoder.decode() {
-                Ok(frame) => image.show(&frame, args.live.json)?,
+                Ok(frame) => image.show(&frame, &mut lines)?,
                 Err(DecodeError::UnexpectedEof) => return Ok(()),
                 Err(DecodeError::Malformed) => {
                     warn("the log: found what the image has no text for; is it the one that the board runs?");
@@ -91,7 +105,7 @@ impl Image {
         Ok(Self { table, places })
     }
 
-    fn show(&self, frame: &Frame<'_>, json: bool) -> Result<()> {
+    fn show(&self, frame: &Frame<'_>, lines: &mut Lines) -> Result<()> {
         let place = self.places.get(&frame.index());
         let line = Line {
             level: frame.level().map_or("-", |level| level.as_str()).to_owned(),
@@ -99,13 +113,10 @@ impl Image {
             file: place.map(|place| place.file.display().to_string()),
             line: place.map(|place| place.line),
         };
-        if json {
-            return print(&serde_json::to_string(&line)?);
-        }
         let place = match (&line.file, line.line) {
             (Some(file), Some(number)) => format!("  ({file}:{number})"),
             _ => String::new(),
         };
-        print(&format!("{:<5} {}{place}", line.level, line.message))
+        lines.push(&line, || format!("{:<5} {}{place}", line.level, line.message))
     }
 }

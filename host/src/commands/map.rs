@@ -1,8 +1,10 @@
 //! `courier map RECORDING`.
 
-use crate::output::{check_folder_of, replace_file};
+use crate::json::Json;
+use crate::kinds;
+use crate::output::{self, Files, Kind};
 use crate::teeth::{Evidence, MapFile, Mapped, TeethPose, estimate, poses_of};
-use crate::terminal::{figure, micrometres, pairs, print, print_json, progress, warn};
+use crate::terminal::{figure, micrometres, pairs, progress, warn};
 use anyhow::{Result, ensure};
 use courier_sensor::frame::SEGMENTS;
 use recording::Recording;
@@ -33,9 +35,18 @@ pub struct Args {
     /// Take poses within so much of the median place only, mm: a smaller map.
     #[arg(long, value_name = "MM")]
     within: Option<f64>,
-    /// Print one JSON object instead of the table.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: Json,
+}
+
+/// What `--json` writes.
+const ANSWER: Kind = Kind::json("what a tooth map is worth", &["poses", "unknowns"]);
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        Files::default().reads_recording(&self.recording).writes_new(self.out.as_ref(), kinds::MAP, self.force).json(&self.json, ANSWER)
+    }
 }
 
 /// Reads, estimates, writes.
@@ -43,14 +54,6 @@ pub struct Args {
 /// # Errors
 /// The recording cannot be read or does not tell a map, or the file cannot be written; nothing is written then.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    if let Some(path) = &args.out {
-        check_folder_of(path)?;
-        ensure!(
-            args.force || !path.exists(),
-            "{}: found a file, wanted a new one, or --force",
-            path.display()
-        );
-    }
     let within_mm = args.within.unwrap_or(f64::INFINITY);
     ensure!(
         within_mm > 0.0,
@@ -66,13 +69,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let file = MapFile::new(mapped?);
     if let Some(path) = &args.out {
         let text = serde_json::to_string_pretty(&file)?;
-        replace_file(path, text.as_bytes())?;
+        output::write(path, kinds::MAP, text.as_bytes())?;
     }
-    if args.json {
-        print_json(&file.map.evidence)?
-    } else {
-        print(&text(&file.map))?
-    }
+    args.json
+        .tell(ANSWER, &file.map.evidence, || text(&file.map))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,7 +1,6 @@
 //! The commands, one file each: `Args` for the options, `run` for the work.
 
 use crate::board::Choice;
-use crate::terminal::{print, print_json};
 use anyhow::{Result, ensure};
 use courier_sensor::calibration::slots::Place;
 use courier_sensor::drivers::motion::Target;
@@ -13,17 +12,9 @@ mod load_map;
 /// What a reply of the wrong kind is told as.
 const STRANGE_REPLY: &str = "the board: found a reply of another kind than was asked for";
 
-/// Tells where the record lies that is in force now, and what was done with it.
-fn print_place(done: &str, place: &Place, json: bool) -> Result<ExitCode> {
-    if json {
-        print_json(place)?;
-    } else {
-        print(&format!(
-            "{done}: slot {}, number {}",
-            place.slot, place.sequence
-        ))?;
-    }
-    Ok(ExitCode::SUCCESS)
+/// Where the record lies that is in force now, and what was done with it.
+fn place(done: &str, place: &Place) -> String {
+    format!("{done}: slot {}, number {}", place.slot, place.sequence)
 }
 
 /// `X,Y,THETA` in mm, mm and degrees.
@@ -68,9 +59,13 @@ macro_rules! commands {
                 match self {
                     $(Self::$alone(args) => {
                         ensure!(!board.is_given(), "found a board named, wanted none: `{}` needs no board", stringify!($alone_module));
+                        args.files().check()?;
                         $alone_module::run(&args)
                     })*
-                    $(Self::$with(args) => $with_module::run(&args, board),)*
+                    $(Self::$with(args) => {
+                        board.files(args.files()).check()?;
+                        $with_module::run(&args, board)
+                    })*
                 }
             }
         }

@@ -1,8 +1,10 @@
 //! `courier monitor`.
 
+use crate::output::{Files, Kind};
 use crate::board::{Choice, Link};
+use crate::json::Lines;
 use crate::live::Live;
-use crate::terminal::{figure, print, warn};
+use crate::terminal::{figure, warn};
 use anyhow::{Result, ensure};
 use courier_sensor::frame::{Pose, Status};
 use courier_sensor::geometry::Geometry;
@@ -20,6 +22,16 @@ pub struct Args {
     rate_hz: f64,
     #[command(flatten)]
     live: Live,
+}
+
+/// What `--json` writes.
+const LINES: Kind = Kind::Lines { what: "lines of `courier monitor`", keys: &["sequence", "t_s"] };
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        Files::default().json(&self.live.json, LINES)
+    }
 }
 
 /// One line of `--json`.
@@ -53,8 +65,9 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let pitch_m = pitch_m(&mut board.link);
     let channels = Channels::STATUS | Channels::POSE | Channels::PARITY;
     board.link.stream(channels, decimation as u16)?;
+    let mut lines = args.live.json.lines()?;
     args.live.watch(&mut board.link, |link| {
-        link.listen(|sample| line(sample, board_hz, pitch_m, args.live.json))
+        link.listen(|sample| line(sample, board_hz, pitch_m, &mut lines))
     })?;
     let lost = board.link.lost();
     board.link.stream(Channels::empty(), 0)?;
@@ -73,7 +86,7 @@ fn pitch_m(link: &mut Link) -> f32 {
     }
 }
 
-fn line(sample: &Sample, board_hz: f64, pitch_m: f32, json: bool) -> Result<()> {
+fn line(sample: &Sample, board_hz: f64, pitch_m: f32, lines: &mut Lines) -> Result<()> {
     let Pose {
         x,
         y,
@@ -92,11 +105,8 @@ fn line(sample: &Sample, board_hz: f64, pitch_m: f32, json: bool) -> Result<()> 
         parity_m: sample.parity_m.unwrap_or_default(),
         status: bits.iter_names().map(|(name, _)| name).collect(),
     };
-    if json {
-        return print(&serde_json::to_string(&line)?);
-    }
     let parity_um = figure(1.0e6 * f64::from(line.parity_m));
-    print(&format!(
+    lines.push(&line, || format!(
         "{:10.3} s  x {:10.4} mm  y {:10.4} mm  θ {:8.4} mrad  g_p {parity_um:>7} µm  {}",
         line.t_s,
         1.0e3 * line.x_m,

@@ -1,10 +1,12 @@
 //! `courier record DIR`.
 
+use crate::json::Json;
+use crate::output::{Files, Kind};
 use crate::board::Choice;
 use crate::destination::Destination;
 use crate::recorder::{Order, Run, record};
 use crate::survey;
-use crate::terminal::{print, print_json, progress};
+use crate::terminal::progress;
 use anyhow::{Result, ensure};
 use courier_sensor::drivers::motion::Target;
 use std::path::PathBuf;
@@ -43,9 +45,18 @@ pub struct Args {
     /// Replace the recording in the folder.
     #[arg(long)]
     force: bool,
-    /// Print one JSON object instead of a sentence.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: Json,
+}
+
+/// What `--json` writes.
+const ANSWER: Kind = Kind::json("an answer of `courier record`", &["samples", "lost"]);
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        Files::default().fills(&self.folder).json(&self.json, ANSWER)
+    }
 }
 
 /// A survey's samples at 20 kHz: one a millisecond.
@@ -77,16 +88,14 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     };
     let recorded = record(&mut board.link, &order, &progress(0, "recording: samples"))?;
     board.close()?;
-    if args.json {
-        print_json(&recorded)?;
-    } else {
-        print(&format!(
+    args.json.tell(ANSWER, &recorded, || {
+        format!(
             "{} samples in {}, {} could not be taken",
             recorded.samples,
             args.folder.display(),
             recorded.lost
-        ))?;
-    }
+        )
+    })?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,8 +1,10 @@
 //! `courier replay RECORDING`.
 
+use crate::json::Json;
+use crate::output::{Files, Kind};
 use crate::calibration_file::CalibrationFile;
 use crate::replay::{Report, applied, replay};
-use crate::terminal::{micrometres, print, print_json, progress, table, warn};
+use crate::terminal::{micrometres, progress, table, warn};
 use anyhow::Result;
 use recording::Recording;
 use serde::Serialize;
@@ -22,9 +24,25 @@ pub struct Args {
     /// Fit nothing: apply this calibration, as `courier export` wrote it, and show g_p over the whole recording.
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
-    /// Print one JSON object instead of the table.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: Json,
+}
+
+/// What `--json` writes.
+const ANSWER: Kind = Kind::json("a replay", &["recording", "held_out", "channels"]);
+
+/// The same with `--calibration`.
+const APPLIED: Kind = Kind::json("a replay of a calibration", &["recording", "calibration", "g_p"]);
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        let files = Files::default().reads_recording(&self.recording);
+        match &self.calibration {
+            Some(path) => files.reads(path).json(&self.json, APPLIED),
+            None => files.json(&self.json, ANSWER),
+        }
+    }
 }
 
 /// What `--json` prints.
@@ -46,35 +64,31 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         return apply(args, &recording, path);
     }
     let report = replay(&recording, &progress(0, "replaying"))?;
-    if args.json {
-        print_json(&Output {
-            recording: args.recording.display().to_string(),
-            report: &report,
-        })?;
-    } else {
-        print(&text(&recording, &report))?;
-    }
+    let told = Output {
+        recording: args.recording.display().to_string(),
+        report: &report,
+    };
+    args.json.tell(ANSWER, &told, || text(&recording, &report))?;
     Ok(ExitCode::SUCCESS)
 }
 
 fn apply(args: &Args, recording: &Recording, path: &Path) -> Result<ExitCode> {
     let g_p = applied(recording, &CalibrationFile::read(path)?)?;
-    if args.json {
-        print_json(&serde_json::json!({
-            "recording": args.recording.display().to_string(),
-            "calibration": path.display().to_string(),
-            "g_p": g_p,
-        }))?;
-    } else {
+    let told = serde_json::json!({
+        "recording": args.recording.display().to_string(),
+        "calibration": path.display().to_string(),
+        "g_p": g_p,
+    });
+    args.json.tell(APPLIED, &told, || {
         let (raw, calibrated) = (
             micrometres(g_p.raw_rms_m),
             micrometres(g_p.calibrated_rms_m),
         );
-        print(&format!(
+        format!(
             "{}: {} samples, g_p {raw} -> {calibrated} µm rms, nothing fitted",
             recording.meta.device, g_p.samples
-        ))?;
-    }
+        )
+    })?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,7 +1,8 @@
 //! `courier reset`.
 
+use crate::json::Json;
+use crate::output::{Files, Kind};
 use crate::board::Choice;
-use crate::terminal::{print, print_json};
 use anyhow::{Result, bail};
 use courier_sensor::link::message::{Action, Reply};
 use serde_json::json;
@@ -11,9 +12,18 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  courier --probe any reset")]
 pub struct Args {
-    /// Print JSON instead of a sentence.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: Json,
+}
+
+/// What `--json` writes.
+const ANSWER: Kind = Kind::json("an answer of `courier reset`", &["restarting"]);
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        Files::default().json(&self.json, ANSWER)
+    }
 }
 
 /// Asks.
@@ -26,10 +36,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         bail!(super::STRANGE_REPLY)
     };
     board.close()?;
-    if args.json {
-        print_json(&json!({ "restarting": true }))?;
-    } else {
-        print("restarting")?;
-    }
+    let told = json!({ "restarting": true });
+    args.json.tell(ANSWER, &told, || "restarting".into())?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,5 +1,7 @@
 //! `courier rollback`.
 
+use crate::json::Json;
+use crate::output::{Files, Kind};
 use crate::board::Choice;
 use anyhow::{Result, bail};
 use courier_sensor::link::message::{Action, Reply};
@@ -9,9 +11,18 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  courier --probe any rollback")]
 pub struct Args {
-    /// Print JSON instead of a sentence.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: Json,
+}
+
+/// What `--json` writes.
+const ANSWER: Kind = Kind::json("an answer of `courier rollback`", &["slot", "sequence"]);
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        Files::default().json(&self.json, ANSWER)
+    }
 }
 
 /// Asks and prints.
@@ -24,5 +35,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         bail!(super::STRANGE_REPLY)
     };
     board.close()?;
-    super::print_place("in force again", &place, args.json)
+    args.json
+        .tell(ANSWER, &place, || super::place("in force again", &place))?;
+    Ok(ExitCode::SUCCESS)
 }

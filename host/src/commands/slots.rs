@@ -1,7 +1,9 @@
 //! `courier slots`.
 
+use crate::json::Json;
+use crate::output::{Files, Kind};
 use crate::board::Choice;
-use crate::terminal::{print, print_json, table};
+use crate::terminal::table;
 use anyhow::{Result, bail};
 use courier_sensor::link::message::{Action, Reply};
 use std::process::ExitCode;
@@ -10,9 +12,18 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  courier --probe any slots")]
 pub struct Args {
-    /// Print JSON instead of the table.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: Json,
+}
+
+/// What `--json` writes.
+const ANSWER: Kind = Kind::json("an answer of `courier slots`", &["slot", "state"]);
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        Files::default().json(&self.json, ANSWER)
+    }
 }
 
 /// Asks and prints.
@@ -25,10 +36,6 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         bail!(super::STRANGE_REPLY)
     };
     board.close()?;
-    if args.json {
-        print_json(&slots)?;
-        return Ok(ExitCode::SUCCESS);
-    }
     let rows: Vec<Vec<String>> = slots
         .iter()
         .map(|slot| {
@@ -38,6 +45,8 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
             vec![slot.slot.to_string(), sequence, slot.state.to_string()]
         })
         .collect();
-    print(&table(&["slot", "number", "state"], &rows))?;
+    args.json.tell(ANSWER, &slots, || {
+        table(&["slot", "number", "state"], &rows)
+    })?;
     Ok(ExitCode::SUCCESS)
 }

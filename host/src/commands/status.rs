@@ -1,7 +1,9 @@
 //! `courier status`.
 
+use crate::json::Json;
+use crate::output::{Files, Kind};
 use crate::board::Choice;
-use crate::terminal::{figure, pairs, print, print_json};
+use crate::terminal::{figure, pairs};
 use anyhow::{Result, bail};
 use courier_sensor::frame::Status;
 use courier_sensor::geometry::Geometry;
@@ -14,9 +16,18 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  courier --probe any status --json")]
 pub struct Args {
-    /// Print one JSON object instead of the table.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: Json,
+}
+
+/// What `--json` writes.
+const ANSWER: Kind = Kind::json("an answer of `courier status`", &["board", "status"]);
+
+impl Args {
+    /// The files that it reads and writes.
+    pub fn files(&self) -> Files {
+        Files::default().json(&self.json, ANSWER)
+    }
 }
 
 /// What `--json` prints.
@@ -49,11 +60,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         last_fault,
     };
     board.close()?;
-    if args.json {
-        print_json(&output)?
-    } else {
-        print(&text(&output))?
-    }
+    args.json.tell(ANSWER, &output, || text(&output))?;
     Ok(ExitCode::SUCCESS)
 }
 

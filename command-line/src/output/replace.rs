@@ -1,4 +1,4 @@
-//! Files that commands write: whole or not at all.
+//! Writes files whole or not at all.
 
 use anyhow::{Context, Result, ensure};
 use std::io::Write as _;
@@ -68,20 +68,6 @@ pub fn check_folder_of(path: &Path) -> Result<()> {
         }
     );
     Ok(())
-}
-
-/// [`check_folder_of`] for every file that a command is to write; `-` is standard output.
-///
-/// # Errors
-/// The first that cannot be written.
-pub fn check_folders_of<'a>(mut files: impl Iterator<Item = &'a PathBuf>) -> Result<()> {
-    files.try_for_each(|path| {
-        if path.as_os_str() == "-" {
-            Ok(())
-        } else {
-            check_folder_of(path)
-        }
-    })
 }
 
 fn folder_of(path: &Path) -> &Path {
