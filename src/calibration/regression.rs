@@ -1,7 +1,7 @@
 //! Which coefficients the parity alone can give, and the row of equation (7) for them.
 //!
 //! Fitted: terms of the own phase only, and the one identifiable sum of the constants. Held at the values in force: terms
-//! of the lateral phase, which the parity cannot tell from the other pair's own (docs/joint.md), and those of speed,
+//! of the lateral phase, which the parity cannot tell from the other pair's own (docs/notes/joint.md), and those of speed,
 //! temperature or direction, which a standing courier does not excite.
 
 use super::sample::{PARITY_SIGN, Sample};

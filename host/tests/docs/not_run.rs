@@ -1,0 +1,74 @@
+//! The blocks of commands that the test does not run, each with its reason.
+
+use crate::page::Page;
+use crate::run::{holds_commands, is_left_out};
+
+/// Page, first line of the block, why it is not run. Each stands for one block after ```` ```console not-run ```` or
+/// ```` ```sh not-run ````.
+const NOT_RUN: &[(&str, &str, &str)] = &[
+    (
+        "README.md",
+        "cargo xtask test",
+        "it is what runs this test",
+    ),
+    (
+        "README.md",
+        "cargo install --path host",
+        "builds everything anew, for minutes",
+    ),
+    (
+        "docs/accuracy.md",
+        "$ cargo demo --joint",
+        "a minute of a core; host/tests/demo.rs asserts its figures on fewer poses",
+    ),
+    (
+        "docs/your-board.md",
+        "cargo install --path host --features probe",
+        "builds everything anew, for minutes",
+    ),
+    (
+        "docs/your-board.md",
+        "STM32_Programmer_CLI -c port=SWD -ob BOR_LEV=4",
+        "needs a board on a probe, and ST's tool",
+    ),
+    (
+        "docs/your-board.md",
+        "cargo flash",
+        "needs a board on a probe",
+    ),
+];
+
+/// Blocks of commands that are neither run nor listed, and lines of the list that name no block.
+pub fn unlisted(pages: &[Page]) -> Vec<String> {
+    let mut listed = NOT_RUN.to_vec();
+    let mut wrong = vec![];
+    for page in pages {
+        for block in page
+            .blocks
+            .iter()
+            .filter(|block| holds_commands(page, block))
+        {
+            let first = page.lines(block).lines().next().unwrap_or_default();
+            let at = format!("{}: `{first}`", page.name);
+            let place = listed
+                .iter()
+                .position(|(name, line, _)| (*name, *line) == (&page.name, first));
+            match (is_left_out(block), place) {
+                (true, Some(place)) => {
+                    listed.remove(place);
+                }
+                (true, None) => wrong.push(format!("{at} is not run, and no reason is listed")),
+                (false, Some(_)) => wrong.push(format!("{at} is listed as not run, and is")),
+                (false, None) if block.info.is_empty() => {
+                    wrong.push(format!("{at}: commands without a word after the fence"));
+                }
+                (false, None) => {}
+            }
+        }
+    }
+    let unused = listed
+        .iter()
+        .map(|(page, line, _)| format!("listed as not run, but not there: {page}: `{line}`"));
+    wrong.extend(unused);
+    wrong
+}
