@@ -99,29 +99,26 @@ fn close_the_loop(effect: &str, seed: &str) -> Ended {
     }
 }
 
+/// A lag, which the parity shows only in motion. `docs/tutorial.md` goes the same way with `lateral_dependence`, every output
+/// compared.
 #[test]
 fn a_diagnosed_effect_leaves_the_board_s_next_recording() {
-    for (effect, seed) in [("lateral_dependence=3", "3"), ("velocity_lag=2", "1")] {
-        let Ended {
-            named,
-            board_before_m,
-            board_after_m,
-            foretold_m,
-            checked_m,
-            left_m,
-        } = close_the_loop(effect, seed);
-        println!(
-            "{effect}: named {named:?}; board's g_p on the next recording {board_before_m:.3e} -> {board_after_m:.3e} m; \
-             foretold {foretold_m:.3e}, by `check` {checked_m:.3e}"
-        );
-        assert_eq!(named, [effect.split('=').next().unwrap()]);
-        assert!(board_after_m < 0.5 * board_before_m, "{effect}");
-        // What the board's terms cannot follow comes from four segments into g_p.
-        let foretold_of_board_m = foretold_m.hypot(2.0 * left_m);
-        assert!(
-            (board_after_m / foretold_of_board_m - 1.0).abs() < 0.15,
-            "{effect}"
-        );
-        assert!((checked_m / foretold_m - 1.0).abs() < 0.1, "{effect}");
-    }
+    let Ended {
+        named,
+        board_before_m,
+        board_after_m,
+        foretold_m,
+        checked_m,
+        left_m,
+    } = close_the_loop("velocity_lag=2", "1");
+    println!(
+        "named {named:?}; board's g_p on the next recording {board_before_m:.3e} -> {board_after_m:.3e} m; \
+         foretold {foretold_m:.3e}, by `check` {checked_m:.3e}"
+    );
+    assert_eq!(named, ["velocity_lag"]);
+    assert!(board_after_m < 0.5 * board_before_m);
+    // What the board's terms cannot follow comes from four segments into g_p.
+    let foretold_of_board_m = foretold_m.hypot(2.0 * left_m);
+    assert!((board_after_m / foretold_of_board_m - 1.0).abs() < 0.15);
+    assert!((checked_m / foretold_m - 1.0).abs() < 0.1);
 }

@@ -6,15 +6,21 @@ use crate::run::{holds_commands, is_left_out};
 /// Page, first line of the block, why it is not run. Each stands for one block after ```` ```console not-run ```` or
 /// ```` ```sh not-run ````.
 const NOT_RUN: &[(&str, &str, &str)] = &[
-    (
-        "README.md",
-        "cargo xtask test",
-        "it is what runs this test",
-    ),
+    ("README.md", "cargo xtask test", "it is what runs this test"),
     (
         "README.md",
         "cargo install --path host",
         "builds everything anew, for minutes",
+    ),
+    (
+        "README.md",
+        "courier convert examples/encoder-log/log.csv my-encoder",
+        "to come",
+    ),
+    (
+        "docs/reading-a-diagnosis.md",
+        "$ courier diagnose examples/survey-lateral --report report.html --json=answer.json",
+        "to come",
     ),
     (
         "docs/accuracy.md",
