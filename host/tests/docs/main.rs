@@ -90,5 +90,5 @@ fn every_file_that_the_text_names_is_there() {
 
 #[test]
 fn every_command_that_the_text_names_is_one() {
-    none_wrong(&text::strange_commands(&page::all(&root())));
+    none_wrong(&text::strange_commands(&root(), &page::all(&root())));
 }

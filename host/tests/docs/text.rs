@@ -134,10 +134,19 @@ fn files(root: &Path) -> Vec<String> {
     found
 }
 
-/// Commands in code type that name no command or option of `courier`.
-pub fn strange_commands(pages: &[Page]) -> Vec<String> {
+/// Commands in code type that name no command or option of `courier`, and no task of `cargo xtask`.
+pub fn strange_commands(root: &Path, pages: &[Page]) -> Vec<String> {
+    let tasks = tasks(root);
     let mut wrong = vec![];
     for page in pages {
+        for words in &page.words {
+            let task = words
+                .strip_prefix("cargo xtask ")
+                .and_then(|rest| rest.split_whitespace().next());
+            if task.is_some_and(|task| !tasks.iter().any(|it| it == task)) {
+                wrong.push(format!("{}: `{words}`: no such task", page.name));
+            }
+        }
         for words in page
             .words
             .iter()
@@ -169,4 +178,16 @@ pub fn strange_commands(pages: &[Page]) -> Vec<String> {
         }
     }
     wrong
+}
+
+/// The tasks of `cargo xtask`: the lines of its table that hold a name alone.
+fn tasks(root: &Path) -> Vec<String> {
+    let source = std::fs::read_to_string(root.join("xtask/src/main.rs")).unwrap();
+    let names = source.lines().filter_map(|line| {
+        let name = line.trim().strip_prefix('"')?.strip_suffix("\",")?;
+        name.chars()
+            .all(|letter| letter.is_ascii_lowercase() || letter == '-')
+            .then(|| name.to_owned())
+    });
+    names.collect()
 }
