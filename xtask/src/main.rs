@@ -4,6 +4,7 @@ mod arm;
 mod bench;
 mod blind;
 mod browser;
+mod chip;
 mod cmsis;
 mod drift;
 mod figures;
@@ -75,6 +76,11 @@ const TASKS: &[Task] = &[
         "emulated",
         "the tests of the image on the emulated board alone, with what they print and 1000 poses (NAMES OF TESTS)",
         Work::With(onboard::run),
+    ),
+    (
+        "chip",
+        "the sensor board's image as it ships on a model of its chip (NAMES OF CHECKS)",
+        Work::With(chip::run_command),
     ),
     (
         "arm",

@@ -1,0 +1,95 @@
+//! What `cargo xtask chip` runs, one check a file.
+
+mod boot;
+mod calibration;
+mod link;
+
+use crate::chip::Chip;
+use crate::image::Image;
+use crate::peripheral::flash::Start;
+use crate::processor::{BANK_BYTES, FLASH, Processor};
+use crate::surroundings::Surroundings;
+use anyhow::{Context, Result, bail};
+use hal_sim::board::SharedFlash;
+use hal_sim::presets;
+use hal_sim::wire::flash::Flash;
+use hal_sim::wire::motion::ControllerConfig;
+use hal_sim::world::World;
+use std::cell::RefCell;
+use std::path::Path;
+use std::rc::Rc;
+
+/// Pages of bank 2.
+const PAGES: usize = 128;
+
+/// A check: its name, what it does, and the function that does it.
+type Check = (&'static str, &'static str, fn(&Image) -> Result<String>);
+
+/// All checks. A further one is a line here.
+pub const CHECKS: &[Check] = &[
+    ("boot", "from the reset vector to 1,000 samples", boot::run),
+    (
+        "link",
+        "hello, status and a stream over the rings in RAM",
+        link::run,
+    ),
+    (
+        "calibration",
+        "a calibration, a commit, a power cut, a start from what was stored",
+        calibration::run,
+    ),
+];
+
+/// Runs the checks that are named, or all; prints a line each.
+///
+/// # Errors
+/// A check that fails: the first line of each broken rule names it.
+pub fn run(image: &Path, names: &[String]) -> Result<()> {
+    if let Some(unknown) = names
+        .iter()
+        .find(|name| CHECKS.iter().all(|(known, ..)| known != name))
+    {
+        let known: Vec<&str> = CHECKS.iter().map(|(name, ..)| *name).collect();
+        bail!("found {unknown:?}, wanted one of {}", known.join(", "));
+    }
+    let image = Image::open(image)?;
+    for (name, _, check) in CHECKS {
+        if names.is_empty() || names.iter().any(|wanted| wanted == name) {
+            let said = check(&image).with_context(|| format!("check {name}"))?;
+            println!("chip: {name}: {said}");
+        }
+    }
+    Ok(())
+}
+
+/// The ideal courier with its board, the chip as the README wants it, nothing stored.
+pub(crate) fn world(seed: u64) -> Result<(World, SharedFlash)> {
+    let spec = presets::ideal(seed);
+    let world = World::new(spec, ControllerConfig::TYPICAL, Default::default(), seed)?;
+    let flash = SharedFlash(Rc::new(RefCell::new(Flash::new(PAGES, seed))));
+    Ok((world, flash))
+}
+
+/// A chip in a world, switched on.
+pub(crate) fn start(image: &Image, seed: u64, start: Start) -> Result<Processor> {
+    let (world, flash) = world(seed)?;
+    let code = image.flash(FLASH, BANK_BYTES as usize)?;
+    Processor::start(&code, Chip::new(Surroundings::new(world, flash), start))
+}
+
+/// Fails if a rule was broken, whatever else went wrong; both are told.
+pub(crate) fn judge<T>(processor: &mut Processor, result: Result<T>) -> Result<T> {
+    let broken = processor.findings().list();
+    if broken.is_empty() {
+        return result;
+    }
+    let lines: Vec<String> = broken
+        .iter()
+        .map(|violation| format!("\n  {violation}"))
+        .collect();
+    let rules = format!("{} rules broken:{}", lines.len(), lines.concat());
+    match result {
+        Ok(_) => bail!(rules),
+        Err(error) => Err(error.context(rules)),
+    }
+}

@@ -1,0 +1,347 @@
+//! The flash controller, and bank 2, which the firmware keeps its records in.
+//!
+//! Bank 1 holds the code and is plain memory of the processor; whoever changes it breaks a rule. Bank 2 is `hal-sim`'s flash: double words
+//! that are written once, torn ones that cannot be read, a supply that goes at any step.
+
+use super::{Access, Peripheral, Words};
+use crate::registers::Register;
+use crate::rule::Rule;
+use crate::time::{NEVER, Ticks, from_us};
+use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
+use hal_sim::board::SharedFlash;
+use hal_sim::wire::flash::{FlashError, PAGE_BYTES, WORD_BYTES};
+use stm32_metapac::flash::regs::{Acr, Cr, Eccr, Optr, Sr};
+
+/// The two keys, and option bytes as the factory sets them: two banks, no brown-out level (RM0440, 5.7).
+const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
+const FACTORY_OPTIONS: u32 = 0xFFEF_F8AA;
+/// Erasing a page and programming a double word (DS12288, flash characteristics, typical).
+const ERASE: Ticks = from_us(22_000);
+const PROGRAM: Ticks = from_us(82);
+/// Flags of the status register that tell of an error.
+const ERRORS: u32 = 0xC3FA;
+
+const ACR: u32 = 0x00;
+const SR: u32 = 0x10;
+const CR: u32 = 0x14;
+const ECCR: u32 = 0x18;
+const OPTR: u32 = 0x20;
+
+#[derive(Clone, Copy, Debug)]
+enum Work {
+    Erase { offset: u32 },
+    Program { offset: u32, data: [u8; WORD_BYTES] },
+}
+
+/// What the option bytes and the chip's past make of its start.
+#[derive(Clone, Copy, Debug)]
+pub struct Start {
+    /// Option bytes.
+    pub options: Optr,
+    /// Error flags that are set from the beginning.
+    pub errors: u32,
+}
+
+impl Default for Start {
+    /// As the README wants the board: two banks, brown-out level 4.
+    fn default() -> Self {
+        let mut options = Optr(FACTORY_OPTIONS);
+        options.set_bor_lev(4);
+        Self { options, errors: 0 }
+    }
+}
+
+/// The peripheral.
+#[derive(Debug)]
+pub struct Flash {
+    words: Words,
+    /// Bank 2.
+    pub bank2: SharedFlash,
+    keys_seen: usize,
+    locked_for_good: bool,
+    half: Option<(u32, u32)>,
+    work: Option<(Work, Ticks)>,
+    /// The flash has changed since the data cache was reset.
+    changed: bool,
+    power_lost: bool,
+    double_error: bool,
+}
+
+impl Flash {
+    /// After reset (RM0440, 5.7): caches on, locked.
+    pub fn after_reset(start: Start, bank2: SharedFlash) -> Self {
+        let reset = [
+            (ACR, 0x0004_0600),
+            (SR, start.errors & ERRORS),
+            (CR, 0xC000_0000),
+            (OPTR, start.options.0),
+        ];
+        Self {
+            words: Words::after_reset(&reset),
+            bank2,
+            keys_seen: 0,
+            locked_for_good: false,
+            half: None,
+            work: None,
+            changed: false,
+            power_lost: false,
+            double_error: false,
+        }
+    }
+
+    /// Access control: wait states and caches.
+    pub fn acr(&self) -> Acr {
+        Acr(self.words.at(ACR))
+    }
+
+    /// Option bytes.
+    pub fn options(&self) -> Optr {
+        Optr(self.words.at(OPTR))
+    }
+
+    /// Whether the supply went in the middle of an operation.
+    pub fn power_lost(&self) -> bool {
+        self.power_lost
+    }
+
+    /// True once for each double word whose check bits were found wrong: the cause of a non-maskable interrupt.
+    pub fn take_double_error(&mut self) -> bool {
+        std::mem::take(&mut self.double_error)
+    }
+
+    /// Until when the bank does not answer.
+    pub fn busy_until(&self) -> Ticks {
+        self.work.map_or(0, |(_, end)| end)
+    }
+
+    /// Reads bank 2; a torn double word reads as it is and is noted.
+    pub fn read_bank2(&mut self, offset: u32, bytes: &mut [u8]) {
+        let mut bank = self.bank2.0.borrow_mut();
+        if bank.read(offset, bytes) == Err(FlashError::Uncorrectable) {
+            let place = offset as usize;
+            bytes.copy_from_slice(&bank.bytes()[place..][..bytes.len()]);
+            let mut eccr = Eccr(self.words.at(ECCR));
+            eccr.set_eccd(true);
+            eccr.set_bk_ecc(true);
+            eccr.set_addr_ecc(offset / WORD_BYTES as u32);
+            self.words.put(ECCR, eccr.0);
+            self.double_error = true;
+        }
+    }
+
+    /// A store into bank 2.
+    pub fn write_bank2(&mut self, offset: u32, value: u32, width: usize, access: &mut Access) {
+        let cr = Cr(self.words.at(CR));
+        if self.work.is_some() {
+            return self.fail(
+                1 << 7,
+                Rule::FlashLocked,
+                "a store while the controller is busy",
+                access,
+            );
+        }
+        if !cr.pg() {
+            return self.fail(1 << 7, Rule::FlashDoubleWord, "a store without PG", access);
+        }
+        if width != 4 || offset % 4 != 0 {
+            return self.fail(
+                1 << 6,
+                Rule::FlashDoubleWord,
+                "a store of less than a word",
+                access,
+            );
+        }
+        match self.half.take() {
+            None if offset % 8 == 0 => self.half = Some((offset, value)),
+            Some((first, low)) if offset == first + 4 => {
+                let mut data = [0; WORD_BYTES];
+                data[..4].copy_from_slice(&low.to_le_bytes());
+                data[4..].copy_from_slice(&value.to_le_bytes());
+                self.begin(
+                    Work::Program {
+                        offset: first,
+                        data,
+                    },
+                    PROGRAM,
+                    access,
+                );
+            }
+            _ => self.fail(
+                1 << 5,
+                Rule::FlashDoubleWord,
+                "words that are not one double word",
+                access,
+            ),
+        }
+    }
+
+    fn fail(&mut self, flag: u32, rule: Rule, detail: &str, access: &mut Access) {
+        let errors = self.words.at(SR) | flag;
+        self.words.put(SR, errors);
+        access.broken(rule, detail);
+    }
+
+    /// Begins an operation, if nothing stands against it.
+    fn begin(&mut self, work: Work, duration: Ticks, access: &mut Access) {
+        if self.words.at(SR) & ERRORS != 0 {
+            // PGSERR, bit 7: error flags of the past are still set.
+            let detail = "an operation begins on error flags of the past";
+            return self.fail(1 << 7, Rule::FlashSticky, detail, access);
+        }
+        if self.acr().dcen() {
+            let detail = "an operation on bank 2 with the data cache on, while code reads bank 1";
+            access.broken(Rule::FlashDataCache, detail);
+        }
+        if !self.options().dbank() {
+            access.broken(
+                Rule::FlashSameBank,
+                "an operation in single-bank mode, where the pages are others",
+            );
+        }
+        self.changed = true;
+        self.work = Some((work, access.now + duration));
+    }
+
+    fn finish(&mut self, work: Work, access: &mut Access) {
+        let done = match work {
+            Work::Erase { offset } => self.bank2.erase(offset, offset + PAGE_BYTES as u32),
+            Work::Program { offset, data } => self.bank2.write(offset, &data),
+        };
+        match done {
+            Ok(()) => {}
+            Err(FlashError::Off) => self.power_lost = true,
+            Err(FlashError::WrittenTwice) => {
+                self.fail(
+                    1 << 3,
+                    Rule::FlashErased,
+                    "a double word is programmed twice",
+                    access,
+                );
+            }
+            // OPERR, bit 1.
+            Err(_) => {
+                let errors = self.words.at(SR) | 1 << 1;
+                self.words.put(SR, errors);
+            }
+        }
+    }
+
+    fn write_cr(&mut self, value: u32, access: &mut Access) {
+        let (before, mut now) = (Cr(self.words.at(CR)), Cr(value));
+        if before.lock() {
+            return access.broken(Rule::FlashLocked, "FLASH.cr is written while it is locked");
+        }
+        if self.work.is_some() {
+            return access.broken(
+                Rule::FlashLocked,
+                "FLASH.cr is written while the controller is busy",
+            );
+        }
+        if now.mer1() || now.mer2() || now.fstpg() || now.optstrt() || now.obl_launch() {
+            access.broken(Rule::Unmodelled, format!("FLASH.cr: {value:#x}"));
+        }
+        if now.strt() {
+            if !now.per() {
+                access.broken(
+                    Rule::FlashLocked,
+                    "FLASH.cr: a start without a kind of erase",
+                );
+            } else if !now.bker() {
+                access.broken(
+                    Rule::FlashSameBank,
+                    format!("page {} of bank 1 is erased", now.pnb()),
+                );
+            } else {
+                let offset = u32::from(now.pnb()) * PAGE_BYTES as u32;
+                self.begin(Work::Erase { offset }, ERASE, access);
+            }
+        }
+        if now.lock() {
+            self.keys_seen = 0;
+        }
+        now.set_strt(self.work.is_some());
+        self.half = None;
+        self.words.put(CR, now.0);
+    }
+
+    fn write_key(&mut self, value: u32, access: &mut Access) {
+        let mut cr = Cr(self.words.at(CR));
+        if !cr.lock() || self.locked_for_good || KEYS.get(self.keys_seen) != Some(&value) {
+            self.locked_for_good = true;
+            return access.broken(Rule::FlashKey, format!("FLASH.keyr: {value:#x}"));
+        }
+        self.keys_seen += 1;
+        if self.keys_seen == KEYS.len() {
+            cr.set_lock(false);
+            self.words.put(CR, cr.0);
+        }
+    }
+
+    fn write_acr(&mut self, value: u32, access: &mut Access) {
+        let (before, now) = (self.acr(), Acr(value));
+        if now.dcrst() && now.dcen() {
+            access.broken(
+                Rule::FlashStaleCache,
+                "the data cache is reset while it is on",
+            );
+        }
+        if now.dcrst() && !now.dcen() {
+            self.changed = false;
+        }
+        if now.dcen() && !before.dcen() && self.changed {
+            let detail = "the data cache is on again after a change, and was not reset";
+            access.broken(Rule::FlashStaleCache, detail);
+        }
+        self.words.put(ACR, now.0);
+    }
+}
+
+impl Peripheral for Flash {
+    fn peek(&self, register: &Register) -> u32 {
+        let mut sr = Sr(self.words.at(SR));
+        match register.name {
+            "sr" => {
+                sr.set_bsy(self.work.is_some());
+                sr.0
+            }
+            "keyr" | "optkeyr" | "pdkeyr" => 0,
+            _ => self.words.get(register),
+        }
+    }
+
+    fn write(&mut self, register: &Register, value: u32, access: &mut Access) {
+        match register.name {
+            "acr" => self.write_acr(value, access),
+            "keyr" => self.write_key(value, access),
+            "sr" => {
+                let flags = self.words.at(SR) & !value;
+                self.words.put(SR, flags);
+            }
+            "cr" => self.write_cr(value, access),
+            "eccr" => {
+                // The flags of found errors, bits 28 to 31, go by writing ones; ECCIE is kept.
+                let flags = self.words.at(ECCR) & 0xF000_0000 & !value;
+                let place = self.words.at(ECCR) & 0x007F_FFFF;
+                let place = if flags == 0 { 0 } else { place };
+                self.words.put(ECCR, flags | value & 1 << 24 | place);
+            }
+            other => access.broken(Rule::Unmodelled, format!("FLASH.{other} is written")),
+        }
+    }
+
+    fn next(&self) -> Ticks {
+        self.work.map_or(NEVER, |(_, end)| end)
+    }
+
+    fn advance(&mut self, access: &mut Access) {
+        if let Some((work, end)) = self.work
+            && access.now >= end
+        {
+            self.work = None;
+            let mut cr = Cr(self.words.at(CR));
+            cr.set_strt(false);
+            self.words.put(CR, cr.0);
+            self.finish(work, access);
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! What unicorn is told of the chip: memory, registers, and what to call when.
+
+use super::shared::{Event, Shared};
+use super::system::Wish;
+use super::{BANK_BYTES, FLASH, RAM, RAM_BYTES};
+use crate::rule::Rule;
+use anyhow::{Result, anyhow};
+use unicorn_engine::{HookType, Prot, Unicorn, uc_error};
+
+const BANK2: u32 = 0x0804_0000;
+const CCM: u32 = 0x1000_0000;
+const CCM_BYTES: u32 = 32 << 10;
+const SYSTEM_MEMORY: u32 = 0x1FFF_0000;
+const SYSTEM_MEMORY_BYTES: u32 = 0x8000;
+const PERIPHERALS: (u32, u32) = (0x4000_0000, 0x2000_0000);
+const SYSTEM: (u32, u32) = (0xE000_0000, 0x0010_0000);
+
+/// Cycles that an access to a peripheral adds to its instruction: the bridge's (one to two on the AHB, three on the APB).
+const ACCESS_CYCLES: u64 = 2;
+/// QEMU's numbers of what reaches the interrupt hook: supervisor call, breakpoint, return from an exception.
+const QEMU_SVC: u32 = 2;
+const QEMU_BREAKPOINT: u32 = 7;
+const QEMU_EXCEPTION_RETURN: u32 = 8;
+
+/// An error of unicorn's.
+pub fn failed(error: uc_error) -> anyhow::Error {
+    anyhow!("unicorn: {error:?}")
+}
+
+/// Flash, RAM and the factory's values.
+pub fn map_memory(uc: &mut Unicorn<'static, Shared>, code: &[u8]) -> Result<()> {
+    let code_only = Prot::READ | Prot::EXEC;
+    // Bank 1, and where the chip boots from it.
+    for base in [0, FLASH] {
+        uc.mem_map(base.into(), BANK_BYTES.into(), code_only)
+            .map_err(failed)?;
+        uc.mem_write(base.into(), code).map_err(failed)?;
+    }
+    for (base, bytes) in [(CCM, CCM_BYTES), (RAM, RAM_BYTES)] {
+        uc.mem_map(base.into(), bytes.into(), Prot::ALL)
+            .map_err(failed)?;
+    }
+    uc.mem_map(SYSTEM_MEMORY.into(), SYSTEM_MEMORY_BYTES.into(), Prot::READ)
+        .map_err(failed)?;
+    for (address, bytes) in crate::image::factory_values() {
+        uc.mem_write(address.into(), &bytes).map_err(failed)?;
+    }
+    let read = |uc: &mut Unicorn<Shared>, offset: u64, width: usize| {
+        let shared = uc.get_data_mut();
+        let value = shared.chip.read_bank2(offset as u32, width);
+        after_access(uc.get_data_mut());
+        u64::from(value)
+    };
+    let write = |uc: &mut Unicorn<Shared>, offset: u64, width: usize, value: u64| {
+        let shared = uc.get_data_mut();
+        shared.chip.write_bank2(offset as u32, width, value as u32);
+        after_access(uc.get_data_mut());
+    };
+    uc.mmio_map(BANK2.into(), BANK_BYTES.into(), Some(read), Some(write))
+        .map_err(failed)
+}
+
+/// Registers of the peripherals and of the processor.
+pub fn map_registers(uc: &mut Unicorn<'static, Shared>) -> Result<()> {
+    let read = |uc: &mut Unicorn<Shared>, offset: u64, width: usize| {
+        let shared = uc.get_data_mut();
+        let value = shared.chip.read(PERIPHERALS.0 + offset as u32, width);
+        after_access(uc.get_data_mut());
+        u64::from(value)
+    };
+    let write = |uc: &mut Unicorn<Shared>, offset: u64, width: usize, value: u64| {
+        let shared = uc.get_data_mut();
+        shared
+            .chip
+            .write(PERIPHERALS.0 + offset as u32, width, value as u32);
+        after_access(uc.get_data_mut());
+    };
+    let (base, bytes) = PERIPHERALS;
+    uc.mmio_map(base.into(), bytes.into(), Some(read), Some(write))
+        .map_err(failed)?;
+    let read = |uc: &mut Unicorn<Shared>, offset: u64, width: usize| {
+        let value = system_read(uc.get_data_mut(), offset as u32, width);
+        after_access(uc.get_data_mut());
+        u64::from(value)
+    };
+    let write = |uc: &mut Unicorn<Shared>, offset: u64, width: usize, value: u64| {
+        system_write(uc.get_data_mut(), offset as u32, width, value as u32);
+        after_access(uc.get_data_mut());
+    };
+    let (base, bytes) = SYSTEM;
+    uc.mmio_map(base.into(), bytes.into(), Some(read), Some(write))
+        .map_err(failed)
+}
+
+/// An access may not stop the processor: unicorn would begin its instruction anew. The hook before the next block does.
+fn after_access(shared: &mut Shared) {
+    shared.plan();
+    shared.pass(ACCESS_CYCLES);
+}
+
+fn system_read(shared: &mut Shared, offset: u32, width: usize) -> u32 {
+    let address = SYSTEM.0 + offset;
+    if crate::registers::is_peripheral(address) {
+        return shared.chip.read(address, width);
+    }
+    let (now, cycles) = (shared.chip.now, shared.cycles);
+    let findings = &mut shared.chip.findings;
+    shared.system.read(offset, width, cycles, now, findings)
+}
+
+fn system_write(shared: &mut Shared, offset: u32, width: usize, value: u32) {
+    let address = SYSTEM.0 + offset;
+    if crate::registers::is_peripheral(address) {
+        return shared.chip.write(address, width, value);
+    }
+    let (now, cycles, cycle) = (shared.chip.now, shared.cycles, shared.chip.cycle());
+    let findings = &mut shared.chip.findings;
+    let wish = shared
+        .system
+        .write(offset, width, value, cycles, now, cycle, findings);
+    if wish == Wish::Reset {
+        shared.event = Some(Event::Reset);
+    }
+}
+
+/// Time after each block, and what unicorn cannot do itself.
+pub fn add_hooks(uc: &mut Unicorn<'static, Shared>) -> Result<()> {
+    uc.add_block_hook(1, 0, |uc, address, bytes| {
+        if uc.get_data_mut().block(address as u32, bytes) {
+            let _ = uc.emu_stop();
+        }
+    })
+    .map_err(failed)?;
+    uc.add_intr_hook(|uc, number| {
+        uc.get_data_mut().event = Some(match number {
+            QEMU_EXCEPTION_RETURN => Event::ExceptionReturn,
+            QEMU_SVC => Event::Supervisor,
+            QEMU_BREAKPOINT => Event::Undefined,
+            _ => Event::Undefined,
+        });
+        let _ = uc.emu_stop();
+    })
+    .map_err(failed)?;
+    uc.add_mem_hook(HookType::MEM_INVALID, 1, 0, |uc, _, address, _, _| {
+        let address = address as u32;
+        let shared = uc.get_data_mut();
+        if (FLASH..BANK2).contains(&address) {
+            let detail = format!("a store to {address:#010x}, in the bank that code runs from");
+            shared
+                .chip
+                .findings
+                .add(Rule::FlashSameBank, shared.chip.now, detail);
+        }
+        shared.event = Some(Event::Fault(address));
+        false
+    })
+    .map_err(failed)?;
+    Ok(())
+}

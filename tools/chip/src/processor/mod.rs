@@ -1,0 +1,373 @@
+//! The processor: unicorn runs the instructions, this module does what an ARMv7-M does around them.
+//!
+//! Time passes by blocks of instructions. Between two blocks the peripherals catch up and an exception is taken if one waits; an access to a
+//! register sees them as they are at its block's end.
+
+pub mod cost;
+pub mod frame;
+mod maps;
+pub mod nvic;
+mod shared;
+pub mod system;
+
+use crate::chip::Chip;
+use crate::peripheral::rcc::Cause;
+use crate::rule::{Findings, Rule};
+use crate::time::Ticks;
+use anyhow::{Result, anyhow, bail};
+use cost::Costs;
+use frame::{get, set};
+use maps::{add_hooks, failed, map_memory, map_registers};
+use nvic::{Masks, number};
+use shared::{Event, Shared};
+use system::System;
+use unicorn_engine::{Arch, Mode, RegisterARM as Reg, Unicorn, uc_error};
+
+/// Where bank 1 of the flash begins.
+pub const FLASH: u32 = 0x0800_0000;
+/// Bytes of a bank.
+pub const BANK_BYTES: u32 = 256 << 10;
+const RAM: u32 = 0x2000_0000;
+const RAM_BYTES: u32 = 128 << 10;
+
+/// Cycles of an exception's entry, its return, and of one handler after another (ARM DDI 0439, 3.9.1).
+const ENTRY_CYCLES: u64 = 12;
+const RETURN_CYCLES: u64 = 10;
+const CHAIN_CYCLES: u64 = 6;
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// Its time is over.
+    Time,
+    /// The supply went in the middle of a flash operation.
+    PowerLost,
+}
+
+/// The chip, running an image.
+pub struct Processor {
+    uc: Unicorn<'static, Shared>,
+    resets: u32,
+    /// Resets of the image's own asking are no fault.
+    pub may_reset: bool,
+}
+
+impl Processor {
+    /// A chip with these bytes in its bank 1, all 256 KiB, after power-on.
+    ///
+    /// # Errors
+    /// Unicorn's.
+    pub fn start(code: &[u8], chip: Chip) -> Result<Self> {
+        let shared = Shared {
+            chip,
+            system: System::after_reset(),
+            costs: Costs::new(FLASH, code.to_vec()),
+            cycles: 0,
+            until: 0,
+            next: 0,
+            event: None,
+            masked: false,
+            resumed: false,
+        };
+        let mode = Mode::THUMB | Mode::MCLASS;
+        let mut uc = Unicorn::new_with_data(Arch::ARM, mode, shared).map_err(failed)?;
+        uc.ctl_set_cpu_model(unicorn_engine::ArmCpuModel::CORTEX_M4 as i32)
+            .map_err(failed)?;
+        map_memory(&mut uc, code)?;
+        map_registers(&mut uc)?;
+        add_hooks(&mut uc)?;
+        let mut processor = Self {
+            uc,
+            resets: 0,
+            may_reset: false,
+        };
+        processor.boot()?;
+        Ok(processor)
+    }
+
+    /// The peripherals and what they are wired to.
+    pub fn chip(&mut self) -> &mut Chip {
+        &mut self.uc.get_data_mut().chip
+    }
+
+    /// Rules broken so far.
+    pub fn findings(&mut self) -> &mut Findings {
+        &mut self.chip().findings
+    }
+
+    /// Resets since power-on.
+    pub fn resets(&self) -> u32 {
+        self.resets
+    }
+
+    /// Cycles since power-on.
+    pub fn cycles(&self) -> u64 {
+        self.uc.get_data().cycles
+    }
+
+    /// Time since power-on.
+    pub fn now(&self) -> Ticks {
+        self.uc.get_data().chip.now
+    }
+
+    /// Where the processor is.
+    pub fn program_counter(&self) -> u32 {
+        get(&self.uc, Reg::PC)
+    }
+
+    /// A core register: 0 to 12, 13 the stack pointer, 14 the link register, 15 the program counter.
+    pub fn register(&self, number: usize) -> u32 {
+        const NUMBERED: [Reg; 16] = [
+            Reg::R0,
+            Reg::R1,
+            Reg::R2,
+            Reg::R3,
+            Reg::R4,
+            Reg::R5,
+            Reg::R6,
+            Reg::R7,
+            Reg::R8,
+            Reg::R9,
+            Reg::R10,
+            Reg::R11,
+            Reg::R12,
+            Reg::SP,
+            Reg::LR,
+            Reg::PC,
+        ];
+        get(&self.uc, NUMBERED[number])
+    }
+
+    /// Bits of a floating-point register, s0 to s15.
+    pub fn float_register(&self, number: usize) -> u32 {
+        get(&self.uc, frame::SINGLES[number])
+    }
+
+    /// Reads memory, as a debug probe does.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn read_memory(&self, address: u32, bytes: &mut [u8]) -> Result<()> {
+        let read = self.uc.mem_read(u64::from(address), bytes);
+        read.map_err(|_| anyhow!("{address:#010x}: no memory"))
+    }
+
+    /// Writes RAM, as a debug probe does.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<()> {
+        let written = self.uc.mem_write(u64::from(address), bytes);
+        written.map_err(|_| anyhow!("{address:#010x}: no memory"))
+    }
+
+    /// The supply goes and comes: RAM holds anything afterwards, flash what it held.
+    ///
+    /// # Errors
+    /// Unicorn's.
+    pub fn cut_power(&mut self) -> Result<()> {
+        // Not zeros, which a start-up that forgets to clear its memory would not notice.
+        let noise: Vec<u8> = (0..RAM_BYTES)
+            .map(|k| (k.wrapping_mul(0x9E37_79B1) >> 13) as u8)
+            .collect();
+        self.write_memory(RAM, &noise)?;
+        self.reset(Cause::Supply)
+    }
+
+    fn reset(&mut self, cause: Cause) -> Result<()> {
+        self.resets += 1;
+        let shared = self.uc.get_data_mut();
+        shared.chip.reset(cause);
+        shared.system = System::after_reset();
+        shared.event = None;
+        shared.masked = false;
+        self.boot()
+    }
+
+    /// Registers after reset, stack and program counter from the vector table.
+    fn boot(&mut self) -> Result<()> {
+        for register in [
+            Reg::PRIMASK,
+            Reg::FAULTMASK,
+            Reg::BASEPRI,
+            Reg::IPSR,
+            Reg::CONTROL,
+        ] {
+            set(&mut self.uc, register, 0);
+        }
+        set(&mut self.uc, Reg::EPSR, 1 << 24);
+        set(&mut self.uc, Reg::APSR_NZCV, 0);
+        let (stack, start) = (self.word(FLASH)?, self.word(FLASH + 4)?);
+        set(&mut self.uc, Reg::MSP, stack);
+        set(&mut self.uc, Reg::LR, u32::MAX);
+        set(&mut self.uc, Reg::PC, start);
+        self.uc.get_data_mut().plan();
+        Ok(())
+    }
+
+    fn word(&self, address: u32) -> Result<u32> {
+        let mut bytes = [0; 4];
+        self.read_memory(address, &mut bytes)?;
+        Ok(u32::from_le_bytes(bytes))
+    }
+
+    fn masks(&self) -> Masks {
+        Masks {
+            primask: get(&self.uc, Reg::PRIMASK) & 1 == 1,
+            faultmask: get(&self.uc, Reg::FAULTMASK) & 1 == 1,
+            basepri: get(&self.uc, Reg::BASEPRI) as u8,
+        }
+    }
+
+    /// Runs for so long.
+    ///
+    /// # Errors
+    /// The processor can go on no more.
+    pub fn run(&mut self, duration: Ticks) -> Result<End> {
+        let until = self.now() + duration;
+        self.uc.get_data_mut().until = until;
+        self.uc.get_data_mut().plan();
+        loop {
+            self.serve()?;
+            let shared = self.uc.get_data();
+            if shared.chip.flash.power_lost() {
+                return Ok(End::PowerLost);
+            }
+            if shared.chip.now >= until {
+                return Ok(End::Time);
+            }
+            self.blocks()?;
+        }
+    }
+
+    /// Instructions, until something is to be served.
+    fn blocks(&mut self) -> Result<()> {
+        let start = u64::from(self.program_counter() | 1);
+        self.uc.get_data_mut().resumed = true;
+        let Err(error) = self.uc.emu_start(start, u64::MAX, 0, 0) else {
+            self.sleep();
+            return Ok(());
+        };
+        match error {
+            _ if self.uc.get_data().event.is_some() => Ok(()),
+            uc_error::INSN_INVALID | uc_error::EXCEPTION => {
+                self.uc.get_data_mut().event = Some(Event::Undefined);
+                Ok(())
+            }
+            other => bail!("unicorn: {other:?} at {:#010x}", self.program_counter()),
+        }
+    }
+
+    /// The processor has stopped by itself (WFI): time passes to the next instant at which something happens.
+    fn sleep(&mut self) {
+        let shared = self.uc.get_data_mut();
+        while !shared.is_due() {
+            let cycles = (shared.next - shared.chip.now).div_ceil(shared.chip.cycle());
+            shared.pass(cycles.max(1));
+        }
+    }
+
+    /// What a block left to do: returns, faults, resets, and the exception that comes next.
+    fn serve(&mut self) -> Result<()> {
+        match self.uc.get_data_mut().event.take() {
+            None => {}
+            Some(Event::ExceptionReturn) => return self.leave(),
+            Some(Event::Supervisor) => self.uc.get_data_mut().system.nvic.pend(number::SVC),
+            Some(Event::Fault(address)) => self.fault(address),
+            Some(Event::Undefined) => self.undefined(),
+            Some(Event::Reset) => return self.wished_reset(),
+        }
+        let masks = self.masks();
+        let shared = self.uc.get_data_mut();
+        let next = shared.system.nvic.candidate(masks);
+        shared.masked = next.is_none() && shared.system.nvic.held_back().is_some();
+        match next {
+            Some(exception) => self.enter(exception),
+            None => Ok(()),
+        }
+    }
+
+    fn wished_reset(&mut self) -> Result<()> {
+        let expired = self.uc.get_data().chip.watchdog_expired();
+        let (now, pc, may_reset) = (self.now(), self.program_counter(), self.may_reset);
+        if !expired && !may_reset {
+            self.findings()
+                .add(Rule::Reset, now, format!("by the image, at {pc:#010x}"));
+        }
+        self.reset(if expired {
+            Cause::Watchdog
+        } else {
+            Cause::Software
+        })
+    }
+
+    fn vector(&mut self, exception: u16) -> Result<u32> {
+        let table = self.uc.get_data().system.vtor;
+        self.word(table + 4 * u32::from(exception))
+    }
+
+    fn enter(&mut self, exception: u16) -> Result<()> {
+        let vector = self.vector(exception)?;
+        let shared = self.uc.get_data_mut();
+        shared.system.nvic.enter(exception);
+        shared.pass(ENTRY_CYCLES);
+        if !frame::enter(&mut self.uc, exception, vector) {
+            // The frame lies where there is no memory: MSTKERR, and a hard fault comes next.
+            let system = &mut self.uc.get_data_mut().system;
+            system.cfsr |= 1 << 4;
+            if exception != number::HARD_FAULT {
+                self.hard_fault("the stack lies where there is no memory");
+            }
+        }
+        self.uc.get_data_mut().plan();
+        Ok(())
+    }
+
+    fn leave(&mut self) -> Result<()> {
+        let back = get(&self.uc, Reg::PC) | 1;
+        let exception = (get(&self.uc, Reg::IPSR) & 0xFF) as u16;
+        let shared = self.uc.get_data_mut();
+        shared.system.nvic.leave(exception);
+        shared.plan();
+        let masks = self.masks();
+        let next = self.uc.get_data().system.nvic.candidate(masks);
+        if let Some(next) = next {
+            let vector = self.vector(next)?;
+            let shared = self.uc.get_data_mut();
+            shared.system.nvic.enter(next);
+            shared.pass(CHAIN_CYCLES);
+            frame::chain(&mut self.uc, next, vector, back);
+            return Ok(());
+        }
+        self.uc.get_data_mut().pass(RETURN_CYCLES);
+        if !frame::leave(&mut self.uc, back) {
+            bail!("the return from exception {exception} finds no memory");
+        }
+        Ok(())
+    }
+
+    /// A memory access that nothing answers. The firmware enables no fault but the hard one.
+    fn fault(&mut self, address: u32) {
+        let pc = self.program_counter();
+        let system = &mut self.uc.get_data_mut().system;
+        system.fault_address = address;
+        // BFARVALID and PRECISERR.
+        system.cfsr |= 0x8200;
+        self.hard_fault(&format!("{address:#010x} is accessed at {pc:#010x}"));
+    }
+
+    fn undefined(&mut self) {
+        let pc = self.program_counter();
+        // UNDEFINSTR.
+        self.uc.get_data_mut().system.cfsr |= 1 << 16;
+        self.hard_fault(&format!("no instruction at {pc:#010x}"));
+    }
+
+    fn hard_fault(&mut self, why: &str) {
+        let now = self.now();
+        self.findings().add(Rule::Fault, now, why.into());
+        let system = &mut self.uc.get_data_mut().system;
+        system.hfsr |= 1 << 30;
+        system.nvic.pend(number::HARD_FAULT);
+    }
+}

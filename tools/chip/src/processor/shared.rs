@@ -1,0 +1,95 @@
+//! What unicorn's hooks work on: chip, processor's registers, time.
+
+use super::cost::Costs;
+use super::nvic::number;
+use super::system::System;
+use crate::chip::Chip;
+use crate::time::Ticks;
+
+/// Why the processor has stopped between two blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// A handler returns.
+    ExceptionReturn,
+    /// SVC.
+    Supervisor,
+    /// An access to this address found nothing.
+    Fault(u32),
+    /// An instruction that is none.
+    Undefined,
+    /// A reset is asked for.
+    Reset,
+}
+
+/// What unicorn's hooks work on.
+pub struct Shared {
+    /// The peripherals.
+    pub chip: Chip,
+    /// The processor's own registers.
+    pub system: System,
+    /// Time of a block.
+    pub costs: Costs,
+    /// Cycles since power-on.
+    pub cycles: u64,
+    /// Where a run ends.
+    pub until: Ticks,
+    /// The next instant at which a block must not just go on.
+    pub next: Ticks,
+    /// What a block left to do.
+    pub event: Option<Event>,
+    /// Something waits that a mask holds back: it is looked at after each block.
+    pub masked: bool,
+    /// Instructions have just been started, and none has run yet.
+    pub resumed: bool,
+}
+
+impl Shared {
+    /// A block is about to run: its time passes. True if the processor is to stop before it; after a stop one block always runs.
+    pub fn block(&mut self, address: u32, bytes: u32) -> bool {
+        if self.is_due() && !self.resumed {
+            return true;
+        }
+        self.resumed = false;
+        let cycles = self.costs.block(address, bytes);
+        self.pass(u64::from(cycles));
+        false
+    }
+
+    /// Lets time pass.
+    pub fn pass(&mut self, cycles: u64) {
+        self.cycles += cycles;
+        let now = self.chip.now + cycles * self.chip.cycle();
+        if now < self.next {
+            self.chip.now = now;
+        } else {
+            self.catch_up(now);
+        }
+    }
+
+    fn catch_up(&mut self, now: Ticks) {
+        self.chip.advance_to(now);
+        self.system.advance(now);
+        self.plan();
+    }
+
+    /// Interrupt lines and the next instant, after anything may have changed.
+    pub fn plan(&mut self) {
+        self.system.nvic.set_lines(self.chip.interrupt_lines());
+        self.next = self.chip.next().min(self.system.next()).min(self.until);
+        if self.chip.flash.take_double_error() {
+            self.system.nvic.pend(number::NMI);
+        }
+        if self.chip.watchdog_expired() {
+            self.event = Some(Event::Reset);
+        }
+    }
+
+    /// Whether the processor is to stop between two blocks.
+    pub fn is_due(&self) -> bool {
+        self.event.is_some()
+            || self.masked
+            || self.chip.now >= self.until
+            || self.chip.flash.power_lost()
+            || self.system.nvic.held_back().is_some()
+    }
+}

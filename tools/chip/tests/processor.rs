@@ -1,0 +1,143 @@
+//! Exceptions as an ARMv7-M takes them, on programs of a few instructions.
+
+use chip::chip::Chip;
+use chip::peripheral::flash::Start;
+use chip::processor::Processor;
+use chip::rule::Rule;
+use chip::surroundings::Surroundings;
+use chip::time::from_us;
+use hal_sim::board::SharedFlash;
+use hal_sim::presets;
+use hal_sim::wire::motion::ControllerConfig;
+use hal_sim::world::World;
+
+const STACK: u32 = 0x2000_1004;
+const FLASH: u32 = 0x0800_0000;
+const RESET_AT: u32 = 0x100;
+const HANDLER_AT: u32 = 0x180;
+/// Branch to itself; return.
+const STAY: u16 = 0xE7FE;
+const RETURN: u16 = 0x4770;
+
+/// A program after reset, and a handler of this exception.
+fn start(program: &[u16], exception: u32, handler: &[u16]) -> Processor {
+    let mut flash = vec![0xFF; 256 << 10];
+    let mut put =
+        |at: u32, bytes: &[u8]| flash[at as usize..][..bytes.len()].copy_from_slice(bytes);
+    put(0, &STACK.to_le_bytes());
+    put(4, &(FLASH + RESET_AT + 1).to_le_bytes());
+    put(4 * exception, &(FLASH + HANDLER_AT + 1).to_le_bytes());
+    for (at, code) in [(RESET_AT, program), (HANDLER_AT, handler)] {
+        let bytes: Vec<u8> = code.iter().flat_map(|half| half.to_le_bytes()).collect();
+        put(at, &bytes);
+    }
+    let world = World::new(
+        presets::ideal(1),
+        ControllerConfig::TYPICAL,
+        Default::default(),
+        1,
+    );
+    let around = Surroundings::new(world.expect("monotonic"), SharedFlash::erased(1));
+    Processor::start(&flash, Chip::new(around, Start::default())).expect("it starts")
+}
+
+fn run_us(processor: &mut Processor, us: u64) {
+    processor.run(from_us(us)).expect("it runs");
+}
+
+#[test]
+fn a_handler_sees_its_number_and_what_it_changes_comes_back() {
+    // movs r0,#7; svc #0 | mrs r4,ipsr; movs r0,#9; bx lr
+    let program = [0x2007, 0xDF00, STAY];
+    let mut processor = start(&program, 11, &[0xF3EF, 0x8405, 0x2009, RETURN]);
+    run_us(&mut processor, 10);
+    let register = |number| processor.register(number);
+    assert_eq!((register(0), register(4), register(13)), (7, 11, STACK));
+    assert_eq!(register(15), FLASH + RESET_AT + 4);
+}
+
+#[test]
+fn floating_point_registers_come_back() {
+    // vmov.f32 s0,#1.0; svc #0 | vmov.f32 s0,#2.0; bx lr
+    let program = [0xEEB7, 0x0A00, 0xDF00, STAY];
+    let mut processor = start(&program, 11, &[0xEEB0, 0x0A00, RETURN]);
+    run_us(&mut processor, 10);
+    assert_eq!(processor.float_register(0), 1.0f32.to_bits());
+    assert_eq!(processor.register(13), STACK);
+}
+
+/// movw r0,#0xE010; movt r0,#0xE000; movs r1,#99; str r1,[r0,#4]; movs r1,#7; str r1,[r0]: the timer, every 100 cycles.
+const TIMER: [u16; 8] = [
+    0xF24E, 0x0010, 0xF2CE, 0x0000, 0x2163, 0x6041, 0x2107, 0x6001,
+];
+/// adds r5,#1; bx lr
+const COUNT: [u16; 2] = [0x3501, RETURN];
+
+#[test]
+fn the_timer_interrupts_at_its_period() {
+    let program: Vec<u16> = TIMER.into_iter().chain([STAY]).collect();
+    let mut processor = start(&program, 15, &COUNT);
+    run_us(&mut processor, 1000);
+    // 16,000 cycles after reset.
+    let count = processor.register(5);
+    assert!((158..=160).contains(&count), "{count}");
+}
+
+#[test]
+fn a_masked_interrupt_waits_until_the_mask_is_gone() {
+    // movw r2,#0xED20; movt r2,#0xE000; movs r1,#0x80; strb r1,[r2,#3]; movs r3,#0x40; msr basepri,r3
+    let mask = [
+        0xF64E, 0x5220, 0xF2CE, 0x0200, 0x2180, 0x70D1, 0x2340, 0xF383, 0x8811,
+    ];
+    // movw r6,#1000; subs r6,#1; bne; movs r3,#0; msr basepri,r3
+    let unmask = [
+        0xF240, 0x36E8, 0x3E01, 0xD1FD, 0x462F, 0x2300, 0xF383, 0x8811, STAY,
+    ];
+    let program: Vec<u16> = mask.into_iter().chain(TIMER).chain(unmask).collect();
+    let mut processor = start(&program, 15, &COUNT);
+    run_us(&mut processor, 1000);
+    // mov r7,r5 before the mask goes: none had come by then.
+    assert_eq!(processor.register(7), 0);
+    assert!(processor.register(5) > 100, "{}", processor.register(5));
+}
+
+#[test]
+fn an_access_to_nothing_is_a_hard_fault_and_breaks_a_rule() {
+    // movs r0,#0; movt r0,#0x3000; ldr r1,[r0] | movs r4,#3
+    let program = [0x2000, 0xF2C3, 0x0000, 0x6801, STAY];
+    let mut processor = start(&program, 3, &[0x2403, STAY]);
+    run_us(&mut processor, 10);
+    assert_eq!(processor.register(4), 3);
+    assert_eq!(processor.findings().list()[0].rule, Rule::Fault);
+}
+
+#[test]
+fn a_stack_that_runs_over_still_reaches_the_hard_fault() {
+    // movs r0,#0; movt r0,#0x2000; mov sp,r0; push {r0} | movs r4,#3
+    let program = [0x2000, 0xF2C2, 0x0000, 0x4685, 0xB401, STAY];
+    let mut processor = start(&program, 3, &[0x2403, STAY]);
+    run_us(&mut processor, 10);
+    assert_eq!(processor.register(4), 3);
+    assert!(processor.register(13) < 0x2000_0000);
+}
+
+#[test]
+fn a_reset_that_nobody_asked_for_breaks_a_rule() {
+    // movw r0,#0xED0C; movt r0,#0xE000; movw r1,#4; movt r1,#0x05FA; str r1,[r0]
+    let program = [
+        0xF64E, 0x500C, 0xF2CE, 0x0000, 0xF240, 0x0104, 0xF2C0, 0x51FA, 0x6001, STAY,
+    ];
+    let mut processor = start(&program, 3, &[STAY]);
+    run_us(&mut processor, 10);
+    assert!(processor.resets() > 0);
+    assert_eq!(processor.findings().list()[0].rule, Rule::Reset);
+}
+
+#[test]
+fn waiting_for_an_interrupt_takes_time_and_no_instructions() {
+    // the timer; wfi; mov r6,r5
+    let program: Vec<u16> = TIMER.into_iter().chain([0xBF30, 0x462E, STAY]).collect();
+    let mut processor = start(&program, 15, &COUNT);
+    run_us(&mut processor, 12);
+    assert_eq!(processor.register(6), 1);
+}
