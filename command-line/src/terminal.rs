@@ -93,9 +93,39 @@ pub fn progress(length: u64, what: &str) -> ProgressBar {
     bar
 }
 
+/// Steps of a bar over stages.
+const STEPS: u64 = 1000;
+
+/// A progress bar over the stages of one piece of work on standard error; nothing where that is no terminal.
+pub fn stages() -> ProgressBar {
+    let bar = ProgressBar::new(STEPS);
+    if let Ok(style) = ProgressStyle::with_template("{msg:30} {bar:40} {percent} % {elapsed}") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// Tells a bar of [`stages`] the stage that begins, and the share of the work that is done. It never goes back.
+pub fn begin(bar: &ProgressBar, what: &str, done: f64) {
+    bar.set_message(what.to_owned());
+    let steps = (done.clamp(0.0, 1.0) * STEPS as f64) as u64;
+    bar.set_position(steps.max(bar.position()));
+    // Long computations are silent in between.
+    bar.tick();
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_bar_never_goes_back() {
+        let bar = stages();
+        begin(&bar, "one", 0.5);
+        begin(&bar, "two", 0.2);
+        assert_eq!(bar.position(), STEPS / 2);
+        assert_eq!(bar.message(), "two");
+    }
 
     #[test]
     fn a_message_is_one_line() {

@@ -17,41 +17,14 @@ pub fn telling_motion(effect: &str) -> Option<&'static str> {
         .map(|side| side.telling_motion())
 }
 
-/// The verdict as a sentence.
+/// The verdict in a sentence or two, beside the usual resolution.
 #[must_use]
 pub fn headline(diagnosis: &Diagnosis) -> String {
-    let names: Vec<&str> = diagnosis
-        .effects
-        .iter()
-        .map(|effect| effect.name.as_str())
-        .collect();
-    match diagnosis.verdict {
-        Verdict::NoGap => {
-            "The recording and its simulation agree: no gap beyond the simulator's own scatter."
-                .into()
-        }
-        Verdict::Named => format!(
-            "{} {} the gap.",
-            joined(&names),
-            if names.len() == 1 {
-                "explains"
-            } else {
-                "explain"
-            }
-        ),
-        Verdict::Alias => format!("{}: not told apart on this motion.", alias_sets(diagnosis)),
-        Verdict::Unknown => format!(
-            "There is a gap that no catalogued effect explains{}.",
-            located(diagnosis)
-        ),
-        Verdict::InsufficientData => match diagnosis.notes.first() {
-            Some(note) => format!("The recording cannot answer: {note}."),
-            None => "The recording cannot answer.".into(),
-        },
-    }
+    crate::headline::headline(diagnosis, crate::headline::RESOLUTION_M).text
 }
 
-fn located(diagnosis: &Diagnosis) -> String {
+/// Where the gap lies, as the end of a sentence.
+pub(crate) fn located(diagnosis: &Diagnosis) -> String {
     let place = diagnosis
         .unexplained
         .place
@@ -63,7 +36,7 @@ fn located(diagnosis: &Diagnosis) -> String {
 }
 
 /// Each alias set, likeliest first.
-fn alias_sets(diagnosis: &Diagnosis) -> String {
+pub(crate) fn alias_sets(diagnosis: &Diagnosis) -> String {
     let sets = diagnosis.effects.iter().map(|effect| {
         let all: Vec<&str> = std::iter::once(&effect.name)
             .chain(&effect.aliases)
@@ -74,7 +47,8 @@ fn alias_sets(diagnosis: &Diagnosis) -> String {
     sets.collect::<Vec<_>>().join("; ")
 }
 
-fn joined(names: &[&str]) -> String {
+/// Names in a row.
+pub(crate) fn joined(names: &[&str]) -> String {
     match names {
         [] => "Nothing".into(),
         [one] => (*one).into(),

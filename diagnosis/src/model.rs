@@ -5,12 +5,14 @@ use crate::baseline::Baseline;
 use crate::calibrate::baseline_columns;
 use crate::certainty::Certainty;
 use crate::clean::{among_bursts, astray, disturbed};
+use crate::confirmation::Confirmation;
 use crate::counts::align_pairs;
 use crate::gram::{Columns, Gram, amounts, folds};
 use crate::heldout::Residuals;
 use crate::judge::CHANNEL_NAMES;
 use crate::observe::{MINIMUM_SAMPLES, Observations};
 use crate::phase::{Line, VIBRATION, align, waves};
+use crate::progress::{Stage, Watch, unwatched};
 use crate::reached::Reached;
 use crate::refine::remembers;
 use crate::report::{HeldOut, HeldOutChannel, Magnitude};
@@ -81,6 +83,9 @@ pub struct Check {
     pub model: String,
     /// As in the diagnosis.
     pub held_out: HeldOut,
+    /// Whether that is what the model claims.
+    #[serde(default)]
+    pub confirmation: Confirmation,
 }
 
 /// The figures of `check`, and what they leave out.
@@ -128,14 +133,29 @@ pub fn check(model: &Model, recording: &Recording) -> Result<HeldOut, Insufficie
 /// # Errors
 /// As [`check`].
 pub fn check_fully(model: &Model, recording: &Recording) -> Result<Checked, Insufficient> {
+    check_watched(model, recording, &unwatched)
+}
+
+/// The same; `watch` is told each stage as it begins.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_watched(
+    model: &Model,
+    recording: &Recording,
+    watch: Watch,
+) -> Result<Checked, Insufficient> {
+    watch(Stage::Read);
     let mut observations = Observations::new(recording)?;
     repair_slips(&mut observations);
     align_pairs(&mut observations);
     let undisturbed = undisturbed(model, &observations);
+    watch(Stage::Split);
     let (known, elsewhere) = split(model, &observations, undisturbed);
     let doubtful = doubtful(model, &observations, &known);
     let both = |i: usize| (known[i] && !doubtful[i], elsewhere[i] || doubtful[i]);
     let (known, unknown): (Vec<bool>, Vec<bool>) = (0..known.len()).map(both).unzip();
+    watch(Stage::Apply);
     let (after, floor_scene) = residuals(model, &observations, known.clone(), true);
     let floor = floor(&floor_scene, 4);
     let (before, _) = residuals(model, &observations, known, false);

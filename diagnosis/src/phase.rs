@@ -162,6 +162,7 @@ mod tests {
         let amount = |name: &str| Magnitude {
             name: name.into(),
             value: 1.0e-6,
+            deviation: None,
             unit: "m".into(),
         };
         let known = [

@@ -85,6 +85,13 @@ pub struct Named {
     pub break_alias: Option<String>,
     /// Amounts with their units.
     pub magnitude: Vec<Magnitude>,
+    /// What the effect does altogether on this recording's motion: rms over the channels that it acts in, each about its mean, m; of
+    /// slips, over the segments that slipped.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub total_rms_m: Option<f64>,
+    /// Standard deviation of that, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub total_deviation_m: Option<f64>,
     /// Share of the squared excess that it takes beyond the others.
     pub share: f64,
     /// Largest channel's held-out rms with this effect alone, m.
@@ -98,6 +105,9 @@ pub struct Magnitude {
     pub name: String,
     /// How much.
     pub value: f64,
+    /// Its standard deviation, in the same unit, as [`crate::posterior`] tells it; zero where it was counted, none where it is not told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deviation: Option<f64>,
     /// Its unit.
     pub unit: String,
 }

@@ -144,7 +144,18 @@ fn a_diagnosis_is_written_reported_and_checked() {
     let check = json_in(at.join("c.json"));
     let mut keys: Vec<&String> = check.as_object().unwrap().keys().collect();
     keys.sort();
-    assert_eq!(keys, ["held_out", "model", "recording", "schema"]);
+    assert_eq!(
+        keys,
+        ["confirmation", "held_out", "model", "recording", "schema"]
+    );
+    let confirmation = &check["confirmation"];
+    let sure = confirmation["probability"].as_f64().unwrap();
+    assert_eq!(confirmation["confirmed"].as_bool().unwrap(), sure >= 0.5);
+    let first_line = checked.out.lines().next().unwrap();
+    assert!(
+        first_line.contains("confirmed: ") && first_line.contains("claimed"),
+        "{first_line}"
+    );
     courier_in(at, &["check", "d.json", first]).refused(&["d.json", "model"]);
     courier_in(at, &["load", "d.json"]).refused(&["d.json", "model"]);
     courier_in(at, &["load", "nowhere.json"]).refused(&["nowhere.json"]);

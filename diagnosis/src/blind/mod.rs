@@ -16,7 +16,7 @@ mod verdicts;
 mod words;
 
 pub use cases::{Case, Drawn, Kind};
-pub use claim::Claim;
+pub use claim::{CLAIM_WITHIN, Claim};
 pub use detection::Detection;
 pub use figure::Figure;
 pub use judged::Judged;

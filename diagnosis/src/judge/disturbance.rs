@@ -49,6 +49,12 @@ pub(super) struct Bursts {
     /// The same by the noise as it was found: how far they stand out.
     beyond_noise: f64,
     largest_m: f64,
+    /// Squares beyond the noise over all rows, m², and the variance that the noise gives them, m⁴.
+    squares_m2: f64,
+    squares_variance_m4: f64,
+    /// Noise of the largest one, m.
+    largest_noise_m: f64,
+    rows: usize,
     /// They come back where they were: on the diode, on the platen, or at the ends of the angle's range.
     pub(super) recur: bool,
 }
@@ -72,18 +78,25 @@ impl Bursts {
     }
 
     pub(super) fn named(&self, share: f64) -> Named {
+        let rows = self.rows.max(1) as f64;
+        let total_m = (self.squares_m2 / rows).sqrt();
+        let spread_m = 0.5 * self.squares_variance_m4.sqrt() / rows;
         Named {
             name: OUTLIERS.into(),
             probability: 0.97,
+            total_rms_m: Some(total_m),
+            total_deviation_m: Some(spread_m / total_m.max(f64::MIN_POSITIVE)),
             magnitude: vec![
                 Magnitude {
                     name: "disturbed samples".into(),
                     value: self.count as f64,
+                    deviation: Some(0.0),
                     unit: "samples".into(),
                 },
                 Magnitude {
                     name: "largest".into(),
                     value: self.largest_m,
+                    deviation: Some(self.largest_noise_m),
                     unit: "m".into(),
                 },
             ],
@@ -356,12 +369,18 @@ impl Judge<'_> {
         let stated = self.by_stated_noise(&all);
         let marked = self.outstanding(&all);
         let mut last = usize::MAX;
+        out.rows = all.sample.len();
         for k in 0..all.sample.len() {
             let i = all.sample[k];
             if marked[i] {
                 out.energy += (stated.white[k].powi(2) - 1.0).max(0.0);
                 out.beyond_noise += (all.white[k].powi(2) - 1.0).max(0.0);
-                out.largest_m = out.largest_m.max(all.value_m[k].abs());
+                let (value_m, noise_m) = (all.value_m[k].abs(), all.noise_m[k]);
+                if value_m > out.largest_m {
+                    (out.largest_m, out.largest_noise_m) = (value_m, noise_m);
+                }
+                out.squares_m2 += (value_m * value_m - noise_m * noise_m).max(0.0);
+                out.squares_variance_m4 += (2.0 * value_m * noise_m).powi(2);
                 if i != last {
                     out.count += 1;
                     last = i;

@@ -63,6 +63,7 @@ fn amounts(fine: &Refined) -> Vec<EffectAmounts> {
     let one = |c: usize| Magnitude {
         name: fine.columns.regressors[c].name.clone(),
         value: fine.amount(c),
+        deviation: None,
         unit: fine.columns.regressors[c].unit.into(),
     };
     let swell = crate::breath::breath(fine).of_its_time;

@@ -31,6 +31,7 @@ use crate::evidence::{Evidence, Step};
 use crate::heldout::Residuals;
 use crate::model::{Model, OF_ITS_TIME};
 use crate::prepare::{Prepared, prepare};
+use crate::progress::{Stage, Watch, unwatched};
 use crate::refine::Refined;
 use crate::report::{Diagnosis, Verdict};
 use crate::simulate::Floor;
@@ -38,6 +39,7 @@ use crate::study::{About, FIELD, Look, Options, Study, study};
 use effects::sensor::READINGS;
 use explain::Told;
 use recording::Recording;
+pub(crate) use verdict::STAYS_VISIBLE;
 
 /// Names of the channels.
 pub const CHANNEL_NAMES: [&str; 7] = [
@@ -100,16 +102,28 @@ pub fn diagnose(recording: &Recording, name: &str, options: &Options) -> Diagnos
 
 /// The same with the model and the residuals.
 pub fn diagnose_fully(recording: &Recording, name: &str, options: &Options) -> Answer {
+    diagnose_watched(recording, name, options, &unwatched)
+}
+
+/// The same; `watch` is told each stage as it begins.
+pub fn diagnose_watched(
+    recording: &Recording,
+    name: &str,
+    options: &Options,
+    watch: Watch,
+) -> Answer {
+    watch(Stage::Prepare);
     match prepare(recording) {
         Ok(mut prepared) => {
+            watch(Stage::Compare);
             let first = Judge::at_first(&prepared, options);
             let Some(keep) = first.in_use_anew() else {
-                return first.in_full().into_answer(name);
+                return first.in_full(watch).into_answer(name);
             };
             drop(first);
             prepared.use_only(keep);
             let again = Judge::at_first(&prepared, options);
-            again.in_full().into_answer(name)
+            again.in_full(watch).into_answer(name)
         }
         Err(limit) => Answer {
             diagnosis: Diagnosis {
@@ -179,10 +193,13 @@ impl<'a> Judge<'a> {
     }
 
     /// The looks that follow, about what was found.
-    fn in_full(mut self) -> Self {
+    fn in_full(mut self, watch: Watch) -> Self {
+        watch(Stage::Phase);
         self.choose_phase();
+        watch(Stage::Fuller);
         self.tell_more_fully();
         self.allow_for_noise();
+        watch(Stage::LookAgain);
         for _ in 0..LOOKS {
             let known = self.told.names(&self.study);
             self.look_again();
@@ -190,20 +207,25 @@ impl<'a> Judge<'a> {
                 break;
             }
         }
+        watch(Stage::Field);
         self.try_winding();
         self.try_field();
+        watch(Stage::Beside);
         if self.try_beside() {
             self.try_winding();
         }
         // Before anything goes: what harmonics of the gap's own leave hides what else there is.
         self.tell_gap();
+        watch(Stage::Prune);
         self.prune();
         self.tell_growth();
         self.tell_turn();
         self.tell_gap();
         self.tell_teeth();
+        watch(Stage::Foretell);
         self.claim();
         self.base = self.told.base;
+        watch(Stage::Judge);
         self
     }
 

@@ -2,6 +2,7 @@
 
 use super::{CHANNEL_NAMES, FLEXIBLE, Judge};
 use crate::arena::Arena;
+use crate::posterior::{Known, Posterior};
 use crate::report::{Magnitude, Named};
 use crate::search::rest;
 use crate::slips::Slip;
@@ -31,6 +32,7 @@ impl Judge<'_> {
         let blocks = &self.told.found.blocks;
         let all = rest(arena, blocks, self.base);
         let candidates = self.study.effects();
+        let known = Posterior::of(&self.fine);
         let mut out = Vec::new();
         for (place, &block) in blocks.iter().enumerate() {
             let others: Vec<usize> = blocks.iter().copied().filter(|b| *b != block).collect();
@@ -43,8 +45,11 @@ impl Judge<'_> {
                 .filter(|r| r.1 / sum > ALIAS)
                 .map(|r| r.0.clone())
                 .collect();
+            let total = known.as_ref().map(|known| known.total_m(1 + place));
             out.push(Named {
-                magnitude: self.magnitudes(place),
+                magnitude: self.magnitudes(place, known.as_ref()),
+                total_rms_m: total.map(|total| total.value),
+                total_deviation_m: total.map(|total| total.deviation),
                 probability: (1.0 / sum).min(0.999),
                 break_alias: if aliases.is_empty() {
                     None
@@ -141,51 +146,87 @@ impl Judge<'_> {
     }
 
     /// The largest amounts of the effect at a place of the answer, with their units: what is added to the readings.
-    fn magnitudes(&self, place: usize) -> Vec<Magnitude> {
+    fn magnitudes(&self, place: usize, known: Option<&Posterior>) -> Vec<Magnitude> {
         let fine = &self.fine;
-        let mut out: Vec<(f64, Magnitude)> = fine.columns.blocks[1 + place]
+        let mut out: Vec<(f64, usize)> = fine.columns.blocks[1 + place]
             .columns
             .clone()
             .map(|c| {
                 let regressor = &fine.columns.regressors[c];
-                (
-                    (fine.amounts[c] * fine.gram.shrunk[c] * regressor.size_m).abs(),
-                    Magnitude {
-                        name: regressor.name.clone(),
-                        value: fine.amount(c),
-                        unit: regressor.unit.into(),
-                    },
-                )
+                let size = fine.amounts[c] * fine.gram.shrunk[c] * regressor.size_m;
+                (size.abs(), c)
             })
             .collect();
         out.sort_by(|a, b| b.0.total_cmp(&a.0));
-        out.into_iter().take(TOLD).map(|m| m.1).collect()
+        let told = |(_, c): (f64, usize)| Magnitude {
+            name: fine.columns.regressors[c].name.clone(),
+            value: fine.amount(c),
+            deviation: known.map(|known| known.deviation(c)),
+            unit: fine.columns.regressors[c].unit.into(),
+        };
+        out.into_iter().take(TOLD).map(told).collect()
     }
 
     /// White noise above the stated level.
     pub(super) fn noise(&self, white: f64, share: f64) -> Named {
-        let after = &self.after;
-        let magnitude = after
-            .channels()
-            .into_iter()
-            .map(|c| {
-                let rms = after.channel_rms_m(c).0;
-                let floor = self.floor.channel_rms_m[c];
-                Magnitude {
-                    name: format!("beyond the stated noise, {}", CHANNEL_NAMES[c]),
-                    value: (rms * rms - floor * floor).max(0.0).sqrt(),
-                    unit: "m".into(),
-                }
-            })
-            .collect();
+        let channels = self.after.channels();
+        let beyond = channels.iter().map(|c| (*c, self.beyond_the_floor(*c)));
+        let beyond: Vec<(usize, Known)> = beyond.collect();
+        let magnitude = beyond.iter().map(|(c, known)| Magnitude {
+            name: format!("beyond the stated noise, {}", CHANNEL_NAMES[*c]),
+            value: known.value,
+            deviation: Some(known.deviation),
+            unit: "m".into(),
+        });
+        let rows = |c: usize| self.after.channel_rms_m(c).1 as f64;
+        let total = pooled(beyond.iter().map(|(c, known)| (rows(*c), *known)));
         Named {
             name: "excess_noise".into(),
             probability: if white > 1.2 { 0.97 } else { 0.8 },
-            magnitude,
+            magnitude: magnitude.collect(),
+            total_rms_m: Some(total.value),
+            total_deviation_m: Some(total.deviation),
             share,
             ..Named::default()
         }
     }
+}
+
+/// Standard deviations on either side of a normal 95 % interval.
+const SIDE: f64 = 1.96;
+
+impl Judge<'_> {
+    /// What is left of a channel beyond the simulator's own scatter, m rms.
+    fn beyond_the_floor(&self, channel: usize) -> Known {
+        let rms_m = self.after.channel_rms_m(channel).0;
+        let floor_m = self.floor.channel_rms_m[channel];
+        let value = (rms_m * rms_m - floor_m * floor_m).max(0.0).sqrt();
+        let [low, high] = self.after.interval_m(channel);
+        let deviation = 0.5 * (high - low) / SIDE;
+        Known {
+            value,
+            // Where hardly anything is beyond, it is known to no better than its square is.
+            deviation: (deviation * rms_m / value.max(f64::MIN_POSITIVE))
+                .min((rms_m * deviation).sqrt()),
+        }
+    }
+}
+
+/// Rms over several groups of so many values each, with what each is known to.
+fn pooled(groups: impl Iterator<Item = (f64, Known)>) -> Known {
+    let (mut count, mut square, mut variance) = (0.0, 0.0, 0.0);
+    for (rows, known) in groups {
+        count += rows;
+        square += rows * known.value * known.value;
+        variance += (rows * known.value * known.deviation).powi(2);
+    }
+    let value = (square / f64::max(count, 1.0)).sqrt();
+    let deviation = if value > 0.0 {
+        variance.sqrt() / (count * value)
+    } else {
+        0.0
+    };
+    Known { value, deviation }
 }
 
 /// The motion that tells an effect from others.
@@ -196,13 +237,14 @@ fn telling_motion(name: &str) -> Option<String> {
         .map(|e| e.telling_motion().to_string())
 }
 
-/// Whole teeth that a counter lost or won.
-pub(super) fn slip_named(first: &Slip, all: &[Slip]) -> Named {
+/// Whole teeth that a counter lost or won, of a recording of so many samples.
+pub(super) fn slip_named(first: &Slip, all: &[Slip], samples: usize, pitch_m: f64) -> Named {
     let magnitude = all
         .iter()
         .map(|s| Magnitude {
             name: format!("segment {} from sample {}", s.segment + 1, s.sample),
             value: f64::from(s.teeth),
+            deviation: Some(0.0),
             unit: "teeth".into(),
         })
         .collect();
@@ -210,7 +252,70 @@ pub(super) fn slip_named(first: &Slip, all: &[Slip]) -> Named {
         name: "cycle_slip".into(),
         probability: if first.sure { 0.99 } else { 0.95 },
         magnitude,
+        total_rms_m: Some(pitch_m * teeth_off_rms(all, samples)),
+        // Teeth are whole.
+        total_deviation_m: Some(0.0),
         share: 1.0,
         ..Named::default()
+    }
+}
+
+/// Teeth that the segments which slipped are off by, rms about each one's mean.
+fn teeth_off_rms(all: &[Slip], samples: usize) -> f64 {
+    let count = samples.max(1) as f64;
+    let variance = |segment: usize| {
+        let slips = || all.iter().filter(|slip| slip.segment == segment);
+        let after = |slip: &Slip| samples.saturating_sub(slip.sample) as f64 / count;
+        let mean: f64 = slips()
+            .map(|slip| f64::from(slip.teeth) * after(slip))
+            .sum();
+        // Two steps overlap from the later one on.
+        let pairs = slips().flat_map(|one| slips().map(move |other| (one, other)));
+        let square: f64 = pairs
+            .map(|(one, other)| f64::from(one.teeth * other.teeth) * after(one).min(after(other)))
+            .sum();
+        square - mean * mean
+    };
+    let slipped: Vec<usize> = (0..4)
+        .filter(|s| all.iter().any(|slip| slip.segment == *s))
+        .collect();
+    let sum: f64 = slipped.iter().map(|s| variance(*s)).sum();
+    (sum / slipped.len().max(1) as f64).max(0.0).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_add_up_from_each_on() {
+        let slip = |segment, teeth, sample| Slip {
+            segment,
+            teeth,
+            sample,
+            sure: true,
+        };
+        let list = [slip(0, 1, 50), slip(0, -1, 75), slip(2, 2, 50)];
+        let off = |segment: usize, i: usize| {
+            let slips = list
+                .iter()
+                .filter(|s| s.segment == segment && s.sample <= i);
+            slips.map(|s| f64::from(s.teeth)).sum::<f64>()
+        };
+        let variance = |segment: usize| {
+            let values: Vec<f64> = (0..100).map(|i| off(segment, i)).collect();
+            crate::statistics::deviation(&values).powi(2)
+        };
+        let wanted = (0.5 * (variance(0) + variance(2))).sqrt();
+        assert!((teeth_off_rms(&list, 100) - wanted).abs() < 1e-12);
+    }
+
+    #[test]
+    fn groups_are_pooled_by_their_rows() {
+        let known = |value, deviation| Known { value, deviation };
+        let all = pooled([(30.0, known(1.0, 0.1)), (10.0, known(3.0, 0.2))].into_iter());
+        assert!((all.value - 3.0_f64.sqrt()).abs() < 1e-12);
+        let wanted = (3.0_f64.powi(2) + 6.0_f64.powi(2)).sqrt() / (40.0 * 3.0_f64.sqrt());
+        assert!((all.deviation - wanted).abs() < 1e-12);
     }
 }

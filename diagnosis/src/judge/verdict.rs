@@ -20,7 +20,7 @@ const HALF_DONE: f64 = 0.5;
 /// Nor is one that leaves more than this, where that would be a gap by itself.
 const PARTLY_DONE: f64 = 0.3;
 /// What is left would be a gap by itself from so many times the noise, rms, on.
-pub(super) const STAYS_VISIBLE: f64 = 1.0 + 2.0 * (VISIBLE - 1.0);
+pub(crate) const STAYS_VISIBLE: f64 = 1.0 + 2.0 * (VISIBLE - 1.0);
 /// A remainder is located if some shape takes this share of it.
 const LOCATED: f64 = 0.15;
 /// Share of a noise that had to be found which shapes may take by chance.
@@ -229,7 +229,10 @@ impl Judge<'_> {
         let total = seen.total.max(1e-9);
         if self.allowed("cycle_slip") {
             let first = self.prepared.slips.first();
-            effects.extend(first.map(|slip| slip_named(slip, &self.prepared.slips)));
+            effects.extend(first.map(|slip| {
+                let read = &self.prepared.observations;
+                slip_named(slip, &self.prepared.slips, read.len(), read.pitch_m)
+            }));
         }
         if self.burst(seen, 0.05) && self.allowed(OUTLIERS) {
             effects.push(seen.bursts.named(seen.bursts.energy / total));

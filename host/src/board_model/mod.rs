@@ -248,6 +248,7 @@ mod tests {
         Magnitude {
             name: name.into(),
             value,
+            deviation: None,
             unit: "m".into(),
         }
     }

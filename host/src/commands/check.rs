@@ -3,9 +3,11 @@
 use crate::json::Json;
 use crate::kinds;
 use crate::output::Files;
-use crate::terminal::{micrometres, table, warn};
+use crate::terminal::{begin, micrometres, stages, table, warn};
 use anyhow::{Context, Result, bail};
-use diagnosis::{Check, Checked, Model};
+use diagnosis::confirmation::{ConfirmedChannel, Confirmation};
+use diagnosis::progress::Stage;
+use diagnosis::{Check, Checked, Model, check_watched};
 use recording::Recording;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -55,17 +57,57 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let recording = Recording::read(&args.recording)?;
     recording.warnings.iter().for_each(|warning| warn(warning));
     let path = args.recording.display().to_string();
-    let checked = diagnosis::check_fully(&model, &recording).with_context(|| path.clone())?;
+    let bar = stages();
+    let watch = |stage: Stage| begin(&bar, stage.what(), stage.begins_at());
+    let checked = check_watched(&model, &recording, &watch);
+    bar.finish_and_clear();
+    let checked = checked.with_context(|| path.clone())?;
     let held_out = checked.held_out.clone();
     let check = Check {
         schema: 1,
         recording: path,
         model: name,
+        confirmation: Confirmation::new(&model.claimed, &held_out),
         held_out,
     };
-    let told = told(&model, &check) + &left_out(&model, &checked);
-    args.json.tell(kinds::CHECK, &check, || told)?;
+    let told = [
+        confirmed(&check.confirmation),
+        told(&model, &check) + &left_out(&model, &checked),
+    ];
+    args.json.tell(kinds::CHECK, &check, || told.join("\n"))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Whether the claim is confirmed, and how sure that is.
+fn confirmed(confirmation: &Confirmation) -> String {
+    let lines = confirmation.channels.iter().map(confirmed_channel);
+    let verdict = if confirmation.confirmed {
+        "confirmed"
+    } else {
+        "not confirmed"
+    };
+    if confirmation.channels.is_empty() {
+        return format!("{verdict}: the model claims nothing of these channels");
+    }
+    format!("{verdict}: {}", lines.collect::<Vec<_>>().join("\n    "))
+}
+
+fn confirmed_channel(channel: &ConfirmedChannel) -> String {
+    let within = 100.0 * diagnosis::confirmation::WITHIN;
+    let state = if channel.confirmed {
+        ""
+    } else if channel.probability_at_best < 0.5 {
+        "; the recordings are too short to tell"
+    } else {
+        "; not as claimed"
+    };
+    format!(
+        "{} {} µm claimed, {} came (probability {:.2} that they differ by less than {within:.0} %){state}",
+        channel.channel,
+        micrometres(channel.claimed_rms_m),
+        micrometres(channel.came_rms_m),
+        channel.probability,
+    )
 }
 
 /// What the figures leave out, and what they are beyond.

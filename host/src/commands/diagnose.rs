@@ -3,9 +3,12 @@
 use crate::json::Json;
 use crate::kinds;
 use crate::output::{self, Files};
-use crate::terminal::{micrometres, one_line, table, warn};
-use anyhow::{Result, bail};
-use diagnosis::{Diagnosis, Options, Verdict, diagnose_fully};
+use crate::terminal::{begin, micrometres, one_line, stages, table, warn};
+use anyhow::{Result, bail, ensure};
+use diagnosis::headline::{RESOLUTION_M, headline};
+use diagnosis::progress::Stage;
+use diagnosis::report::{Magnitude, Named};
+use diagnosis::{Diagnosis, Options, Verdict, diagnose_watched, units};
 use recording::Recording;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -30,6 +33,9 @@ pub struct Args {
     /// Write a report with plots to this file: one HTML file that needs no network.
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    /// Resolution that the gap is held against in the headline, µm rms.
+    #[arg(long, value_name = "UM", default_value_t = 1.0e6 * RESOLUTION_M)]
+    resolution_um: f64,
     /// Take an effect out of the catalogue; may be given several times.
     #[arg(long, value_name = "EFFECT")]
     without: Vec<String>,
@@ -63,16 +69,24 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             known.join(", ")
         );
     }
+    ensure!(
+        args.resolution_um > 0.0 && args.resolution_um.is_finite(),
+        "--resolution-um: found {}, wanted above 0",
+        args.resolution_um
+    );
     let recording = Recording::read(&args.recording)?;
     recording.warnings.iter().for_each(|warning| warn(warning));
     let name = args.recording.display().to_string();
-    let answer = diagnose_fully(
+    let bar = stages();
+    let answer = diagnose_watched(
         &recording,
         &name,
         &Options {
             without: args.without.clone(),
         },
+        &|stage: Stage| begin(&bar, stage.what(), stage.begins_at()),
     );
+    bar.finish_and_clear();
     match (&args.model, &answer.model) {
         (Some(path), Some(model)) => {
             let json = serde_json::to_string_pretty(model)?;
@@ -89,14 +103,17 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         output::write(path, kinds::PAGE, page.as_bytes())?;
     }
     args.json
-        .tell(kinds::DIAGNOSIS, &answer.diagnosis, || text(&answer.diagnosis))?;
+        .tell(kinds::DIAGNOSIS, &answer.diagnosis, || text(&answer.diagnosis, 1.0e-6 * args.resolution_um))?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// The four answers in under a screen.
-pub fn text(d: &Diagnosis) -> String {
-    let mut out = format!("{}: {}\n", d.recording, verdict(d));
-    for note in &d.notes {
+/// The four answers in under a screen, beside a resolution, m.
+pub fn text(d: &Diagnosis, resolution_m: f64) -> String {
+    let headline = headline(d, resolution_m).text;
+    let mut out = format!("{}: {}. {headline}\n", d.recording, verdict(d));
+    // Where the data are insufficient, the headline is the first note.
+    let told = usize::from(d.verdict == Verdict::InsufficientData);
+    for note in d.notes.iter().skip(told) {
         out += &format!("  {note}\n");
     }
     if d.gap.is_empty() {
@@ -183,18 +200,16 @@ fn effects(d: &Diagnosis) -> String {
     let mut out = String::new();
     for effect in &d.effects {
         out += &format!(
-            "{}: {}; probability {:.2}, {:.0} % of the gap, alone down to {} µm\n",
+            "{}{}: {}; probability {:.2}, {:.0} % of the gap{}\n",
             effect.name,
+            units::total(effect).map_or(String::new(), |total| format!(": {total}")),
             effects::entry(&effect.name).map_or("", |entry| entry.summary),
             effect.probability,
             100.0 * effect.share,
-            micrometres(effect.gap_after_alone_m),
+            alone(effect),
         );
         for amount in effect.magnitude.iter().take(2) {
-            out += &format!(
-                "    {}: {:.3e} {}\n",
-                amount.name, amount.value, amount.unit
-            );
+            out += &amount_line(amount);
         }
         if !effect.aliases.is_empty() {
             out += &format!(
@@ -207,16 +222,26 @@ fn effects(d: &Diagnosis) -> String {
     out
 }
 
+/// What an effect leaves by itself. Of what is no shape, nothing is told.
+fn alone(effect: &Named) -> String {
+    if effect.gap_after_alone_m > 0.0 {
+        let left = micrometres(effect.gap_after_alone_m);
+        format!(", alone down to {left} µm")
+    } else {
+        String::new()
+    }
+}
+
+fn amount_line(amount: &Magnitude) -> String {
+    format!("    {}: {}\n", units::name(amount), units::amount(amount))
+}
+
 fn verdict(d: &Diagnosis) -> &'static str {
     match d.verdict {
-        Verdict::NoGap => {
-            "no gap: the excess is not distinguishable from the simulator's own scatter"
-        }
+        Verdict::NoGap => "no gap",
         Verdict::Named => "named",
-        Verdict::Alias => "alias: several effects explain the gap equally on this motion",
-        Verdict::Unknown => {
-            "unknown: there is a gap, it is located, and no catalogued effect explains it"
-        }
+        Verdict::Alias => "alias",
+        Verdict::Unknown => "unknown",
         Verdict::InsufficientData => "insufficient data",
     }
 }

@@ -206,7 +206,7 @@ fn remedies(answer: &Isolability) -> String {
 
 fn quantity(value: f64, unit: &str) -> String {
     match unit {
-        "m" => format!("{:.3} um", value * 1e6),
+        "m" => format!("{:.3} µm", value * 1e6),
         "rad" => format!("{:.3} mrad", value * 1e3),
         _ => format!("{value:.5}"),
     }
