@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{courier_in, json_in};
+use common::{asked, courier_in, json_in};
 use hal_sim::coordination::origin_under;
 use hal_sim::courier::Courier;
 use hal_sim::presets;
@@ -109,6 +109,28 @@ fn a_map_outlives_the_tooth_count(folder: &Path) {
     ]);
     load(&["teeth.json", "--from", "0,0,0"])
         .refused(&["found the beacon in 0 frames, wanted 100", "--from"]);
+}
+
+/// A survey goes over too much for its samples to tell the teeth of any place: no map, and nothing written. The motion that the help
+/// names gives one.
+#[test]
+fn a_map_without_a_trusted_cell_is_refused_and_the_help_s_recipe_gives_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let record = |words: &str| {
+        let ran = asked(folder, &format!("record {words} --decimation 60"));
+        assert_eq!(ran.code, 0, "{}", ran.err);
+    };
+    record("survey --survey 22.13,25.08,0");
+    asked(folder, "map survey --within 3 --out teeth.json").refused(&["survey", "no cell", "1000"]);
+    assert!(!folder.join("teeth.json").exists());
+    record("beacon --under-beacon");
+    let told = asked(folder, "map beacon --out teeth.json").quiet();
+    println!("{told}");
+    assert!(told.contains("trusted cells known to"), "{told}");
+    assert!(folder.join("teeth.json").exists());
+    asked(folder, "--sim record no --under-beacon=1,2")
+        .refused(&["--under-beacon", "three numbers"]);
 }
 
 #[test]

@@ -11,17 +11,19 @@ use recording::Recording;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+/// Poses of a usual map, as the joint calibration under a beacon makes them.
+const LEAST_POSES: u32 = 1000;
 /// Passes of a usual fit, for the progress bar.
 const PASSES: u64 = 24;
 
 /// Estimate a map of the platen's teeth from a recording under a beacon.
 ///
 /// The recording holds all four segments and the coordination sensor, over the area to be mapped and with rotation (±1.5° or so):
-/// 1000 still poses, or sweeps. The map holds how far the teeth are displaced along x and y, where poses have told it, and lateral
+/// 1000 still poses, or the sweeps of `courier record --under-beacon`. The map holds how far the teeth are displaced along x and y, where poses have told it, and lateral
 /// waves of mixed order; `courier load FILE` puts it into a board, until that restarts: places count from the board's own tooth count.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Example:\n  courier map under_beacon --out teeth.json && courier --probe any load teeth.json"
+    after_help = "Example, on the simulated courier and its own beacon:\n  courier --sim-flash board.bin calibrate\n  courier --sim-flash board.bin record beacon --under-beacon\n  courier map beacon --out teeth.json\n  courier --sim-flash board.bin load teeth.json"
 )]
 pub struct Args {
     /// The recording's folder.
@@ -67,6 +69,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let mapped = estimate(&setup, &poses, &mut || bar.inc(1));
     bar.finish_and_clear();
     let file = MapFile::new(mapped?);
+    ensure!(
+        trusted_cells(&file.map) > 0,
+        "{}: found no cell whose teeth are known well enough to be applied, wanted more poses of the area: {LEAST_POSES} or more, turned by ±1.5°",
+        args.recording.display()
+    );
     if let Some(path) = &args.out {
         let text = serde_json::to_string_pretty(&file)?;
         output::write(path, kinds::MAP, text.as_bytes())?;
@@ -84,6 +91,12 @@ fn near_middle(poses: &mut Vec<TeethPose>, within_m: f64) {
         values.get(values.len() / 2).copied().unwrap_or_default()
     });
     poses.retain(|pose| (0..SEGMENTS).all(|i| (pose.outputs_m[i] - medians[i]).abs() <= within_m));
+}
+
+/// Cells that a board would apply.
+fn trusted_cells(map: &Mapped) -> u32 {
+    let words = map.header.trusted.iter();
+    words.map(|word| word.count_ones()).sum()
 }
 
 fn text(map: &Mapped) -> String {
@@ -107,16 +120,11 @@ fn text(map: &Mapped) -> String {
                 micrometres(worst_m)
             )
         } else {
-            "no cell known well enough to be applied".to_owned()
+            "no trusted cell".to_owned()
         };
         format!("{along} by {across} nodes, {known}")
     };
-    let trusted: u32 = map
-        .header
-        .trusted
-        .iter()
-        .map(|word| word.count_ones())
-        .sum();
+    let trusted = trusted_cells(map);
     let angles = evidence.way_angle_deviation_rad.as_flattened();
     let angles: Vec<String> = angles.iter().map(|rad| figure(1.0e3 * rad)).collect();
     pairs(&[

@@ -7,8 +7,9 @@ use crate::destination::Destination;
 use crate::recorder::{Order, Run, record};
 use crate::survey;
 use crate::terminal::progress;
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use courier_sensor::drivers::motion::Target;
+use courier_sensor::geometry::Geometry;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -42,6 +43,10 @@ pub struct Args {
     /// still; some 25 s.
     #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, value_parser = super::target, conflicts_with_all = ["seconds", "run", "go_to", "speed_mm_s"])]
     survey: Option<Target>,
+    /// Make the motions that `courier map` wants, within 4 mm of this place under a beacon, turned by up to 1.5°; some 40 s. A
+    /// simulated courier's beacon need not be named.
+    #[arg(long, value_name = "X,Y,THETA", num_args = 0..=1, require_equals = true, allow_hyphen_values = true, value_parser = super::target, conflicts_with_all = ["seconds", "run", "go_to", "speed_mm_s", "survey"])]
+    under_beacon: Option<Option<Target>>,
     /// Replace the recording in the folder.
     #[arg(long)]
     force: bool,
@@ -73,9 +78,16 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         args.seconds
     );
     let mut board = choice.open()?;
-    let (runs, decimation) = match args.survey {
-        Some(centre) => (survey::runs(centre), SURVEY_DECIMATION),
-        None => (vec![single(args)], 1),
+    let (runs, decimation) = match (args.survey, args.under_beacon) {
+        (Some(centre), _) => (survey::runs(centre), SURVEY_DECIMATION),
+        (None, Some(place)) => {
+            let centre = place.or(board.beacon).context(
+                "--under-beacon: found no place, wanted =X,Y,THETA: only a simulated courier's beacon is known",
+            )?;
+            let lever_m = Geometry::PAPER.lever_m;
+            (survey::under_beacon(centre, lever_m), SURVEY_DECIMATION)
+        }
+        (None, None) => (vec![single(args)], 1),
     };
     let to = Destination {
         folder: args.folder.clone(),

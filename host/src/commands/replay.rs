@@ -3,7 +3,7 @@
 use crate::json::Json;
 use crate::output::{Files, Kind};
 use crate::calibration_file::CalibrationFile;
-use crate::replay::{Report, applied, replay};
+use crate::replay::{HeldOut, Remark, Report, applied, remarks, replay};
 use crate::terminal::{micrometres, progress, table, warn};
 use anyhow::Result;
 use recording::Recording;
@@ -15,7 +15,8 @@ use std::process::ExitCode;
 ///
 /// The firmware's own signal path and incremental least squares run over the recording: one segment against a
 /// reference, or four segments against each other (g_p, equation 5). A third of the motion, in contiguous blocks of both
-/// directions of travel, is held out.
+/// directions of travel, is held out. What remains is remarked on where it cannot be a sensor's error, or where calibration takes
+/// nothing away; exit code 1 where it is of the size of the pitch.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  courier replay ../shared/data/ess-rotary-normal --json")]
 pub struct Args {
@@ -51,6 +52,8 @@ struct Output<'a> {
     recording: String,
     #[serde(flatten)]
     report: &'a Report,
+    #[serde(skip_serializing_if = "<[Remark]>::is_empty")]
+    remarks: &'a [Remark],
 }
 
 /// Reads, calibrates, prints.
@@ -64,20 +67,29 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         return apply(args, &recording, path);
     }
     let report = replay(&recording, &progress(0, "replaying"))?;
+    let figures = report.channels.iter().map(|channel| {
+        let HeldOut { raw_rms_m, calibrated_rms_m, .. } = channel.rms;
+        (channel.channel.name(), [raw_rms_m, calibrated_rms_m])
+    });
+    let remarks = remarks(figures, recording.meta.geometry.pitch_m);
     let told = Output {
         recording: args.recording.display().to_string(),
         report: &report,
+        remarks: &remarks,
     };
     args.json.tell(ANSWER, &told, || text(&recording, &report))?;
-    Ok(ExitCode::SUCCESS)
+    Ok(warned(&remarks))
 }
 
 fn apply(args: &Args, recording: &Recording, path: &Path) -> Result<ExitCode> {
     let g_p = applied(recording, &CalibrationFile::read(path)?)?;
+    let figures = [("g_p".to_owned(), [g_p.raw_rms_m, g_p.calibrated_rms_m])];
+    let remarks = remarks(figures, recording.meta.geometry.pitch_m);
     let told = serde_json::json!({
         "recording": args.recording.display().to_string(),
         "calibration": path.display().to_string(),
         "g_p": g_p,
+        "remarks": remarks,
     });
     args.json.tell(APPLIED, &told, || {
         let (raw, calibrated) = (
@@ -89,7 +101,17 @@ fn apply(args: &Args, recording: &Recording, path: &Path) -> Result<ExitCode> {
             recording.meta.device, g_p.samples
         )
     })?;
-    Ok(ExitCode::SUCCESS)
+    Ok(warned(&remarks))
+}
+
+/// Says what looks wrong on standard error, and gives the exit code: 1 where the figures cannot be a sensor's.
+fn warned(remarks: &[Remark]) -> ExitCode {
+    remarks.iter().for_each(|remark| warn(&remark.text));
+    if remarks.iter().any(|remark| remark.of_the_pitch) {
+        ExitCode::FAILURE
+    } else {
+        ExitCode::SUCCESS
+    }
 }
 
 fn text(recording: &Recording, report: &Report) -> String {

@@ -2,16 +2,18 @@
 //!
 //! `channel` says what is compared with what, `observe` runs the firmware's signal path, `blocks` tells which samples are
 //! held out, `fit` solves row by row in f32 (the firmware's estimator) and at once in f64 (its peer), `report` puts the
-//! figures together. `applied` fits nothing: it applies a board's calibration.
+//! figures together, `remarks` says what looks wrong about them. `applied` fits nothing: it applies a board's calibration.
 
 mod applied;
 mod blocks;
 mod channel;
 mod fit;
 mod observe;
+mod remarks;
 mod report;
 
 pub use applied::{Applied, applied};
 pub use blocks::{Split, split};
 pub use channel::Channel;
+pub use remarks::{Remark, remarks};
 pub use report::{ChannelReport, HeldOut, Position, Report, replay};
