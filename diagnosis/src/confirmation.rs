@@ -67,14 +67,7 @@ impl Confirmation {
 }
 
 fn channel(claimed: &HeldOutChannel, came: &HeldOutChannel) -> ConfirmedChannel {
-    // What is claimed is what the model leaves and the noise: here it is this recording's noise.
-    let left = claimed.after_rms_m.powi(2) - claimed.floor_rms_m.powi(2);
-    let expected = (left.max(0.0) + came.floor_rms_m.powi(2)).sqrt();
-    let claimed_rms_m = if came.floor_rms_m > 0.0 && claimed.floor_rms_m > 0.0 {
-        expected
-    } else {
-        claimed.after_rms_m
-    };
+    let claimed_rms_m = at_other_noise_m(claimed, came.floor_rms_m);
     let difference = (came.after_rms_m / claimed_rms_m).ln();
     let deviation = log_deviation(claimed).hypot(log_deviation(came));
     let probability = within(difference, deviation);
@@ -86,6 +79,17 @@ fn channel(claimed: &HeldOutChannel, came: &HeldOutChannel) -> ConfirmedChannel 
         probability_at_best: within(0.0, deviation),
         confirmed: probability >= LIKELY,
     }
+}
+
+/// What is claimed is what the model leaves and the noise: the same with another recording's noise, rms m.
+fn at_other_noise_m(claimed: &HeldOutChannel, floor_m: f64) -> f64 {
+    if claimed.floor_rms_m <= 0.0 || floor_m <= 0.0 {
+        return claimed.after_rms_m;
+    }
+    // Where the stated noise is too large, less than it is left, and all of that is noise.
+    let noise_m = claimed.after_rms_m.min(claimed.floor_rms_m);
+    let left = claimed.after_rms_m.powi(2) - noise_m.powi(2);
+    left.sqrt().hypot(noise_m * floor_m / claimed.floor_rms_m)
 }
 
 /// Standard deviation of the logarithm of an rms, as its interval shows it.
@@ -183,6 +187,9 @@ mod tests {
         // Half of the noise and yet as much left is more than was claimed.
         let not_quieter = held_out(left(1.0), 0.03, 0.5);
         assert!(!Confirmation::new(&claimed, &not_quieter).confirmed);
+        // Stated too large on both.
+        let told = Confirmation::new(&held_out(0.9, 0.03, 1.0), &held_out(0.45, 0.03, 0.5));
+        assert!(told.confirmed && (told.channels[0].claimed_rms_m - 0.45).abs() < 1e-12);
     }
 
     /// Pairs whose true values differ by a known share are confirmed as often as their mean probability says.

@@ -2,10 +2,9 @@
 
 use crate::json::Json;
 use crate::kinds;
-use crate::output::{Files, Kind};
+use crate::output::{self, Files, Kind, new_file};
 use crate::board::Choice;
 use crate::calibration_file::CalibrationFile;
-use crate::output::{new_file, replace_file};
 use crate::terminal::print;
 use anyhow::{Result, bail};
 use courier_sensor::link::message::{Action, Reply, Source};
@@ -55,8 +54,12 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         print(&text)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let write = if args.force { replace_file } else { new_file };
-    write(&args.file, format!("{text}\n").as_bytes())?;
+    let bytes = format!("{text}\n");
+    if args.force {
+        output::write(&args.file, kinds::CALIBRATION, bytes.as_bytes())?;
+    } else {
+        new_file(&args.file, bytes.as_bytes())?;
+    }
     args.json.tell(ANSWER, &json!({ "written": args.file }), || {
         format!("written to {}", args.file.display())
     })?;

@@ -208,6 +208,7 @@ fn quantity(value: f64, unit: &str) -> String {
     match unit {
         "m" => format!("{:.3} µm", value * 1e6),
         "rad" => format!("{:.3} mrad", value * 1e3),
-        _ => format!("{value:.5}"),
+        // Of the gain, or of the deflection at full scale.
+        _ => format!("{:.3} %", value * 1e2),
     }
 }
