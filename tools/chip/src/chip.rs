@@ -146,6 +146,16 @@ impl Chip {
         self.advance_to(self.now + duration);
     }
 
+    /// A byte that nobody asked for gets into the bus's FIFO.
+    pub fn disturb_bus(&mut self, byte: u8) {
+        self.with(|chip, access| chip.spi1.answer(byte, access));
+    }
+
+    /// A double word of the code is found to have wrong check bits.
+    pub fn disturb_code(&mut self) {
+        self.flash.note_double_error(false, 0x1000);
+    }
+
     /// Interrupt lines that are up, a bit each.
     pub fn interrupt_lines(&self) -> u128 {
         let pending = self.exti.pending();

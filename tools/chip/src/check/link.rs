@@ -1,18 +1,20 @@
-//! The debug link over the chip's RAM: who is there, how it is, a stream of samples.
+//! The debug link over the chip's RAM: who is there, how it is, a stream of samples; and what the sampling interrupt takes.
 
 use super::{judge, start};
 use crate::image::Image;
 use crate::peripheral::flash::Start;
+use crate::registers;
 use crate::wire::Board;
 use anyhow::{Result, ensure};
 use board_link::Link;
 use courier_sensor::link::telemetry::Channels;
-
 use std::time::Duration;
 
 /// So long samples are listened to.
 const LISTEN_MS: u64 = 50;
 const SAMPLES_A_MS: u64 = 20;
+/// Every tenth sample is asked for where none may be lost.
+const EVERY: u16 = 10;
 
 pub fn run(image: &Image) -> Result<String> {
     let board = Board::new(start(image, 2, Start::default())?);
@@ -23,32 +25,44 @@ pub fn run(image: &Image) -> Result<String> {
 fn listen(board: &Board) -> Result<String> {
     let mut link = Link::connect(Box::new(board.clone()))?;
     let name = link.hello().board.clone();
-    link.stream(Channels::RAW, 1)?;
-    let (mut first, mut last, mut count) = (None, 0, 0);
-    for _ in 0..LISTEN_MS {
-        link.pass(Duration::from_millis(1))?;
-        link.listen(|sample| {
-            let number = sample.sequence;
-            first.get_or_insert(number);
-            (last, count) = (number, count + 1);
-            Ok(())
-        })?;
-    }
-    let status = link.status()?;
     ensure!(name == "g474", "found board {name:?}, wanted g474");
+    let some = stream(&mut link, EVERY)?;
+    let wanted = LISTEN_MS * SAMPLES_A_MS / u64::from(EVERY);
+    ensure!(
+        some + 1 >= wanted,
+        "found {some} samples of every {EVERY}th, wanted {wanted}"
+    );
+    board.processor.borrow_mut().times.restart();
+    let all = stream(&mut link, 1)?;
+    let status = link.status()?;
     ensure!(
         status.missed == 0,
         "found {} instants missed, wanted none",
         status.missed
     );
-    let wanted = LISTEN_MS * SAMPLES_A_MS;
-    let spread = u64::from(last - first.unwrap_or(last)) + 1;
-    ensure!(
-        count == spread && count > wanted - SAMPLES_A_MS,
-        "found {count} samples of {spread}, wanted {wanted} without a gap"
-    );
+    let sampling = 16 + registers::interrupt("EXTI9_5");
+    let spent = board.processor.borrow().times.of(sampling);
     Ok(format!(
-        "{count} samples in {LISTEN_MS} ms, none missed; status {:#x}",
-        status.status
+        "none of every {EVERY}th sample lost; of all {} in {LISTEN_MS} ms, {all} came; \
+         the sampling interrupt takes {} cycles, {} at most",
+        LISTEN_MS * SAMPLES_A_MS,
+        spent.sum / spent.count.max(1),
+        spent.worst
     ))
+}
+
+/// Samples that come of a stream of raw counts.
+fn stream(link: &mut Link, decimation: u16) -> Result<u64> {
+    link.stream(Channels::RAW, decimation)?;
+    link.drop_samples()?;
+    let mut count = 0;
+    for _ in 0..LISTEN_MS {
+        link.pass(Duration::from_millis(1))?;
+        link.listen(|_| {
+            count += 1;
+            Ok(())
+        })?;
+    }
+    link.stream(Channels::empty(), 1)?;
+    Ok(count)
 }

@@ -114,18 +114,29 @@ impl Flash {
         self.work.map_or(0, |(_, end)| end)
     }
 
+    /// The check bits of a double word are found wrong while it is read: in bank 2, or in the one that code runs from.
+    pub fn note_double_error(&mut self, in_bank2: bool, offset: u32) {
+        let mut eccr = Eccr(self.words.at(ECCR));
+        eccr.set_eccd(true);
+        eccr.set_bk_ecc(in_bank2);
+        eccr.set_addr_ecc(offset / WORD_BYTES as u32);
+        self.words.put(ECCR, eccr.0);
+        self.double_error = true;
+    }
+
     /// Reads bank 2; a torn double word reads as it is and is noted.
     pub fn read_bank2(&mut self, offset: u32, bytes: &mut [u8]) {
-        let mut bank = self.bank2.0.borrow_mut();
-        if bank.read(offset, bytes) == Err(FlashError::Uncorrectable) {
-            let place = offset as usize;
-            bytes.copy_from_slice(&bank.bytes()[place..][..bytes.len()]);
-            let mut eccr = Eccr(self.words.at(ECCR));
-            eccr.set_eccd(true);
-            eccr.set_bk_ecc(true);
-            eccr.set_addr_ecc(offset / WORD_BYTES as u32);
-            self.words.put(ECCR, eccr.0);
-            self.double_error = true;
+        let torn = {
+            let mut bank = self.bank2.0.borrow_mut();
+            let torn = bank.read(offset, bytes) == Err(FlashError::Uncorrectable);
+            if torn {
+                let place = offset as usize;
+                bytes.copy_from_slice(&bank.bytes()[place..][..bytes.len()]);
+            }
+            torn
+        };
+        if torn {
+            self.note_double_error(true, offset);
         }
     }
 

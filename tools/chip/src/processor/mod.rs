@@ -9,6 +9,7 @@ mod maps;
 pub mod nvic;
 mod shared;
 pub mod system;
+pub mod times;
 
 use crate::chip::Chip;
 use crate::peripheral::rcc::Cause;
@@ -21,6 +22,7 @@ use maps::{add_hooks, failed, map_memory, map_registers};
 use nvic::{Masks, number};
 use shared::{Event, Shared};
 use system::System;
+use times::Times;
 use unicorn_engine::{Arch, Mode, RegisterARM as Reg, Unicorn, uc_error};
 
 /// Where bank 1 of the flash begins.
@@ -48,6 +50,8 @@ pub enum End {
 pub struct Processor {
     uc: Unicorn<'static, Shared>,
     resets: u32,
+    /// How long handlers take.
+    pub times: Times,
     /// Resets of the image's own asking are no fault.
     pub may_reset: bool,
 }
@@ -79,6 +83,7 @@ impl Processor {
         let mut processor = Self {
             uc,
             resets: 0,
+            times: Times::default(),
             may_reset: false,
         };
         processor.boot()?;
@@ -181,6 +186,7 @@ impl Processor {
         shared.system = System::after_reset();
         shared.event = None;
         shared.masked = false;
+        self.times.restart();
         self.boot()
     }
 
@@ -308,6 +314,7 @@ impl Processor {
 
     fn enter(&mut self, exception: u16) -> Result<()> {
         let vector = self.vector(exception)?;
+        self.times.enter(exception, self.cycles());
         let shared = self.uc.get_data_mut();
         shared.system.nvic.enter(exception);
         shared.pass(ENTRY_CYCLES);
@@ -333,6 +340,8 @@ impl Processor {
         let next = self.uc.get_data().system.nvic.candidate(masks);
         if let Some(next) = next {
             let vector = self.vector(next)?;
+            self.times.leave(self.cycles());
+            self.times.enter(next, self.cycles());
             let shared = self.uc.get_data_mut();
             shared.system.nvic.enter(next);
             shared.pass(CHAIN_CYCLES);
@@ -340,6 +349,7 @@ impl Processor {
             return Ok(());
         }
         self.uc.get_data_mut().pass(RETURN_CYCLES);
+        self.times.leave(self.cycles());
         if !frame::leave(&mut self.uc, back) {
             bail!("the return from exception {exception} finds no memory");
         }

@@ -1,0 +1,202 @@
+//! Starts as they happen on a bench: error flags left over, option bytes of another mode, a converter that is silent, a debugger that halts.
+
+use super::{judge, start, start_in, world};
+use crate::image::Image;
+use crate::peripheral::flash::Start;
+use crate::processor::Processor;
+use crate::rule::Rule;
+use crate::time::from_us;
+use crate::wire::Board;
+use anyhow::{Context, Result, bail, ensure};
+use board_link::Link;
+use courier_sensor::calibration::record::Calibration;
+use courier_sensor::frame::Status;
+use courier_sensor::geometry::Geometry;
+use courier_sensor::link::message::{Action, Reply, ResetCause};
+use courier_sensor::link::telemetry::Channels;
+use courier_sensor::model::{ErrorModel, TermTable};
+use std::time::Duration;
+
+/// PGSERR, bit 7 of the flash's status: what a debug probe's own programming may leave.
+const PROGRAM_SEQUENCE_ERROR: u32 = 1 << 7;
+/// So long a debugger halts the processor, and BUSY is silent.
+const HALT_US: u64 = 10_000;
+/// Instants of 50 us in them.
+const INSTANTS: u32 = 200;
+/// So long the converters may take until they are in service again.
+const RECOVERY: Duration = Duration::from_millis(50);
+/// Every other frame is looked at: all of them are too many for the ring.
+const EVERY: u16 = 2;
+/// What may lie between a conversion and its frame here, and what a converter may take until it is in service again.
+const SLACK_INSTANTS: u32 = 60;
+
+/// A commit on error flags of the past: they are cleared, and it is stored.
+pub fn flags(image: &Image) -> Result<String> {
+    let past = Start {
+        errors: PROGRAM_SEQUENCE_ERROR,
+        ..Start::default()
+    };
+    let board = Board::new(start(image, 4, past)?);
+    let result = commit(&board).and_then(|reply| match reply {
+        Ok(Reply::Place(_)) => Ok("a commit is stored".into()),
+        Ok(reply) => bail!("found {reply:?} as the reply to a commit, wanted its place"),
+        Err(refusal) => Err(refusal.context("a commit on error flags of the past")),
+    });
+    judge(&mut board.processor.borrow_mut(), result)
+}
+
+/// A commit in single-bank mode, where the pages are others: it is refused, and nothing is erased.
+pub fn single_bank(image: &Image) -> Result<String> {
+    let mut one = Start::default();
+    one.options.set_dbank(false);
+    let board = Board::new(start(image, 5, one)?);
+    let result = commit(&board).and_then(|reply| match reply {
+        Err(refusal) => Ok(format!("a commit is refused: {refusal:#}")),
+        Ok(reply) => bail!("found {reply:?} as the reply to a commit, wanted a refusal"),
+    });
+    judge(&mut board.processor.borrow_mut(), result)
+}
+
+/// Loads a calibration that corrects nothing and asks for it to be stored; the board's answer.
+fn commit(board: &Board) -> Result<Result<Reply>> {
+    let mut link = Link::connect(Box::new(board.clone()))?;
+    let mut calibration = Calibration::identity(Geometry::PAPER);
+    calibration.model = ErrorModel::zero(TermTable::equation_3());
+    let loaded = link.ask(Action::Load(calibration))?;
+    ensure!(
+        loaded == Reply::Done,
+        "found {loaded:?} as the reply to a load"
+    );
+    let lose_unknown = false;
+    Ok(link.ask(Action::Commit { lose_unknown }))
+}
+
+/// The processor is halted for 10 ms: as many instants are missed, and the board says so.
+pub fn halted(image: &Image) -> Result<String> {
+    count_missed(image, 6, |processor| {
+        processor.chip().halt(from_us(HALT_US));
+        Ok(())
+    })
+}
+
+/// BUSY is silent for 10 ms: as many instants are missed, and the board says so.
+pub fn silent(image: &Image) -> Result<String> {
+    count_missed(image, 7, |processor| {
+        processor.chip().around.silent = true;
+        processor.run(from_us(HALT_US))?;
+        processor.chip().around.silent = false;
+        Ok(())
+    })
+}
+
+fn count_missed(
+    image: &Image,
+    seed: u64,
+    disturb: fn(&mut Processor) -> Result<()>,
+) -> Result<String> {
+    let (world, flash) = world(seed)?;
+    let board = Board::new(start_in(image, world.clone(), flash, Start::default())?);
+    let result = disturbed(&board, disturb, || world.conversions());
+    judge(&mut board.processor.borrow_mut(), result)
+}
+
+/// A byte that nobody asked for lies in the bus's FIFO, as after a transfer that was given up: it is found and thrown away.
+pub fn stale(image: &Image) -> Result<String> {
+    let board = Board::new(start(image, 8, Start::default())?);
+    let result = recovers(&board);
+    judge(&mut board.processor.borrow_mut(), result)
+}
+
+fn recovers(board: &Board) -> Result<String> {
+    let mut link = Link::connect(Box::new(board.clone()))?;
+    let faulty = |link: &mut Link| -> Result<bool> {
+        link.pass(RECOVERY)?;
+        let status = Status::from_bits_retain(link.status()?.status);
+        Ok(status.intersects(Status::CONVERTER_CRC | Status::CONVERTER_TIMEOUT))
+    };
+    ensure!(!faulty(&mut link)?, "the converters are not in service");
+    board.processor.borrow_mut().chip().disturb_bus(0xA5);
+    let begun = faulty(&mut link)?;
+    // What the byte itself does is no fault of the image; what is left of it after that time is.
+    for rule in [Rule::SpiStale, Rule::SpiSelect, Rule::SpiFifo] {
+        board.processor.borrow_mut().findings().forgive(rule);
+    }
+    ensure!(
+        !(begun && faulty(&mut link)?),
+        "a stale byte in the FIFO shifts every frame since {} ms",
+        2 * RECOVERY.as_millis()
+    );
+    Ok(format!(
+        "a stale byte is gone within {} ms",
+        RECOVERY.as_millis()
+    ))
+}
+
+/// Check bits that are wrong in the code: the image may not go on over it as if a slot were torn.
+pub fn code(image: &Image) -> Result<String> {
+    let board = Board::new(start(image, 9, Start::default())?);
+    let result = stops(&board);
+    judge(&mut board.processor.borrow_mut(), result)
+}
+
+fn stops(board: &Board) -> Result<String> {
+    let mut link = Link::connect(Box::new(board.clone()))?;
+    {
+        let mut processor = board.processor.borrow_mut();
+        processor.may_reset = true;
+        processor.chip().disturb_code();
+    }
+    link.pass(RECOVERY)?;
+    let resets = board.processor.borrow().resets();
+    ensure!(
+        resets == 1,
+        "found {resets} resets, wanted one: the code is corrupt"
+    );
+    link.reconnect()?;
+    let cause = link.status()?.reset;
+    ensure!(
+        cause == ResetCause::Panic,
+        "found cause {cause:?}, wanted a panic that is kept"
+    );
+    Ok("a reset, and its reason is kept".into())
+}
+
+/// How far the frames' numbers and the board's count of missed instants come, against the conversions that there were.
+fn disturbed(
+    board: &Board,
+    disturb: fn(&mut Processor) -> Result<()>,
+    conversions: impl Fn() -> u64,
+) -> Result<String> {
+    let mut link = Link::connect(Box::new(board.clone()))?;
+    link.stream(Channels::POSE, EVERY)?;
+    let (first, began) = (last_number(&mut link)?, conversions());
+    let before = link.status()?.missed;
+    disturb(&mut board.processor.borrow_mut())?;
+    let (last, ended) = (last_number(&mut link)?, conversions());
+    let missed = link.status()?.missed.wrapping_sub(before);
+    ensure!(
+        missed.abs_diff(INSTANTS) <= SLACK_INSTANTS,
+        "found {missed} instants missed, wanted {INSTANTS}"
+    );
+    let (numbers, there_were) = (last.wrapping_sub(first), (ended - began) as u32);
+    ensure!(
+        numbers.abs_diff(there_were) <= SLACK_INSTANTS,
+        "found frames numbered {numbers} further after {there_were} conversions: instants were missed and have no number"
+    );
+    Ok(format!(
+        "{missed} instants missed and said so; frames {numbers} further after {there_were} conversions"
+    ))
+}
+
+/// Number of the last frame that came within 20 ms.
+fn last_number(link: &mut Link) -> Result<u32> {
+    let mut last = None;
+    for _ in 0..20 {
+        link.pass(Duration::from_millis(1))?;
+        link.listen(|sample| {
+            last = Some(sample.sequence);
+            Ok(())
+        })?;
+    }
+    last.context("found no samples, wanted some")
+}
