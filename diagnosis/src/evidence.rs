@@ -46,6 +46,8 @@ pub struct Point {
     pub before_m: f64,
     /// With what is named, m; the same as before where nothing is.
     pub after_m: f64,
+    /// Standard deviation that the stated noise gives it, m: the simulator's own scatter.
+    pub floor_m: f64,
 }
 
 /// One channel's residuals in time order.
@@ -57,6 +59,51 @@ pub struct Trace {
     pub segment: Option<usize>,
     /// Residuals.
     pub points: Vec<Point>,
+}
+
+impl Trace {
+    /// Rms that the stated noise gives it, m.
+    pub fn floor_m(&self) -> f64 {
+        crate::statistics::rms(self.points.iter().map(|p| p.floor_m))
+    }
+}
+
+/// What was recorded and how: what an advice for the next recording depends on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Setting {
+    /// Segments that were recorded.
+    pub segments: [bool; 4],
+    /// A beacon was seen.
+    pub beacon: bool,
+    /// There is an independent reference.
+    pub reference: bool,
+    /// Length of the recording, s.
+    pub duration_s: f64,
+    /// Mean of the commanded pose in the motion controller's frame, m, m, rad; none where no commands were recorded.
+    pub commanded: Option<[f64; 3]>,
+}
+
+impl Setting {
+    fn new(scene: &Scene) -> Self {
+        let o = scene.observations;
+        let mean = |list: &Vec<f64>| {
+            let known: Vec<f64> = list.iter().copied().filter(|v| v.is_finite()).collect();
+            (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
+        };
+        let [x, y, theta] = [0, 1, 2].map(|axis| mean(&o.commanded[axis]));
+        Self {
+            segments: scene.survey.segments,
+            beacon: scene.survey.beacon,
+            reference: scene.survey.reference,
+            duration_s: scene.survey.duration_s,
+            commanded: x.zip(y).map(|(x, y)| [x, y, theta.unwrap_or(0.0)]),
+        }
+    }
+
+    /// True where all four segments of a courier were recorded.
+    pub fn is_courier(&self) -> bool {
+        self.segments.iter().all(|s| *s)
+    }
 }
 
 /// The gap after one more effect.
@@ -77,6 +124,8 @@ pub struct Evidence {
     pub samples: usize,
     /// Samples that were set aside as disturbed or resting.
     pub set_aside: usize,
+    /// What was recorded.
+    pub setting: Setting,
     /// Coordinates.
     pub places: Vec<Place>,
     /// Residuals by channel.
@@ -119,6 +168,7 @@ impl Evidence {
                     place: at,
                     before_m,
                     after_m,
+                    floor_m: before.noise_m[k],
                 });
             }
         }
@@ -128,6 +178,7 @@ impl Evidence {
             pitch_m,
             samples: scene.len(),
             set_aside: scene.len() - kept,
+            setting: Setting::new(scene),
             places,
             traces,
             steps,

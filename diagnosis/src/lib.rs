@@ -91,6 +91,7 @@ pub mod lines;
 mod made;
 pub mod model;
 pub mod motion;
+pub mod motions;
 pub mod nodes;
 pub mod observe;
 pub mod phase;

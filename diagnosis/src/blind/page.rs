@@ -1,20 +1,30 @@
 //! The scores as a page with plots, in the report's style.
 
+use super::claim::CLAIM_WITHIN;
+use super::detection::Detection;
+use super::judged::Judged;
 use super::tally::Score;
 use super::words::{self, matrix, row};
 use crate::html::figures::Figure;
-use crate::html::plots::{Axes, Bar, bars, scatter};
-use crate::html::svg::{AFTER, BEFORE, FLOOR, plot, short};
-use crate::html::{document, drawn, table};
+use crate::html::plots::{self, Bar, BarAxis, Claimed, Group, bars, heights};
+use crate::html::svg::{AFTER, BEFORE, plot, short};
+use crate::html::{Origin, document, drawn, origin, table};
 use maud::html;
 
 /// One self-contained HTML file.
 #[must_use]
-pub fn page(score: &Score) -> String {
+pub fn page(score: &Score, origin: &Origin) -> String {
     let rows: Vec<Vec<String>> = score.figures.iter().map(row).collect();
-    let header: Vec<String> = ["figure", "measured", "95 % interval", "cases", "wanted", ""]
-        .map(Into::into)
-        .to_vec();
+    let header: Vec<String> = [
+        "figure",
+        "measured",
+        "95 % interval",
+        "cases",
+        "wanted",
+        "result",
+    ]
+    .map(Into::into)
+    .to_vec();
     let (effects, shrinkage) = (words::effects(score), words::shrinkage(score));
     let (confusion_header, confusion) = matrix(score);
     let body = html! {
@@ -26,89 +36,111 @@ pub fn page(score: &Score) -> String {
         main {
             section aria-labelledby="figures" { h2 id="figures" { "Figures" } (table(&header, &rows)) }
             (drawn(&detection(score)))
-            (drawn(&claims(score)))
+            @if let Some(figure) = claims(score) { (drawn(&figure)) }
             section aria-labelledby="effects" { h2 id="effects" { "Right answers, effect by size" } (table(&effects.0, &effects.1)) }
             section aria-labelledby="shrinkage" { h2 id="shrinkage" { "Claimed against true shrinkage" } (table(&shrinkage.0, &shrinkage.1)) }
             section aria-labelledby="confusion" { h2 id="confusion" { "Truth (rows) by answer (columns)" } (table(&confusion_header, &confusion)) }
+            (origin::section(origin))
         }
     };
     document("Blind check of the diagnosis", &body)
 }
 
+/// Single effects by their size, without classes that no case fell into.
 fn detection(score: &Score) -> Figure {
-    let classes = || {
-        score.detection.iter().map(|d| {
-            let name = words::sizes(d);
-            let share = |count: usize, colour| Bar {
-                from: 0.0,
-                value: 100.0 * count as f64 / d.cases.max(1) as f64,
+    let classes: Vec<&Detection> = score.detection.iter().filter(|d| d.cases > 0).collect();
+    let group = |d: &&Detection| {
+        let name = words::sizes(d);
+        let bar = |what: &str, count: usize, colour| {
+            let share = 100.0 * count as f64 / d.cases as f64;
+            Bar {
+                value: share,
+                was: None,
                 interval: None,
                 colour,
-            };
-            (name, vec![share(d.detected, FLOOR), share(d.named, AFTER)])
-        })
+                label: format!("{count} of {}", d.cases),
+                told: format!("{name}: {what} in {count} of {} cases", d.cases),
+            }
+        };
+        let bars = vec![
+            bar("gap seen", d.detected, BEFORE),
+            bar("cause right", d.named, AFTER),
+        ];
+        (name.clone(), bars)
     };
-    let caption = "Single effects by their size: share with a gap seen (grey), and with the right cause named first (blue).";
+    let groups: Vec<Group> = classes.iter().map(group).collect();
+    let caption = "Couriers with one effect, by its size (rms of what it does): how many show a gap, and of how many the cause that is named first is right.";
+    let axis = BarAxis {
+        title: "% of the cases",
+        line: None,
+    };
     Figure {
         id: "detection",
         title: "Detection against effect size".into(),
         caption: caption.into(),
-        plots: plot(caption, [1, 1], |area, narrow| {
-            bars(
-                area,
-                narrow,
-                &classes().collect::<Vec<_>>(),
-                "% of the cases",
-            )
+        plots: plot(caption, heights(groups.len(), 2), |area, narrow| {
+            bars(area, narrow, &groups, &axis)
         }),
+        legend: vec![("before", "gap seen"), ("after", "cause right")],
         table: words::detection(score),
     }
 }
 
-fn claims(score: &Score) -> Figure {
-    let pairs: Vec<(usize, f64, f64)> = score
-        .judged
-        .iter()
-        .filter_map(|j| {
-            j.claim
-                .as_ref()
-                .and_then(|c| Some((j.case.number, c.confirmed?, c.claimed)))
-        })
-        .collect();
-    let top = pairs.iter().map(|p| p.1.max(p.2)).fold(1.5, f64::max) * 1.05;
-    let caption = "Gap after as claimed, over the gap after by check on a second recording; rms over the simulator's own scatter. The line is equality.";
-    let points: Vec<(f64, f64)> = pairs.iter().map(|p| (p.1, p.2)).collect();
-    let draw = |area: &crate::html::svg::Area, narrow: bool| {
-        let axes = Axes {
-            x: 0.9..top,
-            y: 0.9..top,
-            x_title: "confirmed",
-            y_title: "claimed",
-            title: "",
-        };
-        scatter(
-            area,
-            narrow,
-            &axes,
-            &points,
-            &[(0.9, 0.9), (top, top)],
-            BEFORE,
-        )
+/// Claims beside what a second recording showed, the farthest off first; none where no claim was checked.
+fn claims(score: &Score) -> Option<Figure> {
+    let claim = |j: &Judged| {
+        let claim = j.claim.as_ref()?;
+        Some((j.case.number, claim.claimed, claim.confirmed?))
     };
-    let rows = pairs
+    let mut pairs: Vec<(usize, f64, f64)> = score.judged.iter().filter_map(claim).collect();
+    let off = |(_, claimed, confirmed): &(usize, f64, f64)| claimed / confirmed - 1.0;
+    pairs.sort_by(|a, b| off(b).abs().total_cmp(&off(a).abs()));
+    let right = pairs
         .iter()
-        .map(|(n, confirmed, claimed)| {
-            vec![format!("case {n}"), short(*claimed), short(*confirmed)]
-        })
-        .collect();
-    Figure {
+        .filter(|p| off(p).abs() <= CLAIM_WITHIN)
+        .count();
+    let caption = format!(
+        "The gap after, as it was claimed from one recording, beside what the same model left on a second one of the same courier. \
+         {right} of {} claims are within {:.0} % (the grey band). Squares at the edge are farther off than the plot is high.",
+        pairs.len(),
+        100.0 * CLAIM_WITHIN
+    );
+    let told = |pair: &(usize, f64, f64)| Claimed {
+        confirmed: pair.2,
+        off: off(pair),
+        told: format!(
+            "case {}: {} claimed, {} came true (times the floor)",
+            pair.0,
+            short(pair.1),
+            short(pair.2)
+        ),
+    };
+    let list: Vec<Claimed> = pairs.iter().map(told).collect();
+    let row = |p: &(usize, f64, f64)| {
+        let off = format!("{} %", short(100.0 * off(p)));
+        vec![format!("case {}", p.0), short(p.1), short(p.2), off]
+    };
+    let header = [
+        "case",
+        "claimed, × floor",
+        "came true, × floor",
+        "too large by",
+    ];
+    (!pairs.is_empty()).then(|| Figure {
         id: "claims",
         title: "Claimed against true gap".into(),
-        caption: caption.into(),
-        plots: plot(caption, [1, 1], draw),
+        plots: plot(&caption, [340, 300], |area, narrow| {
+            plots::claims(area, narrow, &list, CLAIM_WITHIN)
+        }),
+        caption,
+        legend: vec![
+            ("after", "right"),
+            ("before", "farther off"),
+            ("floor", "counted as right"),
+        ],
         table: (
-            ["case", "claimed", "confirmed"].map(Into::into).to_vec(),
-            rows,
+            header.map(Into::into).to_vec(),
+            pairs.iter().map(row).collect(),
         ),
-    }
+    })
 }

@@ -1,48 +1,66 @@
-//! The report: one HTML file that needs nothing else, for a desk and a phone, by day and by night.
+//! The report: one HTML file that needs nothing else, for a desk and a phone, by day and by night, on paper.
 //!
 //! `figures` says what is shown and says it again in words and tables, `plots` draws, `svg` fits plots to the page,
-//! `telling` finds the coordinate to draw over, `spectrum` its spectra.
+//! `telling` finds the coordinate to draw over, `spectrum` its spectra, `passed` which of them the motion shows. The parts of the page
+//! are `head`, `effects`, `place`, `next`, `origin` and `glossary`.
 
+mod effects;
 pub mod figures;
+mod glossary;
+mod head;
+mod next;
+pub mod origin;
+mod passed;
+mod place;
 pub mod plots;
 pub mod spectrum;
 pub mod svg;
+mod table;
 pub mod telling;
 
-use crate::advice::{headline, next_measurements, percent, sentence};
+pub use origin::{Origin, stated};
+pub use table::table;
+
 use crate::evidence::Evidence;
-use crate::report::{Diagnosis, Named, Share, Verdict};
+use crate::report::Diagnosis;
 use figures::Figure;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use svg::short;
 
 /// What a page says in its head of who made it.
 pub const MADE_BY: &str = "<meta name=\"generator\" content=\"courier\">";
 
 const STYLE: &str = include_str!("style.css");
+/// Shows values under a pointer. Nothing is lost without it.
+const SCRIPT: &str = include_str!("hover.js");
+/// A page may use what is in it, and ask for nothing.
+const POLICY: &str =
+    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 
 /// The whole page.
 #[must_use]
-pub fn page(diagnosis: &Diagnosis, evidence: &Evidence) -> String {
+pub fn page(diagnosis: &Diagnosis, evidence: &Evidence, origin: &Origin) -> String {
+    let mut first = Vec::new();
+    if !diagnosis.held_out.channels.is_empty() {
+        first.push(figures::gap(diagnosis));
+    }
+    first.extend(figures::waterfall(evidence));
+    let (further, left_out) = further_figures(diagnosis, evidence);
     let body = html! {
-        header {
-            p.over { "Diagnosis of " code { (diagnosis.recording) } }
-            h1 { span class={ "pill " (verdict(diagnosis.verdict)) } { (verdict(diagnosis.verdict).replace('_', " ")) } " " (headline(diagnosis)) }
-            (facts(diagnosis, evidence))
-        }
+        (head::section(diagnosis, evidence))
         main {
-            @for figure in first_figures(diagnosis, evidence) { (drawn(&figure)) }
-            (effects_section(diagnosis))
-            (where_section(diagnosis))
-            @for figure in further_figures(diagnosis, evidence) { (drawn(&figure)) }
-            (next_section(diagnosis))
+            @for figure in &first { (drawn(figure)) }
+            (effects::section(diagnosis))
+            (next::section(diagnosis, evidence, origin))
+            (place::section(diagnosis))
+            @for figure in &further { (drawn(figure)) }
+            (nothing_seen(&left_out))
+            (origin::section(origin))
         }
-        footer { p { "All figures are of held-out data: blocks that no fit has seen. The floor is the simulator's own scatter under the stated noise." } }
     };
     document(&format!("Diagnosis of {}", diagnosis.recording), &body)
 }
 
-/// A page with the report's style around a body.
+/// A page with the report's style and script around a body, and the terms that it uses.
 #[must_use]
 pub fn document(title: &str, body: &Markup) -> String {
     html! {
@@ -50,55 +68,27 @@ pub fn document(title: &str, body: &Markup) -> String {
         html lang="en" {
             head {
                 meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
+                meta name="generator" content="courier";
                 link rel="icon" href="data:,";
                 (PreEscaped(MADE_BY))
                 title { (title) }
                 style { (PreEscaped(STYLE)) }
             }
-            body { (body) }
+            body {
+                (body)
+                (glossary::section(body))
+                script { (PreEscaped(SCRIPT)) }
+            }
         }
     }
     .into_string()
 }
 
-fn verdict(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::NoGap => "no_gap",
-        Verdict::Named => "named",
-        Verdict::Alias => "alias",
-        Verdict::Unknown => "unknown",
-        Verdict::InsufficientData => "insufficient_data",
-    }
-}
-
-fn facts(diagnosis: &Diagnosis, evidence: &Evidence) -> Markup {
-    let held = &diagnosis.held_out;
-    html! {
-        dl.facts {
-            @if !held.channels.is_empty() {
-                div { dt { "over the floor, before" } dd { (short(held.whitened_before)) } }
-                div { dt { "after" } dd { (short(held.whitened_after)) } }
-                div { dt { "unexplained" } dd { (percent(diagnosis.unexplained.share)) } }
-            }
-            div { dt { "samples" } dd { (evidence.samples) } }
-            @if evidence.set_aside > 0 { div { dt { "set aside" } dd { (evidence.set_aside) } } }
-        }
-        @for note in &diagnosis.notes { p.note { (note) } }
-    }
-}
-
-fn first_figures(diagnosis: &Diagnosis, evidence: &Evidence) -> Vec<Figure> {
-    let mut list = Vec::new();
-    if !diagnosis.held_out.channels.is_empty() {
-        list.push(figures::gap(diagnosis));
-    }
-    list.extend(figures::waterfall(evidence));
-    list
-}
-
-fn further_figures(diagnosis: &Diagnosis, evidence: &Evidence) -> Vec<Figure> {
+/// Figures of the channel and the coordinate that show the gap best, and what is not drawn, with its reason.
+fn further_figures(diagnosis: &Diagnosis, evidence: &Evidence) -> (Vec<Figure>, Vec<String>) {
     let places: Vec<&str> = diagnosis
         .place
         .iter()
@@ -106,23 +96,56 @@ fn further_figures(diagnosis: &Diagnosis, evidence: &Evidence) -> Vec<Figure> {
         .map(|p| p.coordinate.as_str())
         .collect();
     let Some((trace, coordinate)) = telling::telling(evidence, &places) else {
-        return Vec::new();
+        return (Vec::new(), Vec::new());
     };
-    let segmented =
-        !coordinate.family.starts_with("place") && !coordinate.family.starts_with("deflection");
-    let segment = trace
-        .segment
-        .or(coordinate.of.filter(|_| segmented))
-        .unwrap_or(0);
+    let segments: Vec<usize> = match trace.segment {
+        Some(segment) => vec![segment],
+        None => (0..4).filter(|s| evidence.setting.segments[*s]).collect(),
+    };
     let mut list = Vec::new();
+    let mut left_out = Vec::new();
     list.extend(figures::telling(evidence, trace, &coordinate));
-    list.extend(figures::orders(evidence, trace, segment, false));
-    if trace.segment.is_none() {
-        list.extend(figures::orders(evidence, trace, segment, true));
+    // Across a segment that is alone nothing is known.
+    let phases = if evidence.setting.is_courier() {
+        &[false, true][..]
+    } else {
+        &[false]
+    };
+    for lateral in phases {
+        let orders = figures::orders(evidence, trace, &segments, *lateral);
+        list.extend(orders.figure);
+        left_out.extend(orders.left_out);
     }
-    list.extend(figures::frequencies(evidence, trace));
+    let places = diagnosis.place.iter().chain(&diagnosis.unexplained.place);
+    if places
+        .into_iter()
+        .any(|p| p.coordinate.contains("fractional"))
+    {
+        list.extend(figures::fractions(evidence, trace, &segments));
+    }
+    let frequencies = figures::frequencies(evidence, trace);
+    if frequencies.is_none() {
+        left_out.push(format!(
+            "Over frequency: no line of {} stands out of what chance gives.",
+            trace.channel
+        ));
+    }
+    list.extend(frequencies);
     list.extend(figures::map(evidence, trace));
-    list
+    (list, left_out)
+}
+
+/// What was looked at and is not drawn.
+fn nothing_seen(reasons: &[String]) -> Markup {
+    if reasons.is_empty() {
+        return html! {};
+    }
+    html! {
+        section aria-labelledby="nothing" {
+            h2 id="nothing" { "Looked at and not drawn" }
+            ul { @for reason in reasons { li { (reason) } } }
+        }
+    }
 }
 
 /// A figure with its caption and table.
@@ -131,97 +154,15 @@ pub fn drawn(figure: &Figure) -> Markup {
         section aria-labelledby=(figure.id) {
             h2 id=(figure.id) { (figure.title) }
             figure {
+                @if !figure.legend.is_empty() {
+                    p.legend aria-hidden="true" { @for (class, name) in &figure.legend { span class=(class) { (name) } } }
+                }
                 @for plot in &figure.plots {
                     div class=(if plot.narrow { "plot narrow" } else { "plot wide" }) { (PreEscaped(&plot.svg)) }
-                }
-                @if matches!(figure.id, "gap" | "orders" | "lateral-orders" | "frequencies") {
-                    p.legend aria-hidden="true" { span.before { "before" } span.after { "after" } @if figure.id == "gap" { span.floor { "simulation" } } }
                 }
                 figcaption { (figure.caption) }
             }
             details { summary { "The same as a table" } (table(&figure.table.0, &figure.table.1)) }
-        }
-    }
-}
-
-/// A table that scrolls within itself where it is too wide.
-pub fn table(header: &[String], rows: &[Vec<String>]) -> Markup {
-    html! {
-        div.scroll tabindex="0" role="region" aria-label="table" {
-            table {
-                thead { tr { @for title in header { th scope="col" { (title) } } } }
-                tbody { @for row in rows { tr { @for (k, field) in row.iter().enumerate() {
-                    @if k == 0 { th scope="row" { (field) } } @else { td { (field) } }
-                } } } }
-            }
-        }
-    }
-}
-
-fn effects_section(diagnosis: &Diagnosis) -> Markup {
-    html! {
-        section aria-labelledby="effects" {
-            h2 id="effects" { "Which effect" }
-            @if diagnosis.effects.is_empty() { p { "None is named." } }
-            @for effect in &diagnosis.effects { (effect_card(effect)) }
-        }
-    }
-}
-
-fn effect_card(effect: &Named) -> Markup {
-    let rows: Vec<Vec<String>> = effect
-        .magnitude
-        .iter()
-        .map(|m| {
-            vec![
-                m.name.clone(),
-                format!("{:.3e}", m.value).replace('-', "−"),
-                m.unit.clone(),
-            ]
-        })
-        .collect();
-    let header: Vec<String> = ["amount", "value", "unit"].map(Into::into).to_vec();
-    html! {
-        article.effect {
-            h3 { code { (effect.name) } " " span.probability { (percent(effect.probability)) } }
-            p { (sentence(&effect.name)) "." }
-            meter min="0" max="1" value=(effect.share) aria-label=(format!("share of the gap: {}", percent(effect.share))) {}
-            p.small {
-                "Takes " (percent(effect.share)) " of the gap."
-                @if effect.gap_after_alone_m > 0.0 { " With it alone the largest channel is left with " (short(1.0e6 * effect.gap_after_alone_m)) " µm." }
-            }
-            @if !effect.aliases.is_empty() { p { "Not told apart from " @for alias in &effect.aliases { code { (alias) } " " } "on this motion." } }
-            @if !rows.is_empty() { details { summary { "Size" } (table(&header, &rows)) } }
-        }
-    }
-}
-
-fn where_section(diagnosis: &Diagnosis) -> Markup {
-    let rows = |list: &[Share]| -> Vec<Vec<String>> {
-        list.iter()
-            .map(|s| vec![s.coordinate.clone(), s.channel.clone(), percent(s.share)])
-            .collect()
-    };
-    let header: Vec<String> = ["coordinate", "channel", "share of the excess"]
-        .map(Into::into)
-        .to_vec();
-    html! {
-        section aria-labelledby="where" {
-            h2 id="where" { "Where it lies" }
-            @if diagnosis.place.is_empty() { p { "No place stands out beyond chance." } } @else { (table(&header, &rows(&diagnosis.place))) }
-            @if !diagnosis.unexplained.place.is_empty() && diagnosis.verdict != Verdict::Unknown {
-                h3 { "What is left: " (percent(diagnosis.unexplained.share)) }
-                (table(&header, &rows(&diagnosis.unexplained.place)))
-            }
-        }
-    }
-}
-
-fn next_section(diagnosis: &Diagnosis) -> Markup {
-    html! {
-        section aria-labelledby="next" {
-            h2 id="next" { "What to measure next" }
-            ol { @for line in next_measurements(diagnosis) { li { (line) } } }
         }
     }
 }

@@ -47,7 +47,7 @@ fn all() -> Vec<Coordinate> {
         ("lateral tooth phase", "turns", |p, s| p.lateral_turns[s]),
         ("speed", "mm/s", |p, s| 1.0e3 * p.speed_m_s[s]),
         ("direction", "(−1, 0, 1)", |p, s| p.direction[s]),
-        ("signal amplitude", "% beside its mean", |p, s| {
+        ("signal amplitude", "% from its mean", |p, s| {
             100.0 * p.ln_amplitude[s]
         }),
     ];
@@ -83,7 +83,7 @@ fn all() -> Vec<Coordinate> {
     list.push(Coordinate {
         family: "temperature",
         of: None,
-        unit: "K beside its mean",
+        unit: "K from its mean",
         value: |p, _| p.warmth_k,
     });
     list.push(Coordinate {

@@ -3,6 +3,7 @@
 use crate::json::Json;
 use crate::kinds;
 use crate::output::{self, Files, Kind};
+use crate::provenance::origin;
 use crate::terminal::{progress, table};
 use anyhow::{Context, Result};
 use diagnosis::blind::{self, Score};
@@ -158,7 +159,7 @@ fn score(folder: &Path, told: &Told) -> Result<()> {
     let score = blind::score(folder, !told.quick, || bar.inc(1))?;
     bar.finish_and_clear();
     if let Some(path) = &told.report {
-        output::write(path, kinds::PAGE, blind::page(&score).as_bytes())?;
+        output::write(path, kinds::PAGE, blind::page(&score, &origin()).as_bytes())?;
     }
     told.json.tell(SCORE, &score, || text(&score))
 }

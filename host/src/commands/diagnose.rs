@@ -3,6 +3,7 @@
 use crate::json::Json;
 use crate::kinds;
 use crate::output::{self, Files};
+use crate::provenance::origin_of;
 use crate::terminal::{begin, micrometres, one_line, stages, table, warn};
 use anyhow::{Result, bail, ensure};
 use diagnosis::headline::{RESOLUTION_M, headline};
@@ -99,7 +100,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         _ => {}
     }
     if let Some(path) = &args.report {
-        let page = diagnosis::html::page(&answer.diagnosis, &answer.evidence);
+        let model = args.model.as_deref().filter(|_| answer.model.is_some());
+        let origin = origin_of(&args.recording, &recording, model)?;
+        let page = diagnosis::html::page(&answer.diagnosis, &answer.evidence, &origin);
         output::write(path, kinds::PAGE, page.as_bytes())?;
     }
     args.json

@@ -8,12 +8,16 @@ mod waterfall;
 
 pub use gap::gap;
 pub use map::map;
-pub use spectra::{frequencies, orders};
+pub use spectra::{fractions, frequencies, orders};
 pub use telling::telling;
 pub use waterfall::waterfall;
 
 use super::plots::MICRO;
 use super::svg::{Plot, short};
+use crate::evidence::Trace;
+
+/// What a grey band or bar is.
+const FLOOR: (&str, &str) = ("floor", "floor: 95 % of the simulator's own scatter");
 
 /// A figure with its equivalents in text.
 pub struct Figure {
@@ -25,8 +29,35 @@ pub struct Figure {
     pub caption: String,
     /// The plot for both widths.
     pub plots: Vec<Plot>,
+    /// Colours (classes of the style sheet) and what they stand for.
+    pub legend: Vec<(&'static str, &'static str)>,
     /// Header and rows of the table.
     pub table: (Vec<String>, Vec<Vec<String>>),
+}
+
+/// Colours of before, after and what else is drawn. Where nothing is changed by what is named there is no after.
+fn legend(
+    changed: bool,
+    further: (&'static str, &'static str),
+) -> Vec<(&'static str, &'static str)> {
+    let before = if changed { "before" } else { "recording" };
+    let mut list = vec![("before", before)];
+    list.extend(changed.then_some(("after", "after")));
+    list.push(further);
+    list
+}
+
+/// True where what is named changes residuals: else a plot of them after would be that of them before.
+fn changed(trace: &Trace) -> bool {
+    trace.points.iter().any(|p| p.before_m != p.after_m)
+}
+
+/// Leaves out the fields about "after" where nothing is changed.
+fn without_after(changed: bool, mut row: Vec<String>, after: usize) -> Vec<String> {
+    if !changed {
+        row.remove(after);
+    }
+    row
 }
 
 fn strings<const N: usize>(list: [&str; N]) -> Vec<String> {
