@@ -3,7 +3,6 @@
 mod arm;
 mod bench;
 mod blind;
-mod browser;
 mod chip;
 mod cmsis;
 mod drift;
@@ -14,6 +13,7 @@ mod onboard;
 mod parity;
 mod plugin;
 mod recordings;
+mod report;
 mod stack;
 mod test;
 mod throughput;
@@ -49,8 +49,8 @@ const TASKS: &[Task] = &[
     ),
     (
         "report",
-        "the HTML reports in a headless browser, at the width of a desk and of a phone",
-        Work::Alone(browser::run),
+        "the HTML reports in a headless browser, at the width of a desk and of a phone, by day and by night (PAGES --picture)",
+        Work::With(report::run),
     ),
     (
         "blind",

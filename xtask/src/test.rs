@@ -4,7 +4,7 @@
 //! All tests run in the profile `checked` (Cargo.toml): optimised, since they simulate for minutes otherwise, and
 //! with the overflow checks and debug assertions of a debug build. The last line is `N passed, N failed`.
 
-use crate::{arm, browser, cargo, firmware, onboard};
+use crate::{arm, cargo, firmware, onboard, report};
 use anyhow::{Context, Result, ensure};
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
@@ -56,7 +56,7 @@ pub fn run() -> Result<()> {
     let mut documentation = cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
     documentation.env("RUSTDOCFLAGS", "-D warnings");
     total.add(step("documentation", documentation));
-    total.add(checked("reports in a browser", browser::run));
+    total.add(checked("reports in a browser", || report::run(&[])));
     total.add(checked("the Cortex-M4F", arm::checks));
     total.add(emulated());
     total.add(checked("flash, RAM and stack of both images", || {

@@ -1,59 +1,37 @@
-//! `cargo xtask report`: the HTML reports in a real headless browser, at the width of a desk and of a phone.
+//! `cargo xtask report`: the HTML reports in a real headless browser, at the width of a desk and of a phone, by day and by night.
 //!
-//! A probe script is added to a copy of each page; what it finds is read from the dumped document, what the console says from
-//! the browser's log. Debian's chromium is installed where it is missing and that is allowed; else this says so and skips.
+//! A probe script is added to a copy of each page; what it finds is read from the dumped document. Pages that are broken on purpose show
+//! that the probe finds what it looks for. Debian's chromium is installed where it is missing and that is allowed; else this says so
+//! and skips.
 
-use crate::arm::{install, on_path, root};
-use crate::cargo;
+mod browser;
+mod faulty;
+mod pages;
+
+use crate::arm::root;
 use anyhow::{Context, Result, bail, ensure};
+use browser::{Finding, Scheme};
+use faulty::{FAULTS, Fault};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
 
 /// Widths of a desk and of a phone, CSS pixels.
 const WIDTHS: [u32; 2] = [1280, 390];
-/// Longest that a page may take.
-const PATIENCE: Duration = Duration::from_secs(120);
-/// Names under which the browser is found.
-const BROWSERS: [&str; 2] = ["chromium", "chromium-browser"];
+/// Where the README's picture of a report lies, its size in pixels, and how large its file may be.
+const PICTURE: &str = "docs/report.png";
+const PICTURE_PX: [u32; 2] = [1100, 1180];
+const PICTURE_BYTES: u64 = 150_000;
 
-/// Runs after the page has loaded and sends its findings to the frame around it.
-const PROBE: &str = r#"<script>
-window.faults = [];
-addEventListener('error', event => faults.push(event.message), true);
-addEventListener('load', () => {
-  const page = document.documentElement, list = query => [...document.querySelectorAll(query)];
-  const seen = element => element.getClientRects().length > 0;
-  const wide = list('body *').filter(e => !e.closest('.scroll') && e.getBoundingClientRect().right > page.clientWidth + 1);
-  if (page.scrollWidth > innerWidth) faults.push('overflows by ' + (page.scrollWidth - innerWidth) + ' px');
-  if (wide.length) faults.push('sticks out: ' + wide[0].tagName + '.' + wide[0].className);
-  for (const figure of list('figure')) {
-    const section = figure.closest('section'), name = section.querySelector('h2').textContent;
-    const plots = [...figure.querySelectorAll('svg')].filter(seen);
-    if (plots.length != 1) faults.push(name + ': ' + plots.length + ' plots to be seen');
-    for (const plot of plots) if (!plot.getAttribute('aria-label') || plot.getAttribute('role') != 'img') faults.push(name + ': no label');
-    if (!figure.querySelector('figcaption')?.textContent.trim()) faults.push(name + ': no caption');
-    if (!section.querySelector('details table tbody tr')) faults.push(name + ': no table');
-  }
-  parent.postMessage(JSON.stringify({ width: innerWidth, figures: list('figure').length, faults }), '*');
-});
-</script>"#;
-
-/// Holds the page in a frame of its own width, since no window is narrower than 500 pixels, and keeps what the probe says.
-fn frame(page: &Path, width: u32) -> String {
-    format!(
-        "<!DOCTYPE html><script>addEventListener('message', event => document.documentElement.setAttribute('data-probe', event.data));\
-         </script><iframe style=\"width:{width}px;height:900px;border:0\" src=\"file://{}\"></iframe>",
-        page.display()
-    )
-}
-
-/// Makes reports and opens them.
+/// Makes reports and opens them, or opens those that are named. With `--picture` the README's picture is made anew as well.
 ///
 /// # Errors
-/// A page has errors, overflows, asks for the network, or lacks a text equivalent.
-pub fn run() -> Result<()> {
-    let Some(browser) = browser() else {
+/// A page has a fault, the probe overlooks one that was made on purpose, or the picture is too large.
+pub fn run(arguments: &[String]) -> Result<()> {
+    let (options, named): (Vec<&String>, Vec<&String>) =
+        arguments.iter().partition(|a| a.starts_with("--"));
+    if let Some(other) = options.iter().find(|o| **o != "--picture") {
+        bail!("found {other}, wanted --picture or pages");
+    }
+    let Some(browser) = browser::find() else {
         return Ok(());
     };
     let folder = root().join("target/report-check");
@@ -61,93 +39,107 @@ pub fn run() -> Result<()> {
         std::fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
     }
     std::fs::create_dir_all(&folder)?;
-    for page in pages(&folder)? {
-        let text = std::fs::read_to_string(&page).with_context(|| page.display().to_string())?;
+    let pages = if named.is_empty() {
+        pages::make(&folder)?
+    } else {
+        copies(&folder, &named)?
+    };
+    for page in &pages {
+        let text = std::fs::read_to_string(page).with_context(|| page.display().to_string())?;
         alone(&text).with_context(|| page.display().to_string())?;
-        let probed = page.with_extension("probed.html");
-        std::fs::write(
-            &probed,
-            text.replacen("<head>", &format!("<head>{PROBE}"), 1),
-        )?;
-        for width in WIDTHS {
-            open(browser, &folder, &probed, width)
-                .with_context(|| format!("{} at {width}", page.display()))?;
-        }
+    }
+    let broken = broken(&folder, &pages)?;
+    let all: Vec<PathBuf> = pages
+        .iter()
+        .chain(broken.iter().map(|b| &b.1))
+        .cloned()
+        .collect();
+    for scheme in [Scheme::Light, Scheme::Dark] {
+        let found = browser::look(browser, &folder, &all, &WIDTHS, scheme)?;
+        judge(&found, &pages, &broken, scheme)?;
+    }
+    if !options.is_empty() {
+        picture(browser, &folder)?;
     }
     Ok(())
 }
 
-/// The browser, installed if need be.
-fn browser() -> Option<&'static str> {
-    let found = || BROWSERS.into_iter().find(|name| on_path(name));
-    if let Some(name) = found() {
-        return Some(name);
-    }
-    eprintln!("report: no chromium here; installing Debian's");
-    if let Err(error) = install(&["chromium"]) {
-        eprintln!("report: SKIPPED, nothing was checked in a browser: {error:#}");
-        return None;
-    }
-    found()
+/// Copies of pages of which a probe may lie beside them.
+fn copies(folder: &Path, named: &[&String]) -> Result<Vec<PathBuf>> {
+    let copy = |(k, from): (usize, &&String)| {
+        let to = folder.join(format!("{k}.html"));
+        std::fs::copy(from, &to).with_context(|| (*from).clone())?;
+        Ok(to)
+    };
+    named.iter().enumerate().map(copy).collect()
 }
 
-/// Reports on couriers with and without a gap, and the blind check's page.
-fn pages(folder: &Path) -> Result<Vec<PathBuf>> {
-    let courier = |arguments: &[&str]| -> Result<()> {
-        let mut command = cargo(&[
-            "run",
-            "--quiet",
-            "--profile",
-            "checked",
-            "--package",
-            "courier",
-            "--manifest-path",
-        ]);
-        command
-            .current_dir(folder)
-            .arg(root().join("Cargo.toml"))
-            .arg("--")
-            .args(arguments)
-            .stdout(Stdio::null());
-        ensure!(
-            command.status().context("courier")?.success(),
-            "courier {}",
-            arguments.join(" ")
-        );
-        Ok(())
-    };
-    courier(&[
-        "blind",
-        "--cases",
-        "4",
-        "--seed",
-        "1",
-        "--quick",
-        "--folder",
-        "cases",
-        "--report",
-        "blind.html",
-    ])?;
-    let mut list = vec![folder.join("blind.html")];
-    for case in 0..4 {
-        let page = format!("case_{case}.html");
-        courier(&[
-            "diagnose",
-            &format!("cases/recordings/case_00{case}"),
-            "--report",
-            &page,
-        ])?;
-        list.push(folder.join(page));
+/// The first page with a plot, broken in every way that it can be.
+fn broken(folder: &Path, pages: &[PathBuf]) -> Result<Vec<(&'static Fault, PathBuf)>> {
+    let mut list = Vec::new();
+    for page in pages.iter().take(1) {
+        let text = std::fs::read_to_string(page)?;
+        for fault in FAULTS {
+            if let Some(text) = fault.in_page(&text) {
+                let path = folder.join(format!("broken-{}.html", fault.name));
+                std::fs::write(&path, text)?;
+                list.push((fault, path));
+            }
+        }
     }
     Ok(list)
 }
 
-/// Nothing on the page is fetched from anywhere.
+/// No page has a fault, and every broken one has its own at some width.
+fn judge(
+    found: &[Finding],
+    pages: &[PathBuf],
+    broken: &[(&'static Fault, PathBuf)],
+    scheme: Scheme,
+) -> Result<()> {
+    let mut faults = Vec::new();
+    for finding in found.iter().filter(|f| pages.contains(&f.page)) {
+        let name = finding.page.file_name().unwrap_or_default().display();
+        let what = format!("{name}, {} wide, {scheme:?}", finding.width);
+        eprintln!(
+            "report: {what}: {} figures, {} faults",
+            finding.figures,
+            finding.faults.len()
+        );
+        if finding.figures == 0 && !name.to_string().starts_with("insufficient") {
+            faults.push(format!("{what}: no figure"));
+        }
+        faults.extend(
+            finding
+                .faults
+                .iter()
+                .map(|fault| format!("{what}: {fault}")),
+        );
+    }
+    for (fault, path) in broken {
+        let said = found
+            .iter()
+            .filter(|f| f.page == *path)
+            .flat_map(|f| &f.faults);
+        let list: Vec<&String> = said.collect();
+        if !list.iter().any(|s| s.contains(fault.said)) {
+            faults.push(format!(
+                "the probe overlooks a page that is {}: it says {list:?}",
+                fault.name
+            ));
+        }
+    }
+    ensure!(faults.is_empty(), "{}", faults.join("\n"));
+    Ok(())
+}
+
+/// What a page needs to stand by itself.
 fn alone(page: &str) -> Result<()> {
     for wanted in [
         "<!DOCTYPE html>",
         "lang=\"en\"",
         "name=\"viewport\"",
+        "Content-Security-Policy",
         "prefers-color-scheme:dark",
     ] {
         ensure!(page.contains(wanted), "{wanted} is not in it");
@@ -157,7 +149,7 @@ fn alone(page: &str) -> Result<()> {
         "href=\"http",
         "url(http",
         "@import",
-        "<script",
+        "<script src",
     ] {
         ensure!(
             !page.contains(foreign),
@@ -167,91 +159,21 @@ fn alone(page: &str) -> Result<()> {
     Ok(())
 }
 
-/// Opens a page and judges what the probe and the console say.
-fn open(browser: &str, folder: &Path, page: &Path, width: u32) -> Result<()> {
-    let profile = folder.join(format!("profile-{width}"));
-    let mut command = Command::new(browser);
-    command.args([
-        "--headless",
-        "--no-sandbox",
-        "--disable-gpu",
-        "--disable-quic",
-        "--no-first-run",
-    ]);
-    command.args([
-        "--disable-background-networking",
-        "--disable-component-update",
-        "--disable-sync",
-    ]);
-    command.args([
-        "--enable-logging=stderr",
-        "--dump-dom",
-        "--virtual-time-budget=5000",
-    ]);
-    command
-        .arg(format!("--user-data-dir={}", profile.display()))
-        .arg("--window-size=1400,1000");
-    let framed = page.with_extension(format!("{width}.html"));
-    std::fs::write(&framed, frame(page, width))?;
-    command.arg(format!("file://{}", framed.display()));
-    let (document, log) = within(&mut command, folder, PATIENCE)?;
-    let console: Vec<&str> = log
-        .lines()
-        .filter(|line| line.contains(":CONSOLE"))
-        .collect();
+/// The README's picture: the top of a report.
+fn picture(browser: &str, folder: &Path) -> Result<()> {
+    let to = root().join(PICTURE);
+    browser::picture(
+        browser,
+        folder,
+        &folder.join(pages::PICTURED),
+        &to,
+        PICTURE_PX,
+    )?;
+    let size = std::fs::metadata(&to)?.len();
     ensure!(
-        console.is_empty(),
-        "the console says: {}",
-        console.join("; ")
+        size <= PICTURE_BYTES,
+        "{PICTURE}: found {size} bytes, wanted at most {PICTURE_BYTES}"
     );
-    let found = document
-        .split("data-probe=\"")
-        .nth(1)
-        .and_then(|rest| rest.split('"').next());
-    let found = found
-        .context("the probe did not run")?
-        .replace("&quot;", "\"")
-        .replace("&amp;", "&");
-    let probe: serde_json::Value = serde_json::from_str(&found).context(found.clone())?;
-    ensure!(
-        probe["width"] == width,
-        "the window is {} wide, wanted {width}",
-        probe["width"]
-    );
-    let refused = std::fs::read_to_string(page)?.contains("insufficient_data");
-    ensure!(
-        refused || probe["figures"].as_u64() > Some(0),
-        "no figure on the page"
-    );
-    let faults = probe["faults"].as_array().map_or(&[][..], Vec::as_slice);
-    ensure!(faults.is_empty(), "{faults:?}");
-    eprintln!(
-        "report: {} at {width}: {} figures, no faults",
-        page.display(),
-        probe["figures"]
-    );
+    eprintln!("report: {PICTURE}, {size} bytes");
     Ok(())
-}
-
-/// Output and log of a command that must end in time.
-fn within(command: &mut Command, folder: &Path, patience: Duration) -> Result<(String, String)> {
-    let (out, err) = (folder.join("document.html"), folder.join("browser.log"));
-    command
-        .stdin(Stdio::null())
-        .stdout(std::fs::File::create(&out)?)
-        .stderr(std::fs::File::create(&err)?);
-    let mut child = command.spawn().context("the browser")?;
-    let begin = Instant::now();
-    while child.try_wait()?.is_none() {
-        if begin.elapsed() > patience {
-            child.kill()?;
-            child.wait()?;
-            bail!("the browser did not end within {} s", patience.as_secs());
-        }
-        std::thread::sleep(Duration::from_millis(50));
-    }
-    let text = |path: &Path| -> Result<String> {
-        Ok(String::from_utf8_lossy(&std::fs::read(path)?).into_owned())
-    };
-    Ok((text(&out)?, text(&err)?))
 }
