@@ -71,7 +71,6 @@ pub fn document(title: &str, body: &Markup) -> String {
                 meta http-equiv="Content-Security-Policy" content=(POLICY);
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
-                meta name="generator" content="courier";
                 link rel="icon" href="data:,";
                 (PreEscaped(MADE_BY))
                 title { (title) }
