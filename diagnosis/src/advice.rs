@@ -1,4 +1,4 @@
-//! The answers in words: one sentence for the verdict, and what to measure next.
+//! The answers in words: what an effect is, and what to do next.
 
 use crate::evidence::Setting;
 use crate::motions::{self, Records};
@@ -17,12 +17,6 @@ pub fn telling_motion(effect: &str) -> Option<&'static str> {
         .iter()
         .find(|side| side.name() == effect)
         .map(|side| side.telling_motion())
-}
-
-/// The verdict in a sentence or two, beside the usual resolution.
-#[must_use]
-pub fn headline(diagnosis: &Diagnosis) -> String {
-    crate::headline::headline(diagnosis, crate::headline::RESOLUTION_M).text
 }
 
 /// Where the gap lies, as the end of a sentence.

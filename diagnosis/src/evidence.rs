@@ -3,6 +3,7 @@
 use crate::heldout::Residuals;
 use crate::judge::CHANNEL_NAMES;
 use crate::scene::Scene;
+use crate::statistics::median;
 use std::f64::consts::TAU;
 
 /// Most samples that are kept for a reader; more are thinned by whole blocks, so that spectra stay what they are.
@@ -62,9 +63,10 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// Rms that the stated noise gives it, m.
+    /// Standard deviation that the stated noise gives to the middle one of its residuals, m: single ones in the dark are far noisier.
     pub fn floor_m(&self) -> f64 {
-        crate::statistics::rms(self.points.iter().map(|p| p.floor_m))
+        let mut list: Vec<f64> = self.points.iter().map(|p| p.floor_m).collect();
+        median(&mut list).unwrap_or(0.0)
     }
 }
 

@@ -4,6 +4,7 @@ use super::svg::short;
 use super::table::{self, table};
 use crate::advice::{percent, sentence};
 use crate::report::{Diagnosis, Magnitude, Named};
+use crate::units;
 use maud::{Markup, html};
 
 /// A card for each effect.
@@ -20,7 +21,7 @@ pub fn section(diagnosis: &Diagnosis) -> Markup {
 fn card(effect: &Named) -> Markup {
     html! {
         article.effect {
-            h3 { code { (effect.name) } }
+            h3 { code { (effect.name) } @if let Some(total) = units::total(effect) { ": " (total) } }
             p { (capital(sentence(&effect.name))) "." }
             dl.measures {
                 (measure("Probability that it is a cause", &percent(effect.probability), effect.probability, "probability"))
@@ -53,28 +54,15 @@ fn amounts(list: &[Magnitude]) -> Markup {
     if list.is_empty() {
         return html! {};
     }
-    let row = |m: &Magnitude| {
-        let (value, unit) = readable(m.value, &m.unit);
-        vec![m.name.clone(), short(value), unit]
-    };
+    let row = |m: &Magnitude| vec![units::name(m), units::amount(m)];
     let rows: Vec<Vec<String>> = list.iter().map(row).collect();
-    html! { details { summary { "How large: " (list.len()) " amounts" } (table(&table::header(["amount", "value", "unit"]), &rows)) } }
-}
-
-/// A value in the unit that a reader would use: micrometres for lengths, microseconds for delays, milliradians for angles.
-fn readable(value: f64, unit: &str) -> (f64, String) {
-    let (factor, readable) = match unit {
-        "m" => (1.0e6, "µm"),
-        "s" => (1.0e6, "µs"),
-        "rad" => (1.0e3, "mrad"),
-        "m/rad" => (1.0e3, "µm/mrad"),
-        "m/rad²" => (1.0, "µm/mrad²"),
-        "m/K" => (1.0e6, "µm/K"),
-        "1/K" => (1.0e6, "ppm/K"),
-        "1" | "" => (1.0e2, "%"),
-        other => (1.0, other),
-    };
-    (value * factor, readable.into())
+    let many = if rows.len() == 1 { "amount" } else { "amounts" };
+    html! {
+        details {
+            summary { "In parts: " (list.len()) " " (many) ", each with ± one standard deviation where it is known" }
+            (table(&table::header(["amount", "value"]), &rows))
+        }
+    }
 }
 
 fn capital(text: &str) -> String {
@@ -104,9 +92,22 @@ mod tests {
     }
 
     #[test]
-    fn amounts_are_told_in_units_that_are_read() {
-        assert_eq!(readable(2.0e-6, "m"), (2.0, "µm".into()));
-        assert_eq!(readable(0.5, "furlongs"), (0.5, "furlongs".into()));
+    fn an_effect_has_its_size_and_each_amount_its_deviation() {
+        let effect = Named {
+            name: "velocity_lag".into(),
+            magnitude: vec![Magnitude {
+                name: "delay".into(),
+                value: 5.0e-5,
+                deviation: Some(2.0e-6),
+                unit: "s".into(),
+            }],
+            total_rms_m: Some(3.0e-6),
+            total_deviation_m: Some(0.1e-6),
+            ..Named::default()
+        };
+        let told = card(&effect).into_string();
+        assert!(told.contains("3.00 ± 0.10 µm rms"), "{told}");
+        assert!(told.contains("50.0 ± 2.0 µs"), "{told}");
         assert_eq!(capital("a segment's output"), "A segment's output");
     }
 }

@@ -109,6 +109,11 @@ const TERMS: &[Term] = &[
         "The smallest difference of position that the sensor is meant to show. A gap far below it does not matter in use, however certain it is.",
     ),
     (
+        "standard deviation (±)",
+        &["±"],
+        "How far an amount may be off by chance: about two times in three the true one lies within it.",
+    ),
+    (
         "seal",
         &["Seal", "seal"],
         "A hash of the answers, printed before the diagnosis begins. It shows that the answers were not changed afterwards.",

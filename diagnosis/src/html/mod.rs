@@ -22,6 +22,7 @@ pub use origin::{Origin, stated};
 pub use table::table;
 
 use crate::evidence::Evidence;
+use crate::headline::Headline;
 use crate::report::Diagnosis;
 use figures::Figure;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -36,9 +37,14 @@ const SCRIPT: &str = include_str!("hover.js");
 const POLICY: &str =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 
-/// The whole page.
+/// The whole page. The headline tells what the gap is held against, the origin where the page comes from.
 #[must_use]
-pub fn page(diagnosis: &Diagnosis, evidence: &Evidence, origin: &Origin) -> String {
+pub fn page(
+    diagnosis: &Diagnosis,
+    evidence: &Evidence,
+    headline: &Headline,
+    origin: &Origin,
+) -> String {
     let mut first = Vec::new();
     if !diagnosis.held_out.channels.is_empty() {
         first.push(figures::gap(diagnosis));
@@ -46,7 +52,7 @@ pub fn page(diagnosis: &Diagnosis, evidence: &Evidence, origin: &Origin) -> Stri
     first.extend(figures::waterfall(evidence));
     let (further, left_out) = further_figures(diagnosis, evidence);
     let body = html! {
-        (head::section(diagnosis, evidence))
+        (head::section(diagnosis, evidence, headline))
         main {
             @for figure in &first { (drawn(figure)) }
             (effects::section(diagnosis))

@@ -53,7 +53,7 @@ pub fn spectrum(argument: &[f64], points: &[Point], places: &[f64]) -> Vec<Line>
     places.iter().filter_map(line).collect()
 }
 
-/// Amplitudes at all of `places` fitted together, beside a mean: none takes for its own what belongs to another. `None` where the
+/// Amplitudes at all of `places` fitted together, beside a mean, each residual weighed by its stated noise: none takes for its own what belongs to another. `None` where the
 /// arguments cannot tell them apart. What chance gives follows from the residuals of the fit, each with its own variance (White 1980).
 /// Cost: points times the square of places.
 pub fn together(argument: &[f64], points: &[Point], places: &[f64]) -> Option<Vec<Line>> {
@@ -62,8 +62,12 @@ pub fn together(argument: &[f64], points: &[Point], places: &[f64]) -> Option<Ve
         return None;
     }
     let mut normal = DMatrix::<f64>::zeros(n, n);
-    let mut noise = DMatrix::<f64>::zeros(n, n);
     let mut right = DMatrix::<f64>::zeros(n, 2);
+    // Without a stated noise all weigh the same, and there is no floor.
+    let stated = points.iter().all(|p| p.floor_m > 0.0);
+    let weight = |point: &Point| {
+        if stated { point.floor_m.powi(-2) } else { 1.0 }
+    };
     let waves = |x: f64| {
         let mut row = DVector::from_element(n, 1.0);
         for (k, at) in places.iter().enumerate() {
@@ -73,13 +77,12 @@ pub fn together(argument: &[f64], points: &[Point], places: &[f64]) -> Option<Ve
     };
     for (x, point) in argument.iter().zip(points) {
         let row = waves(*x);
-        normal.syger(1.0, &row, &row, 1.0);
-        noise.syger(point.floor_m.powi(2), &row, &row, 1.0);
-        right.column_mut(0).axpy(point.before_m, &row, 1.0);
-        right.column_mut(1).axpy(point.after_m, &row, 1.0);
+        let weight = weight(point);
+        normal.syger(weight, &row, &row, 1.0);
+        right.column_mut(0).axpy(weight * point.before_m, &row, 1.0);
+        right.column_mut(1).axpy(weight * point.after_m, &row, 1.0);
     }
     normal.fill_upper_triangle_with_lower_triangle();
-    noise.fill_upper_triangle_with_lower_triangle();
     if !well_told(&normal) {
         return None;
     }
@@ -89,11 +92,12 @@ pub fn together(argument: &[f64], points: &[Point], places: &[f64]) -> Option<Ve
     for (x, point) in argument.iter().zip(points) {
         let row = waves(*x);
         let left_m = point.before_m - row.dot(&amounts.column(0));
-        chance.syger(left_m.powi(2), &row, &row, 1.0);
+        chance.syger((weight(point) * left_m).powi(2), &row, &row, 1.0);
     }
     chance.fill_upper_triangle_with_lower_triangle();
-    let level_m = |scatter: &DMatrix<f64>, (s, c): (usize, usize)| {
-        let covariance = &inverse * scatter * &inverse;
+    let chance = &inverse * chance * &inverse;
+    // Weighed so, the inverse is the covariance that the stated noise gives.
+    let level_m = |covariance: &DMatrix<f64>, (s, c): (usize, usize)| {
         level(BEYOND) * (covariance[(s, s)] + covariance[(c, c)]).sqrt()
     };
     let line = |(k, at): (usize, &f64)| {
@@ -103,7 +107,11 @@ pub fn together(argument: &[f64], points: &[Point], places: &[f64]) -> Option<Ve
             at: *at,
             before_m: amplitude(0),
             after_m: amplitude(1),
-            floor_m: level_m(&noise, (s, c)),
+            floor_m: if stated {
+                level_m(&inverse, (s, c))
+            } else {
+                0.0
+            },
             chance_m: level_m(&chance, (s, c)),
         }
     };
@@ -181,6 +189,17 @@ mod tests {
         let (x, points) = points(0.05, |x| (TAU * x).sin());
         assert_eq!(together(&x, &points, &[1.0, 2.0]), None);
         assert!(spectrum(&x, &points, &[1.0]).is_empty());
+    }
+
+    #[test]
+    fn a_reading_in_the_dark_weighs_nothing() {
+        let (x, mut points) = points(4.0, |x| (TAU * x).sin());
+        (points[7].before_m, points[7].floor_m) = (1.0e6, 1.0e9);
+        let line = spectrum(&x, &points, &[1.0])[0];
+        assert!(
+            (line.before_m - 1.0).abs() < 0.01 && line.floor_m < 0.2,
+            "{line:?}"
+        );
     }
 
     #[test]

@@ -9,7 +9,7 @@ use anyhow::{Result, bail, ensure};
 use diagnosis::headline::{RESOLUTION_M, headline};
 use diagnosis::progress::Stage;
 use diagnosis::report::{Magnitude, Named};
-use diagnosis::{Diagnosis, Options, Verdict, diagnose_watched, units};
+use diagnosis::{Diagnosis, Options, Verdict, diagnose_watched, html, units};
 use recording::Recording;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -101,8 +101,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     if let Some(path) = &args.report {
         let model = args.model.as_deref().filter(|_| answer.model.is_some());
+        let headline = headline(&answer.diagnosis, 1.0e-6 * args.resolution_um);
         let origin = origin_of(&args.recording, &recording, model)?;
-        let page = diagnosis::html::page(&answer.diagnosis, &answer.evidence, &origin);
+        let page = html::page(&answer.diagnosis, &answer.evidence, &headline, &origin);
         output::write(path, kinds::PAGE, page.as_bytes())?;
     }
     args.json

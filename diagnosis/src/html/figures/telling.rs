@@ -157,7 +157,7 @@ fn caption(trace: &Trace, coordinate: &Coordinate, cells: &[Bin]) -> String {
         format!("{} µm", swing(|b| b.before_m))
     };
     format!(
-        "Dots are single residuals of {}, the line is the mean of each of {} cells of {}. The means differ by up to {swings}; the floor of a single residual is {} µm rms.",
+        "Dots are single residuals of {}, the line is the mean of each of {} cells of {}. The means differ by up to {swings}; the floor of a single residual is {} µm.",
         trace.channel,
         cells.len(),
         coordinate.title(),

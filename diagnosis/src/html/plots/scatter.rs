@@ -51,8 +51,9 @@ pub fn scatter(
     }
     let half = half_cell(means);
     let mark = |mean: &Mean| {
-        let (left, top) = chart.backend_coord(&(mean.at - half, axes.y.end));
-        let (right, bottom) = chart.backend_coord(&(mean.at + half, axes.y.start));
+        let [from, to] = [-half, half].map(|by| (mean.at + by).clamp(axes.x.start, axes.x.end));
+        let (left, top) = chart.backend_coord(&(from, axes.y.end));
+        let (right, bottom) = chart.backend_coord(&(to, axes.y.start));
         Mark {
             edges: [left, top, right, bottom],
             told: mean.told.clone(),

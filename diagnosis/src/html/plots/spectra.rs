@@ -32,8 +32,8 @@ pub fn lines(area: &Area, narrow: bool, spectrum: &Spectrum) -> Drawn {
     let half = 0.5 * last / list.len().max(1) as f64;
     let top = MICRO * highest(list);
     let mark = |line: &Line| {
-        let (left, above) = chart.backend_coord(&(line.at - half, top));
-        let (right, below) = chart.backend_coord(&(line.at + half, 0.0));
+        let (left, above) = chart.backend_coord(&((line.at - half).max(0.0), top));
+        let (right, below) = chart.backend_coord(&((line.at + half).min(last * 1.02), 0.0));
         Mark {
             edges: [left, above, right, below],
             told: told(spectrum, line),
