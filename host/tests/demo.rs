@@ -282,11 +282,12 @@ fn joint_has_the_rows_of_the_paper() {
 
 /// The figures, by the platen sensor alone on a single sample a place, for several seeds of poses and noise, with the
 /// tooth map in force: the position within 0.6 um and both angles within 0.06 mrad, never worse than before calibration; the
-/// paper's method on the same courier within 30 % of what the paper printed in each of the rows.
+/// paper's method on the same courier within 30 % of what the paper printed in each of the rows. Seed 1 stands line by
+/// line in `docs/accuracy.md`, and is compared with it.
 #[test]
 fn joint_with_the_tooth_map_goes_past_the_paper() {
     std::thread::scope(|scope| {
-        let runs = ["1", "4", "7"].map(|seed| scope.spawn(move || judge_jointly(seed)));
+        let runs = ["4", "7"].map(|seed| scope.spawn(move || judge_jointly(seed)));
         runs.into_iter().for_each(|run| run.join().unwrap());
     });
 }

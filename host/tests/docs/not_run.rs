@@ -23,11 +23,6 @@ const NOT_RUN: &[(&str, &str, &str)] = &[
         "to come",
     ),
     (
-        "docs/accuracy.md",
-        "$ cargo demo --joint",
-        "a minute of a core; host/tests/demo.rs asserts its figures on fewer poses",
-    ),
-    (
         "docs/your-board.md",
         "cargo install --path host --features probe",
         "builds everything anew, for minutes",
