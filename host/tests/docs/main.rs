@@ -6,7 +6,8 @@
 //! a line `...` for lines that are left out. `exit-1` after the fence: the block's last command ends with exit code 1.
 //! `not-run` after the fence: the block is not run, for the reason in `NOT_RUN`.
 //!
-//! `COURIER_DOCS=overwrite cargo test -p courier --test docs` writes what the commands print now into the pages.
+//! `COURIER_DOCS=overwrite cargo test -p courier --test docs` writes what the commands print now into the pages;
+//! `COURIER_DOCS_PAGES=tutorial` runs those pages only whose names hold this word.
 
 mod not_run;
 mod page;
@@ -57,8 +58,11 @@ fn every_command_prints_what_its_page_says() {
     let root = root();
     let courier = Path::new(env!("CARGO_BIN_EXE_courier"));
     let overwrite = std::env::var_os("COURIER_DOCS").is_some_and(|value| value == "overwrite");
+    let only = std::env::var("COURIER_DOCS_PAGES").unwrap_or_default();
+    let mut pages = page::all(&root);
+    pages.retain(|page| page.name.contains(&only));
     let wrong = Mutex::new(vec![]);
-    each_page(&page::all(&root), |page| {
+    each_page(&pages, |page| {
         let begin = Instant::now();
         let compared = run::compare(&root, courier, page);
         if compared.ran > 0 {
