@@ -44,6 +44,8 @@ impl Arm {
         {
             command.env_remove(name);
         }
+        // It would split the image's one unit (Cargo.toml, profile `firmware`) into many: other code, a larger stack.
+        command.env_remove("CARGO_INCREMENTAL");
         command.envs(self.environment.iter().map(|(name, value)| (name, value)));
         command
     }
