@@ -141,6 +141,27 @@ fn a_converter_that_lost_its_settings_comes_back_by_itself() {
     assert_eq!(bench.status().missed, 0);
 }
 
+#[test]
+fn instants_missed_are_in_the_frames_numbers_and_tell_of_the_teeth() {
+    let period_ns = 50_000;
+    for (instants, slips) in [(5, false), (200, true)] {
+        let (mut bench, _flash, _) = stored(3);
+        bench.run(100);
+        let before = bench.board.sample().sequence;
+        // A debugger halts the processor; the timer does not stand still.
+        bench.board.world.clock.advance_ns(instants * period_ns);
+        let frame = bench.board.sample();
+        let passed = frame.sequence.wrapping_sub(before);
+        assert!((instants..=instants + 1).contains(&u64::from(passed)));
+        assert!(frame.status.contains(Status::OVERRUN));
+        assert_eq!(bench.status().missed, passed - 1);
+        let later = bench.board.sample().status;
+        let told = Status::OVERRUN | Status::SLIP_1 | Status::SLIP_4;
+        assert_eq!(later.intersects(told), slips, "{instants}: {later:?}");
+        assert_eq!(later.contains(told), slips, "{instants}: {later:?}");
+    }
+}
+
 /// Every row beyond equations (3) and (9) costs the interrupt some 600 cycles of the 8500 between two samples, of which reading the
 /// converters takes 2720.
 #[test]

@@ -63,7 +63,8 @@ bitflags::bitflags! {
         const CONVERTER_CRC = 1 << 18;
         /// The converter's busy line never fell: the previous frame's counts stand in.
         const CONVERTER_TIMEOUT = 1 << 19;
-        /// At least one sampling instant was missed before this frame.
+        /// At least one sampling instant was missed before this frame; `sequence` counts them. Latched, with the slip bits, if so
+        /// many were missed that a tooth may have gone by unseen.
         const OVERRUN = 1 << 20;
         /// No calibration is in force: the pose is the unmodified outputs'.
         const UNCALIBRATED = 1 << 21;
@@ -167,7 +168,7 @@ pub struct BeaconPose {
 /// One sample's result.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Frame {
-    /// Counts samples since start, modulo 2^32; a gap is a lost frame.
+    /// Counts sampling instants since start, modulo 2^32; a gap is missed instants or lost frames.
     pub sequence: u32,
     /// What is wrong with it.
     pub status: Status,

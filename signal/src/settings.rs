@@ -55,8 +55,9 @@ pub struct Limits {
     /// 0.074, so that even a start from rest to that speed within one sample passes; noise of an amplitude at its lower
     /// limit is below 0.01.
     pub slip_turns: f32,
-    /// More failed conversions than this in a row are slips: within 32 samples at 20 kHz an acceleration of 100 m/s² moves
-    /// a courier 0.13 mm from the prediction.
+    /// More instants than this in a row without a sample (failed conversions, missed instants) are slips, whatever the phases
+    /// say: within 32 at 20 kHz an acceleration of 100 m/s² moves a courier 0.13 mm from the prediction, and another 0.13 mm
+    /// since the filtered speed lags behind; a whole pitch less `slip_turns`, 0.8 mm, would pass unseen.
     pub gap_samples: u16,
     /// Share of the newest step in the filtered speed, above 0, at most 1: 1/16 averages over 0.8 ms at 20 kHz.
     pub speed_filter: f32,

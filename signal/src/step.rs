@@ -95,21 +95,20 @@ fn relate_to_beacon(beacon: &CompiledBeaconPose, frame: &mut Frame) {
 #[inline(always)]
 fn sample<const BEYOND: bool>(config: &StepConfig, state: &mut StepState) {
     let fault = state.frame.raw.fault;
-    let interrupted = fault.intersection(STALE).bits() | u32::from(state.missed);
+    let interrupted = fault.intersection(STALE).bits() | state.missed;
     let sequence = state.frame.sequence.wrapping_add(1);
     state.frame.sequence = sequence;
     let reach = if interrupted == 0 {
         watch_frozen(config, state, sequence);
         config.reach
     } else if state.missed == NEVER {
-        state.missed = u16::from(fault.intersects(STALE));
+        state.missed = u32::from(fault.intersects(STALE));
         Reach::FIRST
     } else {
         bridge(config, state)
     };
     let frame = &mut state.frame;
-    let kept = frame.status.intersection(SLIPS.union(Status::FROZEN));
-    let bits = kept.bits() | fault.bits() | config.standing_bits;
+    let bits = frame.status.bits() & state.latched | fault.bits() | config.standing_bits;
 
     let constants = config.constants;
     keep_order();
@@ -141,21 +140,30 @@ const SLIPS: Status = Status::SLIP_1
     .union(Status::SLIP_4);
 
 /// What a sample must know that is a failed conversion (no time has passed: the same instant again), or the first good one
-/// after some.
+/// after instants without one. After too many of these the tooth counts are not sure, whatever the phases say; if sampling
+/// instants were missed as well, that bit stays with the slips.
 #[cold]
 #[inline(never)]
 fn bridge(config: &StepConfig, state: &mut StepState) -> Reach {
-    let stale = state.frame.raw.fault.intersects(STALE);
-    let missed = (state.missed + 1).min(NEVER - 1);
-    if !stale {
-        state.missed = 0;
-        return Reach::new(f32::from(missed) * config.reach.turns_per_m_s());
+    let fault = state.frame.raw.fault.bits();
+    if fault & STALE.bits() == 0 {
+        let without_sample = core::mem::take(&mut state.missed);
+        doubt_teeth(config, state, without_sample, fault);
+        return Reach::new((without_sample + 1) as f32 * config.reach.turns_per_m_s());
     }
-    state.missed = missed;
-    if missed > config.gap_samples {
-        state.frame.status |= SLIPS;
-    }
+    let without_sample = (state.missed + 1).min(NEVER - 1);
+    state.missed = without_sample;
+    doubt_teeth(config, state, without_sample, fault);
     Reach::new(0.0)
+}
+
+/// Latches what so many instants without a sample make of the tooth counts.
+#[inline(always)]
+fn doubt_teeth(config: &StepConfig, state: &mut StepState, without_sample: u32, fault: u32) {
+    if without_sample > config.gap_samples {
+        state.frame.status |= SLIPS;
+        state.latched |= fault & Status::OVERRUN.bits();
+    }
 }
 
 /// Whether a difference of temperature can be one, kelvin.

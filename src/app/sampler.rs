@@ -95,10 +95,12 @@ impl<'q, 'c> Sampler<'q, 'c> {
         }
     }
 
-    /// One instant: `reading` as the driver gave it, `missed` sampling instants since the last call (an overrun, flagged
-    /// in this frame). Constant cost; a full queue drops the frame and counts it. Never panics.
+    /// One instant: `reading` as the driver gave it, `missed` sampling instants since the last call ([`missed_between`]): an overrun,
+    /// flagged in this frame, counted in its number and in the time that the tooth counters predict over. A full queue drops the
+    /// frame and counts it. Never panics.
     #[inline]
     pub fn isr_sample(&mut self, reading: Result<Counts, ConverterError>, missed: u32) -> Frame {
+        self.state.skip(missed);
         let raw = self.state.raw_mut();
         store(reading, raw);
         raw.fault.set(Status::OVERRUN, missed > 0);
@@ -116,8 +118,29 @@ impl<'q, 'c> Sampler<'q, 'c> {
     }
 }
 
+/// Sampling instants missed between the last one served and the newest, by the numbers of both modulo 2^32; none if the
+/// newest has been served: an edge that came while the interrupt was late.
+#[inline(always)]
+pub const fn missed_between(served: u32, newest: u32) -> Option<u32> {
+    newest.wrapping_sub(served).checked_sub(1)
+}
+
 /// Adds to a counter that only the interrupt writes: load and store, no exclusive access needed.
 #[inline(always)]
 fn count(counter: &AtomicU32, by: u32) {
     counter.store(counter.load(Relaxed).wrapping_add(by), Relaxed);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::missed_between;
+
+    #[test]
+    fn instants_between_are_counted_over_the_counters_end() {
+        assert_eq!(missed_between(7, 8), Some(0));
+        assert_eq!(missed_between(7, 11), Some(3));
+        assert_eq!(missed_between(u32::MAX, 0), Some(0));
+        assert_eq!(missed_between(u32::MAX - 1, 1), Some(2));
+        assert_eq!(missed_between(7, 7), None, "served already");
+    }
 }

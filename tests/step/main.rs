@@ -2,6 +2,7 @@
 
 mod any_input;
 mod configuration;
+mod missed;
 mod phase;
 mod pose;
 mod status;

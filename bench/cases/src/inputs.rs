@@ -69,6 +69,7 @@ pub struct Inputs {
     turns: [f32; SEGMENTS],
     speed: [f32; SEGMENTS],
     amplitude: f32,
+    missed: u32,
 }
 
 impl Inputs {
@@ -82,7 +83,13 @@ impl Inputs {
             turns: zero,
             speed: zero,
             amplitude: 20_000.0,
+            missed: 0,
         }
+    }
+
+    /// Sampling instants missed before the frame that came last: fewer than the tooth counters bridge, or more.
+    pub const fn missed(&self) -> u32 {
+        self.missed
     }
 
     /// The next frame.
@@ -91,6 +98,7 @@ impl Inputs {
             self.stretch();
         }
         self.left -= 1;
+        self.missed = 0;
         let mut raw = RawFrame {
             electrode_counts: self.electrodes(),
             ..RawFrame::default()
@@ -118,6 +126,9 @@ impl Inputs {
                     Status::empty(),
                 ];
                 raw.fault = self.random.pick(&faults);
+                if raw.fault == Status::OVERRUN {
+                    self.missed = self.random.pick(&[1, 3, 32, 33, 100_000]);
+                }
             }
         }
         raw

@@ -45,6 +45,7 @@ fn interrupt(name: &str, setup: Setup) {
     let (mut statistics, sample): (_, Sample) = (Statistics::default(), black_box(isr_step));
     for _ in 0..FRAMES {
         *state.raw_mut() = inputs.frame();
+        state.skip(inputs.missed());
         let (taken, ()) = measure(|| {
             sample(&config, &mut state);
         });
@@ -62,6 +63,7 @@ fn mapped(name: &str) {
     let mut statistics = Statistics::default();
     for _ in 0..FRAMES {
         *state.raw_mut() = inputs.frame();
+        state.skip(inputs.missed());
         let (taken, outside) = measure(|| {
             let frame = isr_step_mapped(&config, &mut state, map);
             frame.status.contains(Status::OUTSIDE_MAP)

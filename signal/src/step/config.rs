@@ -24,7 +24,7 @@ pub struct StepConfig {
     pub(super) clip_square: i32,
     pub(super) dead_band_m_s: f32,
     pub(super) parity_turns: f32,
-    pub(super) gap_samples: u16,
+    pub(super) gap_samples: u32,
     /// Between two samples.
     pub(super) reach: Reach,
     /// Samples in a window less one; all ones for never.
@@ -85,7 +85,7 @@ impl StepConfig {
             clip_square: i32::from(limits.clip_counts) * i32::from(limits.clip_counts) - 1,
             dead_band_m_s: limits.direction_dead_band_m_s,
             parity_turns: limits.parity_turns,
-            gap_samples: limits.gap_samples,
+            gap_samples: limits.gap_samples.into(),
             reach: Reach::new(1.0 / speed_m_s),
             frozen_mask: u32::from(limits.frozen_samples / 4).wrapping_sub(1),
             frozen_bit: if limits.frozen_samples == 0 {

@@ -1,14 +1,16 @@
 //! What one sample leaves to the next.
 
 use super::SLIPS;
-use crate::frame::{Frame, RawFrame, SEGMENTS};
+use crate::frame::{Frame, RawFrame, SEGMENTS, Status};
 
 /// What one sample leaves to the next: the last frame, and what no frame shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepState {
     pub(super) frame: Frame,
-    /// Samples since the last good one, or [`NEVER`].
-    pub(super) missed: u16,
+    /// Instants since the last good sample, or [`NEVER`].
+    pub(super) missed: u32,
+    /// Status bits that a frame hands on to the next.
+    pub(super) latched: u32,
     pub(super) watch: Watch,
 }
 
@@ -36,7 +38,10 @@ impl Watch {
 }
 
 /// Before the first sample, and when the count is to begin anew.
-pub(super) const NEVER: u16 = u16::MAX;
+pub(super) const NEVER: u32 = u32::MAX;
+
+/// Status bits that stay from frame to frame; [`Status::OVERRUN`] does too once a tooth may have gone by unseen.
+const LATCHED: u32 = SLIPS.union(Status::FROZEN).bits();
 
 impl Default for StepState {
     fn default() -> Self {
@@ -47,6 +52,7 @@ impl Default for StepState {
         Self {
             frame,
             missed: NEVER,
+            latched: LATCHED,
             watch: Watch::NEW,
         }
     }
@@ -68,9 +74,22 @@ impl StepState {
         &mut self.frame.raw
     }
 
-    /// Takes back the latched slip bits, once the pose is known again.
+    /// Tells that so many sampling instants have gone by without a sample, before the sample that comes next. The next frame's number
+    /// counts them, and they are time that passed, as failed conversions are: for the predicted phase, and for
+    /// [`Limits::gap_samples`](crate::settings::Limits::gap_samples).
+    #[inline(always)]
+    pub fn skip(&mut self, instants: u32) {
+        if instants != 0 {
+            self.frame.sequence = self.frame.sequence.wrapping_add(instants);
+            // Before the first sample `NEVER` stays; after it the sum comes to that in 59 hours at 20 kHz.
+            self.missed = self.missed.saturating_add(instants);
+        }
+    }
+
+    /// Takes back the latched slip bits, and the overrun that may have hidden one, once the pose is known again.
     pub fn clear_slips(&mut self) {
-        self.frame.status.remove(SLIPS);
+        self.frame.status.remove(SLIPS | Status::OVERRUN);
+        self.latched = LATCHED;
     }
 
     /// Sets the tooth counts, e.g. to those of a known place, and clears the slip bits. Before the first sample, which sets

@@ -2,6 +2,7 @@
 #![allow(unsafe_code)] // device registers
 
 use core::ptr::{read_volatile, write_volatile};
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use embedded_hal::delay::DelayNs;
 
 /// CMSDK timer 0: CTRL, VALUE, RELOAD, INTSTATUS (write 1 to clear); the machine's 25 MHz.
@@ -11,6 +12,9 @@ const WATCHDOG: *mut u32 = 0x4000_8000 as *mut u32;
 /// FPGAIO: PRESCALE at word 7, its counter at word 6.
 const FPGAIO: *mut u32 = 0x4002_8000 as *mut u32;
 const TICKS_PER_SECOND: u32 = crate::emulation::TICK_HZ;
+
+/// Tick of the newest sampling instant that [`take_instants`] has told of; at first the timer's start.
+static TAKEN_AT: AtomicU32 = AtomicU32::new(0);
 
 /// Starts the free counter at the full rate.
 pub fn start_counter() {
@@ -25,9 +29,15 @@ pub fn ticks() -> u32 {
     unsafe { read_volatile(FPGAIO.add(6)) }
 }
 
+/// Ticks of the free counter between two sampling instants at `rate_hz`.
+pub const fn period(rate_hz: u32) -> u32 {
+    TICKS_PER_SECOND / rate_hz
+}
+
 /// Sampling instants at `rate_hz`, on the timer's interrupt.
 pub fn start_sampling(rate_hz: u32) {
-    let reload = TICKS_PER_SECOND / rate_hz - 1;
+    let reload = period(rate_hz) - 1;
+    TAKEN_AT.store(ticks(), Relaxed);
     // SAFETY: the timer's registers; counting with interrupt.
     unsafe {
         write_volatile(TIMER.add(2), reload);
@@ -36,18 +46,20 @@ pub fn start_sampling(rate_hz: u32) {
     }
 }
 
+/// Sampling instants that have come since the last call. For the sampling interrupt alone.
+#[inline(always)]
+pub fn take_instants(rate_hz: u32) -> u32 {
+    let taken_at = TAKEN_AT.load(Relaxed);
+    let instants = ticks().wrapping_sub(taken_at) / period(rate_hz);
+    TAKEN_AT.store(taken_at.wrapping_add(instants * period(rate_hz)), Relaxed);
+    instants
+}
+
 /// Takes back the timer's interrupt.
 #[inline(always)]
 pub fn acknowledge() {
     // SAFETY: the interrupt's flag.
     unsafe { write_volatile(TIMER.add(3), 1) };
-}
-
-/// Whether a further instant has come since [`acknowledge`].
-#[inline(always)]
-pub fn is_pending() -> bool {
-    // SAFETY: reading the flag has no effect.
-    unsafe { read_volatile(TIMER.add(3)) & 1 != 0 }
 }
 
 /// Starts the watchdog: a warning (the non-maskable interrupt) after `period_us` without [`feed`], a reset after twice that.

@@ -15,10 +15,10 @@ use super::start::{self, Ends};
 use super::{fault, guard, rtt};
 use crate::app::background::Background;
 use crate::app::console::Console;
-use crate::app::sampler::Sampler;
+use crate::app::sampler::{Sampler, missed_between};
 use crate::device::Device;
 use crate::drivers::converter::{Converter, ConverterError, Counts, Settings};
-use crate::emulation::{BACKGROUND, INTERRUPT, Operation, Pin, TICK_HZ};
+use crate::emulation::{BACKGROUND, INTERRUPT, Operation, Pin};
 use crate::link::message::ResetCause;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -62,15 +62,17 @@ extern "C" fn isr_sampling() {
     let Some((converter, sampler)) = (unsafe { SAMPLING.get() }) else {
         return;
     };
+    let Some(missed) = missed_between(0, clock::take_instants(RATE_HZ)) else {
+        return;
+    };
     let reading = isr_convert(converter);
-    let missed = u32::from(clock::is_pending());
     sampler.isr_sample(reading, missed);
     SAMPLED.store(true, Relaxed);
 }
 
 /// What the timer's pulse does on the real board is one question here; then both chips are read.
 fn isr_convert(converter: &mut Chips) -> Result<Counts, ConverterError> {
-    const PERIOD: u32 = TICK_HZ / RATE_HZ;
+    const PERIOD: u32 = clock::period(RATE_HZ);
     let ask = || Post::new(INTERRUPT).ask(Operation::Convert, PERIOD, &[], &mut []);
     let answer =
         ahead::take_conversion(clock::ticks(), PERIOD).unwrap_or_else(|| ask().unwrap_or(0));

@@ -20,7 +20,7 @@ use super::start;
 use super::{fault, guard, rtt};
 use crate::app::background::Background;
 use crate::app::console::Console;
-use crate::app::sampler::Sampler;
+use crate::app::sampler::{Sampler, missed_between};
 use crate::drivers::converter::{Converter, ConverterError, Counts, Settings};
 use core::mem::MaybeUninit;
 use cortex_m::peripheral::NVIC;
@@ -46,7 +46,9 @@ fn EXTI9_5() {
         return;
     };
     let now = sampling::instants();
-    let missed = now.wrapping_sub(*served).saturating_sub(1);
+    let Some(missed) = missed_between(*served, now) else {
+        return;
+    };
     *served = now;
     sampler.isr_sample(isr_read(converter, asked), missed);
 }
@@ -170,7 +172,7 @@ fn set_up() -> Halves {
     supervision::start_watchdog();
     // SAFETY: the interrupts are enabled afterwards.
     unsafe {
-        SAMPLING.put((converter, sampler, 0));
+        SAMPLING.put((converter, sampler, sampling::FIRST.wrapping_sub(1)));
         SERIAL.put(serial_interrupt);
         let mut processor = cortex_m::Peripherals::steal();
         processor

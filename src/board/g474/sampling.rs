@@ -13,6 +13,9 @@ const PORT_C: u8 = 2;
 /// CONVST is high so long: 0.5 us (data sheet: 10 ns at least).
 const PULSE_CYCLES: u16 = (CLOCK_HZ / 2_000_000) as u16;
 
+/// Number of the first instant: its pulse begins with the timer, before the first period that TIM2 counts.
+pub const FIRST: u32 = 0;
+
 /// Starts the timers and lets BUSY interrupt.
 pub fn start(rate_hz: u32) {
     SYSCFG
@@ -39,7 +42,7 @@ pub fn start(rate_hz: u32) {
     TIM3.cr1().modify(|w| w.set_cen(true));
 }
 
-/// Sampling instants since start, modulo 2^32.
+/// Number of the newest sampling instant, from [`FIRST`], modulo 2^32.
 #[inline(always)]
 pub fn instants() -> u32 {
     TIM2.cnt().read()
