@@ -161,7 +161,7 @@ fn set_up() -> Halves {
     let to_send =
         cortex_m::singleton!(: serial::ByteQueue = serial::ByteQueue::new()).expect("called once");
     let (serial_interrupt, serial) = serial::start(received, to_send);
-    let parts = (serial, Flash::take());
+    let parts = (serial, flash::take());
     let place = cortex_m::singleton!(: MaybeUninit<Background<'static, 'static, Serial, Flash>> = MaybeUninit::uninit());
     let place = place.expect("called once");
     let Ends {

@@ -1,0 +1,185 @@
+//! Bank 2 of the STM32G4's flash, as NOR flash of embedded-storage. Code runs from bank 1, so neither erase nor program stalls a fetch.
+//!
+//! The order of steps alone: registers and memory are behind [`Controller`], which the board has and a test imitates. A double word that
+//! lost power while it was programmed has wrong check bits: reading it ends with an error, as a torn slot should.
+//!
+//! Sources: RM0440, chapter 5 (bits, keys, order of steps); data sheet DS12288 (times).
+
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
+    check_write,
+};
+
+/// Bytes of the bank.
+pub const BYTES: usize = 256 << 10;
+/// Bytes of a page, the least that is erased.
+pub const PAGE_BYTES: u32 = 2048;
+/// Both keys that unlock the control register, in their order.
+pub const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
+
+/// Bits of the status register (SR).
+pub mod status {
+    /// All error flags; each is taken back by writing it.
+    pub const ERRORS: u32 = 0xC3FA;
+    /// An operation is under way, in either bank.
+    pub const BUSY: u32 = 1 << 16;
+}
+
+/// Bits of the control register (CR).
+pub mod control {
+    /// Programming.
+    pub const PROGRAM: u32 = 1 << 0;
+    /// Erasing of a page.
+    pub const ERASE_PAGE: u32 = 1 << 1;
+    /// Place of the page's number.
+    pub const PAGE_SHIFT: u32 = 3;
+    /// The page is one of bank 2.
+    pub const BANK_2: u32 = 1 << 11;
+    /// Starts the erase.
+    pub const START: u32 = 1 << 16;
+    /// The register is locked.
+    pub const LOCK: u32 = 1 << 31;
+}
+
+/// Looks at the busy bit: a page's erase takes 25 ms at most (data sheet), some ten million looks.
+const PATIENCE: u32 = 50_000_000;
+
+/// The controller's registers and the bank's memory.
+pub trait Controller {
+    /// The status register.
+    fn status(&mut self) -> u32;
+    /// Takes back flags of the status register.
+    fn clear_status(&mut self, flags: u32);
+    /// The control register.
+    fn control(&mut self) -> u32;
+    /// Writes the control register.
+    fn set_control(&mut self, bits: u32);
+    /// Writes the key register.
+    fn key(&mut self, key: u32);
+    /// Whether the supply is too low to write.
+    fn supply_is_low(&mut self) -> bool;
+    /// Programs the double word at an offset of the bank, the lower word first.
+    fn program(&mut self, offset: u32, words: [u32; 2]);
+    /// Reads from an offset of the bank; true if a double word's check bits were wrong.
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> bool;
+}
+
+/// What can go wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Error {
+    /// Out of bounds or not aligned.
+    Arguments(NorFlashErrorKind),
+    /// A double word whose check bits are wrong.
+    Torn,
+    /// The controller said so, or did not end.
+    Controller,
+    /// The supply is too low to write.
+    SupplyLow,
+}
+
+impl NorFlashError for Error {
+    fn kind(&self) -> NorFlashErrorKind {
+        match self {
+            Self::Arguments(kind) => *kind,
+            _ => NorFlashErrorKind::Other,
+        }
+    }
+}
+
+/// The bank.
+#[derive(Debug)]
+pub struct Bank<C> {
+    controller: C,
+}
+
+impl<C: Controller> Bank<C> {
+    /// Takes the controller; nothing is written.
+    pub const fn new(controller: C) -> Self {
+        Self { controller }
+    }
+
+    /// Unlocks the controller, runs `work`, locks it again.
+    fn unlocked(&mut self, work: impl FnOnce(&mut Self) -> Result<(), Error>) -> Result<(), Error> {
+        if self.controller.supply_is_low() {
+            return Err(Error::SupplyLow);
+        }
+        self.wait()?;
+        if self.controller.control() & control::LOCK != 0 {
+            KEYS.iter().for_each(|key| self.controller.key(*key));
+        }
+        self.controller.clear_status(status::ERRORS);
+        let result = work(self);
+        self.controller.set_control(control::LOCK);
+        result
+    }
+
+    fn wait(&mut self) -> Result<(), Error> {
+        for _ in 0..PATIENCE {
+            let status = self.controller.status();
+            if status & status::BUSY == 0 {
+                return if status & status::ERRORS == 0 {
+                    Ok(())
+                } else {
+                    Err(Error::Controller)
+                };
+            }
+        }
+        Err(Error::Controller)
+    }
+
+    fn erase_page(&mut self, page: u32) -> Result<(), Error> {
+        let page = control::ERASE_PAGE | control::BANK_2 | page << control::PAGE_SHIFT;
+        self.controller.set_control(page);
+        self.controller.set_control(page | control::START);
+        self.wait()
+    }
+
+    fn program(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
+        self.controller.set_control(control::PROGRAM);
+        let double_words = bytes.as_chunks::<8>().0.iter();
+        for (bytes, offset) in double_words.zip((offset..).step_by(8)) {
+            let [a, b, c, d, e, f, g, h] = *bytes;
+            let words = [[a, b, c, d], [e, f, g, h]].map(u32::from_le_bytes);
+            self.controller.program(offset, words);
+            self.wait()?;
+        }
+        Ok(())
+    }
+}
+
+impl<C> ErrorType for Bank<C> {
+    type Error = Error;
+}
+
+impl<C: Controller> ReadNorFlash for Bank<C> {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
+        check_read(self, offset, bytes.len()).map_err(Error::Arguments)?;
+        if self.controller.read(offset, bytes) {
+            Err(Error::Torn)
+        } else {
+            Ok(())
+        }
+    }
+
+    fn capacity(&self) -> usize {
+        BYTES
+    }
+}
+
+impl<C: Controller> NorFlash for Bank<C> {
+    const WRITE_SIZE: usize = 8;
+    const ERASE_SIZE: usize = PAGE_BYTES as usize;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
+        check_erase(self, from, to).map_err(Error::Arguments)?;
+        (from / PAGE_BYTES..to / PAGE_BYTES)
+            .try_for_each(|page| self.unlocked(|bank| bank.erase_page(page)))
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
+        check_write(self, offset, bytes.len()).map_err(Error::Arguments)?;
+        self.unlocked(|bank| bank.program(offset, bytes))
+    }
+}

@@ -1,0 +1,212 @@
+//! Bank 2 of the STM32G4's flash: the order in which its controller is worked, against a controller that keeps the manual's rules.
+
+use courier_sensor::calibration::record::Calibration;
+use courier_sensor::calibration::slots::{SlotError, Slots};
+use courier_sensor::drivers::g4_flash::{Bank, Controller, Error, KEYS, control, status};
+use courier_sensor::geometry::Geometry;
+use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind, ReadNorFlash};
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+use std::rc::Rc;
+
+const PAGE: usize = 2048;
+
+/// Looks at the status register that an operation takes here.
+const BUSY_LOOKS: u32 = 3;
+
+/// The controller and the bank's first pages. What the manual forbids sets an error flag, as it does on the chip, or is a fault.
+struct Chip {
+    memory: Vec<u8>,
+    torn: BTreeSet<u32>,
+    control: u32,
+    keys: Vec<u32>,
+    status: u32,
+    busy_looks: u32,
+    supply_is_low: bool,
+    /// Flags that the next operations end with, one each.
+    failures: Vec<u32>,
+}
+
+#[derive(Clone)]
+struct Fake(Rc<RefCell<Chip>>);
+
+impl Fake {
+    fn new() -> Self {
+        Self(Rc::new(RefCell::new(Chip {
+            memory: vec![0xFF; 2 * PAGE],
+            torn: BTreeSet::new(),
+            control: control::LOCK,
+            keys: vec![],
+            status: 0,
+            busy_looks: 0,
+            supply_is_low: false,
+            failures: vec![],
+        })))
+    }
+
+    fn with<R>(&self, f: impl FnOnce(&mut Chip) -> R) -> R {
+        f(&mut self.0.borrow_mut())
+    }
+}
+
+impl Chip {
+    /// An operation begins; false if it is refused by a flag.
+    fn begins(&mut self) -> bool {
+        assert_eq!(
+            self.busy_looks, 0,
+            "an operation began before the last ended"
+        );
+        assert_eq!(self.control & control::LOCK, 0, "the controller is locked");
+        if self.status & status::ERRORS != 0 {
+            self.status |= SEQUENCE_ERROR;
+        } else if let Some(flag) = self.failures.pop() {
+            self.status |= flag;
+        } else {
+            self.busy_looks = BUSY_LOOKS;
+            return true;
+        }
+        false
+    }
+
+    fn erase(&mut self) {
+        assert_ne!(self.control & control::BANK_2, 0, "that is the code's bank");
+        assert_eq!(self.control & control::PROGRAM, 0);
+        let page = (self.control >> control::PAGE_SHIFT & 0x7F) as usize;
+        if self.begins() {
+            self.memory[page * PAGE..][..PAGE].fill(0xFF);
+            let range = (page * PAGE) as u32..((page + 1) * PAGE) as u32;
+            self.torn.retain(|offset| !range.contains(offset));
+        }
+    }
+}
+
+/// PGSERR, PROGERR, OPTVERR.
+const SEQUENCE_ERROR: u32 = 1 << 7;
+const PROGRAM_ERROR: u32 = 1 << 3;
+
+impl Controller for Fake {
+    fn status(&mut self) -> u32 {
+        self.with(|chip| {
+            if chip.busy_looks > 0 {
+                chip.busy_looks -= 1;
+                return chip.status | status::BUSY;
+            }
+            chip.status
+        })
+    }
+
+    fn clear_status(&mut self, flags: u32) {
+        self.with(|chip| chip.status &= !flags);
+    }
+
+    fn control(&mut self) -> u32 {
+        self.with(|chip| chip.control)
+    }
+
+    fn set_control(&mut self, bits: u32) {
+        self.with(|chip| {
+            assert_eq!(chip.control & control::LOCK, 0, "the controller is locked");
+            chip.control = bits;
+            if bits & control::START != 0 {
+                chip.erase();
+                chip.control &= !control::START;
+            }
+        });
+    }
+
+    fn key(&mut self, key: u32) {
+        self.with(|chip| {
+            chip.keys.push(key);
+            if chip.keys.ends_with(&KEYS) {
+                chip.control &= !control::LOCK;
+            }
+        });
+    }
+
+    fn supply_is_low(&mut self) -> bool {
+        self.with(|chip| chip.supply_is_low)
+    }
+
+    fn program(&mut self, offset: u32, words: [u32; 2]) {
+        self.with(|chip| {
+            if chip.control & control::PROGRAM == 0 {
+                chip.status |= SEQUENCE_ERROR;
+                return;
+            }
+            let place = &chip.memory[offset as usize..][..8];
+            let erased = place == [0xFF; 8] || words == [0; 2];
+            if !erased {
+                chip.status |= PROGRAM_ERROR;
+            } else if chip.begins() {
+                let bytes = words.map(u32::to_le_bytes);
+                chip.memory[offset as usize..][..8].copy_from_slice(bytes.as_flattened());
+            }
+        });
+    }
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> bool {
+        self.with(|chip| {
+            bytes.copy_from_slice(&chip.memory[offset as usize..][..bytes.len()]);
+            let double_words = offset & !7..offset + bytes.len() as u32;
+            chip.torn.range(double_words).next().is_some()
+        })
+    }
+}
+
+fn calibration(uptime_s: u32) -> Calibration {
+    let mut calibration = Calibration::identity(Geometry::PAPER);
+    calibration.made.uptime_s = uptime_s;
+    calibration
+}
+
+/// Slots with one calibration in each.
+fn slots() -> (Fake, Slots<Bank<Fake>>) {
+    let fake = Fake::new();
+    let mut slots = Slots::new(Bank::new(fake.clone()), 0);
+    slots.commit(&calibration(1), false).unwrap();
+    slots.commit(&calibration(2), false).unwrap();
+    (fake, slots)
+}
+
+#[test]
+fn slots_are_stored_and_read_and_the_controller_is_locked_again() {
+    let (fake, mut slots) = slots();
+    assert_eq!(slots.load().unwrap().1, calibration(2));
+    slots.roll_back().unwrap();
+    assert_eq!(slots.load().unwrap().1, calibration(1));
+    assert_eq!(fake.with(|chip| chip.control), control::LOCK);
+}
+
+#[test]
+fn a_torn_double_word_is_an_error_where_it_is_read() {
+    let (fake, mut slots) = slots();
+    fake.with(|chip| chip.torn.insert(PAGE as u32 + 40));
+    assert_eq!(slots.load().unwrap().1, calibration(1));
+    let mut bank = slots.release();
+    let mut bytes = [0; 16];
+    assert_eq!(bank.read(PAGE as u32 + 32, &mut bytes), Err(Error::Torn));
+    assert_eq!(bank.read(PAGE as u32 + 48, &mut bytes), Ok(()));
+}
+
+#[test]
+fn a_low_supply_and_a_place_that_is_none_write_nothing() {
+    let fake = Fake::new();
+    let mut bank = Bank::new(fake.clone());
+    let outside = Error::Arguments(NorFlashErrorKind::OutOfBounds);
+    assert_eq!(bank.write(256 << 10, &[0; 8]), Err(outside));
+    let aside = Error::Arguments(NorFlashErrorKind::NotAligned);
+    assert_eq!(bank.write(4, &[0; 8]), Err(aside));
+    fake.with(|chip| chip.supply_is_low = true);
+    assert_eq!(bank.write(0, &[0; 8]), Err(Error::SupplyLow));
+    assert_eq!(bank.erase(0, 2048), Err(Error::SupplyLow));
+    assert!(fake.with(|chip| chip.keys.is_empty()));
+}
+
+#[test]
+fn an_operation_that_fails_is_said() {
+    let (fake, mut slots) = slots();
+    fake.with(|chip| chip.failures = vec![PROGRAM_ERROR]);
+    let error = slots.commit(&calibration(3), false).unwrap_err();
+    assert!(matches!(error, SlotError::Erase { slot: 0, .. }), "{error}");
+    assert_eq!(slots.load().unwrap().1, calibration(2));
+}
