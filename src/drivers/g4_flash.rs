@@ -107,31 +107,35 @@ impl<C: Controller> Bank<C> {
         if self.controller.control() & control::LOCK != 0 {
             KEYS.iter().for_each(|key| self.controller.key(*key));
         }
+        // Error flags stay until they are taken back, and any of them refuses the next operation.
         self.controller.clear_status(status::ERRORS);
         let result = work(self);
+        self.controller.clear_status(status::ERRORS);
         self.controller.set_control(control::LOCK);
         result
     }
 
-    fn wait(&mut self) -> Result<(), Error> {
-        for _ in 0..PATIENCE {
-            let status = self.controller.status();
-            if status & status::BUSY == 0 {
-                return if status & status::ERRORS == 0 {
-                    Ok(())
-                } else {
-                    Err(Error::Controller)
-                };
-            }
+    /// Waits until no operation is under way; what the flags say then is of the operations before.
+    fn wait(&mut self) -> Result<u32, Error> {
+        (0..PATIENCE)
+            .map(|_| self.controller.status())
+            .find(|status| status & status::BUSY == 0)
+            .ok_or(Error::Controller)
+    }
+
+    /// Waits for the operation that was begun, and tells whether it succeeded.
+    fn finish(&mut self) -> Result<(), Error> {
+        match self.wait()? & status::ERRORS {
+            0 => Ok(()),
+            _ => Err(Error::Controller),
         }
-        Err(Error::Controller)
     }
 
     fn erase_page(&mut self, page: u32) -> Result<(), Error> {
         let page = control::ERASE_PAGE | control::BANK_2 | page << control::PAGE_SHIFT;
         self.controller.set_control(page);
         self.controller.set_control(page | control::START);
-        self.wait()
+        self.finish()
     }
 
     fn program(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
@@ -141,7 +145,7 @@ impl<C: Controller> Bank<C> {
             let [a, b, c, d, e, f, g, h] = *bytes;
             let words = [[a, b, c, d], [e, f, g, h]].map(u32::from_le_bytes);
             self.controller.program(offset, words);
-            self.wait()?;
+            self.finish()?;
         }
         Ok(())
     }

@@ -210,3 +210,22 @@ fn an_operation_that_fails_is_said() {
     assert!(matches!(error, SlotError::Erase { slot: 0, .. }), "{error}");
     assert_eq!(slots.load().unwrap().1, calibration(2));
 }
+
+#[test]
+fn flags_of_the_past_refuse_nothing_and_none_are_left() {
+    for flag in (0..16)
+        .map(|bit| 1 << bit)
+        .filter(|flag| flag & status::ERRORS != 0)
+    {
+        let (fake, mut slots) = slots();
+        // From before the start, as after one that the debugger programmed.
+        fake.with(|chip| chip.status = flag);
+        slots.commit(&calibration(3), false).unwrap();
+        // Of an operation that failed: the next commit does not.
+        fake.with(|chip| chip.failures = vec![flag]);
+        slots.commit(&calibration(4), false).unwrap_err();
+        assert_eq!(fake.with(|chip| chip.status), 0, "{flag:#x}");
+        slots.commit(&calibration(4), false).unwrap();
+        assert_eq!(slots.load().unwrap().1, calibration(4), "{flag:#x}");
+    }
+}
