@@ -7,6 +7,7 @@
 
 mod column;
 mod error;
+mod foreign;
 mod keys;
 mod meta;
 mod read;

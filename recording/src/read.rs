@@ -2,6 +2,7 @@
 
 use crate::column::{COUNT, Column, CountLimits};
 use crate::error::{Error, excerpt, one_line};
+use crate::foreign::foreign_header;
 use crate::meta::Meta;
 use crate::rows::{Fields, Rows};
 use crate::samples::Samples;
@@ -191,6 +192,10 @@ impl<'a> Table<'a> {
             }
             names.push(bytes);
             self.fields.push(field);
+        }
+        let texts = names.iter().map(|name| std::str::from_utf8(name));
+        if let Some((found, wanted)) = foreign_header(&texts.flatten().collect::<Vec<_>>()) {
+            return Err(self.error(line, found, wanted));
         }
         for name in unknown.iter().take(NAMED_UNKNOWN) {
             warnings.push(format!(

@@ -105,6 +105,32 @@ fn columns_that_are_missing_or_twice() {
     }
 }
 
+/// A log of another program's making is told as what it is, and what takes it.
+#[test]
+fn dialects_of_other_programs() {
+    let end = "; `courier convert` makes a recording of such a file";
+    for (samples, line) in [
+        (
+            "t_s;p1_m\n0;0\n",
+            "samples.csv: row 1, found columns separated by semicolons, wanted commas",
+        ),
+        (
+            "\u{feff}t_s\tp1_m\n0\t0\n",
+            "samples.csv: row 1, found columns separated by tabs, wanted commas",
+        ),
+        (
+            "T_S,P1_M\n0,0\n",
+            "samples.csv: row 1, found the column \"T_S\", wanted it in small letters, \"t_s\"",
+        ),
+        (
+            "# t_s,p1_m\n0,0\n",
+            "samples.csv: row 1, found a \"#\" before the header, wanted the names of the columns alone",
+        ),
+    ] {
+        refused(META, samples.as_bytes(), &format!("{line}{end}"));
+    }
+}
+
 #[test]
 fn tables_that_are_missing_or_wrong() {
     let samples = b"t_s,p1_m,p3_m\n0,0,0\n";
