@@ -44,13 +44,16 @@ impl fmt::Display for Error {
 }
 
 impl Error {
+    /// A table of samples, and no table of units.
     fn is_table(&self) -> bool {
         self.file
             .extension()
-            .is_some_and(|extension| extension == "csv")
+            .is_none_or(|extension| extension != "toml")
     }
 
-    pub(crate) fn new(file: &Path, found: impl Into<String>, wanted: impl Into<String>) -> Self {
+    /// What was found in a file, and what was wanted.
+    #[must_use]
+    pub fn new(file: &Path, found: impl Into<String>, wanted: impl Into<String>) -> Self {
         Self {
             file: file.to_owned(),
             row: None,
@@ -60,12 +63,16 @@ impl Error {
         }
     }
 
-    pub(crate) fn row(mut self, row: u64) -> Self {
+    /// The same, of a line of the file.
+    #[must_use]
+    pub fn row(mut self, row: u64) -> Self {
         self.row = Some(row);
         self
     }
 
-    pub(crate) fn column(mut self, column: impl Into<String>) -> Self {
+    /// The same, of a column or key.
+    #[must_use]
+    pub fn column(mut self, column: impl Into<String>) -> Self {
         self.column = Some(column.into());
         self
     }
@@ -80,7 +87,8 @@ impl Error {
 }
 
 /// `bytes` as a short quoted excerpt without control characters, whatever they are.
-pub(crate) fn excerpt(bytes: &[u8]) -> String {
+#[must_use]
+pub fn excerpt(bytes: &[u8]) -> String {
     let head = &bytes[..bytes.len().min(4 * EXCERPT_CHARS)];
     match std::str::from_utf8(head) {
         Err(error) if error.error_len().is_some() => {

@@ -10,13 +10,13 @@ const WAY_OUT: &str = "`courier convert` makes a recording of such a file";
 /// `fields` are the header's fields as separated by commas.
 pub(crate) fn foreign_header(fields: &[&str]) -> Option<(String, String)> {
     let first = fields.first().copied().unwrap_or_default().trim_start();
-    if let Some(rest) = first.strip_prefix('#') {
-        if rest.split([';', '\t', ',']).any(|name| is_name(name)) || fields.iter().any(is_known) {
-            return Some((
-                "a \"#\" before the header".into(),
-                format!("the names of the columns alone; {WAY_OUT}"),
-            ));
-        }
+    if let Some(rest) = first.strip_prefix('#')
+        && (rest.split([';', '\t', ',']).any(is_name) || fields.iter().any(is_known))
+    {
+        return Some((
+            "a \"#\" before the header".into(),
+            format!("the names of the columns alone; {WAY_OUT}"),
+        ));
     }
     for (separator, name) in [(';', "semicolons"), ('\t', "tabs")] {
         let separated = |field: &&str| field.contains(separator);

@@ -17,7 +17,7 @@ mod unfinished;
 mod write;
 
 pub use column::{COLUMNS, Column};
-pub use error::Error;
+pub use error::{Error, excerpt};
 pub use meta::{Coordination, Electronics, Geometry, Meta};
 pub use samples::{Row, Samples, unmodified_m};
 pub use unfinished::unfinished_file;
@@ -52,6 +52,14 @@ impl Recording {
     /// One [`Error`] for the first thing that is wrong, naming file, row and column.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
         read::read(path.as_ref())
+    }
+
+    /// Checks what [`Recording::write`] would refuse in the values themselves; `file` is what errors name, with the header as row 1.
+    ///
+    /// # Errors
+    /// As [`Writer::push`], and a table of units without what the columns need.
+    pub fn check(&self, file: &Path) -> Result<(), Error> {
+        write::check(self, file)
     }
 
     /// Writes the whole recording into the folder `path`; `existing` says what may be replaced.

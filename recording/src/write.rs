@@ -5,7 +5,7 @@ use crate::error::{Error, excerpt, one_line};
 use crate::meta::Meta;
 use crate::samples::{Row, Samples};
 use crate::unfinished::unfinished_file;
-use crate::{META_FILE, SAMPLES_FILE};
+use crate::{META_FILE, Recording, SAMPLES_FILE};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
@@ -142,33 +142,62 @@ impl Writer {
 
     fn check(&mut self, row: &Row) -> Result<(), Error> {
         let file = self.folder.join(SAMPLES_FILE);
-        let refuse = |found: String, wanted: String, column: Column| {
-            Err(Error::new(&file, found, wanted)
-                .row(self.line)
-                .column(column.name()))
-        };
-        for (column, _) in COLUMNS {
-            let value = row.get(column);
-            if value.is_nan() && !given(row, column) {
-                continue;
-            }
-            if let Err(wanted) = column.check(value, &self.limits) {
-                return refuse(value.to_string(), wanted, column);
-            }
-        }
-        if row.t_s <= self.last_time_s {
-            let wanted = format!("a time after the row before, {} s", self.last_time_s);
-            return refuse(row.t_s.to_string(), wanted, Column::Time);
-        }
-        if row.run.trim() != row.run || row.run.contains(char::is_control) {
-            let found = excerpt(row.run.as_bytes());
-            return Err(Error::new(&file, found, "a name on one line")
-                .row(self.line)
-                .column("run"));
-        }
+        check_row(&file, self.line, row, &self.limits, self.last_time_s)?;
         self.last_time_s = row.t_s;
         Ok(())
     }
+}
+
+/// Refuses in one row what the reader would.
+fn check_row(
+    file: &Path,
+    line: u64,
+    row: &Row,
+    limits: &CountLimits,
+    last_time_s: f64,
+) -> Result<(), Error> {
+    let refuse = |found: String, wanted: String, column: Column| {
+        Err(Error::new(file, found, wanted)
+            .row(line)
+            .column(column.name()))
+    };
+    for (column, _) in COLUMNS {
+        let value = row.get(column);
+        if value.is_nan() && !given(row, column) {
+            continue;
+        }
+        if let Err(wanted) = column.check(value, limits) {
+            return refuse(value.to_string(), wanted, column);
+        }
+    }
+    if row.t_s <= last_time_s {
+        let wanted = format!("a time after the row before, {last_time_s} s");
+        return refuse(row.t_s.to_string(), wanted, Column::Time);
+    }
+    if row.run.trim() != row.run || row.run.contains(char::is_control) {
+        let found = excerpt(row.run.as_bytes());
+        return Err(Error::new(file, found, "a name on one line")
+            .row(line)
+            .column("run"));
+    }
+    Ok(())
+}
+
+/// Refuses in a whole recording what the reader would.
+pub(crate) fn check(recording: &Recording, file: &Path) -> Result<(), Error> {
+    let (meta, samples) = (&recording.meta, &recording.samples);
+    if samples.is_empty() {
+        return Err(Error::new(file, "no samples", "at least one"));
+    }
+    let limits = meta.count_limits();
+    let mut last_time_s = f64::NEG_INFINITY;
+    for index in 0..samples.len() {
+        let row = samples.row(index);
+        check_row(file, 2 + index as u64, &row, &limits, last_time_s)?;
+        last_time_s = row.t_s;
+    }
+    meta.check_against(Path::new(META_FILE), samples)?;
+    Meta::parse(Path::new(META_FILE), &meta.to_toml(), &mut Vec::new()).map(drop)
 }
 
 impl Drop for Writer {

@@ -6,6 +6,7 @@ mod blind;
 mod chip;
 mod cmsis;
 mod drift;
+mod examples;
 mod figures;
 mod firmware;
 mod flash;
@@ -61,6 +62,11 @@ const TASKS: &[Task] = &[
         "drift",
         "how well any claim can foretell what a wandering pair leaves on the next recording",
         Work::Alone(drift::run),
+    ),
+    (
+        "examples",
+        "makes the data in examples/ anew and says which differ",
+        Work::Alone(examples::run),
     ),
     (
         "flash",

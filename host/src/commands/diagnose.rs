@@ -21,7 +21,7 @@ use std::process::ExitCode;
 /// unknown, insufficient_data.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Example:\n  courier diagnose ../shared/data/ess-rotary-normal --json=answer.json"
+    after_help = "Example:\n  courier diagnose examples/survey-lateral --json=answer.json --report gap.html"
 )]
 pub struct Args {
     /// Folder with recording.toml and samples.csv.

@@ -76,6 +76,7 @@ macro_rules! commands {
 commands! {
     alone {
         Demo => demo,
+        Convert => convert,
         Replay => replay,
         Diagnose => diagnose,
         Blind => blind,

@@ -18,7 +18,7 @@ use std::process::ExitCode;
 /// directions of travel, is held out. What remains is remarked on where it cannot be a sensor's error, or where calibration takes
 /// nothing away; exit code 1 where it is of the size of the pitch.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  courier replay ../shared/data/ess-rotary-normal --json")]
+#[command(after_help = "Example:\n  courier replay examples/survey-lateral")]
 pub struct Args {
     /// Folder with recording.toml and samples.csv.
     recording: PathBuf,

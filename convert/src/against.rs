@@ -1,0 +1,142 @@
+//! A segment's travel against the reference's: units, signs and pitches that were stated wrongly show here.
+
+/// How a segment's travel compares with the reference's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Against {
+    /// Travel of the segment over that of the reference, signed; the median over pieces of about a pitch.
+    pub ratio: f64,
+    /// Spread of that ratio from piece to piece, of the same middle half: small where the two follow each other.
+    pub spread: f64,
+}
+
+/// Pieces that are wanted: the median of fewer tells little.
+const PIECES: usize = 5;
+/// A piece ends once the segment has come this far, pitches: its own error is some percent of a pitch.
+const PIECE_PITCHES: f64 = 1.0;
+/// Where the whole way is shorter, in this many pieces.
+const OF_A_SHORT_WAY: f64 = 8.0;
+/// A piece with a step of more than this share of a pitch may be counted wrongly.
+const SURE_STEP: f64 = 0.3;
+
+/// Compares two paths in the same unit, pitches; NaN where not measured. None where they hardly move.
+#[must_use]
+pub fn compare(own: &[f64], reference: &[f64]) -> Option<Against> {
+    let both: Vec<(f64, f64)> = own
+        .iter()
+        .zip(reference)
+        .map(|(a, b)| (*a, *b))
+        .filter(|(a, b)| a.is_finite() && b.is_finite())
+        .collect();
+    let (lowest, highest) = both
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (a, _)| {
+            (low.min(*a), high.max(*a))
+        });
+    let length = PIECE_PITCHES.min((highest - lowest) / OF_A_SHORT_WAY);
+    if !(length > 0.0) {
+        return None;
+    }
+    let (sure, unsure) = pieces(&both, length);
+    let mut ratios = if sure.len() >= PIECES { sure } else { unsure };
+    if ratios.len() < PIECES {
+        return None;
+    }
+    ratios.sort_by(f64::total_cmp);
+    let at = |share: f64| ratios[((share * ratios.len() as f64) as usize).min(ratios.len() - 1)];
+    Some(Against {
+        ratio: at(0.5),
+        spread: 0.5 * (at(0.75) - at(0.25)).abs() / at(0.5).abs().max(1.0e-30),
+    })
+}
+
+/// Ratios of pieces without long steps, and of all.
+fn pieces(both: &[(f64, f64)], length: f64) -> (Vec<f64>, Vec<f64>) {
+    let (mut sure, mut all) = (Vec::new(), Vec::new());
+    let (mut start, mut long) = (0, false);
+    for index in 1..both.len() {
+        long |= (both[index].0 - both[index - 1].0).abs() > SURE_STEP;
+        let (own, reference) = (both[index].0 - both[start].0, both[index].1 - both[start].1);
+        if own.abs() >= length {
+            let ratio = own / reference;
+            all.push(ratio);
+            if !long {
+                sure.push(ratio);
+            }
+            (start, long) = (index, false);
+        }
+    }
+    (sure, all)
+}
+
+/// Rms of what steps of the segment differ by from the reference's, whole pitches apart; 0.29 of two that have nothing to do with
+/// each other.
+#[must_use]
+pub fn misfit(own: &[f64], reference: &[f64]) -> f64 {
+    let (mut count, mut square) = (0_u64, 0.0);
+    for index in 1..own.len() {
+        let step = own[index] - own[index - 1] - reference[index] + reference[index - 1];
+        if step.is_finite() {
+            count += 1;
+            square += (step - step.round()).powi(2);
+        }
+    }
+    (square / count as f64).sqrt()
+}
+
+/// Slope of the segment's place over the reference's, and their greatest distance after it, pitches; over the whole recording.
+#[must_use]
+pub fn slope(own: &[f64], reference: &[f64]) -> Option<(f64, f64)> {
+    let both: Vec<(f64, f64)> = own
+        .iter()
+        .zip(reference)
+        .map(|(a, b)| (*a, *b))
+        .filter(|(a, b)| a.is_finite() && b.is_finite())
+        .collect();
+    let count = both.len() as f64;
+    let (own_mean, reference_mean) = both
+        .iter()
+        .fold((0.0, 0.0), |(a, b), (x, y)| (a + x / count, b + y / count));
+    let (mut square, mut product) = (0.0, 0.0);
+    for (own, reference) in &both {
+        square += (reference - reference_mean).powi(2);
+        product += (reference - reference_mean) * (own - own_mean);
+    }
+    let slope = product / square;
+    let distance = |(own, reference): &(f64, f64)| {
+        (own - own_mean - slope * (reference - reference_mean)).abs()
+    };
+    slope
+        .is_finite()
+        .then(|| (slope, both.iter().map(distance).fold(0.0, f64::max)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ratios_of_wrong_units_signs_and_pitches() {
+        let own: Vec<f64> = (0..4000)
+            .map(|k| 6.0 * (0.004 * f64::from(k)).sin())
+            .collect();
+        for factor in [1.0, -1.0, 1000.0, 1.0 / 25.4, -25.0] {
+            let reference: Vec<f64> = own
+                .iter()
+                .map(|place| (place + 0.02 * (place * std::f64::consts::TAU).sin()) / factor + 3.0)
+                .collect();
+            let found = compare(&own, &reference).unwrap();
+            assert!(
+                (found.ratio / factor - 1.0).abs() < 0.02 && found.spread < 0.05,
+                "{factor}: {found:?}"
+            );
+            let (slope, distance) = slope(&own, &reference).unwrap();
+            assert!(
+                (slope / factor - 1.0).abs() < 0.005 && distance < 0.05,
+                "{factor}: {slope} {distance}"
+            );
+        }
+        let other: Vec<f64> = (0..4000).map(|k| (0.05 * f64::from(k)).cos()).collect();
+        assert!(compare(&own, &other).unwrap().spread > 0.3);
+        assert_eq!(compare(&[1.0; 50], &[1.0; 50]), None);
+    }
+}
