@@ -1,14 +1,5 @@
 //! A segment's travel against the reference's: units, signs and pitches that were stated wrongly show here.
 
-/// How a segment's travel compares with the reference's.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Against {
-    /// Travel of the segment over that of the reference, signed; the median over pieces of about a pitch.
-    pub ratio: f64,
-    /// Spread of that ratio from piece to piece, of the same middle half: small where the two follow each other.
-    pub spread: f64,
-}
-
 /// Pieces that are wanted: the median of fewer tells little.
 const PIECES: usize = 5;
 /// A piece ends once the segment has come this far, pitches: its own error is some percent of a pitch.
@@ -18,9 +9,10 @@ const OF_A_SHORT_WAY: f64 = 8.0;
 /// A piece with a step of more than this share of a pitch may be counted wrongly.
 const SURE_STEP: f64 = 0.3;
 
-/// Compares two paths in the same unit, pitches; NaN where not measured. None where they hardly move.
+/// Travel of the segment over that of the reference, signed; the median over pieces of about a pitch. Both are paths in pitches, NaN
+/// where not measured. None where they hardly move.
 #[must_use]
-pub fn compare(own: &[f64], reference: &[f64]) -> Option<Against> {
+pub fn ratio(own: &[f64], reference: &[f64]) -> Option<f64> {
     let both: Vec<(f64, f64)> = own
         .iter()
         .zip(reference)
@@ -42,11 +34,7 @@ pub fn compare(own: &[f64], reference: &[f64]) -> Option<Against> {
         return None;
     }
     ratios.sort_by(f64::total_cmp);
-    let at = |share: f64| ratios[((share * ratios.len() as f64) as usize).min(ratios.len() - 1)];
-    Some(Against {
-        ratio: at(0.5),
-        spread: 0.5 * (at(0.75) - at(0.25)).abs() / at(0.5).abs().max(1.0e-30),
-    })
+    Some(ratios[ratios.len() / 2])
 }
 
 /// Ratios of pieces without long steps, and of all.
@@ -124,11 +112,8 @@ mod tests {
                 .iter()
                 .map(|place| (place + 0.02 * (place * std::f64::consts::TAU).sin()) / factor + 3.0)
                 .collect();
-            let found = compare(&own, &reference).unwrap();
-            assert!(
-                (found.ratio / factor - 1.0).abs() < 0.02 && found.spread < 0.05,
-                "{factor}: {found:?}"
-            );
+            let found = ratio(&own, &reference).unwrap();
+            assert!((found / factor - 1.0).abs() < 0.02, "{factor}: {found:?}");
             let (slope, distance) = slope(&own, &reference).unwrap();
             assert!(
                 (slope / factor - 1.0).abs() < 0.005 && distance < 0.05,
@@ -136,7 +121,8 @@ mod tests {
             );
         }
         let other: Vec<f64> = (0..4000).map(|k| (0.05 * f64::from(k)).cos()).collect();
-        assert!(compare(&own, &other).unwrap().spread > 0.3);
-        assert_eq!(compare(&[1.0; 50], &[1.0; 50]), None);
+        let (_, distance) = slope(&own, &other).unwrap();
+        assert!(distance > 3.0, "{distance}");
+        assert_eq!(ratio(&[1.0; 50], &[1.0; 50]), None);
     }
 }

@@ -1,6 +1,6 @@
 //! What a segment's travel beside the reference's says of what was stated: the warnings, each with the option that would mend it.
 
-use crate::against::{Against, compare, misfit, slope};
+use crate::against::{misfit, ratio, slope};
 use crate::columns::Values;
 use crate::order::Order;
 use crate::source::Step;
@@ -12,7 +12,8 @@ use crate::units::Quantity;
 const SAME: f64 = 0.1;
 /// Two units are told apart by a ratio this near.
 const NEAR: f64 = 0.03;
-/// Beyond this spread the two do not follow each other.
+/// A segment that strays from its reference by more than this share of its travel does not follow it: a sensor that is over-ranged
+/// over a single period strays by a tenth.
 const FOLLOWS: f64 = 0.3;
 /// Steps of the two that differ by less than this rms, whole pitches apart, are of one motion: a third of what they would by chance.
 const FITS: f64 = 0.1;
@@ -55,32 +56,43 @@ impl Beside<'_> {
             // The counted path may be wrong, its phases are not: they must agree step by step.
             misfit(self.own, &reference) < FITS
         } else {
-            let against = compare(self.own, &reference)?;
-            (against.ratio - 1.0).abs() < SAME && against.spread < FOLLOWS
+            (ratio(self.own, &reference)? - 1.0).abs() < SAME && self.strays(&reference) < FOLLOWS
         };
         agrees.then_some(reference)
+    }
+
+    /// Greatest distance from the reference, whatever its scale and sign, over the segment's travel.
+    fn strays(&self, reference: &[f64]) -> f64 {
+        let finite = || self.own.iter().copied().filter(|place| place.is_finite());
+        let travel =
+            finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min);
+        slope(self.own, reference).map_or(0.0, |(_, distance)| distance / travel)
     }
 
     /// What looks wrong.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let reference = self.reference_pitches();
-        let Some(against) = compare(self.own, &reference) else {
+        let Some(ratio) = ratio(self.own, &reference) else {
             return Vec::new();
         };
-        if against.spread > FOLLOWS {
+        let strays = self.strays(&reference);
+        if strays > FOLLOWS {
             let what = format!(
-                "segment {} does not follow {}: travel over travel varies by {:.0} % from place to place",
+                "segment {} does not follow {}: it strays from it by {:.0} % of its travel",
                 self.segment + 1,
                 self.reference.column.name(),
-                100.0 * against.spread
+                100.0 * strays
             );
-            return vec![Warning {
-                what,
-                mend: "look whether both are of the same axis, --column".into(),
-            }];
+            let mend = format!(
+                "look whether {} is of the same axis and motion",
+                self.reference
+                    .source
+                    .text(self.log, &self.reference.source.unit, "")
+            );
+            return vec![Warning { what, mend }];
         }
-        let mut warnings: Vec<Warning> = [self.sign(against), self.size(against)]
+        let mut warnings: Vec<Warning> = [self.sign(ratio), self.size(ratio.abs())]
             .into_iter()
             .flatten()
             .collect();
@@ -90,8 +102,8 @@ impl Beside<'_> {
         warnings
     }
 
-    fn sign(&self, against: Against) -> Option<Warning> {
-        (against.ratio < 0.0).then(|| {
+    fn sign(&self, ratio: f64) -> Option<Warning> {
+        (ratio < 0.0).then(|| {
             let source = &self.reference.source;
             let own = self.segment + 1;
             let turned = match source.steps.iter().position(|step| *step == Step::Times(-1.0)) {
@@ -110,8 +122,7 @@ impl Beside<'_> {
     }
 
     /// Travel of another size: another unit, another number of periods a turn, another pitch.
-    fn size(&self, against: Against) -> Option<Warning> {
-        let ratio = against.ratio.abs();
+    fn size(&self, ratio: f64) -> Option<Warning> {
         if (ratio - 1.0).abs() < SAME {
             return None;
         }
