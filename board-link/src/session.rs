@@ -87,7 +87,7 @@ fn show(now: &Progress, order: &CalibrateOrder, bar: &ProgressBar) {
     let fitted = u64::from(order.poses);
     bar.set_position(match now.stage {
         Stage::Solving => {
-            bar.set_message(format!("calibrating: step {} of {}", now.done + 1, now.of));
+            bar.set_message(format!("solving, {} of {}", now.done + 1, now.of));
             fitted + u64::from(order.held_out_poses)
         }
         Stage::HeldOut => fitted + u64::from(now.done),

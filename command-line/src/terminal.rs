@@ -86,7 +86,7 @@ pub fn micrometres(length_m: f64) -> String {
 /// A progress bar on standard error; nothing where that is no terminal.
 pub fn progress(length: u64, what: &str) -> ProgressBar {
     let bar = ProgressBar::new(length);
-    if let Ok(style) = ProgressStyle::with_template("{msg:28} {bar:40} {pos}/{len} {eta}") {
+    if let Ok(style) = ProgressStyle::with_template("{prefix}{msg:28} {bar:40} {pos}/{len} {eta}") {
         bar.set_style(style);
     }
     bar.set_message(what.to_owned());

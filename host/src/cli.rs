@@ -3,11 +3,29 @@
 use crate::board::Choice;
 use crate::commands::Command;
 use clap::Parser;
+use courier_sensor::calibration::record::VERSION as RECORD;
+use courier_sensor::link::message::PROTOCOL;
+use recording::SCHEMA;
 use std::process::ExitCode;
+
+/// What `courier --version` says beside the number: what this build can talk to and read.
+fn long_version() -> String {
+    let probes = if cfg!(feature = "probe") {
+        "built in"
+    } else {
+        "not built in"
+    };
+    format!(
+        "{}\nlink protocol {PROTOCOL}, calibration records {RECORD}, recordings of schema {SCHEMA}\ndebug probes {probes}; {} on {}",
+        env!("CARGO_PKG_VERSION"),
+        std::env::consts::OS,
+        std::env::consts::ARCH,
+    )
+}
 
 /// The courier's position sensor from the host: calibrate, watch, record, replay, diagnose.
 #[derive(Debug, Parser)]
-#[command(name = "courier", version, disable_help_subcommand = true)]
+#[command(name = "courier", version, long_version = long_version(), disable_help_subcommand = true)]
 pub struct Cli {
     /// Which board.
     #[command(flatten)]
@@ -30,6 +48,16 @@ mod tests {
     #[test]
     fn the_command_line_is_well_formed() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn the_version_tells_what_can_be_talked_to() {
+        let told = Cli::command().render_long_version();
+        assert!(told.starts_with("courier 0."), "{told}");
+        assert!(
+            told.contains(&format!("link protocol {PROTOCOL}")),
+            "{told}"
+        );
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use super::poses::AVERAGED;
 use super::report::JointReport;
 use super::run::{JointOptions, TRAVEL_M, Until, joint, joint_order};
+use super::steps::Step;
 use crate::flight::stand_at;
 use anyhow::Result;
 use board_link::{Simulated, map};
@@ -32,6 +33,7 @@ pub(super) fn map_teeth(
     progress: &ProgressBar,
 ) -> Result<()> {
     for seed in MAP_SEEDS {
+        Step::MapPoses.begin(progress, "going under the beacon");
         stand_at(board, beacon)?;
         let order = CalibrateOrder {
             seed: options.seed ^ seed,
@@ -42,7 +44,7 @@ pub(super) fn map_teeth(
     }
     let noise_m = FRAME_NOISE_M.map(|noise_m| noise_m / f64::from(AVERAGED).sqrt());
     let setup = Setup::entered(&Settings::default().geometry, noise_m[0], noise_m[1]);
-    progress.set_message("tooth map");
+    Step::Map.begin(progress, "tooth map");
     progress.set_position(0);
     match estimate(&setup, &poses, &mut || progress.inc(1)) {
         Ok(mapped) => {

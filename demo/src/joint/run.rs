@@ -6,6 +6,7 @@ use super::paper_method::{self, PaperFit};
 use super::poses::Poses;
 use super::report::{JointReport, Method, WithoutMap};
 use super::sensitivity;
+use super::steps::Step;
 use super::synthetic::{self, PROBLEMS};
 use crate::Preset;
 use crate::flight::{fly_along, stand_at};
@@ -77,7 +78,7 @@ fn synthetic_rows(
     report: &mut JointReport,
     progress: &ProgressBar,
 ) -> Result<()> {
-    progress.set_message("synthetic problems");
+    Step::Synthetic.begin(progress, "synthetic problems");
     progress.set_length(2 * PROBLEMS);
     let poses = options.poses.unwrap_or(JointConfig::default().visits.poses);
     let methods = [
@@ -107,12 +108,12 @@ fn demonstrate(
         ..CalibrateOrder::default()
     };
     platen.poses = options.poses.map_or(platen.poses, |poses| poses as u16); // at most 1000
-    progress.set_message("platen sensor: poses");
+    Step::Platen.begin(progress, "platen sensor: poses");
     let ended = session::run(board, &platen, session::LOOK, progress, |_, _| Ok(()))?;
     if let Err(refusal) = evidence(&ended)? {
         return Ok(Err(format!("platen sensor: {refusal}")));
     }
-    let flight = fly(board, sweep, progress)?;
+    let flight = fly(board, sweep, Step::FlybyBefore, progress)?;
     let [before, separate] = judged(&flight)?;
     let frames: Vec<Frame> = flight.iter().map(|(frame, _)| *frame).collect();
     let calibration = map::in_force(&mut board.link)?;
@@ -123,7 +124,7 @@ fn demonstrate(
     }
     flight_rows(report, Method::Here, Calibrated::Separately, &separate);
 
-    progress.set_message("going under the beacon");
+    Step::Joint.begin(progress, "going under the beacon");
     stand_at(board, beacon)?;
     let turn_rad = JointConfig::default().visits.range.turn_rad;
     let order = joint_order(options, TRAVEL_M, turn_rad);
@@ -133,7 +134,7 @@ fn demonstrate(
         Ok(evidence) => report.poses = evidence.poses,
         Err(refusal) => return Ok(Err(format!("joint: {refusal}"))),
     }
-    let [_, flown] = judged(&fly(board, sweep, progress)?)?;
+    let [_, flown] = judged(&fly(board, sweep, Step::FlybyJoint, progress)?)?;
     report.without_map = Some(WithoutMap {
         position_um: 1.0e6 * flown.position_m,
         theta_x_mrad: 1.0e3 * flown.theta_x_rad,
@@ -142,6 +143,7 @@ fn demonstrate(
     map_teeth(board, options, poses.teeth, beacon, report, progress)?;
     joint_rows(board, sweep, report, progress)?;
     // The paper's motion, for its method: the map out of force leaves the processor its time for session and stream at once.
+    Step::PaperMethod.begin(progress, "the paper's method");
     board.link.ask(Action::MapDrop)?;
     stand_at(board, beacon)?;
     let travel_m = JointConfig::default().visits.range.travel_m;
@@ -211,7 +213,7 @@ fn joint_rows(
     let without_map_m = step.after.rms_m.map(f64::from);
     let residuals_m = report.map.map_or(without_map_m, |map| map.after_m);
     residual_rows(report, Method::Here, residuals_m);
-    let flight = fly(board, sweep, progress)?;
+    let flight = fly(board, sweep, Step::FlybyMap, progress)?;
     let is_outside = |(frame, _): &&(Frame, Pose)| frame.status.contains(Status::OUTSIDE_MAP);
     let outside = flight.iter().filter(is_outside).count();
     report.outside_map = Some(outside as f64 / flight.len().max(1) as f64);
@@ -244,7 +246,7 @@ fn paper_rows(
             ..here.clone()
         };
         map::load(&mut board.link, calibration)?;
-        let [_, calibrated] = judged(&fly(board, sweep, progress)?)?;
+        let [_, calibrated] = judged(&fly(board, sweep, Step::PaperMethod, progress)?)?;
         Ok(calibrated)
     };
     let separate = with(separate)?;
@@ -309,8 +311,13 @@ fn evidence(ended: &Progress) -> Result<Result<Evidence, String>> {
 }
 
 /// 8 mm along y at 20 mm/s through the place under the beacon.
-fn fly(board: &mut Simulated, sweep: Pose, progress: &ProgressBar) -> Result<Vec<(Frame, Pose)>> {
-    progress.set_message("flying by under the beacon");
+fn fly(
+    board: &mut Simulated,
+    sweep: Pose,
+    step: Step,
+    progress: &ProgressBar,
+) -> Result<Vec<(Frame, Pose)>> {
+    step.begin(progress, "flying by under the beacon");
     let flight = fly_along(board, sweep, BEACON_SWEEP_M, BEACON_SPEED_M_S as f32)?;
     Ok(flight
         .into_iter()

@@ -1,6 +1,8 @@
 //! Answers under a hash: whoever diagnoses can be shown afterwards that they were not changed.
 
 use super::cases::Case;
+use rand::TryRng as _;
+use rand::rngs::SysRng;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -15,7 +17,9 @@ struct Sealed {
 /// Text of the answers, with a random salt.
 pub fn answers(cases: &[Case]) -> Result<String, String> {
     let mut salt = [0_u8; 32];
-    getrandom::fill(&mut salt).map_err(|error| format!("no random salt: {error}"))?;
+    SysRng
+        .try_fill_bytes(&mut salt)
+        .map_err(|error| format!("no random salt: {error}"))?;
     let sealed = Sealed {
         schema: 1,
         salt: hex(&salt),

@@ -29,8 +29,9 @@ pub const STARTER: Starter = Starter(|world, flash| {
 /// Image and plugin, built where they are missing or old: cargo decides.
 ///
 /// # Errors
-/// The project's source is not where this command was built, or it cannot be built.
+/// This is not Linux, the project's source is not where this command was built, or it cannot be built.
 pub fn images() -> Result<Images> {
+    link_host::emulated::supported()?;
     if let (Some(firmware), Some(plugin)) = (named("FIRMWARE"), named("PLUGIN")) {
         return Ok(Images { firmware, plugin });
     }

@@ -84,6 +84,7 @@ commands! {
         Isolability => isolability,
         Map => map,
         Completions => completions,
+        Man => man,
     }
     with_board {
         Status => status,

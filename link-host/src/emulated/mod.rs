@@ -5,8 +5,13 @@
 //! frozen and a run repeats exactly.
 
 mod ahead;
+#[cfg(target_os = "linux")]
 mod child;
 mod server;
+#[cfg(not(target_os = "linux"))]
+#[path = "elsewhere.rs"]
+mod shared;
+#[cfg(target_os = "linux")]
 mod shared;
 
 pub use server::Parts;
@@ -15,7 +20,7 @@ pub use shared::SharedRam;
 use crate::image;
 use crate::memory::TargetMemory;
 use crate::rtt::Rtt;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use board_link::Wire;
 use courier_sensor::emulation::{POST_BASE, QEMU, QEMU_ARGUMENTS, RAM_BASE, RAM_OBJECT};
 use std::path::{Path, PathBuf};
@@ -32,6 +37,19 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// Virtual time in which an image sets its link up, and how often it is looked for.
 const START_UP: Duration = Duration::from_millis(500);
 const START_LOOK: Duration = Duration::from_millis(2);
+
+/// Whether this operating system has what the emulated board needs: memory shared with QEMU, and sleeping on a word in it.
+///
+/// # Errors
+/// It is not Linux.
+pub fn supported() -> Result<()> {
+    ensure!(
+        cfg!(target_os = "linux"),
+        "the emulated board: found {}, wanted Linux, whose shared memory and futexes it runs on",
+        std::env::consts::OS
+    );
+    Ok(())
+}
 
 /// What to run.
 #[derive(Clone, Debug)]
@@ -60,6 +78,7 @@ impl Emulated {
     /// # Errors
     /// QEMU or an image is missing, or the image does not come up.
     pub fn start(images: &Images, parts: Parts) -> Result<Self> {
+        supported()?;
         let ram = SharedRam::create()?;
         let bell = image::symbol(&images.firmware, "courier_bell")?;
         let control_block = image::symbol(&images.firmware, "_SEGGER_RTT")?;
@@ -192,7 +211,10 @@ impl Drop for Emulated {
 fn spawn(images: &Images, ram: &Path, bell: u32) -> Result<Child> {
     let post = POST_BASE - RAM_BASE;
     let [before, after] = RAM_OBJECT;
-    child::tie(&mut Command::new(QEMU))
+    let mut command = Command::new(QEMU);
+    #[cfg(target_os = "linux")]
+    child::tie(&mut command);
+    command
         .args(QEMU_ARGUMENTS)
         .arg("-object")
         .arg(format!("{before}{}{after}", ram.display()))
