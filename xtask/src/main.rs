@@ -10,11 +10,14 @@ mod examples;
 mod figures;
 mod firmware;
 mod flash;
+mod manifests;
 mod onboard;
 mod parity;
+mod platforms;
 mod plugin;
 mod recordings;
 mod report;
+mod runner;
 mod stack;
 mod test;
 mod throughput;
@@ -87,6 +90,16 @@ const TASKS: &[Task] = &[
         "chip",
         "the sensor board's image as it ships on a model of its chip (NAMES OF CHECKS)",
         Work::With(chip::run_command),
+    ),
+    (
+        "manifests",
+        "licence, description and oldest compiler of every package, and a reason for each dependency",
+        Work::Alone(manifests::check),
+    ),
+    (
+        "platforms",
+        "`courier` type-checked for macOS and Windows",
+        Work::Alone(platforms::check),
     ),
     (
         "arm",

@@ -1,10 +1,10 @@
-//! `cargo xtask test`: formatting, lints, documentation, every test of the workspace, the library on the target, both images
+//! `cargo xtask test`: formatting, manifests, lints, other operating systems, documentation, every test of the workspace, the library on the target, both images
 //! against their limits, the reports in a browser.
 //!
 //! All tests run in the profile `checked` (Cargo.toml): optimised, since they simulate for minutes otherwise, and
 //! with the overflow checks and debug assertions of a debug build. The last line is `N passed, N failed`.
 
-use crate::{arm, cargo, firmware, onboard, report};
+use crate::{arm, cargo, firmware, manifests, onboard, platforms, report, runner};
 use anyhow::{Context, Result, ensure};
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
@@ -41,6 +41,7 @@ pub fn run() -> Result<()> {
         component(name, what);
     }
     total.add(step("formatting", cargo(&["fmt", "--all", "--check"])));
+    total.add(checked("manifests", manifests::check));
     total.add(step("lints", clippy("--workspace --all-targets")));
     // Not among all targets, since a bare `cargo test` leaves it out.
     total.add(step(
@@ -52,8 +53,20 @@ pub fn run() -> Result<()> {
         "lints of the debug probe's code",
         clippy("--package link-host --package courier --all-targets --features courier/probe"),
     ));
+    total.add(checked("macOS and Windows", platforms::check));
     total.add(tests());
+    let examples = [
+        "test",
+        "--workspace",
+        "--profile",
+        "checked",
+        "--doc",
+        "--quiet",
+    ];
+    total.add(step("examples in the documentation", cargo(&examples)));
+    // In the profile of the lints, whose dependencies it needs.
     let mut documentation = cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
+    documentation.args(["--profile", "checked"]);
     documentation.env("RUSTDOCFLAGS", "-D warnings");
     total.add(step("documentation", documentation));
     total.add(checked("reports in a browser", || report::run(&[])));
@@ -103,23 +116,13 @@ fn step(name: &str, mut command: Command) -> Tally {
 fn tests() -> Tally {
     say("tests: unit, property, simulated board, the built command end to end");
     let begin = Instant::now();
-    let mut command = cargo(&[
-        "test",
-        "--workspace",
-        "--profile",
-        "checked",
-        "--no-fail-fast",
-    ]);
-    let outcome = counted(&mut command);
+    let outcome = runner::run();
     if let Err(error) = &outcome {
         say(&format!("{error:#}"));
     }
-    let (mut tally, success) = outcome.unwrap_or((Tally::default(), false));
-    if !success && tally.failed == 0 {
-        tally.failed = 1;
-    }
-    say_done("tests", success, begin);
-    tally
+    let (passed, failed) = outcome.unwrap_or((0, 1));
+    say_done("tests", failed == 0, begin);
+    Tally { passed, failed }
 }
 
 /// Runs `command`, shows its output as it comes, and adds up the summaries of its test programs.

@@ -1,0 +1,228 @@
+//! Runs every test of the workspace, each in a process of its own, as many at once as there are processors.
+//!
+//! `cargo test` runs one test program after the other, and many of them hold one test that takes long: a processor waits for it.
+//! Here all tests of all programs stand in one line. Nothing is shared between the tests of a program, so nothing is made twice.
+
+use crate::cargo;
+use anyhow::{Context, Result, bail, ensure};
+use serde_json::Value;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::Mutex;
+use std::thread;
+
+/// Packages whose tests take longest: they stand first in the line, so that none of them is left over at the end.
+const LONGEST: [&str; 2] = ["diagnosis", "courier"];
+
+/// A test program.
+#[derive(Clone, Debug)]
+struct Program {
+    path: PathBuf,
+    /// Folder of its package, in which its tests run.
+    folder: PathBuf,
+    package: String,
+    /// As cargo names it.
+    target: String,
+}
+
+/// One test.
+#[derive(Clone, Debug)]
+struct Test {
+    program: Program,
+    name: String,
+}
+
+/// What came of a test.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    Passed,
+    Failed,
+    Ignored,
+}
+
+/// Builds all tests and runs them; numbers of those that passed and failed.
+///
+/// # Errors
+/// They cannot be built, or a program cannot be run.
+pub fn run() -> Result<(u64, u64)> {
+    let mut tests = Vec::new();
+    for program in programs()? {
+        tests.extend(tests_of(&program)?);
+    }
+    let rank = |test: &Test| {
+        let place = LONGEST
+            .iter()
+            .position(|name| *name == test.program.package);
+        place.unwrap_or(LONGEST.len())
+    };
+    tests.sort_by_key(rank);
+    let outcomes = at_once(&tests)?;
+    let count = |wanted| {
+        outcomes
+            .iter()
+            .filter(|outcome| **outcome == wanted)
+            .count() as u64
+    };
+    let (passed, failed) = (count(Outcome::Passed), count(Outcome::Failed));
+    println!(
+        "{passed} tests passed, {failed} failed, {} ignored",
+        count(Outcome::Ignored)
+    );
+    Ok((passed, failed))
+}
+
+/// Builds the test programs.
+fn programs() -> Result<Vec<Program>> {
+    let mut command = cargo(&["test", "--workspace", "--profile", "checked", "--no-run"]);
+    command.args(["--quiet", "--message-format", "json-render-diagnostics"]);
+    let mut child = command
+        .stdout(Stdio::piped())
+        .spawn()
+        .context("cargo test")?;
+    let mut programs = Vec::new();
+    for line in BufReader::new(child.stdout.take().context("cargo's output")?).lines() {
+        let message: Value = serde_json::from_str(&line?).context("cargo's messages")?;
+        programs.extend(program(&message));
+    }
+    ensure!(child.wait()?.success(), "the tests do not compile");
+    ensure!(!programs.is_empty(), "cargo named no test program");
+    Ok(programs)
+}
+
+/// The test program that a message of cargo's tells of.
+fn program(message: &Value) -> Option<Program> {
+    if message["profile"]["test"] != true {
+        return None;
+    }
+    let folder = Path::new(message["manifest_path"].as_str()?).parent()?;
+    // `path+file:///…/host#courier@0.1.0`, or `…/recording#0.1.0` where folder and package have one name.
+    let identity = message["package_id"].as_str()?.rsplit_once('#')?.1;
+    let package = match identity.split_once('@') {
+        Some((name, _)) => name.to_owned(),
+        None => folder.file_name()?.to_str()?.to_owned(),
+    };
+    Some(Program {
+        path: message["executable"].as_str()?.into(),
+        folder: folder.to_path_buf(),
+        package,
+        target: message["target"]["name"].as_str()?.to_owned(),
+    })
+}
+
+/// A program, to be run as `cargo test` runs it.
+fn command(program: &Program) -> Command {
+    let mut command = Command::new(&program.path);
+    command
+        .current_dir(&program.folder)
+        .env("CARGO_MANIFEST_DIR", &program.folder)
+        .stdin(Stdio::null());
+    command
+}
+
+/// The names of a program's tests.
+fn tests_of(program: &Program) -> Result<Vec<Test>> {
+    let told = || program.path.display().to_string();
+    let output = command(program)
+        .args(["--list", "--format", "terse"])
+        .output()
+        .with_context(told)?;
+    ensure!(output.status.success(), "{}: {}", told(), output.status);
+    let text = String::from_utf8_lossy(&output.stdout);
+    let names = text.lines().filter_map(|line| line.strip_suffix(": test"));
+    let test = |name: &str| Test {
+        program: program.clone(),
+        name: name.to_owned(),
+    };
+    Ok(names.map(test).collect())
+}
+
+/// Runs the tests in their order, as many at once as there are processors.
+fn at_once(tests: &[Test]) -> Result<Vec<Outcome>> {
+    let line = Mutex::new(tests.iter());
+    let next = || line.lock().ok()?.next();
+    let work = || -> Result<Vec<Outcome>> { std::iter::from_fn(next).map(one).collect() };
+    let workers = thread::available_parallelism().map_or(1, usize::from);
+    thread::scope(|scope| {
+        let running: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
+        let mut outcomes = Vec::new();
+        for worker in running {
+            match worker.join() {
+                Ok(found) => outcomes.extend(found?),
+                Err(_) => bail!("a thread that runs tests has ended"),
+            }
+        }
+        Ok(outcomes)
+    })
+}
+
+/// Runs one test; what it printed is shown if it failed.
+fn one(test: &Test) -> Result<Outcome> {
+    let told = || {
+        format!(
+            "{} {} {}",
+            test.program.package, test.program.target, test.name
+        )
+    };
+    let output = command(&test.program)
+        .args(["--exact", &test.name, "--test-threads=1"])
+        .output()
+        .with_context(told)?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    let outcome = outcome(output.status.success(), &text);
+    match outcome {
+        Outcome::Passed => println!("test {} ... ok", told()),
+        Outcome::Ignored => println!("test {} ... ignored", told()),
+        Outcome::Failed => println!(
+            "test {} ... FAILED: {}\n{text}{}",
+            told(),
+            output.status,
+            String::from_utf8_lossy(&output.stderr)
+        ),
+    }
+    Ok(outcome)
+}
+
+/// What came of the one test whose program ended so and printed this. A program that ran no test has passed none.
+fn outcome(success: bool, text: &str) -> Outcome {
+    match success {
+        true if text.contains("test result: ok. 1 passed") => Outcome::Passed,
+        true if text.contains("0 passed; 0 failed; 1 ignored") => Outcome::Ignored,
+        _ => Outcome::Failed,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn a_program_is_told_from_other_artefacts() {
+        let message = |test: bool, id: &str| {
+            json!({ "profile": { "test": test }, "manifest_path": "/p/host/Cargo.toml", "package_id": id,
+                    "executable": "/p/target/x", "target": { "name": "board" } })
+        };
+        assert!(program(&message(false, "path+file:///p/host#courier@0.1.0")).is_none());
+        let found = program(&message(true, "path+file:///p/host#courier@0.1.0")).unwrap();
+        assert_eq!(
+            (found.package.as_str(), found.target.as_str()),
+            ("courier", "board")
+        );
+        let found = program(&message(true, "path+file:///p/host#0.1.0")).unwrap();
+        assert_eq!(found.package, "host");
+    }
+
+    #[test]
+    fn only_a_test_that_ran_has_passed() {
+        let text = |passed, failed, ignored| {
+            format!(
+                "test result: ok. {passed} passed; {failed} failed; {ignored} ignored; 0 measured; 9 filtered out"
+            )
+        };
+        assert_eq!(outcome(true, &text(1, 0, 0)), Outcome::Passed);
+        assert_eq!(outcome(true, &text(0, 0, 1)), Outcome::Ignored);
+        assert_eq!(outcome(true, &text(0, 0, 0)), Outcome::Failed);
+        assert_eq!(outcome(false, &text(1, 0, 0)), Outcome::Failed);
+    }
+}
