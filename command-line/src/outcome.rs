@@ -19,7 +19,7 @@ pub fn run<P: Parser>(work: impl FnOnce(P) -> anyhow::Result<ExitCode>) -> ExitC
     match work(parsed) {
         Ok(code) => code,
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
-        Err(error) => refuse(&format!("{error:#}")),
+        Err(error) => refuse(&told(&error)),
     }
 }
 
@@ -48,6 +48,19 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
     command
         .allow_negative_numbers(true)
         .mut_subcommands(with_negative_numbers)
+}
+
+/// An error and its causes, outermost first; a cause that the one before it has told already is not told again.
+fn told(error: &anyhow::Error) -> String {
+    let mut text = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        if text.is_empty() {
+            text = cause;
+        } else if !text.ends_with(&cause) {
+            text = format!("{text}: {cause}");
+        }
+    }
+    text
 }
 
 /// One line on standard error, and the exit code for bad input.
@@ -85,4 +98,27 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error
         .downcast_ref::<std::io::Error>()
         .is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::told;
+    use anyhow::{Context, anyhow};
+
+    #[test]
+    fn a_cause_is_told_once() {
+        let cause = anyhow!("term 2 is 1, wanted 0");
+        let told_already = format!("model: {cause}");
+        let error = Err::<(), _>(cause)
+            .context(told_already)
+            .context("file.json");
+        assert_eq!(
+            told(&error.unwrap_err()),
+            "file.json: model: term 2 is 1, wanted 0"
+        );
+        let other = Err::<(), _>(anyhow!("no room"))
+            .context("file.json")
+            .unwrap_err();
+        assert_eq!(told(&other), "file.json: no room");
+    }
 }
