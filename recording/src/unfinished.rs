@@ -1,8 +1,13 @@
-//! Files that are there only once they are whole.
+//! Files that are there only once they are whole, and what is left of those that were never finished.
 
+use std::ffi::OsStr;
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::Result;
 use std::path::Path;
 use tempfile::{Builder, NamedTempFile};
+
+/// How the name of a recording begins that is not finished yet.
+const PREFIX: &str = ".courier-unfinished-";
 
 /// A file without a name of its own yet in `folder`: it vanishes unless it is moved to one. Whoever may read any file
 /// that the user makes may read it (temporary files are private to their maker otherwise).
@@ -12,7 +17,44 @@ use tempfile::{Builder, NamedTempFile};
 pub fn unfinished_file(folder: &Path) -> Result<NamedTempFile> {
     #[allow(unused_mut)] // where there are no modes
     let mut builder = Builder::new();
+    builder.prefix(PREFIX);
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666)); // less the umask
     builder.tempfile_in(folder)
+}
+
+/// [`unfinished_file`], locked for as long as it is open: a writer that was killed leaves it unlocked, which tells the next one that it
+/// may go.
+///
+/// # Errors
+/// As [`unfinished_file`], or the folder's file system has no locks.
+pub(crate) fn locked_file(folder: &Path) -> Result<NamedTempFile> {
+    let file = unfinished_file(folder)?;
+    file.as_file().lock()?;
+    Ok(file)
+}
+
+/// What a name in a folder of recordings stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Left {
+    /// Something else than an unfinished recording.
+    Other,
+    /// An unfinished recording whose writer is gone.
+    Abandoned,
+    /// An unfinished recording that is being written.
+    UnderWay,
+}
+
+/// Whether `name` in `folder` is an unfinished recording, and whether somebody is still at it.
+pub(crate) fn examine(folder: &Path, name: &OsStr) -> Left {
+    if !name.to_string_lossy().starts_with(PREFIX) {
+        return Left::Other;
+    }
+    let opened = OpenOptions::new().write(true).open(folder.join(name));
+    match opened.as_ref().map(File::try_lock) {
+        Ok(Ok(())) => Left::Abandoned,
+        Ok(Err(TryLockError::WouldBlock)) => Left::UnderWay,
+        // Whoever had it has just moved it to its place or taken it away, or it is not ours to open.
+        Ok(Err(TryLockError::Error(_))) | Err(_) => Left::Other,
+    }
 }

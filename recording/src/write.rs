@@ -4,7 +4,7 @@ use crate::column::{COLUMNS, Column, CountLimits};
 use crate::error::{Error, excerpt, one_line};
 use crate::meta::Meta;
 use crate::samples::{Row, Samples};
-use crate::unfinished::unfinished_file;
+use crate::unfinished::{Left, examine, locked_file, unfinished_file};
 use crate::{META_FILE, Recording, SAMPLES_FILE};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -35,10 +35,10 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// Begins a recording in `folder`, which is made if need be.
+    /// Begins a recording in `folder`, which is made if need be. What a writer that was killed has left there is taken away.
     ///
     /// # Errors
-    /// The folder cannot be made or written, or `existing` forbids it.
+    /// The folder cannot be made or written, another writer is at it, or `existing` forbids it.
     pub fn create(
         folder: impl AsRef<Path>,
         meta: &Meta,
@@ -61,7 +61,7 @@ impl Writer {
             seen_columns: [false; COLUMNS.len()],
             folder,
         };
-        let file = unfinished_file(&writer.folder)
+        let file = locked_file(&writer.folder)
             .map_err(|error| Error::io(&writer.folder, &error, "a folder to write into"))?;
         let mut rows = csv::WriterBuilder::new()
             .buffer_capacity(1 << 16)
@@ -258,26 +258,39 @@ fn check_existing(folder: &Path, existing: Existing) -> Result<(), Error> {
         return Err(Error::new(folder, "a file", wanted));
     }
     let entries = std::fs::read_dir(folder).map_err(|error| Error::io(folder, &error, wanted))?;
-    let mut ours = false;
+    let (mut ours, mut abandoned) = (false, Vec::new());
     for entry in entries {
         let name = entry
             .map_err(|error| Error::io(folder, &error, wanted))?
             .file_name();
-        let known = name == META_FILE || name == SAMPLES_FILE;
-        if existing == Existing::Refuse || !known {
-            return Err(Error::new(
-                folder,
-                format!("\"{}\" in it", one_line(&name.to_string_lossy(), 60)),
-                wanted,
-            ));
+        match examine(folder, &name) {
+            Left::Abandoned => abandoned.push(folder.join(&name)),
+            Left::UnderWay => {
+                let found = "a recording that another command is writing";
+                return Err(Error::new(folder, found, wanted));
+            }
+            Left::Other => {
+                let known = name == META_FILE || name == SAMPLES_FILE;
+                if existing == Existing::Refuse || !known {
+                    return Err(Error::new(
+                        folder,
+                        format!("\"{}\" in it", one_line(&name.to_string_lossy(), 60)),
+                        wanted,
+                    ));
+                }
+                ours = true;
+            }
         }
-        ours = true;
     }
     if ours {
         let file = folder.join(META_FILE);
         let text =
             std::fs::read_to_string(&file).map_err(|error| Error::io(&file, &error, wanted))?;
         Meta::parse(&file, &text, &mut Vec::new())?;
+    }
+    // Only once nothing stands in the way any more.
+    for file in abandoned {
+        std::fs::remove_file(&file).map_err(|error| Error::io(&file, &error, wanted))?;
     }
     Ok(())
 }
