@@ -1,4 +1,4 @@
-//! The board's own number: bytes on the link and in records, hexadecimal text where people read it.
+//! The board's own number: bytes on the link and in records, text where people read it.
 
 use core::fmt;
 use serde::de::{Error, SeqAccess, Visitor};
@@ -7,13 +7,27 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// Bytes of a board's number.
 const BYTES: usize = 12;
 
-/// The board's own number, 96 bits. In JSON and on the screen it is 24 hexadecimal digits.
+/// The board's own number, 96 bits. In JSON it is 24 hexadecimal digits; on the screen too, unless all of its bytes are printable
+/// characters: then it is these.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Device(pub [u8; BYTES]);
 
 impl fmt::Display for Device {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0
+        match core::str::from_utf8(&self.0) {
+            Ok(text) if self.0.iter().all(u8::is_ascii_graphic) => formatter.write_str(text),
+            _ => Hexadecimal(self).fmt(formatter),
+        }
+    }
+}
+
+/// The number as hexadecimal digits, whatever its bytes are.
+struct Hexadecimal<'a>(&'a Device);
+
+impl fmt::Display for Hexadecimal<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let bytes = &self.0.0;
+        bytes
             .iter()
             .try_for_each(|byte| write!(formatter, "{byte:02x}"))
     }
@@ -22,7 +36,7 @@ impl fmt::Display for Device {
 impl Serialize for Device {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         if serializer.is_human_readable() {
-            serializer.collect_str(self)
+            serializer.collect_str(&Hexadecimal(self))
         } else {
             self.0.serialize(serializer)
         }

@@ -111,7 +111,7 @@ pub const STACK_SPENT: u32 = u32::MAX - 3;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Operation {
-    /// The image starts; its counter starts from the stamp.
+    /// The image starts; its counter starts from the stamp. The answer's data: the board's number, 12 bytes.
     Boot = 1,
     /// The timer's edge of CONVST, and BUSY's rise and fall; the argument is the ticks between two instants. Answer: bit 0 if
     /// it rose and fell, bit 1 if the serial line has bytes.

@@ -153,10 +153,32 @@ fn motion_that_cannot_determine_the_coefficients_is_refused() {
         Refusal::Condition { condition, limit } => assert!(condition > limit && limit == 20.0),
         other => panic!("{other}"),
     }
+}
+
+/// Fewer poses than can determine the unknowns are refused before anything moves; those that get lost on the way, afterwards.
+#[test]
+fn too_few_poses_are_refused() {
+    let few = short_session(LEAST_POSES - 1);
     assert_eq!(
-        refused(&mut courier(), short_session(40)),
+        Session::idle().start(few),
+        Err(StartError::Range {
+            name: "poses",
+            value: 48.0,
+            low: 49.0,
+            high: 1.0e6
+        })
+    );
+    fn one_is_off(_: &mut rand_chacha::ChaCha8Rng, count: u32) -> [f64; 4] {
+        [if count == 30 { 0.1e-3 } else { 0.0 }, 0.0, 0.0, 0.0]
+    }
+    let mut courier = Courier {
+        disturb: one_is_off,
+        ..courier()
+    };
+    assert_eq!(
+        refused(&mut courier, short_session(LEAST_POSES)),
         Refusal::TooFewPoses {
-            poses: 40,
+            poses: 48,
             wanted: 49
         }
     );

@@ -101,15 +101,28 @@ pub fn run(options: &Options, progress: &ProgressBar) -> Result<Report> {
 }
 
 impl Preset {
+    /// As it is given on the command line.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Ideal => "ideal",
+            Self::Measured => "measured",
+        }
+    }
+
     /// The courier; `waveforms` and `rms_m` are for [`Preset::Measured`].
     ///
     /// # Errors
     /// A table of waveforms that cannot be used.
     pub fn courier(self, seed: u64, waveforms: Option<&Path>, rms_m: f64) -> Result<CourierSpec> {
-        Ok(match self {
+        let spec = match self {
             Self::Paper => presets::paper(),
             Self::Ideal => presets::ideal(seed),
             Self::Measured => presets::measured(waveforms, rms_m, seed)?,
+        };
+        Ok(CourierSpec {
+            number: presets::device_number(self.name(), seed),
+            ..spec
         })
     }
 }

@@ -24,8 +24,6 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// Number of a simulated board.
-pub const DEVICE: Device = Device(*b"simulated-01");
 /// Pages of the slots' flash.
 pub const FLASH_PAGES: usize = 4;
 
@@ -128,12 +126,16 @@ impl SimBoard {
             MotionPort::new(world.motion.line()),
             Slots::new(flash, 0),
             settings,
-            DEVICE,
+            world.number,
             Box::leak(Box::default()),
         );
         background.start();
         let link = LinkWire::new();
-        let console = Console::new(link.clone(), hello(rate_hz), StartReport::default());
+        let console = Console::new(
+            link.clone(),
+            hello(rate_hz, world.number),
+            StartReport::default(),
+        );
         world.begin_sampling();
         Ok(Self {
             link,
@@ -184,12 +186,12 @@ impl SimBoard {
     }
 }
 
-fn hello(rate_hz: f32) -> Hello {
+fn hello(rate_hz: f32, device: Device) -> Hello {
     Hello {
         protocol: PROTOCOL,
         firmware: env!("CARGO_PKG_VERSION").try_into().unwrap_or_default(),
         board: "simulated".try_into().unwrap_or_default(),
-        device: DEVICE,
+        device,
         rate_hz,
     }
 }

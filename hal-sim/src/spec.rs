@@ -2,6 +2,7 @@
 
 use crate::electronics::Electronics;
 use crate::waveform::Waveform;
+use courier_sensor::device::Device;
 use effects::motion::Pose;
 use effects::plant::{Geometry, PlantEffect, SEGMENTS};
 
@@ -86,6 +87,8 @@ impl Default for Places {
 pub struct CourierSpec {
     /// Free text for recordings.
     pub device: String,
+    /// Number by which its board introduces itself.
+    pub number: Device,
     /// True geometry.
     pub geometry: Geometry,
     /// What the drawing says: what a recording states and a calibration starts from.
@@ -112,6 +115,7 @@ impl CourierSpec {
     pub fn flawless() -> Self {
         Self {
             device: "simulated courier".into(),
+            number: Device(*b"simulated-01"),
             geometry: Geometry::PAPER,
             nominal: Geometry::PAPER,
             beacon_over: Some(Pose::default()),

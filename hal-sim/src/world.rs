@@ -9,6 +9,7 @@ use crate::waveform::NotMonotonic;
 use crate::wire::clock::Clock;
 use crate::wire::converter::{AnalogInputs, ConverterWire};
 use crate::wire::motion::{ControllerConfig, CourierMotion, MotionWire};
+use courier_sensor::device::Device;
 use effects::motion::Pose;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -27,6 +28,8 @@ pub struct Witness {
 /// Everything outside the processor. Clones are the same world.
 #[derive(Clone)]
 pub struct World {
+    /// Number by which the board introduces itself.
+    pub number: Device,
     /// Virtual time of every part.
     pub clock: Clock,
     /// The motion controller and its serial line.
@@ -47,7 +50,7 @@ impl World {
         home: Pose,
         seed: u64,
     ) -> Result<Self, NotMonotonic> {
-        let clock = Clock::new();
+        let (clock, number) = (Clock::new(), spec.number);
         // Two streams: the controller's draws must not depend on how many samples are taken.
         let motion = MotionWire::new(clock.clone(), controller, home, seed ^ 0x6d6f_7469_6f6e);
         let plant = Rc::new(RefCell::new(Plant {
@@ -59,6 +62,7 @@ impl World {
         }));
         let converter = ConverterWire::new(clock.clone(), Inputs(plant.clone()));
         Ok(Self {
+            number,
             clock,
             motion,
             converter,

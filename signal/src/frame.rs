@@ -76,6 +76,70 @@ bitflags::bitflags! {
         const PARITY = 1 << 24;
         /// A tooth map is in force and a segment is outside its trusted area: its field is taken as zero there.
         const OUTSIDE_MAP = 1 << 25;
+        /// One channel of segment 1 does not change, away from zero, while the other of its pair does: its amplifier cuts it off below
+        /// the converter's end, or it is stuck; bits 27 to 29: segments 2 to 4.
+        const RAIL_1 = 1 << 26;
+        #[allow(missing_docs)]
+        const RAIL_2 = 1 << 27;
+        #[allow(missing_docs)]
+        const RAIL_3 = 1 << 28;
+        #[allow(missing_docs)]
+        const RAIL_4 = 1 << 29;
+    }
+}
+
+/// What the bits of a segment mean, by the first bit of the four.
+const OF_SEGMENTS: [(u32, &str); 5] = [
+    (0, "amplitude too low"),
+    (4, "amplitude too high"),
+    (8, "clipped at the converter's end"),
+    (12, "tooth count not sure"),
+    (
+        26,
+        "clipped or stuck: one channel stands while the other of its pair changes",
+    ),
+];
+/// What the other bits mean.
+const OF_ALL: [(Status, &str); 10] = [
+    (Status::BEACON_MISSING, "no beacon seen"),
+    (
+        Status::BEACON_SATURATED,
+        "light on the coordination sensor at the converter's end",
+    ),
+    (
+        Status::CONVERTER_CRC,
+        "checksum of the converter's data wrong",
+    ),
+    (Status::CONVERTER_TIMEOUT, "converter does not answer"),
+    (Status::OVERRUN, "samples missed"),
+    (Status::UNCALIBRATED, "no calibration in force"),
+    (Status::NUMERIC, "a result out of range, replaced by zero"),
+    (Status::FROZEN, "converter frozen: counts do not change"),
+    (
+        Status::PARITY,
+        "the two angles disagree by a wrong tooth count",
+    ),
+    (Status::OUTSIDE_MAP, "outside the tooth map"),
+];
+
+/// In words, for people: `segment 2 clipped at the converter's end, samples missed`; `ok` without any bit.
+impl core::fmt::Display for Status {
+    fn fmt(&self, formatter: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let mut between = "";
+        for (first, words) in OF_SEGMENTS {
+            for segment in (0..SEGMENTS).filter(|i| self.bits() & (1 << (first + *i as u32)) != 0) {
+                write!(formatter, "{between}segment {} {words}", segment + 1)?;
+                between = ", ";
+            }
+        }
+        for (_, words) in OF_ALL.iter().filter(|(bit, _)| self.contains(*bit)) {
+            write!(formatter, "{between}{words}")?;
+            between = ", ";
+        }
+        if self.is_empty() {
+            formatter.write_str("ok")?;
+        }
+        Ok(())
     }
 }
 

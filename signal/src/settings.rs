@@ -112,7 +112,8 @@ pub enum ConfigError {
     FrozenSamples(u16),
     /// The coefficients of equations (3) and (9) could add up to more than half a pitch.
     #[error(
-        "error model: segment {segment}'s coefficients add up to {sum_m} m, wanted at most half a pitch, {limit_m} m"
+        "error model: segment {}'s coefficients add up to {sum_m} m, wanted at most half a pitch, {limit_m} m",
+        segment + 1
     )]
     ModelSize {
         /// Segment, 0 to 3.

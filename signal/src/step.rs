@@ -359,16 +359,26 @@ fn watch_frozen(config: &StepConfig, state: &mut StepState, sequence: u32) {
     }
 }
 
-/// At a window's end: the converter is frozen while in any of the last four windows a channel did not change at all.
+/// What the watch for frozen channels sets and takes back.
+const WATCHED: Status = Status::FROZEN
+    .union(Status::RAIL_1)
+    .union(Status::RAIL_2)
+    .union(Status::RAIL_3)
+    .union(Status::RAIL_4);
+
+/// At a window's end: whether a channel did not change at all in any of the last four windows, which is one of each segment.
 #[inline(always)]
 fn judge_frozen(config: &StepConfig, state: &mut StepState) {
     let changed = state.watch.changed;
     // A sign bit for each half that is zero (the lower one's borrow changes nothing: it is zero then).
     let halves = changed.wrapping_sub(0x0001_0001) & !changed & 0x8000_8000;
-    let still = (state.watch.still << 1 | u32::from(halves != 0)) & 0b1111;
-    let frozen = if still == 0 { 0 } else { config.frozen_bit };
-    let rest = state.frame.status.difference(Status::FROZEN).bits();
-    state.frame.status = Status::from_bits_retain(rest | frozen);
+    let still = (state.watch.still << 1 | u32::from(halves != 0)) & 0b1110_1111;
+    let still = if still & 0b1111 == 0 {
+        state.frame.status.remove(WATCHED);
+        0
+    } else {
+        judge_still(config, state, halves, still)
+    };
     let segment = state.watch.segment.wrapping_add(1);
     let counts = word(state.frame.raw.quadrature_counts[segment as usize & 3]);
     state.watch = Watch {
@@ -377,6 +387,35 @@ fn judge_frozen(config: &StepConfig, state: &mut StepState) {
         changed: 0,
         still,
     };
+}
+
+/// A channel that stands this far from zero is no dead input, whose offset is some percent of the converter's range, counts.
+const AWAY_FROM_ZERO_COUNTS: u16 = 2048;
+
+/// Sets the bits where a channel did not change: the converter is frozen, but for a channel that stands away from zero beside one that
+/// changes. That one is at its amplifier's rail.
+#[cold]
+#[inline(never)] // what every sample pays for is the sample's
+fn judge_still(config: &StepConfig, state: &mut StepState, halves: u32, still: u32) -> u32 {
+    let Watch {
+        segment, counts, ..
+    } = state.watch;
+    let count = match halves {
+        0x8000 => counts as u16,
+        0x8000_0000 => (counts >> 16) as u16,
+        _ => 0,
+    };
+    let rail = count.cast_signed().unsigned_abs() >= AWAY_FROM_ZERO_COUNTS;
+    let still = still | u32::from(rail) << 4;
+    let rail_bit = Status::RAIL_1.bits() << (segment & 3);
+    let mut bits = state.frame.status.bits() & !(Status::FROZEN.bits() | rail_bit);
+    if config.frozen_bit != 0 {
+        bits |= if rail { rail_bit } else { 0 };
+        let frozen = still & !(still >> 4) & 0b1111 != 0;
+        bits |= if frozen { config.frozen_bit } else { 0 };
+    }
+    state.frame.status = Status::from_bits_retain(bits);
+    still
 }
 
 #[inline(always)]

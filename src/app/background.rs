@@ -19,7 +19,7 @@ use crate::calibration::{
 use crate::device::Device;
 use crate::drivers::motion::{MotionPort, PortCounters, Target};
 use crate::frame::{Frame, Status};
-use crate::link::message::{Refusal, StartRefusal};
+use crate::link::message::{Field, Refusal, StartRefusal};
 use crate::model::TermTable;
 use crate::settings::Settings;
 use crate::swap::SwapSender;
@@ -358,6 +358,27 @@ fn not_started(error: StartError) -> Refusal {
     match error {
         StartError::Busy => Refusal::Busy,
         StartError::Terms => Refusal::Start(StartRefusal::Terms),
-        StartError::Range { .. } => Refusal::Start(StartRefusal::Settings),
+        StartError::Range {
+            name,
+            value,
+            low,
+            high,
+        } => match FIELDS.iter().find(|(known, _)| *known == name) {
+            Some((_, field)) => Refusal::Range {
+                field: *field,
+                value,
+                low,
+                high,
+            },
+            None => Refusal::Start(StartRefusal::Settings),
+        },
     }
 }
+
+/// What a host can order, as a session names it.
+const FIELDS: [(&str, Field); 4] = [
+    ("poses", Field::Poses),
+    ("held_out_poses", Field::HeldOutPoses),
+    ("travel_m", Field::TravelM),
+    ("turn_rad", Field::TurnRad),
+];

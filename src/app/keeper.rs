@@ -4,7 +4,7 @@
 //! third, so that a refusal at any step leaves both as they were.
 
 use crate::beacon::BeaconSettings;
-use crate::calibration::record::Calibration;
+use crate::calibration::record::{Calibration, check_sensor};
 use crate::calibration::slots::{Place, SLOTS, SlotError, SlotInfo, Slots};
 use crate::frame::SEGMENTS;
 use crate::geometry::Geometry;
@@ -249,6 +249,7 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
 
     /// Brings settings and spare set to a calibration; where that cannot be done, the settings stay as they were.
     fn prepare(&mut self, calibration: &Calibration) -> Result<(), Refusal> {
+        check_sensor(calibration, &self.board.0).map_err(|_| INVALID)?;
         apply(&mut self.settings, calibration);
         self.build().inspect_err(|_| self.restore_settings())
     }

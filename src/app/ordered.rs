@@ -21,7 +21,7 @@ where
     F: NorFlash,
 {
     let mut config = SessionConfig::default();
-    set_visits(order, &mut config.visits);
+    set_visits(order, &mut config.visits, rate_hz(background));
     config.target_deviation_m = order.target_deviation_m;
     background.calibrate(config, errand_of(order))
 }
@@ -38,7 +38,7 @@ where
     F: NorFlash,
 {
     let mut config = JointConfig::default();
-    set_visits(order, &mut config.visits);
+    set_visits(order, &mut config.visits, rate_hz(background));
     background.calibrate_joint(config, errand_of(order))
 }
 
@@ -49,7 +49,19 @@ fn errand_of(order: &CalibrateOrder) -> Errand {
     }
 }
 
-fn set_visits(order: &CalibrateOrder, visits: &mut Visits) {
+fn rate_hz<S, F>(background: &Background<'_, '_, S, F>) -> f32
+where
+    S: Read + ReadReady + Write + WriteReady,
+    F: NorFlash,
+{
+    background.keeper().settings().rate_hz
+}
+
+/// The default settle limit is for the way to settle by; the way itself takes longer the longer it is. Twice the time that the longest
+/// way, a diagonal, takes at the highest speed: a motion that starts and ends at rest without jerks takes 15/8 of it.
+fn set_visits(order: &CalibrateOrder, visits: &mut Visits, rate_hz: f32) {
+    let way_s = core::f32::consts::SQRT_2 * order.travel_m / order.speed_m_per_s;
+    visits.settle_limit += (2.0 * way_s * rate_hz) as u32;
     visits.poses = order.poses.into();
     visits.held_out_poses = order.held_out_poses.into();
     visits.plan = order.plan;

@@ -20,7 +20,11 @@ pub const UNUSABLE: Status = Status::from_bits_truncate(
         | Status::CONVERTER_CRC.bits()
         | Status::CONVERTER_TIMEOUT.bits()
         | Status::NUMERIC.bits()
-        | Status::FROZEN.bits(),
+        | Status::FROZEN.bits()
+        | Status::RAIL_1.bits()
+        | Status::RAIL_2.bits()
+        | Status::RAIL_3.bits()
+        | Status::RAIL_4.bits(),
 );
 
 /// Means over one pose.

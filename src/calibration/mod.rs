@@ -27,5 +27,5 @@ pub use plan::{Plan, Planner, Range, RelativePose, foreseen};
 pub use port::{Action, MotionEvent, Progress, Stage};
 pub use regression::{PLATEN_UNKNOWNS, Regression};
 pub use sample::{PARITY_SIGN, Sample};
-pub use session::Session;
+pub use session::{LEAST_POSES, Session};
 pub use visits::Visits;

@@ -129,7 +129,7 @@ pub enum Refusal {
         nonsense: u32,
     },
     /// Frames say that something is wrong with them.
-    #[error("pose {pose}: {bad} unusable frames, limit {limit}: {status:?}")]
+    #[error("pose {pose}: {bad} unusable frames, limit {limit}: {status}")]
     BadFrames {
         /// At which pose.
         pose: u32,

@@ -1,6 +1,9 @@
 //! The calibration record: what is stored in flash and exchanged with a host.
 
 mod bytes;
+mod plausible;
+
+pub use plausible::{Number, check_sensor};
 
 pub use bytes::{
     BODY_BYTES, HEADER_BYTES, Header, MAGIC, MAX_BYTES, decode, decode_into, encode, read_body,
@@ -145,11 +148,17 @@ pub enum RecordError {
     /// A whole record with an error model that cannot be used.
     #[error("error model: {0}")]
     Model(#[from] ModelError),
-    /// A number of the body is not finite.
-    #[error("{name} is not a finite number")]
-    NotFinite {
+    /// A number of the body is none, or one that nothing physical has.
+    #[error("{number} is {value}, wanted {low} to {high}")]
+    Range {
         /// Which.
-        name: &'static str,
+        number: Number,
+        /// Its value.
+        value: f32,
+        /// Smallest.
+        low: f32,
+        /// Largest.
+        high: f32,
     },
     /// The record does not fit.
     #[error("the record does not fit {MAX_BYTES} bytes")]
@@ -178,51 +187,9 @@ impl Calibration {
     /// Checks that every number can be used.
     ///
     /// # Errors
-    /// [`RecordError::Model`] or [`RecordError::NotFinite`].
+    /// [`RecordError::Model`] or [`RecordError::Range`].
     pub fn validate(&self) -> Result<(), RecordError> {
         self.model.validate()?;
-        let g = &self.geometry;
-        let q = &self.quality;
-        let beacon = self.beacon.iter().flat_map(|beacon| {
-            let noise = [&beacon.segment_sd_m, &beacon.displacement_sd_m];
-            beacon.origin_m.iter().chain(&beacon.sensor).chain(noise)
-        });
-        let pairs = self.pairs.iter().flat_map(|pair| {
-            [
-                pair.offset_counts[0],
-                pair.offset_counts[1],
-                pair.gain,
-                pair.angle_rad,
-            ]
-        });
-        let geometry = [
-            g.pitch_m,
-            g.span_m,
-            g.lateral_m,
-            g.height_m,
-            g.lever_m[0],
-            g.lever_m[1],
-            g.tan_full_scale,
-        ];
-        let quality = [
-            q.residual_before_m,
-            q.residual_after_m,
-            q.predicted_worst_m,
-            q.condition_number,
-        ];
-        finite("temperature_c", [self.temperature_c])?;
-        finite("amplitude_counts", self.amplitude_counts)?;
-        finite("geometry", geometry)?;
-        finite("pairs", pairs)?;
-        finite("beacon", beacon.copied())?;
-        finite("quality", quality)
-    }
-}
-
-fn finite(name: &'static str, values: impl IntoIterator<Item = f32>) -> Result<(), RecordError> {
-    if values.into_iter().all(f32::is_finite) {
-        Ok(())
-    } else {
-        Err(RecordError::NotFinite { name })
+        plausible::check(self)
     }
 }

@@ -13,4 +13,4 @@ pub mod server;
 mod status;
 pub mod telemetry;
 
-pub use order::JOINT_POSES;
+pub use order::{JOINT_POSES, LEAST_JOINT_POSES, LEAST_PLATEN_POSES, PLATEN_POSES};

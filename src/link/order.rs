@@ -3,13 +3,18 @@
 use super::message::{Action, CalibrateOrder, Source};
 use super::refusal::{Field, Refusal};
 use super::telemetry::{Channels, StreamOrder};
+use crate::calibration::LEAST_POSES;
 use crate::calibration::record::Method;
 use crate::calibration::slots::SLOTS;
 
 /// Poses that the joint calibration's buffer holds.
 pub const JOINT_POSES: u16 = 1000;
+/// Fewest poses that it takes.
+pub const LEAST_JOINT_POSES: u16 = 50;
+/// Fewest poses that the platen sensor's calibration takes.
+pub const LEAST_PLATEN_POSES: u16 = LEAST_POSES as u16;
 /// Two hours of self-motions.
-const PLATEN_POSES: u16 = 20_000;
+pub const PLATEN_POSES: u16 = 20_000;
 /// 2100-01-01: a date beyond it is a mistake.
 const LATEST_UNIX_S: f32 = 4.1e9;
 
@@ -47,8 +52,8 @@ impl<C> Action<C> {
 impl CalibrateOrder {
     fn validate(&self) -> Result<(), Refusal> {
         let (least, most) = match self.method {
-            Method::Joint => (50u16, JOINT_POSES),
-            Method::Platen => (40, PLATEN_POSES),
+            Method::Joint => (LEAST_JOINT_POSES, JOINT_POSES),
+            Method::Platen => (LEAST_PLATEN_POSES, PLATEN_POSES),
         };
         range(Field::Poses, self.poses.into(), least.into(), most.into())?;
         range(Field::HeldOutPoses, self.held_out_poses.into(), 8.0, 1000.0)?;

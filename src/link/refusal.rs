@@ -97,9 +97,7 @@ impl From<RecordError> for RecordRefusal {
             RecordError::Torn => Self::Torn,
             RecordError::Unreadable => Self::Unreadable,
             RecordError::UnknownVersion { version } => Self::UnknownVersion(version),
-            RecordError::Body | RecordError::Model(_) | RecordError::NotFinite { .. } => {
-                Self::Invalid
-            }
+            RecordError::Body | RecordError::Model(_) | RecordError::Range { .. } => Self::Invalid,
             RecordError::TooLong => Self::TooLong,
         }
     }

@@ -13,8 +13,8 @@ fn numbers_out_of_range_are_refused_before_the_background_sees_them() {
     let order = CalibrateOrder::default();
     let orders = [
         (
-            Action::Calibrate(CalibrateOrder { poses: 39, ..order }),
-            "number of poses is 39, wanted 40 to 20000",
+            Action::Calibrate(CalibrateOrder { poses: 48, ..order }),
+            "number of poses is 48, wanted 49 to 20000",
         ),
         (
             Action::Calibrate(CalibrateOrder {

@@ -29,7 +29,7 @@ fn numbers_that_cannot_be_used_are_neither_written_nor_read() {
     let refusal = slots(&mut flash).commit(&bad, false).unwrap_err();
     assert_eq!(
         refusal.to_string(),
-        "record: geometry is not a finite number"
+        "record: geometry (a length or the full scale) is NaN, wanted -100 to 100"
     );
     let mut bad = calibration(1.0);
     bad.model.coefficients.pop();

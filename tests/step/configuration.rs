@@ -52,6 +52,6 @@ fn settings_that_cannot_work_are_refused_by_name() {
     let error = refuse(&|s| s.model = Some(model.clone()));
     assert_eq!(
         error.to_string(),
-        "error model: segment 1: coefficient NaN of term Some(2) is not within ±1000"
+        "error model: segment 2: coefficient of term 2, found NaN, wanted -1000 to 1000"
     );
 }

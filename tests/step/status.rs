@@ -163,7 +163,7 @@ fn previous_counts_stand_in_for_a_failed_conversion() {
 }
 
 #[test]
-fn a_stuck_channel_is_frozen_and_a_still_courier_is_not() {
+fn a_channel_that_stands_beside_one_that_changes_is_at_a_rail() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     for stuck in [None, Some((0, 0)), Some((2, 1)), Some((3, 0))] {
         let raws: Vec<_> = (0..5000)
@@ -182,11 +182,9 @@ fn a_stuck_channel_is_frozen_and_a_still_courier_is_not() {
             .collect();
         let frames = run(&calibrated(), raws);
         assert!(frames[..1500].iter().all(|f| f.status.is_empty()));
-        let expected = if stuck.is_some() {
-            Status::FROZEN
-        } else {
-            Status::empty()
-        };
+        let expected = stuck.map_or(Status::empty(), |(i, _)| {
+            Status::from_bits_retain(Status::RAIL_1.bits() << i)
+        });
         assert!(
             frames[3600..].iter().all(|f| f.status == expected),
             "{stuck:?}"

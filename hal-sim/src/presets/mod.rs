@@ -2,8 +2,10 @@
 
 mod ideal;
 mod measured;
+mod number;
 mod paper;
 
 pub use ideal::ideal;
 pub use measured::{DEFAULT_RMS_M, MeasuredWaveforms, WaveformFileError, measured};
+pub use number::device_number;
 pub use paper::{paper, paper_on_platen};

@@ -169,7 +169,7 @@ impl Parts {
         ram: &mut SharedRam,
     ) -> Result<u32> {
         match operation {
-            Operation::Boot => self.boot(ram)?,
+            Operation::Boot => self.boot(data, ram)?,
             Operation::Convert => return self.conversion(argument, ram),
             Operation::Spi => return self.transfer(argument as usize, data, ram),
             Operation::SetPin => {
@@ -202,8 +202,13 @@ impl Parts {
         Ok(0)
     }
 
-    /// The supply is there again, and nothing that was answered ahead holds.
-    fn boot(&mut self, ram: &mut SharedRam) -> Result<()> {
+    /// The supply is there again, nothing that was answered ahead holds, and the image is told which board it runs on.
+    fn boot(&mut self, number: &mut [u8], ram: &mut SharedRam) -> Result<()> {
+        let own = self.world.number.0.iter();
+        number
+            .iter_mut()
+            .zip(own)
+            .for_each(|(place, byte)| *place = *byte);
         self.flash.0.borrow_mut().power_up();
         self.fresh = true;
         self.ahead.take_back(&self.world, ram)

@@ -56,7 +56,7 @@ pub enum ModelError {
         coefficients: usize,
     },
     /// A coefficient is not finite or above its limit.
-    #[error("segment {segment}: coefficient {value} of term {term:?} is not within ±{limit}")]
+    #[error("segment {}: {}, found {value}, wanted -{limit} to {limit}", .segment + 1, Place(*.term))]
     Coefficient {
         /// Segment, 0 to 3.
         segment: usize,
@@ -67,6 +67,18 @@ pub enum ModelError {
         /// Largest magnitude allowed.
         limit: f32,
     },
+}
+
+/// Where a coefficient stands, in words.
+struct Place(Option<usize>);
+
+impl core::fmt::Display for Place {
+    fn fmt(&self, formatter: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self.0 {
+            Some(term) => write!(formatter, "coefficient of term {term}"),
+            None => formatter.write_str("constant"),
+        }
+    }
 }
 
 /// Largest coefficient, in its own unit: far above any physical one, far below what could overflow.

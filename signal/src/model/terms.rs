@@ -70,7 +70,22 @@ pub enum TermError {
     Duplicate(usize),
 }
 
+/// What multipliers are at the most in ordinary use: an angle of 10 mrad (the paper's largest is 8.7), 1 m/s, 100 K.
+const ORDINARY_THETA_RAD: f32 = 0.01;
+const ORDINARY_SPEED_M_S: f32 = 1.0;
+const ORDINARY_TEMPERATURE_K: f32 = 100.0;
+
 impl Term {
+    /// What the factor before sine and cosine is in ordinary use: a coefficient times this is a length of the error.
+    pub fn ordinary_factor(&self) -> f32 {
+        let multiplier = match self.multiplier {
+            Multiplier::None | Multiplier::Direction => 1.0,
+            Multiplier::Speed => ORDINARY_SPEED_M_S,
+            Multiplier::Temperature => ORDINARY_TEMPERATURE_K,
+        };
+        (0..self.theta_power).fold(multiplier, |factor, _| factor * ORDINARY_THETA_RAD)
+    }
+
     /// A harmonic of the own phase.
     pub const fn own(order: u8) -> Self {
         Self {

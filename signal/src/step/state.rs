@@ -1,6 +1,6 @@
 //! What one sample leaves to the next.
 
-use super::SLIPS;
+use super::{SLIPS, WATCHED};
 use crate::frame::{Frame, RawFrame, SEGMENTS, Status};
 
 /// What one sample leaves to the next: the last frame, and what no frame shows.
@@ -23,7 +23,7 @@ pub(super) struct Watch {
     pub(super) counts: u32,
     /// Which of their bits have changed since the window began.
     pub(super) changed: u32,
-    /// In which of the last four windows a channel stood still, as bits.
+    /// In which of the last four windows a channel stood still, the newest in bit 0; and in which of them at a rail, from bit 4 on.
     pub(super) still: u32,
 }
 
@@ -41,7 +41,7 @@ impl Watch {
 pub(super) const NEVER: u32 = u32::MAX;
 
 /// Status bits that stay from frame to frame; [`Status::OVERRUN`] does too once a tooth may have gone by unseen.
-const LATCHED: u32 = SLIPS.union(Status::FROZEN).bits();
+const LATCHED: u32 = SLIPS.union(WATCHED).bits();
 
 impl Default for StepState {
     fn default() -> Self {

@@ -153,7 +153,8 @@ type Halves = (
 fn set_up(post: Post) -> Halves {
     guard::start();
     clock::start_counter();
-    let _ = post.ask(Operation::Boot, 0, &[], &mut []);
+    let mut number = *b"emulated\0\0\0\0"; // unless the host says another
+    let _ = post.ask(Operation::Boot, 0, &[], &mut number);
     let rings = rtt::start();
     // What the chip's flags would say after a start and after the supply was cut.
     let report = fault::take(ResetCause::BrownOut);
@@ -177,14 +178,7 @@ fn set_up(post: Post) -> Halves {
         sampler,
         background,
         console,
-    } = start::connect(
-        place,
-        parts,
-        rings,
-        "emulated",
-        Device(*b"emulated\0\0\0\0"),
-        report,
-    );
+    } = start::connect(place, parts, rings, "emulated", Device(number), report);
     clock::start_watchdog(WATCHDOG_MS * 1000);
     // SAFETY: the interrupt is enabled afterwards.
     unsafe {

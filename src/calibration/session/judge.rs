@@ -5,9 +5,19 @@ use crate::calibration::average::PoseMean;
 use crate::calibration::gate::Verdict;
 use crate::calibration::outcome::{Evidence, Refusal};
 use crate::calibration::port::Stage;
+use crate::frame::SEGMENTS;
 
 /// Rows beyond the unknowns that a fit must have.
 const REDUNDANCY: u32 = 16;
+/// Unknowns of equation (3): two coefficients of four orders for each segment, and one offset.
+const EQUATION_3_UNKNOWNS: u32 = 2 * 4 * SEGMENTS as u32 + 1;
+/// Fewest poses of a session that fits equation (3); one that fits more says so when it is ordered.
+pub const LEAST_POSES: u32 = least_poses(EQUATION_3_UNKNOWNS);
+
+/// Fewest poses that determine so many unknowns and show whether they do.
+pub(super) const fn least_poses(unknowns: u32) -> u32 {
+    unknowns + REDUNDANCY
+}
 /// Held-out parities further off than this many predicted deviations are not the sensor's.
 const HELD_OUT_OUTLIER: f32 = 8.0;
 
@@ -63,7 +73,7 @@ impl Session {
         let limits = config.limits;
         self.fit.review_startup(regression);
         self.worst_deviation_m = self.fit.worst_deviation_m(regression);
-        let wanted = regression.unknowns() as u32 + REDUNDANCY;
+        let wanted = least_poses(regression.unknowns() as u32);
         if let Err(error) = self.fit.estimator_mut().solve() {
             return self.refuse(error.into());
         }

@@ -10,8 +10,10 @@
 
 mod judge;
 
+pub use judge::LEAST_POSES;
+
 use super::average::{UNUSABLE, Unsteady};
-use super::config::{SessionConfig, StartError};
+use super::config::{SessionConfig, StartError, within};
 use super::gate::GatedFit;
 use super::outcome::{Evidence, Outcome, Refusal};
 use super::plan::{Plan, Planner, Range, RelativePose};
@@ -97,6 +99,8 @@ impl Session {
         config.validate()?;
         let regression =
             Regression::new(&config.geometry, &config.model).ok_or(StartError::Terms)?;
+        let least = judge::least_poses(regression.unknowns() as u32);
+        within("poses", config.visits.poses as f32, least as f32, 1.0e6)?;
         let parity_noise_m =
             2.0 * config.visits.frame_noise_m / sqrt(config.visits.frames_per_pose as f32);
         // The stated noise is an upper bound; a tenth of it is the least that is believed.
