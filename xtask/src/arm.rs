@@ -3,6 +3,7 @@
 //! Two ways, tried in this order: the target's `core` from rustup, or Debian's compiler with `core` built from Debian's source.
 //! Nothing that ships needs an unstable feature; the second way alone uses one, to build `core`.
 
+use crate::permission;
 use anyhow::{Context, Result, bail, ensure};
 use std::env;
 use std::ffi::OsString;
@@ -14,6 +15,10 @@ pub const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// Debian's packages of the second way.
 const DEBIAN_COMPILER: [&str; 3] = ["rustc-web", "cargo-web", "rust-web-src"];
+
+/// Where they put it.
+const DEBIAN_CARGO: &str = "/usr/bin/cargo";
+const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 
 /// A cargo that builds for [`TARGET`].
 #[derive(Clone, Debug)]
@@ -91,10 +96,40 @@ pub fn ensure() -> Result<Arm> {
         Ok("debian") => debian(),
         Ok(other) => bail!("COURIER_ARM: found {other:?}, wanted `rustup` or `debian`"),
         Err(_) => rustup().or_else(|why| {
-            say(&format!("{why:#}; trying Debian's compiler"));
+            if !why.is::<permission::NotSetUp>() {
+                say(&format!("{why:#}; trying Debian's compiler"));
+            }
             debian()
         }),
     }
+}
+
+/// What [`ensure`] would run to get what is missing; nothing if there is a compiler.
+pub fn missing() -> Vec<String> {
+    let debian = || format!("apt-get install {}", DEBIAN_COMPILER.join(" "));
+    let way = env::var("COURIER_ARM");
+    let (rustup, apt) = match way.as_deref() {
+        Ok("rustup") => (true, false),
+        Ok("debian") => (false, true),
+        _ => (true, true),
+    };
+    let has_rustup = rustup && core_of_rustup().is_ok_and(|core| core.is_dir());
+    if has_rustup || apt && debian_is_complete() {
+        return Vec::new();
+    }
+    match (rustup && on_path("rustup"), apt) {
+        (true, true) => vec![format!(
+            "rustup target add {TARGET}, or where that fails: {}",
+            debian()
+        )],
+        (true, false) => vec![format!("rustup target add {TARGET}")],
+        (false, _) => vec![debian()],
+    }
+}
+
+/// Where rustup keeps the target's `core`.
+fn core_of_rustup() -> Result<PathBuf> {
+    Ok(sysroot()?.join("lib/rustlib").join(TARGET).join("lib"))
 }
 
 fn rustup() -> Result<Arm> {
@@ -104,11 +139,10 @@ fn rustup() -> Result<Arm> {
         environment: vec![],
         build_core: false,
     };
-    let core =
-        || -> Result<PathBuf> { Ok(sysroot()?.join("lib/rustlib").join(TARGET).join("lib")) };
-    if core()?.is_dir() {
+    if core_of_rustup()?.is_dir() {
         return Ok(arm);
     }
+    permission::wanted(&format!("compiler for {TARGET}"))?;
     say(&format!(
         "target {TARGET} is missing: rustup target add {TARGET}"
     ));
@@ -118,22 +152,19 @@ fn rustup() -> Result<Arm> {
         .status()
         .context("rustup")?;
     ensure!(
-        added.success() && core()?.is_dir(),
+        added.success() && core_of_rustup()?.is_dir(),
         "rustup cannot add {TARGET} here"
     );
     Ok(arm)
 }
 
 fn debian() -> Result<Arm> {
-    let cargo = Path::new("/usr/bin/cargo");
-    let rustc = Path::new("/usr/bin/rustc");
-    let source = Path::new("/usr/lib/rustlib/src/rust/library/core/src/lib.rs");
-    let complete =
-        || cargo.exists() && rustc.exists() && (source.exists() || debian_source(rustc).is_some());
-    if !complete() {
+    let (cargo, rustc) = (Path::new(DEBIAN_CARGO), Path::new(DEBIAN_RUSTC));
+    if !debian_is_complete() {
+        permission::wanted(&format!("compiler for {TARGET}"))?;
         install(&DEBIAN_COMPILER)?;
         ensure!(
-            complete(),
+            debian_is_complete(),
             "Debian's {} are installed, yet cargo, rustc or the source of core is missing",
             DEBIAN_COMPILER.join(", ")
         );
@@ -154,6 +185,15 @@ fn debian() -> Result<Arm> {
         environment,
         build_core: true,
     })
+}
+
+/// Whether Debian's compiler and its source of `core` are there.
+fn debian_is_complete() -> bool {
+    let source = Path::new("/usr/lib/rustlib/src/rust/library/core/src/lib.rs");
+    let rustc = Path::new(DEBIAN_RUSTC);
+    Path::new(DEBIAN_CARGO).exists()
+        && rustc.exists()
+        && (source.exists() || debian_source(rustc).is_some())
 }
 
 /// The source of `core` that belongs to this compiler, wherever its sysroot is.
@@ -191,6 +231,7 @@ pub fn ensure_program(program: &str, packages: &[&str]) -> Result<()> {
     if on_path(program) {
         return Ok(());
     }
+    permission::wanted(program)?;
     say(&format!("{program} is missing"));
     install(packages)?;
     ensure!(
@@ -212,6 +253,7 @@ pub fn on_path(program: &str) -> bool {
 /// # Errors
 /// There is no apt-get, this is not root, or a package cannot be had.
 pub fn install(packages: &[&str]) -> Result<()> {
+    permission::wanted(&packages.join(", "))?;
     let by_hand = format!("apt-get install {}", packages.join(" "));
     ensure!(
         on_path("apt-get"),

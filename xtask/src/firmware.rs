@@ -1,6 +1,7 @@
 //! `cargo xtask firmware`: builds both images and checks that they fit.
 
 use crate::arm::{self, Arm, TARGET, root, run, say, target_dir};
+use crate::permission;
 use crate::plugin;
 use crate::stack::{CallGraph, Worst, readable};
 use anyhow::{Context, Result, bail, ensure};
@@ -142,14 +143,26 @@ pub fn build(arm: &Arm, name: &str) -> Result<PathBuf> {
     Ok(target_dir().join(TARGET).join("firmware").join(name))
 }
 
+/// Where it is installed if it is not on the PATH.
+fn own_linker() -> PathBuf {
+    root().join("target/tools/bin/flip-link")
+}
+
+/// What [`build`] would run to get the linker; nothing if it is there.
+pub fn missing_linker() -> Option<String> {
+    let there = arm::on_path("flip-link") || own_linker().is_file();
+    (!there).then(|| format!("cargo install flip-link {FLIP_LINK}, under target/tools"))
+}
+
 /// flip-link: the linker that puts the stack at RAM's lower end, so that one that runs over faults instead of overwriting.
 fn flip_link() -> Result<PathBuf> {
     if arm::on_path("flip-link") {
         return Ok("flip-link".into());
     }
     let folder = root().join("target").join("tools");
-    let program = folder.join("bin").join("flip-link");
+    let program = own_linker();
     if !program.is_file() {
+        permission::wanted("flip-link")?;
         say(&format!("cargo install flip-link {FLIP_LINK}"));
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
         let mut command = Command::new(cargo);

@@ -13,11 +13,13 @@ mod flash;
 mod manifests;
 mod onboard;
 mod parity;
+mod permission;
 mod platforms;
 mod plugin;
 mod recordings;
 mod report;
 mod runner;
+mod setup;
 mod stack;
 mod test;
 mod throughput;
@@ -77,8 +79,13 @@ const TASKS: &[Task] = &[
         Work::With(flash::run),
     ),
     (
+        "setup",
+        "says what `courier --emulated` lacks here, asks (or takes --yes), installs and builds it",
+        Work::With(setup::run),
+    ),
+    (
         "images",
-        "builds what `courier --emulated` runs and prints where it is",
+        "builds what `courier --emulated` runs and prints where it is; installs nothing",
         Work::Alone(firmware::images),
     ),
     (
@@ -126,7 +133,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("xtask {name}: {error:#}");
-            match error.is::<flash::NoProbe>() {
+            match error.is::<flash::NoProbe>() || error.is::<permission::NotSetUp>() {
                 true => ExitCode::from(2),
                 false => ExitCode::FAILURE,
             }

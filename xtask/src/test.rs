@@ -36,6 +36,7 @@ impl Tally {
 /// # Errors
 /// At least one check failed.
 pub fn run() -> Result<()> {
+    crate::permission::grant();
     let mut total = Tally::default();
     for (name, what) in [("rustfmt", "fmt"), ("clippy", "clippy")] {
         component(name, what);
