@@ -2,7 +2,9 @@
 
 use crate::board::{Link, motion};
 use crate::destination::Destination;
-use anyhow::{Result, bail};
+use crate::interrupt;
+use crate::noise::{self, CHANNELS, Noise, Reading, Unmeasured};
+use anyhow::{Context, Result, bail};
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::frame::{Coordinate, SEGMENTS, Status};
@@ -22,6 +24,8 @@ pub struct Order {
     pub to: Destination,
     /// One sample in so many.
     pub decimation: u16,
+    /// Noise of the channels where it is known; none: measured before the first run, while the courier rests.
+    pub noise: Option<Noise>,
     /// One after the other.
     pub runs: Vec<Run>,
 }
@@ -46,6 +50,9 @@ pub struct Recorded {
     pub samples: u32,
     /// Samples that should be in it and are not: the link or the board was too slow for them.
     pub lost: u32,
+    /// Noise that the recording states.
+    #[serde(skip)]
+    pub noise: Noise,
 }
 
 /// Time between two looks at the channel: a fifth of what the board's buffer holds at 20 kHz.
@@ -54,11 +61,20 @@ const LOOK: Duration = Duration::from_millis(1);
 const PATIENCE_LOOKS: u32 = 2000;
 /// Bits of the board's converters.
 const ADC_BITS: u32 = 16;
+/// Time over which the noise is measured, s: at 20 kHz it is then known to half a percent.
+const NOISE_S: f64 = 0.5;
+/// One sample in so many for it: the first with which the link keeps up.
+const NOISE_DECIMATIONS: [u16; 5] = [1, 2, 4, 8, 16];
+/// What a recording and the measurement of its noise need of each sample.
+const WANTED: Channels = Channels::STATUS
+    .union(Channels::RAW)
+    .union(Channels::UNMODIFIED)
+    .union(Channels::TEMPERATURE);
 
 /// Records.
 ///
 /// # Errors
-/// The board cannot be reached or refuses; the folder cannot be written, and then nothing is left of it.
+/// The board cannot be reached or refuses; the noise cannot be measured; the folder cannot be written. Nothing is left of it then.
 pub fn record(link: &mut Link, order: &Order, progress: &ProgressBar) -> Result<Recorded> {
     let Reply::Status(status) = link.ask(Action::Status)? else {
         bail!("the board: wanted a status")
@@ -77,12 +93,17 @@ pub fn record(link: &mut Link, order: &Order, progress: &ProgressBar) -> Result<
         rate_hz,
         status,
         measured: Measured::default(),
+        noise: Noise::default(),
         samples: 0,
         first: None,
         temperature_0_k: None,
     };
     let all = order.runs.iter().map(wanted).sum::<u32>();
     progress.set_length(u64::from(all));
+    tape.noise = match order.noise {
+        Some(known) => known,
+        None => measure_noise(link, rate_hz)?,
+    };
     for run in &order.runs {
         tape.run.clone_from(&run.name);
         take_run(link, run, wanted(run), &mut tape, progress)?;
@@ -91,6 +112,7 @@ pub fn record(link: &mut Link, order: &Order, progress: &ProgressBar) -> Result<
     let recorded = Recorded {
         samples: tape.samples,
         lost: all - tape.samples.min(all),
+        noise: tape.noise,
     };
     tape.finish()?;
     Ok(recorded)
@@ -107,29 +129,87 @@ fn take_run(
     if let Some(from) = run.from {
         motion::go(link, from, SELF_MOTION_M_PER_S)?;
     }
-    link.drop_samples()?;
     let before = tape.samples;
-    let channels = Channels::STATUS | Channels::RAW | Channels::UNMODIFIED | Channels::TEMPERATURE;
-    ask(
-        link,
-        Action::Stream(StreamOrder {
-            channels: channels.bits(),
-            decimation: tape.decimation,
-            samples: wanted,
-        }),
-    )?;
+    start(link, tape.decimation, wanted)?;
     if let Some((target, speed_m_per_s)) = run.to {
         motion::start(link, target, speed_m_per_s)?;
     }
     let mut silent = 0;
     while tape.samples - before + link.lost() < wanted && silent < PATIENCE_LOOKS {
         let seen = tape.samples;
+        interrupt::check()?;
         link.pass(LOOK)?;
         link.listen(|sample| tape.take(sample))?;
         silent = if tape.samples == seen { silent + 1 } else { 0 };
         progress.set_position(u64::from(tape.samples));
     }
     ask(link, Action::Stream(StreamOrder::default()))
+}
+
+/// Starts a stream of so many samples, and forgets those that came before.
+fn start(link: &mut Link, decimation: u16, samples: u32) -> Result<()> {
+    link.drop_samples()?;
+    ask(
+        link,
+        Action::Stream(StreamOrder {
+            channels: WANTED.bits(),
+            decimation,
+            samples,
+        }),
+    )
+}
+
+/// Noise of the board's channels where the courier stands: at the full rate, or as near to it as the link keeps up.
+fn measure_noise(link: &mut Link, rate_hz: f64) -> Result<Noise> {
+    motion::rest(link)?;
+    let mut found = Err(Unmeasured::Gaps { blocks: 0 });
+    for decimation in NOISE_DECIMATIONS {
+        let readings = readings(link, decimation, (NOISE_S * rate_hz).ceil() as u32)?;
+        found = noise::measure(&readings, decimation.into());
+        if !matches!(found, Err(Unmeasured::Gaps { .. })) {
+            break;
+        }
+    }
+    found.context("noise of the channels (or state it: --noise-counts QUADRATURE,ELECTRODE)")
+}
+
+/// So many readings, less those that were lost.
+fn readings(link: &mut Link, decimation: u16, wanted: u32) -> Result<Vec<Reading>> {
+    start(link, decimation, wanted)?;
+    let mut readings = Vec::with_capacity(wanted as usize);
+    let mut silent = 0;
+    while (readings.len() as u32).saturating_add(link.lost()) < wanted && silent < PATIENCE_LOOKS {
+        let seen = readings.len();
+        interrupt::check()?;
+        link.pass(LOOK)?;
+        link.listen(|sample| {
+            readings.extend(reading(sample));
+            Ok(())
+        })?;
+        silent = if readings.len() == seen {
+            silent + 1
+        } else {
+            0
+        };
+    }
+    ask(link, Action::Stream(StreamOrder::default()))?;
+    Ok(readings)
+}
+
+fn reading(sample: &Sample) -> Option<Reading> {
+    let ((pairs, electrodes), outputs) = (sample.raw?, sample.unmodified?);
+    let mut counts = [0.0; CHANNELS];
+    let all = pairs.iter().flatten().chain(&electrodes);
+    counts
+        .iter_mut()
+        .zip(all)
+        .for_each(|(place, count)| *place = f64::from(*count));
+    Some(Reading {
+        sequence: sample.sequence,
+        counts,
+        position_turns: outputs
+            .map(|output| f64::from(output.teeth) + f64::from(output.fraction_turns)),
+    })
 }
 
 fn ask(link: &mut Link, action: Action) -> Result<()> {
@@ -149,7 +229,7 @@ fn meta(link: &mut Link) -> Meta {
     Meta {
         device: format!("{} board {}", hello.board, hello.device),
         source: format!(
-            "courier record, firmware {}; amplitudes and noise measured from the recording",
+            "courier record, firmware {}; amplitudes measured from the recording, noise at rest before it",
             hello.firmware
         ),
         geometry: recording::Geometry {
@@ -183,6 +263,7 @@ struct Tape {
     rate_hz: f64,
     status: BoardStatus,
     measured: Measured,
+    noise: Noise,
     samples: u32,
     first: Option<u32>,
     temperature_0_k: Option<f32>,
@@ -216,18 +297,13 @@ impl Tape {
                 .map(|start_c| f64::from(start_c + delta_k - delta_0_k)),
             ..Row::default()
         })?;
-        self.measured.add(
-            sample.sequence,
-            u32::from(self.decimation),
-            &quadrature,
-            electrode_counts,
-        );
+        self.measured.add(&quadrature, electrode_counts);
         self.samples += 1;
         Ok(())
     }
 
     fn finish(mut self) -> Result<()> {
-        let electronics = self.measured.electronics();
+        let electronics = self.measured.electronics(&self.noise);
         let meta = self.writer.meta_mut();
         if electronics.psd_sum_counts.is_none() {
             meta.coordination = None;
@@ -243,104 +319,53 @@ fn teeth(output: Coordinate, [sine, cosine]: [f64; 2]) -> i32 {
     (turns - sine.atan2(cosine) / TAU).round() as i32
 }
 
-/// Amplitudes and noise of what has been recorded.
+/// Amplitudes of what has been recorded.
 #[derive(Default)]
 struct Measured {
-    /// Last four samples that follow each other: counts of all twelve channels, the newest last.
-    window: Vec<[f64; 12]>,
-    next: u32,
-    quadrature: Channel,
-    electrodes: Channel,
+    quadrature: Mean,
+    electrodes: Mean,
 }
 
-/// Sizes of one kind of channel.
+/// A mean under way.
 #[derive(Default)]
-struct Channel {
+struct Mean {
     count: u32,
     sum: f64,
-    third_differences: Vec<f64>,
 }
 
-/// Third differences that are kept of each kind: the median of these is good to a percent.
-const DIFFERENCES_KEPT: usize = 100_000;
-/// Third differences 1, -3, 3, -1 of white noise are sqrt(20) times its size.
-const THIRD_DIFFERENCE_GAIN: f64 = 4.472_135_954_999_58;
-/// Gaussian deviation over median absolute value.
-const DEVIATION_OVER_MEDIAN: f64 = 1.482_602_218_505_602;
-/// Variance of rounding to whole counts, which the layout's noise leaves out.
-const ROUNDING_VARIANCE: f64 = 1.0 / 12.0;
-
 impl Measured {
-    fn add(
-        &mut self,
-        sequence: u32,
-        step: u32,
-        pairs: &[[f64; 2]; SEGMENTS],
-        electrodes: Option<[f64; 4]>,
-    ) {
+    fn add(&mut self, pairs: &[[f64; 2]; SEGMENTS], electrodes: Option<[f64; 4]>) {
         for [sine, cosine] in pairs {
-            self.quadrature.sum += sine.hypot(*cosine);
-            self.quadrature.count += 1;
+            self.quadrature.add(sine.hypot(*cosine));
         }
         if let Some([xp, xn, yp, yn]) = electrodes {
-            self.electrodes.sum += xp + xn + yp + yn;
-            self.electrodes.count += 2;
-        }
-        if sequence != self.next {
-            self.window.clear();
-        }
-        self.next = sequence.wrapping_add(step);
-        let mut counts = [f64::NAN; 12];
-        counts
-            .iter_mut()
-            .zip(pairs.iter().flatten())
-            .for_each(|(place, count)| *place = *count);
-        counts[8..].copy_from_slice(&electrodes.unwrap_or([f64::NAN; 4]));
-        self.window.push(counts);
-        if let [a, b, c, d] = self.window[..] {
-            for channel in 0..12 {
-                let difference = d[channel] - 3.0 * c[channel] + 3.0 * b[channel] - a[channel];
-                let kind = if channel < 8 {
-                    &mut self.quadrature
-                } else {
-                    &mut self.electrodes
-                };
-                if difference.is_finite() && kind.third_differences.len() < DIFFERENCES_KEPT {
-                    kind.third_differences.push(difference.abs());
-                }
-            }
-            self.window.remove(0);
+            self.electrodes.add(xp + xn);
+            self.electrodes.add(yp + yn);
         }
     }
 
-    fn electronics(mut self) -> Electronics {
+    fn electronics(&self, noise: &Noise) -> Electronics {
+        let hundredths = |counts: f64| (counts * 100.0).round() / 100.0;
+        let psd_sum_counts = self.electrodes.rounded();
         Electronics {
             adc_bits: Some(ADC_BITS),
-            amplitude_counts: self.quadrature.mean(),
-            quadrature_noise_counts: Some(self.quadrature.noise()),
-            psd_sum_counts: self.electrodes.mean(),
-            psd_noise_counts: self.electrodes.mean().map(|_| self.electrodes.noise()),
+            amplitude_counts: self.quadrature.rounded(),
+            quadrature_noise_counts: Some(hundredths(noise.quadrature_counts)),
+            psd_sum_counts,
+            psd_noise_counts: psd_sum_counts.map(|_| hundredths(noise.electrode_counts)),
             position_noise_m: None,
         }
     }
 }
 
-impl Channel {
-    fn mean(&self) -> Option<f64> {
-        (self.count > 0).then(|| (self.sum / f64::from(self.count)).round())
+impl Mean {
+    fn add(&mut self, value: f64) {
+        self.sum += value;
+        self.count += 1;
     }
 
-    fn noise(&mut self) -> f64 {
-        let middle = self.third_differences.len() / 2;
-        if self.third_differences.is_empty() {
-            return 0.0;
-        }
-        let median = *self
-            .third_differences
-            .select_nth_unstable_by(middle, f64::total_cmp)
-            .1;
-        let deviation = DEVIATION_OVER_MEDIAN * median / THIRD_DIFFERENCE_GAIN;
-        let noise = (deviation * deviation - ROUNDING_VARIANCE).max(0.0).sqrt();
-        (noise * 100.0).round() / 100.0
+    /// To whole counts; none of nothing.
+    fn rounded(&self) -> Option<f64> {
+        (self.count > 0).then(|| (self.sum / f64::from(self.count)).round())
     }
 }

@@ -19,7 +19,7 @@ fn a_flight_is_recorded() {
     // 20 counts and 20 000 counts are what `hal-sim` says of its board.
     let electronics = recording.meta.electronics;
     let noise = electronics.quadrature_noise_counts.unwrap() / 20.0;
-    assert!((noise - 1.0).abs() < 0.05, "{electronics:?}");
+    assert!((noise - 1.0).abs() < 0.02, "{electronics:?}");
     let amplitude = electronics.amplitude_counts.unwrap() / 20_000.0;
     assert!((amplitude - 1.0).abs() < 0.02, "{electronics:?}");
     let pitch_m = recording.meta.geometry.pitch_m;
@@ -28,6 +28,25 @@ fn a_flight_is_recorded() {
     assert!((last - first - 5.0e-3).abs() < 1.5e-3, "{first} -> {last}");
     let steps = (1..10_000).map(|index| (output_m(index) - output_m(index - 1)).abs());
     assert!(steps.fold(0.0, f64::max) < 5.0e-6, "a tooth was lost");
+}
+
+/// The noise of a recording does not depend on how fast the courier goes in it and how few samples are kept. It can be stated instead.
+#[test]
+fn the_noise_is_the_boards_whatever_is_recorded() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let noise = |options: &str| {
+        let motion = "record r --force --seconds 0.3 --go-to 40,5,0";
+        asked(folder, &format!("{motion} {options}")).quiet();
+        let electronics = Recording::read(folder.join("r")).unwrap().meta.electronics;
+        electronics.quadrature_noise_counts.unwrap()
+    };
+    for seed in 1..=2 {
+        let fast = format!("--sim-seed {seed} --speed-mm-s 200 --decimation 20");
+        let found = noise(&fast) / 20.0;
+        assert!((found - 1.0).abs() < 0.02, "seed {seed}: {found}");
+    }
+    assert_eq!(noise("--noise-counts 12.5,3"), 12.5);
 }
 
 /// What was recorded once is replaced when that is asked for; what is no recording never is.
@@ -60,6 +79,8 @@ fn wrong_orders_leave_no_folder() {
             "speed in m/s is -0.004, wanted 0.001 to 1.5",
         ),
         ("--speed-mm-s 10", "--go-to"),
+        ("--noise-counts 20", "two numbers of counts"),
+        ("--noise-counts -1,2", "two numbers of counts"),
         ("--decimation 0", "1..=65535"),
     ];
     for (options, wanted) in cases {

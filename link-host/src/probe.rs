@@ -4,8 +4,8 @@ use crate::memory::TargetMemory;
 use crate::rtt::Rtt;
 use anyhow::{Context, Result, bail};
 use board_link::Wire;
-use probe_rs::probe::DebugProbeSelector;
 use probe_rs::probe::list::{Accessibility, Lister};
+use probe_rs::probe::{DebugProbeInfo, DebugProbeSelector};
 use probe_rs::{Core, MemoryInterface, Permissions, Session};
 use std::time::Duration;
 
@@ -16,14 +16,47 @@ const RAM: (u32, u32) = (0x2000_0000, 128 << 10);
 /// The ring of commands.
 const COMMAND_CHANNEL: usize = 0;
 
+/// A probe that is there and may be opened.
+pub struct Found(DebugProbeInfo);
+
+impl Found {
+    /// Its vendor, product and serial number.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let Self(info) = self;
+        let serial = info.serial_number.as_deref().unwrap_or_default();
+        format!(
+            "probe-{:04x}-{:04x}-{serial}",
+            info.vendor_id, info.product_id
+        )
+    }
+
+    /// Opens it.
+    fn attach(&self) -> Result<Session> {
+        let wanted = "debug probe: wanted one that no other program has open";
+        let probe = self.0.open().context(wanted)?;
+        probe
+            .attach(CHIP, Permissions::default())
+            .with_context(|| format!("no {CHIP} behind the probe"))
+    }
+}
+
 /// Opens the probe that `selector` names (VID:PID or VID:PID:serial, hexadecimal), or the only one there is.
 ///
 /// # Errors
-/// No such probe, more than one, one that may not be opened, or the chip does not answer.
+/// As [`find`], or the chip does not answer.
 pub fn attach(selector: Option<&str>) -> Result<Session> {
+    find(selector)?.attach()
+}
+
+/// Finds the probe that `selector` names, or the only one there is.
+///
+/// # Errors
+/// No such probe, more than one, or one that may not be opened.
+pub fn find(selector: Option<&str>) -> Result<Found> {
     let wanted = selector.map(parsed).transpose()?;
     let found = Lister::new().list_with_access(wanted.as_ref());
-    let probe = match found.as_slice() {
+    match found.as_slice() {
         [] => bail!(
             "no debug probe {}found: connect one to the board's SWD header and to this machine",
             selector.map_or(String::new(), |text| format!("{text} "))
@@ -32,7 +65,7 @@ pub fn attach(selector: Option<&str>) -> Result<Session> {
             "{}: found no permission to open it, wanted a udev rule for this user",
             one.info
         ),
-        [one] => one.info.open().context("debug probe")?,
+        [one] => Ok(Found(one.info.clone())),
         several => {
             let names: Vec<String> = several.iter().map(|probe| probe.info.to_string()).collect();
             bail!(
@@ -41,10 +74,7 @@ pub fn attach(selector: Option<&str>) -> Result<Session> {
                 names.join("; ")
             )
         }
-    };
-    probe
-        .attach(CHIP, Permissions::default())
-        .with_context(|| format!("no {CHIP} behind the probe"))
+    }
 }
 
 fn parsed(text: &str) -> Result<DebugProbeSelector> {
@@ -52,14 +82,6 @@ fn parsed(text: &str) -> Result<DebugProbeSelector> {
     selector.with_context(|| {
         format!("probe: found {text:?}, wanted `any` or VENDOR:PRODUCT[:SERIAL] in hexadecimal")
     })
-}
-
-/// Opens the board behind the probe that `selector` names; `any`: the only probe there is.
-///
-/// # Errors
-/// As [`Probed::open`].
-pub fn open(selector: &str) -> Result<Probed> {
-    Probed::open((selector != "any").then_some(selector))
 }
 
 /// A running board. The processor is not halted.
@@ -72,9 +94,9 @@ impl Probed {
     /// Finds the running image's rings.
     ///
     /// # Errors
-    /// As [`attach`]; or no image with this project's debug link runs.
-    pub fn open(selector: Option<&str>) -> Result<Self> {
-        let mut session = attach(selector)?;
+    /// The probe cannot be opened, the chip does not answer, or no image with this project's debug link runs.
+    pub fn open(probe: &Found) -> Result<Self> {
+        let mut session = probe.attach()?;
         let mut core = session.core(0).context("processor")?;
         let mut memory = ProbeMemory(&mut core);
         let block = Rtt::search(&mut memory, RAM.0, RAM.1)?;

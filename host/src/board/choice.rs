@@ -1,5 +1,6 @@
 //! The options by which a user names a board.
 
+use super::claim::Claim;
 use super::emulated;
 use crate::demo::Preset;
 use crate::output::{Files, check_folder_of, replace_file};
@@ -104,7 +105,15 @@ pub struct Opened {
     pub link: Link,
     /// Where a simulated courier stands under its beacon.
     pub beacon: Option<Target>,
-    flash: Option<(SharedFlash, PathBuf)>,
+    flash: Option<Kept>,
+    /// What no other command may have meanwhile.
+    _claim: Option<Claim>,
+}
+
+/// A simulated board's flash and the file that it is kept in.
+struct Kept {
+    flash: SharedFlash,
+    path: PathBuf,
 }
 
 /// What kind of board was named.
@@ -191,20 +200,22 @@ impl Choice {
         let (spec, seed) = self.courier()?;
         let beacon = Some(target(spec.places.beacon));
         let flash = SharedFlash::erased(seed);
-        if let Some(path) = &self.sim_flash {
-            restore(&flash, path)?;
-        }
+        let claim = match &self.sim_flash {
+            Some(path) => Some(claim_and_restore(&flash, path)?),
+            None => None,
+        };
         let wire: Box<dyn Wire> = if self.emulated {
             Box::new(emulated::start(spec, seed, flash.clone())?)
         } else {
             Box::new(SimWire::start(spec, seed, flash.clone())?)
         };
         let link = Link::connect(wire)?;
-        let flash = self.sim_flash.clone().map(|path| (flash, path));
+        let flash = self.sim_flash.clone().map(|path| Kept { flash, path });
         Ok(Opened {
             link,
             beacon,
             flash,
+            _claim: claim,
         })
     }
 }
@@ -216,7 +227,7 @@ impl Opened {
     /// The file cannot be written.
     pub fn close(self) -> Result<()> {
         match self.flash {
-            Some((flash, path)) => keep(&flash, &path),
+            Some(kept) => keep(&kept.flash, &kept.path),
             None => Ok(()),
         }
     }
@@ -231,12 +242,20 @@ fn target(pose: Pose) -> Target {
     }
 }
 
+/// Makes sure that nobody else changes the file until this command has ended, then reads it.
+fn claim_and_restore(flash: &SharedFlash, path: &Path) -> Result<Claim> {
+    check_folder_of(path).context("--sim-flash")?;
+    let claim = Claim::of_file(path, &format!("--sim-flash: {}", path.display()))?;
+    restore(flash, path)?;
+    Ok(claim)
+}
+
 /// Fills erased flash with a file's bytes; no file: it stays erased.
 fn restore(flash: &SharedFlash, path: &Path) -> Result<()> {
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            return check_folder_of(path).context("--sim-flash");
+            return Ok(());
         }
         Err(error) => {
             return Err(error).with_context(|| format!("--sim-flash: {}", path.display()));
@@ -269,11 +288,14 @@ fn keep(flash: &SharedFlash, path: &Path) -> Result<()> {
 
 #[cfg(feature = "probe")]
 fn probe(selector: &str) -> Result<Opened> {
-    let wire = link_host::probe::open(selector)?;
+    let found = link_host::probe::find((selector != "any").then_some(selector))?;
+    let claim = Claim::of_name(&found.name(), "--probe")?;
+    let wire = link_host::probe::Probed::open(&found)?;
     Ok(Opened {
         link: Link::connect(Box::new(wire))?,
         beacon: None,
         flash: None,
+        _claim: Some(claim),
     })
 }
 

@@ -1,7 +1,8 @@
 //! Which board a command talks to: `choice` are the options by which a user names one, `emulated` builds and starts the emulated
-//! one. What is asked of a board, whichever it is, is in the package `board-link`.
+//! one, `claim` keeps two commands from one board. What is asked of a board, whichever it is, is in the package `board-link`.
 
 mod choice;
+pub mod claim;
 pub mod emulated;
 
 pub use board_link::{Link, SimWire, Simulated, Starter, map, motion, session};

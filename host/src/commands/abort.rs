@@ -10,7 +10,7 @@ use std::process::ExitCode;
 
 /// End a self-calibration that is under way; the calibration in force stays.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  courier --probe any abort")]
+#[command(after_help = "Example:\n  courier abort")]
 pub struct Args {
     #[command(flatten)]
     json: Json,

@@ -1,19 +1,21 @@
 //! `courier calibrate`.
 
 use super::calibrate_joint::{Found, steps_table};
+use super::calibrate_text;
 use crate::json::Json;
 use crate::output::{Files, Kind};
 use crate::board::session::{self, LOOK};
 use crate::board::{Choice, Link, motion};
-use crate::terminal::{figure, progress, warn};
+use crate::terminal::{progress, warn};
 use anyhow::{Result, bail};
 use clap::ValueEnum;
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
 use courier_sensor::calibration::joint::JointConfig;
 use courier_sensor::calibration::record::Method;
-use courier_sensor::calibration::{self, Evidence, SessionConfig};
+use courier_sensor::calibration::{self, SessionConfig};
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::link::message::{Action, CalibrateOrder, Reply, Source};
+use courier_sensor::link::{JOINT_POSES, LEAST_JOINT_POSES, LEAST_PLATEN_POSES, PLATEN_POSES};
 use courier_sensor::link::report::{Ending, Progress};
 use serde::Serialize;
 use std::process::ExitCode;
@@ -37,8 +39,8 @@ pub struct Args {
     /// How poses are chosen.
     #[arg(long, value_enum, default_value_t = Plan::Random)]
     plan: Plan,
-    /// Poses to fit at most, 40 to 20000 (50 to 1000 if joint) [default: 1000, or 333 if optimal].
-    #[arg(long)]
+    /// Poses to fit at most.
+    #[arg(long, help = poses_help())]
     poses: Option<u16>,
     /// Poses held out for the test, 8 to 1000.
     #[arg(long, default_value_t = 200)]
@@ -46,7 +48,7 @@ pub struct Args {
     /// Poses are drawn from this seed.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Poses lie within so much of the start, mm, 1 to 500 [default: 10.16, or 2.032 if joint].
+    /// Poses lie within so much of the start, mm, from one pitch to 500 (to 100 if joint) [default: 10.16, or 2.032 if joint].
     #[arg(long, value_name = "MM")]
     travel_mm: Option<f32>,
     /// Largest angle, degrees [default: 0.5, or 1.5 if optimal or joint].
@@ -121,6 +123,11 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let Some(ending) = &progress.ending else {
         bail!("the board: found a session without an ending, wanted a result")
     };
+    if let Ending::Accepted { evidence, .. } = ending
+        && let Some(missed) = calibrate_text::missed_target(evidence, args.target_um * 1.0e-6)
+    {
+        warn(&missed);
+    }
     let told = Told {
         progress: &progress,
         found,
@@ -149,15 +156,17 @@ fn told_ending(ending: &Ending) -> String {
             let place = stored.map_or("not stored".to_owned(), |place| {
                 format!("stored in slot {}, number {}", place.slot, place.sequence)
             });
-            format!("accepted: {}; {place}", sentence(evidence))
+            let mut lines = vec![format!("accepted: {}; {place}", calibrate_text::evidence(evidence))];
+            lines.extend(calibrate_text::worth(evidence));
+            lines.join("\n")
         }
         Ending::Refused { refusal, evidence } => format!(
             "refused: {refusal}; {}; the calibration in force before stays",
-            sentence(evidence)
+            calibrate_text::evidence(evidence)
         ),
         Ending::NotKept { refusal, evidence } => format!(
             "accepted, but not kept: {refusal}; {}; the calibration in force before stays",
-            sentence(evidence)
+            calibrate_text::evidence(evidence)
         ),
     }
 }
@@ -207,15 +216,9 @@ fn wait(link: &mut Link, order: &CalibrateOrder) -> Result<Progress> {
     Ok(ended)
 }
 
-fn sentence(evidence: &Evidence) -> String {
-    let um = |length_m: f32| figure(1.0e6 * f64::from(length_m));
+/// The least and the most number of poses, as the board checks it.
+fn poses_help() -> String {
     format!(
-        "{} poses, condition number {:.1}, rank {} of {}, held-out g_p residual {} -> {} µm",
-        evidence.poses,
-        evidence.condition,
-        evidence.rank,
-        evidence.unknowns,
-        um(evidence.held_out_in_force_m),
-        um(evidence.held_out_m)
+        "Poses to fit at most, {LEAST_PLATEN_POSES} to {PLATEN_POSES} ({LEAST_JOINT_POSES} to {JOINT_POSES} if joint) [default: 1000, or 333 if optimal]"
     )
 }

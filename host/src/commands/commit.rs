@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 /// Store the calibration that is in force.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  courier --probe any commit")]
+#[command(after_help = "Example:\n  courier --sim-flash board.bin commit")]
 pub struct Args {
     /// Overwrite a later firmware's record, if it is in the way.
     #[arg(long)]

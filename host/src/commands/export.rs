@@ -14,7 +14,7 @@ use std::process::ExitCode;
 
 /// Write a board's calibration into a file.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  courier --probe any export courier7.json")]
+#[command(after_help = "Example:\n  courier --sim-flash board.bin export courier7.json")]
 pub struct Args {
     /// The file, JSON; `-` for standard output. A file that is there already is not overwritten without --force.
     file: PathBuf,

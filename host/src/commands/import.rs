@@ -3,8 +3,8 @@
 use crate::json::Json;
 use crate::output::{Files, Kind};
 use crate::board::Choice;
-use crate::calibration_file::CalibrationFile;
-use anyhow::{Result, bail};
+use crate::calibration_file::{CalibrationFile, check_own_geometry};
+use anyhow::{Context, Result, bail};
 use courier_sensor::link::message::{Action, Reply};
 use serde_json::json;
 use std::path::PathBuf;
@@ -12,7 +12,7 @@ use std::process::ExitCode;
 
 /// Put a calibration from a file in force on a board, and store it.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  courier --probe any import courier7.json")]
+#[command(after_help = "Example:\n  courier --sim-flash board.bin import courier7.json")]
 pub struct Args {
     /// The file, as `export` wrote it.
     file: PathBuf,
@@ -22,6 +22,10 @@ pub struct Args {
     /// Take it though it was made on another device.
     #[arg(long)]
     other_device: bool,
+    /// Take it though its pitch, span, height or lever arm is not what this board was built with. Positions are counted in
+    /// its pitch then: one that is 1 % off makes every distance 1 % wrong.
+    #[arg(long)]
+    other_geometry: bool,
     #[command(flatten)]
     json: Json,
 }
@@ -42,6 +46,9 @@ impl Args {
 /// The file is no calibration of this device, or the board refuses; what was in force still is.
 pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let calibration = CalibrationFile::read(&args.file)?;
+    if !args.other_geometry {
+        check_own_geometry(&calibration).with_context(|| args.file.display().to_string())?;
+    }
     let mut board = choice.open()?;
     let device = board.link.hello().device;
     if calibration.device != device && !args.other_device {

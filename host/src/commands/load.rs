@@ -25,7 +25,7 @@ use std::process::ExitCode;
 /// (those of the coordination sensor, clipping, slips, noise) are named and left out.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Example:\n  courier diagnose first --model model.json && courier --probe any load model.json"
+    after_help = "Example:\n  courier diagnose first --model model.json && courier --sim-flash board.bin load model.json"
 )]
 pub struct Args {
     /// The model, as `courier diagnose --model` wrote it, or the map of `courier map`.

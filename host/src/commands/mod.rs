@@ -7,7 +7,9 @@ use courier_sensor::drivers::motion::Target;
 use std::process::ExitCode;
 
 mod calibrate_joint;
+mod calibrate_text;
 mod load_map;
+mod status_next;
 
 /// What a reply of the wrong kind is told as.
 const STRANGE_REPLY: &str = "the board: found a reply of another kind than was asked for";

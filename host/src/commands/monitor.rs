@@ -6,7 +6,7 @@ use crate::json::Lines;
 use crate::live::Live;
 use crate::terminal::{figure, warn};
 use anyhow::{Result, ensure};
-use courier_sensor::frame::{Pose, Status};
+use courier_sensor::frame::Pose;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::link::message::{Action, Reply, Source};
 use courier_sensor::link::telemetry::{Channels, Sample};
@@ -15,7 +15,7 @@ use std::process::ExitCode;
 
 /// Watch a board's pose, parity and status as they come.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  courier --probe any monitor --rate-hz 50 --seconds 10")]
+#[command(after_help = "Example:\n  courier monitor --rate-hz 50 --seconds 10")]
 pub struct Args {
     /// Lines a second.
     #[arg(long, default_value_t = 10.0, value_name = "HZ")]
@@ -112,10 +112,6 @@ fn line(sample: &Sample, board_hz: f64, pitch_m: f32, lines: &mut Lines) -> Resu
         1.0e3 * line.x_m,
         1.0e3 * line.y_m,
         0.5e3 * (theta_x_rad + theta_y_rad),
-        if bits == Status::empty() {
-            "ok".to_owned()
-        } else {
-            line.status.join(" ")
-        }
+        bits
     ))
 }

@@ -4,9 +4,11 @@ use crate::json::Json;
 use crate::output::{Files, Kind};
 use crate::board::Choice;
 use crate::destination::Destination;
+use crate::interrupt::{self, EXIT_INTERRUPTED, Interrupted};
+use crate::noise::Noise;
 use crate::recorder::{Order, Run, record};
 use crate::survey;
-use crate::terminal::progress;
+use crate::terminal::{progress, warn};
 use anyhow::{Context, Result, ensure};
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::geometry::Geometry;
@@ -15,11 +17,11 @@ use std::process::ExitCode;
 
 /// Record the raw counts of every sample that a board can send, in the recording layout.
 ///
-/// Amplitudes and noise in recording.toml are measured from the recording itself: the noise by third differences of
-/// neighbouring samples, which a smooth motion does not reach.
+/// The recording states how large the signals are and how noisy. The noise is measured in the half second before the first
+/// motion, at the board's full rate, so the courier has to rest then.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  courier --probe any record flight --seconds 2 --go-to 0,40,0\n  courier --probe any record survey --survey 0,0,0"
+    after_help = "Examples:\n  courier record flight --seconds 2 --go-to 0,40,0\n  courier --sim-preset ideal --sim-effect velocity_lag=2 record first --survey 0,0,0 && courier diagnose first"
 )]
 pub struct Args {
     /// Folder to make. A recording that is there already is not replaced without --force.
@@ -47,6 +49,9 @@ pub struct Args {
     /// simulated courier's beacon need not be named.
     #[arg(long, value_name = "X,Y,THETA", num_args = 0..=1, require_equals = true, allow_hyphen_values = true, value_parser = super::target, conflicts_with_all = ["seconds", "run", "go_to", "speed_mm_s", "survey"])]
     under_beacon: Option<Option<Target>>,
+    /// Noise of a quadrature channel and of an electrode, rms counts, for a courier that cannot rest [default: measured].
+    #[arg(long, value_name = "QUADRATURE,ELECTRODE", allow_hyphen_values = true, value_parser = noise)]
+    noise_counts: Option<Noise>,
     /// Replace the recording in the folder.
     #[arg(long)]
     force: bool,
@@ -96,16 +101,26 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let order = Order {
         to,
         decimation: args.decimation.unwrap_or(decimation),
+        noise: args.noise_counts,
         runs,
     };
-    let recorded = record(&mut board.link, &order, &progress(0, "recording: samples"))?;
+    interrupt::watch()?;
+    let recorded = record(&mut board.link, &order, &progress(0, "recording: samples"));
     board.close()?;
+    let recorded = match recorded {
+        Err(error) if error.is::<Interrupted>() => {
+            warn("interrupted: nothing was recorded");
+            return Ok(ExitCode::from(EXIT_INTERRUPTED));
+        }
+        recorded => recorded?,
+    };
     args.json.tell(ANSWER, &recorded, || {
         format!(
-            "{} samples in {}, {} could not be taken",
+            "{} samples in {}, {} could not be taken; noise {:.2} counts",
             recorded.samples,
             args.folder.display(),
-            recorded.lost
+            recorded.lost,
+            recorded.noise.quadrature_counts
         )
     })?;
     Ok(ExitCode::SUCCESS)
@@ -118,5 +133,25 @@ fn single(args: &Args) -> Run {
         from: None,
         to,
         seconds: args.seconds,
+    }
+}
+
+/// `QUADRATURE,ELECTRODE`, rms counts.
+fn noise(text: &str) -> Result<Noise, String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .map_while(|part| part.trim().parse().ok())
+        .collect();
+    match numbers[..] {
+        [quadrature_counts, electrode_counts]
+            if text.split(',').count() == 2
+                && numbers.iter().all(|n| (0.0..=32_768.0).contains(n)) =>
+        {
+            Ok(Noise {
+                quadrature_counts,
+                electrode_counts,
+            })
+        }
+        _ => Err("wanted two numbers of counts, 0 to 32768".to_owned()),
     }
 }

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 
 /// Restart a board; it comes up with what is stored.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  courier --probe any reset")]
+#[command(after_help = "Example:\n  courier reset")]
 pub struct Args {
     #[command(flatten)]
     json: Json,

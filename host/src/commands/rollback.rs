@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 /// Go back to the stored calibration before the one in force.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  courier --probe any rollback")]
+#[command(after_help = "Example:\n  courier --sim-flash board.bin rollback")]
 pub struct Args {
     #[command(flatten)]
     json: Json,

@@ -5,12 +5,12 @@ use crate::output::{Files, Kind};
 use crate::board::Choice;
 use crate::terminal::table;
 use anyhow::{Result, bail};
-use courier_sensor::link::message::{Action, Reply};
+use courier_sensor::link::message::{Action, RecordRefusal, Reply, SlotContent};
 use std::process::ExitCode;
 
 /// List what both calibration slots of a board hold.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  courier --probe any slots")]
+#[command(after_help = "Example:\n  courier --sim-flash board.bin slots")]
 pub struct Args {
     #[command(flatten)]
     json: Json,
@@ -42,7 +42,12 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
             let sequence = slot
                 .sequence
                 .map_or("-".to_owned(), |sequence| sequence.to_string());
-            vec![slot.slot.to_string(), sequence, slot.state.to_string()]
+            let state = match slot.state {
+                SlotContent::Refused(RecordRefusal::Empty) => "empty".to_owned(),
+                SlotContent::Refused(why) => format!("not usable: {why}"),
+                usable => usable.to_string(),
+            };
+            vec![slot.slot.to_string(), sequence, state]
         })
         .collect();
     args.json.tell(ANSWER, &slots, || {

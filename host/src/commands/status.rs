@@ -1,20 +1,23 @@
 //! `courier status`.
 
+use super::status_next::{InUse, next};
 use crate::json::Json;
 use crate::output::{Files, Kind};
-use crate::board::Choice;
+use crate::board::{Choice, Link, map};
 use crate::terminal::{figure, pairs};
 use anyhow::{Result, bail};
 use courier_sensor::frame::Status;
 use courier_sensor::geometry::Geometry;
-use courier_sensor::link::message::{Action, BoardStatus, FaultReport, Hello, InForce, Reply};
+use courier_sensor::link::message::{
+    Action, Activity, BoardStatus, FaultReport, Hello, InForce, Reply, ResetCause,
+};
 use courier_sensor::teeth::Grid;
 use serde::Serialize;
 use std::process::ExitCode;
 
 /// Show who a board is, how it is, and why it last restarted.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  courier --probe any status --json")]
+#[command(after_help = "Example:\n  courier --sim-flash board.bin status --json")]
 pub struct Args {
     #[command(flatten)]
     json: Json,
@@ -38,6 +41,8 @@ struct Output {
     status_bits: Vec<&'static str>,
     status_bits_seen: Vec<&'static str>,
     last_fault: Option<FaultReport>,
+    /// What to do next, in sentences.
+    next: Vec<String>,
 }
 
 /// Asks and prints.
@@ -52,7 +57,9 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let Reply::LastFault(last_fault) = board.link.ask(Action::LastFault)? else {
         bail!(super::STRANGE_REPLY)
     };
+    let in_use = in_use(&mut board.link, status.in_force)?;
     let output = Output {
+        next: next(&status, board.link.hello().device, in_use),
         board: board.link.hello().clone(),
         status_bits: names(status.status),
         status_bits_seen: names(status.status_seen),
@@ -62,6 +69,18 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     board.close()?;
     args.json.tell(ANSWER, &output, || text(&output))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The calibration in force, as far as it decides what is next.
+fn in_use(link: &mut Link, in_force: InForce) -> Result<Option<InUse>> {
+    if in_force == InForce::None {
+        return Ok(None);
+    }
+    let calibration = map::in_force(link)?;
+    Ok(Some(InUse {
+        device: calibration.device,
+        joint: calibration.beacon.is_some(),
+    }))
 }
 
 /// Names of the bits that are set, as in docs/faults.md.
@@ -74,13 +93,6 @@ fn names(bits: u32) -> Vec<&'static str> {
 
 fn text(output: &Output) -> String {
     let (board, status) = (&output.board, &output.status);
-    let or_none = |names: &[&str]| {
-        if names.is_empty() {
-            "none".to_owned()
-        } else {
-            names.join(" ")
-        }
-    };
     let mut rows = vec![
         (
             "board",
@@ -91,7 +103,7 @@ fn text(output: &Output) -> String {
         ),
         ("device", board.device.to_string()),
         ("uptime", format!("{} s", status.time.uptime_s)),
-        ("last start", format!("{:?}", status.reset)),
+        ("last start", cause(status.reset).to_owned()),
         ("calibration", in_force(status.in_force)),
         ("tooth map", tooth_map(status.map)),
         (
@@ -100,7 +112,7 @@ fn text(output: &Output) -> String {
                 .boot
                 .map_or_else(|| "in force".to_owned(), |why| why.to_string()),
         ),
-        ("activity", format!("{:?}", status.activity)),
+        ("activity", activity(status).to_owned()),
         (
             "samples",
             format!(
@@ -108,8 +120,8 @@ fn text(output: &Output) -> String {
                 status.samples, status.missed, status.dropped_frames
             ),
         ),
-        ("status bits", or_none(&output.status_bits)),
-        ("since last asked", or_none(&output.status_bits_seen)),
+        ("status", bits(status.status)),
+        ("since last asked", bits(status.status_seen)),
     ];
     rows.extend(readings(status));
     if let Some(temperature_c) = status.temperature_c {
@@ -119,12 +131,44 @@ fn text(output: &Output) -> String {
         rows.push((
             "last fault",
             format!(
-                "{:?} after {} s at {:#x}: {}",
-                fault.cause, fault.uptime_s, fault.program_counter, fault.message
+                "{} after {} s at {:#x}: {}",
+                cause(fault.cause),
+                fault.uptime_s, fault.program_counter, fault.message
             ),
         ));
     }
+    rows.extend(output.next.iter().map(|step| ("next", step.clone())));
     pairs(&rows)
+}
+
+fn activity(status: &BoardStatus) -> &'static str {
+    match status.activity {
+        Activity::Calibrating => "calibrating",
+        Activity::Solving => "calibrating: solving",
+        Activity::Idle if status.moving => "moving",
+        Activity::Idle => "none",
+    }
+}
+
+fn cause(reset: ResetCause) -> &'static str {
+    match reset {
+        ResetCause::PowerOn => "power on",
+        ResetCause::Pin => "reset pin or debug probe",
+        ResetCause::Requested => "as ordered by a host",
+        ResetCause::BrownOut => "supply too low",
+        ResetCause::Watchdog => "watchdog",
+        ResetCause::Panic => "panic",
+        ResetCause::HardFault => "hard fault",
+    }
+}
+
+/// Status bits in words and by name.
+fn bits(bits: u32) -> String {
+    let status = Status::from_bits_truncate(bits);
+    match names(bits) {
+        names if names.is_empty() => status.to_string(),
+        names => format!("{status} ({})", names.join(" ")),
+    }
 }
 
 /// What the sensors say, by the last frame.
