@@ -1,9 +1,8 @@
-//! The debug link over the chip's RAM: who is there, how it is, a stream of samples; and what the sampling interrupt takes.
+//! The debug link over the chip's RAM: who is there, how it is, a stream of samples.
 
 use super::{judge, start};
 use crate::image::Image;
 use crate::peripheral::flash::Start;
-use crate::registers;
 use crate::wire::Board;
 use anyhow::{Result, ensure};
 use board_link::Link;
@@ -32,7 +31,6 @@ fn listen(board: &Board) -> Result<String> {
         some + 1 >= wanted,
         "found {some} samples of every {EVERY}th, wanted {wanted}"
     );
-    board.processor.borrow_mut().times.restart();
     let all = stream(&mut link, 1)?;
     let status = link.status()?;
     ensure!(
@@ -40,14 +38,9 @@ fn listen(board: &Board) -> Result<String> {
         "found {} instants missed, wanted none",
         status.missed
     );
-    let sampling = 16 + registers::interrupt("EXTI9_5");
-    let spent = board.processor.borrow().times.of(sampling);
     Ok(format!(
-        "none of every {EVERY}th sample lost; of all {} in {LISTEN_MS} ms, {all} came; \
-         the sampling interrupt takes {} cycles, {} at most",
-        LISTEN_MS * SAMPLES_A_MS,
-        spent.sum / spent.count.max(1),
-        spent.worst
+        "none of every {EVERY}th sample lost; of all {} in {LISTEN_MS} ms, {all} came",
+        LISTEN_MS * SAMPLES_A_MS
     ))
 }
 

@@ -3,6 +3,7 @@
 mod boot;
 mod calibration;
 mod link;
+mod time;
 mod variants;
 
 use crate::chip::Chip;
@@ -38,6 +39,11 @@ pub const CHECKS: &[Check] = &[
         "calibration",
         "a calibration, a commit, a power cut, a start from what was stored",
         calibration::run,
+    ),
+    (
+        "time",
+        "cycles of the sampling interrupt, without and with wait states",
+        time::run,
     ),
     (
         "flags",

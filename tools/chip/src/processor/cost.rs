@@ -1,5 +1,6 @@
-//! Cycles of a block of instructions: ARM's tables, as `tools/thumb` has them, without wait states.
+//! Cycles of a block of instructions: ARM's tables, as `tools/thumb` has them, and the wait states of its fetches where they are asked for.
 
+use super::fetch::Fetch;
 use thumb::{Instruction, REFILL, cost, decode};
 
 /// Blocks that were met, by their address.
@@ -10,6 +11,7 @@ pub struct Costs {
     known: Vec<(u16, u16)>,
     /// Where the block before ended.
     end: u32,
+    fetch: Fetch,
 }
 
 impl Costs {
@@ -20,11 +22,14 @@ impl Costs {
             known: vec![(0, 0); code.len() / 2],
             code,
             end: 0,
+            fetch: Fetch::default(),
         }
     }
 
     /// Cycles of the block at `address`, and of getting there if the block before did not lead straight to it.
-    pub fn block(&mut self, address: u32, bytes: u32) -> u32 {
+    ///
+    /// `states` are the flash's wait states; 0 leaves them out.
+    pub fn block(&mut self, address: u32, bytes: u32, states: u32) -> u32 {
         let refill = if address == self.end { 0 } else { REFILL };
         self.end = address.wrapping_add(bytes);
         let place = (address.wrapping_sub(self.base) / 2) as usize;
@@ -38,7 +43,10 @@ impl Costs {
             // Code elsewhere: a cycle each instruction of two bytes.
             None => bytes / 2,
         };
-        cycles + refill
+        match states {
+            0 => cycles + refill,
+            _ => cycles + refill + self.fetch.block(address, bytes, cycles, states),
+        }
     }
 
     fn count(&self, address: u32, bytes: u32) -> u32 {
@@ -66,9 +74,9 @@ mod tests {
         let code = [0x6808u16, 0x6811, 0xBF00];
         let bytes = code.iter().flat_map(|half| half.to_le_bytes()).collect();
         let mut costs = Costs::new(0x100, bytes);
-        assert_eq!(costs.block(0x100, 4), 3 + REFILL);
-        assert_eq!(costs.block(0x104, 2), 1);
-        assert_eq!(costs.block(0x104, 2), 1 + REFILL);
-        assert_eq!(costs.block(0x2000_0000, 4), 2 + REFILL);
+        assert_eq!(costs.block(0x100, 4, 0), 3 + REFILL);
+        assert_eq!(costs.block(0x104, 2, 0), 1);
+        assert_eq!(costs.block(0x104, 2, 0), 1 + REFILL);
+        assert_eq!(costs.block(0x2000_0000, 4, 0), 2 + REFILL);
     }
 }

@@ -4,6 +4,7 @@
 //! register sees them as they are at its block's end.
 
 pub mod cost;
+mod fetch;
 pub mod frame;
 mod maps;
 pub mod nvic;
@@ -72,6 +73,7 @@ impl Processor {
             event: None,
             masked: false,
             resumed: false,
+            wait_states: false,
         };
         let mode = Mode::THUMB | Mode::MCLASS;
         let mut uc = Unicorn::new_with_data(Arch::ARM, mode, shared).map_err(failed)?;
@@ -98,6 +100,11 @@ impl Processor {
     /// Rules broken so far.
     pub fn findings(&mut self) -> &mut Findings {
         &mut self.chip().findings
+    }
+
+    /// From now on fetches wait for the flash, or not.
+    pub fn set_wait_states(&mut self, counted: bool) {
+        self.uc.get_data_mut().wait_states = counted;
     }
 
     /// Resets since power-on.

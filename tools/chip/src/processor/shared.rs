@@ -41,6 +41,8 @@ pub struct Shared {
     pub masked: bool,
     /// Instructions have just been started, and none has run yet.
     pub resumed: bool,
+    /// Whether fetches wait for the flash.
+    pub wait_states: bool,
 }
 
 impl Shared {
@@ -50,9 +52,17 @@ impl Shared {
             return true;
         }
         self.resumed = false;
-        let cycles = self.costs.block(address, bytes);
+        let cycles = self.costs.block(address, bytes, self.states());
         self.pass(u64::from(cycles));
         false
+    }
+
+    /// Wait states that count: those of the flash where the code lies, if they are asked for.
+    fn states(&self) -> u32 {
+        match self.wait_states {
+            true => u32::from(self.chip.flash.acr().latency().to_bits()),
+            false => 0,
+        }
     }
 
     /// Lets time pass.
