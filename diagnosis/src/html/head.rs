@@ -73,10 +73,10 @@ fn facts(diagnosis: &Diagnosis, evidence: &Evidence, headline: &Headline) -> Mar
 
 /// A share that is not rounded up to all of it.
 fn explained(share: f64) -> String {
-    if share > 0.99 && share < 0.999 {
-        "99 %".into()
+    if share > 0.999 {
+        percent(1.0)
     } else {
-        percent(share)
+        percent((100.0 * share).floor() / 100.0)
     }
 }
 

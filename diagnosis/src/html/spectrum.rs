@@ -123,7 +123,14 @@ pub fn together(argument: &[f64], points: &[Point], places: &[f64]) -> Option<Ve
 const TOLD: f64 = 1.0e-2;
 
 fn well_told(normal: &DMatrix<f64>) -> bool {
-    let scale = normal.diagonal().map(|v| v.max(f64::MIN_POSITIVE).sqrt());
+    // A sine and its cosine have one scale: one that vanishes at all arguments is not told, however well it would be if it were larger.
+    let scale = DVector::from_fn(normal.nrows(), |i, _| {
+        let square = match i.checked_sub(1).map(|k| 1 + k / 2 * 2) {
+            Some(s) => 0.5 * (normal[(s, s)] + normal[(s + 1, s + 1)]),
+            None => normal[(0, 0)],
+        };
+        square.max(f64::MIN_POSITIVE).sqrt()
+    });
     let even = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| {
         normal[(i, j)] / (scale[i] * scale[j])
     });
@@ -219,6 +226,21 @@ mod tests {
         }
         let lines = together(&x, &points, &orders).unwrap();
         assert!(lines[1].over_chance() > 5.0, "{lines:?}");
+    }
+
+    #[test]
+    fn half_the_sample_rate_has_no_sine_and_is_no_line() {
+        let x: Vec<f64> = (0..300).map(f64::from).collect();
+        let points: Vec<Point> = x
+            .iter()
+            .map(|x| Point {
+                before_m: (2.0 * x).cos(),
+                floor_m: 1.0,
+                ..Point::default()
+            })
+            .collect();
+        assert!(spectrum(&x, &points, &[0.5]).is_empty());
+        assert_eq!(spectrum(&x, &points, &[0.4]).len(), 1);
     }
 
     #[test]

@@ -134,7 +134,7 @@ fn axes<'a, 'b>(
         .axis_style(GRID)
         .label_style(text(narrow))
         .x_desc(axis.title)
-        .x_labels(if narrow { 4 } else { 8 })
+        .x_labels(if area.dim_in_pixel().0 < 500 { 4 } else { 8 })
         .x_label_formatter(&|v| short(*v))
         .draw()?;
     Ok(chart)
