@@ -99,11 +99,15 @@ fn a_conversion_writes_nothing_that_it_should_not() {
 fn the_survey_is_as_it_is_made() {
     let folder = tempfile::tempdir().unwrap();
     let page = std::fs::read_to_string(examples().join("README.md")).unwrap();
-    let command = page
-        .split('`')
-        .find(|code| code.contains("record survey-lateral"))
+    let texts = page.split(['`', '\n']);
+    let recorded = |text: &&str| text.contains("record survey-lateral");
+    let (_, words) = texts
+        .into_iter()
+        .find(recorded)
+        .unwrap()
+        .split_once("courier ")
         .unwrap();
-    let words: Vec<&str> = command.split_whitespace().skip(1).collect();
+    let words: Vec<&str> = words.split_whitespace().collect();
     courier_in(folder.path(), &words).quiet();
     for file in ["recording.toml", "samples.csv"] {
         let [there, made] = [examples(), folder.path().to_owned()]
