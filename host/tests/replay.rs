@@ -139,6 +139,54 @@ fn four_segments_calibrate_each_other() {
     }
 }
 
+/// Whatever is exchanged in the wiring, what remains is told to be no error of a sensor, and the exit code is 1.
+#[test]
+fn a_wrong_wiring_is_remarked_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let exchanged: [(&str, fn(&mut Row)); 4] = [
+        ("segments-1-3", |row| {
+            row.quadrature_counts.swap(0, 2);
+            row.teeth.swap(0, 2);
+        }),
+        ("segments-1-2", |row| {
+            row.quadrature_counts.swap(0, 1);
+            row.teeth.swap(0, 1);
+        }),
+        ("sine-cosine", |row| {
+            let pair = row.quadrature_counts[0].as_mut().unwrap();
+            pair.swap(0, 1);
+        }),
+        ("sign", |row| {
+            let [_, cosine] = row.quadrature_counts[3].as_mut().unwrap();
+            *cosine = -*cosine;
+        }),
+    ];
+    let right = scatter(6.0);
+    for (name, exchange) in exchanged {
+        let mut samples = Samples::default();
+        for index in 0..right.samples.len() {
+            let mut row = right.samples.row(index);
+            exchange(&mut row);
+            samples.push(&row);
+        }
+        let wrong = Recording {
+            samples,
+            ..right.clone()
+        };
+        let path = folder.path().join(name);
+        wrong.write(&path, Existing::Refuse).unwrap();
+        let ran = courier(&["replay", path.to_str().unwrap(), "--json"]);
+        assert_eq!(ran.code, 1, "{name}: {}", ran.err);
+        assert!(
+            ran.err.contains("of the pitch") && ran.err.contains("exchanged"),
+            "{name}: {}",
+            ran.err
+        );
+        let told = common::json(&ran.out);
+        assert_eq!(told["remarks"][0]["channel"], "g_p", "{name}");
+    }
+}
+
 #[test]
 fn what_cannot_be_replayed_is_said_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
