@@ -227,9 +227,11 @@ mod tests {
             println!("{which}: {mean:.4e}, drawn over foretold variance {ratio:.2}");
             assert!((ratio - 1.0).abs() < chance, "{which}: {ratio}");
         }
-        // The speed's rms over the sweep, times the delay.
+        // The speed's rms about its mean over the motion, times the delay.
         let [delay, total] = all[0];
-        let lag_m = LATE_S * 6.5 * PITCH_M * (0.5_f64).sqrt();
+        let speed_m_s = |k: u32| 6.5 * PITCH_M * (1.3 * 2.0e-3 * f64::from(k)).sin();
+        let speeds: Vec<f64> = (0..1500).map(speed_m_s).collect();
+        let lag_m = LATE_S * crate::statistics::deviation(&speeds);
         assert!((delay.value.abs() / LATE_S - 1.0).abs() < 0.1, "{delay:?}");
         assert!(
             (total.value / lag_m - 1.0).abs() < 0.1,
