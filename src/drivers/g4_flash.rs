@@ -41,6 +41,14 @@ pub mod control {
     pub const LOCK: u32 = 1 << 31;
 }
 
+/// Bits of the access control register (ACR).
+pub mod access {
+    /// The data cache is on.
+    pub const DATA_CACHE: u32 = 1 << 10;
+    /// Empties the data cache; only while it is off.
+    pub const DATA_CACHE_RESET: u32 = 1 << 12;
+}
+
 /// Looks at the busy bit: a page's erase takes 25 ms at most (data sheet), some ten million looks.
 const PATIENCE: u32 = 50_000_000;
 
@@ -54,6 +62,10 @@ pub trait Controller {
     fn control(&mut self) -> u32;
     /// Writes the control register.
     fn set_control(&mut self, bits: u32);
+    /// The access control register.
+    fn access(&mut self) -> u32;
+    /// Writes the access control register.
+    fn set_access(&mut self, bits: u32);
     /// Writes the key register.
     fn key(&mut self, key: u32);
     /// Whether the supply is too low to write.
@@ -109,9 +121,25 @@ impl<C: Controller> Bank<C> {
         }
         // Error flags stay until they are taken back, and any of them refuses the next operation.
         self.controller.clear_status(status::ERRORS);
-        let result = work(self);
+        let result = self.without_data_cache(work);
         self.controller.clear_status(status::ERRORS);
         self.controller.set_control(control::LOCK);
+        result
+    }
+
+    /// Does `work` with the data cache off, and empties it before it is on again. While one bank is written a read of the other may
+    /// leave wrong data in the cache (erratum ES0430 2.2.2), and what it holds of the bank that is written is out of date.
+    fn without_data_cache(
+        &mut self,
+        work: impl FnOnce(&mut Self) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let access = self.controller.access();
+        let off = access & !access::DATA_CACHE;
+        self.controller.set_access(off);
+        let result = work(self);
+        self.controller.set_access(off | access::DATA_CACHE_RESET);
+        self.controller.set_access(off);
+        self.controller.set_access(access);
         result
     }
 

@@ -2,11 +2,11 @@
 
 use courier_sensor::calibration::record::Calibration;
 use courier_sensor::calibration::slots::{SlotError, Slots};
-use courier_sensor::drivers::g4_flash::{Bank, Controller, Error, KEYS, control, status};
+use courier_sensor::drivers::g4_flash::{Bank, Controller, Error, KEYS, access, control, status};
 use courier_sensor::geometry::Geometry;
 use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind, ReadNorFlash};
 use std::cell::RefCell;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 const PAGE: usize = 2048;
@@ -18,6 +18,9 @@ const BUSY_LOOKS: u32 = 3;
 struct Chip {
     memory: Vec<u8>,
     torn: BTreeSet<u32>,
+    /// What the data cache holds: double words as they were read.
+    cache: BTreeMap<u32, [u8; 8]>,
+    access: u32,
     control: u32,
     keys: Vec<u32>,
     status: u32,
@@ -35,6 +38,8 @@ impl Fake {
         Self(Rc::new(RefCell::new(Chip {
             memory: vec![0xFF; 2 * PAGE],
             torn: BTreeSet::new(),
+            cache: BTreeMap::new(),
+            access: OTHER_ACCESS | access::DATA_CACHE,
             control: control::LOCK,
             keys: vec![],
             status: 0,
@@ -57,6 +62,8 @@ impl Chip {
             "an operation began before the last ended"
         );
         assert_eq!(self.control & control::LOCK, 0, "the controller is locked");
+        let cache = self.access & access::DATA_CACHE;
+        assert_eq!(cache, 0, "erratum 2.2.2: the data cache is on");
         if self.status & status::ERRORS != 0 {
             self.status |= SEQUENCE_ERROR;
         } else if let Some(flag) = self.failures.pop() {
@@ -66,6 +73,16 @@ impl Chip {
             return true;
         }
         false
+    }
+
+    /// A byte as the processor reads it, through the cache if that is on.
+    fn byte(&mut self, offset: u32) -> u8 {
+        let (double_word, place) = (offset & !7, offset as usize % 8);
+        let fresh: [u8; 8] = self.memory[double_word as usize..][..8].try_into().unwrap();
+        if self.access & access::DATA_CACHE == 0 {
+            return fresh[place];
+        }
+        self.cache.entry(double_word).or_insert(fresh)[place]
     }
 
     fn erase(&mut self) {
@@ -80,7 +97,9 @@ impl Chip {
     }
 }
 
-/// PGSERR, PROGERR, OPTVERR.
+/// Wait states, prefetch, instruction cache.
+const OTHER_ACCESS: u32 = 4 | 1 << 8 | 1 << 9;
+/// PGSERR and PROGERR.
 const SEQUENCE_ERROR: u32 = 1 << 7;
 const PROGRAM_ERROR: u32 = 1 << 3;
 
@@ -111,6 +130,25 @@ impl Controller for Fake {
                 chip.erase();
                 chip.control &= !control::START;
             }
+        });
+    }
+
+    fn access(&mut self) -> u32 {
+        self.with(|chip| chip.access)
+    }
+
+    fn set_access(&mut self, bits: u32) {
+        self.with(|chip| {
+            assert_eq!(
+                bits & OTHER_ACCESS,
+                OTHER_ACCESS,
+                "wait states and the like"
+            );
+            if bits & access::DATA_CACHE_RESET != 0 {
+                assert_eq!(chip.access & access::DATA_CACHE, 0, "reset while on");
+                chip.cache.clear();
+            }
+            chip.access = bits & !access::DATA_CACHE_RESET;
         });
     }
 
@@ -146,7 +184,9 @@ impl Controller for Fake {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> bool {
         self.with(|chip| {
-            bytes.copy_from_slice(&chip.memory[offset as usize..][..bytes.len()]);
+            for (place, offset) in bytes.iter_mut().zip(offset..) {
+                *place = chip.byte(offset);
+            }
             let double_words = offset & !7..offset + bytes.len() as u32;
             chip.torn.range(double_words).next().is_some()
         })
@@ -228,4 +268,23 @@ fn flags_of_the_past_refuse_nothing_and_none_are_left() {
         slots.commit(&calibration(4), false).unwrap();
         assert_eq!(slots.load().unwrap().1, calibration(4), "{flag:#x}");
     }
+}
+
+#[test]
+fn the_data_cache_is_off_while_the_bank_is_written_and_holds_nothing_old_afterwards() {
+    let (fake, slots) = slots();
+    let mut bank = slots.release();
+    let mut bytes = [0; 8];
+    bank.read(8, &mut bytes).unwrap();
+    assert!(fake.with(|chip| chip.cache.contains_key(&8)));
+    // What was written is read, not what the cache held; wrong or right, the cache is on again.
+    bank.erase(0, 2048).unwrap();
+    bank.read(8, &mut bytes).unwrap();
+    assert_eq!(bytes, [0xFF; 8]);
+    bank.write(8, &[7; 8]).unwrap();
+    bank.read(8, &mut bytes).unwrap();
+    assert_eq!(bytes, [7; 8]);
+    bank.write(8, &[9; 8]).unwrap_err();
+    let on = OTHER_ACCESS | access::DATA_CACHE;
+    assert_eq!(fake.with(|chip| chip.access), on);
 }

@@ -7,7 +7,7 @@
 use crate::drivers::g4_flash::{Bank, Controller};
 use core::ptr::{read_volatile, write_volatile};
 use core::sync::atomic::{AtomicBool, Ordering::SeqCst};
-use stm32_metapac::flash::regs::{Cr, Sr};
+use stm32_metapac::flash::regs::{Acr, Cr, Sr};
 use stm32_metapac::{FLASH, PWR};
 
 /// Bank 2's first byte.
@@ -51,6 +51,14 @@ impl Controller for Registers {
 
     fn set_control(&mut self, bits: u32) {
         FLASH.cr().write_value(Cr(bits));
+    }
+
+    fn access(&mut self) -> u32 {
+        FLASH.acr().read().0
+    }
+
+    fn set_access(&mut self, bits: u32) {
+        FLASH.acr().write_value(Acr(bits));
     }
 
     fn key(&mut self, key: u32) {
