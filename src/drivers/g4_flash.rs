@@ -49,6 +49,23 @@ pub mod access {
     pub const DATA_CACHE_RESET: u32 = 1 << 12;
 }
 
+/// Bits of the check bits' register (ECCR).
+pub mod check_bits {
+    /// The double word lies in bank 2.
+    pub const BANK_2: u32 = 1 << 21;
+    /// It lies in the system memory.
+    pub const SYSTEM_MEMORY: u32 = 1 << 22;
+    /// Two bits or more of a double word were wrong; taken back by writing it.
+    pub const UNCORRECTED: u32 = 1 << 31;
+}
+
+/// Whether wrong check bits (`ecc`, the register's bits) are a torn slot's: in bank 2, met by somebody who reads a slot. Anywhere else they
+/// are code or constants that are no longer what was flashed, and nothing may go on with these.
+pub const fn is_torn_slot(ecc: u32, reading: bool) -> bool {
+    let place = check_bits::UNCORRECTED | check_bits::BANK_2 | check_bits::SYSTEM_MEMORY;
+    reading && ecc & place == check_bits::UNCORRECTED | check_bits::BANK_2
+}
+
 /// Looks at the busy bit: a page's erase takes 25 ms at most (data sheet), some ten million looks.
 const PATIENCE: u32 = 50_000_000;
 

@@ -2,7 +2,9 @@
 
 use courier_sensor::calibration::record::Calibration;
 use courier_sensor::calibration::slots::{SlotError, Slots};
-use courier_sensor::drivers::g4_flash::{Bank, Controller, Error, KEYS, access, control, status};
+use courier_sensor::drivers::g4_flash::{
+    Bank, Controller, Error, KEYS, access, check_bits, control, is_torn_slot, status,
+};
 use courier_sensor::geometry::Geometry;
 use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind, ReadNorFlash};
 use std::cell::RefCell;
@@ -287,4 +289,19 @@ fn the_data_cache_is_off_while_the_bank_is_written_and_holds_nothing_old_afterwa
     bank.write(8, &[9; 8]).unwrap_err();
     let on = OTHER_ACCESS | access::DATA_CACHE;
     assert_eq!(fake.with(|chip| chip.access), on);
+}
+
+#[test]
+fn wrong_check_bits_are_a_torn_slots_only_where_a_slot_is_read() {
+    let wrong = check_bits::UNCORRECTED;
+    let slot = wrong | check_bits::BANK_2 | 0x40;
+    assert!(is_torn_slot(slot, true));
+    assert!(!is_torn_slot(slot, false), "nobody reads a slot");
+    assert!(!is_torn_slot(wrong | 0x40, true), "bank 1: code");
+    let system = slot | check_bits::SYSTEM_MEMORY;
+    assert!(!is_torn_slot(system, true));
+    assert!(
+        !is_torn_slot(check_bits::BANK_2, true),
+        "corrected, or none"
+    );
 }

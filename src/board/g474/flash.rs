@@ -1,10 +1,10 @@
 //! The flash controller's registers and bank 2's memory, for the calibration's slots. What is done with them is
 //! [`crate::drivers::g4_flash`]'s.
 //!
-//! Wrong check bits raise the non-maskable interrupt, which notes them ([`isr_ecc`]).
+//! Wrong check bits raise the non-maskable interrupt, which notes those of a slot that is read ([`isr_ecc`]).
 #![allow(unsafe_code)] // the bank is memory
 
-use crate::drivers::g4_flash::{Bank, Controller};
+use crate::drivers::g4_flash::{Bank, Controller, is_torn_slot};
 use core::ptr::{read_volatile, write_volatile};
 use core::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use stm32_metapac::flash::regs::{Acr, Cr, Sr};
@@ -13,6 +13,8 @@ use stm32_metapac::{FLASH, PWR};
 /// Bank 2's first byte.
 const BASE: u32 = 0x0804_0000;
 
+/// Somebody reads the bank: wrong check bits are expected there, and nowhere else.
+static READING: AtomicBool = AtomicBool::new(false);
 static TORN: AtomicBool = AtomicBool::new(false);
 
 /// Bank 2.
@@ -26,14 +28,14 @@ pub fn take() -> Flash {
     Bank::new(Registers(()))
 }
 
-/// For the non-maskable interrupt: true if the flash's check bits were the cause, which is then taken back.
+/// For the non-maskable interrupt: true if a torn slot was the cause, which is noted and taken back.
 pub fn isr_ecc() -> bool {
-    let cause = FLASH.eccr().read().eccd();
-    if cause {
+    let torn = is_torn_slot(FLASH.eccr().read().0, READING.load(SeqCst));
+    if torn {
         FLASH.eccr().modify(|w| w.set_eccd(true));
         TORN.store(true, SeqCst);
     }
-    cause
+    torn
 }
 
 impl Controller for Registers {
@@ -80,10 +82,14 @@ impl Controller for Registers {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> bool {
         TORN.store(false, SeqCst);
+        READING.store(true, SeqCst);
         for (place, address) in bytes.iter_mut().zip(BASE + offset..) {
             // SAFETY: within the bank, as the bank has checked.
             *place = unsafe { read_volatile(address as *const u8) };
         }
+        // The last read has ended, and its interrupt has come, before anybody looks.
+        cortex_m::asm::dsb();
+        READING.store(false, SeqCst);
         TORN.load(SeqCst)
     }
 }

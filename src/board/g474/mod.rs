@@ -70,10 +70,13 @@ fn USART1() {
     }
 }
 
-/// The flash's check bits, or nothing that is known: then it is a fault like any other.
+/// A torn slot's check bits. Anything else is a fault like any other: check bits of the code, the memory's parity, the clock.
 #[exception]
 unsafe fn NonMaskableInt() {
-    assert!(flash::isr_ecc(), "non-maskable interrupt without a cause");
+    assert!(
+        flash::isr_ecc(),
+        "non-maskable interrupt: check bits of the code or memory's parity are wrong"
+    );
 }
 
 struct G474 {
