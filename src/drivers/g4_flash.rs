@@ -59,6 +59,19 @@ pub mod check_bits {
     pub const UNCORRECTED: u32 = 1 << 31;
 }
 
+/// Bits of the option bytes' register (OPTR).
+pub mod options {
+    /// Start from bank 2, which then is where bank 1 was.
+    pub const BOOT_BANK_2: u32 = 1 << 20;
+    /// Two banks. Without it pages are 4 KiB and counted from the flash's start: erasing "page 0" would take the vectors.
+    pub const DUAL_BANK: u32 = 1 << 22;
+}
+
+/// Whether the option bytes (`options`, the register's bits) lay the flash out as this file takes it.
+pub const fn is_laid_out(options: u32) -> bool {
+    options & (options::DUAL_BANK | options::BOOT_BANK_2) == options::DUAL_BANK
+}
+
 /// Whether wrong check bits (`ecc`, the register's bits) are a torn slot's: in bank 2, met by somebody who reads a slot. Anywhere else they
 /// are code or constants that are no longer what was flashed, and nothing may go on with these.
 pub const fn is_torn_slot(ecc: u32, reading: bool) -> bool {
@@ -83,6 +96,8 @@ pub trait Controller {
     fn access(&mut self) -> u32;
     /// Writes the access control register.
     fn set_access(&mut self, bits: u32);
+    /// The option bytes' register.
+    fn options(&mut self) -> u32;
     /// Writes the key register.
     fn key(&mut self, key: u32);
     /// Whether the supply is too low to write.
@@ -104,6 +119,8 @@ pub enum Error {
     Controller,
     /// The supply is too low to write.
     SupplyLow,
+    /// By the option bytes there are no two banks, or they have changed places ([`is_laid_out`]).
+    Layout,
 }
 
 impl NorFlashError for Error {
@@ -129,6 +146,9 @@ impl<C: Controller> Bank<C> {
 
     /// Unlocks the controller, runs `work`, locks it again.
     fn unlocked(&mut self, work: impl FnOnce(&mut Self) -> Result<(), Error>) -> Result<(), Error> {
+        if !is_laid_out(self.controller.options()) {
+            return Err(Error::Layout);
+        }
         if self.controller.supply_is_low() {
             return Err(Error::SupplyLow);
         }

@@ -3,7 +3,7 @@
 use courier_sensor::calibration::record::Calibration;
 use courier_sensor::calibration::slots::{SlotError, Slots};
 use courier_sensor::drivers::g4_flash::{
-    Bank, Controller, Error, KEYS, access, check_bits, control, is_torn_slot, status,
+    Bank, Controller, Error, KEYS, access, check_bits, control, is_torn_slot, options, status,
 };
 use courier_sensor::geometry::Geometry;
 use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind, ReadNorFlash};
@@ -27,6 +27,7 @@ struct Chip {
     keys: Vec<u32>,
     status: u32,
     busy_looks: u32,
+    options: u32,
     supply_is_low: bool,
     /// Flags that the next operations end with, one each.
     failures: Vec<u32>,
@@ -46,6 +47,7 @@ impl Fake {
             keys: vec![],
             status: 0,
             busy_looks: 0,
+            options: DELIVERED,
             supply_is_low: false,
             failures: vec![],
         })))
@@ -99,6 +101,8 @@ impl Chip {
     }
 }
 
+/// Option bytes as the chip is delivered: two banks (factory value of OPTR).
+const DELIVERED: u32 = 0xFFEF_F8AA;
 /// Wait states, prefetch, instruction cache.
 const OTHER_ACCESS: u32 = 4 | 1 << 8 | 1 << 9;
 /// PGSERR and PROGERR.
@@ -152,6 +156,10 @@ impl Controller for Fake {
             }
             chip.access = bits & !access::DATA_CACHE_RESET;
         });
+    }
+
+    fn options(&mut self) -> u32 {
+        self.with(|chip| chip.options)
     }
 
     fn key(&mut self, key: u32) {
@@ -304,4 +312,25 @@ fn wrong_check_bits_are_a_torn_slots_only_where_a_slot_is_read() {
         !is_torn_slot(check_bits::BANK_2, true),
         "corrected, or none"
     );
+}
+
+#[test]
+fn a_flash_that_is_laid_out_otherwise_is_read_and_never_written() {
+    for wrong in [
+        DELIVERED & !options::DUAL_BANK,
+        DELIVERED | options::BOOT_BANK_2,
+        0,
+    ] {
+        let (fake, mut slots) = slots();
+        fake.with(|chip| {
+            chip.options = wrong;
+            chip.keys.clear();
+        });
+        slots.commit(&calibration(3), false).unwrap_err();
+        assert_eq!(slots.load().unwrap().1, calibration(2));
+        let mut bank = slots.release();
+        assert_eq!(bank.erase(0, 2048), Err(Error::Layout));
+        assert_eq!(bank.write(0, &[0; 8]), Err(Error::Layout));
+        assert!(fake.with(|chip| chip.keys.is_empty()), "not even unlocked");
+    }
 }

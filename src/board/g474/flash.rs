@@ -4,7 +4,7 @@
 //! Wrong check bits raise the non-maskable interrupt, which notes those of a slot that is read ([`isr_ecc`]).
 #![allow(unsafe_code)] // the bank is memory
 
-use crate::drivers::g4_flash::{Bank, Controller, is_torn_slot};
+use crate::drivers::g4_flash::{Bank, Controller, is_laid_out, is_torn_slot};
 use core::ptr::{read_volatile, write_volatile};
 use core::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use stm32_metapac::flash::regs::{Acr, Cr, Sr};
@@ -23,8 +23,15 @@ pub type Flash = Bank<Registers>;
 /// The controller. There is one.
 pub struct Registers(());
 
-/// Gives out the bank. To be called once.
+/// Gives out the bank; says so in the log if nothing can be stored there. To be called once.
 pub fn take() -> Flash {
+    let options = FLASH.optr().read().0;
+    if !is_laid_out(options) {
+        defmt::error!(
+            "option bytes {=u32:#x}: nothing will be stored, wanted DBANK=1 BFB2=0",
+            options
+        );
+    }
     Bank::new(Registers(()))
 }
 
@@ -61,6 +68,10 @@ impl Controller for Registers {
 
     fn set_access(&mut self, bits: u32) {
         FLASH.acr().write_value(Acr(bits));
+    }
+
+    fn options(&mut self) -> u32 {
+        FLASH.optr().read().0
     }
 
     fn key(&mut self, key: u32) {
