@@ -31,10 +31,8 @@ pub fn start() {
     RCC.cr().modify(|w| w.set_pllon(true));
     while !RCC.cr().read().pllrdy() {}
     // Above 80 MHz the bus clock goes over half its speed for 1 us.
-    RCC.cfgr().modify(|w| {
-        w.set_hpre(Hpre::DIV2);
-        w.set_sw(Sw::PLL1_R);
-    });
+    RCC.cfgr().modify(|w| w.set_hpre(Hpre::DIV2));
+    RCC.cfgr().modify(|w| w.set_sw(Sw::PLL1_R));
     while RCC.cfgr().read().sws() != Sw::PLL1_R {}
     cortex_m::asm::delay(CLOCK_HZ / 1_000_000);
     RCC.cfgr().modify(|w| w.set_hpre(Hpre::DIV1));
