@@ -48,6 +48,8 @@ pub fn start() {
     for pin in [CONVST, RESET, LED] {
         pin.mode(Moder::OUTPUT);
     }
+    // The timer drives CONVST only once its channel is on: until then the pin floats.
+    CONVST.pull(Pupdr::PULL_DOWN);
     // A line that is not driven reads as not busy, so that its interrupt never comes and the silence is noticed.
     BUSY.pull(Pupdr::PULL_DOWN);
     BUSY.mode(Moder::INPUT);
