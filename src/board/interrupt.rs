@@ -2,6 +2,7 @@
 #![allow(unsafe_code)] // sharing with an interrupt that nothing else is allowed to run in
 
 use core::cell::UnsafeCell;
+use core::sync::atomic::{Ordering::SeqCst, compiler_fence};
 
 /// Priority of the sampling interrupt: the highest there is.
 pub const SAMPLING: u8 = 0x00;
@@ -27,6 +28,8 @@ impl<T> Owned<T> {
     pub unsafe fn put(&self, value: T) {
         // SAFETY: the caller's promise: nobody else looks.
         unsafe { *self.0.get() = Some(value) };
+        // Before whatever enables the interrupt: that is a volatile write, which alone would keep no other in its place.
+        compiler_fence(SeqCst);
     }
 
     /// The interrupt's access; none before [`Owned::put`].
