@@ -23,6 +23,33 @@ impl spi::Error for Timeout {
 /// Switches the peripheral on: mode 2, 8 bits, 170 MHz / 8.
 pub fn start() {
     RCC.apb2enr().modify(|w| w.set_spi1en(true));
+    configure();
+}
+
+/// Resets the peripheral and sets it again: after a transfer that did not end nothing is known of its state.
+#[cold]
+#[inline(never)]
+fn set_anew() {
+    RCC.apb2rstr().modify(|w| w.set_spi1rst(true));
+    RCC.apb2rstr().modify(|w| w.set_spi1rst(false));
+    configure();
+}
+
+/// Bytes that the receiver holds at most.
+const RECEIVER_BYTES: u32 = 4;
+
+/// Empties the receiver: a byte that was left there would shift every transfer that follows.
+#[inline(always)]
+fn drain() {
+    for _ in 0..RECEIVER_BYTES {
+        if !SPI1.sr().read().rxne() {
+            return;
+        }
+        let _ = SPI1.dr8().read();
+    }
+}
+
+fn configure() {
     SPI1.cr2().write(|w| {
         w.set_ds(Ds::BITS8);
         w.set_frxth(Frxth::QUARTER);
@@ -59,9 +86,13 @@ impl spi::ErrorType for Device {
 impl SpiDevice for Device {
     #[inline]
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Timeout> {
+        drain();
         self.select.level(false);
         let result = operations.iter_mut().try_for_each(run);
         self.select.level(true);
+        if result.is_err() {
+            set_anew();
+        }
         result
     }
 }
