@@ -11,8 +11,8 @@ use stm32_metapac::{ADC1, ADC12_COMMON, DBGMCU, IWDG, PWR, RCC, UID};
 
 /// Watchdog's clock over its prescaler: 32 kHz / 32, so a tick is 1 ms.
 const WATCHDOG_TICKS: u16 = crate::board::main_loop::WATCHDOG_MS as u16;
-/// Supply detector's level 5: 2.9 V falling (data sheet), above the 2.8 V that brown-out reset level 4 needs.
-const SUPPLY_LEVEL: u8 = 5;
+/// Supply detector's level 6: 2.9 V falling (data sheet DS12288), above the 2.8 V at which brown-out reset level 4 acts.
+const SUPPLY_LEVEL: u8 = 6;
 /// Temperature sensor's channel of ADC1.
 const SENSOR_CHANNEL: u8 = 16;
 /// Factory readings at 30 and 110 °C, taken at 3.0 V (data sheet DS12288).
