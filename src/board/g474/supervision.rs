@@ -4,7 +4,7 @@
 use crate::device::Device;
 use crate::link::message::ResetCause;
 use core::ptr::read_volatile;
-use stm32_metapac::adc::vals::SampleTime;
+use stm32_metapac::adc::vals::{Ovrmod, SampleTime};
 use stm32_metapac::adccommon::vals::Ckmode;
 use stm32_metapac::iwdg::vals::{Key, Pr};
 use stm32_metapac::{ADC1, ADC12_COMMON, DBGMCU, IWDG, PWR, RCC, UID};
@@ -79,7 +79,14 @@ pub fn start_thermometer() {
     cortex_m::asm::delay(64);
     ADC1.smpr2()
         .modify(|w| w.set_smp(usize::from(SENSOR_CHANNEL) - 10, SampleTime::CYCLES640_5));
-    ADC1.sqr1().write(|w| w.set_sq(0, SENSOR_CHANNEL));
+    // Two conversions at each start, of which the second is kept: one that comes more than 1 ms after the one before may be wrong
+    // (erratum ES0430 2.7.7), and here they are 100 ms apart.
+    ADC1.cfgr().modify(|w| w.set_ovrmod(Ovrmod::OVERWRITE));
+    ADC1.sqr1().write(|w| {
+        w.set_l(1);
+        w.set_sq(0, SENSOR_CHANNEL);
+        w.set_sq(1, SENSOR_CHANNEL);
+    });
     ADC1.cr().modify(|w| w.set_aden(true));
     for _ in 0..1_000_000 {
         if ADC1.isr().read().adrdy() {
@@ -89,11 +96,12 @@ pub fn start_thermometer() {
     ADC1.cr().modify(|w| w.set_adstart(true));
 }
 
-/// Temperature by the last conversion, and starts the next; none while one is under way.
+/// Temperature by the last pair of conversions, and starts the next; none while one is under way.
 pub fn temperature_c() -> Option<f32> {
-    if !ADC1.isr().read().eoc() {
+    if !ADC1.isr().read().eos() {
         return None;
     }
+    ADC1.isr().write(|w| w.set_eos(true));
     let reading = f32::from(ADC1.dr().read().rdata()) * (SUPPLY_V / CALIBRATION_V);
     ADC1.cr().modify(|w| w.set_adstart(true));
     // SAFETY: readable addresses of the system memory.
