@@ -141,6 +141,8 @@ type Halves = (
 #[inline(never)]
 fn set_up() -> Halves {
     guard::start();
+    // First of all, so that nothing that follows can wait for ever: from here to the main loop are some milliseconds.
+    supervision::start_watchdog();
     clocks::start();
     pins::start();
     let rings = rtt::start();
@@ -172,7 +174,6 @@ fn set_up() -> Halves {
         background,
         console,
     } = start::connect(place, parts, rings, "g474", supervision::device(), report);
-    supervision::start_watchdog();
     // SAFETY: the interrupts are enabled afterwards.
     unsafe {
         SAMPLING.put((converter, sampler, sampling::FIRST.wrapping_sub(1)));
