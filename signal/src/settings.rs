@@ -68,7 +68,7 @@ pub struct Limits {
     pub parity_turns: f32,
     /// Every segment is watched for a quarter of this many samples, one after the other; if one of its channels does not
     /// change at all in that time the converter is frozen. A power of two, 0: never. With 0.3 counts rms of noise the
-    /// odds of 256 equal samples in a row are below 1e-20; a simulation without noise must switch it off.
+    /// odds of 256 equal samples in a row are at most 7e-12 (0.904 each, about the middle of a count); a simulation without noise must switch it off.
     pub frozen_samples: u16,
     /// Electrodes.
     pub beacon: BeaconLimits,
