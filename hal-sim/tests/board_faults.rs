@@ -5,7 +5,7 @@ mod bench;
 
 use bench::{Bench, marked, short, world};
 use courier_sensor::calibration::Refusal as SessionRefusal;
-use courier_sensor::drivers::motion::FaultCode;
+use courier_sensor::drivers::motion::{FaultCode, Target};
 use courier_sensor::frame::Status;
 use courier_sensor::link::framing::Decoder;
 use courier_sensor::link::message::{Action, InForce, Refusal, Reply, SlotContent, SlotRefusal};
@@ -402,4 +402,26 @@ fn a_restart_under_stream_and_session_starts_from_what_is_stored() {
         drain(&bench, &mut Decoder::new()).is_empty(),
         "no stream until it is asked for"
     );
+}
+
+#[test]
+fn a_restart_in_the_middle_of_a_motion_stops_the_courier() {
+    let (mut bench, flash, _) = stored(10);
+    let far = Action::GoTo {
+        target: Target {
+            x_m: 0.3,
+            ..Target::default()
+        },
+        speed_m_per_s: 0.2,
+    };
+    assert_eq!(bench.ask(far), Reply::Done);
+    bench.run(10_000);
+    let world = bench.board.stop();
+    let mut bench = Bench::start(world, flash);
+    bench.run(20_000);
+    let stopped = bench.board.world.truth().pose.x_m;
+    assert!((0.01..0.25).contains(&stopped), "{stopped}");
+    bench.run(2000);
+    let later = bench.board.world.truth().pose.x_m;
+    assert!((later - stopped).abs() < 1.0e-6, "{stopped} {later}");
 }

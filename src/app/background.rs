@@ -108,8 +108,11 @@ where
 
     /// Starts from what is stored: the newest valid record comes in force; without one frames say
     /// [`Status::UNCALIBRATED`] and [`Keeper::boot`] why.
+    ///
+    /// The motion controller is told to stop: what was under way before a restart is nobody's any more.
     pub fn start(&mut self) {
         self.keeper.start();
+        self.guide.halt();
     }
 
     /// One turn of the main loop. `watch` sees every frame that comes up the queue. Returns how many did.

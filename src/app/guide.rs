@@ -79,9 +79,9 @@ impl<S: Read + ReadReady + Write + WriteReady> Guide<S> {
         self.begin(Errand::Halt);
     }
 
-    /// Whether an errand is under way.
+    /// Whether the courier is on its way somewhere. Coming to rest is not: a board without a controller would be at it for ever.
     pub fn is_busy(&self) -> bool {
-        self.errand != Errand::Idle
+        !matches!(self.errand, Errand::Idle | Errand::Halt)
     }
 
     /// What the line has brought so far.
