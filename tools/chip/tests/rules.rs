@@ -141,7 +141,7 @@ fn adc(chip: &mut Chip) {
 
 fn convert(chip: &mut Chip) {
     set(chip, at!(ADC1.cr()), 1 << 2);
-    wait_us(chip, 30);
+    wait_us(chip, 50);
     let _ = chip.read(at!(ADC1.dr()), 4);
 }
 
@@ -398,6 +398,21 @@ fn two_readings_in_a_row_are_fresh() {
     for _ in 0..3 {
         chip.write(at!(IWDG.kr()), 4, 0xAAAA);
         convert(&mut chip);
+        convert(&mut chip);
+        wait_us(&mut chip, 100_000);
+    }
+    assert_kept(&chip);
+}
+
+#[test]
+fn the_second_of_a_sequence_is_fresh() {
+    let mut chip = chip(Start::default());
+    adc(&mut chip);
+    // Overwriting; two conversions of channel 16.
+    set(&mut chip, at!(ADC1.cfgr()), 1 << 12);
+    chip.write(at!(ADC1.sqr1()), 4, 16 << 12 | 16 << 6 | 1);
+    for _ in 0..3 {
+        chip.write(at!(IWDG.kr()), 4, 0xAAAA);
         convert(&mut chip);
         wait_us(&mut chip, 100_000);
     }

@@ -4,7 +4,8 @@ use super::{Access, Peripheral, Words};
 use crate::registers::Register;
 use crate::rule::Rule;
 use crate::time::{NEVER, Ticks, from_us};
-use stm32_metapac::adc::regs::{Cr, Isr, Smpr2, Sqr1};
+use stm32_metapac::adc::regs::{Cfgr, Cr, Isr, Smpr2, Sqr1};
+use stm32_metapac::adc::vals::Ovrmod;
 use stm32_metapac::adccommon::regs::Ccr;
 use stm32_metapac::adccommon::vals::Ckmode;
 
@@ -27,6 +28,7 @@ const CONVERSION_HALVES: u64 = 25;
 
 const ISR: u32 = 0x00;
 const CR: u32 = 0x08;
+const CFGR: u32 = 0x0C;
 const SMPR2: u32 = 0x18;
 const SQR1: u32 = 0x30;
 
@@ -42,7 +44,11 @@ pub struct Adc {
     /// End of the conversion before, and how long after it the last one began.
     ended_at: Option<Ticks>,
     gap: Ticks,
+    /// Conversions of the running sequence that are still to come after this one.
+    left: u8,
     data: u32,
+    /// How long after the conversion before that of the reading began.
+    data_gap: Ticks,
     /// A reading of a conversion that began too late was taken.
     stale: bool,
     /// Temperature of the chip, degrees Celsius.
@@ -63,7 +69,9 @@ impl Adc {
             converts_until: NEVER,
             ended_at: None,
             gap: NEVER,
+            left: 0,
             data: 0,
+            data_gap: NEVER,
             stale: false,
             temperature_c: 25.0,
             common: Ccr(0),
@@ -129,21 +137,53 @@ impl Adc {
             access.broken(Rule::AdcSequence, "ADC1: started before it is ready");
         }
         let sequence = Sqr1(self.words.at(SQR1));
-        if sequence.l() != 0 || sequence.sq(0) != SENSOR || !self.common.vsenseen() {
+        // The register of the first four has all that a sequence of the sensor alone needs.
+        let first_four = sequence.l() < 4;
+        let others = (0..4).any(|k| k <= sequence.l() && sequence.sq(usize::from(k)) != SENSOR);
+        if !first_four || others || !self.common.vsenseen() {
             access.broken(
                 Rule::Unmodelled,
-                "ADC1: the model knows the temperature sensor alone",
+                "ADC1: the model knows up to four conversions of the temperature sensor",
             );
         }
+        self.left = sequence.l();
         self.gap = self.ended_at.map_or(NEVER, |end| access.now - end);
         if self.gap > FRESH && self.stale {
             let detail = "ADC1: a reading begun more than 1 ms after the one before is used";
             access.broken(Rule::AdcStale, detail);
         }
         self.stale = false;
+        self.converts_until = access.now + self.duration(access);
+    }
+
+    fn duration(&self, access: &Access) -> Ticks {
         let sampling = Smpr2(self.words.at(SMPR2)).smp(usize::from(SENSOR) - 10);
         let halves = SAMPLING_HALVES[usize::from(sampling.to_bits()) & 7] + CONVERSION_HALVES;
-        self.converts_until = access.now + halves * self.cycle(access) / 2;
+        halves * self.cycle(access) / 2
+    }
+
+    /// A conversion has ended; the next of its sequence begins at once.
+    fn convert(&mut self, access: &Access) -> bool {
+        let mut isr = Isr(self.words.at(ISR));
+        let overwrites = Cfgr(self.words.at(CFGR)).ovrmod() == Ovrmod::OVERWRITE;
+        if !isr.eoc() || overwrites {
+            self.data = self.reading();
+            self.data_gap = self.gap;
+        }
+        isr.set_ovr(isr.ovr() || isr.eoc() && !overwrites);
+        isr.set_eoc(true);
+        self.ended_at = Some(access.now);
+        let last = self.left == 0;
+        if last {
+            isr.set_eos(true);
+            self.converts_until = NEVER;
+        } else {
+            self.left -= 1;
+            self.gap = 0;
+            self.converts_until = access.now + self.duration(access);
+        }
+        self.words.put(ISR, isr.0);
+        last
     }
 
     fn reading(&self) -> u32 {
@@ -169,7 +209,7 @@ impl Peripheral for Adc {
             }
             isr.set_eoc(false);
             self.words.put(ISR, isr.0);
-            self.stale = self.gap > FRESH;
+            self.stale = self.data_gap > FRESH;
         }
         self.peek(register)
     }
@@ -203,16 +243,11 @@ impl Peripheral for Adc {
             self.ready_at = NEVER;
             isr.set_adrdy(true);
         }
-        if access.now >= self.converts_until {
-            self.converts_until = NEVER;
-            self.ended_at = Some(access.now);
-            self.data = self.reading();
+        self.words.put(ISR, isr.0);
+        if access.now >= self.converts_until && self.convert(access) {
             cr.set_adstart(false);
-            isr.set_eoc(true);
-            isr.set_eos(true);
         }
         self.words.put(CR, cr.0);
-        self.words.put(ISR, isr.0);
     }
 }
 

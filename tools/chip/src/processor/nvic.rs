@@ -129,6 +129,13 @@ impl Nvic {
         self.subpriority = ((2u32 << group) - 1) as u8;
     }
 
+    /// AIRCR.PRIGROUP.
+    pub fn group(&self) -> u32 {
+        u32::from(self.subpriority)
+            .trailing_ones()
+            .saturating_sub(1)
+    }
+
     fn level(&self, exception: u16) -> i16 {
         match exception {
             number::NMI => -2,

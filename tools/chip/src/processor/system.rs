@@ -128,6 +128,7 @@ impl System {
             0xED00 => CPUID,
             0xED04 => self.icsr(),
             0xED08 => self.vtor,
+            0xED0C => 0xFA05_0000 | self.nvic.group() << 8,
             0xED28 => self.cfsr,
             0xED2C => self.hfsr,
             0xED34 | 0xED38 => self.fault_address,
