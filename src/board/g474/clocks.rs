@@ -7,11 +7,15 @@ use stm32_metapac::{FLASH, PWR, RCC};
 /// Frequency of processor, buses and timers.
 pub const CLOCK_HZ: u32 = 170_000_000;
 
+/// PWR_CR5.R1MODE: zero boosts voltage range 1, which more than 150 MHz need (RM0440, 6.4.21; ST's stm32g474xx.h). stm32-metapac
+/// 21 has this bit at place 0.
+const R1MODE: u32 = 1 << 8;
+
 /// Switches the clock over. To be called once, first of all.
 pub fn start() {
     RCC.apb1enr1().modify(|w| w.set_pwren(true));
     RCC.apb2enr().modify(|w| w.set_syscfgen(true));
-    PWR.cr5().modify(|w| w.set_r1mode(false));
+    PWR.cr5().modify(|w| w.0 &= !R1MODE);
     FLASH.acr().modify(|w| {
         w.set_latency(Latency::WS4);
         w.set_prften(true);

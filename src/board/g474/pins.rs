@@ -48,6 +48,8 @@ pub fn start() {
     for pin in [CONVST, RESET, LED] {
         pin.mode(Moder::OUTPUT);
     }
+    // Its edges start conversions from the self-test on.
+    CONVST.fast();
     // The timer drives CONVST only once its channel is on: until then the pin floats.
     CONVST.pull(Pupdr::PULL_DOWN);
     // A line that is not driven reads as not busy, so that its interrupt never comes and the silence is noticed.
@@ -79,10 +81,14 @@ impl Pin {
     fn alternate(self, function: u8) {
         let (half, place) = (self.number / 8, self.number % 8);
         self.port.afr(half).modify(|w| w.set_afr(place, function));
+        self.fast();
+        self.mode(Moder::ALTERNATE);
+    }
+
+    fn fast(self) {
         self.port
             .ospeedr()
             .modify(|w| w.set_ospeedr(self.number, Ospeedr::HIGH_SPEED));
-        self.mode(Moder::ALTERNATE);
     }
 
     /// Sets an output.

@@ -30,6 +30,8 @@ const DEVICE_SETUP_US: u32 = 300;
 const SELF_TEST_RATIO: Oversampling = Oversampling::X16;
 /// BUSY rises within 25 ns of CONVST (data sheet, t_D_CNV_BSY); polls that the self-test gives it.
 const RISE_POLLS: u32 = 16;
+/// CONVST stays high so long in the self-test: the data sheet asks for 10 ns, and a pin's slow edges take 25 ns.
+const CONVST_PULSE_US: u32 = 1;
 
 /// What can go wrong with the pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -144,11 +146,20 @@ where
     }
 
     /// Resets both chips, sets everything and reads it back, tries one conversion, and leaves them ready. About 0.6 ms.
-    /// To be called again after a fault: a chip that lost its supply forgets its settings.
+    /// To be called again after a fault: a chip that lost its supply forgets its settings. After an error the readings that
+    /// follow reset and set the chips first: some of their settings are the self-test's.
     ///
     /// # Errors
     /// The first thing found wrong.
     pub fn initialise(&mut self, delay: &mut impl DelayNs) -> Result<(), ConverterError> {
+        let result = self.set_up(delay);
+        if let Err(error) = result {
+            self.revival = Revival::from_reset(error);
+        }
+        result
+    }
+
+    fn set_up(&mut self, delay: &mut impl DelayNs) -> Result<(), ConverterError> {
         self.convst.set_low().map_err(pin)?;
         self.reset.set_high().map_err(pin)?;
         delay.delay_us(RESET_PULSE_US);
@@ -164,7 +175,7 @@ where
         let settings = [slow(0), slow(1)];
         self.quadrature.configure(&settings[0]).map_err(chip(0))?;
         self.electrodes.configure(&settings[1]).map_err(chip(1))?;
-        self.self_test()?;
+        self.self_test(delay)?;
         self.quadrature
             .set_oversampling(self.settings.oversampling)
             .map_err(chip(0))?;
@@ -293,13 +304,22 @@ where
 
     /// One slow conversion: BUSY must rise and fall, and both frames must hold. The first frame after register mode is thrown away:
     /// users saw a word of zeros lead it (EngineerZone, question 575145).
-    fn self_test(&mut self) -> Result<(), ConverterError> {
+    fn self_test(&mut self, delay: &mut impl DelayNs) -> Result<(), ConverterError> {
         self.enter_conversion_mode()?;
-        self.start()?;
+        self.pulse(delay)?;
         self.wait_busy()?;
         self.wait_idle()?;
         let _ = self.read(&mut Counts::default());
-        self.convert(&mut Counts::default())
+        self.pulse(delay)?;
+        self.wait_idle()?;
+        self.read(&mut Counts::default())
+    }
+
+    /// [`Converter::start`] with a pulse that the slowest pin can make.
+    fn pulse(&mut self, delay: &mut impl DelayNs) -> Result<(), ConverterError> {
+        self.convst.set_high().map_err(pin)?;
+        delay.delay_us(CONVST_PULSE_US);
+        self.convst.set_low().map_err(pin)
     }
 
     fn wait_busy(&mut self) -> Result<(), ConverterError> {

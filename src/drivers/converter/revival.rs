@@ -52,6 +52,14 @@ impl Revival {
         }
     }
 
+    /// Set-up failed: the chips are reset and set at the readings that come.
+    pub const fn from_reset(error: ConverterError) -> Self {
+        Self {
+            stage: Stage::Reset { high: true },
+            error,
+        }
+    }
+
     /// Whether readings are tried.
     pub const fn in_service(&self) -> bool {
         matches!(self.stage, Stage::Service { .. })
