@@ -1,7 +1,7 @@
 //! The blocks of commands that the test does not run, each with its reason.
 
 use crate::page::Page;
-use crate::run::{holds_commands, is_left_out};
+use crate::run::{holds_commands, is_left_out, is_run};
 
 /// Page, first line of the block, why it is not run. Each stands for one block after ```` ```console not-run ```` or
 /// ```` ```sh not-run ````.
@@ -60,8 +60,8 @@ pub fn unlisted(pages: &[Page]) -> Vec<String> {
                 }
                 (true, None) => wrong.push(format!("{at} is not run, and no reason is listed")),
                 (false, Some(_)) => wrong.push(format!("{at} is listed as not run, and is")),
-                (false, None) if block.info.is_empty() => {
-                    wrong.push(format!("{at}: commands without a word after the fence"));
+                (false, None) if !is_run(block) => {
+                    wrong.push(format!("{at}: commands in a block that is not run"));
                 }
                 (false, None) => {}
             }

@@ -47,6 +47,11 @@ pub fn is_left_out(block: &Block) -> bool {
     block.info.split_whitespace().any(|word| word == "not-run")
 }
 
+/// Whether a block's commands are run.
+pub fn is_run(block: &Block) -> bool {
+    kind(block).is_some() && !is_left_out(block)
+}
+
 /// Whether a block holds commands, whatever stands after its fence.
 pub fn holds_commands(page: &Page, block: &Block) -> bool {
     kind(block).is_some()
@@ -190,7 +195,7 @@ pub fn compare(root: &Path, courier: &Path, page: &Page) -> Compared {
     let blocks: Vec<&Block> = page
         .blocks
         .iter()
-        .filter(|block| kind(block).is_some() && !is_left_out(block))
+        .filter(|block| is_run(block))
         .collect();
     let by_block: Vec<Vec<Step>> = blocks.iter().map(|block| steps(page, block)).collect();
     let all: Vec<Step> = by_block.into_iter().flatten().collect();
