@@ -6,25 +6,6 @@ use clap::error::ErrorKind;
 use courier::cli::Cli;
 use std::path::Path;
 
-/// What other work of these days brings: to be taken out with it.
-const TO_COME: &[&str] = &[
-    "docs/report.png",
-    ".github/workflows/release.yml",
-    "your-sensor.md",
-    "recording.md",
-    "CITATION.cff",
-    "CONTRIBUTING.md",
-    "CHANGELOG.md",
-    "LICENSE-APACHE",
-    "LICENSE-MIT",
-    "convert",
-    "examples/",
-];
-
-fn is_to_come(name: &str) -> bool {
-    TO_COME.iter().any(|end| name.ends_with(end))
-}
-
 /// Relative links to files that are not there, or to headings that a page does not have.
 pub fn broken_links(root: &Path, pages: &[Page]) -> Vec<String> {
     let mut wrong = vec![];
@@ -36,9 +17,6 @@ pub fn broken_links(root: &Path, pages: &[Page]) -> Vec<String> {
             } else {
                 root.join(&page.name).parent().unwrap().join(file)
             };
-            if !target.exists() && is_to_come(file) {
-                continue;
-            }
             if !target.exists() {
                 wrong.push(format!("{}: the link {link} leads nowhere", page.name));
             } else if !anchor.is_empty() && !anchors(pages, root, &target).any(|it| it == anchor) {
@@ -90,7 +68,7 @@ pub fn missing_files(root: &Path, pages: &[Page]) -> Vec<String> {
                 file.strip_suffix(end)
                     .is_some_and(|before| before.is_empty() || before.ends_with('/'))
             });
-            if !is_there && !is_to_come(word) {
+            if !is_there {
                 wrong.push(format!("{}: `{word}` is not there", page.name));
             }
         }
@@ -159,9 +137,6 @@ pub fn strange_commands(root: &Path, pages: &[Page]) -> Vec<String> {
             let told = Cli::command()
                 .allow_negative_numbers(true)
                 .try_get_matches_from(&words);
-            if words.get(1).is_some_and(|name| is_to_come(name)) {
-                continue;
-            }
             if let Err(error) = told
                 && matches!(
                     error.kind(),
