@@ -39,6 +39,16 @@ const NOT_RUN: &[(&str, &str, &str)] = &[
     ),
     (
         "docs/your-board.md",
+        "STM32_Programmer_CLI -c port=SWD -ob DBANK=1 BFB2=0",
+        "needs a board on a probe, and ST's tool",
+    ),
+    (
+        "docs/your-board.md",
+        "STM32_Programmer_CLI -c port=SWD -ob nSWBOOT0=0 nBOOT0=1",
+        "needs a board on a probe, and ST's tool",
+    ),
+    (
+        "docs/your-board.md",
         "cargo flash",
         "needs a board on a probe",
     ),

@@ -192,11 +192,7 @@ pub struct Compared {
 
 /// Runs every block of a page that is to be run and compares what comes with what the page says.
 pub fn compare(root: &Path, courier: &Path, page: &Page) -> Compared {
-    let blocks: Vec<&Block> = page
-        .blocks
-        .iter()
-        .filter(|block| is_run(block))
-        .collect();
+    let blocks: Vec<&Block> = page.blocks.iter().filter(|block| is_run(block)).collect();
     let by_block: Vec<Vec<Step>> = blocks.iter().map(|block| steps(page, block)).collect();
     let all: Vec<Step> = by_block.into_iter().flatten().collect();
     let mut compared = Compared {
