@@ -4,12 +4,13 @@
 const PIECES: usize = 5;
 /// A piece ends once the segment has come this far, pitches: its own error is some percent of a pitch.
 const PIECE_PITCHES: f64 = 1.0;
-/// Where the whole way is shorter, in this many pieces.
-const OF_A_SHORT_WAY: f64 = 8.0;
+/// A way that is shorter than this, pitches, tells no ratio.
+const HARDLY: f64 = 0.1;
 /// A piece with a step of more than this share of a pitch may be counted wrongly.
 const SURE_STEP: f64 = 0.3;
 
-/// Travel of the segment over that of the reference, signed; the median over pieces of about a pitch. Both are paths in pitches, NaN
+/// Travel of the segment over that of the reference, signed; the median over pieces of a pitch. Of a way of few pitches it is
+/// the slope over all of it, since within a pitch the sensor's own error changes the ratio by tens of percent. Both are paths in pitches, NaN
 /// where not measured. None where they hardly move.
 #[must_use]
 pub fn ratio(own: &[f64], reference: &[f64]) -> Option<f64> {
@@ -24,14 +25,13 @@ pub fn ratio(own: &[f64], reference: &[f64]) -> Option<f64> {
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (a, _)| {
             (low.min(*a), high.max(*a))
         });
-    let length = PIECE_PITCHES.min((highest - lowest) / OF_A_SHORT_WAY);
-    if !(length > 0.0) {
+    if !(highest - lowest > HARDLY) {
         return None;
     }
-    let (sure, unsure) = pieces(&both, length);
-    let mut ratios = if sure.len() >= PIECES { sure } else { unsure };
+    let (sure, all) = pieces(&both, PIECE_PITCHES);
+    let mut ratios = if sure.len() >= PIECES { sure } else { all };
     if ratios.len() < PIECES {
-        return None;
+        return slope(own, reference).map(|(slope, _)| slope);
     }
     ratios.sort_by(f64::total_cmp);
     Some(ratios[ratios.len() / 2])
@@ -123,6 +123,15 @@ mod tests {
         let other: Vec<f64> = (0..4000).map(|k| (0.05 * f64::from(k)).cos()).collect();
         let (_, distance) = slope(&own, &other).unwrap();
         assert!(distance > 3.0, "{distance}");
+        // One pitch there and back, with an error that changes the local ratio by half.
+        let short: Vec<f64> = (0..400)
+            .map(|k| 0.5 * (0.03 * f64::from(k)).sin())
+            .collect();
+        let read = short
+            .iter()
+            .map(|place| place + 0.02 * (25.1 * place).sin());
+        let found = ratio(&read.collect::<Vec<_>>(), &short).unwrap();
+        assert!((found - 1.0).abs() < 0.1, "{found}");
         assert_eq!(ratio(&[1.0; 50], &[1.0; 50]), None);
     }
 }

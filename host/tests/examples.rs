@@ -21,7 +21,8 @@ fn from_a_log_to_a_diagnosis_in_three_commands() {
     std::fs::copy(&log, at.join("log.csv")).unwrap();
     let made = asked(at, &format!("convert log.csv my-encoder {COLUMNS}")).quiet();
     assert!(
-        made.contains("noise 2") && made.contains("courier replay my-encoder"),
+        made.contains("counts rms a channel, measured")
+            && made.contains("courier replay my-encoder"),
         "{made}"
     );
     let replayed = asked(at, "replay my-encoder").quiet();
