@@ -3,11 +3,13 @@
 use crate::report::{Magnitude, Named};
 
 /// A unit of the model, the one that it is told in, and how many of those make one of these.
-const UNITS: [(&str, &str, f64); 8] = [
+const UNITS: [(&str, &str, f64); 10] = [
     ("m", "µm", 1.0e6),
     ("rad", "mrad", 1.0e3),
     ("s", "µs", 1.0e6),
+    ("s²/m", "µs per m/s", 1.0e6),
     ("m/K", "µm/K", 1.0e6),
+    ("m/K²", "µm/K²", 1.0e6),
     ("m/rad", "µm/mrad", 1.0e3),
     ("m/rad²", "µm/mrad²", 1.0),
     ("m/rad⁴", "µm/mrad⁴", 1.0e-6),
@@ -53,7 +55,12 @@ fn beside(value: f64, deviation: Option<f64>) -> String {
         return significant(value, OF_A_VALUE);
     };
     let digits = (1 - magnitude(deviation)).clamp(0, DIGITS) as usize;
-    format!("{value:.digits$} ± {deviation:.digits$}")
+    let value = format!("{value:.digits$}");
+    let value = match value.strip_prefix('-') {
+        Some(size) if size.parse() == Ok(0.0) => size,
+        _ => &value,
+    };
+    format!("{value} ± {deviation:.digits$}")
 }
 
 /// A value to so many digits, without zeros at its end.
@@ -98,6 +105,10 @@ mod tests {
         assert_eq!(told(2.5e-3, None, "rad"), "2.5 mrad");
         assert_eq!(told(1234.56e-6, Some(150.0e-6), "m"), "1235 ± 150 µm");
         assert_eq!(told(7.0, None, "samples"), "7 samples");
+        assert_eq!(
+            told(-2.0e-9, Some(1.7e-7), "s²/m"),
+            "0.00 ± 0.17 µs per m/s"
+        );
     }
 
     #[test]
