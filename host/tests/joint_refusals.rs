@@ -56,7 +56,7 @@ fn light_that_is_not_the_one_beacons() {
     let cases: [(&str, &[&str]); 3] = [
         (
             "beacon-blinks",
-            &["BEACON_MISSING", "unusable frames, limit "],
+            &["no beacon seen", "unusable frames, limit "],
         ),
         (
             "second-beacon",
@@ -68,7 +68,7 @@ fn light_that_is_not_the_one_beacons() {
         ),
         (
             "stray-light",
-            &["BEACON_SATURATED", "unusable frames, limit "],
+            &["at the converter's end", "unusable frames, limit "],
         ),
     ];
     for (fault, wanted) in cases {
@@ -99,7 +99,7 @@ fn a_lever_arm_of_the_wrong_sign_or_in_millimetres() {
     calibrated(folder);
     with_lever(folder, "sign.json", -0.09);
     let import = |file: &str| {
-        let words = format!("--sim-preset ideal --sim-flash b.bin import {file}");
+        let words = format!("--sim-preset ideal --sim-flash b.bin import {file} --other-geometry");
         asked(folder, &words)
     };
     import("sign.json").quiet();
