@@ -146,7 +146,7 @@ pub struct CalibrateOrder {
     pub method: record::Method,
     /// How poses are chosen.
     pub plan: Plan,
-    /// Poses to fit at most, 49 to 20,000 (jointly: 50 to 1000, what the buffer holds): [`super::order`].
+    /// Poses to fit at most, 49 to 20,000 (jointly: 50 to 1000, what the buffer holds): `super::order`.
     pub poses: u16,
     /// Poses held out for the test, 8 to 1000.
     pub held_out_poses: u16,

@@ -104,7 +104,7 @@ pub fn ensure() -> Result<Arm> {
     }
 }
 
-/// What [`ensure`] would run to get what is missing; nothing if there is a compiler.
+/// What [`ensure()`] would run to get what is missing; nothing if there is a compiler.
 pub fn missing() -> Vec<String> {
     let debian = || format!("apt-get install {}", DEBIAN_COMPILER.join(" "));
     let way = env::var("COURIER_ARM");

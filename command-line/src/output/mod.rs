@@ -1,5 +1,5 @@
 //! Files that commands write: [`Files`] says which ones and refuses before any work what would lose something, [`Kind`] says by its
-//! content what a file is, [`replace`] writes whole or not at all.
+//! content what a file is, `replace` writes whole or not at all.
 
 mod files;
 mod kind;

@@ -35,7 +35,7 @@ pub fn page(score: &Score, origin: &Origin) -> String {
         }
         main {
             section aria-labelledby="figures" { h2 id="figures" { "Figures" } (table(&header, &rows)) }
-            (drawn(&detection(score)))
+            @if let Some(figure) = detection(score) { (drawn(&figure)) }
             @if let Some(figure) = claims(score) { (drawn(&figure)) }
             section aria-labelledby="effects" { h2 id="effects" { "Right answers, effect by size" } (table(&effects.0, &effects.1)) }
             section aria-labelledby="shrinkage" { h2 id="shrinkage" { "Claimed against true shrinkage" } (table(&shrinkage.0, &shrinkage.1)) }
@@ -46,8 +46,8 @@ pub fn page(score: &Score, origin: &Origin) -> String {
     document("Blind check of the diagnosis", &body)
 }
 
-/// Single effects by their size, without classes that no case fell into.
-fn detection(score: &Score) -> Figure {
+/// Single effects by their size, without classes that no case fell into; none where no case had a single effect.
+fn detection(score: &Score) -> Option<Figure> {
     let classes: Vec<&Detection> = score.detection.iter().filter(|d| d.cases > 0).collect();
     let group = |d: &&Detection| {
         let name = words::sizes(d);
@@ -74,7 +74,7 @@ fn detection(score: &Score) -> Figure {
         title: "% of the cases",
         line: None,
     };
-    Figure {
+    (!groups.is_empty()).then(|| Figure {
         id: "detection",
         title: "Detection against effect size".into(),
         caption: caption.into(),
@@ -83,7 +83,7 @@ fn detection(score: &Score) -> Figure {
         }),
         legend: vec![("before", "gap seen"), ("after", "cause right")],
         table: words::detection(score),
-    }
+    })
 }
 
 /// Claims beside what a second recording showed, the farthest off first; none where no claim was checked.

@@ -13,8 +13,8 @@ use std::process::Stdio;
 pub const PICTURED: &str = "courier.html";
 /// Couriers of the blind check, and a seed that gives one with two causes.
 const BLIND: [&str; 4] = ["--cases", "1", "--seed", "9"];
-/// Samples of an encoder's recording, and its noise, m.
-const SAMPLES: u32 = 3000;
+/// Samples of an encoder's recording, enough for the two runs there and back that a diagnosis wants, and its noise, m.
+const SAMPLES: u32 = 4000;
 const NOISE_M: f64 = 0.1e-6;
 /// Delay of the encoder that has one, s.
 const DELAY_S: f64 = 50.0e-6;

@@ -19,6 +19,9 @@ const EDGE: f64 = 0.5;
 /// Least multiple of the floor that is drawn: the axis is logarithmic.
 const LEAST: f64 = 0.1;
 
+/// Room to the right, pixels: the last number of the axis is centred over its end, and four digits are 28 wide.
+const LAST_LABEL: i32 = 24;
+
 /// Draws claims by what came true; those within `right` of it lie in the band.
 pub fn claims(area: &Area, narrow: bool, list: &[Claimed], right: f64) -> Drawn {
     let most = |values: &dyn Fn(&Claimed) -> f64| list.iter().map(values).fold(0.0, f64::max);
@@ -34,7 +37,7 @@ pub fn claims(area: &Area, narrow: bool, list: &[Claimed], right: f64) -> Drawn 
         y_title: "claim too large by, %",
         title: "",
     };
-    let mut chart = chart_told(area, narrow, &axes, 0, |v| times(v.exp2()))?;
+    let mut chart = chart_told(area, narrow, &axes, LAST_LABEL, |v| times(v.exp2()))?;
     let band = [(first, -100.0 * right), (last, 100.0 * right)];
     chart.draw_series([Rectangle::new(band, FLOOR.mix(0.3).filled())])?;
     let zero = [(first, 0.0), (last, 0.0)];
