@@ -6,8 +6,6 @@ use crate::output::{self, Files};
 use crate::provenance::origin_of;
 use crate::terminal::{begin, micrometres, one_line, stages, table, warn};
 use anyhow::{Result, bail, ensure};
-use diagnosis::advice::next_measurements;
-use diagnosis::evidence::Setting;
 use diagnosis::headline::{RESOLUTION_M, headline};
 use diagnosis::progress::Stage;
 use diagnosis::report::{Magnitude, Named};
@@ -101,18 +99,15 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         )),
         _ => {}
     }
-    let model = args.model.as_deref().filter(|_| answer.model.is_some());
     if let Some(path) = &args.report {
+        let model = args.model.as_deref().filter(|_| answer.model.is_some());
         let headline = headline(&answer.diagnosis, 1.0e-6 * args.resolution_um);
         let origin = origin_of(&args.recording, &recording, model)?;
         let page = html::page(&answer.diagnosis, &answer.evidence, &headline, &origin);
         output::write(path, kinds::PAGE, page.as_bytes())?;
     }
-    args.json.tell(kinds::DIAGNOSIS, &answer.diagnosis, || {
-        let model = model.map(|path| path.display().to_string());
-        let told = text(&answer.diagnosis, 1.0e-6 * args.resolution_um);
-        told + &next(&answer.diagnosis, &answer.evidence.setting, model.as_deref())
-    })?;
+    args.json
+        .tell(kinds::DIAGNOSIS, &answer.diagnosis, || text(&answer.diagnosis, 1.0e-6 * args.resolution_um))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -202,24 +197,6 @@ pub fn text(d: &Diagnosis, resolution_m: f64) -> String {
         );
     }
     out.trim_end().into()
-}
-
-/// What is most useful to do next, with its commands; nothing where nothing is missing. The report tells the rest.
-fn next(d: &Diagnosis, setting: &Setting, model: Option<&str>) -> String {
-    if d.verdict == Verdict::NoGap {
-        return String::new();
-    }
-    let advice = next_measurements(d, setting, model);
-    let Some(first) = advice.first() else {
-        return String::new();
-    };
-    let takes = if first.takes.is_empty() {
-        String::new()
-    } else {
-        format!(" ({})", first.takes)
-    };
-    let commands: Vec<String> = first.commands.iter().map(|c| format!("\n    {c}")).collect();
-    format!("\nnext: {}{takes}{}", first.what, commands.concat())
 }
 
 /// Its effects: their names, how sure, how large.
