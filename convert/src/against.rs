@@ -6,7 +6,8 @@ const PIECES: usize = 5;
 const PIECE_PITCHES: f64 = 1.0;
 /// A way that is shorter than this, pitches, tells no ratio.
 const HARDLY: f64 = 0.1;
-/// A piece with a step of more than this share of a pitch may be counted wrongly.
+/// A piece with a step of more than this share of a pitch may be counted wrongly: half a pitch is the limit of counting, less a
+/// fifth for noise and the segment's own error. A choice, without data.
 const SURE_STEP: f64 = 0.3;
 
 /// Travel of the segment over that of the reference, signed; the median over pieces of a pitch. Of a way of few pitches it is

@@ -5,7 +5,7 @@
 //! is used, since a quick motion bends more than that. Noise that a filter made smooth is smaller from sample to sample
 //! than it is as a whole.
 
-/// The rms of a third difference of white noise over that of the noise.
+/// The rms of a third difference of white noise over that of the noise: the root of 1 + 9 + 9 + 1.
 const GAIN: f64 = 4.472_135_954_999_58;
 /// Median of the absolute value of a Gaussian over its standard deviation.
 const MEDIAN: f64 = 0.674_489_750_196_081_7;
