@@ -32,6 +32,8 @@ pub struct Mailbox {
     dropped: AtomicU32,
     /// Sampling instants missed; written by the interrupt.
     missed: AtomicU32,
+    /// The longest that the sampling interrupt took; written by it.
+    isr_cycles_worst: AtomicU32,
 }
 
 impl Mailbox {
@@ -42,6 +44,7 @@ impl Mailbox {
             samples: AtomicU32::new(0),
             dropped: AtomicU32::new(0),
             missed: AtomicU32::new(0),
+            isr_cycles_worst: AtomicU32::new(0),
         }
     }
 
@@ -70,6 +73,20 @@ impl Mailbox {
     pub fn missed(&self) -> u32 {
         self.missed.load(Relaxed)
     }
+
+    /// The longest that the sampling interrupt took since start, cycles of the processor, from its first instruction to its last; zero
+    /// on a board that does not count them.
+    pub fn isr_cycles_worst(&self) -> u32 {
+        self.isr_cycles_worst.load(Relaxed)
+    }
+
+    /// Notes how long the sampling interrupt took, cycles. To be called by that interrupt alone.
+    #[inline(always)]
+    pub fn note_isr_cycles(&self, cycles: u32) {
+        if cycles > self.isr_cycles_worst.load(Relaxed) {
+            self.isr_cycles_worst.store(cycles, Relaxed);
+        }
+    }
 }
 
 /// All that the interrupt owns besides the converter.
@@ -93,6 +110,12 @@ impl<'q, 'c> Sampler<'q, 'c> {
             frames,
             mailbox,
         }
+    }
+
+    /// The words that pass between the two halves.
+    #[inline(always)]
+    pub fn mailbox(&self) -> &'q Mailbox {
+        self.mailbox
     }
 
     /// One instant: `reading` as the driver gave it, `missed` sampling instants since the last call ([`missed_between`]): an overrun,
@@ -133,7 +156,17 @@ fn count(counter: &AtomicU32, by: u32) {
 
 #[cfg(test)]
 mod tests {
-    use super::missed_between;
+    use super::{Mailbox, missed_between};
+
+    #[test]
+    fn the_longest_interrupt_is_kept() {
+        let mailbox = Mailbox::new();
+        assert_eq!(mailbox.isr_cycles_worst(), 0);
+        for cycles in [900, 1200, 1000] {
+            mailbox.note_isr_cycles(cycles);
+        }
+        assert_eq!(mailbox.isr_cycles_worst(), 1200);
+    }
 
     #[test]
     fn instants_between_are_counted_over_the_counters_end() {

@@ -23,7 +23,7 @@ use crate::app::console::Console;
 use crate::app::sampler::{Sampler, missed_between};
 use crate::drivers::converter::{Converter, ConverterError, Counts, Settings};
 use core::mem::MaybeUninit;
-use cortex_m::peripheral::NVIC;
+use cortex_m::peripheral::{DWT, NVIC};
 use cortex_m_rt::exception;
 use stm32_metapac::{Interrupt, interrupt};
 
@@ -40,6 +40,7 @@ const SILENT_INSTANTS: u32 = 4;
 /// BUSY has fallen: one sampling instant. The highest priority there is.
 #[interrupt]
 fn EXTI9_5() {
+    let entered = DWT::cycle_count();
     let asked = sampling::acknowledge();
     // SAFETY: this interrupt owns it.
     let Some((converter, sampler, served)) = (unsafe { SAMPLING.get() }) else {
@@ -51,6 +52,8 @@ fn EXTI9_5() {
     };
     *served = now;
     sampler.isr_sample(isr_read(converter, asked), missed);
+    let spent = DWT::cycle_count().wrapping_sub(entered);
+    sampler.mailbox().note_isr_cycles(spent);
 }
 
 /// The counts, if BUSY asked for them; called by hand there are none, and silent chips are set again piece by piece.
@@ -179,6 +182,8 @@ fn set_up() -> Halves {
         SAMPLING.put((converter, sampler, sampling::FIRST.wrapping_sub(1)));
         SERIAL.put(serial_interrupt);
         let mut processor = cortex_m::Peripherals::steal();
+        processor.DCB.enable_trace();
+        processor.DWT.enable_cycle_counter();
         processor
             .NVIC
             .set_priority(Interrupt::EXTI9_5, SAMPLING_PRIORITY);
