@@ -14,6 +14,7 @@ pub mod drivers;
 pub mod emulation;
 pub mod link;
 mod sink;
+pub mod update;
 
 pub use courier_signal::{
     beacon, diode, frame, geometry, lsq, math, model, psd, quadrature, queue, settings, step, swap,

@@ -1,0 +1,6 @@
+//! Firmware update on two simulated banks: refusals, choices, and a power cut at every step.
+
+mod choices;
+mod power_cuts;
+mod refused;
+mod rig;
