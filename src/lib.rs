@@ -12,6 +12,7 @@ pub mod calibration;
 pub mod device;
 pub mod drivers;
 pub mod emulation;
+pub mod health;
 pub mod link;
 mod sink;
 pub mod update;

@@ -26,7 +26,7 @@ pub fn in_force(link: &mut Link) -> Result<Calibration> {
 /// # Errors
 /// The board refuses it or cannot be reached.
 pub fn load(link: &mut Link, calibration: Calibration) -> Result<()> {
-    done(link, Action::Load(calibration))?;
+    done(link, Action::load(calibration))?;
     link.pass(A_SAMPLE)
 }
 

@@ -13,10 +13,10 @@ use courier_sensor::app::console::{Console, StartReport};
 use courier_sensor::app::sampler::{FrameQueue, Mailbox, Sampler};
 use courier_sensor::calibration::slots::Slots;
 use courier_sensor::device::Device;
-use courier_sensor::drivers::converter::{Converter, ConverterError, Counts, Settings as Channels};
+use courier_sensor::drivers::converter::{Converter, Counts, Settings as Channels};
 use courier_sensor::drivers::motion::MotionPort;
 use courier_sensor::frame::Frame;
-use courier_sensor::link::message::{Hello, PROTOCOL};
+use courier_sensor::link::message::{Health, Hello, PROTOCOL};
 use courier_sensor::settings::{ConfigError, Settings};
 use courier_sensor::step::StepConfig;
 use courier_sensor::swap::SwapQueues;
@@ -68,17 +68,6 @@ impl NorFlash for SharedFlash {
     }
 }
 
-/// Why a board does not start.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum StartError {
-    /// The settings cannot be used.
-    #[error("{0}")]
-    Config(#[from] ConfigError),
-    /// The converters do not answer as they should.
-    #[error("{0}")]
-    Converter(#[from] ConverterError),
-}
-
 /// The board, running.
 pub struct SimBoard {
     /// Everything outside the processor.
@@ -95,13 +84,18 @@ pub struct SimBoard {
 }
 
 impl SimBoard {
-    /// Switches the board on: converters set up and tested, the stored calibration in force.
+    /// Switches the board on: converters set up and tested, the stored calibration in force. A self-test that fails is told by the
+    /// board's status, as on a real one.
     ///
     /// The statics of a real board are leaked here, some 80 KiB a start.
     ///
     /// # Errors
-    /// [`StartError`].
-    pub fn start(world: World, flash: SharedFlash, settings: Settings) -> Result<Self, StartError> {
+    /// The settings cannot be used.
+    pub fn start(
+        world: World,
+        flash: SharedFlash,
+        settings: Settings,
+    ) -> Result<Self, ConfigError> {
         let initial = StepConfig::build(&settings)?;
         let mut converter = Converter::new(
             (world.converter.spi(0), world.converter.spi(1)),
@@ -110,7 +104,14 @@ impl SimBoard {
             world.converter.busy(),
             Channels::BOARD,
         );
-        converter.initialise(&mut world.clock.clone())?;
+        let tested = converter.initialise(&mut world.clock.clone());
+        let started = StartReport {
+            health: Health {
+                converters: tested.into(),
+                ..Health::default()
+            },
+            ..StartReport::default()
+        };
         let mailbox: &'static Mailbox = Box::leak(Box::default());
         let queues = Box::leak(Box::new(SwapQueues::new()));
         let (active, spare) = (
@@ -131,11 +132,7 @@ impl SimBoard {
         );
         background.start();
         let link = LinkWire::new();
-        let console = Console::new(
-            link.clone(),
-            hello(rate_hz, world.number),
-            StartReport::default(),
-        );
+        let console = Console::new(link.clone(), hello(rate_hz, world.number), started);
         world.begin_sampling();
         Ok(Self {
             link,

@@ -173,13 +173,16 @@ fn rows_that_the_interrupt_has_no_time_for_are_refused() {
         terms.push(Term::own(order));
     }
     loaded.model = ErrorModel::zero(TermTable::new(&terms).unwrap());
-    assert_eq!(bench.ask(Action::Load(loaded.clone())), Reply::Done);
+    assert_eq!(bench.ask(Action::take_over(loaded.clone())), Reply::Done);
     bench.run(2);
     terms.push(Term::own(11));
     loaded.model = ErrorModel::zero(TermTable::new(&terms).unwrap());
     loaded.made.uptime_s = 8;
     let refusal = Refusal::TooDear { found: 7, most: 6 };
-    assert_eq!(bench.ask(Action::Load(loaded)), Reply::Refused(refusal));
+    assert_eq!(
+        bench.ask(Action::take_over(loaded)),
+        Reply::Refused(refusal)
+    );
     bench.run(2);
     assert_eq!(bench.mark(), Some(7), "what was in force still is");
     // A tooth map costs as much as four of them: what was begun beside few is not put in force beside more either.
@@ -191,7 +194,7 @@ fn rows_that_the_interrupt_has_no_time_for_are_refused() {
         loaded.made.uptime_s = rows;
         let terms = &terms[..TermTable::equation_9().iter().count() + rows as usize];
         loaded.model = ErrorModel::zero(TermTable::new(terms).unwrap());
-        assert_eq!(bench.ask(Action::Load(loaded)), Reply::Done);
+        assert_eq!(bench.ask(Action::take_over(loaded)), Reply::Done);
         bench.run(2);
         assert_eq!(bench.ask(begin()), reply);
     }
@@ -220,7 +223,7 @@ fn power_cuts_in_a_commit_leave_the_old_calibration_or_the_new_one() {
     let mut seen = [0; 2];
     // Every byte is tried in the library's own tests; here every 20th, with the board restarted each time.
     for (cut, old) in (0..=steps).step_by(20).chain([steps]).zip(2..) {
-        assert_eq!(bench.ask(Action::Load(marked(old + 1))), Reply::Done);
+        assert_eq!(bench.ask(Action::take_over(marked(old + 1))), Reply::Done);
         bench.run(2);
         flash.0.borrow_mut().cut_after(cut);
         let reply = bench.ask(Action::Commit {
@@ -351,8 +354,12 @@ fn noise_half_frames_and_fuzzed_bytes_do_not_reach_the_board() {
     let mut sent = 0;
     while sent < total {
         let request = bench.request(
-            [Action::Restart, Action::RollBack, Action::Load(marked(9))][index(&mut rng, 3)]
-                .clone(),
+            [
+                Action::Restart,
+                Action::RollBack,
+                Action::take_over(marked(9)),
+            ][index(&mut rng, 3)]
+            .clone(),
         );
         let noise: Vec<u8> = match index(&mut rng, 3) {
             // Half a frame.

@@ -6,15 +6,15 @@ use courier_sensor::calibration::record::Calibration;
 use courier_sensor::calibration::{Length, Refusal};
 use courier_sensor::frame::Status;
 use courier_sensor::geometry::Geometry;
-use courier_sensor::settings::Settings;
-use hal_sim::board::{SharedFlash, SimBoard, StartError};
+use courier_sensor::settings::{ConfigError, Settings};
+use hal_sim::board::{SharedFlash, SimBoard};
 use hal_sim::courier::Courier;
 use hal_sim::presets;
 use hal_sim::wire::motion::ControllerConfig;
 use hal_sim::world::World;
 
 /// A board of the ideal courier under its beacon, with a calibration in force.
-fn board(geometry: Geometry) -> Result<SimBoard, StartError> {
+fn board(geometry: Geometry) -> Result<SimBoard, ConfigError> {
     let spec = presets::ideal(1);
     let home = spec.places.beacon;
     let world = World::new(spec, ControllerConfig::TYPICAL, home, 1).unwrap();
@@ -27,7 +27,11 @@ fn board(geometry: Geometry) -> Result<SimBoard, StartError> {
         board.sample();
     }
     let keeper = board.background.keeper_mut().unwrap();
-    keeper.load(&Calibration::identity(geometry)).unwrap();
+    let own = Calibration {
+        device: keeper.device(),
+        ..Calibration::identity(geometry)
+    };
+    keeper.load(&own).unwrap();
     board.sample();
     Ok(board)
 }

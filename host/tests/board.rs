@@ -39,31 +39,24 @@ fn a_calibration_is_stored_exported_imported_and_rolled_back() {
         "--sim-preset ideal --sim-flash a.bin export first.json",
     )
     .refused(&["first.json", "--force"]);
-    asked(folder, "--sim-flash a.bin export first.json --force").quiet();
-    asked(folder, "--sim-flash a.bin rollback").refused(&["no older valid calibration"]);
-    asked(folder, "--sim-flash a.bin commit").refused(&["already stored in slot 0, number 1"]);
+    let ideal = |words: &str| asked(folder, &format!("--sim-preset ideal --sim-flash {words}"));
+    ideal("a.bin export first.json --force").quiet();
+    ideal("a.bin rollback").refused(&["no older valid calibration"]);
+    ideal("a.bin commit").refused(&["already stored in slot 0, number 1"]);
 
-    asked(
-        folder,
-        "--sim-preset ideal --sim-flash b.bin import first.json",
-    )
-    .quiet();
+    ideal("b.bin import first.json").quiet();
     assert_eq!(in_force("b.bin")["sequence"], 1);
-    let exported = asked(folder, "--sim-flash b.bin export second.json --json").json();
+    let exported = ideal("b.bin export second.json --json").json();
     assert_eq!(exported["written"], "second.json");
     let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
     assert_eq!(read("first.json"), read("second.json"));
 
-    let imported = asked(
-        folder,
-        "--sim-preset ideal --sim-flash b.bin import first.json --json",
-    )
-    .json();
+    let imported = ideal("b.bin import first.json --json").json();
     assert_eq!(imported["stored"]["sequence"], 2);
-    let slots = asked(folder, "--sim-flash b.bin slots --json").json();
+    let slots = ideal("b.bin slots --json").json();
     let states = (&slots[0]["state"], &slots[1]["state"]);
     assert_eq!(states, (&"Older".into(), &"InForce".into()));
-    let rolled_back = asked(folder, "--sim-flash b.bin rollback").quiet();
+    let rolled_back = ideal("b.bin rollback").quiet();
     assert!(rolled_back.contains("slot 0, number 1"), "{rolled_back}");
     assert_eq!(in_force("b.bin")["slot"], 0);
 }
@@ -98,9 +91,32 @@ fn a_boards_number_is_text() {
     )
     .refused(&["found device ideal-000001, wanted ideal-000002"]);
     let text = asked(folder, "--sim-flash a.bin status").quiet();
-    for word in ["paper-000001", "made on ideal-000001, this is paper-000001"] {
+    for word in [
+        "paper-000001",
+        "is of another board, ideal-000001",
+        "--other-device",
+    ] {
         assert!(text.contains(word), "{text}");
     }
+}
+
+/// What another board stored can be taken over by order, and is this board's from then on.
+#[test]
+fn a_calibration_of_another_board_is_taken_over_by_order() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    calibrated(folder);
+    asked(folder, "--sim-flash a.bin export --slot 0 a.json").quiet();
+    asked(folder, "--sim-flash a.bin import a.json").refused(&["ideal-000001", "--other-device"]);
+    asked(folder, "--sim-flash a.bin import a.json --other-device").quiet();
+    let told = asked(folder, "--sim-flash a.bin status --json").json();
+    assert_eq!(
+        told["status"]["in_force"]["Stored"]["sequence"], 2,
+        "{told}"
+    );
+    assert_eq!(told["status"]["boot"], Value::Null, "{told}");
+    let slots = asked(folder, "--sim-flash a.bin slots").quiet();
+    assert!(slots.contains("of another board, ideal-000001"), "{slots}");
 }
 
 #[test]
@@ -284,10 +300,10 @@ fn the_board_refuses_what_the_host_would() {
     for (name, change) in changes {
         let mut bad = sound.clone();
         change(&mut bad);
-        let error = link.ask(Action::Load(bad)).unwrap_err().to_string();
+        let error = link.ask(Action::take_over(bad)).unwrap_err().to_string();
         assert!(error.contains("cannot be used"), "{name}: {error}");
     }
-    link.ask(Action::Load(sound)).unwrap();
+    link.ask(Action::take_over(sound)).unwrap();
 }
 
 /// A channel that is cut off below the converter's end is told as that, in words.

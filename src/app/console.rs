@@ -11,8 +11,8 @@ use crate::calibration::slots::Place;
 use crate::frame::Frame;
 use crate::link::framing;
 use crate::link::message::{
-    Action, Activity, BoardStatus, FRAME_BYTES, FaultReport, Hello, Refusal, Reply, ResetCause,
-    Source,
+    Action, Activity, BoardStatus, FRAME_BYTES, FaultReport, Health, Hello, Refusal, Reply,
+    ResetCause, Source,
 };
 use crate::link::server::{Event, Server};
 use crate::link::telemetry::{self, Channels, Packer, StreamOrder};
@@ -39,6 +39,8 @@ pub struct StartReport {
     pub cause: ResetCause,
     /// Fault record, if there is one.
     pub fault: Option<FaultReport>,
+    /// What was tested before.
+    pub health: Health,
 }
 
 /// The board's end of the link. Owned by the background's loop.
@@ -151,8 +153,8 @@ impl<P: Ports> Console<P> {
                 };
                 self.send_result(number, started.map(|()| None));
             }
-            Action::Load(()) => {
-                let loaded = self.load(background);
+            Action::Load { other_device, .. } => {
+                let loaded = self.load(*other_device, background);
                 self.send_result(number, loaded.map(|()| None));
             }
             other => self.send_act(number, other.clone(), background),
@@ -216,7 +218,11 @@ impl<P: Ports> Console<P> {
     }
 
     #[inline(never)]
-    fn load<S, F>(&self, background: &mut Background<'_, '_, S, F>) -> Result<(), Refusal>
+    fn load<S, F>(
+        &self,
+        other_device: bool,
+        background: &mut Background<'_, '_, S, F>,
+    ) -> Result<(), Refusal>
     where
         S: Read + ReadReady + Write + WriteReady,
         F: NorFlash,
@@ -224,6 +230,9 @@ impl<P: Ports> Console<P> {
         let keeper = background.keeper_mut()?;
         let mut calibration = Calibration::identity(keeper.settings().geometry);
         self.server.loaded(&mut calibration)?;
+        if other_device {
+            calibration.device = keeper.device();
+        }
         keeper.load(&calibration)
     }
 
@@ -246,7 +255,7 @@ impl<P: Ports> Console<P> {
                 target,
                 speed_m_per_s,
             } => background.go_to(target, speed_m_per_s).map(done),
-            Action::Read(_) | Action::Load(()) | Action::Calibrate(_) | Action::RollBack => {
+            Action::Read(_) | Action::Load { .. } | Action::Calibrate(_) | Action::RollBack => {
                 Err(Refusal::Unknown)
             }
             Action::MapBegin(header) => background.keeper_mut()?.map_begin(&header).map(done),
@@ -320,6 +329,8 @@ impl<P: Ports> Console<P> {
             motion: background.motion_counters().frames,
             reset: self.started.cause,
             boot: background.keeper().boot().err(),
+            isr_cycles_worst: None,
+            health: self.started.health,
         }
     }
 }

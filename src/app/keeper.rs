@@ -6,6 +6,7 @@
 use crate::beacon::BeaconSettings;
 use crate::calibration::record::{Calibration, check_sensor};
 use crate::calibration::slots::{Place, SLOTS, SlotError, SlotInfo, Slots};
+use crate::device::Device;
 use crate::frame::SEGMENTS;
 use crate::geometry::Geometry;
 use crate::link::message::{InForce, RecordRefusal, Refusal};
@@ -25,6 +26,8 @@ pub struct Keeper<'q, 'c, F> {
     settings: Settings,
     /// The board's own, in force without a calibration.
     board: (Geometry, [PairCorrection; SEGMENTS]),
+    /// Whose records count.
+    device: Device,
     in_force: Option<Calibration>,
     stored: Option<Place>,
     boot: Result<(), Refusal>,
@@ -32,9 +35,16 @@ pub struct Keeper<'q, 'c, F> {
 }
 
 impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
-    /// Nothing in force but the board's own settings, without a model; [`Keeper::start`] looks into the slots.
-    pub fn new(slots: Slots<F>, swap: SwapSender<'q, 'c>, board: Settings) -> Self {
+    /// Nothing in force but the own settings of the board `device`, without a model; [`Keeper::start`] looks into the slots.
+    pub fn new(
+        mut slots: Slots<F>,
+        swap: SwapSender<'q, 'c>,
+        board: Settings,
+        device: Device,
+    ) -> Self {
+        slots.set_owner(device);
         Self {
+            device,
             slots,
             swap,
             board: (board.geometry, board.pairs),
@@ -69,6 +79,11 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
     /// The calibration in force.
     pub fn in_force(&self) -> Option<&Calibration> {
         self.in_force.as_ref()
+    }
+
+    /// The board itself: only its calibrations can come in force.
+    pub fn device(&self) -> Device {
+        self.device
     }
 
     /// Where the calibration in force is from.
@@ -249,6 +264,10 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
 
     /// Brings settings and spare set to a calibration; where that cannot be done, the settings stay as they were.
     fn prepare(&mut self, calibration: &Calibration) -> Result<(), Refusal> {
+        if calibration.device != self.device {
+            let other = RecordRefusal::OtherDevice(calibration.device);
+            return Err(Refusal::Calibration(other));
+        }
         check_sensor(calibration, &self.board.0).map_err(|_| INVALID)?;
         apply(&mut self.settings, calibration);
         self.build().inspect_err(|_| self.restore_settings())

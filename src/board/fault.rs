@@ -3,7 +3,7 @@
 
 use super::RAM_START;
 use crate::app::console::StartReport;
-use crate::link::message::{FaultReport, ResetCause};
+use crate::link::message::{FaultReport, Health, ResetCause};
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use core::ptr::{addr_of, addr_of_mut, read_volatile, write_volatile};
@@ -82,7 +82,11 @@ pub fn take(hardware: ResetCause) -> StartReport {
             message: text,
         }
     });
-    StartReport { cause, fault }
+    StartReport {
+        cause,
+        fault,
+        health: Health::default(),
+    }
 }
 
 /// Keeps a record for the next start. Little stack: there may be none left.

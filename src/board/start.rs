@@ -11,7 +11,7 @@ use crate::calibration::slots::Slots;
 use crate::device::Device;
 use crate::drivers::converter::{Converter, ConverterError};
 use crate::drivers::motion::MotionPort;
-use crate::link::message::{Hello, PROTOCOL};
+use crate::link::message::{ConverterTest, Hello, PROTOCOL};
 use crate::settings::Settings;
 use crate::step::StepConfig;
 use crate::swap::SwapQueues;
@@ -24,7 +24,7 @@ use embedded_io::{Read, ReadReady, Write, WriteReady};
 use embedded_storage::nor_flash::NorFlash;
 use heapless::String;
 
-/// Attempts at setting the converters up; after that the frames say what is wrong.
+/// Attempts at setting the converters up; after that status and frames say what is wrong.
 const ATTEMPTS: u32 = 3;
 
 /// The sessions' memory.
@@ -47,8 +47,11 @@ pub struct Ends<S: 'static, F: 'static> {
 /// Where the background lives: the board's own static, since it knows the types, and too large for a stack.
 pub type BackgroundPlace<S, F> = &'static mut MaybeUninit<Background<'static, 'static, S, F>>;
 
-/// Sets the converters up; what fails is logged, and every frame will say so.
-pub fn initialise<A, B, C, R, I>(converter: &mut Converter<A, B, C, R, I>, delay: &mut impl DelayNs)
+/// Sets the converters up and tells how their self-test went; what fails is logged.
+pub fn initialise<A, B, C, R, I>(
+    converter: &mut Converter<A, B, C, R, I>,
+    delay: &mut impl DelayNs,
+) -> ConverterTest
 where
     A: SpiDevice,
     B: SpiDevice,
@@ -56,12 +59,19 @@ where
     R: OutputPin,
     I: InputPin,
 {
+    let mut tested = ConverterTest::NotRun;
     for attempt in 1..=ATTEMPTS {
-        match converter.initialise(delay) {
-            Ok(()) => return defmt::info!("converters ready"),
+        let result = converter.initialise(delay);
+        tested = result.into();
+        match result {
+            Ok(()) => {
+                defmt::info!("converters ready");
+                break;
+            }
             Err(error) => defmt::error!("converters, attempt {=u32}: {}", attempt, name(&error)),
         }
     }
+    tested
 }
 
 fn name(error: &ConverterError) -> &'static str {

@@ -99,7 +99,7 @@ pub struct Beacon {
 /// Everything that a calibration consists of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
-    /// The board that made it.
+    /// The board that made it, or that has taken it over from another by order. It counts on this board alone.
     pub device: Device,
     /// When it was made.
     pub made: Instant,
@@ -159,6 +159,12 @@ pub enum RecordError {
         low: f32,
         /// Largest.
         high: f32,
+    },
+    /// A whole record that another board made, or that was taken over by another.
+    #[error("it is of another board, {device}")]
+    OtherDevice {
+        /// The board that it is of.
+        device: Device,
     },
     /// The record does not fit.
     #[error("the record does not fit {MAX_BYTES} bytes")]

@@ -8,6 +8,7 @@
 //! power cut at any byte leaves either the state before or the state after.
 
 use super::record::{self, Calibration, HEADER_BYTES, Header, MAX_BYTES, RecordError};
+use crate::device::Device;
 use crate::geometry::Geometry;
 use embedded_storage::nor_flash::{NorFlash, NorFlashError, NorFlashErrorKind};
 use serde::{Deserialize, Serialize};
@@ -111,6 +112,7 @@ pub enum SlotError {
 pub struct Slots<F> {
     flash: F,
     start: u32,
+    owner: Option<Device>,
     buffer: [u8; MAX_BYTES],
 }
 
@@ -143,8 +145,14 @@ impl<F: NorFlash> Slots<F> {
         Self {
             flash,
             start,
+            owner: None,
             buffer: [ERASED; MAX_BYTES],
         }
+    }
+
+    /// From now on a record counts only if it is of this board; until then it may be of any.
+    pub const fn set_owner(&mut self, device: Device) {
+        self.owner = Some(device);
     }
 
     /// Gives the flash back.
@@ -179,7 +187,8 @@ impl<F: NorFlash> Slots<F> {
     /// The calibration in force.
     ///
     /// # Errors
-    /// [`SlotError::NoneInForce`], or [`RecordError::UnknownVersion`] if that is why; [`Slots::list`] tells what there is.
+    /// [`SlotError::NoneInForce`], or [`RecordError::UnknownVersion`] or [`RecordError::OtherDevice`] if that is why; [`Slots::list`]
+    /// tells what there is.
     pub fn load(&mut self) -> Result<(Place, Calibration), SlotError> {
         let mut calibration = Calibration::identity(Geometry::PAPER);
         let place = self.load_into(&mut calibration)?;
@@ -193,11 +202,13 @@ impl<F: NorFlash> Slots<F> {
     pub fn load_into(&mut self, to: &mut Calibration) -> Result<Place, SlotError> {
         let found = [self.examine(0), self.examine(1)];
         let Some(slot) = newest(&found) else {
-            let unknown = found.iter().find_map(|found| match found.result {
-                Err(error @ RecordError::UnknownVersion { .. }) => Some(SlotError::Record(error)),
+            let whole = found.iter().find_map(|found| match found.result {
+                Err(
+                    error @ (RecordError::UnknownVersion { .. } | RecordError::OtherDevice { .. }),
+                ) => Some(SlotError::Record(error)),
                 _ => None,
             });
-            return Err(unknown.unwrap_or(SlotError::NoneInForce));
+            return Err(whole.unwrap_or(SlotError::NoneInForce));
         };
         self.read_into(slot as u8, to)
     }
@@ -234,6 +245,7 @@ impl<F: NorFlash> Slots<F> {
         calibration: &Calibration,
         lose_unknown: bool,
     ) -> Result<Place, SlotError> {
+        self.check_owner(calibration)?;
         let found = [self.examine(0), self.examine(1)];
         let target = match newest(&found) {
             Some(in_force) => 1 - in_force,
@@ -288,11 +300,12 @@ impl<F: NorFlash> Slots<F> {
     #[inline(never)] // one calibration on the stack at a time
     fn examine(&mut self, slot: u8) -> Found {
         let mut calibration = Calibration::identity(Geometry::PAPER);
-        let result = self.fetch(slot, &mut calibration);
-        // A whole record of another version has a number that counts; a torn one's means nothing.
+        let fetched = self.fetch(slot, &mut calibration);
+        let result = fetched.and_then(|sequence| self.check_owner(&calibration).map(|()| sequence));
+        // A whole record that is not used has a number that counts; a torn one's means nothing.
         let sequence = match result {
             Ok(sequence) => Some(sequence),
-            Err(RecordError::UnknownVersion { .. }) => self
+            Err(RecordError::UnknownVersion { .. } | RecordError::OtherDevice { .. }) => self
                 .buffer
                 .first_chunk()
                 .and_then(|head| Header::parse(head).ok())
@@ -303,6 +316,14 @@ impl<F: NorFlash> Slots<F> {
             result,
             sequence,
             rolled_back: self.is_marked(slot),
+        }
+    }
+
+    fn check_owner(&self, calibration: &Calibration) -> Result<(), RecordError> {
+        let device = calibration.device;
+        match self.owner {
+            Some(owner) if owner != device => Err(RecordError::OtherDevice { device }),
+            _ => Ok(()),
         }
     }
 

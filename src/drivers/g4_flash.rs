@@ -65,6 +65,14 @@ pub mod options {
     pub const BOOT_BANK_2: u32 = 1 << 20;
     /// Two banks. Without it pages are 4 KiB and counted from the flash's start: erasing "page 0" would take the vectors.
     pub const DUAL_BANK: u32 = 1 << 22;
+    /// nSWBOOT0: the pin BOOT0 decides whether the chip's built-in loader starts instead of the firmware; without it nBOOT0 does.
+    pub const BOOT0_BY_PIN: u32 = 1 << 26;
+    /// nBOOT0: the firmware starts.
+    pub const BOOT0_VALUE: u32 = 1 << 27;
+    /// Place of the brown-out level, three bits (BOR_LEV).
+    pub const BROWN_OUT_SHIFT: u32 = 8;
+    /// The highest: 2.8 V (data sheet DS12288), as the converters' supply needs it.
+    pub const BROWN_OUT_LEVEL: u8 = 4;
 }
 
 /// Whether the option bytes (`options`, the register's bits) lay the flash out as this file takes it.

@@ -4,6 +4,7 @@
 //! [`Command::Hello`] and [`Reply::Hello`] keep their layout in every version, so that both sides can always tell who is the newer.
 //! A new command or field is a new protocol version.
 
+pub use super::health::{Conversions, ConverterFault, ConverterTest, Health, MemoryTest};
 pub use super::refusal::{
     Field, RecordRefusal, Refusal, SlotContent, SlotRefusal, SlotReport, StartRefusal,
 };
@@ -22,7 +23,7 @@ use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
 /// Version of this file's types.
-pub const PROTOCOL: u16 = 3;
+pub const PROTOCOL: u16 = 4;
 /// Longest frame of the command and reply channel: a whole calibration with its tags.
 pub const FRAME_BYTES: usize = framing::encoded_bytes(record::BODY_BYTES + 8);
 /// Nodes of a tooth map that one command carries.
@@ -94,7 +95,12 @@ pub enum Action<C = Calibration> {
     /// Coefficients, terms and geometry. [`Reply::Calibration`].
     Read(Source),
     /// Put these coefficients, terms and geometry in force; not stored until [`Action::Commit`].
-    Load(C),
+    Load {
+        /// Take over a calibration of another board, which is refused otherwise. From then on it is this board's, in its record too.
+        other_device: bool,
+        /// What to put in force. The last field: the board decodes it from where the rest ends.
+        calibration: C,
+    },
     /// Begin to load a tooth map; one in force is taken out of it.
     MapBegin(MapHeader),
     /// Its next nodes, nanometres.
@@ -128,6 +134,24 @@ pub enum Action<C = Calibration> {
     LastFault,
     /// Restart the board. [`Reply::Done`] is sent before.
     Restart,
+}
+
+impl Action {
+    /// [`Action::Load`] of a calibration of the board's own.
+    pub const fn load(calibration: Calibration) -> Self {
+        Self::Load {
+            other_device: false,
+            calibration,
+        }
+    }
+
+    /// [`Action::Load`] of a calibration of any board, which becomes this one's.
+    pub const fn take_over(calibration: Calibration) -> Self {
+        Self::Load {
+            other_device: true,
+            calibration,
+        }
+    }
 }
 
 /// Which calibration to read.

@@ -1,10 +1,11 @@
 //! The debug link: commands, replies and telemetry over byte channels. Pure, so that the host links the same code.
 //!
 //! `framing` puts messages on a byte channel (the motion port uses it too), `message` is what is said, `order` checks it,
-//! `refusal` and `status` are parts of the answers, `server` is the board's end, `client` the host's; `telemetry` packs samples, `report` tells of a calibration session.
+//! `refusal`, `status` and `health` are parts of the answers, `server` is the board's end, `client` the host's; `telemetry` packs samples, `report` tells of a calibration session.
 
 pub mod client;
 pub mod framing;
+mod health;
 pub mod message;
 mod order;
 mod refusal;

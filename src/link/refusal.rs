@@ -2,6 +2,7 @@
 
 use crate::calibration::record::RecordError;
 use crate::calibration::slots::{Place, SlotError, SlotInfo, SlotState};
+use crate::device::Device;
 use crate::teeth::MapError;
 use serde::{Deserialize, Serialize};
 
@@ -85,6 +86,9 @@ pub enum RecordRefusal {
     /// Numbers or terms that cannot be used.
     #[error("terms, coefficients or other numbers cannot be used")]
     Invalid,
+    /// Of another board.
+    #[error("it is of another board, {0}")]
+    OtherDevice(Device),
     /// Does not fit.
     #[error("the record does not fit its slot")]
     TooLong,
@@ -97,6 +101,7 @@ impl From<RecordError> for RecordRefusal {
             RecordError::Torn => Self::Torn,
             RecordError::Unreadable => Self::Unreadable,
             RecordError::UnknownVersion { version } => Self::UnknownVersion(version),
+            RecordError::OtherDevice { device } => Self::OtherDevice(device),
             RecordError::Body | RecordError::Model(_) | RecordError::Range { .. } => Self::Invalid,
             RecordError::TooLong => Self::TooLong,
         }

@@ -44,7 +44,7 @@ impl Server {
     #[inline(never)]
     pub fn feed(&mut self, byte: u8) -> Option<Event> {
         let loads =
-            |request: &Request<()>| matches!(request.command, Command::Do(Action::Load(())));
+            |request: &Request<()>| matches!(request.command, Command::Do(Action::Load { .. }));
         match self.decoder.feed_head::<Request<()>>(byte, loads)? {
             Ok(request) => Some(self.serve(request)),
             // Noise is counted and not answered: there may be nobody who asked.

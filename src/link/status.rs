@@ -4,6 +4,7 @@ use crate::calibration::record::Instant;
 use crate::calibration::slots::Place;
 use crate::frame::{Pose, SEGMENTS};
 use crate::link::framing::FrameCounters;
+use crate::link::health::Health;
 use crate::link::refusal::Refusal;
 use crate::teeth::Grid;
 use heapless::String;
@@ -74,6 +75,10 @@ pub struct BoardStatus {
     pub reset: ResetCause,
     /// Why no stored calibration came in force then; none if one did.
     pub boot: Option<Refusal>,
+    /// Cycles of the processor that the longest sampling interrupt since start took, if the board counts them.
+    pub isr_cycles_worst: Option<u32>,
+    /// What the board has found out about itself.
+    pub health: Health,
 }
 
 /// Why the board started.

@@ -20,7 +20,9 @@ const FUZZ_BYTES: usize = 10_000_000;
 fn half_frames_noise_and_the_largest_frame() {
     let (mut server, mut client) = greeted();
     let mut buffer = [0; FRAME_BYTES];
-    let (_, largest) = client.ask(Action::Load(fullest()), &mut buffer).unwrap();
+    let (_, largest) = client
+        .ask(Action::take_over(fullest()), &mut buffer)
+        .unwrap();
     let largest = largest.to_vec();
     println!("largest request: {} of {FRAME_BYTES} bytes", largest.len());
     for cut in [1, 2, largest.len() / 2, largest.len() - 2] {

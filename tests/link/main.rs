@@ -20,11 +20,11 @@ fn serve(server: &mut Server, bytes: &[u8]) -> Vec<Event> {
 
 /// The action as it was sent, with the calibration that the server leaves in its buffer until the next byte.
 fn whole(server: &Server, action: &Action<()>) -> Result<Action, Refusal> {
-    if *action == Action::Load(()) {
+    if matches!(action, Action::Load { .. }) {
         let mut calibration = Calibration::identity(Geometry::PAPER);
         return server
             .loaded(&mut calibration)
-            .map(|()| Action::Load(calibration));
+            .map(|()| Action::take_over(calibration));
     }
     let mut bytes = [0; 64];
     let bytes = postcard::to_slice(action, &mut bytes).unwrap();

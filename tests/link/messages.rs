@@ -41,7 +41,7 @@ pub fn actions() -> Vec<Action> {
         },
         Action::Read(Source::InForce),
         Action::Read(Source::Slot(1)),
-        Action::Load(fullest()),
+        Action::take_over(fullest()),
         Action::Commit { lose_unknown: true },
         Action::RollBack,
         Action::Slots,

@@ -85,22 +85,27 @@ fn numbers_out_of_range_are_refused_before_the_background_sees_them() {
     }
 }
 
+const LOAD: Action<()> = Action::Load {
+    other_device: true,
+    calibration: (),
+};
+
 #[test]
 fn calibrations_that_cannot_be_used_are_refused() {
     let (mut server, mut client) = greeted();
     let mut buffer = [0; FRAME_BYTES];
     let mut bad = fullest();
     bad.model.coefficients[0][0][0] = f32::NAN;
-    let (_, bytes) = client.ask(Action::Load(bad), &mut buffer).unwrap();
+    let (_, bytes) = client.ask(Action::take_over(bad), &mut buffer).unwrap();
     let unusable = |server: &Server, events: &[Event]| match events {
         [
             Event::Act {
-                action: Action::Load(()),
+                action: Action::Load { .. },
                 ..
             },
         ] => {
             assert_eq!(
-                whole(server, &Action::Load(())).unwrap_err().to_string(),
+                whole(server, &LOAD).unwrap_err().to_string(),
                 "the calibration cannot be used: terms, coefficients or other numbers cannot be used"
             );
         }
@@ -109,12 +114,12 @@ fn calibrations_that_cannot_be_used_are_refused() {
     let events = serve(&mut server, bytes);
     unusable(&server, &events);
     // Cut short, and with bytes behind it.
-    let load: Command = Command::Do(Action::Load(fullest()));
+    let load: Command = Command::Do(Action::take_over(fullest()));
     let mut room = [0; FRAME_BYTES];
     let message = postcard::to_slice(&(7u16, load), &mut room)
         .unwrap()
         .to_vec();
-    for length in [3, message.len() / 2, message.len() - 1, message.len() + 1] {
+    for length in [4, message.len() / 2, message.len() - 1, message.len() + 1] {
         let mut message = message.clone();
         message.resize(length, 0);
         let bytes = framing::encode(&Raw(&message), &mut buffer).unwrap();

@@ -119,7 +119,7 @@ impl Bench {
 
     /// Loads and stores a calibration that corrects next to nothing, told apart by `mark`.
     pub fn store(&mut self, mark: u32) -> Reply {
-        assert_eq!(self.ask(Action::Load(marked(mark))), Reply::Done);
+        assert_eq!(self.ask(Action::take_over(marked(mark))), Reply::Done);
         self.run(2);
         self.ask(Action::Commit {
             lose_unknown: false,

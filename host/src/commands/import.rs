@@ -19,7 +19,7 @@ pub struct Args {
     /// Put it in force, but do not store it.
     #[arg(long)]
     dry_run: bool,
-    /// Take it though it was made on another device.
+    /// Take it though it is of another device. From then on it is this board's, and bears its number.
     #[arg(long)]
     other_device: bool,
     /// Take it though its pitch, span, height or lever arm is not what this board was built with. Positions are counted in
@@ -59,7 +59,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
             device
         );
     }
-    let Reply::Done = board.link.ask(Action::Load(calibration))? else {
+    let Reply::Done = board.link.ask(Action::Load { other_device: args.other_device, calibration })? else {
         bail!(super::STRANGE_REPLY)
     };
     let mut stored = None;

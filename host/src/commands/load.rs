@@ -82,7 +82,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     };
     let translated = BoardModel::new(&model, &calibration.geometry).context(name)?;
     calibration.model = translated.model;
-    let Reply::Done = board.link.ask(Action::Load(calibration))? else {
+    let Reply::Done = board.link.ask(Action::load(calibration))? else {
         bail!(super::STRANGE_REPLY)
     };
     let stored = if args.dry_run {

@@ -1,6 +1,6 @@
 //! `courier status`.
 
-use super::status_next::{InUse, next};
+use super::status_next::next;
 use crate::json::Json;
 use crate::output::{Files, Kind};
 use crate::board::{Choice, Link, map};
@@ -8,8 +8,10 @@ use crate::terminal::{figure, pairs};
 use anyhow::{Result, bail};
 use courier_sensor::frame::Status;
 use courier_sensor::geometry::Geometry;
+use courier_sensor::health::{Trouble, option_faults, troubles};
 use courier_sensor::link::message::{
-    Action, Activity, BoardStatus, FaultReport, Hello, InForce, Reply, ResetCause,
+    Action, Activity, BoardStatus, ConverterTest, FaultReport, Health, Hello, InForce, MemoryTest,
+    Reply, ResetCause,
 };
 use courier_sensor::teeth::Grid;
 use serde::Serialize;
@@ -41,6 +43,8 @@ struct Output {
     status_bits: Vec<&'static str>,
     status_bits_seen: Vec<&'static str>,
     last_fault: Option<FaultReport>,
+    /// What is not as it should be of what the board has found out about itself, in words.
+    troubles: Vec<String>,
     /// What to do next, in sentences.
     next: Vec<String>,
 }
@@ -57,9 +61,13 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let Reply::LastFault(last_fault) = board.link.ask(Action::LastFault)? else {
         bail!(super::STRANGE_REPLY)
     };
-    let in_use = in_use(&mut board.link, status.in_force)?;
+    let joint = is_joint(&mut board.link, status.in_force)?;
     let output = Output {
-        next: next(&status, board.link.hello().device, in_use),
+        next: next(&status, joint),
+        troubles: troubles(&status.health)
+            .iter()
+            .map(Trouble::to_string)
+            .collect(),
         board: board.link.hello().clone(),
         status_bits: names(status.status),
         status_bits_seen: names(status.status_seen),
@@ -71,16 +79,9 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The calibration in force, as far as it decides what is next.
-fn in_use(link: &mut Link, in_force: InForce) -> Result<Option<InUse>> {
-    if in_force == InForce::None {
-        return Ok(None);
-    }
-    let calibration = map::in_force(link)?;
-    Ok(Some(InUse {
-        device: calibration.device,
-        joint: calibration.beacon.is_some(),
-    }))
+/// Whether a joint calibration is in force.
+fn is_joint(link: &mut Link, in_force: InForce) -> Result<bool> {
+    Ok(in_force != InForce::None && map::in_force(link)?.beacon.is_some())
 }
 
 /// Names of the bits that are set, as in docs/faults.md.
@@ -120,12 +121,16 @@ fn text(output: &Output) -> String {
                 status.samples, status.missed, status.dropped_frames
             ),
         ),
+        ("self-test", self_test(&status.health)),
         ("status", bits(status.status)),
         ("since last asked", bits(status.status_seen)),
     ];
     rows.extend(readings(status));
     if let Some(temperature_c) = status.temperature_c {
         rows.push(("temperature", format!("{temperature_c:.1} °C")));
+    }
+    if let Some(cycles) = status.isr_cycles_worst {
+        rows.push(("longest interrupt", format!("{cycles} cycles")));
     }
     if let Some(fault) = &output.last_fault {
         rows.push((
@@ -139,6 +144,37 @@ fn text(output: &Output) -> String {
     }
     rows.extend(output.next.iter().map(|step| ("next", step.clone())));
     pairs(&rows)
+}
+
+/// What was tested, and how it went.
+fn self_test(health: &Health) -> String {
+    let converters = match health.converters {
+        ConverterTest::NotRun => None,
+        ConverterTest::Passed => Some("converters passed".to_owned()),
+        ConverterTest::Failed(_) => Some("converters failed".to_owned()),
+    };
+    let memory = match health.memory {
+        MemoryTest::NotRun => None,
+        MemoryTest::Passed => Some("memory passed".to_owned()),
+        MemoryTest::Failed { .. } => Some("memory failed".to_owned()),
+    };
+    let options = health.option_bytes.map(|bits| match &option_faults(bits)[..] {
+        [] => format!("option bytes {bits:#010x} as wanted"),
+        _ => format!("option bytes {bits:#010x} to be set"),
+    });
+    let conversions = health
+        .conversions
+        .map(|both| format!("{} of {} conversions answered", both.answered, both.started));
+    let clock = health
+        .slow_clock_hz
+        .map(|hz| format!("slow clock {hz} Hz"));
+    let faults = match health.faults_in_a_row {
+        0 => None,
+        faults => Some(format!("{faults} faults in a row")),
+    };
+    let safe_mode = health.safe_mode.then(|| "safe mode".to_owned());
+    let all = [converters, memory, options, conversions, clock, faults, safe_mode];
+    all.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 fn activity(status: &BoardStatus) -> &'static str {

@@ -1,33 +1,26 @@
 //! What to do next with a board, from its state.
 
-use courier_sensor::device::Device;
 use courier_sensor::frame::Status;
+use courier_sensor::health::troubles;
 use courier_sensor::link::message::{
-    Activity, BoardStatus, InForce, Refusal, ResetCause, SlotRefusal,
+    Activity, BoardStatus, InForce, RecordRefusal, Refusal, ResetCause, SlotRefusal,
 };
 
 /// Bits that are states and no faults.
 const STATES: Status = Status::UNCALIBRATED.union(Status::BEACON_MISSING);
 
-/// What is known of the calibration in force beside the board's state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct InUse {
-    /// The board that made it.
-    pub device: Device,
-    /// Whether it is a joint one, with a beacon.
-    pub joint: bool,
-}
-
-/// What to do next, the most urgent first; never empty.
-pub fn next(status: &BoardStatus, device: Device, in_use: Option<InUse>) -> Vec<String> {
+/// What to do next, the most urgent first; never empty. `joint`: whether the calibration in force is a joint one, with a beacon.
+pub fn next(status: &BoardStatus, joint: bool) -> Vec<String> {
     if status.activity != Activity::Idle {
         return vec!["a calibration is under way: wait, or end it with `courier abort`".to_owned()];
     }
     let mut steps = Vec::new();
+    let troubles = troubles(&status.health).into_iter();
+    steps.extend(troubles.map(|trouble| format!("{trouble}: {}", trouble.remedy())));
     steps.extend(restarted(status.reset));
     steps.extend(faults(status));
     steps.extend(stored(status.boot));
-    steps.extend(calibration(status, device, in_use));
+    steps.extend(calibration(status, joint));
     if status.missed > 0 || status.dropped_frames > 0 {
         steps.push(format!(
             "{} samples were missed and {} frames dropped: line `OVERRUN` of docs/faults.md",
@@ -65,13 +58,16 @@ fn faults(status: &BoardStatus) -> Option<String> {
 fn stored(boot: Option<Refusal>) -> Option<String> {
     match boot? {
         Refusal::NotCalibrated | Refusal::Slots(SlotRefusal::NoneInForce) => None,
+        why @ Refusal::Slots(SlotRefusal::Record(RecordRefusal::OtherDevice(_))) => Some(format!(
+            "the stored calibration did not come in force ({why}): `courier export --slot`, then `courier import --other-device` takes it over"
+        )),
         why => Some(format!(
             "the stored calibration did not come in force ({why}): `courier slots` lists both, `courier rollback` goes back to the other"
         )),
     }
 }
 
-fn calibration(status: &BoardStatus, device: Device, in_use: Option<InUse>) -> Vec<String> {
+fn calibration(status: &BoardStatus, joint: bool) -> Vec<String> {
     let mut steps = Vec::new();
     match status.in_force {
         InForce::None => {
@@ -83,16 +79,7 @@ fn calibration(status: &BoardStatus, device: Device, in_use: Option<InUse>) -> V
         ),
         InForce::Stored(_) => {}
     }
-    let Some(in_use) = in_use else {
-        return steps;
-    };
-    if in_use.device != device {
-        steps.push(format!(
-            "the calibration in force was made on {}, this is {device}: `courier calibrate` makes one for it",
-            in_use.device
-        ));
-    }
-    if in_use.joint && status.map.is_none() {
+    if joint && status.map.is_none() {
         steps.push(
             "no tooth map is in force; one is lost at each restart: if you have made one, `courier load MAP.json` puts it back".to_owned(),
         );
@@ -104,23 +91,17 @@ fn calibration(status: &BoardStatus, device: Device, in_use: Option<InUse>) -> V
 mod tests {
     use super::*;
     use courier_sensor::calibration::slots::Place;
-    use courier_sensor::link::message::RecordRefusal;
+    use courier_sensor::device::Device;
 
-    const OWN: Device = Device(*b"paper-000001");
-    const OTHER: Device = Device(*b"paper-000002");
     const STORED: InForce = InForce::Stored(Place {
         slot: 0,
         sequence: 1,
     });
 
-    fn told(status: BoardStatus, in_use: Option<InUse>) -> String {
-        let steps = next(&status, OWN, in_use);
+    fn told(status: BoardStatus, joint: bool) -> String {
+        let steps = next(&status, joint);
         assert!(!steps.is_empty());
         steps.join("\n")
-    }
-
-    fn in_use(device: Device, joint: bool) -> Option<InUse> {
-        Some(InUse { device, joint })
     }
 
     #[test]
@@ -138,10 +119,10 @@ mod tests {
             ..BoardStatus::default()
         };
         for reset in good {
-            assert!(told(status(reset), in_use(OWN, false)).starts_with("nothing"));
+            assert!(told(status(reset), false).starts_with("nothing"));
         }
         for (reset, word) in bad {
-            let text = told(status(reset), in_use(OWN, false));
+            let text = told(status(reset), false);
             assert!(
                 text.contains("restarted by") && text.contains(word),
                 "{text}"
@@ -157,7 +138,7 @@ mod tests {
                 in_force: STORED,
                 ..BoardStatus::default()
             };
-            let text = told(seen, in_use(OWN, false));
+            let text = told(seen, false);
             let fault = !STATES.contains(bit);
             assert_eq!(text.contains("docs/faults.md"), fault, "{name}: {text}");
             assert_eq!(text.contains(name), fault, "{name}: {text}");
@@ -173,46 +154,48 @@ mod tests {
         };
         let new = Some(Refusal::NotCalibrated);
         let torn = Some(Refusal::Slots(SlotRefusal::Record(RecordRefusal::Torn)));
+        let other = RecordRefusal::OtherDevice(Device(*b"paper-000002"));
+        let of_another = Refusal::Slots(SlotRefusal::Record(other));
         let cases = [
             (
                 status(InForce::None, new),
-                None,
+                false,
                 vec!["courier calibrate"],
                 vec!["slots"],
             ),
             (
                 status(InForce::None, torn),
-                None,
+                false,
                 vec!["courier calibrate", "courier slots", "torn"],
                 vec![],
             ),
             (
                 status(InForce::Unsaved, None),
-                in_use(OWN, false),
+                false,
                 vec!["courier commit"],
                 vec!["courier calibrate"],
             ),
             (
-                status(STORED, None),
-                in_use(OTHER, false),
-                vec!["made on paper-000002, this is paper-000001"],
-                vec!["load MAP"],
+                status(InForce::None, Some(of_another)),
+                false,
+                vec!["is of another board, paper-000002", "--other-device"],
+                vec!["rollback"],
             ),
             (
                 status(STORED, None),
-                in_use(OWN, true),
+                true,
                 vec!["courier load MAP.json"],
                 vec!["courier calibrate"],
             ),
             (
                 status(STORED, None),
-                in_use(OWN, false),
+                false,
                 vec!["nothing", "courier monitor"],
                 vec!["courier load"],
             ),
         ];
-        for (status, in_use, wanted, unwanted) in cases {
-            let text = told(status, in_use);
+        for (status, joint, wanted, unwanted) in cases {
+            let text = told(status, joint);
             assert!(wanted.iter().all(|word| text.contains(word)), "{text}");
             assert!(!unwanted.iter().any(|word| text.contains(word)), "{text}");
         }
@@ -221,13 +204,13 @@ mod tests {
             in_force: STORED,
             ..BoardStatus::default()
         };
-        assert!(told(missed, in_use(OWN, false)).contains("3 samples were missed"));
+        assert!(told(missed, false).contains("3 samples were missed"));
         for activity in [Activity::Calibrating, Activity::Solving] {
             let busy = BoardStatus {
                 activity,
                 ..BoardStatus::default()
             };
-            assert!(told(busy, None).contains("courier abort"));
+            assert!(told(busy, false).contains("courier abort"));
         }
     }
 }

@@ -51,7 +51,11 @@ fn noise_half_frames_and_fuzzed_bytes_do_not_reach_the_board() {
     let mut rng = ChaCha8Rng::seed_from_u64(8);
     let (mut sent, mut good) = (0, 0);
     while sent < total {
-        let actions = [Action::Restart, Action::RollBack, Action::Load(marked(9))];
+        let actions = [
+            Action::Restart,
+            Action::RollBack,
+            Action::take_over(marked(9)),
+        ];
         let request = rig.request(actions[index(&mut rng, 3)].clone());
         let mut noise: Vec<u8> = match index(&mut rng, 4) {
             // Half a frame.

@@ -32,7 +32,7 @@ fn no_interrupt_is_missed_with_calibration_stream_and_flash_at_once() {
         if !under_way {
             // A calibration put in force and written, and the next session at once.
             assert!(matches!(rig.store(1 + writes), Ok(Reply::Place(_))));
-            assert_eq!(rig.ask(Action::Load(marked(1000))), Reply::Done);
+            assert_eq!(rig.ask(Action::take_over(marked(1000))), Reply::Done);
             writes += 1;
             let order = CalibrateOrder {
                 seed: 1 + u64::from(sessions),

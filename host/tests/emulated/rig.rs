@@ -89,7 +89,7 @@ impl Rig {
 
     /// Loads and stores a calibration that corrects next to nothing, told apart by `mark`.
     pub fn store(&mut self, mark: u32) -> anyhow::Result<Reply> {
-        assert_eq!(self.ask(Action::Load(marked(mark))), Reply::Done);
+        assert_eq!(self.ask(Action::take_over(marked(mark))), Reply::Done);
         self.link.ask(Action::Commit {
             lose_unknown: false,
         })

@@ -20,7 +20,7 @@ fn a_power_cut_at_every_step_of_a_commit_leaves_the_old_calibration_or_the_new_o
     };
     let (mut old, mut seen) = (2, [0; 2]);
     for cut in 0..=steps {
-        assert_eq!(rig.ask(Action::Load(marked(old + 1))), Reply::Done);
+        assert_eq!(rig.ask(Action::take_over(marked(old + 1))), Reply::Done);
         rig.flash.0.borrow_mut().cut_after(cut);
         let reply = rig.link.ask_patiently(commit.clone(), COMMIT).ok();
         rig.assert_none_missed_but_for_the_cut(cut, &reply);

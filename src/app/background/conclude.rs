@@ -98,7 +98,7 @@ where
             beacon,
             quality: summary,
         } = record;
-        *device = self.device;
+        *device = self.keeper.device();
         *made = self.time();
         *temperature_c = self.reference_c() + evidence.temperature_delta_k;
         (*method, *gauge) = (Method::Platen, Gauge::OffsetsSpread);

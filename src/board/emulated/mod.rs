@@ -157,7 +157,7 @@ fn set_up(post: Post) -> Halves {
     let _ = post.ask(Operation::Boot, 0, &[], &mut number);
     let rings = rtt::start();
     // What the chip's flags would say after a start and after the supply was cut.
-    let report = fault::take(ResetCause::BrownOut);
+    let mut report = fault::take(ResetCause::BrownOut);
     start::log(&report);
     let line = |pin| Line {
         mailbox: Post::new(INTERRUPT),
@@ -170,7 +170,7 @@ fn set_up(post: Post) -> Halves {
     let lines = (line(Pin::Convst), line(Pin::Reset), line(Pin::Busy));
     let mut converter =
         Converter::new((spi(0), spi(1)), lines.0, lines.1, lines.2, Settings::BOARD);
-    start::initialise(&mut converter, &mut Delay);
+    report.health.converters = start::initialise(&mut converter, &mut Delay);
     let parts = (Serial::new(post), Flash { mailbox: post });
     let place = cortex_m::singleton!(: MaybeUninit<Background<'static, 'static, Serial, Flash>> = MaybeUninit::uninit());
     let place = place.expect("called once");

@@ -149,7 +149,7 @@ fn set_up() -> Halves {
     clocks::start();
     pins::start();
     let rings = rtt::start();
-    let report = fault::take(supervision::take_reset_cause());
+    let mut report = fault::take(supervision::take_reset_cause());
     start::log(&report);
     supervision::start_supply_detector();
     supervision::start_thermometer();
@@ -162,7 +162,7 @@ fn set_up() -> Halves {
         pins::BUSY,
         Settings::BOARD,
     );
-    start::initialise(&mut converter, &mut Delay);
+    report.health.converters = start::initialise(&mut converter, &mut Delay);
     pins::hand_convst_to_timer();
     let received =
         cortex_m::singleton!(: serial::ByteQueue = serial::ByteQueue::new()).expect("called once");

@@ -62,7 +62,7 @@ fn commit(board: &Board) -> Result<Result<Reply>> {
     let mut link = Link::connect(Box::new(board.clone()))?;
     let mut calibration = Calibration::identity(Geometry::PAPER);
     calibration.model = ErrorModel::zero(TermTable::equation_3());
-    let loaded = link.ask(Action::Load(calibration))?;
+    let loaded = link.ask(Action::take_over(calibration))?;
     ensure!(
         loaded == Reply::Done,
         "found {loaded:?} as the reply to a load"
