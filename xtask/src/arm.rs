@@ -31,14 +31,20 @@ pub struct Arm {
 impl Arm {
     /// `cargo SUBCOMMAND --target …`, run in the project's root, its output under `target/arm`.
     pub fn cargo(&self, subcommand: &str) -> Command {
+        self.cargo_in(subcommand, &root(), &target_dir())
+    }
+
+    /// The same for a copy of the project that lies in `folder`, its output under `output`. The settings are those of the
+    /// project itself, so that what others wrote and has been built for it need not be built again.
+    pub fn cargo_in(&self, subcommand: &str, folder: &Path, output: &Path) -> Command {
         let mut command = Command::new(&self.cargo);
         command
-            .current_dir(root())
+            .current_dir(folder)
             .arg(subcommand)
             .args(["--target", TARGET, "--target-dir"])
-            .arg(target_dir())
+            .arg(output)
             .arg("--config")
-            .arg(self.remapped_paths());
+            .arg(remapped_paths());
         if self.build_core {
             command.arg("-Zbuild-std=core,alloc");
             command.env_remove("RUSTUP_TOOLCHAIN");
@@ -54,16 +60,16 @@ impl Arm {
         command.envs(self.environment.iter().map(|(name, value)| (name, value)));
         command
     }
+}
 
-    /// Cargo's setting that shortens the paths in panic messages.
-    fn remapped_paths(&self) -> String {
-        let registry = env::home_dir()
-            .map(|home| env::var_os("CARGO_HOME").map_or(home.join(".cargo"), PathBuf::from))
-            .map(|home| home.join("registry").join("src"));
-        let mut flags = vec![remap(&root(), ".")];
-        flags.extend(registry.map(|registry| remap(&registry, "registry")));
-        format!("target.{TARGET}.rustflags=[{}]", flags.join(","))
-    }
+/// Cargo's setting that shortens the paths in panic messages.
+fn remapped_paths() -> String {
+    let registry = env::home_dir()
+        .map(|home| env::var_os("CARGO_HOME").map_or(home.join(".cargo"), PathBuf::from))
+        .map(|home| home.join("registry").join("src"));
+    let mut flags = vec![remap(&root(), ".")];
+    flags.extend(registry.map(|registry| remap(&registry, "registry")));
+    format!("target.{TARGET}.rustflags=[{}]", flags.join(","))
 }
 
 /// This machine's own folders do not get into an image: it is the same wherever it is built, and shorter.

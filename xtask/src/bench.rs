@@ -1,7 +1,7 @@
 //! `cargo xtask bench`: the cost table, measured on the emulated Cortex-M4F.
 
 use crate::plugin::{self, Build};
-use crate::{arm, cmsis, figures, firmware, onboard, throughput};
+use crate::{arm, chip, cmsis, figures, firmware, onboard, throughput};
 use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -42,7 +42,8 @@ pub fn run(arguments: &[String]) -> Result<()> {
     let joint = plugin::run_image(&image, &["joint"])?;
     costs.extend(parse(&joint)?);
     if json {
-        print_json(&costs, &joint, &firmware::sizes(&arm::ensure()?)?);
+        let images = firmware::sizes(&arm::ensure()?)?;
+        print_json(&costs, &joint, &images, &chip::json()?);
         return Ok(());
     }
     print_table(&costs);
@@ -257,7 +258,7 @@ impl GivensFloor {
     }
 }
 
-fn print_json(costs: &Costs, joint: &str, images: &serde_json::Map<String, Value>) {
+fn print_json(costs: &Costs, joint: &str, images: &serde_json::Map<String, Value>, chip: &Value) {
     let worst = |name: &str| {
         costs.get(name).map(|c| json!({"instructions_worst": c.instructions.0, "cycles_worst": c.cycles.0, "cycles_mean": c.cycles.1}))
     };
@@ -291,6 +292,7 @@ fn print_json(costs: &Costs, joint: &str, images: &serde_json::Map<String, Value
             "bytes": sizes(joint).collect::<BTreeMap<_, _>>(),
         },
         "images": images,
+        "chip": chip,
     });
     println!("{object}");
 }

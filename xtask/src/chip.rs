@@ -1,30 +1,76 @@
 //! `cargo xtask chip`: the sensor board's image as it ships, run on a model of its chip (`tools/chip`).
 
+mod copy;
+mod figures;
+mod mutate;
+mod mutations;
+
+pub use figures::json;
+
 use crate::arm::{self, root, run, say};
 use crate::firmware;
 use anyhow::{Result, ensure};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Debian's package of what unicorn's bindings are made with.
 const LIBCLANG: &str = "libclang-dev";
 
-/// The command. Words: names of checks; none: all, and the model's own tests before them.
+/// The command. Words: names of checks; none: all, and the model's own tests before them. `--mutate` and names of mutations, none:
+/// all, and the model's own tests before them.
 ///
 /// # Errors
 /// The image or the model cannot be built, or a check fails.
 pub fn run_command(arguments: &[String]) -> Result<()> {
-    let arm = arm::ensure()?;
-    let image = firmware::build(&arm, "g474")?;
     prepare()?;
-    if arguments.is_empty() {
-        say("the chip's model: its own tests");
-        run(&mut model("test"))?;
+    match arguments.split_first() {
+        Some((first, names)) if first == "--mutate" => mutate_all(names),
+        _ => check(arguments),
     }
+}
+
+fn check(names: &[String]) -> Result<()> {
+    let image = firmware::build(&arm::ensure()?, "g474")?;
+    if names.is_empty() {
+        own_tests()?;
+    }
+    run(Command::new(build()?).arg(image).args(names))
+}
+
+fn mutate_all(names: &[String]) -> Result<()> {
+    // They hold that no rule is without a fault that trips it.
+    if names.is_empty() {
+        own_tests()?;
+    }
+    let arm = arm::ensure()?;
+    firmware::build(&arm, "g474")?;
+    let model = build()?;
+    say("each mended fault is brought in again");
+    mutate::judge(mutate::run(&arm, &model, names)?)
+}
+
+/// Faults that `cargo xtask test` brings in again: one that the peripherals show, one of the signal path.
+const SAMPLE: [&str; 2] = ["1-data-cache", "3-missed-instants"];
+
+/// What `cargo xtask test` asks of the model: all checks, and that it still sees faults.
+///
+/// # Errors
+/// As [`run_command`].
+pub fn test() -> Result<()> {
+    run_command(&[])?;
+    mutate_all(&SAMPLE.map(Into::into))
+}
+
+fn own_tests() -> Result<()> {
+    say("the chip's model: its own tests");
+    run(&mut model("test"))
+}
+
+/// Builds the model; its program.
+fn build() -> Result<PathBuf> {
     say("building the chip's model");
     run(&mut model("build"))?;
-    let program = root().join("target").join("checked").join("chip");
-    run(Command::new(program).arg(image).args(arguments))
+    Ok(root().join("target").join("checked").join("chip"))
 }
 
 /// `cargo SUBCOMMAND` in the model's own workspace; what it builds lies with the rest.

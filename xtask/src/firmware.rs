@@ -129,18 +129,26 @@ pub fn run_command(arguments: &[String]) -> Result<()> {
 /// # Errors
 /// The compiler's.
 pub fn build(arm: &Arm, name: &str) -> Result<PathBuf> {
-    let linker = flip_link()?;
     say(&format!("building the {name} image"));
-    let mut command = arm.cargo("build");
+    build_in(arm, name, &root(), &target_dir())
+}
+
+/// The same of a copy of the project that lies in `folder`, built under `output`; says nothing of it.
+///
+/// # Errors
+/// The compiler's.
+pub fn build_in(arm: &Arm, name: &str, folder: &Path, output: &Path) -> Result<PathBuf> {
+    let linker = flip_link()?;
+    let mut command = arm.cargo_in("build", folder, output);
     command.args(["--quiet", "--profile", "firmware", "--bin", name]);
     if name == "emulated" {
-        command.current_dir(root().join("emulated"));
+        command.current_dir(folder.join("emulated"));
     } else {
         command.args(["--package", "courier-sensor", "--features", name]);
     }
     command.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker);
     run(&mut command)?;
-    Ok(target_dir().join(TARGET).join("firmware").join(name))
+    Ok(output.join(TARGET).join("firmware").join(name))
 }
 
 /// Where it is installed if it is not on the PATH.

@@ -95,7 +95,7 @@ const TASKS: &[Task] = &[
     ),
     (
         "chip",
-        "the sensor board's image as it ships on a model of its chip (NAMES OF CHECKS)",
+        "the sensor board's image as it ships on a model of its chip (NAMES OF CHECKS, or --mutate: each mended fault brought in again)",
         Work::With(chip::run_command),
     ),
     (

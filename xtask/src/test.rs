@@ -1,10 +1,10 @@
 //! `cargo xtask test`: formatting, manifests, lints, other operating systems, documentation, every test of the workspace, the library on the target, both images
-//! against their limits, the reports in a browser.
+//! against their limits, the image as it ships on a model of its chip, the reports in a browser.
 //!
 //! All tests run in the profile `checked` (Cargo.toml): optimised, since they simulate for minutes otherwise, and
 //! with the overflow checks and debug assertions of a debug build. The last line is `N passed, N failed`.
 
-use crate::{arm, cargo, firmware, manifests, onboard, platforms, report, runner};
+use crate::{arm, cargo, chip, firmware, manifests, onboard, platforms, report, runner};
 use anyhow::{Context, Result, ensure};
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
@@ -76,6 +76,10 @@ pub fn run() -> Result<()> {
     total.add(checked("flash, RAM and stack of both images", || {
         firmware::run_command(&[])
     }));
+    total.add(checked(
+        "the image as it ships on a model of its chip",
+        chip::test,
+    ));
     println!("{} passed, {} failed", total.passed, total.failed);
     ensure!(total.failed == 0, "{} failed", total.failed);
     Ok(())

@@ -2,7 +2,9 @@
 
 mod boot;
 mod calibration;
+mod cuts;
 mod link;
+mod restart;
 mod time;
 mod variants;
 
@@ -18,8 +20,12 @@ use hal_sim::wire::flash::Flash;
 use hal_sim::wire::motion::ControllerConfig;
 use hal_sim::world::World;
 use std::cell::RefCell;
+use std::num::NonZero;
 use std::path::Path;
 use std::rc::Rc;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::thread;
 
 /// Pages of bank 2.
 const PAGES: usize = 128;
@@ -27,18 +33,23 @@ const PAGES: usize = 128;
 /// A check: its name, what it does, and the function that does it.
 type Check = (&'static str, &'static str, fn(&Image) -> Result<String>);
 
-/// All checks. A further one is a line here.
+/// All checks, those that take longest first: they run at once. A further one is a line here.
 pub const CHECKS: &[Check] = &[
+    (
+        "calibration",
+        "a calibration, a commit, a power cut, a start from what was stored",
+        calibration::run,
+    ),
+    (
+        "cuts",
+        "the supply goes at every operation of a commit",
+        cuts::run,
+    ),
     ("boot", "from the reset vector to 1,000 samples", boot::run),
     (
         "link",
         "hello, status and a stream over the rings in RAM",
         link::run,
-    ),
-    (
-        "calibration",
-        "a calibration, a commit, a power cut, a start from what was stored",
-        calibration::run,
     ),
     (
         "time",
@@ -62,6 +73,11 @@ pub const CHECKS: &[Check] = &[
     ),
     ("stale", "a stale byte in the bus's FIFO", variants::stale),
     ("code", "wrong check bits in the code", variants::code),
+    (
+        "restart",
+        "a restart while the courier is on its way: it stops",
+        restart::run,
+    ),
     ("silent", "BUSY is silent for 10 ms", variants::silent),
 ];
 
@@ -79,18 +95,35 @@ pub fn run(image: &Path, names: &[String]) -> Result<()> {
     }
     let image = Image::open(image)?;
     let wanted = |name: &str| names.is_empty() || names.iter().any(|wanted| wanted == name);
-    let mut failed = vec![];
-    for (name, _, check) in CHECKS.iter().filter(|(name, ..)| wanted(name)) {
-        match check(&image) {
-            Ok(said) => println!("chip: {name}: {said}"),
-            Err(error) => {
-                eprintln!("chip: {name}: {error:#}");
-                failed.push(*name);
-            }
-        }
-    }
+    let chosen: Vec<&Check> = CHECKS.iter().filter(|(name, ..)| wanted(name)).collect();
+    let failed = at_once(&image, &chosen);
     ensure!(failed.is_empty(), "failed: {}", failed.join(", "));
     Ok(())
+}
+
+/// Runs checks, as many at once as there are processors; a line each as it ends. Names of those that failed, in their order.
+fn at_once(image: &Image, checks: &[&Check]) -> Vec<&'static str> {
+    let workers = thread::available_parallelism().map_or(1, NonZero::get);
+    let (next, failed) = (AtomicUsize::new(0), Mutex::new(vec![]));
+    thread::scope(|scope| {
+        for _ in 0..workers.min(checks.len()) {
+            scope.spawn(|| {
+                while let Some((name, _, check)) = checks.get(next.fetch_add(1, Relaxed)) {
+                    match check(image) {
+                        Ok(said) => println!("chip: {name}: {said}"),
+                        Err(error) => {
+                            eprintln!("chip: {name}: {error:#}");
+                            let mut failed = failed.lock().unwrap_or_else(|held| held.into_inner());
+                            failed.push(*name);
+                        }
+                    }
+                }
+            });
+        }
+    });
+    let failed = failed.into_inner().unwrap_or_else(|held| held.into_inner());
+    let in_order = checks.iter().map(|(name, ..)| *name);
+    in_order.filter(|name| failed.contains(name)).collect()
 }
 
 /// The ideal courier with its board, the chip as the README wants it, nothing stored.

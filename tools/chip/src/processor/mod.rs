@@ -55,6 +55,8 @@ pub struct Processor {
     pub times: Times,
     /// Resets of the image's own asking are no fault.
     pub may_reset: bool,
+    /// The supply dips only: a brown-out reset, and RAM keeps what it held.
+    pub dips: bool,
 }
 
 impl Processor {
@@ -87,6 +89,7 @@ impl Processor {
             resets: 0,
             times: Times::default(),
             may_reset: false,
+            dips: false,
         };
         processor.boot()?;
         Ok(processor)
@@ -173,16 +176,18 @@ impl Processor {
         written.map_err(|_| anyhow!("{address:#010x}: no memory"))
     }
 
-    /// The supply goes and comes: RAM holds anything afterwards, flash what it held.
+    /// The supply goes and comes: RAM holds anything afterwards, unless it [dips](Self::dips) only; flash holds what it held.
     ///
     /// # Errors
     /// Unicorn's.
     pub fn cut_power(&mut self) -> Result<()> {
-        // Not zeros, which a start-up that forgets to clear its memory would not notice.
-        let noise: Vec<u8> = (0..RAM_BYTES)
-            .map(|k| (k.wrapping_mul(0x9E37_79B1) >> 13) as u8)
-            .collect();
-        self.write_memory(RAM, &noise)?;
+        if !self.dips {
+            // Not zeros, which a start-up that forgets to clear its memory would not notice.
+            let noise: Vec<u8> = (0..RAM_BYTES)
+                .map(|k| (k.wrapping_mul(0x9E37_79B1) >> 13) as u8)
+                .collect();
+            self.write_memory(RAM, &noise)?;
+        }
         self.reset(Cause::Supply)
     }
 

@@ -1,0 +1,151 @@
+//! What `cargo xtask chip --mutate` takes back: each fault that a review found in the image before its first silicon and that is
+//! about the chip, as the smallest change of the sources that brings it in again, and what must show it.
+//!
+//! `find` must stand exactly once in its file. A change of the firmware that moves it moves it here too.
+
+/// One exchange of text in one file.
+pub struct Edit {
+    /// From the project's root.
+    pub file: &'static str,
+    /// Stands there exactly once.
+    pub find: &'static str,
+    /// Stands there instead.
+    pub put: &'static str,
+}
+
+/// A fault that is brought in again.
+pub struct Mutation {
+    /// What it is called on the command line.
+    pub name: &'static str,
+    /// What it does.
+    pub what: &'static str,
+    /// The change.
+    pub edits: &'static [Edit],
+    /// Name of the check that must fail.
+    pub check: &'static str,
+    /// What the check must say: a rule's name with a colon, or words of its own.
+    pub shows: &'static str,
+}
+
+macro_rules! mutations {
+    ($($name:literal, $what:literal, $check:literal => $shows:literal, [$($file:literal: $find:literal => $put:literal;)+];)*) => {
+        &[$(Mutation {
+            name: $name,
+            what: $what,
+            check: $check,
+            shows: $shows,
+            edits: &[$(Edit { file: $file, find: $find, put: $put },)+],
+        },)*]
+    };
+}
+
+/// All of them; the number is the review's. A further one is an entry here.
+pub const MUTATIONS: &[Mutation] = mutations! {
+    "1-data-cache", "the data cache stays on while bank 2 is written", "flags" => "flash-data-cache:", [
+        "src/drivers/g4_flash.rs":
+        "let off = access & !access::DATA_CACHE;" =>
+        "let off = access;";
+    ];
+
+    "1-stale-cache", "the data cache is not emptied before it is on again", "flags" => "flash-stale-cache:", [
+        "src/drivers/g4_flash.rs":
+        "self.controller.set_access(off | access::DATA_CACHE_RESET);" =>
+        "";
+    ];
+
+    "2-error-flags", "error flags of the past are not taken back before an operation", "flags" => "flash-sticky-error:", [
+        "src/drivers/g4_flash.rs":
+        "self.controller.clear_status(status::ERRORS);\n        let result" =>
+        "let result";
+    ];
+
+    "3-missed-instants", "instants missed have no number", "halted" => "instants missed", [
+        "src/app/sampler.rs":
+        "newest.wrapping_sub(served).checked_sub(1)" =>
+        "if newest == served { None } else { Some(0) }";
+    ];
+
+    "3-silent-converter", "instants missed while BUSY is silent have no number", "silent" => "instants missed", [
+        "src/app/sampler.rs":
+        "newest.wrapping_sub(served).checked_sub(1)" =>
+        "if newest == served { None } else { Some(0) }";
+    ];
+
+    "5-old-temperature", "one conversion at a time, 100 ms apart", "restart" => "adc-stale:", [
+        "src/board/g474/supervision.rs":
+        "w.set_l(1);" =>
+        "w.set_l(0);";
+    ];
+
+    "6-supply-detector", "the supply detector warns below the brown-out reset", "boot" => "supply-warning:", [
+        "src/board/g474/supervision.rs":
+        "const SUPPLY_LEVEL: u8 = 6;" =>
+        "const SUPPLY_LEVEL: u8 = 5;";
+    ];
+
+    "7-short-convst", "CONVST is two stores on a pin of low speed", "boot" => "convst-width:", [
+        "src/board/g474/pins.rs":
+        "    CONVST.fast();\n" =>
+        "";
+        "src/drivers/converter/mod.rs":
+        "delay.delay_us(CONVST_PULSE_US);" =>
+        "let _ = (&delay, CONVST_PULSE_US);";
+    ];
+
+    "8-double-error", "wrong check bits of the code are taken for a torn slot", "code" => "the code is corrupt", [
+        "src/drivers/g4_flash.rs":
+        "reading && ecc & place == check_bits::UNCORRECTED | check_bits::BANK_2" =>
+        "(reading || ecc != 0) && ecc & place & check_bits::UNCORRECTED != 0";
+    ];
+
+    "9-single-bank", "the option bytes are not looked at", "single-bank" => "wanted a refusal", [
+        "src/drivers/g4_flash.rs":
+        "options & (options::DUAL_BANK | options::BOOT_BANK_2) == options::DUAL_BANK" =>
+        "options & (options::DUAL_BANK | options::BOOT_BANK_2) != 1";
+    ];
+
+    "11-no-stop", "the courier is not told to stop at a start", "restart" => "goes on after the restart", [
+        "src/app/background.rs":
+        "self.keeper.start();\n        self.guide.halt();" =>
+        "self.keeper.start();";
+    ];
+
+    "12-watchdog-last", "the watchdog starts after the clock has been waited for", "boot" => "watchdog-first:", [
+        "src/board/g474/mod.rs":
+        "supervision::start_watchdog();\n    clocks::start();" =>
+        "clocks::start();\n    supervision::start_watchdog();";
+    ];
+
+    "13-stale-byte", "the bus's FIFO is never drained", "stale" => "shifts every frame", [
+        "src/board/g474/spi.rs":
+        "        drain();\n" =>
+        "        let _ = drain;\n";
+    ];
+
+    "15-prescaler", "the clock's source and the bus prescaler change in one write", "boot" => "prescaler-first:", [
+        "src/board/g474/clocks.rs":
+        "    RCC.cfgr().modify(|w| w.set_hpre(Hpre::DIV2));\n" =>
+        "";
+        "src/board/g474/clocks.rs":
+        "RCC.cfgr().modify(|w| w.set_sw(Sw::PLL1_R));" =>
+        "RCC.cfgr().modify(|w| { w.set_hpre(Hpre::DIV2); w.set_sw(Sw::PLL1_R); });";
+    ];
+
+    "15-clock-step", "the clock goes from 16 to 170 MHz in one step", "boot" => "clock-step:", [
+        "src/board/g474/clocks.rs":
+        "w.set_hpre(Hpre::DIV2)" =>
+        "w.set_hpre(Hpre::DIV1)";
+    ];
+
+    "16-floating-convst", "CONVST floats until its channel is on", "boot" => "floating-line:", [
+        "src/board/g474/pins.rs":
+        "    CONVST.pull(Pupdr::PULL_DOWN);\n" =>
+        "";
+    ];
+
+    "r1mode", "the regulator's boost bit at the place that stm32-metapac 21 has for it", "boot" => "voltage-range:", [
+        "src/board/g474/clocks.rs":
+        "const R1MODE: u32 = 1 << 8;" =>
+        "const R1MODE: u32 = 1 << 0;";
+    ];
+};
