@@ -20,11 +20,13 @@ pub enum On {
     Sim,
     /// An emulated Cortex-M4F: the firmware's image in QEMU.
     Emulated,
+    /// The sensor board's image as it ships, on a model of its chip; a second takes 3 to 5.
+    Chip,
 }
 
 /// Show the main job on a simulated courier: self-motions, calibration, restart, fly-by.
 ///
-/// The firmware's own code boots on a simulated board (or, with --on emulated, as the board's image on an emulated Cortex-M4F) without a calibration, commands self-motions, calibrates during them
+/// The firmware's own code boots on a simulated board (or, with --on emulated, as the board's image on an emulated Cortex-M4F, or with --on chip, as the image that ships on a model of its chip) without a calibration, commands self-motions, calibrates during them
 /// by incremental QR, accepts the result by its own tests, stores it, restarts from what it stored and flies by 40 mm. The
 /// table is the paper's section 3.1.2 with the figures found here beside it. Exit code 1 if the calibration was refused.
 ///

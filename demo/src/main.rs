@@ -19,11 +19,11 @@ fn main() -> ExitCode {
             cli.args.files().check()?;
             demo(&cli.args, board_link::Starter::default())
         }
-        On::Emulated => whole_command(),
+        On::Emulated | On::Chip => whole_command(),
     })
 }
 
-/// The emulated board comes with the whole command: `courier demo` with the arguments of this process.
+/// These boards come with the whole command: `courier demo` with the arguments of this process.
 fn whole_command() -> Result<ExitCode> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/../Cargo.toml");
@@ -32,7 +32,7 @@ fn whole_command() -> Result<ExitCode> {
         .args(["--package", "courier", "--", "demo"])
         .args(std::env::args_os().skip(1))
         .status()
-        .context("--on emulated: cargo, which builds the whole command")?;
+        .context("--on: cargo, which builds the whole command")?;
     let code = status.code().and_then(|code| u8::try_from(code).ok());
     Ok(code.map_or(ExitCode::FAILURE, ExitCode::from))
 }

@@ -8,7 +8,8 @@ mod mutations;
 pub use figures::json;
 
 use crate::arm::{self, root, run, say};
-use crate::firmware;
+use crate::permission::NotSetUp;
+use crate::{cargo, firmware};
 use anyhow::{Result, ensure};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -17,14 +18,15 @@ use std::process::Command;
 const LIBCLANG: &str = "libclang-dev";
 
 /// The command. Words: names of checks; none: all, and the model's own tests before them. `--mutate` and names of mutations, none:
-/// all, and the model's own tests before them.
+/// all, and the model's own tests before them. `--tests` and names of tests of the emulated board, none: those of [`TESTS`].
 ///
 /// # Errors
 /// The image or the model cannot be built, or a check fails.
 pub fn run_command(arguments: &[String]) -> Result<()> {
-    prepare()?;
+    prepare().map_err(|error| NotSetUp::of(error, " chip"))?;
     match arguments.split_first() {
         Some((first, names)) if first == "--mutate" => mutate_all(names),
+        Some((first, names)) if first == "--tests" => boards_tests(names),
         _ => check(arguments),
     }
 }
@@ -61,9 +63,56 @@ pub fn test() -> Result<()> {
     mutate_all(&SAMPLE.map(Into::into))
 }
 
+/// Tests of the emulated board (`host/tests/emulated`) that need nothing which only that board has.
+const TESTS: [&str; 9] = [
+    "bytes::",
+    "parts::a_silent_converter",
+    "parts::a_stuck_channel",
+    "parts::an_absent_motion_controller",
+    "restarts::a_restart_under_stream",
+    "storage::both_slots_torn",
+    "storage::a_flash_that_does_not_erase",
+    "map::",
+    "log::what_is_no_image",
+];
+
+/// Those tests on the model of the chip.
+fn boards_tests(names: &[String]) -> Result<()> {
+    let image = firmware::build(&arm::ensure()?, "g474")?;
+    let model = build()?;
+    let mut command = cargo(&["test", "--profile", "checked", "--package", "courier"]);
+    command.args(["--test", "emulated", "--"]);
+    match names {
+        [] => command.args(TESTS),
+        names => command.args(names),
+    };
+    command
+        .env("COURIER_TEST_BOARD", "chip")
+        .env("COURIER_CHIP_MODEL", model)
+        .env("COURIER_CHIP_IMAGE", image);
+    run(&mut command)
+}
+
 fn own_tests() -> Result<()> {
     say("the chip's model: its own tests");
     run(&mut model("test"))
+}
+
+/// What is missing here, as the commands that bring it.
+pub fn missing() -> Vec<String> {
+    let cmake = (!arm::on_path("cmake")).then(|| "apt-get install cmake".to_owned());
+    let libclang = (!has_libclang()).then(|| format!("apt-get install {LIBCLANG}"));
+    cmake.into_iter().chain(libclang).collect()
+}
+
+/// Installs what is missing and builds the model and the image.
+///
+/// # Errors
+/// Something cannot be installed or built.
+pub fn set_up() -> Result<()> {
+    prepare()?;
+    firmware::build(&arm::ensure()?, "g474")?;
+    build().map(drop)
 }
 
 /// Builds the model; its program.

@@ -80,7 +80,7 @@ const TASKS: &[Task] = &[
     ),
     (
         "setup",
-        "says what `courier --emulated` lacks here, asks (or takes --yes), installs and builds it",
+        "says what `courier --emulated` (with the word chip: `courier --chip`) lacks here, asks (or takes --yes), installs and builds it",
         Work::With(setup::run),
     ),
     (
@@ -95,7 +95,7 @@ const TASKS: &[Task] = &[
     ),
     (
         "chip",
-        "the sensor board's image as it ships on a model of its chip (NAMES OF CHECKS, or --mutate: each mended fault brought in again)",
+        "the sensor board's image as it ships on a model of its chip (NAMES OF CHECKS; --mutate: each mended fault brought in again; --tests: tests of the emulated board on it)",
         Work::With(chip::run_command),
     ),
     (

@@ -8,10 +8,22 @@ static GRANTED: AtomicBool = AtomicBool::new(false);
 /// Something is missing, and this command does not install.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "found no {missing}, wanted it: `cargo xtask setup` says what it will install, and does it"
+    "found no {missing}, wanted it: `cargo xtask setup{of}` says what it will install, and does it"
 )]
 pub struct NotSetUp {
     missing: String,
+    /// Words behind `setup`: what it is to set up if it is not the emulated board.
+    of: &'static str,
+}
+
+impl NotSetUp {
+    /// `setup` needs these words, the space before them included, to bring what is missing.
+    pub fn of(error: anyhow::Error, of: &'static str) -> anyhow::Error {
+        match error.downcast::<Self>() {
+            Ok(Self { missing, .. }) => Self { missing, of }.into(),
+            Err(other) => other,
+        }
+    }
 }
 
 /// From here on this run may install.
@@ -28,7 +40,7 @@ pub fn wanted(missing: &str) -> Result<()> {
         return Ok(());
     }
     let missing = missing.to_owned();
-    Err(NotSetUp { missing }.into())
+    Err(NotSetUp { missing, of: "" }.into())
 }
 
 #[cfg(test)]
@@ -43,8 +55,10 @@ mod tests {
         assert!(error.is::<NotSetUp>(), "{error:#}");
         let text = format!("{error:#}");
         assert!(
-            text.contains("no-such-program-anywhere") && text.contains("cargo xtask setup"),
+            text.contains("no-such-program-anywhere") && text.contains("cargo xtask setup`"),
             "{text}"
         );
+        let of_chip = NotSetUp::of(error, " chip").to_string();
+        assert!(of_chip.contains("`cargo xtask setup chip`"), "{of_chip}");
     }
 }

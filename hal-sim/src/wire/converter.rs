@@ -42,6 +42,14 @@ struct Wire {
     conversions: u64,
 }
 
+impl Wire {
+    fn take_inputs(&mut self, now_ns: u64) -> Option<[[i16; CHANNELS]; 2]> {
+        let fresh = self.inputs.sample(now_ns);
+        self.conversions += 1;
+        fault::spoil(&self.input_fault, fresh, &mut self.last_inputs)
+    }
+}
+
 /// The converters' side of the board. Clones are the same wire.
 #[derive(Clone)]
 pub struct ConverterWire(Rc<RefCell<Wire>>);
@@ -96,6 +104,12 @@ impl ConverterWire {
     /// Rising edges of CONVST so far.
     pub fn conversions(&self) -> u64 {
         self.0.borrow().conversions
+    }
+
+    /// A rising edge of CONVST for converters that are elsewhere: what stands at their inputs at this instant, faults included; none if
+    /// they have no supply. The chips of this wire take no part.
+    pub fn inputs_at(&self, now_ns: u64) -> Option<[[i16; CHANNELS]; 2]> {
+        self.0.borrow_mut().take_inputs(now_ns)
     }
 
     /// Reaches into a chip: to give it another identity, or to make it lose its supply.
@@ -181,9 +195,7 @@ impl OutputPin for Convst {
         wire.clock.advance_ns(PIN_NS);
         if !wire.convst {
             let now_ns = wire.clock.now_ns();
-            let fresh = wire.inputs.sample(now_ns);
-            wire.conversions += 1;
-            if let Some(inputs) = fault::spoil(&wire.input_fault, fresh, &mut wire.last_inputs) {
+            if let Some(inputs) = wire.take_inputs(now_ns) {
                 let chips = wire.chips.iter_mut().zip(&inputs);
                 chips.for_each(|(chip, inputs)| chip.convst(now_ns, inputs));
             }

@@ -55,7 +55,46 @@ pub struct Flash {
     rng: ChaCha8Rng,
 }
 
+/// What a flash holds: its bytes, and of each double word whether it has been programmed since its last erase and whether it is torn.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Contents {
+    /// The bytes.
+    pub bytes: Vec<u8>,
+    /// Whether each double word is programmed.
+    pub programmed: Vec<bool>,
+    /// Whether each double word is torn.
+    pub torn: Vec<bool>,
+}
+
 impl Flash {
+    /// What it holds.
+    pub fn contents(&self) -> Contents {
+        Contents {
+            bytes: self.bytes.clone(),
+            programmed: self.programmed.clone(),
+            torn: self.torn.clone(),
+        }
+    }
+
+    /// Makes it hold what another one of the same size does.
+    ///
+    /// # Panics
+    /// The sizes differ.
+    pub fn take_over(&mut self, contents: Contents) {
+        assert_eq!(
+            [
+                contents.bytes.len(),
+                contents.programmed.len(),
+                contents.torn.len()
+            ],
+            [self.bytes.len(), self.programmed.len(), self.torn.len()],
+            "the contents of a flash of another size"
+        );
+        self.bytes = contents.bytes;
+        self.programmed = contents.programmed;
+        self.torn = contents.torn;
+    }
+
     /// Erased flash of so many pages.
     pub fn new(pages: usize, seed: u64) -> Self {
         let words = pages * PAGE_BYTES / WORD_BYTES;

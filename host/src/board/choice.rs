@@ -1,7 +1,7 @@
 //! The options by which a user names a board.
 
 use super::claim::Claim;
-use super::emulated;
+use super::{chip, emulated};
 use crate::demo::Preset;
 use crate::output::{Files, check_folder_of, replace_file};
 use anyhow::{Context, Result, ensure};
@@ -16,6 +16,8 @@ use hal_sim::beacon_fault::{BeaconFault, FaultyBeacon};
 use hal_sim::board::SharedFlash;
 use hal_sim::presets::DEFAULT_RMS_M;
 use hal_sim::spec::CourierSpec;
+use hal_sim::wire::motion::ControllerConfig;
+use hal_sim::world::World;
 use std::path::{Path, PathBuf};
 
 /// Which board to talk to; the simulated one if none is named.
@@ -28,6 +30,9 @@ pub struct Choice {
     /// The firmware's image on an emulated Cortex-M4F, its courier simulated.
     #[arg(long, global = true, group = "board")]
     emulated: bool,
+    /// The image as it ships on a model of its chip, its courier simulated; a second takes 3 to 5.
+    #[arg(long, global = true, group = "board")]
+    chip: bool,
     /// A board on a debug probe: `any`, or VENDOR:PRODUCT[:SERIAL] in hexadecimal.
     #[arg(long, global = true, group = "board", value_name = "SELECTOR")]
     probe: Option<String>,
@@ -123,6 +128,8 @@ pub enum Kind {
     Sim,
     /// The image in QEMU.
     Emulated,
+    /// The image on a model of its chip.
+    Chip,
     /// Behind a debug probe.
     Probe,
 }
@@ -130,16 +137,17 @@ pub enum Kind {
 impl Choice {
     /// The kind of board.
     pub fn kind(&self) -> Kind {
-        match (&self.probe, self.emulated) {
-            (Some(_), _) => Kind::Probe,
-            (None, true) => Kind::Emulated,
-            (None, false) => Kind::Sim,
+        match () {
+            () if self.probe.is_some() => Kind::Probe,
+            () if self.emulated => Kind::Emulated,
+            () if self.chip => Kind::Chip,
+            () => Kind::Sim,
         }
     }
 
     /// True if the user named a board.
     pub fn is_given(&self) -> bool {
-        self.sim || self.emulated || self.probe.is_some() || self.simulated_options()
+        self.sim || self.emulated || self.chip || self.probe.is_some() || self.simulated_options()
     }
 
     fn simulated_options(&self) -> bool {
@@ -204,10 +212,14 @@ impl Choice {
             Some(path) => Some(claim_and_restore(&flash, path)?),
             None => None,
         };
-        let wire: Box<dyn Wire> = if self.emulated {
-            Box::new(emulated::start(spec, seed, flash.clone())?)
-        } else {
-            Box::new(SimWire::start(spec, seed, flash.clone())?)
+        let wire: Box<dyn Wire> = match self.kind() {
+            Kind::Emulated => Box::new(emulated::start(spec, seed, flash.clone())?),
+            Kind::Chip => {
+                let home = spec.places.scatter_corner;
+                let world = World::new(spec, ControllerConfig::TYPICAL, home, seed)?;
+                Box::new(chip::start(world, flash.clone())?)
+            }
+            _ => Box::new(SimWire::start(spec, seed, flash.clone())?),
         };
         let link = Link::connect(wire)?;
         let flash = self.sim_flash.clone().map(|path| Kept { flash, path });

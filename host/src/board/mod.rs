@@ -1,6 +1,7 @@
 //! Which board a command talks to: `choice` are the options by which a user names one, `emulated` builds and starts the emulated
-//! one, `claim` keeps two commands from one board. What is asked of a board, whichever it is, is in the package `board-link`.
+//! one, `chip` starts the model of the chip, `claim` keeps two commands from one board. What is asked of a board, whichever it is, is in the package `board-link`.
 
+pub mod chip;
 mod choice;
 pub mod claim;
 pub mod emulated;

@@ -1,6 +1,6 @@
-//! `courier demo`: the package `courier-demo`, and the emulated board beside the simulated one.
+//! `courier demo`: the package `courier-demo`, and the emulated board and the model of the chip beside the simulated one.
 
-use crate::board::{Starter, emulated};
+use crate::board::{Starter, chip, emulated};
 use anyhow::Result;
 use courier_demo::{On, demo};
 use std::process::ExitCode;
@@ -15,6 +15,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let board = match args.on() {
         On::Sim => Starter::default(),
         On::Emulated => emulated::STARTER,
+        On::Chip => chip::STARTER,
     };
     demo(args, board)
 }

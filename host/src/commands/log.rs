@@ -1,7 +1,7 @@
 //! `courier log`.
 
 use crate::output::{Files, Kind as FileKind};
-use crate::board::{Choice, Kind, Link, emulated};
+use crate::board::{Choice, Kind, Link, chip, emulated};
 use crate::json::Lines;
 use crate::live::Live;
 use crate::terminal::warn;
@@ -53,10 +53,11 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     args.live.seconds()?;
     let path = match (&args.elf, choice.kind()) {
         (_, Kind::Sim) => bail!(
-            "log: found the simulated board, which has none: its firmware runs in this process; wanted --emulated or --probe"
+            "log: found the simulated board, which has none: its firmware runs in this process; wanted --emulated, --chip or --probe"
         ),
         (Some(path), _) => path.clone(),
         (None, Kind::Emulated) => emulated::images()?.firmware,
+        (None, Kind::Chip) => chip::image()?,
         (None, Kind::Probe) => emulated::built("g474"),
     };
     let image = Image::read(&path)?;

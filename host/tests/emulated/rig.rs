@@ -1,6 +1,10 @@
 //! An emulated board with its courier, the faults that can be put on them, and the host's end of the link.
+//!
+//! With `COURIER_TEST_BOARD=chip` it is the image as it ships on the model of its chip instead: what is put on the mailboxes of the
+//! emulated board has no effect there, so that tests which need it are not run (`cargo xtask chip --tests`).
 
-use courier::board::{Link, emulated};
+use board_link::Wire;
+use courier::board::{Link, chip, emulated};
 use courier_sensor::calibration::Refusal as SessionRefusal;
 use courier_sensor::calibration::record::Calibration;
 use courier_sensor::emulation::Operation;
@@ -46,10 +50,14 @@ impl Rig {
         let parts = Parts::new(world.clone(), flash.clone());
         let (bus_faults, hang) = (parts.bus_faults.clone(), parts.hang.clone());
         let stack_spent = parts.stack_spent.clone();
-        let images = emulated::images().expect("the images are built");
-        let board = Emulated::start(&images, parts).expect("QEMU runs");
+        let board: Box<dyn Wire> = if on_chip() {
+            Box::new(chip::start(world.clone(), flash.clone()).expect("the model runs"))
+        } else {
+            let images = emulated::images().expect("the images are built");
+            Box::new(Emulated::start(&images, parts).expect("QEMU runs"))
+        };
         Self {
-            link: Link::connect(Box::new(board)).expect("the image answers"),
+            link: Link::connect(board).expect("the image answers"),
             world,
             flash,
             bus_faults,
@@ -163,6 +171,11 @@ impl Rig {
     pub fn assert_none_missed(&mut self) {
         assert_eq!(self.status().missed, 0, "sampling instants missed");
     }
+}
+
+/// Whether the tests run on the model of the chip.
+fn on_chip() -> bool {
+    std::env::var_os("COURIER_TEST_BOARD").is_some_and(|board| board == "chip")
 }
 
 /// A calibration of zeros with a mark.

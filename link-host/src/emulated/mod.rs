@@ -5,8 +5,6 @@
 //! frozen and a run repeats exactly.
 
 mod ahead;
-#[cfg(target_os = "linux")]
-mod child;
 mod server;
 #[cfg(not(target_os = "linux"))]
 #[path = "elsewhere.rs"]
@@ -213,7 +211,7 @@ fn spawn(images: &Images, ram: &Path, bell: u32) -> Result<Child> {
     let [before, after] = RAM_OBJECT;
     let mut command = Command::new(QEMU);
     #[cfg(target_os = "linux")]
-    child::tie(&mut command);
+    crate::child::tie(&mut command);
     command
         .args(QEMU_ARGUMENTS)
         .arg("-object")

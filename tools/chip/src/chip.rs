@@ -116,7 +116,7 @@ impl Chip {
         self.iwdg = Iwdg::after_reset();
         if cause == Cause::Supply {
             self.dbgmcu = Dbgmcu::after_reset();
-            self.around.flash.0.borrow_mut().power_up();
+            self.around.flash.power_up();
         }
         self.lines = Lines::default();
         self.around.release(self.now);

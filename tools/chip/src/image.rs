@@ -68,12 +68,15 @@ impl Image {
     }
 }
 
+/// Where the chip's own number lies, 12 bytes (RM0440, 48.1).
+pub const NUMBER: u32 = 0x1FFF_7590;
+
 /// What the factory writes into the system memory: the chip's number, the size of its flash, the temperature sensor's readings.
 pub fn factory_values() -> Vec<(u32, Vec<u8>)> {
     let [low, high] = adc::CALIBRATION.map(|reading| reading.to_le_bytes().to_vec());
     vec![
         // RM0440, 48.1 and 48.2; DS12288, temperature sensor.
-        (0x1FFF_7590, b"chip-model-1".to_vec()),
+        (NUMBER, b"chip-model-1".to_vec()),
         (0x1FFF_75E0, 512u16.to_le_bytes().to_vec()),
         (0x1FFF_75A8, low),
         (0x1FFF_75CA, high),

@@ -2,16 +2,20 @@
 //!
 //! `rule` lists what a run must keep; `registers` are the chip's own tables; `peripheral` holds one peripheral a file, `chip` joins them,
 //! `lines` are the board's wires to `surroundings`, which are `hal-sim`'s parts; `processor` runs the instructions (unicorn) with exceptions,
-//! time and protection around them; `image` is the file; `wire` the debug link; `check` what `cargo xtask chip` runs.
+//! time and protection around them; `image` is the file; `wire` the debug link; `check` what `cargo xtask chip` runs;
+//! `serve` makes the chip a board of `courier --chip`, whose courier and flash (`bank`) are the `host`'s.
 
+pub mod bank;
 pub mod check;
 pub mod chip;
+pub mod host;
 pub mod image;
 mod lines;
 pub mod peripheral;
 pub mod processor;
 pub mod registers;
 pub mod rule;
+pub mod serve;
 pub mod surroundings;
 pub mod time;
 pub mod wire;

@@ -80,7 +80,9 @@ impl Lines {
         }
         if was != is {
             chip.lines.convst_since = chip.now;
-            chip.around.convst(is, chip.now);
+            let drive = chip.gpio[CONVST.0].drive(CONVST.1);
+            let by_timer = matches!(drive, Drive::Function(_));
+            chip.around.convst(is, by_timer, chip.now);
         }
         chip.lines.convst = level;
     }

@@ -1,15 +1,20 @@
-//! `chip IMAGE [CHECK…]`: runs the image on the modelled chip; without names of checks, all of them.
+//! `chip IMAGE [CHECK…]`: runs the image on the modelled chip; without names of checks, all of them. `chip serve IMAGE`: the chip is a
+//! board for the program that started this one.
 
 use std::path::Path;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let Some((image, names)) = words.split_first() else {
-        eprintln!("chip: found no image, wanted: chip IMAGE [CHECK…]");
-        return ExitCode::from(2);
+    let done = match &words[..] {
+        [] => {
+            eprintln!("chip: found no image, wanted: chip IMAGE [CHECK…] or chip serve IMAGE");
+            return ExitCode::from(2);
+        }
+        [serve, image] if serve == "serve" => chip::serve::run(Path::new(image)),
+        [image, names @ ..] => chip::check::run(Path::new(image), names),
     };
-    match chip::check::run(Path::new(image), names) {
+    match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("chip: {error:#}");

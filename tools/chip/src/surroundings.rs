@@ -1,10 +1,13 @@
 //! What is wired to the chip's pins: `hal-sim`'s converters and motion controller, and the lamp.
 
+use crate::bank::Bank;
+use crate::host::{Host, Inputs};
 use crate::time::{NEVER, Ticks, from_ns, to_ns};
 use embedded_hal::digital::OutputPin;
 use embedded_io::{Read, ReadReady, Write};
 use hal_sim::board::SharedFlash;
-use hal_sim::wire::converter::{Convst, Reset};
+use hal_sim::wire::clock::Clock;
+use hal_sim::wire::converter::{ConverterWire, Convst, Reset};
 use hal_sim::wire::motion::Line;
 use hal_sim::world::World;
 use std::convert::Infallible;
@@ -12,19 +15,61 @@ use std::convert::Infallible;
 /// A look at BUSY where the end of a conversion is sought.
 const LOOK: Ticks = from_ns(25);
 
+/// What lies behind the converters and at the far end of the serial line.
+pub trait Beyond {
+    /// A byte goes to the motion controller: its start bit is at this instant.
+    fn send(&mut self, byte: u8, now_ns: u64);
+
+    /// A byte that the motion controller has sent and that has arrived by now.
+    fn receive(&mut self, now_ns: u64) -> Option<u8>;
+
+    /// Temperature of the board, degrees Celsius.
+    fn temperature_c(&self) -> f64;
+
+    /// The edge of CONVST that comes next is the timer's, or software's.
+    fn conversion(&mut self, _by_timer: bool) {}
+}
+
+/// A world in this program.
+struct Near {
+    world: World,
+    line: Line,
+}
+
+impl Beyond for Near {
+    fn send(&mut self, byte: u8, now_ns: u64) {
+        self.world.clock.advance_to_ns(now_ns);
+        // A byte without room is lost, as on the line.
+        let _ = self.line.write(&[byte]);
+    }
+
+    fn receive(&mut self, now_ns: u64) -> Option<u8> {
+        self.world.clock.advance_to_ns(now_ns);
+        let mut byte = [0];
+        let ready = self.line.read_ready() == Ok(true);
+        (ready && self.line.read(&mut byte) == Ok(1)).then_some(byte[0])
+    }
+
+    fn temperature_c(&self) -> f64 {
+        self.world
+            .with_courier(|courier| courier.sample().temperature_c)
+    }
+}
+
 /// The parts at the chip's pins.
 pub struct Surroundings {
-    /// Everything around the board.
-    pub world: World,
+    /// Both converters.
+    pub converter: ConverterWire,
     /// Bank 2 of the chip's flash, which outlives its resets.
-    pub flash: SharedFlash,
+    pub flash: Bank,
     /// The lamp's level.
     pub lamp: bool,
     /// BUSY never rises.
     pub silent: bool,
     convst: Convst,
     reset: Reset,
-    line: Line,
+    clock: Clock,
+    beyond: Box<dyn Beyond>,
     busy_until: Ticks,
     selected: [bool; 2],
 }
@@ -32,11 +77,35 @@ pub struct Surroundings {
 impl Surroundings {
     /// A board in this world.
     pub fn new(world: World, flash: SharedFlash) -> Self {
+        let (converter, clock) = (world.converter.clone(), world.clock.clone());
+        let line = world.motion.line();
+        let beyond = Box::new(Near { world, line });
+        Self::joined(converter, clock, beyond, Bank::new(flash))
+    }
+
+    /// A board whose world is the host's.
+    pub fn of_host(host: Host) -> Self {
+        let clock = Clock::new();
+        let inputs = Inputs::new(host.clone());
+        let supply = inputs.supply();
+        let converter = ConverterWire::new(clock.clone(), inputs);
+        let _ = supply.set(converter.input_fault());
+        let flash = Bank::of_host(host.clone());
+        Self::joined(converter, clock, Box::new(host), flash)
+    }
+
+    fn joined(
+        converter: ConverterWire,
+        clock: Clock,
+        beyond: Box<dyn Beyond>,
+        flash: Bank,
+    ) -> Self {
         Self {
-            convst: world.converter.convst(),
-            reset: world.converter.reset(),
-            line: world.motion.line(),
-            world,
+            convst: converter.convst(),
+            reset: converter.reset(),
+            converter,
+            clock,
+            beyond,
             flash,
             lamp: false,
             silent: false,
@@ -47,7 +116,7 @@ impl Surroundings {
 
     /// A reset: the chip's pins drive nothing, and every line of the board falls.
     pub fn release(&mut self, now: Ticks) {
-        self.convst(false, now);
+        self.convst(false, false, now);
         self.reset(false, now);
         for chip in (0..2)
             .filter(|chip| self.selected[*chip])
@@ -58,12 +127,13 @@ impl Surroundings {
     }
 
     fn arrive(&self, now: Ticks) {
-        self.world.clock.advance_to_ns(to_ns(now));
+        self.clock.advance_to_ns(to_ns(now));
     }
 
-    /// An edge of CONVST.
-    pub fn convst(&mut self, high: bool, now: Ticks) {
+    /// An edge of CONVST, by the timer or by software.
+    pub fn convst(&mut self, high: bool, by_timer: bool, now: Ticks) {
         self.arrive(now);
+        self.beyond.conversion(by_timer);
         set(&mut self.convst, high);
         if high && now >= self.busy_until {
             self.busy_until = self.conversion_end(now);
@@ -72,7 +142,7 @@ impl Surroundings {
 
     /// When chip 0 takes BUSY down again.
     fn conversion_end(&self, now: Ticks) -> Ticks {
-        let mut chip = self.world.converter.with_chip(0, |chip| chip.clone());
+        let mut chip = self.converter.with_chip(0, |chip| chip.clone());
         let mut end = now;
         while chip.busy(to_ns(end)) {
             end += LOOK;
@@ -106,7 +176,7 @@ impl Surroundings {
     pub fn select(&mut self, chip: usize, low: bool, now: Ticks) {
         self.arrive(now);
         self.selected[chip] = low;
-        self.world.converter.with_chip(chip, |part| match low {
+        self.converter.with_chip(chip, |part| match low {
             true => part.select(to_ns(now)),
             false => part.deselect(),
         });
@@ -116,8 +186,7 @@ impl Surroundings {
     pub fn exchange(&mut self, byte: u8) -> u8 {
         let mut answer = 0xFF;
         for chip in (0..2).filter(|chip| self.selected[*chip]) {
-            let converter = &self.world.converter;
-            answer &= converter.with_chip(chip, |part| part.exchange(byte));
+            answer &= self.converter.with_chip(chip, |part| part.exchange(byte));
         }
         answer
     }
@@ -125,22 +194,18 @@ impl Surroundings {
     /// The board sends a byte to the motion controller: its start bit is at `now`.
     pub fn send(&mut self, byte: u8, now: Ticks) {
         self.arrive(now);
-        // A byte without room is lost, as on the line.
-        let _ = self.line.write(&[byte]);
+        self.beyond.send(byte, to_ns(now));
     }
 
     /// A byte that the motion controller has sent.
     pub fn receive(&mut self, now: Ticks) -> Option<u8> {
         self.arrive(now);
-        let mut byte = [0];
-        let ready = self.line.read_ready() == Ok(true);
-        (ready && self.line.read(&mut byte) == Ok(1)).then_some(byte[0])
+        self.beyond.receive(to_ns(now))
     }
 
     /// Temperature of the board, degrees Celsius.
     pub fn temperature_c(&self) -> f64 {
-        self.world
-            .with_courier(|courier| courier.sample().temperature_c)
+        self.beyond.temperature_c()
     }
 }
 

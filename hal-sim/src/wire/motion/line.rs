@@ -8,6 +8,17 @@ use std::rc::Rc;
 /// The firmware's end of the serial line.
 pub struct Line(pub(super) Rc<RefCell<Controller>>);
 
+impl Line {
+    /// Takes every byte that the controller has begun to send, also those that are still to come, each with the instant at which it
+    /// will have arrived, nanoseconds: for a receiver elsewhere.
+    pub fn take_coming(&mut self) -> Vec<(u64, u8)> {
+        let mut controller = self.0.borrow_mut();
+        let now_ns = controller.clock.now_ns();
+        controller.run_until(now_ns);
+        controller.to_sensor.drain(..).collect()
+    }
+}
+
 impl ErrorType for Line {
     type Error = ErrorKind;
 }

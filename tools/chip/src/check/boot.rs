@@ -21,7 +21,7 @@ fn sample(processor: &mut Processor) -> Result<String> {
     for _ in 0..PATIENCE_MS {
         let end = processor.run(from_us(1000))?;
         ensure!(end == End::Time, "the supply went by itself");
-        let taken = processor.chip().around.world.conversions();
+        let taken = processor.chip().around.converter.conversions();
         if taken >= SAMPLES {
             let at_us = to_ns(processor.now()) / 1000;
             let cycles = processor.cycles();
@@ -30,7 +30,7 @@ fn sample(processor: &mut Processor) -> Result<String> {
             ));
         }
     }
-    let taken = processor.chip().around.world.conversions();
+    let taken = processor.chip().around.converter.conversions();
     anyhow::bail!(
         "found {taken} conversions in {PATIENCE_MS} ms, wanted {SAMPLES}; the processor is at {:#010x}",
         processor.program_counter()

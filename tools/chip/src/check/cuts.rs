@@ -95,7 +95,7 @@ fn load(link: &mut Link, mark: u32) -> Result<()> {
     let mut calibration = Calibration::identity(Geometry::PAPER);
     calibration.model = ErrorModel::zero(TermTable::equation_3());
     calibration.made.uptime_s = mark;
-    let loaded = link.ask(Action::Load(calibration))?;
+    let loaded = link.ask(Action::take_over(calibration))?;
     ensure!(
         loaded == Reply::Done,
         "found {loaded:?} as the reply to a load"

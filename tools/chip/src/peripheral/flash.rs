@@ -4,11 +4,10 @@
 //! that are written once, torn ones that cannot be read, a supply that goes at any step.
 
 use super::{Access, Peripheral, Words};
+use crate::bank::Bank;
 use crate::registers::Register;
 use crate::rule::Rule;
 use crate::time::{NEVER, Ticks, from_us};
-use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
-use hal_sim::board::SharedFlash;
 use hal_sim::wire::flash::{FlashError, PAGE_BYTES, WORD_BYTES};
 use stm32_metapac::flash::regs::{Acr, Cr, Eccr, Optr, Sr};
 
@@ -56,7 +55,7 @@ impl Default for Start {
 pub struct Flash {
     words: Words,
     /// Bank 2.
-    pub bank2: SharedFlash,
+    pub bank2: Bank,
     keys_seen: usize,
     locked_for_good: bool,
     half: Option<(u32, u32)>,
@@ -69,7 +68,7 @@ pub struct Flash {
 
 impl Flash {
     /// After reset (RM0440, 5.7): caches on, locked.
-    pub fn after_reset(start: Start, bank2: SharedFlash) -> Self {
+    pub fn after_reset(start: Start, bank2: Bank) -> Self {
         let reset = [
             (ACR, 0x0004_0600),
             (SR, start.errors & ERRORS),
@@ -126,16 +125,7 @@ impl Flash {
 
     /// Reads bank 2; a torn double word reads as it is and is noted.
     pub fn read_bank2(&mut self, offset: u32, bytes: &mut [u8]) {
-        let torn = {
-            let mut bank = self.bank2.0.borrow_mut();
-            let torn = bank.read(offset, bytes) == Err(FlashError::Uncorrectable);
-            if torn {
-                let place = offset as usize;
-                bytes.copy_from_slice(&bank.bytes()[place..][..bytes.len()]);
-            }
-            torn
-        };
-        if torn {
+        if self.bank2.read(offset, bytes) {
             self.note_double_error(true, offset);
         }
     }
@@ -215,8 +205,8 @@ impl Flash {
 
     fn finish(&mut self, work: Work, access: &mut Access) {
         let done = match work {
-            Work::Erase { offset } => self.bank2.erase(offset, offset + PAGE_BYTES as u32),
-            Work::Program { offset, data } => self.bank2.write(offset, &data),
+            Work::Erase { offset } => self.bank2.erase(offset),
+            Work::Program { offset, data } => self.bank2.program(offset, data),
         };
         match done {
             Ok(()) => {}
