@@ -1,5 +1,6 @@
 //! `cargo xtask chip`: the sensor board's image as it ships, run on a model of its chip (`tools/chip`).
 
+mod control;
 mod copy;
 mod figures;
 mod mutate;
@@ -19,6 +20,7 @@ const LIBCLANG: &str = "libclang-dev";
 
 /// The command. Words: names of checks; none: all, and the model's own tests before them. `--mutate` and names of mutations, none:
 /// all, and the model's own tests before them. `--tests` and names of tests of the emulated board, none: those of [`TESTS`].
+/// `control`: embassy's image.
 ///
 /// # Errors
 /// The image or the model cannot be built, or a check fails.
@@ -26,6 +28,7 @@ pub fn run_command(arguments: &[String]) -> Result<()> {
     prepare().map_err(|error| NotSetUp::of(error, " chip"))?;
     match arguments.split_first() {
         Some((first, names)) if first == "--mutate" => mutate_all(names),
+        Some((first, [])) if first == "control" => control::check(),
         Some((first, names)) if first == "--tests" => boards_tests(names),
         _ => check(arguments),
     }

@@ -315,7 +315,9 @@ impl Chip {
                 return access.broken(Rule::ReadOnly, name());
             }
             if !is_data(&register) {
-                if width != 4 {
+                // 16-bit registers of a timer may be written as such (RM0440, 30.5).
+                let halves = width == 2 && matches!(unit, Unit::Tim2 | Unit::Tim3);
+                if width != 4 && !halves {
                     access.broken(Rule::AccessWidth, format!("{}: {width} bytes", name()));
                 }
                 let before = match unit {
@@ -335,7 +337,28 @@ impl Chip {
             }
             chip.watch_clocks(unit, access);
         });
+        if unit == Unit::Rcc && register.name.contains("rstr") {
+            registers::set_back(register.name, value)
+                .into_iter()
+                .for_each(|unit| self.set_back(unit));
+        }
         self.settle();
+    }
+
+    /// The clock controller resets a peripheral. The watchdog and the clock controller itself have no such bit.
+    fn set_back(&mut self, unit: Unit) {
+        match unit {
+            Unit::Pwr => self.pwr = Pwr::after_reset(self.pwr.supply_v),
+            Unit::Flash => self.flash = Flash::after_reset(self.start, self.around.flash.clone()),
+            Unit::Gpio(port) => self.gpio[port] = Gpio::after_reset(port),
+            Unit::Syscfg => self.syscfg = Syscfg::after_reset(),
+            Unit::Tim2 => self.tim2 = Timer::after_reset("TIM2", 32),
+            Unit::Tim3 => self.tim3 = Timer::after_reset("TIM3", 16),
+            Unit::Spi1 => self.spi1 = Spi::after_reset(),
+            Unit::Usart1 => self.usart1 = Usart::after_reset(),
+            Unit::Adc1 | Unit::Adc12Common => self.adc1 = Adc::after_reset(),
+            _ => {}
+        }
     }
 
     /// Clock, regulator and flash must fit one another after each change of one of them.

@@ -1,5 +1,5 @@
 //! `chip IMAGE [CHECK…]`: runs the image on the modelled chip; without names of checks, all of them. `chip serve IMAGE`: the chip is a
-//! board for the program that started this one.
+//! board for the program that started this one. `chip control IMAGE`: an image of somebody else's drivers.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -12,6 +12,7 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
         [serve, image] if serve == "serve" => chip::serve::run(Path::new(image)),
+        [control, image] if control == "control" => chip::check::control::run(Path::new(image)),
         [image, names @ ..] => chip::check::run(Path::new(image), names),
     };
     match done {

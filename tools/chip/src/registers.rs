@@ -213,6 +213,17 @@ fn bit_of(register: &str, field: &str) -> u32 {
     }
 }
 
+/// Peripherals of the model that a write of this value to a reset register of the clock controller sets back.
+pub fn set_back(register: &str, value: u32) -> Vec<Unit> {
+    let resets = METADATA.peripherals.iter().filter_map(|peripheral| {
+        let reset = peripheral.rcc.as_ref()?.reset.as_ref()?;
+        let hit =
+            same(reset.register, register) && value >> bit_of(reset.register, reset.field) & 1 == 1;
+        Unit::named(peripheral.name).filter(|_| hit)
+    });
+    resets.collect()
+}
+
 /// Number of an interrupt line.
 pub fn interrupt(name: &str) -> u16 {
     let found = METADATA.interrupts.iter().find(|line| line.name == name);
@@ -255,6 +266,13 @@ mod tests {
         assert_eq!(find(0xE004_2008).name, "apb1lfzr");
         assert!(map.find(0x4000_0FFC).is_none());
         assert!(map.find(0x6000_0000).is_none());
+    }
+
+    #[test]
+    fn a_reset_register_names_its_peripherals() {
+        assert_eq!(set_back("apb2rstr", 1 << 12), [Unit::Spi1]);
+        assert_eq!(set_back("apb2rstr", 0), []);
+        assert_eq!(set_back("ahb2rstr", 1 << 2), [Unit::Gpio(2)]);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 mod boot;
 mod calibration;
+pub mod control;
 mod cuts;
 mod link;
 mod restart;

@@ -4,8 +4,8 @@ use super::{Access, Peripheral, Words};
 use crate::registers::Register;
 use crate::rule::Rule;
 use crate::time::{NEVER, TICK_HZ, Ticks, from_us};
-use stm32_metapac::rcc::regs::{Cfgr, Cr, Csr, Pllcfgr};
-use stm32_metapac::rcc::vals::{Hpre, Pllsrc, Ppre, Sw};
+use stm32_metapac::rcc::regs::{Ccipr, Cfgr, Cr, Crrcr, Csr, Pllcfgr};
+use stm32_metapac::rcc::vals::{Hpre, Pllsrc, Ppre, Sw, Usart1sel};
 
 /// The internal oscillator, hertz.
 const HSI_HZ: u32 = 16_000_000;
@@ -292,6 +292,18 @@ impl Peripheral for Rcc {
                 };
                 now.set_rmvf(false);
                 self.words.put(CSR, now.0 & 0x00FF_FFFF | flags);
+            }
+            // The low-speed clocks and the peripherals' sources: nothing that is modelled runs from them but by its first choice.
+            "crrcr" if Crrcr(value).hsi48on() => {
+                access.broken(Rule::Unmodelled, "RCC.crrcr: HSI48 is switched on");
+            }
+            "ccipr" if Ccipr(value).usart1sel() != Usart1sel::PCLK2 => {
+                access.broken(Rule::Unmodelled, "RCC.ccipr: another clock for USART1");
+            }
+            "crrcr" | "bdcr" | "ccipr" | "ccipr2" => self.words.set(register, value),
+            // What a reset does is the chip's: the peripherals are not here.
+            "ahb1rstr" | "ahb2rstr" | "ahb3rstr" | "apb1rstr1" | "apb1rstr2" | "apb2rstr" => {
+                self.words.set(register, value);
             }
             "icscr" | "ahb1enr" | "ahb2enr" | "ahb3enr" | "apb1enr1" | "apb1enr2" | "apb2enr"
             | "ahb1smenr" | "ahb2smenr" | "ahb3smenr" | "apb1smenr1" | "apb1smenr2"

@@ -120,8 +120,15 @@ impl Peripheral for Timer {
             ("cr2" | "smcr" | "psc" | "arr" | "arr_dither" | "ccer", _) => {
                 self.words.set(register, value);
             }
-            ("ccr" | "ccr_dither", 0) | ("ccmr_input" | "ccmr_output", 0) => {
+            ("ccr" | "ccr_dither", 0) | ("ccmr_input" | "ccmr_output", _) => {
                 self.words.set(register, value);
+            }
+            // UG: the counter begins anew.
+            ("egr", _) => {
+                if value & 1 == 1 {
+                    self.counter = 0;
+                    self.zero_at = self.zero_at.map(|_| access.now);
+                }
             }
             ("cnt", _) if self.zero_at.is_none() => self.counter = value,
             (other, index) => {
