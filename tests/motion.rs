@@ -1,7 +1,7 @@
 //! The motion port against the simulated controller, byte for byte.
 
 use courier_sensor::drivers::motion::{
-    Command, FaultCode, MotionPort, Phase, PortError, Refusal, Reply, Target,
+    Command, FaultCode, HEARTBEAT_LIMIT_MS, MotionPort, Phase, PortError, Refusal, Reply, Target,
 };
 use effects::motion::{Motion, Pose};
 use hal_sim::wire::clock::Clock;
@@ -37,9 +37,18 @@ fn reply(clock: &Clock, port: &mut MotionPort<Line>) -> Option<Reply> {
     })
 }
 
+/// Lets so many milliseconds pass and keeps the motion going.
+fn keep_going(clock: &Clock, port: &mut MotionPort<Line>, milliseconds: u32) {
+    for _ in 0..milliseconds / 10 {
+        port.send(Command::GoOn).unwrap();
+        reply(clock, port);
+        clock.advance_ns(9_000_000);
+    }
+}
+
 fn settle(clock: &Clock, port: &mut MotionPort<Line>) -> Option<Target> {
     (0..200).find_map(|_| {
-        port.send(Command::WhereAreYou).unwrap();
+        port.send(Command::GoOn).unwrap();
         match reply(clock, port) {
             Some(Reply::State {
                 at,
@@ -92,8 +101,11 @@ fn keeps_to_the_speed_limit_and_stops() {
     .unwrap();
     reply(&clock, &mut port).unwrap();
     let motion = wire.motion();
-    let fastest = (0..2000)
-        .map(|n| motion.velocity(f64::from(n) * 1e-3).x_m)
+    let fastest = (0..200)
+        .map(|_| {
+            keep_going(&clock, &mut port, 10);
+            motion.velocity(clock.now_s()).x_m
+        })
         .fold(0.0, f64::max);
     assert!((0.19..0.201).contains(&fastest), "{fastest}");
     let (clock, wire, mut port) = courier(1);
@@ -103,12 +115,45 @@ fn keeps_to_the_speed_limit_and_stops() {
     })
     .unwrap();
     reply(&clock, &mut port).unwrap();
-    clock.advance_ns(1_000_000_000);
+    keep_going(&clock, &mut port, 1000);
     port.send(Command::Stop).unwrap();
     reply(&clock, &mut port).unwrap();
     let at = settle(&clock, &mut port).unwrap();
     let truth = wire.motion().pose(clock.now_s());
     assert!(at.x_m > 0.05 && at.x_m < 0.25 && (truth.x_m - f64::from(at.x_m)).abs() < 2.0e-4);
+}
+
+/// The review's fault 11: a board that stops working in mid-motion says nothing, and the courier went on.
+#[test]
+fn a_motion_without_a_heartbeat_comes_to_rest() {
+    let far = Target { x_m: 0.5, ..TARGET };
+    let go = Command::GoTo {
+        target: far,
+        speed_m_per_s: 0.2,
+    };
+    let (clock, wire, mut port) = courier(1);
+    let motion = wire.motion();
+    let speed = || motion.velocity(clock.now_s()).x_m;
+    let limit_ns = u64::from(HEARTBEAT_LIMIT_MS) * 1_000_000;
+    port.send(go).unwrap();
+    keep_going(&clock, &mut port, 1000);
+    assert!(speed() > 0.05, "it moves");
+    // Other questions are no heartbeat.
+    port.send(Command::WhereAreYou).unwrap();
+    reply(&clock, &mut port).unwrap();
+    clock.advance_ns(limit_ns / 2);
+    assert!(speed() > 0.05, "half the time is no reason to stop");
+    // From 0.2 m/s at 5 m/s^2 in 80 ms.
+    clock.advance_ns(limit_ns / 2 + 100_000_000);
+    assert!(speed().abs() < 1.0e-3, "{}", speed());
+    let at = settle(&clock, &mut port).unwrap();
+    assert!((0.02..0.3).contains(&at.x_m), "{at:?}");
+    // A heartbeat alone moves nothing; the next command does.
+    keep_going(&clock, &mut port, 500);
+    assert_eq!(settle(&clock, &mut port), Some(at));
+    port.send(go).unwrap();
+    keep_going(&clock, &mut port, 4000);
+    assert_eq!(settle(&clock, &mut port), Some(far));
 }
 
 #[test]

@@ -4,12 +4,14 @@ mod bench;
 
 use bench::{Bench, marked, world};
 use courier_sensor::device::Device;
+use courier_sensor::drivers::motion::Target;
 use courier_sensor::frame::Status;
 use courier_sensor::health::{Trouble, troubles};
 use courier_sensor::link::message::{
     Action, ConverterFault, ConverterTest, InForce, RecordRefusal, Refusal, Reply, SlotContent,
     SlotRefusal,
 };
+use effects::motion::Motion;
 use hal_sim::board::SharedFlash;
 use hal_sim::wire::ad7606c::Ad7606c;
 use hal_sim::world::World;
@@ -119,4 +121,27 @@ fn good_frames_after_a_failed_self_test_do_not_hide_it() {
     assert_eq!(status.status & trouble.bits(), 0, "frames are good");
     let failed = ConverterTest::Failed(ConverterFault::Chip(1));
     assert_eq!(status.health.converters, failed);
+}
+
+/// The review's fault 11: what a board set in motion does not outlive its work.
+#[test]
+fn a_board_that_stops_working_leaves_the_courier_at_rest() {
+    let mut bench = Bench::start(world(10), SharedFlash::erased(10));
+    let far = Action::GoTo {
+        target: Target {
+            x_m: 0.3,
+            ..Target::default()
+        },
+        speed_m_per_s: 0.2,
+    };
+    assert_eq!(bench.ask(far), Reply::Done);
+    bench.run(10_000);
+    // Nothing of the board runs for a second; the courier's own time goes on.
+    let world = &bench.board.world;
+    world.clock.advance_ns(1_000_000_000);
+    let place = || world.motion.motion().pose(world.clock.now_s()).x_m;
+    let stopped = place();
+    assert!((0.005..0.25).contains(&stopped), "{stopped}");
+    world.clock.advance_ns(500_000_000);
+    assert!((place() - stopped).abs() < 1.0e-6, "{stopped} {}", place());
 }

@@ -1,7 +1,8 @@
 //! Self-motions: brings the courier where the session or a host wants it, over a line that may lose or garble frames.
 //!
 //! A command is repeated until the controller has acknowledged it; then the controller is asked, every [`ASK_SAMPLES`],
-//! whether it has settled, and is believed only if it names the pose that was asked for. Time is counted in samples.
+//! whether it has settled, and is believed only if it names the pose that was asked for. These questions are the heartbeat without
+//! which the controller stops. Time is counted in samples.
 
 use crate::calibration::{MotionEvent, RelativePose};
 use crate::drivers::motion::{Command, MotionPort, Phase, PortCounters, PortError, Reply, Target};
@@ -160,7 +161,8 @@ impl<S: Read + ReadReady + Write + WriteReady> Guide<S> {
         }
         let command = match self.errand {
             Errand::Idle => return,
-            Errand::Locate { .. } | Errand::Settle { .. } => Command::WhereAreYou,
+            Errand::Locate { .. } => Command::WhereAreYou,
+            Errand::Settle { .. } => Command::GoOn,
             Errand::Command { goal } => Command::GoTo {
                 target: goal,
                 speed_m_per_s: self.speed_m_per_s,

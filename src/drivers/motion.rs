@@ -13,6 +13,11 @@ pub const FRAME_BYTES: usize = framing::encoded_bytes(32);
 /// Bytes taken from the line at one poll: 64 are 0.6 ms at 1 Mbaud.
 const BYTES_A_POLL: usize = 64;
 
+/// A motion goes on only while the controller hears of it: [`Command::GoTo`] or [`Command::GoOn`] at least so often, milliseconds.
+/// Otherwise the controller comes to rest by itself and waits for the next command: its board has stopped working, or the line is broken.
+/// The board is silent for 50 ms at most while a motion is under way, when it writes its flash, and repeats a lost frame after 10 ms.
+pub const HEARTBEAT_LIMIT_MS: u32 = 200;
+
 /// A planar pose as commanded, platen frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Target {
@@ -38,6 +43,8 @@ pub enum Command {
     WhereAreYou,
     /// Come to rest where you are.
     Stop,
+    /// Go on with the motion, and where are you? The heartbeat: see [`HEARTBEAT_LIMIT_MS`].
+    GoOn,
 }
 
 /// How far a motion is.
@@ -268,7 +275,7 @@ fn is_finite(command: &Command) -> bool {
             target,
             speed_m_per_s,
         } => target_is_finite(target) && speed_m_per_s.is_finite(),
-        Command::WhereAreYou | Command::Stop => true,
+        Command::WhereAreYou | Command::Stop | Command::GoOn => true,
     }
 }
 

@@ -1,6 +1,6 @@
 //! The motion controller at the far end of its serial line, bytes in and bytes out, and the courier that it moves.
 //!
-//! Open loop: it ends tens of micrometres off and does not know it. [`MotionWire::line`] is the firmware's end (embedded-io),
+//! Open loop: it ends tens of micrometres off and does not know it. A motion whose heartbeat is missing it brakes by itself. [`MotionWire::line`] is the firmware's end (embedded-io),
 //! [`MotionWire::motion`] the true motion for the plant. Both run the controller up to the time they are asked for.
 
 mod line;
@@ -11,7 +11,8 @@ use super::clock::Clock;
 use super::trajectory::{Leg, Trajectory};
 use crate::trajectory::PlaceError;
 use courier_sensor::drivers::motion::{
-    Command, FRAME_BYTES, FaultCode, Phase, Refusal, Reply, Request, Response, Target,
+    Command, FRAME_BYTES, FaultCode, HEARTBEAT_LIMIT_MS, Phase, Refusal, Reply, Request, Response,
+    Target,
 };
 use courier_sensor::link::framing::{self, Decoder, FrameCounters};
 use effects::motion::{Motion, Pose};
@@ -70,6 +71,8 @@ const BYTE_NS: u64 = 10_000;
 const LATENCY_NS: u64 = 300_000;
 /// Bytes that the firmware's transmitter holds.
 const TRANSMITTER_BYTES: usize = 64;
+/// A motion is braked so long after the last command that keeps it going.
+const HEARTBEAT_LIMIT_NS: u64 = HEARTBEAT_LIMIT_MS as u64 * 1_000_000;
 /// Shortest move, and the time of a stop.
 const SHORTEST_S: f64 = 0.02;
 
@@ -102,6 +105,8 @@ struct Controller {
     to_controller: VecDeque<(u64, u8)>,
     to_sensor: VecDeque<(u64, u8)>,
     decoder: Decoder<FRAME_BYTES>,
+    /// When the motion under way is braked, unless a heartbeat comes before.
+    brakes_ns: Option<u64>,
     misbehaviour: Misbehaviour,
 }
 
@@ -123,6 +128,7 @@ impl MotionWire {
             to_controller: VecDeque::new(),
             to_sensor: VecDeque::new(),
             decoder: Decoder::new(),
+            brakes_ns: None,
             misbehaviour: Misbehaviour::None,
         })))
     }
@@ -154,9 +160,18 @@ impl Controller {
             && arrived_ns <= now_ns
         {
             self.to_controller.pop_front();
+            self.brake_if_due(arrived_ns);
             if let Some(Ok(request)) = self.decoder.feed::<Request>(byte) {
                 self.handle(&request, arrived_ns);
             }
+        }
+        self.brake_if_due(now_ns);
+    }
+
+    /// Brakes a motion that is no longer kept going.
+    fn brake_if_due(&mut self, now_ns: u64) {
+        if let Some(at_ns) = self.brakes_ns.take_if(|at_ns| *at_ns <= now_ns) {
+            self.brake(at_ns as f64 * 1e-9);
         }
     }
 
@@ -210,6 +225,12 @@ impl Controller {
                     target.theta_rad.into(),
                 );
                 self.go(to, f64::from(speed_m_per_s), now_s);
+                self.keep_going(now_s);
+            }
+            Command::GoOn => {
+                if self.brakes_ns.is_some() {
+                    self.keep_going(now_s);
+                }
             }
             Command::WhereAreYou => {}
             Command::Stop => self.brake(now_s),
@@ -265,8 +286,14 @@ impl Controller {
         self.start_leg(to, duration_s, hardness, now_s);
     }
 
+    /// The motion under way goes on, for as long as the next heartbeat may take.
+    fn keep_going(&mut self, now_s: f64) {
+        self.brakes_ns = Some((now_s * 1e9) as u64 + HEARTBEAT_LIMIT_NS);
+    }
+
     /// Comes to rest ahead of where it is, as far as it rolls when braking evenly.
     fn brake(&mut self, now_s: f64) {
+        self.brakes_ns = None;
         let [at, velocity, _] = self.told.course_state(now_s);
         if self.told.last().end_s() > now_s {
             let speed = velocity
