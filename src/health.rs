@@ -3,15 +3,13 @@
 //! The board reports values ([`Health`]) and judges none of them, so that a limit can change without a new image.
 
 use crate::drivers::g4_flash::options;
-use crate::link::message::{Conversions, ConverterFault, ConverterTest, Health, MemoryTest};
+use crate::link::message::{ConverterFault, ConverterTest, Health, MemoryTest};
 use heapless::Vec;
 
 /// Frequency of the slow oscillator, hertz: 29.5 to 34 kHz over temperature and supply (data sheet DS12288, LSI characteristics).
 pub const SLOW_CLOCK_HZ: [u32; 2] = [29_500, 34_000];
-/// Conversions that may be started and not yet answered: one is under way, one more may start between the readings of both counters.
-pub const UNANSWERED: u32 = 2;
 /// Most troubles that there can be: one of each kind, and one of each option.
-pub const MOST: usize = 9;
+pub const MOST: usize = 8;
 
 /// Something that is not as it should be; its text says what was found and what was wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -31,13 +29,6 @@ pub enum Trouble {
     /// The chip's option bytes.
     #[error("option bytes: {0}")]
     Options(OptionFault),
-    /// Conversions.
-    #[error(
-        "conversions: found {started} started and {answered} answered, wanted at most {UNANSWERED} unanswered",
-        started = .0.started,
-        answered = .0.answered
-    )]
-    Conversions(Conversions),
     /// Clocks.
     #[error(
         "clock: the slow oscillator has {0} Hz by the main clock, wanted {low} to {high}",
@@ -81,8 +72,7 @@ impl Trouble {
                 "check the converters' supply, RESET, CONVST, BUSY and the bus, then `courier reset`, which tests them again"
             }
             Self::Memory(_) => "the chip is damaged: replace the board",
-            Self::Options(_) => "docs/your-board.md sets them",
-            Self::Conversions(_) => "check CONVST and BUSY: docs/your-board.md",
+            Self::Options(_) => "`cargo xtask option-bytes` sets them",
             Self::Clock(_) => {
                 "one of the chip's two clocks is wrong, and with it rates and times: replace the board"
             }
@@ -102,7 +92,6 @@ pub fn troubles(health: &Health) -> Vec<Trouble, MOST> {
     };
     let safe_mode = health.safe_mode;
     let safe_mode = safe_mode.then_some(Trouble::SafeMode(health.faults_in_a_row));
-    let conversions = health.conversions.filter(|both| !answered(both));
     let [low, high] = SLOW_CLOCK_HZ;
     let clock = health.slow_clock_hz.filter(|hz| !(low..=high).contains(hz));
     let options = health.option_bytes.map(option_faults).unwrap_or_default();
@@ -113,17 +102,9 @@ pub fn troubles(health: &Health) -> Vec<Trouble, MOST> {
                 .into_iter()
                 .map(|fault| Some(Trouble::Options(fault))),
         )
-        .chain([
-            conversions.map(Trouble::Conversions),
-            clock.map(Trouble::Clock),
-        ])
+        .chain([clock.map(Trouble::Clock)])
         .flatten()
         .collect()
-}
-
-/// Whether every conversion was answered that can have been.
-const fn answered(both: &Conversions) -> bool {
-    both.started.wrapping_sub(both.answered) <= UNANSWERED
 }
 
 /// What differs in an option register (FLASH_OPTR) from what the firmware needs.
@@ -191,10 +172,6 @@ mod tests {
             converters: ConverterTest::Passed,
             memory: MemoryTest::Passed,
             option_bytes: Some(wanted_options(FACTORY)),
-            conversions: Some(Conversions {
-                started: 1,
-                answered: u32::MAX,
-            }),
             slow_clock_hz: Some(32_000),
             faults_in_a_row: 2,
             safe_mode: false,
@@ -206,12 +183,6 @@ mod tests {
             "what is not known is none"
         );
         let failed = ConverterTest::Failed(ConverterFault::BusyStuck);
-        let missed = |started| {
-            Some(Conversions {
-                started,
-                answered: 10,
-            })
-        };
         let faults = [
             Health {
                 converters: failed,
@@ -223,14 +194,6 @@ mod tests {
             },
             Health {
                 option_bytes: Some(FACTORY ^ 1 << 26),
-                ..healthy
-            },
-            Health {
-                conversions: missed(13),
-                ..healthy
-            },
-            Health {
-                conversions: missed(9),
                 ..healthy
             },
             Health {
@@ -251,9 +214,8 @@ mod tests {
             assert_eq!(found.len(), 1, "{fault:?}: {found:?}");
             assert!(!found[0].remedy().is_empty());
         }
-        for (conversions, hz) in [(missed(10), 29_500), (missed(12), 34_000)] {
+        for hz in SLOW_CLOCK_HZ {
             let fine = Health {
-                conversions,
                 slow_clock_hz: Some(hz),
                 ..healthy
             };
@@ -267,10 +229,6 @@ mod tests {
             converters: ConverterTest::Failed(ConverterFault::Chip(1)),
             memory: MemoryTest::Failed { address: 0 },
             option_bytes: Some(options::BOOT_BANK_2),
-            conversions: Some(Conversions {
-                started: 9,
-                answered: 0,
-            }),
             slow_clock_hz: Some(0),
             faults_in_a_row: 3,
             safe_mode: true,

@@ -2,7 +2,7 @@
 
 use crate::Wire;
 use anyhow::{Context, Result};
-use courier_sensor::link::message::{REPLY_CHANNEL, TELEMETRY_CHANNEL};
+use courier_sensor::link::message::{REPLY_CHANNEL, ResetCause, TELEMETRY_CHANNEL};
 use courier_sensor::settings::Settings;
 use hal_sim::board::{SharedFlash, SimBoard};
 use hal_sim::spec::CourierSpec;
@@ -54,13 +54,14 @@ impl SimWire {
         })
     }
 
-    /// Power off and on; what the board has said stays to be read.
+    /// A restart as it was ordered; what the board has said stays to be read.
     fn restart(&mut self) -> Result<()> {
         if let Some(board) = self.board.take() {
             let mut bytes = [0; COMMAND_BYTES];
             let taken = board.link.read_replies(&mut bytes);
             self.replies.extend(&bytes[..taken]);
-            self.board = Some(SimBoard::start(
+            self.board = Some(SimBoard::start_after(
+                ResetCause::Requested,
                 board.stop(),
                 self.flash.clone(),
                 Settings::default(),

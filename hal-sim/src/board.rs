@@ -16,7 +16,7 @@ use courier_sensor::device::Device;
 use courier_sensor::drivers::converter::{Converter, Counts, Settings as Channels};
 use courier_sensor::drivers::motion::MotionPort;
 use courier_sensor::frame::Frame;
-use courier_sensor::link::message::{Health, Hello, PROTOCOL};
+use courier_sensor::link::message::{Health, Hello, PROTOCOL, ResetCause};
 use courier_sensor::settings::{ConfigError, Settings};
 use courier_sensor::step::StepConfig;
 use courier_sensor::swap::SwapQueues;
@@ -96,6 +96,19 @@ impl SimBoard {
         flash: SharedFlash,
         settings: Settings,
     ) -> Result<Self, ConfigError> {
+        Self::start_after(ResetCause::PowerOn, world, flash, settings)
+    }
+
+    /// [`SimBoard::start`] of a board that was off, or that restarts for this cause.
+    ///
+    /// # Errors
+    /// The settings cannot be used.
+    pub fn start_after(
+        cause: ResetCause,
+        world: World,
+        flash: SharedFlash,
+        settings: Settings,
+    ) -> Result<Self, ConfigError> {
         let initial = StepConfig::build(&settings)?;
         let mut converter = Converter::new(
             (world.converter.spi(0), world.converter.spi(1)),
@@ -106,6 +119,7 @@ impl SimBoard {
         );
         let tested = converter.initialise(&mut world.clock.clone());
         let started = StartReport {
+            cause,
             health: Health {
                 converters: tested.into(),
                 ..Health::default()
@@ -130,7 +144,7 @@ impl SimBoard {
             world.number,
             Box::leak(Box::default()),
         );
-        background.start();
+        background.start(false);
         let link = LinkWire::new();
         let console = Console::new(link.clone(), hello(rate_hz, world.number), started);
         world.begin_sampling();

@@ -105,11 +105,11 @@ where
     }
 
     /// Starts from what is stored: the newest valid record comes in force; without one frames say
-    /// [`Status::UNCALIBRATED`] and [`Keeper::boot`] why.
+    /// [`Status::UNCALIBRATED`] and [`Keeper::boot`] why. In safe mode what is stored is left alone ([`super::restarts`]).
     ///
     /// The motion controller is told to stop: what was under way before a restart is nobody's any more.
-    pub fn start(&mut self) {
-        self.keeper.start();
+    pub fn start(&mut self, safe_mode: bool) {
+        self.keeper.start(safe_mode);
         self.guide.halt();
     }
 

@@ -75,6 +75,11 @@ impl<P: Ports> Console<P> {
         self.restart && self.unsent.is_empty()
     }
 
+    /// Whether the board leaves alone what is stored.
+    pub fn is_safe_mode(&self) -> bool {
+        self.started.health.safe_mode
+    }
+
     /// Takes a frame into the stream, if there is one.
     pub fn stream(&mut self, frame: &Frame) {
         let ports = &mut self.ports;
@@ -329,7 +334,7 @@ impl<P: Ports> Console<P> {
             motion: background.motion_counters().frames,
             reset: self.started.cause,
             boot: background.keeper().boot().err(),
-            isr_cycles_worst: None,
+            isr_cycles_worst: Some(mailbox.isr_cycles_worst()).filter(|cycles| *cycles > 0),
             health: self.started.health,
         }
     }

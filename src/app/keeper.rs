@@ -56,9 +56,12 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
         }
     }
 
-    /// Puts the newest stored record in force, or the board's own settings where there is none that can be used.
-    pub fn start(&mut self) {
-        self.boot = self.load_stored();
+    /// Puts the newest stored record in force, or the board's own settings where there is none that can be used, and in safe mode.
+    pub fn start(&mut self, safe_mode: bool) {
+        self.boot = match safe_mode {
+            true => Err(Refusal::SafeMode),
+            false => self.load_stored(),
+        };
     }
 
     /// How loading the stored calibration went at start-up.

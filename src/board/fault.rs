@@ -3,6 +3,7 @@
 
 use super::RAM_START;
 use crate::app::console::StartReport;
+use crate::app::restarts::{faults_in_a_row, is_safe_mode};
 use crate::link::message::{FaultReport, Health, ResetCause};
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
@@ -24,6 +25,10 @@ const MESSAGE_BYTES: usize = 128;
 
 #[unsafe(link_section = ".uninit.fault")]
 static mut RECORD: MaybeUninit<[u32; WORDS]> = MaybeUninit::uninit();
+
+/// Faults in a row, and the same with every bit turned over: what RAM holds after power-on is no pair.
+#[unsafe(link_section = ".uninit.fault")]
+static mut IN_A_ROW: MaybeUninit<[u32; 2]> = MaybeUninit::uninit();
 
 /// Seconds since start, for a record; kept by the main loop.
 pub static UPTIME_S: AtomicU32 = AtomicU32::new(0);
@@ -82,10 +87,36 @@ pub fn take(hardware: ResetCause) -> StartReport {
             message: text,
         }
     });
+    let before = in_a_row();
+    let faults = faults_in_a_row(before, cause);
+    set_in_a_row(faults);
     StartReport {
         cause,
         fault,
-        health: Health::default(),
+        health: Health {
+            faults_in_a_row: faults,
+            safe_mode: is_safe_mode(faults),
+            ..Health::default()
+        },
+    }
+}
+
+/// Faults in a row up to the start before; none if memory lost it.
+fn in_a_row() -> Option<u8> {
+    let place = addr_of!(IN_A_ROW).cast::<u32>();
+    // SAFETY: any bits are a valid word; the second tells whether somebody wrote the first.
+    let [faults, turned] = unsafe { [read_volatile(place), read_volatile(place.add(1))] };
+    let kept = u8::try_from(faults).ok();
+    kept.filter(|_| turned == !faults)
+}
+
+/// Counts anew: 0 after a time of service without a fault.
+pub fn set_in_a_row(faults: u8) {
+    let (place, faults) = (addr_of_mut!(IN_A_ROW).cast::<u32>(), u32::from(faults));
+    // SAFETY: the main loop alone writes here, and the start before it.
+    unsafe {
+        write_volatile(place, faults);
+        write_volatile(place.add(1), !faults);
     }
 }
 
@@ -220,19 +251,25 @@ extern "C" fn HardFault() -> ! {
     )
 }
 
+/// Program counter and link register of what an exception interrupted, whose frame begins at `place`; zeros if that is no memory.
+pub fn interrupted(place: u32) -> (u32, u32) {
+    if place < RAM_START {
+        return (0, 0);
+    }
+    // SAFETY: the processor pushed its registers there, in RAM.
+    let frame = unsafe { &*(place as *const ExceptionFrame) };
+    (frame.pc(), frame.lr())
+}
+
 /// Keeps the reason and restarts. `place` is where the processor pushed its registers, or tried to.
 extern "C" fn hard_fault(place: u32) -> ! {
     // SAFETY: status registers of the processor, read only.
     let status = unsafe { (*cortex_m::peripheral::SCB::PTR).cfsr.read() };
     let mut text = Text::new();
-    let (program_counter, link_register) = if place < RAM_START {
+    if place < RAM_START {
         text.push(b"stack overflow, ");
-        (0, 0)
-    } else {
-        // SAFETY: the processor pushed its registers there, in RAM.
-        let frame = unsafe { &*(place as *const ExceptionFrame) };
-        (frame.pc(), frame.lr())
-    };
+    }
+    let (program_counter, link_register) = interrupted(place);
     text.push(b"fault status ");
     text.push_number(status);
     let cause = ResetCause::HardFault;

@@ -6,6 +6,8 @@ use core::sync::atomic::{Ordering::SeqCst, compiler_fence};
 
 /// Priority of the sampling interrupt: the highest there is.
 pub const SAMPLING: u8 = 0x00;
+/// Priority of the look at the main loop ([`super::hang`]): nothing holds it back but the sampling interrupt.
+pub const LOOK: u8 = 0x40;
 /// Priority of every other one, and the mask that holds them back.
 pub const BELOW_SAMPLING: u8 = 0x80;
 

@@ -1,9 +1,10 @@
 //! The main loop of every board: everything below the sampling interrupt.
 
-use super::fault;
 use super::rtt::Rings;
+use super::{fault, hang};
 use crate::app::background::Background;
 use crate::app::console::Console;
+use crate::app::restarts::SERVICE_S;
 use crate::frame::Status;
 use crate::link::message::ResetCause;
 use core::sync::atomic::Ordering::Relaxed;
@@ -45,7 +46,7 @@ where
     S: Read + ReadReady + Write + WriteReady,
     F: NorFlash,
 {
-    background.start();
+    background.start(console.is_safe_mode());
     let mailbox = background.mailbox();
     let (mut fed_at, mut slow_at) = (mailbox.samples(), mailbox.samples());
     let (mut said, mut restart_at) = (Status::empty(), None);
@@ -64,10 +65,15 @@ where
         if samples != fed_at {
             fed_at = samples;
             board.feed();
+            hang::note_progress();
         }
         if samples.wrapping_sub(slow_at) >= SLOW_SAMPLES {
             slow_at = samples;
-            fault::UPTIME_S.store(background.time().uptime_s, Relaxed);
+            let uptime_s = background.time().uptime_s;
+            fault::UPTIME_S.store(uptime_s, Relaxed);
+            if uptime_s >= SERVICE_S {
+                fault::set_in_a_row(0);
+            }
             if let Some(temperature_c) = board.temperature_c() {
                 background.set_temperature_c(temperature_c);
             }

@@ -13,9 +13,13 @@ pub mod g474;
 #[cfg(feature = "board")]
 mod guard;
 #[cfg(feature = "board")]
+mod hang;
+#[cfg(feature = "board")]
 pub mod interrupt;
 #[cfg(feature = "board")]
 pub mod main_loop;
+#[cfg(feature = "board")]
+mod memory;
 #[cfg(feature = "board")]
 mod once;
 pub(crate) mod room;

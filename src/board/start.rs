@@ -1,6 +1,7 @@
 //! Start-up that every board shares: statics, both halves of the firmware, the queues between them.
 
 use super::main_loop::RATE_HZ;
+use super::memory;
 use super::once::Once;
 use super::rtt::Rings;
 use crate::app::background::Background;
@@ -11,7 +12,7 @@ use crate::calibration::slots::Slots;
 use crate::device::Device;
 use crate::drivers::converter::{Converter, ConverterError};
 use crate::drivers::motion::MotionPort;
-use crate::link::message::{ConverterTest, Hello, PROTOCOL};
+use crate::link::message::{ConverterTest, Hello, MemoryTest, PROTOCOL};
 use crate::settings::Settings;
 use crate::step::StepConfig;
 use crate::swap::SwapQueues;
@@ -97,7 +98,7 @@ pub fn log(report: &StartReport) {
     }
 }
 
-/// Connects both halves. To be called once; [`main_loop::run`](super::main_loop::run) looks into the slots.
+/// Tests the background's memory and connects both halves. To be called once; [`main_loop::run`](super::main_loop::run) looks into the slots.
 ///
 /// # Panics
 /// On a second call, before sampling begins.
@@ -107,12 +108,16 @@ pub fn connect<S, F>(
     rings: Rings,
     board: &str,
     device: Device,
-    report: StartReport,
+    mut report: StartReport,
 ) -> Ends<S, F>
 where
     S: Read + ReadReady + Write + WriteReady + 'static,
     F: NorFlash + 'static,
 {
+    report.health.memory = memory::test(place);
+    if report.health.memory != MemoryTest::Passed {
+        defmt::error!("memory does not keep what is written");
+    }
     let sets = configurations();
     let hello = Hello {
         protocol: PROTOCOL,

@@ -12,8 +12,6 @@ pub struct Health {
     pub memory: MemoryTest,
     /// The chip's option register (FLASH_OPTR), if it has one.
     pub option_bytes: Option<u32>,
-    /// Conversions started and answered, if the board counts both.
-    pub conversions: Option<Conversions>,
     /// Frequency of the chip's slow oscillator by its main clock, hertz, if it is measured: two clocks that check each other.
     pub slow_clock_hz: Option<u32>,
     /// Starts in a row that a fault caused, without a minute of service between them.
@@ -65,15 +63,6 @@ pub enum MemoryTest {
         /// Its address.
         address: u32,
     },
-}
-
-/// Conversions by two counters that know nothing of each other.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Conversions {
-    /// Edges of CONVST, modulo 2^32.
-    pub started: u32,
-    /// Falling edges of BUSY, modulo 2^32.
-    pub answered: u32,
 }
 
 impl From<ConverterError> for ConverterFault {

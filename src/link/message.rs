@@ -4,7 +4,7 @@
 //! [`Command::Hello`] and [`Reply::Hello`] keep their layout in every version, so that both sides can always tell who is the newer.
 //! A new command or field is a new protocol version.
 
-pub use super::health::{Conversions, ConverterFault, ConverterTest, Health, MemoryTest};
+pub use super::health::{ConverterFault, ConverterTest, Health, MemoryTest};
 pub use super::refusal::{
     Field, RecordRefusal, Refusal, SlotContent, SlotRefusal, SlotReport, StartRefusal,
 };

@@ -189,6 +189,9 @@ pub enum Refusal {
         /// Rows that it has time for.
         most: u8,
     },
+    /// Faults in a row.
+    #[error("safe mode: it was left alone after faults in a row")]
+    SafeMode,
     /// The interrupt has no time for a tooth map beside so many rows beyond equations (3) and (9).
     #[error(
         "tooth map: the error model in force has {found} further terms, wanted at most {most} beside a map: the sampling interrupt has \

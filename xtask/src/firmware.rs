@@ -25,11 +25,13 @@ const EXCEPTION_FRAME: u32 = 26 * 4 + 4;
 /// Version of the linker wrapper that puts the stack below everything else.
 const FLIP_LINK: &str = "0.1.12";
 
-/// An image: its name (feature and binary) and its interrupts, the sampling one first, then those of one priority below.
+/// An image: its name (feature and binary) and its interrupts, by priority: the sampling one, the look for a hang, then those that critical
+/// sections hold back.
 pub struct Image {
     /// Feature and binary.
     pub name: &'static str,
     sampling: &'static str,
+    look: &'static str,
     below: &'static [&'static str],
 }
 
@@ -38,11 +40,13 @@ pub const IMAGES: [Image; 2] = [
     Image {
         name: "g474",
         sampling: "EXTI9_5",
+        look: "SysTick",
         below: &["USART1"],
     },
     Image {
         name: "emulated",
         sampling: "isr_sampling",
+        look: "SysTick",
         below: &[],
     },
 ];
@@ -219,7 +223,7 @@ impl Image {
         }
         let graph = CallGraph::of(file)?;
         let mut contexts = vec![];
-        for root in ["main", self.sampling]
+        for root in ["main", self.sampling, self.look]
             .iter()
             .chain(self.below)
             .chain(&["HardFault", "NonMaskableInt"])
@@ -240,6 +244,7 @@ impl Image {
         // One priority runs one interrupt at a time; each may lie on top of the one below.
         let stack_bytes = worst(&["main"]) - EXCEPTION_FRAME
             + worst(self.below)
+            + worst(&[self.look])
             + worst(&[self.sampling])
             + worst(&["NonMaskableInt"])
             + worst(&["HardFault"]);
@@ -297,6 +302,26 @@ impl Image {
         ensure!(
             !register,
             "{name}: the sampling interrupt calls through a register"
+        );
+        self.check_masks(&graph)
+    }
+
+    /// Fails if an interrupt that no critical section holds back can itself hold interrupts back: the sections are sound only without that
+    /// (`src/board/critical.rs`). The main loop does, in each log line: a check that did not see that would be blind.
+    fn check_masks(&self, graph: &CallGraph) -> Result<()> {
+        let name = self.name;
+        let masks = |root: &str| graph.masks(&self.symbol(graph, root)?);
+        for root in [self.sampling, self.look] {
+            if let Some(chain) = masks(root)? {
+                bail!(
+                    "{name}: {root} can hold interrupts back: {}",
+                    chain.join(" > ")
+                );
+            }
+        }
+        ensure!(
+            masks("main")?.is_some(),
+            "{name}: found no critical section in reach of main, wanted those of its log lines"
         );
         Ok(())
     }

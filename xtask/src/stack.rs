@@ -5,7 +5,7 @@
 
 use anyhow::{Context, Result, ensure};
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::Path;
 use thumb::{Flow, Stack, decode};
 
@@ -20,6 +20,7 @@ struct Function {
     unknown_frame: bool,
     calls: BTreeSet<Place>,
     calls_register: bool,
+    masks: bool,
 }
 
 /// An image's functions and who calls whom.
@@ -157,6 +158,62 @@ impl CallGraph {
             .map(|f| f.name.clone());
         Ok((names.collect(), register))
     }
+
+    /// The chain of calls from `root` to the nearest function that masks interrupts or enters a critical section, root first; none if no
+    /// such function is in reach.
+    ///
+    /// # Errors
+    /// There is no such function as `root`.
+    pub fn masks(&self, root: &str) -> Result<Option<Vec<String>>> {
+        let root = self.root(root)?;
+        let (mut callers, mut open) = (BTreeMap::from([(root, root)]), VecDeque::from([root]));
+        while let Some(place) = open.pop_front() {
+            let Some(function) = self.functions.get(&place) else {
+                continue;
+            };
+            if function.masks || function.name.contains(CRITICAL_SECTION) {
+                return Ok(Some(self.chain(place, &callers)));
+            }
+            for callee in &function.calls {
+                if !callers.contains_key(callee) {
+                    callers.insert(*callee, place);
+                    open.push_back(*callee);
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// Names from the root, its own caller, to `place`.
+    fn chain(&self, place: Place, callers: &BTreeMap<Place, Place>) -> Vec<String> {
+        let mut places = vec![place];
+        while let Some(caller) = callers.get(&places[places.len() - 1])
+            && *caller != places[places.len() - 1]
+        {
+            places.push(*caller);
+        }
+        let names = places
+            .iter()
+            .rev()
+            .filter_map(|place| self.functions.get(place));
+        names.map(|function| readable(&function.name)).collect()
+    }
+}
+
+/// Symbol of the function that every critical section begins with (crate critical-section).
+const CRITICAL_SECTION: &str = "critical_section_1_0_acquire";
+
+/// Whether an instruction holds interrupts back: CPSID, or MSR to PRIMASK, BASEPRI, BASEPRI_MAX or FAULTMASK (ARMv7-M manual, B5.2.1 and
+/// B5.2.3).
+fn holds_back(code: &[u8]) -> bool {
+    let half = |at: usize| match code.get(at..at + 2) {
+        Some(&[low, high]) => u16::from_le_bytes([low, high]),
+        _ => 0,
+    };
+    let (first, second) = (half(0), half(2));
+    let disables = first & 0xFFF8 == 0xB670;
+    let writes = first & 0xFFF0 == 0xF380 && second & 0xFF00 == 0x8800;
+    disables || writes && (0x10..=0x13).contains(&(second & 0xFF))
 }
 
 struct Walk<'g> {
@@ -271,6 +328,7 @@ fn follow(
             continue;
         }
         let instruction = decode(&code[at..]);
+        function.masks |= holds_back(&code[at..]);
         match instruction.stack {
             Stack::Keeps => {}
             Stack::Takes(bytes) => function.frame += bytes,
@@ -347,4 +405,71 @@ fn made(
 /// A symbol as in the source.
 pub fn readable(name: &str) -> String {
     format!("{:#}", rustc_demangle::demangle(name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Machine code as an assembler makes it of these words.
+    const MASKING: [(&[u8], &str); 5] = [
+        (&[0x72, 0xB6], "cpsid i"),
+        (&[0x71, 0xB6], "cpsid f"),
+        (&[0x80, 0xF3, 0x10, 0x88], "msr primask, r0"),
+        (&[0x81, 0xF3, 0x11, 0x88], "msr basepri, r1"),
+        (&[0x84, 0xF3, 0x12, 0x88], "msr basepri_max, r4"),
+    ];
+    const OTHERS: [(&[u8], &str); 5] = [
+        (&[0x62, 0xB6], "cpsie i"),
+        (&[0x80, 0xF3, 0x08, 0x88], "msr msp, r0"),
+        (&[0xEF, 0xF3, 0x11, 0x80], "mrs r0, basepri"),
+        (&[0x00, 0xBF], "nop"),
+        (&[0x72, 0x46], "mov r2, lr"),
+    ];
+
+    #[test]
+    fn what_holds_interrupts_back_is_told_from_what_does_not() {
+        for (code, text) in MASKING {
+            assert!(holds_back(code), "{text}");
+        }
+        for (code, text) in OTHERS {
+            assert!(!holds_back(code), "{text}");
+        }
+    }
+
+    /// An interrupt that calls a function that calls one which masks, beside one that does not.
+    #[test]
+    fn a_mask_is_found_however_deep_and_its_way_is_told() {
+        let function = |name: &str, calls: &[Place], code: &[u8]| Function {
+            name: name.to_owned(),
+            calls: calls.iter().copied().collect(),
+            masks: holds_back(code),
+            ..Function::default()
+        };
+        let graph = |functions: Vec<(Place, Function)>| CallGraph {
+            functions: functions.into_iter().collect(),
+            reachable_by_address: BTreeSet::new(),
+        };
+        let with = |code| {
+            graph(vec![
+                (0, function("interrupt", &[8, 16], &[])),
+                (8, function("fine", &[8], &[])),
+                (16, function("middle", &[24], &[])),
+                (24, function("deep", &[0], code)),
+            ])
+        };
+        for (code, _) in MASKING {
+            let found = with(code).masks("interrupt").unwrap().unwrap();
+            assert_eq!(found, ["interrupt", "middle", "deep"]);
+        }
+        for (code, _) in OTHERS {
+            assert_eq!(with(code).masks("interrupt").unwrap(), None);
+        }
+        let named = graph(vec![
+            (0, function("interrupt", &[8], &[])),
+            (8, function("_critical_section_1_0_acquire", &[], &[])),
+        ]);
+        assert!(named.masks("interrupt").unwrap().is_some());
+        assert!(with(&[]).masks("nobody").is_err());
+    }
 }

@@ -162,9 +162,6 @@ fn self_test(health: &Health) -> String {
         [] => format!("option bytes {bits:#010x} as wanted"),
         _ => format!("option bytes {bits:#010x} to be set"),
     });
-    let conversions = health
-        .conversions
-        .map(|both| format!("{} of {} conversions answered", both.answered, both.started));
     let clock = health
         .slow_clock_hz
         .map(|hz| format!("slow clock {hz} Hz"));
@@ -173,7 +170,7 @@ fn self_test(health: &Health) -> String {
         faults => Some(format!("{faults} faults in a row")),
     };
     let safe_mode = health.safe_mode.then(|| "safe mode".to_owned());
-    let all = [converters, memory, options, conversions, clock, faults, safe_mode];
+    let all = [converters, memory, options, clock, faults, safe_mode];
     all.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 

@@ -57,7 +57,9 @@ fn faults(status: &BoardStatus) -> Option<String> {
 /// Why no stored calibration came in force, unless there is none.
 fn stored(boot: Option<Refusal>) -> Option<String> {
     match boot? {
-        Refusal::NotCalibrated | Refusal::Slots(SlotRefusal::NoneInForce) => None,
+        Refusal::NotCalibrated | Refusal::SafeMode | Refusal::Slots(SlotRefusal::NoneInForce) => {
+            None
+        }
         why @ Refusal::Slots(SlotRefusal::Record(RecordRefusal::OtherDevice(_))) => Some(format!(
             "the stored calibration did not come in force ({why}): `courier export --slot`, then `courier import --other-device` takes it over"
         )),

@@ -1,9 +1,14 @@
 //! Restarts in the middle of something.
 
 use crate::rig::{Rig, short};
+use courier_sensor::drivers::motion::Target;
 use courier_sensor::emulation::Operation;
-use courier_sensor::link::message::{Action, Reply, ResetCause};
+use courier_sensor::health::{Trouble, troubles};
+use courier_sensor::link::message::{Action, InForce, MemoryTest, Refusal, Reply, ResetCause};
 use courier_sensor::link::telemetry::Channels;
+
+/// The image's code lies below this address on the emulated machine: its flash has 4 MiB there.
+const FLASH_LIMIT: u32 = 4 << 20;
 
 /// Nothing of what was under way is left.
 fn assert_afresh(rig: &mut Rig) {
@@ -41,6 +46,12 @@ fn a_watchdog_reset_in_the_middle_of_a_session_is_told_and_loses_nothing() {
     };
     assert_eq!(fault.cause, ResetCause::Watchdog);
     assert!(fault.message.contains("no progress"), "{fault:?}");
+    // Where it hung: both addresses are the image's.
+    let in_code = |address: u32| (1..FLASH_LIMIT).contains(&address);
+    assert!(in_code(fault.program_counter), "{fault:?}");
+    assert!(in_code(fault.link_register), "{fault:?}");
+    assert_eq!(status.health.faults_in_a_row, 1);
+    assert!(!status.health.safe_mode, "{status:?}");
     assert_eq!(rig.mark(), Some(1));
     assert_afresh(&mut rig);
     assert_eq!(rig.ask(Action::Calibrate(short())), Reply::Done);
@@ -80,4 +91,60 @@ fn a_restart_under_stream_and_session_starts_from_what_is_stored() {
     assert_eq!(status.in_force, before);
     assert_eq!(rig.mark(), Some(1));
     assert_afresh(&mut rig);
+}
+
+/// The review's fault 12: a record that the firmware fails on restarted the board for ever.
+#[test]
+fn three_faults_in_a_row_start_the_board_without_what_is_stored_until_it_is_ordered_to() {
+    let (mut rig, before) = Rig::stored(21);
+    for faults in 1..=3 {
+        rig.stack_spent.set(Some(Operation::Temperature));
+        rig.run(1200);
+        rig.link.reconnect().expect("the board is back");
+        let status = rig.status();
+        assert_eq!(status.reset, ResetCause::HardFault);
+        assert_eq!(status.health.faults_in_a_row, faults);
+        assert_eq!(status.health.safe_mode, faults == 3);
+        match faults {
+            3 => {
+                assert_eq!(status.boot, Some(Refusal::SafeMode));
+                assert_eq!(status.in_force, InForce::None);
+            }
+            _ => assert_eq!(status.in_force, before),
+        }
+    }
+    let found = troubles(&rig.status().health);
+    assert!(found.contains(&Trouble::SafeMode(3)), "{found:?}");
+    rig.run(100);
+    rig.assert_none_missed();
+    rig.link.restart().expect("the board restarts");
+    let status = rig.status();
+    assert_eq!(status.in_force, before);
+    assert_eq!(status.health.faults_in_a_row, 0);
+    assert!(!status.health.safe_mode, "{status:?}");
+    assert_eq!(status.health.memory, MemoryTest::Passed);
+}
+
+/// The review's fault 11: a board that hangs sends no heartbeat, so that the courier comes to rest long before the watchdog acts.
+#[test]
+fn the_courier_is_at_rest_before_the_watchdog_restarts_a_board_that_hangs() {
+    let mut rig = Rig::start(22);
+    let far = Action::GoTo {
+        target: Target {
+            x_m: 0.5,
+            ..Target::default()
+        },
+        speed_m_per_s: 0.3,
+    };
+    assert_eq!(rig.ask(far), Reply::Done);
+    rig.run(300);
+    rig.hang.set(Some(Operation::Temperature));
+    // The next temperature is asked for within 100 ms; then 200 ms to the brake, and 60 ms of it.
+    rig.run(400);
+    let place = rig.world.truth().pose.x_m;
+    assert!((0.005..0.3).contains(&place), "{place}");
+    rig.run(100);
+    let later = rig.world.truth().pose.x_m;
+    assert!((later - place).abs() < 1.0e-5, "{place} {later}");
+    rig.hang.set(None);
 }

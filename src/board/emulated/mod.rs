@@ -12,18 +12,17 @@ use self::parts::{Flash, Line, Serial, Spi};
 use super::interrupt::{self, Owned};
 use super::main_loop::{self, Board, RATE_HZ, WATCHDOG_MS};
 use super::start::{self, Ends};
-use super::{fault, guard, rtt};
+use super::{fault, guard, hang, rtt};
 use crate::app::background::Background;
 use crate::app::console::Console;
 use crate::app::sampler::{Sampler, missed_between};
 use crate::device::Device;
 use crate::drivers::converter::{Converter, ConverterError, Counts, Settings};
-use crate::emulation::{BACKGROUND, INTERRUPT, Operation, Pin};
+use crate::emulation::{BACKGROUND, INTERRUPT, Operation, Pin, TICK_HZ};
 use crate::link::message::ResetCause;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use cortex_m::peripheral::NVIC;
-use cortex_m_rt::exception;
 
 type Chips = Converter<Spi, Spi, Line, Line, Line>;
 
@@ -84,15 +83,17 @@ fn isr_convert(converter: &mut Chips) -> Result<Counts, ConverterError> {
     converter.read(&mut counts).map(|()| counts)
 }
 
-/// The watchdog's warning, one period before its reset: the place is not known, but the time is.
-#[exception]
-unsafe fn NonMaskableInt() -> ! {
-    fault::keep(
-        ResetCause::Watchdog,
-        0,
-        0,
-        b"no progress of interrupt or background",
-    );
+/// The watchdog's warning, one period before its reset. Gives its handler the place where the processor pushed what it was at.
+#[unsafe(naked)]
+#[unsafe(no_mangle)]
+#[allow(non_snake_case)] // the vector's name
+extern "C" fn NonMaskableInt() -> ! {
+    core::arch::naked_asm!("mrs r0, msp", "b {warned}", warned = sym warned);
+}
+
+/// Keeps the place, and waits for the reset.
+extern "C" fn warned(place: u32) -> ! {
+    hang::keep(place);
     loop {
         cortex_m::asm::nop();
     }
@@ -140,6 +141,7 @@ pub fn main() -> ! {
     let post = Post::new(BACKGROUND);
     let (background, console) = set_up(post);
     clock::start_sampling(RATE_HZ);
+    hang::start(TICK_HZ);
     main_loop::run(Emulated { post }, background, console)
 }
 

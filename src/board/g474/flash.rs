@@ -23,9 +23,14 @@ pub type Flash = Bank<Registers>;
 /// The controller. There is one.
 pub struct Registers(());
 
+/// The option bytes' register.
+pub fn options() -> u32 {
+    FLASH.optr().read().0
+}
+
 /// Gives out the bank; says so in the log if nothing can be stored there. To be called once.
 pub fn take() -> Flash {
-    let options = FLASH.optr().read().0;
+    let options = options();
     if !is_laid_out(options) {
         defmt::error!(
             "option bytes {=u32:#x}: nothing will be stored, wanted DBANK=1 BFB2=0",

@@ -6,6 +6,7 @@ mod flash;
 mod pins;
 mod sampling;
 mod serial;
+mod slow_clock;
 mod spi;
 mod supervision;
 
@@ -17,7 +18,7 @@ use self::spi::Device;
 use super::interrupt::{BELOW_SAMPLING, Owned, SAMPLING as SAMPLING_PRIORITY};
 use super::main_loop::{self, Board, RATE_HZ};
 use super::start;
-use super::{fault, guard, rtt};
+use super::{fault, guard, hang, rtt};
 use crate::app::background::Background;
 use crate::app::console::Console;
 use crate::app::sampler::{Sampler, missed_between};
@@ -132,6 +133,7 @@ pub fn main() -> ! {
         seen_at: 0,
     };
     sampling::start(RATE_HZ);
+    hang::start(clocks::CLOCK_HZ);
     main_loop::run(board, background, console)
 }
 
@@ -151,6 +153,8 @@ fn set_up() -> Halves {
     let rings = rtt::start();
     let mut report = fault::take(supervision::take_reset_cause());
     start::log(&report);
+    report.health.option_bytes = Some(flash::options());
+    report.health.slow_clock_hz = Some(slow_clock::measure_hz().unwrap_or(0));
     supervision::start_supply_detector();
     supervision::start_thermometer();
     spi::start();

@@ -2,6 +2,7 @@
 
 use crate::lines::Lines;
 use crate::peripheral::adc::{self, Adc};
+use crate::peripheral::capture::Capture;
 use crate::peripheral::debug::Dbgmcu;
 use crate::peripheral::exti::Exti;
 use crate::peripheral::flash::{Flash, Start};
@@ -12,7 +13,7 @@ use crate::peripheral::spi::Spi;
 use crate::peripheral::syscfg::Syscfg;
 use crate::peripheral::timer::Timer;
 use crate::peripheral::usart::Usart;
-use crate::peripheral::watchdog::Iwdg;
+use crate::peripheral::watchdog::{Iwdg, LSI};
 use crate::peripheral::{Access, Peripheral, Unit};
 use crate::registers::{self, Map, Register};
 use crate::rule::{Findings, Rule};
@@ -49,6 +50,7 @@ pub struct Chip {
     pub(crate) syscfg: Syscfg,
     tim2: Timer,
     pub(crate) tim3: Timer,
+    tim16: Capture,
     pub(crate) spi1: Spi,
     usart1: Usart,
     adc1: Adc,
@@ -88,6 +90,7 @@ impl Chip {
             syscfg: Syscfg::after_reset(),
             tim2: Timer::after_reset("TIM2", 32),
             tim3: Timer::after_reset("TIM3", 16),
+            tim16: Capture::after_reset(LSI),
             spi1: Spi::after_reset(),
             usart1: Usart::after_reset(),
             adc1: Adc::after_reset(),
@@ -110,6 +113,7 @@ impl Chip {
         self.syscfg = Syscfg::after_reset();
         self.tim2 = Timer::after_reset("TIM2", 32);
         self.tim3 = Timer::after_reset("TIM3", 16);
+        self.tim16 = Capture::after_reset(self.tim16.period);
         self.spi1 = Spi::after_reset();
         self.usart1 = Usart::after_reset();
         self.adc1 = Adc::after_reset();
@@ -144,6 +148,11 @@ impl Chip {
             self.iwdg.stood_still(duration);
         }
         self.advance_to(self.now + duration);
+    }
+
+    /// The slow oscillator has another period than it should, as the captures see it; the watchdog keeps its own.
+    pub fn set_slow_clock(&mut self, period: Ticks) {
+        self.tim16.period = period;
     }
 
     /// A byte that nobody asked for gets into the bus's FIFO.
@@ -182,6 +191,7 @@ impl Chip {
             chip.rcc.advance(access);
             chip.flash.advance(access);
             chip.tim3.advance(access);
+            chip.tim16.advance(access);
             let triggers = chip.tim3.take_triggers();
             chip.tim2.count_triggers(triggers);
             chip.spi1.advance(access);
@@ -219,6 +229,7 @@ impl Chip {
             self.rcc.next(),
             self.flash.next(),
             self.tim3.next(),
+            self.tim16.next(),
             self.spi1.next(),
             self.usart1.next(),
             self.adc1.next(),
@@ -253,6 +264,7 @@ impl Chip {
             Unit::Syscfg => &mut self.syscfg,
             Unit::Tim2 => &mut self.tim2,
             Unit::Tim3 => &mut self.tim3,
+            Unit::Tim16 => &mut self.tim16,
             Unit::Spi1 => &mut self.spi1,
             Unit::Usart1 => &mut self.usart1,
             Unit::Adc1 | Unit::Adc12Common => &mut self.adc1,
@@ -364,6 +376,7 @@ impl Chip {
     /// Clock, regulator and flash must fit one another after each change of one of them.
     fn watch_clocks(&mut self, unit: Unit, access: &mut Access) {
         self.rcc.watchdog_runs = self.iwdg.runs();
+        self.tim16.oscillates = self.iwdg.runs();
         if unit == Unit::Pwr {
             let level = self.flash.options().bor_lev();
             self.pwr.check_warning(level, access);

@@ -4,6 +4,7 @@ mod boot;
 mod calibration;
 pub mod control;
 mod cuts;
+mod health;
 mod link;
 mod restart;
 mod time;
@@ -51,6 +52,11 @@ pub const CHECKS: &[Check] = &[
         "link",
         "hello, status and a stream over the rings in RAM",
         link::run,
+    ),
+    (
+        "health",
+        "self-tests pass, and tell of option bytes and a clock that are wrong",
+        health::run,
     ),
     (
         "time",

@@ -42,10 +42,11 @@ pub struct Start {
 }
 
 impl Default for Start {
-    /// As the README wants the board: two banks, brown-out level 4.
+    /// As docs/your-board.md wants the board: two banks, brown-out level 4, the pin BOOT0 does not count.
     fn default() -> Self {
         let mut options = Optr(FACTORY_OPTIONS);
         options.set_bor_lev(4);
+        options.set_n_swboot0(false);
         Self { options, errors: 0 }
     }
 }

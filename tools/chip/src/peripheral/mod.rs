@@ -1,6 +1,7 @@
 //! The chip's peripherals as far as the firmware uses them, one a file, each with the rules that its use must keep.
 
 pub mod adc;
+pub mod capture;
 pub mod debug;
 pub mod exti;
 pub mod flash;
@@ -30,6 +31,7 @@ pub enum Unit {
     Syscfg,
     Tim2,
     Tim3,
+    Tim16,
     Spi1,
     Usart1,
     Adc1,
@@ -49,6 +51,7 @@ impl Unit {
             "SYSCFG" => Self::Syscfg,
             "TIM2" => Self::Tim2,
             "TIM3" => Self::Tim3,
+            "TIM16" => Self::Tim16,
             "SPI1" => Self::Spi1,
             "USART1" => Self::Usart1,
             "ADC1" => Self::Adc1,

@@ -6,7 +6,7 @@ use crate::rule::Rule;
 use crate::time::{NEVER, TICK_HZ, Ticks};
 
 /// Ticks of a cycle of the low-speed oscillator, 32 kHz.
-const LSI: Ticks = TICK_HZ / 32_000;
+pub const LSI: Ticks = TICK_HZ / 32_000;
 /// A new prescaler or reload value takes up to five of the low-speed oscillator's cycles (RM0440, 42.4.4).
 const UPDATE: Ticks = 5 * LSI;
 

@@ -1,0 +1,58 @@
+//! Starts in a row that a fault caused, and when to leave alone what is stored.
+//!
+//! A stored calibration that the firmware fails on would restart the board for ever. After [`SAFE_AFTER`] such starts without a minute of
+//! service between them it samples and speaks, with nothing in force, until it is restarted by order or by its supply.
+
+use crate::link::message::ResetCause;
+
+/// Faults in a row after which a start leaves alone what is stored: once may be a bit that fell over, twice a coincidence.
+pub const SAFE_AFTER: u8 = 3;
+/// Service without a fault after which the row begins anew, seconds: a record that is faulty shows within the first samples, a session that
+/// is faulty within its first poses.
+pub const SERVICE_S: u32 = 60;
+
+/// Faults in a row at a start, this one included. `before`: what was kept from the start before; none if memory lost it.
+pub const fn faults_in_a_row(before: Option<u8>, cause: ResetCause) -> u8 {
+    let before = match before {
+        Some(before) => before,
+        None => 0,
+    };
+    match cause {
+        ResetCause::Watchdog | ResetCause::Panic | ResetCause::HardFault => {
+            before.saturating_add(1)
+        }
+        // The firmware had no part in it, and nobody has looked at the board.
+        ResetCause::BrownOut => before,
+        ResetCause::PowerOn | ResetCause::Pin | ResetCause::Requested => 0,
+    }
+}
+
+/// Whether a start after so many faults in a row leaves alone what is stored.
+pub const fn is_safe_mode(faults: u8) -> bool {
+    faults >= SAFE_AFTER
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Faults in a row after these starts.
+    fn after(causes: &[ResetCause]) -> u8 {
+        let row = |before, cause: &ResetCause| faults_in_a_row(Some(before), *cause);
+        causes.iter().fold(0, row)
+    }
+
+    #[test]
+    fn three_faults_in_a_row_are_safe_mode_and_an_order_ends_it() {
+        use ResetCause::*;
+        assert!(!is_safe_mode(after(&[Panic, HardFault])));
+        assert!(is_safe_mode(after(&[Panic, HardFault, Watchdog])));
+        assert!(is_safe_mode(after(&[Panic, BrownOut, Panic, Panic])));
+        for ends in [Requested, Pin, PowerOn] {
+            assert_eq!(after(&[Panic, Panic, Panic, ends]), 0);
+            assert_eq!(after(&[Panic, Panic, ends, Panic]), 1);
+        }
+        assert_eq!(faults_in_a_row(None, Panic), 1, "memory was lost");
+        assert_eq!(faults_in_a_row(Some(u8::MAX), Panic), u8::MAX);
+    }
+}
