@@ -7,6 +7,7 @@
 //! own, so that `cargo demo` need not build the rest: `demo`, `teeth` (the map of a platen's teeth), and what commands print with and
 //! where what they write goes (`terminal`, `json`, `output`, `destination`).
 
+pub mod acceptance;
 pub mod board;
 pub mod board_model;
 pub mod calibration_file;

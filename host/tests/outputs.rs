@@ -22,7 +22,7 @@ const fn line(words: &'static str, inputs: &'static [&'static str]) -> Line {
 const RECORDING: &[&str] = &["v/samples.csv", "v/recording.toml"];
 
 /// Every command that writes a file. None gets as far as its work.
-const LINES: [Line; 24] = [
+const LINES: [Line; 25] = [
     line("demo --record new", &[]),
     line("demo --preset measured --waveforms w.csv", &["w.csv"]),
     line("convert w.csv new", &["w.csv"]),
@@ -47,6 +47,7 @@ const LINES: [Line; 24] = [
     line("load m.json", &["m.json"]),
     line("--emulated log --elf image", &["image"]),
     line("reset", &[]),
+    line("acceptance", &[]),
 ];
 
 /// Options that name a file to write.
@@ -222,6 +223,10 @@ fn an_output_replaces_one_of_its_kind() {
         ("--sim-flash a.bin export c.json --force", "written to"),
         ("--sim-flash a.bin import c.json", "in force"),
         ("reset", "restarting"),
+        (
+            "--sim-flash a.bin acceptance --seconds 0.1 --commits 1",
+            "passed",
+        ),
         ("replay rec2", "held out"),
     ];
     line_recording(&folder.join("rec2"));

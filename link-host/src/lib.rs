@@ -8,6 +8,7 @@ pub mod chip;
 pub mod emulated;
 pub mod image;
 pub mod memory;
+pub mod option_bytes;
 #[cfg(feature = "probe")]
 pub mod probe;
 pub mod rtt;

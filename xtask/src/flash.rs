@@ -41,7 +41,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
         arguments.len() <= 1,
         "found {arguments:?}, wanted at most a probe's selector"
     );
-    ensure!(!probes(Path::new(DEVICES)).is_empty(), NoProbe);
+    ensure!(is_there_a_probe(), NoProbe);
     let image = firmware::build(&arm::ensure()?, "g474")?;
     say("building the writer (probe-rs: some minutes, once)");
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
@@ -60,6 +60,11 @@ pub fn run(arguments: &[String]) -> Result<()> {
         "--",
     ]);
     arm::run(command.arg(image).args(arguments))
+}
+
+/// Whether a debug probe is on this machine's USB.
+pub fn is_there_a_probe() -> bool {
+    !probes(Path::new(DEVICES)).is_empty()
 }
 
 /// Names of the debug probes among the USB devices that have a folder each.
@@ -118,17 +123,22 @@ mod tests {
     /// As the user runs it; with a probe on this machine it would write what is behind it, so that it is left out.
     #[test]
     fn without_a_probe_it_is_one_line_and_code_2() {
-        if !probes(Path::new(DEVICES)).is_empty() {
+        if is_there_a_probe() {
             eprintln!("skipped: there is a debug probe on this machine");
             return;
         }
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-        let mut command = Command::new(cargo);
-        command.current_dir(arm::root()).arg("flash");
-        let output = command.output().unwrap();
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{told}");
-        assert_eq!(told.trim_end(), format!("xtask flash: {NoProbe}"));
-        assert!(output.stdout.is_empty());
+        for (words, name) in [
+            (&["flash"][..], "flash"),
+            (&["xtask", "option-bytes", "--yes"], "option-bytes"),
+        ] {
+            let mut command = Command::new(&cargo);
+            command.current_dir(arm::root()).args(words);
+            let output = command.output().unwrap();
+            let told = String::from_utf8_lossy(&output.stderr);
+            assert_eq!(output.status.code(), Some(2), "{told}");
+            assert_eq!(told.trim_end(), format!("xtask {name}: {NoProbe}"));
+            assert!(output.stdout.is_empty());
+        }
     }
 }

@@ -12,6 +12,7 @@ mod firmware;
 mod flash;
 mod manifests;
 mod onboard;
+mod option_bytes;
 mod parity;
 mod permission;
 mod platforms;
@@ -77,6 +78,11 @@ const TASKS: &[Task] = &[
         "flash",
         "writes the board behind a debug probe (also `cargo flash`)",
         Work::With(flash::run),
+    ),
+    (
+        "option-bytes",
+        "looks at the option bytes of the board behind a debug probe, asks (or takes --yes), and sets them",
+        Work::With(option_bytes::run_command),
     ),
     (
         "setup",
@@ -149,7 +155,7 @@ fn usage(name: &str) -> ExitCode {
         return ExitCode::from(2);
     }
     for (name, what, _) in TASKS {
-        println!("cargo xtask {name:<10} {what}");
+        println!("cargo xtask {name:<12} {what}");
     }
     ExitCode::SUCCESS
 }

@@ -5,6 +5,7 @@ use super::{chip, emulated};
 use crate::demo::Preset;
 use crate::output::{Files, check_folder_of, replace_file};
 use anyhow::{Context, Result, ensure};
+use board_link::session::Linked;
 use board_link::{Link, SimWire, Wire};
 use clap::ValueEnum;
 use courier_sensor::drivers::motion::Target;
@@ -229,6 +230,12 @@ impl Choice {
             flash,
             _claim: claim,
         })
+    }
+}
+
+impl Linked for Opened {
+    fn link(&mut self) -> &mut Link {
+        &mut self.link
     }
 }
 

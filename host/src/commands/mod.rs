@@ -102,5 +102,6 @@ commands! {
         Load => load,
         Log => log,
         Reset => reset,
+        Acceptance => acceptance,
     }
 }

@@ -34,23 +34,28 @@ const NOT_RUN: &[(&str, &str, &str)] = &[
     ),
     (
         "docs/your-board.md",
-        "STM32_Programmer_CLI -c port=SWD -ob BOR_LEV=4",
-        "needs a board on a probe, and ST's tool",
-    ),
-    (
-        "docs/your-board.md",
-        "STM32_Programmer_CLI -c port=SWD -ob DBANK=1 BFB2=0",
-        "needs a board on a probe, and ST's tool",
-    ),
-    (
-        "docs/your-board.md",
-        "STM32_Programmer_CLI -c port=SWD -ob nSWBOOT0=0 nBOOT0=1",
-        "needs a board on a probe, and ST's tool",
+        "cargo xtask option-bytes",
+        "needs a board on a probe",
     ),
     (
         "docs/your-board.md",
         "cargo flash",
         "needs a board on a probe",
+    ),
+    (
+        "docs/bring-up.md",
+        "cargo xtask option-bytes",
+        "needs a board on a probe",
+    ),
+    (
+        "docs/bring-up.md",
+        "cargo flash",
+        "needs a board on a probe",
+    ),
+    (
+        "docs/bring-up.md",
+        "STM32_Programmer_CLI -c port=SWD -ob RDP=0xBB",
+        "needs a board on a probe, and ST's tool",
     ),
 ];
 
