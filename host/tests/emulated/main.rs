@@ -1,6 +1,7 @@
 //! The firmware's image on the emulated Cortex-M4F under every fault there is: nothing lost that was committed, no sampling
 //! instant missed, the reason readable afterwards. `cargo xtask test` runs it.
 
+mod acceptance;
 mod bytes;
 #[path = "../common/mod.rs"]
 mod common;
