@@ -4,6 +4,7 @@ use crate::Wire;
 use anyhow::{Context, Result};
 use courier_sensor::link::message::{REPLY_CHANNEL, ResetCause, TELEMETRY_CHANNEL};
 use courier_sensor::settings::Settings;
+use hal_sim::banks::Banks;
 use hal_sim::board::{SharedFlash, SimBoard};
 use hal_sim::spec::CourierSpec;
 use hal_sim::wire::link::COMMAND_BYTES;
@@ -16,7 +17,7 @@ use std::time::Duration;
 /// A simulated board that restarts when it is asked to.
 pub struct SimWire {
     board: Option<SimBoard>,
-    flash: SharedFlash,
+    banks: Banks,
     rate_hz: f64,
     /// Replies of the board before its restart that were not taken yet.
     replies: VecDeque<u8>,
@@ -44,10 +45,11 @@ impl SimWire {
     pub fn around(world: World, flash: SharedFlash) -> Result<Self> {
         let settings = Settings::default();
         let rate_hz = f64::from(settings.rate_hz);
-        let board = SimBoard::start(world, flash.clone(), settings)?;
+        let mut banks = Banks::factory(flash);
+        let board = start(ResetCause::PowerOn, world, &mut banks, settings)?;
         Ok(Self {
             board: Some(board),
-            flash,
+            banks,
             rate_hz,
             replies: VecDeque::new(),
             owed_s: 0.0,
@@ -60,12 +62,9 @@ impl SimWire {
             let mut bytes = [0; COMMAND_BYTES];
             let taken = board.link.read_replies(&mut bytes);
             self.replies.extend(&bytes[..taken]);
-            self.board = Some(SimBoard::start_after(
-                ResetCause::Requested,
-                board.stop(),
-                self.flash.clone(),
-                Settings::default(),
-            )?);
+            let cause = ResetCause::Requested;
+            let settings = Settings::default();
+            self.board = Some(start(cause, board.stop(), &mut self.banks, settings)?);
         }
         Ok(())
     }
@@ -75,6 +74,24 @@ impl SimWire {
             .as_mut()
             .context("the simulated board did not start again")
     }
+}
+
+/// Reset: the first stage, then the image that it has chosen.
+fn start(
+    cause: ResetCause,
+    world: World,
+    banks: &mut Banks,
+    settings: Settings,
+) -> Result<SimBoard> {
+    let started = banks.start().context("the simulated board has no image")?;
+    let flash = banks.far();
+    Ok(SimBoard::start_image(
+        cause,
+        world,
+        flash,
+        settings,
+        Some(&started),
+    )?)
 }
 
 impl Wire for SimWire {

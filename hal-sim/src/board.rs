@@ -3,14 +3,16 @@
 //! One turn of [`SimBoard::sample`] is one sampling interval: the interrupt's half at its instant, then one poll of the
 //! background's. The same seeds give the same run, bit for bit.
 
+use crate::banks::Started;
 use crate::wire::converter::{Busy, Convst, Reset, Spi};
-use crate::wire::flash::{Flash, FlashError};
+use crate::wire::flash::{Flash, FlashError, PAGE_BYTES};
 use crate::wire::link::LinkWire;
 use crate::wire::motion::Line;
 use crate::world::World;
 use courier_sensor::app::background::Background;
 use courier_sensor::app::console::{Console, StartReport};
 use courier_sensor::app::sampler::{FrameQueue, Mailbox, Sampler};
+use courier_sensor::app::updates::Updater;
 use courier_sensor::calibration::slots::Slots;
 use courier_sensor::device::Device;
 use courier_sensor::drivers::converter::{Converter, Counts, Settings as Channels};
@@ -20,14 +22,18 @@ use courier_sensor::link::message::{Health, Hello, PROTOCOL, ResetCause};
 use courier_sensor::settings::{ConfigError, Settings};
 use courier_sensor::step::StepConfig;
 use courier_sensor::swap::SwapQueues;
+use courier_sensor::update::layout::{BANK_BYTES, SLOTS_START};
+use courier_sensor::update::version::Version;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// Pages of the slots' flash.
-pub const FLASH_PAGES: usize = 4;
+/// What a simulated board calls itself.
+pub const BOARD: &str = "simulated";
+/// Pages of a bank.
+pub const FLASH_PAGES: usize = BANK_BYTES as usize / PAGE_BYTES;
 
-/// Flash that outlives the board's restarts. Clones are the same flash.
+/// A bank of flash that outlives the board's restarts. Clones are the same flash.
 #[derive(Clone, Debug)]
 pub struct SharedFlash(pub Rc<RefCell<Flash>>);
 
@@ -96,18 +102,20 @@ impl SimBoard {
         flash: SharedFlash,
         settings: Settings,
     ) -> Result<Self, ConfigError> {
-        Self::start_after(ResetCause::PowerOn, world, flash, settings)
+        Self::start_image(ResetCause::PowerOn, world, flash, settings, None)
     }
 
-    /// [`SimBoard::start`] of a board that was off, or that restarts for this cause.
+    /// [`SimBoard::start`] of a board that takes new firmware, and was off or restarts for this cause. `image`: what its first stage has
+    /// started; `flash` is the other bank.
     ///
     /// # Errors
     /// The settings cannot be used.
-    pub fn start_after(
+    pub fn start_image(
         cause: ResetCause,
         world: World,
         flash: SharedFlash,
         settings: Settings,
+        image: Option<&Started>,
     ) -> Result<Self, ConfigError> {
         let initial = StepConfig::build(&settings)?;
         let mut converter = Converter::new(
@@ -139,14 +147,19 @@ impl SimBoard {
         let mut background = Background::new(
             (down, sender, mailbox),
             MotionPort::new(world.motion.line()),
-            Slots::new(flash, 0),
+            Slots::new(flash, SLOTS_START),
             settings,
             world.number,
             Box::leak(Box::default()),
         );
+        if let Some(image) = image {
+            let updater = Updater::new(image.near, image.rules(), image.standing);
+            background.offer_updates(Box::leak(Box::new(updater)));
+        }
         background.start(false);
         let link = LinkWire::new();
-        let console = Console::new(link.clone(), hello(rate_hz, world.number), started);
+        let hello = hello(rate_hz, world.number, image);
+        let console = Console::new(link.clone(), hello, started);
         world.begin_sampling();
         Ok(Self {
             link,
@@ -184,10 +197,10 @@ impl SimBoard {
         frame
     }
 
-    /// Whether the host asked for a restart.
+    /// Whether the host asked for a restart, or an image on trial was not accepted in time.
     #[must_use]
-    pub fn wants_restart(&self) -> bool {
-        self.console.wants_restart()
+    pub fn wants_restart(&mut self) -> bool {
+        self.console.wants_restart() || self.background.is_trial_over()
     }
 
     /// Power off; the world, its courier and the flash go on.
@@ -197,11 +210,12 @@ impl SimBoard {
     }
 }
 
-fn hello(rate_hz: f32, device: Device) -> Hello {
+fn hello(rate_hz: f32, device: Device, image: Option<&Started>) -> Hello {
+    let version = image.map_or(Version::OWN, Started::version);
     Hello {
         protocol: PROTOCOL,
-        firmware: env!("CARGO_PKG_VERSION").try_into().unwrap_or_default(),
-        board: "simulated".try_into().unwrap_or_default(),
+        firmware: version.to_string().as_str().try_into().unwrap_or_default(),
+        board: BOARD.try_into().unwrap_or_default(),
         device,
         rate_hz,
     }

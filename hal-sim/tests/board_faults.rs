@@ -13,6 +13,7 @@ use courier_sensor::link::report::Ending;
 use courier_sensor::link::telemetry::{self, Block, Channels, StreamOrder};
 use courier_sensor::model::{ErrorModel, Term, TermTable};
 use courier_sensor::teeth::{Grid, MapHeader};
+use courier_sensor::update::layout::SLOTS_START;
 use effects::random::{ChaCha8Rng, SeedableRng, index, uniform};
 use hal_sim::board::SharedFlash;
 use hal_sim::wire::fault::{InputFault, When};
@@ -272,7 +273,10 @@ fn both_slots_torn_is_said_and_the_board_runs() {
     let (mut bench, flash, _) = stored(6);
     bench.store(2);
     for slot in 0..2 {
-        flash.0.borrow_mut().force(slot * 2048 + 40, &[0x5A; 8]);
+        flash
+            .0
+            .borrow_mut()
+            .force(SLOTS_START as usize + slot * 2048 + 40, &[0x5A; 8]);
     }
     let world = bench.board.stop();
     let mut bench = Bench::start(world, flash);

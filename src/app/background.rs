@@ -10,6 +10,7 @@ use super::guide::Guide;
 use super::keeper::Keeper;
 use super::sampler::Mailbox;
 use super::task::Task;
+use super::updates::Updates;
 use crate::calibration::joint::{JointConfig, StepReport};
 use crate::calibration::record::{Instant, Method};
 use crate::calibration::slots::{Place, Slots};
@@ -23,6 +24,8 @@ use crate::link::message::{Field, Refusal, StartRefusal};
 use crate::model::TermTable;
 use crate::settings::Settings;
 use crate::swap::SwapSender;
+use crate::update::install::UpdateRefusal;
+use crate::update::order::{UpdateOrder, UpdateStatus};
 use embedded_io::{Read, ReadReady, Write, WriteReady};
 use embedded_storage::nor_flash::NorFlash;
 use heapless::spsc::Consumer;
@@ -58,6 +61,7 @@ pub struct Background<'q, 'c, S, F> {
     mailbox: &'q Mailbox,
     guide: Guide<S>,
     keeper: Keeper<'q, 'c, F>,
+    updates: Option<&'q mut dyn Updates<F>>,
     task: &'q mut Task,
     method: Method,
     errand: Errand,
@@ -89,6 +93,7 @@ where
             mailbox,
             guide: Guide::new(motion),
             keeper: Keeper::new(slots, swap, settings, device),
+            updates: None,
             task,
             method: Method::Platen,
             errand: Errand {
@@ -102,6 +107,11 @@ where
             last: Frame::default(),
             status_seen: Status::empty(),
         }
+    }
+
+    /// For a board with two banks of flash and a first stage: takes new firmware from now on.
+    pub fn offer_updates(&mut self, updates: &'q mut dyn Updates<F>) {
+        self.updates = Some(updates);
     }
 
     /// Starts from what is stored: the newest valid record comes in force; without one frames say
@@ -161,7 +171,53 @@ where
     /// A slice of what takes seconds on the target: to be called between two turns; false if there is nothing to do. It is
     /// over after half a millisecond, now and then after a fifth of a second.
     pub fn work(&mut self) -> bool {
-        self.task.work()
+        let checked = match &mut self.updates {
+            Some(updates) => updates.work(self.keeper.flash_mut()),
+            None => false,
+        };
+        self.task.work() || checked
+    }
+
+    /// Carries out what a host orders of an update. One is begun only while nothing else is under way.
+    ///
+    /// # Errors
+    /// [`Refusal::Busy`], [`Refusal::Update`].
+    #[inline(never)]
+    pub fn update(&mut self, order: &UpdateOrder) -> Result<UpdateStatus, Refusal> {
+        if matches!(order, UpdateOrder::Begin { .. }) && (self.is_calibrating() || self.is_moving())
+        {
+            return Err(Refusal::Busy);
+        }
+        let uptime_s = self.time().uptime_s;
+        let updates = self.updates.as_mut();
+        let updates = updates.ok_or(Refusal::Update(UpdateRefusal::NotOffered))?;
+        let done = updates.act(self.keeper.flash_mut(), order, uptime_s);
+        done.map_err(Refusal::Update)
+    }
+
+    /// Whether the image that runs was on trial and nobody accepted it: the board is to restart, and the one before comes back.
+    pub fn is_trial_over(&mut self) -> bool {
+        let uptime_s = self.time().uptime_s;
+        let flash = self.keeper.flash_mut();
+        let updates = self.updates.as_mut();
+        updates.is_some_and(|updates| updates.is_over(flash, uptime_s))
+    }
+
+    /// An image on trial stores nothing: if it went back, what it stored would be lost.
+    fn may_store(&self) -> Result<(), Refusal> {
+        match &self.updates {
+            Some(updates) if updates.is_on_trial() => Err(Refusal::Update(UpdateRefusal::OnTrial)),
+            _ => Ok(()),
+        }
+    }
+
+    /// Slots and what is in force, to change what is stored.
+    ///
+    /// # Errors
+    /// [`Refusal::Busy`], [`Refusal::Update`] while the image that runs is on trial.
+    pub fn keeper_to_store(&mut self) -> Result<&mut Keeper<'q, 'c, F>, Refusal> {
+        self.may_store()?;
+        self.keeper_mut()
     }
 
     /// Starts a self-calibration from where the courier stands. Geometry and model of `config` are replaced by those
@@ -172,6 +228,7 @@ where
     #[inline(never)]
     pub fn calibrate(&mut self, mut config: SessionConfig, errand: Errand) -> Result<(), Refusal> {
         self.idle()?;
+        self.may_store()?;
         config.geometry = self.keeper.settings().geometry;
         config.validate().map_err(not_started)?;
         self.task.make_platen();
@@ -194,6 +251,7 @@ where
         errand: Errand,
     ) -> Result<(), Refusal> {
         self.idle()?;
+        self.may_store()?;
         let status = self.last.status;
         if status.contains(Status::BEACON_MISSING) {
             return Err(Refusal::Start(StartRefusal::NoBeacon));

@@ -148,7 +148,7 @@ impl<P: Ports> Console<P> {
             Action::Read(Source::InForce) => self.send_in_force(number, background),
             Action::Read(Source::Slot(slot)) => self.send_slot(number, *slot, background),
             Action::RollBack => {
-                let place = background.keeper_mut().and_then(Keeper::roll_back);
+                let place = background.keeper_to_store().and_then(Keeper::roll_back);
                 self.send_result(number, place.map(Some));
             }
             Action::Calibrate(order) => {
@@ -271,7 +271,7 @@ impl<P: Ports> Console<P> {
                 Ok(Reply::Done)
             }
             Action::Commit { lose_unknown } => background
-                .keeper_mut()?
+                .keeper_to_store()?
                 .commit(lose_unknown)
                 .map(Reply::Place),
             Action::Slots => Ok(Reply::Slots(
@@ -294,6 +294,7 @@ impl<P: Ports> Console<P> {
                 background.set_time(unix_s);
                 Ok(Reply::Done)
             }
+            Action::Update(order) => background.update(&order).map(Reply::Update),
             Action::LastFault => Ok(Reply::LastFault(self.started.fault.clone())),
             Action::Restart => {
                 self.restart = true;

@@ -120,6 +120,11 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
         Ok(self.slots.read_into(slot, to)?)
     }
 
+    /// The flash that the slots are in.
+    pub fn flash_mut(&mut self) -> &mut F {
+        self.slots.flash_mut()
+    }
+
     /// Puts a calibration in force without storing it.
     ///
     /// # Errors

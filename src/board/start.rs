@@ -17,6 +17,7 @@ use crate::settings::Settings;
 use crate::step::StepConfig;
 use crate::swap::SwapQueues;
 use crate::teeth::ToothMap;
+use crate::update::layout::SLOTS_START;
 use core::mem::MaybeUninit;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{InputPin, OutputPin};
@@ -165,7 +166,7 @@ where
     let background = place.write(Background::new(
         (consume, sender, mailbox),
         motion,
-        Slots::new(flash, 0),
+        Slots::new(flash, SLOTS_START),
         own_settings(),
         device,
         TASK.take().expect("called once"),

@@ -155,6 +155,11 @@ impl<F: NorFlash> Slots<F> {
         self.owner = Some(device);
     }
 
+    /// The flash, for what lies beside the slots.
+    pub fn flash_mut(&mut self) -> &mut F {
+        &mut self.flash
+    }
+
     /// Gives the flash back.
     pub fn release(self) -> F {
         self.flash

@@ -19,6 +19,7 @@ use crate::link::framing;
 use crate::link::report::Progress;
 use crate::link::telemetry::StreamOrder;
 use crate::teeth::MapHeader;
+use crate::update::order::{UpdateOrder, UpdateStatus};
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
@@ -134,6 +135,8 @@ pub enum Action<C = Calibration> {
     LastFault,
     /// Restart the board. [`Reply::Done`] is sent before.
     Restart,
+    /// Take a new firmware in, or tell how that stands. [`Reply::Update`].
+    Update(UpdateOrder),
 }
 
 impl Action {
@@ -228,6 +231,8 @@ pub enum Reply<C = Calibration> {
     Slots([SlotReport; 2]),
     /// The last fault, if there was one since it was last cleared.
     LastFault(Option<FaultReport>),
+    /// How an update stands.
+    Update(UpdateStatus),
 }
 
 /// Who is there.

@@ -4,6 +4,7 @@ use crate::calibration::record::RecordError;
 use crate::calibration::slots::{Place, SlotError, SlotInfo, SlotState};
 use crate::device::Device;
 use crate::teeth::MapError;
+use crate::update::install::UpdateRefusal;
 use serde::{Deserialize, Serialize};
 
 /// A number of an order that can be wrong.
@@ -203,6 +204,9 @@ pub enum Refusal {
         /// Rows that it has time for beside a map.
         most: u8,
     },
+    /// See [`UpdateRefusal`].
+    #[error("{0}")]
+    Update(UpdateRefusal),
 }
 
 /// Why a slot operation failed, on the wire.

@@ -39,9 +39,9 @@ pub struct Rules {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 #[non_exhaustive]
 pub enum UpdateRefusal {
-    /// The board has no second bank of flash.
-    #[error("this board has no room for a second image")]
-    NoSecondBank,
+    /// The board has no first stage, or no second bank of flash.
+    #[error("this board takes no firmware over its link: write it with a debug probe")]
+    NotOffered,
     /// Its header is none, or damaged.
     #[error("the image has no header that can be used")]
     Header,
@@ -216,7 +216,7 @@ impl Install {
         number: u32,
     ) -> Result<Self, UpdateRefusal> {
         if flash.capacity() < BANK_BYTES as usize {
-            return Err(UpdateRefusal::NoSecondBank);
+            return Err(UpdateRefusal::NotOffered);
         }
         let header = rules.check(bytes)?;
         // The header first: without it what is left of the old image is none.

@@ -15,6 +15,7 @@ pub mod journal;
 pub mod key;
 pub mod layout;
 pub mod mirror;
+pub mod order;
 pub mod standing;
 pub mod trial;
 pub mod version;

@@ -26,7 +26,7 @@ fn whole(server: &Server, action: &Action<()>) -> Result<Action, Refusal> {
             .loaded(&mut calibration)
             .map(|()| Action::take_over(calibration));
     }
-    let mut bytes = [0; 64];
+    let mut bytes = [0; FRAME_BYTES];
     let bytes = postcard::to_slice(action, &mut bytes).unwrap();
     Ok(postcard::from_bytes(bytes).unwrap())
 }

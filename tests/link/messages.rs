@@ -10,6 +10,9 @@ use courier_sensor::frame::Status;
 use courier_sensor::link::message::*;
 use courier_sensor::link::report::{Ending, Progress};
 use courier_sensor::link::telemetry::{Channels, StreamOrder};
+use courier_sensor::update::install;
+use courier_sensor::update::order::{PIECE_BYTES, UpdateOrder, UpdateStatus};
+use courier_sensor::update::version::Version;
 
 pub fn hello() -> Hello {
     Hello {
@@ -56,6 +59,10 @@ pub fn actions() -> Vec<Action> {
         },
         Action::LastFault,
         Action::Restart,
+        Action::Update(UpdateOrder::Piece {
+            offset: 384,
+            bytes: heapless::Vec::from_slice(&[0x5A; PIECE_BYTES]).unwrap(),
+        }),
     ]
 }
 
@@ -114,6 +121,19 @@ pub fn replies() -> Vec<Reply> {
             program_counter: u32::MAX,
             link_register: u32::MAX,
             message: fault.as_str().try_into().unwrap(),
+        })),
+        Reply::Update(UpdateStatus {
+            running: Version::OWN,
+            trial_left_s: Some(100),
+            development_key: true,
+            progress: install::Progress::Checking {
+                done: 512,
+                of: 200_000,
+            },
+        }),
+        Reply::Refused(Refusal::Update(install::UpdateRefusal::Offset {
+            found: 0,
+            wanted: 384,
         })),
         Reply::Refused(Refusal::Busy),
         Reply::Refused(

@@ -124,6 +124,6 @@ fn a_flash_of_slots_alone_takes_no_image() {
     let rules = Board::rules(&running);
     let mut small = Flash::new(4, 1);
     let begun = Install::begin(&mut small, &image(2).header, &rules, 1);
-    assert!(matches!(begun, Err(UpdateRefusal::NoSecondBank)));
+    assert!(matches!(begun, Err(UpdateRefusal::NotOffered)));
     assert_eq!(small.bytes(), vec![0xFF; 4 * PAGE_BYTES]);
 }

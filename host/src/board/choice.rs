@@ -9,6 +9,7 @@ use board_link::session::Linked;
 use board_link::{Link, SimWire, Wire};
 use clap::ValueEnum;
 use courier_sensor::drivers::motion::Target;
+use courier_sensor::update::layout::{PAGE_BYTES, SLOTS_START};
 use effects::motion::Pose;
 use effects::plant::Scene;
 use effects::random::{ChaCha8Rng, SeedableRng};
@@ -19,6 +20,7 @@ use hal_sim::presets::DEFAULT_RMS_M;
 use hal_sim::spec::CourierSpec;
 use hal_sim::wire::motion::ControllerConfig;
 use hal_sim::world::World;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Which board to talk to; the simulated one if none is named.
@@ -84,6 +86,9 @@ struct Flaw {
     entry: &'static effects::Entry,
     rms_m: f64,
 }
+
+/// What of a simulated board's flash is kept in a file: the slots, and two pages behind them.
+const KEPT: Range<usize> = SLOTS_START as usize..SLOTS_START as usize + 4 * PAGE_BYTES as usize;
 
 /// Time over which effects of a simulated courier drift and slip, s: a survey's.
 const SIM_DURATION_S: f64 = 40.0;
@@ -281,7 +286,7 @@ fn restore(flash: &SharedFlash, path: &Path) -> Result<()> {
         }
     };
     let mut inner = flash.0.borrow_mut();
-    let wanted = inner.bytes().len();
+    let wanted = KEPT.len();
     ensure!(
         bytes.len() == wanted,
         "--sim-flash: {}: found {} bytes, wanted {wanted}: the flash of a simulated board",
@@ -291,7 +296,7 @@ fn restore(flash: &SharedFlash, path: &Path) -> Result<()> {
     // A double word that was never programmed must stay programmable.
     for (place, word) in bytes.chunks(SharedFlash::WRITE_SIZE).enumerate() {
         if word.iter().any(|byte| *byte != 0xFF) {
-            inner.force(place * SharedFlash::WRITE_SIZE, word);
+            inner.force(KEPT.start + place * SharedFlash::WRITE_SIZE, word);
         }
     }
     Ok(())
@@ -299,10 +304,11 @@ fn restore(flash: &SharedFlash, path: &Path) -> Result<()> {
 
 fn keep(flash: &SharedFlash, path: &Path) -> Result<()> {
     let inner = flash.0.borrow();
-    if std::fs::read(path).is_ok_and(|bytes| bytes == inner.bytes()) {
+    let kept = &inner.bytes()[KEPT];
+    if std::fs::read(path).is_ok_and(|bytes| bytes == kept) {
         return Ok(());
     }
-    replace_file(path, inner.bytes()).context("--sim-flash")
+    replace_file(path, kept).context("--sim-flash")
 }
 
 #[cfg(feature = "probe")]
