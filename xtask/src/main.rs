@@ -21,6 +21,7 @@ mod recordings;
 mod report;
 mod runner;
 mod setup;
+mod sign;
 mod stack;
 mod test;
 mod throughput;
@@ -83,6 +84,11 @@ const TASKS: &[Task] = &[
         "option-bytes",
         "looks at the option bytes of the board behind a debug probe, asks (or takes --yes), and sets them",
         Work::With(option_bytes::run_command),
+    ),
+    (
+        "image",
+        "the sensor board's firmware as a signed file for `courier update` (OUT [--key FILE]; --new-key FILE)",
+        Work::With(sign::run),
     ),
     (
         "setup",
