@@ -22,7 +22,7 @@ const fn line(words: &'static str, inputs: &'static [&'static str]) -> Line {
 const RECORDING: &[&str] = &["v/samples.csv", "v/recording.toml"];
 
 /// Every command that writes a file. None gets as far as its work.
-const LINES: [Line; 25] = [
+const LINES: [Line; 26] = [
     line("demo --record new", &[]),
     line("demo --preset measured --waveforms w.csv", &["w.csv"]),
     line("convert w.csv new", &["w.csv"]),
@@ -48,6 +48,7 @@ const LINES: [Line; 25] = [
     line("--emulated log --elf image", &["image"]),
     line("reset", &[]),
     line("acceptance", &[]),
+    line("update image", &["image"]),
 ];
 
 /// Options that name a file to write.

@@ -6,5 +6,6 @@ mod choice;
 pub mod claim;
 pub mod emulated;
 
-pub use board_link::{Link, SimWire, Simulated, Starter, map, motion, session};
+pub use board_link::image::{DEVELOPMENT_SEED, Image};
+pub use board_link::{Link, SimWire, Simulated, Starter, map, motion, session, update};
 pub use choice::{Choice, Kind, Opened};

@@ -103,5 +103,6 @@ commands! {
         Log => log,
         Reset => reset,
         Acceptance => acceptance,
+        Update => update,
     }
 }

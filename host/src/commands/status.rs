@@ -3,7 +3,7 @@
 use super::status_next::next;
 use crate::json::Json;
 use crate::output::{Files, Kind};
-use crate::board::{Choice, Link, map};
+use crate::board::{Choice, Link, map, update};
 use crate::terminal::{figure, pairs};
 use anyhow::{Result, bail};
 use courier_sensor::frame::Status;
@@ -14,6 +14,7 @@ use courier_sensor::link::message::{
     Reply, ResetCause,
 };
 use courier_sensor::teeth::Grid;
+use courier_sensor::update::order::{UpdateOrder, UpdateStatus};
 use serde::Serialize;
 use std::process::ExitCode;
 
@@ -43,6 +44,8 @@ struct Output {
     status_bits: Vec<&'static str>,
     status_bits_seen: Vec<&'static str>,
     last_fault: Option<FaultReport>,
+    /// How its firmware stands, if it takes updates.
+    update: Option<UpdateStatus>,
     /// What is not as it should be of what the board has found out about itself, in words.
     troubles: Vec<String>,
     /// What to do next, in sentences.
@@ -61,6 +64,8 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let Reply::LastFault(last_fault) = board.link.ask(Action::LastFault)? else {
         bail!(super::STRANGE_REPLY)
     };
+    // A board without a first stage refuses the question.
+    let update = update::ask(&mut board.link, UpdateOrder::Status).ok();
     let joint = is_joint(&mut board.link, status.in_force)?;
     let output = Output {
         next: next(&status, joint),
@@ -73,6 +78,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         status_bits_seen: names(status.status_seen),
         status,
         last_fault,
+        update,
     };
     board.close()?;
     args.json.tell(ANSWER, &output, || text(&output))?;
@@ -142,8 +148,24 @@ fn text(output: &Output) -> String {
             ),
         ));
     }
+    if let Some(update) = &output.update {
+        rows.push(("updates", standing(update)));
+    }
     rows.extend(output.next.iter().map(|step| ("next", step.clone())));
     pairs(&rows)
+}
+
+/// Whether the firmware is on trial, and whose signature it trusts.
+fn standing(update: &UpdateStatus) -> String {
+    let trial = match update.trial_left_s {
+        Some(left_s) => format!("on trial for {left_s} s, "),
+        None => String::new(),
+    };
+    let key = match update.development_key {
+        true => "signed by anybody (development key)",
+        false => "signed with the key in the firmware",
+    };
+    format!("{trial}{key}")
 }
 
 /// What was tested, and how it went.

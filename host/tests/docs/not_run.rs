@@ -38,6 +38,11 @@ const NOT_RUN: &[(&str, &str, &str)] = &[
         "needs a board on a probe",
     ),
     (
+        "docs/update.md",
+        "cargo xtask image firmware.img",
+        "builds the image anew, for minutes",
+    ),
+    (
         "docs/your-board.md",
         "cargo flash",
         "needs a board on a probe",
