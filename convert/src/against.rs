@@ -1,32 +1,27 @@
 //! A segment's travel against the reference's: units, signs and pitches that were stated wrongly show here.
 
+use crate::teeth::{OWN_ERROR_PITCHES, UNSURE_STEP};
+
 /// Pieces that are wanted: the median of fewer tells little.
 const PIECES: usize = 5;
 /// A piece ends once the segment has come this far, pitches: its own error is some percent of a pitch.
 const PIECE_PITCHES: f64 = 1.0;
-/// A way that is shorter than this, pitches, tells no ratio.
-const HARDLY: f64 = 0.1;
-/// A piece with a step of more than this share of a pitch may be counted wrongly: half a pitch is the limit of counting, less a
-/// fifth for noise and the segment's own error. A choice, without data.
-const SURE_STEP: f64 = 0.3;
+/// A shorter way tells no ratio, pitches: of this one the segment's own error at both ends is half, so that sign and size are told to a
+/// factor of two.
+const LEAST_TRAVEL_PITCHES: f64 = 4.0 * OWN_ERROR_PITCHES;
 
 /// Travel of the segment over that of the reference, signed; the median over pieces of a pitch. Of a way of few pitches it is
 /// the slope over all of it, since within a pitch the sensor's own error changes the ratio by tens of percent. Both are paths in pitches, NaN
 /// where not measured. None where they hardly move.
 #[must_use]
 pub fn ratio(own: &[f64], reference: &[f64]) -> Option<f64> {
-    let both: Vec<(f64, f64)> = own
-        .iter()
-        .zip(reference)
-        .map(|(a, b)| (*a, *b))
-        .filter(|(a, b)| a.is_finite() && b.is_finite())
-        .collect();
+    let both = measured(own, reference);
     let (lowest, highest) = both
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (a, _)| {
             (low.min(*a), high.max(*a))
         });
-    if !(highest - lowest > HARDLY) {
+    if !(highest - lowest > LEAST_TRAVEL_PITCHES) {
         return None;
     }
     let (sure, all) = pieces(&both, PIECE_PITCHES);
@@ -38,12 +33,21 @@ pub fn ratio(own: &[f64], reference: &[f64]) -> Option<f64> {
     Some(ratios[ratios.len() / 2])
 }
 
+/// Places where both were measured.
+fn measured(own: &[f64], reference: &[f64]) -> Vec<(f64, f64)> {
+    own.iter()
+        .copied()
+        .zip(reference.iter().copied())
+        .filter(|(own, reference)| own.is_finite() && reference.is_finite())
+        .collect()
+}
+
 /// Ratios of pieces without long steps, and of all.
 fn pieces(both: &[(f64, f64)], length: f64) -> (Vec<f64>, Vec<f64>) {
     let (mut sure, mut all) = (Vec::new(), Vec::new());
     let (mut start, mut long) = (0, false);
     for index in 1..both.len() {
-        long |= (both[index].0 - both[index - 1].0).abs() > SURE_STEP;
+        long |= (both[index].0 - both[index - 1].0).abs() > UNSURE_STEP;
         let (own, reference) = (both[index].0 - both[start].0, both[index].1 - both[start].1);
         if own.abs() >= length {
             let ratio = own / reference;
@@ -75,12 +79,7 @@ pub fn misfit(own: &[f64], reference: &[f64]) -> f64 {
 /// Slope of the segment's place over the reference's, and their greatest distance after it, pitches; over the whole recording.
 #[must_use]
 pub fn slope(own: &[f64], reference: &[f64]) -> Option<(f64, f64)> {
-    let both: Vec<(f64, f64)> = own
-        .iter()
-        .zip(reference)
-        .map(|(a, b)| (*a, *b))
-        .filter(|(a, b)| a.is_finite() && b.is_finite())
-        .collect();
+    let both = measured(own, reference);
     let count = both.len() as f64;
     let (own_mean, reference_mean) = both
         .iter()

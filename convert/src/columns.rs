@@ -117,9 +117,10 @@ fn unwrap(values: &mut [f64], turn: f64) -> usize {
         finite().fold(f64::INFINITY, f64::min),
         finite().fold(f64::NEG_INFINITY, f64::max),
     );
-    /// An angle that begins anew may be told by a little more than a turn, by its noise.
-    const WITHIN: f64 = 1.02;
-    if !(high - low <= WITHIN * turn) {
+    /// An angle that begins anew at each turn spans one turn, and its noise at both ends: so many turns with noise of 1 % of a turn, or
+    /// 3.6°, which is beyond that of any encoder. What spans more was counted on from turn to turn already.
+    const TURN_WITH_NOISE: f64 = 1.02;
+    if !(high - low <= TURN_WITH_NOISE * turn) {
         return 0;
     }
     let (mut whole, mut passes, mut last) = (0.0, 0, f64::NAN);

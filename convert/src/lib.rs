@@ -11,7 +11,6 @@ mod dialect;
 pub mod listing;
 mod mapping;
 mod meta;
-mod noise;
 mod order;
 mod pair;
 mod runs;
@@ -26,7 +25,6 @@ mod told;
 mod units;
 
 pub use columns::ROTARY_PITCH_M;
-pub use noise::{Scatter, scatter};
 pub use order::{Order, Stated};
 pub use runs::Runs;
 pub use source::{Asked, Target, quoted};
@@ -39,6 +37,7 @@ use recording::{Column, Error, Recording, Row, Samples};
 use segments::{Given, Segment};
 use source::Source;
 use std::path::Path;
+use suspect::SAME_TRAVEL;
 
 /// A converted log.
 #[derive(Clone, Debug, PartialEq)]
@@ -234,11 +233,10 @@ fn motion(segments: &[Segment], values: &[Values], pitch_m: f64) -> (Vec<f64>, f
         .iter()
         .map(|(path, _)| travel(path))
         .fold(0.0, f64::max);
-    /// The first of those that travel about as far.
-    const ABOUT: f64 = 0.9;
     paths
         .into_iter()
-        .find(|(path, _)| travel(path) >= ABOUT * furthest)
+        // The first that travels as far: a reference, where there is one.
+        .find(|(path, _)| travel(path) >= (1.0 - SAME_TRAVEL) * furthest)
         .unwrap_or_default()
 }
 

@@ -1,9 +1,9 @@
 //! recording.toml of a converted log: what was stated, else what was measured, and what was assumed is told.
 
-use crate::noise::scatter;
 use crate::order::Order;
 use crate::segments::Segment;
 use crate::told::{Told, figures};
+use recording::noise::{ROUNDING_VARIANCE, in_motion::scatter};
 use recording::{Coordination, Electronics, Error, Geometry, Meta};
 use std::path::Path;
 
@@ -122,6 +122,15 @@ fn unmeasured(file: &Path, option: &str) -> Error {
     )
 }
 
+/// Noise of some segments, rms, and whether motion is among it; none where one tells none.
+fn pooled<'a>(segments: impl Iterator<Item = &'a Segment>) -> Option<(f64, bool)> {
+    let measured: Option<Vec<_>> = segments.map(|segment| segment.noise).collect();
+    let measured = measured?;
+    let squares: f64 = measured.iter().map(|noise| noise.rms * noise.rms).sum();
+    let rms = (squares / measured.len().max(1) as f64).sqrt();
+    Some((rms, measured.iter().any(|noise| noise.holds_motion)))
+}
+
 fn counts_noise(
     file: &Path,
     order: &Order,
@@ -132,23 +141,13 @@ fn counts_noise(
     if let Some(noise) = order.stated.noise_counts {
         return Ok(noise);
     }
-    let counted: Vec<_> = segments
-        .iter()
-        .filter(|segment| segment.counts.is_some())
-        .map(|segment| segment.noise)
-        .collect();
-    let measured: Option<Vec<_>> = counted.into_iter().collect();
-    let measured = measured.ok_or_else(|| unmeasured(file, option))?;
-    let square = measured
-        .iter()
-        .map(|noise| noise.rms * noise.rms)
-        .sum::<f64>()
-        / measured.len().max(1) as f64;
-    let noise = hundredths(square.sqrt());
+    let counted = segments.iter().filter(|segment| segment.counts.is_some());
+    let (rms, holds_motion) = pooled(counted).ok_or_else(|| unmeasured(file, option))?;
+    let noise = hundredths(rms);
     tell(
         told,
         &format!("noise {} counts rms a channel", figures(noise)),
-        measured.iter().any(|noise| noise.holds_motion),
+        holds_motion,
         option,
     );
     Ok(noise)
@@ -164,25 +163,17 @@ fn position_noise(
     if let Some(noise_m) = order.stated.position_noise_m {
         return Ok(noise_m);
     }
-    let positioned = || {
-        segments
-            .iter()
-            .filter(|segment| segment.position_m.is_some() && segment.counts.is_none())
-    };
-    let measured: Option<Vec<_>> = positioned().map(|segment| segment.noise).collect();
-    let measured = measured.ok_or_else(|| unmeasured(file, option))?;
-    let square = measured
+    let positioned = segments
         .iter()
-        .map(|noise| noise.rms * noise.rms)
-        .sum::<f64>()
-        / measured.len().max(1) as f64;
+        .filter(|segment| segment.position_m.is_some() && segment.counts.is_none());
+    let (rms_m, holds_motion) = pooled(positioned).ok_or_else(|| unmeasured(file, option))?;
     /// Nothing is without noise: the smallest that a position in double precision may be told with, a tenth of a picometre.
     const LEAST_M: f64 = 1.0e-13;
-    let noise_m = four_figures(square.sqrt().max(LEAST_M));
+    let noise_m = four_figures(rms_m.max(LEAST_M));
     tell(
         told,
         &format!("noise {} µm rms a position", figures(1.0e6 * noise_m)),
-        measured.iter().any(|noise| noise.holds_motion),
+        holds_motion,
         option,
     );
     Ok(noise_m)
@@ -244,11 +235,7 @@ fn electrode_noise(
     });
     let channels: Vec<&[f64]> = seen.iter().map(Vec::as_slice).collect();
     let noise = scatter(&channels, &seen[0], follows).ok_or_else(|| unmeasured(file, option))?;
-    let noise_counts = hundredths(
-        (noise.rms.powi(2) - crate::noise::ROUNDING_VARIANCE)
-            .max(0.0)
-            .sqrt(),
-    );
+    let noise_counts = hundredths((noise.rms.powi(2) - ROUNDING_VARIANCE).max(0.0).sqrt());
     tell(
         told,
         &format!("noise {} counts rms an electrode", figures(noise_counts)),

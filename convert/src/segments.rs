@@ -1,13 +1,14 @@
 //! The segments: counts, tooth counts and places of each, with what was noticed on the way.
 
 use crate::columns::Values;
-use crate::noise::{ROUNDING_VARIANCE, Scatter, scatter, step};
 use crate::order::Order;
 use crate::pair::{Converter, NOISE_COUNTS_WANTED, Pair, bits_for, off_centre, scaling, whole};
 use crate::suspect::Beside;
 use crate::table::Log;
 use crate::teeth::count;
 use crate::told::{Told, figures};
+use recording::noise::ROUNDING_VARIANCE;
+use recording::noise::in_motion::{Scatter, scatter, step};
 use recording::{Column, Error};
 use std::path::Path;
 

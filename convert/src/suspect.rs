@@ -8,8 +8,9 @@ use crate::table::Log;
 use crate::told::{Warning, figures};
 use crate::units::Quantity;
 
-/// A ratio this near to one is that of the same travel: a sensor's own error is some percent of a pitch in a piece of one.
-const SAME: f64 = 0.1;
+/// Ratios are taken over pieces of a pitch. One this near to one is that of the same travel: the sensor's own error at both ends of a
+/// piece makes 0.06 of it ([`OWN_ERROR_PITCHES`](crate::teeth::OWN_ERROR_PITCHES)), and the next unit or number of periods is farther off.
+pub const SAME_TRAVEL: f64 = 0.1;
 /// Two units are told apart by a ratio this near.
 const NEAR: f64 = 0.03;
 /// A segment that strays from its reference by more than this share of its travel does not follow it: a sensor that is over-ranged
@@ -56,7 +57,8 @@ impl Beside<'_> {
             // The counted path may be wrong, its phases are not: they must agree step by step.
             misfit(self.own, &reference) < FITS
         } else {
-            (ratio(self.own, &reference)? - 1.0).abs() < SAME && self.strays(&reference) < FOLLOWS
+            (ratio(self.own, &reference)? - 1.0).abs() < SAME_TRAVEL
+                && self.strays(&reference) < FOLLOWS
         };
         agrees.then_some(reference)
     }
@@ -123,7 +125,7 @@ impl Beside<'_> {
 
     /// Travel of another size: another unit, another number of periods a turn, another pitch.
     fn size(&self, ratio: f64) -> Option<Warning> {
-        if (ratio - 1.0).abs() < SAME {
+        if (ratio - 1.0).abs() < SAME_TRAVEL {
             return None;
         }
         let source = &self.reference.source;

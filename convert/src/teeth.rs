@@ -17,9 +17,12 @@ pub struct Counted {
     pub guided: usize,
 }
 
+/// An encoder that nobody calibrated is wrong by up to so much of its pitch: 30 µm of a millimetre, the largest that the paper's sensor
+/// and real encoders show.
+pub const OWN_ERROR_PITCHES: f64 = 0.03;
 /// A step to the next sample that differs from the step before by more than half a pitch, and one of at least this length, is
-/// unsure: at half a pitch the shorter way round and the longer one are alike, and noise and the sensor's own error decide.
-const UNSURE_STEP: f64 = 0.45;
+/// unsure: at half a pitch the shorter way round and the longer one are alike, and the sensor's own error at both ends decides.
+pub const UNSURE_STEP: f64 = 0.5 - 2.0 * OWN_ERROR_PITCHES;
 
 /// Counts teeth.
 ///

@@ -29,12 +29,12 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
-    /// Lateral terms and a tooth field, sized so that the paper's table comes out.
+    /// Lateral terms and an error of each tooth, sized so that the paper's table comes out; `diagnose` answers `unknown`.
     #[default]
     Paper,
-    /// Equation (3) and noise only.
+    /// Equation (3) and noise only; with an effect beside it, `diagnose` names that.
     Ideal,
-    /// Waveforms of real encoders.
+    /// Waveforms of real encoders; `diagnose` answers `unknown`.
     Measured,
 }
 

@@ -18,7 +18,6 @@ pub mod interrupt;
 pub mod isolability;
 pub mod kinds;
 pub mod live;
-pub mod noise;
 pub mod provenance;
 pub mod recorder;
 pub mod replay;

@@ -3,7 +3,6 @@
 use crate::board::{Link, motion};
 use crate::destination::Destination;
 use crate::interrupt;
-use crate::noise::{self, CHANNELS, Noise, Reading, Unmeasured};
 use anyhow::{Context, Result, bail};
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
 use courier_sensor::drivers::motion::Target;
@@ -12,6 +11,7 @@ use courier_sensor::geometry::Geometry;
 use courier_sensor::link::message::{Action, BoardStatus, Reply, Source};
 use courier_sensor::link::telemetry::{Channels, Sample, StreamOrder};
 use indicatif::ProgressBar;
+use recording::noise::at_rest::{self, CHANNELS, Noise, Reading, Unmeasured};
 use recording::{Coordination, Electronics, Meta, Row, Writer};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -165,7 +165,7 @@ fn measure_noise(link: &mut Link, rate_hz: f64) -> Result<Noise> {
     let mut found = Err(Unmeasured::Gaps { blocks: 0 });
     for decimation in NOISE_DECIMATIONS {
         let readings = readings(link, decimation, (NOISE_S * rate_hz).ceil() as u32)?;
-        found = noise::measure(&readings, decimation.into());
+        found = at_rest::measure(&readings, decimation.into());
         if !matches!(found, Err(Unmeasured::Gaps { .. })) {
             break;
         }
@@ -294,7 +294,7 @@ impl Tape {
             temperature_c: self
                 .status
                 .temperature_c
-                .map(|start_c| f64::from(start_c + delta_k - delta_0_k)),
+                .map(|start_c| shortest(start_c + delta_k - delta_0_k)),
             ..Row::default()
         })?;
         self.measured.add(&quadrature, electrode_counts);

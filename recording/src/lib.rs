@@ -10,6 +10,7 @@ mod error;
 mod foreign;
 mod keys;
 mod meta;
+pub mod noise;
 mod read;
 mod rows;
 mod samples;

@@ -5,7 +5,7 @@ use crate::output::{Files, Kind};
 use crate::board::Choice;
 use crate::destination::Destination;
 use crate::interrupt::{self, EXIT_INTERRUPTED, Interrupted};
-use crate::noise::Noise;
+use recording::noise::at_rest::Noise;
 use crate::recorder::{Order, Run, record};
 use crate::survey;
 use crate::terminal::{progress, warn};
@@ -42,7 +42,7 @@ pub struct Args {
     #[arg(long, default_value_t = 50.0, value_name = "MM_S", requires = "go_to")]
     speed_mm_s: f32,
     /// Make the motions that a diagnosis wants, within 26 mm of this place: both directions, three speeds, turned, turning,
-    /// still; some 25 s.
+    /// still; some 25 s. `--survey 0,0,0` is about where the controller's frame begins.
     #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, value_parser = super::target, conflicts_with_all = ["seconds", "run", "go_to", "speed_mm_s"])]
     survey: Option<Target>,
     /// Make the motions that `courier map` wants, within 4 mm of this place under a beacon, turned by up to 1.5°; some 40 s. A

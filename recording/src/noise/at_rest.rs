@@ -6,8 +6,10 @@
 //! told by slope and curvature of the positions, which do not depend on what remains beside them: leaving blocks out by them
 //! does not make the noise look smaller.
 
-use courier_sensor::frame::SEGMENTS;
+use super::ROUNDING_VARIANCE;
 
+/// Segments of a sample.
+pub const SEGMENTS: usize = 4;
 /// Channels of a sample: sine and cosine of four segments, then four electrodes.
 pub const CHANNELS: usize = 2 * SEGMENTS + 4;
 /// Samples of a block.
@@ -21,8 +23,6 @@ const F_OF_REST: f64 = 37.12;
 /// Still blocks that tell the noise of eight channels to one percent: a median of n chi-squares with five degrees of freedom scatters
 /// by sqrt(pi / 2) * sqrt(2 / 5 / n), the noise by half of that, and the mean over eight channels by sqrt(8) less.
 const FEWEST_BLOCKS: usize = 200;
-/// Variance of rounding to whole counts, which the recording's stated noise leaves out.
-const ROUNDING_VARIANCE: f64 = 1.0 / 12.0;
 /// A channel is at the converter's end from here on, counts: the signal path's limit.
 const CONVERTER_END_COUNTS: f64 = 32_760.0;
 /// Orthogonal polynomials of degree 1 and 2 on eight equally spaced places, and their squared lengths.

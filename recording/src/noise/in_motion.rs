@@ -12,8 +12,9 @@ const MEDIAN: f64 = 0.674_489_750_196_081_7;
 /// Differences beyond so many standard deviations are disturbances, not noise: one in 16,000 of a Gaussian is, which takes 0.05 % of
 /// its rms.
 const CLIP: f64 = 4.0;
-/// The slowest share of the log that is used.
-const SLOWEST: f64 = 0.25;
+/// The slowest share of the log that is used. Of a motion to and fro like a sine, the slowest quarter is that within 22.5° of a turning
+/// point in phase: its fastest is sin(22.5°) = 0.38 of the highest speed, and the phase's bend, which grows with the cube of the speed, 6 %.
+const SLOWEST_SHARE: f64 = 0.25;
 /// Fewer differences than these tell the rms to no better than a fifth (1 / sqrt(2 n), three of four overlapping).
 const ENOUGH: usize = 30;
 /// Where the slower half of what is used shows this much less than the quicker half, motion is among the noise: by chance the halves of
@@ -51,7 +52,7 @@ pub fn scatter(channels: &[&[f64]], place: &[f64], follows: &[bool]) -> Option<S
         return None;
     }
     windows.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let used = ((SLOWEST * windows.len() as f64) as usize).max(ENOUGH);
+    let used = ((SLOWEST_SHARE * windows.len() as f64) as usize).max(ENOUGH);
     let of = |windows: &[(f64, Vec<f64>)]| {
         clipped_rms(windows.iter().flat_map(|(_, d)| d.iter().copied())) / GAIN
     };
@@ -91,9 +92,6 @@ fn clipped_rms(values: impl Iterator<Item = f64>) -> f64 {
     let kept: Vec<f64> = sizes.into_iter().filter(|size| *size <= limit).collect();
     (kept.iter().map(|size| size * size).sum::<f64>() / kept.len().max(1) as f64).sqrt()
 }
-
-/// Variance that rounding to whole steps adds, in squared steps.
-pub const ROUNDING_VARIANCE: f64 = 1.0 / 12.0;
 
 /// The step in which values were written, where they have few enough digits to show one: their smallest difference.
 #[must_use]
