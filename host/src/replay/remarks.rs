@@ -9,6 +9,8 @@ const TOOTH: f64 = 0.05;
 /// Calibration takes nothing away if what remains is this share of what was there: a fit of nine unknowns on a thousand samples of
 /// noise leaves half a percent more on others.
 const NOTHING: f64 = 0.995;
+/// Two instruments never agree to this share of the pitch: the best interpolation of a period shows noise of a hundred thousandth.
+const THE_SAME: f64 = 1.0e-6;
 
 /// A remark on a channel.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -43,6 +45,12 @@ fn remark(channel: String, [raw_m, calibrated_m]: [f64; 2], pitch_m: f64) -> Opt
             100.0 * calibrated_m / pitch_m,
             micrometres(pitch_m),
             100.0 * TOOTH
+        )
+    } else if raw_m < THE_SAME * pitch_m {
+        format!(
+            "{} µm before any calibration, wanted more than a millionth of the pitch: two instruments never agree so well. Likely cause: \
+             the reference, or another segment, holds the same readings as the segment itself",
+            micrometres(raw_m)
         )
     } else if calibrated_m > NOTHING * raw_m {
         format!(
@@ -83,6 +91,18 @@ mod tests {
         }
         let sound = told(15.0e-6, 2.0e-6);
         assert_eq!(sound, None);
+    }
+
+    #[test]
+    fn readings_that_are_compared_with_themselves_are_remarked_on() {
+        for raw_m in [0.0, 1.0e-18, 0.9e-9] {
+            let remark = told(raw_m, raw_m).unwrap();
+            assert!(
+                !remark.of_the_pitch && remark.text.contains("the same readings"),
+                "{remark:?}"
+            );
+        }
+        assert_eq!(told(1.1e-9, 1.0e-9), None);
     }
 
     #[test]

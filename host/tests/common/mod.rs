@@ -99,16 +99,21 @@ pub fn courier(arguments: &[&str]) -> Ran {
 
 /// A folder of real data, in `$COURIER_SHARED/data` or `../shared/data`; none, and said so, where it is absent.
 pub fn shared(name: &str) -> Option<PathBuf> {
+    shared_folder(Path::new("data").join(name))
+}
+
+/// A folder in `$COURIER_SHARED` or `../shared`; none, and said so, where it is absent.
+pub fn shared_folder(name: impl AsRef<Path>) -> Option<PathBuf> {
     let shared = std::env::var_os("COURIER_SHARED").map_or_else(
         || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"),
         PathBuf::from,
     );
-    let path = shared.join("data").join(name);
+    let path = shared.join(name);
     if path.exists() {
         return Some(path);
     }
     eprintln!(
-        "SKIPPED: nothing at {}; set COURIER_SHARED to the folder that holds data/",
+        "SKIPPED: nothing at {}; set COURIER_SHARED to the folder that holds data/ and cases/",
         path.display()
     );
     None
