@@ -134,4 +134,18 @@ mod tests {
         assert!((found - 1.0).abs() < 0.1, "{found}");
         assert_eq!(ratio(&[1.0; 50], &[1.0; 50]), None);
     }
+
+    /// Counted wrongly, a quick part goes the other way: what was counted for sure decides, however little it is.
+    #[test]
+    fn steps_that_are_unsure_do_not_tell_the_ratio() {
+        let (mut own, mut reference) = (vec![0.0], vec![0.0]);
+        let slow = (0..100).map(|_| [0.1, 0.1]);
+        let quick = (0..300).map(|_| [-0.46, 0.54]);
+        for [read, went] in slow.chain(quick) {
+            own.push(own[own.len() - 1] + read);
+            reference.push(reference[reference.len() - 1] + went);
+        }
+        let found = ratio(&own, &reference).unwrap();
+        assert!((found - 1.0).abs() < 0.01, "{found}");
+    }
 }

@@ -277,3 +277,27 @@ fn hundredths(value: f64) -> f64 {
 fn four_figures(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use recording::noise::in_motion::Scatter;
+
+    #[test]
+    fn the_noise_of_segments_is_their_root_mean_square_and_one_that_moves_is_told() {
+        let segment = |rms: f64, holds_motion: bool| Segment {
+            noise: Some(Scatter {
+                rms,
+                differences: 100,
+                holds_motion,
+            }),
+            ..Segment::default()
+        };
+        let two = [segment(3.0, false), segment(4.0, false)];
+        assert_eq!(pooled(two.iter()), Some((12.5_f64.sqrt(), false)));
+        let one_moves = [segment(3.0, false), segment(3.0, true)];
+        assert_eq!(pooled(one_moves.iter()), Some((3.0, true)));
+        let one_unknown = [segment(3.0, false), Segment::default()];
+        assert_eq!(pooled(one_unknown.iter()), None);
+    }
+}
