@@ -2,7 +2,7 @@
 
 use crate::evidence::Setting;
 use crate::motions::{self, Records};
-use crate::report::{Diagnosis, Named, Verdict};
+use crate::report::{Diagnosis, Named, Share, Verdict};
 
 /// What an effect is, in one sentence.
 #[must_use]
@@ -19,16 +19,43 @@ pub fn telling_motion(effect: &str) -> Option<&'static str> {
         .map(|side| side.telling_motion())
 }
 
-/// Where the gap lies, as the end of a sentence.
+/// A coordinate that holds this share of what nothing explains is the one to look at.
+const MOST: f64 = 0.5;
+
+/// Where a gap lies that nothing explains, as the end of a sentence, and what to do about it, as another.
 pub(crate) fn located(diagnosis: &Diagnosis) -> String {
     let place = diagnosis
         .unexplained
         .place
         .first()
         .or(diagnosis.place.first());
-    place.map_or(String::new(), |p| {
-        format!("; it lies over {} ({})", p.coordinate, p.channel)
-    })
+    let rule_out = "Next: rule out a wrong unit, pitch or span, and exchanged wires.";
+    let Some(Share {
+        channel,
+        coordinate,
+        share,
+    }) = place
+    else {
+        return format!("; it lies over no coordinate. {rule_out}");
+    };
+    let share_told = percent(*share);
+    if *share < MOST {
+        return format!(
+            "; no coordinate holds most of it: {coordinate} holds {share_told} ({channel}). {rule_out}"
+        );
+    }
+    let (next, _) = motions::over(coordinate);
+    let (next, _) = next.split_once(". ").unwrap_or((next, ""));
+    format!(
+        "; {share_told} of it lies over {coordinate} ({channel}). Next: {}.",
+        uncapital(next)
+    )
+}
+
+fn uncapital(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(|first| first.to_lowercase().to_string());
+    first.unwrap_or_default() + letters.as_str()
 }
 
 /// Each alias set, likeliest first.
@@ -75,7 +102,7 @@ impl Advice {
     /// Recordings that are then compared by a model of this one.
     fn recorded(what: String, records: Records, asked: &Asked) -> Self {
         if !asked.setting.is_courier() {
-            return Self::of(what, "", LOG.map(String::from).to_vec());
+            return Self::of(format!("{what} {WORDS}"), "", of_log(asked.setting));
         }
         let mut commands = motions::commands(records, asked.setting);
         commands.extend(
@@ -87,8 +114,35 @@ impl Advice {
     }
 }
 
-/// From the log of another sensor to its diagnosis; without columns `convert` lists what the log holds and suggests the options.
-const LOG: [&str; 2] = ["courier convert LOG.csv next", "courier diagnose next"];
+/// What the words in capitals of [`of_log`] are.
+const WORDS: &str = "Words in capitals stand for the log's own names, units and pitch; courier convert LOG.csv alone lists its columns and suggests the options.";
+
+/// From the log of another sensor to its diagnosis.
+fn of_log(setting: &Setting) -> Vec<String> {
+    let mut segments = setting.segments;
+    // Where nothing was recorded, one encoder is.
+    segments[0] |= segments == [false; 4];
+    let numbers = (1..).zip(segments).filter(|(_, recorded)| *recorded);
+    let numbers: Vec<usize> = numbers.map(|(number, _)| number).collect();
+    let mut columns = vec!["t_s=TIME:UNIT".to_owned()];
+    for number in &numbers {
+        columns.extend([format!("q{number}s=SINE"), format!("q{number}c=COSINE")]);
+    }
+    // Segments 1 and 3 measure x, 2 and 4 measure y.
+    for (axis, remainder) in [("x", 1), ("y", 0)] {
+        if numbers.iter().any(|number| number % 2 == remainder) {
+            columns.push(format!("ref_{axis}_m=REFERENCE:UNIT"));
+        }
+    }
+    let columns: String = columns
+        .iter()
+        .map(|column| format!(" --column {column}"))
+        .collect();
+    vec![
+        format!("courier convert LOG.csv next{columns} --pitch PITCH"),
+        "courier diagnose next".into(),
+    ]
+}
 
 /// What an advice is about: the answer, the recording's setting, and the file of its model.
 struct Asked<'a> {
@@ -230,7 +284,11 @@ fn usual(asked: &Asked) -> Vec<Advice> {
         motions::takes(motions::USUAL),
         motions::commands(motions::USUAL, asked.setting),
     );
-    let log = Advice::of(own, "takes 30 s", LOG.map(String::from).to_vec());
+    let log = Advice::of(
+        format!("{own} {WORDS}"),
+        "takes 30 s",
+        of_log(asked.setting),
+    );
     let any = asked.setting.segments.iter().any(|s| *s);
     match (asked.setting.is_courier(), any) {
         (true, _) => vec![courier],
@@ -259,7 +317,7 @@ pub fn percent(share: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{Share, Unexplained};
+    use crate::report::Unexplained;
 
     fn courier() -> Setting {
         Setting {
@@ -338,6 +396,22 @@ mod tests {
         );
         assert_eq!(list[0].takes, "2 recordings, 25 s and 25 s");
         assert!(list[1].what.contains("ref_x_m"), "{list:?}");
+    }
+
+    #[test]
+    fn a_log_is_converted_by_the_columns_of_what_was_recorded() {
+        let told = |segments| {
+            of_log(&Setting {
+                segments,
+                ..Setting::default()
+            })[0]
+                .clone()
+        };
+        assert_eq!(
+            told([false, true, false, false]),
+            "courier convert LOG.csv next --column t_s=TIME:UNIT --column q2s=SINE --column q2c=COSINE --column ref_y_m=REFERENCE:UNIT --pitch PITCH"
+        );
+        assert!(told([false; 4]).contains("q1s=SINE"));
     }
 
     #[test]

@@ -142,7 +142,7 @@ impl Headline {
                 self.explain(names.len())
             ),
             Verdict::Unknown => format!(
-                "{} No effect of the catalogue explains it{}.",
+                "{} No effect of the catalogue explains it{}",
                 self.size(),
                 located(diagnosis)
             ),
@@ -210,7 +210,7 @@ impl Headline {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{HeldOut, Named};
+    use crate::report::{HeldOut, Named, Share};
 
     const FLOOR_M: f64 = 0.3e-6;
 
@@ -293,7 +293,24 @@ mod tests {
         );
         assert_eq!(
             told(Verdict::Unknown, 0.5e-9, 0.5e-9),
-            "A gap of 0.0005 µm rms in g_p, below the resolution of 0.2 µm: it hardly matters. No effect of the catalogue explains it."
+            "A gap of 0.0005 µm rms in g_p, below the resolution of 0.2 µm: it hardly matters. No effect of the catalogue explains it; it lies over no coordinate. Next: rule out a wrong unit, pitch or span, and exchanged wires."
+        );
+        let mut lies = answer(Verdict::Unknown, 3.0e-6, 3.0e-6, FLOOR_M);
+        let place = |coordinate: &str, share| Share {
+            channel: "g_p".into(),
+            coordinate: coordinate.into(),
+            share,
+        };
+        lies.unexplained.place = vec![place("place on the platen", 0.78)];
+        assert_eq!(
+            headline(&lies, RESOLUTION_M).text,
+            "A gap of 3 µm rms in g_p, 15 times the resolution of 0.2 µm. No effect of the catalogue explains it; 78 % of it lies over place on the platen (g_p). Next: record at two places, 30 mm apart, over other teeth."
+        );
+        lies.unexplained.place = vec![place("theta", 0.07)];
+        let told = headline(&lies, RESOLUTION_M).text;
+        assert!(
+            told.contains("no coordinate holds most of it: theta holds 7 % (g_p)"),
+            "{told}"
         );
         let nothing = headline(&Diagnosis::default(), RESOLUTION_M);
         assert_eq!(nothing.text, "The recording cannot answer.");

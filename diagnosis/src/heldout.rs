@@ -235,6 +235,10 @@ impl Residuals {
     /// 95 % interval of a channel's rms, m, by bootstrap over pieces.
     pub fn interval_m(&self, channel: usize) -> [f64; 2] {
         let here = self.channel_rms_m(channel).0;
+        // Of readings that are compared with themselves nothing is left, and nothing scatters.
+        if here <= 0.0 {
+            return [0.0; 2];
+        }
         self.widest(channel, estimated).map(|end| here * end)
     }
 
@@ -331,6 +335,13 @@ mod tests {
                 "{covered} of {PAIRS}, {samples} samples"
             );
         }
+    }
+
+    #[test]
+    fn residuals_that_are_all_zero_have_an_interval_of_no_width() {
+        let (mut residuals, _) = recording(3_000, 1);
+        residuals.value_m.fill(0.0);
+        assert_eq!(residuals.interval_m(0), [0.0; 2]);
     }
 
     #[test]

@@ -99,6 +99,10 @@ impl Piece {
 
     /// Whitened residuals as a fit without this piece predicts them.
     fn predicted(&self, covariance: &DMatrix<f64>, amounts: &DVector<f64>) -> Option<DVector<f64>> {
+        // Samples of which no residual is formed, as under no beacon: nothing is left, and there is nothing to solve.
+        if self.residual.is_empty() {
+            return Some(DVector::zeros(0));
+        }
         let a = &self.active;
         let fitted = DVector::from_fn(a.len(), |k, _| amounts[a[k]]);
         let spread = DMatrix::from_fn(a.len(), a.len(), |r, c| covariance[(a[r], a[c])]);
@@ -118,5 +122,22 @@ impl Piece {
             out.push(scene, *i, rows, &rows.coloured(&own));
             at += rows.count;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_piece_without_a_residual_leaves_none() {
+        let piece = Piece {
+            samples: Vec::new(),
+            active: Vec::new(),
+            design: DMatrix::zeros(0, 0),
+            residual: DVector::zeros(0),
+        };
+        let left = piece.predicted(&DMatrix::identity(3, 3), &DVector::zeros(3));
+        assert_eq!(left.map(|left| left.len()), Some(0));
     }
 }

@@ -1,11 +1,13 @@
 //! How well a fit knows its amounts, and how much each effect does altogether on the recording's motion.
 //!
 //! The deviations are those of the fit's posterior covariance: of the stated noise (or of the one that the readings showed), the
-//! motion, and the prior sizes of the amounts. They leave out what the model itself lacks, noise that neighbouring samples have in
-//! common, that the prior sizes were chosen from the same data, and that another effect might have been the cause.
+//! motion, and the prior sizes of the amounts, times the Birge ratio where the model leaves more than the noise on held-out samples
+//! ([`birge_ratio`]). The prior sizes go with what is left as well ([`crate::relevance`]), so that all of the covariance is scaled. They leave out noise that neighbouring samples have in common, that the prior
+//! sizes were chosen from the same data, and that another effect might have been the cause.
 
 use crate::acting::{Group, Sample, TOGETHER};
 use crate::factor::Factor;
+use crate::heldout::Residuals;
 use crate::refine::Refined;
 use effects::sensor::CHANNELS;
 use nalgebra::DVector;
@@ -22,6 +24,13 @@ pub struct Known {
     pub deviation: f64,
 }
 
+/// The Birge ratio of held-out residuals: root of their whitened squares per residual, and 1 where that is less. They took no part in
+/// the fit, so that each counts as a degree of freedom. Deviations that are this many times as large fit what is left (Birge 1932,
+/// "The calculation of errors by the method of least squares"; the scale factor of the Particle Data Group).
+pub fn birge_ratio(held_out: &Residuals) -> f64 {
+    held_out.white_rms().max(1.0)
+}
+
 /// The covariance of a fit's amounts, as the factor of its inverse.
 pub struct Posterior<'f, 'a> {
     fine: &'f Refined<'a>,
@@ -29,12 +38,14 @@ pub struct Posterior<'f, 'a> {
 }
 
 impl<'f, 'a> Posterior<'f, 'a> {
-    /// Of a fit. Cost: a third of the cube of its columns. None where its normal equations cannot be solved.
-    pub fn of(fine: &'f Refined<'a>) -> Option<Self> {
+    /// Of a fit, with deviations `birge_ratio` times those by the noise that the fit weighed by. Cost: a third of the cube of its
+    /// columns. None where its normal equations cannot be solved.
+    pub fn of(fine: &'f Refined<'a>, birge_ratio: f64) -> Option<Self> {
         let all: Vec<usize> = (0..fine.gram.width()).collect();
         let mut precision = fine.gram.training(None).lower(&all);
         // The priors: unit deviations in the scale of the columns.
         (0..all.len()).for_each(|a| precision[(a, a)] += 1.0);
+        precision /= birge_ratio * birge_ratio;
         let factor = Factor::new(precision)?;
         Some(Self { fine, factor })
     }
@@ -159,21 +170,44 @@ mod tests {
     const PITCH_M: f64 = 1.0e-3;
     const NOISE_M: f64 = 0.1e-6;
     const LATE_S: f64 = 50.0e-6;
-    const SEEDS: u64 = 20;
+    const SAMPLES: u32 = 600;
+    const STEP_S: f64 = 5.0e-3;
+    /// Way to either side, pitches.
+    const WAY_PITCHES: f64 = 5.0;
+    const SEEDS: u64 = 40;
+    /// Chi-square with 40 degrees of freedom, which one draw in a hundred is below, and one above, as tables have it.
+    const BY_CHANCE: [f64; 2] = [22.164, 63.691];
+    /// The same with 39 degrees of freedom: a mean takes one.
+    const ABOUT_THE_MEAN: [f64; 2] = [21.426, 62.428];
 
-    /// A segment beside a reference, to and fro, late by [`LATE_S`].
-    fn late(seed: u64) -> Recording {
+    /// Phase of the motion, rad, and its rate, rad/s: slow, then three times as fast, so that a delay is told from its bend over speed.
+    fn phase(k: u32) -> (f64, f64) {
+        let (half_s, t_s) = (0.5 * STEP_S * f64::from(SAMPLES), STEP_S * f64::from(k));
+        if k < SAMPLES / 2 {
+            (0.8 * t_s, 0.8)
+        } else {
+            (0.8 * half_s + 2.4 * (t_s - half_s), 2.4)
+        }
+    }
+
+    fn speed_m_s(k: u32) -> f64 {
+        let (phase_rad, rate) = phase(k);
+        WAY_PITCHES * PITCH_M * rate * phase_rad.sin()
+    }
+
+    /// A segment beside a reference, to and fro, late by [`LATE_S`]. Its noise is `louder` times what is stated.
+    fn late(seed: u64, louder: f64) -> Recording {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut samples = Samples::default();
-        for k in 0..1500 {
-            let t_s = f64::from(k) * 2.0e-3;
-            let reference_m = 5.0 * PITCH_M * (1.0 - (1.3 * t_s).cos());
-            let speed_m_s = 6.5 * PITCH_M * (1.3 * t_s).sin();
+        for k in 0..SAMPLES {
+            let t_s = f64::from(k) * STEP_S;
+            let reference_m = WAY_PITCHES * PITCH_M * (1.0 - phase(k).0.cos());
             let error_m = 3.0e-6 * (TAU * reference_m / PITCH_M).sin();
-            let read_m = reference_m + error_m - LATE_S * speed_m_s + NOISE_M * normal(&mut rng);
+            let noise_m = louder * NOISE_M * normal(&mut rng);
+            let read_m = reference_m + error_m - LATE_S * speed_m_s(k) + noise_m;
             samples.push(&Reading {
                 t_s,
-                run: if k < 750 { "there" } else { "back" },
+                run: if k < SAMPLES / 2 { "there" } else { "back" },
                 position_m: [Some(read_m), None, None, None],
                 reference: [Some(reference_m), None, None],
                 ..Reading::default()
@@ -197,12 +231,17 @@ mod tests {
     }
 
     /// The delay and the lag's total of a recording, fitted.
-    fn fitted(seed: u64) -> [Known; 2] {
-        let prepared = prepare(&late(seed)).unwrap();
+    fn fitted(seed: u64, louder: f64) -> [Known; 2] {
+        let prepared = prepare(&late(seed, louder)).unwrap();
         let about = prepared.about();
-        let first = study(&prepared, &Options::default(), &about, Look::default());
+        // The search is not what is tested here.
+        let look = Look {
+            only: Some(&[]),
+            ..Look::default()
+        };
+        let first = study(&prepared, &Options::default(), &about, look);
         let fine = Refined::new(&first.scene, about, &["velocity_lag".into()]);
-        let known = Posterior::of(&fine).unwrap();
+        let known = Posterior::of(&fine, birge_ratio(fine.residuals())).unwrap();
         let column = fine.columns.blocks[1].columns.start;
         let delay = Known {
             value: fine.amount(column),
@@ -211,31 +250,38 @@ mod tests {
         [delay, known.total_m(1)]
     }
 
-    /// Mean square of what was drawn again and again about its mean, over what was foretold: 1 but for the chance of so few draws.
+    /// Squares of errors over foretold variances, added up.
+    fn chi_square(all: &[Known], truth: f64) -> f64 {
+        let error = |known: &Known| (known.value - truth) / known.deviation;
+        all.iter().map(|known| error(known).powi(2)).sum()
+    }
+
+    /// Over repeated recordings the delay scatters about the true one by its deviation, and the total about its mean. So they do where
+    /// the noise is three times the stated one.
     #[test]
     fn deviations_are_those_of_repeated_recordings() {
-        let all: Vec<[Known; 2]> = (0..SEEDS).map(fitted).collect();
-        let freedom = (SEEDS - 1) as f64;
-        // Four standard deviations of a variance of so many draws.
-        let chance = 4.0 * (2.0 / freedom).sqrt();
-        for which in 0..2 {
-            let values: Vec<f64> = all.iter().map(|known| known[which].value).collect();
-            let mean = values.iter().sum::<f64>() / values.len() as f64;
-            let drawn = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / freedom;
-            let foretold: f64 = all.iter().map(|known| known[which].deviation.powi(2)).sum();
-            let ratio = drawn / (foretold / SEEDS as f64);
-            println!("{which}: {mean:.4e}, drawn over foretold variance {ratio:.2}");
-            assert!((ratio - 1.0).abs() < chance, "{which}: {ratio}");
-        }
-        // The speed's rms about its mean over the motion, times the delay.
-        let [delay, total] = all[0];
-        let speed_m_s = |k: u32| 6.5 * PITCH_M * (1.3 * 2.0e-3 * f64::from(k)).sin();
-        let speeds: Vec<f64> = (0..1500).map(speed_m_s).collect();
+        let speeds: Vec<f64> = (0..SAMPLES).map(speed_m_s).collect();
         let lag_m = LATE_S * crate::statistics::deviation(&speeds);
-        assert!((delay.value.abs() / LATE_S - 1.0).abs() < 0.1, "{delay:?}");
-        assert!(
-            (total.value / lag_m - 1.0).abs() < 0.1,
-            "{total:?}, {lag_m}"
-        );
+        for louder in [1.0, 3.0] {
+            let all: Vec<[Known; 2]> = (0..SEEDS).map(|seed| fitted(seed, louder)).collect();
+            let [delay, total] =
+                [0, 1].map(|which| all.iter().map(|k| k[which]).collect::<Vec<_>>());
+            // A segment that is late lacks speed times delay: so much is added.
+            let sum = chi_square(&delay, LATE_S);
+            let [least, most] = BY_CHANCE;
+            assert!(
+                (least..most).contains(&sum),
+                "delay: {sum}, noise times {louder}"
+            );
+            // The ends of each run have no speed and do not count, which the motion's rms does not know.
+            let mean_m = total.iter().map(|known| known.value).sum::<f64>() / SEEDS as f64;
+            assert!((mean_m / lag_m - 1.0).abs() < 0.05, "{mean_m} of {lag_m}");
+            let sum = chi_square(&total, mean_m);
+            let [least, most] = ABOUT_THE_MEAN;
+            assert!(
+                (least..most).contains(&sum),
+                "total: {sum}, noise times {louder}"
+            );
+        }
     }
 }

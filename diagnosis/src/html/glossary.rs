@@ -111,7 +111,7 @@ const TERMS: &[Term] = &[
     (
         "standard deviation (±)",
         &["±"],
-        "How far an amount may be off by chance: about two times in three the true one lies within it.",
+        "How far an amount may be off by chance: about two times in three the true one lies within it. Where more than noise is left, it is enlarged by the Birge ratio: how many times the noise the held-out residuals are.",
     ),
     (
         "seal",

@@ -77,10 +77,11 @@ impl Bursts {
         self.count < LEAST_BURSTS.0
     }
 
-    pub(super) fn named(&self, share: f64) -> Named {
+    /// As they are told. `birge_ratio` is by how much the noise is louder than it was taken to be.
+    pub(super) fn named(&self, share: f64, birge_ratio: f64) -> Named {
         let rows = self.rows.max(1) as f64;
         let total_m = (self.squares_m2 / rows).sqrt();
-        let spread_m = 0.5 * self.squares_variance_m4.sqrt() / rows;
+        let spread_m = 0.5 * birge_ratio * self.squares_variance_m4.sqrt() / rows;
         Named {
             name: OUTLIERS.into(),
             probability: 0.97,
@@ -96,7 +97,7 @@ impl Bursts {
                 Magnitude {
                     name: "largest".into(),
                     value: self.largest_m,
-                    deviation: Some(self.largest_noise_m),
+                    deviation: Some(birge_ratio * self.largest_noise_m),
                     unit: "m".into(),
                 },
             ],

@@ -2,7 +2,7 @@
 
 use super::{CHANNEL_NAMES, FLEXIBLE, Judge};
 use crate::arena::Arena;
-use crate::posterior::{Known, Posterior};
+use crate::posterior::{Known, Posterior, birge_ratio};
 use crate::report::{Magnitude, Named};
 use crate::search::rest;
 use crate::slips::Slip;
@@ -32,7 +32,7 @@ impl Judge<'_> {
         let blocks = &self.told.found.blocks;
         let all = rest(arena, blocks, self.base);
         let candidates = self.study.effects();
-        let known = Posterior::of(&self.fine);
+        let known = Posterior::of(&self.fine, birge_ratio(self.held_out()));
         let mut out = Vec::new();
         for (place, &block) in blocks.iter().enumerate() {
             let others: Vec<usize> = blocks.iter().copied().filter(|b| *b != block).collect();

@@ -7,6 +7,7 @@ use super::place::{Located, attribute, clock_first, merge, outside_first};
 use super::{CHANNEL_NAMES, FLEXIBLE, Judge, LEFT_OVER, NOISY, OF_ITS_TIME, VISIBLE};
 use crate::arena::Arena;
 use crate::heldout::Residuals;
+use crate::posterior::birge_ratio;
 use crate::refine::Refined;
 use crate::report::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
 use crate::search::{Found, MINIMUM_SQUARES, rest, stands_out};
@@ -235,7 +236,10 @@ impl Judge<'_> {
             }));
         }
         if self.burst(seen, 0.05) && self.allowed(OUTLIERS) {
-            effects.push(seen.bursts.named(seen.bursts.energy / total));
+            effects.push(
+                seen.bursts
+                    .named(seen.bursts.energy / total, birge_ratio(self.held_out())),
+            );
         }
         if seen.structured {
             effects.extend(self.structured(arena, seen.shaped / total));
