@@ -21,7 +21,8 @@ const PICTURE: &str = "docs/report.png";
 const PICTURE_PX: [u32; 2] = [1100, 1180];
 const PICTURE_BYTES: u64 = 150_000;
 
-/// Makes reports and opens them, or opens those that are named. With `--picture` the README's picture is made anew as well.
+/// Makes reports and opens them, or opens those that are named. With `--picture` the README's picture is made anew as well: of the first
+/// page that is named, or of an example's report.
 ///
 /// # Errors
 /// A page has a fault, the probe overlooks one that was made on purpose, or the picture is too large.
@@ -59,7 +60,11 @@ pub fn run(arguments: &[String]) -> Result<()> {
         judge(&found, &pages, &broken, scheme)?;
     }
     if !options.is_empty() {
-        picture(browser, &folder)?;
+        let page = match (named.is_empty(), pages.first()) {
+            (false, Some(page)) => page.clone(),
+            _ => pages::pictured(&folder)?,
+        };
+        picture(browser, &folder, &page)?;
     }
     Ok(())
 }
@@ -160,15 +165,9 @@ fn alone(page: &str) -> Result<()> {
 }
 
 /// The README's picture: the top of a report.
-fn picture(browser: &str, folder: &Path) -> Result<()> {
+fn picture(browser: &str, folder: &Path, page: &Path) -> Result<()> {
     let to = root().join(PICTURE);
-    browser::picture(
-        browser,
-        folder,
-        &folder.join(pages::PICTURED),
-        &to,
-        PICTURE_PX,
-    )?;
+    browser::picture(browser, folder, page, &to, PICTURE_PX)?;
     let size = std::fs::metadata(&to)?.len();
     ensure!(
         size <= PICTURE_BYTES,

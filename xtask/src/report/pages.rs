@@ -9,8 +9,8 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
-/// Name of the page whose top is the picture.
-pub const PICTURED: &str = "courier.html";
+/// The recording whose report is the README's picture: one that a reader has.
+const PICTURED: &str = "examples/survey-lateral";
 /// Couriers of the blind check, and a seed that gives one with two causes.
 const BLIND: [&str; 4] = ["--cases", "1", "--seed", "9"];
 /// Samples of an encoder's recording, enough for the two runs there and back that a diagnosis wants, and its noise, m.
@@ -48,7 +48,7 @@ pub fn make(folder: &Path) -> Result<Vec<PathBuf>> {
             "--model",
             "model.json",
             "--report",
-            PICTURED,
+            "courier.html",
         ],
         &["late", "--report", "named.html"],
         &[
@@ -67,6 +67,17 @@ pub fn make(folder: &Path) -> Result<Vec<PathBuf>> {
         list.extend(arguments.last().map(|page| folder.join(page)));
     }
     Ok(list)
+}
+
+/// Makes the page whose top is the picture.
+///
+/// # Errors
+/// The command fails.
+pub fn pictured(folder: &Path) -> Result<PathBuf> {
+    let page = folder.join("pictured.html");
+    let report = page.to_string_lossy();
+    courier(&root(), &["diagnose", PICTURED, "--report", &report])?;
+    Ok(page)
 }
 
 /// Runs the command of this project.

@@ -59,7 +59,9 @@ pub fn bars(area: &Area, narrow: bool, groups: &[Group], axis: &BarAxis) -> Draw
     for (g, (name, bars)) in groups.iter().enumerate() {
         let upper = groups.len() as f64 - g as f64;
         let (at, side) = if narrow {
-            (chart.backend_coord(&(0.0, upper - 0.2)), HPos::Left)
+            let (x, y) = chart.backend_coord(&(0.0, upper - 0.2));
+            let line = axis.line.map(|l| chart.backend_coord(&(l.0, upper)).0);
+            ((beside(line, x, width(name, narrow)), y), HPos::Left)
         } else {
             let (x, y) = chart.backend_coord(&(0.0, upper - 0.5));
             ((x - 8, y), HPos::Right)
@@ -197,6 +199,17 @@ mod tests {
         }
     }
 
+    /// Left edge of a text in a drawing.
+    fn left_edge(svg: &str, told: &str) -> i32 {
+        let label = svg.rfind(told).expect("a label");
+        let text = &svg[svg[..label].rfind("<text").expect("an element")..label];
+        let x = text
+            .split(" x=\"")
+            .nth(1)
+            .and_then(|rest| rest.split('"').next());
+        x.and_then(|x| x.parse().ok()).expect("a place")
+    }
+
     /// Left edge of the label of a bar that is alone beside a bar of ten.
     fn label_at(value: f64, was: Option<f64>) -> i32 {
         let groups = [(
@@ -210,14 +223,26 @@ mod tests {
         let plots = plot("", [200, 200], |area, narrow| {
             bars(area, narrow, &groups, &axis)
         });
-        let svg = &plots[0].svg;
-        let label = svg.rfind("here").expect("a label");
-        let text = &svg[svg[..label].rfind("<text").expect("an element")..label];
-        let x = text
-            .split(" x=\"")
-            .nth(1)
-            .and_then(|rest| rest.split('"').next());
-        x.and_then(|x| x.parse().ok()).expect("a place")
+        left_edge(&plots[0].svg, "here")
+    }
+
+    /// Left edge of the name of a group on a phone, where a line is marked.
+    fn name_at(line: Option<f64>) -> i32 {
+        let groups = [("of ten".to_owned(), vec![bar(10.0, None, None)])];
+        let axis = BarAxis {
+            title: "",
+            line: line.map(|value| (value, "line")),
+        };
+        let plots = plot("", [200, 200], |area, narrow| {
+            bars(area, narrow, &groups, &axis)
+        });
+        left_edge(&plots[1].svg, "of ten")
+    }
+
+    #[test]
+    fn no_line_goes_through_a_name_on_a_phone() {
+        assert!(name_at(Some(0.5)) > name_at(None));
+        assert_eq!(name_at(Some(9.0)), name_at(None));
     }
 
     #[test]
