@@ -17,7 +17,7 @@ use std::time::Duration;
 /// needs an instrument is in docs/bring-up.md.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Example:\n  courier --sim-flash board.bin acceptance --seconds 5 --commits 2\n  courier --probe any acceptance --seconds 3600 --commits 60"
+    after_help = "Example:\n  courier --sim-flash board.bin acceptance --seconds 5 --commits 2"
 )]
 pub struct Args {
     /// Watch the board sampling for so many seconds of its own time.

@@ -99,7 +99,7 @@ fn three_faults_in_a_row_start_the_board_without_what_is_stored_until_it_is_orde
     let (mut rig, before) = Rig::stored(21);
     for faults in 1..=3 {
         rig.stack_spent.set(Some(Operation::Temperature));
-        rig.run(1200);
+        rig.run(400);
         rig.link.reconnect().expect("the board is back");
         let status = rig.status();
         assert_eq!(status.reset, ResetCause::HardFault);
