@@ -4,7 +4,7 @@ use super::rig::{Board, image};
 use courier_sensor::update::choice::{Candidate, TRIALS, candidates};
 use courier_sensor::update::header::Header;
 use courier_sensor::update::journal::Journal;
-use courier_sensor::update::layout::{BODY_START, IMAGE_START};
+use courier_sensor::update::layout::BODY_START;
 use courier_sensor::update::standing::Bank;
 use courier_sensor::update::trial;
 
@@ -85,18 +85,7 @@ fn the_calibration_is_found_after_a_probe_has_written_the_board() {
     assert!(board.accept(&running));
     let running = board.start().unwrap();
     board.commit(&running, 8);
-    let factory = Board::factory(1, true);
-    let [first, _] = &factory.banks;
-    let (from, to) = (
-        IMAGE_START as usize,
-        BODY_START as usize + image(1).body.len(),
-    );
-    board.banks[0].force(from, &first.bytes()[from..to]);
-    use embedded_storage::nor_flash::NorFlash;
-    board.banks[1]
-        .erase(IMAGE_START, IMAGE_START + 2048)
-        .unwrap();
-    board.banks[0].erase(0x3D000, 0x3D800).unwrap();
+    board.written_by_probe();
     let running = board.start().unwrap();
     assert_eq!((running.minor, board.calibration(&running)), (1, Some(8)));
     board.commit(&running, 9);

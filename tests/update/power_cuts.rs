@@ -151,6 +151,34 @@ fn from_any_cut_a_whole_image_starts_and_no_calibration_is_lost() {
     }
 }
 
+/// The copy that is made after a probe has written the board: the newest calibration is in force from any cut, and the one before it is
+/// still there to go back to.
+#[test]
+fn a_cut_in_the_copy_after_a_probe_loses_neither_calibration() {
+    let mut board = Board::factory(1, true);
+    PHASES[..4].iter().for_each(|phase| run(&mut board, phase));
+    board.written_by_probe();
+    let begin = board.steps();
+    assert_eq!(seen(&mut board.clone()), (1, false, Some(11)));
+    let mut copied = board.clone();
+    copied.start();
+    let steps = copied.steps() - begin;
+    assert!(
+        steps > 2 * 8,
+        "{steps} steps: nothing is copied behind the erases"
+    );
+    for after in 0..steps {
+        let mut last = board.clone();
+        last.cut_after(after);
+        last.start();
+        last.power_up();
+        let running = last.start().unwrap();
+        assert_eq!(last.calibration(&running), Some(11), "cut {after}");
+        last.roll_back(&running);
+        assert_eq!(last.calibration(&running), Some(10), "cut {after}");
+    }
+}
+
 /// Cuts at every start on trial use the trials up, and the old image comes back.
 #[test]
 fn a_board_whose_supply_fails_at_every_trial_goes_back() {

@@ -6,11 +6,14 @@ use courier_sensor::geometry::Geometry;
 use courier_sensor::update::choice::choose;
 use courier_sensor::update::header::{self, CRC32, Header};
 use courier_sensor::update::install::{Install, Progress, Rules, UpdateRefusal, next_number};
-use courier_sensor::update::layout::{BANK_BYTES, BODY_START, IMAGE_START, SLOTS_START};
+use courier_sensor::update::layout::{
+    BANK_BYTES, BODY_START, IMAGE_START, JOURNAL_END, JOURNAL_START, SLOTS_START,
+};
 use courier_sensor::update::trial::{self, Standing};
 use courier_sensor::update::version::Version;
 use courier_sensor::update::{key, standing};
 use ed25519_compact::{KeyPair, Seed};
+use embedded_storage::nor_flash::NorFlash;
 use hal_sim::wire::flash::{Flash, PAGE_BYTES};
 
 /// Seed of the development key.
@@ -88,6 +91,18 @@ impl Board {
         banks[0].force(IMAGE_START as usize, &image.header);
         banks[0].force(BODY_START as usize, &image.body);
         Self { banks }
+    }
+
+    /// Writes version 0.1.0 into bank 1 as a debug probe does, which also takes the other image's header and the own journal away.
+    pub fn written_by_probe(&mut self) {
+        let image = image(1);
+        let [first, second] = &mut self.banks;
+        first.force(IMAGE_START as usize, &image.header);
+        first.force(BODY_START as usize, &image.body);
+        first.erase(JOURNAL_START, JOURNAL_END).unwrap();
+        second
+            .erase(IMAGE_START, IMAGE_START + PAGE_BYTES as u32)
+            .unwrap();
     }
 
     /// The power goes after so many steps of either bank's work from now.
