@@ -198,5 +198,9 @@ mod tests {
         let mut whole = path.clone();
         assert_eq!(unwrap(&mut whole, 360.0), 0);
         assert_eq!(whole, path);
+        // One that spans more than a turn was counted on already: a jump in it is the shaft's.
+        let mut jumps = vec![0.0, 90.0, 300.0, 400.0];
+        assert_eq!(unwrap(&mut jumps, 360.0), 0);
+        assert_eq!(jumps, [0.0, 90.0, 300.0, 400.0]);
     }
 }

@@ -231,4 +231,17 @@ mod tests {
             ["one"]
         );
     }
+
+    #[test]
+    fn a_rest_may_creep_and_be_noisy() {
+        let (t_s, place) = there_and_back();
+        let wanted = ["rest_1", "move_1", "rest_2", "move_2", "rest_3"];
+        let noise = [0.02, -0.02].into_iter().cycle();
+        let noisy: Vec<f64> = place.iter().zip(noise).map(|(p, n)| p + n).collect();
+        let (_, names) = super::names(Runs::Rests, &t_s, &noisy, 0.01);
+        assert_eq!(order(&names), wanted);
+        let creeping: Vec<f64> = place.iter().zip(&t_s).map(|(p, t)| p + 0.002 * t).collect();
+        let (_, names) = super::names(Runs::Rests, &t_s, &creeping, 0.0);
+        assert_eq!(order(&names), wanted);
+    }
 }

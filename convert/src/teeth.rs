@@ -121,4 +121,11 @@ mod tests {
         assert_eq!(guided.unsure, 0);
         assert!(guided.guided > 0 && (guided.turns[99] - turns[99] - 7.0).abs() < 1e-9);
     }
+
+    #[test]
+    fn even_steps_near_half_a_pitch_are_unsure() {
+        let even = |step: f64| (0..50).map(|k| step * f64::from(k)).collect::<Vec<f64>>();
+        assert_eq!(count(&phases(&even(0.46)), None).unsure, 49);
+        assert_eq!(count(&phases(&even(0.4)), None).unsure, 0);
+    }
 }

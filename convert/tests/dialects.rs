@@ -344,6 +344,13 @@ fn what_looks_wrong_is_told_with_the_option_that_mends_it() {
         told.contains("% further than ref_x_m; --pitch 0.00101m"),
         "{told}"
     );
+    // A stage of another axis: as far, a quarter of a period later.
+    let other: Vec<Logged> = rows
+        .iter()
+        .map(|[t_s, s, c, _]| [*t_s, *s, *c, 5.0 * PITCH_M * (0.8 * t_s).cos()])
+        .collect();
+    let told = warned(&other, &COLUMNS);
+    assert!(told.contains("segment 1 does not follow ref_x_m"), "{told}");
     let mut gap = rows.clone();
     gap.drain(1000..1100);
     assert!(warned(&gap, &COLUMNS).contains("time jumps at 1 rows, the first row 1002"));
@@ -489,4 +496,19 @@ fn errors_name_row_and_column_of_the_log() {
             .unwrap_err()
             .contains("--pitch LENGTH")
     );
+}
+
+/// A reference that stands still tells no reversal: the segment does.
+#[test]
+fn runs_are_told_by_what_travels() {
+    let standing: Vec<Logged> = encoder()
+        .iter()
+        .map(|[t_s, s, c, _]| [*t_s, *s, *c, 0.0])
+        .collect();
+    let runs = |rows: &[Logged]| {
+        let made = converted(&text(rows, &plain()), &order(&COLUMNS)).unwrap();
+        made.told.runs.len()
+    };
+    assert_eq!(runs(&standing), runs(&encoder()));
+    assert!(runs(&standing) > 1);
 }
