@@ -11,7 +11,8 @@ use crate::wire::motion::Line;
 use crate::world::World;
 use courier_sensor::app::background::Background;
 use courier_sensor::app::console::{Console, StartReport};
-use courier_sensor::app::sampler::{FrameQueue, Mailbox, Sampler};
+use courier_sensor::app::frames::{FrameQueue, QUEUE_FRAMES};
+use courier_sensor::app::sampler::{Mailbox, Sampler};
 use courier_sensor::app::updates::Updater;
 use courier_sensor::calibration::slots::Slots;
 use courier_sensor::device::Device;
@@ -20,7 +21,7 @@ use courier_sensor::drivers::motion::MotionPort;
 use courier_sensor::frame::Frame;
 use courier_sensor::link::message::{Health, Hello, PROTOCOL, ResetCause};
 use courier_sensor::settings::{ConfigError, Settings};
-use courier_sensor::step::StepConfig;
+use courier_sensor::step::{StepConfig, StepState};
 use courier_sensor::swap::SwapQueues;
 use courier_sensor::update::layout::{BANK_BYTES, SLOTS_START};
 use courier_sensor::update::version::Version;
@@ -141,7 +142,9 @@ impl SimBoard {
             Box::leak(Box::new(initial)),
         );
         let (sender, receiver) = queues.split(active, spare, Box::leak(Box::default()));
-        let (up, down) = Box::leak(Box::new(FrameQueue::new())).split();
+        let (up, down) = Box::leak(Box::new(FrameQueue::new())).split(Box::leak(Box::new(
+            [const { StepState::ZERO }; QUEUE_FRAMES + 1],
+        )));
         let period_ns = (1.0e9 / f64::from(settings.rate_hz)).round() as u64;
         let rate_hz = settings.rate_hz;
         let mut background = Background::new(

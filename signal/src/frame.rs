@@ -254,3 +254,50 @@ pub struct Frame {
     /// Pose relative to the beacon.
     pub beacon: BeaconPose,
 }
+
+impl Frame {
+    /// All zeros.
+    pub const ZERO: Self = {
+        const AT_ZERO: Coordinate = Coordinate {
+            teeth: 0,
+            fraction_turns: 0.0,
+        };
+        const RELATIVE: RelativePose = RelativePose {
+            x_m: 0.0,
+            y_m: 0.0,
+            theta_rad: 0.0,
+        };
+        Self {
+            sequence: 0,
+            status: Status::empty(),
+            raw: RawFrame {
+                quadrature_counts: [[0; 2]; SEGMENTS],
+                electrode_counts: [0; 4],
+                temperature_delta_k: 0.0,
+                fault: Status::empty(),
+            },
+            segments: [Segment {
+                unmodified: AT_ZERO,
+                calibrated: AT_ZERO,
+                amplitude_counts: 0.0,
+            }; SEGMENTS],
+            pose: Pose {
+                x: AT_ZERO,
+                y: AT_ZERO,
+                theta_x_rad: 0.0,
+                theta_y_rad: 0.0,
+                theta_rad: 0.0,
+            },
+            parity_m: 0.0,
+            speed_m_s: [0.0; 2],
+            direction: [0.0; 2],
+            tan_psi: [0.0; 2],
+            beacon: BeaconPose {
+                seen: false,
+                sensor: RELATIVE,
+                platen: RELATIVE,
+                fused: RELATIVE,
+            },
+        }
+    };
+}

@@ -49,11 +49,11 @@ pub fn isr_step<'s>(config: &StepConfig, state: &'s mut StepState) -> &'s Frame 
         sample::<true>(config, state);
         match &config.beacon_pose {
             Some(beacon) => relate_to_beacon(beacon, &mut state.frame),
-            None => state.frame.beacon.seen = false,
+            None => forget_beacon(&mut state.frame),
         }
     } else {
         sample::<false>(config, state);
-        state.frame.beacon.seen = false;
+        forget_beacon(&mut state.frame);
     }
     &state.frame
 }
@@ -75,9 +75,17 @@ pub fn isr_step_mapped<'s>(
     frame.status.set(Status::OUTSIDE_MAP, !inside);
     match &config.beacon_pose {
         Some(beacon) => relate_to_beacon(beacon, frame),
-        None => frame.beacon.seen = false,
+        None => forget_beacon(frame),
     }
     &state.frame
+}
+
+/// No pose relative to a beacon: all zeros, which it is already where none is seen.
+#[inline(always)]
+fn forget_beacon(frame: &mut Frame) {
+    if frame.beacon.seen {
+        frame.beacon = BeaconPose::default();
+    }
 }
 
 /// The pose relative to the beacon, where one is seen.

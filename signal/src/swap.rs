@@ -165,7 +165,9 @@ impl SwapReceiver<'_, '_> {
     /// The set for the next sample: call once before each [`crate::step::step`]. No copy, no wait.
     #[inline(always)]
     pub fn current(&mut self) -> &StepConfig {
-        if queue::has_room(&self.give_back)
+        // First what is rarely true and costs least.
+        if self.receive.ready()
+            && queue::has_room(&self.give_back)
             && let Some(new) = queue::dequeue(&mut self.receive)
         {
             let old = core::mem::replace(&mut self.active, new);
@@ -184,7 +186,9 @@ impl SwapReceiver<'_, '_> {
             // There is one map: its place is free.
             let _ = queue::enqueue(&mut self.give_back_map, map);
         }
-        if let Some(map) = queue::dequeue(&mut self.receive_map) {
+        if self.receive_map.ready()
+            && let Some(map) = queue::dequeue(&mut self.receive_map)
+        {
             self.map = Some(map);
         }
         self.current();

@@ -6,6 +6,7 @@
 
 mod conclude;
 
+use super::frames::FrameReceiver;
 use super::guide::Guide;
 use super::keeper::Keeper;
 use super::sampler::Mailbox;
@@ -28,7 +29,6 @@ use crate::update::install::UpdateRefusal;
 use crate::update::order::{UpdateOrder, UpdateStatus};
 use embedded_io::{Read, ReadReady, Write, WriteReady};
 use embedded_storage::nor_flash::NorFlash;
-use heapless::spsc::Consumer;
 
 /// Speed of self-motions unless ordered otherwise, m/s.
 pub const SELF_MOTION_M_PER_S: f32 = 0.2;
@@ -57,7 +57,7 @@ pub struct Ended {
 
 /// Where the background lives: the ends that connect it to the interrupt, and its parts.
 pub struct Background<'q, 'c, S, F> {
-    frames: Consumer<'q, Frame>,
+    frames: FrameReceiver<'q, 'c>,
     mailbox: &'q Mailbox,
     guide: Guide<S>,
     keeper: Keeper<'q, 'c, F>,
@@ -80,7 +80,7 @@ where
 {
     /// Nothing in force but the board's own settings. `task` is where sessions live. To be followed by [`Background::start`].
     pub fn new(
-        ends: (Consumer<'q, Frame>, SwapSender<'q, 'c>, &'q Mailbox),
+        ends: (FrameReceiver<'q, 'c>, SwapSender<'q, 'c>, &'q Mailbox),
         motion: MotionPort<S>,
         slots: Slots<F>,
         settings: Settings,
@@ -143,13 +143,12 @@ where
 
     /// Takes a frame off the queue, copied once: a frame is a quarter of a kilobyte, and there are 20 000 a second.
     fn take(&mut self) -> bool {
-        let Some(frame) = self.frames.peek() else {
+        let before = self.last.sequence;
+        if !self.frames.receive(&mut self.last) {
             return false;
-        };
-        self.samples += u64::from(frame.sequence.wrapping_sub(self.last.sequence));
-        self.status_seen |= frame.status;
-        self.last = *frame;
-        let _ = self.frames.dequeue();
+        }
+        self.samples += u64::from(self.last.sequence.wrapping_sub(before));
+        self.status_seen |= self.last.status;
         true
     }
 

@@ -1,25 +1,18 @@
 //! The interrupt's half: one conversion in, one frame computed and queued. Nothing here waits, logs or allocates.
 //!
-//! The board reads the converter (its pins and its bus are the board's) and hands the result to [`Sampler::isr_sample`];
-//! everything that follows is the same code on every board. Owned by the interrupt alone; what the background may ask of
+//! The board reads the converter (its pins and its bus are the board's) and hands the result to [`Sampler::isr_sample`], or fills the
+//! raw frame itself and calls [`Sampler::isr_compute`]; everything that follows is the same code on every board. Owned by the interrupt alone; what the background may ask of
 //! it passes through [`Mailbox`], one atomic word each.
 
+use crate::app::frames::FrameSender;
 use crate::drivers::converter::{ConverterError, Counts, store};
-use crate::frame::{Frame, Status};
-use crate::queue;
-use crate::step::{StepState, isr_step, isr_step_mapped};
+use crate::frame::{Frame, RawFrame, Status};
+use crate::step::{isr_step, isr_step_mapped};
 use crate::swap::SwapReceiver;
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
-use heapless::spsc::{Producer, Queue};
-
-/// Frames between the interrupt and the background: 1.2 ms at 20 kHz.
-pub const QUEUE_FRAMES: usize = 24;
 
 /// Largest temperature difference that is passed on, kelvin: the industrial range from end to end.
 pub const TEMPERATURE_LIMIT_K: f32 = 125.0;
-
-/// The queue up. Lives as long as both ends: in a static on the target.
-pub type FrameQueue = Queue<Frame, QUEUE_FRAMES>;
 
 /// Single words that pass between the two halves without a lock.
 #[derive(Debug, Default)]
@@ -92,8 +85,7 @@ impl Mailbox {
 /// All that the interrupt owns besides the converter.
 pub struct Sampler<'q, 'c> {
     config: SwapReceiver<'q, 'c>,
-    state: StepState,
-    frames: Producer<'q, Frame>,
+    frames: FrameSender<'q, 'c>,
     mailbox: &'q Mailbox,
 }
 
@@ -101,12 +93,11 @@ impl<'q, 'c> Sampler<'q, 'c> {
     /// Before the first sample.
     pub fn new(
         config: SwapReceiver<'q, 'c>,
-        frames: Producer<'q, Frame>,
+        frames: FrameSender<'q, 'c>,
         mailbox: &'q Mailbox,
     ) -> Self {
         Self {
             config,
-            state: StepState::new(),
             frames,
             mailbox,
         }
@@ -123,21 +114,37 @@ impl<'q, 'c> Sampler<'q, 'c> {
     /// frame and counts it. Never panics.
     #[inline]
     pub fn isr_sample(&mut self, reading: Result<Counts, ConverterError>, missed: u32) -> Frame {
-        self.state.skip(missed);
-        let raw = self.state.raw_mut();
-        store(reading, raw);
+        store(reading, self.isr_raw());
+        let mut seen = Frame::ZERO;
+        self.isr_compute(missed, |frame| seen = *frame);
+        seen
+    }
+
+    /// Where the next sample's counts go, and the converters' fault bits, before [`Sampler::isr_compute`].
+    #[inline(always)]
+    pub fn isr_raw(&mut self) -> &mut RawFrame {
+        self.frames.state.raw_mut()
+    }
+
+    /// [`Sampler::isr_sample`] with the reading in [`Sampler::isr_raw`] already; `watch` sees the frame.
+    #[inline(always)]
+    pub fn isr_compute(&mut self, missed: u32, watch: impl FnOnce(&Frame)) {
+        let state = &mut *self.frames.state;
+        state.skip(missed);
+        let raw = state.raw_mut();
         raw.fault.set(Status::OVERRUN, missed > 0);
         raw.temperature_delta_k = f32::from_bits(self.mailbox.temperature_delta_bits.load(Relaxed));
-        let frame = *match self.config.current_with_map() {
-            (config, None) => isr_step(config, &mut self.state),
-            (config, Some(map)) => isr_step_mapped(config, &mut self.state, map),
-        };
+        watch(match self.config.current_with_map() {
+            (config, None) => isr_step(config, state),
+            (config, Some(map)) => isr_step_mapped(config, state, map),
+        });
         count(&self.mailbox.samples, 1);
-        count(&self.mailbox.missed, missed);
-        if queue::enqueue(&mut self.frames, frame).is_err() {
+        if missed > 0 {
+            count(&self.mailbox.missed, missed);
+        }
+        if !self.frames.send() {
             count(&self.mailbox.dropped, 1);
         }
-        frame
     }
 }
 

@@ -1,6 +1,6 @@
 //! The debug link's rings in RAM: 0 up the log (defmt), 1 up telemetry, 2 up replies, 0 down commands.
 //!
-//! Telemetry of raw counts at 20 kHz is 0.6 MB/s: a host that looks every 5 ms loses none of it. Commands and replies longer than
+//! Telemetry of raw counts at 20 kHz is 0.6 MB/s: a host that looks every 12 ms loses none of it. Commands and replies longer than
 //! their rings pass in pieces. No ring ever makes the firmware wait: what finds no room is dropped and counted by who sends.
 
 use crate::app::console::Ports;
@@ -18,8 +18,8 @@ pub fn start() -> Rings {
     let rings = rtt_init! {
         up: {
             0: { size: 1024, mode: ChannelMode::NoBlockSkip, name: "log" }
-            1: { size: 4096, mode: ChannelMode::NoBlockSkip, name: "telemetry" }
-            2: { size: 1024, mode: ChannelMode::NoBlockTrim, name: "replies" }
+            1: { size: 8192, mode: ChannelMode::NoBlockSkip, name: "telemetry" }
+            2: { size: 2048, mode: ChannelMode::NoBlockTrim, name: "replies" }
         }
         down: {
             0: { size: 1024, name: "commands" }

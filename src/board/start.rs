@@ -6,7 +6,8 @@ use super::once::Once;
 use super::rtt::Rings;
 use crate::app::background::Background;
 use crate::app::console::{Console, StartReport};
-use crate::app::sampler::{FrameQueue, Mailbox, Sampler};
+use crate::app::frames::{FramePlaces, FrameQueue, QUEUE_FRAMES};
+use crate::app::sampler::{Mailbox, Sampler};
 use crate::app::task::Task;
 use crate::calibration::slots::Slots;
 use crate::device::Device;
@@ -14,7 +15,7 @@ use crate::drivers::converter::{Converter, ConverterError};
 use crate::drivers::motion::MotionPort;
 use crate::link::message::{ConverterTest, Hello, MemoryTest, PROTOCOL};
 use crate::settings::Settings;
-use crate::step::StepConfig;
+use crate::step::{StepConfig, StepState};
 use crate::swap::SwapQueues;
 use crate::teeth::ToothMap;
 use crate::update::layout::SLOTS_START;
@@ -155,13 +156,18 @@ where
 {
     let queues =
         cortex_m::singleton!(: SwapQueues<'static> = SwapQueues::new()).expect("called once");
-    let frames = cortex_m::singleton!(: FrameQueue = FrameQueue::new()).expect("called once");
+    // By its name the linker puts it into the CCM RAM (`memory.x`).
+    static FRAME_PLACES: Once<FramePlaces> =
+        Once::new([const { StepState::ZERO }; QUEUE_FRAMES + 1]);
+    let places = FRAME_PLACES.take().expect("called once");
+    let frames = cortex_m::singleton!(: FrameQueue<'static> = FrameQueue::new());
+    let frames = frames.expect("called once");
     let mailbox: &'static Mailbox =
         cortex_m::singleton!(: Mailbox = Mailbox::new()).expect("called once");
     static MAP: Once<ToothMap> = Once::new(ToothMap::new());
     let map = MAP.take().expect("called once");
     let (sender, receiver) = queues.split(active, spare, map);
-    let (produce, consume) = frames.split();
+    let (produce, consume) = frames.split(places);
     let motion = MotionPort::new(serial);
     let background = place.write(Background::new(
         (consume, sender, mailbox),

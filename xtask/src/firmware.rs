@@ -25,12 +25,12 @@ const EXCEPTION_FRAME: u32 = 26 * 4 + 4;
 /// Version of the linker wrapper that puts the stack below everything else.
 const FLIP_LINK: &str = "0.1.12";
 
-/// An image: its name (feature and binary) and its interrupts, by priority: the sampling one, the look for a hang, then those that critical
+/// An image: its name (feature and binary) and its interrupts, by priority: those of sampling, the look for a hang, then those that critical
 /// sections hold back.
 pub struct Image {
     /// Feature and binary.
     pub name: &'static str,
-    sampling: &'static str,
+    sampling: &'static [&'static str],
     look: &'static str,
     below: &'static [&'static str],
 }
@@ -39,13 +39,13 @@ pub struct Image {
 pub const IMAGES: [Image; 2] = [
     Image {
         name: "g474",
-        sampling: "EXTI9_5",
+        sampling: &["EXTI9_5", "DMA1_CHANNEL2"],
         look: "SysTick",
         below: &["USART1"],
     },
     Image {
         name: "emulated",
-        sampling: "isr_sampling",
+        sampling: &["isr_sampling"],
         look: "SysTick",
         below: &[],
     },
@@ -243,8 +243,9 @@ impl Image {
         }
         let graph = CallGraph::of(file)?;
         let mut contexts = vec![];
-        for root in ["main", self.sampling, self.look]
+        for root in ["main", self.look]
             .iter()
+            .chain(self.sampling)
             .chain(self.below)
             .chain(&["HardFault", "NonMaskableInt"])
         {
@@ -265,7 +266,7 @@ impl Image {
         let stack_bytes = worst(&["main"]) - EXCEPTION_FRAME
             + worst(self.below)
             + worst(&[self.look])
-            + worst(&[self.sampling])
+            + worst(self.sampling)
             + worst(&["NonMaskableInt"])
             + worst(&["HardFault"]);
         Ok(Sizes {
@@ -309,20 +310,22 @@ impl Image {
         );
         no_path_of_this_machine(name, file)?;
         let graph = CallGraph::of(file)?;
-        let (reach, register) = graph.reach(&self.symbol(&graph, self.sampling)?)?;
-        let panics = reach
-            .iter()
-            .map(|name| readable(name))
-            .find(|name| is_panic(name));
-        ensure!(
-            panics.is_none(),
-            "{name}: the sampling interrupt can reach {}",
-            panics.unwrap_or_default()
-        );
-        ensure!(
-            !register,
-            "{name}: the sampling interrupt calls through a register"
-        );
+        for root in self.sampling {
+            let (reach, register) = graph.reach(&self.symbol(&graph, root)?)?;
+            let panics = reach
+                .iter()
+                .map(|name| readable(name))
+                .find(|name| is_panic(name));
+            ensure!(
+                panics.is_none(),
+                "{name}: the sampling interrupt {root} can reach {}",
+                panics.unwrap_or_default()
+            );
+            ensure!(
+                !register,
+                "{name}: the sampling interrupt {root} calls through a register"
+            );
+        }
         self.check_masks(&graph)
     }
 
@@ -331,7 +334,7 @@ impl Image {
     fn check_masks(&self, graph: &CallGraph) -> Result<()> {
         let name = self.name;
         let masks = |root: &str| graph.masks(&self.symbol(graph, root)?);
-        for root in [self.sampling, self.look] {
+        for root in self.sampling.iter().chain(&[self.look]) {
             if let Some(chain) = masks(root)? {
                 bail!(
                     "{name}: {root} can hold interrupts back: {}",

@@ -45,23 +45,59 @@ const LATCHED: u32 = SLIPS.union(WATCHED).bits();
 
 impl Default for StepState {
     fn default() -> Self {
-        let frame = Frame {
-            sequence: u32::MAX,
-            ..Frame::default()
-        };
-        Self {
-            frame,
-            missed: NEVER,
-            latched: LATCHED,
-            watch: Watch::NEW,
-        }
+        let mut state = Self::ZERO;
+        state.begin();
+        state
     }
 }
 
 impl StepState {
+    /// All zeros: a place for a state, not one to begin with.
+    pub const ZERO: Self = Self {
+        frame: Frame::ZERO,
+        missed: 0,
+        latched: 0,
+        watch: Watch {
+            segment: 0,
+            counts: 0,
+            changed: 0,
+            still: 0,
+        },
+    };
+
+    /// Makes this the state before the first sample, as [`StepState::new`].
+    pub fn begin(&mut self) {
+        self.frame = Frame {
+            sequence: u32::MAX,
+            ..Frame::ZERO
+        };
+        self.missed = NEVER;
+        self.latched = LATCHED;
+        self.watch = Watch::NEW;
+    }
+
     /// Before the first sample. That sets the tooth counts: 0 for segments 1 and 2, their neighbours' within half a tooth.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// Hands on what the next sample needs of this one to the state that it will work in, wherever that lies. What of `next` is not
+    /// written here every sample writes itself.
+    #[inline(never)]
+    pub fn hand_on(&self, next: &mut Self) {
+        let (from, to) = (&self.frame, &mut next.frame);
+        to.sequence = from.sequence;
+        to.status = from.status;
+        to.raw = from.raw;
+        to.segments[0].unmodified = from.segments[0].unmodified;
+        to.segments[1].unmodified = from.segments[1].unmodified;
+        to.segments[2].unmodified = from.segments[2].unmodified;
+        to.segments[3].unmodified = from.segments[3].unmodified;
+        to.speed_m_s = from.speed_m_s;
+        to.direction = from.direction;
+        next.missed = self.missed;
+        next.latched = self.latched;
+        next.watch = self.watch;
     }
 
     /// The last frame.

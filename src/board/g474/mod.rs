@@ -1,9 +1,12 @@
 //! The sensor board: STM32G474RE at 170 MHz. One file a peripheral; the pin map is in `pins` and in the README.
 #![allow(unsafe_code)] // start-up, interrupts, priorities
 
+mod ccm;
+mod checksum;
 mod clocks;
 mod flash;
 mod pins;
+mod reading;
 mod sampling;
 mod serial;
 mod slow_clock;
@@ -13,6 +16,7 @@ mod supervision;
 use self::clocks::Delay;
 use self::flash::Flash;
 use self::pins::Pin;
+use self::reading::{Incomplete, Reading};
 use self::serial::Serial;
 use self::spi::Device;
 use super::interrupt::{BELOW_SAMPLING, Owned, SAMPLING as SAMPLING_PRIORITY};
@@ -22,48 +26,117 @@ use super::{fault, guard, hang, rtt};
 use crate::app::background::Background;
 use crate::app::console::Console;
 use crate::app::sampler::{Sampler, missed_between};
-use crate::drivers::converter::{Converter, ConverterError, Counts, Settings};
+use crate::drivers::ad7606c::ChipError;
+use crate::drivers::converter::{Converter, ConverterError, Settings, store};
 use core::mem::MaybeUninit;
 use cortex_m::peripheral::{DWT, NVIC};
 use cortex_m_rt::exception;
+use embedded_hal::spi::ErrorKind;
 use stm32_metapac::{Interrupt, interrupt};
 
 type Chips = Converter<Device, Device, Pin, Pin, Pin>;
 
-/// What the sampling interrupt owns: the converters, its half of the firmware, and the last instant that it served.
-static SAMPLING: Owned<(Chips, Sampler<'static, 'static>, u32)> = Owned::empty();
+/// What the two sampling interrupts own: that of BUSY's edge and that of a reading's end. Both have the same priority.
+struct Sampling {
+    converter: Chips,
+    reading: Reading,
+    sampler: Sampler<'static, 'static>,
+    /// The last instant that was served.
+    served: u32,
+    /// The instant of the reading that is under way.
+    instant: u32,
+}
+
+static SAMPLING: Owned<Sampling> = Owned::empty();
 /// What the serial interrupt owns.
 static SERIAL: Owned<serial::Interrupt> = Owned::empty();
 
 /// Instants without an interrupt after which the converter counts as silent.
 const SILENT_INSTANTS: u32 = 4;
 
-/// BUSY has fallen: one sampling instant. The highest priority there is.
+/// BUSY has fallen: one sampling instant, whose reading is started. The highest priority there is.
 #[interrupt]
 fn EXTI9_5() {
-    let entered = DWT::cycle_count();
     let asked = sampling::acknowledge();
-    // SAFETY: this interrupt owns it.
-    let Some((converter, sampler, served)) = (unsafe { SAMPLING.get() }) else {
+    // SAFETY: the sampling interrupts own it, and none interrupts the other.
+    let Some(own) = (unsafe { SAMPLING.get() }) else {
         return;
     };
-    let now = sampling::instants();
-    let Some(missed) = missed_between(*served, now) else {
-        return;
-    };
-    *served = now;
-    sampler.isr_sample(isr_read(converter, asked), missed);
-    let spent = DWT::cycle_count().wrapping_sub(entered);
-    sampler.mailbox().note_isr_cycles(spent);
+    if asked && own.converter.in_service() && !own.reading.is_under_way() {
+        own.instant = sampling::instants();
+        own.reading.begin();
+    } else {
+        own.isr_without_reading(asked);
+    }
 }
 
-/// The counts, if BUSY asked for them; called by hand there are none, and silent chips are set again piece by piece.
-fn isr_read(converter: &mut Chips, asked: bool) -> Result<Counts, ConverterError> {
-    if !asked {
-        return Err(converter.silent());
+/// Both chips' frames are there.
+#[interrupt]
+fn DMA1_CHANNEL2() {
+    let entered = DWT::cycle_count();
+    // SAFETY: as above.
+    let Some(own) = (unsafe { SAMPLING.get() }) else {
+        return;
+    };
+    own.isr_compute();
+    own.note_cycles(entered);
+}
+
+/// A reading did not end as it should.
+const UNREAD: ConverterError = ConverterError::Chip {
+    index: 1,
+    error: ChipError::Bus(ErrorKind::Other),
+};
+
+impl Sampling {
+    /// Checks and decodes both frames and computes the sample.
+    #[inline(always)]
+    fn isr_compute(&mut self) {
+        let frames = self.reading.finish();
+        let Some(missed) = missed_between(self.served, self.instant) else {
+            return;
+        };
+        self.served = self.instant;
+        let raw = self.sampler.isr_raw();
+        let result = match frames {
+            Ok(frames) => self.converter.receive(frames, checksum::of, raw),
+            Err(Incomplete) => Err(self.converter.refuse(UNREAD, raw)),
+        };
+        if result.is_err() {
+            // A byte that was left over would shift the frames that follow.
+            self.reading.disarm();
+        }
+        self.sampler.isr_compute(missed, |_| {});
     }
-    let mut counts = Counts::default();
-    converter.read(&mut counts).map(|()| counts)
+
+    /// An instant without frames: called by hand, since BUSY made no edge; while the chips are set again, a piece at a time; or before
+    /// the last reading has ended.
+    #[cold]
+    #[inline(never)]
+    fn isr_without_reading(&mut self, asked: bool) {
+        let entered = DWT::cycle_count();
+        let now = sampling::instants();
+        let Some(missed) = missed_between(self.served, now) else {
+            return;
+        };
+        self.served = now;
+        self.reading.disarm();
+        let raw = self.sampler.isr_raw();
+        if asked && self.converter.in_service() {
+            let _ = self.converter.refuse(UNREAD, raw);
+        } else {
+            store(Err(self.converter.silent()), raw);
+        }
+        self.sampler.isr_compute(missed, |_| {});
+        self.note_cycles(entered);
+    }
+
+    /// Notes how long an interrupt took that has entered at this count. What only starts a reading is not counted: it always takes the same.
+    #[inline(always)]
+    fn note_cycles(&self, entered: u32) {
+        let spent = DWT::cycle_count().wrapping_sub(entered);
+        self.sampler.mailbox().note_isr_cycles(spent);
+    }
 }
 
 #[interrupt]
@@ -126,6 +199,7 @@ type Ends = start::Ends<Serial, Flash>;
 /// # Panics
 /// On a second call.
 pub fn main() -> ! {
+    ccm::load();
     let (background, console) = set_up();
     let board = G474 {
         samples_seen: 0,
@@ -168,6 +242,8 @@ fn set_up() -> Halves {
     );
     report.health.converters = start::initialise(&mut converter, &mut Delay);
     pins::hand_convst_to_timer();
+    checksum::start();
+    let reading = Reading::start();
     let received =
         cortex_m::singleton!(: serial::ByteQueue = serial::ByteQueue::new()).expect("called once");
     let to_send =
@@ -183,18 +259,24 @@ fn set_up() -> Halves {
     } = start::connect(place, parts, rings, "g474", supervision::device(), report);
     // SAFETY: the interrupts are enabled afterwards.
     unsafe {
-        SAMPLING.put((converter, sampler, sampling::FIRST.wrapping_sub(1)));
+        SAMPLING.put(Sampling {
+            converter,
+            reading,
+            sampler,
+            served: sampling::FIRST.wrapping_sub(1),
+            instant: sampling::FIRST,
+        });
         SERIAL.put(serial_interrupt);
         let mut processor = cortex_m::Peripherals::steal();
         processor.DCB.enable_trace();
         processor.DWT.enable_cycle_counter();
-        processor
-            .NVIC
-            .set_priority(Interrupt::EXTI9_5, SAMPLING_PRIORITY);
+        for line in [Interrupt::EXTI9_5, Interrupt::DMA1_CHANNEL2] {
+            processor.NVIC.set_priority(line, SAMPLING_PRIORITY);
+            NVIC::unmask(line);
+        }
         processor
             .NVIC
             .set_priority(Interrupt::USART1, BELOW_SAMPLING);
-        NVIC::unmask(Interrupt::EXTI9_5);
         NVIC::unmask(Interrupt::USART1);
     }
     (background, console)

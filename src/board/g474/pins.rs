@@ -15,9 +15,16 @@ pub struct Pin {
 }
 
 /// Chip selects of converter chips 0 and 1.
-pub const SELECT: [Pin; 2] = [Pin::new(GPIOA, 4), Pin::new(GPIOB, 0)];
-/// SPI1: clock, data from the converters, data to them.
-pub const SPI: [Pin; 3] = [Pin::new(GPIOA, 5), Pin::new(GPIOA, 6), Pin::new(GPIOA, 7)];
+pub const SELECT: [Pin; 2] = [Pin::new(GPIOA, 4), Pin::new(GPIOB, 12)];
+/// SPI1 to chip 0 and SPI2 to chip 1: clock, data from the converter, data to it.
+pub const SPI: [[Pin; 3]; 2] = [
+    [Pin::new(GPIOA, 5), Pin::new(GPIOA, 6), Pin::new(GPIOA, 7)],
+    [
+        Pin::new(GPIOB, 13),
+        Pin::new(GPIOB, 14),
+        Pin::new(GPIOB, 15),
+    ],
+];
 /// USART1 to the motion controller: transmit, receive.
 pub const SERIAL: [Pin; 2] = [Pin::new(GPIOA, 9), Pin::new(GPIOA, 10)];
 /// Start of conversion: a plain output while the converters are set up, then the timer's (TIM3 channel 1).
@@ -30,7 +37,7 @@ pub const BUSY: Pin = Pin::new(GPIOC, 8);
 pub const LED: Pin = Pin::new(GPIOB, 2);
 
 /// Alternate functions (data sheet DS12288, table 13).
-const SPI1: u8 = 5;
+const SPI1_OR_2: u8 = 5;
 const USART1: u8 = 7;
 const TIM3: u8 = 2;
 
@@ -55,7 +62,9 @@ pub fn start() {
     // A line that is not driven reads as not busy, so that its interrupt never comes and the silence is noticed.
     BUSY.pull(Pupdr::PULL_DOWN);
     BUSY.mode(Moder::INPUT);
-    SPI.iter().for_each(|pin| pin.alternate(SPI1));
+    for pin in SPI.iter().flatten() {
+        pin.alternate(SPI1_OR_2);
+    }
     SERIAL.iter().for_each(|pin| pin.alternate(USART1));
     SERIAL[1].pull(Pupdr::PULL_UP);
 }

@@ -20,28 +20,83 @@ pub static CRC16: Crc<u16> = Crc::<u16>::new(&Algorithm {
     residue: 0,
 });
 
+/// A frame as it came over the wire.
+pub type FrameBytes = [u8; FRAME_BYTES];
+
 /// Counts of channels 1 to 8 from a frame as it came over the wire. Runs in the interrupt: no loop without a bound, no panic.
 ///
 /// # Errors
 /// [`ChipError::FrameCrc`] or [`ChipError::Silent`].
-pub fn decode_frame(bytes: &[u8; FRAME_BYTES]) -> Result<[i16; CHANNELS], ChipError> {
+pub fn decode_frame(bytes: &FrameBytes) -> Result<[i16; CHANNELS], ChipError> {
+    check_frame(bytes, |data| CRC16.checksum(data))?;
+    let pairs = pairs(bytes);
+    Ok(core::array::from_fn(|channel| {
+        pairs[channel / 2][channel % 2]
+    }))
+}
+
+/// Whether a frame holds what the chip has sent: its CRC, by a function that computes [`CRC16`] over the data, and not all zeros.
+///
+/// # Errors
+/// As [`decode_frame`].
+#[inline(always)]
+pub fn check_frame(
+    bytes: &FrameBytes,
+    checksum: impl FnOnce(&[u8; 2 * CHANNELS]) -> u16,
+) -> Result<(), ChipError> {
     let [data @ .., high, low] = bytes;
     let received = u16::from_be_bytes([*high, *low]);
-    let computed = CRC16.checksum(data);
+    let computed = checksum(data);
     if received != computed {
         return Err(ChipError::FrameCrc { received, computed });
     }
-    let mut counts = [0; CHANNELS];
-    let mut seen = 0;
-    for (count, word) in counts.iter_mut().zip(data.as_chunks::<2>().0) {
-        *count = i16::from_be_bytes(*word);
-        seen |= *count;
+    // As one number: bytes one by one would be looked at one by one.
+    match u128::from_ne_bytes(*data) {
+        0 => Err(ChipError::Silent),
+        _ => Ok(()),
     }
-    if seen == 0 {
-        Err(ChipError::Silent)
-    } else {
-        Ok(counts)
-    }
+}
+
+/// Counts of channels 1 and 2, 3 and 4, and so on; nothing is checked.
+#[inline(always)]
+pub fn pairs(bytes: &FrameBytes) -> [[i16; 2]; CHANNELS / 2] {
+    let [data @ .., _, _] = bytes;
+    let [a, b, c, d] = words(data);
+    [pair(a), pair(b), pair(c), pair(d)]
+}
+
+/// The data as words whose most significant byte came first.
+#[inline(always)]
+pub fn words(data: &[u8; 2 * CHANNELS]) -> [u32; CHANNELS / 2] {
+    let [
+        a0,
+        a1,
+        a2,
+        a3,
+        b0,
+        b1,
+        b2,
+        b3,
+        c0,
+        c1,
+        c2,
+        c3,
+        d0,
+        d1,
+        d2,
+        d3,
+    ] = *data;
+    [
+        u32::from_be_bytes([a0, a1, a2, a3]),
+        u32::from_be_bytes([b0, b1, b2, b3]),
+        u32::from_be_bytes([c0, c1, c2, c3]),
+        u32::from_be_bytes([d0, d1, d2, d3]),
+    ]
+}
+
+#[inline(always)]
+fn pair(word: u32) -> [i16; 2] {
+    [(word >> 16) as i16, word as i16]
 }
 
 #[cfg(test)]

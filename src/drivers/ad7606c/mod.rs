@@ -17,7 +17,9 @@
 mod frame;
 mod register;
 
-pub use frame::{CHANNELS, CRC16, FRAME_BYTES, decode_frame};
+pub use frame::{
+    CHANNELS, CRC16, FRAME_BYTES, FrameBytes, check_frame, decode_frame, pairs, words,
+};
 pub use register::{CRC8, Oversampling, Range, Register};
 
 use embedded_hal::spi::{Error as _, ErrorKind, SpiDevice};

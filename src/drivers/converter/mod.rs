@@ -1,15 +1,18 @@
-//! The two AD7606C-16 that sample all 12 channels at the same instant: one SPI bus, common CONVST and RESET.
+//! The two AD7606C-16 that sample all 12 channels at the same instant: one SPI bus or two, common CONVST and RESET.
 //!
 //! Chip 0 holds the sine and cosine of segments 1 to 4 on its channels 1 to 8, chip 1 the electrodes x+, x-, y+, y- on channels 1 to 4.
 //! Channels 5 to 8 of chip 1 are grounded; an offset of [`WITNESS_COUNTS`] in the chip keeps channel 8 away from zero, so that a frame of
 //! zeros only is a dead line on either chip. BUSY is chip 0's: chip 1 gets the same settings and edge and is read 6 us or more later.
 //!
-//! Runs in the sampling interrupt. Chips that stop answering are reset and set again, a piece at each instant (`revival`). A board that starts conversions by a timer and reads on BUSY's falling edge calls [`Converter::read`]
-//! alone; one that does all itself calls [`Converter::convert`].
+//! Runs in the sampling interrupt. Chips that stop answering are reset and set again, a piece at each instant (`revival`). A board that
+//! starts conversions by a timer and reads on BUSY's falling edge calls [`Converter::read`] alone, or, if something else than the
+//! processor fetches the frames (DMA), [`Converter::receive`]; one that does all itself calls [`Converter::convert`].
 
 mod revival;
 
-use super::ad7606c::{Ad7606c, CHANNELS, ChipError, ChipSettings, Oversampling, Range};
+use super::ad7606c::{
+    Ad7606c, CHANNELS, ChipError, ChipSettings, FrameBytes, Oversampling, Range, check_frame, pairs,
+};
 use crate::frame::{RawFrame, Status};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{self, InputPin, OutputPin};
@@ -221,6 +224,50 @@ where
         }
     }
 
+    /// Whether readings are tried; else [`Converter::silent`] sets the chips again, a piece at each call.
+    #[inline(always)]
+    pub fn in_service(&self) -> bool {
+        self.revival.in_service()
+    }
+
+    /// Takes both chips' frames of one conversion, which something else has fetched, straight into a raw frame: counts and no converter
+    /// fault, or the previous counts and the fault's bit. `checksum` computes [`CRC16`](super::ad7606c::CRC16) over the data. After some
+    /// failures in a row the chips are out of service.
+    ///
+    /// # Errors
+    /// [`ConverterError::Chip`].
+    #[inline(always)]
+    pub fn receive(
+        &mut self,
+        frames: [&FrameBytes; 2],
+        checksum: impl Fn(&[u8; 2 * CHANNELS]) -> u16,
+        raw: &mut RawFrame,
+    ) -> Result<(), ConverterError> {
+        let [first, second] = frames;
+        let checked = check_frame(first, &checksum)
+            .map_err(chip(0))
+            .and_then(|()| check_frame(second, &checksum).map_err(chip(1)));
+        match checked {
+            Ok(()) => {
+                self.revival.serve();
+                raw.fault.remove(CONVERTER_FAULTS);
+                raw.quadrature_counts = pairs(first);
+                let [[x_plus, x_minus], [y_plus, y_minus], ..] = pairs(second);
+                raw.electrode_counts = [x_plus, x_minus, y_plus, y_minus];
+                Ok(())
+            }
+            Err(error) => Err(self.refuse(error, raw)),
+        }
+    }
+
+    /// A conversion whose frames could not be fetched, or were not what the chips have sent: as [`Converter::receive`]'s error.
+    #[cold]
+    #[inline(never)]
+    pub fn refuse(&mut self, error: ConverterError, raw: &mut RawFrame) -> ConverterError {
+        store(Err(self.fail(error)), raw);
+        error
+    }
+
     /// Start, wait for BUSY with a bound, read.
     ///
     /// # Errors
@@ -337,10 +384,12 @@ where
     }
 }
 
+/// Bits of a frame's fault that the converters set.
+const CONVERTER_FAULTS: Status = Status::CONVERTER_CRC.union(Status::CONVERTER_TIMEOUT);
+
 /// Puts a reading into a raw frame: counts and no converter fault, or the previous counts and the fault's bit.
 pub fn store(reading: Result<Counts, ConverterError>, raw: &mut RawFrame) {
-    raw.fault
-        .remove(Status::CONVERTER_CRC.union(Status::CONVERTER_TIMEOUT));
+    raw.fault.remove(CONVERTER_FAULTS);
     match reading {
         Ok([quadrature, [x_plus, x_minus, y_plus, y_minus, ..]]) => {
             for (pair, words) in raw

@@ -65,6 +65,12 @@ impl Revival {
         matches!(self.stage, Stage::Service { .. })
     }
 
+    /// A reading in service that did not fail.
+    #[inline(always)]
+    pub const fn serve(&mut self) {
+        self.stage = Stage::Service { failures: 0 };
+    }
+
     /// A reading that failed.
     pub const fn failed(&mut self, error: ConverterError) {
         self.error = error;

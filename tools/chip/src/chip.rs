@@ -3,7 +3,9 @@
 use crate::lines::Lines;
 use crate::peripheral::adc::{self, Adc};
 use crate::peripheral::capture::Capture;
+use crate::peripheral::crc::Crc;
 use crate::peripheral::debug::Dbgmcu;
+use crate::peripheral::dma::{self, Dma, Dmamux};
 use crate::peripheral::exti::Exti;
 use crate::peripheral::flash::{Flash, Start};
 use crate::peripheral::gpio::Gpio;
@@ -15,13 +17,19 @@ use crate::peripheral::timer::Timer;
 use crate::peripheral::usart::Usart;
 use crate::peripheral::watchdog::{Iwdg, LSI};
 use crate::peripheral::{Access, Peripheral, Unit};
+use crate::processor::FLASH;
 use crate::registers::{self, Map, Register};
 use crate::rule::{Findings, Rule};
 use crate::surroundings::Surroundings;
 use crate::time::{NEVER, Ticks};
+use std::rc::Rc;
 
 /// Ports of the chip.
 const PORTS: usize = 7;
+/// The converters' buses.
+const SPI: [&str; 2] = ["SPI1", "SPI2"];
+/// Offset of their data register (RM0440, 39.9.4).
+const SPI_DATA: u32 = 0x0C;
 /// Supply, volts.
 const SUPPLY_V: f64 = 3.3;
 
@@ -30,6 +38,7 @@ const SUPPLY_V: f64 = 3.3;
 struct Interrupts {
     exti: [(u32, u16); 7],
     usart1: u16,
+    dma1: [u16; dma::CHANNELS],
 }
 
 /// The peripherals and what they are wired to.
@@ -51,7 +60,13 @@ pub struct Chip {
     tim2: Timer,
     pub(crate) tim3: Timer,
     tim16: Capture,
-    pub(crate) spi1: Spi,
+    pub(crate) spi: [Spi; 2],
+    dma1: Dma,
+    dmamux1: Dmamux,
+    crc: Crc,
+    code: Rc<[u8]>,
+    stored: Vec<(u32, u8)>,
+    requests: [(u32, usize, bool); 4],
     usart1: Usart,
     adc1: Adc,
     iwdg: Iwdg,
@@ -76,6 +91,9 @@ impl Chip {
         let interrupts = Interrupts {
             exti: exti.map(|(lines, name)| (lines, registers::interrupt(name))),
             usart1: registers::interrupt("USART1"),
+            dma1: std::array::from_fn(|channel| {
+                registers::interrupt(&format!("DMA1_CHANNEL{}", channel + 1))
+            }),
         };
         Self {
             now: 0,
@@ -91,7 +109,17 @@ impl Chip {
             tim2: Timer::after_reset("TIM2", 32),
             tim3: Timer::after_reset("TIM3", 16),
             tim16: Capture::after_reset(LSI),
-            spi1: Spi::after_reset(),
+            spi: SPI.map(Spi::after_reset),
+            dma1: Dma::after_reset(),
+            dmamux1: Dmamux::after_reset(),
+            crc: Crc::after_reset(),
+            code: Rc::new([]),
+            stored: vec![],
+            requests: std::array::from_fn(|k| {
+                let (index, receives) = (k / 2, k % 2 == 0);
+                let signal = if receives { "RX" } else { "TX" };
+                (registers::dma_request(SPI[index], signal), index, receives)
+            }),
             usart1: Usart::after_reset(),
             adc1: Adc::after_reset(),
             iwdg: Iwdg::after_reset(),
@@ -114,7 +142,11 @@ impl Chip {
         self.tim2 = Timer::after_reset("TIM2", 32);
         self.tim3 = Timer::after_reset("TIM3", 16);
         self.tim16 = Capture::after_reset(self.tim16.period);
-        self.spi1 = Spi::after_reset();
+        self.spi = SPI.map(Spi::after_reset);
+        self.dma1 = Dma::after_reset();
+        self.dmamux1 = Dmamux::after_reset();
+        self.crc = Crc::after_reset();
+        self.stored.clear();
         self.usart1 = Usart::after_reset();
         self.adc1 = Adc::after_reset();
         self.iwdg = Iwdg::after_reset();
@@ -157,7 +189,7 @@ impl Chip {
 
     /// A byte that nobody asked for gets into the bus's FIFO.
     pub fn disturb_bus(&mut self, byte: u8) {
-        self.with(|chip, access| chip.spi1.answer(byte, access));
+        self.with(|chip, access| chip.spi[0].answer(byte, access));
     }
 
     /// A double word of the code is found to have wrong check bits.
@@ -171,6 +203,10 @@ impl Chip {
         let mut up = 0;
         for (lines, number) in self.interrupts.exti {
             up |= u128::from(pending & lines != 0) << number;
+        }
+        let of_dma = self.dma1.interrupts();
+        for (channel, number) in self.interrupts.dma1.iter().enumerate() {
+            up |= u128::from(of_dma >> channel & 1) << number;
         }
         up | u128::from(self.usart1.interrupts()) << self.interrupts.usart1
     }
@@ -194,10 +230,12 @@ impl Chip {
             chip.tim16.advance(access);
             let triggers = chip.tim3.take_triggers();
             chip.tim2.count_triggers(triggers);
-            chip.spi1.advance(access);
-            if let Some(byte) = chip.spi1.take_gone() {
-                let answer = chip.around.exchange(byte);
-                chip.spi1.answer(answer, access);
+            for (index, spi) in chip.spi.iter_mut().enumerate() {
+                spi.advance(access);
+                if let Some(byte) = spi.take_gone() {
+                    let answer = chip.around.exchange(index, byte);
+                    spi.answer(answer, access);
+                }
             }
             let looks = chip.usart1.next() <= access.now;
             chip.usart1.advance(access);
@@ -219,6 +257,7 @@ impl Chip {
 
     /// Brings lines and the next instant up to date.
     fn settle(&mut self) {
+        self.with(Self::serve_dma);
         if let Some(byte) = self.usart1.take_begun() {
             self.lines
                 .check_serial(&self.gpio, self.now, &mut self.findings);
@@ -230,7 +269,8 @@ impl Chip {
             self.flash.next(),
             self.tim3.next(),
             self.tim16.next(),
-            self.spi1.next(),
+            self.spi[0].next(),
+            self.spi[1].next(),
             self.usart1.next(),
             self.adc1.next(),
             self.iwdg.next(),
@@ -240,6 +280,76 @@ impl Chip {
             .next_edge(self.now)
             .min(self.around.busy_falls(self.now));
         self.next = own.into_iter().fold(lines, Ticks::min);
+    }
+
+    /// Serves the requests of the peripherals, one byte after the other, until none is left.
+    fn serve_dma(&mut self, access: &mut Access) {
+        while let Some((channel, index, receives)) = self.next_request() {
+            let Some(item) = self.dma1.next_item(channel, access) else {
+                continue;
+            };
+            if receives {
+                let byte = self.spi[index].dma_read();
+                self.stored.push((item.memory, byte));
+            } else {
+                let at = item.memory.wrapping_sub(FLASH) as usize;
+                let byte = self.code.get(at).copied().unwrap_or(0xFF);
+                self.spi[index].dma_write(byte, access);
+            }
+        }
+    }
+
+    /// The channel that is served next, the bus whose request it is, and which of the two.
+    fn next_request(&self) -> Option<(usize, usize, bool)> {
+        let running = (0..dma::CHANNELS).filter(|channel| self.dma1.runs(*channel));
+        let asked = running.filter_map(|channel| {
+            let (_, index, receives) = self.request_of(channel)?;
+            let asks = self.spi[index].requests(receives);
+            asks.then_some((channel, index, receives))
+        });
+        asked.max_by_key(|(channel, ..)| (self.dma1.priority(*channel), usize::MAX - channel))
+    }
+
+    fn request_of(&self, channel: usize) -> Option<(u32, usize, bool)> {
+        let number = self.dmamux1.request(channel);
+        let mut known = self.requests.iter();
+        known.find(|(line, ..)| *line == number).copied()
+    }
+
+    /// A channel that is switched on must listen to the register that it serves.
+    fn watch_dma(&mut self, access: &mut Access) {
+        for channel in self.dma1.take_enabled() {
+            let (register, to_peripheral) = self.dma1.target(channel);
+            let fits = self
+                .request_of(channel)
+                .is_some_and(|(_, index, receives)| {
+                    let data = registers::address(SPI[index]) + SPI_DATA;
+                    data == register && receives != to_peripheral
+                });
+            if !fits {
+                let detail = format!(
+                    "channel {} serves {register:#010x} at request {}",
+                    channel + 1,
+                    self.dmamux1.request(channel)
+                );
+                access.broken(Rule::DmaRequest, detail);
+            }
+        }
+    }
+
+    /// The bytes of bank 1, which DMA may read.
+    pub fn set_code(&mut self, code: &[u8]) {
+        self.code = code.into();
+    }
+
+    /// Whether DMA has put anything into memory since the last look.
+    pub fn has_stored(&self) -> bool {
+        !self.stored.is_empty()
+    }
+
+    /// Bytes that DMA has put into memory since the last call, with their addresses.
+    pub fn take_stored(&mut self) -> Vec<(u32, u8)> {
+        std::mem::take(&mut self.stored)
     }
 
     fn with<R>(&mut self, work: impl FnOnce(&mut Self, &mut Access) -> R) -> R {
@@ -265,7 +375,10 @@ impl Chip {
             Unit::Tim2 => &mut self.tim2,
             Unit::Tim3 => &mut self.tim3,
             Unit::Tim16 => &mut self.tim16,
-            Unit::Spi1 => &mut self.spi1,
+            Unit::Spi(index) => &mut self.spi[index],
+            Unit::Dma1 => &mut self.dma1,
+            Unit::Dmamux1 => &mut self.dmamux1,
+            Unit::Crc => &mut self.crc,
             Unit::Usart1 => &mut self.usart1,
             Unit::Adc1 | Unit::Adc12Common => &mut self.adc1,
             Unit::Iwdg => &mut self.iwdg,
@@ -340,14 +453,17 @@ impl Chip {
                 if changed != 0 {
                     access.broken(Rule::ReservedBit, format!("{}: bits {changed:#x}", name()));
                 }
-            } else if register.peripheral == "SPI1" && width != 1 {
-                access.broken(Rule::AccessWidth, "SPI1.dr: two bytes in one write");
+            } else if matches!(unit, Unit::Spi(_)) && width != 1 {
+                let detail = format!("{}.dr: two bytes in one write", register.peripheral);
+                access.broken(Rule::AccessWidth, detail);
             }
             match unit {
                 Unit::Adc12Common => adc::write_common(&mut chip.adc1, &register, value, access),
+                Unit::Crc if is_data(&register) => chip.crc.write_data(value, width, access),
                 _ => chip.unit(unit).write(&register, value, access),
             }
             chip.watch_clocks(unit, access);
+            chip.watch_dma(access);
         });
         if unit == Unit::Rcc && register.name.contains("rstr") {
             registers::set_back(register.name, value)
@@ -366,7 +482,9 @@ impl Chip {
             Unit::Syscfg => self.syscfg = Syscfg::after_reset(),
             Unit::Tim2 => self.tim2 = Timer::after_reset("TIM2", 32),
             Unit::Tim3 => self.tim3 = Timer::after_reset("TIM3", 16),
-            Unit::Spi1 => self.spi1 = Spi::after_reset(),
+            Unit::Spi(index) => self.spi[index] = Spi::after_reset(SPI[index]),
+            Unit::Dma1 => self.dma1 = Dma::after_reset(),
+            Unit::Crc => self.crc = Crc::after_reset(),
             Unit::Usart1 => self.usart1 = Usart::after_reset(),
             Unit::Adc1 | Unit::Adc12Common => self.adc1 = Adc::after_reset(),
             _ => {}
@@ -419,5 +537,8 @@ impl Chip {
 
 /// Registers whose reads and writes move data, in a width of the data's own.
 fn is_data(register: &Register) -> bool {
-    matches!(register.name, "dr16" | "dr8" | "rdr" | "tdr" | "dr")
+    matches!(
+        register.name,
+        "dr16" | "dr32" | "dr8" | "rdr" | "tdr" | "dr"
+    )
 }

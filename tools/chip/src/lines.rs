@@ -20,12 +20,19 @@ const CONVST: Pin = (2, 6);
 const RESET: Pin = (2, 7);
 const BUSY: Pin = (2, 8);
 const LAMP: Pin = (1, 2);
-const SELECT: [Pin; 2] = [(0, 4), (1, 0)];
-/// Bus and serial line: pin, peripheral, signal.
-const BUS: [(Pin, &str, &str); 3] = [
-    ((0, 5), "SPI1", "SCK"),
-    ((0, 6), "SPI1", "MISO"),
-    ((0, 7), "SPI1", "MOSI"),
+const SELECT: [Pin; 2] = [(0, 4), (1, 12)];
+/// The converters' buses and the serial line: pin, peripheral, signal.
+const BUS: [[(Pin, &str, &str); 3]; 2] = [
+    [
+        ((0, 5), "SPI1", "SCK"),
+        ((0, 6), "SPI1", "MISO"),
+        ((0, 7), "SPI1", "MOSI"),
+    ],
+    [
+        ((1, 13), "SPI2", "SCK"),
+        ((1, 14), "SPI2", "MISO"),
+        ((1, 15), "SPI2", "MOSI"),
+    ],
 ];
 const SERIAL: [(Pin, &str, &str); 2] = [((0, 9), "USART1", "TX"), ((0, 10), "USART1", "RX")];
 /// Shortest pulse of CONVST that the AD7606C takes (its data sheet, t_LP_CNV), nanoseconds.
@@ -39,7 +46,7 @@ pub struct Lines {
     reset: Option<bool>,
     selected: [Option<bool>; 2],
     busy: bool,
-    bus_checked: bool,
+    bus_checked: [bool; 2],
     serial_checked: bool,
 }
 
@@ -107,23 +114,23 @@ impl Lines {
         }
         let (was, is) = (before == Some(false), level == Some(false));
         if was != is {
-            Self::check_bus(chip, is);
+            Self::check_bus(chip, index, is);
             chip.around.select(index, is, chip.now);
         }
         chip.lines.selected[index] = level;
     }
 
-    fn check_bus(chip: &mut Chip, selects: bool) {
-        if chip.spi1.busy() {
+    fn check_bus(chip: &mut Chip, index: usize, selects: bool) {
+        if chip.spi[index].busy() {
             let detail = "a chip select changes while a byte is under way";
             chip.findings.add(Rule::SpiSelect, chip.now, detail.into());
         }
-        if selects && chip.spi1.unread() > 0 {
-            let detail = format!("{} bytes wait in the FIFO", chip.spi1.unread());
+        if selects && chip.spi[index].unread() > 0 {
+            let detail = format!("{} bytes wait in the FIFO", chip.spi[index].unread());
             chip.findings.add(Rule::SpiStale, chip.now, detail);
         }
-        if selects && !std::mem::replace(&mut chip.lines.bus_checked, true) {
-            check_signals(&chip.gpio, &BUS, chip.now, &mut chip.findings);
+        if selects && !std::mem::replace(&mut chip.lines.bus_checked[index], true) {
+            check_signals(&chip.gpio, &BUS[index], chip.now, &mut chip.findings);
         }
     }
 

@@ -80,7 +80,34 @@ impl Map {
         let mut block = find_block(tables.ir, tables.block);
         while let Some(now) = block {
             self.add_block(base, now, tables.ir, head);
+            self.add_inner_blocks(base, now, tables.ir, head);
             block = now.extends.and_then(|name| find_block(tables.ir, name));
+        }
+    }
+
+    /// Blocks within a block, as the channels of a DMA controller: the register's index is the block's.
+    fn add_inner_blocks(
+        &mut self,
+        base: u32,
+        block: &'static Block,
+        ir: &'static IR,
+        head: Register,
+    ) {
+        for item in block.items {
+            let BlockItemInner::Block(inner) = &item.inner else {
+                continue;
+            };
+            let Some(inner) = find_block(ir, inner.block) else {
+                continue;
+            };
+            for (index, first) in offsets(item.byte_offset, item.array.as_ref()) {
+                let head = Register {
+                    index,
+                    offset: first,
+                    ..head
+                };
+                self.add_block(base, inner, ir, head);
+            }
         }
     }
 
@@ -95,10 +122,11 @@ impl Map {
                 .iter()
                 .find(|(peripheral, name, _)| *peripheral == head.peripheral && *name == item.name);
             let bits = corrected.map_or(bits, |(_, _, bits)| *bits);
-            for (index, offset) in offsets(item.byte_offset, item.array.as_ref()) {
+            let first = head.offset + item.byte_offset;
+            for (index, offset) in offsets(first, item.array.as_ref()) {
                 let found = Register {
                     name: item.name,
-                    index,
+                    index: head.index + index,
                     offset,
                     bits,
                     writable: register.access != Access::Read,
@@ -224,6 +252,21 @@ pub fn set_back(register: &str, value: u32) -> Vec<Unit> {
     resets.collect()
 }
 
+/// Number of a peripheral's DMA request line ("SPI1", "RX").
+pub fn dma_request(peripheral: &str, signal: &str) -> u32 {
+    let found = METADATA.peripherals.iter().find(|p| p.name == peripheral);
+    let mut lines = found.map_or(&[][..], |p| p.dma_channels).iter();
+    let line = lines.find(|line| line.signal == signal && line.dmamux == Some("DMAMUX1"));
+    let number = line.and_then(|line| line.request);
+    number.expect("the chip's tables have it")
+}
+
+/// Address of a peripheral.
+pub fn address(peripheral: &str) -> u32 {
+    let found = METADATA.peripherals.iter().find(|p| p.name == peripheral);
+    found.expect("the chip's tables have it").address as u32
+}
+
 /// Number of an interrupt line.
 pub fn interrupt(name: &str) -> u16 {
     let found = METADATA.interrupts.iter().find(|line| line.name == name);
@@ -264,13 +307,19 @@ mod tests {
         assert_eq!((second.name, second.index), ("afr", 1));
         assert_eq!(find(0x4000_0424).name, "cnt");
         assert_eq!(find(0xE004_2008).name, "apb1lfzr");
+        // DMA1's channel 2: four registers, 20 bytes behind those of channel 1.
+        let count = find(0x4002_0020);
+        assert_eq!(
+            (count.peripheral, count.name, count.index),
+            ("DMA1", "ndtr", 1)
+        );
         assert!(map.find(0x4000_0FFC).is_none());
         assert!(map.find(0x6000_0000).is_none());
     }
 
     #[test]
     fn a_reset_register_names_its_peripherals() {
-        assert_eq!(set_back("apb2rstr", 1 << 12), [Unit::Spi1]);
+        assert_eq!(set_back("apb2rstr", 1 << 12), [Unit::Spi(0)]);
         assert_eq!(set_back("apb2rstr", 0), []);
         assert_eq!(set_back("ahb2rstr", 1 << 2), [Unit::Gpio(2)]);
     }
@@ -278,6 +327,10 @@ mod tests {
     #[test]
     fn lines_and_functions_come_from_the_chips_tables() {
         assert_eq!(interrupt("EXTI9_5"), 23);
+        assert_eq!(
+            (dma_request("SPI1", "RX"), dma_request("SPI2", "TX")),
+            (10, 13)
+        );
         assert!(is_signal("PA5", 5, "SPI1", "SCK"));
         assert!(is_signal("PC6", 2, "TIM3", "CH1"));
         assert!(has_function("PA9", 7) && !has_function("PA9", 0));

@@ -61,6 +61,16 @@ rules! {
     SpiStale = "spi-stale-byte",
     /// A chip select changes only while the bus is idle.
     SpiSelect = "spi-select",
+    /// A DMA channel is enabled only when its count has been set.
+    DmaSetup = "dma-setup",
+    /// A DMA channel's registers are written only while it is off.
+    DmaWhileOn = "dma-while-enabled",
+    /// A DMA channel's memory is one that the controller reaches: not the CCM RAM at 0x1000_0000.
+    DmaAddress = "dma-address",
+    /// A DMA channel listens to the request line of the register that it serves, in its direction.
+    DmaRequest = "dma-request",
+    /// The check sum's polynomial is odd and no longer than its size.
+    CrcSetup = "crc-setup",
     /// The serial line's rate is within 2 % of the motion controller's.
     BaudRate = "baud-rate",
     /// The converter of the temperature runs as the manual says: regulator, calibration, enable, start, read.

@@ -182,13 +182,12 @@ impl Surroundings {
         });
     }
 
-    /// A byte on the bus; an undriven data line reads as ones.
-    pub fn exchange(&mut self, byte: u8) -> u8 {
-        let mut answer = 0xFF;
-        for chip in (0..2).filter(|chip| self.selected[*chip]) {
-            answer &= self.converter.with_chip(chip, |part| part.exchange(byte));
+    /// A byte on a converter's bus; an undriven data line reads as ones.
+    pub fn exchange(&mut self, chip: usize, byte: u8) -> u8 {
+        match self.selected[chip] {
+            true => self.converter.with_chip(chip, |part| part.exchange(byte)),
+            false => 0xFF,
         }
-        answer
     }
 
     /// The board sends a byte to the motion controller: its start bit is at `now`.

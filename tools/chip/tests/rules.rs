@@ -145,6 +145,29 @@ fn convert(chip: &mut Chip) {
     let _ = chip.read(at!(ADC1.dr()), 4);
 }
 
+const DMA_ON: u32 = 1;
+/// Memory counts up, in a circle.
+const DMA_RECEIVES: u32 = 1 << 5 | 1 << 7;
+
+/// SPI1 and channel 1 of DMA1 with this request, memory and count, to be switched on.
+fn dma(chip: &mut Chip, request: u32, memory: u32, count: u32) {
+    spi(chip);
+    // DMA1, DMAMUX1 and the CRC unit.
+    set(chip, at!(RCC.ahb1enr()), 1 << 12 | 1 << 2 | 1);
+    chip.write(at!(DMAMUX1.ccr(0)), 4, request);
+    chip.write(at!(DMA1.ch(0).par()), 4, at!(SPI1.dr8()));
+    chip.write(at!(DMA1.ch(0).mar()), 4, memory);
+    chip.write(at!(DMA1.ch(0).ndtr()), 4, count);
+}
+
+/// Switches channel 1 on, and a byte comes.
+fn receive(chip: &mut Chip) {
+    set(chip, at!(SPI1.cr2()), 1);
+    chip.write(at!(DMA1.ch(0).cr()), 4, DMA_RECEIVES | DMA_ON);
+    send(chip);
+    wait_us(chip, 1);
+}
+
 fn unlock(chip: &mut Chip) {
     for key in [0x4567_0123, 0xCDEF_89AB] {
         chip.write(at!(FLASH.keyr()), 4, key);
@@ -267,6 +290,36 @@ const FAULTS: &[Fault] = &[
         send(chip);
         select(chip, false);
     }),
+    (Rule::DmaSetup, |chip| {
+        dma(chip, 10, 0x2000_0000, 0);
+        receive(chip);
+    }),
+    (Rule::DmaWhileOn, |chip| {
+        dma(chip, 10, 0x2000_0000, 2);
+        receive(chip);
+        chip.write(at!(DMA1.ch(0).ndtr()), 4, 2);
+    }),
+    (Rule::DmaAddress, |chip| {
+        // The CCM RAM as the processor sees it.
+        dma(chip, 10, 0x1000_0000, 2);
+        receive(chip);
+    }),
+    (Rule::DmaRequest, |chip| {
+        // SPI2's request for SPI1's register.
+        dma(chip, 12, 0x2000_0000, 2);
+        receive(chip);
+    }),
+    (Rule::DmaRequest, |chip| {
+        // To the peripheral at the request of what has come.
+        dma(chip, 10, 0x0800_0000, 2);
+        chip.write(at!(DMA1.ch(0).cr()), 4, 1 << 4 | DMA_ON);
+    }),
+    (Rule::CrcSetup, |chip| {
+        dma(chip, 10, 0x2000_0000, 2);
+        chip.write(at!(CRC.pol()), 4, 0x755A);
+        chip.write(at!(CRC.cr()), 4, 1 << 3 | 1);
+        chip.write(at!(CRC.dr32()), 4, 1);
+    }),
     (Rule::BaudRate, |chip| {
         full_speed(chip, None);
         chip.write(at!(USART1.brr()), 4, 85);
@@ -388,6 +441,41 @@ fn a_start_that_keeps_the_rules_trips_none() {
     chip.write(at!(USART1.tdr()), 4, 0);
     chip.write(at!(PWR.cr2()), 4, 6 << 1 | 1);
     wait_us(&mut chip, 100);
+    assert_kept(&chip);
+}
+
+#[test]
+fn bytes_that_come_go_to_memory_in_a_circle_and_their_end_is_told() {
+    let mut chip = chip(Start::default());
+    dma(&mut chip, 10, 0x2000_0010, 2);
+    receive(&mut chip);
+    assert_eq!(chip.read(at!(DMA1.isr()), 4) & 1 << 1, 0, "not at its end");
+    send(&mut chip);
+    wait_us(&mut chip, 1);
+    assert_eq!(chip.read(at!(DMA1.isr()), 4) & 1 << 1, 1 << 1);
+    chip.write(at!(DMA1.ifcr()), 4, 1);
+    assert_eq!(chip.read(at!(DMA1.isr()), 4), 0);
+    send(&mut chip);
+    wait_us(&mut chip, 1);
+    let places: Vec<u32> = chip.take_stored().iter().map(|(at, _)| *at).collect();
+    assert_eq!(places, [0x2000_0010, 0x2000_0011, 0x2000_0010]);
+    assert_kept(&chip);
+}
+
+#[test]
+fn the_unit_of_check_sums_computes_the_converters() {
+    use courier_sensor::drivers::ad7606c::CRC16;
+    let mut chip = chip(Start::default());
+    dma(&mut chip, 10, 0x2000_0000, 2);
+    chip.write(at!(CRC.init()), 4, 0);
+    chip.write(at!(CRC.pol()), 4, u32::from(CRC16.algorithm.poly));
+    chip.write(at!(CRC.cr()), 4, 1 << 3 | 1);
+    for word in [*b"1234", *b"5678"] {
+        chip.write(at!(CRC.dr32()), 4, u32::from_be_bytes(word));
+    }
+    chip.write(at!(CRC.dr8()), 1, u32::from(b'9'));
+    let found = chip.read(at!(CRC.dr32()), 4);
+    assert_eq!(found, u32::from(CRC16.algorithm.check));
     assert_kept(&chip);
 }
 

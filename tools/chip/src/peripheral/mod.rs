@@ -2,7 +2,9 @@
 
 pub mod adc;
 pub mod capture;
+pub mod crc;
 pub mod debug;
+pub mod dma;
 pub mod exti;
 pub mod flash;
 pub mod gpio;
@@ -32,7 +34,10 @@ pub enum Unit {
     Tim2,
     Tim3,
     Tim16,
-    Spi1,
+    Spi(usize),
+    Dma1,
+    Dmamux1,
+    Crc,
     Usart1,
     Adc1,
     Adc12Common,
@@ -52,7 +57,11 @@ impl Unit {
             "TIM2" => Self::Tim2,
             "TIM3" => Self::Tim3,
             "TIM16" => Self::Tim16,
-            "SPI1" => Self::Spi1,
+            "SPI1" => Self::Spi(0),
+            "SPI2" => Self::Spi(1),
+            "DMA1" => Self::Dma1,
+            "DMAMUX1" => Self::Dmamux1,
+            "CRC" => Self::Crc,
             "USART1" => Self::Usart1,
             "ADC1" => Self::Adc1,
             "ADC12_COMMON" => Self::Adc12Common,

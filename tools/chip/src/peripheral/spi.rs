@@ -1,4 +1,4 @@
-//! SPI as master: 8 bits, two FIFOs of four bytes, chip selects by software.
+//! SPI as master: 8 bits, two FIFOs of four bytes, chip selects by software; its bytes are moved by the processor or by DMA.
 
 use super::{Access, Peripheral, Words};
 use crate::registers::Register;
@@ -19,6 +19,7 @@ const CR2: u32 = 0x04;
 /// The peripheral.
 #[derive(Debug)]
 pub struct Spi {
+    name: &'static str,
     words: Words,
     to_send: VecDeque<u8>,
     received: VecDeque<u8>,
@@ -30,9 +31,10 @@ pub struct Spi {
 }
 
 impl Spi {
-    /// After reset (RM0440, 39.9).
-    pub fn after_reset() -> Self {
+    /// SPI1 or SPI2 after reset (RM0440, 39.9).
+    pub fn after_reset(name: &'static str) -> Self {
         Self {
+            name,
             words: Words::after_reset(&[(CR2, 0x0700), (0x10, 0x0007)]),
             to_send: VecDeque::new(),
             received: VecDeque::new(),
@@ -67,6 +69,25 @@ impl Spi {
         }
     }
 
+    /// Its request for a DMA transfer: of a byte that has come, or for one to be sent.
+    pub fn requests(&self, receives: bool) -> bool {
+        let (status, cr2) = (self.status(), Cr2(self.words.at(CR2)));
+        match receives {
+            true => cr2.rxdmaen() && status.rxne(),
+            false => cr2.txdmaen() && status.txe() && Cr1(self.words.at(CR1)).spe(),
+        }
+    }
+
+    /// A DMA transfer takes the oldest byte that has come.
+    pub fn dma_read(&mut self) -> u8 {
+        self.received.pop_front().unwrap_or(0)
+    }
+
+    /// A DMA transfer brings a byte to send.
+    pub fn dma_write(&mut self, byte: u8, access: &mut Access) {
+        self.write_data(byte, access);
+    }
+
     fn status(&self) -> Sr {
         let cr2 = Cr2(self.words.at(CR2));
         let enough = match cr2.frxth() {
@@ -98,17 +119,18 @@ impl Spi {
         let (before, now) = (Cr1(self.words.at(CR1)), Cr1(value));
         let set_while_on = before.0 & !(1 << 6) != now.0 & !(1 << 6);
         if before.spe() && now.spe() && set_while_on {
-            access.broken(Rule::SpiMode, "SPI1.cr1 changes while it is on");
+            access.broken(
+                Rule::SpiMode,
+                format!("{}.cr1 changes while it is on", self.name),
+            );
         }
         if now.spe() && !before.spe() {
-            check_mode(now, Cr2(self.words.at(CR2)), access);
+            check_mode(self.name, now, Cr2(self.words.at(CR2)), access);
         }
         if before.spe() && !now.spe() {
             if self.busy() {
-                access.broken(
-                    Rule::SpiMode,
-                    "SPI1 is switched off while a byte is under way",
-                );
+                let detail = format!("{} is switched off while a byte is under way", self.name);
+                access.broken(Rule::SpiMode, detail);
             }
             self.to_send.clear();
             self.shifting = None;
@@ -118,7 +140,8 @@ impl Spi {
 
     fn write_data(&mut self, byte: u8, access: &mut Access) {
         if !Cr1(self.words.at(CR1)).spe() {
-            return access.broken(Rule::SpiFifo, "a byte is written while SPI1 is off");
+            let detail = format!("a byte is written while {} is off", self.name);
+            return access.broken(Rule::SpiFifo, detail);
         }
         if self.shifting.is_none() {
             self.shifting = Some((byte, access.now + self.byte_ticks(access)));
@@ -130,27 +153,24 @@ impl Spi {
     }
 }
 
-fn check_mode(cr1: Cr1, cr2: Cr2, access: &mut Access) {
+fn check_mode(name: &str, cr1: Cr1, cr2: Cr2, access: &mut Access) {
+    // Both buses of the peripherals run at the same speed here.
     let hz = access.clocks.pclk2_hz / (2 << cr1.br().to_bits());
     if hz > FASTEST_HZ {
         access.broken(
             Rule::SpiMode,
-            format!("SPI1 at {hz} Hz, the converters take {FASTEST_HZ} Hz"),
+            format!("{name} at {hz} Hz, the converters take {FASTEST_HZ} Hz"),
         );
     }
     // AD7606C: clock idles high, data are taken at its falling edge.
     let right = cr1.cpol() == Cpol::IDLE_HIGH && cr1.cpha() == Cpha::FIRST_EDGE;
     if !right || cr1.mstr() != Mstr::MASTER || cr2.ds() != Ds::BITS8 {
-        access.broken(
-            Rule::SpiMode,
-            "SPI1: the converters want a master in mode 2, 8 bits",
-        );
+        let detail = format!("{name}: the converters want a master in mode 2, 8 bits");
+        access.broken(Rule::SpiMode, detail);
     }
     if !(cr1.ssm() && cr1.ssi()) {
-        access.broken(
-            Rule::SpiMode,
-            "SPI1: NSS is neither a pin nor held high by software",
-        );
+        let detail = format!("{name}: NSS is neither a pin nor held high by software");
+        access.broken(Rule::SpiMode, detail);
     }
 }
 
@@ -186,7 +206,12 @@ impl Peripheral for Spi {
             "dr16" | "dr8" => self.write_data(value as u8, access),
             "cr1" => self.write_cr1(value, access),
             "cr2" => self.words.set(register, value),
-            other => access.broken(Rule::Unmodelled, format!("SPI1.{other} is written")),
+            other => {
+                access.broken(
+                    Rule::Unmodelled,
+                    format!("{}.{other} is written", self.name),
+                );
+            }
         }
     }
 

@@ -123,9 +123,30 @@ fn system_write(shared: &mut Shared, offset: u32, width: usize, value: u32) {
     }
 }
 
+/// Puts into memory what DMA has brought.
+pub fn store(uc: &mut Unicorn<Shared>) {
+    if uc.get_data().chip.has_stored() {
+        for (address, byte) in uc.get_data_mut().chip.take_stored() {
+            let _ = uc.mem_write(address.into(), &[byte]);
+        }
+    }
+}
+
+/// Code in the CCM RAM is what start-up has copied there: it is looked at when it first runs.
+fn learn_ccm(uc: &mut Unicorn<Shared>, address: u32) {
+    if (CCM..CCM + CCM_BYTES).contains(&address) && !uc.get_data().costs.knows_ccm() {
+        let mut code = vec![0; CCM_BYTES as usize];
+        if uc.mem_read(CCM.into(), &mut code).is_ok() {
+            uc.get_data_mut().costs.learn_ccm(CCM, code);
+        }
+    }
+}
+
 /// Time after each block, and what unicorn cannot do itself.
 pub fn add_hooks(uc: &mut Unicorn<'static, Shared>) -> Result<()> {
     uc.add_block_hook(1, 0, |uc, address, bytes| {
+        store(uc);
+        learn_ccm(uc, address as u32);
         if uc.get_data_mut().block(address as u32, bytes) {
             let _ = uc.emu_stop();
         }

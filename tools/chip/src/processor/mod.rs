@@ -65,10 +65,12 @@ impl Processor {
     /// # Errors
     /// Unicorn's.
     pub fn start(code: &[u8], chip: Chip) -> Result<Self> {
+        let mut chip = chip;
+        chip.set_code(code);
         let shared = Shared {
             chip,
             system: System::after_reset(),
-            costs: Costs::new(FLASH, code.to_vec()),
+            costs: Costs::new(FLASH, code),
             cycles: 0,
             until: 0,
             next: 0,
@@ -196,6 +198,7 @@ impl Processor {
         let shared = self.uc.get_data_mut();
         shared.chip.reset(cause);
         shared.system = System::after_reset();
+        shared.costs.forget_ccm();
         shared.event = None;
         shared.masked = false;
         self.times.restart();
@@ -252,6 +255,7 @@ impl Processor {
                 return Ok(End::PowerLost);
             }
             if shared.chip.now >= until {
+                maps::store(&mut self.uc);
                 return Ok(End::Time);
             }
             self.blocks()?;
@@ -260,6 +264,7 @@ impl Processor {
 
     /// Instructions, until something is to be served.
     fn blocks(&mut self) -> Result<()> {
+        maps::store(&mut self.uc);
         let start = u64::from(self.program_counter() | 1);
         self.uc.get_data_mut().resumed = true;
         let Err(error) = self.uc.emu_start(start, u64::MAX, 0, 0) else {
