@@ -45,6 +45,8 @@ struct Sampling {
     served: u32,
     /// The instant of the reading that is under way.
     instant: u32,
+    /// Whether the interrupt has been called since it began.
+    overtaken: bool,
 }
 
 static SAMPLING: Owned<Sampling> = Owned::empty();
@@ -93,6 +95,7 @@ impl Sampling {
     #[inline(always)]
     fn isr_compute(&mut self) {
         let frames = self.reading.finish();
+        self.overtaken = false;
         let Some(missed) = missed_between(self.served, self.instant) else {
             return;
         };
@@ -109,12 +112,16 @@ impl Sampling {
         self.sampler.isr_compute(missed, |_| {});
     }
 
-    /// An instant without frames: called by hand, since BUSY made no edge; while the chips are set again, a piece at a time; or before
-    /// the last reading has ended.
+    /// An instant without frames: called by hand, since BUSY made no edge; while the chips are set again, a piece at a time; or when a
+    /// reading does not end. One call during a reading is no error: a debugger's halt may leave one, and its instant counts as missed.
     #[cold]
     #[inline(never)]
     fn isr_without_reading(&mut self, asked: bool) {
         let entered = DWT::cycle_count();
+        let under_way = self.reading.is_under_way();
+        if under_way && !core::mem::replace(&mut self.overtaken, true) {
+            return;
+        }
         let now = sampling::instants();
         let Some(missed) = missed_between(self.served, now) else {
             return;
@@ -122,7 +129,7 @@ impl Sampling {
         self.served = now;
         self.reading.disarm();
         let raw = self.sampler.isr_raw();
-        if asked && self.converter.in_service() {
+        if asked && under_way {
             let _ = self.converter.refuse(UNREAD, raw);
         } else {
             store(Err(self.converter.silent()), raw);
@@ -265,6 +272,7 @@ fn set_up() -> Halves {
             sampler,
             served: sampling::FIRST.wrapping_sub(1),
             instant: sampling::FIRST,
+            overtaken: false,
         });
         SERIAL.put(serial_interrupt);
         let mut processor = cortex_m::Peripherals::steal();
