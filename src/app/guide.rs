@@ -121,6 +121,8 @@ impl<S: Read + ReadReady + Write + WriteReady> Guide<S> {
             self.begin(Errand::Idle);
             return Some(reply.into());
         };
+        // If nothing has been asked on this errand, the reply is to a question of the one before, which a stop at the start may be.
+        self.asked_at?;
         match self.errand {
             Errand::Idle => None,
             Errand::Halt => {
