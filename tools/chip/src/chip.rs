@@ -23,6 +23,7 @@ use crate::rule::{Findings, Rule};
 use crate::surroundings::Surroundings;
 use crate::time::{NEVER, Ticks};
 use std::rc::Rc;
+use stm32_metapac::flash::regs::Optr;
 
 /// Ports of the chip.
 const PORTS: usize = 7;
@@ -51,6 +52,7 @@ pub struct Chip {
     pub around: Surroundings,
     map: Map,
     start: Start,
+    stored_options: Option<Optr>,
     pub(crate) rcc: Rcc,
     pwr: Pwr,
     pub(crate) flash: Flash,
@@ -100,6 +102,7 @@ impl Chip {
             findings: Findings::default(),
             map: Map::new(),
             start,
+            stored_options: None,
             rcc: Rcc::after(Cause::Supply, None),
             pwr: Pwr::after_reset(SUPPLY_V),
             flash: Flash::after_reset(start, around.flash.clone()),
@@ -133,6 +136,11 @@ impl Chip {
 
     /// A reset; the supply's own leaves nothing as it was.
     pub fn reset(&mut self, cause: Cause) {
+        // Option bytes are loaded when the supply comes and when it is asked for (RM0440, 3.4.2); until then they wait.
+        self.stored_options = self.flash.programmed_options().or(self.stored_options);
+        if matches!(cause, Cause::Supply | Cause::Options) {
+            self.start.options = self.stored_options.take().unwrap_or(self.start.options);
+        }
         self.rcc = Rcc::after(cause, (cause != Cause::Supply).then_some(&self.rcc));
         self.pwr = Pwr::after_reset(self.pwr.supply_v);
         self.flash = Flash::after_reset(self.start, self.around.flash.clone());
@@ -172,6 +180,11 @@ impl Chip {
     /// Whether the watchdog wants a reset.
     pub fn watchdog_expired(&self) -> bool {
         self.iwdg.expired()
+    }
+
+    /// Whether a load of the option bytes, and so a reset, is asked for.
+    pub fn loads_options(&self) -> bool {
+        self.flash.launched()
     }
 
     /// A debugger halts the processor for so long: the peripherals go on, but what it freezes.

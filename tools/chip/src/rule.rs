@@ -101,6 +101,8 @@ rules! {
     FlashStaleCache = "flash-stale-cache",
     /// The bank that code runs from is neither erased nor programmed.
     FlashSameBank = "flash-same-bank",
+    /// Option bytes are written with their own keys, while the controller is idle, and take effect by a launch (RM0440, 3.4.2).
+    OptionBytes = "option-bytes",
     /// The processor does not fault: no access to what is not there or forbidden.
     Fault = "fault",
     /// The image does not reset the chip unasked.

@@ -377,6 +377,19 @@ const FAULTS: &[Fault] = &[
         double_word(chip);
         set(chip, at!(FLASH.acr()), 1 << 10);
     }),
+    (Rule::OptionBytes, |chip| {
+        unlock(chip);
+        let options = chip.read(at!(FLASH.optr()), 4);
+        chip.write(at!(FLASH.optr()), 4, options);
+    }),
+    (Rule::OptionBytes, |chip| {
+        unlock(chip);
+        chip.write(at!(FLASH.optkeyr()), 4, 0x4567_0123);
+    }),
+    (Rule::OptionBytes, |chip| {
+        unlock(chip);
+        chip.write(at!(FLASH.cr()), 4, 1 << 30 | 1 << 17);
+    }),
     (Rule::FlashSameBank, |chip| {
         program(chip, false);
         chip.write(at!(FLASH.cr()), 4, 2);
@@ -529,6 +542,35 @@ fn flash_that_is_written_as_the_manual_wants_holds_it_and_trips_none() {
         ),
         (1, 2, u32::MAX)
     );
+    assert_kept(&chip);
+}
+
+#[test]
+fn option_bytes_are_in_force_after_their_load_and_not_before() {
+    use chip::peripheral::rcc::Cause;
+    let level = |chip: &mut Chip| chip.read(at!(FLASH.optr()), 4) >> 8 & 7;
+    let mut chip = chip(Start::default());
+    assert_eq!(level(&mut chip), 4);
+    unlock(&mut chip);
+    for key in [0x0819_2A3B, 0x4C5D_6E7F] {
+        chip.write(at!(FLASH.optkeyr()), 4, key);
+    }
+    let options = chip.read(at!(FLASH.optr()), 4) & !(7 << 8);
+    chip.write(at!(FLASH.optr()), 4, options | 3 << 8);
+    chip.write(at!(FLASH.cr()), 4, 1 << 17);
+    assert_eq!(chip.read(at!(FLASH.sr()), 4) >> 16 & 1, 1, "busy");
+    wait_us(&mut chip, 30_000);
+    chip.reset(Cause::Software);
+    assert_eq!(level(&mut chip), 4, "a plain reset loads nothing");
+    unlock(&mut chip);
+    for key in [0x0819_2A3B, 0x4C5D_6E7F] {
+        chip.write(at!(FLASH.optkeyr()), 4, key);
+    }
+    assert!(!chip.loads_options());
+    chip.write(at!(FLASH.cr()), 4, 1 << 27);
+    assert!(chip.loads_options());
+    chip.reset(Cause::Options);
+    assert_eq!(level(&mut chip), 3);
     assert_kept(&chip);
 }
 

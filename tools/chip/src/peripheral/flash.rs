@@ -13,6 +13,8 @@ use stm32_metapac::flash::regs::{Acr, Cr, Eccr, Optr, Sr};
 
 /// The two keys, and option bytes as the factory sets them: two banks, no brown-out level (RM0440, 5.7).
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
+/// The option bytes' own keys (RM0440, 3.4.2).
+const OPTION_KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
 const FACTORY_OPTIONS: u32 = 0xFFEF_F8AA;
 /// Erasing a page and programming a double word (DS12288, flash characteristics, typical).
 const ERASE: Ticks = from_us(22_000);
@@ -30,6 +32,7 @@ const OPTR: u32 = 0x20;
 enum Work {
     Erase { offset: u32 },
     Program { offset: u32, data: [u8; WORD_BYTES] },
+    Options,
 }
 
 /// What the option bytes and the chip's past make of its start.
@@ -59,6 +62,11 @@ pub struct Flash {
     pub bank2: Bank,
     keys_seen: usize,
     locked_for_good: bool,
+    option_keys_seen: usize,
+    /// Option bytes as written into their register, and as programmed; they take effect at the next load.
+    written_options: Option<u32>,
+    programmed_options: Option<Optr>,
+    launched: bool,
     half: Option<(u32, u32)>,
     work: Option<(Work, Ticks)>,
     /// The flash has changed since the data cache was reset.
@@ -81,6 +89,10 @@ impl Flash {
             bank2,
             keys_seen: 0,
             locked_for_good: false,
+            option_keys_seen: 0,
+            written_options: None,
+            programmed_options: None,
+            launched: false,
             half: None,
             work: None,
             changed: false,
@@ -97,6 +109,16 @@ impl Flash {
     /// Option bytes.
     pub fn options(&self) -> Optr {
         Optr(self.words.at(OPTR))
+    }
+
+    /// Option bytes that were programmed since the last reset: they are in force after the next load.
+    pub fn programmed_options(&self) -> Option<Optr> {
+        self.programmed_options
+    }
+
+    /// Whether the option bytes are to be loaded now, which resets the chip.
+    pub fn launched(&self) -> bool {
+        self.launched
     }
 
     /// Whether the supply went in the middle of an operation.
@@ -190,17 +212,18 @@ impl Flash {
             let detail = "an operation begins on error flags of the past";
             return self.fail(1 << 7, Rule::FlashSticky, detail, access);
         }
-        if self.acr().dcen() {
+        let of_bank2 = !matches!(work, Work::Options);
+        if of_bank2 && self.acr().dcen() {
             let detail = "an operation on bank 2 with the data cache on, while code reads bank 1";
             access.broken(Rule::FlashDataCache, detail);
         }
-        if !self.options().dbank() {
+        if of_bank2 && !self.options().dbank() {
             access.broken(
                 Rule::FlashSameBank,
                 "an operation in single-bank mode, where the pages are others",
             );
         }
-        self.changed = true;
+        self.changed |= of_bank2;
         self.work = Some((work, access.now + duration));
     }
 
@@ -208,6 +231,11 @@ impl Flash {
         let done = match work {
             Work::Erase { offset } => self.bank2.erase(offset),
             Work::Program { offset, data } => self.bank2.program(offset, data),
+            Work::Options => {
+                let written = self.written_options.unwrap_or(self.words.at(OPTR));
+                self.programmed_options = Some(Optr(written));
+                Ok(())
+            }
         };
         match done {
             Ok(()) => {}
@@ -239,8 +267,11 @@ impl Flash {
                 "FLASH.cr is written while the controller is busy",
             );
         }
-        if now.mer1() || now.mer2() || now.fstpg() || now.optstrt() || now.obl_launch() {
+        if now.mer1() || now.mer2() || now.fstpg() {
             access.broken(Rule::Unmodelled, format!("FLASH.cr: {value:#x}"));
+        }
+        if now.optstrt() || now.obl_launch() {
+            self.write_option_control(before, now, access);
         }
         if now.strt() {
             if !now.per() {
@@ -260,10 +291,51 @@ impl Flash {
         }
         if now.lock() {
             self.keys_seen = 0;
+            now.set_optlock(true);
         }
-        now.set_strt(self.work.is_some());
+        if now.optlock() {
+            self.option_keys_seen = 0;
+        }
+        now.set_obl_launch(false);
+        now.set_strt(matches!(self.work, Some((Work::Erase { .. }, _))));
+        now.set_optstrt(matches!(self.work, Some((Work::Options, _))));
+        // Only the keys take it back.
+        now.set_optlock(now.optlock() || before.optlock());
         self.half = None;
         self.words.put(CR, now.0);
+    }
+
+    /// Programming of the option bytes, and their load.
+    fn write_option_control(&mut self, before: Cr, now: Cr, access: &mut Access) {
+        if before.optlock() {
+            let detail = "FLASH.cr: option bytes are started or launched while they are locked";
+            return access.broken(Rule::OptionBytes, detail);
+        }
+        if now.optstrt() {
+            self.begin(Work::Options, ERASE, access);
+        }
+        self.launched |= now.obl_launch();
+    }
+
+    fn write_option_key(&mut self, value: u32, access: &mut Access) {
+        let mut cr = Cr(self.words.at(CR));
+        if cr.lock() || !cr.optlock() || OPTION_KEYS.get(self.option_keys_seen) != Some(&value) {
+            let detail = format!("FLASH.optkeyr: {value:#x}");
+            return access.broken(Rule::OptionBytes, detail);
+        }
+        self.option_keys_seen += 1;
+        if self.option_keys_seen == OPTION_KEYS.len() {
+            cr.set_optlock(false);
+            self.words.put(CR, cr.0);
+        }
+    }
+
+    fn write_options(&mut self, value: u32, access: &mut Access) {
+        if Cr(self.words.at(CR)).optlock() || self.work.is_some() {
+            let detail = "FLASH.optr is written while it is locked, or the controller is busy";
+            return access.broken(Rule::OptionBytes, detail);
+        }
+        self.written_options = Some(value);
     }
 
     fn write_key(&mut self, value: u32, access: &mut Access) {
@@ -307,6 +379,7 @@ impl Peripheral for Flash {
                 sr.0
             }
             "keyr" | "optkeyr" | "pdkeyr" => 0,
+            "optr" => self.written_options.unwrap_or(self.words.at(OPTR)),
             _ => self.words.get(register),
         }
     }
@@ -315,6 +388,8 @@ impl Peripheral for Flash {
         match register.name {
             "acr" => self.write_acr(value, access),
             "keyr" => self.write_key(value, access),
+            "optkeyr" => self.write_option_key(value, access),
+            "optr" => self.write_options(value, access),
             "sr" => {
                 let flags = self.words.at(SR) & !value;
                 self.words.put(SR, flags);
@@ -342,6 +417,7 @@ impl Peripheral for Flash {
             self.work = None;
             let mut cr = Cr(self.words.at(CR));
             cr.set_strt(false);
+            cr.set_optstrt(false);
             self.words.put(CR, cr.0);
             self.finish(work, access);
         }

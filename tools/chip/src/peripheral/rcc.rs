@@ -73,6 +73,8 @@ pub enum Cause {
     Software,
     /// The watchdog.
     Watchdog,
+    /// A load of the option bytes.
+    Options,
 }
 
 /// The peripheral.
@@ -96,6 +98,7 @@ impl Rcc {
             Cause::Supply => flags.set_borrstf(true),
             Cause::Software => flags.set_sftrstf(true),
             Cause::Watchdog => flags.set_iwdgrstf(true),
+            Cause::Options => flags.set_oblrstf(true),
         }
         // RM0440, 7.4: HSI on and ready, HSI chosen, flash's clock on, PLL factors 0x1000.
         let reset = [

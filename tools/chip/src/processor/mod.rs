@@ -311,16 +311,17 @@ impl Processor {
     }
 
     fn wished_reset(&mut self) -> Result<()> {
-        let expired = self.uc.get_data().chip.watchdog_expired();
+        let chip = &self.uc.get_data().chip;
+        let (expired, loads) = (chip.watchdog_expired(), chip.loads_options());
         let (now, pc, may_reset) = (self.now(), self.program_counter(), self.may_reset);
-        if !expired && !may_reset {
+        if !expired && !loads && !may_reset {
             self.findings()
                 .add(Rule::Reset, now, format!("by the image, at {pc:#010x}"));
         }
-        self.reset(if expired {
-            Cause::Watchdog
-        } else {
-            Cause::Software
+        self.reset(match (expired, loads) {
+            (true, _) => Cause::Watchdog,
+            (false, true) => Cause::Options,
+            (false, false) => Cause::Software,
         })
     }
 

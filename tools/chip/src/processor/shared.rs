@@ -89,7 +89,7 @@ impl Shared {
         if self.chip.flash.take_double_error() {
             self.system.nvic.pend(number::NMI);
         }
-        if self.chip.watchdog_expired() {
+        if self.chip.watchdog_expired() || self.chip.loads_options() {
             self.event = Some(Event::Reset);
         }
     }
