@@ -106,8 +106,8 @@ pub const MUTATIONS: &[Mutation] = mutations! {
 
     "11-no-stop", "the courier is not told to stop at a start", "restart" => "goes on after the restart", [
         "src/app/background.rs":
-        "self.keeper.start();\n        self.guide.halt();" =>
-        "self.keeper.start();";
+        "self.keeper.start(safe_mode);\n        self.guide.halt();" =>
+        "self.keeper.start(safe_mode);";
     ];
 
     "12-watchdog-last", "the watchdog starts after the clock has been waited for", "boot" => "watchdog-first:", [
