@@ -42,8 +42,8 @@ enum Work {
 const TASKS: &[Task] = &[
     (
         "test",
-        "everything that checks the project; sets up what is missing",
-        Work::Alone(test::run),
+        "everything that checks the project; sets up what is missing (NAMES OF CHECKS)",
+        Work::With(test::run),
     ),
     (
         "bench",

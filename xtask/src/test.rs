@@ -1,13 +1,17 @@
 //! `cargo xtask test`: formatting, manifests, lints, other operating systems, documentation, every test of the workspace, the library on the target, both images
-//! against their limits, the image as it ships on a model of its chip, the reports in a browser.
+//! against their limits, the image as it ships on a model of its chip, the reports in a browser. With names of checks: these alone, one after the other.
 //!
 //! All tests run in the profile `checked` (Cargo.toml): optimised, since they simulate for minutes otherwise, and
 //! with the overflow checks and debug assertions of a debug build. The last line is `N passed, N failed`.
+//!
+//! The tests run in one line and every other check in a second one beside it ([`Lane`]): many of the checks are one program, which
+//! leaves a processor idle.
 
 use crate::{arm, cargo, chip, firmware, manifests, onboard, platforms, report, runner};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
+use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
 /// Passed and failed so far.
@@ -31,19 +35,141 @@ impl Tally {
     }
 }
 
-/// Runs every check, also after one has failed.
+/// Which of the two lines of checks, which run side by side, a check stands in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Lane {
+    /// Programs of many tests, which fill every processor.
+    Tests,
+    /// Everything else, in a process of its own.
+    Beside,
+}
+
+/// A check: the name that `cargo xtask test NAME` takes, its line, and what it does.
+type Check = (&'static str, Lane, fn() -> Tally);
+
+/// All checks, in their order. A further one is a line here.
+const CHECKS: &[Check] = &[
+    ("tests", Lane::Tests, tests),
+    ("emulated", Lane::Tests, emulated),
+    ("formatting", Lane::Beside, || {
+        component("rustfmt", "fmt");
+        step("formatting", cargo(&["fmt", "--all", "--check"]))
+    }),
+    ("manifests", Lane::Beside, || {
+        checked("manifests", manifests::check)
+    }),
+    ("lints", Lane::Beside, lints),
+    ("platforms", Lane::Beside, || {
+        checked("macOS and Windows", platforms::check)
+    }),
+    ("examples", Lane::Beside, || {
+        let words = "test --workspace --profile checked --doc --quiet";
+        let words: Vec<&str> = words.split(' ').collect();
+        step("examples in the documentation", cargo(&words))
+    }),
+    ("documentation", Lane::Beside, documentation),
+    ("report", Lane::Beside, || {
+        checked("reports in a browser", || report::run(&[]))
+    }),
+    ("arm", Lane::Beside, || {
+        checked("the Cortex-M4F", arm::checks)
+    }),
+    ("firmware", Lane::Beside, || {
+        checked("flash, RAM and stack of both images", || {
+            firmware::run_command(&[])
+        })
+    }),
+    ("chip", Lane::Beside, || {
+        checked("the image as it ships on a model of its chip", chip::test)
+    }),
+];
+
+/// Runs every check, or those that are named, also after one has failed.
 ///
 /// # Errors
-/// At least one check failed.
-pub fn run() -> Result<()> {
-    crate::permission::grant();
-    let mut total = Tally::default();
-    for (name, what) in [("rustfmt", "fmt"), ("clippy", "clippy")] {
-        component(name, what);
+/// At least one check failed; a name is no check's.
+pub fn run(names: &[String]) -> Result<()> {
+    let is_known = |name: &&String| CHECKS.iter().any(|(known, ..)| known == name);
+    if let Some(unknown) = names.iter().find(|name| !is_known(name)) {
+        let known: Vec<&str> = CHECKS.iter().map(|(name, ..)| *name).collect();
+        bail!("found {unknown:?}, wanted one of {}", known.join(", "));
     }
-    total.add(step("formatting", cargo(&["fmt", "--all", "--check"])));
-    total.add(checked("manifests", manifests::check));
-    total.add(step("lints", clippy("--workspace --all-targets")));
+    crate::permission::grant();
+    let total = match names {
+        [] => all()?,
+        _ => in_turn(|name, _| names.iter().any(|wanted| wanted == name)),
+    };
+    println!("{} passed, {} failed", total.passed, total.failed);
+    ensure!(total.failed == 0, "{} failed", total.failed);
+    Ok(())
+}
+
+/// The chosen checks one after the other.
+fn in_turn(is_chosen: impl Fn(&str, Lane) -> bool) -> Tally {
+    let mut total = Tally::default();
+    for (_, _, check) in CHECKS
+        .iter()
+        .filter(|(name, lane, _)| is_chosen(name, *lane))
+    {
+        total.add(check());
+    }
+    total
+}
+
+/// Both lines side by side. What the second one says is shown once it has ended.
+fn all() -> Result<Tally> {
+    // Before either line: only one program at a time can install.
+    arm::ensure()?;
+    arm::ensure_program("qemu-system-arm", &["qemu-system-arm"])?;
+    let log = arm::root().join("target/checks-beside.log");
+    let mut beside = start_beside(&log)?;
+    let mut total = in_turn(|_, lane| lane == Lane::Tests);
+    let ended = beside.wait().context("the checks beside the tests")?;
+    let said = std::fs::read_to_string(&log).with_context(|| log.display().to_string())?;
+    print!("{said}");
+    let counted = said.lines().filter_map(last_line).next_back();
+    // A process that ended without its last line has failed.
+    let tally = counted.unwrap_or(Tally::one(false));
+    total.add(tally);
+    if !ended.success() && tally.failed == 0 {
+        total.failed += 1;
+    }
+    Ok(total)
+}
+
+/// Starts the second line: this program again, with the names of its checks. Its output goes to `log`.
+fn start_beside(log: &std::path::Path) -> Result<Child> {
+    let names = CHECKS
+        .iter()
+        .filter(|(_, lane, _)| *lane == Lane::Beside)
+        .map(|(name, ..)| *name);
+    if let Some(folder) = log.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    let file = File::create(log).with_context(|| log.display().to_string())?;
+    Command::new(std::env::current_exe()?)
+        .arg("test")
+        .args(names)
+        .stdin(Stdio::null())
+        .stderr(file.try_clone()?)
+        .stdout(file)
+        .spawn()
+        .context("the checks beside the tests")
+}
+
+/// The numbers of this program's last line, `3 passed, 0 failed`.
+fn last_line(line: &str) -> Option<Tally> {
+    let (passed, failed) = line.strip_suffix(" failed")?.split_once(" passed, ")?;
+    Some(Tally {
+        passed: passed.parse().ok()?,
+        failed: failed.parse().ok()?,
+    })
+}
+
+/// Lints of all that compiles, a warning being a failure.
+fn lints() -> Tally {
+    component("clippy", "clippy");
+    let mut total = step("lints", clippy("--workspace --all-targets"));
     // Not among all targets, since a bare `cargo test` leaves it out.
     total.add(step(
         "lints of the emulated board's tests",
@@ -54,35 +180,15 @@ pub fn run() -> Result<()> {
         "lints of the debug probe's code",
         clippy("--package link-host --package courier --all-targets --features courier/probe"),
     ));
-    total.add(checked("macOS and Windows", platforms::check));
-    total.add(tests());
-    let examples = [
-        "test",
-        "--workspace",
-        "--profile",
-        "checked",
-        "--doc",
-        "--quiet",
-    ];
-    total.add(step("examples in the documentation", cargo(&examples)));
-    // In the profile of the lints, whose dependencies it needs.
-    let mut documentation = cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
-    documentation.args(["--profile", "checked"]);
-    documentation.env("RUSTDOCFLAGS", "-D warnings");
-    total.add(step("documentation", documentation));
-    total.add(checked("reports in a browser", || report::run(&[])));
-    total.add(checked("the Cortex-M4F", arm::checks));
-    total.add(emulated());
-    total.add(checked("flash, RAM and stack of both images", || {
-        firmware::run_command(&[])
-    }));
-    total.add(checked(
-        "the image as it ships on a model of its chip",
-        chip::test,
-    ));
-    println!("{} passed, {} failed", total.passed, total.failed);
-    ensure!(total.failed == 0, "{} failed", total.failed);
-    Ok(())
+    total
+}
+
+/// The documentation of every package, a warning being a failure. In the profile of the lints, whose dependencies it needs.
+fn documentation() -> Tally {
+    let mut command = cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
+    command.args(["--profile", "checked"]);
+    command.env("RUSTDOCFLAGS", "-D warnings");
+    step("documentation", command)
 }
 
 /// Installs a component of the toolchain that is missing, where rustup can.
@@ -219,5 +325,24 @@ mod tests {
             })
         );
         assert_eq!(summary("running 3 tests"), None);
+    }
+
+    #[test]
+    fn the_second_line_of_checks_is_counted_by_its_last_line() {
+        let tally = Some(Tally {
+            passed: 10,
+            failed: 1,
+        });
+        assert_eq!(last_line("10 passed, 1 failed"), tally);
+        assert_eq!(last_line("693 tests passed, 7 failed, 2 ignored"), None);
+        assert_eq!(last_line("test: lints: passed in 3 s"), None);
+    }
+
+    #[test]
+    fn every_check_has_a_name_of_its_own() {
+        let mut names: Vec<&str> = CHECKS.iter().map(|(name, ..)| *name).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), CHECKS.len());
     }
 }
