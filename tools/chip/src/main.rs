@@ -13,6 +13,9 @@ fn main() -> ExitCode {
         }
         [serve, image] if serve == "serve" => chip::serve::run(Path::new(image)),
         [control, image] if control == "control" => chip::check::control::run(Path::new(image)),
+        [image, time, json] if time == "time" && json == "--json" => {
+            chip::check::print_times(Path::new(image))
+        }
         [image, names @ ..] => chip::check::run(Path::new(image), names),
     };
     match done {

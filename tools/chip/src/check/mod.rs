@@ -60,7 +60,7 @@ pub const CHECKS: &[Check] = &[
     ),
     (
         "time",
-        "cycles of the sampling interrupt, without and with wait states",
+        "cycles of the sampling interrupts with wait states, plain and with a tooth map; the fastest rate",
         time::run,
     ),
     (
@@ -87,6 +87,15 @@ pub const CHECKS: &[Check] = &[
     ),
     ("silent", "BUSY is silent for 10 ms", variants::silent),
 ];
+
+/// Prints what the check `time` measures, as JSON on one line.
+///
+/// # Errors
+/// There is no such image, or a rule is broken.
+pub fn print_times(image: &Path) -> Result<()> {
+    println!("{}", time::json(&Image::open(image)?)?);
+    Ok(())
+}
 
 /// Runs the checks that are named, or all; prints a line each.
 ///
