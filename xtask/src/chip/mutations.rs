@@ -116,10 +116,13 @@ pub const MUTATIONS: &[Mutation] = mutations! {
         "clocks::start();\n    supervision::start_watchdog();";
     ];
 
-    "13-stale-byte", "the bus's FIFO is never drained", "stale" => "shifts every frame", [
+    "13-stale-byte", "after a failure neither FIFO nor DMA channels are set anew", "stale" => "shifts every frame", [
         "src/board/g474/spi.rs":
         "for _ in 0..RECEIVER_BYTES {" =>
         "for _ in 0..0 * RECEIVER_BYTES {";
+        "src/board/g474/reading.rs":
+        "        if !self.armed {\n            return;\n        }\n" =>
+        "        if self.armed || !self.armed {\n            return;\n        }\n";
     ];
 
     "15-prescaler", "the clock's source and the bus prescaler change in one write", "boot" => "prescaler-first:", [
