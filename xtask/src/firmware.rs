@@ -7,6 +7,7 @@ use crate::stack::{CallGraph, Worst, readable};
 use anyhow::{Context, Result, bail, ensure};
 use object::{Object, ObjectSection, SectionFlags, SectionKind};
 use serde_json::{Value, json};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -18,6 +19,7 @@ const CCM_LIMIT: u32 = 32 << 10;
 /// Where the CCM RAM and the others begin (RM0440, memory map).
 const CCM_START: u64 = 0x1000_0000;
 const RAM_START: u64 = 0x2000_0000;
+const CCM: Range<u64> = CCM_START..CCM_START + CCM_LIMIT as u64;
 /// The worst stack, times this, must fit beside the data: 30 % to spare.
 const STACK_SPARE: f64 = 1.3;
 /// What an exception pushes with the floating-point registers, and the alignment it may add.
@@ -33,7 +35,22 @@ pub struct Image {
     sampling: &'static [&'static str],
     look: &'static str,
     below: &'static [&'static str],
+    /// What the sampling interrupts call outside the CCM RAM, where the flash makes them wait: only what is rare, each with the reason.
+    rare: &'static [&'static str],
 }
+
+/// What the sensor board's sampling interrupts call in flash, and with it all that these call.
+const RARE: &[&str] = &[
+    // One sample in 256, at which the watch for frozen channels ends a window.
+    "courier_signal::step::judge_still",
+    // After a reading that failed.
+    "courier_signal::step::bridge",
+    // A reading that failed or did not come, and chips that are set up anew.
+    "courier_sensor::board::g474::reading::Reading::arm",
+    "courier_sensor::board::g474::reading::Reading::disarm",
+    "courier_sensor::board::g474::Sampling::isr_without_reading",
+    "courier_sensor::drivers::converter::Converter<A,B,Convst,Reset,Busy>::refuse",
+];
 
 /// Both images. A further board is a line here.
 pub const IMAGES: [Image; 2] = [
@@ -42,12 +59,14 @@ pub const IMAGES: [Image; 2] = [
         sampling: &["EXTI9_5", "DMA1_CHANNEL2"],
         look: "SysTick",
         below: &["USART1"],
+        rare: RARE,
     },
     Image {
         name: "emulated",
         sampling: &["isr_sampling"],
         look: "SysTick",
         below: &[],
+        rare: &[],
     },
 ];
 
@@ -326,7 +345,26 @@ impl Image {
                 "{name}: the sampling interrupt {root} calls through a register"
             );
         }
+        if sizes.ccm_bytes() > 0 {
+            self.check_places(&graph)?;
+        }
         self.check_masks(&graph)
+    }
+
+    /// Fails if a sampling interrupt reaches a function in flash that is not known to be rare (`memory.x` says what lies where).
+    fn check_places(&self, graph: &CallGraph) -> Result<()> {
+        for root in self.sampling {
+            let outside = graph.reach_outside(&self.symbol(graph, root)?, &CCM)?;
+            let is_rare = |name: &&String| self.rare.contains(&name.as_str());
+            let unknown: Vec<&String> = outside.iter().filter(|name| !is_rare(name)).collect();
+            ensure!(
+                unknown.is_empty(),
+                "{}: {root} reaches {unknown:?} outside the CCM RAM, wanted there only {:?}",
+                self.name,
+                self.rare
+            );
+        }
+        Ok(())
     }
 
     /// Fails if an interrupt that no critical section holds back can itself hold interrupts back: the sections are sound only without that

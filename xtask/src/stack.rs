@@ -6,6 +6,7 @@
 use anyhow::{Context, Result, ensure};
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::ops::Range;
 use std::path::Path;
 use thumb::{Flow, Stack, decode};
 
@@ -63,7 +64,12 @@ impl CallGraph {
                     let from = place.wrapping_sub(section.address() as u32) as usize;
                     if let Some(code) = data.get(from..from + function.size as usize) {
                         follow(*place, code, &constants, &places, function);
-                        reachable_by_address.extend(made(*place, code, &constants, &places));
+                        let made = made(*place, code, &constants, &places);
+                        // Its address is used for this one jump.
+                        match is_thunk(code) {
+                            true => function.calls.extend(made),
+                            false => reachable_by_address.extend(made),
+                        }
                     }
                 }
             }
@@ -136,6 +142,25 @@ impl CallGraph {
             through_register: walk.through_register,
             recursive: walk.recursive.iter().map(name).collect(),
         })
+    }
+
+    /// Names of the functions outside these addresses that `root` may reach by functions within them alone.
+    ///
+    /// # Errors
+    /// There is no such function as `root`.
+    pub fn reach_outside(&self, root: &str, addresses: &Range<u64>) -> Result<Vec<String>> {
+        let (mut seen, mut open) = (BTreeSet::new(), vec![self.root(root)?]);
+        let mut outside = Vec::new();
+        while let Some(place) = open.pop() {
+            let Some(function) = self.functions.get(&place).filter(|_| seen.insert(place)) else {
+                continue;
+            };
+            match addresses.contains(&u64::from(place)) {
+                true => open.extend(&function.calls),
+                false => outside.push(readable(&function.name)),
+            }
+        }
+        Ok(outside)
     }
 
     /// Names of all functions that `root` may reach, and whether one of them calls through a register.
@@ -351,6 +376,11 @@ fn follow(
     }
 }
 
+/// Whether this is the linker's way to a function that a branch does not reach: MOVW and MOVT of r12, BX r12.
+fn is_thunk(code: &[u8]) -> bool {
+    code.len() == 10 && code.ends_with(&[0x60, 0x47])
+}
+
 /// Words that are a function's address with the Thumb bit set.
 fn addresses(data: &[u8], places: &BTreeSet<Place>) -> BTreeSet<Place> {
     let words = data
@@ -471,5 +501,42 @@ mod tests {
         ]);
         assert!(named.masks("interrupt").unwrap().is_some());
         assert!(with(&[]).masks("nobody").is_err());
+    }
+
+    /// The linker's way from the CCM RAM to 0x0801_2340, as it makes it.
+    const THUNK: [u8; 10] = [0x42, 0xF2, 0x41, 0x3C, 0xC0, 0xF6, 0x01, 0x0C, 0x60, 0x47];
+
+    #[test]
+    fn a_way_that_the_linker_makes_is_followed() {
+        let to = 0x0801_2340;
+        let places = BTreeSet::from([0, to]);
+        assert!(is_thunk(&THUNK) && !is_thunk(&THUNK[..8]));
+        let constants = Constants(BTreeMap::new());
+        assert_eq!(made(0, &THUNK, &constants, &places), BTreeSet::from([to]));
+    }
+
+    #[test]
+    fn what_lies_elsewhere_is_named() {
+        let function = |name: &str, calls: &[Place]| Function {
+            name: name.to_owned(),
+            calls: calls.iter().copied().collect(),
+            ..Function::default()
+        };
+        let graph = CallGraph {
+            functions: BTreeMap::from([
+                (0, function("interrupt", &[8])),
+                (8, function("near", &[64])),
+                (64, function("far", &[72])),
+                (72, function("farther", &[])),
+            ]),
+            reachable_by_address: BTreeSet::new(),
+        };
+        assert_eq!(graph.reach_outside("interrupt", &(0..64)).unwrap(), ["far"]);
+        assert!(
+            graph
+                .reach_outside("interrupt", &(0..65))
+                .unwrap()
+                .is_empty()
+        );
     }
 }

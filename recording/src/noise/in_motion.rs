@@ -1,6 +1,6 @@
 //! Noise of a log, measured from the log itself: what differs from one sample to the next beyond a smooth motion.
 //!
-//! The third difference d = x[3] - 3 x[2] + 3 x[1] - x[0] of four samples in a row is zero for a place that changes evenly or with an
+//! The third difference `d = x[3] - 3 x[2] + 3 x[1] - x[0]` of four samples in a row is zero for a place that changes evenly or with an
 //! even acceleration; of white noise its rms is sqrt(1 + 9 + 9 + 1) = sqrt(20) times the noise's. Only the slowest part of the log
 //! is used, since a quick motion bends more than that. Noise that a filter made smooth is smaller from sample to sample
 //! than it is as a whole.
