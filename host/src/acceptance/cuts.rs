@@ -116,6 +116,7 @@ mod tests {
     use board_link::SimWire;
     use courier_sensor::geometry::Geometry;
     use courier_sensor::model::{ErrorModel, TermTable};
+    use courier_sensor::update::layout::SLOTS_START;
     use hal_sim::board::SharedFlash;
     use hal_sim::presets;
 
@@ -159,7 +160,12 @@ mod tests {
             broken.0.borrow_mut().cut_after(10);
             let broken = broken.clone();
             Ok(move || {
-                (0..2).for_each(|slot| broken.0.borrow_mut().force(slot * 2048 + 40, &[0x5A; 8]));
+                (0..2).for_each(|slot| {
+                    broken
+                        .0
+                        .borrow_mut()
+                        .force(SLOTS_START as usize + slot * 2048 + 40, &[0x5A; 8])
+                });
                 Ok(())
             })
         };

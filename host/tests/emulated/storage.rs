@@ -3,6 +3,7 @@
 use crate::rig::{Rig, marked};
 use courier_sensor::frame::Status;
 use courier_sensor::link::message::{Action, InForce, Reply, ResetCause, SlotContent};
+use courier_sensor::update::layout::SLOTS_START;
 use std::time::Duration;
 
 /// So long the reply to a commit is waited for: an erase and the programming take 30 ms.
@@ -70,7 +71,10 @@ fn both_slots_torn_is_said_and_the_board_runs() {
     let (mut rig, _) = Rig::stored(6);
     assert!(rig.store(2).is_ok());
     for slot in 0..2 {
-        rig.flash.0.borrow_mut().force(slot * 2048 + 40, &[0x5A; 8]);
+        rig.flash
+            .0
+            .borrow_mut()
+            .force(SLOTS_START as usize + slot * 2048 + 40, &[0x5A; 8]);
     }
     rig.link.restart().expect("the board restarts");
     rig.run(10);
