@@ -11,7 +11,11 @@ const JOINTLY: [&str; 6] = ["calibrate", "--joint", "--poses", "60", "--held-out
 /// A board with a platen calibration stored: its flash in `a.bin`, the calibration in `good.json`.
 fn calibrated(folder: &Path) {
     asked(folder, CALIBRATE).quiet();
-    asked(folder, "--sim-flash a.bin export good.json").quiet();
+    asked(
+        folder,
+        "--sim-preset ideal --sim-flash a.bin export good.json",
+    )
+    .quiet();
 }
 
 /// Runs with these options before the command and after it; exit code, and what was said on either stream.
