@@ -19,7 +19,7 @@ pub fn telling_motion(effect: &str) -> Option<&'static str> {
         .map(|side| side.telling_motion())
 }
 
-/// A coordinate that holds this share of what nothing explains is the one to look at.
+/// A coordinate that holds this share of what nothing explains is the one to look at: it holds more than all others together.
 const MOST: f64 = 0.5;
 
 /// Where a gap lies that nothing explains, as the end of a sentence, and what to do about it, as another.

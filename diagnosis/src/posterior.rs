@@ -171,6 +171,7 @@ mod tests {
     const NOISE_M: f64 = 0.1e-6;
     const LATE_S: f64 = 50.0e-6;
     const SAMPLES: u32 = 600;
+    /// Chosen: all samples take 3 s.
     const STEP_S: f64 = 5.0e-3;
     /// Way to either side, pitches.
     const WAY_PITCHES: f64 = 5.0;
