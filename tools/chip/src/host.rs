@@ -123,9 +123,8 @@ impl Beyond for Host {
             self.meet(now_ns, Convst::No);
         }
         let coming = &mut self.0.borrow_mut().coming;
-        coming
-            .pop_front_if(|(at_ns, _)| *at_ns <= now_ns)
-            .map(|(_, byte)| byte)
+        coming.front().filter(|(at_ns, _)| *at_ns <= now_ns)?;
+        coming.pop_front().map(|(_, byte)| byte)
     }
 
     fn temperature_c(&self) -> f64 {

@@ -470,7 +470,12 @@ fn bytes_that_come_go_to_memory_in_a_circle_and_their_end_is_told() {
     assert_eq!(chip.read(at!(DMA1.isr()), 4), 0);
     send(&mut chip);
     wait_us(&mut chip, 1);
-    let places: Vec<u32> = chip.take_stored().iter().map(|(at, _)| *at).collect();
+    let places: Vec<u32> = chip
+        .transfers
+        .take_stored()
+        .iter()
+        .map(|(at, _)| *at)
+        .collect();
     assert_eq!(places, [0x2000_0010, 0x2000_0011, 0x2000_0010]);
     assert_kept(&chip);
 }

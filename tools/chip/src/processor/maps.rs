@@ -125,8 +125,8 @@ fn system_write(shared: &mut Shared, offset: u32, width: usize, value: u32) {
 
 /// Puts into memory what DMA has brought.
 pub fn store(uc: &mut Unicorn<Shared>) {
-    if uc.get_data().chip.has_stored() {
-        for (address, byte) in uc.get_data_mut().chip.take_stored() {
+    if uc.get_data().chip.transfers.has_stored() {
+        for (address, byte) in uc.get_data_mut().chip.transfers.take_stored() {
             let _ = uc.mem_write(address.into(), &[byte]);
         }
     }

@@ -66,7 +66,7 @@ impl Processor {
     /// Unicorn's.
     pub fn start(code: &[u8], chip: Chip) -> Result<Self> {
         let mut chip = chip;
-        chip.set_code(code);
+        chip.transfers.set_code(code);
         let shared = Shared {
             chip,
             system: System::after_reset(),

@@ -1,0 +1,120 @@
+//! What DMA moves between the converters' buses and memory: one byte a request.
+
+use super::SPI;
+use crate::peripheral::Access;
+use crate::peripheral::dma::{self, Dma, Dmamux};
+use crate::peripheral::spi::Spi;
+use crate::processor::FLASH;
+use crate::registers;
+use crate::rule::Rule;
+use std::rc::Rc;
+
+/// Offset of a bus's data register (RM0440, 39.9.4).
+const SPI_DATA: u32 = 0x0C;
+
+/// Request line of a bus: its number, the bus, and whether it asks to be read.
+type Request = (u32, usize, bool);
+
+/// The controller, its multiplexer, and the memory that they reach.
+#[derive(Debug)]
+pub struct Transfers {
+    pub(super) dma1: Dma,
+    pub(super) dmamux1: Dmamux,
+    code: Rc<[u8]>,
+    stored: Vec<(u32, u8)>,
+    requests: [Request; 4],
+}
+
+impl Transfers {
+    /// After reset, with no code.
+    pub(super) fn after_reset() -> Self {
+        Self {
+            dma1: Dma::after_reset(),
+            dmamux1: Dmamux::after_reset(),
+            code: Rc::new([]),
+            stored: vec![],
+            requests: std::array::from_fn(|k| {
+                let (index, receives) = (k / 2, k % 2 == 0);
+                let signal = if receives { "RX" } else { "TX" };
+                (registers::dma_request(SPI[index], signal), index, receives)
+            }),
+        }
+    }
+
+    /// A reset: the code stays.
+    pub(super) fn reset(&mut self) {
+        self.dma1 = Dma::after_reset();
+        self.dmamux1 = Dmamux::after_reset();
+        self.stored.clear();
+    }
+
+    /// Serves the requests of the buses, one byte after the other, until none is left.
+    pub(super) fn serve(&mut self, spi: &mut [Spi; 2], access: &mut Access) {
+        while let Some((channel, index, receives)) = self.next_request(spi) {
+            let Some(item) = self.dma1.next_item(channel, access) else {
+                continue;
+            };
+            if receives {
+                let byte = spi[index].dma_read();
+                self.stored.push((item.memory, byte));
+            } else {
+                let at = item.memory.wrapping_sub(FLASH) as usize;
+                let byte = self.code.get(at).copied().unwrap_or(0xFF);
+                spi[index].dma_write(byte, access);
+            }
+        }
+    }
+
+    /// The channel that is served next, the bus whose request it is, and which of the two.
+    fn next_request(&self, spi: &[Spi; 2]) -> Option<(usize, usize, bool)> {
+        let running = (0..dma::CHANNELS).filter(|channel| self.dma1.runs(*channel));
+        let asked = running.filter_map(|channel| {
+            let (_, index, receives) = self.request_of(channel)?;
+            let asks = spi[index].requests(receives);
+            asks.then_some((channel, index, receives))
+        });
+        asked.max_by_key(|(channel, ..)| (self.dma1.priority(*channel), usize::MAX - channel))
+    }
+
+    fn request_of(&self, channel: usize) -> Option<Request> {
+        let number = self.dmamux1.request(channel);
+        let mut known = self.requests.iter();
+        known.find(|(line, ..)| *line == number).copied()
+    }
+
+    /// A channel that is switched on must listen to the register that it serves.
+    pub(super) fn watch(&mut self, access: &mut Access) {
+        for channel in self.dma1.take_enabled() {
+            let (register, to_peripheral) = self.dma1.target(channel);
+            let fits = self
+                .request_of(channel)
+                .is_some_and(|(_, index, receives)| {
+                    let data = registers::address(SPI[index]) + SPI_DATA;
+                    data == register && receives != to_peripheral
+                });
+            if !fits {
+                let detail = format!(
+                    "channel {} serves {register:#010x} at request {}",
+                    channel + 1,
+                    self.dmamux1.request(channel)
+                );
+                access.broken(Rule::DmaRequest, detail);
+            }
+        }
+    }
+
+    /// The bytes of bank 1, which DMA may read.
+    pub fn set_code(&mut self, code: &[u8]) {
+        self.code = code.into();
+    }
+
+    /// Whether DMA has put anything into memory since the last look.
+    pub fn has_stored(&self) -> bool {
+        !self.stored.is_empty()
+    }
+
+    /// Bytes that DMA has put into memory since the last call, with their addresses.
+    pub fn take_stored(&mut self) -> Vec<(u32, u8)> {
+        std::mem::take(&mut self.stored)
+    }
+}
