@@ -1,6 +1,6 @@
 //! Two effects at once, one of which hides the other or stands in for it.
 
-use diagnosis::blind::{Case, Drawn, Kind};
+use specimens::{Case, Drawn, Kind};
 use diagnosis::{Model, Options, check, diagnose_fully};
 
 fn pair(seed: u64, effects: [(&str, f64); 2]) -> Case {

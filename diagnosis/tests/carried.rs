@@ -1,5 +1,5 @@
 //! Noise that columns carry, against what a sine of the own phase must carry.
-mod rig;
+use specimens::rig;
 
 use diagnosis::Options;
 use diagnosis::gram::{Fit, solve, squares};

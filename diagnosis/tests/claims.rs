@@ -1,8 +1,8 @@
 //! What is claimed of another recording, beside what another recording shows.
 
-mod rig;
+use specimens::rig;
 
-use diagnosis::blind::{Case, Drawn, Kind};
+use specimens::{Case, Drawn, Kind};
 use diagnosis::report::HeldOut;
 use diagnosis::{Model, Options, check, check_fully, diagnose_fully};
 use recording::{Recording, Samples};

@@ -1,5 +1,5 @@
 //! Clips of one end: rails that an offset has pushed the wave against. Rails that are soft, and harmonics that are no clip.
-mod rig;
+use specimens::rig;
 
 use diagnosis::{Answer, Diagnosis, Options, check, diagnose_fully};
 use effects::sensor::Clip;

@@ -1,7 +1,7 @@
 //! The diagnosis on a few recordings of the independent rig and on real ones, in the ordinary tests.
-mod rig;
+use specimens::rig;
 
-use diagnosis::blind::{Case, Drawn, Kind};
+use specimens::{Case, Drawn, Kind};
 use diagnosis::{Diagnosis, Options, Verdict, diagnose};
 use std::path::PathBuf;
 

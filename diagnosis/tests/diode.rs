@@ -1,5 +1,5 @@
 //! How the coordination sensor's diode is mounted: what is its own, what the platen's, and what nobody can tell.
-mod rig;
+use specimens::rig;
 
 use diagnosis::{Diagnosis, Options, Verdict, diagnose};
 use effects::psd_misalignment::PsdMisalignment;

@@ -1,6 +1,6 @@
 //! Pieces predicted from all others by one inverse, beside fits that were really made without them.
 
-mod rig;
+use specimens::rig;
 
 use diagnosis::calibrate::{baseline_columns, calibrate};
 use diagnosis::gram::{Gram, folds, solve};

@@ -1,5 +1,5 @@
 //! What is told of a sample's motion must not hold that sample's own noise.
-mod rig;
+use specimens::rig;
 
 use diagnosis::adequacy::overstated;
 use diagnosis::baseline::Baseline;

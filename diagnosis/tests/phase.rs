@@ -1,5 +1,5 @@
 //! Free harmonics over either phase of the own tooth: where the courier is, or what the output says.
-mod rig;
+use specimens::rig;
 
 use diagnosis::report::Verdict;
 use recording::{Recording, Samples};

@@ -1,5 +1,5 @@
 //! Whole teeth: which segment lost them, told by its own step or by the beacon.
-mod rig;
+use specimens::rig;
 
 use diagnosis::motion::Motion;
 use diagnosis::observe::Observations;

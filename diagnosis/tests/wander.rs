@@ -1,6 +1,6 @@
 //! Pairs whose offsets wander faster than coarse knots over the recording follow, beside another effect and on another recording.
 
-mod rig;
+use specimens::rig;
 
 use diagnosis::{Answer, Options, check, diagnose_fully};
 use recording::Recording;

@@ -1,8 +1,8 @@
 //! What belongs to an effect once it is named, and what a recording did not show of it.
 
-mod rig;
+use specimens::rig;
 
-use diagnosis::blind::{Case, Drawn, Kind};
+use specimens::{Case, Drawn, Kind};
 use diagnosis::report::{Diagnosis, Verdict};
 use diagnosis::{Model, Options, check_fully, diagnose, diagnose_fully};
 use recording::{Recording, Row, Samples};

@@ -1,6 +1,6 @@
 //! Detection and naming against the size of an effect, and effect by effect.
 
-use super::cases::{Kind, SIZES_M};
+use specimens::{Kind, SIZES_M};
 use super::judged::Judged;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

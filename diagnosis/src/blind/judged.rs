@@ -1,6 +1,6 @@
 //! One case, its truth beside its answer.
 
-use super::cases::{Case, Kind};
+use specimens::{Case, Kind};
 use super::claim::Claim;
 use super::verdicts::coordinates;
 use crate::report::{Diagnosis, Verdict};

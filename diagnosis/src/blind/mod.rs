@@ -4,7 +4,6 @@
 //! The folder: `recordings/case_000` …, `second/case_000` … (the same couriers again, for `check`), `answers.json` (sealed),
 //! `seal.txt`, `diagnoses/case_000.json`, `models/case_000.json`.
 
-mod cases;
 mod claim;
 mod detection;
 mod figure;
@@ -15,7 +14,7 @@ mod tally;
 mod verdicts;
 mod words;
 
-pub use cases::{Case, Drawn, Kind};
+pub use specimens::{Case, Drawn, Kind};
 pub use claim::{CLAIM_WITHIN, Claim};
 pub use detection::Detection;
 pub use figure::Figure;
@@ -25,7 +24,7 @@ pub use tally::Score;
 pub use words::{Words, confusion, detection, effects, matrix, row, shrinkage};
 
 use crate::judge::VISIBLE;
-use crate::model::{Model, check};
+use crate::model::{Model, OF_ITS_TIME, check};
 use crate::report::{Diagnosis, Verdict};
 use crate::study::Options;
 use crate::{diagnose as diagnose_recording, diagnose_fully};
@@ -241,7 +240,7 @@ fn judge(within: &Path, case: &Case, thorough: bool) -> Result<Judged> {
     } else {
         let model: Model = read_json(&of("models").with_extension("json"))?;
         let again = check(&model, &Recording::read(of("second"))?).ok();
-        let best = (thorough && case.has_best()).then(|| {
+        let best = (thorough && has_best(case)).then(|| {
             let recording = case.known_exactly();
             diagnose_recording(&recording, "known exactly", &Options::default()).held_out
         });
@@ -262,6 +261,12 @@ fn judge(within: &Path, case: &Case, thorough: bool) -> Result<Judged> {
     let mut judged = Judged::new(case, &answer, claim, without);
     judged.hidden = (thorough && case.kind == Kind::Pair).then(|| hidden(case));
     Ok(judged)
+}
+
+/// Whether there is a best possible model that another recording could confirm: the course of a drift belongs to its own
+/// recording's time.
+fn has_best(case: &Case) -> bool {
+    !case.effects.iter().any(|e| e.name == OF_ITS_TIME)
 }
 
 /// Effects of a case that are no gap by themselves.

@@ -1,6 +1,6 @@
 //! Answers under a hash: whoever diagnoses can be shown afterwards that they were not changed.
 
-use super::cases::Case;
+use specimens::Case;
 use rand::TryRng as _;
 use rand::rngs::SysRng;
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,6 @@
 //! From judged cases to the figures of the check.
 
-use super::cases::Kind;
+use specimens::Kind;
 use super::claim::Claim;
 use super::detection::{Detection, by_effect, by_size};
 use super::figure::Figure;

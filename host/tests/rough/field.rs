@@ -1,7 +1,7 @@
 //! Recordings of the rig, changed row by row or line by line, and what the command says of them.
 
 use crate::common::{Ran, courier_in, json_in};
-use crate::rig;
+use specimens::rig;
 use recording::{Existing, Recording, Row, Samples};
 use serde_json::Value;
 use tempfile::TempDir;

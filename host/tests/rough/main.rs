@@ -1,13 +1,11 @@
 //! Recordings as they come from the field, through the command: too short, dead, clipped, wrongly stated, with other rates and
 //! other columns. Each must be answered with the limit that it violates, or at least with no wrong name; never with a panic.
 //!
-//! The couriers are those of the independent rig (`diagnosis/tests/rig`), with nothing wrong or with one effect.
+//! The couriers are those of the independent simulator ([`specimens::rig`]), with nothing wrong or with one effect.
 
 #[path = "../common/mod.rs"]
 mod common;
 mod field;
-#[path = "../../../diagnosis/tests/rig/mod.rs"]
-mod rig;
 
 mod answered;
 mod limits;

@@ -1,6 +1,5 @@
 //! What a blind case is: a courier, what is wrong with it, and how it is recorded. All of it drawn from a seed.
 
-use crate::model::OF_ITS_TIME;
 use effects::plant::Scene;
 use effects::random::{ChaCha8Rng, SeedableRng, index, log_uniform, normal, uniform};
 use effects::{CATALOGUE, entry, unlisted::UNLISTED};
@@ -90,13 +89,6 @@ impl Case {
             kind,
             effects,
         }
-    }
-
-    /// Whether there is a best possible model that another recording could confirm: the course of a drift belongs to its own
-    /// recording's time.
-    #[must_use]
-    pub fn has_best(&self) -> bool {
-        !self.effects.iter().any(|e| e.name == OF_ITS_TIME)
     }
 
     /// The recording as it is: with all its effects.
