@@ -1,7 +1,7 @@
 //! Two effects at once, one of which hides the other or stands in for it.
 
-use specimens::{Case, Drawn, Kind};
 use diagnosis::{Model, Options, check, diagnose_fully};
+use specimens::{Case, Drawn, Kind};
 
 fn pair(seed: u64, effects: [(&str, f64); 2]) -> Case {
     let drawn = |(name, size_m): (&str, f64)| Drawn {

@@ -2,10 +2,10 @@
 
 use specimens::rig;
 
-use specimens::{Case, Drawn, Kind};
 use diagnosis::report::HeldOut;
 use diagnosis::{Model, Options, check, check_fully, diagnose_fully};
 use recording::{Recording, Samples};
+use specimens::{Case, Drawn, Kind};
 use std::f64::consts::TAU;
 
 fn recordings(seed: u64, effects: &[(&str, f64)], beacon: bool) -> [Recording; 2] {

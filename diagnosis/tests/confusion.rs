@@ -1,8 +1,8 @@
 //! The diagnosis on a few recordings of the independent rig and on real ones, in the ordinary tests.
 use specimens::rig;
 
-use specimens::{Case, Drawn, Kind};
 use diagnosis::{Diagnosis, Options, Verdict, diagnose};
+use specimens::{Case, Drawn, Kind};
 use std::path::PathBuf;
 
 fn on_rig(seed: u64, effects: &[(&str, f64)]) -> Diagnosis {

@@ -2,10 +2,10 @@
 
 use specimens::rig;
 
-use specimens::{Case, Drawn, Kind};
 use diagnosis::report::{Diagnosis, Verdict};
 use diagnosis::{Model, Options, check_fully, diagnose, diagnose_fully};
 use recording::{Recording, Row, Samples};
+use specimens::{Case, Drawn, Kind};
 
 /// A recording of the rows that `change` keeps.
 fn changed(recording: &Recording, mut change: impl FnMut(usize, &mut Row) -> bool) -> Recording {

@@ -1,8 +1,8 @@
 //! Detection and naming against the size of an effect, and effect by effect.
 
-use specimens::{Kind, SIZES_M};
 use super::judged::Judged;
 use serde::{Deserialize, Serialize};
+use specimens::{Kind, SIZES_M};
 use std::collections::BTreeMap;
 
 /// Classes of size.

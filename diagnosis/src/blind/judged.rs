@@ -1,10 +1,10 @@
 //! One case, its truth beside its answer.
 
-use specimens::{Case, Kind};
 use super::claim::Claim;
 use super::verdicts::coordinates;
 use crate::report::{Diagnosis, Verdict};
 use serde::{Deserialize, Serialize};
+use specimens::{Case, Kind};
 
 /// One case, its truth beside its answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -14,12 +14,12 @@ mod tally;
 mod verdicts;
 mod words;
 
-pub use specimens::{Case, Drawn, Kind};
 pub use claim::{CLAIM_WITHIN, Claim};
 pub use detection::Detection;
 pub use figure::Figure;
 pub use judged::Judged;
 pub use page::page;
+pub use specimens::{Case, Drawn, Kind};
 pub use tally::Score;
 pub use words::{Words, confusion, detection, effects, matrix, row, shrinkage};
 

@@ -1,10 +1,10 @@
 //! Answers under a hash: whoever diagnoses can be shown afterwards that they were not changed.
 
-use specimens::Case;
 use rand::TryRng as _;
 use rand::rngs::SysRng;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use specimens::Case;
 
 /// What is sealed. The salt keeps the answers from being guessed by trying seeds.
 #[derive(Serialize, Deserialize)]

@@ -1,6 +1,5 @@
 //! From judged cases to the figures of the check.
 
-use specimens::Kind;
 use super::claim::Claim;
 use super::detection::{Detection, by_effect, by_size};
 use super::figure::Figure;
@@ -8,6 +7,7 @@ use super::judged::Judged;
 use crate::model::OF_ITS_TIME;
 use crate::report::Verdict;
 use serde::{Deserialize, Serialize};
+use specimens::Kind;
 use std::collections::BTreeMap;
 
 /// The scores of a blind check.

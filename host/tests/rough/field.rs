@@ -1,9 +1,9 @@
 //! Recordings of the rig, changed row by row or line by line, and what the command says of them.
 
 use crate::common::{Ran, courier_in, json_in};
-use specimens::rig;
 use recording::{Existing, Recording, Row, Samples};
 use serde_json::Value;
+use specimens::rig;
 use tempfile::TempDir;
 
 /// What is wrong with the courier of [`with_lateral`].
