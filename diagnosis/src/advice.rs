@@ -13,10 +13,9 @@ pub fn sentence(effect: &str) -> &'static str {
 /// The motion that tells an effect from others, where its sensor side states one.
 #[must_use]
 pub fn telling_motion(effect: &str) -> Option<&'static str> {
-    effects::sensor_sides()
-        .iter()
-        .find(|side| side.name() == effect)
-        .map(|side| side.telling_motion())
+    effects::card(effect)
+        .map(|card| card.telling_motion)
+        .filter(|motion| !motion.is_empty())
 }
 
 /// A coordinate that holds this share of what nothing explains is the one to look at: it holds more than all others together.

@@ -185,6 +185,7 @@ fn beacon_regressors() -> Vec<Regressor> {
         during: ALWAYS,
         over: None,
         course: None,
+        identity: None,
         action: Action::Channels(Box::new(move |m: &Moment, out: &mut [f64; CHANNELS]| {
             let [x, y] = add(m);
             out[1] += x;

@@ -290,6 +290,7 @@ fn reference_phase(survey: &Survey) -> Vec<Regressor> {
                     during: effects::sensor::ALWAYS,
                     over: None,
                     course: None,
+                    identity: None,
                     action: Action::Readings(Box::new(move |m, out| {
                         out[s] += wave(m);
                         out[s + 2] += wave(m);

@@ -120,18 +120,12 @@ impl PlantEffect for AdcClipping {
 
 // --- sensor side: the phase of a clipped circle ---
 
-pub use sensor_side::ClipModel;
-
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
     use core::f64::consts::{PI, TAU};
-    use crate::sensor::{Clip, Moment, Regressor, SensorEffect, Survey};
-
-    /// Sensor side: atan2 of clipped sine and cosine less the phase, with its derivatives by the levels.
-    pub struct ClipModel;
-
-    /// What a cut phase depends on: see `PARTS`.
-    pub type Parts = [f64; 9];
+    use crate::rails::{Clip, KNEE, RAILS};
+    pub use crate::rails::{Parts, parts, phase_error, saturated};
+    use crate::sensor::{Moment, Regressor, Survey};
 
     /// Lower and upper rail of sine and cosine, then offsets, gain of the sine less one, quadrature angle and knee: of an amplitude of 1.
     const PARTS: [&str; 9] = [
@@ -145,48 +139,11 @@ pub mod sensor_side {
         "quadrature angle",
         "knee",
     ];
-    /// Rails among [`PARTS`].
-    const RAILS: usize = 4;
-    /// The knee among [`PARTS`].
-    const KNEE: usize = 8;
     /// What the figure of a soft clip leaves uncertain of each of [`PARTS`]: a rail and its knee do nearly the same, offsets and the
     /// other flaws of a pair are some hundredths.
     const UNCERTAIN: [f64; 9] = [0.005, 0.005, 0.005, 0.005, 0.003, 0.003, 0.003, 0.003, 0.02];
     /// And of the whole.
     const WHOLE: f64 = 0.03;
-
-    /// Rails and pair of a clip in one.
-    #[must_use]
-    pub fn parts(clip: &Clip) -> Parts {
-        let [[a, b], [c, d]] = clip.rails;
-        let [e, f, g, h] = clip.pair;
-        [a, b, c, d, e, f, g, h, clip.knee]
-    }
-
-    /// A channel between two rails, of an amplitude of 1. As an amplifier saturates (Rapp 1991):
-    /// `v / (1 + |v / rail|^(1/knee))^knee`, whose slope falls from 1 to 0 and whose limit at a knee of zero is the hard clip.
-    #[must_use]
-    pub fn saturated(value: f64, [lower, upper]: [f64; 2], knee: f64) -> f64 {
-        let rail = if value < 0.0 { -lower } else { upper };
-        if rail >= Clip::OPEN {
-            value
-        } else if knee < Clip::HARD {
-            value.signum() * value.abs().min(rail)
-        } else {
-            value * (1.0 + (value.abs() / rail).powf(1.0 / knee)).powf(-knee)
-        }
-    }
-
-    /// Error of the phase, rad, of a pair with `PARTS`.
-    #[must_use]
-    pub fn phase_error(phase: f64, p: &Parts) -> f64 {
-        let sine = (1.0 + p[6]) * (phase + p[7]).sin() + p[4];
-        let cosine = phase.cos() + p[5];
-        let sine = saturated(sine, [p[0], p[1]], p[KNEE]);
-        let cosine = saturated(cosine, [p[2], p[3]], p[KNEE]);
-        let error = sine.atan2(cosine) - phase;
-        error - TAU * (error / TAU).round()
-    }
 
     /// The same pair with nothing cut.
     fn open(p: &Parts) -> Parts {
@@ -277,101 +234,127 @@ pub mod sensor_side {
     /// Step of the derivatives by the levels.
     const STEP: f64 = 0.004;
 
-    impl ClipModel {
-        /// Rails and pair are told: shapes over the phase that is seen. What an offset, a gain or an angle does to a wave
-        /// that is not cut is equation (3)'s; only what is beyond that is wanted.
-        fn by_phase(list: &mut Vec<Regressor>, survey: &Survey, s: usize, clip: &Clip) {
-            let metres = survey.pitch_m / TAU;
-            let p = parts(clip);
-            let beneath = survey.beneath[s].unwrap_or_default().map(|k| k / metres);
-            let beyond = |p: &Parts| -> Vec<f64> {
-                let plain = correction(&open(p));
-                let cut = correction(p).iter().zip(&plain).map(|(cut, whole)| cut - whole).collect();
-                bending(cut, &beneath)
-            };
-            let shape = beyond(&p);
-            for j in acting(&p) {
-                let mut more = p;
-                more[j] += STEP;
-                let table: Vec<f64> =
-                    beyond(&more).iter().zip(&shape).map(|(a, b)| (a - b) / STEP).collect();
-                let name = format!("change of the {}, segment {}", PARTS[j], s + 1);
-                let change = Regressor::reading(name, "of amplitude", 1.0e-6, s, move |m| {
-                    metres * look_up(&table, m.raw_phase[s])
-                });
-                list.push(if soft(&p) { change.of_deviation(UNCERTAIN[j]) } else { change });
-            }
-            let whole = Regressor::reading(told(&p, s), "1", 10.0e-6, s, move |m| {
-                metres * look_up(&shape, m.raw_phase[s])
+    /// Rails and pair are told: shapes over the phase that is seen. What an offset, a gain or an angle does to a wave
+    /// that is not cut is equation (3)'s; only what is beyond that is wanted.
+    fn by_phase(list: &mut Vec<Regressor>, survey: &Survey, s: usize, clip: &Clip) {
+        let metres = survey.pitch_m / TAU;
+        let p = parts(clip);
+        let beneath = survey.beneath[s].unwrap_or_default().map(|k| k / metres);
+        let beyond = |p: &Parts| -> Vec<f64> {
+            let plain = correction(&open(p));
+            let cut = correction(p).iter().zip(&plain).map(|(cut, whole)| cut - whole).collect();
+            bending(cut, &beneath)
+        };
+        let shape = beyond(&p);
+        for j in acting(&p) {
+            let mut more = p;
+            more[j] += STEP;
+            let table: Vec<f64> =
+                beyond(&more).iter().zip(&shape).map(|(a, b)| (a - b) / STEP).collect();
+            let name = format!("change of the {}, segment {}", PARTS[j], s + 1);
+            let change = Regressor::reading(name, "of amplitude", 1.0e-6, s, move |m| {
+                metres * look_up(&table, m.raw_phase[s])
             });
-            list.push(if soft(&p) { whole.expected(1.0, WHOLE) } else { whole });
+            list.push(if soft(&p) { change.of_deviation(UNCERTAIN[j]) } else { change });
         }
+        let whole = Regressor::reading(told(&p, s), "1", 10.0e-6, s, move |m| {
+            metres * look_up(&shape, m.raw_phase[s])
+        });
+        list.push(if soft(&p) { whole.expected(1.0, WHOLE) } else { whole });
+    }
 
-        fn by_reference(list: &mut Vec<Regressor>, s: usize, clip: &Clip, found: [f64; 2], metres: f64) {
-            let p = parts(clip);
-            let [zero, delay_s] = found;
-            let at = move |m: &Moment| m.reference_phase[s] + zero - delay_s * m.speed_m_s[s] / metres;
-            list.push(Regressor::reading(told(&p, s), "1", 20.0e-6, s, move |m| {
-                -metres * phase_error(at(m), &p)
+    fn by_reference(list: &mut Vec<Regressor>, s: usize, clip: &Clip, found: [f64; 2], metres: f64) {
+        let p = parts(clip);
+        let [zero, delay_s] = found;
+        let at = move |m: &Moment| m.reference_phase[s] + zero - delay_s * m.speed_m_s[s] / metres;
+        list.push(Regressor::reading(told(&p, s), "1", 20.0e-6, s, move |m| {
+            -metres * phase_error(at(m), &p)
+        }));
+        for j in acting(&p) {
+            let mut more = p;
+            more[j] += STEP;
+            let name = format!("change of the {}, segment {}", PARTS[j], s + 1);
+            list.push(Regressor::reading(name, "of amplitude", 2.0e-6, s, move |m| {
+                let phase = at(m);
+                -metres * (phase_error(phase, &more) - phase_error(phase, &p)) / STEP
             }));
-            for j in acting(&p) {
-                let mut more = p;
-                more[j] += STEP;
-                let name = format!("change of the {}, segment {}", PARTS[j], s + 1);
-                list.push(Regressor::reading(name, "of amplitude", 2.0e-6, s, move |m| {
-                    let phase = at(m);
-                    -metres * (phase_error(phase, &more) - phase_error(phase, &p)) / STEP
-                }));
-            }
         }
+    }
 
-        /// Positions alone: the levels are not seen, so a few of them stand for all; sine and cosine clip at different phases.
-        fn by_family(list: &mut Vec<Regressor>, s: usize, metres: f64) {
-            for level in [0.71, 0.75, 0.79, 0.83, 0.86, 0.89, 0.92, 0.95, 0.98] {
-                for channel in 0..2 {
-                    let mut p = open(&[0.0; 9]);
-                    (p[2 * channel], p[2 * channel + 1]) = (-level, level);
-                    let table = correction(&p);
-                    let name = format!(
-                        "{} clipped at {level}, segment {}",
-                        ["sine", "cosine"][channel],
-                        s + 1
-                    );
-                    list.push(Regressor::reading(name, "1", 4.0e-6, s, move |m| {
-                        metres * look_up(&table, m.raw_phase[s])
-                    }));
-                }
+    /// Positions alone: the levels are not seen, so a few of them stand for all; sine and cosine clip at different phases.
+    fn by_family(list: &mut Vec<Regressor>, s: usize, metres: f64) {
+        for level in [0.71, 0.75, 0.79, 0.83, 0.86, 0.89, 0.92, 0.95, 0.98] {
+            for channel in 0..2 {
+                let mut p = open(&[0.0; 9]);
+                (p[2 * channel], p[2 * channel + 1]) = (-level, level);
+                let table = correction(&p);
+                let name = format!(
+                    "{} clipped at {level}, segment {}",
+                    ["sine", "cosine"][channel],
+                    s + 1
+                );
+                list.push(Regressor::reading(name, "1", 4.0e-6, s, move |m| {
+                    metres * look_up(&table, m.raw_phase[s])
+                }));
             }
         }
     }
 
-    impl SensorEffect for ClipModel {
-        fn name(&self) -> &'static str {
-            "adc_clipping"
-        }
-
-        fn sentence(&self) -> &'static str {
-            "a quadrature channel saturates: its tops are cut off or flattened"
-        }
-
-        fn telling_motion(&self) -> &'static str {
-            "any motion over a few teeth with raw counts: the tops are seen to be flat, or the pair's circle to be bent in"
-        }
-
-        fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-            let mut list = Vec::new();
-            let metres = survey.pitch_m / TAU;
-            for s in (0..4).filter(|s| survey.segments[*s]) {
-                match survey.clip[s] {
-                    Some(clip) => match clip.zero_and_delay {
-                        Some(found) => Self::by_reference(&mut list, s, &clip, found, metres),
-                        None => Self::by_phase(&mut list, survey, s, &clip),
-                    },
-                    None if !survey.counts && survey.lateral => Self::by_family(&mut list, s, metres),
-                    None => {}
-                }
+    /// Sensor side: atan2 of clipped sine and cosine less the phase, with its derivatives by the levels.
+    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+        let mut list = Vec::new();
+        let metres = survey.pitch_m / TAU;
+        for s in (0..4).filter(|s| survey.segments[*s]) {
+            match survey.clip[s] {
+                Some(clip) => match clip.zero_and_delay {
+                    Some(found) => by_reference(&mut list, s, &clip, found, metres),
+                    None => by_phase(&mut list, survey, s, &clip),
+                },
+                None if !survey.counts && survey.lateral => by_family(&mut list, s, metres),
+                None => {}
             }
-            list
         }
+        list
+    }
+}
+
+// --- what is known of it ---
+
+use crate::effect::{Acts, Card, Confusable, Effect, Judged, Place, Quantity};
+use crate::sensor::{Regressor, Survey};
+
+/// The effect.
+pub struct Known;
+
+/// Its card.
+pub static CARD: Card = Card {
+    name: "adc_clipping",
+    summary: "a quadrature channel saturates",
+    sizes: "10 µm for what a pair's counts show, 20 µm for what a reference shows: rails at 0.655 to 0.673 of the amplitude made 20.6 µm (ESS resolver)",
+    telling_motion: "any motion over a few teeth with raw counts: the tops are seen to be flat, or the pair's circle to be bent in",
+    judged: Judged::ByRails,
+    place: Place::First,
+    follows: Quantity::OwnPhase,
+    coordinate: "own tooth phase, orders 4, 8, 12, 16",
+    acts: Acts::Electronics,
+    patterned: true,
+    makeshift: true,
+    confusable: &[
+        Confusable { with: "extra_harmonics", parted_by: "a clip makes the orders 4, 8, 12 and 16: raw counts show whether the tops are flat" },
+    ],
+    ..Card::PLAIN
+};
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        AdcClipping::draw(scene, rng, size_rms_m)
+    }
+
+    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
+        sensor_side::regressors(survey)
     }
 }

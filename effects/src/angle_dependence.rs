@@ -54,15 +54,11 @@ impl PlantEffect for AngleDependence {
 
 // --- sensor side: harmonics times powers of the angle ---
 
-pub use sensor_side::AngleModel;
-
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Channel, Moment, Regressor, SensorEffect, Survey, legendre};
-
-    /// Sensor side: each low order times theta and theta squared, the strongest times its fourth power besides. Where that leaves a gap they
-    /// may bend over the angle as they please, or one channel of each pair turns against the other.
-    pub struct AngleModel;
+    use crate::basis::legendre;
+    use crate::identity::Factor;
+    use crate::sensor::{Channel, Moment, Regressor, Survey};
 
     /// What is even in theta: a coil of some width that lies straight loses amplitude either way it is turned, as a sinc does, so this
     /// part may be the effect itself and no completion of the odd one.
@@ -111,55 +107,103 @@ pub mod sensor_side {
         })
     }
 
-    impl SensorEffect for AngleModel {
-        fn name(&self) -> &'static str {
-            "angle_dependence"
-        }
-
-        fn sentence(&self) -> &'static str {
-            "the error's harmonics change with the courier's angle"
-        }
-
-        fn telling_motion(&self) -> &'static str {
-            "random still poses with the angle over ±1.5°"
-        }
-
-        fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-            let mut list = Vec::new();
-            for s in (0..4).filter(|s| survey.segments[*s] && survey.turning) {
-                for order in [1, 2, 3, 4, 6] {
-                    let size_m = if order < 3 { 2.5e-6 } else { 1.5e-6 };
-                    let powers = [("theta times ", "m/rad", size_m), ("theta squared times ", "m/rad²", EVEN_SIZE_M)];
-                    for (label, power) in powers.into_iter().zip(1..) {
-                        Regressor::free_harmonic(survey, &mut list, (s, order), label, move |m| m.theta_rad.powi(power));
-                        if order == QUADRATURE && survey.fuller.turns_with_theta.is_some() {
-                            list.pop();
-                            list.push(turning(survey, s, label, power));
-                        }
+    /// Sensor side: each low order times theta and theta squared, the strongest times its fourth power besides. Where that leaves a gap they
+    /// may bend over the angle as they please, or one channel of each pair turns against the other.
+    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+        let mut list = Vec::new();
+        for s in (0..4).filter(|s| survey.segments[*s]) {
+            for order in [1, 2, 3, 4, 6] {
+                let size_m = if order < 3 { 2.5e-6 } else { 1.5e-6 };
+                let powers = [("theta times ", "m/rad", size_m), ("theta squared times ", "m/rad²", EVEN_SIZE_M)];
+                for ((text, unit, size_m), power) in powers.into_iter().zip(1..) {
+                    let label = (text, unit, size_m, Factor::Angle(power));
+                    Regressor::free_harmonic(survey, &mut list, (s, order), label, move |m| m.theta_rad.powi(power));
+                    if order == QUADRATURE && survey.fuller.turns_with_theta.is_some() {
+                        list.pop();
+                        list.push(turning(survey, s, (text, unit, size_m), power));
                     }
-                    let range = survey.thetas_rad;
-                    for degree in BENT.filter(|_| survey.fuller.bends_with_theta) {
-                        Regressor::free_harmonic(
-                            survey,
-                            &mut list,
-                            (s, order),
-                            (&format!("degree {degree} of theta times "), "m", BENT_SIZE_M),
-                            move |m| legendre(degree, within(m, range)),
-                        );
-                    }
-                    if !CURVED.contains(&order) {
-                        continue;
-                    }
+                }
+                let range = survey.thetas_rad;
+                for degree in BENT.filter(|_| survey.fuller.bends_with_theta) {
                     Regressor::free_harmonic(
                         survey,
                         &mut list,
                         (s, order),
-                        ("theta to the fourth times ", "m/rad⁴", CURVED_SIZE_M),
-                        |m| m.theta_rad.powi(4),
+                        (format!("degree {degree} of theta times ").as_str(), "m", BENT_SIZE_M),
+                        move |m| legendre(degree, within(m, range)),
                     );
                 }
+                if !CURVED.contains(&order) {
+                    continue;
+                }
+                Regressor::free_harmonic(
+                    survey,
+                    &mut list,
+                    (s, order),
+                    ("theta to the fourth times ", "m/rad⁴", CURVED_SIZE_M, Factor::Angle(4)),
+                    |m| m.theta_rad.powi(4),
+                );
             }
-            list
         }
+        list
+    }
+}
+
+// --- what is known of it ---
+
+use crate::effect::{Card, Confusable, Effect, Form, Holds, KnownBy, Need, Quantity, Recordings};
+use crate::sensor::{Channel, Regressor, Survey};
+
+/// The effect.
+pub struct Known;
+
+/// Its card.
+pub static CARD: Card = Card {
+    name: "angle_dependence",
+    summary: "the error's harmonics change with theta",
+    sizes: "2.5 µm for the orders 1 and 2 at the angles of a self-calibration, 1.5 µm for higher ones, half of that for what is even in the angle: without data; the paper leaves the dependence on the angle out (section 3.1.1)",
+    telling_motion: "random still poses with the angle over ±1.5°",
+    recordings: Recordings::Turned,
+    needs: &[Need::Turning],
+    follows: Quantity::Angle,
+    coordinate: "theta and own tooth phase",
+    patterned: true,
+    either_phase: true,
+    forms: &[
+        Form::new("the cosine turns against the sine with the angle", |told| told.turns_with_theta = Some(Channel::Cosine)),
+        Form::new("the sine turns against the cosine with the angle", |told| told.turns_with_theta = Some(Channel::Sine)),
+        Form::new("harmonics bend over the angle as they please", |told| told.bends_with_theta = true),
+    ],
+    // A channel that turns against the other with the angle shifts its pair as a span that is wrong does, by as much as the harmonic
+    // that it makes, and changes the amplitude as a gap that tilts does.
+    holds: &[
+        Holds { other: "span_error", tell: TURNS, known_by: KnownBy::Fit },
+        Holds { other: "gap_variation", tell: TURNS, known_by: KnownBy::Fit },
+    ],
+    on_board: "powers 1 and 2 of the angle; the fourth as the parabola that is nearest",
+    confusable: &[
+        Confusable { with: "span_error", parted_by: "both grow with the angle: harmonics that change come back at every tooth, an arm does not; slow turns at one place tell" },
+        Confusable { with: "gap_variation", parted_by: "a gap that tilts goes with the angle: raw counts show whether the amplitude changes with it" },
+    ],
+    ..Card::PLAIN
+};
+
+/// Either channel turns against the other.
+const TURNS: &[fn(&mut Survey)] = &[
+    |survey| survey.fuller.turns_with_theta = Some(Channel::Sine),
+    |survey| survey.fuller.turns_with_theta = Some(Channel::Cosine),
+];
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        AngleDependence::draw(scene, rng, size_rms_m)
+    }
+
+    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
+        sensor_side::regressors(survey)
     }
 }

@@ -54,15 +54,10 @@ impl PlantEffect for AxisSkew {
 
 // --- sensor side: a difference of pitch and a skew of the two rulings ---
 
-pub use sensor_side::RulingModel;
-
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Moment, Regressor, SensorEffect, Survey, legendre};
-
-    /// Sensor side: two amounts; a common scale is the beacon's height. Lines that were ruled askew may wind as well,
-    /// by a tenth of that: smooth shapes over the range, no more than completes the effect, and asked for where it leaves a gap.
-    pub struct RulingModel;
+    use crate::basis::legendre;
+    use crate::sensor::{Moment, Regressor, Survey};
 
     /// Size of what completes it, m.
     const WINDING_M: f64 = 0.4e-6;
@@ -71,48 +66,36 @@ pub mod sensor_side {
     /// Half ranges from the middle beyond which a winding is not carried on.
     const BEYOND: f64 = 1.5;
 
-    impl SensorEffect for RulingModel {
-        fn name(&self) -> &'static str {
-            "axis_skew"
+    /// Sensor side: two amounts; a common scale is the beacon's height. Lines that were ruled askew may wind as well,
+    /// by a tenth of that: smooth shapes over the range, no more than completes the effect, and asked for where it leaves a gap.
+    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+        if !survey.segments.iter().all(|s| *s) {
+            return if survey.reference {
+                against_reference(survey)
+            } else {
+                Vec::new()
+            };
         }
-
-        fn sentence(&self) -> &'static str {
-            "the platen's two rulings differ in pitch, or are not square"
+        if !survey.lateral {
+            return Vec::new();
         }
-
-        fn telling_motion(&self) -> &'static str {
-            "a known distance by an independent reference along both axes: only it tells the platen's pitch from the diode's gain"
+        let mut list = vec![
+            Regressor::readings("pitch of x over y", "1", 3.0e-6, |m, out| {
+                for s in 0..4 {
+                    let sign = if s % 2 == 0 { 0.5 } else { -0.5 };
+                    out[s] += sign * m.place_m[s][0];
+                }
+            }),
+            Regressor::readings("out of square", "rad", 3.0e-6, |m, out| {
+                for s in [0, 2] {
+                    out[s] += m.place_m[s][1];
+                }
+            }),
+        ];
+        if survey.lines_wind {
+            list.extend((0..2).flat_map(|axis| winding(survey, axis)));
         }
-
-        fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-            if !survey.segments.iter().all(|s| *s) {
-                return if survey.reference {
-                    against_reference(survey)
-                } else {
-                    Vec::new()
-                };
-            }
-            if !survey.lateral {
-                return Vec::new();
-            }
-            let mut list = vec![
-                Regressor::readings("pitch of x over y", "1", 3.0e-6, |m, out| {
-                    for s in 0..4 {
-                        let sign = if s % 2 == 0 { 0.5 } else { -0.5 };
-                        out[s] += sign * m.place_m[s][0];
-                    }
-                }),
-                Regressor::readings("out of square", "rad", 3.0e-6, |m, out| {
-                    for s in [0, 2] {
-                        out[s] += m.place_m[s][1];
-                    }
-                }),
-            ];
-            if survey.lines_wind {
-                list.extend((0..2).flat_map(|axis| winding(survey, axis)));
-            }
-            list
-        }
+        list
     }
 
     /// Legendre polynomials of the lines' place, along their own direction and across it, over the range of the recording.
@@ -172,5 +155,46 @@ pub mod sensor_side {
             }
         }
         list
+    }
+}
+
+// --- what is known of it ---
+
+use crate::effect::{Acts, Card, Confusable, Effect, Quantity, Recordings};
+use crate::sensor::{Regressor, Survey};
+
+/// The effect.
+pub struct Known;
+
+/// Its card.
+pub static CARD: Card = Card {
+    name: "axis_skew",
+    summary: "the platen's two rulings differ in pitch, or are not square",
+    sizes: "3 µm over the recording for either, 0.4 µm for each shape of lines that wind: without data",
+    telling_motion: "a known distance by an independent reference along both axes: only it tells the platen's pitch from the diode's gain",
+    recordings: Recordings::Apart,
+    follows: Quantity::PlaceOnPlaten,
+    coordinate: "place on the platen",
+    acts: Acts::Teeth,
+    rigid: true,
+    searched: Some(|survey| survey.lines_wind = true),
+    confusable: &[
+        Confusable { with: "psd_misalignment", parted_by: "a platen's pitch is a diode's gain: only a known distance by an independent reference along both axes tells them apart" },
+        Confusable { with: "thermal_drift", parted_by: "a platen that grew has another pitch: recordings at two temperatures tell" },
+    ],
+    ..Card::PLAIN
+};
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        AxisSkew::draw(scene, rng, size_rms_m)
+    }
+
+    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
+        sensor_side::regressors(survey)
     }
 }

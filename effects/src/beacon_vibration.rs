@@ -69,55 +69,77 @@ impl PlantEffect for BeaconVibration {
 
 // --- sensor side: lines in the spectrum of g_x and g_y ---
 
-pub use sensor_side::VibrationModel;
-
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
     use core::f64::consts::TAU;
-    use crate::sensor::{Regressor, SensorEffect, Survey};
+    use crate::sensor::{Regressor, SLOWEST_LINE_HZ, Survey};
+
+    pub use crate::sensor::SLOWEST_LINE_HZ as SLOWEST_HZ;
 
     /// Sensor side: sine and cosine at each line that the survey found, along x and y, by stretch.
-    pub struct VibrationModel;
-
-    /// A mount that swings more slowly than this hangs by 28 mm under its own weight, g/(2 pi f)²: what is slower is a drift or
-    /// follows the motion.
-    pub const SLOWEST_HZ: f64 = 3.0;
-
-    impl SensorEffect for VibrationModel {
-        fn name(&self) -> &'static str {
-            "beacon_vibration"
-        }
-
-        fn sentence(&self) -> &'static str {
-            "the beacon or its mount vibrates at one or a few frequencies"
-        }
-
-        fn telling_motion(&self) -> &'static str {
-            "standing still under the beacon for a few seconds at the full sample rate"
-        }
-
-        fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-            let mut list = Vec::new();
-            for &hz in survey.beacon_lines_hz.iter().filter(|hz| survey.beacon && **hz >= SLOWEST_HZ) {
-                for axis in 0..2 {
-                    let name = |part| format!("{hz:.3} Hz {part}, {}", ["x", "y"][axis]);
-                    list.push(Regressor::channel(
-                        name("sine"),
-                        "m",
-                        4.0e-6,
-                        1 + axis,
-                        move |m| (TAU * hz * m.t_s).sin(),
-                    ));
-                    list.push(Regressor::channel(
-                        name("cosine"),
-                        "m",
-                        4.0e-6,
-                        1 + axis,
-                        move |m| (TAU * hz * m.t_s).cos(),
-                    ));
-                }
+    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+        let mut list = Vec::new();
+        for &hz in survey.beacon_lines_hz.iter().filter(|hz| **hz >= SLOWEST_LINE_HZ) {
+            for axis in 0..2 {
+                let name = |part| format!("{hz:.3} Hz {part}, {}", ["x", "y"][axis]);
+                list.push(Regressor::channel(
+                    name("sine"),
+                    "m",
+                    4.0e-6,
+                    1 + axis,
+                    move |m| (TAU * hz * m.t_s).sin(),
+                ));
+                list.push(Regressor::channel(
+                    name("cosine"),
+                    "m",
+                    4.0e-6,
+                    1 + axis,
+                    move |m| (TAU * hz * m.t_s).cos(),
+                ));
             }
-            list
         }
+        list
+    }
+}
+
+// --- what is known of it ---
+
+use crate::effect::{Card, Carries, Confusable, Effect, Judged, Need, Quantity, Recordings};
+use crate::sensor::{Regressor, Survey};
+
+/// The effect.
+pub struct Known;
+
+/// Its card.
+pub static CARD: Card = Card {
+    name: "beacon_vibration",
+    summary: "the beacon or its mount vibrates at one or a few frequencies",
+    sizes: "4 µm a line: without data",
+    telling_motion: "standing still under the beacon for a few seconds at the full sample rate",
+    recordings: Recordings::Still,
+    needs: &[Need::Beacon],
+    judged: Judged::ByLines,
+    follows: Quantity::Time,
+    coordinate: "frequency",
+    carries: Carries::Rephased,
+    its_own: "how it swells and strays",
+    carries_over: "frequencies and levels; phases are fitted anew in each stretch",
+    confusable: &[
+        Confusable { with: "excess_noise", parted_by: "a line that lies between two samples is noise: the full sample rate while standing still tells" },
+    ],
+    ..Card::PLAIN
+};
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        BeaconVibration::draw(scene, rng, size_rms_m)
+    }
+
+    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
+        sensor_side::regressors(survey)
     }
 }

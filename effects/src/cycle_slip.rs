@@ -37,3 +37,32 @@ impl PlantEffect for CycleSlip {
         off
     }
 }
+
+// --- what is known of it ---
+
+use crate::effect::{Card, Carries, Effect, Judged, Quantity};
+
+/// The effect.
+pub struct Known;
+
+/// Its card.
+pub static CARD: Card = Card {
+    name: "cycle_slip",
+    summary: "a tooth count is off by whole teeth from some moment on",
+    sizes: "whole pitches",
+    judged: Judged::AsSlips,
+    follows: Quantity::Nothing,
+    carries: Carries::Anew,
+    carries_over: "nothing: each recording has its own slips, which are repaired",
+    ..Card::PLAIN
+};
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        CycleSlip::draw(scene, rng, size_rms_m)
+    }
+}

@@ -41,3 +41,37 @@ impl PlantEffect for ExcessNoise {
         channels.electrodes.iter_mut().for_each(|value| *value += counts * normal(&mut self.rng));
     }
 }
+
+// --- what is known of it ---
+
+use crate::effect::{Card, Carries, Confusable, Effect, Judged, Quantity, Recordings};
+
+/// The effect.
+pub struct Known;
+
+/// Its card.
+pub static CARD: Card = Card {
+    name: "excess_noise",
+    summary: "white noise above the stated level",
+    sizes: "a tenth above the stated level and more",
+    recordings: Recordings::Still,
+    judged: Judged::AsNoise,
+    follows: Quantity::Nothing,
+    carries: Carries::Anew,
+    carries_over: "its level",
+    confusable: &[
+        Confusable { with: "outlier_bursts", parted_by: "many weak bursts are noise: a longer recording at rest shows whether they come alone" },
+        Confusable { with: "beacon_vibration", parted_by: "a line that lies between two samples is noise: the full sample rate while standing still tells" },
+    ],
+    ..Card::PLAIN
+};
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        ExcessNoise::draw(scene, rng, size_rms_m)
+    }
+}

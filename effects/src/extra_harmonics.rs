@@ -41,39 +41,75 @@ impl PlantEffect for ExtraHarmonics {
 
 // --- sensor side: orders of the own phase that equation (3) leaves out ---
 
-pub use sensor_side::HarmonicsModel;
-
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{ORDERS, Regressor, SensorEffect, Survey};
+    use crate::identity::Factor;
+    use crate::sensor::{ORDERS, Regressor, Survey};
 
-    /// Sensor side: free sine and cosine of each order, each segment by itself.
-    pub struct HarmonicsModel;
-
+    /// Prior size of an order, m: as much as the smallest that equation (3) keeps (orders 4 and 6 of the paper's device).
+    const SIZE_M: f64 = 2.0e-6;
     /// Orders that equation (3) has.
     const KNOWN: [usize; 4] = [1, 2, 4, 6];
 
-    impl SensorEffect for HarmonicsModel {
-        fn name(&self) -> &'static str {
-            "extra_harmonics"
-        }
-
-        fn sentence(&self) -> &'static str {
-            "orders of the own tooth phase that equation (3) leaves out; a shape, not a cause"
-        }
-
-        fn telling_motion(&self) -> &'static str {
-            "raw counts instead of positions: clipping and gap variation show in the amplitude, free harmonics do not"
-        }
-
-        fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-            let mut list = Vec::new();
-            for s in (0..4).filter(|s| survey.segments[*s]) {
-                for order in (3..=ORDERS).filter(|n| !KNOWN.contains(n)) {
-                    Regressor::free_harmonic(survey, &mut list, (s, order), ("", "m", 2.0e-6), |_| 1.0);
-                }
+    /// Sensor side: free sine and cosine of each order, each segment by itself.
+    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+        let mut list = Vec::new();
+        for s in (0..4).filter(|s| survey.segments[*s]) {
+            for order in (3..=ORDERS).filter(|n| !KNOWN.contains(n)) {
+                Regressor::free_harmonic(survey, &mut list, (s, order), ("", "m", SIZE_M, Factor::One), |_| 1.0);
             }
-            list
+        }
+        list
+    }
+}
+
+// --- what is known of it ---
+
+use crate::effect::{Card, Confusable, Effect, Nature, Quantity};
+use crate::identity::Identity;
+use crate::sensor::{Regressor, Survey};
+
+/// The effect.
+pub struct Known;
+
+/// Its card.
+pub static CARD: Card = Card {
+    name: "extra_harmonics",
+    summary: "orders of the own tooth phase that equation (3) leaves out",
+    sizes: "2 µm an order: third harmonics of 0.6 to 0.8 % of the signals make 1 to 1.3 µm of order 4 (ESS resolver)",
+    telling_motion: "raw counts instead of positions: clipping and gap variation show in the amplitude, free harmonics do not",
+    follows: Quantity::OwnPhase,
+    coordinate: "own tooth phase",
+    nature: Nature::Shape,
+    handicap: 0.10,
+    patterned: true,
+    either_phase: true,
+    makeshift: true,
+    on_board: "the largest orders that there is room for",
+    confusable: &[
+        Confusable { with: "adc_clipping", parted_by: "a clip makes the orders 4, 8, 12 and 16: raw counts show whether the tops are flat" },
+        Confusable { with: "gap_variation", parted_by: "an offset makes further orders of equation (3)'s: fly-bys over the platen with raw counts show whether they change with the amplitude" },
+    ],
+    ..Card::PLAIN
+};
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        ExtraHarmonics::draw(scene, rng, size_rms_m)
+    }
+
+    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
+        sensor_side::regressors(survey)
+    }
+
+    fn coordinate(&self, amount: &Regressor) -> String {
+        match amount.identity {
+            Some(Identity::Wave(wave)) => format!("{}, order {}", CARD.coordinate, wave.own_order),
+            _ => CARD.coordinate.into(),
         }
     }
 }

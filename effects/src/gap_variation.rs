@@ -69,16 +69,16 @@ impl PlantEffect for GapVariation {
 
 // --- sensor side: the amplitude, and where it is not known the place, times harmonics ---
 
-pub use sensor_side::GapModel;
-
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Moment, Regressor, SensorEffect, Survey};
+    use crate::identity::Factor;
+    use crate::sensor::{Moment, Regressor, Survey};
 
-    /// Sensor side: low orders of the own phase that grow with the logarithm of the amplitude, as far as the place explains it:
-    /// what changes the amplitude within a tooth, or with time at one place, is no gap.
-    pub struct GapModel;
-
+    /// Prior size of the first order's change over the recording, m: a gap that varies by a tenth changes equation (3)'s
+    /// 16 µm by that share.
+    const SIZE_M: f64 = 2.0e-6;
+    /// The same where only a place is known, over which the gap need not change evenly, m.
+    const PLACE_SIZE_M: f64 = 1.5e-6;
     /// Orders of the own phase, and their prior size as a part of the first one's.
     const ORDERS: [(usize, f64); 6] = [(1, 1.0), (2, 1.0), (3, 0.5), (4, 0.5), (5, 0.2), (6, 0.3)];
     /// The first so many change with the square as well: what an offset does beside a smaller amplitude, and a third harmonic.
@@ -87,55 +87,96 @@ pub mod sensor_side {
     /// Those that equation (3) lacks at any gap: what an offset makes of its even orders, and the square of a third harmonic.
     const LACKED: [(usize, f64); 4] = [(3, 0.5), (5, 0.4), (7, 0.2), (8, 0.2)];
 
-    impl SensorEffect for GapModel {
-        fn name(&self) -> &'static str {
-            "gap_variation"
-        }
-
-        fn sentence(&self) -> &'static str {
-            "the air gap changes over the platen or with tilt: the amplitude with it, and the error with both"
-        }
-
-        fn telling_motion(&self) -> &'static str {
-            "fly-bys over the whole platen with raw counts, so that the amplitude is seen beside the error"
-        }
-
-        fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-            let mut list = Vec::new();
-            for s in (0..4).filter(|s| survey.segments[*s]) {
-                // The amplitude tells a gap; a place does not, and what grows with it alike on a whole tooth is a pitch, not a gap.
-                let by_amplitude = survey.counts && survey.amplitude_by_place[s];
-                if survey.gap_told {
-                    for (order, part) in LACKED {
-                        Regressor::harmonic(&mut list, s, order, ("normal amplitude, ", "m", part * 2.0e-6), |_| 1.0);
-                    }
-                }
-                let mut family = |label: &str, unit, size_m: f64, orders: &[(usize, f64)], factor: fn(&Moment, usize) -> f64| {
-                    if by_amplitude {
-                        let name = format!("{label}offset, segment {}", s + 1);
-                        list.push(Regressor::reading(name, unit, size_m, s, move |m| {
-                            factor(m, s)
-                        }));
-                    }
-                    for (order, part) in orders {
-                        let size_m = part * size_m;
-                        Regressor::harmonic(&mut list, s, *order, (label, unit, size_m), move |m| {
-                            factor(m, s)
-                        });
-                    }
-                };
-                if by_amplitude {
-                    family("amplitude times ", "m", 2.0e-6, &ORDERS, |m, s| m.ln_amplitude[s]);
-                    // The error is a smooth function of the gap, and straight over small changes of it only. Of the higher orders the
-                    // bend is below a hundredth of a micrometre: freely fitted it stands for what equation (3) lacks, and another
-                    // recording shows it.
-                    family("square of amplitude times ", "m", 0.2e-6, &ORDERS[..BENT], |m, s| m.ln_amplitude[s].powi(2));
-                } else if !survey.counts && survey.travel_m[s] > 3.0 * survey.pitch_m {
-                    family("place along times ", "1", 1.5e-6, &ORDERS, |m, s| m.from_middle_m[s % 2]);
-                    family("place across times ", "1", 1.5e-6, &ORDERS, |m, s| m.from_middle_m[1 - s % 2]);
+    /// Sensor side: low orders of the own phase that grow with the logarithm of the amplitude, as far as the place explains it:
+    /// what changes the amplitude within a tooth, or with time at one place, is no gap.
+    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+        let mut list = Vec::new();
+        for s in (0..4).filter(|s| survey.segments[*s]) {
+            // The amplitude tells a gap; a place does not, and what grows with it alike on a whole tooth is a pitch, not a gap.
+            let by_amplitude = survey.counts && survey.amplitude_by_place[s];
+            if survey.gap_told {
+                for (order, part) in LACKED {
+                    Regressor::harmonic(&mut list, s, order, ("normal amplitude, ", "m", part * SIZE_M), |_| 1.0);
                 }
             }
-            list
+            let mut family = |(label, unit, size_m, kind): (&str, _, f64, Factor), orders: &[(usize, f64)], factor: fn(&Moment, usize) -> f64| {
+                if by_amplitude {
+                    let name = format!("{label}offset, segment {}", s + 1);
+                    list.push(Regressor::reading(name, unit, size_m, s, move |m| {
+                        factor(m, s)
+                    }));
+                }
+                for (order, part) in orders {
+                    let size_m = part * size_m;
+                    Regressor::harmonic(&mut list, s, *order, (label, unit, size_m, kind), move |m| {
+                        factor(m, s)
+                    });
+                }
+            };
+            if by_amplitude {
+                family(("amplitude times ", "m", SIZE_M, Factor::Amplitude), &ORDERS, |m, s| m.ln_amplitude[s]);
+                // The error is a smooth function of the gap, and straight over small changes of it only. Of the higher orders the
+                // bend is below a hundredth of a micrometre: freely fitted it stands for what equation (3) lacks, and another
+                // recording shows it.
+                family(("square of amplitude times ", "m", 0.1 * SIZE_M, Factor::Other), &ORDERS[..BENT], |m, s| m.ln_amplitude[s].powi(2));
+            } else if !survey.counts && survey.travel_m[s] > 3.0 * survey.pitch_m {
+                family(("place along times ", "1", PLACE_SIZE_M, Factor::Place), &ORDERS, |m, s| m.from_middle_m[s % 2]);
+                family(("place across times ", "1", PLACE_SIZE_M, Factor::Place), &ORDERS, |m, s| m.from_middle_m[1 - s % 2]);
+            }
+        }
+        list
+    }
+}
+
+// --- what is known of it ---
+
+use crate::effect::{Card, Confusable, Effect, Holds, KnownBy, Quantity, Recordings};
+use crate::identity::{Factor, Identity};
+use crate::sensor::{Regressor, Survey};
+
+/// The effect.
+pub struct Known;
+
+/// Its card.
+pub static CARD: Card = Card {
+    name: "gap_variation",
+    summary: "platen flatness or tilt changes amplitude, and the error with it",
+    sizes: "2 µm for the first order's change over the recording: a gap that varies by a tenth changes equation (3)'s 16 µm by that share; 1.5 µm where only a place is known",
+    telling_motion: "fly-bys over the whole platen with raw counts, so that the amplitude is seen beside the error",
+    recordings: Recordings::Apart,
+    follows: Quantity::Amplitude,
+    coordinate: "signal amplitude",
+    carries_over: "its amounts, within the amplitudes that were seen",
+    handicap: 0.01,
+    patterned: true,
+    makeshift: true,
+    by_amplitude: true,
+    // An offset makes further orders of equation (3)'s, and a gap shows the offset.
+    holds: &[Holds { other: "extra_harmonics", tell: &[|survey| survey.gap_told = true], known_by: KnownBy::MixedHarmonics }],
+    confusable: &[
+        Confusable { with: "extra_harmonics", parted_by: "an offset makes further orders of equation (3)'s: fly-bys over the platen with raw counts show whether they change with the amplitude" },
+        Confusable { with: "angle_dependence", parted_by: "a gap that tilts goes with the angle: raw counts show whether the amplitude changes with it" },
+    ],
+    ..Card::PLAIN
+};
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        GapVariation::draw(scene, rng, size_rms_m)
+    }
+
+    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
+        sensor_side::regressors(survey)
+    }
+
+    fn coordinate(&self, amount: &Regressor) -> String {
+        match amount.identity {
+            Some(Identity::Wave(wave)) if wave.factor == Factor::Place => "place on the platen and own tooth phase".into(),
+            _ => CARD.coordinate.into(),
         }
     }
 }

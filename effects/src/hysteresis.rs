@@ -51,14 +51,10 @@ impl PlantEffect for Hysteresis {
 
 // --- sensor side: direction of travel ---
 
-pub use sensor_side::DirectionModel;
-
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Moment, Regressor, SensorEffect, Survey, TURNOVERS};
-
-    /// Sensor side: the direction while moving, and that of the approach while still.
-    pub struct DirectionModel;
+    use crate::identity::{Factor, Identity, Wave};
+    use crate::sensor::{Moment, Regressor, Survey, TURNOVERS};
 
     /// How it turns over, and the lengths of travel over which it does.
     const TURNED: [&str; TURNOVERS] = [
@@ -77,6 +73,10 @@ pub mod sensor_side {
     /// What a segment brought along: another recording has another.
     pub const BEFORE: &str = "way before";
 
+    /// Prior size of what the direction alone does, m: 4 to 7 µm in one report of a stage.
+    const DIRECTION_SIZE_M: f64 = 4.0e-6;
+    /// The same of the direction from which a still pose was approached.
+    const APPROACH_SIZE_M: f64 = 3.0e-6;
     /// The effect itself where it is remanence: what the direction alone does is the same of no travel to turn over in.
     const MEMORY_SIZE_M: f64 = 2.0e-6;
 
@@ -102,68 +102,121 @@ pub mod sensor_side {
         Regressor::reading(name, "m", MEMORY_SIZE_M, segment, move |m| {
             if m.stretch == stretch { m.before[segment] } else { 0.0 }
         })
+        .identified(Identity::BroughtAlong)
     }
 
-    impl SensorEffect for DirectionModel {
-        fn name(&self) -> &'static str {
-            "hysteresis"
-        }
+    /// What turns over within a tenth of a millimetre is, to a board, a direction.
+    fn way(segment: usize) -> Identity {
+        Identity::Wave(Wave::constant(segment, Factor::Way))
+    }
 
-        fn sentence(&self) -> &'static str {
-            "a segment's output depends on the direction of travel, not on the speed"
-        }
-
-        fn telling_motion(&self) -> &'static str {
-            "the same fly-by there and back at two speeds"
-        }
-
-        fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-            let mut list = Vec::new();
-            let fades = survey.fuller.fades_at_rest;
-            for s in (0..4).filter(|s| survey.segments[*s]) {
-                if survey.moving {
-                    let name = format!("direction of travel, segment {}", s + 1);
-                    list.push(Regressor::reading(name, "m", 4.0e-6, s, move |m| {
-                        m.direction[s]
-                    }));
+    /// Sensor side: the direction while moving, and that of the approach while still.
+    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+        let mut list = Vec::new();
+        let fades = survey.fuller.fades_at_rest;
+        for s in (0..4).filter(|s| survey.segments[*s]) {
+            if survey.moving {
+                let name = format!("direction of travel, segment {}", s + 1);
+                let one = Regressor::reading(name, "m", DIRECTION_SIZE_M, s, move |m| m.direction[s]);
+                list.push(one.identified(way(s)));
+            }
+            for (k, travel) in TURNED.into_iter().enumerate() {
+                let mut remembers = |when: &str, there: fn(&Moment) -> bool| {
+                    let name = format!("direction turned {travel}{when}, segment {}", s + 1);
+                    let one = Regressor::reading(name, "m", MEMORY_SIZE_M, s, move |m| {
+                        if there(m) { m.memory[s][k] } else { 0.0 }
+                    });
+                    list.push(one.identified(way(s)));
+                };
+                if survey.fuller.fades_at_rest {
+                    remembers(", in motion", |m| m.underway);
+                    remembers(", at rest", |m| !m.underway);
+                } else {
+                    remembers("", |_| true);
                 }
-                for (k, travel) in TURNED.into_iter().enumerate() {
-                    let mut remembers = |when: &str, there: fn(&Moment) -> bool| {
-                        let name = format!("direction turned {travel}{when}, segment {}", s + 1);
-                        list.push(Regressor::reading(name, "m", MEMORY_SIZE_M, s, move |m| {
-                            if there(m) { m.memory[s][k] } else { 0.0 }
-                        }));
-                    };
-                    if survey.fuller.fades_at_rest {
-                        remembers(", in motion", |m| m.underway);
-                        remembers(", at rest", |m| !m.underway);
-                    } else {
-                        remembers("", |_| true);
-                    }
-                }
-                for (k, travel) in TURNED.into_iter().enumerate().filter(|(k, _)| survey.fuller.memory_waves && WAVES.contains(k)) {
-                    let name = format!("direction turned {travel} times ");
-                    Regressor::free_harmonic(
-                        survey,
-                        &mut list,
-                        (s, 1),
-                        (&name, "m", WAVES_SIZE_M),
-                        move |m| if fades && !m.underway { 0.0 } else { m.memory[s][k] },
-                    );
-                }
-                for below in SOFT_M_S.into_iter().filter(|_| survey.fuller.softens) {
-                    let name = format!("direction that is less below {:.0} mm/s, segment {}", 1.0e3 * below, s + 1);
-                    list.push(Regressor::reading(name, "m", MEMORY_SIZE_M, s, move |m| {
-                        if m.underway { m.memory[s][SOFTENED] * softened(m.speed_m_s[s], below) } else { 0.0 }
-                    }));
-                }
-                list.push(brought_along(s, 0));
-                let name = format!("direction of approach, segment {}", s + 1);
-                list.push(Regressor::reading(name, "m", 3.0e-6, s, move |m| {
-                    m.approach[s]
+            }
+            for (k, travel) in TURNED.into_iter().enumerate().filter(|(k, _)| survey.fuller.memory_waves && WAVES.contains(k)) {
+                let name = format!("direction turned {travel} times ");
+                Regressor::free_harmonic(
+                    survey,
+                    &mut list,
+                    (s, 1),
+                    (name.as_str(), "m", WAVES_SIZE_M, Factor::Way),
+                    move |m| if fades && !m.underway { 0.0 } else { m.memory[s][k] },
+                );
+            }
+            for below in SOFT_M_S.into_iter().filter(|_| survey.fuller.softens) {
+                let name = format!("direction that is less below {:.0} mm/s, segment {}", 1.0e3 * below, s + 1);
+                list.push(Regressor::reading(name, "m", MEMORY_SIZE_M, s, move |m| {
+                    if m.underway { m.memory[s][SOFTENED] * softened(m.speed_m_s[s], below) } else { 0.0 }
                 }));
             }
-            list
+            list.push(brought_along(s, 0));
+            let name = format!("direction of approach, segment {}", s + 1);
+            list.push(Regressor::reading(name, "m", APPROACH_SIZE_M, s, move |m| {
+                m.approach[s]
+            }));
         }
+        list
+    }
+}
+
+// --- what is known of it ---
+
+use crate::effect::{Card, Confusable, Effect, Form, Quantity};
+use crate::sensor::{Regressor, Survey};
+
+/// The effect.
+pub struct Known;
+
+/// Its card.
+pub static CARD: Card = Card {
+    name: "hysteresis",
+    summary: "the output depends on the direction of travel, not on the speed",
+    sizes: "4 µm for the direction (4 to 7 µm in one report of a stage, ESS), 2 µm for each length over which it turns over",
+    telling_motion: "the same fly-by there and back at two speeds",
+    follows: Quantity::Way,
+    coordinate: "direction",
+    carries_over: "its amounts; what a segment brought along from a way that is not recorded is fitted anew",
+    handicap: 0.03,
+    patterned: true,
+    makeshift: true,
+    remembers: true,
+    forms: &[
+        Form::new("a memory that is less at rest", |told| told.fades_at_rest = true),
+        Form::new("a memory that changes over a tooth", |told| told.memory_waves = true),
+        // A direction alone takes half of what only a fast courier feels.
+        Form { far_from_it: true, ..Form::new("a slow courier feels less of it", |told| told.softens = true) },
+        // At two speeds a delay and its square are a direction.
+        Form {
+            found_as: Some("velocity_lag"),
+            ..Form::new("a slow courier feels less of it, and at rest there is less", |told| {
+                told.fades_at_rest = true;
+                told.softens = true;
+            })
+        },
+    ],
+    on_board: "the direction of travel; how it turns over is left",
+    confusable: &[
+        Confusable { with: "velocity_lag", parted_by: "at one speed a delay is a direction: the same fly-by there and back at two speeds tells" },
+    ],
+    ..Card::PLAIN
+};
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        Hysteresis::draw(scene, rng, size_rms_m)
+    }
+
+    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
+        sensor_side::regressors(survey)
+    }
+
+    fn brought_along(&self, segment: usize, stretch: usize) -> Option<Regressor> {
+        Some(sensor_side::brought_along(segment, stretch))
     }
 }

@@ -102,71 +102,103 @@ impl PlantEffect for LateralDependence {
 
 // --- sensor side: regressors over the lateral phase ---
 
-pub use sensor_side::LateralModel;
-
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Regressor, SensorEffect, Survey};
+    use crate::identity::{Factor, Identity, Part, Wave};
+    use crate::sensor::{Moment, Regressor, Survey};
 
-    /// Sensor side: equation (9) with orders 1 to 3 across, and products of low orders along and across; where that leaves a gap, of more.
-    pub struct LateralModel;
-
+    /// Orders across, and the prior size of each, m: some 2.7 µm rms beside the platen's teeth bring a
+    /// simulated courier to the paper's residuals (section 3.1.2); the higher orders fall as a coil some teeth wide averages them.
+    const ACROSS: [(usize, f64); 3] = [(1, 4.0e-6), (2, 2.0e-6), (3, 0.5e-6)];
+    /// Prior size of a product, m: a sixth of the first order's.
+    const MIXED_SIZE_M: f64 = 0.7e-6;
     /// Orders along and across of products: what an output's slope over the tooth makes of order 1.
     const MIXED: [(usize, i32); 4] = [(1, 1), (1, -1), (2, 1), (2, -1)];
     /// Those of the higher orders across.
     const MORE: [(usize, i32); 6] = [(1, 2), (1, -2), (1, 3), (1, -3), (2, 2), (2, -2)];
 
-    impl SensorEffect for LateralModel {
-        fn name(&self) -> &'static str {
-            "lateral_dependence"
-        }
-
-        fn sentence(&self) -> &'static str {
-            "a segment's output depends on the tooth phase across it"
-        }
-
-        fn telling_motion(&self) -> &'static str {
-            "random poses under a beacon with the angle over ±1.5°, which part the tooth phase across a segment from that along its neighbours"
-        }
-
-        fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-            let mut list = Vec::new();
-            for s in (0..4).filter(|s| survey.segments[*s] && survey.lateral) {
-                for (order, size_m) in [(1, 4.0e-6), (2, 2.0e-6), (3, 0.5e-6)] {
-                    let name = |part| format!("order {order} {part}, segment {}", s + 1);
-                    list.push(Regressor::reading(name("sine"), "m", size_m, s, move |m| {
-                        m.lateral[s][order].0
-                    }));
-                    list.push(Regressor::reading(
-                        name("cosine"),
-                        "m",
-                        size_m,
-                        s,
-                        move |m| m.lateral[s][order].1,
-                    ));
-                }
-                let more = MORE.into_iter().filter(|_| survey.fuller.lateral_mixes);
-                for (own, across) in MIXED.into_iter().chain(more) {
-                    let name = |part| format!("own order {own}, lateral order {across} {part}, segment {}", s + 1);
-                    let sign = f64::from(across.signum());
-                    let order = across.unsigned_abs() as usize;
-                    let wave = move |m: &crate::sensor::Moment| {
-                        let ((a, b), (c, d)) = (m.own[s][own], m.lateral[s][order]);
-                        (a * d + sign * b * c, b * d - sign * a * c)
-                    };
-                    list.push(Regressor::reading(name("sine"), "m", 0.7e-6, s, move |m| {
-                        wave(m).0
-                    }));
-                    list.push(Regressor::reading(
-                        name("cosine"),
-                        "m",
-                        0.7e-6,
-                        s,
-                        move |m| wave(m).1,
-                    ));
+    /// Sensor side: equation (9) with orders 1 to 3 across, and products of low orders along and across; where that leaves a gap, of more.
+    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+        let mut list = Vec::new();
+        for s in (0..4).filter(|s| survey.segments[*s]) {
+            for (order, size_m) in ACROSS {
+                for part in Part::BOTH {
+                    let name = format!("order {order} {}, segment {}", part.name(), s + 1);
+                    let value = move |m: &Moment| part.of(m.lateral[s][order]);
+                    let one = Regressor::reading(name, "m", size_m, s, value);
+                    list.push(one.identified(wave(s, 0, order as i32, part)));
                 }
             }
-            list
+            let more = MORE.into_iter().filter(|_| survey.fuller.lateral_mixes);
+            for (own, across) in MIXED.into_iter().chain(more) {
+                let sign = f64::from(across.signum());
+                let order = across.unsigned_abs() as usize;
+                let product = move |m: &Moment| {
+                    let ((a, b), (c, d)) = (m.own[s][own], m.lateral[s][order]);
+                    (a * d + sign * b * c, b * d - sign * a * c)
+                };
+                for part in Part::BOTH {
+                    let name = format!("own order {own}, lateral order {across} {}, segment {}", part.name(), s + 1);
+                    let value = move |m: &Moment| part.of(product(m));
+                    let one = Regressor::reading(name, "m", MIXED_SIZE_M, s, value);
+                    list.push(one.identified(wave(s, own, across, part)));
+                }
+            }
+        }
+        list
+    }
+
+    fn wave(segment: usize, own_order: usize, lateral_order: i32, part: Part) -> Identity {
+        Identity::Wave(Wave { segment, own_order, lateral_order, part, factor: Factor::One })
+    }
+}
+
+// --- what is known of it ---
+
+use crate::effect::{Card, Confusable, Effect, Form, Need, Quantity};
+use crate::identity::Identity;
+use crate::sensor::{Regressor, Survey};
+
+/// The effect.
+pub struct Known;
+
+/// Its card.
+pub static CARD: Card = Card {
+    name: "lateral_dependence",
+    summary: "a segment's output depends on the tooth phase across it",
+    sizes: "4, 2 and 0.5 µm for the orders 1, 2 and 3 across, 0.7 µm for products of orders: with some 2.7 µm rms beside the platen's teeth a simulated courier comes to the residuals of the paper's section 3.1.2",
+    telling_motion: "random poses under a beacon with the angle over ±1.5°, which part the tooth phase across a segment from that along its neighbours",
+    needs: &[Need::Across],
+    follows: Quantity::AcrossPhase,
+    coordinate: "lateral tooth phase",
+    patterned: true,
+    forms: &[Form::new("products of more orders along and across", |told| told.lateral_mixes = true)],
+    on_board: "all orders, as terms of the tooth phases along and across",
+    confusable: &[
+        Confusable { with: "tooth_variation", parted_by: "both are patterns across the teeth: what comes back at other teeth of the same phase is the segment's; poses over other teeth tell" },
+        Confusable { with: "extra_harmonics", parted_by: "along one line of teeth the phase across hardly changes: poses at all phases across tell" },
+    ],
+    ..Card::PLAIN
+};
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        LateralDependence::draw(scene, rng, size_rms_m)
+    }
+
+    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
+        sensor_side::regressors(survey)
+    }
+
+    fn coordinate(&self, amount: &Regressor) -> String {
+        match amount.identity {
+            Some(Identity::Wave(wave)) if wave.own_order > 0 => "own and lateral tooth phase".into(),
+            Some(Identity::Wave(wave)) => format!("{}, order {}", CARD.coordinate, wave.lateral_order),
+            _ => CARD.coordinate.into(),
         }
     }
 }

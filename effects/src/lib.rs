@@ -1,20 +1,27 @@
-//! The catalogue of effects: one file each, with the plant side and the sensor side, which do not call each other.
+//! The catalogue of effects: one file each, with the plant side, the sensor side, which do not call each other, and what is known
+//! of it as data ([`effect::Card`]).
 //!
 //! Adding an effect: one file and one line of the list below. `unlisted` holds effects that no diagnosis knows, for blind
 //! tests of its answer `unknown`.
 
+pub mod basis;
+pub mod effect;
+pub mod identity;
 pub mod motion;
 pub mod over;
 pub mod plant;
+pub mod rails;
 pub mod random;
 pub mod sensor;
 pub mod shape;
 pub mod teeth;
 pub mod unlisted;
 
+pub use effect::{Card, Effect, Judged};
+use effect::{Holds, KnownBy};
 use plant::Draw;
 
-/// One line of the catalogue.
+/// What the simulator needs of an effect.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
     /// Name, as in the diagnosis' output.
@@ -25,65 +32,204 @@ pub struct Entry {
     pub draw: Draw,
 }
 
-/// Declares each effect's module and its line of [`CATALOGUE`].
+/// Declares each effect's module and its lines of [`EFFECTS`] and [`CATALOGUE`].
 macro_rules! catalogue {
-    ($($module:ident :: $plant:ident, $summary:literal;)*) => {
+    ($($module:ident;)*) => {
         $(pub mod $module;)*
 
-        /// Every catalogued effect.
-        pub const CATALOGUE: &[Entry] = &[
-            $(Entry { name: stringify!($module), summary: $summary, draw: $module::$plant::draw },)*
+        /// Every catalogued effect, in the order of the list.
+        pub static EFFECTS: &[&dyn Effect] = &[$(&$module::Known),*];
+
+        /// The same for the simulator.
+        pub static CATALOGUE: &[Entry] = &[
+            $(Entry {
+                name: $module::CARD.name,
+                summary: $module::CARD.summary,
+                draw: |scene, rng, size_rms_m| $module::Known.draw(scene, rng, size_rms_m),
+            }),*
         ];
+
+        #[cfg(test)]
+        const FILES: &[&str] = &[$(stringify!($module)),*];
     };
 }
 
 catalogue! {
-    lateral_dependence::LateralDependence, "a segment's output depends on the tooth phase across it";
-    extra_harmonics::ExtraHarmonics, "orders of the own tooth phase that equation (3) leaves out";
-    tooth_variation::ToothVariation, "single teeth of the platen are displaced";
-    angle_dependence::AngleDependence, "the error's harmonics change with theta";
-    psd_nonlinearity::PsdNonlinearity, "cubic, quadratic and cross terms of the coordination sensor";
-    psd_misalignment::PsdMisalignment, "the diode is turned in its mount, or its axes differ in gain";
-    thermal_drift::ThermalDrift, "offsets and scale follow temperature";
-    velocity_lag::VelocityLag, "a segment's output lags with speed: eddy currents, filter or sampling delay";
-    psd_latency::PsdLatency, "the coordination sensor is sampled earlier or later than the platen sensor";
-    hysteresis::Hysteresis, "the output depends on the direction of travel, not on the speed";
-    gap_variation::GapVariation, "platen flatness or tilt changes amplitude, and the error with it";
-    beacon_vibration::BeaconVibration, "the beacon or its mount vibrates at one or a few frequencies";
-    axis_skew::AxisSkew, "the platen's two rulings differ in pitch, or are not square";
-    cycle_slip::CycleSlip, "a tooth count is off by whole teeth from some moment on";
-    outlier_bursts::OutlierBursts, "short disturbances far outside the noise";
-    excess_noise::ExcessNoise, "white noise above the stated level";
-    adc_clipping::AdcClipping, "a quadrature channel saturates";
-    quadrature_drift::QuadratureDrift, "offset, gain or phase of a pair wander with time";
-    span_error::SpanError, "the segments do not sit where the drawing says";
+    lateral_dependence;
+    extra_harmonics;
+    tooth_variation;
+    angle_dependence;
+    psd_nonlinearity;
+    psd_misalignment;
+    thermal_drift;
+    velocity_lag;
+    psd_latency;
+    hysteresis;
+    gap_variation;
+    beacon_vibration;
+    axis_skew;
+    cycle_slip;
+    outlier_bursts;
+    excess_noise;
+    adc_clipping;
+    quadrature_drift;
+    span_error;
 }
 
-/// The catalogue's line of a name.
+/// The simulator's line of a name.
 #[must_use]
 pub fn entry(name: &str) -> Option<&'static Entry> {
     CATALOGUE.iter().find(|entry| entry.name == name)
 }
 
-/// The sensor's sides, of every effect that adds something to the readings; slips, bursts and noise are judged directly.
+/// The effect of a name.
 #[must_use]
-pub fn sensor_sides() -> Vec<Box<dyn sensor::SensorEffect>> {
-    vec![
-        Box::new(adc_clipping::ClipModel),
-        Box::new(lateral_dependence::LateralModel),
-        Box::new(extra_harmonics::HarmonicsModel),
-        Box::new(angle_dependence::AngleModel),
-        Box::new(psd_nonlinearity::DeflectionModel),
-        Box::new(psd_misalignment::MountingModel),
-        Box::new(thermal_drift::WarmthModel),
-        Box::new(velocity_lag::LagModel),
-        Box::new(psd_latency::LatencyModel),
-        Box::new(hysteresis::DirectionModel),
-        Box::new(gap_variation::GapModel),
-        Box::new(beacon_vibration::VibrationModel),
-        Box::new(axis_skew::RulingModel),
-        Box::new(quadrature_drift::WanderModel),
-        Box::new(span_error::SpanModel),
-        Box::new(tooth_variation::FieldModel),
-    ]
+pub fn effect(name: &str) -> Option<&'static dyn Effect> {
+    EFFECTS.iter().copied().find(|effect| effect.name() == name)
+}
+
+/// The card of a name.
+#[must_use]
+pub fn card(name: &str) -> Option<&'static Card> {
+    effect(name).map(Effect::card)
+}
+
+/// True if a name is that of an effect with a property; a shape without a name has none.
+#[must_use]
+pub fn has(name: &str, property: impl Fn(&Card) -> bool) -> bool {
+    card(name).is_some_and(property)
+}
+
+/// True if a name is that of an effect which is found in some way.
+#[must_use]
+pub fn is(name: &str, judged: Judged) -> bool {
+    has(name, |card| card.judged == judged)
+}
+
+/// Every card, in the order of the list.
+pub fn cards() -> impl Iterator<Item = &'static Card> {
+    EFFECTS.iter().map(|effect| effect.card())
+}
+
+/// The name of the effect that is found in a way of its own.
+#[must_use]
+pub fn name_of(judged: Judged) -> &'static str {
+    // A test holds that each way but the usual fit has one effect.
+    let mut of_it = cards().filter(|card| card.judged == judged);
+    of_it.next().map_or("", |card| card.name)
+}
+
+/// Effects that hold what another is found for, and what they hold, known in some way.
+pub fn holding(
+    known_by: impl Fn(KnownBy) -> bool,
+) -> impl Iterator<Item = (&'static Card, &'static Holds)> {
+    let all = cards().flat_map(|card| card.holds.iter().map(move |holds| (card, holds)));
+    all.filter(move |(_, holds)| known_by(holds.known_by))
+}
+
+/// The effects that add something to the readings, in the order of their unknowns; slips, bursts and noise are judged directly.
+#[must_use]
+pub fn sensor_sides() -> Vec<&'static dyn Effect> {
+    let mut list: Vec<&'static dyn Effect> = EFFECTS.to_vec();
+    list.retain(|effect| effect.card().judged.is_fitted());
+    list.sort_by_key(|effect| effect.card().place);
+    list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use effect::Quantity;
+    use sensor::{Fuller, Survey};
+
+    #[test]
+    fn an_effect_has_the_name_of_its_file() {
+        let names: Vec<&str> = cards().map(|card| card.name).collect();
+        assert_eq!(names, FILES);
+    }
+
+    #[test]
+    fn every_card_is_filled_in() {
+        for card in cards() {
+            let fitted = card.judged.is_fitted();
+            let told = [card.summary, card.sizes, card.carries_over];
+            assert!(told.iter().all(|text| !text.is_empty()), "{}", card.name);
+            for text in [card.coordinate, card.telling_motion] {
+                assert_eq!(fitted, !text.is_empty(), "{}", card.name);
+            }
+            let alone = card.judged == Judged::AsSlips;
+            assert_eq!(alone, card.confusable.is_empty(), "{}", card.name);
+            assert_eq!(card.follows == Quantity::Nothing, !fitted, "{}", card.name);
+        }
+    }
+
+    #[test]
+    fn what_is_judged_in_a_way_of_its_own_is_one_effect() {
+        for way in [
+            Judged::AsField,
+            Judged::ByLines,
+            Judged::ByRails,
+            Judged::AsSlips,
+            Judged::AsBursts,
+            Judged::AsNoise,
+        ] {
+            let of_it = cards().filter(|card| card.judged == way);
+            assert_eq!(of_it.count(), 1, "{way:?}");
+        }
+        assert_eq!(cards().filter(|card| card.follows_temperature()).count(), 1);
+        assert_eq!(cards().filter(|card| card.keeps_its_own_time()).count(), 1);
+    }
+
+    #[test]
+    fn effects_speak_of_others_that_there_are() {
+        for card in cards() {
+            let forms = card.forms.iter().flat_map(|f| [f.found_as, f.completed_by]);
+            let held = card.holds.iter().map(|holds| holds.other);
+            let alike = card.confusable.iter().map(|other| other.with);
+            for name in forms.flatten().chain(held).chain(alike) {
+                assert!(effect(name).is_some(), "{}: {name}", card.name);
+                assert_ne!(name, card.name);
+            }
+        }
+    }
+
+    #[test]
+    fn fuller_forms_tell_more() {
+        let survey = Survey {
+            segments: [true; 4],
+            turning: true,
+            moving: true,
+            lateral: true,
+            beacon: true,
+            temperature: true,
+            pitch_m: 1.0e-3,
+            tan_full_scale: 0.1,
+            ..Survey::default()
+        };
+        let names = |effect: &dyn Effect, fuller: Fuller| {
+            let survey = Survey {
+                fuller,
+                ..survey.clone()
+            };
+            let all = effect.regressors(&survey).into_iter();
+            all.map(|regressor| regressor.name).collect::<Vec<_>>()
+        };
+        for effect in EFFECTS {
+            for form in effect.card().forms {
+                let mut fuller = Fuller::default();
+                (form.tell)(&mut fuller);
+                let (plain, more) = (names(*effect, Fuller::default()), names(*effect, fuller));
+                assert_ne!(plain, more, "{}: {}", effect.name(), form.tells);
+                assert!(more.len() >= plain.len(), "{}", form.tells);
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_recording_does_not_offer_is_not_judged() {
+        for effect in EFFECTS {
+            let nothing = effect.regressors(&Survey::default());
+            assert!(nothing.is_empty(), "{}", effect.name());
+        }
+    }
 }

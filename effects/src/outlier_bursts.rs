@@ -73,3 +73,35 @@ impl PlantEffect for OutlierBursts {
         }
     }
 }
+
+// --- what is known of it ---
+
+use crate::effect::{Card, Carries, Confusable, Effect, Judged, Quantity};
+
+/// The effect.
+pub struct Known;
+
+/// Its card.
+pub static CARD: Card = Card {
+    name: "outlier_bursts",
+    summary: "short disturbances far outside the noise",
+    sizes: "far outside the noise: samples that no draw of it reaches",
+    judged: Judged::AsBursts,
+    follows: Quantity::Nothing,
+    carries: Carries::Anew,
+    carries_over: "nothing: each recording has its own bursts, which are left out",
+    confusable: &[
+        Confusable { with: "excess_noise", parted_by: "many weak bursts are noise: a longer recording at rest shows whether they come alone" },
+    ],
+    ..Card::PLAIN
+};
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        OutlierBursts::draw(scene, rng, size_rms_m)
+    }
+}

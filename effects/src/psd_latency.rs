@@ -34,43 +34,60 @@ impl PlantEffect for PsdLatency {
 
 // --- sensor side: the deflection's rate ---
 
-pub use sensor_side::LatencyModel;
-
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Regressor, SensorEffect, Survey};
+    use crate::sensor::{Regressor, Survey};
 
     /// Sensor side: one delay, common to both axes, and how far one lags behind the other: no more than completes it, as their filters
     /// are alike.
-    pub struct LatencyModel;
+    pub fn regressors(_survey: &Survey) -> Vec<Regressor> {
+        vec![
+            Regressor::readings("delay against the platen sensor", "s", 5.0e-6, |m, out| {
+                out[4] += m.tan_psi_rate[0];
+                out[5] += m.tan_psi_rate[1];
+            }),
+            Regressor::readings("delay of x over y", "s", 1.0e-6, |m, out| {
+                out[4] += 0.5 * m.tan_psi_rate[0];
+                out[5] -= 0.5 * m.tan_psi_rate[1];
+            }),
+        ]
+    }
+}
 
-    impl SensorEffect for LatencyModel {
-        fn name(&self) -> &'static str {
-            "psd_latency"
-        }
+// --- what is known of it ---
 
-        fn sentence(&self) -> &'static str {
-            "the coordination sensor is sampled earlier or later than the platen sensor"
-        }
+use crate::effect::{Card, Confusable, Effect, Need, Quantity};
+use crate::sensor::{Regressor, Survey};
 
-        fn telling_motion(&self) -> &'static str {
-            "fly-bys under the beacon at several speeds, along x and along y; a delay common to all four segments stays the same thing"
-        }
+/// The effect.
+pub struct Known;
 
-        fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-            if !survey.beacon || !survey.moving {
-                return Vec::new();
-            }
-            vec![
-                Regressor::readings("delay against the platen sensor", "s", 5.0e-6, |m, out| {
-                    out[4] += m.tan_psi_rate[0];
-                    out[5] += m.tan_psi_rate[1];
-                }),
-                Regressor::readings("delay of x over y", "s", 1.0e-6, |m, out| {
-                    out[4] += 0.5 * m.tan_psi_rate[0];
-                    out[5] -= 0.5 * m.tan_psi_rate[1];
-                }),
-            ]
-        }
+/// Its card.
+pub static CARD: Card = Card {
+    name: "psd_latency",
+    summary: "the coordination sensor is sampled earlier or later than the platen sensor",
+    sizes: "5 µm at the recording's speeds for the delay of both axes, 1 µm for the difference of the two: their filters are alike",
+    telling_motion: "fly-bys under the beacon at several speeds, along x and along y; a delay common to all four segments stays the same thing",
+    needs: &[Need::Beacon, Need::Moving],
+    follows: Quantity::Speed,
+    coordinate: "speed",
+    delays: true,
+    confusable: &[
+        Confusable { with: "velocity_lag", parted_by: "a delay common to all four segments is the same thing; different ones show in the parity of every fly-by" },
+    ],
+    ..Card::PLAIN
+};
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        PsdLatency::draw(scene, rng, size_rms_m)
+    }
+
+    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
+        sensor_side::regressors(survey)
     }
 }

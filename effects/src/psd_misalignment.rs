@@ -53,48 +53,64 @@ impl PlantEffect for PsdMisalignment {
 
 // --- sensor side: a turn of the diode and a difference of gain ---
 
-pub use sensor_side::MountingModel;
-
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Regressor, SensorEffect, Survey};
+    use crate::sensor::{Regressor, Survey};
 
     /// Sensor side: three amounts. A pure turn is tied to the platen sensor's own zero of angle by the prior on the offsets. A
     /// diode that leans about a line between its axes, or whose axes are not quite square, gains along its diagonals: no more
     /// than completes the effect, since lines that are not square do as much on the platen.
-    pub struct MountingModel;
+    pub fn regressors(_survey: &Survey) -> Vec<Regressor> {
+        vec![
+            Regressor::readings("gain of x over y", "1", 4.0e-6, |m, out| {
+                out[4] += 0.5 * m.tan_psi[0];
+                out[5] -= 0.5 * m.tan_psi[1];
+            }),
+            Regressor::readings("turn in the mount", "rad", 10.0e-6, |m, out| {
+                out[4] -= m.tan_psi[1];
+                out[5] += m.tan_psi[0];
+            }),
+            Regressor::readings("gain along the diagonals", "1", 2.0e-6, |m, out| {
+                out[4] += 0.5 * m.tan_psi[1];
+                out[5] += 0.5 * m.tan_psi[0];
+            }),
+        ]
+    }
+}
 
-    impl SensorEffect for MountingModel {
-        fn name(&self) -> &'static str {
-            "psd_misalignment"
-        }
+// --- what is known of it ---
 
-        fn sentence(&self) -> &'static str {
-            "the diode of the coordination sensor is turned in its mount, or its axes differ in gain"
-        }
+use crate::effect::{Card, Confusable, Effect, Need, Quantity};
+use crate::sensor::{Regressor, Survey};
 
-        fn telling_motion(&self) -> &'static str {
-            "a known distance by an independent reference along both axes: only it tells the diode's gain from the platen's pitch"
-        }
+/// The effect.
+pub struct Known;
 
-        fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-            if !survey.beacon {
-                return Vec::new();
-            }
-            vec![
-                Regressor::readings("gain of x over y", "1", 4.0e-6, |m, out| {
-                    out[4] += 0.5 * m.tan_psi[0];
-                    out[5] -= 0.5 * m.tan_psi[1];
-                }),
-                Regressor::readings("turn in the mount", "rad", 10.0e-6, |m, out| {
-                    out[4] -= m.tan_psi[1];
-                    out[5] += m.tan_psi[0];
-                }),
-                Regressor::readings("gain along the diagonals", "1", 2.0e-6, |m, out| {
-                    out[4] += 0.5 * m.tan_psi[1];
-                    out[5] += 0.5 * m.tan_psi[0];
-                }),
-            ]
-        }
+/// Its card.
+pub static CARD: Card = Card {
+    name: "psd_misalignment",
+    summary: "the diode is turned in its mount, or its axes differ in gain",
+    sizes: "4 µm for a difference of gains over the diode, 10 µm for a turn, 2 µm for what a diode that leans adds: without data",
+    telling_motion: "a known distance by an independent reference along both axes: only it tells the diode's gain from the platen's pitch",
+    needs: &[Need::Beacon],
+    follows: Quantity::Deflection,
+    coordinate: "deflection of the coordination sensor",
+    confusable: &[
+        Confusable { with: "axis_skew", parted_by: "a diode's gain is a platen's pitch: only a known distance by an independent reference along both axes tells them apart" },
+    ],
+    ..Card::PLAIN
+};
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        PsdMisalignment::draw(scene, rng, size_rms_m)
+    }
+
+    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
+        sensor_side::regressors(survey)
     }
 }

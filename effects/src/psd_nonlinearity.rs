@@ -66,50 +66,71 @@ impl PlantEffect for PsdNonlinearity {
 
 // --- sensor side: quadratic, cross and cubic terms of the deflection ---
 
-pub use sensor_side::DeflectionModel;
-
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Regressor, SensorEffect, Survey};
-
-    /// Sensor side: all terms of second to fifth degree in the two deflections, the higher ones small.
-    pub struct DeflectionModel;
+    use crate::sensor::{Regressor, Survey};
 
     /// Powers of the deflections along x and y.
     const POWERS: [[i32; 2]; 7] = [[3, 0], [0, 3], [2, 1], [1, 2], [2, 0], [1, 1], [0, 2]];
     /// The same of fourth and fifth degree: a diode bends the more the nearer to its edge.
     const HIGHER: [[i32; 2]; 7] = [[5, 0], [0, 5], [3, 2], [2, 3], [4, 0], [2, 2], [0, 4]];
 
-    impl SensorEffect for DeflectionModel {
-        fn name(&self) -> &'static str {
-            "psd_nonlinearity"
-        }
-
-        fn sentence(&self) -> &'static str {
-            "the coordination sensor's output bends with its deflection: cubic, quadratic and cross terms"
-        }
-
-        fn telling_motion(&self) -> &'static str {
-            "fly-bys under the beacon along both axes to the edge of the diode"
-        }
-
-        fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-            let mut list = Vec::new();
-            for axis in (0..2).filter(|_| survey.beacon) {
-                let higher = HIGHER.map(|powers| (powers, 1.5e-6));
-                for ([a, b], size_m) in POWERS.map(|powers| (powers, 4.0e-6)).into_iter().chain(higher) {
-                    let full = survey.tan_full_scale;
-                    let name = format!("x^{a} y^{b} on {}", ["x", "y"][axis]);
-                    list.push(Regressor::reading(
-                        name,
-                        "of full scale",
-                        size_m,
-                        4 + axis,
-                        move |m| full * m.deflection[0].powi(a) * m.deflection[1].powi(b),
-                    ));
-                }
+    /// Sensor side: all terms of second to fifth degree in the two deflections, the higher ones small.
+    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+        let mut list = Vec::new();
+        for axis in 0..2 {
+            let higher = HIGHER.map(|powers| (powers, 1.5e-6));
+            for ([a, b], size_m) in POWERS.map(|powers| (powers, 4.0e-6)).into_iter().chain(higher) {
+                let full = survey.tan_full_scale;
+                let name = format!("x^{a} y^{b} on {}", ["x", "y"][axis]);
+                list.push(Regressor::reading(
+                    name,
+                    "of full scale",
+                    size_m,
+                    4 + axis,
+                    move |m| full * m.deflection[0].powi(a) * m.deflection[1].powi(b),
+                ));
             }
-            list
         }
+        list
+    }
+}
+
+// --- what is known of it ---
+
+use crate::effect::{Card, Confusable, Effect, Need, Quantity};
+use crate::sensor::{Regressor, Survey};
+
+/// The effect.
+pub struct Known;
+
+/// Its card.
+pub static CARD: Card = Card {
+    name: "psd_nonlinearity",
+    summary: "cubic, quadratic and cross terms of the coordination sensor",
+    sizes: "4 µm for terms of second and third degree, 1.5 µm for higher ones: a cubic term of up to 17 % of the linear one at full scale has been seen (Golnabi), which is more",
+    telling_motion: "fly-bys under the beacon along both axes to the edge of the diode",
+    needs: &[Need::Beacon],
+    follows: Quantity::Deflection,
+    coordinate: "deflection of the coordination sensor",
+    carries_over: "its amounts, for the same beacon at the same height",
+    confusable: &[
+        Confusable { with: "tooth_variation", parted_by: "under a beacon the deflection is the place: two places under the beacon tell" },
+        Confusable { with: "psd_misalignment", parted_by: "both go with the deflection: a bend is not straight; fly-bys to the edge of the diode tell" },
+    ],
+    ..Card::PLAIN
+};
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        PsdNonlinearity::draw(scene, rng, size_rms_m)
+    }
+
+    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
+        sensor_side::regressors(survey)
     }
 }

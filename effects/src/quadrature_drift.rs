@@ -53,48 +53,31 @@ impl PlantEffect for QuadratureDrift {
 
 // --- sensor side: orders one and two of the own phase that wander with time, as the amplitude does ---
 
-pub use sensor_side::WanderModel;
-
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Moment, Regressor, SensorEffect, Survey};
+    pub use crate::basis::spline;
+    use crate::sensor::{Moment, Regressor, Survey};
     use core::f64::consts::TAU;
-
-    /// Sensor side: offset (order 1), gain and phase (order 2 and a constant). Their course in time is what the amplitude shows
-    /// of them; where only positions are known, any cubic spline.
-    pub struct WanderModel;
 
     /// Knots over the recording: two a period of what changes within a tenth of it.
     const KNOTS: usize = 23;
     /// Their distance, as a part of the recording.
     const STEP: f64 = 1.0 / (KNOTS - 3) as f64;
 
-    impl SensorEffect for WanderModel {
-        fn name(&self) -> &'static str {
-            "quadrature_drift"
-        }
-
-        fn sentence(&self) -> &'static str {
-            "offset, gain or phase of a quadrature pair wander with time"
-        }
-
-        fn telling_motion(&self) -> &'static str {
-            "the same fly-by repeated over an hour at a constant temperature"
-        }
-
-        fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-            let mut list = Vec::new();
-            for s in (0..4).filter(|s| survey.segments[*s]) {
-                if survey.counts {
-                    if survey.pair_wanders[s] {
-                        by_amplitude(&mut list, s, survey.pitch_m / TAU);
-                    }
-                } else if survey.travel_m[s] > 3.0 * survey.pitch_m {
-                    by_time(&mut list, s);
+    /// Sensor side: offset (order 1), gain and phase (order 2 and a constant). Their course in time is what the amplitude shows
+    /// of them; where only positions are known, any cubic spline.
+    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+        let mut list = Vec::new();
+        for s in (0..4).filter(|s| survey.segments[*s]) {
+            if survey.counts {
+                if survey.pair_wanders[s] {
+                    by_amplitude(&mut list, s, survey.pitch_m / TAU);
                 }
+            } else if survey.travel_m[s] > 3.0 * survey.pitch_m {
+                by_time(&mut list, s);
             }
-            list
         }
+        list
     }
 
     /// The angle by which the pair's wandering flaws turn it, as its amplitude shows them: an amount of 1. And which of the two
@@ -136,17 +119,50 @@ pub mod sensor_side {
             }
         }
     }
+}
 
-    /// Uniform cubic B-spline with knots a unit apart, centred at zero.
-    #[must_use]
-    pub fn spline(x: f64) -> f64 {
-        let x = x.abs();
-        if x < 1.0 {
-            2.0 / 3.0 - x * x + 0.5 * x * x * x
-        } else if x < 2.0 {
-            (2.0 - x).powi(3) / 6.0
-        } else {
-            0.0
-        }
+// --- what is known of it ---
+
+use crate::effect::{Acts, Card, Carries, Confusable, Effect, Nature, Quantity, Recordings};
+use crate::sensor::{Regressor, Survey};
+
+/// The effect.
+pub struct Known;
+
+/// Its card.
+pub static CARD: Card = Card {
+    name: "quadrature_drift",
+    summary: "offset, gain or phase of a pair wander with time",
+    sizes: "3 µm for each part of a pair: offsets of 0.3 to 0.5 % of the amplitude are usual (ESS resolver) and 6 % has been seen (lib_sincos_enc); 1 % makes 1.6 µm",
+    telling_motion: "the same fly-by repeated over an hour at a constant temperature",
+    recordings: Recordings::NowAndLater,
+    follows: Quantity::Time,
+    coordinate: "time and own tooth phase",
+    acts: Acts::Electronics,
+    carries: Carries::ItsOwnTime,
+    carries_over: "nothing but what the other recording's own counts show: its course is another one",
+    nature: Nature::Flexible,
+    handicap: 0.10,
+    patterned: true,
+    its_own: "its course",
+    remark: "its course is another one on each recording; the pair's own counts show it by their amplitude, here and on others. \
+Without them, and on the board, the wander stays",
+    confusable: &[
+        Confusable { with: "thermal_drift", parted_by: "a temperature that only rises is a clock: the same poses at two temperatures and again at the first tell" },
+    ],
+    ..Card::PLAIN
+};
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        QuadratureDrift::draw(scene, rng, size_rms_m)
+    }
+
+    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
+        sensor_side::regressors(survey)
     }
 }

@@ -4,7 +4,9 @@
 //! readings (segments 1 to 4 in metres, then tan(psi_x), tan(psi_y)) for the constraints to close, the convention of
 //! equation (3). The diagnosis turns it into channels, weighs it by the noise, and fits its amount.
 
+use crate::identity::{Factor, Identity, Part, Wave};
 use crate::over::{Extent, Over};
+pub use crate::rails::Clip;
 use serde::{Deserialize, Serialize};
 
 /// Readings of a sample: four segments (m), then tan(psi_x), tan(psi_y).
@@ -19,6 +21,10 @@ pub const GRADUAL: usize = 4;
 pub const ORDERS: usize = 16;
 /// Highest order of the lateral tooth phase that is tabulated.
 pub const LATERAL_ORDERS: usize = 4;
+
+/// A mount that swings more slowly than this hangs by 28 mm under its own weight, g/(2 pi f)²: what is slower is a drift or follows
+/// the motion, and no line of a vibration.
+pub const SLOWEST_LINE_HZ: f64 = 3.0;
 
 /// Times after which a mount has followed the board's temperature to 1/e, s: of a coil, of what holds it, and of a courier that is
 /// warmed through slowly.
@@ -227,30 +233,6 @@ pub struct Survey {
     pub beneath: [Option<[f64; 8]>; 4],
 }
 
-/// A pair whose channels saturate. An amplifier and a converter have a rail at either end, and an offset shifts the wave against
-/// them: any of the four may cut, none needs to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Clip {
-    /// Lower and upper rail of the sine, then of the cosine, of the amplitude, from the electrical zero: signed.
-    pub rails: [[f64; 2]; 2],
-    /// Offset of sine and cosine, gain of the sine less one, quadrature angle (rad) of the wave before it is cut, of the amplitude.
-    pub pair: [f64; 4],
-    /// Softness of the rails, 0 (hard) to about 0.7: the reciprocal of the exponent in `adc_clipping`'s form. An amplifier of
-    /// tanh's shape has 0.5.
-    #[serde(default)]
-    pub knee: f64,
-    /// Found against a reference: electrical phase at the reference's zero,
-    /// rad, and delay, s.
-    pub zero_and_delay: Option<[f64; 2]>,
-}
-
-impl Clip {
-    /// A rail that nothing reaches, of the amplitude.
-    pub const OPEN: f64 = 3.0;
-    /// Below this a knee is narrower than the noise: a hundredth of the rail or so.
-    pub const HARD: f64 = 0.02;
-}
-
 /// A unit amount added to the readings or, for shapes that no reading owns, to the channels.
 pub enum Action {
     /// Adds to the readings.
@@ -280,6 +262,8 @@ pub struct Regressor {
     pub over: Option<Over>,
     /// Number, within its effect, of the course that it is a knot of: what is known of their size is known of all its knots.
     pub course: Option<usize>,
+    /// What the amount stands for, where code needs to know it.
+    pub identity: Option<Identity>,
     /// What a unit amount adds.
     pub action: Action,
 }
@@ -301,6 +285,7 @@ impl Regressor {
             during: ALWAYS,
             over: None,
             course: None,
+            identity: None,
             action: Action::Readings(Box::new(add)),
         }
     }
@@ -340,6 +325,7 @@ impl Regressor {
             during: ALWAYS,
             over: None,
             course: None,
+            identity: None,
             action,
         }
     }
@@ -362,6 +348,13 @@ impl Regressor {
     #[must_use]
     pub fn knot_of(mut self, course: usize) -> Self {
         self.course = Some(course);
+        self
+    }
+
+    /// The same, which stands for something that code asks for.
+    #[must_use]
+    pub fn identified(mut self, identity: Identity) -> Self {
+        self.identity = Some(identity);
         self
     }
 
@@ -393,75 +386,85 @@ impl Regressor {
     }
 
     /// Sine and cosine of order `order` of a segment's own phase times a factor.
-    pub fn harmonic(
+    pub fn harmonic<'a>(
         list: &mut Vec<Self>,
         segment: usize,
         order: usize,
-        label: (&str, &'static str, f64),
+        label: impl Into<Label<'a>>,
         factor: impl Fn(&Moment) -> f64 + Send + Sync + Clone + 'static,
     ) {
-        Self::harmonic_of(|m| &m.own, list, (segment, order), label, factor);
+        Self::harmonic_of(|m| &m.own, list, (segment, order), label.into(), factor);
     }
 
     /// The same of the own phase that a survey tells, the calibrated output's or the unmodified one's.
-    pub fn free_harmonic(
+    pub fn free_harmonic<'a>(
         survey: &Survey,
         list: &mut Vec<Self>,
         place: (usize, usize),
-        label: (&str, &'static str, f64),
+        label: impl Into<Label<'a>>,
         factor: impl Fn(&Moment) -> f64 + Send + Sync + Clone + 'static,
     ) {
         if survey.unmodified {
-            Self::harmonic_of(|m| &m.raw, list, place, label, factor);
+            Self::harmonic_of(|m| &m.raw, list, place, label.into(), factor);
         } else {
-            Self::harmonic_of(|m| &m.own, list, place, label, factor);
+            Self::harmonic_of(|m| &m.own, list, place, label.into(), factor);
         }
     }
 
     fn harmonic_of(
         table: fn(&Moment) -> &Harmonics,
         list: &mut Vec<Self>,
-        (segment, order): (usize, usize),
-        (label, unit, size_m): (&str, &'static str, f64),
+        (segment, own_order): (usize, usize),
+        label: Label,
         factor: impl Fn(&Moment) -> f64 + Send + Sync + Clone + 'static,
     ) {
-        let (f, g) = (factor.clone(), factor);
-        let name = |part| format!("{label}order {order} {part}, segment {}", segment + 1);
-        list.push(Self::reading(
-            name("sine"),
-            unit,
-            size_m,
-            segment,
-            move |m| f(m) * table(m)[segment][order].0,
-        ));
-        list.push(Self::reading(
-            name("cosine"),
-            unit,
-            size_m,
-            segment,
-            move |m| g(m) * table(m)[segment][order].1,
-        ));
+        for part in Part::BOTH {
+            let Label {
+                text, unit, size_m, ..
+            } = label;
+            let name = format!(
+                "{text}order {own_order} {}, segment {}",
+                part.name(),
+                segment + 1
+            );
+            let factor = factor.clone();
+            let value = move |m: &Moment| factor(m) * part.of(table(m)[segment][own_order]);
+            let wave = Wave {
+                segment,
+                own_order,
+                lateral_order: 0,
+                part,
+                factor: label.factor,
+            };
+            let one = Self::reading(name, unit, size_m, segment, value);
+            list.push(one.identified(Identity::Wave(wave)));
+        }
     }
 }
 
-/// Legendre polynomial (Abramowitz and Stegun 1964, equation 22.7.10).
-pub(crate) fn legendre(order: usize, u: f64) -> f64 {
-    let (mut before, mut now) = (1.0, u);
-    for n in 1..order {
-        let n = n as f64;
-        (before, now) = (now, ((2.0 * n + 1.0) * u * now - n * before) / (n + 1.0));
-    }
-    now
+/// What sines and cosines have in common: what stands before their order, unit and size of their amounts, and what they are
+/// multiplied by.
+#[derive(Clone, Copy, Debug)]
+pub struct Label<'a> {
+    text: &'a str,
+    unit: &'static str,
+    size_m: f64,
+    factor: Factor,
 }
 
-/// The sensor's side of an effect.
-pub trait SensorEffect: Send + Sync {
-    /// Name in diagnosis.md.
-    fn name(&self) -> &'static str;
-    /// One sentence for the report.
-    fn sentence(&self) -> &'static str;
-    /// The motion that tells it from others.
-    fn telling_motion(&self) -> &'static str;
-    /// What it could add to the readings of such a recording; empty where the data cannot show it.
-    fn regressors(&self, survey: &Survey) -> Vec<Regressor>;
+impl<'a> From<(&'a str, &'static str, f64)> for Label<'a> {
+    fn from((text, unit, size_m): (&'a str, &'static str, f64)) -> Self {
+        (text, unit, size_m, Factor::Other).into()
+    }
+}
+
+impl<'a> From<(&'a str, &'static str, f64, Factor)> for Label<'a> {
+    fn from((text, unit, size_m, factor): (&'a str, &'static str, f64, Factor)) -> Self {
+        Self {
+            text,
+            unit,
+            size_m,
+            factor,
+        }
+    }
 }

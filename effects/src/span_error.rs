@@ -42,11 +42,9 @@ impl PlantEffect for SpanError {
 
 // --- sensor side: the angle in g_p ---
 
-pub use sensor_side::SpanModel;
-
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Regressor, SensorEffect, Survey};
+    use crate::sensor::{Regressor, Survey};
 
     /// Prior deviation of the four arms' sum: an assembly places each to a millimetre. Stated as such, since the lever arms take over
     /// nearly all that a common error does to the beacon's channels.
@@ -54,38 +52,19 @@ pub mod sensor_side {
 
     /// Sensor side: the two pairs' distances differ. A common error is the angle's scale, which the lever arms take over but for
     /// its second order: seen under a beacon only. Against a reference each segment's own arm shows.
-    pub struct SpanModel;
-
-    impl SensorEffect for SpanModel {
-        fn name(&self) -> &'static str {
-            "span_error"
+    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+        if survey.reference {
+            return against_reference(survey);
         }
-
-        fn sentence(&self) -> &'static str {
-            "the segments do not sit where the drawing says"
+        if !survey.segments.iter().all(|s| *s) {
+            return Vec::new();
         }
-
-        fn telling_motion(&self) -> &'static str {
-            "slow turns over ±1.2° at one place"
+        let mut list = vec![span("span of segments 1 and 3 over 2 and 4", [1.0, -1.0, -1.0, 1.0])];
+        if survey.beacon {
+            let both = span("span of both pairs", [1.0, 1.0, -1.0, -1.0]);
+            list.push(both.of_deviation(BOTH_M));
         }
-
-        fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-            if !survey.turning {
-                return Vec::new();
-            }
-            if survey.reference {
-                return against_reference(survey);
-            }
-            if !survey.segments.iter().all(|s| *s) {
-                return Vec::new();
-            }
-            let mut list = vec![span("span of segments 1 and 3 over 2 and 4", [1.0, -1.0, -1.0, 1.0])];
-            if survey.beacon {
-                let both = span("span of both pairs", [1.0, 1.0, -1.0, -1.0]);
-                list.push(both.of_deviation(BOTH_M));
-            }
-            list
-        }
+        list
     }
 
     fn span(name: &str, signs: [f64; 4]) -> Regressor {
@@ -102,5 +81,43 @@ pub mod sensor_side {
             Regressor::reading(name, "m", 5.0e-6, s, |m| m.theta_rad)
         };
         (0..4).filter(|s| survey.segments[*s]).map(arm).collect()
+    }
+}
+
+// --- what is known of it ---
+
+use crate::effect::{Card, Confusable, Effect, Need, Quantity, Recordings};
+use crate::sensor::{Regressor, Survey};
+
+/// The effect.
+pub struct Known;
+
+/// Its card.
+pub static CARD: Card = Card {
+    name: "span_error",
+    summary: "the segments do not sit where the drawing says",
+    sizes: "5 µm at the recording's angles for a difference of the pairs' spans; 2 mm for the sum of the four arms: an assembly places each to a millimetre",
+    telling_motion: "slow turns over ±1.2° at one place",
+    recordings: Recordings::Turned,
+    needs: &[Need::Turning],
+    follows: Quantity::Angle,
+    coordinate: "theta",
+    confusable: &[
+        Confusable { with: "angle_dependence", parted_by: "both grow with the angle: harmonics that change come back at every tooth, an arm does not; slow turns at one place tell" },
+    ],
+    ..Card::PLAIN
+};
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        SpanError::draw(scene, rng, size_rms_m)
+    }
+
+    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
+        sensor_side::regressors(survey)
     }
 }

@@ -4,6 +4,26 @@ use crate::over::{Over, Seat};
 use crate::sensor::{Moment, READINGS, Regressor};
 use serde::{Deserialize, Serialize};
 
+/// Teeth along and across a segment that its reading averages: the fewest that are built (the more there are, the smoother).
+const FOOTPRINT: f64 = 4.0;
+
+/// Nodes to either side that a footprint reaches at most, the nodes this many pitches apart.
+#[must_use]
+pub fn reach(step_pitches: f64) -> i32 {
+    ((0.5 * FOOTPRINT + 0.5) / step_pitches).ceil().max(1.0) as i32
+}
+
+/// Share of a node in a reading so many nodes away, the nodes this many pitches apart: overlap with the footprint at the
+/// nodes, linear between them.
+#[must_use]
+pub fn share(nodes_away: f64, step_pitches: f64) -> f64 {
+    let at = |k: f64| (0.5 * FOOTPRINT + 0.5 - k * step_pitches).clamp(0.0, 1.0);
+    let away = nodes_away.abs();
+    let (first, part) = (away.floor(), away.fract());
+    let first_share = if first == 0.0 { 1.0 } else { at(first) };
+    (1.0 - part) * first_share + part * at(first + 1.0)
+}
+
 /// What a segment's reading averages over: flat to its edges, which fall smoothly (a cubic, level at both ends).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Footprint {

@@ -61,14 +61,10 @@ impl PlantEffect for ThermalDrift {
 
 // --- sensor side: offsets and scales times temperature ---
 
-pub use sensor_side::WarmthModel;
-
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{LAGS_S, Regressor, SensorEffect, Survey};
-
-    /// Sensor side: each segment's offset, the scale of both axes, and the coordination sensor's offset and gain.
-    pub struct WarmthModel;
+    use crate::identity::{Factor, Identity, Wave};
+    use crate::sensor::{LAGS_S, Regressor, Survey};
 
     /// Prior of a scale's growth: aluminium, the most that a platen or a courier is made of (steel 11.5 ppm/K).
     const GROWTH_PER_K: f64 = 22.0e-6;
@@ -108,92 +104,78 @@ pub mod sensor_side {
         }
     }
 
-    impl SensorEffect for WarmthModel {
-        fn name(&self) -> &'static str {
-            "thermal_drift"
-        }
-
-        fn sentence(&self) -> &'static str {
-            "offsets and scale follow the board's temperature"
-        }
-
-        fn telling_motion(&self) -> &'static str {
-            "the same poses at two temperatures, and again at the first"
-        }
-
-        fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-            let mut list = Vec::new();
-            let (range, goes_on) = (survey.warmths_k, survey.bend_goes_on);
-            if !survey.temperature {
-                return list;
+    /// Sensor side: each segment's offset, the scale of both axes, and the coordination sensor's offset and gain.
+    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+        let mut list = Vec::new();
+        let (range, goes_on) = (survey.warmths_k, survey.bend_goes_on);
+        let lags_s = lags_s(survey);
+        for s in (0..4).filter(|s| survey.segments[*s]) {
+            let name = format!("offset, segment {}", s + 1);
+            let offset = Regressor::reading(name, "m/K", 4.0e-6, s, |m| m.warmth_k);
+            list.push(offset.identified(Identity::Wave(Wave::constant(s, Factor::Warmth))));
+            let name = format!("offset, second order, segment {}", s + 1);
+            list.push(Regressor::reading(name, "m/K²", 0.7e-6, s, move |m| {
+                bent(m.warmth_k, range, goes_on)
+            }));
+            for (lag, seconds) in lags_s.iter().enumerate() {
+                let name = format!("offset, {seconds} s behind, segment {}", s + 1);
+                let behind = Regressor::reading(name, "m/K", 0.7e-6, s, move |m| m.behind_k[lag]);
+                list.push(behind.of_deviation(DRIFT_M_PER_K));
             }
-            let lags_s = lags_s(survey);
-            for s in (0..4).filter(|s| survey.segments[*s]) {
-                let name = format!("offset, segment {}", s + 1);
-                list.push(Regressor::reading(name, "m/K", 4.0e-6, s, |m| m.warmth_k));
-                let name = format!("offset, second order, segment {}", s + 1);
-                list.push(Regressor::reading(name, "m/K²", 0.7e-6, s, move |m| {
-                    bent(m.warmth_k, range, goes_on)
+            for order in PAIR_ORDERS.into_iter().filter(|_| survey.fuller.pairs_warm) {
+                let label = ("warmth times ", "m/K", PAIR_SIZE_M, Factor::Warmth);
+                Regressor::free_harmonic(survey, &mut list, (s, order), label, |m| m.warmth_k);
+            }
+        }
+        for axis in 0..2 {
+            let label = ["x", "y"][axis];
+            // From the middle of the places: where the tooth counts have their zero is arbitrary, and growth about another
+            // place differs by an offset, which is there already.
+            let grown = Regressor::readings(
+                format!("scale of {label}"),
+                "1/K",
+                4.0e-6,
+                move |m, out| {
+                    for s in [axis, axis + 2] {
+                        out[s] += m.warmth_k * m.from_middle_m[axis];
+                    }
+                },
+            );
+            list.push(grown.of_deviation(GROWTH_PER_K).identified(Identity::Growth { axis }));
+            if survey.growth_told {
+                let name = format!("scale of {label} at the mean temperature");
+                let there = Regressor::readings(name, "1", 4.0e-6, move |m, out| {
+                    for s in [axis, axis + 2] {
+                        out[s] += m.from_middle_m[axis];
+                    }
+                });
+                let there = there.of_deviation(GROWTH_PER_K * RIGHT_WITHIN_K);
+                list.push(there.identified(Identity::GrowthAtMean { axis }));
+            }
+            if survey.beacon {
+                let name = format!("coordination sensor's offset {label}");
+                list.push(Regressor::reading(name, "1/K", 2.0e-6, 4 + axis, |m| {
+                    m.warmth_k
                 }));
                 for (lag, seconds) in lags_s.iter().enumerate() {
-                    let name = format!("offset, {seconds} s behind, segment {}", s + 1);
-                    let behind = Regressor::reading(name, "m/K", 0.7e-6, s, move |m| m.behind_k[lag]);
-                    list.push(behind.of_deviation(DRIFT_M_PER_K));
-                }
-                for order in PAIR_ORDERS.into_iter().filter(|_| survey.fuller.pairs_warm) {
-                    let label = ("warmth times ", "m/K", PAIR_SIZE_M);
-                    Regressor::free_harmonic(survey, &mut list, (s, order), label, |m| m.warmth_k);
-                }
-            }
-            for axis in 0..2 {
-                let label = ["x", "y"][axis];
-                // From the middle of the places: where the tooth counts have their zero is arbitrary, and growth about another
-                // place differs by an offset, which is there already.
-                let grown = Regressor::readings(
-                    format!("scale of {label}"),
-                    "1/K",
-                    4.0e-6,
-                    move |m, out| {
-                        for s in [axis, axis + 2] {
-                            out[s] += m.warmth_k * m.from_middle_m[axis];
-                        }
-                    },
-                );
-                list.push(grown.of_deviation(GROWTH_PER_K));
-                if survey.growth_told {
-                    let name = format!("scale of {label} at the mean temperature");
-                    let there = Regressor::readings(name, "1", 4.0e-6, move |m, out| {
-                        for s in [axis, axis + 2] {
-                            out[s] += m.from_middle_m[axis];
-                        }
+                    let name =
+                        format!("coordination sensor's offset {label}, {seconds} s behind");
+                    let behind = Regressor::reading(name, "1/K", 0.35e-6, 4 + axis, move |m| {
+                        m.behind_k[lag]
                     });
-                    list.push(there.of_deviation(GROWTH_PER_K * RIGHT_WITHIN_K));
+                    list.push(behind.of_deviation(DRIFT_M_PER_K / 0.1));
                 }
-                if survey.beacon {
-                    let name = format!("coordination sensor's offset {label}");
-                    list.push(Regressor::reading(name, "1/K", 2.0e-6, 4 + axis, |m| {
-                        m.warmth_k
-                    }));
-                    for (lag, seconds) in lags_s.iter().enumerate() {
-                        let name =
-                            format!("coordination sensor's offset {label}, {seconds} s behind");
-                        let behind = Regressor::reading(name, "1/K", 0.35e-6, 4 + axis, move |m| {
-                            m.behind_k[lag]
-                        });
-                        list.push(behind.of_deviation(DRIFT_M_PER_K / 0.1));
-                    }
-                    let name = format!("coordination sensor's gain {label}");
-                    list.push(Regressor::reading(
-                        name,
-                        "1/K",
-                        2.0e-6,
-                        4 + axis,
-                        move |m| m.warmth_k * m.tan_psi[axis],
-                    ));
-                }
+                let name = format!("coordination sensor's gain {label}");
+                list.push(Regressor::reading(
+                    name,
+                    "1/K",
+                    2.0e-6,
+                    4 + axis,
+                    move |m| m.warmth_k * m.tan_psi[axis],
+                ));
             }
-            list
         }
+        list
     }
 
     #[cfg(test)]
@@ -211,5 +193,60 @@ pub mod sensor_side {
             // A model that was written without a range.
             assert_eq!(bent(2.0, [0.0; 2], false), 4.0);
         }
+    }
+}
+
+// --- what is known of it ---
+
+use crate::effect::{Card, Confusable, Effect, Form, Holds, KnownBy, Need, Quantity, Recordings, Worth};
+use crate::sensor::{Regressor, Survey};
+
+/// The effect.
+pub struct Known;
+
+/// Its card.
+pub static CARD: Card = Card {
+    name: "thermal_drift",
+    summary: "offsets and scale follow temperature",
+    sizes: "4 µm for an offset over the recording's temperatures (5.6 µm/K of an eddy-current probe, Klipper pull 7358), 22 ppm/K for growth (aluminium; steel 11.5)",
+    telling_motion: "the same poses at two temperatures, and again at the first",
+    recordings: Recordings::ColdAndWarm,
+    needs: &[Need::Temperature],
+    follows: Quantity::Temperature,
+    coordinate: "temperature",
+    carries_over: "its amounts; its bend beyond the temperatures that were measured only where the recording shows that it goes on",
+    handicap: 0.01,
+    forms: &[
+        Form { worth: Worth::Few, ..Form::new("mounts that follow the temperature slowly", |told| told.warms_slowly = true) },
+        Form::new("offsets, gain and angle of the pairs follow it as well", |told| told.pairs_warm = true),
+        // A pair that warms wanders.
+        Form {
+            completed_by: Some("quadrature_drift"),
+            worth: Worth::OneForTwo,
+            ..Form::new("offsets, gain and angle of the pairs follow it, and no clock", |told| told.pairs_warm = true)
+        },
+    ],
+    // A ruling that grows with temperature is right at one that need not be the mean: at the mean it has another pitch, and is not
+    // skewed for that.
+    holds: &[Holds { other: "axis_skew", tell: &[|survey| survey.growth_told = true], known_by: KnownBy::Growth { within_k: sensor_side::RIGHT_WITHIN_K } }],
+    on_board: "offsets, and the pairs' own change with temperature",
+    confusable: &[
+        Confusable { with: "quadrature_drift", parted_by: "a temperature that only rises is a clock: the same poses at two temperatures and again at the first tell" },
+        Confusable { with: "axis_skew", parted_by: "a platen that grew has another pitch: recordings at two temperatures tell" },
+    ],
+    ..Card::PLAIN
+};
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        ThermalDrift::draw(scene, rng, size_rms_m)
+    }
+
+    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
+        sensor_side::regressors(survey)
     }
 }

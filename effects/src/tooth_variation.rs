@@ -124,44 +124,14 @@ impl PlantEffect for ToothVariation {
 
 // --- sensor side: a field over the platen ---
 
-pub use sensor_side::FieldModel;
-
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
     use crate::over::{Over, Seat};
-    use crate::sensor::{Moment, Regressor, SensorEffect, Survey};
+    use crate::sensor::{Moment, Regressor, Survey};
+    pub use crate::teeth::{reach, share};
 
-    /// Sensor side: displacements of single teeth (of groups of them, where the courier went far), each seen as far as a
-    /// segment's footprint reaches. Each segment has a field at its own place. Over a wide range that would be too many
-    /// unknowns: what the teeth under the four segments add to g_p, g_x and g_y hardly depends on the angle, so it is a
-    /// field over the centre for each of these there.
-    ///
-    /// That the displacements are independent and the footprint is known makes the field smooth over some teeth beforehand:
-    /// where it was passed once, its neighbours are told as well, and a wave of few teeth is no such field.
-    ///
-    /// Where the courier went over a few teeth only, the teeth at the edges of its footprint are many more than what can be told
-    /// of them: there the unknowns are the field's values on a rectangle of the mesh, and the footprint gives their correlation.
-    pub struct FieldModel;
-
-    /// Teeth along and across a segment that its reading averages: the fewest that are built (the more there are, the smoother).
-    const FOOTPRINT: f64 = 4.0;
     /// Prior size of the field, rms m.
     const SIZE_M: f64 = 3.0e-6;
-
-    /// Nodes to either side that a footprint reaches at most, the nodes this many pitches apart.
-    pub fn reach(step_pitches: f64) -> i32 {
-        ((0.5 * FOOTPRINT + 0.5) / step_pitches).ceil().max(1.0) as i32
-    }
-
-    /// Share of a node in a reading so many nodes away, the nodes this many pitches apart: overlap with the footprint at the
-    /// nodes, linear between them.
-    pub fn share(nodes_away: f64, step_pitches: f64) -> f64 {
-        let at = |k: f64| (0.5 * FOOTPRINT + 0.5 - k * step_pitches).clamp(0.0, 1.0);
-        let away = nodes_away.abs();
-        let (first, part) = (away.floor(), away.fract());
-        let first_share = if first == 0.0 { 1.0 } else { at(first) };
-        (1.0 - part) * first_share + part * at(first + 1.0)
-    }
 
     /// The same in both directions, of a place in node widths.
     fn seen(place_m: [f64; 2], step_m: f64, pitch_m: f64, [i, j]: [f64; 2]) -> f64 {
@@ -242,53 +212,49 @@ pub mod sensor_side {
         }
     }
 
-    impl SensorEffect for FieldModel {
-        fn name(&self) -> &'static str {
-            "tooth_variation"
+    /// Sensor side: displacements of single teeth (of groups of them, where the courier went far), each seen as far as a
+    /// segment's footprint reaches. Each segment has a field at its own place. Over a wide range that would be too many
+    /// unknowns: what the teeth under the four segments add to g_p, g_x and g_y hardly depends on the angle, so it is a
+    /// field over the centre for each of these there.
+    ///
+    /// That the displacements are independent and the footprint is known makes the field smooth over some teeth beforehand:
+    /// where it was passed once, its neighbours are told as well, and a wave of few teeth is no such field.
+    ///
+    /// Where the courier went over a few teeth only, the teeth at the edges of its footprint are many more than what can be told
+    /// of them: there the unknowns are the field's values on a rectangle of the mesh, and the footprint gives their correlation.
+    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+        if let Some(teeth) = &survey.teeth {
+            return teeth.regressors(survey.pitch_m, SIZE_M);
         }
-
-        fn sentence(&self) -> &'static str {
-            "single teeth of the platen are displaced: a field over the platen"
+        let mut list = Vec::new();
+        let (step_m, pitch_m) = (survey.node_step_m, survey.pitch_m);
+        if step_m <= 0.0 {
+            return list;
         }
-
-        fn telling_motion(&self) -> &'static str {
-            "dense poses over the same teeth, there and back, so that each place is passed several times"
-        }
-
-        fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-            if let Some(teeth) = &survey.teeth {
-                return teeth.regressors(survey.pitch_m, SIZE_M);
-            }
-            let mut list = Vec::new();
-            let (step_m, pitch_m) = (survey.node_step_m, survey.pitch_m);
-            if step_m <= 0.0 {
-                return list;
-            }
-            let deviation_m = deviation_m(step_m / pitch_m);
-            let reach_m = f64::from(reach(step_m / pitch_m)) * step_m;
-            for s in 0..4 {
-                if survey.field_by_value {
-                    if let (Some(from), Some(to)) = (survey.nodes[s].first(), survey.nodes[s].last()) {
-                        by_value(survey, s, *from, *to, &mut list);
-                    }
-                    continue;
+        let deviation_m = deviation_m(step_m / pitch_m);
+        let reach_m = f64::from(reach(step_m / pitch_m)) * step_m;
+        for s in 0..4 {
+            if survey.field_by_value {
+                if let (Some(from), Some(to)) = (survey.nodes[s].first(), survey.nodes[s].last()) {
+                    by_value(survey, s, *from, *to, &mut list);
                 }
-                for &[i, j] in &survey.nodes[s] {
-                    let node = [f64::from(i), f64::from(j)];
-                    let one = if survey.reference || survey.field_by_segment {
-                        let name = format!("node {i} along, {j} across, segment {}", s + 1);
-                        Regressor::reading(name, "m", SIZE_M, s, move |m| seen(m.place_m[s], step_m, pitch_m, node))
-                    } else {
-                        let name = format!("node {i} along x, {j} along y, {}", ["g_p", "g_x", "g_y", ""][s]);
-                        Regressor::channel(name, "m", SIZE_M, s, move |m| seen(m.centre_m, step_m, pitch_m, node))
-                    };
-                    let seat = if survey.reference || survey.field_by_segment { Seat::Segment(s) } else { Seat::Centre };
-                    let over = Over::about(seat, node.map(|n| n * step_m), [reach_m; 2]);
-                    list.push(one.of_deviation(deviation_m).only_over(over));
-                }
+                continue;
             }
-            list
+            for &[i, j] in &survey.nodes[s] {
+                let node = [f64::from(i), f64::from(j)];
+                let one = if survey.reference || survey.field_by_segment {
+                    let name = format!("node {i} along, {j} across, segment {}", s + 1);
+                    Regressor::reading(name, "m", SIZE_M, s, move |m| seen(m.place_m[s], step_m, pitch_m, node))
+                } else {
+                    let name = format!("node {i} along x, {j} along y, {}", ["g_p", "g_x", "g_y", ""][s]);
+                    Regressor::channel(name, "m", SIZE_M, s, move |m| seen(m.centre_m, step_m, pitch_m, node))
+                };
+                let seat = if survey.reference || survey.field_by_segment { Seat::Segment(s) } else { Seat::Centre };
+                let over = Over::about(seat, node.map(|n| n * step_m), [reach_m; 2]);
+                list.push(one.of_deviation(deviation_m).only_over(over));
+            }
         }
+        list
     }
 
     #[cfg(test)]
@@ -314,5 +280,50 @@ pub mod sensor_side {
                 }
             }
         }
+    }
+}
+
+// --- what is known of it ---
+
+use crate::effect::{Card, Confusable, Effect, Judged, Nature, Place, Quantity, Recordings};
+use crate::sensor::{Regressor, Survey};
+
+/// The effect.
+pub struct Known;
+
+/// Its card.
+pub static CARD: Card = Card {
+    name: "tooth_variation",
+    summary: "single teeth of the platen are displaced",
+    sizes: "3 µm rms of a segment's reading: 1.9 µm of each tooth in the paper's section 4, and more on platens that were not chosen",
+    telling_motion: "dense poses over the same teeth, there and back, so that each place is passed several times",
+    recordings: Recordings::Apart,
+    judged: Judged::AsField,
+    place: Place::Last,
+    follows: Quantity::PlaceOnPlaten,
+    coordinate: "place on the platen",
+    carries_over: "the teeth that were passed; of others nothing is known",
+    nature: Nature::Flexible,
+    handicap: 0.10,
+    patterned: true,
+    rigid: true,
+    confusable: &[
+        Confusable { with: "lateral_dependence", parted_by: "both are patterns across the teeth: what comes back at other teeth is the segment's; poses over other teeth tell" },
+        Confusable { with: "axis_skew", parted_by: "both go with the place: rulings askew are straight over the whole platen; fly-bys over a wide range tell" },
+    ],
+    ..Card::PLAIN
+};
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        ToothVariation::draw(scene, rng, size_rms_m)
+    }
+
+    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
+        sensor_side::regressors(survey)
     }
 }

@@ -64,54 +64,83 @@ impl PlantEffect for VelocityLag {
 
 // --- sensor side: each segment's own speed ---
 
-pub use sensor_side::LagModel;
-
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Regressor, SensorEffect, Survey};
+    use crate::identity::{Factor, Identity, Wave};
+    use crate::sensor::{Regressor, Survey};
 
-    /// Sensor side: a delay of each segment, and a part that grows with the square of speed. Told more fully, a delay that changes over
-    /// a tooth.
-    pub struct LagModel;
-
+    /// Prior size of a delay, m: 50 µs at 0.1 m/s, a filter of some kHz.
+    const DELAY_SIZE_M: f64 = 5.0e-6;
+    /// Prior size of what eddy currents lose of it at speed, m: a fifth.
+    const SATURATION_SIZE_M: f64 = 1.0e-6;
     /// Once a tooth: eddy currents are those of the tooth and not of the slot. Twice: the two channels of a pair are delayed by
     /// different times.
     const WAVES: [usize; 2] = [1, 2];
     /// How much: it completes the effect.
     const WAVES_SIZE_M: f64 = 0.6e-6;
 
-    impl SensorEffect for LagModel {
-        fn name(&self) -> &'static str {
-            "velocity_lag"
-        }
-
-        fn sentence(&self) -> &'static str {
-            "a segment's output lags with its speed: eddy currents, filter or sampling delay"
-        }
-
-        fn telling_motion(&self) -> &'static str {
-            "fly-bys at several speeds, with samples while the speed changes"
-        }
-
-        fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-            let mut list = Vec::new();
-            for s in (0..4).filter(|s| survey.segments[*s] && survey.moving) {
-                let name = format!("delay, segment {}", s + 1);
-                list.push(Regressor::reading(name, "s", 5.0e-6, s, move |m| {
+    /// Sensor side: a delay of each segment, and a part that grows with the square of speed. Told more fully, a delay that changes over
+    /// a tooth.
+    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+        let mut list = Vec::new();
+        for s in (0..4).filter(|s| survey.segments[*s]) {
+            let name = format!("delay, segment {}", s + 1);
+            let delay = Regressor::reading(name, "s", DELAY_SIZE_M, s, move |m| m.speed_m_s[s]);
+            list.push(delay.identified(Identity::Wave(Wave::constant(s, Factor::Speed))));
+            let name = format!("square of speed, segment {}", s + 1);
+            list.push(Regressor::reading(name, "s²/m", SATURATION_SIZE_M, s, move |m| {
+                m.speed_m_s[s] * m.speed_m_s[s].abs()
+            }));
+            for order in WAVES.into_iter().filter(|_| survey.fuller.lag_waves) {
+                let label = ("delay times ", "s", WAVES_SIZE_M, Factor::Speed);
+                Regressor::free_harmonic(survey, &mut list, (s, order), label, move |m| {
                     m.speed_m_s[s]
-                }));
-                let name = format!("square of speed, segment {}", s + 1);
-                list.push(Regressor::reading(name, "s²/m", 1.0e-6, s, move |m| {
-                    m.speed_m_s[s] * m.speed_m_s[s].abs()
-                }));
-                for order in WAVES.into_iter().filter(|_| survey.fuller.lag_waves) {
-                    let label = ("delay times ", "s", WAVES_SIZE_M);
-                    Regressor::free_harmonic(survey, &mut list, (s, order), label, move |m| {
-                        m.speed_m_s[s]
-                    });
-                }
+                });
             }
-            list
         }
+        list
+    }
+}
+
+// --- what is known of it ---
+
+use crate::effect::{Card, Confusable, Effect, Form, Need, Quantity};
+use crate::sensor::{Regressor, Survey};
+
+/// The effect.
+pub struct Known;
+
+/// Its card.
+pub static CARD: Card = Card {
+    name: "velocity_lag",
+    summary: "a segment's output lags with speed: eddy currents, filter or sampling delay",
+    sizes: "5 µm at the recording's speeds, 1 µm for what grows with the square: 50 µs of a filter at 0.1 m/s; 1 µs is 1.5 µm at 1.5 m/s",
+    telling_motion: "fly-bys at several speeds, with samples while the speed changes",
+    needs: &[Need::Moving],
+    follows: Quantity::Speed,
+    coordinate: "speed",
+    patterned: true,
+    delays: true,
+    rigid: true,
+    forms: &[Form::new("a delay that changes over a tooth", |told| told.lag_waves = true)],
+    on_board: "each segment's delay, and how it changes over a tooth; what grows with the square of speed is left",
+    confusable: &[
+        Confusable { with: "psd_latency", parted_by: "what all segments' delays have in common is the coordination sensor's, the other way round: no motion parts these; different delays of the segments show in every fly-by" },
+        Confusable { with: "hysteresis", parted_by: "at one speed a delay is a direction: the same fly-by there and back at two speeds tells" },
+    ],
+    ..Card::PLAIN
+};
+
+impl Effect for Known {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
+        VelocityLag::draw(scene, rng, size_rms_m)
+    }
+
+    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
+        sensor_side::regressors(survey)
     }
 }

@@ -1,7 +1,7 @@
 //! The diagnosed model as the board's error model: which of its effects are terms there, and with which coefficients.
 
-mod names;
 mod refit;
+mod terms;
 
 use anyhow::{Result, ensure};
 use courier_sensor::frame::SEGMENTS;
@@ -12,8 +12,8 @@ use courier_sensor::model::{
 use courier_sensor::settings::Settings;
 use diagnosis::Model;
 use diagnosis::baseline::ORDERS;
-use names::{place, share_of_term};
 use refit::{Diagnosed, Refitted, refit};
+use terms::{Place, on_board, places};
 
 /// Most terms of the own phase alone that the board can recalibrate with (`calibration::StartError::Terms`).
 const MOST_OWN: usize = 6;
@@ -91,12 +91,13 @@ impl BoardModel {
         } = effects(diagnosed, &own);
         ensure!(
             !taken.is_empty(),
-            "found {}, wanted an effect that the board's error model has terms for (lateral_dependence, extra_harmonics, angle_dependence, velocity_lag, hysteresis, thermal_drift)",
+            "found {}, wanted an effect that the board's error model has terms for ({})",
             if diagnosed.effects.is_empty() {
                 "no effect in the model".into()
             } else {
                 left.join("; ")
-            }
+            },
+            on_board()
         );
         let correction = Diagnosed {
             own: &own,
@@ -149,12 +150,10 @@ fn effects(diagnosed: &Model, own: &[Row]) -> Effects {
     for effect in &diagnosed.effects {
         let mut rows: Vec<Row> = Vec::new();
         let mut unknown = 0;
+        let places = places(diagnosed, effect);
         for amount in &effect.amounts {
-            match place(&effect.name, &amount.name) {
-                Some((term, part, segment)) => {
-                    let value = amount.value * share_of_term(&amount.name);
-                    set(&mut rows, term, part, segment, value);
-                }
+            match places.get(&amount.name) {
+                Some(place) => set(&mut rows, place, amount.value),
                 None => unknown += 1,
             }
         }
@@ -195,12 +194,12 @@ fn equation_3(diagnosed: &Model) -> Vec<Row> {
     ORDERS.iter().enumerate().map(row).collect()
 }
 
-fn set(rows: &mut Vec<Row>, term: Term, part: usize, segment: usize, value: f64) {
-    if !rows.iter().any(|row| row.term == term) {
-        rows.push(Row::empty(term));
+fn set(rows: &mut Vec<Row>, place: &Place, amount: f64) {
+    if !rows.iter().any(|row| row.term == place.term) {
+        rows.push(Row::empty(place.term));
     }
-    if let Some(row) = rows.iter_mut().find(|row| row.term == term) {
-        row.coefficients[segment][part] += value;
+    if let Some(row) = rows.iter_mut().find(|row| row.term == place.term) {
+        row.coefficients[place.segment][place.part] += place.share * amount;
     }
 }
 
@@ -243,6 +242,8 @@ mod tests {
     use super::*;
     use diagnosis::model::EffectAmounts;
     use diagnosis::report::Magnitude;
+    use effects::identity::{Factor, Wave};
+    use effects::sensor::{Fuller, Survey};
 
     fn amount(name: &str, value: f64) -> Magnitude {
         Magnitude {
@@ -260,13 +261,48 @@ mod tests {
                 carries_over: true,
                 amounts,
             }],
+            survey: survey(),
             ..Model::default()
         }
     }
 
+    /// A recording that offers all that the effects need.
+    fn survey() -> Survey {
+        Survey {
+            segments: [true; 4],
+            turning: true,
+            moving: true,
+            lateral: true,
+            beacon: true,
+            temperature: true,
+            pitch_m: 1.0e-3,
+            tan_full_scale: 0.1,
+            top_speed_m_s: [0.05; 4],
+            ..Survey::default()
+        }
+    }
+
+    /// The place of an amount of a model with all fuller forms.
+    fn at(effect: &str, amount: &str) -> Option<(Term, usize, usize)> {
+        let fuller = Fuller {
+            lag_waves: true,
+            memory_waves: true,
+            softens: true,
+            pairs_warm: true,
+            ..Fuller::default()
+        };
+        let mut model = diagnosed(effect, Vec::new());
+        model.survey.fuller = fuller;
+        let places = places(&model, &model.effects[0]);
+        let known = effects::effect(effect).expect(effect);
+        let all = known.regressors(&model.survey);
+        assert!(all.iter().any(|r| r.name == amount), "{effect}: {amount}");
+        let place = places.get(amount)?;
+        Some((place.term, place.part, place.segment))
+    }
+
     #[test]
     fn amounts_become_the_terms_that_they_are() {
-        let at = |effect, name| place(effect, name);
         assert_eq!(
             at("lateral_dependence", "order 2 cosine, segment 3"),
             Some((Term::lateral(2), 1, 2))
@@ -304,10 +340,14 @@ mod tests {
             at("thermal_drift", "warmth times order 2 sine, segment 4"),
             Some((Term::own(2).with(Multiplier::Temperature), 0, 3))
         );
+        assert_eq!(
+            at("thermal_drift", "offset, segment 1"),
+            Some((Term::default().with(Multiplier::Temperature), 1, 0))
+        );
         let slow = "direction that is less below 12 mm/s, segment 3";
         assert_eq!(at("hysteresis", slow), None);
         assert_eq!(at("velocity_lag", "square of speed, segment 2"), None);
-        assert_eq!(at("psd_nonlinearity", "cubic x"), None);
+        assert_eq!(at("psd_nonlinearity", "x^3 y^0 on x"), None);
     }
 
     #[test]
@@ -316,43 +356,31 @@ mod tests {
             let angles = (-500..=500).map(|k| refit::TURN_RAD * f64::from(k) / 500.0);
             angles.map(|theta| theta.powi(power)).sum()
         };
-        let name = format!("{}order 2 cosine, segment 1", names::FOURTH);
-        let term = place("angle_dependence", &name);
-        assert_eq!(term, Some((Term::own(2).with_theta(2), 1, 0)));
+        let of_power = |power: i32| {
+            let wave = Wave {
+                own_order: 2,
+                ..Wave::constant(0, Factor::Angle(power))
+            };
+            terms::place(&wave)
+        };
+        let fourth = of_power(4).expect("a place");
+        assert_eq!(fourth.term, Term::own(2).with_theta(2));
         let nearest = sum(4 + 2) / sum(2 + 2);
-        assert!((share_of_term(&name) / nearest - 1.0).abs() < 0.01);
-        assert_eq!(share_of_term("theta times order 2 cosine, segment 1"), 1.0);
+        assert!((fourth.share / nearest - 1.0).abs() < 0.01);
+        assert_eq!(of_power(2).expect("a place").share, 1.0);
+        assert_eq!(of_power(3), None);
     }
 
     #[test]
-    fn every_term_that_the_sensor_sides_can_give_is_one_of_the_board() {
-        let survey = effects::sensor::Survey {
-            segments: [true; 4],
-            turning: true,
-            moving: true,
-            lateral: true,
-            temperature: true,
-            pitch_m: 1.0e-3,
-            top_speed_m_s: [0.05; 4],
-            ..Default::default()
-        };
-        for name in [
-            "lateral_dependence",
-            "extra_harmonics",
-            "angle_dependence",
-            "velocity_lag",
-            "hysteresis",
-            "thermal_drift",
-        ] {
-            let side = effects::sensor_sides()
-                .into_iter()
-                .find(|side| side.name() == name)
-                .expect(name);
+    fn every_effect_that_says_so_gives_terms_of_the_board() {
+        let on_board = |e: &&&dyn effects::Effect| !e.card().on_board.is_empty();
+        for side in effects::EFFECTS.iter().filter(on_board) {
             let amounts = side
-                .regressors(&survey)
+                .regressors(&survey())
                 .iter()
                 .map(|r| amount(&r.name, if r.unit == "m" { 1.0e-6 } else { 1.0e-5 }))
                 .collect();
+            let name = side.name();
             let board = BoardModel::new(&diagnosed(name, amounts), &Geometry::PAPER).expect(name);
             assert!(board.model.terms.len() > 4, "{name}");
         }
@@ -436,7 +464,7 @@ mod tests {
         assert!(BoardModel::new(&Model::default(), &Geometry::PAPER).is_err());
         assert!(
             BoardModel::new(
-                &diagnosed("psd_nonlinearity", vec![amount("cubic x", 1.0)]),
+                &diagnosed("psd_nonlinearity", vec![amount("x^3 y^0 on x", 1.0)]),
                 &Geometry::PAPER
             )
             .is_err()
