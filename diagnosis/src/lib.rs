@@ -51,14 +51,13 @@
 //!
 //! [`prepare`] reads, repairs and calibrates the baseline; [`study`] lays out the columns of the baseline, of every effect
 //! of the catalogue and of free shapes over the coordinates, and their products fold by fold; [`search`] and [`evidence`] weigh sets of
-//! effects on held-out folds; [`judge`] makes the verdict and says how far the gap shrinks; [`html`] draws it. [`blind`] checks the whole.
+//! effects on held-out folds; [`judge`] makes the verdict and says how far the gap shrinks. Telling it to a reader, and checking the whole on
+//! couriers whose effects are withheld, are crates of their own: `report` and `blind`.
 
 mod acting;
 pub mod adequacy;
-pub mod advice;
 pub mod arena;
 pub mod baseline;
-pub mod blind;
 mod bootstrap;
 mod breath;
 pub mod calibrate;
@@ -79,10 +78,8 @@ pub mod fourier;
 mod frequency;
 mod fringe;
 pub mod gram;
-pub mod headline;
 pub mod heldout;
 pub mod hollow;
-pub mod html;
 pub mod hum;
 pub mod judge;
 pub mod leftout;
@@ -91,7 +88,6 @@ pub mod lines;
 mod made;
 pub mod model;
 pub mod motion;
-pub mod motions;
 pub mod nodes;
 pub mod observe;
 pub mod phase;
@@ -122,7 +118,6 @@ pub mod thinning;
 pub mod trace;
 pub mod training;
 pub mod travel;
-pub mod units;
 pub mod visited;
 mod ways;
 

@@ -17,5 +17,5 @@ pub const CALIBRATION: Kind = Kind::json("a calibration", &["courier_calibration
 pub const MAP: Kind = Kind::json("a tooth map", &["courier_tooth_map"]);
 /// What `courier diagnose --report` and `courier blind --report` write.
 pub const PAGE: Kind = Kind::Page {
-    made_by: diagnosis::html::MADE_BY,
+    made_by: report::html::MADE_BY,
 };

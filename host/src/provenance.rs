@@ -1,9 +1,9 @@
 //! Where a report comes from: the date, this program, its command line, and the hashes of what it read.
 
 use anyhow::{Context, Result};
-use diagnosis::advice::word;
-use diagnosis::html::{Origin, stated};
 use recording::Recording;
+use report::advice::word;
+use report::html::{Origin, stated};
 use sha2::{Digest, Sha256};
 use std::path::Path;
 use time::OffsetDateTime;

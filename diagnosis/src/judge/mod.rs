@@ -39,7 +39,7 @@ use crate::study::{About, FIELD, Look, Options, Study, study};
 use effects::sensor::READINGS;
 use explain::Told;
 use recording::Recording;
-pub(crate) use verdict::STAYS_VISIBLE;
+pub use verdict::STAYS_VISIBLE;
 
 /// Names of the channels.
 pub const CHANNEL_NAMES: [&str; 7] = [

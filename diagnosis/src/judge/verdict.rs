@@ -21,7 +21,7 @@ const HALF_DONE: f64 = 0.5;
 /// Nor is one that leaves more than this, where that would be a gap by itself.
 const PARTLY_DONE: f64 = 0.3;
 /// What is left would be a gap by itself from so many times the noise, rms, on.
-pub(crate) const STAYS_VISIBLE: f64 = 1.0 + 2.0 * (VISIBLE - 1.0);
+pub const STAYS_VISIBLE: f64 = 1.0 + 2.0 * (VISIBLE - 1.0);
 /// A remainder is located if some shape takes this share of it.
 const LOCATED: f64 = 0.15;
 /// Share of a noise that had to be found which shapes may take by chance.

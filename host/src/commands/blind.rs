@@ -6,7 +6,7 @@ use crate::output::{self, Files, Kind};
 use crate::provenance::origin;
 use crate::terminal::{progress, table};
 use anyhow::{Context, Result};
-use diagnosis::blind::{self, Score};
+use blind::{self, Score};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 

@@ -2,8 +2,8 @@
 
 use super::origin::Origin;
 use crate::advice::{Advice, next_measurements};
-use crate::evidence::Evidence;
-use crate::report::Diagnosis;
+use diagnosis::evidence::Evidence;
+use diagnosis::report::Diagnosis;
 use maud::{Markup, html};
 
 /// Motions with their durations, and the commands to copy.

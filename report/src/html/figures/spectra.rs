@@ -1,12 +1,12 @@
 //! Spectra over the tooth phase and over frequency.
 
 use super::{FLOOR, Figure, changed, legend, micro, without_after};
-use crate::evidence::{Evidence, Place, Trace};
 use crate::html::passed::highest_order;
 use crate::html::plots::{self, Spectrum};
 use crate::html::spectrum::{Line, spectrum, standing_out, together};
 use crate::html::svg::{Area, plot, short};
 use crate::html::telling::range;
+use diagnosis::evidence::{Evidence, Place, Trace};
 use std::collections::BTreeMap;
 
 /// Orders of the own phase that are looked at: as far as the diagnosis' own harmonics reach.

@@ -2,10 +2,10 @@
 
 use super::svg::times;
 use crate::advice::percent;
-use crate::evidence::Evidence;
 use crate::headline::{Headline, Tone};
-use crate::report::{Diagnosis, Verdict};
 use crate::units::micrometres;
+use diagnosis::evidence::Evidence;
+use diagnosis::report::{Diagnosis, Verdict};
 use maud::{Markup, html};
 
 /// The verdict, the headline, the numbers, and what must be said besides.
@@ -88,7 +88,7 @@ fn fact(name: &str, value: &str) -> Markup {
 mod tests {
     use super::*;
     use crate::headline::headline;
-    use crate::report::{HeldOut, HeldOutChannel};
+    use diagnosis::report::{HeldOut, HeldOutChannel};
 
     /// An answer with a gap and a rest over a floor of 0.1 µm, and its colour.
     fn coloured(verdict: Verdict, gap_m: f64, left_m: f64) -> &'static str {

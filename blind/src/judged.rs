@@ -1,8 +1,8 @@
 //! One case, its truth beside its answer.
 
-use super::claim::Claim;
-use super::verdicts::coordinates;
-use crate::report::{Diagnosis, Verdict};
+use crate::claim::Claim;
+use crate::verdicts::coordinates;
+use diagnosis::report::{Diagnosis, Verdict};
 use serde::{Deserialize, Serialize};
 use specimens::{Case, Kind};
 

@@ -1,6 +1,6 @@
 //! Detection and naming against the size of an effect, and effect by effect.
 
-use super::judged::Judged;
+use crate::judged::Judged;
 use serde::{Deserialize, Serialize};
 use specimens::{Kind, SIZES_M};
 use std::collections::BTreeMap;

@@ -3,8 +3,8 @@
 use super::svg::short;
 use super::table::{self, table};
 use crate::advice::{percent, sentence};
-use crate::report::{Diagnosis, Magnitude, Named};
 use crate::units;
+use diagnosis::report::{Diagnosis, Magnitude, Named};
 use maud::{Markup, html};
 
 /// A card for each effect.

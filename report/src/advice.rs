@@ -1,8 +1,8 @@
 //! The answers in words: what an effect is, and what to do next.
 
-use crate::evidence::Setting;
 use crate::motions::{self, Records};
-use crate::report::{Diagnosis, Named, Share, Verdict};
+use diagnosis::evidence::Setting;
+use diagnosis::report::{Diagnosis, Named, Share, Verdict};
 
 /// What an effect is, in one sentence.
 #[must_use]
@@ -316,7 +316,7 @@ pub fn percent(share: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::Unexplained;
+    use diagnosis::report::Unexplained;
 
     fn courier() -> Setting {
         Setting {

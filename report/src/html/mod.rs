@@ -21,9 +21,9 @@ pub mod telling;
 pub use origin::{Origin, stated};
 pub use table::table;
 
-use crate::evidence::Evidence;
 use crate::headline::Headline;
-use crate::report::Diagnosis;
+use diagnosis::evidence::Evidence;
+use diagnosis::report::Diagnosis;
 use figures::Figure;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 

@@ -1,15 +1,15 @@
 //! The scores as a page with plots, in the report's style.
 
-use super::claim::CLAIM_WITHIN;
-use super::detection::Detection;
-use super::judged::Judged;
-use super::tally::Score;
-use super::words::{self, matrix, row};
-use crate::html::figures::Figure;
-use crate::html::plots::{self, Bar, BarAxis, Claimed, Group, bars, heights};
-use crate::html::svg::{AFTER, BEFORE, plot, short};
-use crate::html::{Origin, document, drawn, origin, table};
+use crate::claim::CLAIM_WITHIN;
+use crate::detection::Detection;
+use crate::judged::Judged;
+use crate::tally::Score;
+use crate::words::{self, matrix, row};
 use maud::html;
+use report::html::figures::Figure;
+use report::html::plots::{self, Bar, BarAxis, Claimed, Group, bars, heights};
+use report::html::svg::{AFTER, BEFORE, plot, short};
+use report::html::{Origin, document, drawn, origin, table};
 
 /// One self-contained HTML file.
 #[must_use]

@@ -23,11 +23,11 @@ pub use specimens::{Case, Drawn, Kind};
 pub use tally::Score;
 pub use words::{Words, confusion, detection, effects, matrix, row, shrinkage};
 
-use crate::judge::VISIBLE;
-use crate::model::{Model, OF_ITS_TIME, check};
-use crate::report::{Diagnosis, Verdict};
-use crate::study::Options;
-use crate::{diagnose as diagnose_recording, diagnose_fully};
+use diagnosis::judge::VISIBLE;
+use diagnosis::model::{Model, OF_ITS_TIME, check};
+use diagnosis::report::{Diagnosis, Verdict};
+use diagnosis::study::Options;
+use diagnosis::{diagnose as diagnose_recording, diagnose_fully};
 use rayon::prelude::*;
 use recording::{Existing, Recording};
 use serde::de::DeserializeOwned;

@@ -1,13 +1,13 @@
 //! The answer in a sentence or two: how large the gap is, how much of it is explained, and whether it matters beside the resolution.
 
 use crate::advice::{alias_sets, joined, located};
-use crate::report::{Diagnosis, HeldOutChannel, Verdict};
 use crate::units::micrometres;
+use diagnosis::report::{Diagnosis, HeldOutChannel, Verdict};
 
 /// Resolution that a gap is held against where nobody states another, m: that of the sensor in the paper, 0.2 µm.
 pub const RESOLUTION_M: f64 = 0.2e-6;
 /// What is left would be a gap by itself from so many times the simulator's own scatter on, rms.
-const STAYS_VISIBLE: f64 = crate::judge::STAYS_VISIBLE;
+const STAYS_VISIBLE: f64 = diagnosis::judge::STAYS_VISIBLE;
 
 /// What a reader is to take from it at a glance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -210,7 +210,7 @@ impl Headline {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{HeldOut, Named, Share};
+    use diagnosis::report::{HeldOut, Named, Share};
 
     const FLOOR_M: f64 = 0.3e-6;
 

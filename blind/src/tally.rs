@@ -1,11 +1,11 @@
 //! From judged cases to the figures of the check.
 
-use super::claim::Claim;
-use super::detection::{Detection, by_effect, by_size};
-use super::figure::Figure;
-use super::judged::Judged;
-use crate::model::OF_ITS_TIME;
-use crate::report::Verdict;
+use crate::claim::Claim;
+use crate::detection::{Detection, by_effect, by_size};
+use crate::figure::Figure;
+use crate::judged::Judged;
+use diagnosis::model::OF_ITS_TIME;
+use diagnosis::report::Verdict;
 use serde::{Deserialize, Serialize};
 use specimens::Kind;
 use std::collections::BTreeMap;
@@ -173,7 +173,7 @@ fn figures(judged: &[Judged]) -> Vec<Figure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::blind::{Case, Drawn};
+    use crate::{Case, Drawn};
 
     /// A claim that came, and one of a pair that wanders, which did not.
     #[test]

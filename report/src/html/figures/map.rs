@@ -1,11 +1,11 @@
 //! Mean residuals over the platen.
 
 use super::{Figure, changed, strings, without_after};
-use crate::evidence::{Evidence, Trace};
 use crate::html::plots::{self, Cell, MICRO, Scale};
 use crate::html::svg::{Area, plot, short};
 use crate::html::telling::range;
-use crate::statistics::median;
+use diagnosis::evidence::{Evidence, Trace};
+use diagnosis::statistics::median;
 use std::collections::BTreeMap;
 
 /// Cells along the longer side of the map.
@@ -36,7 +36,7 @@ pub fn map(evidence: &Evidence, trace: &Trace) -> Option<Figure> {
         cells.iter().map(one).collect()
     };
     let (before, after) = (of(|s| s.before_m), of(|s| s.after_m));
-    let rms = |list: &[Cell]| crate::statistics::rms(list.iter().map(|c| c.1));
+    let rms = |list: &[Cell]| diagnosis::statistics::rms(list.iter().map(|c| c.1));
     let by_chance = |(_, s): &([f64; 2], Sums)| MICRO * s.floor_m2.sqrt() / s.count;
     let chance = median(&mut cells.iter().map(by_chance).collect::<Vec<_>>()).unwrap_or(0.0);
     let changed = changed(trace);

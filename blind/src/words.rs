@@ -1,10 +1,10 @@
 //! The scores in words: tables for the terminal and the page alike, each its header and its rows.
 
-use super::detection::Detection;
-use super::figure::Figure;
-use super::judged::Judged;
-use super::tally::Score;
-use crate::html::svg::short;
+use crate::detection::Detection;
+use crate::figure::Figure;
+use crate::judged::Judged;
+use crate::tally::Score;
+use report::html::svg::short;
 
 /// Header and rows.
 pub type Words = (Vec<String>, Vec<Vec<String>>);

@@ -1,0 +1,10 @@
+//! Tells a [`diagnosis::Diagnosis`]: [`headline`] in a sentence, [`advice`] what to record next, [`units`] its amounts in the
+//! units that a reader expects, [`html`] all of it on a page with plots.
+//!
+//! Nothing here decides anything: what is told is in the diagnosis and in its evidence.
+
+pub mod advice;
+pub mod headline;
+pub mod html;
+pub mod motions;
+pub mod units;
