@@ -94,6 +94,14 @@ pub fn card(name: &str) -> Option<&'static Card> {
     effect(name).map(Effect::card)
 }
 
+/// The motion that tells an effect from others, where its card states one.
+#[must_use]
+pub fn telling_motion(effect: &str) -> Option<&'static str> {
+    card(effect)
+        .map(|card| card.telling_motion)
+        .filter(|motion| !motion.is_empty())
+}
+
 /// True if a name is that of an effect with a property; a shape without a name has none.
 #[must_use]
 pub fn has(name: &str, property: impl Fn(&Card) -> bool) -> bool {

@@ -10,14 +10,6 @@ pub fn sentence(effect: &str) -> &'static str {
     effects::entry(effect).map_or("", |entry| entry.summary)
 }
 
-/// The motion that tells an effect from others, where its sensor side states one.
-#[must_use]
-pub fn telling_motion(effect: &str) -> Option<&'static str> {
-    effects::card(effect)
-        .map(|card| card.telling_motion)
-        .filter(|motion| !motion.is_empty())
-}
-
 /// A coordinate that holds this share of what nothing explains is the one to look at: it holds more than all others together.
 const MOST: f64 = 0.5;
 
@@ -184,7 +176,7 @@ fn part_aliases(effect: &Named, asked: &Asked) -> Option<Advice> {
     let motion = effect
         .break_alias
         .as_deref()
-        .or(telling_motion(&effect.name))?;
+        .or(effects::telling_motion(&effect.name))?;
     let what = format!("Tell {} from {}: {motion}.", effect.name, joined(&others));
     Some(Advice::recorded(
         what,
@@ -210,7 +202,7 @@ fn named(asked: &Asked) -> Vec<Advice> {
     }
     let unsure = |effect: &&Named| effect.aliases.is_empty() && effect.probability < SURE;
     for effect in asked.diagnosis.effects.iter().filter(unsure) {
-        if let Some(motion) = telling_motion(&effect.name) {
+        if let Some(motion) = effects::telling_motion(&effect.name) {
             let what = format!("Be surer of {}: {motion}.", effect.name);
             list.push(Advice::recorded(
                 what,

@@ -231,7 +231,7 @@ fn pooled(groups: impl Iterator<Item = (f64, Known)>) -> Known {
 
 /// The motion that tells an effect from others.
 fn telling_motion(name: &str) -> Option<String> {
-    crate::advice::telling_motion(name).map(String::from)
+    effects::telling_motion(name).map(String::from)
 }
 
 /// Whole teeth that a counter lost or won, of a recording of so many samples.
