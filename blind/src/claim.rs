@@ -1,10 +1,10 @@
 //! What was claimed of the gap after, beside what is true of it.
 
-use diagnosis::report::{HeldOut, HeldOutChannel};
+use diagnosis::verdict::answer::{HeldOut, HeldOutChannel};
 use serde::{Deserialize, Serialize};
 
 /// Claims are right within this share: that which `check` confirms by.
-pub const CLAIM_WITHIN: f64 = diagnosis::confirmation::WITHIN;
+pub const CLAIM_WITHIN: f64 = diagnosis::verdict::confirmation::WITHIN;
 
 /// What was claimed of the gap after, and what is true of it; rms over the simulator's own scatter.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 
 use crate::claim::Claim;
 use crate::verdicts::coordinates;
-use diagnosis::report::{Diagnosis, Verdict};
+use diagnosis::verdict::answer::{Diagnosis, Verdict};
 use serde::{Deserialize, Serialize};
 use specimens::{Case, Kind};
 

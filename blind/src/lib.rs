@@ -23,10 +23,10 @@ pub use specimens::{Case, Drawn, Kind};
 pub use tally::Score;
 pub use words::{Words, confusion, detection, effects, matrix, row, shrinkage};
 
-use diagnosis::judge::VISIBLE;
-use diagnosis::model::{Model, OF_ITS_TIME, check};
-use diagnosis::report::{Diagnosis, Verdict};
-use diagnosis::study::Options;
+use diagnosis::design::study::Options;
+use diagnosis::selection::VISIBLE;
+use diagnosis::transfer::model::{Model, OF_ITS_TIME, check};
+use diagnosis::verdict::answer::{Diagnosis, Verdict};
 use diagnosis::{diagnose as diagnose_recording, diagnose_fully};
 use rayon::prelude::*;
 use recording::{Existing, Recording};

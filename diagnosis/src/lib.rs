@@ -49,82 +49,45 @@
 //!
 //! # Order of the work
 //!
-//! [`prepare`] reads, repairs and calibrates the baseline; [`study`] lays out the columns of the baseline, of every effect
-//! of the catalogue and of free shapes over the coordinates, and their products fold by fold; [`search`] and [`evidence`] weigh sets of
-//! effects on held-out folds; [`judge`] makes the verdict and says how far the gap shrinks. Telling it to a reader, and checking the whole on
-//! couriers whose effects are withheld, are crates of their own: `report` and `blind`.
+//! The modules stand in the order of the data. [`data`] reads, repairs and marks; [`linearization`] has the residuals of a recording about a point, their
+//! derivatives and the baseline; [`spectra`] finds lines in what is left, [`noise`] is what the stated noise alone leaves;
+//! [`design`] lays out the columns of the baseline, of every effect of the catalogue and of shapes over the coordinates, with their
+//! products fold by fold; [`inference`] fits them; [`selection`] compares sets of effects on held-out folds and makes the verdict;
+//! [`verdict`] is the answer's data; [`transfer`] writes the model and checks it on another recording. [`algebra`] knows no sensor.
+//!
+//! Telling an answer to a reader, and checking the whole on couriers whose effects are withheld, are crates of their own:
+//! `report` and `blind`.
 
-mod acting;
-pub mod adequacy;
-pub mod arena;
-pub mod baseline;
-mod bootstrap;
-mod breath;
-pub mod calibrate;
-pub mod carried;
-pub mod certainty;
-pub mod channels;
-pub mod clean;
-pub mod clip;
-pub mod confirmation;
-pub mod counts;
-mod envelope;
-pub mod evidence;
-mod factor;
-mod finer;
-mod flicker;
-mod footprint;
-pub mod fourier;
-mod frequency;
-mod fringe;
-pub mod gram;
-pub mod heldout;
-pub mod hollow;
-pub mod hum;
-pub mod judge;
-pub mod leftout;
-pub mod lines;
+// In the order of the data: blank lines keep it so.
+pub mod algebra;
+
+pub mod data;
+
+pub mod linearization;
+
+pub mod spectra;
+
+pub mod noise;
+
+pub mod design;
+
+pub mod inference;
+
+pub mod selection;
+
+pub mod verdict;
+
+pub mod transfer;
+
 #[cfg(test)]
 mod made;
-pub mod model;
-pub mod motion;
-pub mod nodes;
-pub mod observe;
-pub mod phase;
-pub mod places;
-pub mod posterior;
-pub mod prepare;
-mod products;
 pub mod progress;
-pub mod reached;
-mod recurring;
-pub mod refine;
-pub mod relevance;
-pub mod report;
-pub mod scene;
-pub mod search;
-pub mod shared;
-pub mod simulate;
-pub mod slack;
-pub mod slips;
-pub mod smooth;
-mod sparse;
-mod spot;
-pub mod statistics;
-pub mod study;
-mod sums;
-pub mod symmetric;
-pub mod thinning;
 pub mod trace;
-pub mod training;
-pub mod travel;
-pub mod visited;
-mod ways;
 
-pub use judge::{Answer, diagnose, diagnose_fully, diagnose_watched};
-pub use model::{Check, Checked, Model, check, check_fully, check_watched};
-pub use report::{Diagnosis, HeldOut, Verdict};
-pub use study::Options;
+pub use design::study::Options;
+pub use selection::{Answer, diagnose, diagnose_fully, diagnose_watched};
+pub use transfer::model::{Check, Checked, Model, check, check_fully, check_watched};
+pub use verdict::answer::{Diagnosis, HeldOut, Verdict};
 
 /// The recording cannot answer: the limit that it violates, and both numbers.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

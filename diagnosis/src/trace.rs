@@ -1,9 +1,9 @@
 //! The steps of the search on standard error, for who works on it.
 
-use crate::heldout::Residuals;
-use crate::judge::CHANNEL_NAMES;
-use crate::observe::Observations;
-use crate::statistics::rms;
+use crate::algebra::statistics::rms;
+use crate::data::observations::Observations;
+use crate::inference::residuals::Residuals;
+use crate::selection::CHANNEL_NAMES;
 
 /// True if COURIER_DIAGNOSIS_TRACE asks for the search's steps on standard error.
 pub fn tracing() -> bool {

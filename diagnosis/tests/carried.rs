@@ -2,9 +2,9 @@
 use specimens::rig;
 
 use diagnosis::Options;
-use diagnosis::gram::{Fit, solve, squares};
-use diagnosis::prepare::prepare;
-use diagnosis::study::{Look, study};
+use diagnosis::data::prepare::prepare;
+use diagnosis::design::gram::{Fit, solve, squares};
+use diagnosis::design::study::{Look, study};
 use std::f64::consts::TAU;
 
 /// g_p has four readings' noise, n each. An amount `a` of sin(3 f p) takes a 3 f cos(3 f p) n from one of them: squares a row

@@ -2,7 +2,7 @@
 
 use specimens::rig;
 
-use diagnosis::report::HeldOut;
+use diagnosis::verdict::answer::HeldOut;
 use diagnosis::{Model, Options, check, check_fully, diagnose_fully};
 use recording::{Recording, Samples};
 use specimens::{Case, Drawn, Kind};

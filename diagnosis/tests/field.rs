@@ -135,7 +135,7 @@ fn another_shape_over_few_teeth_is_no_field() {
         60.0e-6 * speed_m_s * (TAU * place_m[0] / PITCH_M).cos()
     };
     for d in [told(None, half), told(None, mixed)] {
-        let field = |e: &diagnosis::report::Named| e.name == "tooth_variation";
+        let field = |e: &diagnosis::verdict::answer::Named| e.name == "tooth_variation";
         assert!(!d.effects.iter().any(field), "{:?}", d.effects);
         assert_eq!(d.verdict, Verdict::Unknown, "{:?}", d.effects);
     }

@@ -2,12 +2,12 @@
 
 use specimens::rig;
 
-use diagnosis::calibrate::{baseline_columns, calibrate};
-use diagnosis::gram::{Gram, folds, solve};
-use diagnosis::heldout::Residuals;
-use diagnosis::leftout::left_out;
-use diagnosis::observe::Observations;
-use diagnosis::scene::Scene;
+use diagnosis::data::observations::Observations;
+use diagnosis::design::gram::{Gram, folds, solve};
+use diagnosis::inference::left_out::left_out;
+use diagnosis::inference::residuals::Residuals;
+use diagnosis::linearization::calibrate::{baseline_columns, calibrate};
+use diagnosis::linearization::scene::Scene;
 
 #[test]
 fn a_left_out_piece_is_what_a_fit_without_it_predicts() {

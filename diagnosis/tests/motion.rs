@@ -1,14 +1,14 @@
 //! What is told of a sample's motion must not hold that sample's own noise.
 use specimens::rig;
 
-use diagnosis::adequacy::overstated;
-use diagnosis::baseline::Baseline;
-use diagnosis::gram::Columns;
-use diagnosis::motion::Motion;
-use diagnosis::observe::Observations;
-use diagnosis::refine::{settled, shift};
-use diagnosis::scene::{Scene, Shift};
-use diagnosis::travel::{EVEN_M, GRADUAL_M, Travel};
+use diagnosis::data::adequacy::overstated;
+use diagnosis::data::motion::Motion;
+use diagnosis::data::observations::Observations;
+use diagnosis::data::travel::{EVEN_M, GRADUAL_M, Travel};
+use diagnosis::design::gram::Columns;
+use diagnosis::linearization::baseline::Baseline;
+use diagnosis::linearization::relinearized::{settled, shift};
+use diagnosis::linearization::scene::{Scene, Shift};
 
 /// A column made of a sample's own noise would rebuild the residual held out as well: a false alarm "speed".
 #[test]

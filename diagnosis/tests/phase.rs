@@ -1,7 +1,7 @@
 //! Free harmonics over either phase of the own tooth: where the courier is, or what the output says.
 use specimens::rig;
 
-use diagnosis::report::Verdict;
+use diagnosis::verdict::answer::Verdict;
 use recording::{Recording, Samples};
 use std::f64::consts::TAU;
 

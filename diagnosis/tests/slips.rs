@@ -1,9 +1,9 @@
 //! Whole teeth: which segment lost them, told by its own step or by the beacon.
 use specimens::rig;
 
-use diagnosis::motion::Motion;
-use diagnosis::observe::Observations;
-use diagnosis::slips::repair_slips;
+use diagnosis::data::motion::Motion;
+use diagnosis::data::observations::Observations;
+use diagnosis::data::slips::repair_slips;
 
 fn observations(beacon: bool) -> Observations {
     let options = rig::Options {

@@ -2,7 +2,7 @@
 
 use specimens::rig;
 
-use diagnosis::report::{Diagnosis, Verdict};
+use diagnosis::verdict::answer::{Diagnosis, Verdict};
 use diagnosis::{Model, Options, check_fully, diagnose, diagnose_fully};
 use recording::{Recording, Row, Samples};
 use specimens::{Case, Drawn, Kind};

@@ -1,6 +1,6 @@
 //! What is kept of a diagnosis.
 
-use diagnosis::report::{HeldOut, Share, Unexplained};
+use diagnosis::verdict::answer::{HeldOut, Share, Unexplained};
 use diagnosis::{Options, Verdict, check, diagnose_fully};
 use recording::Recording;
 use serde::{Deserialize, Serialize};

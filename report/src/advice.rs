@@ -1,8 +1,8 @@
 //! The answers in words: what an effect is, and what to do next.
 
 use crate::motions::{self, Records};
-use diagnosis::evidence::Setting;
-use diagnosis::report::{Diagnosis, Named, Share, Verdict};
+use diagnosis::verdict::answer::{Diagnosis, Named, Share, Verdict};
+use diagnosis::verdict::evidence::Setting;
 
 /// What an effect is, in one sentence.
 #[must_use]
@@ -308,7 +308,7 @@ pub fn percent(share: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use diagnosis::report::Unexplained;
+    use diagnosis::verdict::answer::Unexplained;
 
     fn courier() -> Setting {
         Setting {

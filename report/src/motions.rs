@@ -1,6 +1,6 @@
 //! What to record next, as motions with their duration and as the commands that make them.
 
-use diagnosis::evidence::Setting;
+use diagnosis::verdict::evidence::Setting;
 
 /// A recording that a courier makes by one command.
 #[derive(Clone, Copy, Debug, PartialEq)]

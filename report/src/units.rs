@@ -1,6 +1,6 @@
 //! Amounts as a reader is told them: lengths in micrometres, angles in milliradians, times in microseconds, ratios in percent.
 
-use diagnosis::report::{Magnitude, Named};
+use diagnosis::verdict::answer::{Magnitude, Named};
 
 /// A unit of the model, the one that it is told in, and how many of those make one of these.
 const UNITS: [(&str, &str, f64); 10] = [

@@ -11,7 +11,7 @@ use courier_sensor::model::{
 };
 use courier_sensor::settings::Settings;
 use diagnosis::Model;
-use diagnosis::baseline::ORDERS;
+use diagnosis::linearization::baseline::ORDERS;
 use refit::{Diagnosed, Refitted, refit};
 use terms::{Place, on_board, places};
 
@@ -240,8 +240,8 @@ fn model(refitted: &Refitted) -> Result<ErrorModel> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use diagnosis::model::EffectAmounts;
-    use diagnosis::report::Magnitude;
+    use diagnosis::transfer::model::EffectAmounts;
+    use diagnosis::verdict::answer::Magnitude;
     use effects::identity::{Factor, Wave};
     use effects::sensor::{Fuller, Survey};
 

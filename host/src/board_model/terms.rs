@@ -3,7 +3,7 @@
 use super::refit::TURN_RAD;
 use courier_sensor::model::{Multiplier, Term};
 use diagnosis::Model;
-use diagnosis::model::EffectAmounts;
+use diagnosis::transfer::model::EffectAmounts;
 use effects::identity::{Factor, Identity, Part, Wave};
 use std::collections::HashMap;
 

@@ -5,7 +5,7 @@ use crate::kinds;
 use crate::output::Files;
 use crate::terminal::{begin, micrometres, stages, table, warn};
 use anyhow::{Context, Result, bail};
-use diagnosis::confirmation::{ConfirmedChannel, Confirmation};
+use diagnosis::verdict::confirmation::{ConfirmedChannel, Confirmation};
 use diagnosis::progress::Stage;
 use diagnosis::{Check, Checked, Model, check_watched};
 use recording::Recording;
@@ -93,7 +93,7 @@ fn confirmed(confirmation: &Confirmation) -> String {
 }
 
 fn confirmed_channel(channel: &ConfirmedChannel) -> String {
-    let within = 100.0 * diagnosis::confirmation::WITHIN;
+    let within = 100.0 * diagnosis::verdict::confirmation::WITHIN;
     let state = if channel.confirmed {
         ""
     } else if channel.probability_at_best < 0.5 {

@@ -8,7 +8,7 @@ use crate::terminal::{begin, micrometres, one_line, stages, table, warn};
 use anyhow::{Result, bail, ensure};
 use report::headline::{RESOLUTION_M, headline};
 use diagnosis::progress::Stage;
-use diagnosis::report::{Magnitude, Named};
+use diagnosis::verdict::answer::{Magnitude, Named};
 use diagnosis::{Diagnosis, Options, Verdict, diagnose_watched};
 use report::{html, units};
 use recording::Recording;

@@ -4,7 +4,7 @@ use super::svg::short;
 use super::table::{self, table};
 use crate::advice::{percent, sentence};
 use crate::units;
-use diagnosis::report::{Diagnosis, Magnitude, Named};
+use diagnosis::verdict::answer::{Diagnosis, Magnitude, Named};
 use maud::{Markup, html};
 
 /// A card for each effect.

@@ -4,8 +4,8 @@ use super::svg::times;
 use crate::advice::percent;
 use crate::headline::{Headline, Tone};
 use crate::units::micrometres;
-use diagnosis::evidence::Evidence;
-use diagnosis::report::{Diagnosis, Verdict};
+use diagnosis::verdict::answer::{Diagnosis, Verdict};
+use diagnosis::verdict::evidence::Evidence;
 use maud::{Markup, html};
 
 /// The verdict, the headline, the numbers, and what must be said besides.
@@ -88,7 +88,7 @@ fn fact(name: &str, value: &str) -> Markup {
 mod tests {
     use super::*;
     use crate::headline::headline;
-    use diagnosis::report::{HeldOut, HeldOutChannel};
+    use diagnosis::verdict::answer::{HeldOut, HeldOutChannel};
 
     /// An answer with a gap and a rest over a floor of 0.1 µm, and its colour.
     fn coloured(verdict: Verdict, gap_m: f64, left_m: f64) -> &'static str {

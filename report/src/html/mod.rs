@@ -22,8 +22,8 @@ pub use origin::{Origin, stated};
 pub use table::table;
 
 use crate::headline::Headline;
-use diagnosis::evidence::Evidence;
-use diagnosis::report::Diagnosis;
+use diagnosis::verdict::answer::Diagnosis;
+use diagnosis::verdict::evidence::Evidence;
 use figures::Figure;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 

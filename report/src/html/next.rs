@@ -2,8 +2,8 @@
 
 use super::origin::Origin;
 use crate::advice::{Advice, next_measurements};
-use diagnosis::evidence::Evidence;
-use diagnosis::report::Diagnosis;
+use diagnosis::verdict::answer::Diagnosis;
+use diagnosis::verdict::evidence::Evidence;
 use maud::{Markup, html};
 
 /// Motions with their durations, and the commands to copy.

@@ -2,7 +2,7 @@
 
 use super::table::{self, table};
 use crate::advice::percent;
-use diagnosis::report::{Diagnosis, Share, Verdict};
+use diagnosis::verdict::answer::{Diagnosis, Share, Verdict};
 use maud::{Markup, html};
 
 /// Shares of the gap by coordinate, and of what is left.

@@ -1,6 +1,6 @@
 //! Least-squares spectra of unevenly placed residuals (Lomb 1976), each line beside what the simulator's own scatter gives there.
 
-use diagnosis::evidence::Point;
+use diagnosis::verdict::evidence::Point;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 

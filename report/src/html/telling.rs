@@ -1,6 +1,6 @@
 //! Which coordinate shows the gap best, among those that a report can draw.
 
-use diagnosis::evidence::{Evidence, Place, Trace};
+use diagnosis::verdict::evidence::{Evidence, Place, Trace};
 
 /// Cells that a coordinate is cut into.
 pub const BINS: usize = 32;

@@ -3,7 +3,7 @@
 use super::{Figure, legend, micro, strings};
 use crate::html::plots::{self, Bar, BarAxis, Group};
 use crate::html::svg::{AFTER, Area, BEFORE, Drawn, plot, short, times};
-use diagnosis::report::{Diagnosis, Gap, HeldOutChannel};
+use diagnosis::verdict::answer::{Diagnosis, Gap, HeldOutChannel};
 use plotters::style::RGBColor;
 
 /// The bars of what is left are drawn again, larger, where the longest of all is so many times the longest of them.

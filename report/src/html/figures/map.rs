@@ -4,8 +4,8 @@ use super::{Figure, changed, strings, without_after};
 use crate::html::plots::{self, Cell, MICRO, Scale};
 use crate::html::svg::{Area, plot, short};
 use crate::html::telling::range;
-use diagnosis::evidence::{Evidence, Trace};
-use diagnosis::statistics::median;
+use diagnosis::algebra::statistics::median;
+use diagnosis::verdict::evidence::{Evidence, Trace};
 use std::collections::BTreeMap;
 
 /// Cells along the longer side of the map.
@@ -36,7 +36,7 @@ pub fn map(evidence: &Evidence, trace: &Trace) -> Option<Figure> {
         cells.iter().map(one).collect()
     };
     let (before, after) = (of(|s| s.before_m), of(|s| s.after_m));
-    let rms = |list: &[Cell]| diagnosis::statistics::rms(list.iter().map(|c| c.1));
+    let rms = |list: &[Cell]| diagnosis::algebra::statistics::rms(list.iter().map(|c| c.1));
     let by_chance = |(_, s): &([f64; 2], Sums)| MICRO * s.floor_m2.sqrt() / s.count;
     let chance = median(&mut cells.iter().map(by_chance).collect::<Vec<_>>()).unwrap_or(0.0);
     let changed = changed(trace);

@@ -14,7 +14,7 @@ pub use waterfall::waterfall;
 
 use super::plots::MICRO;
 use super::svg::{Plot, short};
-use diagnosis::evidence::Trace;
+use diagnosis::verdict::evidence::Trace;
 
 /// What a grey band or bar is.
 const FLOOR: (&str, &str) = ("floor", "floor: 95 % of the simulator's own scatter");

@@ -6,7 +6,7 @@ use crate::html::plots::{self, Spectrum};
 use crate::html::spectrum::{Line, spectrum, standing_out, together};
 use crate::html::svg::{Area, plot, short};
 use crate::html::telling::range;
-use diagnosis::evidence::{Evidence, Place, Trace};
+use diagnosis::verdict::evidence::{Evidence, Place, Trace};
 use std::collections::BTreeMap;
 
 /// Orders of the own phase that are looked at: as far as the diagnosis' own harmonics reach.

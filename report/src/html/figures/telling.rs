@@ -4,7 +4,7 @@ use super::{FLOOR, Figure, changed, legend, micro, without_after};
 use crate::html::plots::{self, Axes, MICRO, Mean};
 use crate::html::svg::{AFTER, Area, BEFORE, plot, short, widened};
 use crate::html::telling::{Bin, Coordinate, bins, range};
-use diagnosis::evidence::{Evidence, Point, Trace};
+use diagnosis::verdict::evidence::{Evidence, Point, Trace};
 
 /// Most points of one scatter plot, on a desk and on a phone.
 const MOST_POINTS: [usize; 2] = [700, 300];

@@ -3,7 +3,7 @@
 use super::{Figure, strings};
 use crate::html::plots::{self, Bar, BarAxis, Group};
 use crate::html::svg::{AFTER, Area, BEFORE, plot, short, times};
-use diagnosis::evidence::{Evidence, Step};
+use diagnosis::verdict::evidence::{Evidence, Step};
 
 /// From the baseline down, one effect at a time; none where no effect makes a step.
 pub fn waterfall(evidence: &Evidence) -> Option<Figure> {

@@ -1,0 +1,152 @@
+//! Sparse rows fitted by least squares with a prior, and what such a fit leaves on pieces that it has not seen.
+
+use crate::algebra::envelope::Envelope;
+use crate::algebra::symmetric::dot;
+use crate::design::gram::FOLDS;
+
+/// One value and the few columns that it depends on.
+#[derive(Clone, Debug, Default)]
+pub struct Row {
+    /// Column and entry.
+    pub entries: Vec<(usize, f64)>,
+    /// What is to be explained.
+    pub value: f64,
+    /// Piece that the row belongs to.
+    pub fold: usize,
+}
+
+/// A combination of amounts that is expected about 1 in size, beside each amount by itself.
+pub type Bond = Vec<(usize, f64)>;
+
+/// Products of the columns with each other (on and below the diagonal) and with the values, and the values' squares.
+#[derive(Clone)]
+struct Sums {
+    normal: Vec<Vec<f64>>,
+    right: Vec<f64>,
+    squares: f64,
+}
+
+impl Sums {
+    fn new(columns: usize) -> Self {
+        Self {
+            normal: (0..columns).map(|row| vec![0.0; row + 1]).collect(),
+            right: vec![0.0; columns],
+            squares: 0.0,
+        }
+    }
+
+    fn add(&mut self, entries: &[(usize, f64)], value: f64) {
+        for &(a, x) in entries {
+            for &(b, y) in entries.iter().filter(|b| b.0 <= a) {
+                self.normal[a][b] += x * y;
+            }
+            self.right[a] += x * value;
+        }
+        self.squares += value * value;
+    }
+
+    /// Adds so many times the sums of others.
+    fn add_sums(&mut self, other: &Self, times: f64) {
+        let rows = self.normal.iter_mut().zip(&other.normal);
+        for (row, add) in rows.chain([(&mut self.right, &other.right)]) {
+            row.iter_mut().zip(add).for_each(|(r, a)| *r += times * a);
+        }
+        self.squares += times * other.squares;
+    }
+
+    fn left(&self, amounts: &[f64]) -> f64 {
+        let mut left = self.squares;
+        for (a, row) in self.normal.iter().enumerate() {
+            let (below, diagonal) = row.split_at(a);
+            let beside = dot(below, &amounts[..a]);
+            left += amounts[a] * (2.0 * (beside - self.right[a]) + diagonal[0] * amounts[a]);
+        }
+        left
+    }
+}
+
+/// Rows over some columns, summed piece by piece.
+pub struct Pieces {
+    folds: Vec<Sums>,
+    all: Sums,
+    rows: usize,
+}
+
+impl Pieces {
+    /// Cost: rows times the square of their entries.
+    pub fn new(columns: usize, rows: impl Iterator<Item = Row>) -> Self {
+        let mut folds = vec![Sums::new(columns); FOLDS];
+        let mut count = 0;
+        for row in rows {
+            folds[row.fold].add(&row.entries, row.value);
+            count += 1;
+        }
+        let mut all = Sums::new(columns);
+        folds.iter().for_each(|fold| all.add_sums(fold, 1.0));
+        Self {
+            folds,
+            all,
+            rows: count,
+        }
+    }
+
+    /// Amounts of all columns, with noise of variance `noise`. Cost: that of one Cholesky factor within the envelope of the columns' products.
+    pub fn amounts(&self, noise: f64, bonds: &[Bond]) -> Option<Vec<f64>> {
+        solved(&self.all, noise, bonds)
+    }
+
+    /// Mean square that fits of the other pieces leave. Cost: that of a factor for each piece.
+    pub fn held_out(&self, noise: f64, bonds: &[Bond]) -> Option<f64> {
+        let mut left = 0.0;
+        for fold in &self.folds {
+            let mut others = self.all.clone();
+            others.add_sums(fold, -1.0);
+            left += fold.left(&solved(&others, noise, bonds)?);
+        }
+        Some(left / self.rows.max(1) as f64)
+    }
+}
+
+/// Amounts of unit prior, and bonds of unit size, against noise of this variance.
+fn solved(sums: &Sums, noise: f64, bonds: &[Bond]) -> Option<Vec<f64>> {
+    let mut prior = Sums::new(sums.right.len());
+    bonds.iter().for_each(|bond| prior.add(bond, 0.0));
+    (0..sums.right.len()).for_each(|k| prior.normal[k][k] += 1.0);
+    let mut normal = sums.clone();
+    normal.add_sums(&prior, noise);
+    Some(Envelope::factor(normal.normal)?.solve(normal.right))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(column: fn(f64) -> f64, value: fn(f64) -> f64) -> impl Iterator<Item = Row> {
+        (0..1000).map(move |k| {
+            let x = k as f64 / 500.0 - 1.0;
+            Row {
+                entries: vec![(0, 1.0), (1, column(x))],
+                value: value(x),
+                fold: k * 40 / 1000 % FOLDS,
+            }
+        })
+    }
+
+    #[test]
+    fn a_line_is_found_and_a_foreign_column_explains_nothing() {
+        let line = Pieces::new(2, rows(|x| x, |x| 0.3 * x));
+        let amounts = line.amounts(1e-9, &[]).expect("regular");
+        assert!((amounts[1] - 0.3).abs() < 1e-6 && line.held_out(1e-9, &[]).unwrap() < 1e-9);
+        let other = Pieces::new(2, rows(|x| (300.0 * x).sin(), |x| 0.3 * x));
+        assert!(other.held_out(1e-9, &[]).unwrap() > 0.029);
+    }
+
+    /// A bond between two columns makes them what it says, where the rows leave it open.
+    #[test]
+    fn a_bond_holds_amounts_together() {
+        let both = Pieces::new(2, rows(|_| 1.0, |_| 1.0));
+        let bond = vec![(0, 1e3), (1, -3e3)];
+        let amounts = both.amounts(1e-6, &[bond]).expect("regular");
+        assert!((amounts[0] / amounts[1] - 3.0).abs() < 1e-3, "{amounts:?}");
+    }
+}

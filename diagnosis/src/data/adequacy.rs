@@ -1,0 +1,230 @@
+//! Whether a recording can answer at all: every limit with what was found.
+
+use crate::Insufficient;
+use crate::algebra::statistics::{deviation, median};
+use crate::data::motion::{LOUD_MISFIT, Motion};
+use crate::data::observations::{MINIMUM_SAMPLES, Observations};
+use crate::linearization::scene::Scene;
+
+/// Runs that are needed: what is held out must differ from what was fitted.
+const RUNS: usize = 2;
+/// Sixteenths of the tooth phase that a segment must have seen.
+const PHASES: usize = 12;
+/// A step in time by more than this many sample intervals within a run of even sampling is a jump, not a pause.
+const JUMP: f64 = 50.0;
+/// Share of a run's intervals that must be alike for its sampling to count as even.
+const EVEN: f64 = 0.95;
+
+/// What a reader should know of the recording, though it can be diagnosed.
+pub fn remarks(o: &Observations) -> Vec<String> {
+    let mut list = Vec::new();
+    for (run, name) in o.run_names.iter().enumerate() {
+        let mut steps: Vec<(f64, usize)> = (1..o.len())
+            .filter(|&i| o.run[i] == run && o.run[i - 1] == run)
+            .map(|i| (o.t_s[i] - o.t_s[i - 1], i))
+            .collect();
+        let mut values: Vec<f64> = steps.iter().map(|s| s.0).collect();
+        let Some(typical) = median(&mut values) else {
+            continue;
+        };
+        let alike = steps
+            .iter()
+            .filter(|s| (s.0 / typical - 1.0).abs() < 0.5)
+            .count();
+        if (alike as f64) < EVEN * steps.len() as f64 {
+            continue;
+        }
+        steps.retain(|s| s.0 > JUMP * typical);
+        if let Some((step, row)) = steps.first() {
+            list.push(format!(
+                "t_s: jumps by {step:.3} s before sample {row} of run {name} ({} such jumps), steps of {typical:.4} s wanted; each part is taken for itself",
+                steps.len()
+            ));
+        }
+    }
+    list
+}
+
+/// Checks runs, motion and channels.
+///
+/// # Errors
+/// The first limit that is violated.
+pub fn check(o: &Observations) -> Result<(), Insufficient> {
+    let parts = runs(o);
+    if parts < RUNS {
+        return Err(Insufficient::new(
+            "runs of motion",
+            parts as f64,
+            RUNS as f64,
+            "",
+        ));
+    }
+    for segment in (0..4).filter(|s| o.has_segment(*s)) {
+        crate::data::channels::pair(o, segment)?;
+        let seen = phases(o, segment);
+        if seen < PHASES {
+            let what = format!(
+                "sixteenths of the tooth phase that segment {} passed",
+                segment + 1
+            );
+            return Err(Insufficient::new(&what, seen as f64, PHASES as f64, ""));
+        }
+        crate::data::channels::tooth_count(o, segment)?;
+        crate::data::channels::fresh(o, segment)?;
+    }
+    Ok(())
+}
+
+/// Checks that residuals can be formed at all.
+///
+/// # Errors
+/// Neither all four segments nor a reference, or too few samples that have what is needed at once.
+pub fn check_residuals(scene: &Scene, keep: &[bool]) -> Result<(), Insufficient> {
+    let scope = &scene.scope;
+    let segments = scope.segments.iter().filter(|s| **s).count();
+    if !scope.reference && segments < 4 {
+        return Err(Insufficient::new(
+            "segments recorded without a reference of the same coordinate",
+            segments as f64,
+            4.0,
+            "",
+        ));
+    }
+    let whole = (0..scene.len())
+        .filter(|&i| keep[i] && scene.rows(i).count > 0)
+        .count();
+    if whole < MINIMUM_SAMPLES {
+        return Err(Insufficient::new(
+            "undisturbed samples with all that a residual is formed of",
+            whole as f64,
+            MINIMUM_SAMPLES as f64,
+            "",
+        ));
+    }
+    Ok(())
+}
+
+/// Noise that is stated may be this much above what the readings show.
+const STATED: f64 = 2.0;
+/// Noise of fewer counts than this is not seen apart from the rounding to whole ones, nor is that of positions with few digits.
+const COUNTS: f64 = 1.0;
+
+/// The stated noise against the scatter of the readings on smooth paths, where it is wrong. Patterns add to the scatter and
+/// never take from it, so a statement above it is wrong; one below it may be. Noise that a filter made smooth scatters less:
+/// by itself this is no reason to give no answer.
+pub fn overstated(scene: &Scene) -> Option<Insufficient> {
+    let o = scene.observations;
+    // Against a reference the path is the reference's: the segments' own is looked at here.
+    let own = Motion::new(o, &scene.calibrated_m);
+    let quieter = |name: &str, scatter: f64, stated: &[f64]| {
+        let mut known: Vec<f64> = stated.iter().copied().filter(|n| n.is_finite()).collect();
+        let found = scatter / LOUD_MISFIT / median(&mut known)?.max(1e-30);
+        let what = format!("stated noise: scatter of {name} on smooth paths over it");
+        (scatter > 0.0 && found < 1.0 / STATED)
+            .then(|| Insufficient::new(&what, found, 1.0 / STATED, ""))
+    };
+    let segments = (0..4).filter(|s| {
+        let fine = if o.pair_counts[*s].is_empty() {
+            o.position_step_m[*s] == 0.0
+        } else {
+            o.pair_noise_counts > COUNTS
+        };
+        fine && scene.scope.segments[*s]
+    });
+    let axes = 0..if scene.scope.beacon && o.electrode_noise_counts > COUNTS {
+        2
+    } else {
+        0
+    };
+    segments
+        .filter_map(|s| {
+            let name = format!("segment {}", s + 1);
+            quieter(&name, own.loud_m[s], &o.position_noise_m[s])
+        })
+        .chain(axes.filter_map(|axis| {
+            let name = ["tan psi_x", "tan psi_y"][axis];
+            quieter(name, own.loud_tan_psi[axis], &o.tan_psi_noise[axis])
+        }))
+        .next()
+}
+
+/// Standard deviation of the angle that is needed where nothing but g_p is known, mrad: at one angle the two segments of an axis
+/// show the sum of their errors nowhere.
+const TURNED_MRAD: f64 = 1.0;
+
+/// Checks that the four segments can be told apart.
+///
+/// # Errors
+/// No beacon, no reference, and hardly any turning.
+pub fn check_turning(scene: &Scene) -> Result<(), Insufficient> {
+    if scene.scope.reference || scene.scope.beacon {
+        return Ok(());
+    }
+    let angles: Vec<f64> = (0..scene.len())
+        .filter(|&i| scene.keep[i])
+        .map(|i| 1e3 * scene.theta_rad(i))
+        .filter(|t| t.is_finite())
+        .collect();
+    let found = deviation(&angles);
+    if found < TURNED_MRAD {
+        let what = "standard deviation of the angle, without a beacon or a reference";
+        return Err(Insufficient::new(what, found, TURNED_MRAD, "mrad"));
+    }
+    Ok(())
+}
+
+/// Runs by their labels; under one label, legs of travel that turn back over some teeth: what a run is called tells nothing.
+fn runs(o: &Observations) -> usize {
+    let mut labels = o.run.clone();
+    labels.sort_unstable();
+    labels.dedup();
+    if labels.len() > 1 {
+        return labels.len();
+    }
+    (0..4)
+        .filter(|s| o.has_segment(*s))
+        .map(|s| legs(&o.position_m[s], LEG_PITCHES * o.pitch_m))
+        .max()
+        .unwrap_or(1)
+        .max(1)
+}
+
+/// Steps of more than this share of a leg are jumps between poses, not travel.
+const LEG_STEP: f64 = 0.3;
+/// Teeth that a leg of travel passes.
+const LEG_PITCHES: f64 = 3.0;
+
+/// Legs of steady travel one way, each longer than `length`.
+fn legs(position_m: &[f64], length: f64) -> usize {
+    let known: Vec<f64> = position_m
+        .iter()
+        .copied()
+        .filter(|p| p.is_finite())
+        .collect();
+    let (mut count, mut way, mut turn) = (0, 0.0, known.first().copied().unwrap_or(0.0));
+    for pair in known.windows(2) {
+        let (before, here) = (pair[0], pair[1]);
+        if (here - before).abs() > LEG_STEP * length {
+            (way, turn) = (0.0, here);
+            continue;
+        }
+        let travelled = here - turn;
+        if way * travelled > 0.0 {
+            turn = here;
+        } else if travelled.abs() > length {
+            count += 1;
+            way = travelled.signum();
+            turn = here;
+        }
+    }
+    count
+}
+
+fn phases(o: &Observations, segment: usize) -> usize {
+    let mut seen = [0usize; 16];
+    for p in o.position_m[segment].iter().filter(|p| p.is_finite()) {
+        let turns = p / o.pitch_m;
+        seen[(((turns - turns.floor()) * 16.0) as usize).min(15)] += 1;
+    }
+    seen.iter().filter(|count| **count > 2).count()
+}

@@ -1,0 +1,93 @@
+//! The figure that a pair draws where nothing cuts it: an ellipse near a circle.
+
+use super::counts::Rails;
+use crate::algebra::statistics::median;
+use nalgebra::{SMatrix, SVector};
+
+/// Amplitude, offsets, gain of the sine less one and angle of a pair.
+pub(super) struct Figure {
+    /// Of the cosine, counts.
+    pub amplitude: f64,
+    /// Offset of sine and cosine, gain of the sine less one, quadrature angle (rad), of the amplitude.
+    pub pair: [f64; 4],
+}
+
+/// Logarithm of the amplitude, then the pair.
+const UNKNOWN: usize = 5;
+type Unknown = SVector<f64, UNKNOWN>;
+
+/// This near to a rail, of it, a reading may be bent by a rail that is soft.
+const NEAR: f64 = 0.01;
+/// Fewer readings that are whole tell no amplitude.
+const LEAST: usize = 30;
+/// A pair's offsets, gain and angle are some hundredths, and readings lie about the figure by some thousandths: what a few arcs near
+/// the diagonals do not tell is held by this share of a reading.
+const PRIOR: f64 = 0.01;
+const ROUNDS: usize = 8;
+
+impl Figure {
+    /// By the readings away from the rails; where there are none, a circle of the usual amplitude.
+    pub fn of_whole(
+        pairs: &[[f64; 2]],
+        rails: &Rails,
+        usual: impl Fn() -> Option<f64>,
+    ) -> Option<Self> {
+        let below = |value: f64, rail: &Option<f64>| {
+            rail.is_none_or(|r| value * r.signum() < (1.0 - NEAR) * r.abs())
+        };
+        let whole: Vec<[f64; 2]> = pairs
+            .iter()
+            .filter(|p| (0..2).all(|c| rails[c].iter().all(|r| below(p[c], r))))
+            .copied()
+            .collect();
+        if whole.len() < LEAST {
+            return usual().map(|amplitude| Self {
+                amplitude,
+                pair: [0.0; 4],
+            });
+        }
+        let mut radii: Vec<f64> = whole.iter().map(|p| p[0].hypot(p[1])).collect();
+        let mut p = Unknown::zeros();
+        p[0] = median(&mut radii)?.ln();
+        for _ in 0..ROUNDS {
+            p += step(&whole, &p)?;
+        }
+        Some(Self {
+            amplitude: p[0].exp(),
+            pair: [p[1], p[2], p[3], p[4]],
+        })
+    }
+}
+
+/// Distance of a reading from the figure, of the amplitude.
+fn distance(p: &Unknown, [sine, cosine]: &[f64; 2]) -> f64 {
+    let per_amplitude = (-p[0]).exp();
+    let x = cosine * per_amplitude - p[2];
+    let turned = (sine * per_amplitude - p[1]) / (1.0 + p[3]);
+    let y = (turned - x * p[4].sin()) / p[4].cos();
+    x.hypot(y) - 1.0
+}
+
+/// One step of Gauss and Newton; readings far outside the common scatter count by its breadth alone.
+fn step(whole: &[[f64; 2]], p: &Unknown) -> Option<Unknown> {
+    let off: Vec<f64> = whole.iter().map(|pair| distance(p, pair)).collect();
+    let mut sizes: Vec<f64> = off.iter().map(|d| d.abs()).collect();
+    let breadth = 4.0 * median(&mut sizes)?;
+    let mut normal = SMatrix::<f64, UNKNOWN, UNKNOWN>::zeros();
+    let mut right = Unknown::zeros();
+    for (pair, off) in whole.iter().zip(&off) {
+        let weight = (breadth / off.abs()).min(1.0);
+        let slope = Unknown::from_fn(|j, _| {
+            let mut more = *p;
+            more[j] += 1e-5;
+            (distance(&more, pair) - off) / 1e-5
+        });
+        normal += weight * slope * slope.transpose();
+        right -= weight * off * slope;
+    }
+    for j in 1..UNKNOWN {
+        normal[(j, j)] += PRIOR;
+        right[j] -= PRIOR * p[j];
+    }
+    normal.cholesky().map(|c| c.solve(&right))
+}

@@ -1,0 +1,98 @@
+//! Clips: in the counts where there are any, else in the shape of the error against a reference.
+
+mod bend;
+mod counts;
+mod figure;
+mod reference;
+
+use crate::data::observations::Observations;
+use crate::linearization::baseline::Baseline;
+use crate::linearization::point::About;
+use crate::linearization::relinearized::Refined;
+use crate::linearization::scene::Scene;
+use effects::adc_clipping::sensor_side::saturated;
+use effects::sensor::Clip;
+
+/// A rail from here on, of where the wave would end, cuts nothing that could be told.
+const WHOLE: f64 = 0.99;
+
+/// The clip of a segment's pair that its counts show, if they were logged and do.
+#[must_use]
+pub fn in_counts(observations: &Observations, segment: usize) -> Option<Clip> {
+    counts::find(observations, segment)
+}
+
+/// The clip of a segment of which no counts were logged, if its error against a reference has that shape.
+#[must_use]
+pub fn against_reference(scene: &Scene, segment: usize) -> Option<Clip> {
+    let counts = !scene.observations.pair_counts[segment].is_empty();
+    if counts || !scene.scope.reference || !scene.scope.segments[segment] {
+        return None;
+    }
+    reference::find(scene, segment)
+}
+
+/// Equation (3)'s orders, m, of segments with a soft clip that the counts show: fitted about it, and not about what it makes of them.
+#[must_use]
+pub fn beneath(
+    observations: &Observations,
+    baseline: &Baseline,
+    keep: &[bool],
+    clips: &[Option<Clip>; 4],
+) -> [Option<[f64; 8]>; 4] {
+    let soft = clips.map(|clip| clip.is_some_and(|c| c.knee >= Clip::HARD));
+    if soft == [false; 4] {
+        return [None; 4];
+    }
+    let mut scene = Scene::new(observations, baseline.clone(), keep.to_vec());
+    scene.survey.clip = *clips;
+    let about = About {
+        baseline: baseline.clone(),
+        ..About::default()
+    };
+    let about = Refined::new(&scene, about, &["adc_clipping".into()]).about;
+    let orders = |s: usize| std::array::from_fn(|j| about.baseline.k_m[s][1 + j]);
+    std::array::from_fn(|s| soft[s].then(|| orders(s)))
+}
+
+/// Noise of a pair within which a reading is at a corner, in standard deviations.
+const AT_CORNER: f64 = 4.0;
+
+/// Samples at which both channels of a pair stand at hard rails. Rails below the amplitude over the root of two leave such corners: all
+/// phases between the two rails read alike, and nothing tells them apart.
+#[must_use]
+pub fn stuck(observations: &Observations, clips: &[Option<Clip>; 4]) -> Vec<bool> {
+    let mut stuck = vec![false; observations.len()];
+    for (pairs, clip) in observations.pair_counts.iter().zip(clips) {
+        let Some(clip) = clip.filter(|c| c.knee < Clip::HARD) else {
+            continue;
+        };
+        let [sines, cosines] = clip.rails;
+        let all = sines.iter().flat_map(|s| cosines.map(|c| [*s, c]));
+        let corners: Vec<f64> = all
+            .filter(|[s, c]| s.hypot(*c) < WHOLE)
+            .map(|[s, c]| s.atan2(c))
+            .collect();
+        for (stuck, [sine, cosine]) in stuck.iter_mut().zip(pairs) {
+            let near = AT_CORNER * observations.pair_noise_counts / sine.hypot(*cosine);
+            let phase = sine.atan2(*cosine);
+            *stuck |= corners.iter().any(|c| (phase - c).abs() < near);
+        }
+    }
+    stuck
+}
+
+/// Rails with those opened that cut nothing off a pair; `None` if all are.
+fn cutting(rails: [[Option<f64>; 2]; 2], pair: &[f64; 4], knee: f64) -> Option<[[f64; 2]; 2]> {
+    let open = [-Clip::OPEN, Clip::OPEN];
+    let [sine, cosine, gain, _] = *pair;
+    let ends = [(sine, 1.0 + gain), (cosine, 1.0)].map(|(o, a)| [o - a, o + a]);
+    let rail = |channel: usize, end: usize| {
+        let top = ends[channel][end];
+        let cuts =
+            |rail: &f64| saturated(top, [-rail.abs(), rail.abs()], knee).abs() < WHOLE * top.abs();
+        rails[channel][end].filter(cuts).unwrap_or(open[end])
+    };
+    let rails = [0, 1].map(|channel| [0, 1].map(|end| rail(channel, end)));
+    (rails != [open; 2]).then_some(rails)
+}

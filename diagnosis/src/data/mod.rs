@@ -1,0 +1,16 @@
+//! From a recording to observations: what is read, repaired, marked and left aside.
+
+pub mod adequacy;
+pub mod channels;
+pub mod clip;
+pub(crate) mod interpolation;
+pub mod motion;
+pub mod observations;
+pub mod outliers;
+pub mod prepare;
+pub(crate) mod recurring;
+pub mod slips;
+pub(crate) mod spot;
+pub mod thinning;
+pub mod tooth_counts;
+pub mod travel;

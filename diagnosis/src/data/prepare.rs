@@ -1,0 +1,175 @@
+//! A recording made ready: read, repaired, thinned, cleaned, calibrated.
+
+use crate::Insufficient;
+use crate::data::observations::Observations;
+use crate::data::outliers::{astray, disturbed};
+use crate::data::slips::{Slip, repair_slips};
+use crate::data::thinning;
+use crate::data::tooth_counts::align_pairs;
+use crate::linearization::baseline::Baseline;
+use crate::linearization::calibrate::calibrate;
+use crate::linearization::point::About;
+use crate::linearization::scene::{Amplitudes, Scene};
+use effects::sensor::Clip;
+use rayon::prelude::*;
+use recording::Recording;
+use std::sync::Arc;
+
+/// Prepared recording.
+pub struct Prepared {
+    /// Columns of the recording, slips taken out; of a very long one, those of the samples that the answer is made of.
+    pub observations: Observations,
+    /// Samples of the recording.
+    pub samples: usize,
+    /// Lasting tooth slips.
+    pub slips: Vec<Slip>,
+    /// Samples in use.
+    pub keep: Vec<bool>,
+    /// Samples left out because they rest on one place.
+    pub resting: Vec<bool>,
+    /// Samples that are there for the sake of their neighbours only, where a very long recording was thinned.
+    pub thinned: Vec<bool>,
+    /// Samples left out because both channels of a pair stand at their rails.
+    pub stuck: Vec<bool>,
+    /// Calibrated baseline.
+    pub baseline: Baseline,
+    /// What explains the pairs' amplitudes.
+    pub amplitudes: Arc<Amplitudes>,
+    /// Clips of the pairs that the counts show.
+    pub clips: [Option<Clip>; 4],
+    /// Equation (3)'s orders beneath them.
+    pub beneath: [Option<[f64; 8]>; 4],
+    /// The stated noise, where the readings show less.
+    pub overstated: Option<Insufficient>,
+    /// What must be said of the recording.
+    pub notes: Vec<String>,
+}
+
+impl Prepared {
+    /// The same with other samples in use, calibrated on them.
+    pub fn use_only(&mut self, keep: Vec<bool>) {
+        self.baseline = calibrate(&self.observations, &keep);
+        self.keep = keep;
+    }
+
+    /// True for a sample that may be in use, if nothing disturbs it.
+    pub fn usable(&self, i: usize) -> bool {
+        !self.resting[i] && !self.thinned[i] && !self.stuck[i]
+    }
+
+    /// The linearisation about the baseline alone.
+    pub fn about(&self) -> About {
+        About {
+            baseline: self.baseline.clone(),
+            ..About::default()
+        }
+    }
+}
+
+/// Reads, repairs and calibrates.
+///
+/// # Errors
+/// [`Insufficient`] where the recording cannot answer.
+pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
+    let mut observations = Observations::new(recording)?;
+    crate::data::adequacy::check(&observations)?;
+    crate::data::channels::electrodes(recording)?;
+    let slips = repair_slips(&mut observations);
+    align_pairs(&mut observations);
+    let mut notes = crate::data::adequacy::remarks(&observations);
+    let samples = observations.len();
+    let (thinned, told) = thinning::thin(&mut observations);
+    notes.extend(told);
+    let mut keep = vec![true; observations.len()];
+    let resting = resting(&observations);
+    let usable: Vec<bool> = resting
+        .iter()
+        .zip(&thinned)
+        .map(|(r, t)| !r && !t)
+        .collect();
+    keep.copy_from_slice(&usable);
+    let mut baseline = calibrate(&observations, &keep);
+    for _ in 0..2 {
+        let scene = Scene::new(
+            &observations,
+            baseline.clone(),
+            vec![true; observations.len()],
+        );
+        let rows = white_rows(&scene);
+        let marked = disturbed(&rows, observations.len(), &observations.stretch);
+        let astray = astray(&rows, &observations);
+        let next: Vec<bool> = (0..observations.len())
+            .map(|i| usable[i] && !marked[i] && !astray[i])
+            .collect();
+        if next == keep {
+            break;
+        }
+        keep = next;
+        baseline = calibrate(&observations, &keep);
+    }
+    let scene = Scene::new(&observations, baseline.clone(), keep.clone());
+    crate::data::adequacy::check_residuals(&scene, &keep)?;
+    crate::data::adequacy::check_turning(&scene)?;
+    let overstated = crate::data::adequacy::overstated(&scene);
+    let amplitudes = Arc::new(scene.amplitudes_explained());
+    drop(scene);
+    let mut clips = [None; 4];
+    let each = clips.par_iter_mut().enumerate();
+    each.for_each(|(segment, clip)| *clip = crate::data::clip::in_counts(&observations, segment));
+    let stuck = crate::data::clip::stuck(&observations, &clips);
+    let count = stuck.iter().filter(|s| **s).count();
+    if count > 0 {
+        notes.push(format!(
+            "adc_clipping: at {count} of {samples} samples both channels of a pair stand at their rails and tell no place between them: left out"
+        ));
+        keep.iter_mut().zip(&stuck).for_each(|(k, s)| *k &= !s);
+        baseline = calibrate(&observations, &keep);
+    }
+    let beneath = crate::data::clip::beneath(&observations, &baseline, &keep, &clips);
+    observations.overstated = overstated.is_some();
+    Ok(Prepared {
+        observations,
+        samples,
+        slips,
+        keep,
+        resting,
+        thinned,
+        stuck,
+        baseline,
+        amplitudes,
+        clips,
+        beneath,
+        overstated,
+        notes,
+    })
+}
+
+/// Against a reference, samples that rest on one place tell that place only, over and over: they are left out.
+pub fn resting(observations: &Observations) -> Vec<bool> {
+    let n = observations.len();
+    let scene = Scene::new(observations, Baseline::nominal(observations), vec![true; n]);
+    let moving = |i: usize| {
+        scene
+            .motion
+            .direction
+            .iter()
+            .any(|d| d.get(i).is_some_and(|v| *v != 0.0))
+    };
+    let count = (0..n).filter(|&i| moving(i)).count();
+    if !scene.scope.reference || count < crate::data::observations::MINIMUM_SAMPLES {
+        return vec![false; n];
+    }
+    (0..n)
+        .map(|i| scene.motion.smooth[i] && !moving(i))
+        .collect()
+}
+
+fn white_rows(scene: &Scene) -> Vec<(usize, usize, f64)> {
+    let mut list = Vec::new();
+    for i in 0..scene.len() {
+        let rows = scene.rows(i);
+        let white = rows.whitened(&rows.residual_m);
+        list.extend((0..rows.count).map(|r| (i, rows.channel[r], white[r])));
+    }
+    list
+}

@@ -1,0 +1,226 @@
+//! Whole teeth: a count that is off from some moment on, found and taken out before anything is fitted.
+
+use crate::algebra::statistics::median;
+use crate::data::observations::Observations;
+use crate::linearization::baseline::Baseline;
+use crate::linearization::scene::Scene;
+
+/// A tooth count that is off from some moment on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slip {
+    /// Segment, 0 to 3; the first of several that would do where nothing tells them apart.
+    pub segment: usize,
+    /// Teeth.
+    pub teeth: i32,
+    /// First sample that is off.
+    pub sample: usize,
+    /// True if a command or reference tells the segment; else only g_p was seen to jump.
+    pub sure: bool,
+}
+
+/// A slip holds at least this many samples; what is shorter is a disturbance.
+const HOLDS: usize = 8;
+
+/// Finds whole-tooth jumps and takes them out of the positions.
+pub fn repair_slips(o: &mut Observations) -> Vec<Slip> {
+    let mut slips = Vec::new();
+    for segment in 0..4 {
+        let against: Vec<f64> = (0..o.len()).map(|i| nominal(o, segment, i)).collect();
+        slips.extend(repair_segment(o, segment, &against));
+    }
+    if slips.is_empty() && (0..4).all(|s| o.has_segment(s)) {
+        slips.extend(repair_parity(o));
+    }
+    slips
+}
+
+/// Where the segment should be by the reference, else by the command.
+fn nominal(o: &Observations, segment: usize, i: usize) -> f64 {
+    let reference = o.reference_m(segment, i);
+    if reference.is_finite() {
+        reference
+    } else {
+        o.commanded_m(segment, i)
+    }
+}
+
+fn repair_segment(o: &mut Observations, segment: usize, against: &[f64]) -> Vec<Slip> {
+    if !o.has_segment(segment) {
+        return Vec::new();
+    }
+    let difference: Vec<f64> = o.position_m[segment]
+        .iter()
+        .zip(against)
+        .map(|(p, c)| p - c)
+        .collect();
+    let jumps = whole_teeth(&difference, o.pitch_m);
+    // One turn of a rotary rig against a reference wraps often: that is not a slip.
+    let often = jumps.changes.len() > 6;
+    for (i, teeth) in jumps.level.iter().enumerate() {
+        o.position_m[segment][i] -= f64::from(*teeth) * o.pitch_m;
+    }
+    if often {
+        return Vec::new();
+    }
+    jumps
+        .changes
+        .iter()
+        .map(|&(sample, teeth)| Slip {
+            segment,
+            teeth,
+            sample,
+            sure: true,
+        })
+        .collect()
+}
+
+/// Segment and sign of what each adds to g_p.
+const PARITY: [(usize, i32); 4] = [(0, 1), (2, -1), (1, -1), (3, 1)];
+
+/// A jump of g_p is a tooth of any of the four segments: told by the step of its own output, else by the beacon.
+fn repair_parity(o: &mut Observations) -> Vec<Slip> {
+    let p = &o.position_m;
+    let parity: Vec<f64> = (0..o.len())
+        .map(|i| p[0][i] - p[2][i] - p[1][i] + p[3][i])
+        .collect();
+    let changes = whole_teeth(&parity, o.pitch_m).changes;
+    let mut slips = Vec::new();
+    for (sample, jump) in changes {
+        let told = by_own_step(o, sample, jump).or_else(|| by_beacon(o, sample, jump));
+        let (segment, sign) = told.unwrap_or(PARITY[0]);
+        let slip = Slip {
+            segment,
+            teeth: sign * jump,
+            sample,
+            sure: told.is_some(),
+        };
+        take_out(o, &slip);
+        slips.push(slip);
+    }
+    slips
+}
+
+fn take_out(o: &mut Observations, slip: &Slip) {
+    let step_m = f64::from(slip.teeth) * o.pitch_m;
+    for position in &mut o.position_m[slip.segment][slip.sample..] {
+        *position -= step_m;
+    }
+}
+
+/// Steps before and after a slip that tell how a segment moves.
+const AROUND: usize = 5;
+/// A step is as its neighbours, or a slip more than they, to within this share of a pitch.
+const AS_ITS_NEIGHBOURS: f64 = 0.25;
+
+/// The one segment whose output steps by whole teeth from one sample to the next, where all others go on as they went.
+fn by_own_step(o: &Observations, sample: usize, jump: i32) -> Option<(usize, i32)> {
+    let beyond = PARITY.map(|(s, sign)| {
+        let step = |i: usize| {
+            let together = i > 0 && i < o.len() && o.stretch[i] == o.stretch[i - 1];
+            together.then(|| o.position_m[s][i] - o.position_m[s][i - 1])
+        };
+        let around = (1..=AROUND).flat_map(|k| [sample.saturating_sub(k), sample + k]);
+        let mut steps: Vec<f64> = around.filter_map(step).filter(|v| v.is_finite()).collect();
+        let usual = median(&mut steps).filter(|_| steps.len() >= AROUND);
+        let own = step(sample).zip(usual).map(|(step, usual)| step - usual);
+        own.map(|own| (own / o.pitch_m, f64::from(sign * jump)))
+    });
+    let [Some(_), Some(_), Some(_), Some(_)] = beyond else {
+        return None;
+    };
+    let near = |value: f64| value.abs() < AS_ITS_NEIGHBOURS;
+    let stepped = |k: usize| beyond[k].is_some_and(|(own, teeth)| near(own - teeth));
+    let still = |k: usize| beyond[k].is_some_and(|(own, _)| near(own));
+    (0..4)
+        .find(|&k| stepped(k) && (0..4).all(|j| j == k || still(j)))
+        .map(|k| PARITY[k])
+}
+
+/// Samples with a beacon on either side of a slip that g_x and g_y are compared over.
+const COMPARED: usize = 50;
+/// The segment must leave so much less of a jump in them than the next best.
+const CLEARLY: f64 = 0.3;
+
+/// The segment with which g_x and g_y go on across the slip, by the nominal lever arms.
+fn by_beacon(o: &Observations, sample: usize, jump: i32) -> Option<(usize, i32)> {
+    let seen = |i: &usize| o.sees_beacon(*i);
+    let before: Vec<usize> = (0..sample).rev().filter(seen).take(COMPARED).collect();
+    let after: Vec<usize> = (sample..o.len()).filter(seen).take(COMPARED).collect();
+    let mut left: Vec<(f64, (usize, i32))> = Vec::new();
+    for (segment, sign) in PARITY {
+        let mut repaired = o.clone();
+        let slip = Slip {
+            segment,
+            teeth: sign * jump,
+            sample,
+            sure: true,
+        };
+        take_out(&mut repaired, &slip);
+        let scene = Scene::new(&repaired, Baseline::nominal(&repaired), vec![true; o.len()]);
+        let level = |list: &[usize], row: usize| {
+            let residual = |i: &usize| Some(scene.rows(*i)).filter(|r| r.count > 2);
+            let rows = list.iter().filter_map(residual);
+            median(&mut rows.map(|r| r.residual_m[row]).collect::<Vec<f64>>())
+        };
+        let jump_m = |row: usize| Some(level(&after, row)? - level(&before, row)?);
+        left.push((jump_m(1)?.hypot(jump_m(2)?), (segment, sign)));
+    }
+    left.sort_by(|a, b| a.0.total_cmp(&b.0));
+    (left[0].0 < CLEARLY * left[1].0).then_some(left[0].1)
+}
+
+struct Jumps {
+    /// Teeth to take out of each sample.
+    level: Vec<i32>,
+    /// Sample and size of each lasting change.
+    changes: Vec<(usize, i32)>,
+}
+
+/// Whole teeth relative to the median of the first samples; single samples do not change the level's count of jumps.
+fn whole_teeth(difference: &[f64], pitch_m: f64) -> Jumps {
+    let mut first: Vec<f64> = difference
+        .iter()
+        .copied()
+        .filter(|d| d.is_finite())
+        .take(40)
+        .collect();
+    let Some(start) = median(&mut first) else {
+        return Jumps {
+            level: vec![0; difference.len()],
+            changes: Vec::new(),
+        };
+    };
+    let mut level: Vec<i32> = difference
+        .iter()
+        .map(|d| {
+            if d.is_finite() {
+                ((d - start) / pitch_m).round() as i32
+            } else {
+                0
+            }
+        })
+        .collect();
+    let mut changes = Vec::new();
+    let mut now = 0;
+    let mut i = 0;
+    while i < level.len() {
+        if !difference[i].is_finite() {
+            level[i] = now;
+        } else if level[i] != now {
+            let end = (i..level.len())
+                .find(|&j| difference[j].is_finite() && level[j] != level[i])
+                .unwrap_or(level.len());
+            if end - i >= HOLDS || end == level.len() {
+                changes.push((i, level[i] - now));
+                now = level[i];
+            } else {
+                // Too short for a slip: a disturbance; the samples are left as they are.
+                level[i..end].iter_mut().for_each(|l| *l = now);
+                i = end;
+                continue;
+            }
+        }
+        i += 1;
+    }
+    Jumps { level, changes }
+}

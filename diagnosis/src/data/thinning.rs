@@ -1,0 +1,38 @@
+//! A very long recording: whole pieces tell as much as all of it, and the rest is let go before anything grows with it.
+
+use crate::data::observations::Observations;
+
+/// Samples that an answer is made of; of more, whole pieces are left out evenly.
+const MOST_SAMPLES: usize = 60_000;
+/// Samples in such a piece.
+const PIECE: usize = 250;
+/// Samples to either side of a piece that stay to tell how it moves, and are used for nothing else: more than any window over
+/// neighbours.
+const MARGIN: usize = 30;
+
+/// Takes out what the answer is not made of. For each sample that stays: whether it does so for the sake of its neighbours only;
+/// and what is to be said of it.
+pub fn thin(observations: &mut Observations) -> (Vec<bool>, Option<String>) {
+    let samples = observations.len();
+    let every = samples.div_ceil(MOST_SAMPLES).max(1);
+    if every == 1 {
+        return (vec![false; samples], None);
+    }
+    let used = |i: usize| {
+        let piece = i / PIECE;
+        // The place within each group of pieces changes, so that no period of the motion is missed.
+        i < samples && (piece + piece / every).is_multiple_of(every)
+    };
+    let near = |i: usize| used(i) || used(i + MARGIN) || i >= MARGIN && used(i - MARGIN);
+    let stays: Vec<bool> = (0..samples).map(near).collect();
+    observations.retain(&stays);
+    let margins: Vec<bool> = (0..samples)
+        .filter(|i| stays[*i])
+        .map(|i| !used(i))
+        .collect();
+    let count = margins.iter().filter(|m| !**m).count();
+    let told = format!(
+        "samples: of {samples} every part tells as much as the whole; {count} in pieces of {PIECE}, evenly over the recording, are what the answer is made of"
+    );
+    (margins, Some(told))
+}

@@ -1,0 +1,159 @@
+//! Noise that readings carry into the columns. A shape is evaluated at a noisy place, so that a set of large amounts which
+//! nearly cancel can rebuild the residual's own noise and leave less than the noise, held out as well (the trivial answer of a
+//! constraint fit). What such a set leaves is told apart by the noise that it would leave: errors in variables, as in Fuller
+//! 1987's corrected score.
+
+use crate::algebra::products::Upright;
+use crate::algebra::symmetric::Symmetric;
+use crate::design::gram::Columns;
+use crate::linearization::scene::{ROWS, Scene, Shift};
+use effects::over::Extent;
+use effects::sensor::Moment;
+use rayon::prelude::*;
+
+/// Samples that the mean is taken over.
+const SAMPLES: usize = 500;
+/// Samples that are turned into rows at once.
+const CHUNK: usize = 32;
+/// Sums that are formed side by side: as many on every machine.
+const LANES: usize = 2;
+/// A fit that takes noise away is believed only for what it takes beyond that much again: the allowance is of first order.
+const DOUBT: f64 = 2.0;
+/// Step of the derivatives by a reading, m.
+const STEP_M: f64 = 1.0e-8;
+
+/// Mean products, a row, of the columns' and the target's derivatives by the readings, each times that reading's noise.
+#[derive(Clone, Debug)]
+pub struct Carried(Symmetric);
+
+impl Carried {
+    /// Cost: a twentieth to a half of the products themselves. The coordination sensor's noise is left aside: its shapes are
+    /// smooth over many times that noise.
+    pub fn new(scene: &Scene, columns: &Columns, scale: &[f64]) -> Self {
+        let width = scale.len() + 1;
+        let in_use: Vec<usize> = (0..scene.len()).filter(|&i| scene.keep[i]).collect();
+        let step = (in_use.len() / SAMPLES).max(1);
+        let list: Vec<usize> = in_use.into_iter().step_by(step).collect();
+        let stepped = std::array::from_fn(|s| stepped(scene, s));
+        let parts: Vec<(Symmetric, usize)> = list
+            .par_chunks(list.len().div_ceil(LANES).max(1))
+            .map(|samples| products_of(scene, &stepped, columns, scale, samples))
+            .collect();
+        let mut sum = Symmetric::zeros(width);
+        let mut count = 0;
+        for (part, rows) in parts {
+            sum += &part;
+            count += rows;
+        }
+        sum.divide(count.max(1) as f64);
+        Self(sum)
+    }
+
+    /// None: columns that are known without noise.
+    #[cfg(test)]
+    pub fn none(width: usize) -> Self {
+        Self(Symmetric::zeros(width + 1))
+    }
+
+    /// The same variance in each column but the first, and none in the target.
+    #[cfg(test)]
+    pub fn alike(width: usize, variance: f64) -> Self {
+        let mut products = Symmetric::zeros(width + 1);
+        (1..width).for_each(|c| products.below_mut(c)[0] = variance);
+        Self(products)
+    }
+
+    /// The mean products; the target's derivatives are in the last row and column.
+    pub fn products(&self) -> &Symmetric {
+        &self.0
+    }
+
+    /// Squares, a row, that a fit's own are counted too high by, of its squares over [`Self::products`]: the noise that it adds,
+    /// or below zero what it takes away, which counts twice.
+    pub fn allowance(&self, squares: f64) -> f64 {
+        let last = self.0.order() - 1;
+        let added = squares - self.0[(last, last)];
+        if added < 0.0 { DOUBT * added } else { added }
+    }
+}
+
+/// The scene with one segment's raw readings a step further. Where the segment's place is that of its neighbours, the place
+/// stays.
+fn stepped<'a>(scene: &Scene<'a>, segment: usize) -> Scene<'a> {
+    let mut shift: Shift = scene.shift.clone();
+    let off = &mut shift.electronic_m[segment];
+    off.resize(scene.len(), 0.0);
+    off.iter_mut().for_each(|off| *off += STEP_M);
+    let mut out = scene.moved(scene.baseline.clone(), shift);
+    out.shift.whole_m[segment].resize(scene.len(), 0.0);
+    for i in 0..out.calibrated_m[segment].len() {
+        out.shift.whole_m[segment][i] += if scene.is_quiet(segment, i) {
+            scene.calibrated_m[segment][i] - out.calibrated_m[segment][i]
+        } else {
+            STEP_M
+        };
+    }
+    out
+}
+
+fn products_of(
+    scene: &Scene,
+    stepped: &[Scene; 4],
+    columns: &Columns,
+    scale: &[f64],
+    samples: &[usize],
+) -> (Symmetric, usize) {
+    let width = scale.len() + 1;
+    let mut upright = Upright::new(width, CHUNK * ROWS * 4);
+    let mut sum = Symmetric::zeros(width);
+    let mut count = 0;
+    for chunk in samples.chunks(CHUNK) {
+        upright.clear();
+        for &i in chunk {
+            count += add_rows(scene, stepped, columns, scale, i, &mut upright);
+        }
+        upright.add_products(&mut sum);
+    }
+    (sum, count)
+}
+
+/// Adds the changes of a sample's rows with each segment's reading; the sample's number of rows.
+fn add_rows(
+    scene: &Scene,
+    stepped: &[Scene; 4],
+    columns: &Columns,
+    scale: &[f64],
+    i: usize,
+    upright: &mut Upright,
+) -> usize {
+    let rows = scene.rows(i);
+    let by_reading = rows.white_by_reading();
+    let variance = scene.reading_variance(i);
+    let here = scene.moment(i);
+    let segments: Vec<usize> = (0..4).filter(|s| scene.scope.segments[*s]).collect();
+    let there: Vec<Moment> = segments.iter().map(|s| stepped[*s].moment(i)).collect();
+    let extent = Extent::of(there.iter().chain([&here]));
+    let acting: Vec<usize> = (0..scale.len())
+        .filter(|c| columns.regressors[*c].may_act(&extent))
+        .collect();
+    let response = |c: usize, moment: &Moment| {
+        rows.white_response(&by_reading, &columns.regressors[c], moment)
+    };
+    let before: Vec<Option<[f64; ROWS]>> = acting.iter().map(|c| response(*c, &here)).collect();
+    for (&s, there) in segments.iter().zip(&there) {
+        let noise = scene.noise[s] * scene.observations.position_noise_m[s][i] / STEP_M;
+        upright.extend(rows.count);
+        for (&c, before) in acting.iter().zip(&before) {
+            let after = response(c, there);
+            if after != *before {
+                let (a, b) = (before.unwrap_or_default(), after.unwrap_or_default());
+                let change: [f64; ROWS] = std::array::from_fn(|row| b[row] - a[row]);
+                upright.set(c, &change[..rows.count], noise * scale[c]);
+            }
+        }
+        let target = std::array::from_fn(|row| -rows.by_reading[row][s] * variance[s].sqrt());
+        let target = rows.whitened(&target);
+        upright.set(scale.len(), &target[..rows.count], 1.0);
+    }
+    rows.count
+}

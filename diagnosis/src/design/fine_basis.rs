@@ -1,0 +1,352 @@
+//! Finer shapes over the coordinates of diagnosis.md, for telling where a gap lies that nothing explains. They compete with no cause.
+
+use crate::design::coordinate_basis::Place;
+use crate::linearization::scene::Scene;
+use crate::linearization::stop_operator::{SLACKS_M, Slack};
+use effects::sensor::{Moment, Regressor, Survey};
+use std::f64::consts::PI;
+
+/// Prior size of a shape, rms m.
+const SIZE_M: f64 = 3.0e-6;
+/// Orders of the own tooth phase that may change with something.
+const OWN_ORDERS: usize = 8;
+/// The same of the lateral one.
+const LATERAL_ORDERS: usize = 2;
+/// Times after which what a start leaves has decayed to 1/e, of the longest stretch.
+const DECAYS: [f64; 4] = [0.02, 0.06, 0.2, 0.6];
+/// Knots over the range of the angle, and over the recording for a factor that wanders.
+const THETA_KNOTS: usize = 13;
+const GAIN_KNOTS: usize = 13;
+/// Half waves over the recording.
+const WANDER: usize = 60;
+/// Half waves over the deflection, along both axes together.
+const HALF_WAVES: usize = 18;
+/// Way from the middle over which a pull changes by as much as it is, m.
+const DIFFERS_M: f64 = 0.1;
+/// Samples that tell a range.
+const LOOKED_AT: usize = 2000;
+
+type Value = Box<dyn Fn(&Moment) -> f64 + Send + Sync>;
+
+/// A shape, and its prior size as a part of [`SIZE_M`].
+struct Shape {
+    part: f64,
+    value: Value,
+}
+
+/// A shape of full size.
+fn whole(value: impl Fn(&Moment) -> f64 + Send + Sync + 'static) -> Shape {
+    wave(1, value)
+}
+
+/// One of a series that may wander as a path of Brown does: the amplitude of a wave falls with its number.
+fn wave(number: usize, value: impl Fn(&Moment) -> f64 + Send + Sync + 'static) -> Shape {
+    Shape {
+        part: 1.0 / number as f64,
+        value: Box::new(value),
+    }
+}
+
+/// Every family that such a recording can show. Labels are those of [`crate::design::coordinate_basis`] where the coordinate is the same.
+pub fn finer(scene: &Scene) -> Vec<Place> {
+    let survey = &scene.survey;
+    let ranges = Ranges::of(scene);
+    let mut list = vec![
+        place("time", on_channels(survey, &|| over_time(&ranges))),
+        place("own and lateral tooth phase", both_phases(survey)),
+    ];
+    if survey.turning {
+        let course = || hats(ranges.theta_rad, THETA_KNOTS, |m| m.theta_rad);
+        list.push(place("theta", on_channels(survey, &course)));
+        let across = times_lateral(survey, |m| m.theta_rad);
+        list.push(place("theta and lateral tooth phase", across));
+    }
+    if survey.temperature {
+        list.push(place(
+            "temperature and own tooth phase",
+            times(survey, |m, _| m.warmth_k),
+        ));
+        let across = times_lateral(survey, |m| m.warmth_k);
+        list.push(place("temperature and lateral tooth phase", across));
+    }
+    if survey.moving {
+        let mut moving = on_segments(survey, &speeds);
+        moving.extend(on_beacon(survey, &beacon_speeds));
+        list.push(place("speed", moving));
+        let mut own = times(survey, |m, s| m.speed_m_s[s]);
+        own.extend(times(survey, |m, s| m.speed_m_s[s].abs()));
+        list.push(place("speed and own tooth phase", own));
+        let mut own = times(survey, |m, s| m.direction[s]);
+        own.extend(times(survey, |m, s| m.memory[s][1]));
+        list.push(place("direction and own tooth phase", own));
+    }
+    let slack = Slack::of(scene);
+    let dragged = on_segments(survey, &|s| dragged(&slack, s));
+    list.push(place("direction", dragged));
+    if survey.beacon {
+        let span = ranges.deflection;
+        list.push(place(
+            "deflection of the coordination sensor",
+            on_beacon(survey, &|| half_waves(span)),
+        ));
+        list.push(place(
+            "time and deflection of the coordination sensor",
+            on_beacon(survey, &gains),
+        ));
+    }
+    list.retain(|place| !place.regressors.is_empty());
+    list
+}
+
+fn place(coordinate: &'static str, regressors: Vec<Regressor>) -> Place {
+    Place {
+        coordinate,
+        regressors,
+    }
+}
+
+/// What the shapes are laid over.
+struct Ranges {
+    theta_rad: [f64; 2],
+    deflection: [[f64; 2]; 2],
+    /// First moment of each stretch, s.
+    starts_s: Vec<f64>,
+    /// Longest stretch, s.
+    longest_s: f64,
+}
+
+impl Ranges {
+    fn of(scene: &Scene) -> Self {
+        let step = (scene.len() / LOOKED_AT).max(1);
+        let moments: Vec<Moment> = (0..scene.len())
+            .step_by(step)
+            .map(|i| scene.moment(i))
+            .collect();
+        let over = |value: &dyn Fn(&Moment) -> f64| {
+            let start = [f64::INFINITY, f64::NEG_INFINITY];
+            moments.iter().fold(start, |[low, high], m| {
+                let v = value(m);
+                [low.min(v), high.max(v)]
+            })
+        };
+        let o = scene.observations;
+        let count = o.stretch.iter().max().map_or(0, |last| last + 1);
+        let (mut starts_s, mut ends_s) = (vec![f64::INFINITY; count], vec![0.0f64; count]);
+        for (&stretch, t_s) in o.stretch.iter().zip(&o.t_s) {
+            let t_s = t_s - o.t_s[0];
+            starts_s[stretch] = starts_s[stretch].min(t_s);
+            ends_s[stretch] = ends_s[stretch].max(t_s);
+        }
+        let lengths = starts_s.iter().zip(&ends_s).map(|(a, b)| b - a);
+        Self {
+            theta_rad: over(&|m| m.theta_rad),
+            deflection: [0, 1].map(|axis| over(&|m| m.deflection[axis])),
+            longest_s: lengths.fold(0.0, f64::max),
+            starts_s,
+        }
+    }
+}
+
+/// The same shapes on every channel that the recording has.
+fn on_channels(survey: &Survey, shapes: &dyn Fn() -> Vec<Shape>) -> Vec<Regressor> {
+    let mut list = Vec::new();
+    if !survey.reference && survey.segments == [true; 4] {
+        push(&mut list, 0, shapes());
+    }
+    list.extend(on_beacon(survey, shapes));
+    for s in (0..4).filter(|s| survey.reference && survey.segments[*s]) {
+        push(&mut list, 3 + s, shapes());
+    }
+    list
+}
+
+/// The same on g_x and g_y.
+fn on_beacon(survey: &Survey, shapes: &dyn Fn() -> Vec<Shape>) -> Vec<Regressor> {
+    let mut list = Vec::new();
+    for channel in (1..3).filter(|_| survey.beacon) {
+        push(&mut list, channel, shapes());
+    }
+    list
+}
+
+fn push(list: &mut Vec<Regressor>, channel: usize, shapes: Vec<Shape>) {
+    for (n, shape) in shapes.into_iter().enumerate() {
+        let name = format!("finer shape {n} on channel {channel}");
+        let size_m = shape.part * SIZE_M;
+        list.push(Regressor::channel(name, "m", size_m, channel, shape.value));
+    }
+}
+
+fn on_segments(survey: &Survey, shapes: &dyn Fn(usize) -> Vec<Shape>) -> Vec<Regressor> {
+    let mut list = Vec::new();
+    for s in (0..4).filter(|s| survey.segments[*s]) {
+        for (n, shape) in shapes(s).into_iter().enumerate() {
+            let name = format!("finer shape {n} on segment {}", s + 1);
+            let size_m = shape.part * SIZE_M;
+            list.push(Regressor::reading(name, "m", size_m, s, shape.value));
+        }
+    }
+    list
+}
+
+/// Along the segment, across it, and both together; and how either changes.
+fn speeds(s: usize) -> Vec<Shape> {
+    let along = move |m: &Moment| m.speed_m_s[s];
+    let across = move |m: &Moment| m.speed_m_s[(s + 1) % 4];
+    vec![
+        whole(along),
+        whole(move |m| along(m).abs()),
+        whole(move |m| along(m).powi(2)),
+        whole(move |m| along(m).powi(3)),
+        whole(across),
+        whole(move |m| across(m).abs()),
+        whole(move |m| across(m).powi(2)),
+        whole(move |m| along(m) * across(m)),
+        whole(move |m| along(m) * across(m).abs()),
+        whole(move |m| along(m).hypot(across(m))),
+        whole(move |m| m.acceleration_m_s2[s]),
+        whole(move |m| m.acceleration_m_s2[(s + 1) % 4]),
+        whole(move |m| m.acceleration_m_s2[s].abs()),
+    ]
+}
+
+fn beacon_speeds() -> Vec<Shape> {
+    let v = |m: &Moment| [m.speed_m_s[0], m.speed_m_s[1]];
+    vec![
+        whole(move |m| v(m)[0]),
+        whole(move |m| v(m)[1]),
+        whole(move |m| v(m)[0].abs()),
+        whole(move |m| v(m)[1].abs()),
+        whole(move |m| v(m)[0].powi(2)),
+        whole(move |m| v(m)[1].powi(2)),
+        whole(move |m| v(m)[0] * v(m)[1]),
+        whole(move |m| m.acceleration_m_s2[0]),
+        whole(move |m| m.acceleration_m_s2[1]),
+    ]
+}
+
+/// What is dragged after the courier pulls at the segment, by more here than there.
+fn dragged(slack: &Slack, s: usize) -> Vec<Shape> {
+    let mut list = Vec::new();
+    for k in 0..SLACKS_M.len() {
+        let (here, along, across) = (slack.clone(), slack.clone(), slack.clone());
+        list.push(whole(move |m| here.at(m, s, k)));
+        list.push(whole(move |m| {
+            along.at(m, s, k) * m.from_middle_m[0] / DIFFERS_M
+        }));
+        list.push(whole(move |m| {
+            across.at(m, s, k) * m.from_middle_m[1] / DIFFERS_M
+        }));
+    }
+    list
+}
+
+/// What follows the start of every stretch.
+fn since_the_start(ranges: &Ranges) -> Vec<Shape> {
+    let mut list: Vec<Shape> = Vec::new();
+    for decay in DECAYS {
+        let (starts_s, tau_s) = (
+            ranges.starts_s.clone(),
+            (decay * ranges.longest_s).max(1e-9),
+        );
+        list.push(whole(move |m| {
+            let start_s = starts_s.get(m.stretch).copied().unwrap_or(0.0);
+            (-(m.t_s - start_s).max(0.0) / tau_s).exp()
+        }));
+    }
+    list
+}
+
+/// What wanders, and what follows a start.
+fn over_time(ranges: &Ranges) -> Vec<Shape> {
+    let mut list = since_the_start(ranges);
+    list.extend((1..=WANDER).map(|n| wave(n, move |m| (PI * n as f64 * m.progress).cos())));
+    list
+}
+
+/// A gain of either deflection that changes with time.
+fn gains() -> Vec<Shape> {
+    let of = |axis: usize| {
+        let hats = hats([0.0, 1.0], GAIN_KNOTS, |m| m.progress).into_iter();
+        hats.map(move |hat| whole(move |m| (hat.value)(m) * m.deflection[axis]))
+    };
+    of(0).chain(of(1)).collect()
+}
+
+/// A course over a range, straight from knot to knot.
+fn hats([low, high]: [f64; 2], count: usize, value: fn(&Moment) -> f64) -> Vec<Shape> {
+    let step = ((high - low) / (count - 1) as f64).max(1e-12);
+    (0..count)
+        .map(|k| {
+            let at = low + k as f64 * step;
+            whole(move |m| (1.0 - ((value(m) - at) / step).abs()).max(0.0))
+        })
+        .collect()
+}
+
+/// Half waves over both deflections.
+fn half_waves(span: [[f64; 2]; 2]) -> Vec<Shape> {
+    let mut list: Vec<Shape> = Vec::new();
+    for a in 0..=HALF_WAVES {
+        for b in 0..=HALF_WAVES - a {
+            if a + b == 0 {
+                continue;
+            }
+            list.push(wave(a + b, move |m| {
+                let half = |axis: usize, n: usize| {
+                    let [low, high] = span[axis];
+                    let turns = (m.deflection[axis] - low) / (high - low).max(1e-12);
+                    (PI * n as f64 * turns).cos()
+                };
+                half(0, a) * half(1, b)
+            }));
+        }
+    }
+    list
+}
+
+/// Orders of the own phase times a factor.
+fn times(survey: &Survey, factor: fn(&Moment, usize) -> f64) -> Vec<Regressor> {
+    let mut list = Vec::new();
+    for s in (0..4).filter(|s| survey.segments[*s]) {
+        for order in 1..=OWN_ORDERS {
+            Regressor::harmonic(
+                &mut list,
+                s,
+                order,
+                ("finer, times ", "1", SIZE_M),
+                move |m| factor(m, s),
+            );
+        }
+    }
+    list
+}
+
+/// The same of the lateral phase.
+fn times_lateral(survey: &Survey, factor: fn(&Moment) -> f64) -> Vec<Regressor> {
+    let mut list = Vec::new();
+    for s in (0..4).filter(|s| survey.lateral && survey.segments[*s]) {
+        for order in 1..=LATERAL_ORDERS {
+            let name = |part| format!("finer, {part} of lateral order {order}, segment {}", s + 1);
+            let wave = move |m: &Moment| m.lateral[s][order];
+            let (sine, cosine) = (name("sine"), name("cosine"));
+            let of = |name, value: Value| Regressor::reading(name, "1", SIZE_M, s, value);
+            list.push(of(sine, Box::new(move |m| factor(m) * wave(m).0)));
+            list.push(of(cosine, Box::new(move |m| factor(m) * wave(m).1)));
+        }
+    }
+    list
+}
+
+/// Orders of the own phase times orders of the lateral one.
+fn both_phases(survey: &Survey) -> Vec<Regressor> {
+    let mut list = Vec::new();
+    for s in (0..4).filter(|s| survey.lateral && survey.segments[*s]) {
+        for (own, lateral) in [(1, 1), (2, 1), (1, 2), (2, 2)] {
+            let label = ("finer, with lateral, ", "1", SIZE_M);
+            Regressor::harmonic(&mut list, s, own, label, move |m| m.lateral[s][lateral].0);
+            Regressor::harmonic(&mut list, s, own, label, move |m| m.lateral[s][lateral].1);
+        }
+    }
+    list
+}

@@ -1,0 +1,470 @@
+//! One pass over the samples: products of all columns, by fold, so that every later comparison is small algebra.
+
+use crate::algebra::cholesky::Factor;
+use crate::algebra::products::Upright;
+use crate::algebra::symmetric::Symmetric;
+use crate::design::training::Training;
+use crate::linearization::groups::{Group, Sample, TOGETHER};
+use crate::linearization::scene::{ROWS, Scene};
+use effects::sensor::{CHANNELS, READINGS, Regressor};
+use nalgebra::DVector;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Folds of the cross-validation.
+pub const FOLDS: usize = 5;
+/// Samples that are turned into rows at once.
+const CHUNK: usize = 128;
+/// Sums that are formed side by side. Their number and what goes into each is the same on every machine and in every run, so
+/// that the last digit is.
+const LANES: usize = 4;
+/// The same of so many columns that each sum takes tens of megabytes.
+const FEWER_LANES: usize = 2;
+/// See [`FEWER_LANES`].
+const WIDE: usize = 1000;
+
+/// What a group of columns stands for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Block {
+    /// Name: an effect's, or a coordinate's.
+    pub name: String,
+    /// Its columns.
+    pub columns: Range<usize>,
+}
+
+/// All columns of a comparison.
+#[derive(Default)]
+pub struct Columns {
+    /// One regressor a column.
+    pub regressors: Vec<Regressor>,
+    /// Groups, in order; the first is the baseline.
+    pub blocks: Vec<Block>,
+    /// Prior mean of each amount.
+    pub centre: Vec<f64>,
+    /// True where the amount is known to be that and not fitted.
+    pub held: Vec<bool>,
+}
+
+impl Columns {
+    /// Appends a group and returns its number.
+    pub fn push(&mut self, name: impl Into<String>, regressors: Vec<Regressor>) -> usize {
+        let start = self.regressors.len();
+        self.centre.extend(regressors.iter().map(|r| r.mean));
+        self.held
+            .extend(std::iter::repeat_n(false, regressors.len()));
+        self.regressors.extend(regressors);
+        self.blocks.push(Block {
+            name: name.into(),
+            columns: start..self.regressors.len(),
+        });
+        self.blocks.len() - 1
+    }
+
+    /// Appends the groups of others.
+    pub fn append(&mut self, others: Self) {
+        let start = self.regressors.len();
+        let moved = |b: Block| Block {
+            columns: start + b.columns.start..start + b.columns.end,
+            ..b
+        };
+        self.blocks.extend(others.blocks.into_iter().map(moved));
+        self.regressors.extend(others.regressors);
+        self.centre.extend(others.centre);
+        self.held.extend(others.held);
+    }
+}
+
+/// Products of whitened columns by fold; the last column is the target, minus the residual.
+pub struct Gram {
+    /// `[fold]`, each `[columns + 1, columns + 1]`, of columns scaled by their prior deviation; none where only the sum was asked for.
+    pub fold: Vec<Symmetric>,
+    /// Their sum.
+    pub(crate) total: Symmetric,
+    /// Rows in each fold, or in all.
+    pub rows: Vec<usize>,
+    /// Prior deviation of each amount: a column times this is one prior deviation of effect.
+    pub scale: Vec<f64>,
+    /// Prior mean, in prior deviations.
+    pub centre: Vec<f64>,
+    /// Prior deviation over the physical one.
+    pub shrunk: Vec<f64>,
+    /// True if the readings show less noise than is stated: less than the stated noise may be left.
+    pub overstated: bool,
+    /// True if the noise is what was found in the residuals and not what is stated: it may hold some of what it hides.
+    pub loud: bool,
+}
+
+/// Fold of each sample: pieces of runs, never single samples; a place that is passed twice falls into different folds.
+pub fn folds(stretch: &[usize]) -> Vec<u8> {
+    let mut out = vec![0; stretch.len()];
+    let mut start = 0;
+    while start < stretch.len() {
+        let end = (start..stretch.len())
+            .find(|&i| stretch[i] != stretch[start])
+            .unwrap_or(stretch.len());
+        let length = end - start;
+        let pieces = (length / 20).clamp(1, 4 * FOLDS);
+        for (k, fold) in out[start..end].iter_mut().enumerate() {
+            // Stepping by two folds from run to run parts there from back.
+            *fold = ((k * pieces / length + 2 * stretch[start]) % FOLDS) as u8;
+        }
+        start = end;
+    }
+    out
+}
+
+/// Keys of samples by which those over the same part of the platen follow each other: then few of many teeth act in a chunk. Bits of
+/// the place along x and along y in turn (Morton 1966).
+fn by_place(scene: &Scene) -> Vec<u64> {
+    let spread = |place: u32| {
+        let bits = (0..u32::BITS).map(|bit| u64::from(place >> bit & 1) << (2 * bit));
+        bits.sum::<u64>()
+    };
+    let key = |i| {
+        let centre = scene.moment(i).centre_m;
+        let [x, y] = centre.map(|c| (c / scene.observations.pitch_m).floor() as i32);
+        // Places of either sign ascend as unsigned numbers.
+        let [x, y] = [x, y].map(|c| (c as u32) ^ (1 << 31));
+        spread(x) | spread(y) << 1
+    };
+    (0..scene.len()).map(key).collect()
+}
+
+/// Sums of a channel's squares and values, and how many there were.
+type Spread = [(f64, f64, usize); CHANNELS];
+
+/// Spread of each column's response over the rows where it acts, m: of g_p where it acts there, else of the largest channel.
+fn sizes(scene: &Scene, columns: &Columns) -> Vec<f64> {
+    let step = (scene.len() / 3000).max(1);
+    let list: Vec<usize> = (0..scene.len()).step_by(step).collect();
+    let parts = list.par_chunks(list.len().div_ceil(LANES).max(1));
+    let parts: Vec<Vec<Spread>> = parts.map(|part| spreads(scene, columns, part)).collect();
+    let total = |c: usize| {
+        let mut sum = Spread::default();
+        for (channel, sum) in sum.iter_mut().enumerate() {
+            for (square, value, count) in parts.iter().map(|p| p[c][channel]) {
+                *sum = (sum.0 + square, sum.1 + value, sum.2 + count);
+            }
+        }
+        sum
+    };
+    (0..columns.regressors.len())
+        .map(|c| size(&total(c)))
+        .collect()
+}
+
+fn spreads(scene: &Scene, columns: &Columns, samples: &[usize]) -> Vec<Spread> {
+    let regressors = &columns.regressors;
+    let mut sums = vec![Spread::default(); regressors.len()];
+    for samples in samples.chunks(TOGETHER) {
+        let group = Group::new(
+            scene,
+            regressors,
+            0..regressors.len(),
+            samples.iter().copied(),
+        );
+        for Sample { rows, moment, .. } in &group.samples {
+            for &c in &group.acting {
+                let response = rows.response(&regressors[c], moment);
+                for (a, channel) in response.iter().zip(rows.channel).take(rows.count) {
+                    if *a != 0.0 {
+                        sums[c][channel].0 += a * a;
+                        sums[c][channel].1 += a;
+                        sums[c][channel].2 += 1;
+                    }
+                }
+            }
+        }
+    }
+    sums
+}
+
+fn size(sum: &Spread) -> f64 {
+    // About the mean: what is constant is an offset's business, unless there is nothing else.
+    let spread = |(square, sum, count): (f64, f64, usize)| {
+        let n = count as f64;
+        let (square, mean) = (square / n, sum / n);
+        let variance = square - mean * mean;
+        if count < 3 {
+            0.0
+        } else if variance > 1e-6 * square {
+            variance.sqrt()
+        } else {
+            square.sqrt()
+        }
+    };
+    let all = sum.map(spread);
+    if all[0] > 0.0 {
+        all[0]
+    } else {
+        all.iter().copied().fold(0.0, f64::max)
+    }
+}
+
+impl Gram {
+    /// Accumulates over all kept samples. Cost: rows times columns squared.
+    pub fn new(scene: &Scene, columns: &Columns, folds: &[u8]) -> Self {
+        let mut sums = Sums::new(scene, columns);
+        let scale = sums.priors();
+        let parts = (0..FOLDS).map(|f| sums.over(&scale, |i| usize::from(folds[i]) == f));
+        let (fold, rows): (Vec<Symmetric>, Vec<usize>) = parts.unzip();
+        let mut total = Symmetric::zeros(scale.len() + 1);
+        fold.iter().for_each(|f| total += f);
+        Self::of(scene, columns, scale, (fold, rows, total))
+    }
+
+    /// The same without the folds by themselves: a sixth of the memory.
+    pub fn whole(scene: &Scene, columns: &Columns) -> Self {
+        let mut sums = Sums::new(scene, columns);
+        let scale = sums.priors();
+        let (total, rows) = sums.over(&scale, |_| true);
+        Self::of(scene, columns, scale, (Vec::new(), vec![rows], total))
+    }
+
+    /// Amounts of some columns, in prior deviations, by all folds but each. Where the folds are not kept their products are formed
+    /// anew, one after the other.
+    pub fn by_folds(
+        &self,
+        scene: &Scene,
+        columns: &Columns,
+        folds: &[u8],
+        list: &[usize],
+    ) -> Vec<Vec<f64>> {
+        let amounts = |test: &Symmetric| {
+            let training = Training::new(&self.total, Some(test));
+            let fit = solve(training, list, &self.centre, 1.0);
+            fit.map_or(vec![0.0; list.len()], |fit| fit.amount.as_slice().to_vec())
+        };
+        if !self.fold.is_empty() {
+            return self.fold.par_iter().map(amounts).collect();
+        }
+        let mut sums = Sums::new(scene, columns);
+        let mut test = |f| sums.over(&self.scale, |i| usize::from(folds[i]) == f).0;
+        (0..FOLDS).map(|f| amounts(&test(f))).collect()
+    }
+
+    fn of(
+        scene: &Scene,
+        columns: &Columns,
+        scale: Vec<f64>,
+        (fold, rows, total): (Vec<Symmetric>, Vec<usize>, Symmetric),
+    ) -> Self {
+        let centre = columns
+            .centre
+            .iter()
+            .zip(&scale)
+            .map(|(c, s)| if *s > 0.0 { c / s } else { 0.0 })
+            .collect();
+        Self {
+            fold,
+            total,
+            rows,
+            shrunk: vec![1.0; scale.len()],
+            scale,
+            centre,
+            overstated: scene.observations.overstated,
+            loud: scene.noise != [1.0; READINGS],
+        }
+    }
+
+    /// Takes prior deviations to be so many times what they were; prior means stay what they are in their units.
+    pub fn rescale(&mut self, factor: &[f64]) {
+        for (c, by) in factor.iter().enumerate().filter(|(_, by)| **by != 1.0) {
+            self.scale[c] *= by;
+            self.shrunk[c] *= by;
+            self.centre[c] /= by;
+            for sum in self.fold.iter_mut().chain([&mut self.total]) {
+                sum.rescale(c, *by);
+            }
+        }
+    }
+
+    /// Number of columns without the target.
+    pub fn width(&self) -> usize {
+        self.scale.len()
+    }
+
+    /// Number of rows.
+    pub fn total_rows(&self) -> usize {
+        self.rows.iter().sum()
+    }
+
+    /// Sum over all folds but one (or all). Folds must have been kept for one to be left out.
+    pub fn training(&self, without: Option<usize>) -> Training<'_> {
+        Training::new(&self.total, without.map(|fold| &self.fold[fold]))
+    }
+}
+
+/// Products over parts of the samples in use, one part after the other: their memory serves all.
+struct Sums<'s, 'a> {
+    scene: &'s Scene<'a>,
+    columns: &'s Columns,
+    lanes: Vec<Lane>,
+    order: Option<Vec<u64>>,
+}
+
+/// Sums that are formed beside others.
+struct Lane {
+    upright: Upright,
+    sum: Symmetric,
+    rows: usize,
+}
+
+impl Lane {
+    fn new(width: usize) -> Self {
+        Self {
+            upright: Upright::new(width, CHUNK * ROWS),
+            sum: Symmetric::zeros(width),
+            rows: 0,
+        }
+    }
+}
+
+impl<'s, 'a> Sums<'s, 'a> {
+    fn new(scene: &'s Scene<'a>, columns: &'s Columns) -> Self {
+        let width = columns.regressors.len() + 1;
+        let lanes = if width > WIDE { FEWER_LANES } else { LANES };
+        Self {
+            scene,
+            columns,
+            lanes: (0..lanes).map(|_| Lane::new(width)).collect(),
+            order: scene.survey.teeth.as_ref().map(|_| by_place(scene)),
+        }
+    }
+
+    /// Prior deviation of each amount.
+    fn priors(&self) -> Vec<f64> {
+        let sizes = sizes(self.scene, self.columns);
+        let prior = |(r, s): (&Regressor, f64)| match r.deviation {
+            _ if s <= 0.0 => 0.0,
+            Some(deviation) => deviation,
+            None => r.size_m / s,
+        };
+        self.columns
+            .regressors
+            .iter()
+            .zip(sizes)
+            .map(prior)
+            .collect()
+    }
+
+    /// Products over the samples that are asked for, and their rows, by lanes side by side.
+    fn over(&mut self, scale: &[f64], asked: impl Fn(usize) -> bool) -> (Symmetric, usize) {
+        let (scene, columns) = (self.scene, self.columns);
+        let mut samples: Vec<usize> = (0..scene.len())
+            .filter(|&i| scene.keep[i] && asked(i))
+            .collect();
+        if let Some(order) = &self.order {
+            samples.sort_by_key(|i| order[*i]);
+        }
+        let every = self.lanes.len();
+        std::thread::scope(|scope| {
+            for (number, lane) in self.lanes.iter_mut().enumerate() {
+                let chunks = samples.chunks(CHUNK).skip(number).step_by(every);
+                scope.spawn(move || {
+                    for chunk in chunks {
+                        lane.rows += accumulate(scene, columns, scale, chunk, lane);
+                    }
+                });
+            }
+        });
+        let mut sum = Symmetric::zeros(scale.len() + 1);
+        let mut rows = 0;
+        for lane in &mut self.lanes {
+            sum += &lane.sum;
+            lane.sum.clear();
+            rows += std::mem::take(&mut lane.rows);
+        }
+        (sum, rows)
+    }
+}
+
+/// Adds a chunk's products. Columns that are zero throughout the chunk (shapes of another run, of
+/// another time, of another place) cost nothing but their evaluation.
+fn accumulate(
+    scene: &Scene,
+    columns: &Columns,
+    scale: &[f64],
+    samples: &[usize],
+    lane: &mut Lane,
+) -> usize {
+    let upright = &mut lane.upright;
+    upright.clear();
+    let last = scale.len();
+    let regressors = &columns.regressors;
+    let group = Group::new(scene, regressors, 0..last, samples.iter().copied());
+    for Sample { rows, moment, .. } in &group.samples {
+        let by_reading = rows.white_by_reading();
+        upright.extend(rows.count);
+        for &c in &group.acting {
+            if let Some(white) = rows.white_response(&by_reading, &regressors[c], moment) {
+                upright.set(c, &white[..rows.count], scale[c]);
+            }
+        }
+        let white = rows.whitened(&rows.residual_m);
+        upright.set(last, &white[..rows.count], -1.0);
+    }
+    upright.add_products(&mut lane.sum);
+    upright.rows()
+}
+
+/// Fit of some columns with their priors, on a training Gram.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// Columns in the model.
+    pub columns: Vec<usize>,
+    /// Amounts in prior deviations.
+    pub amount: DVector<f64>,
+    /// Logarithm of the marginal likelihood for unit noise, up to a constant of the data.
+    pub log_evidence: f64,
+}
+
+/// Solves for the columns with unit normal priors about `centre`, noise variance `variance`.
+pub fn solve(training: Training, columns: &[usize], centre: &[f64], variance: f64) -> Option<Fit> {
+    let n = columns.len();
+    let last = training.last();
+    let precision = 1.0 / variance;
+    let mut normal = training.lower(columns) * precision;
+    let mut right = DVector::from_fn(n, |a, _| training.at(columns[a], last) * precision);
+    for a in 0..n {
+        normal[(a, a)] += 1.0;
+        right[a] += centre[columns[a]];
+    }
+    let factor = Factor::new(normal)?;
+    let amount = factor.solve(&right);
+    let log_det = factor.half_log_determinant();
+    let prior: f64 = columns.iter().map(|&c| centre[c] * centre[c]).sum();
+    let log_evidence =
+        0.5 * (right.dot(&amount) - prior - training.at(last, last) * precision) - log_det;
+    Some(Fit {
+        columns: columns.to_vec(),
+        amount,
+        log_evidence,
+    })
+}
+
+/// Amounts of all columns, in prior deviations: what is held is known and leaves the residual, the others are fitted to what stays.
+pub fn amounts(gram: &Gram, columns: &Columns) -> Vec<f64> {
+    let (held, free): (Vec<usize>, Vec<usize>) = (0..gram.width()).partition(|c| columns.held[*c]);
+    let last = gram.width();
+    let mut training = gram.training(None).formed();
+    for &h in &held {
+        let amount = gram.centre[h];
+        for row in 0..last {
+            let known = training[(row, h)] * amount;
+            training[(row, last)] -= known;
+        }
+    }
+    let mut out = gram.centre.clone();
+    let fit = solve(Training::of(&training), &free, &gram.centre, 1.0);
+    for (k, c) in free.into_iter().enumerate() {
+        out[c] = fit.as_ref().map_or(0.0, |fit| fit.amount[k]);
+    }
+    out
+}
+
+/// Squared whitened residual of a fit on other data: the quadratic form of what it adds to the columns, and takes from the target.
+pub fn squares(test: &Symmetric, fit: &Fit) -> f64 {
+    let amounts = fit.columns.iter().copied().zip(fit.amount.iter().copied());
+    test.quadratic(amounts.chain([(test.order() - 1, -1.0)]))
+}

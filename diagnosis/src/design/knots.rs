@@ -1,0 +1,146 @@
+//! Nodes of a field over the platen: those that the recording passes often enough, or the rectangle that it stays within.
+
+use crate::linearization::scene::Scene;
+use crate::transfer::support::places_m;
+use effects::teeth::Teeth;
+use effects::tooth_variation::sensor_side::{reach, share};
+use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Weight of samples that a node must carry to be judged.
+const WEIGHT: f64 = 3.0;
+/// Most nodes of all channels: beyond, the mesh gets coarser.
+const MOST: usize = 700;
+/// Most values of all segments: each reaches far, so that the cost is that of all columns at every sample.
+const MOST_VALUES: usize = 200;
+/// Pitches from value to value, the finest that is not too many. Where the teeth lie beside the marks that places are told from is
+/// not known, nor how many a footprint holds, and a field bends where a tooth comes in or goes out: a mesh of half the width
+/// misses half as much of a bend between two values.
+const MESHES: [f64; 3] = [0.25, 0.5, 1.0];
+
+/// Sets a survey's mesh and nodes: a rectangle of values for each segment where that is few enough; else teeth for each segment;
+/// else as fine as can be for the channels; none where the courier hardly moves.
+pub fn lay(scene: &mut Scene) {
+    scene.survey.field_by_segment = true;
+    scene.survey.field_by_value = true;
+    for pitches in MESHES {
+        let step_m = pitches * scene.observations.pitch_m;
+        let corners = rectangles(scene, step_m);
+        let count: usize = corners.iter().flatten().map(values).sum();
+        if (1..=MOST_VALUES).contains(&count) {
+            scene.survey.node_step_m = step_m;
+            scene.survey.nodes = corners.map(|c| c.map_or(Vec::new(), Vec::from));
+            return;
+        }
+    }
+    scene.survey.field_by_value = false;
+    for pitches in [1.0, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0] {
+        let step_m = pitches * scene.observations.pitch_m;
+        let list = at(scene, step_m);
+        let count: usize = list.iter().map(Vec::len).sum();
+        if count < 8 {
+            break;
+        }
+        if count <= MOST {
+            (scene.survey.node_step_m, scene.survey.nodes) = (step_m, list);
+            return;
+        }
+        scene.survey.field_by_segment = false;
+    }
+    (scene.survey.node_step_m, scene.survey.nodes) = Default::default();
+}
+
+/// Two opposite corners of the mesh about the places of each segment.
+fn rectangles(scene: &Scene, step_m: f64) -> [Option<[[i32; 2]; 2]>; 4] {
+    let mut out = [None; 4];
+    for i in (0..scene.len()).filter(|&i| scene.keep[i]) {
+        for (s, place_m) in places_m(scene, i) {
+            let low = place_m.map(|p| (p / step_m).floor() as i32);
+            let [from, to] = out[s].get_or_insert([low; 2]);
+            for d in 0..2 {
+                from[d] = from[d].min(low[d]);
+                to[d] = to[d].max(low[d].saturating_add(1));
+            }
+        }
+    }
+    out
+}
+
+/// Values on a rectangle.
+fn values([from, to]: &[[i32; 2]; 2]) -> usize {
+    let side = |d: usize| to[d].saturating_sub(from[d]).saturating_add(1) as usize;
+    side(0).saturating_mul(side(1))
+}
+
+fn at(scene: &Scene, step_m: f64) -> [Vec<[i32; 2]>; 4] {
+    let step = step_m / scene.observations.pitch_m;
+    let reach = reach(step);
+    let mut places: [Vec<[f64; 2]>; 4] = Default::default();
+    for i in (0..scene.len()).filter(|&i| scene.keep[i]) {
+        for (s, place_m) in places_m(scene, i) {
+            places[s].push(place_m.map(|p| p / step_m));
+        }
+    }
+    let mut out: [Vec<[i32; 2]>; 4] = Default::default();
+    out.par_iter_mut().zip(&places).for_each(|(nodes, places)| {
+        let mut weights: BTreeMap<[i32; 2], f64> = BTreeMap::new();
+        for &[a, b] in places {
+            for x in a.floor() as i32 - reach + 1..=a.floor() as i32 + reach {
+                let along = share(a - f64::from(x), step);
+                for y in b.floor() as i32 - reach + 1..=b.floor() as i32 + reach {
+                    let weight = along * share(b - f64::from(y), step);
+                    if weight > 0.0 {
+                        *weights.entry([x, y]).or_default() += weight;
+                    }
+                }
+            }
+        }
+        let carried = weights.into_iter().filter(|(_, w)| *w > WEIGHT);
+        *nodes = carried.map(|(node, _)| node).collect();
+    });
+    out
+}
+
+/// Most teeth and lines: the cost is that of all unknowns together.
+const MOST_TEETH: usize = 2400;
+/// Share of a reading that all samples together must give to a tooth, for it to be asked for.
+const SEEN: f64 = 0.02;
+
+/// Lists the teeth and lines under the segments' footprints. False where they are too many, or none.
+pub fn list_teeth(scene: &Scene, teeth: &mut Teeth) -> bool {
+    let pitch_m = scene.observations.pitch_m;
+    let mut posts: [BTreeMap<[i32; 2], f64>; 2] = Default::default();
+    let mut lines: [BTreeSet<i32>; 2] = Default::default();
+    let footprint = teeth.footprint;
+    let step = teeth.step_pitches;
+    let under = |direction: usize, place: f64| {
+        let (half, step) = (footprint.half_pitches[direction], step[direction]);
+        let (first, last) = ((place - half) / step, (place + half) / step);
+        let share = move |k: i32| footprint.weight(direction, place - f64::from(k) * step);
+        (first.ceil() as i32..=last.floor() as i32).map(move |k| (k, share(k)))
+    };
+    for i in (0..scene.len()).filter(|&i| scene.keep[i]) {
+        let moment = scene.moment(i);
+        for s in (0..4).filter(|s| scene.scope.segments[*s]) {
+            let [along, across] = moment.place_m[s].map(|p| p / pitch_m);
+            for (tooth, share) in under(0, along) {
+                lines[s % 2].insert(tooth);
+                for (other, part) in under(1, across) {
+                    *posts[s % 2].entry([tooth, other]).or_default() += share * part;
+                }
+            }
+        }
+    }
+    teeth.posts = posts.map(|all| {
+        let seen = all.into_iter().filter(|(_, share)| *share > SEEN);
+        seen.map(|(tooth, _)| tooth).collect()
+    });
+    teeth.lines = lines.map(|all| all.into_iter().collect());
+    if teeth.deviation_m[1] <= 0.0 {
+        teeth.lines = Default::default();
+    }
+    let posts = teeth.posts.iter().map(Vec::len).sum::<usize>();
+    let count = posts + teeth.lines.iter().map(Vec::len).sum::<usize>();
+    crate::trace::log(&format!("{count} teeth and lines, steps {step:.2?}"));
+    (1..=MOST_TEETH).contains(&count)
+}

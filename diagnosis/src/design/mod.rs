@@ -1,0 +1,10 @@
+//! Columns of the baseline, of the effects and of shapes over coordinates, and their products.
+
+pub mod coordinate_basis;
+pub mod errors_in_variables;
+pub(crate) mod fine_basis;
+pub(crate) mod frequency_basis;
+pub mod gram;
+pub mod knots;
+pub mod study;
+pub mod training;

@@ -1,0 +1,251 @@
+//! All that is compared on a recording: columns of the baseline, of the effects and of free shapes, and their products.
+
+use crate::data::clip;
+use crate::data::prepare::Prepared;
+use crate::design::coordinate_basis::places;
+use crate::design::errors_in_variables::Carried;
+use crate::design::gram::{Columns, Gram, folds};
+use crate::inference::cross_validation::Arena;
+use crate::inference::residuals::Residuals;
+use crate::linearization::calibrate::baseline_columns;
+use crate::linearization::point::About;
+use crate::linearization::scene::Scene;
+use crate::noise::simulated::{Floor, floor};
+use crate::spectra::flicker::flicker_hz;
+use crate::spectra::lines::{add_lines, lines_of};
+use effects::sensor::{READINGS, Survey};
+use std::sync::Arc;
+
+/// What a caller may change.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Effects taken out of the catalogue.
+    pub without: Vec<String>,
+}
+
+/// A block of the comparison.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Kind {
+    /// A catalogued effect.
+    Effect(String),
+    /// The shapes of an effect that may not be named: they tell where a gap lies, and nothing else.
+    Shape(String),
+    /// Free shapes over a coordinate.
+    Place(String),
+}
+
+/// Everything that the judgement needs.
+pub struct Study<'a> {
+    /// The linearised recording.
+    pub scene: Scene<'a>,
+    /// Columns: baseline, effects, places.
+    pub columns: Columns,
+    /// What each block after the baseline is.
+    pub kinds: Vec<Kind>,
+    /// Their products.
+    pub gram: Gram,
+    /// Noise that they carry.
+    pub carried: Carried,
+    /// Fold of each sample.
+    pub folds: Vec<u8>,
+    /// Simulator's scatter.
+    pub floor: Floor,
+}
+
+impl Study<'_> {
+    /// For the comparison of sets of blocks.
+    pub fn arena(&self) -> Arena<'_> {
+        Arena::new(&self.gram, &self.columns, &self.carried)
+    }
+
+    /// Blocks of the catalogue.
+    pub fn effects(&self) -> Vec<usize> {
+        (1..self.columns.blocks.len())
+            .filter(|b| matches!(self.kinds[b - 1], Kind::Effect(_)))
+            .collect()
+    }
+
+    /// Blocks of free shapes.
+    pub fn places(&self) -> Vec<usize> {
+        (1..self.columns.blocks.len())
+            .filter(|b| !matches!(self.kinds[b - 1], Kind::Effect(_)))
+            .collect()
+    }
+
+    /// Held-out residuals of the baseline with some blocks.
+    pub fn residuals(&self, blocks: &[usize]) -> Residuals {
+        let list = self.list(blocks);
+        Residuals::new(&self.scene, &self.columns, &self.gram, &self.folds, &list)
+    }
+
+    /// Columns of the baseline and some blocks.
+    pub fn list(&self, blocks: &[usize]) -> Vec<usize> {
+        let mut list: Vec<usize> = self.columns.blocks[0].columns.clone().collect();
+        for &b in blocks {
+            list.extend(self.columns.blocks[b].columns.clone());
+        }
+        list
+    }
+}
+
+/// What to look at besides the catalogue and the places.
+#[derive(Clone, Copy, Default)]
+pub struct Look<'a> {
+    /// Residuals of the best model so far, in which lines of the spectrum are looked for.
+    pub lines_of: Option<&'a Residuals>,
+    /// Waves over the coordination sensor's deflection are looked for in those residuals as well.
+    pub fringes: bool,
+    /// A survey whose lines and whose phase of free harmonics are kept.
+    pub as_in: Option<&'a Survey>,
+    /// A field over the platen is judged.
+    pub field: bool,
+    /// Only the blocks named here are compared: a field has hundreds of unknowns.
+    pub only: Option<&'a [String]>,
+    /// Finer shapes are laid over the coordinates, and nothing else.
+    pub finely: bool,
+}
+
+/// Builds all columns and their products.
+pub fn study<'a>(
+    prepared: &'a Prepared,
+    options: &Options,
+    about: &About,
+    look: Look,
+) -> Study<'a> {
+    let mut scene = Scene::new(
+        &prepared.observations,
+        about.baseline.clone(),
+        prepared.keep.clone(),
+    )
+    .moved(about.baseline.clone(), about.shift.clone());
+    scene.noise = about.noise.unwrap_or([1.0; READINGS]);
+    scene.take_amplitudes(Arc::clone(&prepared.amplitudes));
+    for segment in 0..4 {
+        let other = || clip::against_reference(&scene, segment);
+        scene.survey.clip[segment] = prepared.clips[segment].or_else(other);
+    }
+    scene.survey.beneath = prepared.beneath;
+    let (mut beacon, mut segments) = look.as_in.map_or(Default::default(), |survey| {
+        let lines = (&survey.beacon_lines_hz, &survey.segment_lines_hz);
+        (lines.0.clone(), lines.1.clone())
+    });
+    if let Some(residuals) = look.lines_of {
+        // What is explained by lines that are known leaves none: they stay.
+        let more = lines_of(&scene, residuals);
+        add_lines(&mut beacon, more.0);
+        add_lines(&mut segments, more.1);
+    }
+    (scene.survey.beacon_lines_hz, scene.survey.segment_lines_hz) = (beacon, segments);
+    if let Some(survey) = look.as_in {
+        scene.survey.pair_lines_hz = survey.pair_lines_hz.clone();
+        scene.survey.flicker_hz = survey.flicker_hz.clone();
+        scene.survey.deflection_waves = survey.deflection_waves.clone();
+    }
+    let residuals = look.lines_of.filter(|_| look.fringes);
+    if let Some(residuals) = residuals.filter(|_| scene.survey.deflection_waves.is_empty()) {
+        scene.survey.deflection_waves = crate::spectra::deflection_waves::waves(&scene, residuals);
+    }
+    if let Some(residuals) = look.lines_of {
+        let flickers = flicker_hz(&scene, residuals);
+        add_lines(&mut scene.survey.flicker_hz, flickers);
+        scene.survey.pair_lines_hz =
+            std::array::from_fn(|s| crate::spectra::hum::hum_hz(&scene, s));
+    }
+    scene.survey.unmodified = look.as_in.is_some_and(|survey| survey.unmodified);
+    scene.survey.fuller = look
+        .as_in
+        .map_or_else(Default::default, |survey| survey.fuller);
+    scene.survey.lines_wind = look.as_in.is_some_and(|survey| survey.lines_wind);
+    if look.field {
+        crate::design::knots::lay(&mut scene);
+    }
+    let listed = |name: &str| look.only.is_none_or(|list| list.iter().any(|k| k == name));
+    let wanted = |name: &str| listed(name) || look.field && name == FIELD;
+    let (columns, kinds) = if look.finely {
+        finer_columns(&scene)
+    } else {
+        all_columns(&scene, options, &wanted)
+    };
+    let folds = folds(&prepared.observations.stretch);
+    let gram = Gram::new(&scene, &columns, &folds);
+    let carried = Carried::new(&scene, &columns, &gram.scale);
+    let floor = floor(&scene, 4);
+    Study {
+        scene,
+        columns,
+        kinds,
+        gram,
+        carried,
+        folds,
+        floor,
+    }
+}
+
+fn all_columns(
+    scene: &Scene,
+    options: &Options,
+    wanted: &dyn Fn(&str) -> bool,
+) -> (Columns, Vec<Kind>) {
+    let mut columns = baseline_columns(scene);
+    let mut kinds = Vec::new();
+    let sides = effects::sensor_sides();
+    for effect in sides.iter().filter(|e| wanted(e.name())) {
+        // An effect that is taken out of the catalogue loses its name; the coordinate that it acts on stays to be looked at.
+        let taken_out = options.without.iter().any(|w| w == effect.name());
+        let kind = if taken_out {
+            Kind::Shape(effect.name().into())
+        } else {
+            Kind::Effect(effect.name().into())
+        };
+        let regressors = effect.regressors(&scene.survey);
+        add(&mut columns, &mut kinds, kind, regressors);
+    }
+    for place in places(&scene.survey)
+        .into_iter()
+        .filter(|p| wanted(p.coordinate))
+    {
+        let kind = Kind::Place(place.coordinate.into());
+        add(&mut columns, &mut kinds, kind, place.regressors);
+    }
+    (columns, kinds)
+}
+
+fn finer_columns(scene: &Scene) -> (Columns, Vec<Kind>) {
+    let mut columns = baseline_columns(scene);
+    let mut kinds = Vec::new();
+    for place in crate::design::fine_basis::finer(scene) {
+        let kind = Kind::Place(place.coordinate.into());
+        add(&mut columns, &mut kinds, kind, place.regressors);
+    }
+    (columns, kinds)
+}
+
+/// The effect that is a field over the platen.
+pub const FIELD: &str = "tooth_variation";
+
+fn add(
+    columns: &mut Columns,
+    kinds: &mut Vec<Kind>,
+    kind: Kind,
+    regressors: Vec<effects::sensor::Regressor>,
+) {
+    if !regressors.is_empty() {
+        let name = match &kind {
+            Kind::Effect(name) | Kind::Place(name) | Kind::Shape(name) => name.clone(),
+        };
+        columns.push(name, regressors);
+        kinds.push(kind);
+    }
+}
+
+/// A block's handicap when it competes: shapes and flexible fields give way to causes.
+pub fn handicap(name: &str) -> f64 {
+    match name {
+        "extra_harmonics" => 0.10,
+        "quadrature_drift" => 0.10,
+        FIELD => 0.10,
+        "hysteresis" => 0.03,
+        "gap_variation" | "thermal_drift" => 0.01,
+        _ => 0.0,
+    }
+}

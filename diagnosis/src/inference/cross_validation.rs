@@ -1,0 +1,203 @@
+//! Held-out squares of sets of columns: what sets of effects are compared by.
+
+use crate::design::errors_in_variables::Carried;
+use crate::design::gram::{Columns, FOLDS, Gram};
+use crate::inference::schur::Base;
+use std::collections::HashMap;
+use std::ops::Range;
+
+/// Sets are compared on these.
+pub struct Arena<'a> {
+    /// Products of the columns.
+    pub gram: &'a Gram,
+    /// The columns.
+    pub columns: &'a Columns,
+    carried: &'a Carried,
+    known: HashMap<Vec<usize>, Score>,
+    bases: HashMap<Option<usize>, Base>,
+    /// Held-out squares below which columns hold the noise itself.
+    quietest: f64,
+}
+
+/// Held-out squares of a set of columns.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Score {
+    /// Whitened squares over all folds, each predicted from the others.
+    pub squares: f64,
+    /// The same by fold.
+    pub fold: [f64; FOLDS],
+    /// Sum of the folds' log evidence.
+    pub log_evidence: f64,
+}
+
+/// Amounts beyond this many prior deviations off their means are of no physical size, however well they fit: each, or of very many
+/// that have one size together their rms.
+const IMPLAUSIBLE: f64 = 30.0;
+/// No held-out model beats the noise: below this share of it, and where the baseline does not, it is an artefact.
+const TOO_GOOD: f64 = 0.3;
+/// Where the baseline leaves no more than this much of the noise, the stated noise is right, and chance bounds what is possible:
+/// so many standard deviations of a sum of squares, and at least this share.
+const NO_GAP: f64 = 1.21;
+/// See [`NO_GAP`].
+const CHANCE: f64 = 3.0;
+/// See [`NO_GAP`].
+const NEARLY: f64 = 0.95;
+impl<'a> Arena<'a> {
+    /// Sets are scored as they are asked for.
+    pub fn new(gram: &'a Gram, columns: &'a Columns, carried: &'a Carried) -> Self {
+        let mut this = Self {
+            gram,
+            columns,
+            carried,
+            known: HashMap::new(),
+            bases: HashMap::new(),
+            quietest: 0.0,
+        };
+        let base: Vec<usize> = columns.blocks[0].columns.clone().collect();
+        if !gram.overstated {
+            let baseline = this.score_columns(&base).squares;
+            this.quietest = quietest(baseline, this.rows(), gram.loud);
+        }
+        this
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> f64 {
+        self.gram.total_rows() as f64
+    }
+
+    /// Held-out score of the baseline with some blocks.
+    pub fn score(&mut self, blocks: &[usize]) -> Score {
+        let mut key = blocks.to_vec();
+        key.sort_unstable();
+        key.dedup();
+        if let Some(score) = self.known.get(&key) {
+            return *score;
+        }
+        let mut list: Vec<usize> = self.columns.blocks[0].columns.clone().collect();
+        for &block in &key {
+            list.extend(self.columns.blocks[block].columns.clone());
+        }
+        let score = self.score_columns(&list);
+        self.known.insert(key, score);
+        score
+    }
+
+    /// Held-out score of any columns (the baseline's must be among them).
+    pub fn score_columns(&mut self, list: &[usize]) -> Score {
+        let key = self.largest_block(list);
+        if !self.bases.contains_key(&key) {
+            let base = self.base(key);
+            self.bases.insert(key, base);
+        }
+        let baseline = &self.columns.blocks[0].columns;
+        let Some(base) = self.bases.get_mut(&key) else {
+            return IMPOSSIBLE;
+        };
+        let shared = key.map(|b| &self.columns.blocks[b].columns);
+        let more: Vec<usize> = list
+            .iter()
+            .copied()
+            .filter(|c| !baseline.contains(c) && shared.is_none_or(|s| !s.contains(c)))
+            .collect();
+        let mut score = Score::default();
+        let found = base.scores(self.gram, self.carried.products(), &more);
+        for (f, found) in found.into_iter().enumerate() {
+            let Some((fit, left, noise)) = found else {
+                return IMPOSSIBLE;
+            };
+            if self.implausible(&fit.columns, fit.amount.as_slice(), shared) {
+                return IMPOSSIBLE;
+            }
+            score.fold[f] = left - self.gram.rows[f] as f64 * self.carried.allowance(noise);
+            score.log_evidence += fit.log_evidence / (FOLDS - 1) as f64;
+            score.squares += score.fold[f];
+        }
+        // Below the noise: the columns hold the noise itself.
+        if list.len() > baseline.len() && score.squares < self.quietest {
+            return IMPOSSIBLE;
+        }
+        score
+    }
+
+    /// True if an effect's amounts are of no physical size. Of a block of very many, which have one size together, it is their rms
+    /// that counts: one of them may be where hardly anything was seen.
+    fn implausible(&self, columns: &[usize], amounts: &[f64], many: Option<&Range<usize>>) -> bool {
+        let baseline = &self.columns.blocks[0].columns;
+        let (mut largest, mut squares, mut count) = (0.0f64, 0.0, 0.0);
+        for (c, amount) in columns.iter().zip(amounts) {
+            let off = (amount - self.gram.centre[*c]).abs();
+            if many.is_some_and(|many| many.contains(c)) {
+                squares += off * off;
+                count += 1.0;
+            } else if !baseline.contains(c) {
+                largest = largest.max(off);
+            }
+        }
+        largest > IMPLAUSIBLE || squares > IMPLAUSIBLE * IMPLAUSIBLE * count
+    }
+
+    /// The largest block that a list holds the whole of, where eliminating it once is worth the memory.
+    fn largest_block(&self, list: &[usize]) -> Option<usize> {
+        let blocks = self.columns.blocks.iter().enumerate().skip(1);
+        blocks
+            .filter(|(_, b)| {
+                let of_it = || list.iter().filter(|c| b.columns.contains(c)).count();
+                b.columns.len() >= LARGE && of_it() == b.columns.len()
+            })
+            .max_by_key(|(_, b)| b.columns.len())
+            .map(|(k, _)| k)
+    }
+
+    fn base(&self, key: Option<usize>) -> Base {
+        let blocks = [Some(0), key].into_iter().flatten();
+        let columns: Vec<usize> = blocks
+            .flat_map(|b| self.columns.blocks[b].columns.clone())
+            .collect();
+        Base::new(self.gram, &columns)
+    }
+}
+
+/// Of what cannot be solved or is of no physical size.
+const IMPOSSIBLE: Score = Score {
+    squares: f64::INFINITY,
+    fold: [f64::INFINITY; FOLDS],
+    log_evidence: f64::NEG_INFINITY,
+};
+/// Columns from which a block is eliminated once for all sets that hold it.
+const LARGE: usize = 120;
+
+/// Held-out squares below which columns hold a reading's own noise, as an angle that hardly changes times large amounts does.
+/// Noise that was found and not stated bounds nothing so closely.
+fn quietest(baseline: f64, rows: f64, loud: bool) -> f64 {
+    if baseline < 2.0 * TOO_GOOD * rows {
+        0.0
+    } else if baseline < NO_GAP * rows && !loud {
+        rows * NEARLY.min(1.0 - CHANCE * (2.0 / rows).sqrt())
+    } else {
+        TOO_GOOD * rows
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::made::Made;
+    use effects::random::normal;
+
+    /// One amount of fifty prior deviations: no effect of that size, and one of a field's many.
+    #[test]
+    fn of_very_many_amounts_one_may_be_large() {
+        let squares = |count: usize| {
+            let sizes = vec![1.0; count];
+            let made = Made::new(&[("block", &sizes[..])], &|rng| {
+                let mut row = vec![1.0];
+                row.extend((0..count).map(|_| 0.1 * normal(rng)));
+                row.push(50.0 * row[1] + normal(rng));
+                row
+            });
+            made.arena().score(&[1]).squares
+        };
+        assert!(squares(2).is_infinite());
+        assert!(squares(super::LARGE).is_finite());
+    }
+}

@@ -1,0 +1,54 @@
+//! Samples that are looked at together, and the regressors that may act at any of them: single teeth, and what is there for a while,
+//! act at few, and are not asked at each sample of a recording.
+
+use crate::linearization::scene::{SampleRows, Scene};
+use effects::over::Extent;
+use effects::sensor::{Moment, Regressor};
+
+/// Samples whose regressors are looked for together: few enough to lie near each other.
+pub const TOGETHER: usize = 64;
+
+/// A sample.
+pub struct Sample {
+    /// Its number.
+    pub number: usize,
+    /// Its rows; there is at least one.
+    pub rows: SampleRows,
+    /// What the sensor knows there.
+    pub moment: Moment,
+}
+
+/// Some samples, and what may act there.
+pub struct Group {
+    /// Those of them that have rows.
+    pub samples: Vec<Sample>,
+    /// Numbers of the regressors that may act at one of them, ascending.
+    pub acting: Vec<usize>,
+}
+
+impl Group {
+    /// Of these samples and these of all regressors. Cost: one look at each of either.
+    pub fn new(
+        scene: &Scene,
+        regressors: &[Regressor],
+        asked: impl IntoIterator<Item = usize>,
+        samples: impl IntoIterator<Item = usize>,
+    ) -> Self {
+        let sample = |number| {
+            let rows = scene.rows(number);
+            let moment = || scene.moment(number);
+            (rows.count > 0).then(|| Sample {
+                number,
+                rows,
+                moment: moment(),
+            })
+        };
+        let samples: Vec<Sample> = samples.into_iter().filter_map(sample).collect();
+        let extent = Extent::of(samples.iter().map(|s| &s.moment));
+        let may = |c: &usize| regressors[*c].may_act(&extent);
+        Self {
+            acting: asked.into_iter().filter(may).collect(),
+            samples,
+        }
+    }
+}

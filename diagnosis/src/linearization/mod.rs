@@ -1,0 +1,10 @@
+//! One recording about one point: residuals, their derivatives, the baseline, and fits about what was found.
+
+pub mod baseline;
+pub mod calibrate;
+pub(crate) mod groups;
+pub(crate) mod paths;
+pub mod point;
+pub mod relinearized;
+pub mod scene;
+pub mod stop_operator;

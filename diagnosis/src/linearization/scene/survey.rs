@@ -1,0 +1,98 @@
+//! What a recording offers: which effects its data can speak about.
+
+use super::Scene;
+use crate::algebra::statistics::quantile;
+use crate::data::observations::Observations;
+use crate::linearization::baseline::Scope;
+use effects::sensor::Survey;
+
+/// Standard deviation of the angle from which on a recording tells what depends on it. Errors of equation (3) that g_p does not
+/// show (of both pairs alike, in a fly-by along one axis) make up to half of this.
+const TURNING_RAD: f64 = 1.0e-3;
+
+/// Quantiles between which nearly all samples lie: a slip turns what is read by a tooth.
+const NEARLY_ALL: [f64; 2] = [0.005, 0.995];
+
+impl Scene<'_> {
+    fn middle_m(&self, samples: usize) -> [f64; 2] {
+        [0, 1].map(|axis| {
+            let all = (0..samples).map(|i| self.centre_m(i)[axis]);
+            let (sum, count) = all
+                .filter(|c| c.is_finite())
+                .fold((0.0, 0), |(sum, count), c| (sum + c, count + 1));
+            sum / f64::from(count.max(1))
+        })
+    }
+
+    pub(super) fn look_over(&self, n: usize, temperatures: &[f64]) -> Survey {
+        let o = self.observations;
+        let pairs = self.scope.segments.iter().all(|s| *s);
+        let referenced = |axis: usize| !o.reference[axis].is_empty();
+        let thetas: Vec<f64> = if pairs || referenced(2) {
+            (0..n)
+                .map(|i| self.theta_rad(i))
+                .filter(|t| t.is_finite())
+                .collect()
+        } else {
+            Vec::new()
+        };
+        let mut beacon_stretches: Vec<usize> = (0..n)
+            .filter(|&i| self.scope.beacon && o.sees_beacon(i))
+            .map(|i| o.stretch[i])
+            .collect();
+        beacon_stretches.dedup();
+        Survey {
+            segments: self.scope.segments,
+            reference: self.scope.reference,
+            beacon: self.scope.beacon,
+            counts: o.amplitude_counts.iter().any(|a| !a.is_empty()),
+            temperature: temperatures.len() > n / 4
+                && crate::algebra::statistics::spread(temperatures) > 0.05,
+            turning: crate::algebra::statistics::deviation(&thetas) > TURNING_RAD,
+            thetas_rad: NEARLY_ALL.map(|q| quantile(&mut thetas.clone(), q).unwrap_or(0.0)),
+            moving: self
+                .motion
+                .direction
+                .iter()
+                .any(|d| d.iter().filter(|v| **v != 0.0).count() > 20),
+            lateral: [0, 1].iter().all(|&axis| {
+                self.scope.segments[axis] || self.scope.segments[axis + 2] || referenced(axis)
+            }),
+            top_speed_m_s: self.motion.top_speed_m_s,
+            travel_m: std::array::from_fn(|s| {
+                crate::algebra::statistics::spread(&self.calibrated_m[s])
+            }),
+            middle_m: self.middle_m(n),
+            pitch_m: o.pitch_m,
+            tan_full_scale: o.tan_full_scale,
+            duration_s: o.t_s[n - 1] - o.t_s[0],
+            warmths_k: crate::linearization::scene::range(temperatures)
+                .map_or([0.0; 2], |r| r.map(|t| t - self.normal.temperature_c)),
+            beacon_stretches,
+            ..Survey::default()
+        }
+    }
+}
+
+/// What the residuals can be formed of.
+pub fn scope(o: &Observations) -> Scope {
+    let segments: [bool; 4] = std::array::from_fn(|s| o.has_segment(s));
+    let all = segments.iter().all(|s| *s);
+    let beacon = all && !o.tan_psi[0].is_empty();
+    let referenced =
+        |s: usize| segments[s] && (0..o.len()).any(|i| o.reference_m(s, i).is_finite());
+    let turning_known =
+        !o.reference[2].is_empty() || !(segments[0] && segments[2] || segments[1] && segments[3]);
+    let reference = !beacon && turning_known && (0..4).any(referenced);
+    let in_use = if reference {
+        std::array::from_fn(referenced)
+    } else {
+        segments
+    };
+    let complete = reference && all && in_use.iter().all(|s| *s);
+    Scope {
+        segments: in_use,
+        beacon,
+        reference: reference && (complete || !all),
+    }
+}

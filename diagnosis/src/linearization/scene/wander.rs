@@ -1,0 +1,79 @@
+//! A pair's flaws that wander: smooth functions of time of which nothing else is known. How much they bend is told by pieces of
+//! the recording that a fit has not seen (smoothing splines: Wahba 1978; as bonds between B-splines: Eilers and Marx 1996).
+
+use crate::algebra::penalized::Bond;
+use effects::quadrature_drift::sensor_side::spline;
+
+/// Offset of sine and cosine, gain and angle.
+pub(super) const FLAWS: usize = 4;
+/// Expected size of each.
+pub(super) const FLAW: f64 = 0.01;
+/// Knots over the recording: so many that the bonds say what a flaw can follow, and not the mesh.
+const KNOTS: usize = 63;
+/// Columns of a wander.
+pub(super) const COLUMNS: usize = FLAWS * KNOTS;
+/// Parts of the recording that are tried, over which a flaw strays from a straight line by about its size.
+pub(super) const STRAIGHT: [f64; 6] = [0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015_625];
+
+/// Weight of one of `knots` at a part of the recording: uniform cubic B-splines that reach one knot past both ends.
+pub(super) fn knot_weights(knots: usize, progress: f64) -> impl Iterator<Item = (usize, f64)> {
+    let at = progress * (knots as f64 - 3.0);
+    let first = at as usize;
+    let weight = move |k: usize| (k, spline(at - (k as f64 - 1.0)));
+    (first..knots.min(first + 4)).map(weight)
+}
+
+/// Columns of the flaws and their entries at a part of the recording, `shapes` being what a unit of each adds.
+pub(super) fn entries(progress: f64, shapes: [f64; FLAWS]) -> impl Iterator<Item = (usize, f64)> {
+    knot_weights(KNOTS, progress).flat_map(move |(knot, weight)| {
+        (0..FLAWS).map(move |f| (FLAWS * knot + f, FLAW * weight * shapes[f]))
+    })
+}
+
+/// The flaws at a part of the recording.
+pub(super) fn flaws(progress: f64, amounts: &[f64]) -> [f64; FLAWS] {
+    let mut out = [0.0; FLAWS];
+    for (knot, weight) in knot_weights(KNOTS, progress) {
+        for (f, flaw) in out.iter_mut().enumerate() {
+            *flaw += FLAW * weight * amounts[FLAWS * knot + f];
+        }
+    }
+    out
+}
+
+/// Means of the flaws over the time that the recording took, however many samples it has when.
+pub(super) fn mean(amounts: &[f64]) -> [f64; FLAWS] {
+    let mut out = [0.0; FLAWS];
+    for k in 0..KNOTS {
+        let flaws = flaws((k as f64 + 0.5) / KNOTS as f64, amounts);
+        out.iter_mut()
+            .zip(flaws)
+            .for_each(|(o, f)| *o += f / KNOTS as f64);
+    }
+    out
+}
+
+/// How far each flaw is held straight, as parts of the recording; `None` where it does not wander.
+pub(super) type Straights = [Option<f64>; FLAWS];
+
+/// Keeps a flaw that does not wander at its mean.
+const STILL: f64 = 1e4;
+
+/// What holds a flaw straight over a part of the recording: a slope that walks at random (white noise integrated twice), so that
+/// second differences grow with the step to the power of one and a half.
+pub(super) fn bonds(straights: Straights) -> Vec<Bond> {
+    let step = 1.0 / (KNOTS as f64 - 3.0);
+    let of_one = |(flaw, straight): (usize, Option<f64>)| -> Vec<Bond> {
+        let column = |knot: usize| flaw + FLAWS * knot;
+        let Some(straight) = straight else {
+            return (0..KNOTS).map(|k| vec![(column(k), STILL)]).collect();
+        };
+        let one = (straight / step).powf(1.5);
+        let bond = |k: usize| {
+            let knots = [k, k + 1, k + 2].map(column);
+            knots.into_iter().zip([one, -2.0 * one, one]).collect()
+        };
+        (0..KNOTS - 2).map(bond).collect()
+    };
+    straights.into_iter().enumerate().flat_map(of_one).collect()
+}

@@ -1,0 +1,3 @@
+//! What the stated noise alone leaves.
+
+pub mod simulated;

@@ -1,0 +1,475 @@
+//! What is no shape: bursts, and noise that must be shown to be noise.
+
+use super::Judge;
+use crate::algebra::statistics::median_and_deviation;
+use crate::data::outliers::{among_bursts, astray, disturbed};
+use crate::data::recurring::{at_the_ends, recurs};
+use crate::inference::residuals::Residuals;
+use crate::linearization::scene::Scene;
+use crate::verdict::answer::{Magnitude, Named};
+
+/// Disturbances of single moments.
+pub(super) const OUTLIERS: &str = "outlier_bursts";
+/// Neighbours on smooth paths that are needed to tell noise from a pattern, in a channel; and in all to name it.
+const ROUGH_PAIRS: usize = 300;
+/// See [`ROUGH_PAIRS`].
+const SHOWN_PAIRS: usize = 60;
+/// Of what is there beyond the stated noise, noise is at least this share: half the mean squared step is all of its mean square
+/// (von Neumann 1941), and hardly any of a pattern's.
+const ROUGH: f64 = 0.6;
+/// Standard deviations by which a pattern must show before noise is doubted.
+const SURE: f64 = 3.0;
+/// Neighbours at rest that are needed to tell whether noise is there without motion.
+const STILL_PAIRS: usize = 100;
+/// White noise at rest is at least this share of what it is elsewhere, and in slow motion of what it is in fast.
+const STILL: f64 = 0.3;
+/// Parts of the path: the slowest is held against the fastest.
+const BY_SPEED: usize = 4;
+/// What scatters by more than this share of a pitch is neither noise nor an error of the sensor: the readings belong to another
+/// segment, sign or tooth.
+const TOOTH: f64 = 0.05;
+/// A channel is looked at if its mean square is this far above the noise that is stated.
+const LOUD: f64 = 1.2;
+
+/// Of the excess over the stated noise the middle of the readings, told by their median deviation, shows at least this share: all of
+/// it where it is noise, next to nothing where a few of them are disturbed.
+const MIDDLE: f64 = 0.5;
+
+/// The effect that follows the direction of travel.
+const DIRECTED: &str = "hysteresis";
+/// Samples that must be judged otherwise than before for all to be fitted anew.
+const ANEW: usize = 3;
+
+/// Disturbed samples.
+#[derive(Default)]
+pub(super) struct Bursts {
+    pub(super) count: usize,
+    /// Whitened squares by the stated noise, as those of the gap are.
+    pub(super) energy: f64,
+    /// The same by the noise as it was found: how far they stand out.
+    beyond_noise: f64,
+    largest_m: f64,
+    /// Squares beyond the noise over all rows, m², and the variance that the noise gives them, m⁴.
+    squares_m2: f64,
+    squares_variance_m4: f64,
+    /// Noise of the largest one, m.
+    largest_noise_m: f64,
+    rows: usize,
+    /// They come back where they were: on the diode, on the platen, or at the ends of the angle's range.
+    pub(super) recur: bool,
+}
+
+/// Disturbed samples that make a burst, and their whitened squares beyond the noise.
+const LEAST_BURSTS: (usize, f64) = (3, 300.0);
+/// Disturbed samples speak of bursts if they hold this share of what is left of the others: a shape stands out here and there as well.
+const OF_WHAT_IS_LEFT: f64 = 0.05;
+
+impl Bursts {
+    /// True if they are bursts, with more than this many whitened squares by the stated noise.
+    pub(super) fn hold(&self, squares: f64) -> bool {
+        let (count, least) = LEAST_BURSTS;
+        let stand_out = self.count >= count && self.beyond_noise > least;
+        stand_out && self.energy > squares && !self.recur
+    }
+
+    /// True if there are too few for bursts.
+    pub(super) fn are_few(&self) -> bool {
+        self.count < LEAST_BURSTS.0
+    }
+
+    /// As they are told. `birge_ratio` is by how much the noise is louder than it was taken to be.
+    pub(super) fn named(&self, share: f64, birge_ratio: f64) -> Named {
+        let rows = self.rows.max(1) as f64;
+        let total_m = (self.squares_m2 / rows).sqrt();
+        let spread_m = 0.5 * birge_ratio * self.squares_variance_m4.sqrt() / rows;
+        Named {
+            name: OUTLIERS.into(),
+            probability: 0.97,
+            total_rms_m: Some(total_m),
+            total_deviation_m: Some(spread_m / total_m.max(f64::MIN_POSITIVE)),
+            magnitude: vec![
+                Magnitude {
+                    name: "disturbed samples".into(),
+                    value: self.count as f64,
+                    deviation: Some(0.0),
+                    unit: "samples".into(),
+                },
+                Magnitude {
+                    name: "largest".into(),
+                    value: self.largest_m,
+                    deviation: Some(birge_ratio * self.largest_noise_m),
+                    unit: "m".into(),
+                },
+            ],
+            share: share.clamp(0.0, 1.0),
+            ..Named::default()
+        }
+    }
+}
+
+/// Half the mean squared step, the mean square, and their number.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Steps {
+    pub(super) step: f64,
+    pub(super) level: f64,
+    pub(super) pairs: usize,
+}
+
+impl Steps {
+    fn add(&mut self, a: f64, b: f64) {
+        self.step += 0.5 * (a - b) * (a - b);
+        self.level += 0.5 * (a * a + b * b);
+        self.pairs += 1;
+    }
+
+    /// True if the excess over noise of this mean square is a pattern for a good part, beyond chance: neighbours' mean product is
+    /// the pattern's square, and scatters by the mean square over the root of their number.
+    fn is_pattern(&self, noise: f64) -> bool {
+        let count = self.pairs.max(1) as f64;
+        let (step, level) = (self.step / count, self.level / count);
+        let chance = SURE * level / count.sqrt();
+        level - step > (1.0 - ROUGH) * (level - noise).max(0.0) + chance
+    }
+}
+
+impl Judge<'_> {
+    /// True if what is left changes from sample to sample as white noise does, in every channel that has too much of it: where
+    /// the path is smooth a pattern would not, and what is noise is there at rest and in slow motion as well.
+    pub(super) fn rough(&self, residuals: &Residuals) -> bool {
+        let stated = self.floor.white_square;
+        let mut moving = Steps::default();
+        for channel in residuals.channels() {
+            let list: Vec<usize> = (0..residuals.sample.len())
+                .filter(|k| residuals.channel[*k] == channel)
+                .collect();
+            let mean =
+                crate::algebra::statistics::rms(list.iter().map(|k| residuals.white[*k])).powi(2);
+            let (path, still) = self.steps(residuals, &list);
+            if mean > LOUD && path.pairs > ROUGH_PAIRS && path.is_pattern(stated) {
+                return false;
+            }
+            let at_rest = still.step / still.pairs.max(1) as f64;
+            if mean > LOUD && still.pairs > STILL_PAIRS && at_rest < STILL * mean {
+                return false;
+            }
+            if mean > LOUD && grows(self.by_speed(residuals, &list), stated) {
+                return false;
+            }
+            moving.step += path.step;
+            moving.level += path.level;
+            moving.pairs += path.pairs;
+        }
+        moving.pairs < ROUGH_PAIRS || !moving.is_pattern(stated)
+    }
+
+    /// True if what is left is not only rough but shown to be noise: there are smooth paths to see it on, it is there at rest,
+    /// and it is small beside a tooth. Over separate poses any pattern looks like noise.
+    pub(super) fn is_noise(&self, residuals: &Residuals) -> bool {
+        let pairs: usize = residuals
+            .channels()
+            .into_iter()
+            .map(|channel| {
+                let list: Vec<usize> = (0..residuals.sample.len())
+                    .filter(|k| residuals.channel[*k] == channel)
+                    .collect();
+                self.steps(residuals, &list).0.pairs
+            })
+            .sum();
+        pairs > SHOWN_PAIRS && self.is_small(residuals) && self.noisy_at_rest(residuals)
+    }
+
+    /// True if what is left beyond the stated noise is in the middle of the readings as well and not in their tails alone: beside
+    /// bursts, the tails are those that are too small to stand out.
+    pub(super) fn in_the_middle(&self, residuals: &Residuals) -> bool {
+        let (mut all, mut middle) = (0.0, 0.0);
+        for channel in residuals.channels() {
+            let of = |k: &usize| residuals.channel[*k] == channel;
+            let rows = (0..residuals.white.len()).filter(of);
+            let white = rows.map(|k| residuals.white[k]).collect();
+            let excess = excess(white, self.floor.white_square);
+            all += excess[0];
+            middle += excess[1];
+        }
+        middle > MIDDLE * all
+    }
+
+    /// True if what is left is small beside a tooth in every channel.
+    pub(super) fn is_small(&self, residuals: &Residuals) -> bool {
+        let limit_m = TOOTH * self.study.scene.observations.pitch_m;
+        let channels = residuals.channels();
+        let mut rms_m = channels.iter().map(|c| residuals.channel_rms_m(*c).0);
+        rms_m.all(|rms| rms < limit_m)
+    }
+
+    /// Against a reference, samples at rest are left out of the comparison: noise would be in them as well.
+    fn noisy_at_rest(&self, residuals: &Residuals) -> bool {
+        let scene = &self.fine.scene;
+        if self.prepared.resting.iter().filter(|r| **r).count() < STILL_PAIRS {
+            return true;
+        }
+        let list: Vec<usize> = (0..self.fine.amounts.len()).collect();
+        let amounts = |_: usize| &self.fine.amounts;
+        let (columns, gram) = (&self.fine.columns, &self.fine.gram);
+        let mut all = Residuals::predicted(scene, columns, gram, &list, amounts, true);
+        if self.noise.is_some() {
+            all = self.by_stated_noise(&all);
+        }
+        residuals.channels().into_iter().all(|channel| {
+            let rows: Vec<usize> = (0..all.sample.len())
+                .filter(|k| all.channel[*k] == channel && self.prepared.resting[all.sample[*k]])
+                .collect();
+            let mut still = Steps::default();
+            for pair in rows.windows(2) {
+                if all.sample[pair[1]] == all.sample[pair[0]] + 1 {
+                    still.add(all.white[pair[0]], all.white[pair[1]]);
+                }
+            }
+            let white = (0..residuals.white.len()).filter(|k| residuals.channel[*k] == channel);
+            let mean = crate::algebra::statistics::rms(white.map(|k| residuals.white[k])).powi(2);
+            let at_rest = still.step / still.pairs.max(1) as f64;
+            mean < LOUD || still.pairs < STILL_PAIRS || at_rest > STILL * mean
+        })
+    }
+
+    /// Steps between neighbours on smooth paths, of all channels.
+    pub(super) fn path_steps(&self, residuals: &Residuals) -> Steps {
+        let mut all = Steps::default();
+        for channel in residuals.channels() {
+            let of = |k: &usize| residuals.channel[*k] == channel;
+            let list: Vec<usize> = (0..residuals.sample.len()).filter(of).collect();
+            let (path, _) = self.steps(residuals, &list);
+            all.step += path.step;
+            all.level += path.level;
+            all.pairs += path.pairs;
+        }
+        all
+    }
+
+    /// Steps between neighbours on smooth paths, and those of them at rest.
+    fn steps(&self, residuals: &Residuals, list: &[usize]) -> (Steps, Steps) {
+        let (mut path, mut still) = (Steps::default(), Steps::default());
+        for (speed_m_s, a, b) in self.neighbours(residuals, list) {
+            path.add(a, b);
+            if speed_m_s == 0.0 {
+                still.add(a, b);
+            }
+        }
+        (path, still)
+    }
+
+    /// Neighbours on smooth paths: their speed, and what is left of both.
+    fn neighbours(&self, residuals: &Residuals, list: &[usize]) -> Vec<(f64, f64, f64)> {
+        let scene = &self.study.scene;
+        let motion = &scene.motion;
+        let stretch = &scene.observations.stretch;
+        let speed_m_s = |i: usize| {
+            let each = motion.speed_m_s.iter().filter_map(|v| v.get(i));
+            each.map(|v| v * v).sum::<f64>().sqrt()
+        };
+        list.windows(2)
+            .filter_map(|pair| {
+                let (i, j) = (residuals.sample[pair[0]], residuals.sample[pair[1]]);
+                let near = j == i + 1 && stretch[i] == stretch[j];
+                let both = [pair[0], pair[1]].map(|k| residuals.white[k]);
+                (near && motion.smooth[i] && motion.smooth[j])
+                    .then(|| (speed_m_s(i), both[0], both[1]))
+            })
+            .collect()
+    }
+
+    /// Steps between neighbours in the slowest and in the fastest part of the path.
+    fn by_speed(&self, residuals: &Residuals, list: &[usize]) -> [Steps; 2] {
+        let mut pairs = self.neighbours(residuals, list);
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let part = pairs.len() / BY_SPEED;
+        [&pairs[..part], &pairs[pairs.len() - part..]].map(|pairs| {
+            let mut steps = Steps::default();
+            pairs.iter().for_each(|(_, a, b)| steps.add(*a, *b));
+            steps
+        })
+    }
+
+    /// Of a channel's rms what changes from sample to sample on smooth paths as noise does; all of it where there are hardly any.
+    pub(super) fn rough_part(&self, residuals: &Residuals, channel: usize) -> f64 {
+        let of = |k: &usize| residuals.channel[*k] == channel;
+        let list: Vec<usize> = (0..residuals.sample.len()).filter(of).collect();
+        let (path, _) = self.steps(residuals, &list);
+        if path.pairs > ROUGH_PAIRS {
+            (path.step / path.level.max(1e-30)).min(1.0).sqrt()
+        } else {
+            1.0
+        }
+    }
+
+    /// What is left at every sample, those included that were left out of the fit.
+    fn everywhere(&self) -> Residuals {
+        let fine = &self.fine;
+        let list: Vec<usize> = (0..fine.amounts.len()).collect();
+        let amounts = |_: usize| &fine.amounts;
+        Residuals::predicted(&fine.scene, &fine.columns, &fine.gram, &list, amounts, true)
+    }
+
+    /// Samples that stand out of what is left around them.
+    fn outstanding(&self, left: &Residuals) -> Vec<bool> {
+        let scene = &self.fine.scene;
+        let rows = left.white_rows();
+        let mut marked = disturbed(&rows, scene.len(), &scene.observations.stretch);
+        let astray = astray(&rows, scene.observations);
+        // About a turn a direction that is told some samples late leaves twice what it does there: no burst.
+        let directed = self.told.names(&self.study).iter().any(|n| n == DIRECTED);
+        let turning = |i: usize| {
+            let mut segments = scene.motion.turning.iter();
+            directed && segments.any(|s| s.get(i).is_some_and(|t| *t))
+        };
+        for (i, mark) in marked.iter_mut().enumerate() {
+            *mark |= astray[i];
+            *mark &= !self.prepared.thinned[i] && !self.prepared.stuck[i] && !turning(i);
+        }
+        marked
+    }
+
+    /// Samples that stand out of what is left where there are bursts.
+    fn among_bursts(&self, left: &Residuals) -> Vec<bool> {
+        let o = &self.fine.scene.observations;
+        among_bursts(&left.white_rows(), &o.stretch, &o.run)
+    }
+
+    /// What is left without single poses that stand out: where bursts are named, `check` sets those aside as well.
+    pub(super) fn without_bursts(&self, left: &Residuals) -> Residuals {
+        let marked = self.among_bursts(left);
+        left.only(|k| !marked[left.sample[k]])
+    }
+
+    /// Samples in use, where what was found shows others to be disturbed than the baseline alone did: a pattern stands out of
+    /// its neighbours as a disturbance does, and hides one.
+    ///
+    /// Where stretches show bursts, single poses are disturbed as well: one that stands out of its run is no gap.
+    pub(super) fn in_use_anew(&self) -> Option<Vec<bool>> {
+        let all = self.everywhere();
+        let mut marked = self.outstanding(&all);
+        let left = all.white.iter().zip(&all.sample);
+        let left: f64 = left
+            .filter(|(_, i)| !marked[**i])
+            .map(|(w, _)| w * w - 1.0)
+            .sum();
+        if self.bursts().hold(OF_WHAT_IS_LEFT * left) {
+            let poses = self.among_bursts(&all);
+            marked.iter_mut().zip(&poses).for_each(|(m, p)| *m |= p);
+        }
+        let prepared = self.prepared;
+        let keep: Vec<bool> = (0..marked.len())
+            .map(|i| !marked[i] && prepared.usable(i))
+            .collect();
+        let changed = keep.iter().zip(&prepared.keep).filter(|(a, b)| a != b);
+        (changed.count() >= ANEW).then_some(keep)
+    }
+
+    /// Samples that stand out of what the model leaves around them.
+    pub(super) fn bursts(&self) -> Bursts {
+        let mut out = Bursts::default();
+        let all = self.everywhere();
+        let stated = self.by_stated_noise(&all);
+        let marked = self.outstanding(&all);
+        let mut last = usize::MAX;
+        out.rows = all.sample.len();
+        for k in 0..all.sample.len() {
+            let i = all.sample[k];
+            if marked[i] {
+                out.energy += (stated.white[k].powi(2) - 1.0).max(0.0);
+                out.beyond_noise += (all.white[k].powi(2) - 1.0).max(0.0);
+                let (value_m, noise_m) = (all.value_m[k].abs(), all.noise_m[k]);
+                if value_m > out.largest_m {
+                    (out.largest_m, out.largest_noise_m) = (value_m, noise_m);
+                }
+                out.squares_m2 += (value_m * value_m - noise_m * noise_m).max(0.0);
+                out.squares_variance_m4 += (2.0 * value_m * noise_m).powi(2);
+                if i != last {
+                    out.count += 1;
+                    last = i;
+                }
+            }
+        }
+        let scene = &self.fine.scene;
+        let seen = |i: usize| [0, 1].map(|axis| deflection(scene, axis, i));
+        let on_diode: Vec<[f64; 2]> = (0..scene.len()).map(seen).collect();
+        let on_platen: Vec<[f64; 2]> = (0..scene.len()).map(|i| scene.centre_m(i)).collect();
+        let angle = &scene.observations.commanded[2];
+        out.recur = out.count > 0
+            && (recurs(&marked, &on_diode)
+                || recurs(&marked, &on_platen)
+                || at_the_ends(&marked, angle));
+        out
+    }
+}
+
+fn deflection(scene: &Scene, axis: usize, i: usize) -> f64 {
+    let tan = scene.observations.tan_psi[axis].get(i);
+    tan.copied().unwrap_or(f64::NAN)
+}
+
+/// True if of what is rough beyond the stated mean square hardly any is there in slow motion, beyond chance: half a squared step of
+/// noise scatters by 1.7 of its mean, neighbours' overlap counted.
+fn grows([slow, fast]: [Steps; 2], stated: f64) -> bool {
+    let mean = |s: &Steps| s.step / s.pairs.max(1) as f64;
+    let chance = |s: &Steps| SURE * (3.0 / s.pairs.max(1) as f64).sqrt() * mean(s);
+    let enough = slow.pairs.min(fast.pairs) > STILL_PAIRS;
+    enough && mean(&slow) - stated + chance(&slow) < STILL * (mean(&fast) - stated - chance(&fast))
+}
+
+/// Squares beyond a stated mean square: of all values, and as their median deviation tells it.
+fn excess(mut values: Vec<f64>, stated: f64) -> [f64; 2] {
+    let count = values.len() as f64;
+    let mean = crate::algebra::statistics::rms(values.iter().copied()).powi(2);
+    let middle = median_and_deviation(&mut values).map_or(0.0, |(_, d)| d * d);
+    [mean, middle].map(|square| count * (square - stated).max(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use effects::random::{ChaCha8Rng, SeedableRng, normal};
+
+    /// Neighbours of the stated noise with something on top.
+    fn steps(on_top: impl Fn(usize, &mut ChaCha8Rng) -> f64) -> Steps {
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let value: Vec<f64> = (0..8000)
+            .map(|i| normal(&mut rng) + on_top(i, &mut rng))
+            .collect();
+        let mut steps = Steps::default();
+        value.windows(2).for_each(|v| steps.add(v[0], v[1]));
+        steps
+    }
+
+    /// Most of what is seen is the stated noise either way: only what is beyond it tells.
+    #[test]
+    fn a_faint_pattern_under_the_stated_noise_is_no_noise() {
+        let pattern = steps(|i, _| 0.9 * (0.02 * i as f64).sin());
+        assert!(pattern.step > ROUGH * pattern.level && pattern.is_pattern(1.0));
+        let noise = steps(|_, rng| 0.65 * normal(rng));
+        assert!(!noise.is_pattern(1.0));
+    }
+
+    #[test]
+    fn what_is_rough_in_fast_motion_alone_is_no_noise() {
+        let slow = |more: f64| steps(|_, rng| more * normal(rng));
+        assert!(grows([slow(0.1), slow(1.0)], 1.0));
+        assert!(!grows([slow(0.9), slow(1.0)], 1.0) && !grows([slow(0.0), slow(0.1)], 1.0));
+    }
+
+    /// Noise is louder in every reading, small bursts in a few: both raise the mean square, noise alone the median deviation.
+    #[test]
+    fn small_bursts_are_not_in_the_middle_of_the_readings() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let mut share = |loudness: f64, bursts: f64| {
+            let value = |i: usize| match i % 40 {
+                0 => bursts * normal(&mut rng),
+                _ => loudness * normal(&mut rng),
+            };
+            let [all, middle] = excess((0..20_000).map(value).collect(), 1.0);
+            middle / all
+        };
+        assert!(share(1.2, 1.2) > 0.8 && share(1.2, 1.2) < 1.2);
+        assert!(share(1.0, 5.0) < 0.2);
+        assert!(share(1.3, 4.0) > MIDDLE);
+    }
+}

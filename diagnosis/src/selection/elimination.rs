@@ -1,0 +1,259 @@
+//! What is not needed once the others are fitted about themselves: an effect may have stood in for their second order.
+
+use super::second_effect::{LEADS, MAKESHIFTS, NEARLY_ALL};
+use super::{CLOSE, Judge, OF_ITS_TIME};
+use crate::design::gram::{FOLDS, solve, squares};
+use crate::inference::cross_validation::Arena;
+use crate::linearization::relinearized::Refined;
+use crate::selection::search::{MINIMUM_SQUARES, rest};
+
+/// An effect beside others must take this share of what is left without it, and of the whole gap.
+const NEEDED: f64 = 0.4;
+/// See [`NEEDED`].
+const TRIFLE: f64 = 0.002;
+/// The same for free harmonics: beside a cause they may be what its own shape lacks. And for a clip beside them that no count and no
+/// reference shows: a family of clips has their orders.
+const TRIFLING_SHAPE: f64 = 0.10;
+/// Causes without a pattern over the tooth: what they lack is no harmonic.
+const WITHOUT_PATTERN: [&str; 7] = [
+    "psd_latency",
+    "psd_misalignment",
+    "psd_nonlinearity",
+    "beacon_vibration",
+    "span_error",
+    "axis_skew",
+    "thermal_drift",
+];
+/// The same beside a drift: its course is known to about a hundredth. What takes nearly all that is left is beside it as beside others.
+const BESIDE_DRIFT: f64 = 0.02;
+/// What takes this share of what is left without it is no makeshift, however small a share of the whole gap it is, and though what
+/// is left without it hardly shows.
+pub(super) const COMPLETES: f64 = 0.8;
+/// Beyond chance as well: this many whitened squares, four times what the search asks of any.
+pub(super) const COMPLETES_SQUARES: f64 = 4.0 * MINIMUM_SQUARES;
+/// An effect of less than this share of the whole gap stands in for a shape that takes so many times as much.
+const LITTLE: f64 = 0.1;
+/// See [`LITTLE`].
+const FAR_MORE: f64 = 1.8;
+/// So many times what is needed need not be fitted anew without.
+const CLEARLY: f64 = 2.0;
+
+/// What is left with and without an effect, the whole gap and the noise: mean squares a row beyond the noise.
+struct Levels {
+    with: f64,
+    without: f64,
+    whole: f64,
+    noise: f64,
+    rows: f64,
+}
+
+impl Levels {
+    /// True if the effect is needed, with so much to spare.
+    fn needed(&self, small: &Small, margin: f64) -> bool {
+        let gain = self.without - self.with;
+        let share = 1.0 - (1.0 - NEEDED) / margin;
+        let completes = small.may_complete
+            && gain > small.completes * self.without
+            && gain * self.rows > margin * COMPLETES_SQUARES;
+        let shows = self.without > margin * (CLOSE * CLOSE - 1.0) * self.noise;
+        completes
+            || shows && gain > share * self.without && gain > margin * small.trifle * self.whole
+    }
+}
+
+/// How small a share of the whole gap an effect may be.
+struct Small {
+    trifle: f64,
+    /// Smaller still, where it takes nearly all that is left:
+    may_complete: bool,
+    /// this share.
+    completes: f64,
+}
+
+impl Small {
+    /// Of the effect at a place among those that are found; `seen` where a clip is seen as such.
+    fn of(names: &[String], at: usize, seen: bool) -> Self {
+        let mut others = names.iter().enumerate().filter(|(k, _)| *k != at);
+        let patterned = others.any(|(_, name)| !WITHOUT_PATTERN.contains(&name.as_str()));
+        let supposed = names[at] == "adc_clipping" && !seen;
+        let beside_harmonics = names.iter().any(|name| name == "extra_harmonics");
+        let (trifle, may_complete) =
+            if names[at] == "extra_harmonics" && patterned || supposed && beside_harmonics {
+                (TRIFLING_SHAPE, false)
+            } else if names.iter().any(|name| name == OF_ITS_TIME) {
+                (BESIDE_DRIFT, true)
+            } else {
+                (TRIFLE, true)
+            };
+        Self {
+            trifle,
+            may_complete,
+            completes: COMPLETES,
+        }
+    }
+}
+
+impl<'a> Judge<'a> {
+    /// Drops what is not needed, that which is easiest to spare first.
+    pub(super) fn prune(&mut self) {
+        while self.told.found.blocks.len() > 1 && self.drop_one() {}
+        // Beside noise far above the stated one shapes may leave more than nothing would.
+        let found = &mut self.told.found.blocks;
+        if self.noise.is_some() && self.after.white_rms() > self.before.white_rms() {
+            found.clear();
+            self.fine = Refined::new(&self.study.scene, self.prepared.about(), &[]);
+            self.restate();
+        }
+    }
+
+    /// Drops the first effect that is not needed; false if all are.
+    fn drop_one(&mut self) -> bool {
+        let (whole, noise) = self.levels();
+        let with = self.fine.residuals().white_rms().powi(2) - noise;
+        let names = self.told.names(&self.study);
+        let seen = self.study.scene.survey.clip.iter().any(Option::is_some);
+        let mut order: Vec<(f64, usize)> = (0..names.len())
+            .map(|at| (self.spared(at) - noise, at))
+            .collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut arena = self.study.arena();
+        for (without, at) in order {
+            if self.stands_in(&mut arena, at) {
+                let mut fewer = names.clone();
+                fewer.remove(at);
+                self.fine = self.fitted_anew(&fewer);
+                self.told.found.blocks.remove(at);
+                self.restate();
+                return true;
+            }
+            let mut levels = Levels {
+                with,
+                without,
+                whole,
+                noise,
+                rows: self.fine.gram.total_rows() as f64,
+            };
+            let mut small = Small::of(&names, at, seen);
+            if self.leads.as_ref() == Some(&names[at]) {
+                small.may_complete = true;
+                small.completes = if MAKESHIFTS.contains(&names[at].as_str()) {
+                    NEARLY_ALL
+                } else {
+                    LEADS
+                };
+            }
+            if levels.needed(&small, CLEARLY) {
+                continue;
+            }
+            let mut fewer = names.clone();
+            fewer.remove(at);
+            let fine = self.fitted_anew(&fewer);
+            levels.without = fine.residuals().white_rms().powi(2) - noise;
+            if !levels.needed(&small, 1.0) {
+                self.told.found.blocks.remove(at);
+                self.fine = fine;
+                self.restate();
+                return true;
+            }
+        }
+        false
+    }
+
+    /// True if an effect takes little of the whole, and a shape without a name takes far more of what is left without it: then it stands in
+    /// for that shape.
+    fn stands_in(&self, arena: &mut Arena, at: usize) -> bool {
+        let found = &self.told.found;
+        let block = found.blocks[at];
+        let others: Vec<usize> = found
+            .blocks
+            .iter()
+            .copied()
+            .filter(|b| *b != block)
+            .collect();
+        let others = self.with_what_a_gap_makes(arena, block, &others);
+        let without = rest(arena, &others, self.base);
+        let takes = without - rest(arena, &[&others[..], &[block]].concat(), self.base);
+        let mut of_shape =
+            |b: &usize| without - rest(arena, &[&others[..], &[*b]].concat(), self.base);
+        takes < LITTLE
+            && self
+                .study
+                .places()
+                .iter()
+                .any(|b| of_shape(b) > FAR_MORE * takes)
+    }
+
+    /// Fewer effects, or more, with all that is told of them.
+    pub(super) fn fitted_anew(&self, fewer: &[String]) -> Refined<'a> {
+        let (scene, about) = (&self.study.scene, self.prepared.about());
+        if self.fine.scene.survey.gap_told {
+            self.fine.telling(scene, about, fewer, &|_| {})
+        } else {
+            Refined::new(scene, about, fewer)
+        }
+    }
+
+    /// Held-out mean square a row without one of the effects, the others fitted anew to first order about all of them.
+    fn spared(&self, at: usize) -> f64 {
+        let fine = &self.fine;
+        let out = fine.columns.blocks[1 + at].columns.clone();
+        let list: Vec<usize> = (0..fine.gram.width())
+            .filter(|c| !out.contains(c))
+            .collect();
+        let left = |f: usize| {
+            let fit = solve(fine.gram.training(Some(f)), &list, &fine.gram.centre, 1.0);
+            fit.map_or(f64::INFINITY, |fit| squares(&fine.gram.fold[f], &fit))
+        };
+        let sum: f64 = (0..FOLDS).map(left).sum();
+        sum / fine.gram.total_rows() as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn needed(with: f64, rows: f64, may_complete: bool) -> bool {
+        let levels = Levels {
+            with,
+            without: 0.02,
+            whole: 5.0,
+            noise: 1.0,
+            rows,
+        };
+        let small = Small {
+            trifle: TRIFLE,
+            may_complete,
+            completes: COMPLETES,
+        };
+        levels.needed(&small, 1.0)
+    }
+
+    /// A delay of the beacon has no harmonics that free ones could be mistaken for; a clip has.
+    #[test]
+    fn harmonics_are_needed_beside_a_cause_that_has_none() {
+        let small = |cause: &str| Small::of(&["extra_harmonics".into(), cause.into()], 0, true);
+        let (delay, clip) = (small("psd_latency"), small("adc_clipping"));
+        assert!(delay.may_complete && delay.trifle < TRIFLING_SHAPE);
+        assert!(!clip.may_complete && clip.trifle == TRIFLING_SHAPE);
+    }
+
+    /// Positions alone show no flat tops.
+    #[test]
+    fn a_clip_that_is_not_seen_gives_way_to_harmonics() {
+        let names = ["extra_harmonics".into(), "adc_clipping".into()];
+        let small = |seen: bool| Small::of(&names, 1, seen);
+        assert!(!small(false).may_complete && small(false).trifle == TRIFLING_SHAPE);
+        assert!(small(true).may_complete && small(true).trifle < TRIFLING_SHAPE);
+        assert!(Small::of(&names[1..], 0, false).may_complete);
+    }
+
+    /// Two hundredths of the noise are left without it: they do not show in a sum of squares.
+    #[test]
+    fn what_takes_all_that_is_left_is_needed_however_small_if_it_is_beyond_chance() {
+        assert!(needed(0.001, 30_000.0, true));
+        assert!(!needed(0.001, 3_000.0, true));
+        assert!(!needed(0.01, 30_000.0, true));
+        assert!(!needed(0.001, 30_000.0, false));
+    }
+}

@@ -1,0 +1,85 @@
+//! The model of what is named, fitted on all samples in use.
+
+use super::Judge;
+use super::bursts_and_noise::OUTLIERS;
+use crate::design::study::FIELD;
+use crate::inference::covariance::Certainty;
+use crate::linearization::relinearized::Refined;
+use crate::transfer::amplitude_support::Reached;
+use crate::transfer::model::{EffectAmounts, Model, is_of_its_time};
+use crate::transfer::support::Visited;
+use crate::verdict::answer::{Diagnosis, Magnitude, Verdict};
+
+/// The effect that follows the amplitude.
+const OF_THE_GAP: &str = "gap_variation";
+
+impl Judge<'_> {
+    /// The model: the baseline alone, and the baseline with what is named.
+    pub(super) fn model(&self, diagnosis: &Diagnosis) -> Model {
+        let scene = &self.study.scene;
+        let mut model = Model {
+            schema: 1,
+            recording: diagnosis.recording.clone(),
+            baseline: self.prepared.baseline.clone(),
+            baseline_with_effects: self.prepared.baseline.clone(),
+            effects: Vec::new(),
+            normal: scene.normal.clone(),
+            survey: scene.survey.clone(),
+            claimed: diagnosis.held_out.clone(),
+            bursts: diagnosis.effects.iter().any(|e| e.name == OUTLIERS),
+            visited: None,
+            certainty: None,
+            reached: None,
+        };
+        if matches!(diagnosis.verdict, Verdict::Named | Verdict::Alias) {
+            let fine = &self.fine;
+            model.normal.mean_flaws = fine.scene.mean_flaws();
+            model.survey.skew_moves = fine.scene.survey.skew_moves;
+            model.survey.growth_told = fine.scene.survey.growth_told;
+            model.survey.gap_told = fine.scene.survey.gap_told;
+            model.survey.fuller = fine.scene.survey.fuller;
+            model.survey.bend_goes_on = super::temperature_extrapolation::goes_on(fine);
+            if let Some(teeth) = &fine.scene.survey.teeth {
+                model.survey.teeth = Some(teeth.clone());
+                model.survey.field_by_segment = true;
+            }
+            let count = fine.columns.blocks[0].columns.len();
+            let step: Vec<f64> = (0..count).map(|c| fine.amount(c)).collect();
+            model.baseline_with_effects = fine.scene.baseline.clone();
+            model.baseline_with_effects.add(scene.scope, &step);
+            model.effects = amounts(fine);
+            let fields = model.effects.iter().any(|e| e.name == FIELD);
+            model.certainty = Certainty::of(fine);
+            let by_teeth = fine.scene.survey.teeth.is_some();
+            let gap = model.effects.iter().any(|e| e.name == OF_THE_GAP);
+            model.reached = gap.then(|| Reached::of(&fine.scene));
+            model.visited = (fields && !by_teeth).then(|| Visited::of(&fine.scene));
+        }
+        model
+    }
+}
+
+fn amounts(fine: &Refined) -> Vec<EffectAmounts> {
+    let one = |c: usize| Magnitude {
+        name: fine.columns.regressors[c].name.clone(),
+        value: fine.amount(c),
+        deviation: None,
+        unit: fine.columns.regressors[c].unit.into(),
+    };
+    let swell = crate::spectra::resonance::breath(fine).of_its_time;
+    fine.columns
+        .blocks
+        .iter()
+        .skip(1)
+        .map(|block| EffectAmounts {
+            name: block.name.clone(),
+            carries_over: !is_of_its_time(&block.name, &fine.scene.survey),
+            amounts: block
+                .columns
+                .clone()
+                .filter(|c| !swell.contains(c))
+                .map(one)
+                .collect(),
+        })
+        .collect()
+}

@@ -1,0 +1,94 @@
+//! Whether a gap is the sensor's or that of the reference which it is held against.
+
+use super::Judge;
+use crate::design::coordinate_basis::REFERENCE_PHASE;
+use crate::inference::cross_validation::Arena;
+use crate::inference::residuals::Residuals;
+use crate::selection::search::rest;
+use crate::verdict::answer::Named;
+
+/// What stays of the gap in a sum that no error of the reference can be in, if the reference is the cause: less than this.
+const IN_PARITY: f64 = 0.04;
+
+/// What is found is not needed if an error of the reference in its place leaves no more than this beyond it, as a share of the gap.
+const IN_ITS_PLACE: f64 = 0.01;
+/// Probability of a periodic shape that may as well be the reference's.
+const EITHER: f64 = 0.5;
+
+impl Judge<'_> {
+    /// Against a reference in all coordinates: an error of the reference moves all segments as a rigid body and is not in the
+    /// sum of equation (5). True if what is explained is not either.
+    pub(super) fn of_the_reference(&self) -> bool {
+        let scope = &self.study.scene.scope;
+        let told = self.told.names(&self.study);
+        let rigid = ["velocity_lag", "axis_skew", "tooth_variation"];
+        if !scope.reference
+            || !scope.segments.iter().all(|s| *s)
+            || told.iter().all(|n| rigid.contains(&n.as_str()))
+        {
+            return false;
+        }
+        let after = &self.after;
+        let taken = mean_square(&self.before, |r| r.iter().map(|v| v * v).sum())
+            - mean_square(after, |r| r.iter().map(|v| v * v).sum());
+        let parity = |r: &[f64]| (r[0] - r[1] - r[2] + r[3]).powi(2);
+        mean_square(&self.before, parity) - mean_square(after, parity) < IN_PARITY * taken
+    }
+
+    /// True if a periodic error of the reference would do in the place of something found.
+    pub(super) fn at_the_reference(&self, arena: &mut Arena) -> bool {
+        let mut blocks = 1..self.study.columns.blocks.len();
+        let Some(shape) = blocks.find(|b| self.study.columns.blocks[*b].name == REFERENCE_PHASE)
+        else {
+            return false;
+        };
+        let found = &self.told.found.blocks;
+        let with = rest(arena, found, self.base);
+        if !self.paired() {
+            // One against several: a single shape may be either's.
+            return found.len() > 1 && rest(arena, &[shape], self.base) < with + IN_ITS_PLACE;
+        }
+        found.iter().any(|block| {
+            let mut others: Vec<usize> = found.iter().copied().filter(|b| b != block).collect();
+            others.push(shape);
+            rest(arena, &others, self.base) < with + IN_ITS_PLACE
+        })
+    }
+
+    /// True if every segment in use has its partner.
+    fn paired(&self) -> bool {
+        let used = &self.study.scene.scope.segments;
+        (0..4).all(|s| !used[s] || used[(s + 2) % 4])
+    }
+
+    /// With one segment of an axis a periodic error of the reference looks like orders that equation (3) leaves out: these are
+    /// not told for certain, and the doubt is.
+    pub(super) fn doubt_the_reference(&self, effects: &mut [Named]) -> Option<String> {
+        let shape = effects.iter_mut().find(|e| e.name == "extra_harmonics")?;
+        if !self.study.scene.scope.reference || self.paired() {
+            return None;
+        }
+        shape.probability = shape.probability.min(EITHER);
+        Some(
+            "extra_harmonics: a periodic error of the reference itself looks the same to one segment; a second segment of the axis tells them apart"
+                .into(),
+        )
+    }
+}
+
+/// Mean over the samples that have all four segments' residuals of some square of them.
+fn mean_square(residuals: &Residuals, square: impl Fn(&[f64]) -> f64) -> f64 {
+    let (mut sum, mut count) = (0.0, 0);
+    let mut start = 0;
+    while start < residuals.sample.len() {
+        let end = (start..residuals.sample.len())
+            .find(|k| residuals.sample[*k] != residuals.sample[start])
+            .unwrap_or(residuals.sample.len());
+        if end - start == 4 {
+            sum += square(&residuals.value_m[start..end]);
+            count += 1;
+        }
+        start = end;
+    }
+    sum / f64::from(count.max(1))
+}

@@ -1,0 +1,71 @@
+//! Shapes without a name in the place of a course: what wanders by the clock, or follows the temperature, may be told by so many unknowns
+//! that it takes in what something else does.
+
+use super::elimination::COMPLETES_SQUARES;
+use super::verdict::STAYS_VISIBLE;
+use super::{Judge, OF_ITS_TIME};
+use crate::inference::cross_validation::Arena;
+use crate::selection::search::{MINIMUM_SQUARES, rest};
+
+/// A shape that leaves so many times what a drift leaves does not do as well, whatever share of the gap it takes.
+const DRIFT_IS_CLEAR: f64 = 10.0;
+/// The effect that follows the temperature,
+const WARMTH: &str = "thermal_drift";
+/// the shape that follows the clock,
+const CLOCK: &str = "time";
+/// and the share of what the one leaves that the other leaves where it is the cause. On 21 recordings of other hands and of our own where
+/// `thermal_drift` was rightly found by itself it left 1.17 times as much or more.
+const BY_THE_CLOCK: f64 = 0.7;
+
+impl Judge<'_> {
+    /// A shape that leaves less than this is believed in the place of a drift: a tenth of what is left without the drift beyond what is
+    /// left with it, unless that is many times what the drift leaves and would be a gap by itself.
+    pub(super) fn as_good_as_drift(&self, arena: &mut Arena) -> f64 {
+        let found = self.told.found.rest;
+        let (whole, noise) = self.levels();
+        let shows = (STAYS_VISIBLE * STAYS_VISIBLE - 1.0) * noise / whole;
+        let tenth = 0.1 * rest(arena, &self.beside_the_drift(), self.base);
+        (found + tenth).min(shows.max(DRIFT_IS_CLEAR * found))
+    }
+
+    /// What is found besides a drift.
+    fn beside_the_drift(&self) -> Vec<usize> {
+        self.beside(OF_ITS_TIME)
+    }
+
+    /// What is found besides an effect.
+    fn beside(&self, name: &str) -> Vec<usize> {
+        let blocks = self.told.found.blocks.iter().copied();
+        blocks.filter(|b| self.names_of(&[*b]) != [name]).collect()
+    }
+
+    /// True if what follows the temperature follows the clock far better: a temperature that falls while a mount creeps is not its cause.
+    pub(super) fn is_no_warmth(&self, arena: &mut Arena) -> bool {
+        let found = &self.told.found;
+        let names = self.names_of(&found.blocks);
+        // A course beside it has the unknowns that a clock's shape has.
+        if !names.contains(&WARMTH) || names.contains(&OF_ITS_TIME) {
+            return false;
+        }
+        let others = self.beside(WARMTH);
+        let whole = (arena.score(&[]).squares - self.base).max(MINIMUM_SQUARES);
+        let mut clock = self.study.places().into_iter();
+        let clock = clock.find(|b| self.study.columns.blocks[*b].name == CLOCK);
+        clock.is_some_and(|clock| {
+            let left = rest(arena, &[others, vec![clock]].concat(), self.base);
+            left < BY_THE_CLOCK * found.rest && (found.rest - left) * whole > COMPLETES_SQUARES
+        })
+    }
+
+    /// True if one shape does nearly as well as a drift, beside what else is found or in the place of all.
+    pub(super) fn is_no_drift(&self, arena: &mut Arena) -> bool {
+        let most = self.as_good_as_drift(arena);
+        let others = self.beside_the_drift();
+        self.study.places().into_iter().any(|b| {
+            let beside: Vec<usize> = others.iter().copied().chain([b]).collect();
+            [vec![b], beside]
+                .iter()
+                .any(|set| rest(arena, set, self.base) < most)
+        })
+    }
+}

@@ -1,0 +1,466 @@
+//! Which columns explain the gap: cross-validated residuals of sets of effects, forward, backward and by exchange.
+
+use crate::design::gram::FOLDS;
+use crate::inference::cross_validation::{Arena, Score};
+use crate::selection::core_terms::hollow;
+use crate::selection::{FLEXIBLE, VISIBLE};
+
+/// A further effect must take this share of the whole gap.
+pub const MINIMUM_SHARE: f64 = 0.025;
+/// The same beside an effect with very many unknowns, whose own remainder is larger.
+pub const MINIMUM_SHARE_BESIDE_FLEXIBLE: f64 = 0.05;
+/// And this share of what those before it left.
+pub const MINIMUM_OF_REST: f64 = 0.4;
+/// And this many whitened squares, well past what chance gives the best of twenty candidates.
+pub const MINIMUM_SQUARES: f64 = 60.0;
+/// Most effects in one answer.
+const MOST: usize = 4;
+
+/// What the search found.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// Blocks, by the share that they take.
+    pub blocks: Vec<usize>,
+    /// Share of the excess that is left.
+    pub rest: f64,
+}
+
+/// Whitened squares beyond `floor`, as a share of those of the baseline.
+pub fn rest(arena: &mut Arena, blocks: &[usize], floor: f64) -> f64 {
+    let whole = (arena.score(&[]).squares - floor).max(MINIMUM_SQUARES);
+    let left = arena.score(blocks).squares;
+    // What is of no physical size explains nothing.
+    if left.is_finite() {
+        (left - floor) / whole
+    } else {
+        1.0
+    }
+}
+
+/// What an effect must take to be beyond chance, as a share of the excess.
+pub fn least_share(arena: &mut Arena, floor: f64) -> f64 {
+    MINIMUM_SQUARES / (arena.score(&[]).squares - floor).max(MINIMUM_SQUARES)
+}
+
+/// True if `with` beats `without` on all but one fold and by more than chance.
+fn steady(with: &Score, without: &Score) -> bool {
+    let better = with
+        .fold
+        .iter()
+        .zip(&without.fold)
+        .filter(|(a, b)| a < b)
+        .count();
+    better + 1 >= FOLDS && without.squares - with.squares > MINIMUM_SQUARES
+}
+
+/// True if some block stands out beyond chance although the sum of squares does not: it leaves less than the baseline alone, and is
+/// likelier. Large amounts that nearly cancel may leave less by the noise that they are allowed for. What it takes below the floor
+/// is no gap: the simulator leaves as much.
+pub fn stands_out(arena: &mut Arena, floor: f64) -> bool {
+    let alone = arena.score(&[]);
+    (1..arena.columns.blocks.len()).any(|b| {
+        let with = arena.score(&[b]);
+        let gain = alone.squares - with.squares.max(floor);
+        gain > 2.0 * MINIMUM_SQUARES
+            && gain > 0.01 * floor
+            && with.log_evidence > alone.log_evidence
+    })
+}
+
+/// Held-out squares of the best that columns can do if only chance and likelihood bound their number: what is left is the noise.
+pub fn noise_floor(arena: &mut Arena, candidates: &[usize]) -> f64 {
+    let mut chosen: Vec<usize> = Vec::new();
+    for _ in 0..MOST {
+        let Some(set) = with_best(arena, &chosen, candidates, &|_| 0.0, 0.0) else {
+            break;
+        };
+        let (old, new) = (arena.score(&chosen), arena.score(&set));
+        if !steady(&new, &old) || new.log_evidence <= old.log_evidence {
+            break;
+        }
+        chosen = set;
+    }
+    arena.score(&chosen).squares
+}
+
+/// The set with the one candidate that leaves least, hollow ones aside.
+fn with_best(
+    arena: &mut Arena,
+    chosen: &[usize],
+    candidates: &[usize],
+    handicap: &dyn Fn(usize) -> f64,
+    floor: f64,
+) -> Option<Vec<usize>> {
+    let before = rest(arena, chosen, floor).max(1e-6);
+    let mut ranked: Vec<(f64, usize)> = candidates
+        .iter()
+        .filter(|c| !chosen.contains(c))
+        .map(|&c| {
+            let set: Vec<usize> = chosen.iter().copied().chain([c]).collect();
+            (rest(arena, &set, floor) + handicap(c) * before, c)
+        })
+        .collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let best = ranked
+        .into_iter()
+        .take(RANKED)
+        .find(|(_, c)| !hollow(arena, chosen, *c))?;
+    Some(chosen.iter().copied().chain([best.1]).collect())
+}
+
+/// Candidates that are asked for their core before a place is given up.
+const RANKED: usize = 5;
+/// Forward choice with elimination and exchange. `handicap` is added to a block's rest when it competes.
+pub fn search(
+    arena: &mut Arena,
+    candidates: &[usize],
+    handicap: &dyn Fn(usize) -> f64,
+    floor: f64,
+) -> Found {
+    let mut chosen: Vec<usize> = Vec::new();
+    for _ in 0..MOST {
+        let single = with_best(arena, &chosen, candidates, handicap, floor)
+            .filter(|set| worth(arena, set, &chosen, floor));
+        let Some(set) = single.or_else(|| best_pair(arena, &chosen, candidates, handicap, floor))
+        else {
+            break;
+        };
+        let set = improve(arena, set, candidates, handicap, floor);
+        if arena.score(&set).squares >= arena.score(&chosen).squares {
+            break;
+        }
+        chosen = set;
+    }
+    order(arena, &mut chosen, floor);
+    let rest = rest(arena, &chosen, floor);
+    Found {
+        blocks: chosen,
+        rest,
+    }
+}
+
+/// Candidates that are tried in twos where none helps by itself.
+const PAIRED: usize = 6;
+/// Two that only help together must leave no more than this share of what was there.
+const TOGETHER: f64 = 0.1;
+
+/// The two that together explain nearly all of what neither explains alone.
+fn best_pair(
+    arena: &mut Arena,
+    chosen: &[usize],
+    candidates: &[usize],
+    handicap: &dyn Fn(usize) -> f64,
+    floor: f64,
+) -> Option<Vec<usize>> {
+    let before = rest(arena, chosen, floor);
+    // Two that only help together nearly cancel, and may be what another's shape lacks: they are believed where they take nearly
+    // all of what is left. Where that is less than the stated noise, nobody can tell.
+    if before <= 0.0 {
+        return None;
+    }
+    let mut alone: Vec<(f64, usize)> = candidates
+        .iter()
+        .filter(|c| !chosen.contains(c))
+        .map(|&c| {
+            let set: Vec<usize> = chosen.iter().copied().chain([c]).collect();
+            (rest(arena, &set, floor) + handicap(c) * before, c)
+        })
+        .collect();
+    alone.sort_by(|a, b| a.0.total_cmp(&b.0));
+    alone.truncate(PAIRED);
+    alone.retain(|a| !hollow(arena, chosen, a.1));
+    let mut best: Option<(f64, Vec<usize>)> = None;
+    for (k, one) in alone.iter().enumerate() {
+        for other in &alone[k + 1..] {
+            let set: Vec<usize> = chosen.iter().copied().chain([one.1, other.1]).collect();
+            let value = rest(arena, &set, floor);
+            if best.as_ref().is_none_or(|b| value < b.0) {
+                best = Some((value, set));
+            }
+        }
+    }
+    let (value, set) = best?;
+    (value < TOGETHER * before && worth(arena, &set, chosen, floor)).then_some(set)
+}
+
+/// True if what a set has beyond another is there on every part of the data, is no mere trifle beside what is left, and is
+/// either a good part of the whole gap or all that was missing.
+fn worth(arena: &mut Arena, set: &[usize], chosen: &[usize], floor: f64) -> bool {
+    let (old, new) = (arena.score(chosen), arena.score(set));
+    // What the columns could have shown besides speaks against them: hundreds of them leave less by what they hold of the noise.
+    if !steady(&new, &old) || new.log_evidence <= old.log_evidence {
+        return false;
+    }
+    let (before, after) = (
+        rest(arena, chosen, floor).max(1e-6),
+        rest(arena, set, floor),
+    );
+    let gain = before - after;
+    if chosen.is_empty() && gain > FIRST_SHARE {
+        return true;
+    }
+    let simple_beside = is_flexible(arena, chosen) && !adds_flexible(arena, set, chosen);
+    let most = if simple_beside {
+        MOSTLY
+    } else {
+        (NEARLY_ALL, 0.0)
+    };
+    let nearly_all = gain > most.0 * before && gain > most.1;
+    let closes = nearly_all || closes(arena, &new, (before, gain), floor);
+    gain > MINIMUM_OF_REST * before && (gain > minimum_share(arena, set) || closes)
+}
+
+/// Share of the gap that the first effect must take.
+const FIRST_SHARE: f64 = 0.05;
+/// An effect that leaves nothing may be as small a share of the gap as this.
+const CLOSING_SHARE: f64 = 0.003;
+/// Or smaller still, if it takes this share of what the others left: a makeshift for their second order would not.
+const COMPLETES: f64 = 0.8;
+/// However little of a great gap that is, and whatever inexact shape the others leave besides: no makeshift takes this share.
+const NEARLY_ALL: f64 = 0.95;
+/// The same of one of few unknowns beside one of very many, and of the whole gap: what a field lacks follows the place, and no few
+/// unknowns of another's take most of it.
+const MOSTLY: (f64, f64) = (0.6, 0.01);
+/// Left over a row, beyond the noise and relative to it, where nothing is said to be left: a whitened rms of 1.12.
+const CLOSED: f64 = 0.25;
+
+/// True if nothing is left after a set, so that its last effect is no makeshift for a shape that another lacks.
+fn closes(arena: &Arena, after: &Score, (before, gain): (f64, f64), floor: f64) -> bool {
+    (gain > CLOSING_SHARE || gain > COMPLETES * before)
+        && after.squares - floor < CLOSED * arena.rows()
+}
+
+fn minimum_share(arena: &Arena, set: &[usize]) -> f64 {
+    if is_flexible(arena, set) {
+        MINIMUM_SHARE_BESIDE_FLEXIBLE
+    } else {
+        MINIMUM_SHARE
+    }
+}
+
+/// True if some effect of a set has very many unknowns.
+fn is_flexible(arena: &Arena, set: &[usize]) -> bool {
+    let name = |b: &usize| arena.columns.blocks[*b].name.as_str();
+    set.iter().any(|b| FLEXIBLE.contains(&name(b)))
+}
+
+/// True if one with very many unknowns is in a set that is not in another.
+fn adds_flexible(arena: &Arena, set: &[usize], chosen: &[usize]) -> bool {
+    let added: Vec<usize> = set
+        .iter()
+        .copied()
+        .filter(|b| !chosen.contains(b))
+        .collect();
+    is_flexible(arena, &added)
+}
+
+/// Drops what is not needed and exchanges what another does better, until nothing changes.
+fn improve(
+    arena: &mut Arena,
+    mut set: Vec<usize>,
+    candidates: &[usize],
+    handicap: &dyn Fn(usize) -> f64,
+    floor: f64,
+) -> Vec<usize> {
+    for _ in 0..6 {
+        let mut changed = false;
+        for at in 0..set.len() {
+            if set.len() < 2 {
+                break;
+            }
+            let mut less = set.clone();
+            less.remove(at);
+            if !worth(arena, &set, &less, floor) {
+                set = less;
+                changed = true;
+                break;
+            }
+        }
+        for at in 0..set.len() {
+            changed |= exchange(arena, &mut set, at, candidates, handicap, floor);
+        }
+        if !changed {
+            break;
+        }
+    }
+    set
+}
+
+/// Puts a better block in the place of one, if there is one.
+fn exchange(
+    arena: &mut Arena,
+    set: &mut [usize],
+    at: usize,
+    candidates: &[usize],
+    handicap: &dyn Fn(usize) -> f64,
+    floor: f64,
+) -> bool {
+    let others: Vec<usize> = set.iter().copied().filter(|b| *b != set[at]).collect();
+    // What there is to be taken in this place: a small effect's rivals are weighed by it as a large one's are.
+    let stake = rest(arena, &others, floor).max(1e-6);
+    let left = rest(arena, set, floor);
+    let mut best = (0.0, set[at]);
+    for &c in candidates.iter().filter(|c| !set.contains(c)) {
+        let mut other = set.to_vec();
+        other[at] = c;
+        let (mut own, mut theirs) = (handicap(set[at]), handicap(c));
+        if closes_what_shows(arena, set, &other, floor) {
+            own = own.min(theirs);
+        } else if closes_what_shows(arena, &other, set, floor) {
+            theirs = theirs.min(own);
+        }
+        let now = left + own * stake;
+        let gain = now - (rest(arena, &other, floor) + theirs * stake);
+        let least = (0.003 * stake).max(0.05 * now);
+        if gain > least && gain > best.0 {
+            best = (gain, c);
+        }
+    }
+    let changed = best.1 != set[at] && !hollow(arena, &others, best.1);
+    if !changed {
+        return false;
+    }
+    set[at] = best.1;
+    true
+}
+
+/// Left over a row, beyond the noise and relative to it, from which a gap shows.
+const SHOWS: f64 = VISIBLE * VISIBLE - 1.0;
+
+/// True if a set closes nearly all of a gap that shows after another, and is the likelier of the two. What gives way to a cause is
+/// then not asked to: a cause's model is inexact, but what it lacks would be left by the shape as well.
+fn closes_what_shows(arena: &mut Arena, set: &[usize], other: &[usize], floor: f64) -> bool {
+    let (with, without) = (arena.score(set), arena.score(other));
+    let shows = SHOWS * arena.rows();
+    let gap = without.squares - floor;
+    !is_flexible(arena, set)
+        && gap > shows
+        && with.squares - floor < shows.max((1.0 - COMPLETES) * gap)
+        && with.log_evidence > without.log_evidence
+}
+
+/// Sorts by what each takes beyond the others.
+fn order(arena: &mut Arena, set: &mut [usize], floor: f64) {
+    let mut keyed: Vec<(f64, usize)> = set
+        .iter()
+        .map(|&block| {
+            let others: Vec<usize> = set.iter().copied().filter(|b| *b != block).collect();
+            (rest(arena, &others, floor), block)
+        })
+        .collect();
+    keyed.sort_by(|a, b| b.0.total_cmp(&a.0));
+    for (slot, (_, block)) in set.iter_mut().zip(keyed) {
+        *slot = block;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::made::Made;
+    use effects::random::{ChaCha8Rng, normal};
+
+    /// Two that nearly cancel beside one that is there: with the noise known they are found, below a noise that is stated too high
+    /// they are not.
+    #[test]
+    fn two_that_cancel_are_not_believed_below_the_stated_noise() {
+        let blocks = [("there", &[1.0][..]), ("one", &[1.0]), ("like it", &[1.0])];
+        let made = Made::new(&blocks, &|rng| {
+            let mut draw = || normal(rng);
+            let (there, both, apart, noise) = (draw(), draw(), draw(), draw());
+            let target = there + 0.3 * apart + noise;
+            vec![1.0, there, both + 0.3 * apart, both, target]
+        });
+        let found = |noise: f64| {
+            let mut arena = made.arena();
+            let floor = noise * arena.rows();
+            search(&mut arena, &[1, 2, 3], &|_| 0.0, floor).blocks
+        };
+        assert_eq!(found(1.0), [1, 2, 3]);
+        assert_eq!(found(1.15), [1]);
+    }
+
+    /// A cause that a shape gives way to keeps its place unless it leaves a gap that shows where the shape leaves none.
+    #[test]
+    fn a_shape_gives_way_to_a_cause_unless_the_cause_leaves_a_gap() {
+        let first = |lacks: f64| {
+            let made = Made::new(&[("cause", &[1.0]), ("shape", &[1.0])], &|rng| {
+                let mut draw = || normal(rng);
+                let (shape, other, noise) = (draw(), draw(), draw());
+                vec![1.0, shape + lacks * other, shape, 3.0 * shape + noise]
+            });
+            let mut arena = made.arena();
+            let floor = arena.rows();
+            let weight = |b: usize| if b == 2 { 0.1 } else { 0.0 };
+            search(&mut arena, &[1, 2], &weight, floor).blocks
+        };
+        assert_eq!(first(0.05), [1]);
+        assert_eq!(first(0.2), [2]);
+    }
+
+    /// Beside a great effect whose model is not exact to a thirtieth, one that takes nearly all of what is left is there, and one that
+    /// takes a good part of it may be a makeshift.
+    #[test]
+    fn nearly_all_that_a_great_effect_leaves_is_an_effect() {
+        let found = |like: f64| {
+            let made = Made::new(&[("great", &[1.0]), ("small", &[1.0])], &|rng| {
+                let mut draw = || normal(rng);
+                let (great, lacks, small, other, noise) = (draw(), draw(), draw(), draw(), draw());
+                let column = like * small + (1.0 - like * like).sqrt() * other;
+                let target = 20.0 * (great + 0.03 * lacks) + 3.0 * small + noise;
+                vec![1.0, great, column, target]
+            });
+            let mut arena = made.arena();
+            let floor = arena.rows();
+            search(&mut arena, &[1, 2], &|_| 0.0, floor).blocks
+        };
+        assert_eq!(found(1.0), [1, 2]);
+        assert_eq!(found(0.9), [1]);
+    }
+
+    /// What a field lacks is larger than what others do. One of few unknowns that takes most of what it leaves is there all the same.
+    #[test]
+    fn what_takes_most_of_what_a_field_leaves_is_an_effect() {
+        let found = |first: &'static str, lag: f64, lacks: f64| {
+            let made = Made::new(&[(first, &[1.0]), ("lag", &[1.0])], &|rng| {
+                let mut draw = || normal(rng);
+                let (field, lag_, else_, noise) = (draw(), draw(), draw(), draw());
+                let target = 20.0 * field + lag * lag_ + lacks * else_ + noise;
+                vec![1.0, field, lag_, target]
+            });
+            let mut arena = made.arena();
+            let floor = arena.rows();
+            search(&mut arena, &[1, 2], &|_| 0.0, floor).blocks
+        };
+        assert_eq!(found("tooth_variation", 3.0, 1.2), [1, 2]);
+        assert_eq!(found("tooth_variation", 1.2, 3.0), [1]);
+        assert_eq!(found("great", 3.0, 1.2), [1]);
+    }
+
+    /// Noise stated a little too low. A shape that is there stands out; columns of nothing that carry much noise leave less by what
+    /// that is allowed for, and do not.
+    #[test]
+    fn what_noise_is_allowed_for_does_not_stand_out() {
+        const COLUMNS: usize = 20;
+        let made = |there: f64, carried: f64| {
+            let row = |rng: &mut ChaCha8Rng| {
+                let columns: Vec<f64> = (0..COLUMNS).map(|_| normal(rng)).collect();
+                let target = there * columns[0] + 1.03 * normal(rng);
+                [vec![1.0], columns, vec![target]].concat()
+            };
+            Made::new(&[("block", &[1.0; COLUMNS][..])], &row).carrying(carried)
+        };
+        let shape = made(0.4, 0.0);
+        assert!(stands_out(&mut shape.arena(), shape.arena().rows()));
+        let nothing = made(0.0, 9.0);
+        let mut arena = nothing.arena();
+        let gain = arena.score(&[]).squares - arena.score(&[1]).squares;
+        assert!(gain > 2.0 * MINIMUM_SQUARES, "{gain}");
+        let floor = arena.rows();
+        assert!(!stands_out(&mut arena, floor));
+        // Where the simulator leaves as much as the baseline alone there is no gap.
+        let mut arena = shape.arena();
+        let floor = arena.score(&[]).squares;
+        assert!(!stands_out(&mut arena, floor));
+    }
+}

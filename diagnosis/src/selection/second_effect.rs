@@ -1,0 +1,170 @@
+//! A small effect beside a great one. To first order it takes a part of what is left: the places that both are evaluated at are off by
+//! the great one, and by its own. So the likeliest are fitted together with what is found, about themselves.
+
+use super::elimination::{COMPLETES, COMPLETES_SQUARES};
+use super::selected::Told;
+use super::{DELAYS, FLEXIBLE, Judge, VISIBLE};
+use crate::design::study::{Look, study};
+use crate::inference::cross_validation::Arena;
+use crate::linearization::point::About;
+use crate::linearization::relinearized::Refined;
+use crate::selection::core_terms::hollow;
+use crate::selection::search::{Found, MINIMUM_SQUARES, rest};
+use crate::trace::log;
+
+/// To first order it takes this share of what is left, and more than chance gives. Fitted together it may take many times as much: rulings
+/// askew took 0.22 of what 44 um across the teeth left, and then 0.96.
+const TAKES: f64 = 0.15;
+/// So many are tried.
+const TRIED: usize = 3;
+/// Fitted about itself it completes what is found, or takes this share of what is left if to first order no shape without a name takes as
+/// much: a makeshift's rightful shape would.
+pub(super) const LEADS: f64 = 0.6;
+/// Shapes that stand in for what a great effect's own form lacks: theirs must be nearly all of that to first order, and nothing that
+/// shows is left with them.
+pub(super) const MAKESHIFTS: [&str; 4] = [
+    "extra_harmonics",
+    "adc_clipping",
+    "hysteresis",
+    "gap_variation",
+];
+
+/// See [`MAKESHIFTS`].
+pub(super) const NEARLY_ALL: f64 = 0.9;
+
+/// What is likely to be there besides.
+struct Likely {
+    name: String,
+    /// It takes more than any shape without a name.
+    leads: bool,
+    makeshift: bool,
+}
+
+impl<'a> Judge<'a> {
+    /// Puts another effect beside what is found where it takes nearly all of what is left. True if one was.
+    pub(super) fn try_beside(&mut self) -> bool {
+        let found = self.told.names(&self.study);
+        let flexible = found.iter().any(|n| FLEXIBLE.contains(&n.as_str()));
+        if found.is_empty() || flexible || self.noise.is_some() {
+            return false;
+        }
+        let tried = self.likely_beside(&found);
+        let (_, noise) = self.levels();
+        let excess = |fine: &Refined| fine.residuals().white_rms().powi(2) - noise;
+        let without = excess(&self.fine);
+        let mut best: Option<(f64, Vec<String>, Refined<'a>, bool)> = None;
+        for Likely {
+            name,
+            leads,
+            makeshift,
+        } in tried
+        {
+            let names = [&found[..], &[name]].concat();
+            let fine = self.fitted_anew(&names);
+            let with = excess(&fine);
+            log(&format!(
+                "beside: {names:?}, {with:.4} of {without:.4}, leads {leads}"
+            ));
+            let gain = without - with;
+            let least = if leads { LEADS } else { COMPLETES };
+            let squares = gain * fine.gram.total_rows() as f64;
+            let enough = gain > least * without && squares > COMPLETES_SQUARES;
+            let closed = fine.residuals().white_rms() < VISIBLE * noise.sqrt();
+            let enough = enough && (closed || !makeshift);
+            if enough && best.as_ref().is_none_or(|b| with < b.0) {
+                best = Some((with, names, fine, leads));
+            }
+        }
+        let Some((_, names, fine, leads)) = best else {
+            return false;
+        };
+        self.leads = names.last().filter(|_| leads).cloned();
+        self.take_beside(&names, fine);
+        true
+    }
+
+    /// Those that to first order take most of what is left.
+    fn likely_beside(&self, found: &[String]) -> Vec<Likely> {
+        let mut arena = self.study.arena();
+        let arena = &mut arena;
+        let whole = (arena.score(&[]).squares - self.told.base).max(MINIMUM_SQUARES);
+        let blocks = &self.told.found.blocks;
+        let before = rest(arena, blocks, self.told.base);
+        let beside = |arena: &mut Arena, b: usize| {
+            rest(arena, &[&blocks[..], &[b]].concat(), self.told.base)
+        };
+        let places = self.study.places().into_iter();
+        let shape = places
+            .map(|b| beside(arena, b))
+            .fold(f64::INFINITY, f64::min);
+        let mut list: Vec<(f64, usize)> = Vec::new();
+        for b in self.study.effects() {
+            let name = &self.study.columns.blocks[b].name;
+            if found.contains(name)
+                || FLEXIBLE.contains(&name.as_str())
+                || self.completes_a_delay(name, found)
+            {
+                continue;
+            }
+            let takes = if MAKESHIFTS.contains(&name.as_str()) {
+                NEARLY_ALL
+            } else {
+                TAKES
+            };
+            let gain = before - beside(arena, b);
+            let likely = gain > takes * before && gain * whole > COMPLETES_SQUARES;
+            if likely && !self.replaces(arena, b, before) && !hollow(arena, blocks, b) {
+                list.push((before - gain, b));
+            }
+        }
+        list.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let name = |b: usize| self.study.columns.blocks[b].name.clone();
+        let ranked = list.into_iter().take(TRIED).enumerate();
+        ranked
+            .map(|(k, (left, b))| Likely {
+                leads: k == 0 && left < shape,
+                makeshift: MAKESHIFTS.contains(&name(b).as_str()),
+                name: name(b),
+            })
+            .collect()
+    }
+
+    /// True if a delay stands beside another that leaves nothing which shows: the one's own form lacks that.
+    fn completes_a_delay(&self, name: &str, found: &[String]) -> bool {
+        let delays = |name: &str| DELAYS.contains(&name);
+        delays(name) && found.iter().any(|n| delays(n)) && self.ratio() < VISIBLE * self.noise_rms()
+    }
+
+    /// True if a block does in the place of one that is found what that does: then it is its rival, and not beside it.
+    fn replaces(&self, arena: &mut Arena, block: usize, left: f64) -> bool {
+        let found = &self.told.found.blocks;
+        found.iter().any(|out| {
+            let others = found.iter().copied().filter(|b| b != out);
+            let set: Vec<usize> = others.chain([block]).collect();
+            rest(arena, &set, self.told.base) < left
+        })
+    }
+
+    /// Takes over what was fitted together; all is compared about it.
+    fn take_beside(&mut self, names: &[String], fine: Refined<'a>) {
+        let look = Look {
+            as_in: Some(&self.study.scene.survey),
+            ..Look::default()
+        };
+        let about = About {
+            noise: self.noise,
+            ..fine.about.clone()
+        };
+        let again = study(self.prepared, self.options, &about, look);
+        let mut told = Told::new(&again, false);
+        let of_it = |name: &String| again.columns.blocks.iter().position(|b| b.name == *name);
+        let blocks: Vec<usize> = names.iter().filter_map(of_it).collect();
+        if blocks.iter().all(|b| told.found.blocks.contains(b)) {
+            self.take(again, told);
+        } else if blocks.len() == names.len() {
+            let rest = rest(&mut again.arena(), &blocks, told.base);
+            told.found = Found { blocks, rest };
+            self.take_fitted(again, told, fine);
+        }
+    }
+}

@@ -1,0 +1,275 @@
+//! The best set of effects, beside the best set if shapes without a name may enter.
+
+use super::FLEXIBLE;
+use crate::design::study::{FIELD, Kind, Study, handicap};
+use crate::inference::cross_validation::Arena;
+use crate::linearization::point::About;
+use crate::linearization::relinearized::Refined;
+use crate::selection::core_terms::hollow;
+use crate::selection::search::{Found, least_share, noise_floor, rest, search};
+use crate::trace::{log, tracing};
+
+/// A shape without a name must do this much better than a cause, as a share of the gap.
+const SHAPE_HANDICAP: f64 = 0.02;
+/// Blocks that stay in competition beside a field besides what was found.
+const LEADING: usize = 5;
+
+/// What the search told.
+pub(super) struct Told {
+    /// The best set of effects.
+    pub(super) found: Found,
+    /// The best set if shapes may enter.
+    pub(super) shaped: Found,
+    /// Whitened squares of the noise.
+    pub(super) base: f64,
+}
+
+impl Told {
+    /// Searches. Where the noise was found above the stated one, it is what the best shapes leave.
+    pub(super) fn new(study: &Study, noisy: bool) -> Self {
+        let mut arena = study.arena();
+        let places = study.places();
+        let effects = study.effects();
+        let all: Vec<usize> = effects.iter().chain(&places).copied().collect();
+        let stated = arena.rows() * study.floor.white_square;
+        let base = if noisy {
+            noise_floor(&mut arena, &all)
+        } else {
+            stated
+        };
+        let name = |b: usize| study.columns.blocks[b].name.as_str();
+        let weight = |b: usize| {
+            let shape = if places.contains(&b) {
+                SHAPE_HANDICAP
+            } else {
+                0.0
+            };
+            handicap(name(b)) + shape
+        };
+        let mut found = search(&mut arena, &effects, &weight, base);
+        simplify(&mut arena, &mut found, &effects, &weight, base);
+        let shaped = search(&mut arena, &all, &weight, base);
+        if tracing() {
+            trace(study, &mut arena, &all, base);
+            let mut next: Vec<(f64, &str)> = all
+                .iter()
+                .filter(|b| !found.blocks.contains(b))
+                .map(|&b| {
+                    let set: Vec<usize> = found.blocks.iter().copied().chain([b]).collect();
+                    (rest(&mut arena, &set, base), name(b))
+                })
+                .collect();
+            next.sort_by(|a, b| a.0.total_cmp(&b.0));
+            next.truncate(6);
+            log(&format!(
+                "base {base:.0} of {:.0}; next {next:?}",
+                arena.score(&[]).squares
+            ));
+        }
+        let told = |f: &Found| f.blocks.iter().map(|b| name(*b)).collect::<Vec<_>>();
+        log(&format!(
+            "noisy {noisy}: found {:?} {:.4}; with shapes {:?} {:.4}",
+            told(&found),
+            found.rest,
+            told(&shaped),
+            shaped.rest
+        ));
+        Self {
+            found,
+            shaped,
+            base,
+        }
+    }
+
+    /// Whitened squares beyond the noise that what is found leaves.
+    pub(super) fn left(&self, study: &Study) -> f64 {
+        let mut arena = study.arena();
+        (arena.score(&self.found.blocks).squares - self.base).max(arena.rows())
+    }
+
+    /// Names of what is found.
+    pub(super) fn names(&self, study: &Study) -> Vec<String> {
+        let name = |b: &usize| study.columns.blocks[*b].name.clone();
+        self.found.blocks.iter().map(name).collect()
+    }
+}
+
+impl<'a> Refined<'a> {
+    /// What is found in a study, fitted about itself.
+    pub(super) fn of(study: &Study<'a>, told: &Told) -> Self {
+        let names = told.names(study);
+        let about = About {
+            baseline: study.scene.baseline.clone(),
+            shift: study.scene.shift.clone(),
+            noise: None,
+        };
+        let fine = Self::new(&study.scene, about, &names);
+        log(&format!(
+            "about itself: {:?} {:.3}",
+            names,
+            fine.residuals().white_rms()
+        ));
+        fine
+    }
+}
+
+/// What leaves the same to within this share of what it takes is told apart by the number of unknowns alone.
+const SAME: f64 = 0.005;
+/// One effect that leaves as little as two, to within this share of what they take, is to be believed.
+const ONE_FOR_TWO: f64 = 0.02;
+
+/// Puts an effect of fewer unknowns in the place of one, or of two, that do no better.
+fn simplify(
+    arena: &mut Arena,
+    found: &mut Found,
+    candidates: &[usize],
+    weight: &dyn Fn(usize) -> f64,
+    base: f64,
+) {
+    let places = 0..found.blocks.len();
+    let pairs = places.clone().flat_map(|a| (0..a).map(move |b| vec![b, a]));
+    let mut sets: Vec<Vec<usize>> = pairs.chain(places.map(|a| vec![a])).collect();
+    while let Some(set) = sets.pop() {
+        let out: Vec<usize> = set.iter().map(|k| found.blocks[*k]).collect();
+        let others: Vec<usize> = found
+            .blocks
+            .iter()
+            .copied()
+            .filter(|b| !out.contains(b))
+            .collect();
+        let allowance = if out.len() > 1 { ONE_FOR_TWO } else { SAME };
+        let taken = rest(arena, &others, base) - found.rest;
+        let unknowns = |b: usize| arena.columns.blocks[b].columns.len();
+        let most: usize = out.iter().map(|b| unknowns(*b)).sum::<usize>() / (3 - out.len());
+        let heaviest = out.iter().map(|b| weight(*b)).fold(0.0, f64::max);
+        let simpler: Vec<usize> = candidates
+            .iter()
+            .copied()
+            .filter(|c| !found.blocks.contains(c) && unknowns(*c) <= most && weight(*c) <= heaviest)
+            .collect();
+        let with = |c: usize| -> Vec<usize> { others.iter().copied().chain([c]).collect() };
+        // What differs by less than an effect must take is told apart by the number of unknowns as well.
+        let least = if out.len() > 1 {
+            0.0
+        } else {
+            least_share(arena, base)
+        };
+        let allowed = (allowance * taken).max(least);
+        let mut ranked: Vec<(f64, usize)> = simpler
+            .into_iter()
+            .map(|c| (rest(arena, &with(c), base), c))
+            .filter(|b| b.0 - found.rest < allowed)
+            .collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // One that stands on terms which only complete it is no simpler than two.
+        let mut ranked = ranked.into_iter();
+        let best = ranked.find(|b| out.len() == 1 || !hollow(arena, &others, b.1));
+        if let Some((left, c)) = best {
+            log(&format!("one simpler: {c} for {out:?}"));
+            *found = Found {
+                blocks: with(c),
+                rest: left,
+            };
+            if out.len() > 1 {
+                break;
+            }
+        }
+    }
+}
+
+fn trace(study: &Study, arena: &mut Arena, all: &[usize], base: f64) {
+    let mut alone: Vec<(f64, &str)> = all
+        .iter()
+        .map(|&b| {
+            (
+                rest(arena, &[b], base),
+                study.columns.blocks[b].name.as_str(),
+            )
+        })
+        .collect();
+    alone.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let field = alone.iter().position(|a| a.1 == FIELD);
+    let field = field.filter(|k| *k >= 6).map(|k| alone[k]);
+    alone.truncate(6);
+    alone.extend(field);
+    log(&format!(
+        "{} columns; alone {alone:?}",
+        study.columns.regressors.len()
+    ));
+}
+
+/// Blocks that stay in competition beside a field: what was found, and the best by themselves.
+pub(super) fn leading(study: &Study, told: &Told) -> Vec<String> {
+    let mut arena = study.arena();
+    let mut alone: Vec<(f64, usize)> = (1..study.columns.blocks.len())
+        .map(|b| (arena.score(&[b]).squares, b))
+        .collect();
+    alone.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // What each does beside the field matters as well: a second effect may be any.
+    let place = (1..study.columns.blocks.len()).filter(|b| {
+        let name = study.columns.blocks[*b].name.as_str();
+        let effect = matches!(study.kinds[*b - 1], Kind::Effect(_)) && !FLEXIBLE.contains(&name);
+        super::field::WAVES.contains(&name) || effect || name == FIELD
+    });
+    let mut list: Vec<usize> = told.found.blocks.clone();
+    list.extend(&told.shaped.blocks);
+    list.extend(alone.iter().take(LEADING).map(|a| a.1));
+    list.extend(place);
+    list.sort_unstable();
+    list.dedup();
+    list.into_iter()
+        .map(|b| study.columns.blocks[b].name.clone())
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::made::Made;
+    use effects::random::normal;
+
+    /// A second unknown that takes less than an effect must take tells no effect from one without it.
+    #[test]
+    fn fewer_unknowns_are_believed_where_more_take_no_more_than_chance() {
+        let left = |more: f64| {
+            let blocks = [("eight", &[1.0, 1.0][..]), ("one", &[1.0])];
+            let made = Made::new(&blocks, &|rng| {
+                let mut draw = || normal(rng);
+                let (one, other, noise) = (draw(), draw(), draw());
+                vec![1.0, one, other, one, 0.3 * one + more * other + noise]
+            });
+            let mut arena = made.arena();
+            let base = arena.rows();
+            let rest = rest(&mut arena, &[1], base);
+            let blocks = vec![1];
+            let mut found = Found { blocks, rest };
+            simplify(&mut arena, &mut found, &[1, 2], &|_| 0.0, base);
+            found.blocks
+        };
+        assert_eq!(left(0.05), [2]);
+        assert_eq!(left(0.3), [1]);
+    }
+
+    /// One that does as well as two by what only completes it is not believed in their place.
+    #[test]
+    fn no_two_are_put_down_to_what_completes_a_third() {
+        let left = |sizes: &[f64]| {
+            let blocks = [("one", &[1.0][..]), ("other", &[1.0]), ("third", sizes)];
+            let made = Made::new(&blocks, &|rng| {
+                let mut draw = || normal(rng);
+                let (one, other, else_, noise) = (draw(), draw(), draw(), draw());
+                let target = one + other + noise;
+                vec![1.0, one, other, else_, one + other, target]
+            });
+            let mut arena = made.arena();
+            let base = arena.rows();
+            let rest = rest(&mut arena, &[1, 2], base);
+            let blocks = vec![1, 2];
+            let mut found = Found { blocks, rest };
+            simplify(&mut arena, &mut found, &[1, 2, 3], &|_| 0.0, base);
+            found.blocks
+        };
+        assert_eq!(left(&[1.0, 1.0]), [3]);
+        assert_eq!(left(&[1.0, 0.2]), [1, 2]);
+    }
+}

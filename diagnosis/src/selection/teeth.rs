@@ -1,0 +1,221 @@
+//! A field over the platen tooth by tooth. It is searched on a coarser mesh, as hundreds of unknowns stand for other causes; once it
+//! is found it is told by the teeth that the segments read in common, and what follows the motion and not the place is looked for in
+//! what these leave: a mesh lacks more than that, and a fly-by over teeth oscillates itself, at a beacon's frequencies as well.
+
+use super::selected::Told;
+use super::{CLOSE, DELAYS, FLEXIBLE, Judge};
+use crate::design::study::{FIELD, Look, Study, study};
+use crate::inference::residuals::Residuals;
+use crate::linearization::point::About;
+use crate::linearization::relinearized::Refined;
+use crate::selection::search::{Found, MINIMUM_SQUARES, rest};
+use crate::spectra::lines::{add_lines, lines_of};
+use crate::trace::log;
+use effects::beacon_vibration::sensor_side::SLOWEST_HZ;
+use effects::sensor::Survey;
+use effects::teeth::Teeth;
+
+/// What is found beside a field must leave less than this share of what its teeth leave without it.
+const LEAVES: f64 = 0.7;
+/// A delay is tried if beside the mesh it takes this share of what it has to take beside the teeth.
+const BESIDE_THE_MESH: f64 = 0.5;
+/// And if it takes this share of that from the samples that it is fitted to: it takes no more of others.
+const SEEN: f64 = 0.5;
+/// So many effects are tried in the place of what all readings have in common.
+const TRIED: usize = 2;
+/// What vibrates.
+const VIBRATION: &str = "beacon_vibration";
+
+impl<'a> Judge<'a> {
+    /// Tells the field by its teeth where that leaves less.
+    pub(super) fn tell_teeth(&mut self) {
+        let names = self.told.names(&self.study);
+        if !names.iter().any(|n| n == FIELD) || self.ratio() < CLOSE * self.noise_rms() {
+            return;
+        }
+        let Some(teeth) = crate::inference::aperture::find(&self.fine) else {
+            return;
+        };
+        let fine = self.told_by(&teeth, &names, &[]);
+        let [by_teeth, by_mesh] = [&fine, &self.fine].map(left);
+        log(&format!(
+            "tooth by tooth {by_teeth:.3}, before {by_mesh:.3}"
+        ));
+        if by_teeth < by_mesh {
+            self.fine = fine;
+            self.restate();
+            self.try_vibration(&teeth, names);
+            self.try_delays(&teeth);
+            self.try_common(&teeth);
+        }
+    }
+
+    /// What all readings have in common is not the teeth's. A field of hundreds of unknowns takes it in for want of another effect, and hardly
+    /// leaves a gap: the two that take most beside the mesh are told beside the teeth, and the one that leaves less is kept.
+    fn try_common(&mut self, teeth: &Teeth) {
+        if !self.alike().is_some_and(|alike| alike.is_flat()) {
+            return;
+        }
+        let names = self.told.names(&self.study);
+        let told = |name: &&str| names.iter().any(|n| n == name) || FLEXIBLE.contains(name);
+        let effects = self.names_of(&self.study.effects());
+        let mut likely: Vec<(f64, &str)> = effects
+            .into_iter()
+            .filter(|name| !told(name))
+            .map(|name| (self.takes(name), name))
+            .filter(|(takes, _)| *takes > MINIMUM_SQUARES)
+            .collect();
+        likely.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let without = left(&self.fine);
+        let mut best: Option<(f64, Vec<String>, Refined<'a>)> = None;
+        for (takes, name) in likely.into_iter().take(TRIED) {
+            let names = [&names[..], &[name.to_string()]].concat();
+            let fine = self.told_by(teeth, &names, &self.study.scene.survey.beacon_lines_hz);
+            let with = left(&fine);
+            let rows = fine.gram.total_rows() as f64;
+            let gain = (without.powi(2) - with.powi(2)) * rows;
+            log(&format!(
+                "{name} takes {takes:.0} beside the mesh, {gain:.0} beside the teeth"
+            ));
+            if gain > 2.0 * MINIMUM_SQUARES && best.as_ref().is_none_or(|best| with < best.0) {
+                best = Some((with, names, fine));
+            }
+        }
+        let told =
+            best.and_then(|(_, names, fine)| Some((self.told_in(&self.study, &names)?, fine)));
+        if let Some((told, fine)) = told {
+            (self.told, self.fine) = (told, fine);
+            self.restate();
+        }
+    }
+
+    /// A delay beside the field: whatever the teeth, it follows the speed. The one that takes most beside the mesh, if it takes enough there.
+    fn try_delays(&mut self, teeth: &Teeth) {
+        let names = self.told.names(&self.study);
+        let known = names.iter().any(|n| DELAYS.contains(&n.as_str()));
+        if known || self.ratio() < CLOSE * self.noise_rms() {
+            return;
+        }
+        let allowed = DELAYS.into_iter().filter(|name| self.allowed(name));
+        let likely = allowed.map(|name| (self.takes(name), name));
+        let Some((takes, name)) = likely.max_by(|a, b| a.0.total_cmp(&b.0)) else {
+            return;
+        };
+        let (_, noise) = self.levels();
+        let excess = (left(&self.fine).powi(2) - noise) * self.fine.gram.total_rows() as f64;
+        if takes < BESIDE_THE_MESH * (1.0 - LEAVES) * excess {
+            return;
+        }
+        let names = [&names[..], &[name.to_string()]].concat();
+        let fine = self.told_by(teeth, &names, &self.study.scene.survey.beacon_lines_hz);
+        // What a fit does not take of samples that it has seen, it does not take of others.
+        let seen = self.fine.squares() - fine.squares();
+        if seen < SEEN * (1.0 - LEAVES) * excess || !self.leaves_less(&fine) {
+            return;
+        }
+        if let Some(told) = self.told_in(&self.study, &names) {
+            (self.told, self.fine) = (told, fine);
+            self.restate();
+        }
+    }
+
+    /// Whitened squares that an effect takes beside the mesh.
+    fn takes(&self, name: &str) -> f64 {
+        let blocks = &self.study.columns.blocks;
+        let Some(block) = blocks.iter().position(|b| b.name == name) else {
+            return f64::NEG_INFINITY;
+        };
+        let mut arena = self.study.arena();
+        let found = &self.told.found.blocks;
+        let without = arena.score(found).squares;
+        without - arena.score(&[&found[..], &[block]].concat()).squares
+    }
+
+    /// True if another fit leaves so much less of what the teeth leave that what it has besides is there.
+    fn leaves_less(&self, other: &Refined) -> bool {
+        let (_, noise) = self.levels();
+        let [with, without] = [other, &self.fine].map(|fine| left(fine).powi(2) - noise);
+        log(&format!(
+            "beside the teeth {with:.4} is left of {without:.4}"
+        ));
+        with < LEAVES * without
+    }
+
+    fn told_by(&self, teeth: &Teeth, names: &[String], lines_hz: &[f64]) -> Refined<'a> {
+        let tell = |survey: &mut Survey| {
+            survey.field_by_segment = true;
+            survey.field_by_value = false;
+            survey.teeth = Some(teeth.clone());
+            add_lines(&mut survey.beacon_lines_hz, lines_hz.to_vec());
+        };
+        let about = self.fine.about.clone();
+        self.fine.telling(&self.study.scene, about, names, &tell)
+    }
+
+    /// A beacon that vibrates beside the field, where lines stand out of what the teeth leave.
+    fn try_vibration(&mut self, teeth: &Teeth, mut names: Vec<String>) {
+        let known = names.iter().any(|n| n == VIBRATION);
+        let shows = self.ratio() >= CLOSE * self.noise_rms();
+        let Some(residuals) = self.fine.left_out().filter(|_| shows && !known) else {
+            return;
+        };
+        let (lines_hz, _) = lines_of(&self.fine.scene, residuals);
+        if lines_hz.iter().all(|hz| *hz < SLOWEST_HZ) || !self.allowed(VIBRATION) {
+            return;
+        }
+        names.push(VIBRATION.into());
+        let fine = self.told_by(teeth, &names, &lines_hz);
+        if self.leaves_less(&fine) {
+            let again = self.with_lines(residuals);
+            if let Some(told) = self.told_in(&again, &names) {
+                self.take_fitted(again, told, fine);
+            }
+        }
+    }
+
+    /// The blocks compared so far, with the lines that stand in some residuals.
+    fn with_lines(&self, residuals: &Residuals) -> Study<'a> {
+        let blocks = self.study.columns.blocks.iter().skip(1);
+        let mut only: Vec<String> = blocks.map(|block| block.name.clone()).collect();
+        only.push(VIBRATION.into());
+        let look = Look {
+            lines_of: Some(residuals),
+            as_in: Some(&self.study.scene.survey),
+            field: true,
+            only: Some(&only),
+            ..Look::default()
+        };
+        let about = About {
+            noise: self.noise,
+            ..self.trusted()
+        };
+        study(self.prepared, self.options, &about, look)
+    }
+
+    /// What some effects leave in another study, beside the best shapes of this one; none where it lacks one of them.
+    fn told_in(&self, study: &Study, names: &[String]) -> Option<Told> {
+        let blocks_of = |names: &[&str]| -> Option<Vec<usize>> {
+            let blocks = &study.columns.blocks;
+            let at = |name: &&str| blocks.iter().position(|block| block.name == *name);
+            names.iter().map(at).collect()
+        };
+        let mut arena = study.arena();
+        let base = self.told.base;
+        let mut found_as = |names: &[&str]| {
+            let blocks = blocks_of(names)?;
+            let rest = rest(&mut arena, &blocks, base);
+            Some(Found { blocks, rest })
+        };
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        Some(Told {
+            found: found_as(&names)?,
+            shaped: found_as(&self.names_of(&self.told.shaped.blocks))?,
+            base,
+        })
+    }
+}
+
+/// Whitened rms of short pieces, each foretold from all else.
+fn left(fine: &Refined) -> f64 {
+    fine.left_out().map_or(f64::INFINITY, Residuals::white_rms)
+}

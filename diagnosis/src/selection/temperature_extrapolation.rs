@@ -1,0 +1,103 @@
+//! Whether the bend of a drift with temperature goes on beyond the temperatures that were measured. A body that warms through late
+//! looks bent as well, and no bend of its own is there elsewhere: what the milder temperatures of the recording foretell of its
+//! coldest and of its warmest ones, with the bend carried on or not, decides.
+
+use crate::algebra::normal_equations::Sums;
+use crate::linearization::relinearized::Refined;
+use effects::sensor::Regressor;
+use nalgebra::DVector;
+
+/// The effect that follows temperature.
+const OF_TEMPERATURE: &str = "thermal_drift";
+/// Share of the range of temperatures that is taken for its coldest end, and for its warmest.
+const END: f64 = 0.25;
+/// Fewest residuals at an end that decide anything.
+const FEWEST: usize = 50;
+
+/// Parts of the range of temperatures: coldest, in the middle, warmest.
+const PARTS: usize = 3;
+
+/// True if the bend foretells the coldest and the warmest samples better than the drift's mean slope does.
+pub(super) fn goes_on(fine: &Refined) -> bool {
+    let block = fine
+        .columns
+        .blocks
+        .iter()
+        .find(|b| b.name == OF_TEMPERATURE);
+    let (Some(block), Some(left)) = (block, fine.left_out()) else {
+        return false;
+    };
+    let [coldest, warmest] = fine.scene.survey.warmths_k;
+    let end = END * (warmest - coldest);
+    let inner = [coldest + end, warmest - end];
+    let part_of = |i: usize| {
+        let warmth_k = fine.scene.moment(i).warmth_k;
+        usize::from(warmth_k > inner[0]) + usize::from(warmth_k > inner[1])
+    };
+    let mut residuals = [0; PARTS];
+    left.sample.iter().for_each(|i| residuals[part_of(*i)] += 1);
+    let drift: Vec<usize> = block.columns.clone().collect();
+    let foretold = |goes_on: bool| {
+        let ends = [(0, [inner[0], warmest]), (2, [coldest, inner[1]])];
+        let told = ends.iter().filter(|(part, _)| residuals[*part] >= FEWEST);
+        let left = told.map(|(part, known)| {
+            let columns = columns(fine, *known, goes_on);
+            left_at(fine, &drift, &columns, *part, part_of)
+        });
+        left.sum::<f64>()
+    };
+    residuals[1] >= FEWEST && foretold(true) < foretold(false)
+}
+
+/// The baseline's columns and the drift's, where only some temperatures are known.
+fn columns(fine: &Refined, known: [f64; 2], goes_on: bool) -> Vec<Regressor> {
+    let mut survey = fine.scene.survey.clone();
+    survey.warmths_k = known;
+    survey.bend_goes_on = goes_on;
+    let sides = effects::sensor_sides();
+    let side = sides.iter().find(|side| side.name() == OF_TEMPERATURE);
+    let drift = side.map_or_else(Vec::new, |side| side.regressors(&survey));
+    let mut columns = crate::linearization::calibrate::baseline_columns(&fine.scene).regressors;
+    columns.extend(drift);
+    columns
+}
+
+/// Whitened squares that are left at one end of the temperatures, by amounts of the rest. `columns`: the baseline's, then those of
+/// the drift, which are `drift` in the model; what else the model knows stays.
+fn left_at(
+    fine: &Refined,
+    drift: &[usize],
+    columns: &[Regressor],
+    end: usize,
+    part_of: impl Fn(usize) -> usize,
+) -> f64 {
+    let Some(left) = fine.left_out() else {
+        return f64::INFINITY;
+    };
+    let first = columns.len() - drift.len();
+    let known: Vec<usize> = (0..first).chain(drift.iter().copied()).collect();
+    let mut parts = [0; 2].map(|_| Sums::new(columns.len(), 1.0));
+    let mut start = 0;
+    while start < left.sample.len() {
+        let i = left.sample[start];
+        let (rows, moment) = (fine.scene.rows(i), fine.scene.moment(i));
+        let here: Vec<_> = columns.iter().map(|c| rows.response(c, &moment)).collect();
+        let model = |c: usize| rows.response(&fine.columns.regressors[c], &moment);
+        let there: Vec<_> = known.iter().map(|c| model(*c)).collect();
+        let part = &mut parts[usize::from(part_of(i) == end)];
+        for row in 0..rows.count {
+            let k = start + row;
+            let weight = 1.0 / left.noise_m[k].max(1e-12);
+            let scaled = known.iter().zip(&here);
+            let scaled = scaled.map(|(c, r)| weight * fine.gram.scale[*c] * r[row]);
+            let regressor = DVector::from_iterator(columns.len(), scaled);
+            let added = known.iter().zip(&there);
+            let added: f64 = added.map(|(c, r)| fine.amount(*c) * r[row]).sum();
+            part.add(&regressor, weight * (left.value_m[k] - added));
+        }
+        start += rows.count.max(1);
+    }
+    let all: Vec<usize> = (0..columns.len()).collect();
+    let [rest, end] = &parts;
+    end.left_with(&all, rest.amounts(&all))
+}

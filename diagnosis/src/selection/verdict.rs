@@ -1,0 +1,475 @@
+//! The verdict: what is seen, what is named, and what is left.
+
+use super::bursts_and_noise::{Bursts, OUTLIERS};
+use super::location::{Located, attribute, clock_first, merge, outside_first};
+use super::named::slip_named;
+use super::prediction::FOLLOWED;
+use super::{CHANNEL_NAMES, FLEXIBLE, Judge, LEFT_OVER, NOISY, OF_ITS_TIME, VISIBLE};
+use crate::design::study::{FIELD, Kind};
+use crate::inference::cross_validation::Arena;
+use crate::inference::posterior::birge_ratio;
+use crate::inference::residuals::Residuals;
+use crate::linearization::relinearized::Refined;
+use crate::selection::search::{Found, MINIMUM_SQUARES, rest, stands_out};
+use crate::trace::log;
+use crate::verdict::answer::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
+
+/// All channels this far above the stated noise, and alike: the statement may be what is wrong.
+const MISSTATED: f64 = 4.0;
+/// A set of causes that leaves more than this is no explanation.
+const HALF_DONE: f64 = 0.5;
+/// Nor is one that leaves more than this, where that would be a gap by itself.
+const PARTLY_DONE: f64 = 0.3;
+/// What is left would be a gap by itself from so many times the noise, rms, on.
+pub const STAYS_VISIBLE: f64 = 1.0 + 2.0 * (VISIBLE - 1.0);
+/// A remainder is located if some shape takes this share of it.
+const LOCATED: f64 = 0.15;
+/// Share of a noise that had to be found which shapes may take by chance.
+const CHANCE: f64 = 0.03;
+/// Noise is told beside shapes if it is this share of the whole gap: less may be what they lack,
+const BESIDE_SHAPES: f64 = 0.05;
+/// or if it is so many times the stated one, and nothing that is found lacks as much of its own form;
+const LOUD: f64 = 1.5;
+/// and beside one that wanders, what is too fast for its course.
+const BESIDE_A_COURSE: f64 = 0.10;
+/// Bursts are told if they are this share of the whole gap.
+const TRIFLING_BURSTS: f64 = 0.005;
+/// No shape stands out of its neighbours by so many times what is left.
+const FAR: f64 = 10.0;
+/// No amount is larger than so many prior sizes. The largest of 150 recordings with effects of up to 4 µm rms is 4.3.
+const SIZES: f64 = 8.0;
+/// Effects imitate a nameless shape if they leave this share of the gap,
+const IMITATED: f64 = 0.01;
+/// the shape takes this share of that,
+const FOREIGN: f64 = 0.5;
+/// and leaves no more than this of the whole by itself.
+const BY_ITSELF: f64 = 0.3;
+
+/// What was measured, before it is weighed.
+struct Seen {
+    white_before: f64,
+    white_after: f64,
+    /// Whitened squares beyond the noise without any effect, as the search sees them.
+    whole: f64,
+    /// The same by the stated noise.
+    shaped: f64,
+    /// That with excess noise and bursts.
+    total: f64,
+    bursts: Bursts,
+    /// Share of `whole` that is left.
+    left: f64,
+    located: Vec<Located>,
+    gap: bool,
+    structured: bool,
+    /// What is left is white noise above the stated level.
+    noisy: bool,
+}
+
+impl Judge<'_> {
+    /// The answer.
+    pub(super) fn answer(&self, name: &str) -> Diagnosis {
+        let mut arena = self.study.arena();
+        let seen = self.look(&mut arena);
+        let mut out = Diagnosis {
+            schema: 1,
+            recording: name.into(),
+            notes: self.prepared.notes.clone(),
+            ..Diagnosis::default()
+        };
+        let mut effects = self.effects(&mut arena, &seen);
+        out.notes.extend(self.doubt_the_reference(&mut effects));
+        let unnamed = self.withheld(&seen);
+        let reason = self.objection(&mut arena, &seen);
+        let left_over = reason.is_some() || unnamed;
+        if let Some(reason) = reason {
+            log(&format!("objection: {reason}"));
+        }
+        let visible = seen.gap || !self.prepared.slips.is_empty() || !effects.is_empty();
+        out.verdict = if let Some(limit) = self.too_quiet(seen.white_before, seen.white_after) {
+            out.notes.push(limit);
+            Verdict::InsufficientData
+        } else if !visible {
+            Verdict::NoGap
+        } else if left_over || effects.is_empty() {
+            if effects.is_empty() && !left_over && seen.white_before < NOISY {
+                Verdict::NoGap
+            } else {
+                Verdict::Unknown
+            }
+        } else if effects
+            .iter()
+            .any(|e| !e.aliases.is_empty() && e.probability < 0.7)
+        {
+            Verdict::Alias
+        } else {
+            Verdict::Named
+        };
+        if seen.noisy && (seen.white_after > MISSTATED || self.misstated()) {
+            out.notes.push(format!(
+                "stated noise: what is left scatters as noise does, by {:.1} times what is stated, at most {MISSTATED} wanted: it may be the statement that is wrong",
+                seen.white_after
+            ));
+        }
+        if out.verdict != Verdict::InsufficientData {
+            out.notes.extend(self.quiet_channel());
+        }
+        if !matches!(out.verdict, Verdict::Named | Verdict::Alias) {
+            effects.clear();
+        }
+        effects.sort_by(|a, b| b.share.total_cmp(&a.share));
+        out.effects = effects;
+        self.fill(&mut out, &mut arena, seen);
+        if unnamed && (self.slipped() || out.place.is_empty()) {
+            let channel = self.main_channel().into();
+            let over_time = Share {
+                channel,
+                coordinate: "time".into(),
+                share: 1.0,
+            };
+            out.place.insert(0, over_time);
+        }
+        out
+    }
+
+    /// What speaks against naming what was found.
+    fn objection(&self, arena: &mut Arena, seen: &Seen) -> Option<&'static str> {
+        let located = self.is_located(seen);
+        if !self.is_small(&self.after) {
+            return Some("what is left is larger than an error of the sensor");
+        }
+        if seen.structured && self.holds_the_noise() {
+            return Some("less than the noise is left");
+        }
+        if !seen.structured {
+            let unexplained = located || self.hides_bursts(seen);
+            return (seen.gap && unexplained).then_some("a gap that nothing explains");
+        }
+        if of_no_size(&self.fine) {
+            return Some("amounts far beyond any physical size");
+        }
+        let much = if self.stays_visible(seen) {
+            PARTLY_DONE
+        } else {
+            HALF_DONE
+        };
+        if located && seen.left > LEFT_OVER || seen.left > much {
+            Some("much is left")
+        } else if self.beaten(arena, seen) {
+            Some("shapes without a name do better")
+        } else if self.stays_visible(seen) && self.imitates(arena, seen) {
+            Some("a shape without a name takes what is left")
+        } else if self.errs_together() {
+            Some("readings over different teeth err together")
+        } else if self.of_the_reference() || self.at_the_reference(arena) {
+            Some("it moves the segments as the reference would")
+        } else {
+            None
+        }
+    }
+
+    fn look(&self, arena: &mut Arena) -> Seen {
+        let floor = self.floor.white_square.sqrt();
+        let white_before = self.before.white_rms() / floor;
+        let white_after = self.ratio();
+        let stated = arena.rows() * self.floor.white_square;
+        let bursts = self.bursts();
+        log(&format!(
+            "bursts: {} samples, {:.0} squares",
+            bursts.count, bursts.energy
+        ));
+        // Few samples scatter more: four standard deviations of an rms over these rows.
+        let chance = 4.0 / (2.0 * arena.rows()).sqrt();
+        let gap = white_before > VISIBLE + chance || stands_out(arena, self.base);
+        let structured = gap && !self.told.found.blocks.is_empty();
+        let left = match (gap, structured) {
+            (true, true) => self.left(),
+            (true, false) => 1.0,
+            _ => 0.0,
+        };
+        let noisy = white_after > NOISY + chance
+            && self.rough(&self.after)
+            && self.is_noise(&self.after)
+            && (self.noise.is_some() || !self.shaped())
+            && (bursts.are_few() || self.in_the_middle(&self.after));
+        let noise = if noisy {
+            (white_after * white_after - 1.0) * stated
+        } else {
+            0.0
+        };
+        let shaped = ((white_before * white_before - 1.0) * stated - noise).max(0.0);
+        Seen {
+            white_before,
+            white_after,
+            whole: (arena.score(&[]).squares - self.base).max(0.0),
+            shaped,
+            total: shaped + noise + bursts.energy,
+            bursts,
+            left,
+            located: self.locate(arena, &self.told.found.blocks),
+            gap,
+            structured,
+            noisy,
+        }
+    }
+
+    /// True if some shape takes a good part of what is left, beyond chance.
+    fn is_located(&self, seen: &Seen) -> bool {
+        // Where the noise itself had to be found, what the best shapes took of it by chance is no place.
+        let least = if self.noise.is_some() {
+            (2.0 * MINIMUM_SQUARES).max(CHANCE * self.base)
+        } else {
+            2.0 * MINIMUM_SQUARES
+        };
+        let enough = |l: &Located| l.share > LOCATED && l.share * seen.left * seen.whole > least;
+        seen.gap && seen.located.first().is_some_and(enough)
+    }
+
+    /// Everything that may be named.
+    fn effects(&self, arena: &mut Arena, seen: &Seen) -> Vec<Named> {
+        let mut effects = Vec::new();
+        let total = seen.total.max(1e-9);
+        if self.allowed("cycle_slip") {
+            let first = self.prepared.slips.first();
+            effects.extend(first.map(|slip| {
+                let read = &self.prepared.observations;
+                slip_named(slip, &self.prepared.slips, read.len(), read.pitch_m)
+            }));
+        }
+        if self.burst(seen, 0.05) && self.allowed(OUTLIERS) {
+            effects.push(
+                seen.bursts
+                    .named(seen.bursts.energy / total, birge_ratio(self.held_out())),
+            );
+        }
+        if seen.structured {
+            effects.extend(self.structured(arena, seen.shaped / total));
+        }
+        if seen.noisy && self.allowed("excess_noise") {
+            let noise = seen.white_after.powi(2) - 1.0;
+            let share = noise * arena.rows() * self.floor.white_square / total;
+            let least = if self.elsewhere.is_some() || self.follows_a_wander() {
+                BESIDE_A_COURSE
+            } else {
+                BESIDE_SHAPES
+            };
+            let loud = seen.white_after > LOUD && !self.lacks_much();
+            if share > least || loud || !seen.structured {
+                effects.push(self.noise(seen.white_after, share.clamp(0.0, 1.0)));
+            }
+        }
+        effects
+    }
+
+    /// True if a gap that is no noise is larger than the bursts that stand out of it: then they may be its peaks.
+    fn hides_bursts(&self, seen: &Seen) -> bool {
+        let left = (seen.white_after.powi(2) - 1.0) * self.after.white.len() as f64;
+        !seen.noisy
+            && self.stays_visible(seen)
+            && seen.bursts.hold(0.0)
+            && left > seen.bursts.energy
+    }
+
+    /// True if there are bursts, and they are no mere trifle beside what is left unexplained.
+    fn burst(&self, seen: &Seen, share: f64) -> bool {
+        let left = if seen.noisy {
+            0.0
+        } else {
+            (seen.white_after.powi(2) - 1.0).max(0.0) * self.after.white.len() as f64
+        };
+        // A shape that is left unexplained stands out of its neighbours here and there as well, but not so far.
+        let level = (seen.white_after * self.floor.white_square.sqrt()).powi(2);
+        let far = seen.bursts.energy > FAR * FAR * level * seen.bursts.count as f64;
+        let trifle = if left > 0.0 && self.stays_visible(seen) && !far {
+            share
+        } else {
+            TRIFLING_BURSTS
+        };
+        seen.bursts.hold((share * left).max(trifle * seen.total))
+    }
+
+    /// True if what is found lacks a good part of its own form: something of very many unknowns, or a rail's knee.
+    fn lacks_much(&self) -> bool {
+        let names = self.names_of(&self.told.found.blocks);
+        let lacks = |name: &&str| FLEXIBLE.contains(name) || *name == "adc_clipping";
+        names.iter().any(lacks)
+    }
+
+    fn slipped(&self) -> bool {
+        !self.prepared.slips.is_empty() && !self.allowed("cycle_slip")
+    }
+
+    /// True if something is seen that may not be named because it was taken out of the catalogue.
+    fn withheld(&self, seen: &Seen) -> bool {
+        self.slipped()
+            || self.burst(seen, 0.3) && !self.allowed(OUTLIERS)
+            || seen.noisy && !self.allowed("excess_noise")
+    }
+
+    /// True if platen and coordination sensor exceed their stated noise alike: then the statement may be wrong, not a channel.
+    fn misstated(&self) -> bool {
+        let after = &self.after;
+        let ratios: Vec<f64> = after
+            .channels()
+            .into_iter()
+            .map(|c| after.channel_rms_m(c).0 / self.floor.channel_rms_m[c].max(1e-15))
+            .collect();
+        let (low, high) = ratios
+            .iter()
+            .fold((f64::INFINITY, 0.0f64), |(l, h), r| (l.min(*r), h.max(*r)));
+        low > MISSTATED && low > 0.4 * high
+    }
+
+    /// True if shapes without a name do far better than the causes, or as well where only what was taken out differs.
+    fn beaten(&self, arena: &mut Arena, seen: &Seen) -> bool {
+        let (found, shaped) = (&self.told.found, &self.told.shaped);
+        let nameless = |b: &usize| !matches!(self.study.kinds[b - 1], Kind::Effect(_));
+        let shapes = shaped.blocks.iter().any(nameless);
+        // A wander that follows the temperature is none.
+        let drifts = |found: &Found| self.names_of(&found.blocks).contains(&OF_ITS_TIME);
+        let simpler = drifts(found)
+            && (shapes && !drifts(shaped) && shaped.rest < self.as_good_as_drift(arena)
+                || self.is_no_drift(arena))
+            || self.is_no_field(arena)
+            || self.is_no_warmth(arena);
+        let better = found.rest > 2.0 * shaped.rest.max(0.0) + 0.03;
+        let visible = self.stays_visible(seen);
+        // One shape that does better than several causes together.
+        let one = found.blocks.len() > 1
+            && self
+                .study
+                .places()
+                .iter()
+                .any(|b| rest(arena, &[*b], self.base) < 0.5 * found.rest);
+        simpler || shapes && better && visible || one && visible || self.tied(arena)
+    }
+
+    pub(super) fn names_of(&self, blocks: &[usize]) -> Vec<&str> {
+        let name = |b: &usize| self.study.columns.blocks[*b].name.as_str();
+        blocks.iter().map(name).collect()
+    }
+
+    /// True if what is left would be a gap by itself.
+    fn stays_visible(&self, seen: &Seen) -> bool {
+        seen.white_after > STAYS_VISIBLE * self.noise_rms()
+    }
+
+    /// True if a shape that no effect owns takes most of what the named effects leave, and by itself most of the whole: then
+    /// they only imitate it.
+    fn imitates(&self, arena: &mut Arena, seen: &Seen) -> bool {
+        let Some(first) = seen.located.first() else {
+            return false;
+        };
+        let mut places = self.study.places().into_iter();
+        let shape = places.find(|b| self.study.columns.blocks[*b].name == first.coordinate);
+        seen.left > IMITATED
+            && first.share > FOREIGN
+            && shape.is_some_and(|b| rest(arena, &[b], self.base) < BY_ITSELF)
+    }
+
+    /// True if a shape that was taken out of the catalogue does as well as something found.
+    fn tied(&self, arena: &mut Arena) -> bool {
+        let withheld: Vec<usize> = (1..self.study.columns.blocks.len())
+            .filter(|b| matches!(self.study.kinds[b - 1], Kind::Shape(_)))
+            .collect();
+        let found = &self.told.found.blocks;
+        found.iter().any(|&block| {
+            let others: Vec<usize> = found.iter().copied().filter(|b| *b != block).collect();
+            self.rivals(arena, block, &others, &withheld)
+                .first()
+                .is_some_and(|r| r.1 > 0.3)
+        })
+    }
+
+    fn fill(&self, out: &mut Diagnosis, arena: &mut Arena, mut seen: Seen) {
+        let named = matches!(out.verdict, Verdict::Named | Verdict::Alias);
+        let model = if named { self.foretold() } else { &self.before };
+        if named && self.elsewhere.is_some() {
+            out.notes.push(self.of_its_time());
+        }
+        if named && self.follows_a_wander() {
+            out.notes.push(FOLLOWED.into());
+        }
+        if named {
+            out.notes.extend(self.if_it_beats_otherwise());
+        }
+        let bursts = out.effects.iter().any(|e| e.name == OUTLIERS);
+        let aside = bursts.then(|| self.without_bursts(model));
+        let (all, model) = (model, aside.as_ref().unwrap_or(model));
+        for c in self.before.channels() {
+            let after = |left: &Residuals| left.channel_rms_m(c).0.max(1e-12);
+            let set_aside = after(model) / after(all);
+            let (real, samples) = self.before.channel_rms_m(c);
+            let simulated = self.floor.channel_rms_m[c];
+            let signed = |v: f64| {
+                (v * v - simulated * simulated).signum()
+                    * (v * v - simulated * simulated).abs().sqrt()
+            };
+            out.gap.push(Gap {
+                channel: CHANNEL_NAMES[c].into(),
+                samples,
+                real_rms_m: real,
+                simulated_rms_m: simulated,
+                excess_rms_m: signed(real),
+                excess_ci95_m: self.before.interval_m(c).map(signed),
+            });
+            out.held_out.channels.push(HeldOutChannel {
+                channel: CHANNEL_NAMES[c].into(),
+                before_rms_m: real,
+                after_rms_m: model.channel_rms_m(c).0,
+                after_ci95_m: self.foretold_interval_m(named, c).map(|m| m * set_aside),
+                floor_rms_m: simulated,
+            });
+        }
+        let floor = self.floor.white_square.sqrt();
+        out.held_out.whitened_before = seen.white_before;
+        out.held_out.whitened_after = model.white_rms() / floor;
+        if out.verdict != Verdict::NoGap {
+            let mut located = self.locate_whole(arena);
+            if out.verdict == Verdict::Unknown {
+                merge(&mut located, self.locate_finely());
+                clock_first(&mut located);
+                outside_first(&mut located);
+            }
+            out.place = self.shares(located);
+            out.unexplained = if named {
+                attribute(
+                    &self.study,
+                    arena,
+                    &self.told.found.blocks,
+                    &mut seen.located,
+                );
+                Unexplained {
+                    share: (seen.left * seen.shaped / seen.total.max(1e-9)).clamp(0.0, 1.0),
+                    place: self.shares(seen.located),
+                }
+            } else {
+                Unexplained {
+                    share: 1.0,
+                    place: out.place.clone(),
+                }
+            };
+        }
+    }
+}
+
+/// True if an amount of a fit is far beyond its prior size: such amounts nearly cancel on this motion, and build what they are not. A
+/// field's nodes share one size, and what is known of an amount by itself is none.
+pub(super) fn of_no_size(fine: &Refined) -> bool {
+    let (gram, columns) = (&fine.gram, &fine.columns);
+    let far = |c: usize| {
+        let sizes = (fine.amounts[c] - gram.centre[c]) * gram.shrunk[c];
+        let regressor = &columns.regressors[c];
+        let of_size = regressor.deviation.is_none() || regressor.course.is_some();
+        let far = of_size && sizes.abs() > SIZES;
+        if far {
+            log(&format!(
+                "{}: {sizes:.1} prior sizes, {:.5}",
+                columns.regressors[c].name,
+                fine.amount(c)
+            ));
+        }
+        far
+    };
+    let mut blocks = columns.blocks.iter().skip(1);
+    blocks.any(|b| b.name != FIELD && b.columns.clone().any(far))
+}

@@ -1,0 +1,91 @@
+//! Rulings that are askew and wind besides. The shapes of a winding are many, and two amounts tell a skew from a diode's misalignment
+//! by their number: they are asked for where without them a gap is left or another effect stands beside the skew, and kept where they
+//! take most of the one or do as well as the other.
+
+use super::selected::Told;
+use super::verdict::of_no_size;
+use super::{Judge, VISIBLE};
+use crate::design::study::{Look, Study, study};
+use crate::linearization::point::About;
+use crate::linearization::relinearized::Refined;
+use crate::selection::search::MINIMUM_SQUARES;
+use crate::trace::log;
+use effects::sensor::Survey;
+
+/// The effect.
+const SKEW: &str = "axis_skew";
+/// Winding lines are worth their unknowns if they leave less than this share of what was left.
+const LEAVES: f64 = 0.5;
+
+impl<'a> Judge<'a> {
+    /// Looks for winding lines where a gap is left, or where others may stand in for them.
+    pub(super) fn try_winding(&mut self) {
+        let names = self.told.names(&self.study);
+        let skewed = names.iter().any(|n| n == SKEW);
+        let visible = self.ratio() >= VISIBLE * self.noise_rms();
+        let judged = self.study.columns.blocks.iter().any(|b| b.name == SKEW);
+        let accompanied = skewed && names.len() > 1;
+        if !judged || !(visible || accompanied) {
+            return;
+        }
+        let (_, noise) = self.levels();
+        let excess = self.fine.residuals().white_rms().powi(2) - noise;
+        let left = excess * self.study.gram.total_rows() as f64;
+        let beside = if skewed {
+            names.clone()
+        } else {
+            [&names[..], &[SKEW.into()]].concat()
+        };
+        let few = self.wound(Some(&beside));
+        let enough = |s: f64, count: usize| {
+            visible && s < LEAVES * left || count < names.len() && s < left + MINIMUM_SQUARES
+        };
+        // All, and all but one: it may be what stands in for a winding.
+        let all: Vec<usize> = few.effects();
+        let but = |k: usize| {
+            let others = all.iter().enumerate().filter(|(at, _)| *at != k);
+            others.map(|(_, b)| *b).collect::<Vec<usize>>()
+        };
+        let mut sets = (0..=all.len()).map(but);
+        let mut arena = few.arena();
+        let worth = sets.any(|set| {
+            let squares = arena.score(&set).squares - self.told.base;
+            log(&format!(
+                "winding lines leave {squares:.0} of {left:.0} with {set:?}"
+            ));
+            enough(squares, set.len())
+        });
+        drop(arena);
+        if !worth {
+            return;
+        }
+        let again = self.wound(None);
+        let told = Told::new(&again, self.noise.is_some());
+        let found = told.names(&again);
+        let squares = again.arena().score(&told.found.blocks).squares - told.base;
+        if found.iter().any(|n| n == SKEW) && enough(squares, found.len()) {
+            let fine = Refined::of(&again, &told);
+            if !of_no_size(&fine) {
+                self.take_fitted(again, told, fine);
+            }
+        }
+    }
+
+    /// A study in which the lines wind, of some blocks or all.
+    fn wound(&self, only: Option<&[String]>) -> Study<'a> {
+        let survey = Survey {
+            lines_wind: true,
+            ..self.study.scene.survey.clone()
+        };
+        let about = About {
+            noise: self.noise,
+            ..self.trusted()
+        };
+        let look = Look {
+            as_in: Some(&survey),
+            only,
+            ..Look::default()
+        };
+        study(self.prepared, self.options, &about, look)
+    }
+}

@@ -1,0 +1,5 @@
+//! The model on disk, where it knows what it speaks of, and its check on another recording.
+
+pub mod amplitude_support;
+pub mod model;
+pub mod support;

@@ -1,0 +1,476 @@
+//! The diagnosed model on disk, and its check on another recording.
+
+use crate::Insufficient;
+use crate::data::observations::{MINIMUM_SAMPLES, Observations};
+use crate::data::outliers::{among_bursts, astray, disturbed};
+use crate::data::slips::repair_slips;
+use crate::data::tooth_counts::align_pairs;
+use crate::design::gram::{Columns, Gram, amounts, folds};
+use crate::inference::covariance::Certainty;
+use crate::inference::residuals::Residuals;
+use crate::linearization::baseline::Baseline;
+use crate::linearization::calibrate::baseline_columns;
+use crate::linearization::paths::likeliest;
+use crate::linearization::relinearized::remembers;
+use crate::linearization::scene::{Normal, Scene, range};
+use crate::noise::simulated::floor;
+use crate::progress::{Stage, Watch, unwatched};
+use crate::selection::CHANNEL_NAMES;
+use crate::spectra::phase::{Line, VIBRATION, align, waves};
+use crate::trace::log_runs;
+use crate::transfer::amplitude_support::Reached;
+use crate::transfer::support::Visited;
+use crate::verdict::answer::{HeldOut, HeldOutChannel, Magnitude};
+use crate::verdict::confirmation::Confirmation;
+use effects::hysteresis::sensor_side::{BEFORE, brought_along};
+use effects::sensor::{Regressor, Survey};
+use recording::Recording;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// What `diagnose --model` writes: everything that `check` needs, in SI.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Model {
+    /// 1.
+    pub schema: u32,
+    /// The recording that it is of.
+    pub recording: String,
+    /// Baseline calibrated alone.
+    pub baseline: Baseline,
+    /// Baseline fitted together with the effects.
+    pub baseline_with_effects: Baseline,
+    /// Amounts of each effect: what is added to the readings, in the convention of equation (3).
+    pub effects: Vec<EffectAmounts>,
+    /// Values that amounts are relative to.
+    pub normal: Normal,
+    /// What was surveyed: frequencies, clip levels, speeds.
+    pub survey: Survey,
+    /// Held-out figures that `check` should confirm.
+    pub claimed: HeldOut,
+    /// True where bursts were named: another recording has others, and `check` sets them aside.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub bursts: bool,
+    /// Where it knows the field over the platen, if it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub visited: Option<Visited>,
+    /// How well the other amounts are known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub certainty: Option<Certainty>,
+    /// How far the amplitudes went, where it speaks of the gap.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reached: Option<Reached>,
+}
+
+/// Amounts of one effect.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EffectAmounts {
+    /// Name in diagnosis.md.
+    pub name: String,
+    /// False where the amounts belong to that recording's own time (a drift's course): `check` leaves them out.
+    pub carries_over: bool,
+    /// All amounts but those that stand for how a vibration swells and strays, which is another on the next recording.
+    pub amounts: Vec<Magnitude>,
+}
+
+/// What `check --json` prints.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Check {
+    /// 1.
+    pub schema: u32,
+    /// Path of the recording.
+    pub recording: String,
+    /// Path of the model.
+    pub model: String,
+    /// As in the diagnosis.
+    pub held_out: HeldOut,
+    /// Whether that is what the model claims.
+    #[serde(default)]
+    pub confirmation: Confirmation,
+}
+
+/// The figures of `check`, and what they leave out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Checked {
+    /// As in the diagnosis.
+    pub held_out: HeldOut,
+    /// Samples that residuals could be formed of.
+    pub samples: usize,
+    /// Those of them of which the model's recording showed too little: over places that it did not visit, where there is a field, or
+    /// where the uncertainty of the amounts counts ([`Certainty::doubts`]), or beyond the amplitudes that a gap had ([`Reached`]). Left out
+    /// of the figures.
+    pub unknown: usize,
+    /// What the model leaves at these, rms over the simulator's own scatter.
+    pub unknown_after: f64,
+    /// Temperatures here and in the model's recording, °C, where what follows temperature is carried beyond those that it was fitted
+    /// on: its bend as well where [`effects::sensor::Survey::bend_goes_on`], else its linear part alone.
+    pub warmer_or_colder: Option<[[f64; 2]; 2]>,
+}
+
+/// The effect whose course is another one on the next recording.
+pub const OF_ITS_TIME: &str = "quadrature_drift";
+
+/// True if the amounts of an effect are tied to a recording's own time. A pair's counts show its course in any recording.
+pub(crate) fn is_of_its_time(effect: &str, survey: &Survey) -> bool {
+    effect == OF_ITS_TIME && !survey.counts
+}
+
+/// Applies a model to another recording of the same courier. Fits nothing but the zeros that are arbitrary from one recording
+/// to the next: of the tooth counts (offset of g_p, o'_x, o'_y; each segment's against a reference), and of time, which a
+/// vibration's phase is counted from (in each stretch: what drives it keeps no time from run to run), what a segment brought along
+/// to a stretch from a way that is not recorded, and the angle between the two sensors where mounts drift with temperature. Whole
+/// teeth between the segments of a pair are told before ([`align_pairs`]). A wander is followed by what
+/// the counts' amplitudes show of it ([`Scene::amplitudes_explained`]); without counts it does not carry over and is left out,
+/// so is what the model's recording showed too little of ([`Visited`], [`Certainty`]); how a vibration swells is not in the model.
+///
+/// # Errors
+/// [`Insufficient`] where the recording gives no residuals, or nearly all of it lies where the model does not know what it speaks of.
+pub fn check(model: &Model, recording: &Recording) -> Result<HeldOut, Insufficient> {
+    check_fully(model, recording).map(|checked| checked.held_out)
+}
+
+/// The same with what was left out.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_fully(model: &Model, recording: &Recording) -> Result<Checked, Insufficient> {
+    check_watched(model, recording, &unwatched)
+}
+
+/// The same; `watch` is told each stage as it begins.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_watched(
+    model: &Model,
+    recording: &Recording,
+    watch: Watch,
+) -> Result<Checked, Insufficient> {
+    watch(Stage::Read);
+    let mut observations = Observations::new(recording)?;
+    repair_slips(&mut observations);
+    align_pairs(&mut observations);
+    let undisturbed = undisturbed(model, &observations);
+    watch(Stage::Split);
+    let (known, elsewhere) = split(model, &observations, undisturbed);
+    let doubtful = doubtful(model, &observations, &known);
+    let both = |i: usize| (known[i] && !doubtful[i], elsewhere[i] || doubtful[i]);
+    let (known, unknown): (Vec<bool>, Vec<bool>) = (0..known.len()).map(both).unzip();
+    watch(Stage::Apply);
+    let (after, floor_scene) = residuals(model, &observations, known.clone(), true);
+    let floor = floor(&floor_scene, 4);
+    let (before, _) = residuals(model, &observations, known, false);
+    if after.sample.len() < MINIMUM_SAMPLES {
+        let found = after.sample.len() as f64;
+        let what = "residuals of what the model's recording showed";
+        return Err(Insufficient::new(what, found, MINIMUM_SAMPLES as f64, ""));
+    }
+    let white = floor.white_square.sqrt();
+    log_runs(&observations, &after);
+    let channels = after
+        .channels()
+        .into_iter()
+        .map(|c| HeldOutChannel {
+            channel: CHANNEL_NAMES[c].into(),
+            before_rms_m: before.channel_rms_m(c).0,
+            after_rms_m: after.channel_rms_m(c).0,
+            after_ci95_m: after.interval_m(c),
+            floor_rms_m: floor.channel_rms_m[c],
+        })
+        .collect();
+    let held_out = HeldOut {
+        whitened_before: before.white_rms() / white,
+        whitened_after: after.white_rms() / white,
+        channels,
+    };
+    let beyond = unknown.iter().filter(|u| **u).count();
+    let samples = beyond + floor_scene.keep.iter().filter(|k| **k).count();
+    let unknown_after = if beyond > 0 {
+        residuals(model, &observations, unknown, true).0.white_rms() / white
+    } else {
+        0.0
+    };
+    Ok(Checked {
+        held_out,
+        samples,
+        unknown: beyond,
+        unknown_after,
+        warmer_or_colder: warmer_or_colder(model, &observations),
+    })
+}
+
+/// Samples that what was brought along is kept for: of fewer, it would be most of what they tell.
+const LONG: f64 = 10.0;
+/// The effect that follows temperature.
+const OF_TEMPERATURE: &str = "thermal_drift";
+/// Share of the model's range of temperatures that another recording may lie beyond it before that is said.
+const BEYOND: f64 = 0.1;
+
+fn follows_temperature(model: &Model) -> bool {
+    model.effects.iter().any(|e| e.name == OF_TEMPERATURE)
+}
+
+fn warmer_or_colder(model: &Model, observations: &Observations) -> Option<[[f64; 2]; 2]> {
+    let there = model.normal.temperatures_c;
+    let there = there.filter(|_| follows_temperature(model))?;
+    let finite = observations.temperature_c.iter().copied();
+    let here = range(&finite.filter(|t| t.is_finite()).collect::<Vec<f64>>())?;
+    let margin = BEYOND * (there[1] - there[0]);
+    (here[0] < there[0] - margin || here[1] > there[1] + margin).then_some([here, there])
+}
+
+/// Samples that tell a place and do not stand out. Disturbed ones are those that stand out of what the baseline alone leaves: a place where
+/// the effects do not fit is a gap, and no disturbance. Where bursts were named there are others here, which a great gap may hide: then it is
+/// what the model leaves that they stand out of, as they did in the diagnosis.
+fn undisturbed(model: &Model, observations: &Observations) -> Vec<bool> {
+    let resting = crate::data::prepare::resting(observations);
+    let stuck = crate::data::clip::stuck(observations, &model.survey.clip);
+    let all: Vec<bool> = resting.iter().zip(&stuck).map(|(r, s)| !r && !s).collect();
+    let (first, _) = residuals(model, observations, all.clone(), model.bursts);
+    let rows = first.white_rows();
+    let marked = if model.bursts {
+        among_bursts(&rows, &observations.stretch, &observations.run)
+    } else {
+        disturbed(&rows, observations.len(), &observations.stretch)
+    };
+    let astray = astray(&rows, observations);
+    let stays = |i: usize| all[i] && !marked[i] && !astray[i];
+    (0..all.len()).map(stays).collect()
+}
+
+/// Samples over places where the model knows all that it speaks of, and the others.
+fn split(model: &Model, observations: &Observations, usable: Vec<bool>) -> (Vec<bool>, Vec<bool>) {
+    let Some(visited) = &model.visited else {
+        let none = vec![false; usable.len()];
+        return (usable, none);
+    };
+    let baseline = model.baseline_with_effects.clone();
+    let mut scene = Scene::relative_to(observations, baseline, usable, Some(&model.normal));
+    scene.survey.field_by_segment = model.survey.field_by_segment;
+    let there =
+        |i: usize| scene.keep[i] && scene.channels(i).contains(&true) | scene.scope.reference;
+    (0..scene.len())
+        .map(|i| {
+            let knows = visited.knows(&scene, i);
+            (there(i) && knows, there(i) && !knows)
+        })
+        .unzip()
+}
+
+/// Samples of those in use at which the model's own uncertainty counts, or the gap lies beyond all that it was fitted on.
+fn doubtful(model: &Model, observations: &Observations, usable: &[bool]) -> Vec<bool> {
+    let (certainty, reached) = (&model.certainty, &model.reached);
+    if certainty.is_none() && reached.is_none() {
+        return vec![false; usable.len()];
+    }
+    let (mut scene, effects, _) = apply(model, observations, usable.to_vec(), true);
+    let beyond = |i: usize| {
+        let reached = reached.as_ref().filter(|_| usable[i]);
+        reached.is_some_and(|r| r.is_beyond(scene.moment(i).ln_amplitude))
+    };
+    let beyond: Vec<bool> = (0..scene.len()).map(beyond).collect();
+    let Some(certainty) = certainty else {
+        return beyond;
+    };
+    scene.noise = certainty.noise;
+    let mut columns = baseline_columns(&scene);
+    columns.append(effects);
+    let doubts = certainty.doubts(&scene, &columns);
+    doubts.iter().zip(&beyond).map(|(d, b)| *d || *b).collect()
+}
+
+/// What the model, or its baseline alone, leaves at some samples; and the scene under it.
+fn residuals<'a>(
+    model: &Model,
+    observations: &'a Observations,
+    keep: Vec<bool>,
+    with: bool,
+) -> (Residuals, Scene<'a>) {
+    let (scene, columns, list) = apply(model, observations, keep, with);
+    (evaluate(&scene, &columns, &list), scene)
+}
+
+/// The scene under the model: known amounts are put into the residual by columns with a prior that does not move.
+fn apply<'a>(
+    model: &Model,
+    observations: &'a Observations,
+    keep: Vec<bool>,
+    with: bool,
+) -> (Scene<'a>, Columns, Vec<usize>) {
+    let baseline = if with {
+        &model.baseline_with_effects
+    } else {
+        &model.baseline
+    };
+    let mut scene = Scene::relative_to(observations, baseline.clone(), keep, Some(&model.normal));
+    scene.take_amplitudes(Arc::new(scene.amplitudes_explained()));
+    let own = scene.survey.clone();
+    scene.survey = Survey {
+        segments: own.segments,
+        reference: own.reference,
+        beacon: own.beacon,
+        temperature: own.temperature,
+        counts: own.counts,
+        beacon_stretches: own.beacon_stretches.clone(),
+        middle_m: middle_m(&model.survey, &own),
+        ..model.survey.clone()
+    };
+    let mut columns = Columns::default();
+    let mut zeros = zeros(&scene);
+    if with && scene.scope.beacon && follows_temperature(model) {
+        zeros.push(zero_of_the_angle());
+    }
+    columns.push("zeros", zeros);
+    let mut lines = Vec::new();
+    if with {
+        for effect in model.effects.iter().filter(|e| e.carries_over) {
+            if effect.name == VIBRATION {
+                if scene.scope.beacon {
+                    lines = Line::all(&effect.amounts, &model.survey.beacon_lines_hz);
+                }
+                columns.push(VIBRATION, waves(&lines));
+                continue;
+            }
+            let Some(side) = effects::sensor_sides()
+                .into_iter()
+                .find(|e| e.name() == effect.name)
+            else {
+                continue;
+            };
+            let regressors: Vec<Regressor> = side.regressors(&scene.survey);
+            let start = columns.regressors.len();
+            columns.push(effect.name.clone(), regressors);
+            for c in start..columns.regressors.len() {
+                let name = &columns.regressors[c].name;
+                if name.starts_with(BEFORE) {
+                    continue;
+                }
+                columns.centre[c] = effect
+                    .amounts
+                    .iter()
+                    .find(|a| a.name == *name)
+                    .map_or(0.0, |a| a.value);
+                columns.held[c] = true;
+            }
+        }
+    }
+    if with && remembers(&columns) {
+        columns.push("ways between stretches", between_stretches(&scene));
+    }
+    if with {
+        align(&scene, &mut columns, &lines);
+    }
+    let list: Vec<usize> = (0..columns.regressors.len()).collect();
+    if with {
+        scene = if remembers(&columns) && !scene.scope.reference {
+            let told = |columns: &Columns| {
+                let left = |scene: &Scene| evaluate(scene, columns, &list);
+                likeliest(&scene, |scene| settled(scene, columns), left)
+            };
+            let first = told(&columns);
+            take_along(&first, &mut columns);
+            told(&columns)
+        } else {
+            settled(scene, &columns)
+        };
+    }
+    (scene, columns, list)
+}
+
+/// The place that places are told from: the model's, or this recording's own where that lies outside all that the model's went over.
+/// Then its tooth counts have another zero.
+fn middle_m(model: &Survey, own: &Survey) -> [f64; 2] {
+    let within = |axis: usize| {
+        let half = 0.5 * model.travel_m[axis].max(model.travel_m[axis + 2]);
+        (own.middle_m[axis] - model.middle_m[axis]).abs() <= half
+    };
+    if within(0) && within(1) {
+        model.middle_m
+    } else {
+        own.middle_m
+    }
+}
+
+/// What the segments brought along to each stretch but the first, which the effect has itself, where they keep it for long.
+fn between_stretches(scene: &Scene) -> Vec<Regressor> {
+    let stretch = &scene.observations.stretch;
+    let mut kept = vec![[0.0; 4]; stretch.last().map_or(0, |last| last + 1)];
+    for (s, before) in scene.motion.before.iter().enumerate() {
+        let samples = before.iter().enumerate().filter(|(i, _)| scene.keep[*i]);
+        samples.for_each(|(i, before)| kept[stretch[i]][s] += before);
+    }
+    let kept = kept.iter().enumerate().skip(1);
+    kept.flat_map(|(k, kept)| {
+        (0..4)
+            .filter(|s| kept[*s] > LONG)
+            .map(move |s| brought_along(s, k))
+    })
+    .collect()
+}
+
+/// What the segments brought along, as a first look at their ways tells it: it moves them as what is known does.
+fn take_along(scene: &Scene, columns: &mut Columns) {
+    let gram = Gram::new(scene, columns, &folds(&scene.observations.stretch));
+    let amounts = amounts(&gram, columns);
+    for (c, regressor) in columns.regressors.iter().enumerate() {
+        if regressor.name.starts_with(BEFORE) {
+            columns.centre[c] = amounts[c] * gram.scale[c];
+        }
+    }
+}
+
+/// The scene about where the known amounts say that the segments are.
+fn settled<'a>(scene: Scene<'a>, columns: &Columns) -> Scene<'a> {
+    let known: Vec<usize> = (0..columns.regressors.len())
+        .filter(|c| columns.held[*c] || columns.regressors[*c].name.starts_with(BEFORE))
+        .collect();
+    let amounts: Vec<f64> = known.iter().map(|c| columns.centre[*c]).collect();
+    crate::linearization::relinearized::settled(scene, columns, &known, &amounts)
+}
+
+/// Prior size of what is arbitrary, m.
+const FREE_M: f64 = 0.3;
+
+/// Mounts that have drifted by some micrometres have turned the sensor: against the coordination sensor by as much as that over the
+/// span, and at another temperature by what nothing told.
+fn zero_of_the_angle() -> Regressor {
+    Regressor::readings("zero of the angle", "m", FREE_M, |_, out| {
+        for (out, sign) in out.iter_mut().zip([1.0, 1.0, -1.0, -1.0]) {
+            *out += sign;
+        }
+    })
+}
+
+/// What is arbitrary from recording to recording.
+fn zeros(scene: &Scene) -> Vec<Regressor> {
+    let mut list = Vec::new();
+    if scene.scope.reference {
+        for s in (0..4).filter(|s| scene.scope.segments[*s]) {
+            list.push(Regressor::reading(
+                format!("zero of segment {}", s + 1),
+                "m",
+                FREE_M,
+                s,
+                |_| 1.0,
+            ));
+        }
+        return list;
+    }
+    for channel in 0..if scene.scope.beacon { 3 } else { 1 } {
+        list.push(Regressor::channel(
+            format!("zero of {}", CHANNEL_NAMES[channel]),
+            "m",
+            FREE_M,
+            channel,
+            |_| 1.0,
+        ));
+    }
+    list
+}
+
+/// What is left where the few amounts that are arbitrary here are fitted to all samples: what a segment brought along shows in the first few
+/// alone, and nothing else foretells it.
+fn evaluate(scene: &Scene, columns: &Columns, list: &[usize]) -> Residuals {
+    let gram = Gram::new(scene, columns, &folds(&scene.observations.stretch));
+    let amounts = amounts(&gram, columns);
+    Residuals::predicted(scene, columns, &gram, list, |_| &amounts, false)
+}

@@ -1,0 +1,93 @@
+//! Where a field over the platen is known: the places that the recording went over. Elsewhere the model says nothing of it, and
+//! `check` neither confirms nor refutes a claim.
+
+use crate::linearization::scene::Scene;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+
+/// Cells to a tooth pitch. A reading averages over several teeth, so that the field hardly changes from a cell to the next.
+const CELLS: f64 = 4.0;
+/// Cells to either side among which a place may lie between others, and the quadrants of four that must have been passed for that.
+const BETWEEN: i32 = 2;
+/// See [`BETWEEN`].
+const QUADRANTS: usize = 3;
+/// Channels, or segments against a reference, that have a field of their own.
+const MOST_FIELDS: usize = 4;
+
+/// Cells over the platen that each field was seen in.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Visited {
+    /// Width of a cell, m.
+    pub cell_m: f64,
+    /// Cells along x and y (along and across a segment against a reference) for g_p, g_x, g_y or for segments 1 to 4.
+    pub cells: [BTreeSet<[i32; 2]>; MOST_FIELDS],
+}
+
+impl Visited {
+    /// What the samples in use went over.
+    pub fn of(scene: &Scene) -> Self {
+        let cell_m = scene.observations.pitch_m / CELLS;
+        let mut cells: [BTreeSet<[i32; 2]>; MOST_FIELDS] = Default::default();
+        for i in (0..scene.len()).filter(|&i| scene.keep[i]) {
+            for (field, place_m) in places_m(scene, i) {
+                cells[field].insert(cell(place_m, cell_m));
+            }
+        }
+        Self { cell_m, cells }
+    }
+
+    /// True if all fields that a sample shows are known there.
+    pub fn knows(&self, scene: &Scene, i: usize) -> bool {
+        places_m(scene, i).all(|(field, place_m)| self.knows_at(field, place_m))
+    }
+
+    /// True if the place was passed, or lies between places that were: beside a single lane nothing is known.
+    fn knows_at(&self, field: usize, place_m: [f64; 2]) -> bool {
+        let [x, y] = cell(place_m, self.cell_m);
+        let seen = |dx: i32, dy: i32| self.cells[field].contains(&[x + dx, y + dy]);
+        let quadrant = |(sx, sy): &(i32, i32)| {
+            let mut near = (1..=BETWEEN).flat_map(|dx| (1..=BETWEEN).map(move |dy| (dx, dy)));
+            near.any(|(dx, dy)| seen(sx * dx, sy * dy))
+        };
+        let quadrants = [(1, 1), (1, -1), (-1, 1), (-1, -1)];
+        seen(0, 0) || quadrants.iter().filter(|q| quadrant(q)).count() >= QUADRANTS
+    }
+}
+
+/// Each field that a sample shows, and the place that it shows it at.
+pub fn places_m<'a>(scene: &'a Scene, i: usize) -> impl Iterator<Item = (usize, [f64; 2])> + 'a {
+    let moment = scene.moment(i);
+    let channels = scene.channels(i);
+    let by_segment = scene.scope.reference || scene.survey.field_by_segment;
+    (0..MOST_FIELDS).filter_map(move |s| match (by_segment, channels.get(s)) {
+        (true, _) if scene.scope.segments[s] => Some((s, moment.place_m[s])),
+        (false, Some(true)) => Some((s, moment.centre_m)),
+        _ => None,
+    })
+}
+
+fn cell(place_m: [f64; 2], cell_m: f64) -> [i32; 2] {
+    place_m.map(|p| (p / cell_m).floor() as i32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lane_tells_of_itself_and_two_of_what_is_between() {
+        let lane = |y: i32| (-20..20).map(move |x| [x, y]);
+        let at = |lanes: &[i32], y_m: f64| {
+            let mut visited = Visited {
+                cell_m: 1.0,
+                ..Visited::default()
+            };
+            visited.cells[0] = lanes.iter().flat_map(|y| lane(*y)).collect();
+            visited.knows_at(0, [0.5, y_m])
+        };
+        assert!(at(&[0], 0.1) && at(&[0], 0.9));
+        assert!(!at(&[0], 1.1) && !at(&[0], -0.1));
+        assert!(at(&[0, 3], 1.5) && at(&[0, 3], 2.5));
+        assert!(!at(&[0, 3], 4.5) && !at(&[0, 6], 3.5));
+    }
+}
