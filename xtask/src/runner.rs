@@ -6,11 +6,13 @@
 use crate::cargo;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::thread;
+use std::time::Duration;
+use wait4::Wait4;
 
 /// Packages whose tests take longest: they stand first in the line, so that none of them is left over at the end.
 const LONGEST: [&str; 2] = ["diagnosis", "courier"];
@@ -41,6 +43,19 @@ enum Outcome {
     Ignored,
 }
 
+/// A test that was run.
+#[derive(Clone, Debug)]
+struct Ran {
+    /// Package, program and name.
+    told: String,
+    outcome: Outcome,
+    /// Of the test's process and of those that it started and waited for.
+    processor_time: Duration,
+}
+
+/// Tests whose processor time the summary names.
+const NAMED: usize = 12;
+
 /// Builds all tests and runs them; numbers of those that passed and failed.
 ///
 /// # Errors
@@ -57,14 +72,10 @@ pub fn run() -> Result<(u64, u64)> {
         place.unwrap_or(LONGEST.len())
     };
     tests.sort_by_key(rank);
-    let outcomes = at_once(&tests)?;
-    let count = |wanted| {
-        outcomes
-            .iter()
-            .filter(|outcome| **outcome == wanted)
-            .count() as u64
-    };
+    let ran = at_once(&tests)?;
+    let count = |wanted| ran.iter().filter(|test| test.outcome == wanted).count() as u64;
     let (passed, failed) = (count(Outcome::Passed), count(Outcome::Failed));
+    print!("{}", summary(&ran));
     println!(
         "{passed} tests passed, {failed} failed, {} ignored",
         count(Outcome::Ignored)
@@ -138,49 +149,71 @@ fn tests_of(program: &Program) -> Result<Vec<Test>> {
 }
 
 /// Runs the tests in their order, as many at once as there are processors.
-fn at_once(tests: &[Test]) -> Result<Vec<Outcome>> {
+fn at_once(tests: &[Test]) -> Result<Vec<Ran>> {
     let line = Mutex::new(tests.iter());
     let next = || line.lock().ok()?.next();
-    let work = || -> Result<Vec<Outcome>> { std::iter::from_fn(next).map(one).collect() };
+    let work = || -> Result<Vec<Ran>> { std::iter::from_fn(next).map(one).collect() };
     let workers = thread::available_parallelism().map_or(1, usize::from);
     thread::scope(|scope| {
         let running: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
-        let mut outcomes = Vec::new();
+        let mut ran = Vec::new();
         for worker in running {
             match worker.join() {
-                Ok(found) => outcomes.extend(found?),
+                Ok(found) => ran.extend(found?),
                 Err(_) => bail!("a thread that runs tests has ended"),
             }
         }
-        Ok(outcomes)
+        Ok(ran)
     })
 }
 
+/// The processor time of all tests, and the tests that took most of it.
+fn summary(ran: &[Ran]) -> String {
+    let mut by_time: Vec<&Ran> = ran.iter().collect();
+    by_time.sort_by_key(|test| std::cmp::Reverse(test.processor_time));
+    let all: Duration = ran.iter().map(|test| test.processor_time).sum();
+    let mut text = format!(
+        "tests: {} s of processor time; those that took most:\n",
+        all.as_secs()
+    );
+    for test in by_time.iter().take(NAMED) {
+        text += &format!("{:6} s  {}\n", test.processor_time.as_secs(), test.told);
+    }
+    text
+}
+
 /// Runs one test; what it printed is shown if it failed.
-fn one(test: &Test) -> Result<Outcome> {
+fn one(test: &Test) -> Result<Ran> {
     let told = || {
         format!(
             "{} {} {}",
             test.program.package, test.program.target, test.name
         )
     };
-    let output = command(&test.program)
+    let (mut printed, end) = std::io::pipe().with_context(told)?;
+    let mut child = command(&test.program)
         .args(["--exact", &test.name, "--test-threads=1"])
-        .output()
+        .stdout(end.try_clone()?)
+        .stderr(end)
+        .spawn()
         .with_context(told)?;
-    let text = String::from_utf8_lossy(&output.stdout);
-    let outcome = outcome(output.status.success(), &text);
+    let mut text = Vec::new();
+    printed.read_to_end(&mut text).with_context(told)?;
+    let ended = child.wait4().with_context(told)?;
+    let text = String::from_utf8_lossy(&text);
+    let outcome = outcome(ended.status.success(), &text);
     match outcome {
         Outcome::Passed => println!("test {} ... ok", told()),
         Outcome::Ignored => println!("test {} ... ignored", told()),
-        Outcome::Failed => println!(
-            "test {} ... FAILED: {}\n{text}{}",
-            told(),
-            output.status,
-            String::from_utf8_lossy(&output.stderr)
-        ),
+        Outcome::Failed => {
+            println!("test {} ... FAILED: {}\n{text}", told(), ended.status);
+        }
     }
-    Ok(outcome)
+    Ok(Ran {
+        told: told(),
+        outcome,
+        processor_time: ended.rusage.utime + ended.rusage.stime,
+    })
 }
 
 /// What came of the one test whose program ended so and printed this. A program that ran no test has passed none.
@@ -211,6 +244,23 @@ mod tests {
         );
         let found = program(&message(true, "path+file:///p/host#0.1.0")).unwrap();
         assert_eq!(found.package, "host");
+    }
+
+    #[test]
+    fn the_summary_names_what_took_most_first() {
+        let ran = |told: &str, seconds| Ran {
+            told: told.into(),
+            outcome: Outcome::Passed,
+            processor_time: Duration::from_secs(seconds),
+        };
+        let text = summary(&[ran("short", 2), ran("long", 40), ran("middle", 7)]);
+        assert!(text.starts_with("tests: 49 s"), "{text}");
+        let names: Vec<_> = text
+            .lines()
+            .skip(1)
+            .filter_map(|line| line.split("  ").last())
+            .collect();
+        assert_eq!(names, ["long", "middle", "short"]);
     }
 
     #[test]
