@@ -1,4 +1,4 @@
-//! `cargo demo`'s own program: it does what `courier demo` does, whose tests are `host/tests/demo.rs`.
+//! `cargo demo`'s own program: it does what `courier demo` does, whose tests are `host/tests/suite/demo.rs`.
 
 use std::process::{Command, Output};
 

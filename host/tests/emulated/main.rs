@@ -3,7 +3,7 @@
 
 mod acceptance;
 mod bytes;
-#[path = "../common/mod.rs"]
+#[path = "../suite/common/mod.rs"]
 mod common;
 mod demo;
 mod joint;

@@ -14,7 +14,7 @@ use super::upper::Factor;
 use crate::math::sqrt;
 
 /// Steps at most. By the bound one end of the worst spectrum of 62 is off by over 3 % in 1 of 40,000 factors; over the spectra
-/// of `tests/condition.rs` both together are off by 0.5 % at most.
+/// of `tests/suite/condition.rs` both together are off by 0.5 % at most.
 const STEPS: usize = 28;
 /// Share of the estimate that halving its interval leaves open.
 const RESOLUTION: f32 = 1.0e-5;

@@ -1,0 +1,11 @@
+//! The simulated courier, and the firmware on it.
+//!
+//! One program of many files: each further program would be linked, and its helpers compiled, once more.
+
+mod bench;
+mod board_faults;
+mod figures;
+mod health;
+mod joint_refusals;
+mod plant;
+mod session;

@@ -1,0 +1,21 @@
+//! The command `courier`: every file tries one of its commands, or one habit of all of them.
+//!
+//! One program of many files: each further program would be linked, and its helpers compiled, once more.
+
+mod bad_input;
+mod board;
+mod cases;
+mod closed_loop;
+mod common;
+mod demo;
+mod diagnose;
+mod examples;
+mod isolability;
+mod joint_refusals;
+mod map;
+mod outputs;
+mod record;
+mod replay;
+mod rough;
+mod two_hosts;
+mod update;

@@ -1,0 +1,169 @@
+//! `courier map` and `courier load` of what it writes: on a simulated courier under a beacon, and everything that is refused.
+
+use crate::common::{asked, courier_in, json_in};
+use hal_sim::coordination::origin_under;
+use hal_sim::courier::Courier;
+use hal_sim::presets;
+use hal_sim::record::record;
+use hal_sim::trajectory::{OpenLoop, Plan};
+use recording::Existing;
+use serde_json::Value;
+use std::path::Path;
+
+/// Still poses under the beacon of the `paper` courier, ±1 pitch and ±`turn_deg`, in a recording.
+fn write(folder: &Path, name: &str, poses: usize, turn_deg: f64) {
+    let spec = presets::paper();
+    let (geometry, places) = (spec.nominal, spec.places);
+    let origin_m = origin_under(&spec.geometry, places.beacon);
+    let mut courier = Courier::new(spec, 1).unwrap();
+    let plan = Plan::new(places.beacon, geometry, OpenLoop::COURIER, 1).beacon(
+        poses,
+        origin_m,
+        turn_deg.to_radians(),
+    );
+    record(&mut courier, &plan, false)
+        .write(folder.join(name), Existing::Refuse)
+        .unwrap();
+}
+
+#[test]
+fn map_is_estimated_written_and_loaded() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(folder, "beacon", 900, 1.5);
+    let evidence = courier_in(folder, &["map", "beacon", "--out", "teeth.json", "--json"]).json();
+    let after = |k: usize| evidence["after_m"][k].as_f64().unwrap();
+    let before = |k: usize| evidence["before_m"][k].as_f64().unwrap();
+    println!(
+        "held-out g_p, g_x, g_y: {} -> {}",
+        evidence["before_m"], evidence["after_m"]
+    );
+    // Single samples: 0.33 um of noise in g_p, and the angle's at the end of the lever arm in g_y.
+    assert!(
+        after(0) < 0.25 * before(0) && after(2) < 0.25 * before(2),
+        "{evidence}"
+    );
+    assert!(after(0) < 0.6e-6 && after(2) < 3.0e-6, "{evidence}");
+    courier_in(folder, &["map", "beacon", "--out", "teeth.json"])
+        .refused(&["teeth.json", "--force"]);
+    courier_in(folder, &["load", "teeth.json"]).refused(&["no calibration is in force"]);
+    let calibrate = [
+        "--sim-flash",
+        "f.bin",
+        "calibrate",
+        "--poses",
+        "150",
+        "--held-out",
+        "40",
+    ];
+    let calibrated = courier_in(folder, &calibrate);
+    assert_eq!(calibrated.code, 0, "{}", calibrated.err);
+    let loaded = courier_in(folder, &["--sim-flash", "f.bin", "load", "teeth.json"]).quiet();
+    assert!(
+        loaded.contains("stored: slot") && loaded.contains("in force until"),
+        "{loaded}"
+    );
+    a_map_outlives_the_tooth_count(folder);
+}
+
+/// The same map in the counts of another start of a board: the beacon tells the whole teeth between the two, and nothing else is
+/// taken for them.
+fn a_map_outlives_the_tooth_count(folder: &Path) {
+    const PITCH_M: f64 = 1.016e-3;
+    let counted = |name: &str, teeth: [f64; 2]| {
+        let mut file = json_in(folder.join("teeth.json"));
+        let add = |value: &mut Value, more: f64| {
+            *value = match value.as_i64() {
+                Some(whole) => (whole + more as i64).into(),
+                None => (value.as_f64().unwrap() + more).into(),
+            };
+        };
+        for axis in 0..2 {
+            add(&mut file["anchor"]["beacon_m"][axis], teeth[axis] * PITCH_M);
+            for grid in 0..2 {
+                let along = usize::from(grid != axis);
+                add(
+                    &mut file["header"]["grids"][grid]["first_teeth"][along],
+                    teeth[axis],
+                );
+            }
+        }
+        std::fs::write(folder.join(name), file.to_string()).unwrap();
+    };
+    counted("other.json", [5.0, -3.0]);
+    counted("moved.json", [0.4, 0.0]);
+    let load = |arguments: &[&str]| {
+        let options = ["--sim-flash", "f.bin", "load", "--dry-run", "--json"];
+        courier_in(folder, &[&options, arguments].concat())
+    };
+    let (first, other) = (load(&["teeth.json"]).json(), load(&["other.json"]).json());
+    let ahead = |told: &Value, axis: usize| told["teeth_ahead"][axis].as_i64().unwrap();
+    assert_eq!(first["map"], other["map"]);
+    assert_eq!(ahead(&first, 0) - ahead(&other, 0), 5);
+    assert_eq!(ahead(&first, 1) - ahead(&other, 1), -3);
+    load(&["moved.json"]).refused(&[
+        "teeth ahead of the map's along x",
+        "wanted a whole number within 0.25",
+    ]);
+    load(&["teeth.json", "--from", "0,0,0"])
+        .refused(&["found the beacon in 0 frames, wanted 100", "--from"]);
+}
+
+/// A survey goes over too much for its samples to tell the teeth of any place: no map, and nothing written. The motion that the help
+/// names gives one.
+#[test]
+fn a_map_without_a_trusted_cell_is_refused_and_the_help_s_recipe_gives_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let record = |words: &str| {
+        let ran = asked(folder, &format!("record {words} --decimation 60"));
+        assert_eq!(ran.code, 0, "{}", ran.err);
+    };
+    record("survey --survey 22.13,25.08,0");
+    asked(folder, "map survey --within 3 --out teeth.json").refused(&["survey", "no cell", "1000"]);
+    assert!(!folder.join("teeth.json").exists());
+    record("beacon --under-beacon");
+    let told = asked(folder, "map beacon --out teeth.json").quiet();
+    println!("{told}");
+    assert!(told.contains("trusted cells known to"), "{told}");
+    assert!(folder.join("teeth.json").exists());
+    asked(folder, "--sim record no --under-beacon=1,2")
+        .refused(&["--under-beacon", "three numbers"]);
+}
+
+#[test]
+fn recordings_that_tell_no_map_are_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(folder, "few", 100, 1.5);
+    write(folder, "unturned", 400, 0.01);
+    let head = "schema = 1\n[geometry]\npitch_m = 1e-3\n[electronics]\nposition_noise_m = 1e-8\n";
+    std::fs::create_dir(folder.join("one")).unwrap();
+    std::fs::write(folder.join("one/recording.toml"), head).unwrap();
+    std::fs::write(folder.join("one/samples.csv"), "t_s,p1_m\n0,0\n1,1e-4\n").unwrap();
+    std::fs::write(folder.join("other.json"), "{\"courier_tooth_map\": 7}").unwrap();
+    std::fs::write(folder.join("older.json"), "{\"courier_tooth_map\": 2}").unwrap();
+    let cases: [(&[&str], &[&str]); 6] = [
+        (&["map", "few"], &["84 poses", "240"]),
+        (
+            &["map", "unturned"],
+            &["rotation of", "mrad", "wanted 1.75"],
+        ),
+        (
+            &["map", "one"],
+            &["recording.toml", "span_m", "wanted both"],
+        ),
+        (&["map", "nowhere"], &["nowhere"]),
+        (
+            &["load", "other.json"],
+            &["other.json", "courier_tooth_map", "found 7", "wanted 3"],
+        ),
+        (
+            &["load", "older.json"],
+            &["older.json", "found 2, wanted 3", "anew by courier map"],
+        ),
+    ];
+    for (arguments, wanted) in cases {
+        courier_in(folder, arguments).refused(wanted);
+    }
+}
