@@ -1,0 +1,19 @@
+//! The diagnosis on simulated couriers: what is named, what is left unknown, what a claim is worth.
+//!
+//! One program of many files: each further program would be linked, and its helpers compiled, once more.
+
+mod beside;
+mod carried;
+mod claims;
+mod clip;
+mod confusion;
+mod diode;
+mod field;
+mod fuller;
+mod leftout;
+mod motion;
+mod phase;
+mod slips;
+mod wander;
+mod whole;
+mod winding;
