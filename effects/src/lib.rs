@@ -9,6 +9,7 @@ pub mod effect;
 pub mod identity;
 pub mod motion;
 pub mod over;
+pub mod page;
 pub mod plant;
 pub mod rails;
 pub mod random;

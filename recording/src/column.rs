@@ -23,6 +23,12 @@ pub enum Column {
     Reference(usize),
 }
 
+/// True for the name of a quantity that is logged beside the layout's columns: `aux_` and letters, digits or underscores.
+pub(crate) fn is_logged(name: &str) -> bool {
+    let rest = name.strip_prefix("aux_").unwrap_or("");
+    !rest.is_empty() && rest.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
 /// Number of numeric columns.
 pub(crate) const COUNT: usize = 28;
 

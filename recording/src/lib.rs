@@ -20,7 +20,7 @@ mod write;
 pub use column::{COLUMNS, Column};
 pub use error::{Error, excerpt};
 pub use meta::{Coordination, Electronics, Geometry, Meta};
-pub use samples::{Row, Samples, unmodified_m};
+pub use samples::{Logged, Row, Samples, unmodified_m};
 pub use unfinished::unfinished_file;
 pub use write::{Existing, Writer};
 
@@ -68,9 +68,12 @@ impl Recording {
     /// # Errors
     /// As [`Writer::create`], [`Writer::push`] and [`Writer::finish`]; nothing is left behind.
     pub fn write(&self, path: impl AsRef<Path>, existing: Existing) -> Result<(), Error> {
-        let mut writer = Writer::create(path, &self.meta, existing)?;
+        let logged = self.samples.logged();
+        let names: Vec<&str> = logged.iter().map(|logged| logged.name.as_str()).collect();
+        let mut writer = Writer::create_logging(path, &self.meta, existing, &names)?;
         for index in 0..self.samples.len() {
-            writer.push(&self.samples.row(index))?;
+            let beside: Vec<f64> = logged.iter().map(|logged| logged.values[index]).collect();
+            writer.push_logging(&self.samples.row(index), &beside)?;
         }
         writer.finish()
     }

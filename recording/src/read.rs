@@ -1,11 +1,11 @@
 //! Reading a recording: every field is checked, memory is bounded by the values and not by the text.
 
-use crate::column::{COUNT, Column, CountLimits};
+use crate::column::{COUNT, Column, CountLimits, is_logged};
 use crate::error::{Error, excerpt, one_line};
 use crate::foreign::foreign_header;
 use crate::meta::Meta;
 use crate::rows::{Fields, Rows};
-use crate::samples::Samples;
+use crate::samples::{Logged, Samples};
 use crate::{COLUMNS, META_FILE, Recording, SAMPLES_FILE};
 use std::fs::File;
 use std::io::Read;
@@ -87,6 +87,8 @@ fn read_meta(file: &Path) -> Result<String, Error> {
 enum Field {
     Number(Column),
     Run,
+    /// A quantity beside the layout's: its place among those.
+    Logged(usize),
     Unknown,
 }
 
@@ -99,6 +101,7 @@ struct Table<'a> {
     last_time_s: f64,
     /// First row in which a column holds a count that is not whole.
     fractional: [Option<u64>; COUNT],
+    logged: Vec<Logged>,
 }
 
 impl<'a> Table<'a> {
@@ -110,6 +113,7 @@ impl<'a> Table<'a> {
             samples: Samples::default(),
             last_time_s: f64::NEG_INFINITY,
             fractional: [None; COUNT],
+            logged: Vec::new(),
         }
     }
 
@@ -156,6 +160,9 @@ impl<'a> Table<'a> {
                 warnings.push(format!("{SAMPLES_FILE}: column {name} holds counts that are not whole, first in row {row}"));
             }
         }
+        for logged in self.logged {
+            self.samples.log(logged);
+        }
         Ok(self.samples)
     }
 
@@ -181,6 +188,13 @@ impl<'a> Table<'a> {
                 .map_err(|_| self.error(line, excerpt(bytes), "names of columns in UTF-8"))?;
             let field = match text {
                 "run" => Field::Run,
+                _ if is_logged(text) => {
+                    self.logged.push(Logged {
+                        name: text.to_owned(),
+                        values: Vec::new(),
+                    });
+                    Field::Logged(self.logged.len() - 1)
+                }
                 _ => Column::by_name(text).map_or(Field::Unknown, Field::Number),
             };
             if matches!(field, Field::Unknown) {
@@ -284,6 +298,7 @@ impl<'a> Table<'a> {
                     })?;
                 }
                 Field::Number(column) => self.number(column, bytes, line)?,
+                Field::Logged(index) => self.logged_number(index, bytes, line)?,
             }
         }
         self.samples.end_row(run);
@@ -318,6 +333,25 @@ impl<'a> Table<'a> {
             self.fractional[column.index()].get_or_insert(line);
         }
         self.samples.set_next(column.index(), value);
+        Ok(())
+    }
+
+    /// A quantity beside the layout's: any finite number.
+    fn logged_number(&mut self, index: usize, bytes: &[u8], line: u64) -> Result<(), Error> {
+        let text = std::str::from_utf8(bytes).ok();
+        let value = match text {
+            Some("") => Some(f64::NAN),
+            _ => text
+                .and_then(|text| text.parse::<f64>().ok())
+                .filter(|value| value.is_finite()),
+        };
+        let Some(value) = value else {
+            let name = self.logged[index].name.clone();
+            return Err(self
+                .error(line, excerpt(bytes), "a finite number")
+                .column(&name));
+        };
+        self.logged[index].values.push(value);
         Ok(())
     }
 

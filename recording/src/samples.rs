@@ -62,6 +62,16 @@ pub struct Samples {
     runs: Vec<u32>,
     run_names: Vec<String>,
     run_numbers: HashMap<String, u32>,
+    logged: Vec<Logged>,
+}
+
+/// A quantity that was logged beside the layout's columns: `aux_` and a name, in any unit.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Logged {
+    /// Name of the column, with its `aux_`.
+    pub name: String,
+    /// One value a sample, NaN where it was not measured.
+    pub values: Vec<f64>,
 }
 
 impl Samples {
@@ -91,6 +101,19 @@ impl Samples {
             .get(index)
             .copied()
             .filter(|value| !value.is_nan())
+    }
+
+    /// Quantities that were logged beside the layout's columns, in the order of the file; those without a value are not among them.
+    pub fn logged(&self) -> &[Logged] {
+        &self.logged
+    }
+
+    /// Adds such a quantity, of as many values as there are samples: further ones are dropped, missing ones are not measured.
+    pub fn log(&mut self, mut logged: Logged) {
+        logged.values.resize(self.length, f64::NAN);
+        if logged.values.iter().any(|value| !value.is_nan()) {
+            self.logged.push(logged);
+        }
     }
 
     /// Times, s, strictly increasing.
@@ -251,6 +274,12 @@ impl PartialEq for Samples {
     fn eq(&self, other: &Self) -> bool {
         self.length == other.length
             && (0..self.length).all(|index| self.row(index) == other.row(index))
+            && self.logged.len() == other.logged.len()
+            && self.logged.iter().zip(&other.logged).all(|(one, other)| {
+                let bits = |logged: &Logged| logged.values.iter().map(|v| v.to_bits()).collect();
+                let (a, b): (Vec<u64>, Vec<u64>) = (bits(one), bits(other));
+                one.name == other.name && a == b
+            })
     }
 }
 

@@ -44,6 +44,19 @@ impl Writer {
         meta: &Meta,
         existing: Existing,
     ) -> Result<Self, Error> {
+        Self::create_logging(folder, meta, existing, &[])
+    }
+
+    /// The same with quantities beside the layout's columns: `aux_` and a name each ([`Samples::logged`]).
+    ///
+    /// # Errors
+    /// As [`Writer::create`].
+    pub fn create_logging(
+        folder: impl AsRef<Path>,
+        meta: &Meta,
+        existing: Existing,
+        logged: &[&str],
+    ) -> Result<Self, Error> {
         let folder = folder.as_ref().to_owned();
         check_existing(&folder, existing)?;
         let created = !folder.exists();
@@ -68,6 +81,7 @@ impl Writer {
             .from_writer(file);
         let names = COLUMNS.iter().map(|(_, name)| *name);
         let header = names.clone().take(1).chain(["run"]).chain(names.skip(1));
+        let header = header.chain(logged.iter().copied());
         rows.write_record(header)
             .map_err(|error| writer.failed(&error.into()))?;
         writer.rows = Some(rows);
@@ -85,6 +99,14 @@ impl Writer {
     /// # Errors
     /// A value that the reader would refuse, or a failure to write.
     pub fn push(&mut self, row: &Row) -> Result<(), Error> {
+        self.push_logging(row, &[])
+    }
+
+    /// The same with one value, or NaN, for each quantity beside the layout's columns.
+    ///
+    /// # Errors
+    /// As [`Writer::push`].
+    pub fn push_logging(&mut self, row: &Row, logged: &[f64]) -> Result<(), Error> {
         self.line += 1;
         self.check(row)?;
         let mut fields: Vec<String> = Vec::with_capacity(COLUMNS.len() + 1);
@@ -94,6 +116,7 @@ impl Writer {
             fields.push(number(value));
         }
         fields.insert(1, row.run.to_owned());
+        fields.extend(logged.iter().map(|value| number(*value)));
         let written = match self.rows.as_mut() {
             Some(rows) => rows.write_record(&fields).map_err(std::io::Error::from),
             None => Ok(()),

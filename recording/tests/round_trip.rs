@@ -1,7 +1,9 @@
 //! Whatever the writer accepts, the reader gives back, bit for bit; and no text makes the reader panic.
 
 use proptest::prelude::*;
-use recording::{Coordination, Electronics, Existing, Geometry, Meta, Recording, Row, Samples};
+use recording::{
+    Coordination, Electronics, Existing, Geometry, Logged, Meta, Recording, Row, Samples,
+};
 
 fn meta() -> Meta {
     Meta {
@@ -103,4 +105,44 @@ proptest! {
             prop_assert!(!error.to_string().contains(['\n', '\r']));
         }
     }
+}
+
+/// A quantity that is logged beside the layout's columns comes back as it was, and what is no number in it is refused.
+#[test]
+fn quantities_beside_the_layout_come_back() {
+    let mut samples = Samples::default();
+    for k in 0..3 {
+        samples.push(&Row {
+            t_s: f64::from(k),
+            position_m: [Some(1.0e-3 * f64::from(k)), None, None, None],
+            ..Row::default()
+        });
+    }
+    samples.log(Logged {
+        name: "aux_drive_a".into(),
+        values: vec![0.5, f64::NAN, -3.0],
+    });
+    samples.log(Logged {
+        name: "aux_nothing".into(),
+        values: Vec::new(),
+    });
+    let recording = Recording {
+        meta: meta(),
+        samples,
+        warnings: Vec::new(),
+    };
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("new");
+    recording.write(&folder, Existing::Refuse).unwrap();
+    let read = Recording::read(&folder).unwrap();
+    assert_eq!(read.samples.logged().len(), 1);
+    assert_eq!(read, recording);
+    let file = folder.join("samples.csv");
+    let text = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, text.replace("-3", "strong")).unwrap();
+    let error = Recording::read(&folder).unwrap_err().to_string();
+    assert!(
+        error.contains("row 4, column aux_drive_a, found \"strong\""),
+        "{error}"
+    );
 }
