@@ -3,6 +3,7 @@
 use crate::claim::Claim;
 use crate::verdicts::coordinates;
 use diagnosis::verdict::answer::{Diagnosis, Verdict};
+use effects::Card;
 use serde::{Deserialize, Serialize};
 use specimens::{Case, Kind};
 
@@ -107,7 +108,7 @@ impl Judged {
     #[must_use]
     pub fn replaced(&self) -> Option<bool> {
         let names = self.without.as_ref()?;
-        Some(names.iter().any(|name| name != "extra_harmonics"))
+        Some(names.iter().any(|name| !effects::has(name, Card::is_shape)))
     }
 
     /// Column of the confusion matrix.

@@ -25,9 +25,10 @@ pub use words::{Words, confusion, detection, effects, matrix, row, shrinkage};
 
 use diagnosis::design::study::Options;
 use diagnosis::selection::VISIBLE;
-use diagnosis::transfer::model::{Model, OF_ITS_TIME, check};
+use diagnosis::transfer::model::{Model, check};
 use diagnosis::verdict::answer::{Diagnosis, Verdict};
 use diagnosis::{diagnose as diagnose_recording, diagnose_fully};
+use effects::Card;
 use rayon::prelude::*;
 use recording::{Existing, Recording};
 use serde::de::DeserializeOwned;
@@ -266,7 +267,10 @@ fn judge(within: &Path, case: &Case, thorough: bool) -> Result<Judged> {
 /// Whether there is a best possible model that another recording could confirm: the course of a drift belongs to its own
 /// recording's time.
 fn has_best(case: &Case) -> bool {
-    !case.effects.iter().any(|e| e.name == OF_ITS_TIME)
+    !case
+        .effects
+        .iter()
+        .any(|e| effects::has(&e.name, Card::keeps_its_own_time))
 }
 
 /// Effects of a case that are no gap by themselves.

@@ -4,8 +4,8 @@ use crate::claim::Claim;
 use crate::detection::{Detection, by_effect, by_size};
 use crate::figure::Figure;
 use crate::judged::Judged;
-use diagnosis::transfer::model::OF_ITS_TIME;
 use diagnosis::verdict::answer::Verdict;
+use effects::Card;
 use serde::{Deserialize, Serialize};
 use specimens::Kind;
 use std::collections::BTreeMap;
@@ -71,7 +71,11 @@ fn figures(judged: &[Judged]) -> Vec<Figure> {
         right.filter_map(|j| j.claim.as_ref())
     };
     let foretellable = || {
-        let wanders = |j: &&Judged| j.named.iter().any(|name| name == OF_ITS_TIME);
+        let wanders = |j: &&Judged| {
+            j.named
+                .iter()
+                .any(|name| effects::has(name, Card::keeps_its_own_time))
+        };
         let others = judged.iter().filter(move |j| !wanders(j));
         others.filter_map(|j| j.claim.as_ref())
     };
@@ -178,28 +182,29 @@ mod tests {
     /// A claim that came, and one of a pair that wanders, which did not.
     #[test]
     fn a_wander_is_counted_among_all_claims_and_left_out_beside_them() {
-        let judged = [("velocity_lag", 1.0), (OF_ITS_TIME, 3.0)].map(|(name, confirmed)| Judged {
-            case: Case {
-                number: 0,
-                seed: 0,
-                kind: Kind::Single,
-                effects: vec![Drawn {
-                    name: name.into(),
-                    size_m: 1.0e-6,
-                }],
-            },
-            verdict: Verdict::Named,
-            named: vec![name.into()],
-            aliases: Vec::new(),
-            places: Vec::new(),
-            claim: Some(Claim {
-                claimed: 1.0,
-                confirmed: Some(confirmed),
-                ..Claim::default()
-            }),
-            without: None,
-            hidden: None,
-        });
+        let judged =
+            [("velocity_lag", 1.0), ("quadrature_drift", 3.0)].map(|(name, confirmed)| Judged {
+                case: Case {
+                    number: 0,
+                    seed: 0,
+                    kind: Kind::Single,
+                    effects: vec![Drawn {
+                        name: name.into(),
+                        size_m: 1.0e-6,
+                    }],
+                },
+                verdict: Verdict::Named,
+                named: vec![name.into()],
+                aliases: Vec::new(),
+                places: Vec::new(),
+                claim: Some(Claim {
+                    claimed: 1.0,
+                    confirmed: Some(confirmed),
+                    ..Claim::default()
+                }),
+                without: None,
+                hidden: None,
+            });
         let figures = figures(&judged);
         let of = |name: &str| {
             let figure = figures.iter().find(|f| f.name.contains(name));

@@ -83,15 +83,12 @@ pub fn headline(diagnosis: &Diagnosis, resolution_m: f64) -> Headline {
     out
 }
 
-/// Effects that are taken out of the readings before residuals are formed, and so are not in their figures.
-const TAKEN_OUT: [&str; 2] = ["cycle_slip", "outlier_bursts"];
-
-/// What those that are named do, m rms.
+/// What those do, m rms, that are taken out of the readings before residuals are formed, and so are not in their figures.
 fn set_aside_m(diagnosis: &Diagnosis) -> f64 {
     let out = diagnosis
         .effects
         .iter()
-        .filter(|e| TAKEN_OUT.contains(&e.name.as_str()));
+        .filter(|e| effects::has(&e.name, |card| card.judged.is_taken_out()));
     let squares = out
         .filter_map(|e| e.total_rms_m)
         .map(|total_m| total_m * total_m);

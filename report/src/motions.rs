@@ -1,6 +1,7 @@
 //! What to record next, as motions with their duration and as the commands that make them.
 
 use diagnosis::verdict::evidence::Setting;
+use effects::effect::Recordings;
 
 /// A recording that a courier makes by one command.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,20 +28,21 @@ pub const USUAL: Records = &[("next", HERE)];
 
 /// What tells an effect from others.
 pub fn of_effect(effect: &str) -> Records {
-    match effect {
-        "thermal_drift" => &[("cold", HERE), ("warm", HERE)],
-        "quadrature_drift" => &[("now", HERE), ("an-hour-later", HERE)],
-        "gap_variation" | "tooth_variation" | "axis_skew" => &[
+    let recordings = effects::card(effect).map(|card| card.recordings);
+    match recordings.unwrap_or(Recordings::Usual) {
+        Recordings::Usual => USUAL,
+        Recordings::ColdAndWarm => &[("cold", HERE), ("warm", HERE)],
+        Recordings::NowAndLater => &[("now", HERE), ("an-hour-later", HERE)],
+        Recordings::Apart => &[
             ("here", HERE),
             ("aside", Record::Survey([30.0, 0.0, 0.0])),
             ("beyond", Record::Survey([0.0, 30.0, 0.0])),
         ],
-        "angle_dependence" | "span_error" => &[
+        Recordings::Turned => &[
             ("turned-left", Record::Survey([0.0, 0.0, 0.5])),
             ("turned-right", Record::Survey([0.0, 0.0, -0.5])),
         ],
-        "beacon_vibration" | "excess_noise" => &[("still", STILL)],
-        _ => USUAL,
+        Recordings::Still => &[("still", STILL)],
     }
 }
 

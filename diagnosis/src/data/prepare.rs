@@ -120,7 +120,8 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     let count = stuck.iter().filter(|s| **s).count();
     if count > 0 {
         notes.push(format!(
-            "adc_clipping: at {count} of {samples} samples both channels of a pair stand at their rails and tell no place between them: left out"
+            "{}: at {count} of {samples} samples both channels of a pair stand at their rails and tell no place between them: left out",
+            effects::name_of(effects::Judged::ByRails)
         ));
         keep.iter_mut().zip(&stuck).for_each(|(k, s)| *k &= !s);
         baseline = calibrate(&observations, &keep);

@@ -348,7 +348,7 @@ mod tests {
         let sides = effects::sensor_sides();
         let vibration = sides
             .iter()
-            .find(|e| e.name() == crate::spectra::phase::VIBRATION);
+            .find(|e| e.card().judged == effects::Judged::ByLines);
         let named = vibration.map_or_else(Vec::new, |v| v.regressors(&survey));
         assert!(!named.is_empty() && named.iter().all(|r| r.name.starts_with("40.000 Hz")));
         let places = places(&survey);

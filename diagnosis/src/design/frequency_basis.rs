@@ -1,7 +1,7 @@
 //! Shapes over time that repeat at a frequency: lines of the segments, of the beacon, of one pair, and of the diode's gain.
 
 use crate::design::coordinate_basis::{CHANNEL, SIZE_M};
-use effects::beacon_vibration::sensor_side::SLOWEST_HZ;
+use effects::sensor::SLOWEST_LINE_HZ;
 use effects::sensor::{Moment, Regressor, Survey};
 use std::f64::consts::TAU;
 
@@ -24,7 +24,11 @@ pub fn lines(survey: &Survey) -> Vec<Regressor> {
         }
     }
     // Too slow for a mount of the beacon.
-    for &hz in survey.beacon_lines_hz.iter().filter(|hz| **hz < SLOWEST_HZ) {
+    for &hz in survey
+        .beacon_lines_hz
+        .iter()
+        .filter(|hz| **hz < SLOWEST_LINE_HZ)
+    {
         for channel in (1..3).filter(|_| survey.beacon) {
             for (part, quarter) in [("sine", 0.0), ("cosine", 0.25 * TAU)] {
                 let name = format!("{hz:.3} Hz {part} on {}", CHANNEL[channel]);

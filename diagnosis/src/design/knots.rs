@@ -3,7 +3,7 @@
 use crate::linearization::scene::Scene;
 use crate::transfer::support::places_m;
 use effects::teeth::Teeth;
-use effects::tooth_variation::sensor_side::{reach, share};
+use effects::teeth::{reach, share};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 

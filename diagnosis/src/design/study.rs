@@ -13,6 +13,7 @@ use crate::linearization::scene::Scene;
 use crate::noise::simulated::{Floor, floor};
 use crate::spectra::flicker::flicker_hz;
 use crate::spectra::lines::{add_lines, lines_of};
+use effects::Judged;
 use effects::sensor::{READINGS, Survey};
 use std::sync::Arc;
 
@@ -160,7 +161,7 @@ pub fn study<'a>(
         crate::design::knots::lay(&mut scene);
     }
     let listed = |name: &str| look.only.is_none_or(|list| list.iter().any(|k| k == name));
-    let wanted = |name: &str| listed(name) || look.field && name == FIELD;
+    let wanted = |name: &str| listed(name) || look.field && effects::is(name, Judged::AsField);
     let (columns, kinds) = if look.finely {
         finer_columns(&scene)
     } else {
@@ -220,9 +221,6 @@ fn finer_columns(scene: &Scene) -> (Columns, Vec<Kind>) {
     (columns, kinds)
 }
 
-/// The effect that is a field over the platen.
-pub const FIELD: &str = "tooth_variation";
-
 fn add(
     columns: &mut Columns,
     kinds: &mut Vec<Kind>,
@@ -240,12 +238,5 @@ fn add(
 
 /// A block's handicap when it competes: shapes and flexible fields give way to causes.
 pub fn handicap(name: &str) -> f64 {
-    match name {
-        "extra_harmonics" => 0.10,
-        "quadrature_drift" => 0.10,
-        FIELD => 0.10,
-        "hysteresis" => 0.03,
-        "gap_variation" | "thermal_drift" => 0.01,
-        _ => 0.0,
-    }
+    effects::card(name).map_or(0.0, |card| card.handicap)
 }

@@ -3,8 +3,8 @@
 //! (Rasmussen and Williams 2006, sections 2.2 and 5.4); no tooth is asked for.
 
 use crate::algebra::cholesky::Factor;
-use crate::design::study::FIELD;
 use crate::linearization::relinearized::Refined;
+use effects::Judged;
 use effects::sensor::READINGS;
 use effects::teeth::{Footprint, Teeth};
 use nalgebra::{DMatrix, DVector};
@@ -118,7 +118,11 @@ fn rows(fine: &Refined, i: usize) -> Vec<Row> {
     let rows = scene.rows(i);
     let moment = scene.moment(i);
     let mut value = rows.residual_m;
-    for block in columns.blocks.iter().filter(|b| b.name != FIELD) {
+    for block in columns
+        .blocks
+        .iter()
+        .filter(|b| !effects::is(&b.name, Judged::AsField))
+    {
         for c in block.columns.clone() {
             let response = rows.response(&columns.regressors[c], &moment);
             for (value, response) in value.iter_mut().zip(response) {

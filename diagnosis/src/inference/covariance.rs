@@ -7,13 +7,11 @@
 use crate::algebra::cholesky::Factor;
 use crate::algebra::statistics::median;
 use crate::design::gram::Columns;
-use crate::design::study::FIELD;
 use crate::linearization::relinearized::Refined;
 use crate::linearization::scene::Scene;
-use crate::spectra::phase::VIBRATION;
-use crate::transfer::model::OF_ITS_TIME;
 use effects::random::{ChaCha8Rng, SeedableRng, normal};
 use effects::sensor::{CHANNELS, Moment, READINGS, Regressor};
+use effects::{Card, Judged};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -26,7 +24,11 @@ const DRAWS: usize = 24;
 /// Digits of a correlation that are sure.
 const DIGITS: i32 = 10;
 /// Blocks whose amounts are known in another way: by the places that were visited (a field on a mesh), or not at all elsewhere.
-const APART: [&str; 3] = [FIELD, OF_ITS_TIME, VIBRATION];
+fn is_apart(name: &str) -> bool {
+    effects::has(name, |card| {
+        matches!(card.judged, Judged::AsField | Judged::ByLines) || card.keeps_its_own_time()
+    })
+}
 
 /// Covariance of a model's amounts, the baseline's among them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -47,10 +49,13 @@ impl Certainty {
     pub fn of(fine: &Refined) -> Option<Self> {
         let columns = &fine.columns;
         let by_teeth = fine.scene.survey.teeth.is_some();
-        let told = |name: &str| !APART.contains(&name) || by_teeth && name == FIELD;
+        let told = |name: &str| !is_apart(name) || by_teeth && effects::is(name, Judged::AsField);
         columns.blocks[1..].iter().find(|b| told(&b.name))?;
         // A drift's course is another elsewhere, as the claim says. Equation (3) is what is left at its mean, and no less known for that.
-        let drift = columns.blocks.iter().find(|b| b.name == OF_ITS_TIME);
+        let drift = columns
+            .blocks
+            .iter()
+            .find(|b| effects::has(&b.name, Card::keeps_its_own_time));
         let all: Vec<usize> = (0..fine.gram.width())
             .filter(|c| drift.is_none_or(|b| !b.columns.contains(c)))
             .collect();

@@ -8,6 +8,7 @@ use crate::linearization::groups::TOGETHER;
 use crate::linearization::point::About;
 use crate::linearization::scene::{Scene, Shift};
 use crate::trace::log;
+use effects::effect::Acts;
 use effects::over::Extent;
 use effects::sensor::{Action, Moment, READINGS, Regressor, Survey};
 use rayon::prelude::*;
@@ -51,7 +52,9 @@ impl<'a> Refined<'a> {
     /// Fits the effects named, whose columns are those of the survey of `start`. Where rulings are skewed, what is periodic beside
     /// that may go with the teeth, as their readings tell, or with the place: that which leaves less is kept.
     pub fn new(start: &Scene<'a>, about: About, names: &[String]) -> Self {
-        let skewed = names.iter().any(|n| OF_THE_TEETH.contains(&n.as_str()));
+        let skewed = names
+            .iter()
+            .any(|n| effects::has(n, |card| card.acts == Acts::Teeth));
         let moving = |skew_moves: bool| move |survey: &mut Survey| survey.skew_moves = skew_moves;
         if !skewed || names.len() == 1 {
             return Self::about_itself(start, about, names, &moving(false));
@@ -327,13 +330,6 @@ fn part_way<const N: usize>(
     there
 }
 
-/// Effects in the electronics: they act on the pair, before equation (3).
-const ELECTRONIC: [&str; 2] = ["adc_clipping", "quadrature_drift"];
-
-/// Effects that move the teeth and not the segments: over its teeth a segment is where its reading says, unless
-/// [`effects::sensor::Survey::skew_moves`].
-const OF_THE_TEETH: [&str; 1] = ["axis_skew"];
-
 /// A regressor on readings, what it adds, its amount, and whether it acts on the pair.
 type Acting<'r> = (&'r Regressor, &'r AddReadings, f64, bool);
 type AddReadings = Box<dyn Fn(&Moment, &mut [f64; READINGS]) + Send + Sync>;
@@ -341,9 +337,9 @@ type AddReadings = Box<dyn Fn(&Moment, &mut [f64; READINGS]) + Send + Sync>;
 /// What some columns with given amounts add to the four readings' places over the teeth, and where one remembers its way, to the
 /// channels beside.
 pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) -> Shift {
-    let is_one_of = |names: &[&str], c: usize| {
-        let mut blocks = columns.blocks.iter();
-        blocks.any(|b| b.columns.contains(&c) && names.contains(&b.name.as_str()))
+    let acts_on = |acts: Acts, c: usize| {
+        let mut blocks = columns.blocks.iter().filter(|b| b.columns.contains(&c));
+        blocks.any(|b| effects::has(&b.name, |card| card.acts == acts))
     };
     let acts = list.iter().zip(amounts);
     let acts = acts.filter(|(_, amount)| **amount != 0.0);
@@ -351,10 +347,10 @@ pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) 
     let mut beside = Vec::new();
     for (c, amount) in acts {
         let regressor = &columns.regressors[*c];
-        let moves = scene.survey.skew_moves || !is_one_of(&OF_THE_TEETH, *c);
+        let moves = scene.survey.skew_moves || !acts_on(Acts::Teeth, *c);
         match &regressor.action {
             Action::Readings(add) if moves => {
-                acting.push((regressor, add, *amount, is_one_of(&ELECTRONIC, *c)));
+                acting.push((regressor, add, *amount, acts_on(Acts::Electronics, *c)));
             }
             _ => beside.push((regressor, *amount)),
         }
@@ -422,5 +418,6 @@ pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) 
 
 /// True if an effect is among them whose output depends on the way there, and so on other samples than its own.
 pub fn remembers(columns: &Columns) -> bool {
-    columns.blocks.iter().any(|b| b.name == "hysteresis")
+    let mut blocks = columns.blocks.iter();
+    blocks.any(|b| effects::has(&b.name, |card| card.remembers))
 }

@@ -7,9 +7,9 @@ use crate::data::recurring::{at_the_ends, recurs};
 use crate::inference::residuals::Residuals;
 use crate::linearization::scene::Scene;
 use crate::verdict::answer::{Magnitude, Named};
+use effects::Judged;
 
 /// Disturbances of single moments.
-pub(super) const OUTLIERS: &str = "outlier_bursts";
 /// Neighbours on smooth paths that are needed to tell noise from a pattern, in a channel; and in all to name it.
 const ROUGH_PAIRS: usize = 300;
 /// See [`ROUGH_PAIRS`].
@@ -35,8 +35,6 @@ const LOUD: f64 = 1.2;
 /// it where it is noise, next to nothing where a few of them are disturbed.
 const MIDDLE: f64 = 0.5;
 
-/// The effect that follows the direction of travel.
-const DIRECTED: &str = "hysteresis";
 /// Samples that must be judged otherwise than before for all to be fitted anew.
 const ANEW: usize = 3;
 
@@ -83,7 +81,7 @@ impl Bursts {
         let total_m = (self.squares_m2 / rows).sqrt();
         let spread_m = 0.5 * birge_ratio * self.squares_variance_m4.sqrt() / rows;
         Named {
-            name: OUTLIERS.into(),
+            name: effects::name_of(Judged::AsBursts).into(),
             probability: 0.97,
             total_rms_m: Some(total_m),
             total_deviation_m: Some(spread_m / total_m.max(f64::MIN_POSITIVE)),
@@ -316,7 +314,11 @@ impl Judge<'_> {
         let mut marked = disturbed(&rows, scene.len(), &scene.observations.stretch);
         let astray = astray(&rows, scene.observations);
         // About a turn a direction that is told some samples late leaves twice what it does there: no burst.
-        let directed = self.told.names(&self.study).iter().any(|n| n == DIRECTED);
+        let directed = self
+            .told
+            .names(&self.study)
+            .iter()
+            .any(|n| effects::has(n, |card| card.remembers));
         let turning = |i: usize| {
             let mut segments = scene.motion.turning.iter();
             directed && segments.any(|s| s.get(i).is_some_and(|t| *t))

@@ -2,9 +2,9 @@
 //! comes with the courier's place, a cable that bends it or air that tilts it, moves all readings together.
 
 use super::Judge;
-use crate::design::study::FIELD;
 use crate::linearization::scene::Scene;
 use crate::trace::log;
+use effects::Judged;
 use effects::sensor::{READINGS, Regressor};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use rayon::prelude::*;
@@ -49,7 +49,11 @@ impl Judge<'_> {
     /// Of the field that is found; none without one or without a beacon.
     pub(super) fn alike(&self) -> Option<Alike> {
         let fine = &self.fine;
-        let field = fine.columns.blocks.iter().find(|b| b.name == FIELD)?;
+        let field = fine
+            .columns
+            .blocks
+            .iter()
+            .find(|b| effects::is(&b.name, Judged::AsField))?;
         let acting: Vec<(&Regressor, f64)> = field
             .columns
             .clone()

@@ -4,8 +4,9 @@
 use super::mixed_harmonics::are_the_gaps_own;
 use super::{CLOSE, Judge};
 use crate::linearization::relinearized::Refined;
-use effects::sensor::{Channel, Survey};
-use effects::thermal_drift::sensor_side::RIGHT_WITHIN_K;
+use effects::effect::{Holds, KnownBy};
+use effects::identity::Identity;
+use effects::sensor::Survey;
 
 /// What a skew beside growth must take of what is left without it.
 const NEEDED: f64 = 0.4;
@@ -14,20 +15,32 @@ impl<'a> Judge<'a> {
     /// Where both are found, a ruling that grows with temperature is right at one that need not be the mean: at the mean it has another
     /// pitch, and is not skewed for that.
     pub(super) fn tell_growth(&mut self) {
+        let mut holding = effects::holding(|by| matches!(by, KnownBy::Growth { .. }));
+        let Some((
+            growing,
+            &Holds {
+                other,
+                tell: [tell, ..],
+                known_by: KnownBy::Growth { within_k },
+            },
+        )) = holding.next()
+        else {
+            return;
+        };
         let names = self.told.names(&self.study);
         let at = |name: &str| names.iter().position(|n| n == name);
-        let (Some(_), Some(skew)) = (at("thermal_drift"), at("axis_skew")) else {
+        let (Some(_), Some(skew)) = (at(growing.name), at(other)) else {
             return;
         };
         let mut fewer = names.clone();
         fewer.remove(skew);
-        let fine = self.fitted_telling(&fewer, &|survey| survey.growth_told = true);
+        let fine = self.fitted_telling(&fewer, tell);
         let (_, noise) = self.levels();
         let excess = |fine: &Refined| fine.residuals().white_rms().powi(2) - noise;
         let left = excess(&fine);
         let shows = left > (CLOSE * CLOSE - 1.0) * noise;
         let needed = shows && excess(&self.fine) < (1.0 - NEEDED) * left;
-        if !needed && is_growth(&fine) {
+        if !needed && is_growth(&fine, within_k) {
             self.told.found.blocks.remove(skew);
             self.fine = fine;
             self.restate();
@@ -37,16 +50,30 @@ impl<'a> Judge<'a> {
     /// A gap's error at the normal amplitude, as far as equation (3) lacks it. Free harmonics tell of that themselves; where they are
     /// no more than that, they go.
     pub(super) fn tell_gap(&mut self) {
+        let mut holding = effects::holding(|by| by == KnownBy::MixedHarmonics);
+        let Some((
+            gap,
+            &Holds {
+                other,
+                tell: [tell, ..],
+                ..
+            },
+        )) = holding.next()
+        else {
+            return;
+        };
         let mut names = self.told.names(&self.study);
         let at = |name: &str| names.iter().position(|n| n == name);
-        let shape = at("extra_harmonics");
+        let shape = at(other);
         let told = self.fine.scene.survey.gap_told;
-        if told || at("gap_variation").is_none() || shape.is_some() && !are_the_gaps_own(&self.fine)
+        if told
+            || at(gap.name).is_none()
+            || shape.is_some() && !are_the_gaps_own(&self.fine, gap.name, other)
         {
             return;
         }
         shape.map(|at| names.remove(at));
-        let fine = self.fitted_telling(&names, &|survey| survey.gap_told = true);
+        let fine = self.fitted_telling(&names, tell);
         let as_good = if shape.is_some() { CLOSE } else { 1.0 };
         if fine.residuals().white_rms() < as_good * self.fine.residuals().white_rms() {
             shape.map(|at| self.told.found.blocks.remove(at));
@@ -59,24 +86,18 @@ impl<'a> Judge<'a> {
     /// it makes, and changes the amplitude as a gap that tilts does. Where such a turn does as well as the harmonics with one of these beside
     /// them, there is none.
     pub(super) fn tell_turn(&mut self) {
-        for makeshift in ["span_error", "gap_variation"] {
+        for (turning, holds) in effects::holding(|by| by == KnownBy::Fit) {
             let mut names = self.told.names(&self.study);
             let at = |name: &str| names.iter().position(|n| n == name);
-            let (Some(_), Some(stands_in)) = (at("angle_dependence"), at(makeshift)) else {
+            let (Some(_), Some(stands_in)) = (at(turning.name), at(holds.other)) else {
                 continue;
             };
             names.remove(stands_in);
-            let turned = [Channel::Sine, Channel::Cosine].map(|channel| {
-                self.fitted_telling(&names, &|survey| {
-                    survey.fuller.turns_with_theta = Some(channel);
-                })
-            });
             let left = |fine: &Refined| fine.residuals().white_rms();
-            let [one, other] = turned;
-            let fine = if left(&one) < left(&other) {
-                one
-            } else {
-                other
+            let told = holds.tell.iter();
+            let told = told.map(|tell| self.fitted_telling(&names, tell));
+            let Some(fine) = told.reduce(|a, b| if left(&a) < left(&b) { a } else { b }) else {
+                continue;
             };
             if left(&fine) < CLOSE * left(&self.fine) {
                 self.told.found.blocks.remove(stands_in);
@@ -97,14 +118,15 @@ impl<'a> Judge<'a> {
 }
 
 /// True if each ruling's pitch at the mean temperature is what its growth makes of a temperature at which it is right.
-fn is_growth(fine: &Refined) -> bool {
-    let amount = |name: &str| {
+fn is_growth(fine: &Refined, within_k: f64) -> bool {
+    let amount = |identity: Identity| {
         let mut all = fine.columns.regressors.iter();
-        all.position(|r| r.name == name).map(|c| fine.amount(c))
+        let column = all.position(|r| r.identity == Some(identity));
+        column.map_or(0.0, |c| fine.amount(c))
     };
-    ["x", "y"].iter().all(|axis| {
-        let slope = amount(&format!("scale of {axis}")).unwrap_or(0.0);
-        let there = amount(&format!("scale of {axis} at the mean temperature")).unwrap_or(0.0);
-        there == 0.0 || (there / slope).abs() <= RIGHT_WITHIN_K
+    (0..2).all(|axis| {
+        let slope = amount(Identity::Growth { axis });
+        let there = amount(Identity::GrowthAtMean { axis });
+        there == 0.0 || (there / slope).abs() <= within_k
     })
 }

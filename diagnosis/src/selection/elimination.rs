@@ -1,11 +1,12 @@
 //! What is not needed once the others are fitted about themselves: an effect may have stood in for their second order.
 
-use super::second_effect::{LEADS, MAKESHIFTS, NEARLY_ALL};
-use super::{CLOSE, Judge, OF_ITS_TIME};
+use super::second_effect::{LEADS, NEARLY_ALL, is_makeshift};
+use super::{CLOSE, Judge};
 use crate::design::gram::{FOLDS, solve, squares};
 use crate::inference::cross_validation::Arena;
 use crate::linearization::relinearized::Refined;
 use crate::selection::search::{MINIMUM_SQUARES, rest};
+use effects::{Card, Judged};
 
 /// An effect beside others must take this share of what is left without it, and of the whole gap.
 const NEEDED: f64 = 0.4;
@@ -14,16 +15,6 @@ const TRIFLE: f64 = 0.002;
 /// The same for free harmonics: beside a cause they may be what its own shape lacks. And for a clip beside them that no count and no
 /// reference shows: a family of clips has their orders.
 const TRIFLING_SHAPE: f64 = 0.10;
-/// Causes without a pattern over the tooth: what they lack is no harmonic.
-const WITHOUT_PATTERN: [&str; 7] = [
-    "psd_latency",
-    "psd_misalignment",
-    "psd_nonlinearity",
-    "beacon_vibration",
-    "span_error",
-    "axis_skew",
-    "thermal_drift",
-];
 /// The same beside a drift: its course is known to about a hundredth. What takes nearly all that is left is beside it as beside others.
 const BESIDE_DRIFT: f64 = 0.02;
 /// What takes this share of what is left without it is no makeshift, however small a share of the whole gap it is, and though what
@@ -74,17 +65,20 @@ impl Small {
     /// Of the effect at a place among those that are found; `seen` where a clip is seen as such.
     fn of(names: &[String], at: usize, seen: bool) -> Self {
         let mut others = names.iter().enumerate().filter(|(k, _)| *k != at);
-        let patterned = others.any(|(_, name)| !WITHOUT_PATTERN.contains(&name.as_str()));
-        let supposed = names[at] == "adc_clipping" && !seen;
-        let beside_harmonics = names.iter().any(|name| name == "extra_harmonics");
-        let (trifle, may_complete) =
-            if names[at] == "extra_harmonics" && patterned || supposed && beside_harmonics {
-                (TRIFLING_SHAPE, false)
-            } else if names.iter().any(|name| name == OF_ITS_TIME) {
-                (BESIDE_DRIFT, true)
-            } else {
-                (TRIFLE, true)
-            };
+        let patterned = others.any(|(_, name)| effects::has(name, |card| card.patterned));
+        let supposed = effects::is(&names[at], Judged::ByRails) && !seen;
+        let beside_harmonics = names.iter().any(|name| effects::has(name, Card::is_shape));
+        let is_shape = effects::has(&names[at], Card::is_shape);
+        let (trifle, may_complete) = if is_shape && patterned || supposed && beside_harmonics {
+            (TRIFLING_SHAPE, false)
+        } else if names
+            .iter()
+            .any(|name| effects::has(name, Card::keeps_its_own_time))
+        {
+            (BESIDE_DRIFT, true)
+        } else {
+            (TRIFLE, true)
+        };
         Self {
             trifle,
             may_complete,
@@ -136,7 +130,7 @@ impl<'a> Judge<'a> {
             let mut small = Small::of(&names, at, seen);
             if self.leads.as_ref() == Some(&names[at]) {
                 small.may_complete = true;
-                small.completes = if MAKESHIFTS.contains(&names[at].as_str()) {
+                small.completes = if is_makeshift(&names[at]) {
                     NEARLY_ALL
                 } else {
                     LEADS

@@ -2,10 +2,11 @@
 
 use super::selected::{Told, leading};
 use super::{Judge, LEFT_OVER, VISIBLE};
-use crate::design::study::{FIELD, Look, study};
+use crate::design::study::{Look, study};
 use crate::inference::cross_validation::Arena;
 use crate::linearization::point::About;
 use crate::trace::log;
+use effects::Judged;
 
 /// A field over the platen is worth its hundreds of unknowns if it leaves less than this share of what was left.
 const FIELD_LEAVES: f64 = 0.7;
@@ -57,7 +58,12 @@ impl Judge<'_> {
             ..self.trusted()
         };
         let fielded = study(self.prepared, self.options, &about, look);
-        if !fielded.columns.blocks.iter().any(|b| b.name == FIELD) {
+        if !fielded
+            .columns
+            .blocks
+            .iter()
+            .any(|b| effects::is(&b.name, Judged::AsField))
+        {
             return false;
         }
         let told = Told::new(&fielded, self.noise.is_some());
@@ -72,7 +78,10 @@ impl Judge<'_> {
     /// matter of single teeth.
     pub(super) fn is_no_field(&self, arena: &mut Arena) -> bool {
         let found = &self.told.found.blocks;
-        let field = self.names_of(found).iter().position(|name| *name == FIELD);
+        let field = self
+            .names_of(found)
+            .iter()
+            .position(|name| effects::is(name, Judged::AsField));
         let Some(field) = field else {
             return false;
         };

@@ -1,17 +1,13 @@
 //! The model of what is named, fitted on all samples in use.
 
 use super::Judge;
-use super::bursts_and_noise::OUTLIERS;
-use crate::design::study::FIELD;
 use crate::inference::covariance::Certainty;
 use crate::linearization::relinearized::Refined;
 use crate::transfer::amplitude_support::Reached;
 use crate::transfer::model::{EffectAmounts, Model, is_of_its_time};
 use crate::transfer::support::Visited;
 use crate::verdict::answer::{Diagnosis, Magnitude, Verdict};
-
-/// The effect that follows the amplitude.
-const OF_THE_GAP: &str = "gap_variation";
+use effects::Judged;
 
 impl Judge<'_> {
     /// The model: the baseline alone, and the baseline with what is named.
@@ -26,7 +22,10 @@ impl Judge<'_> {
             normal: scene.normal.clone(),
             survey: scene.survey.clone(),
             claimed: diagnosis.held_out.clone(),
-            bursts: diagnosis.effects.iter().any(|e| e.name == OUTLIERS),
+            bursts: diagnosis
+                .effects
+                .iter()
+                .any(|e| effects::is(&e.name, Judged::AsBursts)),
             visited: None,
             certainty: None,
             reached: None,
@@ -48,10 +47,16 @@ impl Judge<'_> {
             model.baseline_with_effects = fine.scene.baseline.clone();
             model.baseline_with_effects.add(scene.scope, &step);
             model.effects = amounts(fine);
-            let fields = model.effects.iter().any(|e| e.name == FIELD);
+            let fields = model
+                .effects
+                .iter()
+                .any(|e| effects::is(&e.name, Judged::AsField));
             model.certainty = Certainty::of(fine);
             let by_teeth = fine.scene.survey.teeth.is_some();
-            let gap = model.effects.iter().any(|e| e.name == OF_THE_GAP);
+            let gap = model
+                .effects
+                .iter()
+                .any(|e| effects::has(&e.name, |card| card.by_amplitude));
             model.reached = gap.then(|| Reached::of(&fine.scene));
             model.visited = (fields && !by_teeth).then(|| Visited::of(&fine.scene));
         }

@@ -8,6 +8,7 @@ use crate::linearization::point::About;
 use crate::selection::search::rest;
 use crate::trace::log;
 use crate::verdict::answer::Share;
+use effects::sensor::Regressor;
 use nalgebra::{Matrix3, Vector3};
 
 /// Shares that are told: from this on, and so many.
@@ -291,7 +292,7 @@ fn coordinates(study: &Study, without: &[usize]) -> Vec<(String, Vec<Vec<usize>>
         }
         let mut own: Vec<(String, Vec<usize>)> = Vec::new();
         for c in block.columns.clone() {
-            let label = coordinate(&study.kinds[b - 1], &study.columns.regressors[c].name);
+            let label = coordinate(&study.kinds[b - 1], &study.columns.regressors[c]);
             match own.iter_mut().find(|group| group.0 == label) {
                 Some(group) => group.1.push(c),
                 None => own.push((label, vec![c])),
@@ -308,40 +309,12 @@ fn coordinates(study: &Study, without: &[usize]) -> Vec<(String, Vec<Vec<usize>>
 }
 
 /// The coordinate of a column in the words of diagnosis.md.
-fn coordinate(kind: &Kind, column: &str) -> String {
-    let order = |text: &str| {
-        column
-            .split("order ")
-            .nth(1)
-            .map(|t| format!("{text}, order {}", t.split(' ').next().unwrap_or("")))
-            .unwrap_or(text.into())
-    };
+fn coordinate(kind: &Kind, column: &Regressor) -> String {
     match kind {
         Kind::Place(name) => name.clone(),
-        Kind::Effect(name) | Kind::Shape(name) => match name.as_str() {
-            "extra_harmonics" => order("own tooth phase"),
-            "lateral_dependence" if column.starts_with("own") => {
-                "own and lateral tooth phase".into()
-            }
-            "lateral_dependence" => order("lateral tooth phase"),
-            "adc_clipping" => "own tooth phase, orders 4, 8, 12, 16".into(),
-            "angle_dependence" => "theta and own tooth phase".into(),
-            "psd_nonlinearity" | "psd_misalignment" => {
-                "deflection of the coordination sensor".into()
-            }
-            "thermal_drift" => "temperature".into(),
-            "velocity_lag" | "psd_latency" => "speed".into(),
-            "hysteresis" => "direction".into(),
-            "gap_variation" if column.starts_with("place") => {
-                "place on the platen and own tooth phase".into()
-            }
-            "gap_variation" => "signal amplitude".into(),
-            "beacon_vibration" => "frequency".into(),
-            "axis_skew" | "tooth_variation" => "place on the platen".into(),
-            "quadrature_drift" => "time and own tooth phase".into(),
-            "span_error" => "theta".into(),
-            other => other.into(),
-        },
+        Kind::Effect(name) | Kind::Shape(name) => {
+            effects::effect(name).map_or_else(|| name.clone(), |effect| effect.coordinate(column))
+        }
     }
 }
 

@@ -8,6 +8,7 @@
 
 use crate::linearization::baseline::ORDERS;
 use crate::linearization::relinearized::Refined;
+use effects::identity::{Factor, Identity, Part, Wave};
 use std::f64::consts::TAU;
 
 /// Orders that equation (3) lacks and an offset brings in, each with its neighbours that equation (3) has.
@@ -34,16 +35,16 @@ struct Pair {
 }
 
 /// True if the free harmonics that are found are what the offsets that the gap shows make of equation (3)'s, and its third harmonics.
-pub(super) fn are_the_gaps_own(fine: &Refined) -> bool {
+/// `gap` and `harmonics` are the names of the two effects.
+pub(super) fn are_the_gaps_own(fine: &Refined, gap: &str, harmonics: &str) -> bool {
     let pitch_m = fine.scene.observations.pitch_m;
-    let changes_m =
-        |order: usize, s: usize| amplitude_m(fine, "gap_variation", "amplitude times ", order, s);
+    let changes_m = |order: usize, s: usize| amplitude_m(fine, gap, Factor::Amplitude, order, s);
     let pairs: [Pair; 4] = std::array::from_fn(|s| Pair {
         offset: changes_m(1, s) * TAU / pitch_m,
         third: 0.5 * changes_m(OF_A_THIRD.0, s) * TAU / pitch_m,
         pitch_m,
         baseline_m: std::array::from_fn(|order| baseline_m(fine, order, s)),
-        found_m: std::array::from_fn(|order| amplitude_m(fine, "extra_harmonics", "", order, s)),
+        found_m: std::array::from_fn(|order| amplitude_m(fine, harmonics, Factor::One, order, s)),
     });
     are_made(&pairs)
 }
@@ -70,17 +71,24 @@ fn are_made(pairs: &[Pair]) -> bool {
 }
 
 /// Amplitude of a sine and a cosine of an effect; zero where it has none.
-fn amplitude_m(fine: &Refined, effect: &str, label: &str, order: usize, segment: usize) -> f64 {
+fn amplitude_m(fine: &Refined, effect: &str, factor: Factor, order: usize, segment: usize) -> f64 {
     let Some(block) = fine.columns.blocks.iter().find(|b| b.name == effect) else {
         return 0.0;
     };
-    let part = |part: &str| {
-        let name = format!("{label}order {order} {part}, segment {}", segment + 1);
+    let amount = |part: Part| {
+        let wave = Wave {
+            segment,
+            own_order: order,
+            lateral_order: 0,
+            part,
+            factor,
+        };
+        let identity = Some(Identity::Wave(wave));
         let mut columns = block.columns.clone();
-        let column = columns.find(|c| fine.columns.regressors[*c].name == name);
+        let column = columns.find(|c| fine.columns.regressors[*c].identity == identity);
         column.map_or(0.0, |c| fine.amount(c))
     };
-    part("sine").hypot(part("cosine"))
+    amount(Part::Sine).hypot(amount(Part::Cosine))
 }
 
 /// Amplitude of an order of equation (3); zero where it has none.

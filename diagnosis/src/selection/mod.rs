@@ -30,13 +30,13 @@ mod wander_elsewhere;
 mod winding;
 
 use crate::data::prepare::{Prepared, prepare};
-use crate::design::study::{FIELD, Look, Options, Study, study};
+use crate::design::study::{Look, Options, Study, study};
 use crate::inference::residuals::Residuals;
 use crate::linearization::point::About;
 use crate::linearization::relinearized::Refined;
 use crate::noise::simulated::Floor;
 use crate::progress::{Stage, Watch, unwatched};
-use crate::transfer::model::{Model, OF_ITS_TIME};
+use crate::transfer::model::Model;
 use crate::verdict::answer::{Diagnosis, Verdict};
 use crate::verdict::evidence::{Evidence, Step};
 use effects::sensor::READINGS;
@@ -56,8 +56,10 @@ pub const CHANNEL_NAMES: [&str; 7] = [
 ];
 /// A gap shows if the whitened rms exceeds the simulator's own by this factor, or if shapes stand out beyond chance.
 pub const VISIBLE: f64 = 1.05;
-/// Delays. What all segments have in common of the one is the other, the other way round.
-const DELAYS: [&str; 2] = ["psd_latency", "velocity_lag"];
+/// True for a delay. What all segments have in common of the one is the other, the other way round.
+fn is_delay(name: &str) -> bool {
+    effects::has(name, |card| card.delays)
+}
 /// White noise is named from this factor on.
 const NOISY: f64 = 1.10;
 /// Beyond this factor the found effects' second order and lines of the spectrum may be what is left, and all is compared anew.
@@ -74,14 +76,15 @@ const TRUSTED: f64 = 0.3;
 const LITTLE: f64 = 0.7;
 /// A gap of which all shapes together leave more than this share lies nowhere yet: shorter waves are looked for.
 const NOWHERE: f64 = 0.85;
-/// Effects whose harmonics run over either phase of the own tooth.
-const HARMONIC: [&str; 2] = ["extra_harmonics", "angle_dependence"];
+/// Names of the effects whose harmonics run over either phase of the own tooth.
+fn of_either_phase() -> Vec<String> {
+    let cards = effects::cards().filter(|card| card.either_phase);
+    cards.map(|card| card.name.into()).collect()
+}
 /// They are taken over the unmodified phase if that leaves less than this share.
 const OTHER_PHASE: f64 = 0.7;
 /// All else is compared over it only where the harmonics themselves take this share more of what they leave.
 const OTHER_PHASE_TAKES: f64 = 0.1;
-/// Effects with so many unknowns that a simpler shape which does nearly as well is to be believed instead.
-pub const FLEXIBLE: [&str; 2] = [FIELD, "quadrature_drift"];
 
 /// The diagnosis with what a report and a model need besides.
 #[derive(Clone, Debug, Default)]
@@ -324,7 +327,9 @@ impl<'a> Judge<'a> {
     /// does: by high orders the two are a good part of a turn apart. That which leaves less is kept, for all of them.
     fn choose_phase(&mut self) {
         let found = self.told.names(&self.study);
-        let harmonic = found.iter().any(|name| HARMONIC.contains(&name.as_str()));
+        let harmonic = found
+            .iter()
+            .any(|name| effects::has(name, |card| card.either_phase));
         // What is found beside harmonics may stand in for what they lack over the wrong phase.
         let alone = found.len() == 1;
         let closed = self.ratio() < if harmonic { CLOSE } else { VISIBLE } && (alone || !harmonic);
@@ -334,7 +339,7 @@ impl<'a> Judge<'a> {
         let mut survey = self.study.scene.survey.clone();
         survey.unmodified = true;
         let mut list = found;
-        list.extend(HARMONIC.map(String::from));
+        list.extend(of_either_phase());
         let mut look = Look {
             as_in: Some(&survey),
             only: Some(&list),
@@ -364,8 +369,8 @@ impl<'a> Judge<'a> {
             let mut arena = study.arena();
             arena.score(&blocks).squares - arena.rows() * study.floor.white_square
         };
-        HARMONIC.iter().any(|name| {
-            let alone = vec![name.to_string()];
+        of_either_phase().iter().any(|name| {
+            let alone = vec![name.clone()];
             let beside = [&known[..], &alone].concat();
             [alone, beside].iter().any(|names| {
                 let [here, there] = [&self.study, other].map(|s| left(s, names));

@@ -1,12 +1,14 @@
 //! What is named: its share, its rivals, its amounts.
 
-use super::{CHANNEL_NAMES, FLEXIBLE, Judge};
+use super::{CHANNEL_NAMES, Judge};
 use crate::data::slips::Slip;
 use crate::design::study::handicap;
 use crate::inference::cross_validation::Arena;
 use crate::inference::posterior::{Known, Posterior, birge_ratio};
 use crate::selection::search::rest;
 use crate::verdict::answer::{Magnitude, Named};
+use effects::effect::KnownBy;
+use effects::{Card, Judged};
 
 /// Probability below which a runner-up is not worth a mention.
 const ALIAS: f64 = 0.05;
@@ -23,7 +25,7 @@ const ITS_OWN: f64 = 0.5;
 
 /// True for what is no flexible shape, which would do in the place of anything.
 fn is_cause(name: &str) -> bool {
-    name != "extra_harmonics" && !FLEXIBLE.contains(&name)
+    effects::has(name, Card::is_cause)
 }
 
 impl Judge<'_> {
@@ -89,9 +91,12 @@ impl Judge<'_> {
         others: &[usize],
     ) -> Vec<usize> {
         let blocks = &self.study.columns.blocks;
-        let told = self.fine.scene.survey.gap_told && blocks[block].name != "gap_variation";
-        let mut effects = self.study.effects().into_iter();
-        let made = effects.find(|b| told && blocks[*b].name == "extra_harmonics");
+        let mut holding = effects::holding(|by| by == KnownBy::MixedHarmonics);
+        let made = holding.next().and_then(|(gap, holds)| {
+            let told = self.fine.scene.survey.gap_told && blocks[block].name != gap.name;
+            let mut effects = self.study.effects().into_iter();
+            effects.find(|b| told && blocks[*b].name == holds.other)
+        });
         let with = |more: Option<usize>| others.iter().copied().chain(more).collect::<Vec<_>>();
         let mut takes = |beside: Vec<usize>| {
             let both = [&beside[..], &[block]].concat();
@@ -181,7 +186,7 @@ impl Judge<'_> {
         let rows = |c: usize| self.after.channel_rms_m(c).1 as f64;
         let total = pooled(beyond.iter().map(|(c, known)| (rows(*c), *known)));
         Named {
-            name: "excess_noise".into(),
+            name: effects::name_of(Judged::AsNoise).into(),
             probability: if white > 1.2 { 0.97 } else { 0.8 },
             magnitude: magnitude.collect(),
             total_rms_m: Some(total.value),
@@ -246,7 +251,7 @@ pub(super) fn slip_named(first: &Slip, all: &[Slip], samples: usize, pitch_m: f6
         })
         .collect();
     Named {
-        name: "cycle_slip".into(),
+        name: effects::name_of(Judged::AsSlips).into(),
         probability: if first.sure { 0.99 } else { 0.95 },
         magnitude,
         total_rms_m: Some(pitch_m * teeth_off_rms(all, samples)),

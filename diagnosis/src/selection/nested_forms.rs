@@ -6,7 +6,9 @@ use super::{CLOSE, Judge, LITTLE, TRUSTED};
 use crate::design::study::{Look, study};
 use crate::linearization::relinearized::Refined;
 use crate::trace::log;
-use effects::sensor::{Channel, Fuller, Survey};
+use effects::Card;
+use effects::effect::{Form, Worth};
+use effects::sensor::Survey;
 
 /// More of an effect is worth its unknowns if less than this share of the gap is left.
 const LEAVES: f64 = 0.7;
@@ -19,117 +21,73 @@ const AS_MUCH: f64 = 1.1;
 /// Standard deviations of a mean square that chance takes it by.
 const CHANCE: f64 = 4.0;
 
-/// What more there is to tell of an effect, where it may be, and what it must leave.
-struct More {
-    effect: &'static str,
-    /// What it is found as while no more is told of it.
-    found_as: &'static str,
-    /// What stands in for it beside it.
-    completed_by: Option<&'static str>,
-    /// Share of the gap that what is found may leave: where it leaves more, what is told more of may not be what there is.
-    beside: f64,
-    /// Share of what is left that it must leave.
-    leaves: f64,
-    tell: fn(&mut Fuller),
+/// Fuller forms in the order in which they are tried, each with the effect that it is of.
+fn forms() -> Vec<(&'static Card, &'static Form)> {
+    let all = effects::cards().flat_map(|card| card.forms.iter().map(move |form| (card, form)));
+    let mut list: Vec<_> = all.collect();
+    list.sort_by_key(|(card, _)| card.follows);
+    list
 }
 
-impl More {
-    const fn of(effect: &'static str, tell: fn(&mut Fuller)) -> Self {
-        Self {
-            effect,
-            found_as: effect,
-            completed_by: None,
-            beside: TRUSTED,
-            leaves: LEAVES,
-            tell,
-        }
+/// Share of the gap that what is found may leave: where it leaves more, what is told more of may not be what there is.
+fn beside(form: &Form) -> f64 {
+    if form.far_from_it { LITTLE } else { TRUSTED }
+}
+
+/// Share of what is left that a form must leave.
+fn must_leave(form: &Form) -> f64 {
+    match form.worth {
+        Worth::Many => LEAVES,
+        Worth::Few => LEAVES_OF_FEW,
+        Worth::OneForTwo => AS_MUCH,
     }
 }
-
-/// In the order in which they are tried; a further one is an entry here and a field of [`Fuller`].
-const FULLER: [More; 12] = [
-    More::of("velocity_lag", |told| told.lag_waves = true),
-    More::of("hysteresis", |told| told.fades_at_rest = true),
-    More::of("hysteresis", |told| told.memory_waves = true),
-    More {
-        // A direction alone takes half of what only a fast courier feels.
-        beside: LITTLE,
-        ..More::of("hysteresis", |told| told.softens = true)
-    },
-    More {
-        // At two speeds a delay and its square are a direction.
-        found_as: "velocity_lag",
-        ..More::of("hysteresis", |told| {
-            told.fades_at_rest = true;
-            told.softens = true;
-        })
-    },
-    More {
-        leaves: LEAVES_OF_FEW,
-        ..More::of("thermal_drift", |told| told.warms_slowly = true)
-    },
-    More::of("thermal_drift", |told| told.pairs_warm = true),
-    More {
-        // A pair that warms wanders.
-        completed_by: Some("quadrature_drift"),
-        leaves: AS_MUCH,
-        ..More::of("thermal_drift", |told| told.pairs_warm = true)
-    },
-    More::of("angle_dependence", |told| {
-        told.turns_with_theta = Some(Channel::Cosine)
-    }),
-    More::of("angle_dependence", |told| {
-        told.turns_with_theta = Some(Channel::Sine)
-    }),
-    More::of("angle_dependence", |told| told.bends_with_theta = true),
-    More::of("lateral_dependence", |told| told.lateral_mixes = true),
-];
 
 impl Judge<'_> {
     /// Compares all anew with more told of what is found, and keeps that where it leaves less: where most of the gap is its own.
     pub(super) fn tell_more_fully(&mut self) {
-        for more in FULLER {
+        for (card, form) in forms() {
             let found = self.told.names(&self.study);
-            let shows = self.ratio() >= CLOSE && self.told.found.rest < more.beside;
+            let shows = self.ratio() >= CLOSE && self.told.found.rest < beside(form);
             let has = |name: &str| found.iter().any(|n| n == name);
-            let other = more.found_as != more.effect;
-            let may = !other || self.allowed(more.effect) && !has(more.effect);
-            let complete = more.completed_by.is_none_or(has);
-            if shows && may && has(more.found_as) && complete {
-                self.tell_fully(&more, &found);
+            let found_as = form.found_as.unwrap_or(card.name);
+            let may = form.found_as.is_none() || self.allowed(card.name) && !has(card.name);
+            let complete = form.completed_by.is_none_or(has);
+            if shows && may && has(found_as) && complete {
+                self.tell_fully(card, form, &found);
             }
         }
     }
 
-    fn tell_fully(&mut self, more: &More, found: &[String]) {
+    fn tell_fully(&mut self, card: &Card, form: &Form, found: &[String]) {
         let (_, noise) = self.levels();
         let excess = |fine: &Refined| fine.residuals().white_rms().powi(2) - noise;
         let left = excess(&self.fine);
         let told_as = |name: &String| {
-            if name == more.found_as {
-                more.effect.into()
+            if Some(name.as_str()) == form.found_as {
+                card.name.into()
             } else {
                 name.clone()
             }
         };
-        let of_itself = |name: &&String| more.completed_by != Some(name.as_str());
+        let of_itself = |name: &&String| form.completed_by != Some(name.as_str());
         let names: Vec<String> = found.iter().filter(of_itself).map(told_as).collect();
         let fuller = self.fitted_telling(&names, &|survey: &mut Survey| {
-            (more.tell)(&mut survey.fuller)
+            (form.tell)(&mut survey.fuller)
         });
         let leaves = excess(&fuller);
         log(&format!(
             "{} told more fully leaves {leaves:.4} of {left:.4}",
-            more.effect
+            card.name
         ));
         // Less than the noise: at angles or ways that are seldom gone through, amounts run up until the slope of a reading takes its noise in.
         let least = -CHANCE * (2.0 / fuller.gram.total_rows() as f64).sqrt();
-        let worth = |excess: f64| (least..more.leaves * left).contains(&excess);
+        let worth = |excess: f64| (least..must_leave(form) * left).contains(&excess);
         if !worth(leaves) {
             return;
         }
         let mut survey = self.study.scene.survey.clone();
-        (more.tell)(&mut survey.fuller);
+        (form.tell)(&mut survey.fuller);
         let look = Look {
             as_in: Some(&survey),
             ..Look::default()

@@ -5,13 +5,10 @@ use crate::inference::bootstrap::other_course;
 use crate::inference::residuals::Residuals;
 use crate::linearization::relinearized::Refined;
 use crate::linearization::scene::Shift;
-use crate::spectra::phase::VIBRATION;
-use crate::transfer::model::{OF_ITS_TIME, is_of_its_time};
+use crate::transfer::model::is_of_its_time;
+use effects::effect::Carries;
 use effects::sensor::READINGS;
-
-/// What must be said of a wander that is followed.
-pub(super) const FOLLOWED: &str = "quadrature_drift: its course is another one on each recording; the pair's own counts show it by their amplitude, here and on others. \
-Without them, and on the board, the wander stays";
+use effects::{Card, Judged};
 
 impl Judge<'_> {
     /// What the chosen model, and the baseline alone, leave on another recording of this motion.
@@ -75,33 +72,36 @@ impl Judge<'_> {
         let floor = self.floor.white_square.sqrt();
         let without = self.without_beats.as_ref()?;
         Some(format!(
-            "{VIBRATION}: its level beats evenly all the time, and is taken to do so elsewhere; where it beats otherwise {:.2} times the floor is left",
+            "{}: its level beats evenly all the time, and is taken to do so elsewhere; where it beats otherwise {:.2} times the floor is left",
+            effects::name_of(Judged::ByLines),
             without.white_rms() / floor
         ))
     }
 
-    /// True if a wander was found that any recording's counts show.
-    pub(super) fn follows_a_wander(&self) -> bool {
+    /// The wander that was found and that any recording's counts show.
+    pub(super) fn followed(&self) -> Option<&'static Card> {
+        let survey = &self.fine.scene.survey;
         let names = self.told.names(&self.study);
-        let wanders = names.iter().any(|name| name == OF_ITS_TIME);
-        wanders && !is_of_its_time(OF_ITS_TIME, &self.fine.scene.survey)
+        let mut cards = names.iter().filter_map(|name| effects::card(name));
+        cards.find(|card| card.keeps_its_own_time() && !is_of_its_time(card.name, survey))
     }
 
     /// What must be said where the course of what is named is another one elsewhere.
     pub(super) fn of_its_time(&self) -> String {
         let floor = self.floor.white_square.sqrt();
         let names = self.told.names(&self.study);
-        let parts = [
-            (OF_ITS_TIME, "its course"),
-            (VIBRATION, "how it swells and strays"),
-        ];
-        let own = |name: &str| name == VIBRATION || is_of_its_time(name, &self.fine.scene.survey);
-        let there = parts
+        let survey = &self.fine.scene.survey;
+        let own = |card: &&Card| match card.carries {
+            Carries::ItsOwnTime => is_of_its_time(card.name, survey),
+            _ => !card.its_own.is_empty(),
+        };
+        let cards = names.iter().filter_map(|name| effects::card(name));
+        let mut there: Vec<&Card> = cards.filter(own).collect();
+        there.sort_by_key(|card| !card.keeps_its_own_time());
+        let told = there
             .iter()
-            .filter(|(name, _)| own(name) && names.iter().any(|n| n == name));
-        let what: Vec<String> = there
-            .map(|(name, what)| format!("{name}: {what}"))
-            .collect();
+            .map(|card| format!("{}: {}", card.name, card.its_own));
+        let what: Vec<String> = told.collect();
         format!(
             "{} belongs to this recording's time and is known for this one alone; with it {:.2} times the floor is left here, without it {:.2}, which another recording is expected to show",
             what.join(" and "),

@@ -6,6 +6,7 @@ use crate::inference::cross_validation::Arena;
 use crate::inference::residuals::Residuals;
 use crate::selection::search::rest;
 use crate::verdict::answer::Named;
+use effects::Card;
 
 /// What stays of the gap in a sum that no error of the reference can be in, if the reference is the cause: less than this.
 const IN_PARITY: f64 = 0.04;
@@ -21,10 +22,9 @@ impl Judge<'_> {
     pub(super) fn of_the_reference(&self) -> bool {
         let scope = &self.study.scene.scope;
         let told = self.told.names(&self.study);
-        let rigid = ["velocity_lag", "axis_skew", "tooth_variation"];
         if !scope.reference
             || !scope.segments.iter().all(|s| *s)
-            || told.iter().all(|n| rigid.contains(&n.as_str()))
+            || told.iter().all(|n| effects::has(n, |card| card.rigid))
         {
             return false;
         }
@@ -64,15 +64,17 @@ impl Judge<'_> {
     /// With one segment of an axis a periodic error of the reference looks like orders that equation (3) leaves out: these are
     /// not told for certain, and the doubt is.
     pub(super) fn doubt_the_reference(&self, effects: &mut [Named]) -> Option<String> {
-        let shape = effects.iter_mut().find(|e| e.name == "extra_harmonics")?;
+        let shape = effects
+            .iter_mut()
+            .find(|e| effects::has(&e.name, Card::is_shape))?;
         if !self.study.scene.scope.reference || self.paired() {
             return None;
         }
         shape.probability = shape.probability.min(EITHER);
-        Some(
-            "extra_harmonics: a periodic error of the reference itself looks the same to one segment; a second segment of the axis tells them apart"
-                .into(),
-        )
+        Some(format!(
+            "{}: a periodic error of the reference itself looks the same to one segment; a second segment of the axis tells them apart",
+            shape.name
+        ))
     }
 }
 

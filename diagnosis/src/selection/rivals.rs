@@ -1,20 +1,19 @@
 //! Shapes without a name in the place of a course: what wanders by the clock, or follows the temperature, may be told by so many unknowns
 //! that it takes in what something else does.
 
+use super::Judge;
 use super::elimination::COMPLETES_SQUARES;
 use super::verdict::STAYS_VISIBLE;
-use super::{Judge, OF_ITS_TIME};
 use crate::inference::cross_validation::Arena;
 use crate::selection::search::{MINIMUM_SQUARES, rest};
+use effects::Card;
 
 /// A shape that leaves so many times what a drift leaves does not do as well, whatever share of the gap it takes.
 const DRIFT_IS_CLEAR: f64 = 10.0;
-/// The effect that follows the temperature,
-const WARMTH: &str = "thermal_drift";
-/// the shape that follows the clock,
+/// The shape that follows the clock,
 const CLOCK: &str = "time";
 /// and the share of what the one leaves that the other leaves where it is the cause. On 21 recordings of other hands and of our own where
-/// `thermal_drift` was rightly found by itself it left 1.17 times as much or more.
+/// a drift with the temperature was rightly found by itself it left 1.17 times as much or more.
 const BY_THE_CLOCK: f64 = 0.7;
 
 impl Judge<'_> {
@@ -30,13 +29,14 @@ impl Judge<'_> {
 
     /// What is found besides a drift.
     fn beside_the_drift(&self) -> Vec<usize> {
-        self.beside(OF_ITS_TIME)
+        self.beside(Card::keeps_its_own_time)
     }
 
-    /// What is found besides an effect.
-    fn beside(&self, name: &str) -> Vec<usize> {
+    /// What is found besides effects with a property.
+    fn beside(&self, property: fn(&Card) -> bool) -> Vec<usize> {
         let blocks = self.told.found.blocks.iter().copied();
-        blocks.filter(|b| self.names_of(&[*b]) != [name]).collect()
+        let of_it = |b: &usize| effects::has(&self.study.columns.blocks[*b].name, property);
+        blocks.filter(|b| !of_it(b)).collect()
     }
 
     /// True if what follows the temperature follows the clock far better: a temperature that falls while a mount creeps is not its cause.
@@ -44,10 +44,11 @@ impl Judge<'_> {
         let found = &self.told.found;
         let names = self.names_of(&found.blocks);
         // A course beside it has the unknowns that a clock's shape has.
-        if !names.contains(&WARMTH) || names.contains(&OF_ITS_TIME) {
+        let has = |property: fn(&Card) -> bool| names.iter().any(|n| effects::has(n, property));
+        if !has(Card::follows_temperature) || has(Card::keeps_its_own_time) {
             return false;
         }
-        let others = self.beside(WARMTH);
+        let others = self.beside(Card::follows_temperature);
         let whole = (arena.score(&[]).squares - self.base).max(MINIMUM_SQUARES);
         let mut clock = self.study.places().into_iter();
         let clock = clock.find(|b| self.study.columns.blocks[*b].name == CLOCK);

@@ -2,8 +2,9 @@
 
 use crate::design::gram::FOLDS;
 use crate::inference::cross_validation::{Arena, Score};
+use crate::selection::VISIBLE;
 use crate::selection::core_terms::hollow;
-use crate::selection::{FLEXIBLE, VISIBLE};
+use effects::Card;
 
 /// A further effect must take this share of the whole gap.
 pub const MINIMUM_SHARE: f64 = 0.025;
@@ -241,7 +242,7 @@ fn minimum_share(arena: &Arena, set: &[usize]) -> f64 {
 /// True if some effect of a set has very many unknowns.
 fn is_flexible(arena: &Arena, set: &[usize]) -> bool {
     let name = |b: &usize| arena.columns.blocks[*b].name.as_str();
-    set.iter().any(|b| FLEXIBLE.contains(&name(b)))
+    set.iter().any(|b| effects::has(name(b), Card::is_flexible))
 }
 
 /// True if one with very many unknowns is in a set that is not in another.

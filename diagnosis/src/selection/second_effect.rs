@@ -3,7 +3,7 @@
 
 use super::elimination::{COMPLETES, COMPLETES_SQUARES};
 use super::selected::Told;
-use super::{DELAYS, FLEXIBLE, Judge, VISIBLE};
+use super::{Judge, VISIBLE, is_delay};
 use crate::design::study::{Look, study};
 use crate::inference::cross_validation::Arena;
 use crate::linearization::point::About;
@@ -11,6 +11,7 @@ use crate::linearization::relinearized::Refined;
 use crate::selection::core_terms::hollow;
 use crate::selection::search::{Found, MINIMUM_SQUARES, rest};
 use crate::trace::log;
+use effects::Card;
 
 /// To first order it takes this share of what is left, and more than chance gives. Fitted together it may take many times as much: rulings
 /// askew took 0.22 of what 44 um across the teeth left, and then 0.96.
@@ -20,16 +21,13 @@ const TRIED: usize = 3;
 /// Fitted about itself it completes what is found, or takes this share of what is left if to first order no shape without a name takes as
 /// much: a makeshift's rightful shape would.
 pub(super) const LEADS: f64 = 0.6;
-/// Shapes that stand in for what a great effect's own form lacks: theirs must be nearly all of that to first order, and nothing that
-/// shows is left with them.
-pub(super) const MAKESHIFTS: [&str; 4] = [
-    "extra_harmonics",
-    "adc_clipping",
-    "hysteresis",
-    "gap_variation",
-];
+/// True for shapes that stand in for what a great effect's own form lacks: theirs must be nearly all of that to first order, and
+/// nothing that shows is left with them.
+pub(super) fn is_makeshift(name: &str) -> bool {
+    effects::has(name, |card| card.makeshift)
+}
 
-/// See [`MAKESHIFTS`].
+/// See [`is_makeshift`].
 pub(super) const NEARLY_ALL: f64 = 0.9;
 
 /// What is likely to be there besides.
@@ -44,7 +42,7 @@ impl<'a> Judge<'a> {
     /// Puts another effect beside what is found where it takes nearly all of what is left. True if one was.
     pub(super) fn try_beside(&mut self) -> bool {
         let found = self.told.names(&self.study);
-        let flexible = found.iter().any(|n| FLEXIBLE.contains(&n.as_str()));
+        let flexible = found.iter().any(|n| effects::has(n, Card::is_flexible));
         if found.is_empty() || flexible || self.noise.is_some() {
             return false;
         }
@@ -101,12 +99,12 @@ impl<'a> Judge<'a> {
         for b in self.study.effects() {
             let name = &self.study.columns.blocks[b].name;
             if found.contains(name)
-                || FLEXIBLE.contains(&name.as_str())
+                || effects::has(name, Card::is_flexible)
                 || self.completes_a_delay(name, found)
             {
                 continue;
             }
-            let takes = if MAKESHIFTS.contains(&name.as_str()) {
+            let takes = if is_makeshift(name) {
                 NEARLY_ALL
             } else {
                 TAKES
@@ -123,7 +121,7 @@ impl<'a> Judge<'a> {
         ranked
             .map(|(k, (left, b))| Likely {
                 leads: k == 0 && left < shape,
-                makeshift: MAKESHIFTS.contains(&name(b).as_str()),
+                makeshift: is_makeshift(&name(b)),
                 name: name(b),
             })
             .collect()
@@ -131,8 +129,9 @@ impl<'a> Judge<'a> {
 
     /// True if a delay stands beside another that leaves nothing which shows: the one's own form lacks that.
     fn completes_a_delay(&self, name: &str, found: &[String]) -> bool {
-        let delays = |name: &str| DELAYS.contains(&name);
-        delays(name) && found.iter().any(|n| delays(n)) && self.ratio() < VISIBLE * self.noise_rms()
+        is_delay(name)
+            && found.iter().any(|n| is_delay(n))
+            && self.ratio() < VISIBLE * self.noise_rms()
     }
 
     /// True if a block does in the place of one that is found what that does: then it is its rival, and not beside it.

@@ -1,13 +1,13 @@
 //! The best set of effects, beside the best set if shapes without a name may enter.
 
-use super::FLEXIBLE;
-use crate::design::study::{FIELD, Kind, Study, handicap};
+use crate::design::study::{Kind, Study, handicap};
 use crate::inference::cross_validation::Arena;
 use crate::linearization::point::About;
 use crate::linearization::relinearized::Refined;
 use crate::selection::core_terms::hollow;
 use crate::selection::search::{Found, least_share, noise_floor, rest, search};
 use crate::trace::{log, tracing};
+use effects::{Card, Judged};
 
 /// A shape without a name must do this much better than a cause, as a share of the gap.
 const SHAPE_HANDICAP: f64 = 0.02;
@@ -188,7 +188,7 @@ fn trace(study: &Study, arena: &mut Arena, all: &[usize], base: f64) {
         })
         .collect();
     alone.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let field = alone.iter().position(|a| a.1 == FIELD);
+    let field = alone.iter().position(|a| effects::is(a.1, Judged::AsField));
     let field = field.filter(|k| *k >= 6).map(|k| alone[k]);
     alone.truncate(6);
     alone.extend(field);
@@ -208,8 +208,9 @@ pub(super) fn leading(study: &Study, told: &Told) -> Vec<String> {
     // What each does beside the field matters as well: a second effect may be any.
     let place = (1..study.columns.blocks.len()).filter(|b| {
         let name = study.columns.blocks[*b].name.as_str();
-        let effect = matches!(study.kinds[*b - 1], Kind::Effect(_)) && !FLEXIBLE.contains(&name);
-        super::field::WAVES.contains(&name) || effect || name == FIELD
+        let effect = matches!(study.kinds[*b - 1], Kind::Effect(_))
+            && !effects::has(name, Card::is_flexible);
+        super::field::WAVES.contains(&name) || effect || effects::is(name, Judged::AsField)
     });
     let mut list: Vec<usize> = told.found.blocks.clone();
     list.extend(&told.shaped.blocks);

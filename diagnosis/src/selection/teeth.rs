@@ -3,17 +3,18 @@
 //! what these leave: a mesh lacks more than that, and a fly-by over teeth oscillates itself, at a beacon's frequencies as well.
 
 use super::selected::Told;
-use super::{CLOSE, DELAYS, FLEXIBLE, Judge};
-use crate::design::study::{FIELD, Look, Study, study};
+use super::{CLOSE, Judge, is_delay};
+use crate::design::study::{Look, Study, study};
 use crate::inference::residuals::Residuals;
 use crate::linearization::point::About;
 use crate::linearization::relinearized::Refined;
 use crate::selection::search::{Found, MINIMUM_SQUARES, rest};
 use crate::spectra::lines::{add_lines, lines_of};
 use crate::trace::log;
-use effects::beacon_vibration::sensor_side::SLOWEST_HZ;
+use effects::sensor::SLOWEST_LINE_HZ;
 use effects::sensor::Survey;
 use effects::teeth::Teeth;
+use effects::{Card, Judged};
 
 /// What is found beside a field must leave less than this share of what its teeth leave without it.
 const LEAVES: f64 = 0.7;
@@ -23,14 +24,14 @@ const BESIDE_THE_MESH: f64 = 0.5;
 const SEEN: f64 = 0.5;
 /// So many effects are tried in the place of what all readings have in common.
 const TRIED: usize = 2;
-/// What vibrates.
-const VIBRATION: &str = "beacon_vibration";
 
 impl<'a> Judge<'a> {
     /// Tells the field by its teeth where that leaves less.
     pub(super) fn tell_teeth(&mut self) {
         let names = self.told.names(&self.study);
-        if !names.iter().any(|n| n == FIELD) || self.ratio() < CLOSE * self.noise_rms() {
+        if !names.iter().any(|n| effects::is(n, Judged::AsField))
+            || self.ratio() < CLOSE * self.noise_rms()
+        {
             return;
         }
         let Some(teeth) = crate::inference::aperture::find(&self.fine) else {
@@ -57,7 +58,8 @@ impl<'a> Judge<'a> {
             return;
         }
         let names = self.told.names(&self.study);
-        let told = |name: &&str| names.iter().any(|n| n == name) || FLEXIBLE.contains(name);
+        let told =
+            |name: &&str| names.iter().any(|n| n == name) || effects::has(name, Card::is_flexible);
         let effects = self.names_of(&self.study.effects());
         let mut likely: Vec<(f64, &str)> = effects
             .into_iter()
@@ -92,11 +94,14 @@ impl<'a> Judge<'a> {
     /// A delay beside the field: whatever the teeth, it follows the speed. The one that takes most beside the mesh, if it takes enough there.
     fn try_delays(&mut self, teeth: &Teeth) {
         let names = self.told.names(&self.study);
-        let known = names.iter().any(|n| DELAYS.contains(&n.as_str()));
+        let known = names.iter().any(|n| is_delay(n));
         if known || self.ratio() < CLOSE * self.noise_rms() {
             return;
         }
-        let allowed = DELAYS.into_iter().filter(|name| self.allowed(name));
+        let delays = effects::cards().filter(|card| card.delays);
+        let allowed = delays
+            .map(|card| card.name)
+            .filter(|name| self.allowed(name));
         let likely = allowed.map(|name| (self.takes(name), name));
         let Some((takes, name)) = likely.max_by(|a, b| a.0.total_cmp(&b.0)) else {
             return;
@@ -154,16 +159,18 @@ impl<'a> Judge<'a> {
 
     /// A beacon that vibrates beside the field, where lines stand out of what the teeth leave.
     fn try_vibration(&mut self, teeth: &Teeth, mut names: Vec<String>) {
-        let known = names.iter().any(|n| n == VIBRATION);
+        let known = names.iter().any(|n| effects::is(n, Judged::ByLines));
         let shows = self.ratio() >= CLOSE * self.noise_rms();
         let Some(residuals) = self.fine.left_out().filter(|_| shows && !known) else {
             return;
         };
         let (lines_hz, _) = lines_of(&self.fine.scene, residuals);
-        if lines_hz.iter().all(|hz| *hz < SLOWEST_HZ) || !self.allowed(VIBRATION) {
+        if lines_hz.iter().all(|hz| *hz < SLOWEST_LINE_HZ)
+            || !self.allowed(effects::name_of(Judged::ByLines))
+        {
             return;
         }
-        names.push(VIBRATION.into());
+        names.push(effects::name_of(Judged::ByLines).into());
         let fine = self.told_by(teeth, &names, &lines_hz);
         if self.leaves_less(&fine) {
             let again = self.with_lines(residuals);
@@ -177,7 +184,7 @@ impl<'a> Judge<'a> {
     fn with_lines(&self, residuals: &Residuals) -> Study<'a> {
         let blocks = self.study.columns.blocks.iter().skip(1);
         let mut only: Vec<String> = blocks.map(|block| block.name.clone()).collect();
-        only.push(VIBRATION.into());
+        only.push(effects::name_of(Judged::ByLines).into());
         let look = Look {
             lines_of: Some(residuals),
             as_in: Some(&self.study.scene.survey),

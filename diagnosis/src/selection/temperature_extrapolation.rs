@@ -4,11 +4,10 @@
 
 use crate::algebra::normal_equations::Sums;
 use crate::linearization::relinearized::Refined;
+use effects::Card;
 use effects::sensor::Regressor;
 use nalgebra::DVector;
 
-/// The effect that follows temperature.
-const OF_TEMPERATURE: &str = "thermal_drift";
 /// Share of the range of temperatures that is taken for its coldest end, and for its warmest.
 const END: f64 = 0.25;
 /// Fewest residuals at an end that decide anything.
@@ -23,7 +22,7 @@ pub(super) fn goes_on(fine: &Refined) -> bool {
         .columns
         .blocks
         .iter()
-        .find(|b| b.name == OF_TEMPERATURE);
+        .find(|b| effects::has(&b.name, Card::follows_temperature));
     let (Some(block), Some(left)) = (block, fine.left_out()) else {
         return false;
     };
@@ -55,7 +54,7 @@ fn columns(fine: &Refined, known: [f64; 2], goes_on: bool) -> Vec<Regressor> {
     survey.warmths_k = known;
     survey.bend_goes_on = goes_on;
     let sides = effects::sensor_sides();
-    let side = sides.iter().find(|side| side.name() == OF_TEMPERATURE);
+    let side = sides.iter().find(|side| side.card().follows_temperature());
     let drift = side.map_or_else(Vec::new, |side| side.regressors(&survey));
     let mut columns = crate::linearization::calibrate::baseline_columns(&fine.scene).regressors;
     columns.extend(drift);

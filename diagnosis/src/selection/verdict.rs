@@ -1,11 +1,10 @@
 //! The verdict: what is seen, what is named, and what is left.
 
-use super::bursts_and_noise::{Bursts, OUTLIERS};
+use super::bursts_and_noise::Bursts;
 use super::location::{Located, attribute, clock_first, merge, outside_first};
 use super::named::slip_named;
-use super::prediction::FOLLOWED;
-use super::{CHANNEL_NAMES, FLEXIBLE, Judge, LEFT_OVER, NOISY, OF_ITS_TIME, VISIBLE};
-use crate::design::study::{FIELD, Kind};
+use super::{CHANNEL_NAMES, Judge, LEFT_OVER, NOISY, VISIBLE};
+use crate::design::study::Kind;
 use crate::inference::cross_validation::Arena;
 use crate::inference::posterior::birge_ratio;
 use crate::inference::residuals::Residuals;
@@ -13,6 +12,7 @@ use crate::linearization::relinearized::Refined;
 use crate::selection::search::{Found, MINIMUM_SQUARES, rest, stands_out};
 use crate::trace::log;
 use crate::verdict::answer::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
+use effects::{Card, Judged};
 
 /// All channels this far above the stated noise, and alike: the statement may be what is wrong.
 const MISSTATED: f64 = 4.0;
@@ -228,14 +228,14 @@ impl Judge<'_> {
     fn effects(&self, arena: &mut Arena, seen: &Seen) -> Vec<Named> {
         let mut effects = Vec::new();
         let total = seen.total.max(1e-9);
-        if self.allowed("cycle_slip") {
+        if self.allowed(effects::name_of(Judged::AsSlips)) {
             let first = self.prepared.slips.first();
             effects.extend(first.map(|slip| {
                 let read = &self.prepared.observations;
                 slip_named(slip, &self.prepared.slips, read.len(), read.pitch_m)
             }));
         }
-        if self.burst(seen, 0.05) && self.allowed(OUTLIERS) {
+        if self.burst(seen, 0.05) && self.allowed(effects::name_of(Judged::AsBursts)) {
             effects.push(
                 seen.bursts
                     .named(seen.bursts.energy / total, birge_ratio(self.held_out())),
@@ -244,10 +244,10 @@ impl Judge<'_> {
         if seen.structured {
             effects.extend(self.structured(arena, seen.shaped / total));
         }
-        if seen.noisy && self.allowed("excess_noise") {
+        if seen.noisy && self.allowed(effects::name_of(Judged::AsNoise)) {
             let noise = seen.white_after.powi(2) - 1.0;
             let share = noise * arena.rows() * self.floor.white_square / total;
-            let least = if self.elsewhere.is_some() || self.follows_a_wander() {
+            let least = if self.elsewhere.is_some() || self.followed().is_some() {
                 BESIDE_A_COURSE
             } else {
                 BESIDE_SHAPES
@@ -290,19 +290,20 @@ impl Judge<'_> {
     /// True if what is found lacks a good part of its own form: something of very many unknowns, or a rail's knee.
     fn lacks_much(&self) -> bool {
         let names = self.names_of(&self.told.found.blocks);
-        let lacks = |name: &&str| FLEXIBLE.contains(name) || *name == "adc_clipping";
+        let lacks =
+            |name: &&str| effects::has(name, |c| c.is_flexible() || c.judged == Judged::ByRails);
         names.iter().any(lacks)
     }
 
     fn slipped(&self) -> bool {
-        !self.prepared.slips.is_empty() && !self.allowed("cycle_slip")
+        !self.prepared.slips.is_empty() && !self.allowed(effects::name_of(Judged::AsSlips))
     }
 
     /// True if something is seen that may not be named because it was taken out of the catalogue.
     fn withheld(&self, seen: &Seen) -> bool {
         self.slipped()
-            || self.burst(seen, 0.3) && !self.allowed(OUTLIERS)
-            || seen.noisy && !self.allowed("excess_noise")
+            || self.burst(seen, 0.3) && !self.allowed(effects::name_of(Judged::AsBursts))
+            || seen.noisy && !self.allowed(effects::name_of(Judged::AsNoise))
     }
 
     /// True if platen and coordination sensor exceed their stated noise alike: then the statement may be wrong, not a channel.
@@ -325,7 +326,8 @@ impl Judge<'_> {
         let nameless = |b: &usize| !matches!(self.study.kinds[b - 1], Kind::Effect(_));
         let shapes = shaped.blocks.iter().any(nameless);
         // A wander that follows the temperature is none.
-        let drifts = |found: &Found| self.names_of(&found.blocks).contains(&OF_ITS_TIME);
+        let wanders = |name: &&str| effects::has(name, Card::keeps_its_own_time);
+        let drifts = |found: &Found| self.names_of(&found.blocks).iter().any(wanders);
         let simpler = drifts(found)
             && (shapes && !drifts(shaped) && shaped.rest < self.as_good_as_drift(arena)
                 || self.is_no_drift(arena))
@@ -386,13 +388,17 @@ impl Judge<'_> {
         if named && self.elsewhere.is_some() {
             out.notes.push(self.of_its_time());
         }
-        if named && self.follows_a_wander() {
-            out.notes.push(FOLLOWED.into());
-        }
         if named {
+            out.notes.extend(
+                self.followed()
+                    .map(|card| format!("{}: {}", card.name, card.remark)),
+            );
             out.notes.extend(self.if_it_beats_otherwise());
         }
-        let bursts = out.effects.iter().any(|e| e.name == OUTLIERS);
+        let bursts = out
+            .effects
+            .iter()
+            .any(|e| effects::is(&e.name, Judged::AsBursts));
         let aside = bursts.then(|| self.without_bursts(model));
         let (all, model) = (model, aside.as_ref().unwrap_or(model));
         for c in self.before.channels() {
@@ -471,5 +477,5 @@ pub(super) fn of_no_size(fine: &Refined) -> bool {
         far
     };
     let mut blocks = columns.blocks.iter().skip(1);
-    blocks.any(|b| b.name != FIELD && b.columns.clone().any(far))
+    blocks.any(|b| !effects::is(&b.name, Judged::AsField) && b.columns.clone().any(far))
 }

@@ -12,18 +12,24 @@ use crate::selection::search::MINIMUM_SQUARES;
 use crate::trace::log;
 use effects::sensor::Survey;
 
-/// The effect.
-const SKEW: &str = "axis_skew";
 /// Winding lines are worth their unknowns if they leave less than this share of what was left.
 const LEAVES: f64 = 0.5;
 
 impl<'a> Judge<'a> {
-    /// Looks for winding lines where a gap is left, or where others may stand in for them.
+    /// Looks for such fuller forms where a gap is left, or where others may stand in for them.
     pub(super) fn try_winding(&mut self) {
+        for card in effects::cards() {
+            if let Some(tell) = card.searched {
+                self.try_searched(card.name, tell);
+            }
+        }
+    }
+
+    fn try_searched(&mut self, effect: &str, tell: fn(&mut Survey)) {
         let names = self.told.names(&self.study);
-        let skewed = names.iter().any(|n| n == SKEW);
+        let skewed = names.iter().any(|n| n == effect);
         let visible = self.ratio() >= VISIBLE * self.noise_rms();
-        let judged = self.study.columns.blocks.iter().any(|b| b.name == SKEW);
+        let judged = self.study.columns.blocks.iter().any(|b| b.name == effect);
         let accompanied = skewed && names.len() > 1;
         if !judged || !(visible || accompanied) {
             return;
@@ -34,9 +40,9 @@ impl<'a> Judge<'a> {
         let beside = if skewed {
             names.clone()
         } else {
-            [&names[..], &[SKEW.into()]].concat()
+            [&names[..], &[effect.into()]].concat()
         };
-        let few = self.wound(Some(&beside));
+        let few = self.wound(tell, Some(&beside));
         let enough = |s: f64, count: usize| {
             visible && s < LEAVES * left || count < names.len() && s < left + MINIMUM_SQUARES
         };
@@ -59,11 +65,11 @@ impl<'a> Judge<'a> {
         if !worth {
             return;
         }
-        let again = self.wound(None);
+        let again = self.wound(tell, None);
         let told = Told::new(&again, self.noise.is_some());
         let found = told.names(&again);
         let squares = again.arena().score(&told.found.blocks).squares - told.base;
-        if found.iter().any(|n| n == SKEW) && enough(squares, found.len()) {
+        if found.iter().any(|n| n == effect) && enough(squares, found.len()) {
             let fine = Refined::of(&again, &told);
             if !of_no_size(&fine) {
                 self.take_fitted(again, told, fine);
@@ -72,11 +78,9 @@ impl<'a> Judge<'a> {
     }
 
     /// A study in which the lines wind, of some blocks or all.
-    fn wound(&self, only: Option<&[String]>) -> Study<'a> {
-        let survey = Survey {
-            lines_wind: true,
-            ..self.study.scene.survey.clone()
-        };
+    fn wound(&self, tell: fn(&mut Survey), only: Option<&[String]>) -> Study<'a> {
+        let mut survey = self.study.scene.survey.clone();
+        tell(&mut survey);
         let about = About {
             noise: self.noise,
             ..self.trusted()

@@ -6,13 +6,12 @@ use crate::design::gram::{Columns, Gram, amounts, folds};
 use crate::linearization::scene::{Scene, range};
 use crate::spectra::resonance::RESONANCE;
 use crate::verdict::answer::Magnitude;
-use effects::beacon_vibration::sensor_side::SLOWEST_HZ;
+use effects::Judged;
+use effects::sensor::SLOWEST_LINE_HZ;
 use effects::sensor::{Moment, Regressor};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// The effect whose phase is arbitrary.
-pub const VIBRATION: &str = "beacon_vibration";
 /// So large that the prior does not hold a phase.
 const FREE_M: f64 = 1.0e-3;
 /// Samples of a stretch that tell a phase.
@@ -32,7 +31,7 @@ pub struct Line {
 impl Line {
     /// Those of a model that it has an amount of: what swells beside a line belongs to its own recording's time, and has none.
     pub fn all(amounts: &[Magnitude], lines_hz: &[f64]) -> Vec<Self> {
-        let lines = lines_hz.iter().filter(|hz| **hz >= SLOWEST_HZ);
+        let lines = lines_hz.iter().filter(|hz| **hz >= SLOWEST_LINE_HZ);
         let along = lines.flat_map(|hz| [(*hz, 0, "x"), (*hz, 1, "y")]);
         let line = |(hz, axis, label): (f64, usize, &str)| Self {
             hz,
@@ -89,7 +88,11 @@ fn both_quarters(name: String, lines: Vec<Line>, stretch: Option<usize>) -> [Reg
 
 /// Finds the phase of each of `lines` and holds it, then what each stretch shifts; the amplitude stays the model's.
 pub fn align(scene: &Scene, columns: &mut Columns, lines: &[Line]) {
-    let Some(block) = columns.blocks.iter().find(|b| b.name == VIBRATION) else {
+    let Some(block) = columns
+        .blocks
+        .iter()
+        .find(|b| effects::is(&b.name, Judged::ByLines))
+    else {
         return;
     };
     let block = block.columns.clone();

@@ -7,8 +7,8 @@ use crate::algebra::normal_equations::Sums;
 use crate::inference::residuals::Residuals;
 use crate::linearization::relinearized::Refined;
 use crate::linearization::scene::range;
-use crate::spectra::phase::VIBRATION;
-use effects::beacon_vibration::sensor_side::SLOWEST_HZ;
+use effects::Judged;
+use effects::sensor::SLOWEST_LINE_HZ;
 use nalgebra::DVector;
 
 /// A mount rings some ten times: lines nearer to a stronger one than this share of its frequency are one resonance's.
@@ -34,12 +34,17 @@ pub struct Breath {
 /// Tells the lines that another recording will show from those that it will not.
 pub fn breath(fine: &Refined) -> Breath {
     let mut out = Breath::default();
-    let Some(block) = fine.columns.blocks.iter().find(|b| b.name == VIBRATION) else {
+    let Some(block) = fine
+        .columns
+        .blocks
+        .iter()
+        .find(|b| effects::is(&b.name, Judged::ByLines))
+    else {
         return out;
     };
     let columns: Vec<usize> = block.columns.clone().collect();
     let hz = fine.scene.survey.beacon_lines_hz.iter().copied();
-    let hz = hz.filter(|hz| *hz >= SLOWEST_HZ);
+    let hz = hz.filter(|hz| *hz >= SLOWEST_LINE_HZ);
     let mut lines: Vec<(&[usize], f64)> = columns.chunks(OF_A_LINE).zip(hz).collect();
     if lines.len() < 2 {
         return out;

@@ -16,14 +16,15 @@ use crate::linearization::scene::{Normal, Scene, range};
 use crate::noise::simulated::floor;
 use crate::progress::{Stage, Watch, unwatched};
 use crate::selection::CHANNEL_NAMES;
-use crate::spectra::phase::{Line, VIBRATION, align, waves};
+use crate::spectra::phase::{Line, align, waves};
 use crate::trace::log_runs;
 use crate::transfer::amplitude_support::Reached;
 use crate::transfer::support::Visited;
 use crate::verdict::answer::{HeldOut, HeldOutChannel, Magnitude};
 use crate::verdict::confirmation::Confirmation;
-use effects::hysteresis::sensor_side::{BEFORE, brought_along};
+use effects::identity::Identity;
 use effects::sensor::{Regressor, Survey};
+use effects::{Card, Judged};
 use recording::Recording;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -106,12 +107,9 @@ pub struct Checked {
     pub warmer_or_colder: Option<[[f64; 2]; 2]>,
 }
 
-/// The effect whose course is another one on the next recording.
-pub const OF_ITS_TIME: &str = "quadrature_drift";
-
 /// True if the amounts of an effect are tied to a recording's own time. A pair's counts show its course in any recording.
 pub(crate) fn is_of_its_time(effect: &str, survey: &Survey) -> bool {
-    effect == OF_ITS_TIME && !survey.counts
+    effects::has(effect, Card::keeps_its_own_time) && !survey.counts
 }
 
 /// Applies a model to another recording of the same courier. Fits nothing but the zeros that are arbitrary from one recording
@@ -200,13 +198,12 @@ pub fn check_watched(
 
 /// Samples that what was brought along is kept for: of fewer, it would be most of what they tell.
 const LONG: f64 = 10.0;
-/// The effect that follows temperature.
-const OF_TEMPERATURE: &str = "thermal_drift";
 /// Share of the model's range of temperatures that another recording may lie beyond it before that is said.
 const BEYOND: f64 = 0.1;
 
 fn follows_temperature(model: &Model) -> bool {
-    model.effects.iter().any(|e| e.name == OF_TEMPERATURE)
+    let mut effects = model.effects.iter();
+    effects.any(|e| effects::has(&e.name, Card::follows_temperature))
 }
 
 fn warmer_or_colder(model: &Model, observations: &Observations) -> Option<[[f64; 2]; 2]> {
@@ -323,11 +320,11 @@ fn apply<'a>(
     let mut lines = Vec::new();
     if with {
         for effect in model.effects.iter().filter(|e| e.carries_over) {
-            if effect.name == VIBRATION {
+            if effects::is(&effect.name, Judged::ByLines) {
                 if scene.scope.beacon {
                     lines = Line::all(&effect.amounts, &model.survey.beacon_lines_hz);
                 }
-                columns.push(VIBRATION, waves(&lines));
+                columns.push(effects::name_of(Judged::ByLines), waves(&lines));
                 continue;
             }
             let Some(side) = effects::sensor_sides()
@@ -341,7 +338,7 @@ fn apply<'a>(
             columns.push(effect.name.clone(), regressors);
             for c in start..columns.regressors.len() {
                 let name = &columns.regressors[c].name;
-                if name.starts_with(BEFORE) {
+                if is_brought_along(&columns.regressors[c]) {
                     continue;
                 }
                 columns.centre[c] = effect
@@ -399,12 +396,19 @@ fn between_stretches(scene: &Scene) -> Vec<Regressor> {
         samples.for_each(|(i, before)| kept[stretch[i]][s] += before);
     }
     let kept = kept.iter().enumerate().skip(1);
-    kept.flat_map(|(k, kept)| {
-        (0..4)
-            .filter(|s| kept[*s] > LONG)
-            .map(move |s| brought_along(s, k))
-    })
-    .collect()
+    let long = kept.flat_map(|(k, kept)| {
+        let segments = (0..4).filter(|s| kept[*s] > LONG);
+        segments.map(move |s| (s, k))
+    });
+    let mut remembering = effects::EFFECTS.iter().filter(|e| e.card().remembers);
+    let effect = remembering.next();
+    long.filter_map(|(s, k)| effect?.brought_along(s, k))
+        .collect()
+}
+
+/// True for what a segment brought along to a stretch from a way that is not recorded: another recording has another.
+fn is_brought_along(regressor: &Regressor) -> bool {
+    regressor.identity == Some(Identity::BroughtAlong)
 }
 
 /// What the segments brought along, as a first look at their ways tells it: it moves them as what is known does.
@@ -412,7 +416,7 @@ fn take_along(scene: &Scene, columns: &mut Columns) {
     let gram = Gram::new(scene, columns, &folds(&scene.observations.stretch));
     let amounts = amounts(&gram, columns);
     for (c, regressor) in columns.regressors.iter().enumerate() {
-        if regressor.name.starts_with(BEFORE) {
+        if is_brought_along(regressor) {
             columns.centre[c] = amounts[c] * gram.scale[c];
         }
     }
@@ -421,7 +425,7 @@ fn take_along(scene: &Scene, columns: &mut Columns) {
 /// The scene about where the known amounts say that the segments are.
 fn settled<'a>(scene: Scene<'a>, columns: &Columns) -> Scene<'a> {
     let known: Vec<usize> = (0..columns.regressors.len())
-        .filter(|c| columns.held[*c] || columns.regressors[*c].name.starts_with(BEFORE))
+        .filter(|c| columns.held[*c] || is_brought_along(&columns.regressors[*c]))
         .collect();
     let amounts: Vec<f64> = known.iter().map(|c| columns.centre[*c]).collect();
     crate::linearization::relinearized::settled(scene, columns, &known, &amounts)

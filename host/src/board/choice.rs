@@ -94,9 +94,10 @@ const KEPT: Range<usize> = SLOTS_START as usize..SLOTS_START as usize + 4 * PAGE
 const SIM_DURATION_S: f64 = 40.0;
 
 fn flaw(text: &str) -> Result<Flaw, String> {
-    let (name, size) = text
-        .split_once('=')
-        .ok_or("wanted EFFECT=UM, e.g. velocity_lag=2")?;
+    let (name, size) = text.split_once('=').ok_or_else(|| {
+        let first = effects::CATALOGUE.first().map_or("EFFECT", |e| e.name);
+        format!("wanted EFFECT=UM, such as {first}=2")
+    })?;
     let entry = effects::entry(name).ok_or_else(|| {
         let names: Vec<&str> = effects::CATALOGUE.iter().map(|entry| entry.name).collect();
         format!("{name}: no effect, wanted one of {}", names.join(", "))

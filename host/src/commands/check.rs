@@ -115,13 +115,15 @@ fn left_out(model: &Model, checked: &Checked) -> String {
     let mut out = String::new();
     if let Some([here, there]) = checked.warmer_or_colder {
         let told = |range: [f64; 2]| format!("{:.1} to {:.1} °C", range[0], range[1]);
+        let mut follow = effects::cards().filter(|card| card.follows_temperature());
+        let effect = follow.next().map_or("", |card| card.name);
         let how = if model.survey.bend_goes_on {
             "as it is bent there"
         } else {
             "by its linear part alone"
         };
         out += &format!(
-            "\ntemperature: {} here, {} in the model's recording: thermal_drift is carried beyond what it was fitted on, {how}",
+            "\ntemperature: {} here, {} in the model's recording: {effect} is carried beyond what it was fitted on, {how}",
             told(here),
             told(there)
         );

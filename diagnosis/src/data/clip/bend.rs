@@ -6,7 +6,7 @@
 
 use super::cutting;
 use crate::algebra::statistics::median_and_deviation;
-use effects::adc_clipping::sensor_side::saturated;
+use effects::rails::saturated;
 use effects::sensor::Clip;
 use nalgebra::{SMatrix, SVector};
 use std::f64::consts::TAU;
@@ -286,7 +286,7 @@ pub(super) fn find(pairs: &[[f64; 2]], hard: Option<(&Clip, f64)>) -> Option<Cli
 #[cfg(test)]
 mod tests {
     use super::*;
-    use effects::adc_clipping::sensor_side::{parts, phase_error};
+    use effects::rails::{parts, phase_error};
     use effects::random::{ChaCha8Rng, SeedableRng, normal, uniform};
 
     const AMPLITUDE: f64 = 20_000.0;

@@ -10,7 +10,8 @@ use crate::linearization::baseline::Baseline;
 use crate::linearization::point::About;
 use crate::linearization::relinearized::Refined;
 use crate::linearization::scene::Scene;
-use effects::adc_clipping::sensor_side::saturated;
+use effects::Judged;
+use effects::rails::saturated;
 use effects::sensor::Clip;
 
 /// A rail from here on, of where the wave would end, cuts nothing that could be told.
@@ -50,7 +51,7 @@ pub fn beneath(
         baseline: baseline.clone(),
         ..About::default()
     };
-    let about = Refined::new(&scene, about, &["adc_clipping".into()]).about;
+    let about = Refined::new(&scene, about, &[effects::name_of(Judged::ByRails).into()]).about;
     let orders = |s: usize| std::array::from_fn(|j| about.baseline.k_m[s][1 + j]);
     std::array::from_fn(|s| soft[s].then(|| orders(s)))
 }

@@ -4,7 +4,7 @@
 
 use super::{WHOLE, cutting};
 use crate::linearization::scene::Scene;
-use effects::adc_clipping::sensor_side::phase_error;
+use effects::rails::phase_error;
 use effects::sensor::Clip;
 use nalgebra::{SMatrix, SVector};
 use std::f64::consts::TAU;

@@ -1,7 +1,7 @@
 //! What the air gap may be over the places that a recording passes: a tilt, a bow, the angle, and waves over a mesh.
 
 use super::amplitudes::Sample;
-use effects::quadrature_drift::sensor_side::spline;
+use effects::basis::spline;
 use std::collections::HashMap;
 
 /// Expected size of a gap's logarithm by tilt and bow, and by waves.

@@ -2,7 +2,7 @@
 //! the recording that a fit has not seen (smoothing splines: Wahba 1978; as bonds between B-splines: Eilers and Marx 1996).
 
 use crate::algebra::penalized::Bond;
-use effects::quadrature_drift::sensor_side::spline;
+use effects::basis::spline;
 
 /// Offset of sine and cosine, gain and angle.
 pub(super) const FLAWS: usize = 4;
