@@ -13,10 +13,10 @@ use config::Reach;
 use state::{NEVER, Watch};
 
 use crate::beacon::CompiledBeaconPose;
-use crate::frame::{BeaconPose, Coordinate, Frame, Pose, RawFrame, SEGMENTS, Status};
+use crate::frame::{BeaconPose, Coordinate, Frame, Pose, RawFrame, Status};
 use crate::lanes::Lanes;
 use crate::math::Constants;
-use crate::model::{Basis, Observation, Unit, lateral_units, mean_angle_turns};
+use crate::model::{Phases, Unit, lateral_units, mean_angle_turns};
 use crate::psd;
 use crate::quadrature::{self, Counters, above};
 use crate::teeth::ToothMap;
@@ -127,9 +127,11 @@ fn sample<const BEYOND: bool>(config: &StepConfig, state: &mut StepState) {
     let mut pairs = [x_corrected, correct::<1>(frame, y.turns + y.error)];
     let mut bits = bits;
     if BEYOND {
-        pairs = correct_laterally(config, frame, &x, &y);
+        let phases = phases(config, frame, &x, &y);
+        pairs = correct_laterally(config, frame, &phases);
         if config.extended {
-            pairs = correct_further(config, frame, &mut bits);
+            // A copy: without further rows the phases then stay in registers.
+            pairs = correct_further(config, frame, &{ phases }, &mut bits);
         }
     }
     let parity_turns = pose(config, frame, &pairs);
@@ -265,22 +267,26 @@ fn clipped(config: &StepConfig, counts: [i16; 2]) -> u32 {
     (clipped as u32) >> 31 << 8
 }
 
-/// Adds the lateral terms of equation (9).
+/// What the terms beyond equation (3) depend on.
 #[inline(always)]
-fn correct_laterally(
-    config: &StepConfig,
-    frame: &mut Frame,
-    x: &Measured,
-    y: &Measured,
-) -> [Corrected; 2] {
+fn phases(config: &StepConfig, frame: &Frame, x: &Measured, y: &Measured) -> Phases {
     let unit = |at: &Measured, k: usize| Unit {
         sine: at.sine.0[k],
         cosine: at.cosine.0[k],
     };
     let own = [unit(x, 0), unit(y, 0), unit(x, 1), unit(y, 1)];
-    let angle = mean_angle_turns(&frame.segments.map(|s| s.unmodified));
-    let lateral = lateral_units(&own, angle * config.lateral_over_span);
-    let coefficients = &config.further.lateral;
+    let angle_turns = mean_angle_turns(&frame.segments.map(|s| s.unmodified));
+    Phases {
+        lateral: lateral_units(&own, angle_turns * config.lateral_over_span),
+        own,
+        theta_rad: angle_turns * config.pitch_over_span,
+    }
+}
+
+/// Adds the lateral terms of equation (9).
+#[inline(always)]
+fn correct_laterally(config: &StepConfig, frame: &mut Frame, phases: &Phases) -> [Corrected; 2] {
+    let (lateral, coefficients) = (&phases.lateral, &config.further.lateral);
     let error =
         |i: usize| coefficients[i][0] * lateral[i].sine + coefficients[i][1] * lateral[i].cosine;
     let sum = |i: usize| frame.segments[i].calibrated.fraction_turns + error(i);
@@ -291,28 +297,31 @@ fn correct_laterally(
 /// Keeps the directions of travel and adds the model's further rows. A sum of these that is not within half a pitch is
 /// left out and reported.
 #[inline(never)]
-fn correct_further(config: &StepConfig, frame: &mut Frame, bits: &mut u32) -> [Corrected; 2] {
-    if !believable(frame.raw.temperature_delta_k) {
-        frame.raw.temperature_delta_k = 0.0;
+fn correct_further(
+    config: &StepConfig,
+    frame: &mut Frame,
+    phases: &Phases,
+    bits: &mut u32,
+) -> [Corrected; 2] {
+    let raw = &mut frame.raw;
+    if !believable(raw.temperature_delta_k) {
+        raw.temperature_delta_k = 0.0;
         *bits |= Status::NUMERIC.bits();
     }
     for (direction, speed_m_s) in frame.direction.iter_mut().zip(frame.speed_m_s) {
         *direction = quadrature::direction(*direction, speed_m_s, config.dead_band_m_s);
     }
-    let seen = Observation::from(&*frame);
-    let basis = Basis::with_ratios(config.pitch_over_span, config.lateral_over_span, &seen);
-    let errors = config.further.extra_errors(&basis);
-    let mut sums = [0.0; SEGMENTS];
-    for i in 0..SEGMENTS {
-        let wrong = above(errors[i].to_bits(), 0.5_f32.to_bits());
+    let warmth_k = frame.raw.temperature_delta_k;
+    let multipliers = [[1.0; 2], frame.speed_m_s, [warmth_k; 2], frame.direction];
+    let errors = config.further.errors(phases, &multipliers);
+    let mut sum = |i: usize| {
+        let error = errors[i % 2].0[i / 2].to_bits();
+        let wrong = above(error, 0.5_f32.to_bits());
         *bits |= wrong & Status::NUMERIC.bits();
-        sums[i] = frame.segments[i].calibrated.fraction_turns
-            + f32::from_bits(errors[i].to_bits() & !wrong);
-    }
-    [
-        correct::<0>(frame, Lanes([sums[0], sums[2]])),
-        correct::<1>(frame, Lanes([sums[1], sums[3]])),
-    ]
+        frame.segments[i].calibrated.fraction_turns + f32::from_bits(error & !wrong)
+    };
+    let sums = [Lanes([sum(0), sum(2)]), Lanes([sum(1), sum(3)])];
+    [correct::<0>(frame, sums[0]), correct::<1>(frame, sums[1])]
 }
 
 /// A pair's calibrated outputs: middle and difference.

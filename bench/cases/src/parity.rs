@@ -9,18 +9,18 @@ use courier_sensor::frame::RawFrame;
 use courier_sensor::lsq::Estimator;
 use courier_sensor::step::{StepState, step};
 
-/// Inputs of one check; a third of it for each setup of the signal path.
+/// Inputs of one check; as many for each setup of the signal path.
 pub const INPUTS: u32 = 120_000;
 /// Equations of one check.
 pub const ROWS: u32 = 20_000;
 /// A solution is taken after so many equations, and the factor forgotten.
 const ROWS_PER_SOLUTION: u32 = 500;
 
-/// Digest of the signal path over `INPUTS / 3` generated frames.
+/// Digest of the signal path over one setup's part of [`INPUTS`] generated frames.
 pub fn signal(setup: Setup) -> u64 {
     let mut inputs = Inputs::new(setup as u64 + 1);
     let (config, mut state, mut digest) = (setup.config(), StepState::new(), Digest::default());
-    for _ in 0..INPUTS / 3 {
+    for _ in 0..INPUTS / Setup::ALL.len() as u32 {
         let raw = inputs.frame();
         state.skip(inputs.missed());
         digest.frame(&step(&config, &mut state, &raw));

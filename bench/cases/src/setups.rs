@@ -1,6 +1,8 @@
 //! Configurations of the signal path that are measured and compared.
 
-use courier_sensor::model::{ErrorModel, Multiplier, Term, TermTable};
+use courier_sensor::model::{
+    ErrorModel, MAX_LATERAL_ORDER, MAX_OWN_ORDER, MAX_TERMS, Multiplier, Term, TermTable,
+};
 use courier_sensor::quadrature::PairCorrection;
 use courier_sensor::settings::Settings;
 use courier_sensor::step::StepConfig;
@@ -15,11 +17,15 @@ pub enum Setup {
     Lateral,
     /// Further rows: powers of theta, speed, direction, temperature, mixed orders.
     Extended,
+    /// Equation (9) and as many rows as there is room for, of those that cost the most: of the highest orders.
+    Dearest,
+    /// The same with one such row.
+    DearestRow,
 }
 
 impl Setup {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Own, Self::Lateral, Self::Extended];
+    pub const ALL: [Self; 4] = [Self::Own, Self::Lateral, Self::Extended, Self::Dearest];
 
     /// The interrupt's configuration: every coefficient of a different, plausible size; corrections of the pairs.
     ///
@@ -74,8 +80,30 @@ impl Setup {
                 }
                 table
             }
+            Self::Dearest => with_dearest(MAX_TERMS),
+            Self::DearestRow => with_dearest(1),
         }
     }
+}
+
+/// Equation (9) and rows that no others cost more than, as far as there is room: of the highest own order, the first also of the
+/// highest lateral one.
+pub fn with_dearest(rows: usize) -> TermTable {
+    let lateral = MAX_LATERAL_ORDER as i8;
+    let kinds = [Multiplier::None, Multiplier::Speed, Multiplier::Direction];
+    let all = kinds.into_iter().flat_map(|multiplier| {
+        (-lateral..=lateral).map(move |lateral_order| Term {
+            own_order: MAX_OWN_ORDER,
+            lateral_order,
+            theta_power: (lateral_order & 1) as u8,
+            multiplier,
+        })
+    });
+    let mut table = TermTable::equation_9();
+    all.take(rows).for_each(|term| {
+        let _ = table.push(term);
+    });
+    table
 }
 
 /// As large a tooth map as there is room for, about tooth count zero, every cell trusted, with the waves of mixed order that

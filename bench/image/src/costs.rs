@@ -24,6 +24,8 @@ pub fn run() {
     interrupt("interrupt", Setup::Own);
     interrupt("interrupt_lateral", Setup::Lateral);
     interrupt("interrupt_extended", Setup::Extended);
+    interrupt("interrupt_dearest_row", Setup::DearestRow);
+    interrupt("interrupt_dearest", Setup::Dearest);
     mapped("interrupt_mapped");
     estimation(estimator::take());
 }

@@ -1,6 +1,6 @@
 //! Functions of the error model at one instant: harmonics by products of measured sines and cosines.
 //!
-//! The interrupt and the estimator's regressors use the same [`Unit`] products and the same rotation to lateral phases.
+//! The estimator's regressors. The interrupt has the same rotation to lateral phases; [`super::further`] is its evaluation of terms.
 
 use super::terms::{MAX_LATERAL_ORDER, MAX_OWN_ORDER, MAX_THETA_POWER, Term, TermTable};
 use crate::frame::{Coordinate, Frame, SEGMENTS};
@@ -139,24 +139,14 @@ pub struct Basis {
 impl Basis {
     /// From an observation; the phases go through [`math::sincos_turns`], everything after is the interrupt's own code.
     pub fn new(geometry: &Geometry, seen: &Observation) -> Self {
-        let pitch_over_span = geometry.pitch_m / geometry.span_m;
-        Self::with_ratios(pitch_over_span, geometry.lateral_m / geometry.span_m, seen)
-    }
-
-    /// The same from ratios of lengths.
-    pub(crate) fn with_ratios(
-        pitch_over_span: f32,
-        lateral_over_span: f32,
-        seen: &Observation,
-    ) -> Self {
         let own = seen
             .unmodified
             .map(|p| Unit::called_from_turns(p.fraction_turns));
         let angle_turns = mean_angle_turns(&seen.unmodified);
         Self {
             own,
-            lateral: lateral_units(&own, angle_turns * lateral_over_span),
-            theta_rad: angle_turns * pitch_over_span,
+            lateral: lateral_units(&own, angle_turns * (geometry.lateral_m / geometry.span_m)),
+            theta_rad: angle_turns * (geometry.pitch_m / geometry.span_m),
             speed_m_s: seen.speed_m_s,
             direction: seen.direction,
             temperature_delta_k: seen.temperature_delta_k,
@@ -170,9 +160,18 @@ impl Basis {
 
     /// Everything of one segment, 0 to 3 (any other reads as 3), up to an own order and a lateral order.
     pub fn segment(&self, segment: usize, own_order: u8, lateral_order: u8) -> SegmentBasis {
-        let mut basis = SegmentBasis::EMPTY;
-        basis.become_segment(self, segment, (own_order, lateral_order));
-        basis
+        let i = segment.min(SEGMENTS - 1);
+        SegmentBasis {
+            own: multiples(self.own[i], own_order),
+            lateral: multiples(self.lateral[i], lateral_order),
+            theta_rad: self.theta_rad,
+            multipliers: [
+                1.0,
+                self.speed_m_s[i],
+                self.temperature_delta_k,
+                self.direction[i],
+            ],
+        }
     }
 
     /// Fills `out` with one segment's columns in the order of [`TermTable::columns`] and returns how many there were
@@ -205,35 +204,6 @@ pub struct SegmentBasis {
 }
 
 impl SegmentBasis {
-    /// Of no segment yet: all zero.
-    pub(crate) const EMPTY: Self = {
-        let nothing = Unit {
-            sine: 0.0,
-            cosine: 0.0,
-        };
-        Self {
-            own: [nothing; MAX_OWN_ORDER as usize + 1],
-            lateral: [nothing; MAX_LATERAL_ORDER as usize + 1],
-            theta_rad: 0.0,
-            multipliers: [0.0; 4],
-        }
-    };
-
-    /// Becomes another segment's, up to an own and a lateral order; those above are left as they were.
-    #[inline(always)]
-    pub(crate) fn become_segment(&mut self, basis: &Basis, segment: usize, orders: (u8, u8)) {
-        let i = segment.min(SEGMENTS - 1);
-        multiples(&mut self.own, basis.own[i], orders.0);
-        multiples(&mut self.lateral, basis.lateral[i], orders.1);
-        self.theta_rad = basis.theta_rad;
-        self.multipliers = [
-            1.0,
-            basis.speed_m_s[i],
-            basis.temperature_delta_k,
-            basis.direction[i],
-        ];
-    }
-
     /// `[sine, cosine]` function of one term, multiplier and power of theta included. Orders above those that the basis
     /// was made for read as zero. The sine of a term without phase is zero.
     #[inline]
@@ -253,12 +223,16 @@ impl SegmentBasis {
     }
 }
 
-/// Multiples 0 to `order` of an angle; the rest of the table stays.
-#[inline(always)]
-fn multiples(table: &mut [Unit], unit: Unit, order: u8) {
-    let mut multiple = Unit::ZERO;
+/// Multiples 0 to `order` of an angle; those above are zero.
+fn multiples<const N: usize>(unit: Unit, order: u8) -> [Unit; N] {
+    const NOTHING: Unit = Unit {
+        sine: 0.0,
+        cosine: 0.0,
+    };
+    let (mut table, mut multiple) = ([NOTHING; N], Unit::ZERO);
     for slot in table.iter_mut().take(usize::from(order) + 1) {
         *slot = multiple;
         multiple = multiple.plus(unit);
     }
+    table
 }

@@ -1,11 +1,10 @@
 //! The error model in machine units: equations (3) and (9) dense, every other row in a bounded list.
 
-use super::basis::{Basis, SegmentBasis};
-use super::{ErrorModel, MAX_TERMS, Term, TermCoefficients};
+use super::further::Further;
+use super::{ErrorModel, Term};
 use crate::frame::SEGMENTS;
 use crate::lanes::Lanes;
 use core::array::from_fn;
-use heapless::Vec;
 
 /// Own orders of the dense part.
 const DENSE_ORDERS: [u8; 4] = [1, 2, 4, 6];
@@ -104,53 +103,5 @@ impl CompiledModel {
             );
         }
         compiled
-    }
-}
-
-/// What the interrupt adds to equation (3): the lateral terms of equation (9), and further rows.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Further {
-    /// Whether equation (9) is in use.
-    pub has_lateral: bool,
-    /// Its coefficients, `[sine, cosine]`, turns.
-    pub lateral: [[f32; 2]; SEGMENTS],
-    extra: Vec<(Term, TermCoefficients), MAX_TERMS>,
-    /// Highest own and lateral orders in the list.
-    extra_orders: (u8, u8),
-}
-
-impl Further {
-    #[inline] // built with the image, for size
-    fn add(&mut self, term: Term, rows: TermCoefficients) {
-        if term == Term::lateral(1) {
-            self.has_lateral = true;
-            self.lateral = rows;
-            return;
-        }
-        let (own, lateral) = &mut self.extra_orders;
-        *own = (*own).max(term.own_order);
-        *lateral = (*lateral).max(term.lateral_order.unsigned_abs());
-        let _ = self.extra.push((term, rows)); // as many places as the table has
-    }
-
-    /// Whether there are rows beyond equations (3) and (9).
-    #[inline(always)]
-    pub fn has_extra(&self) -> bool {
-        !self.extra.is_empty()
-    }
-
-    /// The further rows' part of the segments' errors, turns. At most 24 rows.
-    #[inline(never)]
-    pub fn extra_errors(&self, basis: &Basis) -> [f32; SEGMENTS] {
-        let (mut errors, mut one) = ([0.0; SEGMENTS], SegmentBasis::EMPTY);
-        for (segment, error) in errors.iter_mut().enumerate() {
-            one.become_segment(basis, segment, self.extra_orders);
-            for (term, rows) in &self.extra {
-                let [sine, cosine] = one.term(term);
-                let [a, b] = rows[segment & 3];
-                *error += a * sine + b * cosine;
-            }
-        }
-        errors
     }
 }

@@ -4,19 +4,23 @@ use super::ErrorModel;
 
 /// Clock of the board's processor, Hz.
 const CLOCK_HZ: f32 = 170.0e6;
-/// The interrupt with equations (3) and (9), cycles (measured: 1,112), and what each further row adds (measured: 601; ten of them are
-/// within the two figures together). All of it runs in the CCM RAM, without wait states.
+/// The interrupt with equations (3) and (9), cycles (measured: 1,115). All of it runs in the CCM RAM, without wait states.
 const STEP_CYCLES: f32 = 1200.0;
-const ROW_CYCLES: f32 = 600.0;
-/// What a tooth map adds, of as many nodes and waves as it may have, cycles (measured: 2,265).
+/// What further rows add, however many there are: multiples of the own phase up to the highest order, 16, and of the lateral phase, cycles
+/// (measured: 1,087).
+const FURTHER_CYCLES: f32 = 1100.0;
+/// What each further row adds, whatever its orders and factors, cycles (measured: 123).
+const ROW_CYCLES: f32 = 125.0;
+/// What a tooth map adds, of as many nodes and waves as it may have, cycles (measured: 2,266).
 const MAP_CYCLES: f32 = 2300.0;
 /// All else that both sampling interrupts do: start the reading, check it, hand the frame on, entry and return, cycles (`cargo xtask chip
-/// time`: 1,463 at most for the plain sample, of which `cargo xtask bench` gives 895 to the step).
+/// time`: 1,463 at most for the plain sample, of which `cargo xtask bench` gives 899 to the step).
 const READING_CYCLES: f32 = 600.0;
-/// Share of a sampling interval that the interrupt may take.
-const SHARE: f32 = 0.9;
+/// What the background needs of each sample: to take up its frame and send it as a recording wants it, cycles. On the chip's model every
+/// frame was taken up while it had 2,290 of 8,500, and not while it had 2,037 (`cargo xtask chip stream` holds the former).
+pub const BACKGROUND_CYCLES: u32 = 2290;
 
-/// Most rows beyond equations (3) and (9) that the interrupt has time for.
+/// Most rows beyond equations (3) and (9) that the interrupt has time for; a table may have room for fewer.
 #[must_use]
 pub fn most_further_rows(rate_hz: f32) -> usize {
     rows_beside(READING_CYCLES + STEP_CYCLES, rate_hz)
@@ -29,7 +33,8 @@ pub fn most_rows_beside_a_map(rate_hz: f32) -> usize {
 }
 
 fn rows_beside(cycles: f32, rate_hz: f32) -> usize {
-    let room = SHARE * CLOCK_HZ / rate_hz - cycles;
+    let needed = cycles + FURTHER_CYCLES + BACKGROUND_CYCLES as f32;
+    let room = CLOCK_HZ / rate_hz - needed;
     (room / ROW_CYCLES).max(0.0) as usize
 }
 

@@ -6,12 +6,14 @@
 mod basis;
 mod compiled;
 mod cost;
+mod further;
 mod terms;
 
 pub use basis::{Basis, Observation, SegmentBasis, Unit};
 pub(crate) use basis::{lateral_units, mean_angle_turns};
-pub(crate) use compiled::{CompiledModel, Further, OwnPolynomial};
-pub use cost::{most_further_rows, most_rows_beside_a_map};
+pub(crate) use compiled::{CompiledModel, OwnPolynomial};
+pub use cost::{BACKGROUND_CYCLES, most_further_rows, most_rows_beside_a_map};
+pub(crate) use further::{Further, Phases};
 pub use terms::{
     Column, MAX_COLUMNS, MAX_LATERAL_ORDER, MAX_OWN_ORDER, MAX_TERMS, MAX_THETA_POWER, Multiplier,
     Term, TermError, TermTable, Trigonometric,

@@ -61,7 +61,7 @@ impl StepConfig {
             None => without_model(),
         };
         let beacon_pose = settings.beacon.map(|beacon| beacon.compile(geometry));
-        let extended = settings.track_direction || model.further.has_extra();
+        let extended = settings.track_direction || model.further.has_rows();
         let pair = |p: usize| PairCorrection::compile([&settings.pairs[p], &settings.pairs[p + 2]]);
         let square_bits = |amplitude: f32| (amplitude * amplitude).to_bits();
         let standing = if settings.model.is_some() {

@@ -13,8 +13,8 @@ fn main() -> ExitCode {
         }
         [serve, image] if serve == "serve" => chip::serve::run(Path::new(image)),
         [control, image] if control == "control" => chip::check::control::run(Path::new(image)),
-        [image, time, json] if time == "time" && json == "--json" => {
-            chip::check::print_times(Path::new(image))
+        [image, name, json] if json == "--json" => {
+            chip::check::print_figures(Path::new(image), name)
         }
         [image, names @ ..] => chip::check::run(Path::new(image), names),
     };

@@ -20,7 +20,11 @@ pub struct Bench {
 
 impl Bench {
     pub fn start(world: World, flash: SharedFlash) -> Self {
-        let board = SimBoard::start(world, flash, Settings::default()).expect("the board starts");
+        Self::start_with(world, flash, Settings::default())
+    }
+
+    pub fn start_with(world: World, flash: SharedFlash, settings: Settings) -> Self {
+        let board = SimBoard::start(world, flash, settings).expect("the board starts");
         let mut bench = Self {
             board,
             client: Client::new(),

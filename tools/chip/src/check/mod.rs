@@ -7,6 +7,7 @@ mod cuts;
 mod health;
 mod link;
 mod restart;
+mod stream;
 mod time;
 mod variants;
 
@@ -41,6 +42,11 @@ pub const CHECKS: &[Check] = &[
         "calibration",
         "a calibration, a commit, a power cut, a start from what was stored",
         calibration::run,
+    ),
+    (
+        "stream",
+        "a recording's stream beside interrupts as long as they may be: every frame is taken up",
+        stream::run,
     ),
     (
         "cuts",
@@ -88,12 +94,18 @@ pub const CHECKS: &[Check] = &[
     ("silent", "BUSY is silent for 10 ms", variants::silent),
 ];
 
-/// Prints what the check `time` measures, as JSON on one line.
+/// Prints what a check measures, as JSON on one line: `time`, or `stream`, which then takes a minute of the board's.
 ///
 /// # Errors
-/// There is no such image, or a rule is broken.
-pub fn print_times(image: &Path) -> Result<()> {
-    println!("{}", time::json(&Image::open(image)?)?);
+/// There is no such image, a rule is broken, or the check measures nothing.
+pub fn print_figures(image: &Path, check: &str) -> Result<()> {
+    let image = Image::open(image)?;
+    let figures = match check {
+        "time" => time::json(&image),
+        "stream" => stream::json(&image),
+        other => bail!("found {other:?}, wanted time or stream before --json"),
+    };
+    println!("{}", figures?);
     Ok(())
 }
 

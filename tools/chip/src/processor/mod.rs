@@ -55,6 +55,8 @@ pub struct Processor {
     pub times: Times,
     /// Resets of the image's own asking are no fault.
     pub may_reset: bool,
+    /// Cycles that handlers of an exception take besides their own: as if there were more to do in them.
+    pub stretch: Option<(u16, u64)>,
     /// The supply dips only: a brown-out reset, and RAM keeps what it held.
     pub dips: bool,
 }
@@ -91,6 +93,7 @@ impl Processor {
             resets: 0,
             times: Times::default(),
             may_reset: false,
+            stretch: None,
             dips: false,
         };
         processor.boot()?;
@@ -333,9 +336,10 @@ impl Processor {
     fn enter(&mut self, exception: u16) -> Result<()> {
         let vector = self.vector(exception)?;
         self.times.enter(exception, self.cycles());
+        let stretched = self.stretch.filter(|(of, _)| *of == exception);
         let shared = self.uc.get_data_mut();
         shared.system.nvic.enter(exception);
-        shared.pass(ENTRY_CYCLES);
+        shared.pass(ENTRY_CYCLES + stretched.map_or(0, |(_, cycles)| cycles));
         if !frame::enter(&mut self.uc, exception, vector) {
             // The frame lies where there is no memory: MSTKERR, and a hard fault comes next.
             let system = &mut self.uc.get_data_mut().system;
@@ -360,9 +364,10 @@ impl Processor {
             let vector = self.vector(next)?;
             self.times.leave(self.cycles());
             self.times.enter(next, self.cycles());
+            let stretched = self.stretch.filter(|(of, _)| *of == next);
             let shared = self.uc.get_data_mut();
             shared.system.nvic.enter(next);
-            shared.pass(CHAIN_CYCLES);
+            shared.pass(CHAIN_CYCLES + stretched.map_or(0, |(_, cycles)| cycles));
             frame::chain(&mut self.uc, next, vector, back);
             return Ok(());
         }
