@@ -11,6 +11,7 @@ mod figures;
 mod firmware;
 mod flash;
 mod manifests;
+mod names;
 mod onboard;
 mod option_bytes;
 mod parity;

@@ -1,4 +1,4 @@
-//! `cargo xtask test`: formatting, manifests, lints, other operating systems, documentation, every test of the workspace, the library on the target, both images
+//! `cargo xtask test`: formatting, manifests, names of effects, lints, other operating systems, documentation, every test of the workspace, the library on the target, both images
 //! against their limits, the image as it ships on a model of its chip, the reports in a browser. With names of checks: these alone, one after the other.
 //!
 //! All tests run in the profile `checked` (Cargo.toml): optimised, since they simulate for minutes otherwise, and
@@ -7,7 +7,7 @@
 //! The tests run in one line and every other check in a second one beside it ([`Lane`]): many of the checks are one program, which
 //! leaves a processor idle.
 
-use crate::{arm, cargo, chip, firmware, manifests, onboard, platforms, report, runner};
+use crate::{arm, cargo, chip, firmware, manifests, names, onboard, platforms, report, runner};
 use anyhow::{Context, Result, bail, ensure};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
@@ -57,6 +57,9 @@ const CHECKS: &[Check] = &[
     }),
     ("manifests", Lane::Beside, || {
         checked("manifests", manifests::check)
+    }),
+    ("names", Lane::Beside, || {
+        checked("effects are named in their own files alone", names::check)
     }),
     ("lints", Lane::Beside, lints),
     ("platforms", Lane::Beside, || {
