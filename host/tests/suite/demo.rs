@@ -284,13 +284,8 @@ fn joint_has_the_rows_of_the_paper() {
 /// line in `docs/accuracy.md`, and is compared with it.
 #[test]
 fn joint_with_the_tooth_map_goes_past_the_paper() {
-    std::thread::scope(|scope| {
-        let runs = ["4", "7"].map(|seed| scope.spawn(move || judge_jointly(seed)));
-        runs.into_iter().for_each(|run| run.join().unwrap());
-    });
-}
-
-fn judge_jointly(seed: &str) {
+    // One seed, since a run takes a minute and a half of processor time; seed 1 is run for docs/accuracy.md.
+    let seed = "7";
     let report = courier(&["demo", "--joint", "--seed", seed, "--json"]).json();
     assert!(report["map"].is_object(), "{report}");
     for axis in ["x", "y"] {
