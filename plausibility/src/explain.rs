@@ -1,0 +1,281 @@
+//! The search: which faults, if any, make the readings agree with one another and with what is stated.
+
+use crate::diode::Diode;
+use crate::fault::{Fault, LENGTHS, Source};
+use crate::poses::Poses;
+use crate::quadrature::Reading;
+use crate::products::Products;
+use crate::readings::Readings;
+use crate::view::View;
+use crate::wiring::Wiring;
+use nalgebra::DVector;
+use recording::Recording;
+
+/// Parity of a right wiring, rms, as a share of the pitch: what effects of 20 noise floors (0.3 µm each) leave once the periodic errors of
+/// equation (3) are out.
+const PARITY: f64 = 0.006;
+/// Up to this share a parity is right if no other wiring's is far smaller.
+const PARITY_AT_MOST: f64 = 0.1;
+/// What "far smaller" is.
+const FAR: f64 = 3.0;
+/// A platen sensor sees no teeth at more than its pitch over its length (some six teeth: 0.15 rad); a pair's angle beyond this, rms, rad,
+/// is no angle.
+const ANGLE_RAD: f64 = 0.06;
+/// Nothing on a platen is faster, m/s: ten times a planar motor's speed.
+const SPEED_M_S: f64 = 20.0;
+/// What a response that nothing explains costs: more than one fault, less than two.
+const UNEXPLAINED: f64 = 1.5;
+/// A lever arm that is known to this share of itself suggests a span.
+const KNOWN: f64 = 0.1;
+/// Explanations whose costs differ by less are equally good.
+const ALIKE: f64 = 0.15;
+
+/// Faults that together make the readings agree.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Explanation {
+    /// The faults; none if all is as stated.
+    pub faults: Vec<Fault>,
+    /// Their cost, with what stays unexplained.
+    pub cost: f64,
+    /// Responses of the reference or the diode that stay unexplained.
+    pub unexplained: usize,
+    /// Responses that move enough to be looked at.
+    pub told: usize,
+}
+
+/// All relations of one way to read the recording.
+struct Relations {
+    readings: Readings,
+    parity: Option<Products>,
+    smallest_parity_m: f64,
+    speed_m_s: f64,
+    reference: Option<Poses>,
+    commanded: Option<Poses>,
+    diode: Option<Diode>,
+}
+
+impl Relations {
+    fn new(recording: &Recording, reading: Reading) -> Self {
+        let readings = Readings::new(recording, reading);
+        let all: Vec<&Vec<f64>> = readings.position_m.iter().collect();
+        let parity = readings.products(&readings.rows_with(&all), &all);
+        let mut relations = Self {
+            speed_m_s: speed(&readings),
+            reference: Poses::new(&readings, Source::Reference),
+            commanded: Poses::new(&readings, Source::Commanded),
+            diode: Diode::new(&readings),
+            readings,
+            parity,
+            smallest_parity_m: 0.0,
+        };
+        let parities = Wiring::all().into_iter().map(|w| relations.parity_m(&w));
+        relations.smallest_parity_m = parities.fold(f64::INFINITY, f64::min);
+        relations
+    }
+
+    fn has(&self) -> [bool; 4] {
+        [0, 1, 2, 3].map(|s| self.readings.has(s))
+    }
+
+    /// Parity of a wiring, rms, m; zero where it is not told.
+    fn parity_m(&self, wiring: &Wiring) -> f64 {
+        let Some(products) = self.parity.as_ref().filter(|_| self.has() == [true; 4]) else {
+            return 0.0;
+        };
+        let weights = DVector::from_row_slice(&wiring.parity());
+        (&products.projected * &weights).dot(&weights).max(0.0).sqrt()
+    }
+
+    fn possible(&self, view: &View) -> bool {
+        let logged = self.readings.logged.iter().any(|l| *l);
+        let longer = if logged { view.lengths.max(1.0) } else { 1.0 };
+        let parity_m = self.parity_m(view.wiring);
+        let pitch_m = self.readings.pitch_m * longer;
+        let least = parity_m <= FAR * self.smallest_parity_m && parity_m <= PARITY_AT_MOST * pitch_m;
+        if parity_m > PARITY * pitch_m && !least {
+            return false;
+        }
+        if self.speed_m_s / view.lengths > SPEED_M_S {
+            return false;
+        }
+        let angle = view.response(2, 4).zip(self.parity.as_ref());
+        angle.is_none_or(|(weights, products)| {
+            (&products.centred * &weights).dot(&weights) <= ANGLE_RAD * ANGLE_RAD
+        })
+    }
+
+    /// What a view of the segments costs, with the scales that its relations suggest; `None` if the segments contradict one another.
+    fn explain(&self, view: &View, faults: &[Fault]) -> Option<(Explanation, Suggested)> {
+        if !self.possible(view) {
+            return None;
+        }
+        let mut suggested = Suggested::default();
+        let mut all: Vec<Fault> = view.wiring.faults.clone();
+        all.extend_from_slice(faults);
+        let (mut unexplained, mut told) = (0, 0);
+        if let Some(poses) = &self.reference {
+            let judged = poses.judge(view);
+            unexplained += judged.unexplained;
+            told += judged.explained + judged.unexplained;
+            suggested.add(judged.scales);
+            all.extend(judged.faults);
+        }
+        if let Some(poses) = &self.commanded {
+            let judged = poses.judge(view);
+            // Commands that follow nothing are left aside.
+            if judged.unexplained == 0 {
+                suggested.add(judged.scales);
+                all.extend(judged.faults);
+            }
+        }
+        if let Some(diode) = &self.diode {
+            let judged = diode.judge(view);
+            unexplained += judged.unexplained;
+            told += judged.explained + judged.unexplained;
+            suggested.lengths.extend(judged.height);
+            let stated = self.readings.coordination.map_or(0.0, |c| c.lever_x_m);
+            if let Some([lever_m, error_m]) = judged.lever_m[0]
+                && error_m < KNOWN * lever_m.abs()
+            {
+                // A span u times too short makes every angle u times too large and the arm u times too short.
+                suggested.span.push(stated / lever_m);
+            }
+            all.extend(judged.faults);
+        }
+        let cost = all.iter().map(Fault::cost).sum::<f64>() + UNEXPLAINED * unexplained as f64;
+        let explanation = Explanation {
+            faults: all,
+            cost,
+            unexplained,
+            told,
+        };
+        Some((explanation, suggested))
+    }
+
+    /// Explanations with the span and the lengths as stated, then with those that the relations suggest.
+    fn search(&self, wirings: &[Wiring]) -> Vec<Explanation> {
+        let mut list = Vec::new();
+        let units = LENGTHS.map(|unit| unit.factor);
+        let logged = self.readings.logged.iter().any(|l| *l);
+        for wiring in wirings {
+            let view = |lengths: f64, span: f64| View {
+                wiring,
+                has: self.has(),
+                span_m: self.readings.span_m,
+                lengths,
+                span,
+            };
+            let plain = self.explain(&view(1.0, 1.0), &[]);
+            let suggested = plain.as_ref().map(|p| p.1.clone()).unwrap_or_default();
+            list.extend(plain.map(|p| p.0));
+            if wiring.faults.len() > 1 {
+                continue;
+            }
+            let mut lengths = suggested.lengths.clone();
+            if logged {
+                lengths.extend(units);
+            }
+            for length in lengths {
+                let fault = match LENGTHS.into_iter().find(|u| (u.factor / length - 1.0).abs() < 0.02) {
+                    Some(unit) if logged => Fault::Positions(unit),
+                    _ => Fault::Pitch(length),
+                };
+                list.extend(self.explain(&view(length, 1.0), &[fault]).map(|e| e.0));
+            }
+            for span in suggested.span {
+                let faults = [Fault::Span(span)];
+                list.extend(self.explain(&view(1.0, span), &faults).map(|e| e.0));
+            }
+        }
+        list
+    }
+}
+
+/// Scales that would make relations agree.
+#[derive(Clone, Debug, Default)]
+struct Suggested {
+    lengths: Vec<f64>,
+    span: Vec<f64>,
+}
+
+impl Suggested {
+    fn add(&mut self, [lengths, angle]: [Option<f64>; 2]) {
+        self.lengths.extend(lengths);
+        let told = angle.map(|a| a / lengths.unwrap_or(1.0));
+        self.span.extend(told);
+    }
+}
+
+/// 99 of 100 rows are slower, m/s: the largest over the segments.
+fn speed(readings: &Readings) -> f64 {
+    let of = |positions: &Vec<f64>| {
+        let mut speeds: Vec<f64> = (1..positions.len())
+            .filter(|&i| readings.group[i] == readings.group[i - 1])
+            .map(|i| {
+                let time_s = readings.time_s[i] - readings.time_s[i - 1];
+                (positions[i] - positions[i - 1]).abs() / time_s.max(1e-9)
+            })
+            .filter(|v| v.is_finite())
+            .collect();
+        speeds.sort_unstable_by(f64::total_cmp);
+        let place = speeds.len() * 99 / 100;
+        speeds.get(place).copied().unwrap_or(0.0)
+    };
+    readings.position_m.iter().map(of).fold(0.0, f64::max)
+}
+
+/// The best explanations, equally good ones side by side, best first. Empty if all is as stated, or if nothing explains what is not.
+pub(crate) fn explanations(recording: &Recording) -> Vec<Explanation> {
+    let relations = Relations::new(recording, Reading::Stated);
+    let wirings = Wiring::all();
+    let stated = relations.search(&wirings[..1]);
+    let clean = |e: &&Explanation| e.unexplained == 0;
+    if stated.iter().any(|e| e.faults.iter().all(Fault::of_commands) && e.unexplained == 0) {
+        return Vec::new();
+    }
+    let mut list = relations.search(&wirings);
+    if !list.iter().any(|e| clean(&e)) {
+        for reading in Reading::others(|s| relations.readings.has(s) && !relations.readings.logged[s]) {
+            let other = Relations::new(recording, reading);
+            let found = other.search(&wirings[..1]);
+            list.extend(found.into_iter().map(|mut e| {
+                let fault = Fault::Quadrature(reading);
+                e.cost += fault.cost();
+                e.faults.insert(0, fault);
+                e
+            }));
+        }
+    }
+    best(list)
+}
+
+/// The cheapest of all. What one looks at and another makes too small to look at is unexplained by the other.
+fn best(mut list: Vec<Explanation>) -> Vec<Explanation> {
+    let most = list.iter().map(|e| e.told).max().unwrap_or(0);
+    for e in &mut list {
+        let untold = most - e.told;
+        e.unexplained += untold;
+        e.cost += UNEXPLAINED * untold as f64;
+    }
+    list.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let Some(first) = list.first() else {
+        return Vec::new();
+    };
+    let limit = first.cost + ALIKE;
+    let mut kept: Vec<Explanation> = Vec::new();
+    for e in list.into_iter().filter(|e| e.cost < limit) {
+        // What is unexplained is no wire's or unit's doing.
+        if e.unexplained > 0 || e.faults.iter().all(Fault::of_commands) {
+            return Vec::new();
+        }
+        if !kept.iter().any(|k| same(&k.faults, &e.faults)) {
+            kept.push(e);
+        }
+    }
+    kept
+}
+
+/// The same faults, whatever their order and the last digits of their values.
+fn same(a: &[Fault], b: &[Fault]) -> bool {
+    a.len() == b.len() && a.iter().all(|fault| b.iter().any(|other| fault.alike(other)))
+}

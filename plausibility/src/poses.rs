@@ -1,0 +1,207 @@
+//! The segments against pose columns: an independent reference, or the commands.
+
+use crate::fault::{ANGLES, Axes, Fault, LENGTHS, Source, Unit, unit_of};
+use crate::products::{Products, fit};
+use crate::readings::Readings;
+use crate::view::View;
+use nalgebra::DVector;
+
+/// A segment that moves by less than this, rms, says nothing: the errors of equation (3) reach some 30 µm (paper, 3.1.2).
+const MOVED_M: f64 = 60.0e-6;
+/// Arm at which an angle counts as a length: half of what the paper's lever arm is.
+const ARM_M: f64 = 0.05;
+/// Pose columns explain a motion if less than this share of it is left.
+const LEFT: f64 = 0.2;
+/// What is known of no coefficient better than this error of the readings, m: a fifth of what equation (3) leaves at most.
+const LEAST_M: f64 = 5.0e-6;
+/// A reference's scale is right within this share: ten times thermal growth (22 ppm/K) over 20 K. Half the smallest fault that is known, 1 %.
+const REFERENCE_SHARE: f64 = 0.005;
+/// Commands lag and miss: their scale is looked at no more closely than this.
+const COMMANDED_SHARE: f64 = 0.03;
+/// A unit's factor is told from another scale within this share.
+const UNIT_SHARE: f64 = 0.01;
+/// Standard errors within which two values are the same.
+const ERRORS: f64 = 3.0;
+
+/// Pose columns beside all recorded segments.
+#[derive(Clone, Debug)]
+pub(crate) struct Poses {
+    source: Source,
+    products: Products,
+    /// Column of each axis in the products.
+    axis: [Option<usize>; 3],
+    width: usize,
+}
+
+/// What a view of the segments makes of pose columns.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Judged {
+    /// What is wrong with the pose columns.
+    pub faults: Vec<Fault>,
+    /// Responses that no axis explains.
+    pub unexplained: usize,
+    /// Responses that an axis explains.
+    pub explained: usize,
+    /// Reading over pose of the lengths and of the angle, where told.
+    pub scales: [Option<f64>; 2],
+}
+
+/// One response: which axis it follows and by what factor.
+#[derive(Clone, Copy, Debug)]
+struct Followed {
+    axis: usize,
+    factor: f64,
+    error: f64,
+}
+
+impl Poses {
+    /// Of the recorded columns of a source, if there are any with enough rows.
+    pub fn new(readings: &Readings, source: Source) -> Option<Self> {
+        let poses = match source {
+            Source::Reference => &readings.reference,
+            Source::Commanded => &readings.commanded,
+        };
+        let mut needed: Vec<&Vec<f64>> = readings.position_m.iter().collect();
+        needed.extend(poses.iter());
+        if poses.iter().all(Vec::is_empty) {
+            return None;
+        }
+        let mut axis = [None; 3];
+        let mut width = 4;
+        let mut columns: Vec<&Vec<f64>> = readings.position_m.iter().collect();
+        for (k, pose) in poses.iter().enumerate().filter(|(_, pose)| !pose.is_empty()) {
+            axis[k] = Some(width);
+            width += 1;
+            columns.push(pose);
+        }
+        let products = readings.products(&readings.rows_with(&needed), &columns)?;
+        Some(Self {
+            source,
+            products,
+            axis,
+            width,
+        })
+    }
+
+    /// Judges the columns as a view of the segments sees them.
+    pub fn judge(&self, view: &View) -> Judged {
+        let mut judged = Judged::default();
+        let followed = [0, 1, 2].map(|response| self.followed(view, response, &mut judged));
+        judged.explained = followed.iter().flatten().count();
+        let exchanged = self.exchanged(&followed, &mut judged);
+        self.signs(&followed, &mut judged);
+        self.scales(&followed, exchanged, &mut judged);
+        judged
+    }
+
+    /// The axis that a response (x, y or theta of the segments) follows; `None` where that is not told.
+    fn followed(&self, view: &View, response: usize, judged: &mut Judged) -> Option<Followed> {
+        let weights = view.response(response, self.width)?;
+        self.axis[response]?;
+        let axes: Vec<usize> = (0..3).filter(|k| self.moves(*k)).collect();
+        let unit = |k: &usize| {
+            let mut weights = DVector::zeros(self.width);
+            weights[self.axis[*k].unwrap_or(0)] = 1.0;
+            weights
+        };
+        let regressors: Vec<DVector<f64>> = axes.iter().map(unit).collect();
+        let fit = fit(&self.products.projected, &weights, &regressors);
+        let arm = if response == 2 { ARM_M } else { 1.0 };
+        if fit.was * arm < MOVED_M {
+            return None;
+        }
+        if fit.left > LEFT * fit.was {
+            judged.unexplained += 1;
+            return None;
+        }
+        let moved = |i: usize| fit.coefficients[i].abs() * self.rms(axes[i]);
+        let main = (0..axes.len()).max_by(|a, b| moved(*a).total_cmp(&moved(*b)))?;
+        let error = fit.error(main, LEAST_M / arm);
+        Some(Followed {
+            axis: axes[main],
+            factor: fit.coefficients[main],
+            error,
+        })
+    }
+
+    fn rms(&self, axis: usize) -> f64 {
+        let column = self.axis[axis];
+        column.map_or(0.0, |c| self.products.projected[(c, c)].max(0.0).sqrt())
+    }
+
+    fn moves(&self, axis: usize) -> bool {
+        self.rms(axis) > 0.0
+    }
+
+    /// Whether x and y are exchanged.
+    fn exchanged(&self, followed: &[Option<Followed>; 3], judged: &mut Judged) -> bool {
+        let on = |response: usize| followed[response].map(|f| f.axis);
+        if on(2).is_some_and(|axis| axis != 2) || on(0) == Some(2) || on(1) == Some(2) {
+            judged.unexplained += 1;
+        }
+        let crossed = match (on(0), on(1)) {
+            (Some(1), Some(0) | None) | (None, Some(0)) => true,
+            (Some(a), Some(b)) if a == b => {
+                judged.unexplained += 1;
+                false
+            }
+            _ => false,
+        };
+        if crossed {
+            judged.faults.push(Fault::PoseAxesExchanged(self.source));
+        }
+        crossed
+    }
+
+    fn signs(&self, followed: &[Option<Followed>; 3], judged: &mut Judged) {
+        let told: Vec<Followed> = followed.iter().flatten().copied().collect();
+        let turned: Vec<Followed> = told.iter().copied().filter(|f| f.factor < 0.0).collect();
+        if turned.len() > 1 && turned.len() == told.len() {
+            judged.faults.push(Fault::PoseAllReversed(self.source));
+        } else {
+            let fault = |f: &Followed| Fault::PoseReversed(self.source, f.axis);
+            judged.faults.extend(turned.iter().map(fault));
+        }
+    }
+
+    fn scales(&self, followed: &[Option<Followed>; 3], crossed: bool, judged: &mut Judged) {
+        let share = match self.source {
+            Source::Reference => REFERENCE_SHARE,
+            Source::Commanded => COMMANDED_SHARE,
+        };
+        let off = |f: &Followed, around: f64| {
+            (f.factor.abs() - around).abs() > share * around + ERRORS * f.error
+        };
+        let push = |judged: &mut Judged, axes: Axes, f: Followed, units: &[Unit]| {
+            let factor = 1.0 / f.factor.abs();
+            let known = unit_of(factor, units, UNIT_SHARE.max(ERRORS * f.error / f.factor.abs()));
+            let factor = known.map_or(factor, |unit| unit.factor);
+            let fault = Fault::PoseScale(self.source, axes, factor);
+            judged.faults.push(fault);
+        };
+        let lengths: Vec<Followed> = followed[..2].iter().flatten().copied().collect();
+        match lengths[..] {
+            [x, y] if off(&x, y.factor.abs()) && off(&y, x.factor.abs()) => {
+                for (response, f) in [x, y].into_iter().enumerate().filter(|(_, f)| off(f, 1.0)) {
+                    let axis = if crossed { 1 - response } else { response };
+                    push(judged, Axes::One(axis), f, &LENGTHS);
+                }
+            }
+            [f, ..] => {
+                let best = lengths.iter().min_by(|a, b| a.error.total_cmp(&b.error));
+                let best = *best.unwrap_or(&f);
+                judged.scales[0] = Some(best.factor.abs());
+                if off(&best, 1.0) {
+                    push(judged, Axes::Lengths, best, &LENGTHS);
+                }
+            }
+            [] => {}
+        }
+        if let Some(angle) = followed[2] {
+            judged.scales[1] = Some(angle.factor.abs());
+            if off(&angle, 1.0) {
+                push(judged, Axes::Angle, angle, &ANGLES);
+            }
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Sums of products of columns, free of zeros and of what equation (3) may add: all that a linear relation is judged by.
+
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+
+/// Orders of the tooth phase that are taken out: those of equation (3) that are largest.
+const ORDERS: [f64; 3] = [1.0, 2.0, 4.0];
+/// Directions of less than this share of the largest eigenvalue are not told by the rows.
+const SINGULAR: f64 = 1.0e-9;
+/// Steps of the eigenvalue iteration: some three a column are usual.
+const STEPS: usize = 10_000;
+/// Rows for each column that is taken out; with fewer nothing but zeros is taken out.
+const ROWS_A_COLUMN: usize = 8;
+
+/// Mean products `[column, column]` over rows.
+#[derive(Clone, Debug)]
+pub(crate) struct Products {
+    /// Zeros of the groups taken out.
+    pub centred: DMatrix<f64>,
+    /// Zeros of the groups and the periodic errors taken out.
+    pub projected: DMatrix<f64>,
+}
+
+impl Products {
+    /// Of `columns` (each over the listed rows), within groups, with periodic errors of the tooth phases `turns` taken out.
+    pub fn new(group: &[usize], columns: &[Vec<f64>], turns: &[Vec<f64>]) -> Self {
+        let rows = group.len();
+        let mut periodic = Vec::new();
+        if rows >= ROWS_A_COLUMN * 2 * ORDERS.len() * turns.len() {
+            for phase in turns {
+                for order in ORDERS {
+                    let angle = |t: &f64| TAU * order * t;
+                    periodic.push(phase.iter().map(|t| angle(t).sin()).collect::<Vec<f64>>());
+                    periodic.push(phase.iter().map(|t| angle(t).cos()).collect::<Vec<f64>>());
+                }
+            }
+        }
+        let wanted = matrix(group, columns);
+        let nuisance = matrix(group, &periodic);
+        let per_row = 1.0 / rows.max(1) as f64;
+        let centred = wanted.tr_mul(&wanted) * per_row;
+        let projected = if periodic.is_empty() {
+            centred.clone()
+        } else {
+            let own = nuisance.tr_mul(&nuisance) * per_row;
+            let cross = nuisance.tr_mul(&wanted) * per_row;
+            &centred - cross.tr_mul(&(pseudo_inverse(own, SINGULAR) * &cross))
+        };
+        Self {
+            centred,
+            projected,
+        }
+    }
+}
+
+/// `[row, column]`, less the mean of each group.
+fn matrix(group: &[usize], columns: &[Vec<f64>]) -> DMatrix<f64> {
+    let groups = 1 + group.iter().copied().max().unwrap_or(0);
+    let mut count = vec![0.0; groups];
+    group.iter().for_each(|&g| count[g] += 1.0);
+    let mut matrix = DMatrix::zeros(group.len(), columns.len());
+    for (c, column) in columns.iter().enumerate() {
+        let mut sum = vec![0.0; groups];
+        for (value, &g) in column.iter().zip(group) {
+            sum[g] += value;
+        }
+        for (row, (value, &g)) in column.iter().zip(group).enumerate() {
+            matrix[(row, c)] = value - sum[g] / count[g];
+        }
+    }
+    matrix
+}
+
+/// Of a symmetric matrix; zeros where there is none (nothing in it, or numbers that overflowed).
+fn pseudo_inverse(matrix: DMatrix<f64>, singular: f64) -> DMatrix<f64> {
+    let zeros = DMatrix::zeros(matrix.nrows(), matrix.ncols());
+    if matrix.is_empty() || matrix.iter().any(|v| !v.is_finite()) {
+        return zeros;
+    }
+    let Some(eigen) = matrix.try_symmetric_eigen(f64::EPSILON, STEPS) else {
+        return zeros;
+    };
+    let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
+    let inverse = eigen
+        .eigenvalues
+        .map(|v| if v > singular * largest { 1.0 / v } else { 0.0 });
+    &eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose()
+}
+
+/// A least-squares fit of one combination of columns by others.
+#[derive(Clone, Debug)]
+pub(crate) struct Fit {
+    /// Coefficients.
+    pub coefficients: DVector<f64>,
+    /// How far each regressor moves by itself, rms, in its own unit: what no other regressor does as well.
+    pub alone: Vec<f64>,
+    /// What is left, rms.
+    pub left: f64,
+    /// What there was, rms.
+    pub was: f64,
+}
+
+impl Fit {
+    /// Standard error of a coefficient as if all of what is left were one error that moves with the regressor, with a floor.
+    pub fn error(&self, regressor: usize, least: f64) -> f64 {
+        self.left.max(least) / self.alone[regressor].max(1e-300)
+    }
+}
+
+/// Fits `response` (weights of columns) by `regressors` (weights of columns, one vector each).
+pub(crate) fn fit(
+    products: &DMatrix<f64>,
+    response: &DVector<f64>,
+    regressors: &[DVector<f64>],
+) -> Fit {
+    let count = regressors.len();
+    let product = |a: &DVector<f64>, b: &DVector<f64>| (products * b).dot(a);
+    let was = product(response, response).max(0.0);
+    let scale: Vec<f64> = regressors
+        .iter()
+        .map(|r| product(r, r).max(0.0).sqrt().max(1e-300))
+        .collect();
+    let normal = DMatrix::from_fn(count, count, |i, j| {
+        product(&regressors[i], &regressors[j]) / scale[i] / scale[j]
+    });
+    let right = DVector::from_fn(count, |i, _| product(&regressors[i], response) / scale[i]);
+    let inverse = pseudo_inverse(normal, 1e-8);
+    let scaled = &inverse * &right;
+    let left = (was - scaled.dot(&right)).max(0.0).sqrt();
+    let alone = (0..count).map(|i| {
+        let spread = inverse[(i, i)];
+        if spread > 0.0 {
+            scale[i] / spread.sqrt()
+        } else {
+            0.0
+        }
+    });
+    Fit {
+        alone: alone.collect(),
+        coefficients: DVector::from_fn(count, |i, _| scaled[i] / scale[i]),
+        left,
+        was: was.sqrt(),
+    }
+}

@@ -1,0 +1,89 @@
+//! Mis-wired and mis-stated recordings are recognised, and nothing right is taken for wrong.
+
+mod draw;
+mod kinds;
+
+use draw::Needs;
+use kinds::{KINDS, made, recognised};
+use plausibility::check;
+
+/// Of how many recordings a kind's are recognised; each that is not is printed.
+fn found(kind: usize, seeds: std::ops::Range<u64>) -> usize {
+    let mistake = &KINDS[kind];
+    let mut count = 0;
+    for seed in seeds {
+        let right = draw::recording(1000 * kind as u64 + seed, mistake.needs, 2);
+        let wrong = made(mistake, &right);
+        let findings = check(&wrong);
+        if recognised(mistake, &findings, &wrong.meta) {
+            count += 1;
+        } else {
+            println!("{}, seed {seed}, {} rows:", mistake.name, wrong.samples.len());
+            findings.iter().for_each(|f| println!("    {f}"));
+        }
+    }
+    count
+}
+
+/// Of how many right recordings something is told; each is printed.
+fn told(seeds: std::ops::Range<u64>) -> usize {
+    let mut count = 0;
+    for seed in seeds {
+        let needs = Needs {
+            beacon: seed % 4 != 0,
+            reference: seed % 3 == 0,
+            positions: seed % 5 == 0,
+            single: seed % 12 == 3,
+        };
+        let mut right = draw::recording(seed, needs, 3);
+        if seed % 4 == 1 {
+            let rows = right.samples.len();
+            right = draw::cut(&right, rows * (1 + seed as usize % 7) / 8);
+        }
+        let findings = check(&right);
+        if !findings.is_empty() {
+            count += 1;
+            println!("seed {seed}, {} rows:", right.samples.len());
+            findings.iter().for_each(|f| println!("    {f}"));
+        }
+    }
+    count
+}
+
+/// First seed and number of a long run, by the environment: `PLAUSIBILITY_SEED`, `PLAUSIBILITY_COUNT`.
+fn asked(name: &str, otherwise: u64) -> u64 {
+    let value = std::env::var(name).ok().and_then(|v| v.parse().ok());
+    value.unwrap_or(otherwise)
+}
+
+#[test]
+fn each_kind_is_recognised_once() {
+    let missed: Vec<&str> = (0..KINDS.len())
+        .filter(|kind| found(*kind, 0..1) != 1)
+        .map(|kind| KINDS[kind].name)
+        .collect();
+    assert_eq!(missed, [""; 0]);
+}
+
+#[test]
+fn nothing_is_told_of_right_recordings() {
+    assert_eq!(told(0..24), 0);
+}
+
+#[test]
+#[ignore = "some minutes: the nightly checks run it"]
+fn every_kind_is_recognised_five_times() {
+    let seed = asked("PLAUSIBILITY_SEED", 100);
+    let count = asked("PLAUSIBILITY_COUNT", 5);
+    let recognised: usize = (0..KINDS.len()).map(|kind| found(kind, seed..seed + count)).sum();
+    let all = KINDS.len() * count as usize;
+    println!("{recognised} of {all} recognised, {} kinds", KINDS.len());
+    assert_eq!(recognised, all);
+}
+
+#[test]
+#[ignore = "some minutes: the nightly checks run it"]
+fn nothing_is_told_of_five_hundred_right_recordings() {
+    let seed = asked("PLAUSIBILITY_SEED", 1_000_000);
+    assert_eq!(told(seed..seed + 500), 0);
+}
