@@ -29,11 +29,13 @@ const DRAWING: f64 = 0.2;
 /// What a bracket adds to that, m.
 const BRACKET_M: f64 = 2.0e-3;
 /// Standard errors within which two values are the same.
-const ERRORS: f64 = 3.0;
+const ERRORS: f64 = 1.5;
 /// A main coefficient is known to this share of itself, or nothing is told.
 const KNOWN: f64 = 0.1;
 /// What the other axis of the diode may do beside the main one, as a share: a mount turned by 17 degrees.
 const BESIDE: f64 = 0.3;
+/// An angle that moves by itself by so many times its own error tells the lever arms: less, and the error makes them too short by a tenth.
+const TURNED: f64 = 3.0;
 /// Zero of the angle that tooth counts may have by chance, rad: half a pitch over the span.
 const ZERO_RAD: f64 = 0.05;
 
@@ -52,6 +54,8 @@ pub(crate) struct Judged {
     pub faults: Vec<Fault>,
     /// Responses that the diode does not explain.
     pub unexplained: usize,
+    /// Responses that move enough to be looked at.
+    pub told: usize,
     /// Responses that it does explain.
     pub explained: usize,
     /// Height times full scale over the stated one.
@@ -117,6 +121,10 @@ impl Diode {
         judged.explained = rows.iter().flatten().count();
         let turn = self.mounting(&rows, &mut judged);
         self.levers(&rows, turn, &mut judged);
+        // Other electrodes than the stated ones have to be seen at work.
+        if pairing > 0 && judged.height.is_none() {
+            judged.unexplained += 1;
+        }
         judged
     }
 
@@ -132,14 +140,20 @@ impl Diode {
             .into();
         regressors.extend(view.response(2, width));
         let fit = fit(&self.products.projected, &weights, &regressors);
-        if fit.was < MOVED_M {
+        // By what was measured, whatever the view's scale: no view makes a motion too small to be looked at.
+        if fit.was * view.lengths < MOVED_M {
             return None;
         }
+        judged.told += 1;
         if fit.left > LEFT * fit.was {
-            judged.unexplained += 1;
+            judged.unexplained += usize::from(fit.was > MOVED_M || !view.logged);
             return None;
         }
-        let by_angle = (regressors.len() > 2 && fit.alone[2] > 0.0)
+        let turned = |rad: &f64| *rad > TURNED * view.angle_error_rad;
+        let by_angle = fit
+            .alone
+            .get(2)
+            .is_some_and(turned)
             .then(|| [fit.coefficients[2], error(&fit, 2)]);
         let known = |axis: &usize| error(&fit, *axis) < KNOWN * fit.coefficients[*axis].abs();
         let size = |axis: &usize| fit.coefficients[*axis].abs();

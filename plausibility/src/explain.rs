@@ -23,6 +23,8 @@ const FAR: f64 = 3.0;
 const ANGLE_RAD: f64 = 0.06;
 /// Nothing on a platen is faster, m/s: ten times a planar motor's speed.
 const SPEED_M_S: f64 = 20.0;
+/// No segment is more exact than this, m: what is left of a calibrated one (paper, table of 3.2.1).
+const LEAST_M: f64 = 2.0e-6;
 /// What a response that nothing explains costs: more than one fault, less than two.
 const UNEXPLAINED: f64 = 1.5;
 /// A lever arm that is known to this share of itself suggests a span.
@@ -41,6 +43,8 @@ pub(crate) struct Explanation {
     pub unexplained: usize,
     /// Responses that move enough to be looked at.
     pub told: usize,
+    /// Those that are explained.
+    pub explained: usize,
 }
 
 /// All relations of one way to read the recording.
@@ -56,7 +60,21 @@ struct Relations {
 
 impl Relations {
     fn new(recording: &Recording, reading: Reading) -> Self {
-        let readings = Readings::new(recording, reading);
+        let first = Self::of(Readings::new(recording, reading));
+        if first.has() != [true; 4] {
+            return first;
+        }
+        let all: Vec<&Vec<f64>> = first.readings.position_m.iter().collect();
+        let rows = first.readings.rows_with(&all);
+        let best = Wiring::all()
+            .into_iter()
+            .min_by(|a, b| first.parity_m(a).total_cmp(&first.parity_m(b)));
+        let weights = best.unwrap_or_else(Wiring::stated).parity();
+        let residual = first.readings.residual(&rows, weights);
+        Self::of(first.readings.without_outliers(&residual))
+    }
+
+    fn of(readings: Readings) -> Self {
         let all: Vec<&Vec<f64>> = readings.position_m.iter().collect();
         let parity = readings.products(&readings.rows_with(&all), &all);
         let mut relations = Self {
@@ -104,19 +122,17 @@ impl Relations {
         })
     }
 
-    /// What a view of the segments costs, with the scales that its relations suggest; `None` if the segments contradict one another.
-    fn explain(&self, view: &View, faults: &[Fault]) -> Option<(Explanation, Suggested)> {
-        if !self.possible(view) {
-            return None;
-        }
+    /// What a view of the segments costs, with the scales that its relations suggest; no explanation if the segments contradict one another.
+    fn explain(&self, view: &View, faults: &[Fault]) -> (Option<Explanation>, Suggested) {
         let mut suggested = Suggested::default();
         let mut all: Vec<Fault> = view.wiring.faults.clone();
         all.extend_from_slice(faults);
-        let (mut unexplained, mut told) = (0, 0);
+        let (mut unexplained, mut told, mut explained) = (0, 0, 0);
         if let Some(poses) = &self.reference {
             let judged = poses.judge(view);
             unexplained += judged.unexplained;
-            told += judged.explained + judged.unexplained;
+            told += judged.told;
+            explained += judged.explained;
             suggested.add(judged.scales);
             all.extend(judged.faults);
         }
@@ -131,7 +147,8 @@ impl Relations {
         if let Some(diode) = &self.diode {
             let judged = diode.judge(view);
             unexplained += judged.unexplained;
-            told += judged.explained + judged.unexplained;
+            told += judged.told;
+            explained += judged.explained;
             suggested.lengths.extend(judged.height);
             let stated = self.readings.coordination.map_or(0.0, |c| c.lever_x_m);
             if let Some([lever_m, error_m]) = judged.lever_m[0]
@@ -148,8 +165,9 @@ impl Relations {
             cost,
             unexplained,
             told,
+            explained,
         };
-        Some((explanation, suggested))
+        (self.possible(view).then_some(explanation), suggested)
     }
 
     /// Explanations with the span and the lengths as stated, then with those that the relations suggest.
@@ -161,30 +179,30 @@ impl Relations {
             let view = |lengths: f64, span: f64| View {
                 wiring,
                 has: self.has(),
+                angle_error_rad: self.parity_m(wiring).max(LEAST_M * lengths)
+                    / (lengths * self.readings.span_m.unwrap_or(f64::INFINITY)),
+                logged,
                 span_m: self.readings.span_m,
+                tooth_m: self.readings.pitch_m / if logged { 1.0 } else { lengths },
                 lengths,
                 span,
             };
-            let plain = self.explain(&view(1.0, 1.0), &[]);
-            let suggested = plain.as_ref().map(|p| p.1.clone()).unwrap_or_default();
-            list.extend(plain.map(|p| p.0));
+            let (plain, suggested) = self.explain(&view(1.0, 1.0), &[]);
+            list.extend(plain);
             if wiring.faults.len() > 1 {
                 continue;
             }
-            let mut lengths = suggested.lengths.clone();
-            if logged {
-                lengths.extend(units);
-            }
-            for length in lengths {
+            let units = units.into_iter().filter(|_| logged);
+            for length in suggested.lengths.into_iter().chain(units) {
                 let fault = match LENGTHS.into_iter().find(|u| (u.factor / length - 1.0).abs() < 0.02) {
                     Some(unit) if logged => Fault::Positions(unit),
                     _ => Fault::Pitch(length),
                 };
-                list.extend(self.explain(&view(length, 1.0), &[fault]).map(|e| e.0));
+                list.extend(self.explain(&view(length, 1.0), &[fault]).0);
             }
             for span in suggested.span {
                 let faults = [Fault::Span(span)];
-                list.extend(self.explain(&view(1.0, span), &faults).map(|e| e.0));
+                list.extend(self.explain(&view(1.0, span), &faults).0);
             }
         }
         list
@@ -229,6 +247,7 @@ pub(crate) fn explanations(recording: &Recording) -> Vec<Explanation> {
     let relations = Relations::new(recording, Reading::Stated);
     let wirings = Wiring::all();
     let stated = relations.search(&wirings[..1]);
+    if std::env::var("DBG").is_ok() { eprintln!("parity {} {}", relations.parity_m(&wirings[0]), relations.smallest_parity_m); for e in &stated { eprintln!("{e:?}"); } }
     let clean = |e: &&Explanation| e.unexplained == 0;
     if stated.iter().any(|e| e.faults.iter().all(Fault::of_commands) && e.unexplained == 0) {
         return Vec::new();
@@ -249,14 +268,21 @@ pub(crate) fn explanations(recording: &Recording) -> Vec<Explanation> {
     best(list)
 }
 
-/// The cheapest of all. What one looks at and another makes too small to look at is unexplained by the other.
+/// The cheapest of all. What one wiring looks at and another makes too small to look at is unexplained by the other; another scale of all
+/// lengths has to explain something.
 fn best(mut list: Vec<Explanation>) -> Vec<Explanation> {
+    let scaled = |e: &Explanation| {
+        let scale = |f: &Fault| matches!(f, Fault::Pitch(_) | Fault::Positions(_));
+        e.faults.iter().any(scale)
+    };
     let most = list.iter().map(|e| e.told).max().unwrap_or(0);
     for e in &mut list {
-        let untold = most - e.told;
+        let nothing = usize::from(scaled(e) && e.explained == 0 && most > 0);
+        let untold = most - e.told + nothing;
         e.unexplained += untold;
         e.cost += UNEXPLAINED * untold as f64;
     }
+    if std::env::var("DBG").is_ok() { list.sort_by(|a, b| a.cost.total_cmp(&b.cost)); for e in list.iter().take(6) { eprintln!("{e:?}"); } }
     list.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let Some(first) = list.first() else {
         return Vec::new();

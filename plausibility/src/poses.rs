@@ -10,8 +10,12 @@ use nalgebra::DVector;
 const MOVED_M: f64 = 60.0e-6;
 /// Arm at which an angle counts as a length: half of what the paper's lever arm is.
 const ARM_M: f64 = 0.05;
+/// An angle moves if it does so by this many times its own error.
+const TURNED: f64 = 3.0;
 /// Pose columns explain a motion if less than this share of it is left.
 const LEFT: f64 = 0.2;
+/// What is left against a reference and is of this share of the pitch is no error of a sensor.
+const OF_THE_PITCH: f64 = 0.1;
 /// What is known of no coefficient better than this error of the readings, m: a fifth of what equation (3) leaves at most.
 const LEAST_M: f64 = 5.0e-6;
 /// A reference's scale is right within this share: ten times thermal growth (22 ppm/K) over 20 K. Half the smallest fault that is known, 1 %.
@@ -21,7 +25,7 @@ const COMMANDED_SHARE: f64 = 0.03;
 /// A unit's factor is told from another scale within this share.
 const UNIT_SHARE: f64 = 0.01;
 /// Standard errors within which two values are the same.
-const ERRORS: f64 = 3.0;
+const ERRORS: f64 = 1.5;
 
 /// Pose columns beside all recorded segments.
 #[derive(Clone, Debug)]
@@ -40,6 +44,8 @@ pub(crate) struct Judged {
     pub faults: Vec<Fault>,
     /// Responses that no axis explains.
     pub unexplained: usize,
+    /// Responses that move enough to be looked at.
+    pub told: usize,
     /// Responses that an axis explains.
     pub explained: usize,
     /// Reading over pose of the lengths and of the angle, where told.
@@ -107,11 +113,17 @@ impl Poses {
         let regressors: Vec<DVector<f64>> = axes.iter().map(unit).collect();
         let fit = fit(&self.products.projected, &weights, &regressors);
         let arm = if response == 2 { ARM_M } else { 1.0 };
-        if fit.was * arm < MOVED_M {
+        // By what was measured, whatever the view's scale: no view makes a motion too small to be looked at.
+        let inexact = if response == 2 { view.angle_error_rad } else { 0.0 };
+        if fit.was * arm * view.lengths < MOVED_M || fit.was < TURNED * inexact {
             return None;
         }
-        if fit.left > LEFT * fit.was {
-            judged.unexplained += 1;
+        judged.told += 1;
+        let of_the_pitch = self.source == Source::Reference
+            && response < 2
+            && fit.left > OF_THE_PITCH * view.tooth_m;
+        if fit.left > (LEFT * fit.was).max(inexact) || of_the_pitch {
+            judged.unexplained += usize::from(fit.was * arm > MOVED_M || !view.logged);
             return None;
         }
         let moved = |i: usize| fit.coefficients[i].abs() * self.rms(axes[i]);

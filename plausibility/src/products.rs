@@ -24,33 +24,49 @@ pub(crate) struct Products {
 impl Products {
     /// Of `columns` (each over the listed rows), within groups, with periodic errors of the tooth phases `turns` taken out.
     pub fn new(group: &[usize], columns: &[Vec<f64>], turns: &[Vec<f64>]) -> Self {
-        let rows = group.len();
-        let mut periodic = Vec::new();
-        if rows >= ROWS_A_COLUMN * 2 * ORDERS.len() * turns.len() {
-            for phase in turns {
-                for order in ORDERS {
-                    let angle = |t: &f64| TAU * order * t;
-                    periodic.push(phase.iter().map(|t| angle(t).sin()).collect::<Vec<f64>>());
-                    periodic.push(phase.iter().map(|t| angle(t).cos()).collect::<Vec<f64>>());
-                }
-            }
-        }
+        let per_row = 1.0 / group.len().max(1) as f64;
         let wanted = matrix(group, columns);
-        let nuisance = matrix(group, &periodic);
-        let per_row = 1.0 / rows.max(1) as f64;
+        let nuisance = matrix(group, &periodic(group.len(), turns));
         let centred = wanted.tr_mul(&wanted) * per_row;
-        let projected = if periodic.is_empty() {
-            centred.clone()
-        } else {
-            let own = nuisance.tr_mul(&nuisance) * per_row;
-            let cross = nuisance.tr_mul(&wanted) * per_row;
-            &centred - cross.tr_mul(&(pseudo_inverse(own, SINGULAR) * &cross))
-        };
-        Self {
-            centred,
-            projected,
-        }
+        let (inverse, cross) = shared(&nuisance, &wanted, per_row);
+        let projected = &centred - cross.tr_mul(&(inverse * &cross));
+        Self { centred, projected }
     }
+}
+
+/// One combination of columns row by row, with the same taken out.
+pub(crate) fn residual(group: &[usize], column: &[f64], turns: &[Vec<f64>]) -> Vec<f64> {
+    let per_row = 1.0 / group.len().max(1) as f64;
+    let wanted = matrix(group, &[column.to_vec()]);
+    let nuisance = matrix(group, &periodic(group.len(), turns));
+    let (inverse, cross) = shared(&nuisance, &wanted, per_row);
+    (wanted - &nuisance * (inverse * cross)).column(0).iter().copied().collect()
+}
+
+/// Inverse of the nuisances' own products, and their products with what is wanted.
+fn shared(
+    nuisance: &DMatrix<f64>,
+    wanted: &DMatrix<f64>,
+    per_row: f64,
+) -> (DMatrix<f64>, DMatrix<f64>) {
+    let own = nuisance.tr_mul(nuisance) * per_row;
+    let cross = nuisance.tr_mul(wanted) * per_row;
+    (pseudo_inverse(own, SINGULAR), cross)
+}
+
+/// Sines and cosines of the tooth phases; none if there are too few rows for them.
+fn periodic(rows: usize, turns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    if rows < ROWS_A_COLUMN * 2 * ORDERS.len() * turns.len() {
+        return Vec::new();
+    }
+    let waves = |phase: &Vec<f64>| {
+        ORDERS.map(|order| {
+            let angle = |t: &f64| (TAU * order * t).sin_cos();
+            let (sines, cosines): (Vec<f64>, Vec<f64>) = phase.iter().map(angle).unzip();
+            [sines, cosines]
+        })
+    };
+    turns.iter().flat_map(waves).flatten().collect()
 }
 
 /// `[row, column]`, less the mean of each group.

@@ -7,6 +7,10 @@ use recording::{Column, Coordination, Recording};
 const ROWS: usize = 4_000;
 /// More steps of whole teeth between the pairs than this are no slips of a counter: then the rows are simply far apart.
 const SLIPS: usize = 12;
+/// A row is an outlier beyond so many times the median size of the residual: nine standard deviations of noise.
+const OUTLIER: f64 = 6.0;
+/// Outliers are at most one row in so many; more are no disturbances but the motion itself.
+const OUTLIERS_OF: usize = 20;
 /// Light below this share of the brightest row's is that of no beacon.
 const DARK: f64 = 0.2;
 
@@ -105,27 +109,59 @@ impl Readings {
         }
     }
 
-    /// Groups, cut where the difference of the pairs (equation 6) steps by whole teeth from one row to the next.
+    /// Groups, cut where a counter steps by whole teeth from one row to the next: seen by the difference of the pairs (equation 6), or by that
+    /// of a segment and the reference.
     fn cut_at_slips(&self) -> Vec<usize> {
-        if (0..4).any(|s| !self.has(s)) {
-            return self.group.clone();
-        }
+        let mut slips = Vec::new();
         let [p1, p2, p3, p4] = &self.position_m;
-        let parity = |i: usize| (p1[i] - p3[i] - p2[i] + p4[i]) / self.pitch_m;
-        let rows = self.rows_with(&self.position_m.each_ref());
-        let slips: Vec<usize> = rows
-            .windows(2)
-            .filter(|pair| self.group[pair[0]] == self.group[pair[1]])
-            .filter(|pair| (parity(pair[1]) - parity(pair[0])).round() != 0.0)
-            .map(|pair| pair[1])
-            .collect();
-        if slips.len() > SLIPS {
-            return self.group.clone();
+        if (0..4).all(|s| self.has(s)) {
+            let parity = |i: usize| p1[i] - p3[i] - p2[i] + p4[i];
+            slips.extend(self.steps(&(0..self.len()).map(parity).collect::<Vec<f64>>()));
         }
+        for (segment, own) in self.position_m.iter().enumerate() {
+            let reference = &self.reference[segment % 2];
+            if self.has(segment) && !reference.is_empty() {
+                let apart: Vec<f64> = own.iter().zip(reference).map(|(p, r)| p - r).collect();
+                slips.extend(self.steps(&apart));
+            }
+        }
+        slips.sort_unstable();
+        slips.dedup();
         let runs = 1 + self.group.iter().copied().max().unwrap_or(0);
         let epoch = |i: usize| slips.partition_point(|slip| *slip <= i);
         (0..self.len())
             .map(|i| self.group[i] + runs * epoch(i))
             .collect()
+    }
+
+    /// Rows at which a quantity that should move little steps by whole teeth within a group; none if it does so too often to be slips.
+    fn steps(&self, quantity_m: &[f64]) -> Vec<usize> {
+        let rows: Vec<usize> = (0..self.len()).filter(|i| quantity_m[*i].is_finite()).collect();
+        let step = |pair: &[usize]| (quantity_m[pair[1]] - quantity_m[pair[0]]) / self.pitch_m;
+        let slips: Vec<usize> = rows
+            .windows(2)
+            .filter(|pair| self.group[pair[0]] == self.group[pair[1]])
+            .filter(|pair| step(pair).round() != 0.0)
+            .map(|pair| pair[1])
+            .collect();
+        if slips.len() > SLIPS { Vec::new() } else { slips }
+    }
+
+    /// Takes out rows in which the parity of a wiring is far outside its own scatter: disturbances of some milliseconds.
+    pub fn without_outliers(mut self, residual_m: &[(usize, f64)]) -> Self {
+        let mut sizes: Vec<f64> = residual_m.iter().map(|r| r.1.abs()).collect();
+        if sizes.is_empty() {
+            return self;
+        }
+        let middle = sizes.len() / 2;
+        let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+        let limit = OUTLIER * *median;
+        let far: Vec<usize> = residual_m.iter().filter(|r| r.1.abs() > limit).map(|r| r.0).collect();
+        if far.len() * OUTLIERS_OF < residual_m.len() {
+            for position in self.position_m.iter_mut().filter(|p| !p.is_empty()) {
+                far.iter().for_each(|&i| position[i] = f64::NAN);
+            }
+        }
+        self
     }
 }

@@ -1,6 +1,6 @@
 //! The segments as a hypothesis sees them: a wiring, a scale of all lengths along the teeth, a scale of the span.
 
-use crate::products::Products;
+use crate::products::{self, Products};
 use crate::readings::Readings;
 use crate::wiring::Wiring;
 use nalgebra::DVector;
@@ -17,6 +17,12 @@ pub(crate) struct View<'a> {
     pub has: [bool; 4],
     /// Stated span, m.
     pub span_m: Option<f64>,
+    /// How inexact the segments' angle is, rad.
+    pub angle_error_rad: f64,
+    /// True where outputs were logged as positions.
+    pub logged: bool,
+    /// True tooth pitch, m.
+    pub tooth_m: f64,
     /// Outputs over true lengths.
     pub lengths: f64,
     /// True span over the stated one.
@@ -66,17 +72,36 @@ impl Readings {
         if rows.len() < ROWS {
             return None;
         }
-        let over = |column: &&Vec<f64>| -> Vec<f64> {
-            rows.iter()
-                .map(|&i| column.get(i).copied().unwrap_or(0.0))
-                .collect()
-        };
-        let columns: Vec<Vec<f64>> = columns.iter().map(over).collect();
-        let turns: Vec<Vec<f64>> = (0..4)
-            .filter(|s| self.has(*s))
-            .map(|s| columns[s].iter().map(|p| p / self.pitch_m).collect())
-            .collect();
-        let group: Vec<usize> = rows.iter().map(|&i| self.group[i]).collect();
+        let columns: Vec<Vec<f64>> = columns.iter().map(|c| over(rows, c)).collect();
+        let (group, turns) = self.phases(rows);
         Some(Products::new(&group, &columns, &turns))
     }
+
+    /// What is left of a combination of the segments over rows once zeros and periodic errors are out: row and metres.
+    pub fn residual(&self, rows: &[usize], weights: [f64; 4]) -> Vec<(usize, f64)> {
+        if rows.len() < ROWS {
+            return Vec::new();
+        }
+        let value = |&i: &usize| (0..4).map(|s| weights[s] * self.position_m[s][i]).sum::<f64>();
+        let column: Vec<f64> = rows.iter().map(value).collect();
+        let (group, turns) = self.phases(rows);
+        let residual = products::residual(&group, &column, &turns);
+        rows.iter().copied().zip(residual).collect()
+    }
+
+    /// Group and tooth phases, in turns, of rows.
+    fn phases(&self, rows: &[usize]) -> (Vec<usize>, Vec<Vec<f64>>) {
+        let turns = (0..4)
+            .filter(|s| self.has(*s))
+            .map(|s| rows.iter().map(|&i| self.position_m[s][i] / self.pitch_m).collect())
+            .collect();
+        (rows.iter().map(|&i| self.group[i]).collect(), turns)
+    }
+}
+
+/// A column over rows; zeros where it was not recorded.
+fn over(rows: &[usize], column: &[f64]) -> Vec<f64> {
+    rows.iter()
+        .map(|&i| column.get(i).copied().unwrap_or(0.0))
+        .collect()
 }
