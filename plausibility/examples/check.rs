@@ -8,7 +8,11 @@ fn main() {
         };
         let started = std::time::Instant::now();
         let findings = plausibility::check(&recording);
-        println!("{path}: {} ({:.3} s)", findings.len(), started.elapsed().as_secs_f64());
+        println!(
+            "{path}: {} ({:.3} s)",
+            findings.len(),
+            started.elapsed().as_secs_f64()
+        );
         for finding in findings {
             println!("    {finding}");
         }

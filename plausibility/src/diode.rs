@@ -29,7 +29,7 @@ const DRAWING: f64 = 0.2;
 /// What a bracket adds to that, m.
 const BRACKET_M: f64 = 2.0e-3;
 /// Standard errors within which two values are the same.
-const ERRORS: f64 = 1.5;
+const ERRORS: f64 = 1.0;
 /// A main coefficient is known to this share of itself, or nothing is told.
 const KNOWN: f64 = 0.1;
 /// What the other axis of the diode may do beside the main one, as a share: a mount turned by 17 degrees.
@@ -105,9 +105,8 @@ impl Diode {
     /// Judges the diode as a view of the segments sees it, with the electrodes paired in the way that costs least.
     pub fn judge(&self, view: &View) -> Judged {
         let ways = (0..PAIRINGS.len()).map(|pairing| self.paired(view, pairing));
-        let cost = |j: &Judged| {
-            j.faults.iter().map(Fault::cost).sum::<f64>() + 2.0 * j.unexplained as f64
-        };
+        let cost =
+            |j: &Judged| j.faults.iter().map(Fault::cost).sum::<f64>() + 2.0 * j.unexplained as f64;
         ways.min_by(|a, b| cost(a).total_cmp(&cost(b)))
             .unwrap_or_default()
     }
@@ -118,7 +117,8 @@ impl Diode {
             judged.faults.push(Fault::ElectrodesExchanged(a, b));
         }
         let rows = [0, 1].map(|response| self.row(view, response, pairing, &mut judged));
-        judged.explained = rows.iter().flatten().count();
+        let known = |row: &&Row| row.factor.is_finite();
+        judged.explained = rows.iter().flatten().filter(known).count();
         let turn = self.mounting(&rows, &mut judged);
         self.levers(&rows, turn, &mut judged);
         // Other electrodes than the stated ones have to be seen at work.
@@ -128,7 +128,13 @@ impl Diode {
         judged
     }
 
-    fn row(&self, view: &View, response: usize, pairing: usize, judged: &mut Judged) -> Option<Row> {
+    fn row(
+        &self,
+        view: &View,
+        response: usize,
+        pairing: usize,
+        judged: &mut Judged,
+    ) -> Option<Row> {
         let width = self.products.projected.nrows();
         let weights = view.response(response, width)?;
         let mut regressors: Vec<DVector<f64>> = [0, 1]
@@ -146,10 +152,10 @@ impl Diode {
         }
         judged.told += 1;
         if fit.left > LEFT * fit.was {
-            judged.unexplained += usize::from(fit.was > MOVED_M || !view.logged);
+            judged.unexplained += 1;
             return None;
         }
-        let turned = |rad: &f64| *rad > TURNED * view.angle_error_rad;
+        let turned = |rad: &f64| *rad > TURNED * view.angle_error_rad(self.products.periodic_m);
         let by_angle = fit
             .alone
             .get(2)
@@ -157,7 +163,10 @@ impl Diode {
             .then(|| [fit.coefficients[2], error(&fit, 2)]);
         let known = |axis: &usize| error(&fit, *axis) < KNOWN * fit.coefficients[*axis].abs();
         let size = |axis: &usize| fit.coefficients[*axis].abs();
-        let main = [0, 1].into_iter().filter(known).max_by(|a, b| size(a).total_cmp(&size(b)));
+        let main = [0, 1]
+            .into_iter()
+            .filter(known)
+            .max_by(|a, b| size(a).total_cmp(&size(b)));
         let Some(main) = main else {
             return Some(Row {
                 main: response,
@@ -180,16 +189,23 @@ impl Diode {
 
     /// Axes, signs and scale of the diode. Returns the angle by which its axes are turned against the segments', where told.
     fn mounting(&self, rows: &[Option<Row>; 2], judged: &mut Judged) -> Option<f64> {
-        let told = rows.each_ref().map(|row| row.as_ref().filter(|r| r.factor.is_finite()));
+        let told = rows
+            .each_ref()
+            .map(|row| row.as_ref().filter(|r| r.factor.is_finite()));
         for row in told.iter().flatten() {
-            if row.beside.is_some_and(|b| b.abs() > BESIDE * row.factor.abs()) {
+            if row
+                .beside
+                .is_some_and(|b| b.abs() > BESIDE * row.factor.abs())
+            {
                 judged.unexplained += 1;
             }
         }
         let negative = |row: &Row| row.factor < 0.0;
         match told {
             [Some(x), Some(y)] if x.main == y.main => judged.unexplained += 1,
-            [Some(x), Some(y)] => judged.faults.extend(mounted(x.main == 1, [negative(x), negative(y)])),
+            [Some(x), Some(y)] => judged
+                .faults
+                .extend(mounted(x.main == 1, [negative(x), negative(y)])),
             [Some(row), None] | [None, Some(row)] => {
                 let crossed = row.main != usize::from(told[0].is_none());
                 if crossed {
@@ -211,7 +227,10 @@ impl Diode {
             .iter()
             .copied()
             .min_by(|a, b| a[1].total_cmp(&b[1]))?;
-        if scales.iter().any(|s| (s[0] / scale - 1.0).abs() > DRAWING + ERRORS * s[1] / scale) {
+        if scales
+            .iter()
+            .any(|s| (s[0] / scale - 1.0).abs() > DRAWING + ERRORS * s[1] / scale)
+        {
             judged.unexplained += 1;
         }
         judged.height = Some(scale);
@@ -231,9 +250,14 @@ impl Diode {
     }
 
     fn levers(&self, rows: &[Option<Row>; 2], turn_rad: Option<f64>, judged: &mut Judged) {
-        let by_angle = rows.each_ref().map(|row| row.as_ref().and_then(|r| r.by_angle));
+        let by_angle = rows
+            .each_ref()
+            .map(|row| row.as_ref().and_then(|r| r.by_angle));
         // Equation (11): x holds -l_y theta, y holds l_x theta.
-        let mut found = [by_angle[1], by_angle[0].map(|[value, error]| [-value, error])];
+        let mut found = [
+            by_angle[1],
+            by_angle[0].map(|[value, error]| [-value, error]),
+        ];
         if let ([Some(x), Some(y)], Some(turn)) = (&mut found, turn_rad) {
             let (sine, cosine) = turn.sin_cos();
             (x[0], y[0]) = (cosine * x[0] + sine * y[0], cosine * y[0] - sine * x[0]);

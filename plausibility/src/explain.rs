@@ -3,8 +3,8 @@
 use crate::diode::Diode;
 use crate::fault::{Fault, LENGTHS, Source};
 use crate::poses::Poses;
-use crate::quadrature::Reading;
 use crate::products::Products;
+use crate::quadrature::Reading;
 use crate::readings::Readings;
 use crate::view::View;
 use crate::wiring::Wiring;
@@ -101,7 +101,10 @@ impl Relations {
             return 0.0;
         };
         let weights = DVector::from_row_slice(&wiring.parity());
-        (&products.projected * &weights).dot(&weights).max(0.0).sqrt()
+        (&products.projected * &weights)
+            .dot(&weights)
+            .max(0.0)
+            .sqrt()
     }
 
     fn possible(&self, view: &View) -> bool {
@@ -109,7 +112,8 @@ impl Relations {
         let longer = if logged { view.lengths.max(1.0) } else { 1.0 };
         let parity_m = self.parity_m(view.wiring);
         let pitch_m = self.readings.pitch_m * longer;
-        let least = parity_m <= FAR * self.smallest_parity_m && parity_m <= PARITY_AT_MOST * pitch_m;
+        let least =
+            parity_m <= FAR * self.smallest_parity_m && parity_m <= PARITY_AT_MOST * pitch_m;
         if parity_m > PARITY * pitch_m && !least {
             return false;
         }
@@ -179,8 +183,7 @@ impl Relations {
             let view = |lengths: f64, span: f64| View {
                 wiring,
                 has: self.has(),
-                angle_error_rad: self.parity_m(wiring).max(LEAST_M * lengths)
-                    / (lengths * self.readings.span_m.unwrap_or(f64::INFINITY)),
+                inexact_m: self.parity_m(wiring).max(LEAST_M * lengths),
                 logged,
                 span_m: self.readings.span_m,
                 tooth_m: self.readings.pitch_m / if logged { 1.0 } else { lengths },
@@ -194,7 +197,10 @@ impl Relations {
             }
             let units = units.into_iter().filter(|_| logged);
             for length in suggested.lengths.into_iter().chain(units) {
-                let fault = match LENGTHS.into_iter().find(|u| (u.factor / length - 1.0).abs() < 0.02) {
+                let fault = match LENGTHS
+                    .into_iter()
+                    .find(|u| (u.factor / length - 1.0).abs() < 0.02)
+                {
                     Some(unit) if logged => Fault::Positions(unit),
                     _ => Fault::Pitch(length),
                 };
@@ -247,14 +253,18 @@ pub(crate) fn explanations(recording: &Recording) -> Vec<Explanation> {
     let relations = Relations::new(recording, Reading::Stated);
     let wirings = Wiring::all();
     let stated = relations.search(&wirings[..1]);
-    if std::env::var("DBG").is_ok() { eprintln!("parity {} {}", relations.parity_m(&wirings[0]), relations.smallest_parity_m); for e in &stated { eprintln!("{e:?}"); } }
     let clean = |e: &&Explanation| e.unexplained == 0;
-    if stated.iter().any(|e| e.faults.iter().all(Fault::of_commands) && e.unexplained == 0) {
+    if stated
+        .iter()
+        .any(|e| e.faults.iter().all(Fault::of_commands) && e.unexplained == 0)
+    {
         return Vec::new();
     }
     let mut list = relations.search(&wirings);
     if !list.iter().any(|e| clean(&e)) {
-        for reading in Reading::others(|s| relations.readings.has(s) && !relations.readings.logged[s]) {
+        for reading in
+            Reading::others(|s| relations.readings.has(s) && !relations.readings.logged[s])
+        {
             let other = Relations::new(recording, reading);
             let found = other.search(&wirings[..1]);
             list.extend(found.into_iter().map(|mut e| {
@@ -282,7 +292,6 @@ fn best(mut list: Vec<Explanation>) -> Vec<Explanation> {
         e.unexplained += untold;
         e.cost += UNEXPLAINED * untold as f64;
     }
-    if std::env::var("DBG").is_ok() { list.sort_by(|a, b| a.cost.total_cmp(&b.cost)); for e in list.iter().take(6) { eprintln!("{e:?}"); } }
     list.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let Some(first) = list.first() else {
         return Vec::new();
@@ -303,5 +312,7 @@ fn best(mut list: Vec<Explanation>) -> Vec<Explanation> {
 
 /// The same faults, whatever their order and the last digits of their values.
 fn same(a: &[Fault], b: &[Fault]) -> bool {
-    a.len() == b.len() && a.iter().all(|fault| b.iter().any(|other| fault.alike(other)))
+    a.len() == b.len()
+        && a.iter()
+            .all(|fault| b.iter().any(|other| fault.alike(other)))
 }

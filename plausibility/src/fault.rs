@@ -127,8 +127,16 @@ impl Fault {
             | Self::PoseReversed(Source::Commanded, _)
             | Self::PoseAllReversed(Source::Commanded) => 0.9,
             Self::PoseScale(source, axes, factor) => {
-                let units = if *axes == Axes::Angle { &ANGLES } else { &LENGTHS };
-                let easier = if *source == Source::Commanded { 0.1 } else { 0.0 };
+                let units = if *axes == Axes::Angle {
+                    &ANGLES
+                } else {
+                    &LENGTHS
+                };
+                let easier = if *source == Source::Commanded {
+                    0.1
+                } else {
+                    0.0
+                };
                 scaled(*factor, units) - easier
             }
             Self::Pitch(_) | Self::Lever(..) => 1.2,
@@ -136,7 +144,11 @@ impl Fault {
             Self::Height(factor) => {
                 let full_scale = unit_of(1.0 / factor, &ANGLES[..1], FULL_SCALE_SHARE);
                 let height = unit_of(1.0 / factor, &LENGTHS, UNIT_SHARE);
-                if full_scale.or(height).is_some() { 1.0 } else { 1.1 }
+                if full_scale.or(height).is_some() {
+                    1.0
+                } else {
+                    1.1
+                }
             }
             Self::Positions(unit) if unit.name != "mm" => 1.2,
             _ => 1.0,
@@ -170,7 +182,9 @@ impl Fault {
             | (Self::Span(a), Self::Span(b))
             | (Self::Height(a), Self::Height(b)) => near(*a, *b),
             (Self::Lever(axis, a), Self::Lever(of, b)) => axis == of && near(*a, *b),
-            (Self::PoseScale(s, x, a), Self::PoseScale(t, y, b)) => s == t && x == y && near(*a, *b),
+            (Self::PoseScale(s, x, a), Self::PoseScale(t, y, b)) => {
+                s == t && x == y && near(*a, *b)
+            }
             _ => self == other,
         }
     }

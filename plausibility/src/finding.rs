@@ -105,9 +105,10 @@ impl Finding {
     pub(crate) fn new(fault: &Fault, meta: &Meta) -> Self {
         match fault {
             Fault::Pitch(_) | Fault::Positions(_) | Fault::Span(_) => lengths(fault, meta),
-            Fault::Height(_) | Fault::LeverReversed(_) | Fault::LeversExchanged | Fault::Lever(..) => {
-                mounting(fault, meta)
-            }
+            Fault::Height(_)
+            | Fault::LeverReversed(_)
+            | Fault::LeversExchanged
+            | Fault::Lever(..) => mounting(fault, meta),
             Fault::ElectrodesExchanged(..) | Fault::DiodeAxesExchanged | Fault::DiodeTurned(_) => {
                 diode(fault)
             }
@@ -125,12 +126,10 @@ impl Finding {
 const ELECTRODES: [&str; 4] = ["psd_xp", "psd_xn", "psd_yp", "psd_yn"];
 
 fn wires(fault: &Fault) -> Finding {
-    let exchanged = |segments: &[usize], text: String| {
-        Finding::plain(Kind::SegmentsExchanged, segments, text)
-    };
-    let reversed = |segments: &[usize], text: String| {
-        Finding::plain(Kind::SegmentReversed, segments, text)
-    };
+    let exchanged =
+        |segments: &[usize], text: String| Finding::plain(Kind::SegmentsExchanged, segments, text);
+    let reversed =
+        |segments: &[usize], text: String| Finding::plain(Kind::SegmentReversed, segments, text);
     match *fault {
         Fault::SegmentsExchanged(a, b) if a % 2 == b % 2 => exchanged(
             &[a, b],
@@ -330,7 +329,10 @@ fn pose(fault: &Fault) -> Finding {
         Fault::PoseAxesExchanged(source) => Finding::plain(
             kind(source, Kind::ReferenceAxes),
             &[],
-            format!("x and y of the {} are exchanged, or those of the segments", name(source)),
+            format!(
+                "x and y of the {} are exchanged, or those of the segments",
+                name(source)
+            ),
         ),
         Fault::PoseReversed(source, axis) => Finding::plain(
             kind(source, Kind::ReferenceSign),
@@ -340,7 +342,10 @@ fn pose(fault: &Fault) -> Finding {
         Fault::PoseAllReversed(source) => Finding::plain(
             kind(source, Kind::ReferenceSign),
             &[],
-            format!("the {} has the wrong sign, or all segments have", name(source)),
+            format!(
+                "the {} has the wrong sign, or all segments have",
+                name(source)
+            ),
         ),
         Fault::PoseScale(source, axes, factor) => {
             let (what, units) = match axes {

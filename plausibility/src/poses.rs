@@ -75,7 +75,11 @@ impl Poses {
         let mut axis = [None; 3];
         let mut width = 4;
         let mut columns: Vec<&Vec<f64>> = readings.position_m.iter().collect();
-        for (k, pose) in poses.iter().enumerate().filter(|(_, pose)| !pose.is_empty()) {
+        for (k, pose) in poses
+            .iter()
+            .enumerate()
+            .filter(|(_, pose)| !pose.is_empty())
+        {
             axis[k] = Some(width);
             width += 1;
             columns.push(pose);
@@ -114,7 +118,11 @@ impl Poses {
         let fit = fit(&self.products.projected, &weights, &regressors);
         let arm = if response == 2 { ARM_M } else { 1.0 };
         // By what was measured, whatever the view's scale: no view makes a motion too small to be looked at.
-        let inexact = if response == 2 { view.angle_error_rad } else { 0.0 };
+        let inexact = if response == 2 {
+            view.angle_error_rad(self.products.periodic_m)
+        } else {
+            0.0
+        };
         if fit.was * arm * view.lengths < MOVED_M || fit.was < TURNED * inexact {
             return None;
         }
@@ -186,7 +194,11 @@ impl Poses {
         };
         let push = |judged: &mut Judged, axes: Axes, f: Followed, units: &[Unit]| {
             let factor = 1.0 / f.factor.abs();
-            let known = unit_of(factor, units, UNIT_SHARE.max(ERRORS * f.error / f.factor.abs()));
+            let known = unit_of(
+                factor,
+                units,
+                UNIT_SHARE.max(ERRORS * f.error / f.factor.abs()),
+            );
             let factor = known.map_or(factor, |unit| unit.factor);
             let fault = Fault::PoseScale(self.source, axes, factor);
             judged.faults.push(fault);

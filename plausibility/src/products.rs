@@ -7,6 +7,8 @@ use std::f64::consts::TAU;
 const ORDERS: [f64; 3] = [1.0, 2.0, 4.0];
 /// Directions of less than this share of the largest eigenvalue are not told by the rows.
 const SINGULAR: f64 = 1.0e-9;
+/// Parity of an uncalibrated sensor, rms, m (paper, 3.1.2).
+const PERIODIC_M: f64 = 30.0e-6;
 /// Steps of the eigenvalue iteration: some three a column are usual.
 const STEPS: usize = 10_000;
 /// Rows for each column that is taken out; with fewer nothing but zeros is taken out.
@@ -19,6 +21,8 @@ pub(crate) struct Products {
     pub centred: DMatrix<f64>,
     /// Zeros of the groups and the periodic errors taken out.
     pub projected: DMatrix<f64>,
+    /// What periodic errors may do to a reading where there were too few rows to take them out, m.
+    pub periodic_m: f64,
 }
 
 impl Products {
@@ -27,10 +31,19 @@ impl Products {
         let per_row = 1.0 / group.len().max(1) as f64;
         let wanted = matrix(group, columns);
         let nuisance = matrix(group, &periodic(group.len(), turns));
+        let periodic_m = if nuisance.ncols() > 0 {
+            0.0
+        } else {
+            PERIODIC_M
+        };
         let centred = wanted.tr_mul(&wanted) * per_row;
         let (inverse, cross) = shared(&nuisance, &wanted, per_row);
         let projected = &centred - cross.tr_mul(&(inverse * &cross));
-        Self { centred, projected }
+        Self {
+            centred,
+            projected,
+            periodic_m,
+        }
     }
 }
 
@@ -40,7 +53,11 @@ pub(crate) fn residual(group: &[usize], column: &[f64], turns: &[Vec<f64>]) -> V
     let wanted = matrix(group, &[column.to_vec()]);
     let nuisance = matrix(group, &periodic(group.len(), turns));
     let (inverse, cross) = shared(&nuisance, &wanted, per_row);
-    (wanted - &nuisance * (inverse * cross)).column(0).iter().copied().collect()
+    (wanted - &nuisance * (inverse * cross))
+        .column(0)
+        .iter()
+        .copied()
+        .collect()
 }
 
 /// Inverse of the nuisances' own products, and their products with what is wanted.

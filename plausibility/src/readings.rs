@@ -136,7 +136,9 @@ impl Readings {
 
     /// Rows at which a quantity that should move little steps by whole teeth within a group; none if it does so too often to be slips.
     fn steps(&self, quantity_m: &[f64]) -> Vec<usize> {
-        let rows: Vec<usize> = (0..self.len()).filter(|i| quantity_m[*i].is_finite()).collect();
+        let rows: Vec<usize> = (0..self.len())
+            .filter(|i| quantity_m[*i].is_finite())
+            .collect();
         let step = |pair: &[usize]| (quantity_m[pair[1]] - quantity_m[pair[0]]) / self.pitch_m;
         let slips: Vec<usize> = rows
             .windows(2)
@@ -144,7 +146,11 @@ impl Readings {
             .filter(|pair| step(pair).round() != 0.0)
             .map(|pair| pair[1])
             .collect();
-        if slips.len() > SLIPS { Vec::new() } else { slips }
+        if slips.len() > SLIPS {
+            Vec::new()
+        } else {
+            slips
+        }
     }
 
     /// Takes out rows in which the parity of a wiring is far outside its own scatter: disturbances of some milliseconds.
@@ -156,7 +162,11 @@ impl Readings {
         let middle = sizes.len() / 2;
         let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
         let limit = OUTLIER * *median;
-        let far: Vec<usize> = residual_m.iter().filter(|r| r.1.abs() > limit).map(|r| r.0).collect();
+        let far: Vec<usize> = residual_m
+            .iter()
+            .filter(|r| r.1.abs() > limit)
+            .map(|r| r.0)
+            .collect();
         if far.len() * OUTLIERS_OF < residual_m.len() {
             for position in self.position_m.iter_mut().filter(|p| !p.is_empty()) {
                 far.iter().for_each(|&i| position[i] = f64::NAN);

@@ -17,8 +17,8 @@ pub(crate) struct View<'a> {
     pub has: [bool; 4],
     /// Stated span, m.
     pub span_m: Option<f64>,
-    /// How inexact the segments' angle is, rad.
-    pub angle_error_rad: f64,
+    /// How inexact the segments are, by what they contradict one another, m.
+    pub inexact_m: f64,
     /// True where outputs were logged as positions.
     pub logged: bool,
     /// True tooth pitch, m.
@@ -30,6 +30,13 @@ pub(crate) struct View<'a> {
 }
 
 impl View<'_> {
+    /// How inexact the segments' angle is, rad, where readings have periodic errors of so many metres besides.
+    pub fn angle_error_rad(&self, periodic_m: f64) -> f64 {
+        self.span_m.map_or(f64::INFINITY, |span_m| {
+            self.inexact_m.max(periodic_m) / (self.lengths * span_m)
+        })
+    }
+
     /// Weights of the columns that make x, y (m) or theta (rad) of the segments, in a vector of `width`; `None` if they were not recorded.
     pub fn response(&self, response: usize, width: usize) -> Option<DVector<f64>> {
         let there = |j: usize| self.has[self.wiring.column[j]];
@@ -40,12 +47,17 @@ impl View<'_> {
                 (count > 0).then(|| {
                     let mut weights = [0.0; 4];
                     let each = 1.0 / count as f64 / self.lengths;
-                    pair.iter().filter(|j| there(**j)).for_each(|j| weights[*j] = each);
+                    pair.iter()
+                        .filter(|j| there(**j))
+                        .for_each(|j| weights[*j] = each);
                     weights
                 })?
             }
             _ => {
-                let pairs: Vec<usize> = [0, 1].into_iter().filter(|j| there(*j) && there(j + 2)).collect();
+                let pairs: Vec<usize> = [0, 1]
+                    .into_iter()
+                    .filter(|j| there(*j) && there(j + 2))
+                    .collect();
                 let span_m = self.span_m?;
                 let each = 1.0 / pairs.len() as f64 / (self.lengths * self.span * span_m);
                 (!pairs.is_empty()).then(|| {
@@ -82,7 +94,11 @@ impl Readings {
         if rows.len() < ROWS {
             return Vec::new();
         }
-        let value = |&i: &usize| (0..4).map(|s| weights[s] * self.position_m[s][i]).sum::<f64>();
+        let value = |&i: &usize| {
+            (0..4)
+                .map(|s| weights[s] * self.position_m[s][i])
+                .sum::<f64>()
+        };
         let column: Vec<f64> = rows.iter().map(value).collect();
         let (group, turns) = self.phases(rows);
         let residual = products::residual(&group, &column, &turns);
@@ -93,7 +109,11 @@ impl Readings {
     fn phases(&self, rows: &[usize]) -> (Vec<usize>, Vec<Vec<f64>>) {
         let turns = (0..4)
             .filter(|s| self.has(*s))
-            .map(|s| rows.iter().map(|&i| self.position_m[s][i] / self.pitch_m).collect())
+            .map(|s| {
+                rows.iter()
+                    .map(|&i| self.position_m[s][i] / self.pitch_m)
+                    .collect()
+            })
             .collect();
         (rows.iter().map(|&i| self.group[i]).collect(), turns)
     }

@@ -83,18 +83,9 @@ fn simple() -> Vec<(Fault, [[f64; 4]; 2])> {
         sign[segment] = -1.0;
         list.push((Fault::SegmentReversed(segment), [straight, sign]));
     }
-    list.push((
-        Fault::AxesExchanged,
-        [[1.0, 0.0, 3.0, 2.0], [1.0; 4]],
-    ));
-    list.push((
-        Fault::PairReversed(0),
-        [straight, [-1.0, 1.0, -1.0, 1.0]],
-    ));
-    list.push((
-        Fault::PairReversed(1),
-        [straight, [1.0, -1.0, 1.0, -1.0]],
-    ));
+    list.push((Fault::AxesExchanged, [[1.0, 0.0, 3.0, 2.0], [1.0; 4]]));
+    list.push((Fault::PairReversed(0), [straight, [-1.0, 1.0, -1.0, 1.0]]));
+    list.push((Fault::PairReversed(1), [straight, [1.0, -1.0, 1.0, -1.0]]));
     list.push((Fault::AllReversed, [straight, [-1.0; 4]]));
     list
 }

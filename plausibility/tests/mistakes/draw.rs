@@ -22,6 +22,8 @@ pub struct Needs {
     pub positions: bool,
     /// The first segment alone.
     pub single: bool,
+    /// A short lever arm of a centimetre or more: what a motion tells better than its own error.
+    pub long_lever: bool,
 }
 
 /// Size of an effect, m rms: up to 20 noise floors of 0.3 µm.
@@ -32,7 +34,7 @@ const POSITION_NOISE_M: f64 = 0.16e-6;
 /// A right recording with all that is needed, up to `effects` effects, and motions of its own.
 pub fn recording(seed: u64, needs: Needs, most_effects: usize) -> Recording {
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5eed_0000_0000);
-    let mut spec = courier(&mut rng);
+    let mut spec = courier(&mut rng, needs.long_lever);
     let plan = plan(&spec, &mut rng, needs.beacon);
     let scene = Scene {
         geometry: spec.geometry,
@@ -54,20 +56,24 @@ pub fn recording(seed: u64, needs: Needs, most_effects: usize) -> Recording {
 }
 
 /// A courier of another build: geometry within some percent of its drawing.
-fn courier(rng: &mut ChaCha8Rng) -> CourierSpec {
+fn courier(rng: &mut ChaCha8Rng, long_lever: bool) -> CourierSpec {
     let seed = uniform(rng, 0.0, 1.0e9) as u64;
-    if uniform(rng, 0.0, 1.0) < 0.15 {
+    if uniform(rng, 0.0, 1.0) < 0.15 && !long_lever {
         return presets::paper_on_platen(seed);
     }
     let mut spec = presets::ideal(seed);
-    let side = if uniform(rng, 0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
+    let side = if uniform(rng, 0.0, 1.0) < 0.5 {
+        -1.0
+    } else {
+        1.0
+    };
     let nominal = Geometry {
         span_m: uniform(rng, 8.0e-3, 14.0e-3),
         lateral_m: uniform(rng, 1.5e-3, 4.5e-3),
         height_m: uniform(rng, 45.0e-3, 90.0e-3),
         lever_m: [
             uniform(rng, 70.0e-3, 100.0e-3),
-            side * uniform(rng, 5.0e-3, 15.0e-3),
+            side * uniform(rng, if long_lever { 10.0e-3 } else { 5.0e-3 }, 15.0e-3),
         ],
         tan_full_scale: uniform(rng, 0.08, 0.15),
         ..Geometry::PAPER
@@ -89,7 +95,11 @@ fn plan(spec: &CourierSpec, rng: &mut ChaCha8Rng, beacon: bool) -> Plan {
     let mut plan = Plan::new(home, spec.nominal, OpenLoop::COURIER, seed);
     let origin_m = origin_under(&spec.geometry, home);
     let mut order: Vec<usize> = (0..4).collect();
-    order.extend((0..index(rng, 3)).map(|_| index(rng, 4)).collect::<Vec<_>>());
+    order.extend(
+        (0..index(rng, 3))
+            .map(|_| index(rng, 4))
+            .collect::<Vec<_>>(),
+    );
     for k in (1..order.len()).rev() {
         order.swap(k, index(rng, k + 1));
     }
@@ -118,12 +128,15 @@ fn thinned(whole: &Recording, stride: usize, needs: &Needs) -> Recording {
     let mut meta = whole.meta.clone();
     let pitch_m = meta.geometry.pitch_m;
     let mut samples = Samples::default();
-    let commanded = stride.is_multiple_of(2);
+    let commanded = stride % 2 == 0;
     // Rows of still poses are single: they are kept whatever the stride.
     let names = whole.samples.run_names();
     for k in 0..whole.samples.len() {
         let row = whole.samples.row(k);
-        let still = matches!(names[whole.samples.run_number(k)].as_str(), "beacon" | "scatter");
+        let still = matches!(
+            names[whole.samples.run_number(k)].as_str(),
+            "beacon" | "scatter"
+        );
         if !still && k % stride != 0 {
             continue;
         }
