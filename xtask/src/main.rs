@@ -4,6 +4,7 @@ mod arm;
 mod bench;
 mod blind;
 mod chip;
+mod circles;
 mod cmsis;
 mod drift;
 mod examples;
@@ -23,6 +24,7 @@ mod report;
 mod runner;
 mod setup;
 mod sign;
+mod source;
 mod stack;
 mod test;
 mod throughput;
@@ -115,6 +117,11 @@ const TASKS: &[Task] = &[
         "manifests",
         "licence, description and oldest compiler of every package, and a reason for each dependency",
         Work::Alone(manifests::check),
+    ),
+    (
+        "circles",
+        "no file takes names from one that takes names from it, in any crate of the project",
+        Work::Alone(circles::check),
     ),
     (
         "platforms",

@@ -32,7 +32,10 @@ pub fn check() -> Result<()> {
 }
 
 /// Manifests of the workspaces: the root's, and those of the folders that the root leaves out.
-fn workspaces(root: &str) -> Result<Vec<String>> {
+///
+/// # Errors
+/// The root's manifest leaves out no folder.
+pub fn workspaces(root: &str) -> Result<Vec<String>> {
     let line = root
         .lines()
         .find_map(|line| line.strip_prefix("exclude = ["));
@@ -53,7 +56,10 @@ fn metadata(manifest: &str, more: &[&str]) -> Result<Value> {
 }
 
 /// Packages of a workspace, without their dependencies.
-fn own_packages(manifest: &str) -> Result<Vec<Value>> {
+///
+/// # Errors
+/// cargo cannot read a manifest.
+pub fn own_packages(manifest: &str) -> Result<Vec<Value>> {
     let known = metadata(manifest, &["--no-deps"])?;
     Ok(known["packages"].as_array().cloned().unwrap_or_default())
 }

@@ -7,7 +7,9 @@
 //! The tests run in one line and every other check in a second one beside it ([`Lane`]): many of the checks are one program, which
 //! leaves a processor idle.
 
-use crate::{arm, cargo, chip, firmware, manifests, names, onboard, platforms, report, runner};
+use crate::{
+    arm, cargo, chip, circles, firmware, manifests, names, onboard, platforms, report, runner,
+};
 use anyhow::{Context, Result, bail, ensure};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
@@ -60,6 +62,9 @@ const CHECKS: &[Check] = &[
     }),
     ("names", Lane::Beside, || {
         checked("effects are named in their own files alone", names::check)
+    }),
+    ("circles", Lane::Beside, || {
+        checked("circles among files", circles::check)
     }),
     ("lints", Lane::Beside, lints),
     ("platforms", Lane::Beside, || {
