@@ -24,7 +24,7 @@ pub use tally::Score;
 pub use words::{Words, confusion, detection, effects, matrix, row, shrinkage};
 
 use diagnosis::design::study::Options;
-use diagnosis::selection::VISIBLE;
+use diagnosis::selection::limits::VISIBLE;
 use diagnosis::transfer::model::{Model, check};
 use diagnosis::verdict::answer::{Diagnosis, Verdict};
 use diagnosis::{diagnose as diagnose_recording, diagnose_fully};

@@ -1,8 +1,9 @@
 //! For tests: columns and a target of which everything is known.
 
 use crate::algebra::symmetric::Symmetric;
+use crate::data::folds::FOLDS;
 use crate::design::errors_in_variables::Carried;
-use crate::design::gram::{Columns, FOLDS, Gram};
+use crate::design::gram::{Columns, Gram};
 use crate::inference::cross_validation::Arena;
 use effects::random::{ChaCha8Rng, SeedableRng};
 use effects::sensor::Regressor;

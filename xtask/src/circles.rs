@@ -9,26 +9,72 @@ use petgraph::graphmap::DiGraphMap;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
+/// The first file of each circle that still stands. The list may only shrink: what is not in it is refused, and so is a line
+/// whose circle is gone.
+const STANDING: &[&str] = &[
+    "convert/src/lib.rs",
+    "demo/src/flight.rs",
+    "demo/src/joint/mapping.rs",
+    "demo/src/report.rs",
+    "effects/src/over.rs",
+    "hal-sim/src/banks.rs",
+    "hal-sim/src/wire/motion/line.rs",
+    "host/src/board_model/mod.rs",
+    "host/src/isolability/angles.rs",
+    "recording/src/lib.rs",
+    "signal/src/lsq/rotate.rs",
+    "signal/src/step/state.rs",
+    "signal/src/teeth/waves.rs",
+    "src/board/hang.rs",
+    "src/calibration/config.rs",
+    "src/calibration/joint/constraint.rs",
+    "src/calibration/joint/fit.rs",
+    "src/calibration/joint/steps/comparison.rs",
+    "src/calibration/record/plausible.rs",
+    "src/calibration/session/judge.rs",
+    "src/drivers/ad7606c/frame.rs",
+    "src/drivers/converter/mod.rs",
+    "src/link/telemetry/unpack.rs",
+    "tools/chip/src/bank.rs",
+    "tools/chip/src/check/boot.rs",
+    "tools/chip/src/chip/transfers.rs",
+    "tools/chip/src/peripheral/mod.rs",
+    "xtask/src/arm.rs",
+];
+
 /// What each file takes from which others.
 type Taken = BTreeMap<PathBuf, BTreeMap<PathBuf, BTreeSet<String>>>;
 
-/// Refuses circles in any crate of the project.
+/// Refuses circles in any crate of the project, but for those that are known to stand.
 ///
 /// # Errors
-/// There is one: its files, and what each takes from the others.
+/// There is a further one: its files, and what each takes from the others. Or one that is known is gone.
 pub fn check() -> Result<()> {
-    let mut circles = Vec::new();
+    let mut found = BTreeMap::new();
     for root in roots()? {
-        circles.extend(circles_of(&root)?);
+        found.extend(circles_of(&root)?);
     }
-    let count = circles.len();
-    ensure!(count == 0, "{count} circles\n{}", circles.join("\n"));
-    println!("no circle among the files of any crate");
+    let is_known = |first: &&String| STANDING.contains(&first.as_str());
+    let further: Vec<&str> = found
+        .iter()
+        .filter(|(first, _)| !is_known(first))
+        .map(|(_, words)| words.as_str())
+        .collect();
+    let gone: Vec<&&str> = STANDING
+        .iter()
+        .filter(|first| !found.contains_key(**first))
+        .collect();
+    ensure!(further.is_empty(), "{}", further.join("\n"));
+    ensure!(
+        gone.is_empty(),
+        "these circles are gone, and so should be their lines in STANDING: {gone:?}"
+    );
+    println!("{} circles, all known to stand", found.len());
     Ok(())
 }
 
-/// The circles of a crate, in words.
-fn circles_of(root: &Root) -> Result<Vec<String>> {
+/// The circles of a crate: the first file of each, and the circle in words.
+fn circles_of(root: &Root) -> Result<BTreeMap<String, String>> {
     let modules = modules::modules(root)?;
     let mut taken = Taken::new();
     for (place, module) in &modules {
@@ -37,9 +83,9 @@ fn circles_of(root: &Root) -> Result<Vec<String>> {
             of_file.entry(file).or_default().extend(names);
         }
     }
-    Ok(circles(&taken)
-        .iter()
-        .map(|c| in_words(c, &taken))
+    let told = circles(&taken).into_iter();
+    Ok(told
+        .map(|c| (self::told(c[0]), in_words(&c, &taken)))
         .collect())
 }
 
@@ -81,7 +127,7 @@ mod tests {
     use super::*;
 
     /// A crate of these files in a folder that vanishes.
-    fn found(files: &[(&str, &str)]) -> Vec<String> {
+    fn found(files: &[(&str, &str)]) -> BTreeMap<String, String> {
         let folder = tempfile::tempdir().unwrap();
         for (name, text) in files {
             let path = folder.path().join(name);

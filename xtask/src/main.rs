@@ -120,7 +120,7 @@ const TASKS: &[Task] = &[
     ),
     (
         "circles",
-        "no file takes names from one that takes names from it, in any crate of the project",
+        "no file takes names from one that takes names from it, in any crate (those that still stand are listed)",
         Work::Alone(circles::check),
     ),
     (

@@ -2,7 +2,7 @@
 
 use crate::algebra::envelope::Envelope;
 use crate::algebra::symmetric::dot;
-use crate::design::gram::FOLDS;
+use crate::data::folds::FOLDS;
 
 /// One value and the few columns that it depends on.
 #[derive(Clone, Debug, Default)]

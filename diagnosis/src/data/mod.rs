@@ -1,9 +1,12 @@
 //! From a recording to observations: what is read, repaired, marked and left aside.
 
 pub mod adequacy;
+pub mod channel_names;
 pub mod channels;
 pub mod clip;
+pub mod folds;
 pub(crate) mod interpolation;
+pub(crate) mod local_fit;
 pub mod motion;
 pub mod observations;
 pub mod outliers;

@@ -3,7 +3,7 @@
 //! A turn is told only once the way back is clear of the noise, and is then set back to where the way back began: a segment that
 //! gathers speed evenly, or with even jerk, has spent a good part of its time on that.
 
-use crate::data::motion::local;
+use crate::data::local_fit::local;
 use crate::data::observations::Observations;
 use effects::sensor::{GRADUAL, TURNOVERS};
 

@@ -1,6 +1,7 @@
 //! Shapes that no catalogued effect owns: where a gap lies when nothing known explains it, and what every cause must beat.
 
 use crate::design::frequency_basis::lines;
+use crate::design::nameless::{CHANNEL, SIZE_M};
 use effects::sensor::{Action, Moment, Regressor, Survey};
 use std::f64::consts::TAU;
 
@@ -14,10 +15,6 @@ pub struct Place {
 
 /// Where a periodic error of the reference itself lies: at its own place and not at a segment's, the same for both of a pair.
 pub const REFERENCE_PHASE: &str = "own tooth phase of the reference";
-
-pub(crate) const CHANNEL: [&str; 3] = ["g_p", "g_x", "g_y"];
-/// Prior size of a free shape, rms m.
-pub(crate) const SIZE_M: f64 = 3.0e-6;
 
 /// Every family that such a recording can show.
 pub fn places(survey: &Survey) -> Vec<Place> {

@@ -1,6 +1,6 @@
 //! Shapes over time that repeat at a frequency: lines of the segments, of the beacon, of one pair, and of the diode's gain.
 
-use crate::design::coordinate_basis::{CHANNEL, SIZE_M};
+use crate::design::nameless::{CHANNEL, SIZE_M};
 use effects::sensor::SLOWEST_LINE_HZ;
 use effects::sensor::{Moment, Regressor, Survey};
 use std::f64::consts::TAU;

@@ -3,6 +3,7 @@
 use crate::algebra::cholesky::Factor;
 use crate::algebra::products::Upright;
 use crate::algebra::symmetric::Symmetric;
+use crate::data::folds::FOLDS;
 use crate::design::training::Training;
 use crate::linearization::groups::{Group, Sample, TOGETHER};
 use crate::linearization::scene::{ROWS, Scene};
@@ -11,8 +12,6 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Folds of the cross-validation.
-pub const FOLDS: usize = 5;
 /// Samples that are turned into rows at once.
 const CHUNK: usize = 128;
 /// Sums that are formed side by side. Their number and what goes into each is the same on every machine and in every run, so
@@ -92,25 +91,6 @@ pub struct Gram {
     pub overstated: bool,
     /// True if the noise is what was found in the residuals and not what is stated: it may hold some of what it hides.
     pub loud: bool,
-}
-
-/// Fold of each sample: pieces of runs, never single samples; a place that is passed twice falls into different folds.
-pub fn folds(stretch: &[usize]) -> Vec<u8> {
-    let mut out = vec![0; stretch.len()];
-    let mut start = 0;
-    while start < stretch.len() {
-        let end = (start..stretch.len())
-            .find(|&i| stretch[i] != stretch[start])
-            .unwrap_or(stretch.len());
-        let length = end - start;
-        let pieces = (length / 20).clamp(1, 4 * FOLDS);
-        for (k, fold) in out[start..end].iter_mut().enumerate() {
-            // Stepping by two folds from run to run parts there from back.
-            *fold = ((k * pieces / length + 2 * stretch[start]) % FOLDS) as u8;
-        }
-        start = end;
-    }
-    out
 }
 
 /// Keys of samples by which those over the same part of the platen follow each other: then few of many teeth act in a chunk. Bits of

@@ -6,5 +6,6 @@ pub(crate) mod fine_basis;
 pub(crate) mod frequency_basis;
 pub mod gram;
 pub mod knots;
+pub(crate) mod nameless;
 pub mod study;
 pub mod training;

@@ -1,10 +1,11 @@
 //! All that is compared on a recording: columns of the baseline, of the effects and of free shapes, and their products.
 
 use crate::data::clip;
+use crate::data::folds::folds;
 use crate::data::prepare::Prepared;
 use crate::design::coordinate_basis::places;
 use crate::design::errors_in_variables::Carried;
-use crate::design::gram::{Columns, Gram, folds};
+use crate::design::gram::{Columns, Gram};
 use crate::inference::cross_validation::Arena;
 use crate::inference::residuals::Residuals;
 use crate::linearization::calibrate::baseline_columns;

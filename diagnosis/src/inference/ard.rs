@@ -103,7 +103,8 @@ fn fitted(
 mod tests {
     use super::*;
     use crate::algebra::symmetric::Symmetric;
-    use crate::design::gram::{FOLDS, solve};
+    use crate::data::folds::FOLDS;
+    use crate::design::gram::solve;
     use effects::random::{ChaCha8Rng, SeedableRng, normal};
     use effects::sensor::Regressor;
 

@@ -1,7 +1,8 @@
 //! Held-out squares of sets of columns: what sets of effects are compared by.
 
+use crate::data::folds::FOLDS;
 use crate::design::errors_in_variables::Carried;
-use crate::design::gram::{Columns, FOLDS, Gram};
+use crate::design::gram::{Columns, Gram};
 use crate::inference::schur::Base;
 use std::collections::HashMap;
 use std::ops::Range;

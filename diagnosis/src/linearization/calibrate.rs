@@ -1,7 +1,8 @@
 //! Gauss-Newton for the baseline, on all samples in use or without one fold.
 
+use crate::data::folds::folds;
 use crate::data::observations::Observations;
-use crate::design::gram::{Columns, Gram, folds, solve};
+use crate::design::gram::{Columns, Gram, solve};
 use crate::linearization::baseline::Baseline;
 use crate::linearization::scene::{Scene, Shift};
 

@@ -1,7 +1,8 @@
 //! The found effects fitted once more about themselves: shapes over the tooth phase are evaluated where a segment really is, which
 //! a reading that is off by the effect does not say.
 
-use crate::design::gram::{Columns, Gram, folds, solve};
+use crate::data::folds::folds;
+use crate::design::gram::{Columns, Gram, solve};
 use crate::inference::residuals::Residuals;
 use crate::linearization::calibrate::baseline_columns;
 use crate::linearization::groups::TOGETHER;

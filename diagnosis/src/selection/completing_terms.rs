@@ -1,9 +1,10 @@
 //! What an effect holds besides what it is searched by. As long as it may not be there at all, that would stand for other causes; once
 //! it is found it is told with it.
 
+use super::Judge;
 use super::mixed_harmonics::are_the_gaps_own;
-use super::{CLOSE, Judge};
 use crate::linearization::relinearized::Refined;
+use crate::selection::limits::CLOSE;
 use effects::effect::{Holds, KnownBy};
 use effects::identity::Identity;
 use effects::sensor::Survey;

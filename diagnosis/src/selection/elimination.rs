@@ -1,11 +1,13 @@
 //! What is not needed once the others are fitted about themselves: an effect may have stood in for their second order.
 
-use super::second_effect::{LEADS, NEARLY_ALL, is_makeshift};
-use super::{CLOSE, Judge};
-use crate::design::gram::{FOLDS, solve, squares};
+use super::Judge;
+use super::second_effect::is_makeshift;
+use crate::data::folds::FOLDS;
+use crate::design::gram::{solve, squares};
 use crate::inference::cross_validation::Arena;
 use crate::linearization::relinearized::Refined;
-use crate::selection::search::{MINIMUM_SQUARES, rest};
+use crate::selection::limits::{CLOSE, COMPLETES, COMPLETES_SQUARES, LEADS, NEARLY_ALL};
+use crate::selection::search::rest;
 use effects::{Card, Judged};
 
 /// An effect beside others must take this share of what is left without it, and of the whole gap.
@@ -17,11 +19,6 @@ const TRIFLE: f64 = 0.002;
 const TRIFLING_SHAPE: f64 = 0.10;
 /// The same beside a drift: its course is known to about a hundredth. What takes nearly all that is left is beside it as beside others.
 const BESIDE_DRIFT: f64 = 0.02;
-/// What takes this share of what is left without it is no makeshift, however small a share of the whole gap it is, and though what
-/// is left without it hardly shows.
-pub(super) const COMPLETES: f64 = 0.8;
-/// Beyond chance as well: this many whitened squares, four times what the search asks of any.
-pub(super) const COMPLETES_SQUARES: f64 = 4.0 * MINIMUM_SQUARES;
 /// An effect of less than this share of the whole gap stands in for a shape that takes so many times as much.
 const LITTLE: f64 = 0.1;
 /// See [`LITTLE`].

@@ -1,17 +1,16 @@
 //! A field over the platen: when it is looked for, and when a shape without a name is the likelier.
 
+use super::Judge;
 use super::selected::{Told, leading};
-use super::{Judge, LEFT_OVER, VISIBLE};
 use crate::design::study::{Look, study};
 use crate::inference::cross_validation::Arena;
 use crate::linearization::point::About;
+use crate::selection::limits::{LEFT_OVER, VISIBLE, WAVES};
 use crate::trace::log;
 use effects::Judged;
 
 /// A field over the platen is worth its hundreds of unknowns if it leaves less than this share of what was left.
 const FIELD_LEAVES: f64 = 0.7;
-/// Shapes that describe a field where the courier did not go far.
-pub(super) const WAVES: [&str; 2] = ["place on the platen", "own tooth phase, fractional orders"];
 
 impl Judge<'_> {
     /// A field over the platen, where much is left and it is no noise.

@@ -1,7 +1,8 @@
 //! Where a gap lies: shares of what is left over the coordinates of diagnosis.md.
 
+use super::Judge;
 use super::attribution::{Owners, owners};
-use super::{CHANNEL_NAMES, Judge};
+use crate::data::channel_names::CHANNEL_NAMES;
 use crate::design::study::{Kind, Look, Study, study};
 use crate::inference::cross_validation::Arena;
 use crate::linearization::point::About;

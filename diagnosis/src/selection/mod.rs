@@ -8,6 +8,7 @@ pub mod core_terms;
 mod elimination;
 mod field;
 mod final_fit;
+pub mod limits;
 mod location;
 mod missing_codes;
 mod mixed_harmonics;
@@ -36,55 +37,25 @@ use crate::linearization::point::About;
 use crate::linearization::relinearized::Refined;
 use crate::noise::simulated::Floor;
 use crate::progress::{Stage, Watch, unwatched};
+use crate::selection::limits::{
+    CLOSE, LEFT_OVER, LOOKS, NOWHERE, OTHER_PHASE, OTHER_PHASE_TAKES, STRAYED, TRUSTED, VISIBLE,
+};
 use crate::transfer::model::Model;
 use crate::verdict::answer::{Diagnosis, Verdict};
 use crate::verdict::evidence::{Evidence, Step};
 use effects::sensor::READINGS;
 use recording::Recording;
 use selected::Told;
-pub use verdict::STAYS_VISIBLE;
 
-/// Names of the channels.
-pub const CHANNEL_NAMES: [&str; 7] = [
-    "g_p",
-    "g_x",
-    "g_y",
-    "segment_1",
-    "segment_2",
-    "segment_3",
-    "segment_4",
-];
-/// A gap shows if the whitened rms exceeds the simulator's own by this factor, or if shapes stand out beyond chance.
-pub const VISIBLE: f64 = 1.05;
 /// True for a delay. What all segments have in common of the one is the other, the other way round.
 fn is_delay(name: &str) -> bool {
     effects::has(name, |card| card.delays)
 }
-/// White noise is named from this factor on.
-const NOISY: f64 = 1.10;
-/// Beyond this factor the found effects' second order and lines of the spectrum may be what is left, and all is compared anew.
-const CLOSE: f64 = 1.03;
-/// Times that all is compared anew about what was found, while that finds more.
-const LOOKS: usize = 2;
-/// About what was found no more than this many times as much as before must be left: else the places strayed with it.
-const STRAYED: f64 = 1.5;
-/// More of the gap than this left over, and located, is a gap that nothing named explains.
-const LEFT_OVER: f64 = 0.10;
-/// What is found moves the places that shapes are evaluated at if it leaves less than this share.
-const TRUSTED: f64 = 0.3;
-/// What is found explains little if it leaves more than this share.
-const LITTLE: f64 = 0.7;
-/// A gap of which all shapes together leave more than this share lies nowhere yet: shorter waves are looked for.
-const NOWHERE: f64 = 0.85;
 /// Names of the effects whose harmonics run over either phase of the own tooth.
 fn of_either_phase() -> Vec<String> {
     let cards = effects::cards().filter(|card| card.either_phase);
     cards.map(|card| card.name.into()).collect()
 }
-/// They are taken over the unmodified phase if that leaves less than this share.
-const OTHER_PHASE: f64 = 0.7;
-/// All else is compared over it only where the harmonics themselves take this share more of what they leave.
-const OTHER_PHASE_TAKES: f64 = 0.1;
 
 /// The diagnosis with what a report and a model need besides.
 #[derive(Clone, Debug, Default)]

@@ -1,6 +1,7 @@
 //! What is named: its share, its rivals, its amounts.
 
-use super::{CHANNEL_NAMES, Judge};
+use super::Judge;
+use crate::data::channel_names::CHANNEL_NAMES;
 use crate::data::slips::Slip;
 use crate::design::study::handicap;
 use crate::inference::cross_validation::Arena;

@@ -1,10 +1,11 @@
 //! Effects that are told by few unknowns as long as these leave no gap. Where they do, more of what each may be is told, and kept if it
 //! leaves much less.
 
+use super::Judge;
 use super::selected::Told;
-use super::{CLOSE, Judge, LITTLE, TRUSTED};
 use crate::design::study::{Look, study};
 use crate::linearization::relinearized::Refined;
+use crate::selection::limits::{CLOSE, LITTLE, TRUSTED};
 use crate::trace::log;
 use effects::Card;
 use effects::effect::{Form, Worth};

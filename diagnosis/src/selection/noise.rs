@@ -1,10 +1,11 @@
 //! Noise above the stated one: when it is allowed for. How much there is of it, and whose, is in `loudness.rs`.
 
+use super::Judge;
 use super::selected::Told;
-use super::{Judge, LEFT_OVER, LITTLE, NOISY, VISIBLE};
 use crate::design::study::{Look, Study, study};
 use crate::linearization::point::About;
 use crate::linearization::relinearized::Refined;
+use crate::selection::limits::{LEFT_OVER, LITTLE, NOISY, VISIBLE};
 use effects::sensor::READINGS;
 
 /// Noise beneath a gap that hides its cause is so many times the stated one.

@@ -2,10 +2,10 @@
 //! that it takes in what something else does.
 
 use super::Judge;
-use super::elimination::COMPLETES_SQUARES;
-use super::verdict::STAYS_VISIBLE;
 use crate::inference::cross_validation::Arena;
-use crate::selection::search::{MINIMUM_SQUARES, rest};
+use crate::selection::limits::MINIMUM_SQUARES;
+use crate::selection::limits::{COMPLETES_SQUARES, STAYS_VISIBLE};
+use crate::selection::search::rest;
 use effects::Card;
 
 /// A shape that leaves so many times what a drift leaves does not do as well, whatever share of the gap it takes.

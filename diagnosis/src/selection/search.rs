@@ -1,9 +1,9 @@
 //! Which columns explain the gap: cross-validated residuals of sets of effects, forward, backward and by exchange.
 
-use crate::design::gram::FOLDS;
+use crate::data::folds::FOLDS;
 use crate::inference::cross_validation::{Arena, Score};
-use crate::selection::VISIBLE;
 use crate::selection::core_terms::hollow;
+use crate::selection::limits::{MINIMUM_SQUARES, VISIBLE};
 use effects::Card;
 
 /// A further effect must take this share of the whole gap.
@@ -12,8 +12,6 @@ pub const MINIMUM_SHARE: f64 = 0.025;
 pub const MINIMUM_SHARE_BESIDE_FLEXIBLE: f64 = 0.05;
 /// And this share of what those before it left.
 pub const MINIMUM_OF_REST: f64 = 0.4;
-/// And this many whitened squares, well past what chance gives the best of twenty candidates.
-pub const MINIMUM_SQUARES: f64 = 60.0;
 /// Most effects in one answer.
 const MOST: usize = 4;
 

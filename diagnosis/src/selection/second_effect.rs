@@ -1,15 +1,16 @@
 //! A small effect beside a great one. To first order it takes a part of what is left: the places that both are evaluated at are off by
 //! the great one, and by its own. So the likeliest are fitted together with what is found, about themselves.
 
-use super::elimination::{COMPLETES, COMPLETES_SQUARES};
 use super::selected::Told;
-use super::{Judge, VISIBLE, is_delay};
+use super::{Judge, is_delay};
 use crate::design::study::{Look, study};
 use crate::inference::cross_validation::Arena;
 use crate::linearization::point::About;
 use crate::linearization::relinearized::Refined;
 use crate::selection::core_terms::hollow;
-use crate::selection::search::{Found, MINIMUM_SQUARES, rest};
+use crate::selection::limits::MINIMUM_SQUARES;
+use crate::selection::limits::{COMPLETES, COMPLETES_SQUARES, LEADS, NEARLY_ALL, VISIBLE};
+use crate::selection::search::{Found, rest};
 use crate::trace::log;
 use effects::Card;
 
@@ -18,17 +19,11 @@ use effects::Card;
 const TAKES: f64 = 0.15;
 /// So many are tried.
 const TRIED: usize = 3;
-/// Fitted about itself it completes what is found, or takes this share of what is left if to first order no shape without a name takes as
-/// much: a makeshift's rightful shape would.
-pub(super) const LEADS: f64 = 0.6;
 /// True for shapes that stand in for what a great effect's own form lacks: theirs must be nearly all of that to first order, and
 /// nothing that shows is left with them.
 pub(super) fn is_makeshift(name: &str) -> bool {
     effects::has(name, |card| card.makeshift)
 }
-
-/// See [`is_makeshift`].
-pub(super) const NEARLY_ALL: f64 = 0.9;
 
 /// What is likely to be there besides.
 struct Likely {

@@ -210,7 +210,9 @@ pub(super) fn leading(study: &Study, told: &Told) -> Vec<String> {
         let name = study.columns.blocks[*b].name.as_str();
         let effect = matches!(study.kinds[*b - 1], Kind::Effect(_))
             && !effects::has(name, Card::is_flexible);
-        super::field::WAVES.contains(&name) || effect || effects::is(name, Judged::AsField)
+        crate::selection::limits::WAVES.contains(&name)
+            || effect
+            || effects::is(name, Judged::AsField)
     });
     let mut list: Vec<usize> = told.found.blocks.clone();
     list.extend(&told.shaped.blocks);

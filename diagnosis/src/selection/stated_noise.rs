@@ -1,7 +1,8 @@
 //! The stated noise, where it is too large to judge by: nothing but the statement can be said to be wrong then.
 
-use super::{CHANNEL_NAMES, Judge};
+use super::Judge;
 use crate::algebra::statistics::rms;
+use crate::data::channel_names::CHANNEL_NAMES;
 use crate::data::observations::MINIMUM_SAMPLES;
 use crate::inference::residuals::Residuals;
 

@@ -3,12 +3,14 @@
 //! what these leave: a mesh lacks more than that, and a fly-by over teeth oscillates itself, at a beacon's frequencies as well.
 
 use super::selected::Told;
-use super::{CLOSE, Judge, is_delay};
+use super::{Judge, is_delay};
 use crate::design::study::{Look, Study, study};
 use crate::inference::residuals::Residuals;
 use crate::linearization::point::About;
 use crate::linearization::relinearized::Refined;
-use crate::selection::search::{Found, MINIMUM_SQUARES, rest};
+use crate::selection::limits::CLOSE;
+use crate::selection::limits::MINIMUM_SQUARES;
+use crate::selection::search::{Found, rest};
 use crate::spectra::lines::{add_lines, lines_of};
 use crate::trace::log;
 use effects::sensor::SLOWEST_LINE_HZ;

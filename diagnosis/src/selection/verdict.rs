@@ -1,15 +1,18 @@
 //! The verdict: what is seen, what is named, and what is left.
 
+use super::Judge;
 use super::bursts_and_noise::Bursts;
 use super::location::{Located, attribute, clock_first, merge, outside_first};
 use super::named::slip_named;
-use super::{CHANNEL_NAMES, Judge, LEFT_OVER, NOISY, VISIBLE};
+use crate::data::channel_names::CHANNEL_NAMES;
 use crate::design::study::Kind;
 use crate::inference::cross_validation::Arena;
 use crate::inference::posterior::birge_ratio;
 use crate::inference::residuals::Residuals;
 use crate::linearization::relinearized::Refined;
-use crate::selection::search::{Found, MINIMUM_SQUARES, rest, stands_out};
+use crate::selection::limits::MINIMUM_SQUARES;
+use crate::selection::limits::{LEFT_OVER, NOISY, STAYS_VISIBLE, VISIBLE};
+use crate::selection::search::{Found, rest, stands_out};
 use crate::trace::log;
 use crate::verdict::answer::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
 use effects::{Card, Judged};
@@ -20,8 +23,6 @@ const MISSTATED: f64 = 4.0;
 const HALF_DONE: f64 = 0.5;
 /// Nor is one that leaves more than this, where that would be a gap by itself.
 const PARTLY_DONE: f64 = 0.3;
-/// What is left would be a gap by itself from so many times the noise, rms, on.
-pub const STAYS_VISIBLE: f64 = 1.0 + 2.0 * (VISIBLE - 1.0);
 /// A remainder is located if some shape takes this share of it.
 const LOCATED: f64 = 0.15;
 /// Share of a noise that had to be found which shapes may take by chance.

@@ -2,13 +2,14 @@
 //! by their number: they are asked for where without them a gap is left or another effect stands beside the skew, and kept where they
 //! take most of the one or do as well as the other.
 
+use super::Judge;
 use super::selected::Told;
 use super::verdict::of_no_size;
-use super::{Judge, VISIBLE};
 use crate::design::study::{Look, Study, study};
 use crate::linearization::point::About;
 use crate::linearization::relinearized::Refined;
-use crate::selection::search::MINIMUM_SQUARES;
+use crate::selection::limits::MINIMUM_SQUARES;
+use crate::selection::limits::VISIBLE;
 use crate::trace::log;
 use effects::sensor::Survey;
 

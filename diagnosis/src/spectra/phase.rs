@@ -2,7 +2,8 @@
 //! time. One shift a line and axis is found: what drives a mount along one drives it along the other at another time. What drives it keeps
 //! no time from run to run, nor turns as evenly: each stretch then shifts all lines of a resonance together. Nothing is scaled.
 
-use crate::design::gram::{Columns, Gram, amounts, folds};
+use crate::data::folds::folds;
+use crate::design::gram::{Columns, Gram, amounts};
 use crate::linearization::scene::{Scene, range};
 use crate::spectra::resonance::RESONANCE;
 use crate::verdict::answer::Magnitude;

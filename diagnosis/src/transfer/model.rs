@@ -1,11 +1,14 @@
 //! The diagnosed model on disk, and its check on another recording.
 
 use crate::Insufficient;
+use crate::algebra::statistics::rms;
+use crate::data::channel_names::CHANNEL_NAMES;
+use crate::data::folds::folds;
 use crate::data::observations::{MINIMUM_SAMPLES, Observations};
 use crate::data::outliers::{among_bursts, astray, disturbed};
 use crate::data::slips::repair_slips;
 use crate::data::tooth_counts::align_pairs;
-use crate::design::gram::{Columns, Gram, amounts, folds};
+use crate::design::gram::{Columns, Gram, amounts};
 use crate::inference::covariance::Certainty;
 use crate::inference::residuals::Residuals;
 use crate::linearization::baseline::Baseline;
@@ -15,9 +18,8 @@ use crate::linearization::relinearized::remembers;
 use crate::linearization::scene::{Normal, Scene, range};
 use crate::noise::simulated::floor;
 use crate::progress::{Stage, Watch, unwatched};
-use crate::selection::CHANNEL_NAMES;
 use crate::spectra::phase::{Line, align, waves};
-use crate::trace::log_runs;
+use crate::trace::{log, tracing};
 use crate::transfer::amplitude_support::Reached;
 use crate::transfer::support::Visited;
 use crate::verdict::answer::{HeldOut, HeldOutChannel, Magnitude};
@@ -477,4 +479,25 @@ fn evaluate(scene: &Scene, columns: &Columns, list: &[usize]) -> Residuals {
     let gram = Gram::new(scene, columns, &folds(&scene.observations.stretch));
     let amounts = amounts(&gram, columns);
     Residuals::predicted(scene, columns, &gram, list, |_| &amounts, false)
+}
+
+/// What is left of each run in each channel, over its noise, where that was asked for.
+fn log_runs(observations: &Observations, left: &Residuals) {
+    if !tracing() {
+        return;
+    }
+    for (run, name) in observations.run_names.iter().enumerate() {
+        for (channel, channel_name) in CHANNEL_NAMES.iter().enumerate() {
+            let of_it = (0..left.sample.len())
+                .filter(|&k| left.channel[k] == channel && observations.run[left.sample[k]] == run)
+                .map(|k| left.value_m[k] / left.noise_m[k].max(1e-12));
+            let list: Vec<f64> = of_it.collect();
+            if !list.is_empty() {
+                log(&format!(
+                    "{name}, {channel_name}: {:.2}",
+                    rms(list.iter().copied())
+                ));
+            }
+        }
+    }
 }

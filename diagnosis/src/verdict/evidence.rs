@@ -1,9 +1,9 @@
 //! What a reader may see for himself: held-out residuals before and after, beside every coordinate of the sample.
 
 use crate::algebra::statistics::median;
+use crate::data::channel_names::CHANNEL_NAMES;
 use crate::inference::residuals::Residuals;
 use crate::linearization::scene::Scene;
-use crate::selection::CHANNEL_NAMES;
 use std::f64::consts::TAU;
 
 /// Most samples that are kept for a reader; more are thinned by whole blocks, so that spectra stay what they are.

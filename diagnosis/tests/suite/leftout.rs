@@ -2,8 +2,9 @@
 
 use specimens::rig;
 
+use diagnosis::data::folds::folds;
 use diagnosis::data::observations::Observations;
-use diagnosis::design::gram::{Gram, folds, solve};
+use diagnosis::design::gram::{Gram, solve};
 use diagnosis::inference::left_out::left_out;
 use diagnosis::inference::residuals::Residuals;
 use diagnosis::linearization::calibrate::{baseline_columns, calibrate};

@@ -4,7 +4,7 @@
 //! channel's own value, and so bends the ellipse towards a square: amplitude and phase together. The bend alone tells rails and
 //! knee; whether the phase errors that follow from them are there is for the comparison to say.
 
-use super::cutting;
+use super::rails::cutting;
 use crate::algebra::statistics::median_and_deviation;
 use effects::rails::saturated;
 use effects::sensor::Clip;

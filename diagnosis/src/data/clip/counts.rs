@@ -3,15 +3,12 @@
 //! A rail shows twice. Readings pile up at it and none lies beyond; and the pair's figure, which the readings below the rail draw whole
 //! (`super::figure`), goes on beyond it.
 
-use super::cutting;
 use super::figure::Figure;
+use super::rails::{Rails, cutting};
 use crate::algebra::statistics::{median, median_and_deviation};
 use crate::data::observations::Observations;
 use effects::sensor::Clip;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI, TAU};
-
-/// Lower and upper rail of sine and cosine, counts, where there is one.
-pub(super) type Rails = [[Option<f64>; 2]; 2];
 
 /// The clip of a segment's pair, if its counts show one.
 pub(super) fn find(o: &Observations, segment: usize) -> Option<Clip> {

@@ -1,6 +1,6 @@
 //! The figure that a pair draws where nothing cuts it: an ellipse near a circle.
 
-use super::counts::Rails;
+use super::rails::Rails;
 use crate::algebra::statistics::median;
 use nalgebra::{SMatrix, SVector};
 

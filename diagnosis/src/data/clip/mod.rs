@@ -3,6 +3,7 @@
 mod bend;
 mod counts;
 mod figure;
+mod rails;
 mod reference;
 
 use crate::data::observations::Observations;
@@ -11,11 +12,8 @@ use crate::linearization::point::About;
 use crate::linearization::relinearized::Refined;
 use crate::linearization::scene::Scene;
 use effects::Judged;
-use effects::rails::saturated;
 use effects::sensor::Clip;
-
-/// A rail from here on, of where the wave would end, cuts nothing that could be told.
-const WHOLE: f64 = 0.99;
+use rails::WHOLE;
 
 /// The clip of a segment's pair that its counts show, if they were logged and do.
 #[must_use]
@@ -81,19 +79,4 @@ pub fn stuck(observations: &Observations, clips: &[Option<Clip>; 4]) -> Vec<bool
         }
     }
     stuck
-}
-
-/// Rails with those opened that cut nothing off a pair; `None` if all are.
-fn cutting(rails: [[Option<f64>; 2]; 2], pair: &[f64; 4], knee: f64) -> Option<[[f64; 2]; 2]> {
-    let open = [-Clip::OPEN, Clip::OPEN];
-    let [sine, cosine, gain, _] = *pair;
-    let ends = [(sine, 1.0 + gain), (cosine, 1.0)].map(|(o, a)| [o - a, o + a]);
-    let rail = |channel: usize, end: usize| {
-        let top = ends[channel][end];
-        let cuts =
-            |rail: &f64| saturated(top, [-rail.abs(), rail.abs()], knee).abs() < WHOLE * top.abs();
-        rails[channel][end].filter(cuts).unwrap_or(open[end])
-    };
-    let rails = [0, 1].map(|channel| [0, 1].map(|end| rail(channel, end)));
-    (rails != [open; 2]).then_some(rails)
 }

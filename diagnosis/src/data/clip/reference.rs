@@ -2,7 +2,7 @@
 //! A knee is not looked for: tried on `ess-rotary-normal`, one took what is not its own, and with clips withheld the orders 4, 8, 12
 //! and 16 that tell of one were told no more.
 
-use super::{WHOLE, cutting};
+use super::rails::{WHOLE, cutting};
 use crate::linearization::scene::Scene;
 use effects::rails::phase_error;
 use effects::sensor::Clip;

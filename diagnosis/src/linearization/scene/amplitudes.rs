@@ -5,24 +5,15 @@
 //! `offset_s sin φ + offset_c cos φ - (gain/2) cos 2φ + (angle/2) sin 2φ`.
 
 use super::Scene;
+use super::explained::Amplitudes;
 use super::mesh::{MESHES, Mesh, WAVE};
 use super::moment::multiples;
+use super::sample::{ORDERS, Sample};
 use super::wander::{self, FLAW, FLAWS, STRAIGHT, Straights, knot_weights};
 use crate::algebra::penalized::{Bond, Pieces, Row};
-use crate::design::gram::folds;
+use crate::data::folds::folds;
 use rayon::prelude::*;
 use std::sync::Arc;
-
-/// What place and time explain of the amplitudes, by segment and sample; empty where nothing is explained.
-#[derive(Clone, Debug, Default)]
-pub struct Amplitudes {
-    /// Part of the logarithm that the place explains; `None` where that was not looked for.
-    pub by_place: Option<[Vec<f64>; 4]>,
-    /// Offset of sine and cosine, gain and angle, less [`Self::mean_flaws`].
-    pub pair_course: [Vec<[f64; 4]>; 4],
-    /// Their means over the time, or those of another recording that this one is told by ([`super::Normal`]).
-    pub mean_flaws: [Vec<f64>; 4],
-}
 
 /// The same of one segment.
 #[derive(Default)]
@@ -43,17 +34,6 @@ const BY_TIME: f64 = 0.7;
 /// No shape is exact: what it leaves of the squares at least.
 const INEXACT: f64 = 1.0e-3;
 
-/// One sample of a segment's amplitude.
-pub(super) struct Sample {
-    pub(super) place_m: [f64; 2],
-    pub(super) theta_rad: f64,
-    progress: f64,
-    /// Sine and cosine of the phase and its multiples.
-    phase: [(f64, f64); ORDERS],
-    value: f64,
-    fold: usize,
-}
-
 /// Columns of the flaws: what a unit of each adds to the amplitude.
 fn by_flaw(sample: &Sample) -> [f64; 4] {
     let [_, one, two, ..] = sample.phase;
@@ -69,8 +49,6 @@ struct Shape<'a> {
     course: usize,
 }
 
-/// Orders of the phase from zero on, and columns of their sines and cosines.
-const ORDERS: usize = 9;
 /// See [`ORDERS`].
 const PATTERN: usize = 2 * ORDERS;
 

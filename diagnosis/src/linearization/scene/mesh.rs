@@ -1,6 +1,6 @@
 //! What the air gap may be over the places that a recording passes: a tilt, a bow, the angle, and waves over a mesh.
 
-use super::amplitudes::Sample;
+use super::sample::Sample;
 use effects::basis::spline;
 use std::collections::HashMap;
 

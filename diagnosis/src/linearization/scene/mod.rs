@@ -3,18 +3,21 @@
 mod agreed;
 mod amplitude;
 mod amplitudes;
+mod explained;
 mod flaws;
 mod mesh;
 mod moment;
 mod quiet;
 mod rows;
+mod sample;
+mod scope;
 mod survey;
 mod wander;
 mod warmth;
 
-pub use amplitudes::Amplitudes;
+pub use explained::Amplitudes;
 pub use rows::{ROWS, SampleRows};
-pub use survey::scope;
+pub use scope::scope;
 
 use crate::data::motion::Motion;
 use crate::data::observations::Observations;

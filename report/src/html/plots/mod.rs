@@ -9,7 +9,7 @@ mod spectra;
 pub use bars::{Bar, BarAxis, Group, bars, heights};
 pub use claims::{Claimed, claims};
 pub use map::{Cell, Scale, map};
-pub use scatter::{Axes, Mean, scatter};
+pub use scatter::{Mean, scatter};
 pub use spectra::{Spectrum, lines, stems};
 
 use super::svg::{Area, GRID, Trouble, short, text};
@@ -18,6 +18,20 @@ use plotters::prelude::*;
 
 /// Micrometres a metre.
 pub const MICRO: f64 = 1.0e6;
+
+/// Axes, and what goes on them.
+pub struct Axes<'a> {
+    /// Horizontal range.
+    pub x: std::ops::Range<f64>,
+    /// Vertical range.
+    pub y: std::ops::Range<f64>,
+    /// Horizontal title.
+    pub x_title: &'a str,
+    /// Vertical title.
+    pub y_title: &'a str,
+    /// Title of the plot; may be empty.
+    pub title: &'a str,
+}
 
 /// A chart with two axes of numbers.
 type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;

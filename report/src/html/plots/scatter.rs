@@ -1,22 +1,8 @@
 //! Points over a coordinate, with the means of its cells.
 
-use super::chart;
+use super::{Axes, chart};
 use crate::html::svg::{Area, Drawn, FLOOR, GROUND, Mark};
 use plotters::prelude::*;
-
-/// Axes, and what goes on them.
-pub struct Axes<'a> {
-    /// Horizontal range.
-    pub x: std::ops::Range<f64>,
-    /// Vertical range.
-    pub y: std::ops::Range<f64>,
-    /// Horizontal title.
-    pub x_title: &'a str,
-    /// Vertical title.
-    pub y_title: &'a str,
-    /// Title of the plot; may be empty.
-    pub title: &'a str,
-}
 
 /// The mean of a cell.
 pub struct Mean {

@@ -1,0 +1,6 @@
+//! Shapes that no effect owns: how a column's name calls a channel, and their prior size.
+
+/// Channels that a shape may act in directly.
+pub const CHANNEL: [&str; 3] = ["g_p", "g_x", "g_y"];
+/// Prior size of a free shape, rms m.
+pub const SIZE_M: f64 = 3.0e-6;
