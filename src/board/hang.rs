@@ -1,8 +1,8 @@
 //! Sees a hang shortly before the watchdog does, and keeps where it is: a reset by the watchdog itself leaves no place.
 //!
 //! The chip's independent watchdog gives no warning, so the processor's own timer looks at every [`LOOK_MS`] whether the main loop has come
-//! round. Its priority is above every critical section and below the sampling interrupt alone: a sampling interrupt that does not
-//! end is the watchdog's, and has no place.
+//! round. Its priority is above every critical section and below the sampling interrupt: one that does not end is seen where a
+//! board can ([`super::at_look`]).
 #![allow(unsafe_code)] // exception handlers
 
 use super::fault;
@@ -56,6 +56,7 @@ extern "C" fn SysTick() {
 
 /// One look. `place` is the exception's frame.
 extern "C" fn isr_look(place: u32) {
+    super::at_look();
     if PROGRESS.load(Relaxed) {
         PROGRESS.store(false, Relaxed);
         QUIET.store(0, Relaxed);
@@ -64,9 +65,14 @@ extern "C" fn isr_look(place: u32) {
     let quiet = QUIET.load(Relaxed) + 1;
     QUIET.store(quiet, Relaxed);
     if quiet >= LOOKS {
-        keep(place);
-        SCB::sys_reset();
+        isr_keep(place);
     }
+}
+
+/// Keeps the place of a hang for the next start, and restarts. `place` is the frame of the exception that found it.
+pub extern "C" fn isr_keep(place: u32) -> ! {
+    keep(place);
+    SCB::sys_reset();
 }
 
 /// Keeps the place of a hang for the next start. `place` is the frame of the exception that found it.

@@ -4,8 +4,11 @@
 use core::cell::UnsafeCell;
 use core::sync::atomic::{Ordering::SeqCst, compiler_fence};
 
-/// Priority of the sampling interrupt: the highest there is.
-pub const SAMPLING: u8 = 0x00;
+/// Priority of what only ends in a restart: the highest there is.
+#[cfg(feature = "g474")]
+pub const ABOVE_SAMPLING: u8 = 0x00;
+/// Priority of the sampling interrupt. The processor has the upper four bits of it.
+pub const SAMPLING: u8 = 0x10;
 /// Priority of the look at the main loop ([`super::hang`]): nothing holds it back but the sampling interrupt.
 pub const LOOK: u8 = 0x40;
 /// Priority of every other one, and the mask that holds them back.

@@ -28,6 +28,13 @@ pub mod rtt;
 #[cfg(feature = "board")]
 mod start;
 
+/// What a board does at each look for a hang.
+#[cfg(feature = "g474")]
+use g474::at_look;
+/// Nothing: this board has one watchdog.
+#[cfg(feature = "emulated")]
+fn at_look() {}
+
 /// RAM's first byte; the stack ends there, since nothing may lie below it (flip-link).
 #[cfg(feature = "g474")]
 const RAM_START: u32 = 0x2000_0000;

@@ -27,13 +27,13 @@ const EXCEPTION_FRAME: u32 = 26 * 4 + 4;
 /// Version of the linker wrapper that puts the stack below everything else.
 const FLIP_LINK: &str = "0.1.12";
 
-/// An image: its name (feature and binary) and its interrupts, by priority: those of sampling, the look for a hang, then those that critical
+/// An image: its name (feature and binary) and its interrupts, by priority: those of sampling, the looks for a hang, then those that critical
 /// sections hold back.
 pub struct Image {
     /// Feature and binary.
     pub name: &'static str,
     sampling: &'static [&'static str],
-    look: &'static str,
+    looks: &'static [&'static str],
     below: &'static [&'static str],
     /// RAM that it may use, bytes. The emulated board has no CCM RAM: what lies there on the sensor board lies with the rest.
     ram_limit: u32,
@@ -59,7 +59,7 @@ pub const IMAGES: [Image; 2] = [
     Image {
         name: "g474",
         sampling: &["EXTI9_5", "DMA1_CHANNEL2"],
-        look: "SysTick",
+        looks: &["SysTick", "WWDG"],
         below: &["USART1"],
         ram_limit: RAM_LIMIT,
         rare: RARE,
@@ -67,7 +67,7 @@ pub const IMAGES: [Image; 2] = [
     Image {
         name: "emulated",
         sampling: &["isr_sampling"],
-        look: "SysTick",
+        looks: &["SysTick"],
         below: &[],
         ram_limit: RAM_LIMIT + CCM_LIMIT,
         rare: &[],
@@ -268,8 +268,9 @@ impl Image {
         }
         let graph = CallGraph::of(file)?;
         let mut contexts = vec![];
-        for root in ["main", self.look]
+        for root in ["main"]
             .iter()
+            .chain(self.looks)
             .chain(self.sampling)
             .chain(self.below)
             .chain(&["HardFault", "NonMaskableInt"])
@@ -290,7 +291,7 @@ impl Image {
         // One priority runs one interrupt at a time; each may lie on top of the one below.
         let stack_bytes = worst(&["main"]) - EXCEPTION_FRAME
             + worst(self.below)
-            + worst(&[self.look])
+            + self.looks.iter().map(|look| worst(&[look])).sum::<u32>()
             + worst(self.sampling)
             + worst(&["NonMaskableInt"])
             + worst(&["HardFault"]);
@@ -380,7 +381,7 @@ impl Image {
     fn check_masks(&self, graph: &CallGraph) -> Result<()> {
         let name = self.name;
         let masks = |root: &str| graph.masks(&self.symbol(graph, root)?);
-        for root in self.sampling.iter().chain(&[self.look]) {
+        for root in self.sampling.iter().chain(self.looks) {
             if let Some(chain) = masks(root)? {
                 bail!(
                     "{name}: {root} can hold interrupts back: {}",

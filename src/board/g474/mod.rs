@@ -5,6 +5,7 @@ mod ccm;
 mod checksum;
 mod clocks;
 mod flash;
+mod last_look;
 mod pins;
 mod reading;
 mod sampling;
@@ -15,6 +16,7 @@ mod supervision;
 
 use self::clocks::Delay;
 use self::flash::Flash;
+pub(super) use self::last_look::put_back as at_look;
 use self::pins::Pin;
 use self::reading::{Incomplete, Reading};
 use self::serial::Serial;
@@ -56,7 +58,7 @@ static SERIAL: Owned<serial::Interrupt> = Owned::empty();
 /// Instants without an interrupt after which the converter counts as silent.
 const SILENT_INSTANTS: u32 = 4;
 
-/// BUSY has fallen: one sampling instant, whose reading is started. The highest priority there is.
+/// BUSY has fallen: one sampling instant, whose reading is started. Above it is only what ends in a restart.
 #[interrupt]
 fn EXTI9_5() {
     let asked = sampling::acknowledge();
@@ -215,6 +217,7 @@ pub fn main() -> ! {
     };
     sampling::start(RATE_HZ);
     hang::start(clocks::CLOCK_HZ);
+    last_look::start();
     main_loop::run(board, background, console)
 }
 

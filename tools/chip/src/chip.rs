@@ -20,6 +20,7 @@ use crate::peripheral::syscfg::Syscfg;
 use crate::peripheral::timer::Timer;
 use crate::peripheral::usart::Usart;
 use crate::peripheral::watchdog::{Iwdg, LSI};
+use crate::peripheral::window::Wwdg;
 use crate::peripheral::{Access, Peripheral, Unit};
 use crate::registers::{self, Map};
 use crate::rule::{Findings, Rule};
@@ -39,6 +40,7 @@ const SUPPLY_V: f64 = 3.3;
 struct Interrupts {
     exti: [(u32, u16); 7],
     usart1: u16,
+    wwdg: u16,
     dma1: [u16; dma::CHANNELS],
 }
 
@@ -69,6 +71,7 @@ pub struct Chip {
     usart1: Usart,
     adc1: Adc,
     iwdg: Iwdg,
+    wwdg: Wwdg,
     dbgmcu: Dbgmcu,
     pub(crate) lines: Lines,
     interrupts: Interrupts,
@@ -90,6 +93,7 @@ impl Chip {
         let interrupts = Interrupts {
             exti: exti.map(|(lines, name)| (lines, registers::interrupt(name))),
             usart1: registers::interrupt("USART1"),
+            wwdg: registers::interrupt("WWDG"),
             dma1: std::array::from_fn(|channel| {
                 registers::interrupt(&format!("DMA1_CHANNEL{}", channel + 1))
             }),
@@ -115,6 +119,7 @@ impl Chip {
             usart1: Usart::after_reset(),
             adc1: Adc::after_reset(),
             iwdg: Iwdg::after_reset(),
+            wwdg: Wwdg::after_reset(),
             dbgmcu: Dbgmcu::after_reset(),
             lines: Lines::default(),
             around,
@@ -145,6 +150,7 @@ impl Chip {
         self.usart1 = Usart::after_reset();
         self.adc1 = Adc::after_reset();
         self.iwdg = Iwdg::after_reset();
+        self.wwdg = Wwdg::after_reset();
         if cause == Cause::Supply {
             self.dbgmcu = Dbgmcu::after_reset();
             self.around.flash.power_up();
@@ -166,7 +172,7 @@ impl Chip {
 
     /// Whether the watchdog wants a reset.
     pub fn watchdog_expired(&self) -> bool {
-        self.iwdg.expired()
+        self.iwdg.expired() || self.wwdg.expired()
     }
 
     /// Whether a load of the option bytes, and so a reset, is asked for.
@@ -178,6 +184,9 @@ impl Chip {
     pub fn halt(&mut self, duration: Ticks) {
         if self.dbgmcu.watchdog_frozen() {
             self.iwdg.stood_still(duration);
+        }
+        if self.dbgmcu.window_watchdog_frozen() {
+            self.wwdg.stood_still(duration);
         }
         self.advance_to(self.now + duration);
     }
@@ -208,6 +217,7 @@ impl Chip {
         for (channel, number) in self.interrupts.dma1.iter().enumerate() {
             up |= u128::from(of_dma >> channel & 1) << number;
         }
+        up |= u128::from(self.wwdg.interrupts()) << self.interrupts.wwdg;
         up | u128::from(self.usart1.interrupts()) << self.interrupts.usart1
     }
 
@@ -248,6 +258,7 @@ impl Chip {
                 chip.adc1.temperature_c = chip.around.temperature_c();
                 chip.adc1.advance(access);
             }
+            chip.wwdg.advance(access);
             chip.iwdg.advance(access);
             if chip.iwdg.expired() {
                 access.broken(Rule::Watchdog, "it was not fed");
@@ -274,6 +285,7 @@ impl Chip {
             self.usart1.next(),
             self.adc1.next(),
             self.iwdg.next(),
+            self.wwdg.next(),
         ];
         let lines = self
             .tim3
@@ -312,6 +324,7 @@ impl Chip {
             Unit::Usart1 => &mut self.usart1,
             Unit::Adc1 | Unit::Adc12Common => &mut self.adc1,
             Unit::Iwdg => &mut self.iwdg,
+            Unit::Wwdg => &mut self.wwdg,
             Unit::Dbgmcu => &mut self.dbgmcu,
         }
     }

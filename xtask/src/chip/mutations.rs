@@ -71,6 +71,12 @@ pub const MUTATIONS: &[Mutation] = mutations! {
         "if newest == served { None } else { Some(0) }";
     ];
 
+    "4-wait-states", "the sampling interrupts run in flash, with its wait states", "time" => "cycles or fewer", [
+        "memory.x":
+        "    *(.text.EXTI9_5 .text.DMA1_CHANNEL2);\n    *(.text._ZN14courier_signal4step8isr_step* .text._ZN14courier_signal4step1* .text._ZN14courier_signal4step6bridge*);\n" =>
+        "";
+    ];
+
     "5-old-temperature", "one conversion at a time, 100 ms apart", "restart" => "adc-stale:", [
         "src/board/g474/supervision.rs":
         "w.set_l(1);" =>
@@ -108,6 +114,30 @@ pub const MUTATIONS: &[Mutation] = mutations! {
         "src/app/background.rs":
         "self.keeper.start(safe_mode);\n        self.guide.halt();" =>
         "self.keeper.start(safe_mode);";
+    ];
+
+    "11-no-heartbeat", "the motion controller is not told to go on", "restart" => "the courier is not on its way", [
+        "src/app/guide.rs":
+        "Errand::Settle { .. } => Command::GoOn," =>
+        "Errand::Settle { .. } => Command::WhereAreYou,";
+    ];
+
+    "12-no-place", "a hang of the background leaves no place", "hang" => "the background hangs", [
+        "src/board/hang.rs":
+        "    if quiet >= LOOKS {" =>
+        "    if quiet >= u32::MAX {";
+    ];
+
+    "12-no-place-of-interrupt", "a hang of a sampling interrupt leaves no place", "hang" => "the start of a reading hangs", [
+        "src/board/g474/mod.rs":
+        "    last_look::start();\n" =>
+        "";
+    ];
+
+    "12-no-safe-mode", "faults in a row are not counted", "hang" => "wanted safe mode", [
+        "src/app/restarts.rs":
+        "faults >= SAFE_AFTER" =>
+        "faults == u8::MAX";
     ];
 
     "12-watchdog-last", "the watchdog starts after the clock has been waited for", "boot" => "watchdog-first:", [

@@ -4,6 +4,7 @@ mod boot;
 mod calibration;
 pub mod control;
 mod cuts;
+mod hang;
 mod health;
 mod link;
 mod restart;
@@ -68,6 +69,11 @@ pub const CHECKS: &[Check] = &[
         "time",
         "cycles of the sampling interrupts with wait states, plain and with a tooth map; the fastest rate",
         time::run,
+    ),
+    (
+        "hang",
+        "a hang of background or sampling interrupt leaves its place; three in a row are safe mode",
+        hang::run,
     ),
     (
         "flags",

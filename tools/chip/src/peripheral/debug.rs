@@ -25,6 +25,11 @@ impl Dbgmcu {
     pub fn watchdog_frozen(&self) -> bool {
         Apb1lfzr(self.words.at(APB1LFZR)).iwdg()
     }
+
+    /// Whether the window watchdog does.
+    pub fn window_watchdog_frozen(&self) -> bool {
+        Apb1lfzr(self.words.at(APB1LFZR)).wwdg()
+    }
 }
 
 impl Peripheral for Dbgmcu {

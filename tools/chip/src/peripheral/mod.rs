@@ -15,6 +15,7 @@ pub mod syscfg;
 pub mod timer;
 pub mod usart;
 pub mod watchdog;
+pub mod window;
 
 use crate::registers::Register;
 use crate::rule::{Findings, Rule};
@@ -42,6 +43,7 @@ pub enum Unit {
     Adc1,
     Adc12Common,
     Iwdg,
+    Wwdg,
     Dbgmcu,
 }
 
@@ -66,6 +68,7 @@ impl Unit {
             "ADC1" => Self::Adc1,
             "ADC12_COMMON" => Self::Adc12Common,
             "IWDG" => Self::Iwdg,
+            "WWDG" => Self::Wwdg,
             "DBGMCU" => Self::Dbgmcu,
             _ => {
                 let port = name.strip_prefix("GPIO")?.bytes().next()?;

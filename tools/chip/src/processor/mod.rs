@@ -38,6 +38,12 @@ const ENTRY_CYCLES: u64 = 12;
 const RETURN_CYCLES: u64 = 10;
 const CHAIN_CYCLES: u64 = 6;
 
+/// Where code that hangs is put: the end of RAM, which no image uses; and that code, a branch to itself.
+const HANG: u32 = RAM + RAM_BYTES - 8;
+const ROUND_AND_ROUND: [u8; 2] = [0xFE, 0xE7];
+/// Cycles of a millisecond: at least as many blocks of instructions.
+const MILLISECOND_CYCLES: u32 = 170_000;
+
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
@@ -133,6 +139,23 @@ impl Processor {
     /// Where the processor is.
     pub fn program_counter(&self) -> u32 {
         get(&self.uc, Reg::PC)
+    }
+
+    /// Runs until the processor is in this exception, 0 for none, and makes it hang there: it goes round in one place, which is returned.
+    ///
+    /// # Errors
+    /// It does not get there within a millisecond.
+    pub fn hang(&mut self, exception: u16) -> Result<u32> {
+        for _ in 0..MILLISECOND_CYCLES {
+            let in_exception = (get(&self.uc, Reg::IPSR) & 0xFF) as u16;
+            if in_exception == exception {
+                self.write_memory(HANG, &ROUND_AND_ROUND)?;
+                set(&mut self.uc, Reg::PC, HANG | 1);
+                return Ok(HANG);
+            }
+            self.run(1)?;
+        }
+        bail!("the processor does not get into exception {exception}")
     }
 
     /// A core register: 0 to 12, 13 the stack pointer, 14 the link register, 15 the program counter.
