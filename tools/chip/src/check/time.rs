@@ -23,6 +23,8 @@ use std::time::Duration;
 
 /// So long is looked at each time.
 const LOOK_US: u64 = 20_000;
+/// Two and a half intervals at 20 kHz: at least one instant is missed.
+const MISSED_US: u64 = 125;
 /// The interrupts of a sample: BUSY's edge, which starts the reading, and the end of the reading.
 const SAMPLING: [&str; 2] = ["EXTI9_5", "DMA1_CHANNEL2"];
 /// What they may take together, with wait states, of [`SAMPLE_CYCLES`]: plain, and with a map.
@@ -42,6 +44,7 @@ const OWN_HZ: f32 = 20_000.0;
 struct Figures {
     plain_without: Cycles,
     plain: Cycles,
+    missed: Cycles,
     mapped: Cycles,
     fullest: Cycles,
     rate_max_hz: u32,
@@ -52,17 +55,19 @@ pub fn run(image: &Image) -> Result<String> {
     let Figures {
         plain_without,
         plain,
+        missed,
         mapped,
         fullest,
         rate_max_hz,
     } = &figures;
     let terms = most_rows_beside_a_map(OWN_HZ);
     let said = format!(
-        "the sampling interrupts take {plain_without} cycles a sample; with wait states {plain}, with a map of {MAX_NODES} nodes {mapped}, \
-         with {terms} further terms besides {fullest}; no instant is missed up to {rate_max_hz} Hz"
+        "the sampling interrupts take {plain_without} cycles a sample; with wait states {plain}, after an instant that was missed {} at most, with a map of {MAX_NODES} nodes {mapped}, \
+         with {terms} further terms besides {fullest}; no instant is missed up to {rate_max_hz} Hz",
+        missed.worst
     );
     ensure!(
-        plain.worst <= WANTED_CYCLES && mapped.worst <= WANTED_MAPPED_CYCLES,
+        plain.worst.max(missed.worst) <= WANTED_CYCLES && mapped.worst <= WANTED_MAPPED_CYCLES,
         "{said}; wanted {WANTED_CYCLES} and {WANTED_MAPPED_CYCLES} cycles or fewer"
     );
     let allowed = SAMPLE_CYCLES - BACKGROUND_CYCLES as u64;
@@ -85,7 +90,7 @@ pub fn json(image: &Image) -> Result<String> {
     let figures = measure(image)?;
     Ok(format!(
         "{{\"sample_cycles_worst\": {}, \"sample_mapped_cycles_worst\": {}, \"rate_max_hz\": {}, \"terms_beside_map\": {}}}",
-        figures.plain.worst,
+        figures.plain.worst.max(figures.missed.worst),
         figures.mapped.worst,
         figures.rate_max_hz,
         most_rows_beside_a_map(OWN_HZ)
@@ -108,6 +113,12 @@ fn look(board: &Board) -> Result<Figures> {
         spent(&mut processor)
     };
     let (plain_without, plain) = (with_states(false)?, with_states(true)?);
+    let before = link.status()?.missed;
+    let missed = after_a_missed_instant(&mut board.processor.borrow_mut())?;
+    ensure!(
+        link.status()?.missed > before,
+        "no instant was missed while the processor stood still"
+    );
     let rate_max_hz = fastest(board, &mut link)?;
     set_rate(&mut board.processor.borrow_mut(), OWN_HZ as u32);
     put_in_force(&mut link, TermTable::equation_3())?;
@@ -116,6 +127,7 @@ fn look(board: &Board) -> Result<Figures> {
     Ok(Figures {
         plain_without,
         plain,
+        missed,
         mapped,
         fullest: with_states(true)?,
         rate_max_hz,
@@ -176,6 +188,14 @@ fn fullest_map() -> MapHeader {
     header
 }
 
+/// The same with a sample before which the processor stood still for more than an instant.
+fn after_a_missed_instant(processor: &mut Processor) -> Result<Cycles> {
+    processor.times.restart();
+    processor.run(from_us(LOOK_US / 2))?;
+    processor.chip().halt(from_us(MISSED_US));
+    so_far(processor, LOOK_US / 2)
+}
+
 /// The fastest of the rates, in order, at which no instant is missed; 0: none.
 fn fastest(board: &Board, link: &mut Link) -> Result<u32> {
     let mut fastest = 0;
@@ -214,7 +234,12 @@ impl fmt::Display for Cycles {
 /// What the sampling interrupts take from now on.
 pub(super) fn spent(processor: &mut Processor) -> Result<Cycles> {
     processor.times.restart();
-    processor.run(from_us(LOOK_US))?;
+    so_far(processor, LOOK_US)
+}
+
+/// What they have taken since the times were begun anew, after so much more time.
+fn so_far(processor: &mut Processor, more_us: u64) -> Result<Cycles> {
+    processor.run(from_us(more_us))?;
     let mut together = Cycles { mean: 0, worst: 0 };
     for name in SAMPLING {
         let spent = processor.times.of(16 + registers::interrupt(name));
