@@ -46,12 +46,19 @@ impl PlantEffect for SpanError {
 pub mod sensor_side {
     use crate::sensor::{Regressor, Survey};
 
-    /// Prior deviation of the four arms' sum: an assembly places each to a millimetre. Stated as such, since the lever arms take over
-    /// nearly all that a common error does to the beacon's channels.
-    const BOTH_M: f64 = 2.0e-3;
+    /// Prior deviation of what both spans are longer by, half the sum of the four arms: an assembly places each to a millimetre. Stated as such,
+    /// since the lever arms take over nearly all that a common error does to the beacon's channels.
+    const BOTH_M: f64 = 1.0e-3;
+    /// What each reading takes of a metre that both spans are longer by, per radian.
+    pub(super) const TOGETHER: [f64; 4] = [-0.5, -0.5, 0.5, 0.5];
+    /// What it takes of a metre that the span of segments 1 and 3 is longer by than the other, per radian.
+    pub(super) const APART: [f64; 4] = [-0.25, 0.25, 0.25, -0.25];
 
     /// Sensor side: the two pairs' distances differ. A common error is the angle's scale, which the lever arms take over but for
     /// its second order: seen under a beacon only. Against a reference each segment's own arm shows.
+    ///
+    /// Amounts are what is to be added to the drawing. A reading takes the opposite: with a span l stated and l + d built, equation (4) makes
+    /// l theta of the pair's difference (l + d) theta by adding -d/2 theta to the one segment and d/2 theta to the other.
     pub fn regressors(survey: &Survey) -> Vec<Regressor> {
         if survey.reference {
             return against_reference(survey);
@@ -59,18 +66,18 @@ pub mod sensor_side {
         if !survey.segments.iter().all(|s| *s) {
             return Vec::new();
         }
-        let mut list = vec![span("span of segments 1 and 3 over 2 and 4", [1.0, -1.0, -1.0, 1.0])];
+        let mut list = vec![span("span of segments 1 and 3 over 2 and 4", APART)];
         if survey.beacon {
-            let both = span("span of both pairs", [1.0, 1.0, -1.0, -1.0]);
+            let both = span("span of both pairs", TOGETHER);
             list.push(both.of_deviation(BOTH_M));
         }
         list
     }
 
-    fn span(name: &str, signs: [f64; 4]) -> Regressor {
+    fn span(name: &str, shares: [f64; 4]) -> Regressor {
         Regressor::readings(name, "m", 5.0e-6, move |m, out| {
-            for (s, sign) in signs.into_iter().enumerate() {
-                out[s] += 0.25 * sign * m.theta_rad;
+            for (s, share) in shares.into_iter().enumerate() {
+                out[s] += share * m.theta_rad;
             }
         })
     }
@@ -78,7 +85,8 @@ pub mod sensor_side {
     fn against_reference(survey: &Survey) -> Vec<Regressor> {
         let arm = |s: usize| {
             let name = format!("arm of segment {}", s + 1);
-            Regressor::reading(name, "m", 5.0e-6, s, |m| m.theta_rad)
+            let outwards = if s < 2 { -1.0 } else { 1.0 };
+            Regressor::reading(name, "m", 5.0e-6, s, move |m| outwards * m.theta_rad)
         };
         (0..4).filter(|s| survey.segments[*s]).map(arm).collect()
     }
@@ -96,7 +104,7 @@ pub struct Known;
 pub static CARD: Card = Card {
     name: "span_error",
     summary: "the segments do not sit where the drawing says",
-    sizes: "5 µm at the recording's angles for a difference of the pairs' spans; 2 mm for the sum of the four arms: an assembly places each to a millimetre",
+    sizes: "5 µm at the recording's angles for a difference of the pairs' spans; 1 mm for what both spans are longer by: an assembly places each of four arms to a millimetre",
     telling_motion: "slow turns over ±1.2° at one place",
     recordings: Recordings::Turned,
     needs: &[Need::Turning],
@@ -119,5 +127,28 @@ impl Effect for Known {
 
     fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
         sensor_side::regressors(survey)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::sensor_side::{APART, TOGETHER};
+
+    /// Stated plus told is right: a courier whose spans are longer than the drawing's by these amounts reads, with them added, what one of the
+    /// drawing would.
+    #[test]
+    fn amounts_are_what_is_added_to_the_stated_spans() {
+        let (stated_m, longer_m, theta_rad) = (8.2e-3, [1.5e-3, 1.1e-3], 0.01);
+        let arm = |span_m: f64, segment: usize| {
+            let side = if segment < 2 { 0.5 } else { -0.5 };
+            side * span_m * theta_rad
+        };
+        let both_m = 0.5 * (longer_m[0] + longer_m[1]);
+        let apart_m = longer_m[0] - longer_m[1];
+        for segment in 0..4 {
+            let built_m = arm(stated_m + longer_m[segment % 2], segment);
+            let added_m = (TOGETHER[segment] * both_m + APART[segment] * apart_m) * theta_rad;
+            assert!((built_m + added_m - arm(stated_m, segment)).abs() < 1e-15);
+        }
     }
 }
