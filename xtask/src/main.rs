@@ -1,7 +1,6 @@
 //! Drives the checks of the project: `cargo xtask COMMAND`.
 
 mod arm;
-mod assemble;
 mod bench;
 mod blind;
 mod chip;
@@ -13,6 +12,7 @@ mod figures;
 mod firmware;
 mod flash;
 mod manifests;
+mod mistakes;
 mod names;
 mod onboard;
 mod option_bytes;
@@ -68,6 +68,11 @@ const TASKS: &[Task] = &[
         "blind",
         "the nightly blind check of the diagnosis: its figures against those asked for (CASES SEED)",
         Work::With(blind::run),
+    ),
+    (
+        "mistakes",
+        "nightly: mis-wired and mis-stated recordings of every kind are recognised, and nothing is told of right ones (SEED)",
+        Work::With(mistakes::run),
     ),
     (
         "drift",
