@@ -14,6 +14,7 @@ pub mod calibration_file;
 pub mod cli;
 pub mod commands;
 pub mod conversion;
+pub mod findings;
 pub mod interrupt;
 pub mod isolability;
 pub mod kinds;

@@ -58,8 +58,8 @@ pub(crate) struct Judged {
     pub told: usize,
     /// Responses that it does explain.
     pub explained: usize,
-    /// Height times full scale over the stated one.
-    pub height: Option<f64>,
+    /// Height times full scale over the stated one, and the standard error of that.
+    pub height: Option<[f64; 2]>,
     /// Lever arms by the data and their standard errors, m, with the span as the view has it.
     pub lever_m: [Option<[f64; 2]>; 2],
 }
@@ -233,7 +233,7 @@ impl Diode {
         {
             judged.unexplained += 1;
         }
-        judged.height = Some(scale);
+        judged.height = Some([scale, error]);
         if (scale - 1.0).abs() > DRAWING + ERRORS * error {
             let degrees = unit_of(1.0 / scale, &ANGLES[..1], FULL_SCALE_SHARE);
             let length = unit_of(1.0 / scale, &LENGTHS, DRAWING / 10.0);

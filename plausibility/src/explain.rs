@@ -2,6 +2,7 @@
 
 use crate::diode::Diode;
 use crate::fault::{Fault, LENGTHS, Source};
+use crate::fitted::Fitted;
 use crate::poses::Poses;
 use crate::products::Products;
 use crate::quadrature::Reading;
@@ -48,7 +49,7 @@ pub(crate) struct Explanation {
 }
 
 /// All relations of one way to read the recording.
-struct Relations {
+pub(crate) struct Relations {
     readings: Readings,
     parity: Option<Products>,
     smallest_parity_m: f64,
@@ -59,7 +60,7 @@ struct Relations {
 }
 
 impl Relations {
-    fn new(recording: &Recording, reading: Reading) -> Self {
+    pub fn new(recording: &Recording, reading: Reading) -> Self {
         let first = Self::of(Readings::new(recording, reading));
         if first.has() != [true; 4] {
             return first;
@@ -153,7 +154,9 @@ impl Relations {
             unexplained += judged.unexplained;
             told += judged.told;
             explained += judged.explained;
-            suggested.lengths.extend(judged.height);
+            suggested
+                .lengths
+                .extend(judged.height.map(|[scale, _]| scale));
             let stated = self.readings.coordination.map_or(0.0, |c| c.lever_x_m);
             if let Some([lever_m, error_m]) = judged.lever_m[0]
                 && error_m < KNOWN * lever_m.abs()
@@ -174,22 +177,66 @@ impl Relations {
         (self.possible(view).then_some(explanation), suggested)
     }
 
+    /// The segments by a wiring, with outputs so many times too long and a span so many times the stated one.
+    fn view<'a>(&self, wiring: &'a Wiring, lengths: f64, span: f64) -> View<'a> {
+        let logged = self.readings.logged.iter().any(|l| *l);
+        View {
+            wiring,
+            has: self.has(),
+            inexact_m: self.parity_m(wiring).max(LEAST_M * lengths),
+            logged,
+            span_m: self.readings.span_m,
+            tooth_m: self.readings.pitch_m / if logged { 1.0 } else { lengths },
+            lengths,
+            span,
+        }
+    }
+
+    /// What the readings say of the stated geometry, with the wires as stated.
+    pub fn geometry(&self) -> Vec<Fitted> {
+        let wiring = Wiring::stated();
+        let view = self.view(&wiring, 1.0, 1.0);
+        let mut list = Vec::new();
+        if let (Some(diode), Some(stated)) = (&self.diode, self.readings.coordination) {
+            let judged = diode.judge(&view);
+            if judged.unexplained == 0 {
+                let height = |told| Fitted::scaled("height_m", stated.height_m, told);
+                list.extend(judged.height.map(height));
+                let levers = [
+                    ("lever_x_m", stated.lever_x_m),
+                    ("lever_y_m", stated.lever_y_m),
+                ];
+                for ((name, stated_m), told) in levers.into_iter().zip(judged.lever_m) {
+                    list.extend(told.map(|[found_m, error_m]| Fitted {
+                        name: name.into(),
+                        stated_m,
+                        found_m,
+                        error_m,
+                    }));
+                }
+            }
+        }
+        if let Some(poses) = &self.reference {
+            let judged = poses.judge(&view);
+            if judged.unexplained == 0 {
+                let [lengths, angle] = judged.scales;
+                let inverse = |[scale, error]: [f64; 2]| [1.0 / scale, error / scale / scale];
+                let pitch = |told| Fitted::scaled("pitch_m", self.readings.pitch_m, inverse(told));
+                list.extend(lengths.map(pitch));
+                let span = |told| Some(Fitted::scaled("span_m", self.readings.span_m?, told));
+                list.extend(angle.and_then(span));
+            }
+        }
+        list
+    }
+
     /// Explanations with the span and the lengths as stated, then with those that the relations suggest.
     fn search(&self, wirings: &[Wiring]) -> Vec<Explanation> {
         let mut list = Vec::new();
         let units = LENGTHS.map(|unit| unit.factor);
         let logged = self.readings.logged.iter().any(|l| *l);
         for wiring in wirings {
-            let view = |lengths: f64, span: f64| View {
-                wiring,
-                has: self.has(),
-                inexact_m: self.parity_m(wiring).max(LEAST_M * lengths),
-                logged,
-                span_m: self.readings.span_m,
-                tooth_m: self.readings.pitch_m / if logged { 1.0 } else { lengths },
-                lengths,
-                span,
-            };
+            let view = |lengths: f64, span: f64| self.view(wiring, lengths, span);
             let (plain, suggested) = self.explain(&view(1.0, 1.0), &[]);
             list.extend(plain);
             if wiring.faults.len() > 1 {
@@ -223,9 +270,10 @@ struct Suggested {
 }
 
 impl Suggested {
-    fn add(&mut self, [lengths, angle]: [Option<f64>; 2]) {
+    fn add(&mut self, [lengths, angle]: [Option<[f64; 2]>; 2]) {
+        let lengths = lengths.map(|[scale, _]| scale);
         self.lengths.extend(lengths);
-        let told = angle.map(|a| a / lengths.unwrap_or(1.0));
+        let told = angle.map(|[a, _]| a / lengths.unwrap_or(1.0));
         self.span.extend(told);
     }
 }
@@ -249,8 +297,7 @@ fn speed(readings: &Readings) -> f64 {
 }
 
 /// The best explanations, equally good ones side by side, best first. Empty if all is as stated, or if nothing explains what is not.
-pub(crate) fn explanations(recording: &Recording) -> Vec<Explanation> {
-    let relations = Relations::new(recording, Reading::Stated);
+pub(crate) fn explanations(recording: &Recording, relations: &Relations) -> Vec<Explanation> {
     let wirings = Wiring::all();
     let stated = relations.search(&wirings[..1]);
     let clean = |e: &&Explanation| e.unexplained == 0;

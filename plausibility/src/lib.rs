@@ -11,6 +11,7 @@ mod diode;
 mod explain;
 mod fault;
 mod finding;
+mod fitted;
 mod poses;
 mod products;
 mod quadrature;
@@ -20,20 +21,39 @@ mod view;
 mod wiring;
 
 pub use finding::{Finding, Kind};
+pub use fitted::Fitted;
 
 use recording::Recording;
+
+/// What the readings say of wires, units and stated geometry.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Plausibility {
+    /// What cannot be as it is stated; empty where all can be.
+    pub findings: Vec<Finding>,
+    /// What is stated of the geometry and what the data say of it, as far as this motion tells it.
+    pub geometry: Vec<Fitted>,
+}
 
 /// What cannot be as it is stated. Never fails, and takes well below a second whatever the recording's length.
 #[must_use]
 pub fn check(recording: &Recording) -> Vec<Finding> {
+    look(recording).findings
+}
+
+/// The same with the geometry by the data.
+#[must_use]
+pub fn look(recording: &Recording) -> Plausibility {
+    let relations = explain::Relations::new(recording, quadrature::Reading::Stated);
+    let geometry = relations.geometry();
     let copied = same::copied(recording);
     if !copied.is_empty() {
-        return copied
-            .iter()
-            .map(|fault| Finding::new(fault, &recording.meta))
-            .collect();
+        let told = |fault| Finding::new(fault, &recording.meta);
+        return Plausibility {
+            findings: copied.iter().map(told).collect(),
+            geometry,
+        };
     }
-    let explanations = explain::explanations(recording);
+    let explanations = explain::explanations(recording, &relations);
     let told = |e: &explain::Explanation| -> Vec<Finding> {
         e.faults
             .iter()
@@ -41,12 +61,9 @@ pub fn check(recording: &Recording) -> Vec<Finding> {
             .map(|fault| Finding::new(fault, &recording.meta))
             .collect()
     };
-    let Some((first, others)) = explanations.split_first() else {
-        return Vec::new();
-    };
-    let mut findings = told(first);
+    let mut findings = explanations.first().map(told).unwrap_or_default();
     if let Some(finding) = findings.last_mut() {
-        finding.or = others.iter().map(told).collect();
+        finding.or = explanations.iter().skip(1).map(told).collect();
     }
-    findings
+    Plausibility { findings, geometry }
 }

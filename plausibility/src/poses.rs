@@ -22,6 +22,8 @@ const LEAST_M: f64 = 5.0e-6;
 const REFERENCE_SHARE: f64 = 0.005;
 /// Commands lag and miss: their scale is looked at no more closely than this.
 const COMMANDED_SHARE: f64 = 0.03;
+/// An angle's scale is the span's, and a drawing may be off by this share: within it the diagnosis tells it as an effect.
+const DRAWING: f64 = 0.2;
 /// A unit's factor is told from another scale within this share.
 const UNIT_SHARE: f64 = 0.01;
 /// Standard errors within which two values are the same.
@@ -48,8 +50,8 @@ pub(crate) struct Judged {
     pub told: usize,
     /// Responses that an axis explains.
     pub explained: usize,
-    /// Reading over pose of the lengths and of the angle, where told.
-    pub scales: [Option<f64>; 2],
+    /// Reading over pose of the lengths and of the angle, with their standard errors, where told.
+    pub scales: [Option<[f64; 2]>; 2],
 }
 
 /// One response: which axis it follows and by what factor.
@@ -189,9 +191,10 @@ impl Poses {
             Source::Reference => REFERENCE_SHARE,
             Source::Commanded => COMMANDED_SHARE,
         };
-        let off = |f: &Followed, around: f64| {
+        let beyond = |f: &Followed, around: f64, share: f64| {
             (f.factor.abs() - around).abs() > share * around + ERRORS * f.error
         };
+        let off = |f: &Followed, around: f64| beyond(f, around, share);
         let push = |judged: &mut Judged, axes: Axes, f: Followed, units: &[Unit]| {
             let factor = 1.0 / f.factor.abs();
             let known = unit_of(
@@ -214,7 +217,7 @@ impl Poses {
             [f, ..] => {
                 let best = lengths.iter().min_by(|a, b| a.error.total_cmp(&b.error));
                 let best = *best.unwrap_or(&f);
-                judged.scales[0] = Some(best.factor.abs());
+                judged.scales[0] = Some([best.factor.abs(), best.error]);
                 if off(&best, 1.0) {
                     push(judged, Axes::Lengths, best, &LENGTHS);
                 }
@@ -222,8 +225,8 @@ impl Poses {
             [] => {}
         }
         if let Some(angle) = followed[2] {
-            judged.scales[1] = Some(angle.factor.abs());
-            if off(&angle, 1.0) {
+            judged.scales[1] = Some([angle.factor.abs(), angle.error]);
+            if beyond(&angle, 1.0, DRAWING) {
                 push(judged, Axes::Angle, angle, &ANGLES);
             }
         }

@@ -122,6 +122,7 @@ impl Headline {
         let names: Vec<&str> = diagnosis.effects.iter().map(|e| e.name.as_str()).collect();
         match diagnosis.verdict {
             Verdict::InsufficientData => match diagnosis.notes.first() {
+                Some(note) if note.ends_with('?') => format!("The recording cannot answer: {note}"),
                 Some(note) => format!("The recording cannot answer: {note}."),
                 None => "The recording cannot answer.".into(),
             },

@@ -44,6 +44,7 @@ use crate::transfer::model::Model;
 use crate::verdict::answer::{Diagnosis, Verdict};
 use crate::verdict::evidence::{Evidence, Step};
 use effects::sensor::READINGS;
+use plausibility::{Finding, Fitted, Plausibility};
 use recording::Recording;
 use selected::Told;
 
@@ -90,28 +91,50 @@ pub fn diagnose_watched(
     watch: Watch,
 ) -> Answer {
     watch(Stage::Prepare);
-    match prepare(recording) {
-        Ok(mut prepared) => {
-            watch(Stage::Compare);
-            let first = Judge::at_first(&prepared, options);
-            let Some(keep) = first.in_use_anew() else {
-                return first.in_full(watch).into_answer(name);
-            };
-            drop(first);
-            prepared.use_only(keep);
-            let again = Judge::at_first(&prepared, options);
-            again.in_full(watch).into_answer(name)
-        }
-        Err(limit) => Answer {
-            diagnosis: Diagnosis {
-                schema: 1,
-                recording: name.into(),
-                verdict: Verdict::InsufficientData,
-                notes: vec![limit.to_string()],
-                ..Diagnosis::default()
-            },
-            ..Answer::default()
+    let Plausibility { findings, geometry } = plausibility::look(recording);
+    if !findings.is_empty() {
+        let notes = findings.iter().map(Finding::to_string).collect();
+        return unanswered(name, notes, findings, geometry);
+    }
+    let mut answer = match prepare(recording) {
+        Ok(prepared) => answered(prepared, name, options, watch),
+        Err(limit) => return unanswered(name, vec![limit.to_string()], findings, geometry),
+    };
+    answer.diagnosis.geometry = geometry;
+    answer
+}
+
+/// The answer of a recording that can be diagnosed.
+fn answered(mut prepared: Prepared, name: &str, options: &Options, watch: Watch) -> Answer {
+    watch(Stage::Compare);
+    let first = Judge::at_first(&prepared, options);
+    let Some(keep) = first.in_use_anew() else {
+        return first.in_full(watch).into_answer(name);
+    };
+    drop(first);
+    prepared.use_only(keep);
+    let again = Judge::at_first(&prepared, options);
+    again.in_full(watch).into_answer(name)
+}
+
+/// The answer of a recording that cannot be diagnosed.
+fn unanswered(
+    name: &str,
+    notes: Vec<String>,
+    findings: Vec<Finding>,
+    geometry: Vec<Fitted>,
+) -> Answer {
+    Answer {
+        diagnosis: Diagnosis {
+            schema: 1,
+            recording: name.into(),
+            verdict: Verdict::InsufficientData,
+            notes,
+            findings,
+            geometry,
+            ..Diagnosis::default()
         },
+        ..Answer::default()
     }
 }
 
@@ -124,6 +147,8 @@ pub(crate) struct Judge<'a> {
     told: Told,
     /// What is found, fitted about itself.
     fine: Refined<'a>,
+    /// Whitened squares of the noise.
+    base: f64,
     /// The simulator's scatter by the stated noise.
     floor: Floor,
     /// Noise of each reading over the stated one, where it was found to be above.
@@ -152,6 +177,7 @@ impl<'a> Judge<'a> {
         Self {
             prepared,
             options,
+            base: 0.0,
             floor: first.floor,
             noise: None,
             after: fine.residuals().clone(),
@@ -198,6 +224,7 @@ impl<'a> Judge<'a> {
         self.tell_teeth();
         watch(Stage::Foretell);
         self.claim();
+        self.base = self.told.base;
         watch(Stage::Judge);
         self
     }

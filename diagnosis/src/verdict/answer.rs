@@ -1,5 +1,6 @@
 //! What the diagnosis answers, as it is written in JSON.
 
+use plausibility::{Finding, Fitted};
 use serde::{Deserialize, Serialize};
 
 /// The answer of `courier diagnose`.
@@ -14,6 +15,12 @@ pub struct Diagnosis {
     /// The violated limit with both numbers, where the data are insufficient, and anything else that must be said.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
+    /// Wires, units and stated values that cannot be right: then the data are insufficient.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub findings: Vec<Finding>,
+    /// What is stated of the geometry and what the data say of it, as far as this motion tells it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub geometry: Vec<Fitted>,
     /// Each channel's residual.
     pub gap: Vec<Gap>,
     /// Where the gap lies.

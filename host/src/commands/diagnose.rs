@@ -19,7 +19,7 @@ use std::process::ExitCode;
 ///
 /// The baseline (equations 3, 5 and 11) is calibrated on part of the recording; the simulator repeats its motion with that
 /// baseline and the stated noise; both are compared on parts that were not used to fit. Verdicts: no_gap, named, alias,
-/// unknown, insufficient_data.
+/// unknown, insufficient_data. Wires, units and stated lengths that the readings contradict are named first, and nothing is diagnosed then.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Example:\n  courier diagnose examples/survey-lateral --json=answer.json --report gap.html"
@@ -112,6 +112,22 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// No length is said to be known better than this, m: it is a first look.
+const FINEST_M: f64 = 10.0e-6;
+
+/// What was stated of the geometry beside what the data say.
+fn geometry(d: &Diagnosis) -> String {
+    if d.geometry.is_empty() {
+        return String::new();
+    }
+    let value = |f: &plausibility::Fitted| {
+        let [found, stated, error] = [f.found_m, f.stated_m, f.error_m.max(FINEST_M)].map(|m| 1.0e3 * m);
+        format!("{} {found:.4} mm (stated {stated:.4}, known to {error:.2})", f.name)
+    };
+    let list: Vec<String> = d.geometry.iter().map(value).collect();
+    format!("geometry by the data: {}\n", list.join(", "))
+}
+
 /// The four answers in under a screen, beside a resolution, m.
 pub fn text(d: &Diagnosis, resolution_m: f64) -> String {
     let headline = headline(d, resolution_m).text;
@@ -122,6 +138,7 @@ pub fn text(d: &Diagnosis, resolution_m: f64) -> String {
         out += &format!("  {note}\n");
     }
     if d.gap.is_empty() {
+        out += &geometry(d);
         return out.trim_end().into();
     }
     let rows: Vec<Vec<String>> = d
@@ -197,6 +214,7 @@ pub fn text(d: &Diagnosis, resolution_m: f64) -> String {
             100.0 * d.unexplained.share
         );
     }
+    out += &geometry(d);
     out.trim_end().into()
 }
 

@@ -5,7 +5,7 @@ use crate::kinds;
 use crate::output::{self, Files, Kind};
 use crate::teeth::{Evidence, MapFile, Mapped, TeethPose, estimate, poses_of};
 use crate::terminal::{figure, micrometres, pairs, progress, warn};
-use anyhow::{Result, ensure};
+use anyhow::{Result, bail, ensure};
 use courier_sensor::frame::SEGMENTS;
 use recording::Recording;
 use std::path::PathBuf;
@@ -63,6 +63,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     );
     let recording = Recording::read(&args.recording)?;
     recording.warnings.iter().for_each(|line| warn(line));
+    if let Some(finding) = plausibility::check(&recording).first() {
+        bail!(
+            "{}: found that {finding}; wanted wires, units and geometry that fit the readings",
+            args.recording.display()
+        );
+    }
     let (setup, mut poses) = poses_of(&recording)?;
     near_middle(&mut poses, 1.0e-3 * within_mm);
     let bar = progress(PASSES, "fitting");

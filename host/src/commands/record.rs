@@ -4,6 +4,7 @@ use crate::json::Json;
 use crate::output::{Files, Kind};
 use crate::board::Choice;
 use crate::destination::Destination;
+use crate::findings::warn_of;
 use crate::interrupt::{self, EXIT_INTERRUPTED, Interrupted};
 use recording::noise::at_rest::Noise;
 use crate::recorder::{Order, Run, record};
@@ -12,13 +13,15 @@ use crate::terminal::{progress, warn};
 use anyhow::{Context, Result, ensure};
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::geometry::Geometry;
+use recording::Recording;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Record the raw counts of every sample that a board can send, in the recording layout.
 ///
 /// The recording states how large the signals are and how noisy. The noise is measured in the half second before the first
-/// motion, at the board's full rate, so the courier has to rest then.
+/// motion, at the board's full rate, so the courier has to rest then. Wires, units and stated lengths that the readings contradict are
+/// told in a line each.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  courier record flight --seconds 2 --go-to 0,40,0\n  courier --sim-preset ideal --sim-effect velocity_lag=2 record first --survey 0,0,0 && courier diagnose first"
@@ -123,6 +126,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
             recorded.noise.quadrature_counts
         )
     })?;
+    warn_of(&Recording::read(&args.folder)?);
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,11 +1,13 @@
 //! `courier replay RECORDING`.
 
+use crate::findings::warn_of;
 use crate::json::Json;
 use crate::output::{Files, Kind};
 use crate::calibration_file::CalibrationFile;
 use crate::replay::{HeldOut, Remark, Report, applied, remarks, replay};
 use crate::terminal::{micrometres, progress, table, warn};
 use anyhow::Result;
+use plausibility::Finding;
 use recording::Recording;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -16,7 +18,7 @@ use std::process::ExitCode;
 /// The firmware's own signal path and incremental least squares run over the recording: one segment against a
 /// reference, or four segments against each other (g_p, equation 5). A third of the motion, in contiguous blocks of both
 /// directions of travel, is held out. What remains is remarked on where it cannot be a sensor's error, or where calibration takes
-/// nothing away; exit code 1 where it is of the size of the pitch.
+/// nothing away; exit code 1 where it is of the size of the pitch, or where wires, units or stated values cannot be right.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  courier replay examples/survey-lateral")]
 pub struct Args {
@@ -54,6 +56,8 @@ struct Output<'a> {
     report: &'a Report,
     #[serde(skip_serializing_if = "<[Remark]>::is_empty")]
     remarks: &'a [Remark],
+    #[serde(skip_serializing_if = "<[Finding]>::is_empty")]
+    findings: &'a [Finding],
 }
 
 /// Reads, calibrates, prints.
@@ -63,8 +67,9 @@ struct Output<'a> {
 pub fn run(args: &Args) -> Result<ExitCode> {
     let recording = Recording::read(&args.recording)?;
     recording.warnings.iter().for_each(|warning| warn(warning));
+    let findings = warn_of(&recording);
     if let Some(path) = &args.calibration {
-        return apply(args, &recording, path);
+        return apply(args, &recording, path, &findings);
     }
     let report = replay(&recording, &progress(0, "replaying"))?;
     let figures = report.channels.iter().map(|channel| {
@@ -76,12 +81,18 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         recording: args.recording.display().to_string(),
         report: &report,
         remarks: &remarks,
+        findings: &findings,
     };
     args.json.tell(ANSWER, &told, || text(&recording, &report))?;
-    Ok(warned(&remarks))
+    Ok(warned(&remarks, &findings))
 }
 
-fn apply(args: &Args, recording: &Recording, path: &Path) -> Result<ExitCode> {
+fn apply(
+    args: &Args,
+    recording: &Recording,
+    path: &Path,
+    findings: &[Finding],
+) -> Result<ExitCode> {
     let g_p = applied(recording, &CalibrationFile::read(path)?)?;
     let figures = [("g_p".to_owned(), [g_p.raw_rms_m, g_p.calibrated_rms_m])];
     let remarks = remarks(figures, recording.meta.geometry.pitch_m);
@@ -90,6 +101,7 @@ fn apply(args: &Args, recording: &Recording, path: &Path) -> Result<ExitCode> {
         "calibration": path.display().to_string(),
         "g_p": g_p,
         "remarks": remarks,
+        "findings": findings,
     });
     args.json.tell(APPLIED, &told, || {
         let (raw, calibrated) = (
@@ -101,13 +113,13 @@ fn apply(args: &Args, recording: &Recording, path: &Path) -> Result<ExitCode> {
             recording.meta.device, g_p.samples
         )
     })?;
-    Ok(warned(&remarks))
+    Ok(warned(&remarks, findings))
 }
 
-/// Says what looks wrong on standard error, and gives the exit code: 1 where the figures cannot be a sensor's.
-fn warned(remarks: &[Remark]) -> ExitCode {
+/// Says what looks wrong on standard error, and gives the exit code: 1 where the figures cannot be a sensor's, or what is stated cannot be.
+fn warned(remarks: &[Remark], findings: &[Finding]) -> ExitCode {
     remarks.iter().for_each(|remark| warn(&remark.text));
-    if remarks.iter().any(|remark| remark.of_the_pitch) {
+    if !findings.is_empty() || remarks.iter().any(|remark| remark.of_the_pitch) {
         ExitCode::FAILURE
     } else {
         ExitCode::SUCCESS

@@ -4,14 +4,39 @@
 use crate::common::courier_in;
 use std::path::{Path, PathBuf};
 
-/// Cases whose units, reference or wires are wrong, so that what remains is no error of a sensor.
-const OF_THE_PITCH: [&str; 5] = [
-    "pitch-1pc-off-against-reference",
-    "positions-in-mm",
-    "reference-in-mm",
-    "segments-1-2-swapped-slow",
-    "segments-1-3-swapped",
+/// Cases whose units, reference, geometry or wires are wrong, and what is told of each.
+const WRONG: [(&str, &str); 9] = [
+    ("full-scale-in-degrees", "tan_full_scale in degrees?"),
+    (
+        "lever-sign",
+        "lever_x_m has the wrong sign: 90.00 mm by the data",
+    ),
+    (
+        "pitch-1pc-off-against-reference",
+        "pitch 1.026 mm by the data, 1.016 mm stated",
+    ),
+    (
+        "pitch-doubled",
+        "pitch 1.016 mm by the data, 2.032 mm stated",
+    ),
+    ("positions-in-mm", "a thousand times too large: mm?"),
+    ("reference-in-mm", "a thousand times too large: mm?"),
+    ("reference-is-the-sensor", "holds the readings of segment 1"),
+    (
+        "segments-1-2-swapped-slow",
+        "segment 1 follows y, segment 2 follows x",
+    ),
+    ("segments-1-3-swapped", "segments 1 and 3 are exchanged"),
 ];
+
+/// What is told of a case; `None` where wires, units and geometry are right.
+fn told_of(case: &Path) -> Option<&'static str> {
+    let name = case.file_name()?.to_str()?;
+    WRONG
+        .iter()
+        .find(|(known, _)| *known == name)
+        .map(|(_, told)| *told)
+}
 
 /// The recordings of the folder; none, and said so, where it is absent.
 fn recordings() -> Vec<PathBuf> {
@@ -37,12 +62,28 @@ fn every_recording_is_replayed_or_refused_in_one_line() {
         if ran.code == 2 {
             ran.refused(&[]);
         }
-        if OF_THE_PITCH.contains(&name) {
-            assert!(ran.code == 1 && ran.err.contains("of the pitch"), "{told}");
+        match told_of(&case) {
+            Some(wanted) => assert!(ran.code == 1 && ran.err.contains(wanted), "{told}"),
+            None => assert!(!ran.err.contains("by the data"), "{told}"),
         }
-        if name == "reference-is-the-sensor" {
-            assert!(ran.err.contains("the same readings"), "{told}");
-        }
+    }
+}
+
+#[test]
+fn what_cannot_be_right_is_not_diagnosed() {
+    for case in recordings() {
+        let Some(wanted) = told_of(&case) else {
+            continue;
+        };
+        let ran = courier_in(
+            Path::new("."),
+            &["diagnose", case.to_str().unwrap(), "--json", "-"],
+        );
+        let answer = ran.json();
+        assert_eq!(answer["verdict"], "insufficient_data", "{}", case.display());
+        let notes = answer["notes"].to_string();
+        assert!(notes.contains(wanted), "{}: {notes}", case.display());
+        assert!(answer["findings"][0]["kind"].is_string(), "{answer}");
     }
 }
 

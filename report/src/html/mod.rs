@@ -2,10 +2,11 @@
 //!
 //! `figures` says what is shown and says it again in words and tables, `plots` draws, `svg` fits plots to the page,
 //! `telling` finds the coordinate to draw over, `spectrum` its spectra, `passed` which of them the motion shows. The parts of the page
-//! are `head`, `effects`, `place`, `next`, `origin` and `glossary`.
+//! are `head`, `effects`, `place`, `next`, `geometry`, `origin` and `glossary`.
 
 mod effects;
 pub mod figures;
+mod geometry;
 mod glossary;
 mod head;
 mod next;
@@ -60,6 +61,7 @@ pub fn page(
             (place::section(diagnosis))
             @for figure in &further { (drawn(figure)) }
             (nothing_seen(&left_out))
+            (geometry::section(diagnosis))
             (origin::section(origin))
         }
     };

@@ -3,7 +3,6 @@
 use crate::bank::Bank;
 use crate::host::{Host, Inputs};
 use crate::time::{NEVER, Ticks, from_ns, to_ns};
-use anyhow::Result;
 use embedded_hal::digital::OutputPin;
 use embedded_io::{Read, ReadReady, Write};
 use hal_sim::board::SharedFlash;
@@ -61,8 +60,8 @@ impl Beyond for Near {
 pub struct Surroundings {
     /// Both converters.
     pub converter: ConverterWire,
-    /// Both banks of the chip's flash, which outlive its resets.
-    pub banks: [Bank; 2],
+    /// Bank 2 of the chip's flash, which outlives its resets.
+    pub flash: Bank,
     /// The lamp's level.
     pub lamp: bool,
     /// BUSY never rises.
@@ -76,41 +75,30 @@ pub struct Surroundings {
 }
 
 impl Surroundings {
-    /// A board in this world. `flash`: bank 2; bank 1 is erased.
+    /// A board in this world.
     pub fn new(world: World, flash: SharedFlash) -> Self {
-        Self::with_banks(world, [SharedFlash::erased(0), flash])
-    }
-
-    /// A board in this world with these banks.
-    pub fn with_banks(world: World, banks: [SharedFlash; 2]) -> Self {
         let (converter, clock) = (world.converter.clone(), world.clock.clone());
         let line = world.motion.line();
         let beyond = Box::new(Near { world, line });
-        Self::joined(converter, clock, beyond, banks.map(Bank::new))
+        Self::joined(converter, clock, beyond, Bank::new(flash))
     }
 
-    /// A board whose world is the host's, and whose bank 2 is.
-    ///
-    /// # Errors
-    /// The host's bank is one of another size.
-    pub fn of_host(host: Host) -> Result<Self> {
+    /// A board whose world is the host's.
+    pub fn of_host(host: Host) -> Self {
         let clock = Clock::new();
         let inputs = Inputs::new(host.clone());
         let supply = inputs.supply();
         let converter = ConverterWire::new(clock.clone(), inputs);
         let _ = supply.set(converter.input_fault());
-        let banks = [
-            Bank::new(SharedFlash::erased(0)),
-            Bank::of_host(host.clone())?,
-        ];
-        Ok(Self::joined(converter, clock, Box::new(host), banks))
+        let flash = Bank::of_host(host.clone());
+        Self::joined(converter, clock, Box::new(host), flash)
     }
 
     fn joined(
         converter: ConverterWire,
         clock: Clock,
         beyond: Box<dyn Beyond>,
-        banks: [Bank; 2],
+        flash: Bank,
     ) -> Self {
         Self {
             convst: converter.convst(),
@@ -118,7 +106,7 @@ impl Surroundings {
             converter,
             clock,
             beyond,
-            banks,
+            flash,
             lamp: false,
             silent: false,
             busy_until: 0,
