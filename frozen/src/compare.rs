@@ -6,8 +6,8 @@ use serde_json::Value;
 /// Numbers may differ by this share of the largest number beside them (in the same list, else by themselves).
 ///
 /// One machine gives the same bits each time. Another may not: nalgebra multiplies matrices by kernels that are chosen when the
-/// program runs (with or without fused multiplication), and sums are then rounded elsewhere. What such rounding does is measured
-/// by `frozen shake`, which changes each reading in its last bit: docs/notes/diagnosis.md has the figure.
+/// program runs (with or without fused multiplication), and sums are then rounded elsewhere. What rounding can do is measured by
+/// `frozen shake`, which makes every other reading larger by a unit of its last place. This leaves room above its largest figure.
 pub const RELATIVE: f64 = 1.0e-6;
 
 /// A place where two answers differ.

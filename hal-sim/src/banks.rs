@@ -91,7 +91,7 @@ impl Banks {
             self.swap();
         }
         let mut both = [self.near.clone(), self.far.clone()];
-        if choose(&mut both)?.bank == 1 {
+        if choose(&mut both, standing::is_whole)?.bank == 1 {
             self.swap();
         }
         let (near, far) = (&mut self.near.clone(), &mut self.far.clone());

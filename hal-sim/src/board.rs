@@ -156,8 +156,8 @@ impl SimBoard {
             Box::leak(Box::default()),
         );
         if let Some(image) = image {
-            let updater = Updater::new(image.near, image.rules(), image.standing);
-            background.offer_updates(Box::leak(Box::new(updater)));
+            let updater = Updater::new(&image.near, image.rules(), image.standing);
+            background.offer_updates(|_| Box::leak(Box::new(updater)));
         }
         background.start(false);
         let link = LinkWire::new();

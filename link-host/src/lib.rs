@@ -9,6 +9,7 @@ pub mod emulated;
 pub mod image;
 pub mod memory;
 pub mod option_bytes;
+pub mod outdated;
 #[cfg(feature = "probe")]
 pub mod probe;
 pub mod rtt;

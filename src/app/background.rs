@@ -109,9 +109,10 @@ where
         }
     }
 
-    /// For a board with two banks of flash and a first stage: takes new firmware from now on.
-    pub fn offer_updates(&mut self, updates: &'q mut dyn Updates<F>) {
-        self.updates = Some(updates);
+    /// For a board with two banks of flash and a first stage: takes new firmware from now on. `make` gets the bank that no code runs from.
+    /// To be called before [`Background::start`].
+    pub fn offer_updates(&mut self, make: impl FnOnce(&mut F) -> &'q mut dyn Updates<F>) {
+        self.updates = Some(make(self.keeper.flash_mut()));
     }
 
     /// Starts from what is stored: the newest valid record comes in force; without one frames say

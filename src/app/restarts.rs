@@ -32,6 +32,21 @@ pub const fn is_safe_mode(faults: u8) -> bool {
     faults >= SAFE_AFTER
 }
 
+/// A number of faults in a row as it is kept over a reset: with that of the image, which updates count.
+pub const fn kept_row(faults: u8, image: u32) -> u32 {
+    image << 8 | faults as u32
+}
+
+/// The number that was kept by this image. Those of an image that was tried and given up are none of its own: it would come back in safe
+/// mode.
+pub const fn own_row(kept: u32, image: u32) -> Option<u8> {
+    if kept == kept_row(kept as u8, image) {
+        Some(kept as u8)
+    } else {
+        None
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -52,6 +67,8 @@ mod tests {
             assert_eq!(after(&[Panic, Panic, Panic, ends]), 0);
             assert_eq!(after(&[Panic, Panic, ends, Panic]), 1);
         }
+        assert_eq!(own_row(kept_row(2, 7), 7), Some(2));
+        assert_eq!(own_row(kept_row(2, 8), 7), None, "another image's");
         assert_eq!(faults_in_a_row(None, Panic), 1, "memory was lost");
         assert_eq!(faults_in_a_row(Some(u8::MAX), Panic), u8::MAX);
     }

@@ -35,7 +35,8 @@ pub trait Updates<F> {
 
 /// For a board with a first stage.
 pub struct Updater {
-    near: Bank,
+    /// The highest number of an image that the bank knows of which code runs from.
+    near_number: u32,
     rules: Rules,
     standing: Standing,
     install: Install,
@@ -44,9 +45,9 @@ pub struct Updater {
 
 impl Updater {
     /// `near`: the bank that code runs from. `rules`: of which `allow_older` is each order's. `standing`: by [`trial::start`].
-    pub fn new(near: Bank, rules: Rules, standing: Standing) -> Self {
+    pub fn new(near: &Bank, rules: Rules, standing: Standing) -> Self {
         Self {
-            near,
+            near_number: near.highest_number(),
             rules,
             standing,
             install: Install::Idle,
@@ -68,7 +69,7 @@ impl Updater {
             allow_older,
             ..self.rules
         };
-        let number = next_number(&self.near, &standing::read(flash));
+        let number = next_number(self.near_number, &standing::read(flash));
         self.install = Install::begin(flash, bytes, &rules, number)?;
         Ok(())
     }

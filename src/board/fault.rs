@@ -3,7 +3,7 @@
 
 use super::RAM_START;
 use crate::app::console::StartReport;
-use crate::app::restarts::{faults_in_a_row, is_safe_mode};
+use crate::app::restarts::{faults_in_a_row, is_safe_mode, kept_row, own_row};
 use crate::link::message::{FaultReport, Health, ResetCause};
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
@@ -26,7 +26,7 @@ const MESSAGE_BYTES: usize = 128;
 #[unsafe(link_section = ".uninit.fault")]
 static mut RECORD: MaybeUninit<[u32; WORDS]> = MaybeUninit::uninit();
 
-/// Faults in a row, and the same with every bit turned over: what RAM holds after power-on is no pair.
+/// Faults in a row with the image that had them, and the same with every bit turned over: what RAM holds after power-on is no pair.
 #[unsafe(link_section = ".uninit.fault")]
 static mut IN_A_ROW: MaybeUninit<[u32; 2]> = MaybeUninit::uninit();
 
@@ -42,9 +42,9 @@ const KINDS: [(u32, ResetCause); 4] = [
 ];
 
 /// Takes what was kept, and forgets it. `hardware` is the cause by the chip's own flags, which are the same for a brown-out and
-/// for a supply that came: RAM tells them apart.
+/// for a supply that came: RAM tells them apart. `image`: its number, 0 for one that no update has installed.
 #[inline(never)]
-pub fn take(hardware: ResetCause) -> StartReport {
+pub fn take(hardware: ResetCause, image: u32) -> StartReport {
     let record: [u32; WORDS] = core::array::from_fn(|index| {
         // SAFETY: any bits are a valid word; magic and check tell whether somebody wrote them.
         unsafe { read_volatile(addr_of!(RECORD).cast::<u32>().add(index)) }
@@ -87,9 +87,8 @@ pub fn take(hardware: ResetCause) -> StartReport {
             message: text,
         }
     });
-    let before = in_a_row();
-    let faults = faults_in_a_row(before, cause);
-    set_in_a_row(faults);
+    let faults = faults_in_a_row(in_a_row(image), cause);
+    set_in_a_row(kept_row(faults, image));
     StartReport {
         cause,
         fault,
@@ -101,22 +100,21 @@ pub fn take(hardware: ResetCause) -> StartReport {
     }
 }
 
-/// Faults in a row up to the start before; none if memory lost it.
-fn in_a_row() -> Option<u8> {
+/// Faults in a row of this image up to the start before; none if memory lost it.
+fn in_a_row(image: u32) -> Option<u8> {
     let place = addr_of!(IN_A_ROW).cast::<u32>();
     // SAFETY: any bits are a valid word; the second tells whether somebody wrote the first.
-    let [faults, turned] = unsafe { [read_volatile(place), read_volatile(place.add(1))] };
-    let kept = u8::try_from(faults).ok();
-    kept.filter(|_| turned == !faults)
+    let [kept, turned] = unsafe { [read_volatile(place), read_volatile(place.add(1))] };
+    own_row(kept, image).filter(|_| turned == !kept)
 }
 
-/// Counts anew: 0 after a time of service without a fault.
-pub fn set_in_a_row(faults: u8) {
-    let (place, faults) = (addr_of_mut!(IN_A_ROW).cast::<u32>(), u32::from(faults));
+/// Keeps a row ([`kept_row`]): 0 after a time of service without a fault.
+pub fn set_in_a_row(kept: u32) {
+    let place = addr_of_mut!(IN_A_ROW).cast::<u32>();
     // SAFETY: the main loop alone writes here, and the start before it.
     unsafe {
-        write_volatile(place, faults);
-        write_volatile(place.add(1), !faults);
+        write_volatile(place, kept);
+        write_volatile(place.add(1), !kept);
     }
 }
 

@@ -58,8 +58,7 @@ where
         if console.wants_restart() {
             let since = samples.wrapping_sub(*restart_at.get_or_insert(samples));
             if since >= FAREWELL_SAMPLES {
-                fault::keep(ResetCause::Requested, 0, 0, b"");
-                cortex_m::peripheral::SCB::sys_reset();
+                restart();
             }
         }
         if samples != fed_at {
@@ -74,6 +73,9 @@ where
             if uptime_s >= SERVICE_S {
                 fault::set_in_a_row(0);
             }
+            if background.is_trial_over() {
+                restart();
+            }
             if let Some(temperature_c) = board.temperature_c() {
                 background.set_temperature_c(temperature_c);
             }
@@ -84,6 +86,11 @@ where
             board.sleep();
         }
     }
+}
+
+fn restart() -> ! {
+    fault::keep(ResetCause::Requested, 0, 0, b"");
+    cortex_m::peripheral::SCB::sys_reset()
 }
 
 /// LED: on when all is well, blinking without a calibration, dark at a fault. Changes are logged.

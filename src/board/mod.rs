@@ -1,6 +1,7 @@
 //! What only the target has. The one place of `unsafe` in the firmware.
 //!
-//! `emulated` and `g474` are the boards; `main_loop` runs on both, over the trait [`main_loop::Board`].
+//! `emulated` and `g474` are the boards; `main_loop` runs on both, over the trait [`main_loop::Board`]. `first_stage` is a program of its own
+//! that runs before the `g474` firmware and chooses its bank.
 
 #[cfg(feature = "board")]
 mod critical;
@@ -8,6 +9,8 @@ mod critical;
 pub mod emulated;
 #[cfg(feature = "board")]
 pub mod fault;
+#[cfg(feature = "first-stage")]
+pub mod first_stage;
 #[cfg(feature = "g474")]
 pub mod g474;
 #[cfg(feature = "board")]
@@ -27,6 +30,8 @@ pub(crate) mod room;
 pub mod rtt;
 #[cfg(feature = "board")]
 mod start;
+#[cfg(any(feature = "g474", feature = "first-stage"))]
+mod watchdog;
 
 /// What a board does at each look for a hang.
 #[cfg(feature = "g474")]

@@ -1,4 +1,8 @@
-//! Bank 2 of the STM32G4's flash, as NOR flash of embedded-storage. Code runs from bank 1, so neither erase nor program stalls a fetch.
+//! The two banks of the STM32G4's flash, each as NOR flash of embedded-storage. Only the one that no code runs from is written, so that
+//! neither erase nor program stalls a fetch.
+//!
+//! The banks may have changed places in the memory map. An offset in a bank is the same wherever that lies, but the controller counts pages
+//! and wrong check bits by the bank that they are really in ([`Controller::number`]).
 //!
 //! The order of steps alone: registers and memory are behind [`Controller`], which the board has and a test imitates. A double word that
 //! lost power while it was programmed has wrong check bits: reading it ends with an error, as a torn slot should.
@@ -80,18 +84,43 @@ pub const fn is_laid_out(options: u32) -> bool {
     options & (options::DUAL_BANK | options::BOOT_BANK_2) == options::DUAL_BANK
 }
 
-/// Whether wrong check bits (`ecc`, the register's bits) are a torn slot's: in bank 2, met by somebody who reads a slot. Anywhere else they
-/// are code or constants that are no longer what was flashed, and nothing may go on with these.
-pub const fn is_torn_slot(ecc: u32, reading: bool) -> bool {
-    let place = check_bits::UNCORRECTED | check_bits::BANK_2 | check_bits::SYSTEM_MEMORY;
-    reading && ecc & place == check_bits::UNCORRECTED | check_bits::BANK_2
+/// Whether wrong check bits (`ecc`, the register's bits) are those of a double word that was torn when it was written: in the bank that
+/// somebody reads as data. Anywhere else they are code or constants that are no longer what was flashed, and nothing may go on with these.
+pub const fn is_torn(ecc: u32, reading: Option<BankNumber>) -> bool {
+    let place = ecc & (check_bits::UNCORRECTED | check_bits::BANK_2 | check_bits::SYSTEM_MEMORY);
+    match reading {
+        None => false,
+        Some(BankNumber::One) => place == check_bits::UNCORRECTED,
+        Some(BankNumber::Two) => place == check_bits::UNCORRECTED | check_bits::BANK_2,
+    }
+}
+
+/// A bank, by the number that the controller knows it by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BankNumber {
+    /// The lower, unless both have changed places.
+    One,
+    /// The other.
+    Two,
+}
+
+impl BankNumber {
+    /// The other one.
+    pub const fn other(self) -> Self {
+        match self {
+            Self::One => Self::Two,
+            Self::Two => Self::One,
+        }
+    }
 }
 
 /// Looks at the busy bit: a page's erase takes 25 ms at most (data sheet), some ten million looks.
 const PATIENCE: u32 = 50_000_000;
 
-/// The controller's registers and the bank's memory.
+/// The controller's registers and a bank's memory.
 pub trait Controller {
+    /// Which bank it is.
+    fn number(&mut self) -> BankNumber;
     /// The status register.
     fn status(&mut self) -> u32;
     /// Takes back flags of the status register.
@@ -127,8 +156,10 @@ pub enum Error {
     Controller,
     /// The supply is too low to write.
     SupplyLow,
-    /// By the option bytes there are no two banks, or they have changed places ([`is_laid_out`]).
+    /// By the option bytes there are no two banks, or the chip's own loader has changed their places ([`is_laid_out`]).
     Layout,
+    /// It is the bank that code runs from.
+    Running,
 }
 
 impl NorFlashError for Error {
@@ -140,20 +171,36 @@ impl NorFlashError for Error {
     }
 }
 
-/// The bank.
+/// A bank.
 #[derive(Debug)]
 pub struct Bank<C> {
     controller: C,
+    runs: bool,
 }
 
 impl<C: Controller> Bank<C> {
-    /// Takes the controller; nothing is written.
+    /// A bank that no code runs from. Nothing is written yet.
     pub const fn new(controller: C) -> Self {
-        Self { controller }
+        let runs = false;
+        Self { controller, runs }
+    }
+
+    /// The bank that code runs from: to be read alone.
+    pub const fn running(controller: C) -> Self {
+        let runs = true;
+        Self { controller, runs }
+    }
+
+    /// Its registers.
+    pub fn controller(&mut self) -> &mut C {
+        &mut self.controller
     }
 
     /// Unlocks the controller, runs `work`, locks it again.
     fn unlocked(&mut self, work: impl FnOnce(&mut Self) -> Result<(), Error>) -> Result<(), Error> {
+        if self.runs {
+            return Err(Error::Running);
+        }
         if !is_laid_out(self.controller.options()) {
             return Err(Error::Layout);
         }
@@ -205,7 +252,11 @@ impl<C: Controller> Bank<C> {
     }
 
     fn erase_page(&mut self, page: u32) -> Result<(), Error> {
-        let page = control::ERASE_PAGE | control::BANK_2 | page << control::PAGE_SHIFT;
+        let bank = match self.controller.number() {
+            BankNumber::One => 0,
+            BankNumber::Two => control::BANK_2,
+        };
+        let page = control::ERASE_PAGE | bank | page << control::PAGE_SHIFT;
         self.controller.set_control(page);
         self.controller.set_control(page | control::START);
         self.finish()

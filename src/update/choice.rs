@@ -1,5 +1,6 @@
 //! Which bank is started: what the first stage does at every reset.
 
+use super::header::Header;
 use super::journal::{self, Kind};
 use super::standing::{self, Bank};
 use embedded_storage::nor_flash::NorFlash;
@@ -57,7 +58,7 @@ enum Later {
 
 /// Which image comes first.
 fn later(banks: &[Bank; 2]) -> Later {
-    match banks.each_ref().map(|bank| bank.journal.accepted > 0) {
+    match [0, 1].map(|bank| has_accepted(&banks[bank], &banks[1 - bank])) {
         [true, false] => return Later::Accepted(1),
         [false, true] => return Later::Accepted(0),
         _ => {}
@@ -74,18 +75,29 @@ fn later(banks: &[Bank; 2]) -> Later {
     }
 }
 
+/// Whether a bank's journal says that the image which now is in the other bank was accepted: not one that has been written over since, by a
+/// debug probe's doing or because that bank was given up.
+pub(super) fn has_accepted(bank: &Bank, other: &Bank) -> bool {
+    let journal = bank.journal;
+    journal.accepted > 0 && other.number.is_none_or(|number| number == journal.number)
+}
+
 /// Whether the image of that number, in the other bank, has trials left.
 fn may_be_tried(other: &Bank, number: u32) -> bool {
     let journal = other.journal;
     journal.number != number || !journal.refused && journal.trials < TRIALS
 }
 
-/// Chooses the bank to start, and makes the mark of a trial. None: there is no whole image.
-pub fn choose<F: NorFlash>(flash: &mut [F; 2]) -> Option<Candidate> {
+/// Chooses the bank to start, and makes the mark of a trial. None: there is no whole image. `is_whole`: whether a bank holds the body that
+/// its header tells of ([`standing::is_whole`], or the same by a unit of the chip's).
+pub fn choose<F: NorFlash>(
+    flash: &mut [F; 2],
+    mut is_whole: impl FnMut(&mut F, &Header) -> bool,
+) -> Option<Candidate> {
     let banks = flash.each_mut().map(standing::read);
     candidates(&banks).into_iter().find(|candidate| {
         let header = banks[candidate.bank].header.as_ref();
-        header.is_some_and(|header| standing::is_whole(&mut flash[candidate.bank], header))
+        header.is_some_and(|header| is_whole(&mut flash[candidate.bank], header))
             && mark(&mut flash[1 - candidate.bank], candidate)
     })
 }

@@ -15,10 +15,16 @@
 use super::key::PublicKey;
 use super::layout::{HEADER_ROOM, MOST_BODY_BYTES, WORD_BYTES};
 use super::version::Version;
-use crc::{CRC_32_ISCSI, Crc};
+use crc::{CRC_32_ISCSI, Crc, NoTable};
 
-/// CRC of header and body.
+/// CRC of a body.
 pub static CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
+/// The same for a header and for a mark, without a table: these are short, and the first stage has no room for one.
+pub static SHORT_CRC32: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
+/// Polynomial and first value, for a unit of the chip's that does the same.
+pub const CRC32_POLYNOMIAL: u32 = CRC_32_ISCSI.poly;
+/// First value.
+pub const CRC32_INITIAL: u32 = CRC_32_ISCSI.init;
 
 /// Bytes of a header.
 pub const BYTES: usize = 144;
@@ -92,7 +98,7 @@ impl Header {
         if layout != LAYOUT {
             return Err(HeaderError::Layout { found: layout });
         }
-        let crc = CRC32.checksum(&bytes[..CHECKED_BYTES]);
+        let crc = SHORT_CRC32.checksum(&bytes[..CHECKED_BYTES]);
         if bytes[CHECKED_BYTES..CHECKED_BYTES + 4] != crc.to_le_bytes() {
             return Err(HeaderError::Damaged);
         }
@@ -124,7 +130,7 @@ impl Header {
         let mut bytes = [0; BYTES];
         bytes[..SIGNED_BYTES].copy_from_slice(&self.signed());
         bytes[SIGNED_BYTES..CHECKED_BYTES].copy_from_slice(&self.signature);
-        let crc = CRC32.checksum(&bytes[..CHECKED_BYTES]);
+        let crc = SHORT_CRC32.checksum(&bytes[..CHECKED_BYTES]);
         bytes[CHECKED_BYTES..CHECKED_BYTES + 4].copy_from_slice(&crc.to_le_bytes());
         bytes
     }

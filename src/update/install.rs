@@ -179,10 +179,9 @@ pub struct Checking {
     signature: VerifyingState,
 }
 
-/// The number for the next image: above all that either bank knows.
-pub fn next_number(near: &Bank, far: &Bank) -> u32 {
-    let of = |bank: &Bank| bank.number.unwrap_or(0).max(bank.journal.number);
-    of(near).max(of(far)).saturating_add(1)
+/// The number for the next image: above all that either bank knows. `near`: the highest that the bank does which code runs from.
+pub fn next_number(near: u32, far: &Bank) -> u32 {
+    near.max(far.highest_number()).saturating_add(1)
 }
 
 impl Rules {

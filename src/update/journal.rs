@@ -10,7 +10,7 @@
 //! A mark that lost power while it was programmed may read as itself now and as damaged later. So what must not be taken back is
 //! written twice, one mark after the other ([`ACCEPTED_MARKS`]), and counts by the first that is read.
 
-use super::header::CRC32;
+use super::header::SHORT_CRC32;
 use super::layout::{JOURNAL_END, JOURNAL_START, NUMBER_START, WORD_BYTES};
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 
@@ -67,7 +67,7 @@ pub fn encode(number: u32, kind: Kind) -> [u8; MARK_BYTES] {
     let mut bytes = [0; MARK_BYTES];
     bytes[..4].copy_from_slice(&number.to_le_bytes());
     bytes[4] = kind as u8;
-    let crc = CRC32.checksum(&bytes[..5]).to_le_bytes();
+    let crc = SHORT_CRC32.checksum(&bytes[..5]).to_le_bytes();
     bytes[5..].copy_from_slice(&crc[..3]);
     bytes
 }

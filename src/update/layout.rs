@@ -1,8 +1,8 @@
 //! What lies where in a bank of flash. Both banks are laid out alike, and whichever is started lies at the same address.
 //!
 //! ```text
-//! 0x00000 | first stage (bank 1; free in bank 2)                       4 KiB |
-//! 0x01000 | header 512 B | vectors, code, constants                  236 KiB |
+//! 0x00000 | first stage (bank 1; free in bank 2)                       8 KiB |
+//! 0x02000 | header 512 B | vectors, code, constants                  232 KiB |
 //! 0x3C000 | calibration slots                                          4 KiB |
 //! 0x3D000 | journal                                                    2 KiB |
 //! 0x3D800 | free                                                      10 KiB |
@@ -20,7 +20,7 @@ pub const PAGE_BYTES: u32 = 2048;
 pub const WORD_BYTES: u32 = 8;
 
 /// Where the image begins, with its header; the first stage has the pages before.
-pub const IMAGE_START: u32 = 0x1000;
+pub const IMAGE_START: u32 = 0x2000;
 /// Room for the header. The vectors follow: the processor wants the STM32G474's 118 of them at a multiple of 512 bytes.
 pub const HEADER_ROOM: u32 = 512;
 /// Where the body begins.

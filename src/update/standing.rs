@@ -19,6 +19,13 @@ pub struct Bank {
     pub journal: Journal,
 }
 
+impl Bank {
+    /// The highest number of an image that it knows of, its own or the other bank's; 0 if none.
+    pub fn highest_number(&self) -> u32 {
+        self.number.unwrap_or(0).max(self.journal.number)
+    }
+}
+
 /// Reads header and journal.
 pub fn read<F: ReadNorFlash>(flash: &mut F) -> Bank {
     let mut bytes = [0; header::BYTES];

@@ -1,5 +1,6 @@
 //! A new image on trial: it works like any other, but stores nothing, and goes back unless it is accepted in time.
 
+use super::choice::has_accepted;
 use super::journal::{self, ACCEPTED_MARKS, Kind, MarkError};
 use super::mirror::{MirrorError, mirror};
 use super::standing::{self, Bank};
@@ -13,7 +14,7 @@ pub const TRIAL_S: u32 = 120;
 /// that code runs from, `far` the other.
 pub fn on_trial<F: ReadNorFlash>(near: &Bank, far: &Bank, far_flash: &mut F) -> Option<u32> {
     let number = near.number.filter(|number| Some(*number) > far.number)?;
-    let before = far.header.as_ref().filter(|_| far.journal.accepted == 0)?;
+    let before = far.header.as_ref().filter(|_| !has_accepted(far, near))?;
     standing::is_whole(far_flash, before).then_some(number)
 }
 

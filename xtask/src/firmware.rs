@@ -1,6 +1,7 @@
 //! `cargo xtask firmware`: builds both images and checks that they fit.
 
 use crate::arm::{self, Arm, TARGET, root, run, say, target_dir};
+use crate::assemble;
 use crate::permission;
 use crate::plugin;
 use crate::stack::{CallGraph, Worst, readable};
@@ -162,42 +163,26 @@ pub fn build(arm: &Arm, name: &str) -> Result<PathBuf> {
     build_in(arm, name, &root(), &target_dir())
 }
 
-/// Builds the sensor board's image as it lies behind a first stage and its header, for an update.
-///
-/// # Errors
-/// The compiler's.
-pub fn build_for_update(arm: &Arm) -> Result<PathBuf> {
-    say("building the g474 image for an update");
-    let features = "g474,behind-first-stage";
-    build_with(arm, "g474", features, &root(), &target_dir())
-}
-
 /// The same as [`build`] of a copy of the project that lies in `folder`, built under `output`; says nothing of it.
 ///
 /// # Errors
 /// The compiler's.
 pub fn build_in(arm: &Arm, name: &str, folder: &Path, output: &Path) -> Result<PathBuf> {
-    build_with(arm, name, name, folder, output)
-}
-
-fn build_with(
-    arm: &Arm,
-    name: &str,
-    features: &str,
-    folder: &Path,
-    output: &Path,
-) -> Result<PathBuf> {
     let linker = flip_link()?;
     let mut command = arm.cargo_in("build", folder, output);
     command.args(["--quiet", "--profile", "firmware", "--bin", name]);
     if name == "emulated" {
         command.current_dir(folder.join("emulated"));
     } else {
-        command.args(["--package", "courier-sensor", "--features", features]);
+        command.args(["--package", "courier-sensor", "--features", name]);
     }
     command.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker);
     run(&mut command)?;
-    Ok(output.join(TARGET).join("firmware").join(name))
+    let linked = output.join(TARGET).join("firmware").join(name);
+    match name {
+        "g474" => assemble::assemble(arm, &linked, folder, output),
+        _ => Ok(linked),
+    }
 }
 
 /// Where it is installed if it is not on the PATH.

@@ -1,6 +1,7 @@
 //! Drives the checks of the project: `cargo xtask COMMAND`.
 
 mod arm;
+mod assemble;
 mod bench;
 mod blind;
 mod chip;

@@ -16,9 +16,9 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Name of the board, and of its binary.
-const BOARD: &str = "g474";
+pub const BOARD: &str = "g474";
 /// Where a bank begins when it is the one that runs (RM0440, memory map), and the RAM that a stack may lie in.
-const FLASH_START: u32 = 0x0800_0000;
+pub const FLASH_START: u32 = 0x0800_0000;
 const BODY_ADDRESS: u32 = FLASH_START + BODY_START;
 const RAM: Range<u32> = 0x2000_0000..0x2002_0001;
 /// What an erased byte of flash reads as.
@@ -67,7 +67,7 @@ fn image(out: &Path, key: Option<&Path>) -> Result<()> {
         Some(file) => read_seed(file)?,
         None => DEVELOPMENT_SEED,
     };
-    let elf = firmware::build_for_update(&arm::ensure()?)?;
+    let elf = firmware::build(&arm::ensure()?, BOARD)?;
     let bytes = fs::read(&elf).with_context(|| elf.display().to_string())?;
     let body = body(&bytes).with_context(|| elf.display().to_string())?;
     let image = Image::sign(seed, BOARD, Version::OWN, body)?;
@@ -86,12 +86,18 @@ fn image(out: &Path, key: Option<&Path>) -> Result<()> {
 }
 
 /// What goes into flash behind the header, of an image that is linked to lie there.
-fn body(elf: &[u8]) -> Result<Vec<u8>> {
+///
+/// # Errors
+/// It is no such image.
+pub fn body(elf: &[u8]) -> Result<Vec<u8>> {
     let elf = ElfFile32::<Endianness>::parse(elf)?;
     let mut segments = vec![];
     for segment in elf.segments() {
         let place = segment.elf_program_header().p_paddr(elf.endian());
-        segments.push((place, segment.data()?));
+        // First stage and header have places of their own before it.
+        if !(FLASH_START..BODY_ADDRESS).contains(&place) {
+            segments.push((place, segment.data()?));
+        }
     }
     let body = placed(&segments)?;
     check_vectors(&body)?;

@@ -162,10 +162,10 @@ impl<'a> Judge<'a> {
             .filter(|b| *b != block)
             .collect();
         let others = self.with_what_a_gap_makes(arena, block, &others);
-        let without = rest(arena, &others, self.base);
-        let takes = without - rest(arena, &[&others[..], &[block]].concat(), self.base);
+        let without = rest(arena, &others, self.told.base);
+        let takes = without - rest(arena, &[&others[..], &[block]].concat(), self.told.base);
         let mut of_shape =
-            |b: &usize| without - rest(arena, &[&others[..], &[*b]].concat(), self.base);
+            |b: &usize| without - rest(arena, &[&others[..], &[*b]].concat(), self.told.base);
         takes < LITTLE
             && self
                 .study

@@ -118,7 +118,7 @@ pub(super) fn clock_first(list: &mut [Located]) {
 impl Judge<'_> {
     /// Shares of the excess that is left after `blocks`, by coordinate, largest first.
     pub(super) fn locate(&self, arena: &mut Arena, blocks: &[usize]) -> Vec<Located> {
-        located(&self.study, arena, self.base, blocks)
+        located(&self.study, arena, self.told.base, blocks)
     }
 
     /// The same of the whole excess with finer shapes: for a gap that nothing explains.
@@ -134,7 +134,7 @@ impl Judge<'_> {
         };
         let study = study(self.prepared, self.options, &about, look);
         let mut arena = study.arena();
-        let mut found = located(&study, &mut arena, self.base, &[]);
+        let mut found = located(&study, &mut arena, self.told.base, &[]);
         attribute(&study, &mut arena, &[], &mut found);
         if let Some(missing) = self.missing_codes() {
             found.push(missing);

@@ -147,8 +147,6 @@ pub(crate) struct Judge<'a> {
     told: Told,
     /// What is found, fitted about itself.
     fine: Refined<'a>,
-    /// Whitened squares of the noise.
-    base: f64,
     /// The simulator's scatter by the stated noise.
     floor: Floor,
     /// Noise of each reading over the stated one, where it was found to be above.
@@ -177,7 +175,6 @@ impl<'a> Judge<'a> {
         Self {
             prepared,
             options,
-            base: 0.0,
             floor: first.floor,
             noise: None,
             after: fine.residuals().clone(),
@@ -224,7 +221,6 @@ impl<'a> Judge<'a> {
         self.tell_teeth();
         watch(Stage::Foretell);
         self.claim();
-        self.base = self.told.base;
         watch(Stage::Judge);
         self
     }

@@ -33,13 +33,13 @@ impl Judge<'_> {
     /// The effects that add something to the readings. `part` is the share of the whole gap that is theirs.
     pub(super) fn structured(&self, arena: &mut Arena, part: f64) -> Vec<Named> {
         let blocks = &self.told.found.blocks;
-        let all = rest(arena, blocks, self.base);
+        let all = rest(arena, blocks, self.told.base);
         let candidates = self.study.effects();
         let known = Posterior::of(&self.fine, birge_ratio(self.held_out()));
         let mut out = Vec::new();
         for (place, &block) in blocks.iter().enumerate() {
             let others: Vec<usize> = blocks.iter().copied().filter(|b| *b != block).collect();
-            let without = rest(arena, &others, self.base);
+            let without = rest(arena, &others, self.told.base);
             let name = self.study.columns.blocks[block].name.clone();
             let rivals = self.rivals(arena, block, &others, &candidates);
             let sum: f64 = 1.0 + rivals.iter().map(|r| r.1).sum::<f64>();
@@ -101,7 +101,7 @@ impl Judge<'_> {
         let with = |more: Option<usize>| others.iter().copied().chain(more).collect::<Vec<_>>();
         let mut takes = |beside: Vec<usize>| {
             let both = [&beside[..], &[block]].concat();
-            rest(arena, &beside, self.base) - rest(arena, &both, self.base)
+            rest(arena, &beside, self.told.base) - rest(arena, &both, self.told.base)
         };
         if takes(with(made)) > ITS_OWN * takes(with(None)) {
             with(made)
@@ -121,8 +121,8 @@ impl Judge<'_> {
         let others = &self.with_what_a_gap_makes(arena, block, others)[..];
         let mut with = others.to_vec();
         with.push(block);
-        let mine = rest(arena, &with, self.base);
-        let without = rest(arena, others, self.base);
+        let mine = rest(arena, &with, self.told.base);
+        let without = rest(arena, others, self.told.base);
         let evidence = arena.score(&with).log_evidence;
         let mut list = Vec::new();
         let name = |b: usize| self.study.columns.blocks[b].name.as_str();
@@ -130,7 +130,7 @@ impl Judge<'_> {
         for &c in candidates.iter().filter(|c| !with.contains(c)) {
             let mut set = others.to_vec();
             set.push(c);
-            let theirs = rest(arena, &set, self.base);
+            let theirs = rest(arena, &set, self.told.base);
             // The model is never exact: what differs by less than a few percent of the effect is not told apart by fit.
             // Shapes and flexible effects give way here as they do in the search.
             let handicap = (handicap(name(c)) - own) * without.max(0.0);

@@ -43,15 +43,15 @@ impl Judge<'_> {
             return false;
         };
         let found = &self.told.found.blocks;
-        let with = rest(arena, found, self.base);
+        let with = rest(arena, found, self.told.base);
         if !self.paired() {
             // One against several: a single shape may be either's.
-            return found.len() > 1 && rest(arena, &[shape], self.base) < with + IN_ITS_PLACE;
+            return found.len() > 1 && rest(arena, &[shape], self.told.base) < with + IN_ITS_PLACE;
         }
         found.iter().any(|block| {
             let mut others: Vec<usize> = found.iter().copied().filter(|b| b != block).collect();
             others.push(shape);
-            rest(arena, &others, self.base) < with + IN_ITS_PLACE
+            rest(arena, &others, self.told.base) < with + IN_ITS_PLACE
         })
     }
 

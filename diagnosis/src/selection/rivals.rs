@@ -23,7 +23,7 @@ impl Judge<'_> {
         let found = self.told.found.rest;
         let (whole, noise) = self.levels();
         let shows = (STAYS_VISIBLE * STAYS_VISIBLE - 1.0) * noise / whole;
-        let tenth = 0.1 * rest(arena, &self.beside_the_drift(), self.base);
+        let tenth = 0.1 * rest(arena, &self.beside_the_drift(), self.told.base);
         (found + tenth).min(shows.max(DRIFT_IS_CLEAR * found))
     }
 
@@ -49,11 +49,11 @@ impl Judge<'_> {
             return false;
         }
         let others = self.beside(Card::follows_temperature);
-        let whole = (arena.score(&[]).squares - self.base).max(MINIMUM_SQUARES);
+        let whole = (arena.score(&[]).squares - self.told.base).max(MINIMUM_SQUARES);
         let mut clock = self.study.places().into_iter();
         let clock = clock.find(|b| self.study.columns.blocks[*b].name == CLOCK);
         clock.is_some_and(|clock| {
-            let left = rest(arena, &[others, vec![clock]].concat(), self.base);
+            let left = rest(arena, &[others, vec![clock]].concat(), self.told.base);
             left < BY_THE_CLOCK * found.rest && (found.rest - left) * whole > COMPLETES_SQUARES
         })
     }
@@ -66,7 +66,7 @@ impl Judge<'_> {
             let beside: Vec<usize> = others.iter().copied().chain([b]).collect();
             [vec![b], beside]
                 .iter()
-                .any(|set| rest(arena, set, self.base) < most)
+                .any(|set| rest(arena, set, self.told.base) < most)
         })
     }
 }

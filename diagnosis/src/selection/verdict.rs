@@ -180,7 +180,7 @@ impl Judge<'_> {
         ));
         // Few samples scatter more: four standard deviations of an rms over these rows.
         let chance = 4.0 / (2.0 * arena.rows()).sqrt();
-        let gap = white_before > VISIBLE + chance || stands_out(arena, self.base);
+        let gap = white_before > VISIBLE + chance || stands_out(arena, self.told.base);
         let structured = gap && !self.told.found.blocks.is_empty();
         let left = match (gap, structured) {
             (true, true) => self.left(),
@@ -201,7 +201,7 @@ impl Judge<'_> {
         Seen {
             white_before,
             white_after,
-            whole: (arena.score(&[]).squares - self.base).max(0.0),
+            whole: (arena.score(&[]).squares - self.told.base).max(0.0),
             shaped,
             total: shaped + noise + bursts.energy,
             bursts,
@@ -217,7 +217,7 @@ impl Judge<'_> {
     fn is_located(&self, seen: &Seen) -> bool {
         // Where the noise itself had to be found, what the best shapes took of it by chance is no place.
         let least = if self.noise.is_some() {
-            (2.0 * MINIMUM_SQUARES).max(CHANCE * self.base)
+            (2.0 * MINIMUM_SQUARES).max(CHANCE * self.told.base)
         } else {
             2.0 * MINIMUM_SQUARES
         };
@@ -342,7 +342,7 @@ impl Judge<'_> {
                 .study
                 .places()
                 .iter()
-                .any(|b| rest(arena, &[*b], self.base) < 0.5 * found.rest);
+                .any(|b| rest(arena, &[*b], self.told.base) < 0.5 * found.rest);
         simpler || shapes && better && visible || one && visible || self.tied(arena)
     }
 
@@ -366,7 +366,7 @@ impl Judge<'_> {
         let shape = places.find(|b| self.study.columns.blocks[*b].name == first.coordinate);
         seen.left > IMITATED
             && first.share > FOREIGN
-            && shape.is_some_and(|b| rest(arena, &[b], self.base) < BY_ITSELF)
+            && shape.is_some_and(|b| rest(arena, &[b], self.told.base) < BY_ITSELF)
     }
 
     /// True if a shape that was taken out of the catalogue does as well as something found.

@@ -152,6 +152,11 @@ impl Flash {
         &self.bytes
     }
 
+    /// Whether each double word is torn.
+    pub fn torn(&self) -> &[bool] {
+        &self.torn
+    }
+
     /// Uses one step; false when the power has just gone.
     fn step(&mut self) -> bool {
         if self.steps_left == Some(0) {

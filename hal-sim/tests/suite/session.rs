@@ -11,6 +11,8 @@ use courier_sensor::link::message::{
 };
 use courier_sensor::link::report::{Ending, Progress};
 use courier_sensor::settings::Settings;
+use courier_sensor::update::install::UpdateRefusal;
+use courier_sensor::update::order::UpdateOrder;
 use hal_sim::board::{SharedFlash, SimBoard};
 use hal_sim::presets;
 use hal_sim::wire::motion::{ControllerConfig, Misbehaviour};
@@ -265,4 +267,20 @@ fn calibrates_both_sensors_under_the_beacon() {
         bench.ask(Action::Calibrate(order)),
         Reply::Refused(Refusal::Start(StartRefusal::NoBeacon))
     );
+}
+
+/// A board without a first stage: SimBoard::start gives it no image.
+#[test]
+fn a_board_without_a_first_stage_refuses_new_firmware_in_one_line() {
+    let mut bench = Bench::start(world(1), SharedFlash::erased(1));
+    let begin = UpdateOrder::Begin {
+        header: Default::default(),
+        allow_older: false,
+    };
+    for order in [UpdateOrder::Status, begin, UpdateOrder::Accept] {
+        let refused = Reply::Refused(Refusal::Update(UpdateRefusal::NotOffered));
+        assert_eq!(bench.ask(Action::Update(order)), refused);
+    }
+    let told = UpdateRefusal::NotOffered.to_string();
+    assert!(told.contains("takes no firmware over its link") && !told.contains('\n'));
 }

@@ -36,7 +36,7 @@ fn model() -> Result<PathBuf> {
 /// # Errors
 /// It is not built.
 pub fn image() -> Result<PathBuf> {
-    built("IMAGE", emulated::built("g474"))
+    built("IMAGE", emulated::built("g474.elf"))
 }
 
 /// A file that the environment names, or the one that is built here.

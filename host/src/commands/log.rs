@@ -58,7 +58,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         (Some(path), _) => path.clone(),
         (None, Kind::Emulated) => emulated::images()?.firmware,
         (None, Kind::Chip) => chip::image()?,
-        (None, Kind::Probe) => emulated::built("g474"),
+        (None, Kind::Probe) => emulated::built("g474.elf"),
     };
     let image = Image::read(&path)?;
     let mut board = choice.open()?;

@@ -4,6 +4,7 @@ use crate::rig::{Rig, short};
 use courier_sensor::calibration::Refusal as SessionRefusal;
 use courier_sensor::frame::Status;
 use courier_sensor::link::message::{Action, InForce, Reply};
+use courier_sensor::update::order::UpdateOrder;
 use hal_sim::wire::fault::{InputFault, SpiFault, When};
 use hal_sim::wire::motion::Misbehaviour;
 
@@ -94,4 +95,17 @@ fn an_absent_motion_controller_is_named() {
     // And a session can be ordered again.
     rig.world.motion.misbehave(Misbehaviour::None);
     assert_eq!(rig.ask(Action::Calibrate(short())), Reply::Done);
+}
+
+/// The emulated board has one bank of flash and no first stage; on the model of the chip, which has both, this is not run.
+#[test]
+fn new_firmware_is_refused_in_one_line() {
+    let mut rig = Rig::start(11);
+    for order in [UpdateOrder::Status, UpdateOrder::Finish] {
+        let refused = rig.link.ask(Action::Update(order)).unwrap_err();
+        let told = refused.to_string();
+        let wanted = "this board takes no firmware over its link: write it with a debug probe";
+        assert!(told.ends_with(wanted) && !told.contains('\n'), "{told}");
+    }
+    rig.assert_undisturbed();
 }

@@ -159,7 +159,7 @@ fn set_up(post: Post) -> Halves {
     let _ = post.ask(Operation::Boot, 0, &[], &mut number);
     let rings = rtt::start();
     // What the chip's flags would say after a start and after the supply was cut.
-    let mut report = fault::take(ResetCause::BrownOut);
+    let mut report = fault::take(ResetCause::BrownOut, 0);
     start::log(&report);
     let line = |pin| Line {
         mailbox: Post::new(INTERRUPT),

@@ -22,19 +22,26 @@ use self::reading::{Incomplete, Reading};
 use self::serial::Serial;
 use self::spi::Device;
 use super::interrupt::{BELOW_SAMPLING, Owned, SAMPLING as SAMPLING_PRIORITY};
-use super::main_loop::{self, Board, RATE_HZ};
+use super::main_loop::{self, Board, RATE_HZ, WATCHDOG_MS};
 use super::start;
-use super::{fault, guard, hang, rtt};
+use super::{fault, guard, hang, rtt, watchdog};
 use crate::app::background::Background;
 use crate::app::console::Console;
 use crate::app::sampler::{Sampler, missed_between};
+use crate::app::updates::Updater;
 use crate::drivers::ad7606c::ChipError;
 use crate::drivers::converter::{Converter, ConverterError, Settings, store};
+use crate::update::install::Rules;
+use crate::update::version::Version;
+use crate::update::{header, journal, key, standing, trial};
 use core::mem::MaybeUninit;
 use cortex_m::peripheral::{DWT, NVIC};
 use cortex_m_rt::exception;
 use embedded_hal::spi::ErrorKind;
 use stm32_metapac::{Interrupt, interrupt};
+
+/// What the board is called, on the link and in an image's header.
+const NAME: &str = "g474";
 
 type Chips = Converter<Device, Device, Pin, Pin, Pin>;
 
@@ -173,7 +180,7 @@ struct G474 {
 
 impl Board for G474 {
     fn feed(&mut self) {
-        supervision::feed();
+        watchdog::feed();
     }
 
     fn wake_silent_converter(&mut self) {
@@ -209,7 +216,8 @@ type Ends = start::Ends<Serial, Flash>;
 /// On a second call.
 pub fn main() -> ! {
     ccm::load();
-    let (background, console) = set_up();
+    let (background, console, running) = set_up();
+    offer_updates(background, running);
     let board = G474 {
         samples_seen: 0,
         mailbox: background.mailbox(),
@@ -221,21 +229,50 @@ pub fn main() -> ! {
     main_loop::run(board, background, console)
 }
 
+/// Both halves of the main loop, and the bank that code runs from.
 type Halves = (
     &'static mut Background<'static, 'static, Serial, Flash>,
     &'static mut Console<rtt::Rings>,
+    Flash,
 );
+
+/// Takes new firmware from now on. A function of its own, as the set-up is.
+#[inline(never)]
+fn offer_updates(background: &mut Background<'static, 'static, Serial, Flash>, mut running: Flash) {
+    background.offer_updates(|other| updates(&mut running, other));
+}
+
+/// Brings both banks in order before anybody looks into the slots, and says how the image that runs stands.
+#[inline(never)]
+fn updates(running: &mut Flash, other: &mut Flash) -> &'static mut Updater {
+    let (near, standing) = (standing::read(running), trial::start(running, other));
+    match (standing.trial, standing.moved) {
+        (Some(number), _) => defmt::info!("image {=u32} is on trial", number),
+        (None, Err(_)) => defmt::error!("the calibration could not be moved beside this image"),
+        (None, Ok(())) => {}
+    }
+    let version = near.header.map_or(Version::OWN, |header| header.version);
+    let rules = Rules {
+        board: header::board(NAME),
+        version,
+        key: key::TRUSTED,
+        allow_older: false,
+    };
+    cortex_m::singleton!(: Updater = Updater::new(&near, rules, standing)).expect("called once")
+}
 
 /// Everything but the sampling instants. A function of its own: the main loop's stack begins where this one's began.
 #[inline(never)]
 fn set_up() -> Halves {
     guard::start();
-    // First of all, so that nothing that follows can wait for ever: from here to the main loop are some milliseconds.
-    supervision::start_watchdog();
+    // The first stage has started it; without one, first of all: from here to the main loop are some milliseconds.
+    watchdog::start(WATCHDOG_MS as u16);
     clocks::start();
     pins::start();
     let rings = rtt::start();
-    let mut report = fault::take(supervision::take_reset_cause());
+    let (mut running, other) = flash::take();
+    let image = journal::installed(&mut running).unwrap_or(0);
+    let mut report = fault::take(supervision::take_reset_cause(), image);
     start::log(&report);
     report.health.option_bytes = Some(flash::options());
     report.health.slow_clock_hz = Some(slow_clock::measure_hz().unwrap_or(0));
@@ -259,14 +296,14 @@ fn set_up() -> Halves {
     let to_send =
         cortex_m::singleton!(: serial::ByteQueue = serial::ByteQueue::new()).expect("called once");
     let (serial_interrupt, serial) = serial::start(received, to_send);
-    let parts = (serial, flash::take());
+    let parts = (serial, other);
     let place = cortex_m::singleton!(: MaybeUninit<Background<'static, 'static, Serial, Flash>> = MaybeUninit::uninit());
     let place = place.expect("called once");
     let Ends {
         sampler,
         background,
         console,
-    } = start::connect(place, parts, rings, "g474", supervision::device(), report);
+    } = start::connect(place, parts, rings, NAME, supervision::device(), report);
     // SAFETY: the interrupts are enabled afterwards.
     unsafe {
         SAMPLING.put(Sampling {
@@ -290,5 +327,5 @@ fn set_up() -> Halves {
             .set_priority(Interrupt::USART1, BELOW_SAMPLING);
         NVIC::unmask(Interrupt::USART1);
     }
-    (background, console)
+    (background, console, running)
 }

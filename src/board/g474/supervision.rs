@@ -1,4 +1,4 @@
-//! Watchdog, supply, reset causes, temperature, identity.
+//! Supply, reset causes, temperature, identity.
 #![allow(unsafe_code)] // calibration values of the factory lie in system memory
 
 use crate::device::Device;
@@ -6,11 +6,8 @@ use crate::link::message::ResetCause;
 use core::ptr::read_volatile;
 use stm32_metapac::adc::vals::{Ovrmod, SampleTime};
 use stm32_metapac::adccommon::vals::Ckmode;
-use stm32_metapac::iwdg::vals::{Key, Pr};
-use stm32_metapac::{ADC1, ADC12_COMMON, DBGMCU, IWDG, PWR, RCC, UID};
+use stm32_metapac::{ADC1, ADC12_COMMON, PWR, RCC, UID};
 
-/// Watchdog's clock over its prescaler: 32 kHz / 32, so a tick is 1 ms.
-const WATCHDOG_TICKS: u16 = crate::board::main_loop::WATCHDOG_MS as u16;
 /// Supply detector's level 6: 2.9 V falling (data sheet DS12288), above the 2.8 V at which brown-out reset level 4 acts.
 const SUPPLY_LEVEL: u8 = 6;
 /// Temperature sensor's channel of ADC1.
@@ -22,21 +19,6 @@ const CALIBRATION: [(*const u16, f32); 2] = [
 ];
 const CALIBRATION_V: f32 = 3.0;
 const SUPPLY_V: f32 = 3.3;
-
-/// Starts the independent watchdog. It cannot be stopped again, but stands still while a debugger halts the processor.
-pub fn start_watchdog() {
-    DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(true));
-    IWDG.kr().write(|w| w.set_key(Key::START));
-    IWDG.kr().write(|w| w.set_key(Key::ENABLE));
-    IWDG.pr().write(|w| w.set_pr(Pr::DIVIDE_BY32));
-    IWDG.rlr().write(|w| w.set_rl(WATCHDOG_TICKS));
-    feed();
-}
-
-/// Feeds it.
-pub fn feed() {
-    IWDG.kr().write(|w| w.set_key(Key::RESET));
-}
 
 /// Starts the supply detector; the flash refuses to write while it says low.
 pub fn start_supply_detector() {

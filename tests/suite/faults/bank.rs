@@ -3,7 +3,8 @@
 use courier_sensor::calibration::record::Calibration;
 use courier_sensor::calibration::slots::{SlotError, Slots};
 use courier_sensor::drivers::g4_flash::{
-    Bank, Controller, Error, KEYS, access, check_bits, control, is_torn_slot, options, status,
+    Bank, BankNumber, Controller, Error, KEYS, access, check_bits, control, is_torn, options,
+    status,
 };
 use courier_sensor::geometry::Geometry;
 use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind, ReadNorFlash};
@@ -29,6 +30,8 @@ struct Chip {
     busy_looks: u32,
     options: u32,
     supply_is_low: bool,
+    /// The bank that it is; code runs from the other one.
+    number: BankNumber,
     /// Flags that the next operations end with, one each.
     failures: Vec<u32>,
 }
@@ -49,6 +52,7 @@ impl Fake {
             busy_looks: 0,
             options: DELIVERED,
             supply_is_low: false,
+            number: BankNumber::Two,
             failures: vec![],
         })))
     }
@@ -90,7 +94,9 @@ impl Chip {
     }
 
     fn erase(&mut self) {
-        assert_ne!(self.control & control::BANK_2, 0, "that is the code's bank");
+        let bank_2 = self.control & control::BANK_2 != 0;
+        let own = self.number == BankNumber::Two;
+        assert_eq!(bank_2, own, "that is the code's bank");
         assert_eq!(self.control & control::PROGRAM, 0);
         let page = (self.control >> control::PAGE_SHIFT & 0x7F) as usize;
         if self.begins() {
@@ -110,6 +116,10 @@ const SEQUENCE_ERROR: u32 = 1 << 7;
 const PROGRAM_ERROR: u32 = 1 << 3;
 
 impl Controller for Fake {
+    fn number(&mut self) -> BankNumber {
+        self.with(|chip| chip.number)
+    }
+
     fn status(&mut self) -> u32 {
         self.with(|chip| {
             if chip.busy_looks > 0 {
@@ -300,18 +310,42 @@ fn the_data_cache_is_off_while_the_bank_is_written_and_holds_nothing_old_afterwa
 }
 
 #[test]
-fn wrong_check_bits_are_a_torn_slots_only_where_a_slot_is_read() {
-    let wrong = check_bits::UNCORRECTED;
-    let slot = wrong | check_bits::BANK_2 | 0x40;
-    assert!(is_torn_slot(slot, true));
-    assert!(!is_torn_slot(slot, false), "nobody reads a slot");
-    assert!(!is_torn_slot(wrong | 0x40, true), "bank 1: code");
-    let system = slot | check_bits::SYSTEM_MEMORY;
-    assert!(!is_torn_slot(system, true));
-    assert!(
-        !is_torn_slot(check_bits::BANK_2, true),
-        "corrected, or none"
-    );
+fn wrong_check_bits_are_a_torn_double_words_only_in_the_bank_that_is_read() {
+    let places = [(BankNumber::One, 0), (BankNumber::Two, check_bits::BANK_2)];
+    for (number, place) in places {
+        let torn = check_bits::UNCORRECTED | place | 0x40;
+        assert!(is_torn(torn, Some(number)), "{number:?}");
+        assert!(!is_torn(torn, None), "nobody reads {number:?}");
+        assert!(!is_torn(torn, Some(number.other())), "code: {number:?}");
+        let system = torn | check_bits::SYSTEM_MEMORY;
+        assert!(!is_torn(system, Some(number)), "{number:?}");
+        assert!(!is_torn(place, Some(number)), "corrected, or none");
+    }
+}
+
+#[test]
+fn after_the_banks_have_changed_places_the_pages_of_bank_1_are_erased() {
+    let (fake, slots) = slots();
+    fake.with(|chip| chip.number = BankNumber::One);
+    let mut bank = slots.release();
+    bank.erase(0, 2048).unwrap();
+    let mut bytes = [0; 8];
+    bank.read(8, &mut bytes).unwrap();
+    assert_eq!(bytes, [0xFF; 8]);
+}
+
+#[test]
+fn the_bank_that_code_runs_from_is_read_and_never_written() {
+    let (fake, slots) = slots();
+    drop(slots);
+    fake.with(|chip| chip.keys.clear());
+    let mut bank = Bank::running(fake.clone());
+    let mut bytes = [0; 8];
+    bank.read(0, &mut bytes).unwrap();
+    assert_ne!(bytes, [0xFF; 8]);
+    assert_eq!(bank.erase(0, 2048), Err(Error::Running));
+    assert_eq!(bank.write(2040, &[0; 8]), Err(Error::Running));
+    assert!(fake.with(|chip| chip.keys.is_empty()), "not even unlocked");
 }
 
 #[test]

@@ -4,9 +4,11 @@ use super::rig::{Board, image};
 use courier_sensor::update::choice::{Candidate, TRIALS, candidates};
 use courier_sensor::update::header::Header;
 use courier_sensor::update::journal::Journal;
-use courier_sensor::update::layout::BODY_START;
+use courier_sensor::update::layout::{BODY_START, IMAGE_START};
 use courier_sensor::update::standing::Bank;
 use courier_sensor::update::trial;
+use embedded_storage::nor_flash::NorFlash;
+use hal_sim::wire::flash::PAGE_BYTES;
 
 #[test]
 fn an_accepted_image_stays_and_the_calibration_moves_with_it() {
@@ -95,6 +97,28 @@ fn the_calibration_is_found_after_a_probe_has_written_the_board() {
         Some(9),
         "it is not copied anew"
     );
+}
+
+/// A probe that leaves the journal in bank 1 alone: what it says of the image before is not said of the next one.
+#[test]
+fn an_image_is_on_trial_whatever_is_known_of_the_one_before() {
+    let mut board = Board::factory(1, true);
+    let running = board.start().unwrap();
+    board.update(&running, &image(2)).unwrap();
+    let running = board.start().unwrap();
+    assert!(board.accept(&running));
+    let header = IMAGE_START as usize..IMAGE_START as usize + PAGE_BYTES;
+    board.banks[1]
+        .erase(header.start as u32, header.end as u32)
+        .unwrap();
+    let running = board.start().unwrap();
+    assert_eq!((running.bank, running.standing.trial), (0, None));
+    board.update(&running, &image(3)).unwrap();
+    let running = board.start().unwrap();
+    assert_eq!((running.minor, running.standing.trial.is_some()), (3, true));
+    assert!(board.accept(&running));
+    let running = board.start().unwrap();
+    assert_eq!((running.minor, running.standing.trial), (3, None));
 }
 
 /// Code that decays is found before it is started.

@@ -14,7 +14,7 @@ fn on_trial() -> (Board, Running, Updater) {
     board.update(&running, &image(2)).unwrap();
     let running = board.start().unwrap();
     let near = standing::read(&mut board.banks[running.bank]);
-    let updater = Updater::new(near, Board::rules(&running), running.standing);
+    let updater = Updater::new(&near, Board::rules(&running), running.standing);
     (board, running, updater)
 }
 
@@ -68,7 +68,7 @@ fn an_image_that_could_not_move_the_calibration_is_not_accepted() {
     let running = board.start().unwrap();
     assert!(running.standing.moved.is_err());
     let near = standing::read(&mut board.banks[1]);
-    let mut updater = Updater::new(near, Board::rules(&running), running.standing);
+    let mut updater = Updater::new(&near, Board::rules(&running), running.standing);
     let accepted = updater.act(board.far(&running), &UpdateOrder::Accept, 5);
     assert_eq!(accepted, Err(UpdateRefusal::NotMoved));
 }

@@ -134,7 +134,7 @@ impl Board {
 
     /// Reset: the first stage, then the image's start.
     pub fn start(&mut self) -> Option<Running> {
-        let chosen = choose(&mut self.banks)?;
+        let chosen = choose(&mut self.banks, standing::is_whole)?;
         let (near, far) = self.near_and_far(chosen.bank);
         let header = standing::read(near).header?;
         assert!(
@@ -188,7 +188,7 @@ impl Board {
     pub fn update(&mut self, running: &Running, image: &Image) -> Result<(), UpdateRefusal> {
         let rules = Self::rules(running);
         let (near, far) = self.near_and_far(running.bank);
-        let number = next_number(&standing::read(near), &standing::read(far));
+        let number = next_number(standing::read(near).highest_number(), &standing::read(far));
         let mut install = Install::begin(far, &image.header, &rules, number)?;
         for (index, piece) in image.body.chunks(CHUNK).enumerate() {
             install.data(far, (index * CHUNK) as u32, piece)?;

@@ -1,41 +1,118 @@
-//! Bank 2 of the chip's flash: `hal-sim`'s, in this program or the host's.
+//! A bank of the chip's flash: `hal-sim`'s, in this program or the host's.
 
 use crate::host::Host;
+use anyhow::{Result, ensure};
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 use hal_sim::board::SharedFlash;
 use hal_sim::wire::flash::{FlashError, PAGE_BYTES, WORD_BYTES};
 use link_host::chip::protocol::{Answer, FlashEnd, Question};
+use std::cell::RefCell;
+use std::rc::Rc;
+
+/// What an erased byte reads as.
+const ERASED: u8 = 0xFF;
+
+/// What is done to a bank.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Operation {
+    /// The page at this offset is erased.
+    Erase(u32),
+    /// The double word at this offset is programmed.
+    Program(u32, [u8; WORD_BYTES]),
+}
+
+/// Operations in their order, with the index of the bank. Clones are the same.
+pub type Log = Rc<RefCell<Vec<(usize, Operation)>>>;
 
 /// The bank. Clones are the same. The host's is kept here as a copy, and every operation is the host's first.
 #[derive(Clone, Debug)]
 pub struct Bank {
     here: SharedFlash,
     host: Option<Host>,
+    noted: Rc<RefCell<Option<(usize, Log)>>>,
 }
 
 impl Bank {
     /// A bank in this program.
     pub fn new(here: SharedFlash) -> Self {
-        Self { here, host: None }
+        Self {
+            here,
+            host: None,
+            noted: Rc::default(),
+        }
     }
 
     /// The host's bank, as it is now.
-    pub fn of_host(host: Host) -> Self {
+    ///
+    /// # Errors
+    /// It is one of another size.
+    pub fn of_host(host: Host) -> Result<Self> {
         let mut bank = Self {
             here: SharedFlash::erased(0),
             host: Some(host),
+            noted: Rc::default(),
         };
-        bank.power_up();
-        bank
+        bank.power_up()?;
+        Ok(bank)
     }
 
     /// The supply has come.
-    pub fn power_up(&mut self) {
+    ///
+    /// # Errors
+    /// The host's bank is one of another size.
+    pub fn power_up(&mut self) -> Result<()> {
         let mut here = self.here.0.borrow_mut();
         here.power_up();
-        if let Some(host) = &self.host {
-            here.take_over(host.bank());
+        let Some(host) = &self.host else {
+            return Ok(());
+        };
+        let contents = host.bank();
+        let wanted = here.bytes().len();
+        let found = [
+            contents.bytes.len(),
+            contents.programmed.len(),
+            contents.torn.len(),
+        ];
+        ensure!(
+            found == [wanted, wanted / WORD_BYTES, wanted / WORD_BYTES],
+            "found a flash of {} bytes, wanted a bank of {wanted}",
+            found[0]
+        );
+        here.take_over(contents);
+        Ok(())
+    }
+
+    /// From now on what is done to it is noted, under this index.
+    pub fn note_in(&self, index: usize, log: &Log) {
+        *self.noted.borrow_mut() = Some((index, log.clone()));
+    }
+
+    fn note(&self, operation: Operation) {
+        if let Some((index, log)) = &*self.noted.borrow() {
+            log.borrow_mut().push((*index, operation));
         }
+    }
+
+    /// Writes what a debug probe would: double words that are not as erased.
+    pub fn load(&self, bytes: &[u8]) {
+        let mut here = self.here.0.borrow_mut();
+        let words = bytes.chunks(WORD_BYTES).zip((0..).step_by(WORD_BYTES));
+        for (word, place) in words.filter(|(word, _)| word.iter().any(|byte| *byte != ERASED)) {
+            here.force(place, word);
+        }
+    }
+
+    /// All bytes, as they are.
+    pub fn bytes(&self) -> Vec<u8> {
+        self.here.0.borrow().bytes().to_vec()
+    }
+
+    /// Offsets of the double words whose check bits are wrong.
+    pub fn torn(&self) -> Vec<u32> {
+        let here = self.here.0.borrow();
+        let torn = here.torn().iter().zip((0..).step_by(WORD_BYTES));
+        torn.filter_map(|(torn, offset)| torn.then_some(offset))
+            .collect()
     }
 
     /// Erases the page at this offset.
@@ -43,6 +120,7 @@ impl Bank {
     /// # Errors
     /// `hal-sim`'s.
     pub fn erase(&mut self, offset: u32) -> Result<(), FlashError> {
+        self.note(Operation::Erase(offset));
         self.at_host(Question::Erase(offset))?;
         self.here.erase(offset, offset + PAGE_BYTES as u32)
     }
@@ -52,6 +130,7 @@ impl Bank {
     /// # Errors
     /// `hal-sim`'s.
     pub fn program(&mut self, offset: u32, data: [u8; WORD_BYTES]) -> Result<(), FlashError> {
+        self.note(Operation::Program(offset, data));
         self.at_host(Question::Program(offset, data))?;
         self.here.write(offset, &data)
     }

@@ -26,6 +26,7 @@ use crate::registers::{self, Map};
 use crate::rule::{Findings, Rule};
 use crate::surroundings::Surroundings;
 use crate::time::{NEVER, Ticks};
+use anyhow::Result;
 use stm32_metapac::flash::regs::Optr;
 
 /// Ports of the chip.
@@ -53,6 +54,9 @@ pub struct Chip {
     /// The board's other parts.
     pub around: Surroundings,
     map: Map,
+    /// Where the block of instructions begins that runs.
+    pub running_at: u32,
+    remapped: bool,
     start: Start,
     stored_options: Option<Optr>,
     pub(crate) rcc: Rcc,
@@ -102,11 +106,13 @@ impl Chip {
             now: 0,
             findings: Findings::default(),
             map: Map::new(),
+            running_at: 0,
+            remapped: false,
             start,
             stored_options: None,
             rcc: Rcc::after(Cause::Supply, None),
             pwr: Pwr::after_reset(SUPPLY_V),
-            flash: Flash::after_reset(start, around.flash.clone()),
+            flash: Flash::after_reset(start, around.banks.clone()),
             gpio: std::array::from_fn(Gpio::after_reset),
             exti: Exti::after_reset(),
             syscfg: Syscfg::after_reset(),
@@ -129,7 +135,10 @@ impl Chip {
     }
 
     /// A reset; the supply's own leaves nothing as it was.
-    pub fn reset(&mut self, cause: Cause) {
+    ///
+    /// # Errors
+    /// The host's bank of the flash is one of another size.
+    pub fn reset(&mut self, cause: Cause) -> Result<()> {
         // Option bytes are loaded when the supply comes and when it is asked for (RM0440, 3.4.2); until then they wait.
         self.stored_options = self.flash.programmed_options().or(self.stored_options);
         if matches!(cause, Cause::Supply | Cause::Options) {
@@ -137,7 +146,7 @@ impl Chip {
         }
         self.rcc = Rcc::after(cause, (cause != Cause::Supply).then_some(&self.rcc));
         self.pwr = Pwr::after_reset(self.pwr.supply_v);
-        self.flash = Flash::after_reset(self.start, self.around.flash.clone());
+        self.flash = Flash::after_reset(self.start, self.around.banks.clone());
         self.gpio = std::array::from_fn(Gpio::after_reset);
         self.exti = Exti::after_reset();
         self.syscfg = Syscfg::after_reset();
@@ -153,11 +162,14 @@ impl Chip {
         self.wwdg = Wwdg::after_reset();
         if cause == Cause::Supply {
             self.dbgmcu = Dbgmcu::after_reset();
-            self.around.flash.power_up();
+            for bank in &mut self.around.banks {
+                bank.power_up()?;
+            }
         }
         self.lines = Lines::default();
         self.around.release(self.now);
         self.settle();
+        Ok(())
     }
 
     /// The processor's cycle, ticks.
@@ -178,6 +190,11 @@ impl Chip {
     /// Whether a load of the option bytes, and so a reset, is asked for.
     pub fn loads_options(&self) -> bool {
         self.flash.launched()
+    }
+
+    /// Whether the banks of the flash have changed places: code runs from bank 2.
+    pub fn banks_swapped(&self) -> bool {
+        self.flash.swapped()
     }
 
     /// A debugger halts the processor for so long: the peripherals go on, but what it freezes.
@@ -203,7 +220,8 @@ impl Chip {
 
     /// A double word of the code is found to have wrong check bits.
     pub fn disturb_code(&mut self) {
-        self.flash.note_double_error(false, 0x1000);
+        let near = self.flash.near();
+        self.flash.note_double_error(near, 0x2000);
     }
 
     /// Interrupt lines that are up, a bit each.
@@ -333,7 +351,7 @@ impl Chip {
     fn set_back(&mut self, unit: Unit) {
         match unit {
             Unit::Pwr => self.pwr = Pwr::after_reset(self.pwr.supply_v),
-            Unit::Flash => self.flash = Flash::after_reset(self.start, self.around.flash.clone()),
+            Unit::Flash => self.flash = Flash::after_reset(self.start, self.around.banks.clone()),
             Unit::Gpio(port) => self.gpio[port] = Gpio::after_reset(port),
             Unit::Syscfg => self.syscfg = Syscfg::after_reset(),
             Unit::Tim2 => self.tim2 = Timer::after_reset("TIM2", 32),

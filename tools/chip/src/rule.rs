@@ -97,10 +97,12 @@ rules! {
     FlashDoubleWord = "flash-double-word",
     /// The data cache is off while flash is erased or programmed (ES0430, 2.2.2).
     FlashDataCache = "flash-data-cache",
-    /// The data cache is reset before it is switched on again after a change of the flash.
+    /// A cache is reset before it is switched on again after what it holds has changed: data of the flash, or both banks' places.
     FlashStaleCache = "flash-stale-cache",
     /// The bank that code runs from is neither erased nor programmed.
     FlashSameBank = "flash-same-bank",
+    /// The banks change places only while code runs from RAM, with prefetch and both caches off and the controller idle.
+    BankSwap = "bank-swap",
     /// Option bytes are written with their own keys, while the controller is idle, and take effect by a launch (RM0440, 3.4.2).
     OptionBytes = "option-bytes",
     /// The processor does not fault: no access to what is not there or forbidden.

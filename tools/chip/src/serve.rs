@@ -37,7 +37,7 @@ pub fn run(path: &Path) -> Result<()> {
 
 fn start(path: &Path, number: [u8; 12], host: &Host) -> Result<Board> {
     let code = Image::open(path)?.flash(FLASH, BANK_BYTES as usize)?;
-    let around = Surroundings::of_host(host.clone());
+    let around = Surroundings::of_host(host.clone())?;
     let mut processor = Processor::start(&code, Chip::new(around, Start::default()))?;
     processor
         .write_memory(image::NUMBER, &number)

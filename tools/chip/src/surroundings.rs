@@ -3,6 +3,7 @@
 use crate::bank::Bank;
 use crate::host::{Host, Inputs};
 use crate::time::{NEVER, Ticks, from_ns, to_ns};
+use anyhow::Result;
 use embedded_hal::digital::OutputPin;
 use embedded_io::{Read, ReadReady, Write};
 use hal_sim::board::SharedFlash;
@@ -60,8 +61,8 @@ impl Beyond for Near {
 pub struct Surroundings {
     /// Both converters.
     pub converter: ConverterWire,
-    /// Bank 2 of the chip's flash, which outlives its resets.
-    pub flash: Bank,
+    /// Both banks of the chip's flash, which outlive its resets.
+    pub banks: [Bank; 2],
     /// The lamp's level.
     pub lamp: bool,
     /// BUSY never rises.
@@ -75,30 +76,41 @@ pub struct Surroundings {
 }
 
 impl Surroundings {
-    /// A board in this world.
+    /// A board in this world. `flash`: bank 2; bank 1 is erased.
     pub fn new(world: World, flash: SharedFlash) -> Self {
+        Self::with_banks(world, [SharedFlash::erased(0), flash])
+    }
+
+    /// A board in this world with these banks.
+    pub fn with_banks(world: World, banks: [SharedFlash; 2]) -> Self {
         let (converter, clock) = (world.converter.clone(), world.clock.clone());
         let line = world.motion.line();
         let beyond = Box::new(Near { world, line });
-        Self::joined(converter, clock, beyond, Bank::new(flash))
+        Self::joined(converter, clock, beyond, banks.map(Bank::new))
     }
 
-    /// A board whose world is the host's.
-    pub fn of_host(host: Host) -> Self {
+    /// A board whose world is the host's, and whose bank 2 is.
+    ///
+    /// # Errors
+    /// The host's bank is one of another size.
+    pub fn of_host(host: Host) -> Result<Self> {
         let clock = Clock::new();
         let inputs = Inputs::new(host.clone());
         let supply = inputs.supply();
         let converter = ConverterWire::new(clock.clone(), inputs);
         let _ = supply.set(converter.input_fault());
-        let flash = Bank::of_host(host.clone());
-        Self::joined(converter, clock, Box::new(host), flash)
+        let banks = [
+            Bank::new(SharedFlash::erased(0)),
+            Bank::of_host(host.clone())?,
+        ];
+        Ok(Self::joined(converter, clock, Box::new(host), banks))
     }
 
     fn joined(
         converter: ConverterWire,
         clock: Clock,
         beyond: Box<dyn Beyond>,
-        flash: Bank,
+        banks: [Bank; 2],
     ) -> Self {
         Self {
             convst: converter.convst(),
@@ -106,7 +118,7 @@ impl Surroundings {
             converter,
             clock,
             beyond,
-            flash,
+            banks,
             lamp: false,
             silent: false,
             busy_until: 0,

@@ -185,8 +185,8 @@ fn program(chip: &mut Chip, data_cache: bool) {
 }
 
 fn double_word(chip: &mut Chip) {
-    chip.write_bank2(0, 4, 1);
-    chip.write_bank2(4, 4, 2);
+    chip.write_far(0, 4, 1);
+    chip.write_far(4, 4, 2);
     wait_us(chip, 100);
 }
 
@@ -362,11 +362,11 @@ const FAULTS: &[Fault] = &[
     }),
     (Rule::FlashDoubleWord, |chip| {
         program(chip, false);
-        chip.write_bank2(4, 4, 1);
+        chip.write_far(4, 4, 1);
     }),
     (Rule::FlashDoubleWord, |chip| {
         unlock(chip);
-        chip.write_bank2(0, 4, 1);
+        chip.write_far(0, 4, 1);
     }),
     (Rule::FlashDataCache, |chip| {
         program(chip, true);
@@ -395,7 +395,68 @@ const FAULTS: &[Fault] = &[
         chip.write(at!(FLASH.cr()), 4, 2);
         chip.write(at!(FLASH.cr()), 4, 2 | 1 << 16);
     }),
+    // The same page number of bank 2, once that is where code runs from.
+    (Rule::FlashSameBank, |chip| {
+        swapped(chip);
+        program(chip, false);
+        chip.write(at!(FLASH.cr()), 4, ERASE);
+        chip.write(at!(FLASH.cr()), 4, ERASE | 1 << 16);
+    }),
+    (Rule::BankSwap, |chip| {
+        clocks(chip);
+        chip.running_at = RAM;
+        chip.write(at!(SYSCFG.memrmp()), 4, SWAPPED);
+    }),
+    (Rule::BankSwap, |chip| {
+        without_caches(chip);
+        chip.running_at = 0x0800_0100;
+        chip.write(at!(SYSCFG.memrmp()), 4, SWAPPED);
+    }),
+    (Rule::BankSwap, |chip| {
+        program(chip, false);
+        without_caches(chip);
+        chip.write_far(0, 4, 1);
+        chip.write_far(4, 4, 2);
+        chip.write(at!(SYSCFG.memrmp()), 4, SWAPPED);
+    }),
+    // Each cache, on again without having been emptied.
+    (Rule::FlashStaleCache, |chip| stale_after_swap(chip, 1 << 9)),
+    (Rule::FlashStaleCache, |chip| {
+        stale_after_swap(chip, 1 << 10)
+    }),
 ];
+
+/// FB_MODE, and a place from which code runs while it is set.
+const SWAPPED: u32 = 1 << 8;
+const RAM: u32 = 0x2000_0000;
+/// Prefetch and caches on, and the bits that empty these.
+const CACHES: u32 = 7 << 8;
+const CACHE_RESETS: u32 = 3 << 11;
+
+/// Prefetch and caches off and empty, code in RAM.
+fn without_caches(chip: &mut Chip) {
+    clocks(chip);
+    chip.running_at = RAM;
+    let off = chip.read(at!(FLASH.acr()), 4) & !CACHES;
+    for acr in [off, off | CACHE_RESETS, off] {
+        chip.write(at!(FLASH.acr()), 4, acr);
+    }
+}
+
+/// The banks have changed places, as they should.
+fn swapped(chip: &mut Chip) {
+    without_caches(chip);
+    chip.write(at!(SYSCFG.memrmp()), 4, SWAPPED);
+}
+
+fn stale_after_swap(chip: &mut Chip, cache: u32) {
+    clocks(chip);
+    chip.running_at = RAM;
+    let off = chip.read(at!(FLASH.acr()), 4) & !CACHES;
+    chip.write(at!(FLASH.acr()), 4, off);
+    chip.write(at!(SYSCFG.memrmp()), 4, SWAPPED);
+    chip.write(at!(FLASH.acr()), 4, off | cache);
+}
 
 /// Rules that a test of their own trips: with flags at start, and those of the processor (`processor.rs`).
 const ELSEWHERE: [Rule; 3] = [Rule::FlashSticky, Rule::Fault, Rule::Reset];
@@ -541,12 +602,52 @@ fn flash_that_is_written_as_the_manual_wants_holds_it_and_trips_none() {
     set(&mut chip, at!(FLASH.acr()), 1 << 10);
     assert_eq!(
         (
-            chip.read_bank2(0, 4),
-            chip.read_bank2(4, 4),
-            chip.read_bank2(8, 4)
+            chip.read_far(0, 4),
+            chip.read_far(4, 4),
+            chip.read_far(8, 4)
         ),
         (1, 2, u32::MAX)
     );
+    assert_kept(&chip);
+}
+
+#[test]
+fn banks_that_change_places_are_the_same_banks_and_a_reset_takes_it_back() {
+    let mut chip = chip(Start::default());
+    program(&mut chip, false);
+    double_word(&mut chip);
+    wait_us(&mut chip, 100);
+    chip.write(at!(FLASH.cr()), 4, 1 << 31);
+    swapped(&mut chip);
+    assert!(chip.take_remapped() && chip.banks_swapped());
+    // Bank 1 is the other one now: its pages are those without BKER.
+    assert_eq!(chip.read_far(0, 4), u32::MAX);
+    program(&mut chip, false);
+    double_word(&mut chip);
+    wait_us(&mut chip, 100);
+    chip.write(at!(FLASH.cr()), 4, 2);
+    chip.write(at!(FLASH.cr()), 4, 2 | 1 << 16);
+    wait_us(&mut chip, 25_000);
+    assert_eq!(chip.read_far(0, 4), u32::MAX, "erased");
+    chip.reset(chip::peripheral::rcc::Cause::Software)
+        .expect("no host");
+    assert!(!chip.banks_swapped());
+    assert_eq!(chip.read_far(0, 4), 1, "bank 2 holds what was written");
+    assert_kept(&chip);
+}
+
+/// CRC-32/ISCSI as the first stage lets the unit make it.
+#[test]
+fn the_unit_of_check_values_turns_bits_round() {
+    let mut chip = chip(Start::default());
+    set(&mut chip, at!(RCC.ahb1enr()), 1 << 12);
+    chip.write(at!(CRC.pol()), 4, 0x1EDC_6F41);
+    chip.write(at!(CRC.cr()), 4, 1 << 7 | 3 << 5 | 1);
+    for word in [*b"1234", *b"5678"] {
+        chip.write(at!(CRC.dr32()), 4, u32::from_le_bytes(word));
+    }
+    let wanted = courier_sensor::update::header::CRC32.checksum(b"12345678");
+    assert_eq!(!chip.read(at!(CRC.dr32()), 4), wanted);
     assert_kept(&chip);
 }
 
@@ -565,7 +666,7 @@ fn option_bytes_are_in_force_after_their_load_and_not_before() {
     chip.write(at!(FLASH.cr()), 4, 1 << 17);
     assert_eq!(chip.read(at!(FLASH.sr()), 4) >> 16 & 1, 1, "busy");
     wait_us(&mut chip, 30_000);
-    chip.reset(Cause::Software);
+    chip.reset(Cause::Software).expect("no host");
     assert_eq!(level(&mut chip), 4, "a plain reset loads nothing");
     unlock(&mut chip);
     for key in [0x0819_2A3B, 0x4C5D_6E7F] {
@@ -574,7 +675,7 @@ fn option_bytes_are_in_force_after_their_load_and_not_before() {
     assert!(!chip.loads_options());
     chip.write(at!(FLASH.cr()), 4, 1 << 27);
     assert!(chip.loads_options());
-    chip.reset(Cause::Options);
+    chip.reset(Cause::Options).expect("no host");
     assert_eq!(level(&mut chip), 3);
     assert_kept(&chip);
 }
@@ -595,10 +696,10 @@ fn an_error_flag_of_the_past_stops_an_operation_until_it_is_cleared() {
             .any(|v| v.rule == Rule::FlashSticky)
     };
     assert!(sticky(&chip));
-    assert_eq!(chip.read_bank2(0, 4), u32::MAX, "not programmed");
+    assert_eq!(chip.read_far(0, 4), u32::MAX, "not programmed");
     chip.findings.forgive(Rule::FlashSticky);
     chip.write(at!(FLASH.sr()), 4, 0xC3FA);
     double_word(&mut chip);
     assert_kept(&chip);
-    assert_eq!(chip.read_bank2(0, 4), 1);
+    assert_eq!(chip.read_far(0, 4), 1);
 }

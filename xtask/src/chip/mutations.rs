@@ -100,8 +100,8 @@ pub const MUTATIONS: &[Mutation] = mutations! {
 
     "8-double-error", "wrong check bits of the code are taken for a torn slot", "code" => "the code is corrupt", [
         "src/drivers/g4_flash.rs":
-        "reading && ecc & place == check_bits::UNCORRECTED | check_bits::BANK_2" =>
-        "(reading || ecc != 0) && ecc & place & check_bits::UNCORRECTED != 0";
+        "None => false," =>
+        "None => place & check_bits::UNCORRECTED != 0,";
     ];
 
     "9-single-bank", "the option bytes are not looked at", "single-bank" => "wanted a refusal", [
@@ -141,9 +141,12 @@ pub const MUTATIONS: &[Mutation] = mutations! {
     ];
 
     "12-watchdog-last", "the watchdog starts after the clock has been waited for", "boot" => "watchdog-first:", [
+        "src/board/first_stage/mod.rs":
+        "    watchdog::start(WATCHDOG_MS);\n" =>
+        "    let _ = WATCHDOG_MS;\n";
         "src/board/g474/mod.rs":
-        "supervision::start_watchdog();\n    clocks::start();" =>
-        "clocks::start();\n    supervision::start_watchdog();";
+        "watchdog::start(WATCHDOG_MS as u16);\n    clocks::start();" =>
+        "clocks::start();\n    watchdog::start(WATCHDOG_MS as u16);";
     ];
 
     "13-stale-byte", "after a failure neither FIFO nor DMA channels are set anew", "stale" => "shifts every frame", [
@@ -174,6 +177,30 @@ pub const MUTATIONS: &[Mutation] = mutations! {
         "src/board/g474/pins.rs":
         "    CONVST.pull(Pupdr::PULL_DOWN);\n" =>
         "";
+    ];
+
+    "update-stale-cache", "the caches are not emptied before the banks change places", "update" => "flash-stale-cache:", [
+        "src/board/first_stage/mod.rs":
+        "    FLASH.acr().write_value(empty);\n" =>
+        "    let _ = empty;\n";
+    ];
+
+    "update-same-bank", "the page of bank 2 is erased, whichever bank runs", "update" => "flash-same-bank:", [
+        "src/drivers/g4_flash.rs":
+        "BankNumber::One => 0," =>
+        "BankNumber::One => control::BANK_2,";
+    ];
+
+    "update-half-image", "the first stage starts an image that is not whole", "update-trial" => "found no answer", [
+        "src/board/first_stage/mod.rs":
+        "choose(&mut banks, is_whole)" =>
+        "choose(&mut banks, |_, _| true)";
+    ];
+
+    "update-no-trial", "a trial is not counted: an image that hangs is tried for ever", "update-trial" => "found no answer", [
+        "src/update/choice.rs":
+        "            && mark(&mut flash[1 - candidate.bank], candidate)\n" =>
+        "            && (true || mark(&mut flash[1 - candidate.bank], candidate))\n";
     ];
 
     "r1mode", "the regulator's boost bit at the place that stm32-metapac 21 has for it", "boot" => "voltage-range:", [

@@ -10,6 +10,7 @@ mod link;
 mod restart;
 mod stream;
 mod time;
+mod update;
 mod variants;
 
 use crate::chip::Chip;
@@ -53,6 +54,21 @@ pub const CHECKS: &[Check] = &[
         "cuts",
         "the supply goes at every operation of a commit",
         cuts::run,
+    ),
+    (
+        "update",
+        "a good image over the link: installed while the board samples, tried, accepted; the supply goes at every operation of that",
+        update::good::run,
+    ),
+    (
+        "update-refused",
+        "images of another board, key or version, half and damaged ones: the board starts as before",
+        update::refused::run,
+    ),
+    (
+        "update-trial",
+        "an image that hangs: the one before comes back",
+        update::trial::run,
     ),
     ("boot", "from the reset vector to 1,000 samples", boot::run),
     (

@@ -83,14 +83,19 @@ impl Chip {
                 _ => chip.unit(unit).write(&register, value, access),
             }
             chip.watch_clocks(unit, access);
+            chip.watch_banks(access);
             chip.transfers.watch(access);
         });
         if unit == Unit::Rcc && register.name.contains("rstr") {
             registers::set_back(register.name, value)
                 .into_iter()
                 .for_each(|unit| self.set_back(unit));
+            self.with(Self::watch_banks);
         }
-        self.settle();
+        // The unit for check values starts nothing and moves no line, and is written tens of thousands of times at each start.
+        if unit != Unit::Crc {
+            self.settle();
+        }
     }
 
     /// Clock, regulator and flash must fit one another after each change of one of them.
@@ -118,24 +123,52 @@ impl Chip {
         }
     }
 
-    /// A read of bank 2, and how long it has to wait.
-    pub fn read_bank2(&mut self, offset: u32, width: usize) -> u32 {
+    /// The banks change places where the system configuration says so.
+    fn watch_banks(&mut self, access: &mut Access) {
+        let swapped = self.syscfg.banks_swapped();
+        if swapped == self.flash.swapped() {
+            return;
+        }
+        if FLASH_PLACES
+            .iter()
+            .any(|place| place.contains(&self.running_at))
+        {
+            let detail = format!(
+                "the banks change places under the code at {:#010x}",
+                self.running_at
+            );
+            access.broken(Rule::BankSwap, detail);
+        }
+        self.flash.swap(access);
+        self.remapped = true;
+    }
+
+    /// True once after the banks have changed places.
+    pub fn take_remapped(&mut self) -> bool {
+        std::mem::take(&mut self.remapped)
+    }
+
+    /// A read of the bank that no code runs from, and how long it has to wait.
+    pub fn read_far(&mut self, offset: u32, width: usize) -> u32 {
         // Read while write: the bank answers when it is done (RM0440, 5.3.4).
         let until = self.flash.busy_until();
         if until > self.now {
             self.advance_to(until);
         }
         let mut bytes = [0; 4];
-        self.flash.read_bank2(offset, &mut bytes[..width]);
+        self.flash.read_far(offset, &mut bytes[..width]);
         u32::from_le_bytes(bytes)
     }
 
-    /// A store into bank 2.
-    pub fn write_bank2(&mut self, offset: u32, width: usize, value: u32) {
-        self.with(|chip, access| chip.flash.write_bank2(offset, value, width, access));
+    /// A store into it.
+    pub fn write_far(&mut self, offset: u32, width: usize, value: u32) {
+        self.with(|chip, access| chip.flash.write_far(offset, value, width, access));
         self.settle();
     }
 }
+
+/// Where code in flash lies: at address 0 as well.
+const FLASH_PLACES: [std::ops::Range<u32>; 2] = [0..0x0008_0000, 0x0800_0000..0x0808_0000];
 
 /// Registers whose reads and writes move data, in a width of the data's own.
 fn is_data(register: &Register) -> bool {

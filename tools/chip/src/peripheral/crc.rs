@@ -4,6 +4,7 @@ use super::{Access, Peripheral, Words};
 use crate::registers::Register;
 use crate::rule::Rule;
 use stm32_metapac::crc::regs::Cr;
+use stm32_metapac::crc::vals::{RevIn, RevOut};
 
 const CR: u32 = 0x08;
 const INIT: u32 = 0x10;
@@ -31,10 +32,14 @@ impl Crc {
 
     /// Takes in `bytes` bytes of a value, the most significant first.
     fn take(&mut self, value: u32, bytes: u32, access: &mut Access) {
-        let cr = Cr(self.words.at(CR));
-        if cr.rev_in().to_bits() != 0 || cr.rev_out().to_bits() != 0 {
-            access.broken(Rule::Unmodelled, "CRC: the order of bits is turned round");
-        }
+        let value = match Cr(self.words.at(CR)).rev_in() {
+            RevIn::NORMAL => value,
+            RevIn::WORD if bytes == 4 => value.reverse_bits(),
+            _ => {
+                let detail = "CRC: the order of bits is turned round in parts of what is written";
+                return access.broken(Rule::Unmodelled, detail);
+            }
+        };
         let (width, polynomial) = (self.width(), self.words.at(POL));
         let beyond = u64::from(polynomial) >> width != 0;
         if polynomial & 1 == 0 || beyond {
@@ -58,7 +63,10 @@ impl Crc {
 impl Peripheral for Crc {
     fn peek(&self, register: &Register) -> u32 {
         match register.name {
-            "dr16" | "dr32" | "dr8" => self.remainder,
+            "dr16" | "dr32" | "dr8" => match Cr(self.words.at(CR)).rev_out() {
+                RevOut::NORMAL => self.remainder,
+                RevOut::REVERSED => self.remainder.reverse_bits() >> (32 - self.width()),
+            },
             _ => self.words.get(register),
         }
     }

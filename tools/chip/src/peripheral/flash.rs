@@ -1,7 +1,10 @@
-//! The flash controller, and bank 2, which the firmware keeps its records in.
+//! The flash controller and both banks, which are `hal-sim`'s flash: double words that are written once, torn ones that cannot be read, a
+//! supply that goes at any step.
 //!
-//! Bank 1 holds the code and is plain memory of the processor; whoever changes it breaks a rule. Bank 2 is `hal-sim`'s flash: double words
-//! that are written once, torn ones that cannot be read, a supply that goes at any step.
+//! The *near* bank is the one that code runs from, bank 1 unless both have changed places. It is plain memory of the processor as well, and
+//! whoever changes it breaks a rule. The other one is the *far* bank.
+
+mod banks;
 
 use super::{Access, Peripheral, Words};
 use crate::bank::Bank;
@@ -9,7 +12,7 @@ use crate::registers::Register;
 use crate::rule::Rule;
 use crate::time::{NEVER, Ticks, from_us};
 use hal_sim::wire::flash::{FlashError, PAGE_BYTES, WORD_BYTES};
-use stm32_metapac::flash::regs::{Acr, Cr, Eccr, Optr, Sr};
+use stm32_metapac::flash::regs::{Acr, Cr, Optr, Sr};
 
 /// The two keys, and option bytes as the factory sets them: two banks, no brown-out level (RM0440, 5.7).
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
@@ -30,8 +33,15 @@ const OPTR: u32 = 0x20;
 
 #[derive(Clone, Copy, Debug)]
 enum Work {
-    Erase { offset: u32 },
-    Program { offset: u32, data: [u8; WORD_BYTES] },
+    Erase {
+        bank: usize,
+        offset: u32,
+    },
+    Program {
+        bank: usize,
+        offset: u32,
+        data: [u8; WORD_BYTES],
+    },
     Options,
 }
 
@@ -54,12 +64,31 @@ impl Default for Start {
     }
 }
 
+/// Caches that may hold anything (`filled`), and that hold what was read before the banks changed places (`of_other`): first that of
+/// instructions, then that of data.
+#[derive(Clone, Copy, Debug)]
+struct Stale {
+    filled: [bool; 2],
+    of_other: [bool; 2],
+}
+
+impl Stale {
+    /// The caches are on, and the banks where they are.
+    const AFTER_RESET: Self = Self {
+        filled: [true; 2],
+        of_other: [false; 2],
+    };
+}
+
 /// The peripheral.
 #[derive(Debug)]
 pub struct Flash {
     words: Words,
-    /// Bank 2.
-    pub bank2: Bank,
+    /// Bank 1 and bank 2.
+    banks: [Bank; 2],
+    swapped: bool,
+    /// What prefetch, instruction cache and data cache hold may be the other bank's.
+    stale: Stale,
     keys_seen: usize,
     locked_for_good: bool,
     option_keys_seen: usize,
@@ -77,7 +106,7 @@ pub struct Flash {
 
 impl Flash {
     /// After reset (RM0440, 5.7): caches on, locked.
-    pub fn after_reset(start: Start, bank2: Bank) -> Self {
+    pub fn after_reset(start: Start, banks: [Bank; 2]) -> Self {
         let reset = [
             (ACR, 0x0004_0600),
             (SR, start.errors & ERRORS),
@@ -86,7 +115,9 @@ impl Flash {
         ];
         Self {
             words: Words::after_reset(&reset),
-            bank2,
+            banks,
+            swapped: false,
+            stale: Stale::AFTER_RESET,
             keys_seen: 0,
             locked_for_good: false,
             option_keys_seen: 0,
@@ -136,69 +167,6 @@ impl Flash {
         self.work.map_or(0, |(_, end)| end)
     }
 
-    /// The check bits of a double word are found wrong while it is read: in bank 2, or in the one that code runs from.
-    pub fn note_double_error(&mut self, in_bank2: bool, offset: u32) {
-        let mut eccr = Eccr(self.words.at(ECCR));
-        eccr.set_eccd(true);
-        eccr.set_bk_ecc(in_bank2);
-        eccr.set_addr_ecc(offset / WORD_BYTES as u32);
-        self.words.put(ECCR, eccr.0);
-        self.double_error = true;
-    }
-
-    /// Reads bank 2; a torn double word reads as it is and is noted.
-    pub fn read_bank2(&mut self, offset: u32, bytes: &mut [u8]) {
-        if self.bank2.read(offset, bytes) {
-            self.note_double_error(true, offset);
-        }
-    }
-
-    /// A store into bank 2.
-    pub fn write_bank2(&mut self, offset: u32, value: u32, width: usize, access: &mut Access) {
-        let cr = Cr(self.words.at(CR));
-        if self.work.is_some() {
-            return self.fail(
-                1 << 7,
-                Rule::FlashLocked,
-                "a store while the controller is busy",
-                access,
-            );
-        }
-        if !cr.pg() {
-            return self.fail(1 << 7, Rule::FlashDoubleWord, "a store without PG", access);
-        }
-        if width != 4 || offset % 4 != 0 {
-            return self.fail(
-                1 << 6,
-                Rule::FlashDoubleWord,
-                "a store of less than a word",
-                access,
-            );
-        }
-        match self.half.take() {
-            None if offset % 8 == 0 => self.half = Some((offset, value)),
-            Some((first, low)) if offset == first + 4 => {
-                let mut data = [0; WORD_BYTES];
-                data[..4].copy_from_slice(&low.to_le_bytes());
-                data[4..].copy_from_slice(&value.to_le_bytes());
-                self.begin(
-                    Work::Program {
-                        offset: first,
-                        data,
-                    },
-                    PROGRAM,
-                    access,
-                );
-            }
-            _ => self.fail(
-                1 << 5,
-                Rule::FlashDoubleWord,
-                "words that are not one double word",
-                access,
-            ),
-        }
-    }
-
     fn fail(&mut self, flag: u32, rule: Rule, detail: &str, access: &mut Access) {
         let errors = self.words.at(SR) | flag;
         self.words.put(SR, errors);
@@ -212,25 +180,26 @@ impl Flash {
             let detail = "an operation begins on error flags of the past";
             return self.fail(1 << 7, Rule::FlashSticky, detail, access);
         }
-        let of_bank2 = !matches!(work, Work::Options);
-        if of_bank2 && self.acr().dcen() {
-            let detail = "an operation on bank 2 with the data cache on, while code reads bank 1";
+        let of_a_bank = !matches!(work, Work::Options);
+        if of_a_bank && self.acr().dcen() {
+            let detail =
+                "an operation on one bank with the data cache on, while code reads the other";
             access.broken(Rule::FlashDataCache, detail);
         }
-        if of_bank2 && !self.options().dbank() {
+        if of_a_bank && !self.options().dbank() {
             access.broken(
                 Rule::FlashSameBank,
                 "an operation in single-bank mode, where the pages are others",
             );
         }
-        self.changed |= of_bank2;
+        self.changed |= of_a_bank;
         self.work = Some((work, access.now + duration));
     }
 
     fn finish(&mut self, work: Work, access: &mut Access) {
         let done = match work {
-            Work::Erase { offset } => self.bank2.erase(offset),
-            Work::Program { offset, data } => self.bank2.program(offset, data),
+            Work::Erase { bank, offset } => self.banks[bank].erase(offset),
+            Work::Program { bank, offset, data } => self.banks[bank].program(offset, data),
             Work::Options => {
                 let written = self.written_options.unwrap_or(self.words.at(OPTR));
                 self.programmed_options = Some(Optr(written));
@@ -279,14 +248,16 @@ impl Flash {
                     Rule::FlashLocked,
                     "FLASH.cr: a start without a kind of erase",
                 );
-            } else if !now.bker() {
-                access.broken(
-                    Rule::FlashSameBank,
-                    format!("page {} of bank 1 is erased", now.pnb()),
+            } else if usize::from(now.bker()) == self.near() {
+                let detail = format!(
+                    "page {} of bank {} is erased, from which code runs",
+                    now.pnb(),
+                    self.near() + 1
                 );
+                access.broken(Rule::FlashSameBank, detail);
             } else {
-                let offset = u32::from(now.pnb()) * PAGE_BYTES as u32;
-                self.begin(Work::Erase { offset }, ERASE, access);
+                let (bank, offset) = (self.far(), u32::from(now.pnb()) * PAGE_BYTES as u32);
+                self.begin(Work::Erase { bank, offset }, ERASE, access);
             }
         }
         if now.lock() {
@@ -362,6 +333,7 @@ impl Flash {
         if now.dcrst() && !now.dcen() {
             self.changed = false;
         }
+        self.watch_caches(before, now, access);
         if now.dcen() && !before.dcen() && self.changed {
             let detail = "the data cache is on again after a change, and was not reset";
             access.broken(Rule::FlashStaleCache, detail);

@@ -31,6 +31,12 @@ impl Costs {
         }
     }
 
+    /// Another bank lies at `base` now, or the one that does has changed.
+    pub fn flash_changed(&mut self, base: u32, code: &[u8]) {
+        self.flash = Region::new(base, code.to_vec());
+        self.fetch = Fetch::default();
+    }
+
     /// Whether the code in the CCM RAM is known.
     pub fn knows_ccm(&self) -> bool {
         self.ccm.is_some()

@@ -7,7 +7,10 @@ use crate::rule::Rule;
 use anyhow::{Result, anyhow};
 use unicorn_engine::{HookType, Prot, Unicorn, uc_error};
 
-const BANK2: u32 = 0x0804_0000;
+/// Where the bank lies that code runs from: the chip boots from address 0.
+const NEAR: [u32; 2] = [0, FLASH];
+/// Where the other one lies.
+const FAR: u32 = 0x0804_0000;
 const CCM: u32 = 0x1000_0000;
 const CCM_BYTES: u32 = 32 << 10;
 const SYSTEM_MEMORY: u32 = 0x1FFF_0000;
@@ -28,13 +31,11 @@ pub fn failed(error: uc_error) -> anyhow::Error {
 }
 
 /// Flash, RAM and the factory's values.
-pub fn map_memory(uc: &mut Unicorn<'static, Shared>, code: &[u8]) -> Result<()> {
+pub fn map_memory(uc: &mut Unicorn<'static, Shared>) -> Result<()> {
     let code_only = Prot::READ | Prot::EXEC;
-    // Bank 1, and where the chip boots from it.
-    for base in [0, FLASH] {
+    for base in NEAR {
         uc.mem_map(base.into(), BANK_BYTES.into(), code_only)
             .map_err(failed)?;
-        uc.mem_write(base.into(), code).map_err(failed)?;
     }
     for (base, bytes) in [(CCM, CCM_BYTES), (RAM, RAM_BYTES)] {
         uc.mem_map(base.into(), bytes.into(), Prot::ALL)
@@ -47,17 +48,55 @@ pub fn map_memory(uc: &mut Unicorn<'static, Shared>, code: &[u8]) -> Result<()> 
     }
     let read = |uc: &mut Unicorn<Shared>, offset: u64, width: usize| {
         let shared = uc.get_data_mut();
-        let value = shared.chip.read_bank2(offset as u32, width);
+        let value = shared.chip.read_far(offset as u32, width);
         after_access(uc.get_data_mut());
         u64::from(value)
     };
     let write = |uc: &mut Unicorn<Shared>, offset: u64, width: usize, value: u64| {
         let shared = uc.get_data_mut();
-        shared.chip.write_bank2(offset as u32, width, value as u32);
+        shared.chip.write_far(offset as u32, width, value as u32);
         after_access(uc.get_data_mut());
     };
-    uc.mmio_map(BANK2.into(), BANK_BYTES.into(), Some(read), Some(write))
+    uc.mmio_map(FAR.into(), BANK_BYTES.into(), Some(read), Some(write))
         .map_err(failed)
+}
+
+/// Makes memory of the bank that code runs from now, if it is not that already.
+pub fn map_banks(uc: &mut Unicorn<Shared>) -> Result<(), uc_error> {
+    let (code, torn) = {
+        let bank = uc.get_data().chip.flash.near_bank();
+        (bank.bytes(), bank.torn())
+    };
+    if uc.mem_read_as_vec(FLASH.into(), code.len())? != code {
+        for base in NEAR {
+            uc.mem_write(base.into(), &code)?;
+        }
+        let shared = uc.get_data_mut();
+        shared.costs.flash_changed(FLASH, &code);
+        shared.chip.transfers.set_code(&code);
+    }
+    for hook in std::mem::take(&mut uc.get_data_mut().watched) {
+        uc.remove_hook(hook)?;
+    }
+    for offset in torn {
+        for base in NEAR {
+            let first = u64::from(base + offset);
+            let hook = uc.add_mem_hook(
+                HookType::MEM_READ,
+                first,
+                first + 7,
+                move |uc, _, _, _, _| {
+                    let shared = uc.get_data_mut();
+                    let near = shared.chip.flash.near();
+                    shared.chip.flash.note_double_error(near, offset);
+                    shared.plan();
+                    true
+                },
+            )?;
+            uc.get_data_mut().watched.push(hook);
+        }
+    }
+    Ok(())
 }
 
 /// Registers of the peripherals and of the processor.
@@ -73,6 +112,10 @@ pub fn map_registers(uc: &mut Unicorn<'static, Shared>) -> Result<()> {
         shared
             .chip
             .write(PERIPHERALS.0 + offset as u32, width, value as u32);
+        if uc.get_data_mut().chip.take_remapped() {
+            // Memory that is mapped can be written.
+            let _ = map_banks(uc);
+        }
         after_access(uc.get_data_mut());
     };
     let (base, bytes) = PERIPHERALS;
@@ -165,7 +208,7 @@ pub fn add_hooks(uc: &mut Unicorn<'static, Shared>) -> Result<()> {
     uc.add_mem_hook(HookType::MEM_INVALID, 1, 0, |uc, _, address, _, _| {
         let address = address as u32;
         let shared = uc.get_data_mut();
-        if (FLASH..BANK2).contains(&address) {
+        if (FLASH..FAR).contains(&address) {
             let detail = format!("a store to {address:#010x}, in the bank that code runs from");
             shared
                 .chip

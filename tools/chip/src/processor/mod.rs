@@ -73,8 +73,7 @@ impl Processor {
     /// # Errors
     /// Unicorn's.
     pub fn start(code: &[u8], chip: Chip) -> Result<Self> {
-        let mut chip = chip;
-        chip.transfers.set_code(code);
+        chip.around.banks[0].load(code);
         let shared = Shared {
             chip,
             system: System::after_reset(),
@@ -86,12 +85,13 @@ impl Processor {
             masked: false,
             resumed: false,
             wait_states: false,
+            watched: vec![],
         };
         let mode = Mode::THUMB | Mode::MCLASS;
         let mut uc = Unicorn::new_with_data(Arch::ARM, mode, shared).map_err(failed)?;
         uc.ctl_set_cpu_model(unicorn_engine::ArmCpuModel::CORTEX_M4 as i32)
             .map_err(failed)?;
-        map_memory(&mut uc, code)?;
+        map_memory(&mut uc)?;
         map_registers(&mut uc)?;
         add_hooks(&mut uc)?;
         let mut processor = Self {
@@ -222,7 +222,7 @@ impl Processor {
     fn reset(&mut self, cause: Cause) -> Result<()> {
         self.resets += 1;
         let shared = self.uc.get_data_mut();
-        shared.chip.reset(cause);
+        shared.chip.reset(cause)?;
         shared.system = System::after_reset();
         shared.costs.forget_ccm();
         shared.event = None;
@@ -233,6 +233,7 @@ impl Processor {
 
     /// Registers after reset, stack and program counter from the vector table.
     fn boot(&mut self) -> Result<()> {
+        maps::map_banks(&mut self.uc).map_err(failed)?;
         for register in [
             Reg::PRIMASK,
             Reg::FAULTMASK,

@@ -5,6 +5,7 @@ use super::nvic::number;
 use super::system::System;
 use crate::chip::Chip;
 use crate::time::Ticks;
+use unicorn_engine::UcHookId;
 
 /// Why the processor has stopped between two blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,6 +44,8 @@ pub struct Shared {
     pub resumed: bool,
     /// Whether fetches wait for the flash.
     pub wait_states: bool,
+    /// Hooks on pages of the bank that code runs from in which a double word is torn.
+    pub watched: Vec<UcHookId>,
 }
 
 impl Shared {
@@ -52,6 +55,7 @@ impl Shared {
             return true;
         }
         self.resumed = false;
+        self.chip.running_at = address;
         let cycles = self.costs.block(address, bytes, self.states());
         self.pass(u64::from(cycles));
         false
