@@ -7,7 +7,8 @@ use serde_json::Value;
 ///
 /// One machine gives the same bits each time. Another may not: nalgebra multiplies matrices by kernels that are chosen when the
 /// program runs (with or without fused multiplication), and sums are then rounded elsewhere. What rounding can do is measured by
-/// `frozen shake`, which makes every other reading larger by a unit of its last place. This leaves room above its largest figure.
+/// `frozen shake`, which makes every other reading larger by a unit of its last place: at most 2.1e-9 over the twelve of the ordinary test.
+/// This leaves room for the larger ones.
 pub const RELATIVE: f64 = 1.0e-6;
 
 /// A place where two answers differ.
