@@ -1,10 +1,13 @@
-//! From a command line to an exit code: one line on standard error and exit code 2 for anything that cannot be done as asked.
+//! From a command line to an exit code: one line on standard error and exit code 2 for anything that cannot be done as asked, and
+//! exit code 70 for an error of the program itself.
 
 use crate::json;
+use crate::program_error::{self, EXIT_PROGRAM_ERROR, caught};
 use crate::terminal::one_line;
 use clap::Parser;
 use clap::error::ErrorKind;
 use std::ffi::OsString;
+use std::io::Write as _;
 use std::process::ExitCode;
 
 /// Exit code of bad input, bad options and refusals.
@@ -12,15 +15,26 @@ pub const EXIT_BAD_INPUT: u8 = 2;
 
 /// Takes the process's command line apart, does `work` with it and gives the exit code.
 pub fn run<P: Parser>(work: impl FnOnce(P) -> anyhow::Result<ExitCode>) -> ExitCode {
-    let parsed = match parse() {
-        Ok(parsed) => parsed,
-        Err(error) => return usage(&error),
+    let whole = || {
+        let parsed = match parse() {
+            Ok(parsed) => parsed,
+            Err(error) => return usage(&error),
+        };
+        match work(parsed) {
+            Ok(code) => code,
+            Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+            Err(error) => refuse(&told(&error)),
+        }
     };
-    match work(parsed) {
-        Ok(code) => code,
-        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
-        Err(error) => refuse(&told(&error)),
-    }
+    caught(whole).unwrap_or_else(|panic| {
+        let command = P::command();
+        let version = command.get_version().unwrap_or_default();
+        let program = format!("{} {version}", command.get_name());
+        let arguments = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
+        let arguments: Vec<String> = arguments.collect();
+        say(&program_error::told(&panic, &program, &arguments));
+        ExitCode::from(EXIT_PROGRAM_ERROR)
+    })
 }
 
 /// The process's command line. A negative number after an option is its value, which may then be out of range, and no option.
@@ -65,8 +79,13 @@ fn told(error: &anyhow::Error) -> String {
 
 /// One line on standard error, and the exit code for bad input.
 pub fn refuse(message: &str) -> ExitCode {
-    eprintln!("courier: {}", one_line(message));
+    say(message);
     ExitCode::from(EXIT_BAD_INPUT)
+}
+
+/// One line on standard error; where that is closed, nobody listens.
+fn say(message: &str) {
+    let _ = writeln!(std::io::stderr(), "courier: {}", one_line(message));
 }
 
 /// Help and version as they are; a usage error as one line.
