@@ -176,6 +176,9 @@ struct Jumps {
     changes: Vec<(usize, i32)>,
 }
 
+/// Teeth that are told apart: of two such numbers the difference is still a whole number of 32 bits, as a count is.
+const MOST_TEETH: f64 = 1.0e9;
+
 /// Whole teeth relative to the median of the first samples; single samples do not change the level's count of jumps.
 fn whole_teeth(difference: &[f64], pitch_m: f64) -> Jumps {
     let mut first: Vec<f64> = difference
@@ -194,7 +197,9 @@ fn whole_teeth(difference: &[f64], pitch_m: f64) -> Jumps {
         .iter()
         .map(|d| {
             if d.is_finite() {
-                ((d - start) / pitch_m).round() as i32
+                ((d - start) / pitch_m)
+                    .round()
+                    .clamp(-MOST_TEETH, MOST_TEETH) as i32
             } else {
                 0
             }
@@ -223,4 +228,22 @@ fn whole_teeth(difference: &[f64], pitch_m: f64) -> Jumps {
         i += 1;
     }
     Jumps { level, changes }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Positions in another unit than the command are off by more teeth than a count holds.
+    #[test]
+    fn jumps_beyond_any_count_are_bounded() {
+        let difference: Vec<f64> = (0..60)
+            .map(|i| if i < 30 { -1.0e15 } else { 1.0e15 })
+            .collect();
+        let jumps = whole_teeth(&difference, 1.0e-3);
+        assert_eq!(jumps.changes, [(30, MOST_TEETH as i32)]);
+        let swings = [vec![0.0; 41], vec![1.0e15; 30], vec![-1.0e15; 30]].concat();
+        let changes = whole_teeth(&swings, 1.0e-3).changes;
+        assert_eq!(changes[1], (71, -2 * MOST_TEETH as i32));
+    }
 }

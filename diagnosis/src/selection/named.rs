@@ -275,7 +275,10 @@ fn teeth_off_rms(all: &[Slip], samples: usize) -> f64 {
         // Two steps overlap from the later one on.
         let pairs = slips().flat_map(|one| slips().map(move |other| (one, other)));
         let square: f64 = pairs
-            .map(|(one, other)| f64::from(one.teeth * other.teeth) * after(one).min(after(other)))
+            .map(|(one, other)| {
+                let both = f64::from(one.teeth) * f64::from(other.teeth);
+                both * after(one).min(after(other))
+            })
             .sum();
         square - mean * mean
     };
