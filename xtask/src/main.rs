@@ -23,6 +23,7 @@ mod platforms;
 mod plugin;
 mod recordings;
 mod report;
+mod robustness;
 mod runner;
 mod setup;
 mod sign;
@@ -74,6 +75,11 @@ const TASKS: &[Task] = &[
         "mistakes",
         "nightly: mis-wired and mis-stated recordings of every kind are recognised, and nothing is told of right ones (SEED)",
         Work::With(mistakes::run),
+    ),
+    (
+        "robustness",
+        "nightly: random recordings through every command, and surveys cut at random (crashes COUNT --first N; cuts COUNT)",
+        Work::With(robustness::run),
     ),
     (
         "drift",

@@ -1,0 +1,100 @@
+//! One random recording from one number.
+
+mod columns;
+mod courier;
+mod runs;
+mod stated;
+
+use effects::random::{ChaCha8Rng, SeedableRng, uniform};
+use recording::{Recording, Samples};
+use std::path::Path;
+
+/// Draws until one is valid: what is stated may forbid counts that were drawn.
+const TRIES: u64 = 20;
+
+/// The recording of a number: the same one on every machine. It is one that the reader takes.
+///
+/// # Panics
+/// None of many draws was valid: a fault of this generator, whose number the text holds.
+#[must_use]
+pub fn recording(number: u64) -> Recording {
+    for stream in 0..TRIES {
+        let mut rng = ChaCha8Rng::seed_from_u64(number);
+        rng.set_stream(stream);
+        let drawn = one(&mut rng);
+        if drawn.check(Path::new("samples.csv")).is_ok() {
+            return drawn;
+        }
+    }
+    panic!("number {number}: {TRIES} draws, wanted one that the reader takes");
+}
+
+fn one(rng: &mut ChaCha8Rng) -> Recording {
+    let (mut courier, plan) = runs::courier_and_plan(rng);
+    let with_reference = chance(rng, 0.4);
+    let whole = hal_sim::record::record(&mut courier, &plan, with_reference);
+    let mut drawn = columns::changed(&cut(&whole, rng), rng);
+    stated::restate(&mut drawn.meta, rng);
+    drawn
+}
+
+/// True with this probability.
+fn chance(rng: &mut ChaCha8Rng, probability: f64) -> bool {
+    uniform(rng, 0.0, 1.0) < probability
+}
+
+/// A piece of it from anywhere to anywhere, or all of it.
+fn cut(whole: &Recording, rng: &mut ChaCha8Rng) -> Recording {
+    let length = whole.samples.len();
+    let (mut first, mut end) = (0, length);
+    if chance(rng, 0.5) {
+        end = (length as f64 * uniform(rng, 0.1, 1.0)) as usize;
+    }
+    if chance(rng, 0.3) {
+        first = (end as f64 * uniform(rng, 0.0, 0.7)) as usize;
+    }
+    let mut samples = Samples::default();
+    (first..end.max(first + 1)).for_each(|i| samples.push(&whole.samples.row(i)));
+    Recording {
+        samples,
+        ..whole.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use recording::Column;
+
+    /// What a thousand draws hold between them: every kind of column is there in some and not in others.
+    #[test]
+    fn draws_differ_in_everything_that_a_recording_may_hold() {
+        let drawn: Vec<Recording> = (0..60).map(recording).collect();
+        let some = |what: &dyn Fn(&Recording) -> bool| {
+            let count = drawn.iter().filter(|r| what(r)).count();
+            assert!((1..drawn.len()).contains(&count), "{count}");
+        };
+        for column in [
+            Column::Sine(0),
+            Column::Sine(3),
+            Column::Position(1),
+            Column::Teeth(2),
+            Column::Electrode(0),
+            Column::Temperature,
+            Column::Commanded(0),
+            Column::Reference(0),
+            Column::Reference(2),
+        ] {
+            some(&|r| r.samples.has(column));
+        }
+        some(&|r| r.samples.run_names().len() > 1);
+        some(&|r| r.samples.len() < 300);
+        some(&|r| r.meta.geometry.pitch_m == effects::plant::Geometry::PAPER.pitch_m);
+    }
+
+    #[test]
+    fn a_number_gives_the_same_recording_again() {
+        assert!(recording(7) == recording(7));
+        assert!(recording(7) != recording(8));
+    }
+}
