@@ -61,6 +61,10 @@ pub struct Moment {
     pub from_middle_m: [f64; 2],
     /// Angle of the courier, rad.
     pub theta_rad: f64,
+    /// The same as the neighbours on a smooth path tell it, without the sample's own noise; zero without a beacon.
+    pub steady_theta_rad: f64,
+    /// tan(psi) as those neighbours tell it.
+    pub steady_tan_psi: [f64; 2],
     /// Speed of each segment along its own direction, m/s.
     pub speed_m_s: [f64; 4],
     /// Its derivative, m/s².

@@ -194,14 +194,18 @@ fn beacon_regressors() -> Vec<Regressor> {
     };
     vec![
         both("height h", |m| {
-            let (s, c) = m.theta_rad.sin_cos();
-            [
-                c * m.tan_psi[0] - s * m.tan_psi[1],
-                s * m.tan_psi[0] + c * m.tan_psi[1],
-            ]
+            let (s, c) = m.steady_theta_rad.sin_cos();
+            let [x, y] = m.steady_tan_psi;
+            [c * x - s * y, s * x + c * y]
         }),
-        both("lever l_x", |m| [m.theta_rad.cos(), m.theta_rad.sin()]),
-        both("lever l_y", |m| [-m.theta_rad.sin(), m.theta_rad.cos()]),
+        both("lever l_x", |m| {
+            let (s, c) = m.steady_theta_rad.sin_cos();
+            [c, s]
+        }),
+        both("lever l_y", |m| {
+            let (s, c) = m.steady_theta_rad.sin_cos();
+            [-s, c]
+        }),
         both("origin o'_x", |_| [1.0, 0.0]),
         both("origin o'_y", |_| [0.0, 1.0]),
     ]

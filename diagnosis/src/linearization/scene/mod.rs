@@ -11,6 +11,7 @@ mod quiet;
 mod rows;
 mod sample;
 mod scope;
+mod steady;
 mod survey;
 mod wander;
 mod warmth;
@@ -26,6 +27,7 @@ use effects::sensor::{LAGS_S, READINGS, Survey};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+use steady::Steady;
 use warmth::behind_k;
 
 /// A recording, linearised about a baseline.
@@ -56,6 +58,7 @@ pub struct Scene<'a> {
     quiet_m: Arc<[Vec<f64>; 4]>,
     behind_k: Arc<Vec<[f64; LAGS_S.len()]>>,
     telling: Telling,
+    steady: Steady,
 }
 
 /// How the segments' ways are told where effects that remember them hide them.
@@ -144,6 +147,7 @@ impl<'a> Scene<'a> {
             quiet_m: Arc::default(),
             behind_k: Arc::new(behind_k(&observations.t_s, &observations.temperature_c)),
             telling: Telling::default(),
+            steady: Steady::default(),
             normal: normal.cloned().unwrap_or(Normal {
                 temperature_c: mean_temperature_c,
                 temperatures_c: range(&known),
@@ -161,6 +165,7 @@ impl<'a> Scene<'a> {
         });
         (this.normal.ln_amplitude, this.ln_amplitude) = (patterns, excess);
         this.quiet_m = Arc::new(this.quiet());
+        this.steady = Steady::of(&this);
         this.survey = this.look_over(n, &known);
         this
     }
@@ -186,8 +191,10 @@ impl<'a> Scene<'a> {
             quiet_m: Arc::clone(&self.quiet_m),
             behind_k: Arc::clone(&self.behind_k),
             telling: self.telling,
+            steady: Steady::default(),
         };
         this.retrace(&self.shift);
+        this.steady = Steady::of(&this);
         this
     }
 

@@ -79,6 +79,8 @@ impl Scene<'_> {
             from_middle_m: [0, 1]
                 .map(|axis| finite(Some(&centre[axis])) - self.survey.middle_m[axis]),
             theta_rad: theta,
+            steady_theta_rad: finite(self.steady.theta_rad.get(i)),
+            steady_tan_psi: at2(&self.steady.tan_psi, i),
             speed_m_s: at(&self.motion.speed_m_s),
             acceleration_m_s2: at(&self.motion.acceleration_m_s2),
             direction: at(&self.motion.direction),
@@ -115,6 +117,10 @@ impl Scene<'_> {
             }),
         }
     }
+}
+
+fn at2(list: &[Vec<f64>; 2], i: usize) -> [f64; 2] {
+    list.each_ref().map(|values| finite(values.get(i)))
 }
 
 fn finite(value: Option<&f64>) -> f64 {
