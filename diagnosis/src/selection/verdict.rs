@@ -7,6 +7,7 @@ use super::named::slip_named;
 use crate::data::channel_names::CHANNEL_NAMES;
 use crate::design::study::Kind;
 use crate::inference::cross_validation::Arena;
+use crate::inference::fit_scatter;
 use crate::inference::posterior::birge_ratio;
 use crate::inference::residuals::Residuals;
 use crate::linearization::relinearized::Refined;
@@ -180,14 +181,22 @@ impl Judge<'_> {
         ));
         // Few samples scatter more: four standard deviations of an rms over these rows.
         let chance = 4.0 / (2.0 * arena.rows()).sqrt();
-        let gap = white_before > VISIBLE + chance || stands_out(arena, self.told.base);
+        let own = self.scatter_of_a_fit(arena, &[]);
+        let most = (VISIBLE + chance).powi(2) * stated + own;
+        let gap = white_before.powi(2) * stated > most || stands_out(arena, self.told.base + own);
         let structured = gap && !self.told.found.blocks.is_empty();
         let left = match (gap, structured) {
             (true, true) => self.left(),
             (true, false) => 1.0,
             _ => 0.0,
         };
-        let noisy = white_after > NOISY + chance
+        let of_found = if structured {
+            &self.told.found.blocks[..]
+        } else {
+            &[]
+        };
+        let most = (NOISY + chance).powi(2) * stated + self.scatter_of_a_fit(arena, of_found);
+        let noisy = white_after.powi(2) * stated > most
             && self.rough(&self.after)
             && self.is_noise(&self.after)
             && (self.noise.is_some() || !self.shaped())
@@ -211,6 +220,14 @@ impl Judge<'_> {
             structured,
             noisy,
         }
+    }
+
+    /// Squares that the uncertainty of a fit, of the baseline with some blocks, may add to those of the noise, to four standard
+    /// deviations.
+    fn scatter_of_a_fit(&self, arena: &Arena, blocks: &[usize]) -> f64 {
+        let added = fit_scatter::added(arena.gram, &self.study.list(blocks));
+        log(&format!("the fit's own scatter: {added:.0?} squares"));
+        self.floor.white_square * (added.mean + 4.0 * added.deviation)
     }
 
     /// True if some shape takes a good part of what is left, beyond chance.
