@@ -4,7 +4,7 @@ use crate::Insufficient;
 use crate::algebra::statistics::{deviation, median};
 use crate::data::motion::{LOUD_MISFIT, Motion};
 use crate::data::observations::{MINIMUM_SAMPLES, Observations};
-use crate::linearization::scene::Scene;
+use crate::linearization::scene::{Scene, range};
 
 /// Runs that are needed: what is held out must differ from what was fitted.
 const RUNS: usize = 2;
@@ -42,7 +42,22 @@ pub fn remarks(o: &Observations) -> Vec<String> {
             ));
         }
     }
+    list.extend(frozen_thermometer(o));
     list
+}
+
+/// A board that was just switched on warms by a kelvin in the first minute; a room swings by tenths in ten. Shorter recordings say
+/// nothing by a temperature that stays, s.
+const WARMS_S: f64 = 60.0;
+
+/// A thermometer that never changes.
+fn frozen_thermometer(o: &Observations) -> Option<String> {
+    let lasts_s = o.t_s.last()? - o.t_s.first()?;
+    let known = o.temperature_c.iter().copied().filter(|t| t.is_finite());
+    let [low, high] = range(&known.collect::<Vec<f64>>())?;
+    (low == high && lasts_s > WARMS_S).then(|| {
+        format!("temp_c: {low} °C in all of {lasts_s:.0} s, a change wanted: whether anything follows the temperature is not told")
+    })
 }
 
 /// Checks runs, motion and channels.

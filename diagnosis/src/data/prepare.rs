@@ -74,9 +74,11 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     let mut observations = Observations::new(recording)?;
     crate::data::adequacy::check(&observations)?;
     crate::data::channels::electrodes(recording)?;
+    let mut notes = crate::data::commanded::mend(&mut observations);
+    notes.extend(crate::data::restarts::join(&mut observations, recording));
     let slips = repair_slips(&mut observations);
     align_pairs(&mut observations);
-    let mut notes = crate::data::adequacy::remarks(&observations);
+    notes.extend(crate::data::adequacy::remarks(&observations));
     let samples = observations.len();
     let (thinned, told) = thinning::thin(&mut observations);
     notes.extend(told);

@@ -24,14 +24,30 @@ const HOLDS: usize = 8;
 /// Finds whole-tooth jumps and takes them out of the positions.
 pub fn repair_slips(o: &mut Observations) -> Vec<Slip> {
     let mut slips = Vec::new();
+    let before = o.position_m.clone();
     for segment in 0..4 {
         let against: Vec<f64> = (0..o.len()).map(|i| nominal(o, segment, i)).collect();
         slips.extend(repair_segment(o, segment, &against));
+    }
+    // A repair that makes the segments agree less is none: it is the reference or the command that is wrong.
+    if disagreement_m(&o.position_m) > disagreement_m(&before) + AS_ITS_NEIGHBOURS * o.pitch_m {
+        o.position_m = before;
+        slips.clear();
     }
     if slips.is_empty() && (0..4).all(|s| o.has_segment(s)) {
         slips.extend(repair_parity(o));
     }
     slips
+}
+
+/// Mean distance of g_p from its median, m; zero where it cannot be formed.
+fn disagreement_m(position_m: &[Vec<f64>; 4]) -> f64 {
+    let length = position_m.iter().map(Vec::len).min().unwrap_or(0);
+    let parity = |i: usize| PARITY.map(|(s, sign)| f64::from(sign) * position_m[s][i]);
+    let sums = (0..length).map(|i| parity(i).iter().sum::<f64>());
+    let mut list: Vec<f64> = sums.filter(|g| g.is_finite()).collect();
+    let middle = median(&mut list).unwrap_or(0.0);
+    list.iter().map(|g| (g - middle).abs()).sum::<f64>() / list.len().max(1) as f64
 }
 
 /// Where the segment should be by the reference, else by the command.
@@ -169,18 +185,19 @@ fn by_beacon(o: &Observations, sample: usize, jump: i32) -> Option<(usize, i32)>
     (left[0].0 < CLEARLY * left[1].0).then_some(left[0].1)
 }
 
-struct Jumps {
+/// Whole teeth that positions are off by.
+pub(crate) struct Jumps {
     /// Teeth to take out of each sample.
     level: Vec<i32>,
     /// Sample and size of each lasting change.
-    changes: Vec<(usize, i32)>,
+    pub(crate) changes: Vec<(usize, i32)>,
 }
 
 /// Teeth that are told apart: of two such numbers the difference is still a whole number of 32 bits, as a count is.
 const MOST_TEETH: f64 = 1.0e9;
 
 /// Whole teeth relative to the median of the first samples; single samples do not change the level's count of jumps.
-fn whole_teeth(difference: &[f64], pitch_m: f64) -> Jumps {
+pub(crate) fn whole_teeth(difference: &[f64], pitch_m: f64) -> Jumps {
     let mut first: Vec<f64> = difference
         .iter()
         .copied()
