@@ -1,6 +1,6 @@
 //! What happens to columns: left out, empty here and there, constant, frozen, at the end of their range, time that is odd.
 
-use super::chance;
+use super::chance::chance;
 use effects::random::{ChaCha8Rng, index, log_uniform, normal, uniform};
 use recording::{Recording, Row, Samples, unmodified_m};
 

@@ -1,6 +1,6 @@
 //! A courier drawn at random: what is wrong with it, how noisy it is.
 
-use super::chance;
+use super::chance::chance;
 use effects::CATALOGUE;
 use effects::motion::Pose;
 use effects::plant::Scene;

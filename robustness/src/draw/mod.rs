@@ -1,10 +1,12 @@
 //! One random recording from one number.
 
+mod chance;
 mod columns;
 mod courier;
 mod runs;
 mod stated;
 
+use chance::chance;
 use effects::random::{ChaCha8Rng, SeedableRng, uniform};
 use recording::{Recording, Samples};
 use std::path::Path;
@@ -36,11 +38,6 @@ fn one(rng: &mut ChaCha8Rng) -> Recording {
     let mut drawn = columns::changed(&cut(&whole, rng), rng);
     stated::restate(&mut drawn.meta, rng);
     drawn
-}
-
-/// True with this probability.
-fn chance(rng: &mut ChaCha8Rng, probability: f64) -> bool {
-    uniform(rng, 0.0, 1.0) < probability
 }
 
 /// A piece of it from anywhere to anywhere, or all of it.

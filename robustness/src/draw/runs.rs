@@ -1,6 +1,7 @@
 //! Motions drawn at random: kinds, order, length, speed, repetition.
 
-use super::{chance, courier};
+use super::chance::chance;
+use super::courier;
 use effects::motion::Pose;
 use effects::plant::Geometry;
 use effects::random::{ChaCha8Rng, index, log_uniform, uniform};

@@ -1,6 +1,6 @@
 //! What `recording.toml` states: mostly what is true, else anything that the reader takes.
 
-use super::chance;
+use super::chance::chance;
 use effects::random::{ChaCha8Rng, index, log_uniform};
 use recording::Meta;
 

@@ -165,7 +165,7 @@ impl<'a> Scene<'a> {
         });
         (this.normal.ln_amplitude, this.ln_amplitude) = (patterns, excess);
         this.quiet_m = Arc::new(this.quiet());
-        this.steady = Steady::of(&this);
+        this.steady = this.steady();
         this.survey = this.look_over(n, &known);
         this
     }
@@ -194,8 +194,17 @@ impl<'a> Scene<'a> {
             steady: Steady::default(),
         };
         this.retrace(&self.shift);
-        this.steady = Steady::of(&this);
+        this.steady = this.steady();
         this
+    }
+
+    /// Angle and deflection as the neighbours tell them; nothing without a beacon, whose equations alone need them.
+    fn steady(&self) -> Steady {
+        if !self.scope.beacon {
+            return Steady::default();
+        }
+        let theta_rad: Vec<f64> = (0..self.len()).map(|i| self.theta_rad(i)).collect();
+        Steady::of(&theta_rad, self.observations, &self.motion.smooth)
     }
 
     /// The same with its ways told otherwise from here on.

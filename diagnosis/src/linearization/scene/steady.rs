@@ -6,8 +6,8 @@
 //! angle without the sample's own noise, which makes them an instrument: the fit is right however little there is to be seen. Where
 //! the angle changes far more than its noise the reading itself serves: neighbours smooth what turns fast.
 
-use super::Scene;
 use crate::algebra::statistics::{deviation, rms};
+use crate::data::observations::Observations;
 
 /// Neighbours on either side, as where a segment rests.
 const HALF_WINDOW: usize = 25;
@@ -26,18 +26,12 @@ pub struct Steady {
 }
 
 impl Steady {
-    /// Of a scene whose segments are calibrated. Linear in samples.
-    pub fn of(scene: &Scene) -> Self {
-        if !scene.scope.beacon {
-            return Self::default();
-        }
-        let theta_rad: Vec<f64> = (0..scene.len()).map(|i| scene.theta_rad(i)).collect();
-        let o = scene.observations;
-        let smooth = |i: usize| scene.motion.smooth[i];
-        let told = |values: &[f64]| instrument(values, &o.unbroken, &smooth);
+    /// From the angles by calibrated segments, the readings, and which samples move smoothly. Linear in samples.
+    pub fn of(theta_rad: &[f64], observations: &Observations, smooth: &[bool]) -> Self {
+        let told = |values: &[f64]| instrument(values, &observations.unbroken, &|i| smooth[i]);
         Self {
-            theta_rad: told(&theta_rad),
-            tan_psi: o.tan_psi.each_ref().map(|tan| told(tan)),
+            theta_rad: told(theta_rad),
+            tan_psi: observations.tan_psi.each_ref().map(|tan| told(tan)),
         }
     }
 }
