@@ -33,7 +33,7 @@ impl View<'_> {
     /// How inexact the segments' angle is, rad, where readings have periodic errors of so many metres besides.
     pub fn angle_error_rad(&self, periodic_m: f64) -> f64 {
         self.span_m.map_or(f64::INFINITY, |span_m| {
-            self.inexact_m.max(periodic_m) / (self.lengths * span_m)
+            self.inexact_m.max(periodic_m) / (self.lengths * self.span * span_m)
         })
     }
 
