@@ -4,7 +4,7 @@
 //! and says in its commit which they are.
 //!
 //! [`specimen`]: what is diagnosed, stated in full, so that a longer catalogue draws no other courier. [`answer`]: what is kept
-//! of a diagnosis. [`compare`]: how two answers may differ. [`list`]: the set. [`file`]: one line a specimen.
+//! of a diagnosis. [`mod@compare`]: how two answers may differ. [`list`]: the set. [`mod@file`]: one line a specimen.
 
 pub mod answer;
 pub mod compare;

@@ -8,6 +8,7 @@ use crate::data::observations::{MINIMUM_SAMPLES, Observations};
 use crate::data::outliers::{among_bursts, astray, disturbed};
 use crate::data::slips::repair_slips;
 use crate::data::tooth_counts::align_pairs;
+use crate::data::{commanded, restarts};
 use crate::design::gram::{Columns, Gram, amounts};
 use crate::inference::covariance::Certainty;
 use crate::inference::residuals::Residuals;
@@ -147,6 +148,8 @@ pub fn check_watched(
 ) -> Result<Checked, Insufficient> {
     watch(Stage::Read);
     let mut observations = Observations::new(recording)?;
+    commanded::mend(&mut observations);
+    restarts::join(&mut observations, recording);
     repair_slips(&mut observations);
     align_pairs(&mut observations);
     let undisturbed = undisturbed(model, &observations);

@@ -216,7 +216,7 @@ fn frozen(channel: Channel, within: impl Fn(usize) -> bool + 'static) -> Change 
     let mut held: Option<Row<'static>> = None;
     Box::new(move |i, row| {
         if within(i) {
-            let first = *held.get_or_insert_with(|| Row { run: "", ..*row });
+            let first = *held.get_or_insert(Row { run: "", ..*row });
             channel.copy(&first, row);
         }
     })

@@ -203,7 +203,7 @@ impl<'a> Scene<'a> {
         if !self.scope.beacon {
             return Steady::default();
         }
-        let theta_rad: Vec<f64> = (0..self.len()).map(|i| self.theta_rad(i)).collect();
+        let theta_rad: Vec<f64> = (0..self.len()).map(|i| self.refined_theta_rad(i)).collect();
         Steady::of(&theta_rad, self.observations, &self.motion.smooth)
     }
 

@@ -46,11 +46,16 @@ impl Scene<'_> {
         self.calibrated_m[segment].get(i).map(|p| p + shift)
     }
 
+    /// The angle with what is known of the effects taken out, rad: not finite where it is not known.
+    pub(super) fn refined_theta_rad(&self, i: usize) -> f64 {
+        self.theta_of(i, |s| self.refined_m(s, i))
+    }
+
     /// What the sensor knows at a sample.
     pub fn moment(&self, i: usize) -> Moment {
         let o = self.observations;
         let f = TAU / o.pitch_m;
-        let theta = self.theta_of(i, |s| self.refined_m(s, i));
+        let theta = self.refined_theta_rad(i);
         let theta = if theta.is_finite() { theta } else { 0.0 };
         let centre = self.centre_of(i, |s| self.refined_m(s, i));
         let own_m: [f64; 4] = std::array::from_fn(|s| finite(self.refined_m(s, i).as_ref()));
@@ -79,8 +84,15 @@ impl Scene<'_> {
             from_middle_m: [0, 1]
                 .map(|axis| finite(Some(&centre[axis])) - self.survey.middle_m[axis]),
             theta_rad: theta,
-            steady_theta_rad: finite(self.steady.theta_rad.get(i)),
-            steady_tan_psi: at2(&self.steady.tan_psi, i),
+            steady_theta_rad: self
+                .steady
+                .theta_rad
+                .get(i)
+                .map_or(theta, |t| finite(Some(t))),
+            steady_tan_psi: [0, 1].map(|axis: usize| {
+                let told = self.steady.tan_psi[axis].get(i);
+                told.map_or(tan_psi[axis], |t| finite(Some(t)))
+            }),
             speed_m_s: at(&self.motion.speed_m_s),
             acceleration_m_s2: at(&self.motion.acceleration_m_s2),
             direction: at(&self.motion.direction),
@@ -117,10 +129,6 @@ impl Scene<'_> {
             }),
         }
     }
-}
-
-fn at2(list: &[Vec<f64>; 2], i: usize) -> [f64; 2] {
-    list.each_ref().map(|values| finite(values.get(i)))
 }
 
 fn finite(value: Option<&f64>) -> f64 {

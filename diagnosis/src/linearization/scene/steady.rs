@@ -6,7 +6,7 @@
 //! angle without the sample's own noise, which makes them an instrument: the fit is right however little there is to be seen. Where
 //! the angle changes far more than its noise the reading itself serves: neighbours smooth what turns fast.
 
-use crate::algebra::statistics::{deviation, rms};
+use crate::algebra::statistics::{deviation, median};
 use crate::data::observations::Observations;
 
 /// Neighbours on either side, as where a segment rests.
@@ -16,36 +16,49 @@ const HALF_WINDOW: usize = 25;
 /// micrometres of a lever of 90 mm, which over the whole spread is less than the noise itself.
 const PLAIN: f64 = 0.01;
 
-/// Angle and deflection of each sample without its own noise; its own reading at separate poses.
+/// Angle and deflection of each sample without its own noise, its own reading at separate poses; empty where the readings serve.
 #[derive(Clone, Debug, Default)]
 pub struct Steady {
     /// Rad.
     pub theta_rad: Vec<f64>,
-    /// tan(psi) along both axes; empty where none was recorded.
+    /// tan(psi) along both axes.
     pub tan_psi: [Vec<f64>; 2],
 }
 
 impl Steady {
     /// From the angles by calibrated segments, the readings, and which samples move smoothly. Linear in samples.
     pub fn of(theta_rad: &[f64], observations: &Observations, smooth: &[bool]) -> Self {
-        let told = |values: &[f64]| instrument(values, &observations.unbroken, &|i| smooth[i]);
+        let o = observations;
+        let of_segment = |s: usize| usual(&o.position_noise_m[s]).powi(2);
+        let segments = (0..4).map(of_segment).sum::<f64>().sqrt();
+        let smooth = |i: usize| smooth[i];
+        let told = |values: &[f64], noise: f64| instrument(values, noise, &o.unbroken, &smooth);
         Self {
-            theta_rad: told(theta_rad),
-            tan_psi: observations.tan_psi.each_ref().map(|tan| told(tan)),
+            // Half the difference of each of two pairs.
+            theta_rad: told(theta_rad, segments / (2.0 * o.span_m)),
+            tan_psi: [0, 1].map(|axis| told(&o.tan_psi[axis], usual(&o.tan_psi_noise[axis]))),
         }
     }
 }
 
-/// The values as their neighbours tell them, where their own noise matters.
-fn instrument(values: &[f64], unbroken: &[usize], smooth: &dyn Fn(usize) -> bool) -> Vec<f64> {
-    let told = by_neighbours(values, unbroken, smooth);
+/// The middle one of what is known.
+fn usual(noise: &[f64]) -> f64 {
+    let known = noise.iter().copied().filter(|n| n.is_finite());
+    median(&mut known.collect::<Vec<f64>>()).unwrap_or(0.0)
+}
+
+/// The values as their neighbours tell them, where their own stated noise matters; else nothing, and the readings serve.
+fn instrument(
+    values: &[f64],
+    noise: f64,
+    unbroken: &[usize],
+    smooth: &dyn Fn(usize) -> bool,
+) -> Vec<f64> {
     let known: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-    let noise = values.iter().zip(&told).map(|(own, near)| own - near);
-    let noise = rms(noise.filter(|off| *off != 0.0 && off.is_finite()));
     if noise < PLAIN * deviation(&known) {
-        values.to_vec()
+        Vec::new()
     } else {
-        told
+        by_neighbours(values, unbroken, smooth)
     }
 }
 
@@ -85,22 +98,13 @@ fn without_itself(values: &[f64], out: &mut [f64]) {
 mod tests {
     use super::*;
 
-    /// What turns far more than it is noisy is taken as it was read.
+    /// What turns far more than it is noisy is taken as it was read, however coarsely it was sampled.
     #[test]
-    fn values_serve_themselves_where_their_noise_does_not_matter() {
-        let course = |noise: f64| -> Vec<f64> {
-            let wave = |i: usize| (0.02 * i as f64).sin() + noise * [1.0, -1.0][i % 2];
-            (0..1000).map(wave).collect()
-        };
-        let unbroken = vec![0; 1000];
-        let told = |values: &[f64]| instrument(values, &unbroken, &|_| true);
-        assert!(told(&course(0.5)) != course(0.5));
-        let still: Vec<f64> = (0..1000).map(|i| 1.0e-3 * f64::from(i % 2)).collect();
-        assert!(told(&still) != still);
-        let far: Vec<f64> = (0..1000)
-            .map(|i| f64::from(i) + 0.1 * f64::from(i % 2))
-            .collect();
-        assert_eq!(told(&far), far);
+    fn readings_serve_where_their_noise_does_not_matter() {
+        let spin: Vec<f64> = (0..40).map(|i| (0.15 * f64::from(i)).sin()).collect();
+        let told = |noise: f64| instrument(&spin, noise, &[0; 40], &|_| true);
+        assert!(told(0.005).is_empty());
+        assert_eq!(told(0.02).len(), spin.len());
     }
 
     /// A straight course is kept, the sample's own deviation is not in it, and a break is not bridged.
