@@ -23,8 +23,8 @@ const RUNNING: u32 = 0x0800_0000;
 const VTOR: *mut u32 = 0xE000_ED08 as *mut u32;
 /// Both longest ways through this file take some 60 ms; the same time as the firmware's own watchdog.
 const WATCHDOG_MS: u16 = 1000;
-/// RAM behind this program's own (`link.x`), up to the end of SRAM2.
-const RAM: core::ops::Range<u32> = 0x2000_3000..0x2001_8000;
+/// SRAM1 and SRAM2. This program's own RAM (`link.x`) is behind them.
+const RAM: core::ops::Range<u32> = 0x2000_0000..0x2001_8000;
 /// The first word of the identifier by which a host finds the rings of the debug link in RAM: "SEGG".
 const RINGS: u32 = u32::from_le_bytes(*b"SEGG");
 
