@@ -87,6 +87,8 @@ fn parsed(text: &str) -> Result<DebugProbeSelector> {
 /// A running board. The processor is not halted.
 pub struct Probed {
     session: Session,
+    /// Where the rings were found last.
+    at: u32,
     rtt: Rtt,
 }
 
@@ -99,15 +101,11 @@ impl Probed {
         let mut session = probe.attach()?;
         let mut core = session.core(0).context("processor")?;
         let mut memory = ProbeMemory(&mut core);
-        let block = Rtt::search(&mut memory, RAM.0, RAM.1)?;
-        let rtt = block
-            .map(|at| Rtt::attach(&mut memory, at))
-            .transpose()?
-            .flatten();
+        let found = Rtt::find(&mut memory, None, RAM)?;
         drop(core);
-        let rtt = rtt
+        let (at, rtt) = found
             .context("the board runs no firmware with a debug link: write it with `cargo flash`")?;
-        Ok(Self { session, rtt })
+        Ok(Self { session, at, rtt })
     }
 }
 
@@ -148,8 +146,13 @@ impl Wire for Probed {
 
     fn send(&mut self, bytes: &[u8]) -> Result<usize> {
         let mut core = self.session.core(0).context("processor")?;
-        self.rtt
-            .write(&mut ProbeMemory(&mut core), COMMAND_CHANNEL, bytes)
+        let mut memory = ProbeMemory(&mut core);
+        // After a restart another image may run.
+        let Some((at, rtt)) = Rtt::find(&mut memory, Some(self.at), RAM)? else {
+            return Ok(0);
+        };
+        (self.at, self.rtt) = (at, rtt);
+        self.rtt.write(&mut memory, COMMAND_CHANNEL, bytes)
     }
 
     fn pass(&mut self, time: Duration) -> Result<()> {

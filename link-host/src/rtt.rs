@@ -99,6 +99,27 @@ impl Rtt {
         Ok(None)
     }
 
+    /// The rings at `known`, where they were last found, or else wherever they are in this memory, with their place. After a restart another
+    /// image may run, whose rings lie elsewhere; none while it starts.
+    ///
+    /// # Errors
+    /// As [`Rtt::attach`].
+    pub fn find(
+        memory: &mut impl TargetMemory,
+        known: Option<u32>,
+        (from, bytes): (u32, u32),
+    ) -> Result<Option<(u32, Self)>> {
+        if let Some(at) = known
+            && let Some(rtt) = Self::attach(memory, at)?
+        {
+            return Ok(Some((at, rtt)));
+        }
+        let Some(at) = Self::search(memory, from, bytes)? else {
+            return Ok(None);
+        };
+        Ok(Self::attach(memory, at)?.map(|rtt| (at, rtt)))
+    }
+
     /// Takes what an up ring holds, at most `bytes.len()`; returns how many.
     ///
     /// # Errors
@@ -228,6 +249,24 @@ mod tests {
         assert_eq!(Rtt::search(&mut memory, 0, 16_384).unwrap(), Some(BLOCK));
         assert!(Rtt::attach(&mut memory, BLOCK).unwrap().is_some());
         assert!(Rtt::attach(&mut memory, 0).unwrap().is_none());
+    }
+
+    #[test]
+    fn the_rings_of_another_image_are_found_where_they_are() {
+        let mut memory = target();
+        let whole = (0, 16_384);
+        let mut found = |memory: &mut Bytes, known| {
+            let found = Rtt::find(memory, known, whole).unwrap();
+            found.map(|(at, _)| at)
+        };
+        assert_eq!(found(&mut memory, None), Some(BLOCK));
+        assert_eq!(found(&mut memory, Some(BLOCK)), Some(BLOCK));
+        // A restart: none, then those of an image that has them elsewhere.
+        let block = memory.0[BLOCK as usize..][..100].to_vec();
+        memory.0[BLOCK as usize] = 0;
+        assert_eq!(found(&mut memory, Some(BLOCK)), None);
+        memory.0[256..356].copy_from_slice(&block);
+        assert_eq!(found(&mut memory, Some(BLOCK)), Some(256));
     }
 
     #[test]

@@ -21,7 +21,8 @@ const COMMAND_CHANNEL: usize = 0;
 pub struct Board {
     /// The chip.
     pub processor: Rc<RefCell<Processor>>,
-    rings: Rc<RefCell<Option<(u32, Rtt)>>>,
+    /// As they were found: after how many resets, and where.
+    rings: Rc<RefCell<Option<(u32, u32, Rtt)>>>,
 }
 
 impl Board {
@@ -38,13 +39,13 @@ impl Board {
         let mut processor = self.processor.borrow_mut();
         let resets = processor.resets();
         let mut rings = self.rings.borrow_mut();
-        if rings.as_ref().is_none_or(|(of, _)| *of != resets) {
-            let mut memory = Memory(&mut processor);
-            let block = Rtt::search(&mut memory, RAM.0, RAM.1)?;
-            let found = block.map(|at| Rtt::attach(&mut memory, at)).transpose()?;
-            *rings = found.flatten().map(|rtt| (resets, rtt));
-        }
-        Ok(rings.as_ref().map(|(_, rtt)| rtt.clone()))
+        let mut memory = Memory(&mut processor);
+        // Those of before a reset are there until the first stage takes them away.
+        let known = rings.as_ref().filter(|(of, ..)| *of == resets);
+        let known = known.map(|(_, at, _)| *at);
+        let found = Rtt::find(&mut memory, known, RAM)?;
+        *rings = found.map(|(at, rtt)| (resets, at, rtt));
+        Ok(rings.as_ref().map(|(.., rtt)| rtt.clone()))
     }
 }
 
