@@ -255,7 +255,7 @@ mod tests {
     fn the_rings_of_another_image_are_found_where_they_are() {
         let mut memory = target();
         let whole = (0, 16_384);
-        let mut found = |memory: &mut Bytes, known| {
+        let found = |memory: &mut Bytes, known| {
             let found = Rtt::find(memory, known, whole).unwrap();
             found.map(|(at, _)| at)
         };
