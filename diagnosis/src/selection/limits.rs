@@ -34,7 +34,7 @@ pub const COMPLETES_SQUARES: f64 = 4.0 * MINIMUM_SQUARES;
 /// Fitted about itself it completes what is found, or takes this share of what is left if to first order no shape without a name takes as
 /// much: a makeshift's rightful shape would.
 pub const LEADS: f64 = 0.6;
-/// See [`is_makeshift`].
+/// An effect that takes this share of what is left stands in for nothing that lacks.
 pub const NEARLY_ALL: f64 = 0.9;
 /// What is left would be a gap by itself from so many times the noise, rms, on.
 pub const STAYS_VISIBLE: f64 = 1.0 + 2.0 * (VISIBLE - 1.0);

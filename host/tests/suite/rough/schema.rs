@@ -1,5 +1,5 @@
 //! The shape of `diagnose --json`: every key of the published layout with its type, and no further one but `notes` and what may be
-//! told of sizes: an amount's `deviation`, an effect's `total_rms_m` and `total_deviation_m`.
+//! told of sizes (an amount's `deviation`, an effect's `total_rms_m` and `total_deviation_m`) and of the geometry (`geometry`, `findings`).
 
 use serde_json::{Value, json};
 
@@ -23,6 +23,21 @@ pub fn check(answer: &Value) {
     let mut answer = answer.clone();
     if let Some(notes) = answer.as_object_mut().unwrap().remove("notes") {
         assert!(notes.as_array().unwrap().iter().all(Value::is_string));
+    }
+    if let Some(geometry) = answer.as_object_mut().unwrap().remove("geometry") {
+        for fitted in geometry.as_array().unwrap() {
+            assert!(fitted["name"].is_string(), "{fitted}");
+            assert!(
+                ["stated_m", "found_m", "error_m"]
+                    .iter()
+                    .all(|key| fitted[key].is_f64()),
+                "{fitted}"
+            );
+        }
+    }
+    if let Some(findings) = answer.as_object_mut().unwrap().remove("findings") {
+        let told = |finding: &Value| finding["sentence"].is_string();
+        assert!(findings.as_array().unwrap().iter().all(told), "{findings}");
     }
     for effect in answer["effects"].as_array_mut().unwrap() {
         take_numbers(effect, &["total_rms_m", "total_deviation_m"]);
