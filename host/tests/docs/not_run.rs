@@ -54,6 +54,16 @@ const NOT_RUN: &[(&str, &str, &str)] = &[
     ),
     (
         "docs/bring-up.md",
+        "cargo xtask image firmware.img",
+        "needs a board on a probe",
+    ),
+    (
+        "docs/diagnosis-inside.md",
+        "cargo run --release -p frozen -- compare           # what differs today; --exact tells the last bit too",
+        "builds everything anew, for minutes, and answers every kept recording",
+    ),
+    (
+        "docs/bring-up.md",
         "cargo flash",
         "needs a board on a probe",
     ),
