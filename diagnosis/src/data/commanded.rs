@@ -16,13 +16,13 @@ const NAMES: [&str; 3] = ["cmd_x_m", "cmd_y_m", "cmd_theta_rad"];
 const APART: usize = 4;
 /// A slope is that of a unit to within this share: stated pitches and spans are better than that.
 const SLOPE: f64 = 0.2;
-/// Latest and earliest command that is looked for, s.
+/// Latest and earliest command that is looked for, s: a choice, ten times the 50 ms by which commands have been seen to be late.
 const LATEST_S: f64 = 0.5;
 /// Steps of the search for it, each way; then it is halved so often about the best.
 const STEPS: i32 = 25;
 /// See [`STEPS`].
 const HALVINGS: usize = 8;
-/// A command is later if the residual then is less than this share of what it was,
+/// A command is later if the residual then is less than this share of what it was (a choice, without data),
 const LESS: f64 = 0.5;
 /// and was more than this share of a pitch: some tens of micrometres are a command's own.
 const OWN: f64 = 0.05;
