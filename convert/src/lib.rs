@@ -2,12 +2,13 @@
 //!
 //! [`convert`] goes this way: `text` (bytes to text), `dialect` and `table` (text to columns of numbers), `source` and `mapping`
 //! (which column is which), `columns` and `units` (values in SI units), `pair`, `teeth` and `segments` (counts, tooth
-//! counts, places), `suspect` (what looks wrong beside the reference), `noise` and `meta` (recording.toml), `runs` (names of
+//! counts, places), `intervals` (time from sample to sample), `suspect` (what looks wrong beside the reference), `noise` and `meta` (recording.toml), `runs` (names of
 //! motions). What it did, assumed and suspects is in [`Told`]. [`listing`] says what a log holds and suggests the options.
 
 mod against;
 mod columns;
 mod dialect;
+mod intervals;
 pub mod listing;
 mod mapping;
 mod meta;
@@ -33,6 +34,7 @@ pub use told::{Assumed, Told, ToldColumn, ToldRun, Warning, figures};
 pub use units::{Quantity, Unit, length_m};
 
 use columns::Values;
+use intervals::follows;
 use recording::{Column, Error, Recording, Row, Samples};
 use segments::{Given, Segment};
 use source::Source;
@@ -139,22 +141,6 @@ fn in_log(mut error: Error, log: &Log, sources: &[Source]) -> Error {
         ));
     }
     error
-}
-
-/// Median of the intervals of time, s.
-fn interval_s(t_s: &[f64]) -> f64 {
-    let mut intervals: Vec<f64> = t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    intervals.sort_by(f64::total_cmp);
-    intervals.get(intervals.len() / 2).copied().unwrap_or(1.0)
-}
-
-/// Whether each sample came one usual interval after the one before, by half of one.
-fn follows(t_s: &[f64]) -> Vec<bool> {
-    let usual_s = interval_s(t_s);
-    let one = |pair: &[f64]| ((pair[1] - pair[0]) / usual_s - 1.0).abs() < 0.5;
-    std::iter::once(false)
-        .chain(t_s.windows(2).map(one))
-        .collect()
 }
 
 /// Names of the runs: the log's, or by the motion.

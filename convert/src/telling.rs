@@ -1,6 +1,6 @@
 //! What a conversion tells of the log, its times, columns and runs.
 
-use crate::interval_s;
+use crate::intervals::interval_s;
 use crate::source::{Source, Step, Target};
 use crate::table::Log;
 use crate::told::{Told, ToldColumn, ToldRun, figures};
