@@ -13,11 +13,6 @@ use hal_sim::world::Witness;
 const POSITIONING_M_PER_S: f32 = SELF_MOTION_M_PER_S;
 /// Rest before the flight, 0.25 s at 20 kHz: the swing after a stop must not be carried into a straight line, samples.
 const CALM_SAMPLES: u32 = 5000;
-/// Frames of a flight that are kept: one in this many, 1 kHz.
-pub const DECIMATION: u16 = 20;
-/// One flight takes 16 000 samples at 20 kHz: a motion of more than this never ends, samples.
-pub const MOTION_LIMIT: u32 = 400_000;
-
 /// A straight flight along y over `length_m` about `middle`: frames at 1 kHz, and what the interferometer read at each.
 ///
 /// # Errors

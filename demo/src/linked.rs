@@ -1,6 +1,5 @@
 //! Flights over the debug link, on whichever board there is.
 
-use super::flight::{DECIMATION, MOTION_LIMIT};
 use anyhow::{Result, bail};
 use board_link::{Simulated, map};
 use courier_sensor::drivers::motion::Target;
@@ -18,6 +17,10 @@ const CHANNELS: Channels = Channels::STATUS
     .union(Channels::POSE)
     .union(Channels::PARITY)
     .union(Channels::TAN_PSI);
+/// Frames of a flight that are kept: one in this many, 1 kHz.
+const DECIMATION: u16 = 20;
+/// One flight takes 16 000 samples at 20 kHz: a motion of more than this never ends, samples.
+const MOTION_LIMIT: u32 = 400_000;
 /// Samples between two looks at a motion.
 const LOOK_SAMPLES: u32 = 50;
 /// Time of a sample at 20 kHz.

@@ -1,6 +1,7 @@
 //! The table of the paper's section 3.1.2 with our own figures beside it.
 
-use super::run::{Options, Preset};
+use super::options::Options;
+use super::preset::Preset;
 use serde::Serialize;
 
 /// A row of the table: name in JSON, words, unit, the paper's figure.

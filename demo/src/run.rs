@@ -3,14 +3,13 @@
 use super::flight::fly_along;
 use super::flyby::{Deviations, Flyby};
 use super::linked;
+use super::options::{Options, Plan};
 use super::record::Recorder;
 use super::report::Report;
 use super::standstill;
 use super::still::StillPoses;
 use anyhow::{Context, Result, bail};
-use board_link::{Simulated, Starter, session};
-use clap::ValueEnum;
-use command_line::destination::Destination;
+use board_link::{Simulated, session};
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
 use courier_sensor::calibration::record::Method;
 use courier_sensor::calibration::slots::Place;
@@ -18,56 +17,8 @@ use courier_sensor::calibration::{self, SessionConfig};
 use courier_sensor::link::message::{CalibrateOrder, InForce};
 use courier_sensor::link::report::Ending;
 use effects::motion::Pose;
-use hal_sim::presets;
-use hal_sim::spec::CourierSpec;
 use hal_sim::trajectory::{FLYBY_M, FLYBY_SPEED_M_S};
 use indicatif::ProgressBar;
-use serde::Serialize;
-use std::path::{Path, PathBuf};
-
-/// Which courier is simulated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "lowercase")]
-pub enum Preset {
-    /// Lateral terms and an error of each tooth, sized so that the paper's table comes out; `diagnose` answers `unknown`.
-    #[default]
-    Paper,
-    /// Equation (3) and noise only; with an effect beside it, `diagnose` names that.
-    Ideal,
-    /// Waveforms of real encoders; `diagnose` answers `unknown`.
-    Measured,
-}
-
-/// How poses are chosen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum Plan {
-    /// Uniformly, as in the paper: 1000 poses within ±0.5°.
-    #[default]
-    Random,
-    /// Each to shrink the predicted deviation most: a third of the poses, within ±1.5°.
-    Optimal,
-}
-
-/// What to demonstrate.
-#[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// What the firmware runs on.
-    pub board: Starter,
-    /// Which courier.
-    pub preset: Preset,
-    /// Seed of the courier, its noise and its poses.
-    pub seed: u64,
-    /// Poses to fit; none: the plan's own number.
-    pub poses: Option<u32>,
-    /// How poses are chosen.
-    pub plan: Plan,
-    /// Table of measured waveforms for [`Preset::Measured`]; none: the project's shared data.
-    pub waveforms: Option<PathBuf>,
-    /// Rms of each measured waveform, m.
-    pub rms_m: f64,
-    /// Folder for a recording of the poses and of the fly-by.
-    pub record: Option<Destination>,
-}
 
 /// Boot, self-motions, calibration, storage, restart, fly-by.
 ///
@@ -98,33 +49,6 @@ pub fn run(options: &Options, progress: &ProgressBar) -> Result<Report> {
     recorder.finish()?;
     progress.finish_and_clear();
     Ok(report)
-}
-
-impl Preset {
-    /// As it is given on the command line.
-    fn name(self) -> &'static str {
-        match self {
-            Self::Paper => "paper",
-            Self::Ideal => "ideal",
-            Self::Measured => "measured",
-        }
-    }
-
-    /// The courier; `waveforms` and `rms_m` are for [`Preset::Measured`].
-    ///
-    /// # Errors
-    /// A table of waveforms that cannot be used.
-    pub fn courier(self, seed: u64, waveforms: Option<&Path>, rms_m: f64) -> Result<CourierSpec> {
-        let spec = match self {
-            Self::Paper => presets::paper(),
-            Self::Ideal => presets::ideal(seed),
-            Self::Measured => presets::measured(waveforms, rms_m, seed)?,
-        };
-        Ok(CourierSpec {
-            number: presets::device_number(self.name(), seed),
-            ..spec
-        })
-    }
 }
 
 fn order(options: &Options) -> CalibrateOrder {

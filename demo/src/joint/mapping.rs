@@ -1,8 +1,9 @@
 //! The tooth map's part of the demonstration: more poses, the estimate, and the map in force.
 
+use super::options::JointOptions;
 use super::poses::AVERAGED;
 use super::report::JointReport;
-use super::run::{JointOptions, TRAVEL_M, Until, joint, joint_order};
+use super::session::{TRAVEL_M, Until, joint, joint_order};
 use super::steps::Step;
 use crate::flight::stand_at;
 use anyhow::Result;

@@ -1,6 +1,6 @@
 //! The table of the paper's section 3.2.1 with our own figures beside it.
 
-use super::run::JointOptions;
+use super::options::JointOptions;
 use super::synthetic::PROBLEMS;
 use crate::Preset;
 use courier_sensor::calibration::joint::StepReport;

@@ -2,21 +2,22 @@
 //! the debug link of a board, simulated or emulated.
 
 use super::mapping::map_teeth;
+use super::options::JointOptions;
 use super::paper_method::{self, PaperFit};
 use super::poses::Poses;
 use super::report::{JointReport, Method, WithoutMap};
 use super::sensitivity;
+use super::session::{TRAVEL_M, Until, joint, joint_order};
 use super::steps::Step;
 use super::synthetic::{self, PROBLEMS};
 use crate::Preset;
 use crate::flight::{fly_along, stand_at};
 use crate::flyby::{Deviations, Flyby};
-use crate::standstill;
 use anyhow::{Context, Result, bail};
-use board_link::{Simulated, Starter, map, session};
+use board_link::{Simulated, map, session};
+use courier_sensor::calibration::Evidence;
 use courier_sensor::calibration::joint::{JointConfig, Weighting};
-use courier_sensor::calibration::record::{self, Calibration};
-use courier_sensor::calibration::{Evidence, Stage};
+use courier_sensor::calibration::record::Calibration;
 use courier_sensor::frame::{Frame, Status};
 use courier_sensor::link::message::{Action, CalibrateOrder};
 use courier_sensor::link::report::{Ending, Progress};
@@ -25,25 +26,6 @@ use courier_sensor::settings::Settings;
 use effects::motion::Pose;
 use hal_sim::trajectory::{BEACON_SPEED_M_S, BEACON_SWEEP_M};
 use indicatif::ProgressBar;
-
-/// What to demonstrate.
-#[derive(Clone, Debug, Default)]
-pub struct JointOptions {
-    /// What the firmware runs on.
-    pub board: Starter,
-    /// Which courier.
-    pub preset: Preset,
-    /// Seed of the courier, its noise, its poses and the synthetic problems.
-    pub seed: u64,
-    /// Poses to fit in each session; none: 1000.
-    pub poses: Option<u32>,
-    /// Draws another platen under the paper's courier; none: its own.
-    pub platen: Option<u64>,
-}
-
-/// Poses of this system's method lie within half of this to either side of the beacon: over all of the fly-by. The paper's two
-/// pitches would leave the coordination sensor's own errors extrapolated fourfold.
-pub(super) const TRAVEL_M: f32 = 8.4e-3;
 
 /// Everything of 3.2.1.
 ///
@@ -151,51 +133,6 @@ fn demonstrate(
     let (poses, _) = joint(board, &order, Until::Visited, progress)?;
     paper_rows(board, &poses, sweep, report, progress)?;
     Ok(Ok(()))
-}
-
-/// A joint calibration within so much of the beacon, its result stored.
-pub(super) fn joint_order(options: &JointOptions, travel_m: f32, turn_rad: f32) -> CalibrateOrder {
-    let visits = JointConfig::default().visits;
-    let poses = options.poses.unwrap_or(visits.poses);
-    CalibrateOrder {
-        method: record::Method::Joint,
-        poses: poses as u16, // at most 1000
-        held_out_poses: visits.held_out_poses.min(poses) as u16,
-        seed: options.seed,
-        travel_m,
-        turn_rad,
-        ..CalibrateOrder::default()
-    }
-}
-
-/// How far a joint session goes.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Until {
-    /// To its end.
-    Solved,
-    /// Until its poses have been visited: the calibration in force stays.
-    Visited,
-}
-
-/// A joint session under the beacon, by the firmware; what was seen at each pose.
-pub(super) fn joint(
-    board: &mut Simulated,
-    order: &CalibrateOrder,
-    until: Until,
-    progress: &ProgressBar,
-) -> Result<(Poses, Progress)> {
-    progress.set_message("both sensors: poses");
-    let mut poses = Poses::start(board)?;
-    let mut is_aborted = false;
-    let ended = session::run(board, order, standstill::LOOK, progress, |board, now| {
-        poses.look(board, now)?;
-        if until == Until::Visited && now.stage == Stage::Solving && !is_aborted {
-            is_aborted = true;
-            board.link.ask(Action::Abort)?;
-        }
-        Ok(())
-    })?;
-    Ok((poses.finish(board)?, ended))
 }
 
 /// This system's rows: residuals and flight by the calibration and the tooth map now in force.
