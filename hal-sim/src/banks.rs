@@ -3,7 +3,7 @@
 //! Whichever image is started, it is the same program that runs: this one. It has the version that
 //! its header says.
 
-use crate::board::{BOARD, SharedFlash};
+use crate::shared_flash::SharedFlash;
 use courier_sensor::update::choice::choose;
 use courier_sensor::update::header::{self, CRC32, Header};
 use courier_sensor::update::install::Rules;
@@ -13,6 +13,8 @@ use courier_sensor::update::standing::{self, Bank};
 use courier_sensor::update::trial::{self, Standing};
 use courier_sensor::update::version::Version;
 
+/// What a simulated board calls itself.
+pub const BOARD: &str = "simulated";
 /// Body of the image that the board comes with.
 const BODY: [u8; 8] = *b"courier!";
 

@@ -3,9 +3,9 @@
 //! One turn of [`SimBoard::sample`] is one sampling interval: the interrupt's half at its instant, then one poll of the
 //! background's. The same seeds give the same run, bit for bit.
 
-use crate::banks::Started;
+use crate::banks::{BOARD, Started};
+pub use crate::shared_flash::{FLASH_PAGES, SharedFlash};
 use crate::wire::converter::{Busy, Convst, Reset, Spi};
-use crate::wire::flash::{Flash, FlashError, PAGE_BYTES};
 use crate::wire::link::LinkWire;
 use crate::wire::motion::Line;
 use crate::world::World;
@@ -23,57 +23,8 @@ use courier_sensor::link::message::{Health, Hello, PROTOCOL, ResetCause};
 use courier_sensor::settings::{ConfigError, Settings};
 use courier_sensor::step::{StepConfig, StepState};
 use courier_sensor::swap::SwapQueues;
-use courier_sensor::update::layout::{BANK_BYTES, SLOTS_START};
+use courier_sensor::update::layout::SLOTS_START;
 use courier_sensor::update::version::Version;
-use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
-use std::cell::RefCell;
-use std::rc::Rc;
-
-/// What a simulated board calls itself.
-pub const BOARD: &str = "simulated";
-/// Pages of a bank.
-pub const FLASH_PAGES: usize = BANK_BYTES as usize / PAGE_BYTES;
-
-/// A bank of flash that outlives the board's restarts. Clones are the same flash.
-#[derive(Clone, Debug)]
-pub struct SharedFlash(pub Rc<RefCell<Flash>>);
-
-impl SharedFlash {
-    /// Erased.
-    #[must_use]
-    pub fn erased(seed: u64) -> Self {
-        Self(Rc::new(RefCell::new(Flash::new(FLASH_PAGES, seed))))
-    }
-}
-
-impl ErrorType for SharedFlash {
-    type Error = FlashError;
-}
-
-impl ReadNorFlash for SharedFlash {
-    const READ_SIZE: usize = Flash::READ_SIZE;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
-        self.0.borrow_mut().read(offset, bytes)
-    }
-
-    fn capacity(&self) -> usize {
-        self.0.borrow().capacity()
-    }
-}
-
-impl NorFlash for SharedFlash {
-    const WRITE_SIZE: usize = Flash::WRITE_SIZE;
-    const ERASE_SIZE: usize = Flash::ERASE_SIZE;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
-        self.0.borrow_mut().erase(from, to)
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
-        self.0.borrow_mut().write(offset, bytes)
-    }
-}
 
 /// The board, running.
 pub struct SimBoard {

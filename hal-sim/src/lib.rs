@@ -10,6 +10,7 @@ pub mod courier;
 pub mod electronics;
 pub mod presets;
 pub mod record;
+mod shared_flash;
 pub mod spec;
 pub mod trajectory;
 pub mod waveform;

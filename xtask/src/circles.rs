@@ -13,8 +13,6 @@ use std::path::PathBuf;
 /// whose circle is gone.
 const STANDING: &[&str] = &[
     "effects/src/over.rs",
-    "hal-sim/src/banks.rs",
-    "hal-sim/src/wire/motion/line.rs",
     "host/src/board_model/mod.rs",
     "host/src/isolability/angles.rs",
     "recording/src/lib.rs",

@@ -1,6 +1,6 @@
 //! The firmware's end of the motion controller's line, as embedded-io parts.
 
-use super::{BYTE_NS, Controller, TRANSMITTER_BYTES};
+use super::controller::{BYTE_NS, Controller, TRANSMITTER_BYTES};
 use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write, WriteReady};
 use std::cell::RefCell;
 use std::rc::Rc;
