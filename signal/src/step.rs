@@ -10,7 +10,7 @@ pub use config::StepConfig;
 pub use state::StepState;
 
 use config::Reach;
-use state::{NEVER, Watch};
+use state::{NEVER, SLIPS, WATCHED, Watch};
 
 use crate::beacon::CompiledBeaconPose;
 use crate::frame::{BeaconPose, Coordinate, Frame, Pose, RawFrame, Status};
@@ -142,12 +142,6 @@ fn sample<const BEYOND: bool>(config: &StepConfig, state: &mut StepState) {
     bits |= deflection.bits | (parity & Status::PARITY.bits());
     frame.status = Status::from_bits_retain(bits);
 }
-
-/// All slip bits.
-const SLIPS: Status = Status::SLIP_1
-    .union(Status::SLIP_2)
-    .union(Status::SLIP_3)
-    .union(Status::SLIP_4);
 
 /// What a sample must know that is a failed conversion (no time has passed: the same instant again), or the first good one
 /// after instants without one. After too many of these the tooth counts are not sure, whatever the phases say; if sampling
@@ -375,13 +369,6 @@ fn watch_frozen(config: &StepConfig, state: &mut StepState, sequence: u32) {
         judge_frozen(config, state);
     }
 }
-
-/// What the watch for frozen channels sets and takes back.
-const WATCHED: Status = Status::FROZEN
-    .union(Status::RAIL_1)
-    .union(Status::RAIL_2)
-    .union(Status::RAIL_3)
-    .union(Status::RAIL_4);
 
 /// At a window's end: whether a channel did not change at all in any of the last four windows, which is one of each segment.
 #[inline(always)]

@@ -10,6 +10,8 @@
 mod field;
 mod waves;
 
+pub use self::waves::Wave;
+
 use self::waves::{SegmentWaves, WaveSum};
 use crate::frame::{Coordinate, Frame, SEGMENTS};
 use crate::geometry::Geometry;
@@ -44,17 +46,6 @@ impl Grid {
     pub fn count(&self) -> usize {
         usize::from(self.nodes[0]) * usize::from(self.nodes[1])
     }
-}
-
-/// A wave over own and lateral phase of every segment: `(0, 1)`, `(0, 2)`, `(1, ±1)` or `(2, ±1)`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Wave {
-    /// Order of the own phase, 0 to 2.
-    pub own_order: u8,
-    /// Order of the lateral phase: 1 or 2 without own phase, else ±1.
-    pub lateral_order: i8,
-    /// `[segment][sine, cosine]`, metres.
-    pub coefficients_m: [[f32; 2]; SEGMENTS],
 }
 
 /// What comes before a map's nodes.

@@ -17,7 +17,6 @@
 //! (`arm/givens.rs`): another order of the same operations, so the same bits.
 
 use super::packed::start;
-use super::triangle::Triangle;
 use crate::math::sqrt;
 use core::array::from_fn;
 use core::mem::take;
@@ -30,16 +29,10 @@ pub(super) const LEAST_PIVOT: f32 = 1.0e-24;
 /// `1 / sqrt(s)`: by less than 3, which a pivot sees a few times, while it grows from nothing.
 const LEAST_KEPT: f32 = 0.125;
 
-impl<const N: usize, const P: usize> Triangle<N, P> {
-    /// Rotates the entering row into the factor from row `first` on; returns what is left of its right-hand side.
-    pub(super) fn rotate_in(&mut self, first: usize) -> f32 {
-        rotate(&mut self.packed, self.unknowns, first)
-    }
-}
-
-/// [`Triangle::rotate_in`] for triangles of every size: one copy, built for speed with this package.
+/// Rotates the entering row into the factor from row `first` on; returns what is left of its right-hand side. One copy for triangles of
+/// every size, built for speed with this package.
 #[inline(never)]
-fn rotate(packed: &mut [f32], unknowns: usize, first: usize) -> f32 {
+pub(super) fn rotate(packed: &mut [f32], unknowns: usize, first: usize) -> f32 {
     let (entering, factor) = packed.split_at_mut(unknowns + 1);
     let mut front = Front {
         factor: &mut factor[start(unknowns, first) - entering.len()..],

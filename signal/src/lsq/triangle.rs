@@ -5,7 +5,7 @@
 
 use super::givens::hypot;
 use super::packed::{self, packed_len};
-use super::rotate::LEAST_PIVOT;
+use super::rotate::{LEAST_PIVOT, rotate};
 use crate::math::sqrt;
 
 /// Scaled values above this lower their column's scale: far from overflow even after 2^40 rows.
@@ -154,7 +154,7 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
             self.rescale_rhs(rhs);
             self.load(row, rhs);
         }
-        let rest = self.rotate_in(0);
+        let rest = rotate(&mut self.packed, self.unknowns, 0);
         self.residual_square += rest * rest;
         self.rows = self.rows.saturating_add(1);
         self.weight += 1.0;
@@ -295,7 +295,7 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
             *entry = root * u;
         }
         row.fill(0.0);
-        let rest = self.rotate_in(column + 1);
+        let rest = rotate(&mut self.packed, self.unknowns, column + 1);
         self.residual_square += rest * rest;
     }
 

@@ -1,6 +1,5 @@
 //! What one sample leaves to the next.
 
-use super::{SLIPS, WATCHED};
 use crate::frame::{Frame, RawFrame, SEGMENTS, Status};
 
 /// What one sample leaves to the next: the last frame, and what no frame shows.
@@ -36,6 +35,19 @@ impl Watch {
         still: 0,
     };
 }
+
+/// All slip bits.
+pub(super) const SLIPS: Status = Status::SLIP_1
+    .union(Status::SLIP_2)
+    .union(Status::SLIP_3)
+    .union(Status::SLIP_4);
+
+/// What the watch for frozen channels sets and takes back.
+pub(super) const WATCHED: Status = Status::FROZEN
+    .union(Status::RAIL_1)
+    .union(Status::RAIL_2)
+    .union(Status::RAIL_3)
+    .union(Status::RAIL_4);
 
 /// Before the first sample, and when the count is to begin anew.
 pub(super) const NEVER: u32 = u32::MAX;

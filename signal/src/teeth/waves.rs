@@ -3,9 +3,21 @@
 //! `a sin(n phi + m lambda) + b cos(n phi + m lambda)` for m = 1 and m = -1 together is `sin(n phi) S + cos(n phi) C` with S and C
 //! linear in sine and cosine of lambda.
 
-use super::Wave;
+use crate::frame::SEGMENTS;
 use crate::model::Unit;
 use core::f32::consts::TAU;
+use serde::{Deserialize, Serialize};
+
+/// A wave over own and lateral phase of every segment: `(0, 1)`, `(0, 2)`, `(1, ±1)` or `(2, ±1)`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Wave {
+    /// Order of the own phase, 0 to 2.
+    pub own_order: u8,
+    /// Order of the lateral phase: 1 or 2 without own phase, else ±1.
+    pub lateral_order: i8,
+    /// `[segment][sine, cosine]`, metres.
+    pub coefficients_m: [[f32; 2]; SEGMENTS],
+}
 
 /// S = `s[1] cos + s[0] sin`, C likewise, of the lateral phase.
 #[derive(Clone, Copy, Debug, Default)]
