@@ -7,6 +7,7 @@
 pub mod basis;
 pub mod effect;
 pub mod identity;
+pub mod moment;
 pub mod motion;
 pub mod over;
 pub mod page;
@@ -16,6 +17,7 @@ pub mod random;
 pub mod sensor;
 pub mod shape;
 pub mod teeth;
+mod tooth_regressors;
 pub mod unlisted;
 
 pub use effect::{Card, Effect, Judged};

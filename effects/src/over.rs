@@ -1,6 +1,6 @@
 //! Parts of the platen and of a recording that something acts over: what cannot act at some samples is not asked at each of them.
 
-use crate::sensor::Moment;
+use crate::moment::Moment;
 
 /// What is over a part of the platen.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,5 @@
 //! Teeth of the platen as the segments of a pair read them: each the mean of those under its footprint, both of the same teeth.
 
-use crate::over::{Over, Seat};
-use crate::sensor::{Moment, READINGS, Regressor};
 use serde::{Deserialize, Serialize};
 
 /// Teeth along and across a segment that its reading averages: the fewest that are built (the more there are, the smoother).
@@ -69,84 +67,6 @@ pub struct Teeth {
     pub posts: [Vec<[i32; 2]>; 2],
     /// Whole lines of them.
     pub lines: [Vec<i32>; 2],
-}
-
-impl Teeth {
-    /// One amount a tooth and a line, m.
-    #[must_use]
-    pub fn regressors(&self, pitch_m: f64, size_m: f64) -> Vec<Regressor> {
-        let mut list = Vec::new();
-        let (footprint, step) = (self.footprint, self.step_pitches);
-        let place = move |m: &Moment, segment: usize| m.place_m[segment].map(|p| p / pitch_m);
-        let reach_m = footprint.half_pitches.map(|half| half * pitch_m);
-        let (tooth, line) = if step == [1.0; 2] {
-            ("tooth", "line")
-        } else {
-            ("teeth about", "lines about")
-        };
-        for (direction, axis) in ["x", "y"].into_iter().enumerate() {
-            let over = |place: [f64; 2]| {
-                Over::about(Seat::Pair(direction), place.map(|p| p * pitch_m), reach_m)
-            };
-            for &[i, j] in &self.posts[direction] {
-                let (i_f, j_f) = (f64::from(i) * step[0], f64::from(j) * step[1]);
-                let share = move |m: &Moment, segment: usize| {
-                    let [along, across] = place(m, segment);
-                    let along = footprint.weight(0, along - i_f);
-                    if along == 0.0 {
-                        0.0
-                    } else {
-                        along * footprint.weight(1, across - j_f)
-                    }
-                };
-                let name = format!(
-                    "{tooth} {} along, {} across, displaced along {axis}",
-                    told(i_f),
-                    told(j_f)
-                );
-                list.push(
-                    both(name, size_m, self.deviation_m[0], direction, share)
-                        .only_over(over([i_f, j_f])),
-                );
-            }
-            for &i in &self.lines[direction] {
-                let share = move |m: &Moment, segment: usize| {
-                    footprint.weight(0, place(m, segment)[0] - f64::from(i) * step[0])
-                };
-                let name = format!(
-                    "{line} {}, displaced along {axis}",
-                    told(f64::from(i) * step[0])
-                );
-                let along_m = f64::from(i) * step[0] * pitch_m;
-                let reach_m = [reach_m[0], f64::INFINITY];
-                list.push(
-                    both(name, size_m, self.deviation_m[1], direction, share)
-                        .only_over(Over::about(Seat::Pair(direction), [along_m, 0.0], reach_m)),
-                );
-            }
-        }
-        list
-    }
-}
-
-/// Amounts lie a pitch apart or more: a tenth of one tells them from each other.
-fn told(at: f64) -> String {
-    format!("{}", (10.0 * at).round() / 10.0)
-}
-
-/// Adds to both segments of a pair.
-fn both(
-    name: String,
-    size_m: f64,
-    deviation_m: f64,
-    direction: usize,
-    share: impl Fn(&Moment, usize) -> f64 + Send + Sync + 'static,
-) -> Regressor {
-    let add = move |m: &Moment, out: &mut [f64; READINGS]| {
-        out[direction] += share(m, direction);
-        out[direction + 2] += share(m, direction + 2);
-    };
-    Regressor::readings(name, "m", size_m, add).of_deviation(deviation_m)
 }
 
 #[cfg(test)]

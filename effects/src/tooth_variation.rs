@@ -129,6 +129,7 @@ pub mod sensor_side {
     use crate::over::{Over, Seat};
     use crate::sensor::{Moment, Regressor, Survey};
     pub use crate::teeth::{reach, share};
+    use crate::tooth_regressors::tooth_regressors;
 
     /// Prior size of the field, rms m.
     const SIZE_M: f64 = 3.0e-6;
@@ -224,7 +225,7 @@ pub mod sensor_side {
     /// of them: there the unknowns are the field's values on a rectangle of the mesh, and the footprint gives their correlation.
     pub fn regressors(survey: &Survey) -> Vec<Regressor> {
         if let Some(teeth) = &survey.teeth {
-            return teeth.regressors(survey.pitch_m, SIZE_M);
+            return tooth_regressors(teeth, survey.pitch_m, SIZE_M);
         }
         let mut list = Vec::new();
         let (step_m, pitch_m) = (survey.node_step_m, survey.pitch_m);
