@@ -1,9 +1,9 @@
 //! `recording.toml`: nominal geometry and stated noise.
 
-use crate::SCHEMA;
 use crate::column::{Column, CountLimits};
 use crate::error::{Error, one_line};
 use crate::keys::{Keys, Range, describe, missing};
+use crate::layout::SCHEMA;
 use crate::samples::Samples;
 use std::path::Path;
 use toml::{Table, Value};

@@ -1,12 +1,12 @@
 //! Reading a recording: every field is checked, memory is bounded by the values and not by the text.
 
-use crate::column::{COUNT, Column, CountLimits, is_logged};
+use crate::column::{COLUMNS, COUNT, Column, CountLimits, is_logged};
 use crate::error::{Error, excerpt, one_line};
 use crate::foreign::foreign_header;
+use crate::layout::{META_FILE, SAMPLES_FILE};
 use crate::meta::Meta;
 use crate::rows::{Fields, Rows};
 use crate::samples::{Logged, Samples};
-use crate::{COLUMNS, META_FILE, Recording, SAMPLES_FILE};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -17,7 +17,8 @@ const CHUNK_BYTES: usize = 1 << 16;
 /// More unknown columns than these are only counted.
 const NAMED_UNKNOWN: usize = 10;
 
-pub(crate) fn read(folder: &Path) -> Result<Recording, Error> {
+/// The table of units, the samples and the warnings of a folder.
+pub(crate) fn read(folder: &Path) -> Result<(Meta, Samples, Vec<String>), Error> {
     match std::fs::metadata(folder) {
         Err(error) => {
             return Err(Error::io(
@@ -41,11 +42,7 @@ pub(crate) fn read(folder: &Path) -> Result<Recording, Error> {
     let samples_file = folder.join(SAMPLES_FILE);
     let samples = Table::new(&samples_file, meta.count_limits()).read(&mut warnings)?;
     meta.check_against(&meta_file, &samples)?;
-    Ok(Recording {
-        meta,
-        samples,
-        warnings,
-    })
+    Ok((meta, samples, warnings))
 }
 
 fn open(file: &Path) -> Result<File, Error> {

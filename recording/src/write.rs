@@ -2,10 +2,10 @@
 
 use crate::column::{COLUMNS, Column, CountLimits};
 use crate::error::{Error, excerpt, one_line};
+use crate::layout::{META_FILE, SAMPLES_FILE};
 use crate::meta::Meta;
 use crate::samples::{Row, Samples};
 use crate::unfinished::{Left, examine, locked_file, unfinished_file};
-use crate::{META_FILE, Recording, SAMPLES_FILE};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
@@ -207,8 +207,7 @@ fn check_row(
 }
 
 /// Refuses in a whole recording what the reader would.
-pub(crate) fn check(recording: &Recording, file: &Path) -> Result<(), Error> {
-    let (meta, samples) = (&recording.meta, &recording.samples);
+pub(crate) fn check(meta: &Meta, samples: &Samples, file: &Path) -> Result<(), Error> {
     if samples.is_empty() {
         return Err(Error::new(file, "no samples", "at least one"));
     }

@@ -14,7 +14,6 @@ use std::path::PathBuf;
 const STANDING: &[&str] = &[
     "host/src/board_model/mod.rs",
     "host/src/isolability/angles.rs",
-    "recording/src/lib.rs",
     "src/board/hang.rs",
     "src/calibration/config.rs",
     "src/calibration/joint/constraint.rs",
