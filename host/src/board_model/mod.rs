@@ -1,18 +1,19 @@
 //! The diagnosed model as the board's error model: which of its effects are terms there, and with which coefficients.
 
 mod refit;
+mod row;
 mod terms;
 
 use anyhow::{Result, ensure};
-use courier_sensor::frame::SEGMENTS;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::model::{
-    ErrorModel, MAX_LATERAL_ORDER, MAX_TERMS, Multiplier, Term, TermTable, most_further_rows,
+    ErrorModel, MAX_LATERAL_ORDER, MAX_TERMS, Term, TermTable, most_further_rows,
 };
 use courier_sensor::settings::Settings;
 use diagnosis::Model;
 use diagnosis::linearization::baseline::ORDERS;
 use refit::{Diagnosed, Refitted, refit};
+use row::Row;
 use terms::{Place, on_board, places};
 
 /// Most terms of the own phase alone that the board can recalibrate with (`calibration::StartError::Terms`).
@@ -20,13 +21,6 @@ const MOST_OWN: usize = 6;
 
 /// Terms smaller than this are left out: a tenth of what the sensor resolves, and each costs the interrupt its time.
 const LEAST_M: f64 = 20.0e-9;
-/// Half a degree.
-const USUAL_ANGLE_RAD: f64 = 8.727e-3;
-/// A fly-by's.
-const USUAL_SPEED_M_S: f64 = 0.1;
-/// A morning's.
-const USUAL_WARMING_K: f64 = 5.0;
-
 /// A model for the board.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoardModel {
@@ -38,42 +32,6 @@ pub struct BoardModel {
     pub left: Vec<String>,
     /// What the board's terms leave of the model's correction, rms of a segment, m.
     pub left_m: f64,
-}
-
-/// A term with the coefficients of all segments.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Row {
-    term: Term,
-    coefficients: [[f64; 2]; SEGMENTS],
-}
-
-impl Row {
-    fn empty(term: Term) -> Self {
-        Self {
-            term,
-            coefficients: [[0.0; 2]; SEGMENTS],
-        }
-    }
-
-    fn is_own(&self) -> bool {
-        self.term == Term::own(self.term.own_order)
-    }
-
-    fn is_equation_3(&self) -> bool {
-        self.is_own() && ORDERS.contains(&usize::from(self.term.own_order))
-    }
-
-    /// Largest correction that it makes, metres, at the angle, speed and temperature of usual work.
-    fn size_m(&self) -> f64 {
-        let all = self.coefficients.as_flattened();
-        let largest = all.iter().fold(0.0, |largest: f64, c| c.abs().max(largest));
-        let factor = match self.term.multiplier {
-            Multiplier::None | Multiplier::Direction => 1.0,
-            Multiplier::Speed => USUAL_SPEED_M_S,
-            Multiplier::Temperature => USUAL_WARMING_K,
-        };
-        largest * factor * USUAL_ANGLE_RAD.powi(i32::from(self.term.theta_power))
-    }
 }
 
 impl BoardModel {
@@ -240,6 +198,8 @@ fn model(refitted: &Refitted) -> Result<ErrorModel> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use courier_sensor::frame::SEGMENTS;
+    use courier_sensor::model::Multiplier;
     use diagnosis::transfer::model::EffectAmounts;
     use diagnosis::verdict::answer::Magnitude;
     use effects::identity::{Factor, Wave};
@@ -353,7 +313,7 @@ mod tests {
     #[test]
     fn a_power_of_the_angle_becomes_the_nearest_one_that_the_board_has() {
         let sum = |power: i32| -> f64 {
-            let angles = (-500..=500).map(|k| refit::TURN_RAD * f64::from(k) / 500.0);
+            let angles = (-500..=500).map(|k| row::USUAL_ANGLE_RAD * f64::from(k) / 500.0);
             angles.map(|theta| theta.powi(power)).sum()
         };
         let of_power = |power: i32| {

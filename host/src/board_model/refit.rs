@@ -5,7 +5,7 @@
 //! 0.6 µm. So the board's coefficients are fitted, by least squares, to the correction that the diagnosed model makes, over
 //! poses of every phase. What they cannot follow is returned.
 
-use super::Row;
+use super::row::{Row, USUAL_ANGLE_RAD};
 use anyhow::{Context, Result};
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::geometry::Geometry;
@@ -15,8 +15,6 @@ use std::f64::consts::TAU;
 
 /// Poses: some fifty a column.
 const POSES: usize = 2500;
-/// Angles, radians: ±0.5°, as in a self-calibration.
-pub const TURN_RAD: f64 = 8.727e-3;
 /// Rounds in which the unmodified output is found; each gains a factor of ten.
 const ROUNDS: usize = 12;
 
@@ -156,7 +154,7 @@ fn pose(diagnosed: &Diagnosed, geometry: &Geometry, k: usize) -> Pose {
     let (x, y, theta) = (
         pitch_m * unit(1),
         pitch_m * unit(2),
-        TURN_RAD * (2.0 * unit(3) - 1.0),
+        USUAL_ANGLE_RAD * (2.0 * unit(3) - 1.0),
     );
     let arm = 0.5 * f64::from(geometry.span_m) * theta;
     let corrected = [x + arm, y + arm, x - arm, y - arm];

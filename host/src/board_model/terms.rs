@@ -1,6 +1,6 @@
 //! Which term of the board's error model an amount of a diagnosed model is.
 
-use super::refit::TURN_RAD;
+use super::row::USUAL_ANGLE_RAD;
 use courier_sensor::model::{Multiplier, Term};
 use diagnosis::Model;
 use diagnosis::transfer::model::EffectAmounts;
@@ -47,7 +47,10 @@ pub(super) fn place(wave: &Wave) -> Option<Place> {
         Factor::One => (plain, 1.0),
         Factor::Angle(power @ 1..=2) => (plain.with_theta(power as u8), 1.0),
         // The parabola that is nearest to a fourth power over the angles of a self-calibration (least squares).
-        Factor::Angle(4) => (plain.with_theta(2), 5.0 / 7.0 * TURN_RAD * TURN_RAD),
+        Factor::Angle(4) => (
+            plain.with_theta(2),
+            5.0 / 7.0 * USUAL_ANGLE_RAD * USUAL_ANGLE_RAD,
+        ),
         Factor::Speed => (plain.with(Multiplier::Speed), 1.0),
         Factor::Way => (plain.with(Multiplier::Direction), 1.0),
         Factor::Warmth => (plain.with(Multiplier::Temperature), 1.0),

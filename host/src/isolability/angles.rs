@@ -1,12 +1,25 @@
 //! Groups of unknowns, and how far apart their columns are.
 
 use super::problem::{Problem, UNDETERMINED};
-use super::{Angle, OTHERS};
 use courier_sensor::calibration::joint::Unknown;
 use nalgebra::DMatrix;
+use serde::Serialize;
 
+/// What a group's angle is measured from unless another group is named.
+pub(super) const OTHERS: &str = "all others";
 /// Pairs of groups that are closer than this are told.
 const CLOSE_DEG: f64 = 20.0;
+
+/// How far apart two groups are.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Angle {
+    /// A group.
+    pub group: String,
+    /// Another, or all others.
+    pub other: String,
+    /// Smallest principal angle of their columns, degrees: 90 is independent, 0 is the same.
+    pub angle_deg: f64,
+}
 
 impl Problem {
     fn groups(&self) -> Vec<(String, Vec<usize>)> {
@@ -52,6 +65,15 @@ impl Problem {
         self.angle(&own, &others)
     }
 
+    /// Largest predicted deviation within a group; none where the poses do not determine it.
+    pub(super) fn worst_deviation(&self, group: &str) -> Option<f64> {
+        let variances = self.variances();
+        let of_group = (0..self.free.len())
+            .filter(|&c| group_name(self.layout.unknown(self.free[c])) == group);
+        let worst = of_group.map(|c| variances[c]).fold(0.0, f64::max);
+        worst.is_finite().then(|| worst.sqrt())
+    }
+
     /// Smallest principal angle between two sets of columns, degrees; by its sine, which is exact for small ones.
     fn angle(&self, a: &[usize], b: &[usize]) -> f64 {
         if a.is_empty() || b.is_empty() {
@@ -82,7 +104,7 @@ impl Problem {
 }
 
 /// The group that an unknown belongs to.
-pub(super) fn group_name(unknown: Unknown) -> String {
+fn group_name(unknown: Unknown) -> String {
     match unknown {
         Unknown::Coefficient { term, .. } if term.lateral_order != 0 => "lateral terms".into(),
         Unknown::Coefficient { term, .. } => format!("own order {}", term.own_order),

@@ -8,76 +8,20 @@ mod angles;
 mod needed;
 mod poses;
 mod problem;
+mod question;
 
+pub use angles::Angle;
 pub use needed::Needed;
+pub use problem::Parameter;
+pub use question::{Motion, Question};
 
+use angles::OTHERS;
 use courier_sensor::geometry::Geometry;
 use problem::Problem;
 use serde::Serialize;
 
 /// Groups closer than this are said to be confused: their common part is known 20 times worse than each alone.
 const CONFUSED_DEG: f64 = 3.0;
-/// What a group's angle is measured from unless another group is named.
-const OTHERS: &str = "all others";
-
-/// A planned self-motion.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Motion {
-    /// Poses.
-    pub poses: u32,
-    /// Range in x and y, metres.
-    pub travel_m: f32,
-    /// Largest angle to either side, radians.
-    pub turn_rad: f32,
-    /// Turning about the coordination sensor under a beacon: g_x and g_y are there as well as g_p.
-    pub beacon: bool,
-    /// Whether poses are chosen instead of drawn.
-    pub chosen: bool,
-    /// Of the pose generator.
-    pub seed: u64,
-}
-
-/// What is asked.
-#[derive(Clone, Debug)]
-pub struct Question {
-    /// Geometry.
-    pub geometry: Geometry,
-    /// The motion.
-    pub motion: Motion,
-    /// Noise of a pose's averaged readings, metres.
-    pub noise_m: f32,
-    /// Whether the diode's own errors are among the unknowns.
-    pub sensor_terms: bool,
-}
-
-/// One unknown.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Parameter {
-    /// Its name.
-    pub name: String,
-    /// Unit of the deviations.
-    pub unit: &'static str,
-    /// Predicted standard deviation by the poses alone; none where they do not determine it.
-    pub deviation: Option<f64>,
-    /// With what is believed before.
-    pub deviation_with_prior: f64,
-    /// The prior's own.
-    pub prior: f64,
-    /// `data` or `prior`: which of them the result would rest on.
-    pub rests_on: &'static str,
-}
-
-/// How far apart two groups are.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Angle {
-    /// A group.
-    pub group: String,
-    /// Another, or all others.
-    pub other: String,
-    /// Smallest principal angle of their columns, degrees: 90 is independent, 0 is the same.
-    pub angle_deg: f64,
-}
-
 /// What another motion would do for a group.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Remedy {
@@ -120,9 +64,8 @@ pub struct Isolability {
 #[must_use]
 pub fn analyse(question: &Question) -> Isolability {
     let problem = Problem::new(question);
-    let mut answer = problem.answer(question.motion);
-    let confused: Vec<&Angle> = answer
-        .angles
+    let angles = problem.angles();
+    let confused: Vec<&Angle> = angles
         .iter()
         .filter(|a| a.other == OTHERS && a.angle_deg < CONFUSED_DEG)
         .collect();
@@ -144,9 +87,17 @@ pub fn analyse(question: &Question) -> Isolability {
             });
         }
     }
-    answer.remedies = remedies;
-    answer.needed = needed::of(question, &problem);
-    answer
+    let (condition_number, undetermined_directions) = problem.condition();
+    Isolability {
+        motion: question.motion,
+        condition_number,
+        undetermined_directions,
+        gauge: gauge(question.motion.beacon),
+        parameters: problem.parameters(),
+        angles,
+        remedies,
+        needed: needed::of(question, &problem),
+    }
 }
 
 /// Changes of a motion that may help: a larger angle, the beacon, both.

@@ -1,7 +1,7 @@
 //! How many poses the error model's coefficients need, against a thousand random ones, and the least that any motion needs.
 
 use super::problem::Problem;
-use super::{Motion, Question};
+use super::question::{Motion, Question};
 use courier_sensor::calibration::joint::Unknown;
 use courier_sensor::geometry::Geometry;
 use serde::Serialize;

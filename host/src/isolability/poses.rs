@@ -1,6 +1,6 @@
 //! The poses that a motion would visit.
 
-use super::{Motion, Question};
+use super::question::{Motion, Question};
 use courier_sensor::calibration::joint::{
     Constraints, Groups, JointSolver, Values, about_sensor, foreseen_under_beacon,
 };

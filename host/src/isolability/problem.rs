@@ -1,12 +1,14 @@
 //! The triangle of a motion's rows, and what it says of each unknown.
 
-use super::{Isolability, Motion, Parameter, Question, angles, gauge, poses};
+use super::poses;
+use super::question::Question;
 use courier_sensor::calibration::joint::{
     Constraints, Groups, JointSolver, Layout, Priors, ReadingNoise, Unknown, Weighting, entered,
     foreseen_under_beacon,
 };
 use courier_sensor::model::{ErrorModel, TermTable};
 use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
 
 /// Singular values below this share of the largest, columns equally long, are nothing: the rows are of f32.
 pub(super) const UNDETERMINED: f64 = 1.0e-5;
@@ -14,6 +16,23 @@ pub(super) const UNDETERMINED: f64 = 1.0e-5;
 const UNFELT: f64 = 1.0e-2;
 /// An unknown whose deviation is above this share of its prior's is the prior's.
 const PRIORS_OWN: f64 = 0.7;
+
+/// One unknown.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Parameter {
+    /// Its name.
+    pub name: String,
+    /// Unit of the deviations.
+    pub unit: &'static str,
+    /// Predicted standard deviation by the poses alone; none where they do not determine it.
+    pub deviation: Option<f64>,
+    /// With what is believed before.
+    pub deviation_with_prior: f64,
+    /// The prior's own.
+    pub prior: f64,
+    /// `data` or `prior`: which of them the result would rest on.
+    pub rests_on: &'static str,
+}
 
 /// The triangle of a motion's rows.
 pub(super) struct Problem {
@@ -85,7 +104,8 @@ impl Problem {
         }
     }
 
-    pub(super) fn answer(&self, motion: Motion) -> Isolability {
+    /// Condition number, columns equally long, where all is determined; and how many directions are not.
+    pub(super) fn condition(&self) -> (Option<f64>, usize) {
         let singular = self.triangle.clone().singular_values();
         let largest = singular.max();
         let undetermined_directions = self.free.len()
@@ -93,16 +113,8 @@ impl Problem {
                 .iter()
                 .filter(|&&s| s > UNDETERMINED * largest)
                 .count();
-        Isolability {
-            motion,
-            condition_number: (undetermined_directions == 0).then(|| largest / singular.min()),
-            undetermined_directions,
-            gauge: gauge(motion.beacon),
-            parameters: self.parameters(),
-            angles: self.angles(),
-            remedies: Vec::new(),
-            needed: None,
-        }
+        let number = (undetermined_directions == 0).then(|| largest / singular.min());
+        (number, undetermined_directions)
     }
 
     /// Predicted variances by the poses alone, infinite where undetermined.
@@ -155,7 +167,7 @@ impl Problem {
             .collect()
     }
 
-    fn parameters(&self) -> Vec<Parameter> {
+    pub(super) fn parameters(&self) -> Vec<Parameter> {
         let (alone, with_prior) = (self.variances(), self.variances_with_priors());
         (0..self.free.len())
             .map(|column| {
@@ -172,14 +184,6 @@ impl Problem {
                 }
             })
             .collect()
-    }
-
-    pub(super) fn worst_deviation(&self, group: &str) -> Option<f64> {
-        let variances = self.variances();
-        let of_group = (0..self.free.len())
-            .filter(|&c| angles::group_name(self.layout.unknown(self.free[c])) == group);
-        let worst = of_group.map(|c| variances[c]).fold(0.0, f64::max);
-        worst.is_finite().then(|| worst.sqrt())
     }
 }
 
