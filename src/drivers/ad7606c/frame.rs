@@ -1,6 +1,6 @@
 //! A conversion frame's bytes: pure, so that a board that reads by DMA decodes them with the same function.
 
-use super::ChipError;
+use super::error::ChipError;
 use crc::{Algorithm, Crc};
 
 /// Channels of one chip.

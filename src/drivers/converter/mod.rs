@@ -8,22 +8,25 @@
 //! starts conversions by a timer and reads on BUSY's falling edge calls [`Converter::read`] alone, or, if something else than the
 //! processor fetches the frames (DMA), [`Converter::receive`]; one that does all itself calls [`Converter::convert`].
 
+mod error;
 mod revival;
+mod settings;
+
+pub use error::ConverterError;
+pub use settings::{Settings, WITNESS_COUNTS};
 
 use super::ad7606c::{
-    Ad7606c, CHANNELS, ChipError, ChipSettings, FrameBytes, Oversampling, Range, check_frame, pairs,
+    Ad7606c, CHANNELS, ChipError, ChipSettings, FrameBytes, Oversampling, check_frame, pairs,
 };
 use crate::frame::{RawFrame, Status};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{self, InputPin, OutputPin};
 use embedded_hal::spi::SpiDevice;
-use revival::{Revival, Stage, chip_settings};
+use revival::{Revival, Stage};
+use settings::chip_settings;
 
 /// Counts of one instant, `[chip][channel]`.
 pub type Counts = [[i16; CHANNELS]; 2];
-
-/// Offset put on chip 1's grounded channel 8.
-pub const WITNESS_COUNTS: i8 = 64;
 
 /// Full reset needs more than 3 us (no-OS driver: 3).
 const RESET_PULSE_US: u32 = 5;
@@ -35,78 +38,6 @@ const SELF_TEST_RATIO: Oversampling = Oversampling::X16;
 const RISE_POLLS: u32 = 16;
 /// CONVST stays high so long in the self-test: the data sheet asks for 10 ns, and a pin's slow edges take 25 ns.
 const CONVST_PULSE_US: u32 = 1;
-
-/// What can go wrong with the pair.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum ConverterError {
-    /// One of the chips.
-    Chip {
-        /// 0 or 1.
-        index: u8,
-        /// What it did.
-        error: ChipError,
-    },
-    /// A pin could not be read or set.
-    Pin(digital::ErrorKind),
-    /// BUSY did not rise after CONVST: no conversion runs, or the line is broken.
-    BusyNeverRose {
-        /// Times it was read.
-        polls: u32,
-    },
-    /// BUSY did not fall.
-    BusyStuck {
-        /// Times it was read.
-        polls: u32,
-    },
-}
-
-impl core::fmt::Display for ConverterError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match *self {
-            Self::Chip { index, error } => write!(f, "converter {index}: {error}"),
-            Self::Pin(kind) => write!(f, "converter pin: {kind}"),
-            Self::BusyNeverRose { polls } => {
-                write!(f, "converter busy did not rise within {polls} readings")
-            }
-            Self::BusyStuck { polls } => {
-                write!(f, "converter busy did not fall within {polls} readings")
-            }
-        }
-    }
-}
-
-impl core::error::Error for ConverterError {}
-
-impl ConverterError {
-    /// The status bit that tells of it in a frame.
-    pub const fn status(&self) -> Status {
-        match self {
-            Self::Chip { .. } => Status::CONVERTER_CRC,
-            _ => Status::CONVERTER_TIMEOUT,
-        }
-    }
-}
-
-/// How the pair is run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Settings {
-    /// Input range of all channels.
-    pub range: Range,
-    /// Conversions averaged in the chip; [`Oversampling::X8`] takes 10 of the 50 us at 20 kHz.
-    pub oversampling: Oversampling,
-    /// Readings of BUSY after which [`Converter::convert`] gives up; at 50 ns each 2048 are 100 us, enough up to [`Oversampling::X64`].
-    pub busy_polls: u32,
-}
-
-impl Settings {
-    /// The sensor board's: ±5 V, no oversampling (a moving courier is not averaged over its own motion).
-    pub const BOARD: Self = Self {
-        range: Range::Bipolar5V,
-        oversampling: Oversampling::X1,
-        busy_polls: 2048,
-    };
-}
 
 /// Both chips and their lines.
 #[derive(Debug)]

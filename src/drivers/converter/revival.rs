@@ -3,8 +3,8 @@
 //! Done in the sampling interrupt, a piece at each instant, so that no instant is missed for it: at most five chip-select frames of
 //! 24 clocks at a time, 94 instants in all (4.7 ms at 20 kHz). Until the first good frame every reading is the error that began it.
 
-use super::{ConverterError, Settings, WITNESS_COUNTS};
-use crate::drivers::ad7606c::{CHANNELS, CONFIGURE_STEPS, ChipError, ChipSettings};
+use super::error::ConverterError;
+use crate::drivers::ad7606c::{CONFIGURE_STEPS, ChipError};
 
 /// Readings that fail one after the other before the chips are reset: 1 ms at 20 kHz. At one bit error in 300 a reading fails every
 /// second time, and one in a million runs is so long.
@@ -106,18 +106,5 @@ impl Revival {
             Stage::Pause { left: 0 } => Stage::Reset { high: true },
             Stage::Pause { left } => Stage::Pause { left: left - 1 },
         };
-    }
-}
-
-/// What a chip is set to in service.
-pub(super) const fn chip_settings(settings: &Settings, chip: u8) -> ChipSettings {
-    let mut offset_counts = [0; CHANNELS];
-    if chip == 1 {
-        offset_counts[CHANNELS - 1] = WITNESS_COUNTS;
-    }
-    ChipSettings {
-        range: settings.range,
-        oversampling: settings.oversampling,
-        offset_counts,
     }
 }

@@ -3,6 +3,7 @@
 use super::framing::Decoder;
 use super::*;
 use crate::frame::Frame;
+use crate::frame::{Coordinate, Status};
 
 fn frame(sequence: u32) -> Frame {
     let mut frame = Frame {

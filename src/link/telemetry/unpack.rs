@@ -1,6 +1,6 @@
 //! The host's end: a block's bytes into samples.
 
-use super::{Channels, Sample};
+use super::sample::{Channels, Sample};
 use crate::frame::{Coordinate, Pose, Status};
 
 /// Takes values off the front of a packed sample.
