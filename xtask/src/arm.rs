@@ -335,22 +335,3 @@ pub fn run(command: &mut Command) -> Result<()> {
 pub fn say(step: &str) {
     eprintln!("arm: {step}");
 }
-
-/// What `cargo xtask test` asks of the target.
-///
-/// # Errors
-/// The first check that fails.
-pub fn checks() -> Result<()> {
-    let arm = ensure()?;
-    ensure_program("qemu-system-arm", &["qemu-system-arm"])?;
-    say("the library builds for the target");
-    run(arm.cargo("build").args([
-        "--quiet",
-        "--release",
-        "--package",
-        "courier-sensor",
-        "--lib",
-    ]))?;
-    crate::parity::check()?;
-    crate::bench::check()
-}

@@ -1,7 +1,7 @@
 //! The sensor board's image as it ships: what the linker made, with the first stage and a header in the places that it left for them.
 
 use crate::arm::{Arm, TARGET, run};
-use crate::sign;
+use crate::image_body::{self, BOARD, FLASH_START};
 use anyhow::{Context, Result, ensure};
 use board_link::image::{DEVELOPMENT_SEED, Image};
 use courier_sensor::update::layout::{HEADER_ROOM, IMAGE_START};
@@ -27,8 +27,8 @@ pub fn assemble(arm: &Arm, linked: &Path, folder: &Path, output: &Path) -> Resul
     let stage = first_stage(arm, folder, output)?;
     let told = || linked.display().to_string();
     let mut image = fs::read(linked).with_context(told)?;
-    let body = sign::body(&image).with_context(told)?;
-    let mut header = Image::sign(DEVELOPMENT_SEED, sign::BOARD, Version::OWN, body)?.file();
+    let body = image_body::body(&image).with_context(told)?;
+    let mut header = Image::sign(DEVELOPMENT_SEED, BOARD, Version::OWN, body)?.file();
     header.truncate(HEADER_ROOM as usize);
     let shipped = linked.with_extension("elf");
     for (section, bytes) in [(".first_stage", stage), (".header", header)] {
@@ -59,7 +59,7 @@ fn stored(elf: &[u8]) -> Result<Vec<u8>> {
             segment.elf_program_header().p_paddr(elf.endian()),
             segment.data()?,
         );
-        let place = place.wrapping_sub(sign::FLASH_START) as usize;
+        let place = place.wrapping_sub(FLASH_START) as usize;
         let room = stored.get_mut(place..place + bytes.len());
         let room = room.with_context(|| {
             format!(

@@ -1,6 +1,6 @@
 //! `cargo xtask blind`: a blind check of nightly size, its figures held against those that were asked for.
 
-use crate::cargo;
+use crate::cargo::cargo;
 use anyhow::{Context, Result, ensure};
 use std::process::Stdio;
 

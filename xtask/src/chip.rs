@@ -9,8 +9,9 @@ mod mutations;
 pub use figures::json;
 
 use crate::arm::{self, root, run, say};
+use crate::cargo::cargo;
+use crate::firmware;
 use crate::permission::NotSetUp;
-use crate::{cargo, firmware};
 use anyhow::{Result, ensure};
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -3,7 +3,8 @@
 //! The encoder log is written here, from the simulator's plant alone; the others by `courier`, with the command that stands beside them
 //! in `examples/README.md`.
 
-use crate::{arm, cargo};
+use crate::arm;
+use crate::cargo::cargo;
 use anyhow::{Context, Result, ensure};
 use effects::motion::Pose;
 use effects::plant::Scene;

@@ -1,9 +1,11 @@
 //! Drives the checks of the project: `cargo xtask COMMAND`.
 
 mod arm;
+mod arm_checks;
 mod assemble;
 mod bench;
 mod blind;
+mod cargo;
 mod chip;
 mod circles;
 mod cmsis;
@@ -12,6 +14,7 @@ mod examples;
 mod figures;
 mod firmware;
 mod flash;
+mod image_body;
 mod manifests;
 mod mistakes;
 mod names;
@@ -32,7 +35,7 @@ mod stack;
 mod test;
 mod throughput;
 
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 
 /// A command: its name, what it does, and the function that does it.
 type Task = (&'static str, &'static str, Work);
@@ -144,7 +147,7 @@ const TASKS: &[Task] = &[
     (
         "arm",
         "the checks on the Cortex-M4F alone",
-        Work::Alone(arm::checks),
+        Work::Alone(arm_checks::check),
     ),
 ];
 
@@ -185,11 +188,4 @@ fn usage(name: &str) -> ExitCode {
         println!("cargo xtask {name:<12} {what}");
     }
     ExitCode::SUCCESS
-}
-
-/// `cargo` with these arguments, in the project's root.
-fn cargo(arguments: &[&str]) -> Command {
-    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.current_dir(arm::root()).args(arguments);
-    command
 }

@@ -4,7 +4,8 @@
 //! functions that are newer than `rust-version`; this file finds dependencies that want a newer compiler.
 //! It also holds that `courier` alone is built with the features that the tests have: else the diagnosis would be built twice.
 
-use crate::{arm, cargo};
+use crate::arm;
+use crate::cargo::cargo;
 use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 use std::collections::BTreeSet;

@@ -1,6 +1,6 @@
 //! `cargo xtask mistakes`: the nightly check of what is told of mis-wired recordings, and of right ones.
 
-use crate::cargo;
+use crate::cargo::cargo;
 use anyhow::{Context, Result, ensure};
 
 /// Any would do; a caller may give his own.

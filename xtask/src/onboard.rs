@@ -1,7 +1,8 @@
 //! The firmware's image on the emulated board: its tests, as `cargo xtask test` runs them and, at full length, `bench`.
 
 use crate::arm;
-use crate::{cargo, firmware, plugin};
+use crate::cargo::cargo;
+use crate::{firmware, plugin};
 use anyhow::{Context, Result, ensure};
 use std::process::Command;
 

@@ -3,7 +3,8 @@
 //! `cargo check` needs the target's standard library, which rustup has, and neither its linker nor its headers: no dependency
 //! of `courier` has code in C.
 
-use crate::{arm, cargo};
+use crate::arm;
+use crate::cargo::cargo;
 use anyhow::{Context, Result, ensure};
 use std::process::{Command, Stdio};
 

@@ -1,6 +1,6 @@
 //! `cargo xtask robustness`: random recordings and cut surveys of nightly size.
 
-use crate::cargo;
+use crate::cargo::cargo;
 use anyhow::{Result, ensure};
 
 /// Random recordings of a night.

@@ -3,7 +3,7 @@
 //! `cargo test` runs one test program after the other, and many of them hold one test that takes long: a processor waits for it.
 //! Here all tests of all programs stand in one line. Nothing is shared between the tests of a program, so nothing is made twice.
 
-use crate::cargo;
+use crate::cargo::cargo;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};

@@ -7,8 +7,9 @@
 //! The tests run in one line and every other check in a second one beside it ([`Lane`]): many of the checks are one program, which
 //! leaves a processor idle.
 
+use crate::cargo::cargo;
 use crate::{
-    arm, cargo, chip, circles, firmware, manifests, names, onboard, platforms, report, runner,
+    arm, arm_checks, chip, circles, firmware, manifests, names, onboard, platforms, report, runner,
 };
 use anyhow::{Context, Result, bail, ensure};
 use std::fs::File;
@@ -80,7 +81,7 @@ const CHECKS: &[Check] = &[
         checked("reports in a browser", || report::run(&[]))
     }),
     ("arm", Lane::Beside, || {
-        checked("the Cortex-M4F", arm::checks)
+        checked("the Cortex-M4F", arm_checks::check)
     }),
     ("firmware", Lane::Beside, || {
         checked("flash, RAM and stack of both images", || {

@@ -1,6 +1,7 @@
 //! Throughput on the host, beside nalgebra's QR: what replay, simulation and diagnosis have to spend.
 
-use crate::{arm, cargo};
+use crate::arm;
+use crate::cargo::cargo;
 use anyhow::Result;
 
 /// Builds and runs the host's benchmarks.

@@ -1,7 +1,7 @@
 //! The pages that are looked at: every verdict, from small recordings that are made here.
 
 use crate::arm::root;
-use crate::cargo;
+use crate::cargo::cargo;
 use anyhow::{Context, Result, ensure};
 use effects::random::{ChaCha8Rng, SeedableRng, normal};
 use recording::{Electronics, Existing, Geometry, Meta, Recording, Row, Samples};
