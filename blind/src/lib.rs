@@ -23,7 +23,7 @@ pub use specimens::{Case, Drawn, Kind};
 pub use tally::Score;
 pub use words::{Words, confusion, detection, effects, matrix, row, shrinkage};
 
-use diagnosis::design::study::Options;
+use diagnosis::design::assembly::Options;
 use diagnosis::selection::limits::VISIBLE;
 use diagnosis::transfer::model::{Model, check};
 use diagnosis::verdict::answer::{Diagnosis, Verdict};

@@ -79,12 +79,12 @@ pub mod verdict;
 
 pub mod transfer;
 
-#[cfg(test)]
-mod made;
 pub mod progress;
+#[cfg(test)]
+mod synthetic_problem;
 pub mod trace;
 
-pub use design::study::Options;
+pub use design::assembly::Options;
 pub use selection::{Answer, diagnose, diagnose_fully, diagnose_watched};
 pub use transfer::model::{Check, Checked, Model, check, check_fully, check_watched};
 pub use verdict::answer::{Diagnosis, HeldOut, Verdict};

@@ -10,19 +10,19 @@ pub enum Stage {
     /// The phase that harmonics run over is chosen.
     Phase,
     /// What was found is told more fully.
-    Fuller,
+    NestedForms,
     /// All is compared anew about what was found.
-    LookAgain,
+    Relinearize,
     /// A field over the platen is tried.
     Field,
     /// Effects beside those found are tried.
-    Beside,
+    SecondEffect,
     /// What is not needed is taken out.
     Prune,
     /// What another recording will show is foretold.
-    Foretell,
+    Predict,
     /// The verdict is made.
-    Judge,
+    Decide,
     /// A check: the recording is read as the model's was.
     Read,
     /// A check: samples that the model knows are told from those that it does not.
@@ -42,13 +42,13 @@ pub const DIAGNOSIS: [Stage; 10] = [
     Stage::Prepare,
     Stage::Compare,
     Stage::Phase,
-    Stage::Fuller,
-    Stage::LookAgain,
+    Stage::NestedForms,
+    Stage::Relinearize,
     Stage::Field,
-    Stage::Beside,
+    Stage::SecondEffect,
     Stage::Prune,
-    Stage::Foretell,
-    Stage::Judge,
+    Stage::Predict,
+    Stage::Decide,
 ];
 /// Stages of a check.
 pub const CHECK: [Stage; 3] = [Stage::Read, Stage::Split, Stage::Apply];
@@ -61,13 +61,13 @@ impl Stage {
             Self::Prepare => "calibrating the baseline",
             Self::Compare => "comparing the catalogue",
             Self::Phase => "choosing the phase",
-            Self::Fuller => "fitting what was found",
-            Self::LookAgain => "looking again beside it",
+            Self::NestedForms => "fitting what was found",
+            Self::Relinearize => "looking again beside it",
             Self::Field => "trying a field of teeth",
-            Self::Beside => "trying further effects",
+            Self::SecondEffect => "trying further effects",
             Self::Prune => "taking out what is not needed",
-            Self::Foretell => "foretelling other recordings",
-            Self::Judge => "making the verdict",
+            Self::Predict => "foretelling other recordings",
+            Self::Decide => "making the verdict",
             Self::Read => "reading as the model's was",
             Self::Split => "finding what the model knows",
             Self::Apply => "applying the model",
@@ -81,13 +81,13 @@ impl Stage {
             Self::Prepare | Self::Read => 0.0,
             Self::Compare => 0.05,
             Self::Phase => 0.30,
-            Self::Fuller => 0.40,
-            Self::LookAgain => 0.45,
+            Self::NestedForms => 0.40,
+            Self::Relinearize => 0.45,
             Self::Field => 0.70,
-            Self::Beside => 0.75,
+            Self::SecondEffect => 0.75,
             Self::Prune => 0.85,
-            Self::Foretell => 0.93,
-            Self::Judge => 0.95,
+            Self::Predict => 0.93,
+            Self::Decide => 0.95,
             Self::Split => 0.3,
             Self::Apply => 0.6,
         }

@@ -125,7 +125,7 @@ pub mod sensor_side {
     use core::f64::consts::{PI, TAU};
     use crate::rails::{Clip, KNEE, RAILS};
     pub use crate::rails::{Parts, parts, phase_error, saturated};
-    use crate::sensor::{Moment, Regressor, Survey};
+    use crate::sensor::{Covariates, Regressor, BasisInputs};
 
     /// Lower and upper rail of sine and cosine, then offsets, gain of the sine less one, quadrature angle and knee: of an amplitude of 1.
     const PARTS: [&str; 9] = [
@@ -236,10 +236,10 @@ pub mod sensor_side {
 
     /// Rails and pair are told: shapes over the phase that is seen. What an offset, a gain or an angle does to a wave
     /// that is not cut is equation (3)'s; only what is beyond that is wanted.
-    fn by_phase(list: &mut Vec<Regressor>, survey: &Survey, s: usize, clip: &Clip) {
-        let metres = survey.pitch_m / TAU;
+    fn by_phase(list: &mut Vec<Regressor>, inputs: &BasisInputs, s: usize, clip: &Clip) {
+        let metres = inputs.pitch_m / TAU;
         let p = parts(clip);
-        let beneath = survey.beneath[s].unwrap_or_default().map(|k| k / metres);
+        let beneath = inputs.beneath[s].unwrap_or_default().map(|k| k / metres);
         let beyond = |p: &Parts| -> Vec<f64> {
             let plain = correction(&open(p));
             let cut = correction(p).iter().zip(&plain).map(|(cut, whole)| cut - whole).collect();
@@ -266,7 +266,7 @@ pub mod sensor_side {
     fn by_reference(list: &mut Vec<Regressor>, s: usize, clip: &Clip, found: [f64; 2], metres: f64) {
         let p = parts(clip);
         let [zero, delay_s] = found;
-        let at = move |m: &Moment| m.reference_phase[s] + zero - delay_s * m.speed_m_s[s] / metres;
+        let at = move |m: &Covariates| m.reference_phase[s] + zero - delay_s * m.speed_m_s[s] / metres;
         list.push(Regressor::reading(told(&p, s), "1", 20.0e-6, s, move |m| {
             -metres * phase_error(at(m), &p)
         }));
@@ -301,16 +301,16 @@ pub mod sensor_side {
     }
 
     /// Sensor side: atan2 of clipped sine and cosine less the phase, with its derivatives by the levels.
-    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+    pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         let mut list = Vec::new();
-        let metres = survey.pitch_m / TAU;
-        for s in (0..4).filter(|s| survey.segments[*s]) {
-            match survey.clip[s] {
+        let metres = inputs.pitch_m / TAU;
+        for s in (0..4).filter(|s| inputs.segments[*s]) {
+            match inputs.clip[s] {
                 Some(clip) => match clip.zero_and_delay {
                     Some(found) => by_reference(&mut list, s, &clip, found, metres),
-                    None => by_phase(&mut list, survey, s, &clip),
+                    None => by_phase(&mut list, inputs, s, &clip),
                 },
-                None if !survey.counts && survey.lateral => by_family(&mut list, s, metres),
+                None if !inputs.counts && inputs.lateral => by_family(&mut list, s, metres),
                 None => {}
             }
         }
@@ -320,11 +320,11 @@ pub mod sensor_side {
 
 // --- what is known of it ---
 
-use crate::effect::{Acts, Card, Confusable, Effect, Judged, Place, Quantity};
-use crate::sensor::{Regressor, Survey};
+use crate::effect::{Acts, Card, Confusable, Effect, Detection, ColumnOrder, Quantity};
+use crate::sensor::{Regressor, BasisInputs};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
@@ -332,20 +332,20 @@ pub static CARD: Card = Card {
     summary: "a quadrature channel saturates",
     sizes: "10 µm for what a pair's counts show, 20 µm for what a reference shows: rails at 0.655 to 0.673 of the amplitude made 20.6 µm (ESS resolver)",
     telling_motion: "any motion over a few teeth with raw counts: the tops are seen to be flat, or the pair's circle to be bent in",
-    judged: Judged::ByRails,
-    place: Place::First,
+    detection: Detection::ByRails,
+    order: ColumnOrder::First,
     follows: Quantity::OwnPhase,
     coordinate: "own tooth phase, orders 4, 8, 12, 16",
     acts: Acts::Electronics,
     patterned: true,
-    makeshift: true,
+    absorbs_model_error: true,
     confusable: &[
         Confusable { with: "extra_harmonics", parted_by: "a clip makes the orders 4, 8, 12 and 16: raw counts show whether the tops are flat" },
     ],
     ..Card::PLAIN
 };
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }
@@ -354,7 +354,7 @@ impl Effect for Known {
         AdcClipping::draw(scene, rng, size_rms_m)
     }
 
-    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
-        sensor_side::regressors(survey)
+    fn shapes(&self, inputs: &BasisInputs) -> Vec<Regressor> {
+        sensor_side::regressors(inputs)
     }
 }

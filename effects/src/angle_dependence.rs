@@ -58,7 +58,7 @@ impl PlantEffect for AngleDependence {
 pub mod sensor_side {
     use crate::basis::legendre;
     use crate::identity::Factor;
-    use crate::sensor::{Channel, Moment, Regressor, Survey};
+    use crate::sensor::{Channel, Covariates, Regressor, BasisInputs};
 
     /// What is even in theta: a coil of some width that lies straight loses amplitude either way it is turned, as a sinc does, so this
     /// part may be the effect itself and no completion of the odd one.
@@ -75,7 +75,7 @@ pub mod sensor_side {
     const BENT_SIZE_M: f64 = 0.6e-6;
 
     /// The angle within the range of nearly all samples, -1 to 1; beyond it nothing goes on.
-    fn within(m: &Moment, [least, most]: [f64; 2]) -> f64 {
+    fn within(m: &Covariates, [least, most]: [f64; 2]) -> f64 {
         let half = 0.5 * (most - least);
         if half > 0.0 {
             ((m.theta_rad - 0.5 * (least + most)) / half).clamp(-1.0, 1.0)
@@ -98,8 +98,8 @@ pub mod sensor_side {
     }
 
     /// Cosine of that order times a power of the angle, with the mean shift that comes with it.
-    fn turning(survey: &Survey, segment: usize, label: (&str, &'static str, f64), power: i32) -> Regressor {
-        let (unmodified, mean) = (survey.unmodified, mean_shift(survey.fuller.turns_with_theta));
+    fn turning(inputs: &BasisInputs, segment: usize, label: (&str, &'static str, f64), power: i32) -> Regressor {
+        let (unmodified, mean) = (inputs.unmodified, mean_shift(inputs.forms.turns_with_theta));
         let name = format!("{}quadrature angle, segment {}", label.0, segment + 1);
         Regressor::reading(name, label.1, label.2, segment, move |m| {
             let table = if unmodified { &m.raw } else { &m.own };
@@ -109,24 +109,24 @@ pub mod sensor_side {
 
     /// Sensor side: each low order times theta and theta squared, the strongest times its fourth power besides. Where that leaves a gap they
     /// may bend over the angle as they please, or one channel of each pair turns against the other.
-    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+    pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         let mut list = Vec::new();
-        for s in (0..4).filter(|s| survey.segments[*s]) {
+        for s in (0..4).filter(|s| inputs.segments[*s]) {
             for order in [1, 2, 3, 4, 6] {
                 let size_m = if order < 3 { 2.5e-6 } else { 1.5e-6 };
                 let powers = [("theta times ", "m/rad", size_m), ("theta squared times ", "m/rad²", EVEN_SIZE_M)];
                 for ((text, unit, size_m), power) in powers.into_iter().zip(1..) {
                     let label = (text, unit, size_m, Factor::Angle(power));
-                    Regressor::free_harmonic(survey, &mut list, (s, order), label, move |m| m.theta_rad.powi(power));
-                    if order == QUADRATURE && survey.fuller.turns_with_theta.is_some() {
+                    Regressor::free_harmonic(inputs, &mut list, (s, order), label, move |m| m.theta_rad.powi(power));
+                    if order == QUADRATURE && inputs.forms.turns_with_theta.is_some() {
                         list.pop();
-                        list.push(turning(survey, s, (text, unit, size_m), power));
+                        list.push(turning(inputs, s, (text, unit, size_m), power));
                     }
                 }
-                let range = survey.thetas_rad;
-                for degree in BENT.filter(|_| survey.fuller.bends_with_theta) {
+                let range = inputs.thetas_rad;
+                for degree in BENT.filter(|_| inputs.forms.bends_with_theta) {
                     Regressor::free_harmonic(
-                        survey,
+                        inputs,
                         &mut list,
                         (s, order),
                         (format!("degree {degree} of theta times ").as_str(), "m", BENT_SIZE_M),
@@ -137,7 +137,7 @@ pub mod sensor_side {
                     continue;
                 }
                 Regressor::free_harmonic(
-                    survey,
+                    inputs,
                     &mut list,
                     (s, order),
                     ("theta to the fourth times ", "m/rad⁴", CURVED_SIZE_M, Factor::Angle(4)),
@@ -151,11 +151,11 @@ pub mod sensor_side {
 
 // --- what is known of it ---
 
-use crate::effect::{Card, Confusable, Effect, Form, Holds, KnownBy, Need, Quantity, Recordings};
-use crate::sensor::{Channel, Regressor, Survey};
+use crate::effect::{Card, Confusable, Effect, Form, Subsumption, KnownBy, Need, Quantity, Recordings};
+use crate::sensor::{Channel, Regressor, BasisInputs};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
@@ -176,9 +176,9 @@ pub static CARD: Card = Card {
     ],
     // A channel that turns against the other with the angle shifts its pair as a span that is wrong does, by as much as the harmonic
     // that it makes, and changes the amplitude as a gap that tilts does.
-    holds: &[
-        Holds { other: "span_error", tell: TURNS, known_by: KnownBy::Fit },
-        Holds { other: "gap_variation", tell: TURNS, known_by: KnownBy::Fit },
+    subsumes: &[
+        Subsumption { other: "span_error", tell: TURNS, known_by: KnownBy::Fit },
+        Subsumption { other: "gap_variation", tell: TURNS, known_by: KnownBy::Fit },
     ],
     on_board: "powers 1 and 2 of the angle; the fourth as the parabola that is nearest",
     confusable: &[
@@ -189,12 +189,12 @@ pub static CARD: Card = Card {
 };
 
 /// Either channel turns against the other.
-const TURNS: &[fn(&mut Survey)] = &[
-    |survey| survey.fuller.turns_with_theta = Some(Channel::Sine),
-    |survey| survey.fuller.turns_with_theta = Some(Channel::Cosine),
+const TURNS: &[fn(&mut BasisInputs)] = &[
+    |inputs| inputs.forms.turns_with_theta = Some(Channel::Sine),
+    |inputs| inputs.forms.turns_with_theta = Some(Channel::Cosine),
 ];
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }
@@ -203,7 +203,7 @@ impl Effect for Known {
         AngleDependence::draw(scene, rng, size_rms_m)
     }
 
-    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
-        sensor_side::regressors(survey)
+    fn shapes(&self, inputs: &BasisInputs) -> Vec<Regressor> {
+        sensor_side::regressors(inputs)
     }
 }

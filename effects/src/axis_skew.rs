@@ -57,7 +57,7 @@ impl PlantEffect for AxisSkew {
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
     use crate::basis::legendre;
-    use crate::sensor::{Moment, Regressor, Survey};
+    use crate::sensor::{Covariates, Regressor, BasisInputs};
 
     /// Size of what completes it, m.
     const WINDING_M: f64 = 0.4e-6;
@@ -68,15 +68,15 @@ pub mod sensor_side {
 
     /// Sensor side: two amounts; a common scale is the beacon's height. Lines that were ruled askew may wind as well,
     /// by a tenth of that: smooth shapes over the range, no more than completes the effect, and asked for where it leaves a gap.
-    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
-        if !survey.segments.iter().all(|s| *s) {
-            return if survey.reference {
-                against_reference(survey)
+    pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
+        if !inputs.segments.iter().all(|s| *s) {
+            return if inputs.reference {
+                against_reference(inputs)
             } else {
                 Vec::new()
             };
         }
-        if !survey.lateral {
+        if !inputs.lateral {
             return Vec::new();
         }
         let mut list = vec![
@@ -92,19 +92,19 @@ pub mod sensor_side {
                 }
             }),
         ];
-        if survey.lines_wind {
-            list.extend((0..2).flat_map(|axis| winding(survey, axis)));
+        if inputs.lines_wind {
+            list.extend((0..2).flat_map(|axis| winding(inputs, axis)));
         }
         list
     }
 
     /// Legendre polynomials of the lines' place, along their own direction and across it, over the range of the recording.
-    fn winding(survey: &Survey, axis: usize) -> Vec<Regressor> {
+    fn winding(inputs: &BasisInputs, axis: usize) -> Vec<Regressor> {
         let label = ["x", "y"][axis];
-        let middle_m = survey.middle_m;
-        let half_m = [axis, 1 - axis].map(|d| 0.5 * survey.travel_m[d].max(survey.pitch_m));
+        let middle_m = inputs.middle_m;
+        let half_m = [axis, 1 - axis].map(|d| 0.5 * inputs.travel_m[d].max(inputs.pitch_m));
         let along = [axis, 1 - axis];
-        let within = move |m: &Moment, s: usize, direction: usize| {
+        let within = move |m: &Covariates, s: usize, direction: usize| {
             let off_m = m.place_m[s][direction] - middle_m[along[direction]];
             (off_m / half_m[direction]).clamp(-BEYOND, BEYOND)
         };
@@ -132,12 +132,12 @@ pub mod sensor_side {
     const FAR_PITCHES: f64 = 3.0;
 
     /// The rulings that single segments pass, each against the reference.
-    fn against_reference(survey: &Survey) -> Vec<Regressor> {
+    fn against_reference(inputs: &BasisInputs) -> Vec<Regressor> {
         let mut list = Vec::new();
         for (axis, label) in ["x", "y"].into_iter().enumerate() {
             let of_it: Vec<usize> = [axis, axis + 2]
                 .into_iter()
-                .filter(|s| survey.segments[*s] && survey.travel_m[*s] > FAR_PITCHES * survey.pitch_m)
+                .filter(|s| inputs.segments[*s] && inputs.travel_m[*s] > FAR_PITCHES * inputs.pitch_m)
                 .collect();
             let mut add = |name: String, unit, direction: usize| {
                 let of_it = of_it.clone();
@@ -150,7 +150,7 @@ pub mod sensor_side {
                 }
             };
             add(format!("pitch of {label}"), "1", 0);
-            if survey.lateral {
+            if inputs.lateral {
                 add(format!("lines of {label} turned"), "rad", 1);
             }
         }
@@ -161,10 +161,10 @@ pub mod sensor_side {
 // --- what is known of it ---
 
 use crate::effect::{Acts, Card, Confusable, Effect, Quantity, Recordings};
-use crate::sensor::{Regressor, Survey};
+use crate::sensor::{Regressor, BasisInputs};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
@@ -177,7 +177,7 @@ pub static CARD: Card = Card {
     coordinate: "place on the platen",
     acts: Acts::Teeth,
     rigid: true,
-    searched: Some(|survey| survey.lines_wind = true),
+    searched: Some(|inputs| inputs.lines_wind = true),
     confusable: &[
         Confusable { with: "psd_misalignment", parted_by: "a platen's pitch is a diode's gain: only a known distance by an independent reference along both axes tells them apart" },
         Confusable { with: "thermal_drift", parted_by: "a platen that grew has another pitch: recordings at two temperatures tell" },
@@ -185,7 +185,7 @@ pub static CARD: Card = Card {
     ..Card::PLAIN
 };
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }
@@ -194,7 +194,7 @@ impl Effect for Known {
         AxisSkew::draw(scene, rng, size_rms_m)
     }
 
-    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
-        sensor_side::regressors(survey)
+    fn shapes(&self, inputs: &BasisInputs) -> Vec<Regressor> {
+        sensor_side::regressors(inputs)
     }
 }

@@ -72,14 +72,14 @@ impl PlantEffect for BeaconVibration {
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
     use core::f64::consts::TAU;
-    use crate::sensor::{Regressor, SLOWEST_LINE_HZ, Survey};
+    use crate::sensor::{Regressor, SLOWEST_LINE_HZ, BasisInputs};
 
     pub use crate::sensor::SLOWEST_LINE_HZ as SLOWEST_HZ;
 
     /// Sensor side: sine and cosine at each line that the survey found, along x and y, by stretch.
-    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+    pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         let mut list = Vec::new();
-        for &hz in survey.beacon_lines_hz.iter().filter(|hz| **hz >= SLOWEST_LINE_HZ) {
+        for &hz in inputs.beacon_lines_hz.iter().filter(|hz| **hz >= SLOWEST_LINE_HZ) {
             for axis in 0..2 {
                 let name = |part| format!("{hz:.3} Hz {part}, {}", ["x", "y"][axis]);
                 list.push(Regressor::channel(
@@ -104,11 +104,11 @@ pub mod sensor_side {
 
 // --- what is known of it ---
 
-use crate::effect::{Card, Carries, Confusable, Effect, Judged, Need, Quantity, Recordings};
-use crate::sensor::{Regressor, Survey};
+use crate::effect::{Card, Transfer, Confusable, Effect, Detection, Need, Quantity, Recordings};
+use crate::sensor::{Regressor, BasisInputs};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
@@ -118,10 +118,10 @@ pub static CARD: Card = Card {
     telling_motion: "standing still under the beacon for a few seconds at the full sample rate",
     recordings: Recordings::Still,
     needs: &[Need::Beacon],
-    judged: Judged::ByLines,
+    detection: Detection::ByLines,
     follows: Quantity::Time,
     coordinate: "frequency",
-    carries: Carries::Rephased,
+    transfer: Transfer::Rephased,
     its_own: "how it swells and strays",
     carries_over: "frequencies and levels; phases are fitted anew in each stretch",
     confusable: &[
@@ -130,7 +130,7 @@ pub static CARD: Card = Card {
     ..Card::PLAIN
 };
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }
@@ -139,7 +139,7 @@ impl Effect for Known {
         BeaconVibration::draw(scene, rng, size_rms_m)
     }
 
-    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
-        sensor_side::regressors(survey)
+    fn shapes(&self, inputs: &BasisInputs) -> Vec<Regressor> {
+        sensor_side::regressors(inputs)
     }
 }

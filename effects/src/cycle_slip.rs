@@ -40,24 +40,24 @@ impl PlantEffect for CycleSlip {
 
 // --- what is known of it ---
 
-use crate::effect::{Card, Carries, Effect, Judged, Quantity};
+use crate::effect::{Card, Transfer, Effect, Detection, Quantity};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
     name: "cycle_slip",
     summary: "a tooth count is off by whole teeth from some moment on",
     sizes: "whole pitches",
-    judged: Judged::AsSlips,
+    detection: Detection::AsSlips,
     follows: Quantity::Nothing,
-    carries: Carries::Anew,
+    transfer: Transfer::Anew,
     carries_over: "nothing: each recording has its own slips, which are repaired",
     ..Card::PLAIN
 };
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }

@@ -5,7 +5,7 @@
 
 use crate::plant::{PlantEffect, Scene};
 use crate::random::ChaCha8Rng;
-use crate::sensor::{Fuller, Regressor, Survey};
+use crate::sensor::{BasisInputs, NestedForms, Regressor};
 
 /// Everything about an effect. Its file holds one type that implements this.
 pub trait Effect: Send + Sync {
@@ -16,15 +16,15 @@ pub trait Effect: Send + Sync {
     fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect>;
 
     /// The sensor's side: what it could add to the readings of a recording that offers what [`Card::needs`] lists. Nothing for what
-    /// is judged directly ([`Judged::is_fitted`]).
-    fn shapes(&self, _survey: &Survey) -> Vec<Regressor> {
+    /// is judged directly ([`Detection::is_fitted`]).
+    fn shapes(&self, _survey: &BasisInputs) -> Vec<Regressor> {
         Vec::new()
     }
 
     /// What it could add to the readings of a recording; empty where the data cannot show it.
-    fn regressors(&self, survey: &Survey) -> Vec<Regressor> {
-        if self.card().is_answerable(survey) {
-            self.shapes(survey)
+    fn regressors(&self, inputs: &BasisInputs) -> Vec<Regressor> {
+        if self.card().is_answerable(inputs) {
+            self.shapes(inputs)
         } else {
             Vec::new()
         }
@@ -62,9 +62,9 @@ pub struct Card {
     /// What a recording must offer.
     pub needs: &'static [Need],
     /// How it is found.
-    pub judged: Judged,
+    pub detection: Detection,
     /// Where its unknowns stand among those of the others.
-    pub place: Place,
+    pub order: ColumnOrder,
     /// The quantity that it follows.
     pub follows: Quantity,
     /// That quantity in the words of the answer's `where`.
@@ -72,19 +72,19 @@ pub struct Card {
     /// Where it acts along the chain from platen to counts.
     pub acts: Acts,
     /// What of it carries over to another recording of the same courier.
-    pub carries: Carries,
+    pub transfer: Transfer,
     /// What of it carries over and what does not, in words.
     pub carries_over: &'static str,
     /// A cause, or a shape that may stand in for one.
     pub nature: Nature,
     /// Share of the gap by which it must do better than a rival: the more shapes its unknowns can take, the more it does by chance.
-    pub handicap: f64,
+    pub complexity_penalty: f64,
     /// It makes a pattern over the tooth: harmonics of the own phase beside it may be what its own form lacks.
     pub patterned: bool,
     /// Its harmonics may run over the phase of the unmodified output instead of the calibrated one.
     pub either_phase: bool,
     /// Its shapes are so many that it stands in for what a great effect's own form lacks.
-    pub makeshift: bool,
+    pub absorbs_model_error: bool,
     /// It is a time between two parts of the sensor: what all segments have in common of one such effect is the other, the other way
     /// round.
     pub delays: bool,
@@ -97,9 +97,9 @@ pub struct Card {
     /// Forms that tell more of it, simplest first; asked for where the form before leaves a gap.
     pub forms: &'static [Form],
     /// A fuller form that is also looked for where the simple one is not found.
-    pub searched: Option<fn(&mut Survey)>,
+    pub searched: Option<fn(&mut BasisInputs)>,
     /// What another effect is found for but is this one's own once this one is known.
-    pub holds: &'static [Holds],
+    pub subsumes: &'static [Subsumption],
     /// What it is confused with, and what parts the two.
     pub confusable: &'static [Confusable],
     /// What a board takes over of it; empty: nothing.
@@ -119,25 +119,25 @@ impl Card {
         telling_motion: "",
         recordings: Recordings::Usual,
         needs: &[],
-        judged: Judged::ByFit,
-        place: Place::Usual,
+        detection: Detection::ByFit,
+        order: ColumnOrder::Usual,
         follows: Quantity::OwnPhase,
         coordinate: "",
         acts: Acts::Segment,
-        carries: Carries::Whole,
+        transfer: Transfer::Whole,
         carries_over: "its amounts",
         nature: Nature::Cause,
-        handicap: 0.0,
+        complexity_penalty: 0.0,
         patterned: false,
         either_phase: false,
-        makeshift: false,
+        absorbs_model_error: false,
         delays: false,
         rigid: false,
         remembers: false,
         by_amplitude: false,
         forms: &[],
         searched: None,
-        holds: &[],
+        subsumes: &[],
         confusable: &[],
         on_board: "",
         its_own: "",
@@ -146,8 +146,8 @@ impl Card {
 
     /// True if a recording offers what the effect needs.
     #[must_use]
-    pub fn is_answerable(&self, survey: &Survey) -> bool {
-        self.needs.iter().all(|need| need.is_met(survey))
+    pub fn is_answerable(&self, inputs: &BasisInputs) -> bool {
+        self.needs.iter().all(|need| need.is_met(inputs))
     }
 
     /// True for an effect with so many unknowns that a simpler shape which does nearly as well is to be believed instead.
@@ -171,7 +171,7 @@ impl Card {
     /// True if another recording has another course of it.
     #[must_use]
     pub fn keeps_its_own_time(&self) -> bool {
-        self.carries == Carries::ItsOwnTime
+        self.transfer == Transfer::ItsOwnTime
     }
 
     /// True if it follows the board's temperature.
@@ -216,13 +216,13 @@ pub enum Need {
 impl Need {
     /// True if a recording offers it.
     #[must_use]
-    pub fn is_met(self, survey: &Survey) -> bool {
+    pub fn is_met(self, inputs: &BasisInputs) -> bool {
         match self {
-            Self::Beacon => survey.beacon,
-            Self::Temperature => survey.temperature,
-            Self::Turning => survey.turning,
-            Self::Moving => survey.moving,
-            Self::Across => survey.lateral,
+            Self::Beacon => inputs.beacon,
+            Self::Temperature => inputs.temperature,
+            Self::Turning => inputs.turning,
+            Self::Moving => inputs.moving,
+            Self::Across => inputs.lateral,
         }
     }
 
@@ -241,7 +241,7 @@ impl Need {
 
 /// How an effect is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Judged {
+pub enum Detection {
     /// By a fit of its regressors among those of others.
     ByFit,
     /// The same; it is a field over the platen, of very many unknowns, and looked for where the teeth are passed often enough.
@@ -258,7 +258,7 @@ pub enum Judged {
     AsNoise,
 }
 
-impl Judged {
+impl Detection {
     /// True for what adds something to the readings that a fit can follow.
     #[must_use]
     pub fn is_fitted(self) -> bool {
@@ -274,7 +274,7 @@ impl Judged {
 
 /// Where an effect's unknowns stand among those of the others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Place {
+pub enum ColumnOrder {
     /// Before all: the others are told about it.
     First,
     /// In the order of the catalogue.
@@ -323,7 +323,7 @@ pub enum Acts {
 
 /// What carries over to another recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Carries {
+pub enum Transfer {
     /// All amounts.
     Whole,
     /// Frequencies and levels; the phases are fitted anew.
@@ -351,7 +351,7 @@ pub struct Form {
     /// What is told more.
     pub tells: &'static str,
     /// Asks for it.
-    pub tell: fn(&mut Fuller),
+    pub tell: fn(&mut NestedForms),
     /// What the effect is found as while no more is told of it; none: as itself.
     pub found_as: Option<&'static str>,
     /// What stands in beside the effect for what the form tells.
@@ -359,27 +359,27 @@ pub struct Form {
     /// The simple form may leave most of the gap.
     pub far_from_it: bool,
     /// How much less it must leave.
-    pub worth: Worth,
+    pub cost: Cost,
 }
 
 impl Form {
     /// A form of an effect that is found as itself, and leaves little.
     #[must_use]
-    pub const fn new(tells: &'static str, tell: fn(&mut Fuller)) -> Self {
+    pub const fn new(tells: &'static str, tell: fn(&mut NestedForms)) -> Self {
         Self {
             tells,
             tell,
             found_as: None,
             completed_by: None,
             far_from_it: false,
-            worth: Worth::Many,
+            cost: Cost::Many,
         }
     }
 }
 
 /// How much less a fuller form must leave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Worth {
+pub enum Cost {
     /// It has many unknowns: much less.
     Many,
     /// It has a few: less.
@@ -390,11 +390,11 @@ pub enum Worth {
 
 /// Another effect is found for what is this one's own.
 #[derive(Debug)]
-pub struct Holds {
+pub struct Subsumption {
     /// The other one.
     pub other: &'static str,
     /// What this one holds besides; of several, the one that leaves least.
-    pub tell: &'static [fn(&mut Survey)],
+    pub tell: &'static [fn(&mut BasisInputs)],
     /// How the other is known to be that.
     pub known_by: KnownBy,
 }

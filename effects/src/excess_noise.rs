@@ -44,10 +44,10 @@ impl PlantEffect for ExcessNoise {
 
 // --- what is known of it ---
 
-use crate::effect::{Card, Carries, Confusable, Effect, Judged, Quantity, Recordings};
+use crate::effect::{Card, Transfer, Confusable, Effect, Detection, Quantity, Recordings};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
@@ -55,9 +55,9 @@ pub static CARD: Card = Card {
     summary: "white noise above the stated level",
     sizes: "a tenth above the stated level and more",
     recordings: Recordings::Still,
-    judged: Judged::AsNoise,
+    detection: Detection::AsNoise,
     follows: Quantity::Nothing,
-    carries: Carries::Anew,
+    transfer: Transfer::Anew,
     carries_over: "its level",
     confusable: &[
         Confusable { with: "outlier_bursts", parted_by: "many weak bursts are noise: a longer recording at rest shows whether they come alone" },
@@ -66,7 +66,7 @@ pub static CARD: Card = Card {
     ..Card::PLAIN
 };
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }

@@ -44,7 +44,7 @@ impl PlantEffect for ExtraHarmonics {
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
     use crate::identity::Factor;
-    use crate::sensor::{ORDERS, Regressor, Survey};
+    use crate::sensor::{ORDERS, Regressor, BasisInputs};
 
     /// Prior size of an order, m: as much as the smallest that equation (3) keeps (orders 4 and 6 of the paper's device).
     const SIZE_M: f64 = 2.0e-6;
@@ -52,11 +52,11 @@ pub mod sensor_side {
     const KNOWN: [usize; 4] = [1, 2, 4, 6];
 
     /// Sensor side: free sine and cosine of each order, each segment by itself.
-    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+    pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         let mut list = Vec::new();
-        for s in (0..4).filter(|s| survey.segments[*s]) {
+        for s in (0..4).filter(|s| inputs.segments[*s]) {
             for order in (3..=ORDERS).filter(|n| !KNOWN.contains(n)) {
-                Regressor::free_harmonic(survey, &mut list, (s, order), ("", "m", SIZE_M, Factor::One), |_| 1.0);
+                Regressor::free_harmonic(inputs, &mut list, (s, order), ("", "m", SIZE_M, Factor::One), |_| 1.0);
             }
         }
         list
@@ -67,10 +67,10 @@ pub mod sensor_side {
 
 use crate::effect::{Card, Confusable, Effect, Nature, Quantity};
 use crate::identity::Identity;
-use crate::sensor::{Regressor, Survey};
+use crate::sensor::{Regressor, BasisInputs};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
@@ -81,10 +81,10 @@ pub static CARD: Card = Card {
     follows: Quantity::OwnPhase,
     coordinate: "own tooth phase",
     nature: Nature::Shape,
-    handicap: 0.10,
+    complexity_penalty: 0.10,
     patterned: true,
     either_phase: true,
-    makeshift: true,
+    absorbs_model_error: true,
     on_board: "the largest orders that there is room for",
     confusable: &[
         Confusable { with: "adc_clipping", parted_by: "a clip makes the orders 4, 8, 12 and 16: raw counts show whether the tops are flat" },
@@ -93,7 +93,7 @@ pub static CARD: Card = Card {
     ..Card::PLAIN
 };
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }
@@ -102,8 +102,8 @@ impl Effect for Known {
         ExtraHarmonics::draw(scene, rng, size_rms_m)
     }
 
-    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
-        sensor_side::regressors(survey)
+    fn shapes(&self, inputs: &BasisInputs) -> Vec<Regressor> {
+        sensor_side::regressors(inputs)
     }
 
     fn coordinate(&self, amount: &Regressor) -> String {

@@ -72,7 +72,7 @@ impl PlantEffect for GapVariation {
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
     use crate::identity::Factor;
-    use crate::sensor::{Moment, Regressor, Survey};
+    use crate::sensor::{Covariates, Regressor, BasisInputs};
 
     /// Prior size of the first order's change over the recording, m: a gap that varies by a tenth changes equation (3)'s
     /// 16 µm by that share.
@@ -89,17 +89,17 @@ pub mod sensor_side {
 
     /// Sensor side: low orders of the own phase that grow with the logarithm of the amplitude, as far as the place explains it:
     /// what changes the amplitude within a tooth, or with time at one place, is no gap.
-    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+    pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         let mut list = Vec::new();
-        for s in (0..4).filter(|s| survey.segments[*s]) {
+        for s in (0..4).filter(|s| inputs.segments[*s]) {
             // The amplitude tells a gap; a place does not, and what grows with it alike on a whole tooth is a pitch, not a gap.
-            let by_amplitude = survey.counts && survey.amplitude_by_place[s];
-            if survey.gap_told {
+            let by_amplitude = inputs.counts && inputs.amplitude_by_place[s];
+            if inputs.gap_told {
                 for (order, part) in LACKED {
                     Regressor::harmonic(&mut list, s, order, ("normal amplitude, ", "m", part * SIZE_M), |_| 1.0);
                 }
             }
-            let mut family = |(label, unit, size_m, kind): (&str, _, f64, Factor), orders: &[(usize, f64)], factor: fn(&Moment, usize) -> f64| {
+            let mut family = |(label, unit, size_m, kind): (&str, _, f64, Factor), orders: &[(usize, f64)], factor: fn(&Covariates, usize) -> f64| {
                 if by_amplitude {
                     let name = format!("{label}offset, segment {}", s + 1);
                     list.push(Regressor::reading(name, unit, size_m, s, move |m| {
@@ -119,7 +119,7 @@ pub mod sensor_side {
                 // bend is below a hundredth of a micrometre: freely fitted it stands for what equation (3) lacks, and another
                 // recording shows it.
                 family(("square of amplitude times ", "m", 0.1 * SIZE_M, Factor::Other), &ORDERS[..BENT], |m, s| m.ln_amplitude[s].powi(2));
-            } else if !survey.counts && survey.travel_m[s] > 3.0 * survey.pitch_m {
+            } else if !inputs.counts && inputs.travel_m[s] > 3.0 * inputs.pitch_m {
                 family(("place along times ", "1", PLACE_SIZE_M, Factor::Place), &ORDERS, |m, s| m.from_middle_m[s % 2]);
                 family(("place across times ", "1", PLACE_SIZE_M, Factor::Place), &ORDERS, |m, s| m.from_middle_m[1 - s % 2]);
             }
@@ -130,12 +130,12 @@ pub mod sensor_side {
 
 // --- what is known of it ---
 
-use crate::effect::{Card, Confusable, Effect, Holds, KnownBy, Quantity, Recordings};
+use crate::effect::{Card, Confusable, Effect, Subsumption, KnownBy, Quantity, Recordings};
 use crate::identity::{Factor, Identity};
-use crate::sensor::{Regressor, Survey};
+use crate::sensor::{Regressor, BasisInputs};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
@@ -147,12 +147,12 @@ pub static CARD: Card = Card {
     follows: Quantity::Amplitude,
     coordinate: "signal amplitude",
     carries_over: "its amounts, within the amplitudes that were seen",
-    handicap: 0.01,
+    complexity_penalty: 0.01,
     patterned: true,
-    makeshift: true,
+    absorbs_model_error: true,
     by_amplitude: true,
     // An offset makes further orders of equation (3)'s, and a gap shows the offset.
-    holds: &[Holds { other: "extra_harmonics", tell: &[|survey| survey.gap_told = true], known_by: KnownBy::MixedHarmonics }],
+    subsumes: &[Subsumption { other: "extra_harmonics", tell: &[|inputs| inputs.gap_told = true], known_by: KnownBy::MixedHarmonics }],
     confusable: &[
         Confusable { with: "extra_harmonics", parted_by: "an offset makes further orders of equation (3)'s: fly-bys over the platen with raw counts show whether they change with the amplitude" },
         Confusable { with: "angle_dependence", parted_by: "a gap that tilts goes with the angle: raw counts show whether the amplitude changes with it" },
@@ -160,7 +160,7 @@ pub static CARD: Card = Card {
     ..Card::PLAIN
 };
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }
@@ -169,8 +169,8 @@ impl Effect for Known {
         GapVariation::draw(scene, rng, size_rms_m)
     }
 
-    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
-        sensor_side::regressors(survey)
+    fn shapes(&self, inputs: &BasisInputs) -> Vec<Regressor> {
+        sensor_side::regressors(inputs)
     }
 
     fn coordinate(&self, amount: &Regressor) -> String {

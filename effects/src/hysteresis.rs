@@ -54,7 +54,7 @@ impl PlantEffect for Hysteresis {
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
     use crate::identity::{Factor, Identity, Wave};
-    use crate::sensor::{Moment, Regressor, Survey, TURNOVERS};
+    use crate::sensor::{Covariates, Regressor, BasisInputs, TURNOVERS};
 
     /// How it turns over, and the lengths of travel over which it does.
     const TURNED: [&str; TURNOVERS] = [
@@ -111,41 +111,41 @@ pub mod sensor_side {
     }
 
     /// Sensor side: the direction while moving, and that of the approach while still.
-    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+    pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         let mut list = Vec::new();
-        let fades = survey.fuller.fades_at_rest;
-        for s in (0..4).filter(|s| survey.segments[*s]) {
-            if survey.moving {
+        let fades = inputs.forms.fades_at_rest;
+        for s in (0..4).filter(|s| inputs.segments[*s]) {
+            if inputs.moving {
                 let name = format!("direction of travel, segment {}", s + 1);
                 let one = Regressor::reading(name, "m", DIRECTION_SIZE_M, s, move |m| m.direction[s]);
                 list.push(one.identified(way(s)));
             }
             for (k, travel) in TURNED.into_iter().enumerate() {
-                let mut remembers = |when: &str, there: fn(&Moment) -> bool| {
+                let mut remembers = |when: &str, there: fn(&Covariates) -> bool| {
                     let name = format!("direction turned {travel}{when}, segment {}", s + 1);
                     let one = Regressor::reading(name, "m", MEMORY_SIZE_M, s, move |m| {
                         if there(m) { m.memory[s][k] } else { 0.0 }
                     });
                     list.push(one.identified(way(s)));
                 };
-                if survey.fuller.fades_at_rest {
+                if inputs.forms.fades_at_rest {
                     remembers(", in motion", |m| m.underway);
                     remembers(", at rest", |m| !m.underway);
                 } else {
                     remembers("", |_| true);
                 }
             }
-            for (k, travel) in TURNED.into_iter().enumerate().filter(|(k, _)| survey.fuller.memory_waves && WAVES.contains(k)) {
+            for (k, travel) in TURNED.into_iter().enumerate().filter(|(k, _)| inputs.forms.memory_waves && WAVES.contains(k)) {
                 let name = format!("direction turned {travel} times ");
                 Regressor::free_harmonic(
-                    survey,
+                    inputs,
                     &mut list,
                     (s, 1),
                     (name.as_str(), "m", WAVES_SIZE_M, Factor::Way),
                     move |m| if fades && !m.underway { 0.0 } else { m.memory[s][k] },
                 );
             }
-            for below in SOFT_M_S.into_iter().filter(|_| survey.fuller.softens) {
+            for below in SOFT_M_S.into_iter().filter(|_| inputs.forms.softens) {
                 let name = format!("direction that is less below {:.0} mm/s, segment {}", 1.0e3 * below, s + 1);
                 list.push(Regressor::reading(name, "m", MEMORY_SIZE_M, s, move |m| {
                     if m.underway { m.memory[s][SOFTENED] * softened(m.speed_m_s[s], below) } else { 0.0 }
@@ -164,10 +164,10 @@ pub mod sensor_side {
 // --- what is known of it ---
 
 use crate::effect::{Card, Confusable, Effect, Form, Quantity};
-use crate::sensor::{Regressor, Survey};
+use crate::sensor::{Regressor, BasisInputs};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
@@ -178,9 +178,9 @@ pub static CARD: Card = Card {
     follows: Quantity::Way,
     coordinate: "direction",
     carries_over: "its amounts; what a segment brought along from a way that is not recorded is fitted anew",
-    handicap: 0.03,
+    complexity_penalty: 0.03,
     patterned: true,
-    makeshift: true,
+    absorbs_model_error: true,
     remembers: true,
     forms: &[
         Form::new("a memory that is less at rest", |told| told.fades_at_rest = true),
@@ -203,7 +203,7 @@ pub static CARD: Card = Card {
     ..Card::PLAIN
 };
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }
@@ -212,8 +212,8 @@ impl Effect for Known {
         Hysteresis::draw(scene, rng, size_rms_m)
     }
 
-    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
-        sensor_side::regressors(survey)
+    fn shapes(&self, inputs: &BasisInputs) -> Vec<Regressor> {
+        sensor_side::regressors(inputs)
     }
 
     fn brought_along(&self, segment: usize, stretch: usize) -> Option<Regressor> {

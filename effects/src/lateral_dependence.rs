@@ -105,7 +105,7 @@ impl PlantEffect for LateralDependence {
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
     use crate::identity::{Factor, Identity, Part, Wave};
-    use crate::sensor::{Moment, Regressor, Survey};
+    use crate::sensor::{Covariates, Regressor, BasisInputs};
 
     /// Orders across, and the prior size of each, m: some 2.7 µm rms beside the platen's teeth bring a
     /// simulated courier to the paper's residuals (section 3.1.2); the higher orders fall as a coil some teeth wide averages them.
@@ -118,28 +118,28 @@ pub mod sensor_side {
     const MORE: [(usize, i32); 6] = [(1, 2), (1, -2), (1, 3), (1, -3), (2, 2), (2, -2)];
 
     /// Sensor side: equation (9) with orders 1 to 3 across, and products of low orders along and across; where that leaves a gap, of more.
-    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+    pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         let mut list = Vec::new();
-        for s in (0..4).filter(|s| survey.segments[*s]) {
+        for s in (0..4).filter(|s| inputs.segments[*s]) {
             for (order, size_m) in ACROSS {
                 for part in Part::BOTH {
                     let name = format!("order {order} {}, segment {}", part.name(), s + 1);
-                    let value = move |m: &Moment| part.of(m.lateral[s][order]);
+                    let value = move |m: &Covariates| part.of(m.lateral[s][order]);
                     let one = Regressor::reading(name, "m", size_m, s, value);
                     list.push(one.identified(wave(s, 0, order as i32, part)));
                 }
             }
-            let more = MORE.into_iter().filter(|_| survey.fuller.lateral_mixes);
+            let more = MORE.into_iter().filter(|_| inputs.forms.lateral_mixes);
             for (own, across) in MIXED.into_iter().chain(more) {
                 let sign = f64::from(across.signum());
                 let order = across.unsigned_abs() as usize;
-                let product = move |m: &Moment| {
+                let product = move |m: &Covariates| {
                     let ((a, b), (c, d)) = (m.own[s][own], m.lateral[s][order]);
                     (a * d + sign * b * c, b * d - sign * a * c)
                 };
                 for part in Part::BOTH {
                     let name = format!("own order {own}, lateral order {across} {}, segment {}", part.name(), s + 1);
-                    let value = move |m: &Moment| part.of(product(m));
+                    let value = move |m: &Covariates| part.of(product(m));
                     let one = Regressor::reading(name, "m", MIXED_SIZE_M, s, value);
                     list.push(one.identified(wave(s, own, across, part)));
                 }
@@ -157,10 +157,10 @@ pub mod sensor_side {
 
 use crate::effect::{Card, Confusable, Effect, Form, Need, Quantity};
 use crate::identity::Identity;
-use crate::sensor::{Regressor, Survey};
+use crate::sensor::{Regressor, BasisInputs};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
@@ -181,7 +181,7 @@ pub static CARD: Card = Card {
     ..Card::PLAIN
 };
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }
@@ -190,8 +190,8 @@ impl Effect for Known {
         LateralDependence::draw(scene, rng, size_rms_m)
     }
 
-    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
-        sensor_side::regressors(survey)
+    fn shapes(&self, inputs: &BasisInputs) -> Vec<Regressor> {
+        sensor_side::regressors(inputs)
     }
 
     fn coordinate(&self, amount: &Regressor) -> String {

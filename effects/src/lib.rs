@@ -5,9 +5,9 @@
 //! tests of its answer `unknown`.
 
 pub mod basis;
+pub mod covariates;
 pub mod effect;
 pub mod identity;
-pub mod moment;
 pub mod motion;
 pub mod over;
 pub mod page;
@@ -20,8 +20,8 @@ pub mod teeth;
 mod tooth_regressors;
 pub mod unlisted;
 
-pub use effect::{Card, Effect, Judged};
-use effect::{Holds, KnownBy};
+pub use effect::{Card, Detection, Effect};
+use effect::{KnownBy, Subsumption};
 use plant::Draw;
 
 /// What the simulator needs of an effect.
@@ -41,14 +41,14 @@ macro_rules! catalogue {
         $(pub mod $module;)*
 
         /// Every catalogued effect, in the order of the list.
-        pub static EFFECTS: &[&dyn Effect] = &[$(&$module::Known),*];
+        pub static EFFECTS: &[&dyn Effect] = &[$(&$module::Definition),*];
 
         /// The same for the simulator.
         pub static CATALOGUE: &[Entry] = &[
             $(Entry {
                 name: $module::CARD.name,
                 summary: $module::CARD.summary,
-                draw: |scene, rng, size_rms_m| $module::Known.draw(scene, rng, size_rms_m),
+                draw: |scene, rng, size_rms_m| $module::Definition.draw(scene, rng, size_rms_m),
             }),*
         ];
 
@@ -113,8 +113,8 @@ pub fn has(name: &str, property: impl Fn(&Card) -> bool) -> bool {
 
 /// True if a name is that of an effect which is found in some way.
 #[must_use]
-pub fn is(name: &str, judged: Judged) -> bool {
-    has(name, |card| card.judged == judged)
+pub fn is(name: &str, detection: Detection) -> bool {
+    has(name, |card| card.detection == detection)
 }
 
 /// Every card, in the order of the list.
@@ -124,26 +124,26 @@ pub fn cards() -> impl Iterator<Item = &'static Card> {
 
 /// The name of the effect that is found in a way of its own.
 #[must_use]
-pub fn name_of(judged: Judged) -> &'static str {
+pub fn name_of(detection: Detection) -> &'static str {
     // A test holds that each way but the usual fit has one effect.
-    let mut of_it = cards().filter(|card| card.judged == judged);
+    let mut of_it = cards().filter(|card| card.detection == detection);
     of_it.next().map_or("", |card| card.name)
 }
 
 /// Effects that hold what another is found for, and what they hold, known in some way.
 pub fn holding(
     known_by: impl Fn(KnownBy) -> bool,
-) -> impl Iterator<Item = (&'static Card, &'static Holds)> {
-    let all = cards().flat_map(|card| card.holds.iter().map(move |holds| (card, holds)));
-    all.filter(move |(_, holds)| known_by(holds.known_by))
+) -> impl Iterator<Item = (&'static Card, &'static Subsumption)> {
+    let all = cards().flat_map(|card| card.subsumes.iter().map(move |subsumes| (card, subsumes)));
+    all.filter(move |(_, subsumes)| known_by(subsumes.known_by))
 }
 
 /// The effects that add something to the readings, in the order of their unknowns; slips, bursts and noise are judged directly.
 #[must_use]
 pub fn sensor_sides() -> Vec<&'static dyn Effect> {
     let mut list: Vec<&'static dyn Effect> = EFFECTS.to_vec();
-    list.retain(|effect| effect.card().judged.is_fitted());
-    list.sort_by_key(|effect| effect.card().place);
+    list.retain(|effect| effect.card().detection.is_fitted());
+    list.sort_by_key(|effect| effect.card().order);
     list
 }
 
@@ -151,7 +151,7 @@ pub fn sensor_sides() -> Vec<&'static dyn Effect> {
 mod tests {
     use super::*;
     use effect::Quantity;
-    use sensor::{Fuller, Survey};
+    use sensor::{BasisInputs, NestedForms};
 
     #[test]
     fn an_effect_has_the_name_of_its_file() {
@@ -162,13 +162,13 @@ mod tests {
     #[test]
     fn every_card_is_filled_in() {
         for card in cards() {
-            let fitted = card.judged.is_fitted();
+            let fitted = card.detection.is_fitted();
             let told = [card.summary, card.sizes, card.carries_over];
             assert!(told.iter().all(|text| !text.is_empty()), "{}", card.name);
             for text in [card.coordinate, card.telling_motion] {
                 assert_eq!(fitted, !text.is_empty(), "{}", card.name);
             }
-            let alone = card.judged == Judged::AsSlips;
+            let alone = card.detection == Detection::AsSlips;
             assert_eq!(alone, card.confusable.is_empty(), "{}", card.name);
             assert_eq!(card.follows == Quantity::Nothing, !fitted, "{}", card.name);
         }
@@ -177,14 +177,14 @@ mod tests {
     #[test]
     fn what_is_judged_in_a_way_of_its_own_is_one_effect() {
         for way in [
-            Judged::AsField,
-            Judged::ByLines,
-            Judged::ByRails,
-            Judged::AsSlips,
-            Judged::AsBursts,
-            Judged::AsNoise,
+            Detection::AsField,
+            Detection::ByLines,
+            Detection::ByRails,
+            Detection::AsSlips,
+            Detection::AsBursts,
+            Detection::AsNoise,
         ] {
-            let of_it = cards().filter(|card| card.judged == way);
+            let of_it = cards().filter(|card| card.detection == way);
             assert_eq!(of_it.count(), 1, "{way:?}");
         }
         assert_eq!(cards().filter(|card| card.follows_temperature()).count(), 1);
@@ -195,7 +195,7 @@ mod tests {
     fn effects_speak_of_others_that_there_are() {
         for card in cards() {
             let forms = card.forms.iter().flat_map(|f| [f.found_as, f.completed_by]);
-            let held = card.holds.iter().map(|holds| holds.other);
+            let held = card.subsumes.iter().map(|subsumes| subsumes.other);
             let alike = card.confusable.iter().map(|other| other.with);
             for name in forms.flatten().chain(held).chain(alike) {
                 assert!(effect(name).is_some(), "{}: {name}", card.name);
@@ -206,7 +206,7 @@ mod tests {
 
     #[test]
     fn fuller_forms_tell_more() {
-        let survey = Survey {
+        let inputs = BasisInputs {
             segments: [true; 4],
             turning: true,
             moving: true,
@@ -215,21 +215,24 @@ mod tests {
             temperature: true,
             pitch_m: 1.0e-3,
             tan_full_scale: 0.1,
-            ..Survey::default()
+            ..BasisInputs::default()
         };
-        let names = |effect: &dyn Effect, fuller: Fuller| {
-            let survey = Survey {
-                fuller,
-                ..survey.clone()
+        let names = |effect: &dyn Effect, forms: NestedForms| {
+            let inputs = BasisInputs {
+                forms,
+                ..inputs.clone()
             };
-            let all = effect.regressors(&survey).into_iter();
+            let all = effect.regressors(&inputs).into_iter();
             all.map(|regressor| regressor.name).collect::<Vec<_>>()
         };
         for effect in EFFECTS {
             for form in effect.card().forms {
-                let mut fuller = Fuller::default();
-                (form.tell)(&mut fuller);
-                let (plain, more) = (names(*effect, Fuller::default()), names(*effect, fuller));
+                let mut forms = NestedForms::default();
+                (form.tell)(&mut forms);
+                let (plain, more) = (
+                    names(*effect, NestedForms::default()),
+                    names(*effect, forms),
+                );
                 assert_ne!(plain, more, "{}: {}", effect.name(), form.tells);
                 assert!(more.len() >= plain.len(), "{}", form.tells);
             }
@@ -239,7 +242,7 @@ mod tests {
     #[test]
     fn what_a_recording_does_not_offer_is_not_judged() {
         for effect in EFFECTS {
-            let nothing = effect.regressors(&Survey::default());
+            let nothing = effect.regressors(&BasisInputs::default());
             assert!(nothing.is_empty(), "{}", effect.name());
         }
     }

@@ -76,19 +76,19 @@ impl PlantEffect for OutlierBursts {
 
 // --- what is known of it ---
 
-use crate::effect::{Card, Carries, Confusable, Effect, Judged, Quantity};
+use crate::effect::{Card, Transfer, Confusable, Effect, Detection, Quantity};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
     name: "outlier_bursts",
     summary: "short disturbances far outside the noise",
     sizes: "far outside the noise: samples that no draw of it reaches",
-    judged: Judged::AsBursts,
+    detection: Detection::AsBursts,
     follows: Quantity::Nothing,
-    carries: Carries::Anew,
+    transfer: Transfer::Anew,
     carries_over: "nothing: each recording has its own bursts, which are left out",
     confusable: &[
         Confusable { with: "excess_noise", parted_by: "many weak bursts are noise: a longer recording at rest shows whether they come alone" },
@@ -96,7 +96,7 @@ pub static CARD: Card = Card {
     ..Card::PLAIN
 };
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }

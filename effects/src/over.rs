@@ -1,6 +1,6 @@
 //! Parts of the platen and of a recording that something acts over: what cannot act at some samples is not asked at each of them.
 
-use crate::moment::Moment;
+use crate::covariates::Covariates;
 
 /// What is over a part of the platen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,23 +38,24 @@ impl Over {
 
     /// True if what must be within is there at a sample.
     #[must_use]
-    pub fn holds(&self, moment: &Moment) -> bool {
+    pub fn holds(&self, covariates: &Covariates) -> bool {
         let within = |place: &[f64; 2]| {
             (0..2).all(|d| place[d] >= self.from_m[d] && place[d] <= self.to_m[d])
         };
         match self.seat {
-            Seat::Centre => within(&moment.centre_m),
-            Seat::Segment(s) => within(&moment.place_m[s]),
+            Seat::Centre => within(&covariates.centre_m),
+            Seat::Segment(s) => within(&covariates.place_m[s]),
             Seat::Pair(direction) => {
-                within(&moment.place_m[direction]) || within(&moment.place_m[direction + 2])
+                within(&covariates.place_m[direction]) || within(&covariates.place_m[direction + 2])
             }
         }
     }
 
     /// False if it is there at none of some samples.
     fn touches(&self, extent: &Extent) -> bool {
-        let meets =
-            |box_: &Box| (0..2).all(|d| box_[d][1] >= self.from_m[d] && box_[d][0] <= self.to_m[d]);
+        let meets = |box_: &Rectangle| {
+            (0..2).all(|d| box_[d][1] >= self.from_m[d] && box_[d][0] <= self.to_m[d])
+        };
         match self.seat {
             Seat::Centre => meets(&extent.centre_m),
             Seat::Segment(s) => meets(&extent.place_m[s]),
@@ -66,7 +67,7 @@ impl Over {
 }
 
 /// Smallest and largest value along either direction.
-type Box = [[f64; 2]; 2];
+type Rectangle = [[f64; 2]; 2];
 
 /// Nothing yet.
 const EMPTY: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
@@ -75,14 +76,14 @@ const EMPTY: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
 #[derive(Clone, Copy, Debug)]
 pub struct Extent {
     progress: [f64; 2],
-    centre_m: Box,
-    place_m: [Box; 4],
+    centre_m: Rectangle,
+    place_m: [Rectangle; 4],
 }
 
 impl Extent {
     /// Of these samples.
     #[must_use]
-    pub fn of<'a>(moments: impl IntoIterator<Item = &'a Moment>) -> Self {
+    pub fn of<'a>(moments: impl IntoIterator<Item = &'a Covariates>) -> Self {
         let mut out = Self {
             progress: EMPTY,
             centre_m: [EMPTY; 2],
@@ -92,12 +93,12 @@ impl Extent {
             *low = low.min(value);
             *high = high.max(value);
         };
-        for moment in moments {
-            reach(&mut out.progress, moment.progress);
+        for covariates in moments {
+            reach(&mut out.progress, covariates.progress);
             for d in 0..2 {
-                reach(&mut out.centre_m[d], moment.centre_m[d]);
+                reach(&mut out.centre_m[d], covariates.centre_m[d]);
                 for s in 0..4 {
-                    reach(&mut out.place_m[s][d], moment.place_m[s][d]);
+                    reach(&mut out.place_m[s][d], covariates.place_m[s][d]);
                 }
             }
         }

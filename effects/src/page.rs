@@ -1,7 +1,7 @@
 //! The catalogue as a page: what each effect is, what a recording must offer, how large it is taken to be and why, what it is
 //! confused with and what parts the two.
 
-use crate::effect::{Card, Judged, Nature};
+use crate::effect::{Card, Detection, Nature};
 use std::fmt::Write as _;
 
 /// What stands above the list.
@@ -49,20 +49,20 @@ fn section(text: &mut String, card: &Card) -> std::fmt::Result {
 }
 
 fn found(card: &Card) -> &'static str {
-    match (card.judged, card.nature) {
-        (Judged::AsSlips, _) => "as steps of whole teeth, which are repaired",
-        (Judged::AsBursts, _) => "as samples that stand out far, which are left out",
-        (Judged::AsNoise, _) => "as noise above the stated level",
-        (Judged::AsField, _) => {
+    match (card.detection, card.nature) {
+        (Detection::AsSlips, _) => "as steps of whole teeth, which are repaired",
+        (Detection::AsBursts, _) => "as samples that stand out far, which are left out",
+        (Detection::AsNoise, _) => "as noise above the stated level",
+        (Detection::AsField, _) => {
             "as a field over the platen, where the teeth are passed often enough"
         }
-        (Judged::ByLines, _) => "at the lines that stand in the spectrum",
-        (Judged::ByRails, _) => "by the figure that a pair's counts draw, then by a fit",
-        (Judged::ByFit, Nature::Cause) => "by a fit",
-        (Judged::ByFit, Nature::Flexible) => {
+        (Detection::ByLines, _) => "at the lines that stand in the spectrum",
+        (Detection::ByRails, _) => "by the figure that a pair's counts draw, then by a fit",
+        (Detection::ByFit, Nature::Cause) => "by a fit",
+        (Detection::ByFit, Nature::Flexible) => {
             "by a fit of many unknowns, where no simpler shape does nearly as well"
         }
-        (Judged::ByFit, Nature::Shape) => {
+        (Detection::ByFit, Nature::Shape) => {
             "by a fit of free shapes: named only where no cause does as well"
         }
     }

@@ -36,11 +36,11 @@ impl PlantEffect for PsdLatency {
 
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Regressor, Survey};
+    use crate::sensor::{Regressor, BasisInputs};
 
     /// Sensor side: one delay, common to both axes, and how far one lags behind the other: no more than completes it, as their filters
     /// are alike.
-    pub fn regressors(_survey: &Survey) -> Vec<Regressor> {
+    pub fn regressors(_survey: &BasisInputs) -> Vec<Regressor> {
         vec![
             Regressor::readings("delay against the platen sensor", "s", 5.0e-6, |m, out| {
                 out[4] += m.tan_psi_rate[0];
@@ -57,10 +57,10 @@ pub mod sensor_side {
 // --- what is known of it ---
 
 use crate::effect::{Card, Confusable, Effect, Need, Quantity};
-use crate::sensor::{Regressor, Survey};
+use crate::sensor::{Regressor, BasisInputs};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
@@ -78,7 +78,7 @@ pub static CARD: Card = Card {
     ..Card::PLAIN
 };
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }
@@ -87,7 +87,7 @@ impl Effect for Known {
         PsdLatency::draw(scene, rng, size_rms_m)
     }
 
-    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
-        sensor_side::regressors(survey)
+    fn shapes(&self, inputs: &BasisInputs) -> Vec<Regressor> {
+        sensor_side::regressors(inputs)
     }
 }

@@ -55,12 +55,12 @@ impl PlantEffect for PsdMisalignment {
 
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Regressor, Survey};
+    use crate::sensor::{Regressor, BasisInputs};
 
     /// Sensor side: three amounts. A pure turn is tied to the platen sensor's own zero of angle by the prior on the offsets. A
     /// diode that leans about a line between its axes, or whose axes are not quite square, gains along its diagonals: no more
     /// than completes the effect, since lines that are not square do as much on the platen.
-    pub fn regressors(_survey: &Survey) -> Vec<Regressor> {
+    pub fn regressors(_survey: &BasisInputs) -> Vec<Regressor> {
         vec![
             Regressor::readings("gain of x over y", "1", 4.0e-6, |m, out| {
                 out[4] += 0.5 * m.tan_psi[0];
@@ -81,10 +81,10 @@ pub mod sensor_side {
 // --- what is known of it ---
 
 use crate::effect::{Card, Confusable, Effect, Need, Quantity};
-use crate::sensor::{Regressor, Survey};
+use crate::sensor::{Regressor, BasisInputs};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
@@ -101,7 +101,7 @@ pub static CARD: Card = Card {
     ..Card::PLAIN
 };
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }
@@ -110,7 +110,7 @@ impl Effect for Known {
         PsdMisalignment::draw(scene, rng, size_rms_m)
     }
 
-    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
-        sensor_side::regressors(survey)
+    fn shapes(&self, inputs: &BasisInputs) -> Vec<Regressor> {
+        sensor_side::regressors(inputs)
     }
 }

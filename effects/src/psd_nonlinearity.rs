@@ -68,7 +68,7 @@ impl PlantEffect for PsdNonlinearity {
 
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Regressor, Survey};
+    use crate::sensor::{Regressor, BasisInputs};
 
     /// Powers of the deflections along x and y.
     const POWERS: [[i32; 2]; 7] = [[3, 0], [0, 3], [2, 1], [1, 2], [2, 0], [1, 1], [0, 2]];
@@ -76,12 +76,12 @@ pub mod sensor_side {
     const HIGHER: [[i32; 2]; 7] = [[5, 0], [0, 5], [3, 2], [2, 3], [4, 0], [2, 2], [0, 4]];
 
     /// Sensor side: all terms of second to fifth degree in the two deflections, the higher ones small.
-    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+    pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         let mut list = Vec::new();
         for axis in 0..2 {
             let higher = HIGHER.map(|powers| (powers, 1.5e-6));
             for ([a, b], size_m) in POWERS.map(|powers| (powers, 4.0e-6)).into_iter().chain(higher) {
-                let full = survey.tan_full_scale;
+                let full = inputs.tan_full_scale;
                 let name = format!("x^{a} y^{b} on {}", ["x", "y"][axis]);
                 list.push(Regressor::reading(
                     name,
@@ -99,10 +99,10 @@ pub mod sensor_side {
 // --- what is known of it ---
 
 use crate::effect::{Card, Confusable, Effect, Need, Quantity};
-use crate::sensor::{Regressor, Survey};
+use crate::sensor::{Regressor, BasisInputs};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
@@ -121,7 +121,7 @@ pub static CARD: Card = Card {
     ..Card::PLAIN
 };
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }
@@ -130,7 +130,7 @@ impl Effect for Known {
         PsdNonlinearity::draw(scene, rng, size_rms_m)
     }
 
-    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
-        sensor_side::regressors(survey)
+    fn shapes(&self, inputs: &BasisInputs) -> Vec<Regressor> {
+        sensor_side::regressors(inputs)
     }
 }

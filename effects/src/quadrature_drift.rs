@@ -56,7 +56,7 @@ impl PlantEffect for QuadratureDrift {
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
     pub use crate::basis::spline;
-    use crate::sensor::{Moment, Regressor, Survey};
+    use crate::sensor::{Covariates, Regressor, BasisInputs};
     use core::f64::consts::TAU;
 
     /// Knots over the recording: two a period of what changes within a tenth of it.
@@ -66,14 +66,14 @@ pub mod sensor_side {
 
     /// Sensor side: offset (order 1), gain and phase (order 2 and a constant). Their course in time is what the amplitude shows
     /// of them; where only positions are known, any cubic spline.
-    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+    pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         let mut list = Vec::new();
-        for s in (0..4).filter(|s| survey.segments[*s]) {
-            if survey.counts {
-                if survey.pair_wanders[s] {
-                    by_amplitude(&mut list, s, survey.pitch_m / TAU);
+        for s in (0..4).filter(|s| inputs.segments[*s]) {
+            if inputs.counts {
+                if inputs.pair_wanders[s] {
+                    by_amplitude(&mut list, s, inputs.pitch_m / TAU);
                 }
-            } else if survey.travel_m[s] > 3.0 * survey.pitch_m {
+            } else if inputs.travel_m[s] > 3.0 * inputs.pitch_m {
                 by_time(&mut list, s);
             }
         }
@@ -83,7 +83,7 @@ pub mod sensor_side {
     /// The angle by which the pair's wandering flaws turn it, as its amplitude shows them: an amount of 1. And which of the two
     /// channels the quadrature angle is in: an amount from -1, all in the cosine, to 1.
     fn by_amplitude(list: &mut Vec<Regressor>, s: usize, metres: f64) {
-        let mut add = |part: &str, value: fn(&Moment, usize) -> f64| {
+        let mut add = |part: &str, value: fn(&Covariates, usize) -> f64| {
             let name = format!("{part}, segment {}", s + 1);
             let regressor = Regressor::reading(name, "1", 3.0e-6, s, move |m| -metres * value(m, s));
             list.push(regressor.of_deviation(1.0));
@@ -93,7 +93,7 @@ pub mod sensor_side {
     }
 
     /// A part of a pair, its prior size in metres, and its shape over the tooth phase.
-    type Part = (&'static str, f64, fn(&Moment, usize) -> f64);
+    type Part = (&'static str, f64, fn(&Covariates, usize) -> f64);
 
     /// Each has a course.
     const PARTS: [Part; 5] = [
@@ -111,8 +111,8 @@ pub mod sensor_side {
             let during = [place - 2.0 * STEP, place + 2.0 * STEP];
             for (part, (label, size_m, shape)) in PARTS.into_iter().enumerate() {
                 let name = format!("at {:.0} % of the time, {label}, segment {}", 100.0 * place, s + 1);
-                let hat = move |m: &Moment| spline(m.progress / STEP - (knot as f64 - 1.0));
-                let value = move |m: &Moment| hat(m) * shape(m, s);
+                let hat = move |m: &Covariates| spline(m.progress / STEP - (knot as f64 - 1.0));
+                let value = move |m: &Covariates| hat(m) * shape(m, s);
                 let regressor = Regressor::reading(name, "m", size_m, s, value);
                 let course = PARTS.len() * s + part;
                 list.push(regressor.within(during).of_deviation(size_m).knot_of(course));
@@ -123,11 +123,11 @@ pub mod sensor_side {
 
 // --- what is known of it ---
 
-use crate::effect::{Acts, Card, Carries, Confusable, Effect, Nature, Quantity, Recordings};
-use crate::sensor::{Regressor, Survey};
+use crate::effect::{Acts, Card, Transfer, Confusable, Effect, Nature, Quantity, Recordings};
+use crate::sensor::{Regressor, BasisInputs};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
@@ -139,10 +139,10 @@ pub static CARD: Card = Card {
     follows: Quantity::Time,
     coordinate: "time and own tooth phase",
     acts: Acts::Electronics,
-    carries: Carries::ItsOwnTime,
+    transfer: Transfer::ItsOwnTime,
     carries_over: "nothing but what the other recording's own counts show: its course is another one",
     nature: Nature::Flexible,
-    handicap: 0.10,
+    complexity_penalty: 0.10,
     patterned: true,
     its_own: "its course",
     remark: "its course is another one on each recording; the pair's own counts show it by their amplitude, here and on others. \
@@ -153,7 +153,7 @@ Without them, and on the board, the wander stays",
     ..Card::PLAIN
 };
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }
@@ -162,7 +162,7 @@ impl Effect for Known {
         QuadratureDrift::draw(scene, rng, size_rms_m)
     }
 
-    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
-        sensor_side::regressors(survey)
+    fn shapes(&self, inputs: &BasisInputs) -> Vec<Regressor> {
+        sensor_side::regressors(inputs)
     }
 }

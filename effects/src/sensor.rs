@@ -4,8 +4,10 @@
 //! readings (segments 1 to 4 in metres, then tan(psi_x), tan(psi_y)) for the constraints to close, the convention of
 //! equation (3). The diagnosis turns it into channels, weighs it by the noise, and fits its amount.
 
+pub use crate::covariates::{
+    Covariates, GRADUAL, Harmonics, LAGS_S, LATERAL_ORDERS, ORDERS, TURNOVERS,
+};
 use crate::identity::{Factor, Identity, Part, Wave};
-pub use crate::moment::{GRADUAL, Harmonics, LAGS_S, LATERAL_ORDERS, Moment, ORDERS, TURNOVERS};
 use crate::over::{Extent, Over};
 pub use crate::rails::Clip;
 use serde::{Deserialize, Serialize};
@@ -21,7 +23,7 @@ pub const SLOWEST_LINE_HZ: f64 = 3.0;
 /// What more is told of effects whose simplest form leaves a gap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Fuller {
+pub struct NestedForms {
     /// Products of more orders along and across a segment are told.
     pub lateral_mixes: bool,
     /// Harmonics that change with the angle bend over it as they please.
@@ -53,7 +55,7 @@ pub enum Channel {
 
 /// What a recording offers: an effect without the data that it needs is not judged.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Survey {
+pub struct BasisInputs {
     /// Segments that were recorded.
     pub segments: [bool; 4],
     /// A beacon was seen.
@@ -139,8 +141,8 @@ pub struct Survey {
     #[serde(default)]
     pub thetas_rad: [f64; 2],
     /// What is told of effects whose simplest form leaves a gap.
-    #[serde(default)]
-    pub fuller: Fuller,
+    #[serde(default, rename = "fuller")]
+    pub forms: NestedForms,
     /// A drift's bend over the measured temperatures goes on beyond them.
     #[serde(default)]
     pub bend_goes_on: bool,
@@ -158,9 +160,9 @@ pub struct Survey {
 /// A unit amount added to the readings or, for shapes that no reading owns, to the channels.
 pub enum Action {
     /// Adds to the readings.
-    Readings(Box<dyn Fn(&Moment, &mut [f64; READINGS]) + Send + Sync>),
+    Readings(Box<dyn Fn(&Covariates, &mut [f64; READINGS]) + Send + Sync>),
     /// Adds to the channels.
-    Channels(Box<dyn Fn(&Moment, &mut [f64; CHANNELS]) + Send + Sync>),
+    Channels(Box<dyn Fn(&Covariates, &mut [f64; CHANNELS]) + Send + Sync>),
 }
 
 /// A regressor that acts throughout.
@@ -196,7 +198,7 @@ impl Regressor {
         name: impl Into<String>,
         unit: &'static str,
         size_m: f64,
-        add: impl Fn(&Moment, &mut [f64; READINGS]) + Send + Sync + 'static,
+        add: impl Fn(&Covariates, &mut [f64; READINGS]) + Send + Sync + 'static,
     ) -> Self {
         Self {
             name: name.into(),
@@ -218,10 +220,10 @@ impl Regressor {
         unit: &'static str,
         size_m: f64,
         reading: usize,
-        value: impl Fn(&Moment) -> f64 + Send + Sync + 'static,
+        value: impl Fn(&Covariates) -> f64 + Send + Sync + 'static,
     ) -> Self {
-        Self::readings(name, unit, size_m, move |moment, out| {
-            out[reading] += value(moment)
+        Self::readings(name, unit, size_m, move |covariates, out| {
+            out[reading] += value(covariates)
         })
     }
 
@@ -231,11 +233,11 @@ impl Regressor {
         unit: &'static str,
         size_m: f64,
         channel: usize,
-        value: impl Fn(&Moment) -> f64 + Send + Sync + 'static,
+        value: impl Fn(&Covariates) -> f64 + Send + Sync + 'static,
     ) -> Self {
         let action = Action::Channels(Box::new(
-            move |moment: &Moment, out: &mut [f64; CHANNELS]| {
-                out[channel] += value(moment);
+            move |covariates: &Covariates, out: &mut [f64; CHANNELS]| {
+                out[channel] += value(covariates);
             },
         ));
         Self {
@@ -297,9 +299,9 @@ impl Regressor {
     }
 
     /// True if it may add something at a sample.
-    pub fn acts(&self, moment: &Moment) -> bool {
-        let now = (self.during[0]..=self.during[1]).contains(&moment.progress);
-        now && self.over.as_ref().is_none_or(|over| over.holds(moment))
+    pub fn acts(&self, covariates: &Covariates) -> bool {
+        let now = (self.during[0]..=self.during[1]).contains(&covariates.progress);
+        now && self.over.as_ref().is_none_or(|over| over.holds(covariates))
     }
 
     /// False if it acts at none of some samples.
@@ -313,20 +315,20 @@ impl Regressor {
         segment: usize,
         order: usize,
         label: impl Into<Label<'a>>,
-        factor: impl Fn(&Moment) -> f64 + Send + Sync + Clone + 'static,
+        factor: impl Fn(&Covariates) -> f64 + Send + Sync + Clone + 'static,
     ) {
         Self::harmonic_of(|m| &m.own, list, (segment, order), label.into(), factor);
     }
 
     /// The same of the own phase that a survey tells, the calibrated output's or the unmodified one's.
     pub fn free_harmonic<'a>(
-        survey: &Survey,
+        inputs: &BasisInputs,
         list: &mut Vec<Self>,
         place: (usize, usize),
         label: impl Into<Label<'a>>,
-        factor: impl Fn(&Moment) -> f64 + Send + Sync + Clone + 'static,
+        factor: impl Fn(&Covariates) -> f64 + Send + Sync + Clone + 'static,
     ) {
-        if survey.unmodified {
+        if inputs.unmodified {
             Self::harmonic_of(|m| &m.raw, list, place, label.into(), factor);
         } else {
             Self::harmonic_of(|m| &m.own, list, place, label.into(), factor);
@@ -334,11 +336,11 @@ impl Regressor {
     }
 
     fn harmonic_of(
-        table: fn(&Moment) -> &Harmonics,
+        table: fn(&Covariates) -> &Harmonics,
         list: &mut Vec<Self>,
         (segment, own_order): (usize, usize),
         label: Label,
-        factor: impl Fn(&Moment) -> f64 + Send + Sync + Clone + 'static,
+        factor: impl Fn(&Covariates) -> f64 + Send + Sync + Clone + 'static,
     ) {
         for part in Part::BOTH {
             let Label {
@@ -350,7 +352,7 @@ impl Regressor {
                 segment + 1
             );
             let factor = factor.clone();
-            let value = move |m: &Moment| factor(m) * part.of(table(m)[segment][own_order]);
+            let value = move |m: &Covariates| factor(m) * part.of(table(m)[segment][own_order]);
             let wave = Wave {
                 segment,
                 own_order,

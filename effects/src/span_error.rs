@@ -44,7 +44,7 @@ impl PlantEffect for SpanError {
 
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
-    use crate::sensor::{Regressor, Survey};
+    use crate::sensor::{Regressor, BasisInputs};
 
     /// Prior deviation of what both spans are longer by, half the sum of the four arms: an assembly places each to a millimetre. Stated as such,
     /// since the lever arms take over nearly all that a common error does to the beacon's channels.
@@ -59,15 +59,15 @@ pub mod sensor_side {
     ///
     /// Amounts are what is to be added to the drawing. A reading takes the opposite: with a span l stated and l + d built, equation (4) makes
     /// l theta of the pair's difference (l + d) theta by adding -d/2 theta to the one segment and d/2 theta to the other.
-    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
-        if survey.reference {
-            return against_reference(survey);
+    pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
+        if inputs.reference {
+            return against_reference(inputs);
         }
-        if !survey.segments.iter().all(|s| *s) {
+        if !inputs.segments.iter().all(|s| *s) {
             return Vec::new();
         }
         let mut list = vec![span("span of segments 1 and 3 over 2 and 4", APART)];
-        if survey.beacon {
+        if inputs.beacon {
             let both = span("span of both pairs", TOGETHER);
             list.push(both.of_deviation(BOTH_M));
         }
@@ -82,23 +82,23 @@ pub mod sensor_side {
         })
     }
 
-    fn against_reference(survey: &Survey) -> Vec<Regressor> {
+    fn against_reference(inputs: &BasisInputs) -> Vec<Regressor> {
         let arm = |s: usize| {
             let name = format!("arm of segment {}", s + 1);
             let outwards = if s < 2 { -1.0 } else { 1.0 };
             Regressor::reading(name, "m", 5.0e-6, s, move |m| outwards * m.theta_rad)
         };
-        (0..4).filter(|s| survey.segments[*s]).map(arm).collect()
+        (0..4).filter(|s| inputs.segments[*s]).map(arm).collect()
     }
 }
 
 // --- what is known of it ---
 
 use crate::effect::{Card, Confusable, Effect, Need, Quantity, Recordings};
-use crate::sensor::{Regressor, Survey};
+use crate::sensor::{Regressor, BasisInputs};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
@@ -116,7 +116,7 @@ pub static CARD: Card = Card {
     ..Card::PLAIN
 };
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }
@@ -125,8 +125,8 @@ impl Effect for Known {
         SpanError::draw(scene, rng, size_rms_m)
     }
 
-    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
-        sensor_side::regressors(survey)
+    fn shapes(&self, inputs: &BasisInputs) -> Vec<Regressor> {
+        sensor_side::regressors(inputs)
     }
 }
 

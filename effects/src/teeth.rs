@@ -3,19 +3,21 @@
 use serde::{Deserialize, Serialize};
 
 /// Teeth along and across a segment that its reading averages: the fewest that are built (the more there are, the smoother).
-const FOOTPRINT: f64 = 4.0;
+const APERTURE_PITCHES: f64 = 4.0;
 
 /// Nodes to either side that a footprint reaches at most, the nodes this many pitches apart.
 #[must_use]
 pub fn reach(step_pitches: f64) -> i32 {
-    ((0.5 * FOOTPRINT + 0.5) / step_pitches).ceil().max(1.0) as i32
+    ((0.5 * APERTURE_PITCHES + 0.5) / step_pitches)
+        .ceil()
+        .max(1.0) as i32
 }
 
 /// Share of a node in a reading so many nodes away, the nodes this many pitches apart: overlap with the footprint at the
 /// nodes, linear between them.
 #[must_use]
 pub fn share(nodes_away: f64, step_pitches: f64) -> f64 {
-    let at = |k: f64| (0.5 * FOOTPRINT + 0.5 - k * step_pitches).clamp(0.0, 1.0);
+    let at = |k: f64| (0.5 * APERTURE_PITCHES + 0.5 - k * step_pitches).clamp(0.0, 1.0);
     let away = nodes_away.abs();
     let (first, part) = (away.floor(), away.fract());
     let first_share = if first == 0.0 { 1.0 } else { at(first) };
@@ -24,14 +26,14 @@ pub fn share(nodes_away: f64, step_pitches: f64) -> f64 {
 
 /// What a segment's reading averages over: flat to its edges, which fall smoothly (a cubic, level at both ends).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Footprint {
+pub struct ApertureKernel {
     /// Half of it along and across the segment's direction, pitches.
     pub half_pitches: [f64; 2],
     /// Share of each half that is its edge: 1 is a bell, near 0 a box.
     pub edge: f64,
 }
 
-impl Footprint {
+impl ApertureKernel {
     /// Share of a tooth so many pitches away along (0) or across (1) the segment, of all that the footprint holds.
     #[must_use]
     pub fn weight(&self, direction: usize, away_pitches: f64) -> f64 {
@@ -58,7 +60,8 @@ impl Footprint {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Teeth {
     /// What a reading averages over.
-    pub footprint: Footprint,
+    #[serde(rename = "footprint")]
+    pub aperture: ApertureKernel,
     /// Pitches from one amount to the next along and across a segment: 1, or more under a footprint that blurs single teeth.
     pub step_pitches: [f64; 2],
     /// Prior deviation of a tooth's displacement and of a whole line's, m.
@@ -76,20 +79,20 @@ mod tests {
     #[test]
     fn a_footprint_holds_the_whole_of_what_it_averages() {
         for edge in [0.1, 0.5, 1.0] {
-            let footprint = Footprint {
+            let aperture = ApertureKernel {
                 half_pitches: [3.2, 4.7],
                 edge,
             };
             for direction in 0..2 {
                 let shares =
-                    (-600..600).map(|k| 0.01 * footprint.weight(direction, f64::from(k) * 0.01));
+                    (-600..600).map(|k| 0.01 * aperture.weight(direction, f64::from(k) * 0.01));
                 assert!(
                     (shares.sum::<f64>() - 1.0).abs() < 1e-3,
                     "{edge} {direction}"
                 );
                 let squares = (-600..600)
-                    .map(|k| 0.01 * footprint.weight(direction, f64::from(k) * 0.01).powi(2));
-                assert!((squares.sum::<f64>() - footprint.squares(direction)).abs() < 1e-3);
+                    .map(|k| 0.01 * aperture.weight(direction, f64::from(k) * 0.01).powi(2));
+                assert!((squares.sum::<f64>() - aperture.squares(direction)).abs() < 1e-3);
             }
         }
     }

@@ -64,7 +64,7 @@ impl PlantEffect for ThermalDrift {
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
     use crate::identity::{Factor, Identity, Wave};
-    use crate::sensor::{LAGS_S, Regressor, Survey};
+    use crate::sensor::{LAGS_S, Regressor, BasisInputs};
 
     /// Prior of a scale's growth: aluminium, the most that a platen or a courier is made of (steel 11.5 ppm/K).
     const GROWTH_PER_K: f64 = 22.0e-6;
@@ -95,9 +95,9 @@ pub mod sensor_side {
     const DRIFT_M_PER_K: f64 = 3.0e-6;
 
     /// A long lag and a bend over time are alike where a recording warms once: it is told where a gap is left without.
-    fn lags_s(survey: &Survey) -> &'static [f64] {
+    fn lags_s(inputs: &BasisInputs) -> &'static [f64] {
         let [quick @ .., _] = &LAGS_S;
-        if survey.fuller.warms_slowly {
+        if inputs.forms.warms_slowly {
             &LAGS_S
         } else {
             quick
@@ -105,11 +105,11 @@ pub mod sensor_side {
     }
 
     /// Sensor side: each segment's offset, the scale of both axes, and the coordination sensor's offset and gain.
-    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+    pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         let mut list = Vec::new();
-        let (range, goes_on) = (survey.warmths_k, survey.bend_goes_on);
-        let lags_s = lags_s(survey);
-        for s in (0..4).filter(|s| survey.segments[*s]) {
+        let (range, goes_on) = (inputs.warmths_k, inputs.bend_goes_on);
+        let lags_s = lags_s(inputs);
+        for s in (0..4).filter(|s| inputs.segments[*s]) {
             let name = format!("offset, segment {}", s + 1);
             let offset = Regressor::reading(name, "m/K", 4.0e-6, s, |m| m.warmth_k);
             list.push(offset.identified(Identity::Wave(Wave::constant(s, Factor::Warmth))));
@@ -122,9 +122,9 @@ pub mod sensor_side {
                 let behind = Regressor::reading(name, "m/K", 0.7e-6, s, move |m| m.behind_k[lag]);
                 list.push(behind.of_deviation(DRIFT_M_PER_K));
             }
-            for order in PAIR_ORDERS.into_iter().filter(|_| survey.fuller.pairs_warm) {
+            for order in PAIR_ORDERS.into_iter().filter(|_| inputs.forms.pairs_warm) {
                 let label = ("warmth times ", "m/K", PAIR_SIZE_M, Factor::Warmth);
-                Regressor::free_harmonic(survey, &mut list, (s, order), label, |m| m.warmth_k);
+                Regressor::free_harmonic(inputs, &mut list, (s, order), label, |m| m.warmth_k);
             }
         }
         for axis in 0..2 {
@@ -142,7 +142,7 @@ pub mod sensor_side {
                 },
             );
             list.push(grown.of_deviation(GROWTH_PER_K).identified(Identity::Growth { axis }));
-            if survey.growth_told {
+            if inputs.growth_told {
                 let name = format!("scale of {label} at the mean temperature");
                 let there = Regressor::readings(name, "1", 4.0e-6, move |m, out| {
                     for s in [axis, axis + 2] {
@@ -152,7 +152,7 @@ pub mod sensor_side {
                 let there = there.of_deviation(GROWTH_PER_K * RIGHT_WITHIN_K);
                 list.push(there.identified(Identity::GrowthAtMean { axis }));
             }
-            if survey.beacon {
+            if inputs.beacon {
                 let name = format!("coordination sensor's offset {label}");
                 list.push(Regressor::reading(name, "1/K", 2.0e-6, 4 + axis, |m| {
                     m.warmth_k
@@ -198,11 +198,11 @@ pub mod sensor_side {
 
 // --- what is known of it ---
 
-use crate::effect::{Card, Confusable, Effect, Form, Holds, KnownBy, Need, Quantity, Recordings, Worth};
-use crate::sensor::{Regressor, Survey};
+use crate::effect::{Card, Confusable, Effect, Form, Subsumption, KnownBy, Need, Quantity, Recordings, Cost};
+use crate::sensor::{Regressor, BasisInputs};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
@@ -215,20 +215,20 @@ pub static CARD: Card = Card {
     follows: Quantity::Temperature,
     coordinate: "temperature",
     carries_over: "its amounts; its bend beyond the temperatures that were measured only where the recording shows that it goes on",
-    handicap: 0.01,
+    complexity_penalty: 0.01,
     forms: &[
-        Form { worth: Worth::Few, ..Form::new("mounts that follow the temperature slowly", |told| told.warms_slowly = true) },
+        Form { cost: Cost::Few, ..Form::new("mounts that follow the temperature slowly", |told| told.warms_slowly = true) },
         Form::new("offsets, gain and angle of the pairs follow it as well", |told| told.pairs_warm = true),
         // A pair that warms wanders.
         Form {
             completed_by: Some("quadrature_drift"),
-            worth: Worth::OneForTwo,
+            cost: Cost::OneForTwo,
             ..Form::new("offsets, gain and angle of the pairs follow it, and no clock", |told| told.pairs_warm = true)
         },
     ],
     // A ruling that grows with temperature is right at one that need not be the mean: at the mean it has another pitch, and is not
     // skewed for that.
-    holds: &[Holds { other: "axis_skew", tell: &[|survey| survey.growth_told = true], known_by: KnownBy::Growth { within_k: sensor_side::RIGHT_WITHIN_K } }],
+    subsumes: &[Subsumption { other: "axis_skew", tell: &[|inputs| inputs.growth_told = true], known_by: KnownBy::Growth { within_k: sensor_side::RIGHT_WITHIN_K } }],
     on_board: "offsets, and the pairs' own change with temperature",
     confusable: &[
         Confusable { with: "quadrature_drift", parted_by: "a temperature that only rises is a clock: the same poses at two temperatures and again at the first tell" },
@@ -237,7 +237,7 @@ pub static CARD: Card = Card {
     ..Card::PLAIN
 };
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }
@@ -246,7 +246,7 @@ impl Effect for Known {
         ThermalDrift::draw(scene, rng, size_rms_m)
     }
 
-    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
-        sensor_side::regressors(survey)
+    fn shapes(&self, inputs: &BasisInputs) -> Vec<Regressor> {
+        sensor_side::regressors(inputs)
     }
 }

@@ -1,6 +1,6 @@
 //! Teeth of the platen as unknown amounts: what a unit displacement of each adds to the readings.
 
-use crate::moment::Moment;
+use crate::covariates::Covariates;
 use crate::over::{Over, Seat};
 use crate::sensor::{READINGS, Regressor};
 use crate::teeth::Teeth;
@@ -9,9 +9,9 @@ use crate::teeth::Teeth;
 #[must_use]
 pub fn tooth_regressors(teeth: &Teeth, pitch_m: f64, size_m: f64) -> Vec<Regressor> {
     let mut list = Vec::new();
-    let (footprint, step) = (teeth.footprint, teeth.step_pitches);
-    let place = move |m: &Moment, segment: usize| m.place_m[segment].map(|p| p / pitch_m);
-    let reach_m = footprint.half_pitches.map(|half| half * pitch_m);
+    let (aperture, step) = (teeth.aperture, teeth.step_pitches);
+    let place = move |m: &Covariates, segment: usize| m.place_m[segment].map(|p| p / pitch_m);
+    let reach_m = aperture.half_pitches.map(|half| half * pitch_m);
     let (tooth, line) = if step == [1.0; 2] {
         ("tooth", "line")
     } else {
@@ -23,13 +23,13 @@ pub fn tooth_regressors(teeth: &Teeth, pitch_m: f64, size_m: f64) -> Vec<Regress
         };
         for &[i, j] in &teeth.posts[direction] {
             let (i_f, j_f) = (f64::from(i) * step[0], f64::from(j) * step[1]);
-            let share = move |m: &Moment, segment: usize| {
+            let share = move |m: &Covariates, segment: usize| {
                 let [along, across] = place(m, segment);
-                let along = footprint.weight(0, along - i_f);
+                let along = aperture.weight(0, along - i_f);
                 if along == 0.0 {
                     0.0
                 } else {
-                    along * footprint.weight(1, across - j_f)
+                    along * aperture.weight(1, across - j_f)
                 }
             };
             let name = format!(
@@ -43,8 +43,8 @@ pub fn tooth_regressors(teeth: &Teeth, pitch_m: f64, size_m: f64) -> Vec<Regress
             );
         }
         for &i in &teeth.lines[direction] {
-            let share = move |m: &Moment, segment: usize| {
-                footprint.weight(0, place(m, segment)[0] - f64::from(i) * step[0])
+            let share = move |m: &Covariates, segment: usize| {
+                aperture.weight(0, place(m, segment)[0] - f64::from(i) * step[0])
             };
             let name = format!(
                 "{line} {}, displaced along {axis}",
@@ -75,9 +75,9 @@ fn both(
     size_m: f64,
     deviation_m: f64,
     direction: usize,
-    share: impl Fn(&Moment, usize) -> f64 + Send + Sync + 'static,
+    share: impl Fn(&Covariates, usize) -> f64 + Send + Sync + 'static,
 ) -> Regressor {
-    let add = move |m: &Moment, out: &mut [f64; READINGS]| {
+    let add = move |m: &Covariates, out: &mut [f64; READINGS]| {
         out[direction] += share(m, direction);
         out[direction + 2] += share(m, direction + 2);
     };

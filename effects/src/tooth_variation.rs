@@ -127,7 +127,7 @@ impl PlantEffect for ToothVariation {
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
     use crate::over::{Over, Seat};
-    use crate::sensor::{Moment, Regressor, Survey};
+    use crate::sensor::{Covariates, Regressor, BasisInputs};
     pub use crate::teeth::{reach, share};
     use crate::tooth_regressors::tooth_regressors;
 
@@ -192,9 +192,9 @@ pub mod sensor_side {
     }
 
     /// A segment's field by its values on a rectangle of the mesh, `from` one corner `to` the other.
-    fn by_value(survey: &Survey, s: usize, from: [i32; 2], to: [i32; 2], list: &mut Vec<Regressor>) {
-        let step_m = survey.node_step_m;
-        let step = step_m / survey.pitch_m;
+    fn by_value(inputs: &BasisInputs, s: usize, from: [i32; 2], to: [i32; 2], list: &mut Vec<Regressor>) {
+        let step_m = inputs.node_step_m;
+        let step = step_m / inputs.pitch_m;
         let [along, across] = [0, 1].map(|d| {
             let count = to[d].saturating_sub(from[d]).saturating_add(1);
             innovations(usize::try_from(count).unwrap_or(0).min(LONGEST), step)
@@ -203,7 +203,7 @@ pub mod sensor_side {
             for (j, across) in across.iter().enumerate() {
                 let (i, j) = (from[0] + i as i32, from[1] + j as i32);
                 let (along, across) = (along.clone(), across.clone());
-                let value = move |m: &Moment| {
+                let value = move |m: &Covariates| {
                     let place = |d: usize| m.place_m[s][d] / step_m - f64::from(from[d]);
                     between(&along, place(0)) * between(&across, place(1))
                 };
@@ -223,34 +223,34 @@ pub mod sensor_side {
     ///
     /// Where the courier went over a few teeth only, the teeth at the edges of its footprint are many more than what can be told
     /// of them: there the unknowns are the field's values on a rectangle of the mesh, and the footprint gives their correlation.
-    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
-        if let Some(teeth) = &survey.teeth {
-            return tooth_regressors(teeth, survey.pitch_m, SIZE_M);
+    pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
+        if let Some(teeth) = &inputs.teeth {
+            return tooth_regressors(teeth, inputs.pitch_m, SIZE_M);
         }
         let mut list = Vec::new();
-        let (step_m, pitch_m) = (survey.node_step_m, survey.pitch_m);
+        let (step_m, pitch_m) = (inputs.node_step_m, inputs.pitch_m);
         if step_m <= 0.0 {
             return list;
         }
         let deviation_m = deviation_m(step_m / pitch_m);
         let reach_m = f64::from(reach(step_m / pitch_m)) * step_m;
         for s in 0..4 {
-            if survey.field_by_value {
-                if let (Some(from), Some(to)) = (survey.nodes[s].first(), survey.nodes[s].last()) {
-                    by_value(survey, s, *from, *to, &mut list);
+            if inputs.field_by_value {
+                if let (Some(from), Some(to)) = (inputs.nodes[s].first(), inputs.nodes[s].last()) {
+                    by_value(inputs, s, *from, *to, &mut list);
                 }
                 continue;
             }
-            for &[i, j] in &survey.nodes[s] {
+            for &[i, j] in &inputs.nodes[s] {
                 let node = [f64::from(i), f64::from(j)];
-                let one = if survey.reference || survey.field_by_segment {
+                let one = if inputs.reference || inputs.field_by_segment {
                     let name = format!("node {i} along, {j} across, segment {}", s + 1);
                     Regressor::reading(name, "m", SIZE_M, s, move |m| seen(m.place_m[s], step_m, pitch_m, node))
                 } else {
                     let name = format!("node {i} along x, {j} along y, {}", ["g_p", "g_x", "g_y", ""][s]);
                     Regressor::channel(name, "m", SIZE_M, s, move |m| seen(m.centre_m, step_m, pitch_m, node))
                 };
-                let seat = if survey.reference || survey.field_by_segment { Seat::Segment(s) } else { Seat::Centre };
+                let seat = if inputs.reference || inputs.field_by_segment { Seat::Segment(s) } else { Seat::Centre };
                 let over = Over::about(seat, node.map(|n| n * step_m), [reach_m; 2]);
                 list.push(one.of_deviation(deviation_m).only_over(over));
             }
@@ -286,11 +286,11 @@ pub mod sensor_side {
 
 // --- what is known of it ---
 
-use crate::effect::{Card, Confusable, Effect, Judged, Nature, Place, Quantity, Recordings};
-use crate::sensor::{Regressor, Survey};
+use crate::effect::{Card, Confusable, Effect, Detection, Nature, ColumnOrder, Quantity, Recordings};
+use crate::sensor::{Regressor, BasisInputs};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
@@ -299,13 +299,13 @@ pub static CARD: Card = Card {
     sizes: "3 µm rms of a segment's reading: 1.9 µm of each tooth in the paper's section 4, and more on platens that were not chosen",
     telling_motion: "dense poses over the same teeth, there and back, so that each place is passed several times",
     recordings: Recordings::Apart,
-    judged: Judged::AsField,
-    place: Place::Last,
+    detection: Detection::AsField,
+    order: ColumnOrder::Last,
     follows: Quantity::PlaceOnPlaten,
     coordinate: "place on the platen",
     carries_over: "the teeth that were passed; of others nothing is known",
     nature: Nature::Flexible,
-    handicap: 0.10,
+    complexity_penalty: 0.10,
     patterned: true,
     rigid: true,
     confusable: &[
@@ -315,7 +315,7 @@ pub static CARD: Card = Card {
     ..Card::PLAIN
 };
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }
@@ -324,7 +324,7 @@ impl Effect for Known {
         ToothVariation::draw(scene, rng, size_rms_m)
     }
 
-    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
-        sensor_side::regressors(survey)
+    fn shapes(&self, inputs: &BasisInputs) -> Vec<Regressor> {
+        sensor_side::regressors(inputs)
     }
 }

@@ -67,7 +67,7 @@ impl PlantEffect for VelocityLag {
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
     use crate::identity::{Factor, Identity, Wave};
-    use crate::sensor::{Regressor, Survey};
+    use crate::sensor::{Regressor, BasisInputs};
 
     /// Prior size of a delay, m: 50 µs at 0.1 m/s, a filter of some kHz.
     const DELAY_SIZE_M: f64 = 5.0e-6;
@@ -81,9 +81,9 @@ pub mod sensor_side {
 
     /// Sensor side: a delay of each segment, and a part that grows with the square of speed. Told more fully, a delay that changes over
     /// a tooth.
-    pub fn regressors(survey: &Survey) -> Vec<Regressor> {
+    pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         let mut list = Vec::new();
-        for s in (0..4).filter(|s| survey.segments[*s]) {
+        for s in (0..4).filter(|s| inputs.segments[*s]) {
             let name = format!("delay, segment {}", s + 1);
             let delay = Regressor::reading(name, "s", DELAY_SIZE_M, s, move |m| m.speed_m_s[s]);
             list.push(delay.identified(Identity::Wave(Wave::constant(s, Factor::Speed))));
@@ -91,9 +91,9 @@ pub mod sensor_side {
             list.push(Regressor::reading(name, "s²/m", SATURATION_SIZE_M, s, move |m| {
                 m.speed_m_s[s] * m.speed_m_s[s].abs()
             }));
-            for order in WAVES.into_iter().filter(|_| survey.fuller.lag_waves) {
+            for order in WAVES.into_iter().filter(|_| inputs.forms.lag_waves) {
                 let label = ("delay times ", "s", WAVES_SIZE_M, Factor::Speed);
-                Regressor::free_harmonic(survey, &mut list, (s, order), label, move |m| {
+                Regressor::free_harmonic(inputs, &mut list, (s, order), label, move |m| {
                     m.speed_m_s[s]
                 });
             }
@@ -105,10 +105,10 @@ pub mod sensor_side {
 // --- what is known of it ---
 
 use crate::effect::{Card, Confusable, Effect, Form, Need, Quantity};
-use crate::sensor::{Regressor, Survey};
+use crate::sensor::{Regressor, BasisInputs};
 
 /// The effect.
-pub struct Known;
+pub struct Definition;
 
 /// Its card.
 pub static CARD: Card = Card {
@@ -131,7 +131,7 @@ pub static CARD: Card = Card {
     ..Card::PLAIN
 };
 
-impl Effect for Known {
+impl Effect for Definition {
     fn card(&self) -> &'static Card {
         &CARD
     }
@@ -140,7 +140,7 @@ impl Effect for Known {
         VelocityLag::draw(scene, rng, size_rms_m)
     }
 
-    fn shapes(&self, survey: &Survey) -> Vec<Regressor> {
-        sensor_side::regressors(survey)
+    fn shapes(&self, inputs: &BasisInputs) -> Vec<Regressor> {
+        sensor_side::regressors(inputs)
     }
 }

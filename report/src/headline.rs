@@ -88,7 +88,7 @@ fn set_aside_m(diagnosis: &Diagnosis) -> f64 {
     let out = diagnosis
         .effects
         .iter()
-        .filter(|e| effects::has(&e.name, |card| card.judged.is_taken_out()));
+        .filter(|e| effects::has(&e.name, |card| card.detection.is_taken_out()));
     let squares = out
         .filter_map(|e| e.total_rms_m)
         .map(|total_m| total_m * total_m);

@@ -1,6 +1,6 @@
 //! What a blind case is: a courier, what is wrong with it, and how it is recorded. All of it drawn from a seed.
 
-use effects::Judged;
+use effects::Detection;
 use effects::plant::Scene;
 use effects::random::{ChaCha8Rng, SeedableRng, index, log_uniform, normal, uniform};
 use effects::{CATALOGUE, entry, unlisted::UNLISTED};
@@ -102,7 +102,7 @@ impl Case {
     /// noise. Noise stays, since knowing how much there is does not take it out.
     #[must_use]
     pub fn known_exactly(&self) -> Recording {
-        self.record(0, |name| effects::is(name, Judged::AsNoise))
+        self.record(0, |name| effects::is(name, Detection::AsNoise))
     }
 
     /// The first recording again with one of its effects alone.

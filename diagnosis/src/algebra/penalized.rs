@@ -16,7 +16,7 @@ pub struct Row {
 }
 
 /// A combination of amounts that is expected about 1 in size, beside each amount by itself.
-pub type Bond = Vec<(usize, f64)>;
+pub type Penalty = Vec<(usize, f64)>;
 
 /// Products of the columns with each other (on and below the diagonal) and with the values, and the values' squares.
 #[derive(Clone)]
@@ -91,26 +91,26 @@ impl Pieces {
     }
 
     /// Amounts of all columns, with noise of variance `noise`. Cost: that of one Cholesky factor within the envelope of the columns' products.
-    pub fn amounts(&self, noise: f64, bonds: &[Bond]) -> Option<Vec<f64>> {
-        solved(&self.all, noise, bonds)
+    pub fn amounts(&self, noise: f64, penalties: &[Penalty]) -> Option<Vec<f64>> {
+        solved(&self.all, noise, penalties)
     }
 
     /// Mean square that fits of the other pieces leave. Cost: that of a factor for each piece.
-    pub fn held_out(&self, noise: f64, bonds: &[Bond]) -> Option<f64> {
+    pub fn held_out(&self, noise: f64, penalties: &[Penalty]) -> Option<f64> {
         let mut left = 0.0;
         for fold in &self.folds {
             let mut others = self.all.clone();
             others.add_sums(fold, -1.0);
-            left += fold.left(&solved(&others, noise, bonds)?);
+            left += fold.left(&solved(&others, noise, penalties)?);
         }
         Some(left / self.rows.max(1) as f64)
     }
 }
 
 /// Amounts of unit prior, and bonds of unit size, against noise of this variance.
-fn solved(sums: &Sums, noise: f64, bonds: &[Bond]) -> Option<Vec<f64>> {
+fn solved(sums: &Sums, noise: f64, penalties: &[Penalty]) -> Option<Vec<f64>> {
     let mut prior = Sums::new(sums.right.len());
-    bonds.iter().for_each(|bond| prior.add(bond, 0.0));
+    penalties.iter().for_each(|bond| prior.add(bond, 0.0));
     (0..sums.right.len()).for_each(|k| prior.normal[k][k] += 1.0);
     let mut normal = sums.clone();
     normal.add_sums(&prior, noise);

@@ -5,7 +5,7 @@ use nalgebra::{DMatrixView, DMatrixViewMut, Dyn};
 
 /// Rows that products are formed of, one after the other, and which of their columns are not zero throughout. The memory is used
 /// again for the next ones.
-pub(crate) struct Upright {
+pub(crate) struct RowBuffer {
     width: usize,
     values: Vec<f64>,
     /// Where the values of the sample at hand begin.
@@ -21,7 +21,7 @@ const SCATTERED: usize = 6;
 /// Columns whose products are formed at once.
 const PANEL: usize = 160;
 
-impl Upright {
+impl RowBuffer {
     /// For some rows of so many columns.
     pub(crate) fn new(width: usize, rows: usize) -> Self {
         Self {
@@ -134,7 +134,7 @@ mod tests {
     #[test]
     fn rows_of_few_columns_add_what_rows_of_many_do() {
         let mut rng = ChaCha8Rng::seed_from_u64(4);
-        let (mut once, mut packed) = (Upright::new(60, 40), Symmetric::zeros(60));
+        let (mut once, mut packed) = (RowBuffer::new(60, 40), Symmetric::zeros(60));
         let mut wanted = Symmetric::zeros(60);
         for row in 0..40 {
             once.extend(1);
@@ -159,7 +159,7 @@ mod tests {
 
     #[test]
     fn a_sample_without_rows_adds_nothing() {
-        let mut rows = Upright::new(3, 4);
+        let mut rows = RowBuffer::new(3, 4);
         for (count, value) in [(2, 1.0), (0, 9.0), (1, 2.0)] {
             rows.extend(count);
             rows.set(1, &[value, value], 1.0);

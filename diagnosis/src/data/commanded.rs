@@ -69,12 +69,12 @@ pub fn mend(o: &mut Observations) -> Vec<String> {
         };
         let units = if axis == 2 { &ANGLES[..] } else { &LENGTHS };
         match pair.mended(units) {
-            Mended::AsItIs => {}
-            Mended::Changed(told_m, how) => {
+            ColumnRepair::AsItIs => {}
+            ColumnRepair::Changed(told_m, how) => {
                 o.commanded[axis] = told_m.iter().map(|c| c / arm).collect();
                 notes.push(format!("{}: {how}", NAMES[axis]));
             }
-            Mended::LeftAside => {
+            ColumnRepair::LeftAside => {
                 o.commanded[axis].clear();
                 notes.push(format!(
                     "{}: does not follow the readings, to a quarter of a pitch wanted: left aside",
@@ -116,7 +116,7 @@ pub(crate) fn pieces(run: &[usize]) -> Vec<Range<usize>> {
 
 /// What became of a column.
 #[derive(Debug, PartialEq)]
-enum Mended {
+enum ColumnRepair {
     AsItIs,
     /// Its values, m, and what was done.
     Changed(Vec<f64>, String),
@@ -133,13 +133,13 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    fn mended(&self, units: &[(f64, &str)]) -> Mended {
+    fn mended(&self, units: &[(f64, &str)]) -> ColumnRepair {
         let fine_m = TELLS * self.pitch_m;
         if travel(&self.read_m) < fine_m && travel(&self.told_m) < fine_m {
-            return Mended::AsItIs;
+            return ColumnRepair::AsItIs;
         }
         let Some((factor, unit)) = self.unit(units) else {
-            return Mended::LeftAside;
+            return ColumnRepair::LeftAside;
         };
         let scaled: Vec<f64> = self.told_m.iter().map(|c| factor * c).collect();
         let late_s = self.late_s(&scaled);
@@ -151,7 +151,7 @@ impl Pair<'_> {
                 .collect()
         };
         if !self.tells_teeth(&there) {
-            return Mended::LeftAside;
+            return ColumnRepair::LeftAside;
         }
         let mut how = Vec::new();
         if factor.abs() != 1.0 {
@@ -171,9 +171,9 @@ impl Pair<'_> {
             ));
         }
         if how.is_empty() {
-            Mended::AsItIs
+            ColumnRepair::AsItIs
         } else {
-            Mended::Changed(there, how.join("; "))
+            ColumnRepair::Changed(there, how.join("; "))
         }
     }
 
@@ -287,7 +287,7 @@ mod tests {
         0.02 * (1.0 - (std::f64::consts::PI * t_s).cos()) + 1.0e-5 * (77.0 * t_s).sin()
     }
 
-    fn mended(told: impl Fn(f64) -> f64) -> Mended {
+    fn mended(told: impl Fn(f64) -> f64) -> ColumnRepair {
         let t_s: Vec<f64> = (0..4000).map(|i| 1.0e-3 * f64::from(i)).collect();
         let pair = Pair {
             read_m: t_s.iter().map(|t| way(*t)).collect(),
@@ -301,14 +301,14 @@ mod tests {
 
     #[test]
     fn units_signs_and_delays_are_told_and_mended() {
-        assert_eq!(mended(|t| way(t) + 2.0e-5), Mended::AsItIs);
+        assert_eq!(mended(|t| way(t) + 2.0e-5), ColumnRepair::AsItIs);
         for (told, words) in [
             (&(|t| 1.0e3 * way(t)) as &dyn Fn(f64) -> f64, "in mm"),
             (&|t| -way(t), "other sign"),
             (&|t| way(t - 0.05), "comes 50 ms after"),
             (&|t| way(t + 0.03), "comes 30 ms before"),
         ] {
-            let Mended::Changed(told_m, how) = mended(told) else {
+            let ColumnRepair::Changed(told_m, how) = mended(told) else {
                 panic!("{words}: not mended");
             };
             assert!(how.contains(words), "{how}");
@@ -319,19 +319,19 @@ mod tests {
 
     #[test]
     fn what_does_not_follow_is_left_aside() {
-        assert_eq!(mended(|_| 0.0), Mended::LeftAside);
+        assert_eq!(mended(|_| 0.0), ColumnRepair::LeftAside);
         // The target of each move alone.
         assert_eq!(
             mended(|t| 0.04 * f64::from(u8::from(t % 2.0 < 1.0))),
-            Mended::LeftAside
+            ColumnRepair::LeftAside
         );
-        assert_eq!(mended(|t| way(1.3 * t)), Mended::LeftAside);
+        assert_eq!(mended(|t| way(1.3 * t)), ColumnRepair::LeftAside);
     }
 
     /// A slip of the count is the readings' fault: the command stays to tell it.
     #[test]
     fn a_slip_leaves_the_command_in_use() {
         let slip = |t: f64| if t < 1.5 { 0.0 } else { -1.016e-3 };
-        assert_eq!(mended(|t| way(t) + slip(t)), Mended::AsItIs);
+        assert_eq!(mended(|t| way(t) + slip(t)), ColumnRepair::AsItIs);
     }
 }

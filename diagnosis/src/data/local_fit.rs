@@ -5,7 +5,7 @@ use std::ops::Range;
 /// Value, slope and curvature at a sample by the quadratic through its neighbours, and what the quadratic through all of them leaves.
 /// The sample's own noise is in none of the three: a column made of it would rebuild the residual.
 #[derive(Clone, Copy, Default)]
-pub struct Local {
+pub struct QuadraticFit {
     /// Value at the sample.
     pub value: f64,
     pub(super) slope: f64,
@@ -18,16 +18,16 @@ pub struct Local {
 }
 
 /// Quadratic through the window by least squares, in time centred on sample `i`.
-pub fn local(t_s: &[f64], value: &[f64], i: usize, window: Range<usize>) -> Local {
+pub fn local(t_s: &[f64], value: &[f64], i: usize, window: Range<usize>) -> QuadraticFit {
     let points: Vec<(f64, f64)> = window
         .filter(|&j| value[j].is_finite())
         .map(|j| (t_s[j] - t_s[i], value[j]))
         .collect();
     let count = points.len() as f64;
     if points.len() < 4 {
-        return Local {
+        return QuadraticFit {
             residual: f64::INFINITY,
-            ..Local::default()
+            ..QuadraticFit::default()
         };
     }
     let scale = points
@@ -44,9 +44,9 @@ pub fn local(t_s: &[f64], value: &[f64], i: usize, window: Range<usize>) -> Loca
         right += row * (y - mean);
     }
     let Some(inverse) = normal.try_inverse() else {
-        return Local {
+        return QuadraticFit {
             residual: f64::INFINITY,
-            ..Local::default()
+            ..QuadraticFit::default()
         };
     };
     let whole = inverse * right;
@@ -68,7 +68,7 @@ pub fn local(t_s: &[f64], value: &[f64], i: usize, window: Range<usize>) -> Loca
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (_, y)| {
             (l.min(*y), h.max(*y))
         });
-    Local {
+    QuadraticFit {
         value: mean + c[0],
         slope: c[1] / scale,
         curvature: 2.0 * c[2] / (scale * scale),

@@ -1,10 +1,10 @@
 //! Speeds, directions and rates from the readings themselves: what a run is called tells nothing.
 
 use crate::algebra::statistics::quantile;
-use crate::data::local_fit::{Local, local};
+use crate::data::local_fit::{QuadraticFit, local};
 use crate::data::observations::Observations;
-use crate::data::spot::{Way, rates};
-use crate::data::travel::Travel;
+use crate::data::play_operator::PlayOperator;
+use crate::data::spot::{SpotState, rates};
 use effects::sensor::TURNOVERS;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -31,9 +31,9 @@ pub struct Motion {
     pub direction: [Vec<f64>; 4],
     /// Where a segment does not move: the direction in which it last did.
     pub approach: [Vec<f64>; 4],
-    /// Direction of travel that turns over with it: see [`crate::data::travel::Travel::memory`].
+    /// Direction of travel that turns over with it: see [`crate::data::play_operator::PlayOperator::memory`].
     pub memory: [Vec<[f64; TURNOVERS]>; 4],
-    /// What is left of the memory that each segment began with: see [`crate::data::travel::Travel::before`].
+    /// What is left of the memory that each segment began with: see [`crate::data::play_operator::PlayOperator::before`].
     pub before: [Vec<f64>; 4],
     /// True about a turn, where which way it goes is told to a few samples only.
     pub turning: [Vec<bool>; 4],
@@ -74,9 +74,9 @@ impl Motion {
             smooth: vec![true; n],
             ..Self::default()
         };
-        let mut fits: Vec<Vec<Local>> = Vec::new();
+        let mut fits: Vec<Vec<QuadraticFit>> = Vec::new();
         for position in position_m {
-            let fit: Vec<Local> = if position.is_empty() {
+            let fit: Vec<QuadraticFit> = if position.is_empty() {
                 Vec::new()
             } else {
                 let at = |(i, w): (usize, &Range<usize>)| {
@@ -136,14 +136,14 @@ impl Motion {
     /// Rates of tan(psi) as the platen sensor tells them where it is whole, else its own slopes.
     fn spot_rates(
         &self,
-        fits: &[Vec<Local>],
+        fits: &[Vec<QuadraticFit>],
         position_m: &[Vec<f64>; 4],
         observations: &Observations,
     ) -> [Vec<f64>; 2] {
         let n = observations.len();
         let whole = fits.iter().all(|fit| fit.len() == n);
         let smooth = |i: usize, value: f64| if self.smooth[i] { value } else { f64::NAN };
-        let way = |i: usize| Way {
+        let way = |i: usize| SpotState {
             speed_m_s: std::array::from_fn(|s| smooth(i, fits[s][i].slope)),
             place_m: std::array::from_fn(|s| position_m[s][i]),
             tan_psi: [0, 1].map(|axis| observations.tan_psi[axis][i]),
@@ -151,7 +151,7 @@ impl Motion {
         if !whole || self.tan_psi_rate.iter().any(|own| own.len() != n) {
             return self.tan_psi_rate.clone();
         }
-        let ways: Vec<Way> = (0..n).map(way).collect();
+        let ways: Vec<SpotState> = (0..n).map(way).collect();
         self.tan_psi_rate
             .each_ref()
             .map(|own| rates(&ways, own).unwrap_or_else(|| own.clone()))
@@ -160,7 +160,7 @@ impl Motion {
     fn fill_segment(
         &mut self,
         segment: usize,
-        fit: &[Local],
+        fit: &[QuadraticFit],
         position: &[f64],
         observations: &Observations,
     ) {
@@ -214,15 +214,15 @@ impl Motion {
         position_m: &[f64],
         louder: f64,
         observations: &Observations,
-    ) -> Travel {
+    ) -> PlayOperator {
         let noise = observations.position_noise_m[segment].iter().copied();
         let stated_m = crate::algebra::statistics::rms(noise.filter(|n| n.is_finite()));
         let noise_m = louder * stated_m.max(self.quiet_m[segment] / QUIET_MISFIT);
-        Travel::new(position_m, &self.smooth, MISFIT * noise_m, observations)
+        PlayOperator::new(position_m, &self.smooth, MISFIT * noise_m, observations)
     }
 
     /// Takes over a segment's way as it is known by now.
-    pub fn follow(&mut self, segment: usize, travel: Travel) {
+    pub fn follow(&mut self, segment: usize, travel: PlayOperator) {
         self.memory[segment] = travel.memory;
         self.before[segment] = travel.before;
         self.turning[segment] = travel.turning;

@@ -8,7 +8,7 @@ use crate::data::thinning;
 use crate::data::tooth_counts::align_pairs;
 use crate::linearization::baseline::Baseline;
 use crate::linearization::calibrate::calibrate;
-use crate::linearization::point::About;
+use crate::linearization::point::LinearizationPoint;
 use crate::linearization::scene::{Amplitudes, Scene};
 use effects::sensor::Clip;
 use rayon::prelude::*;
@@ -58,10 +58,10 @@ impl Prepared {
     }
 
     /// The linearisation about the baseline alone.
-    pub fn about(&self) -> About {
-        About {
+    pub fn about(&self) -> LinearizationPoint {
+        LinearizationPoint {
             baseline: self.baseline.clone(),
-            ..About::default()
+            ..LinearizationPoint::default()
         }
     }
 }
@@ -123,7 +123,7 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     if count > 0 {
         notes.push(format!(
             "{}: at {count} of {samples} samples both channels of a pair stand at their rails and tell no place between them: left out",
-            effects::name_of(effects::Judged::ByRails)
+            effects::name_of(effects::Detection::ByRails)
         ));
         keep.iter_mut().zip(&stuck).for_each(|(k, s)| *k &= !s);
         baseline = calibrate(&observations, &keep);

@@ -186,7 +186,7 @@ fn by_beacon(o: &Observations, sample: usize, jump: i32) -> Option<(usize, i32)>
 }
 
 /// Whole teeth that positions are off by.
-pub(crate) struct Jumps {
+pub(crate) struct ToothJumps {
     /// Teeth to take out of each sample.
     level: Vec<i32>,
     /// Sample and size of each lasting change.
@@ -197,7 +197,7 @@ pub(crate) struct Jumps {
 const MOST_TEETH: f64 = 1.0e9;
 
 /// Whole teeth relative to the median of the first samples; single samples do not change the level's count of jumps.
-pub(crate) fn whole_teeth(difference: &[f64], pitch_m: f64) -> Jumps {
+pub(crate) fn whole_teeth(difference: &[f64], pitch_m: f64) -> ToothJumps {
     let mut first: Vec<f64> = difference
         .iter()
         .copied()
@@ -205,7 +205,7 @@ pub(crate) fn whole_teeth(difference: &[f64], pitch_m: f64) -> Jumps {
         .take(40)
         .collect();
     let Some(start) = median(&mut first) else {
-        return Jumps {
+        return ToothJumps {
             level: vec![0; difference.len()],
             changes: Vec::new(),
         };
@@ -244,7 +244,7 @@ pub(crate) fn whole_teeth(difference: &[f64], pitch_m: f64) -> Jumps {
         }
         i += 1;
     }
-    Jumps { level, changes }
+    ToothJumps { level, changes }
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ type Row = SVector<f64, TERMS>;
 
 /// What is known at one sample: the segments' speeds, m/s, and places, m, and where the spot is, as tan(psi).
 #[derive(Clone, Copy, Debug)]
-pub struct Way {
+pub struct SpotState {
     /// Speeds along the segments' own axes.
     pub speed_m_s: [f64; 4],
     /// Places along them.
@@ -24,7 +24,7 @@ pub struct Way {
     pub tan_psi: [f64; 2],
 }
 
-impl Way {
+impl SpotState {
     fn row(&self) -> Row {
         let [v1, v2, v3, v4] = self.speed_m_s;
         let turn = v1 - v3;
@@ -49,7 +49,7 @@ impl Way {
 
 /// Rates of one axis, 1/s, that the ways foretell: the linear map of them that comes nearest to the spot's `own` rates (not finite
 /// where there is none). `None` where too few are known. Zero where a way is not. Linear in samples.
-pub fn rates(ways: &[Way], own: &[f64]) -> Option<Vec<f64>> {
+pub fn rates(ways: &[SpotState], own: &[f64]) -> Option<Vec<f64>> {
     let known = || {
         let both = ways.iter().zip(own);
         both.filter(|(way, own)| way.is_known() && own.is_finite())
@@ -74,7 +74,7 @@ pub fn rates(ways: &[Way], own: &[f64]) -> Option<Vec<f64>> {
         right += row * *own;
     }
     let map = normal.svd(true, true).solve(&right, SHOWN).ok()?;
-    let rate = |way: &Way| {
+    let rate = |way: &SpotState| {
         if way.is_known() {
             way.row().component_mul(&scale).dot(&map)
         } else {
@@ -111,7 +111,7 @@ mod tests {
             let at = |t: f64| std::array::from_fn(|k| pose[k] + t * speed[k]);
             let slope = |a: f64, b: f64| (b - a) / 2.0e-6;
             let (before, after) = (places(at(-1.0e-6)), places(at(1.0e-6)));
-            ways.push(Way {
+            ways.push(SpotState {
                 speed_m_s: std::array::from_fn(|s| slope(before[s], after[s])),
                 place_m: places(pose),
                 tan_psi: spot(pose),

@@ -2,11 +2,11 @@
 
 use crate::design::frequency_basis::lines;
 use crate::design::nameless::{CHANNEL, SIZE_M};
-use effects::sensor::{Action, Moment, Regressor, Survey};
+use effects::sensor::{Action, BasisInputs, Covariates, Regressor};
 use std::f64::consts::TAU;
 
 /// A family of shapes over one coordinate of diagnosis.md.
-pub struct Place {
+pub struct CoordinateBasis {
     /// The coordinate, in the words of diagnosis.md.
     pub coordinate: &'static str,
     /// Shapes over it.
@@ -17,80 +17,80 @@ pub struct Place {
 pub const REFERENCE_PHASE: &str = "own tooth phase of the reference";
 
 /// Every family that such a recording can show.
-pub fn places(survey: &Survey) -> Vec<Place> {
+pub fn coordinate_bases(inputs: &BasisInputs) -> Vec<CoordinateBasis> {
     let mut list = vec![
-        Place {
+        CoordinateBasis {
             coordinate: "time",
-            regressors: on_channels(survey, time),
+            regressors: on_channels(inputs, time),
         },
-        Place {
+        CoordinateBasis {
             coordinate: "theta",
-            regressors: if survey.turning {
-                on_channels(survey, theta)
+            regressors: if inputs.turning {
+                on_channels(inputs, theta)
             } else {
                 Vec::new()
             },
         },
-        Place {
+        CoordinateBasis {
             coordinate: "place on the platen",
-            regressors: waves(survey),
+            regressors: waves(inputs),
         },
-        Place {
+        CoordinateBasis {
             coordinate: "own tooth phase, fractional orders",
-            regressors: own_orders(survey),
+            regressors: own_orders(inputs),
         },
-        Place {
+        CoordinateBasis {
             coordinate: "own tooth phase of both segments of a pair",
-            regressors: pair_phases(survey),
+            regressors: pair_phases(inputs),
         },
-        Place {
+        CoordinateBasis {
             coordinate: REFERENCE_PHASE,
-            regressors: reference_phase(survey),
+            regressors: reference_phase(inputs),
         },
-        Place {
+        CoordinateBasis {
             coordinate: "frequency",
-            regressors: lines(survey),
+            regressors: lines(inputs),
         },
     ];
-    if survey.temperature {
-        list.push(Place {
+    if inputs.temperature {
+        list.push(CoordinateBasis {
             coordinate: "temperature",
-            regressors: on_channels(survey, warmth),
+            regressors: on_channels(inputs, warmth),
         });
-        list.push(Place {
+        list.push(CoordinateBasis {
             coordinate: "temperature and own tooth phase",
-            regressors: times(survey, |m, _| m.warmth_k),
+            regressors: times(inputs, |m, _| m.warmth_k),
         });
     }
-    if survey.moving {
-        list.push(Place {
+    if inputs.moving {
+        list.push(CoordinateBasis {
             coordinate: "speed",
-            regressors: accelerations(survey),
+            regressors: accelerations(inputs),
         });
-        list.push(Place {
+        list.push(CoordinateBasis {
             coordinate: "speed and own tooth phase",
-            regressors: times(survey, |m, s| m.speed_m_s[s])
+            regressors: times(inputs, |m, s| m.speed_m_s[s])
                 .into_iter()
-                .chain(times(survey, |m, s| m.acceleration_m_s2[s]))
+                .chain(times(inputs, |m, s| m.acceleration_m_s2[s]))
                 .collect(),
         });
-        list.push(Place {
+        list.push(CoordinateBasis {
             coordinate: "direction and own tooth phase",
-            regressors: times(survey, |m, s| m.direction[s]),
+            regressors: times(inputs, |m, s| m.direction[s]),
         });
     }
-    if survey.counts {
+    if inputs.counts {
         // Where the place explains the amplitude it is gap_variation's; what else changes it has no name.
-        let nameless = std::array::from_fn(|s| survey.segments[s] && !survey.amplitude_by_place[s]);
-        list.push(Place {
+        let nameless = std::array::from_fn(|s| inputs.segments[s] && !inputs.amplitude_by_place[s]);
+        list.push(CoordinateBasis {
             coordinate: "signal amplitude",
             regressors: times_of(nameless, |m, s| m.amplitude_excess[s]),
         });
     }
-    if survey.beacon {
-        list.push(Place {
+    if inputs.beacon {
+        list.push(CoordinateBasis {
             coordinate: "deflection of the coordination sensor",
-            regressors: on_channels(survey, deflection),
+            regressors: on_channels(inputs, deflection),
         });
     }
     list.retain(|place| !place.regressors.is_empty());
@@ -98,15 +98,15 @@ pub fn places(survey: &Survey) -> Vec<Place> {
 }
 
 /// The same shapes on every channel that the recording has.
-fn on_channels(survey: &Survey, shapes: fn(&Survey) -> Vec<Shape>) -> Vec<Regressor> {
-    let constraint = survey.segments.iter().all(|s| *s);
+fn on_channels(inputs: &BasisInputs, shapes: fn(&BasisInputs) -> Vec<Shape>) -> Vec<Regressor> {
+    let constraint = inputs.segments.iter().all(|s| *s);
     let mut list = Vec::new();
-    for channel in 0..if survey.beacon {
+    for channel in 0..if inputs.beacon {
         3
     } else {
         usize::from(constraint)
     } {
-        for (n, shape) in shapes(survey).into_iter().enumerate() {
+        for (n, shape) in shapes(inputs).into_iter().enumerate() {
             list.push(Regressor::channel(
                 format!("shape {n} on {}", CHANNEL[channel]),
                 "m",
@@ -116,9 +116,9 @@ fn on_channels(survey: &Survey, shapes: fn(&Survey) -> Vec<Shape>) -> Vec<Regres
             ));
         }
     }
-    if !constraint || !survey.beacon {
-        for s in (0..4).filter(|s| survey.segments[*s]) {
-            for (n, shape) in shapes(survey).into_iter().enumerate() {
+    if !constraint || !inputs.beacon {
+        for s in (0..4).filter(|s| inputs.segments[*s]) {
+            for (n, shape) in shapes(inputs).into_iter().enumerate() {
                 list.push(Regressor::channel(
                     format!("shape {n} on segment {}", s + 1),
                     "m",
@@ -134,11 +134,11 @@ fn on_channels(survey: &Survey, shapes: fn(&Survey) -> Vec<Shape>) -> Vec<Regres
 
 mod shape {
     /// A scalar function of what the sensor knows.
-    pub type Shape = Box<dyn Fn(&effects::sensor::Moment) -> f64 + Send + Sync>;
+    pub type Shape = Box<dyn Fn(&effects::sensor::Covariates) -> f64 + Send + Sync>;
 }
 use shape::Shape;
 
-fn time(_: &Survey) -> Vec<Shape> {
+fn time(_: &BasisInputs) -> Vec<Shape> {
     const KNOTS: usize = 13;
     (0..KNOTS)
         .map(|k| -> Shape {
@@ -148,10 +148,10 @@ fn time(_: &Survey) -> Vec<Shape> {
         .collect()
 }
 
-fn theta(_: &Survey) -> Vec<Shape> {
+fn theta(_: &BasisInputs) -> Vec<Shape> {
     // Waves of 4 to 0.9 degrees and a square: what turns with the courier and is not a span.
     let mut list: Vec<Shape> = vec![
-        Box::new(|m: &Moment| m.theta_rad * m.theta_rad),
+        Box::new(|m: &Covariates| m.theta_rad * m.theta_rad),
         Box::new(|m| m.theta_rad.powi(3)),
     ];
     for k in 1..4 {
@@ -163,10 +163,10 @@ fn theta(_: &Survey) -> Vec<Shape> {
 }
 
 /// Waves longer than what a field of teeth has: 60 mm down to 10 mm, along and across each segment.
-fn waves(survey: &Survey) -> Vec<Regressor> {
+fn waves(inputs: &BasisInputs) -> Vec<Regressor> {
     let mut list = Vec::new();
-    for s in (0..4).filter(|s| survey.segments[*s] && survey.travel_m[*s] > 3.0 * survey.pitch_m) {
-        for direction in 0..if survey.lateral { 2 } else { 1 } {
+    for s in (0..4).filter(|s| inputs.segments[*s] && inputs.travel_m[*s] > 3.0 * inputs.pitch_m) {
+        for direction in 0..if inputs.lateral { 2 } else { 1 } {
             for k in 1..7 {
                 let w = TAU * f64::from(k) / 60.0e-3;
                 let name = |part| {
@@ -193,7 +193,7 @@ fn waves(survey: &Survey) -> Vec<Regressor> {
     list
 }
 
-fn warmth(_: &Survey) -> Vec<Shape> {
+fn warmth(_: &BasisInputs) -> Vec<Shape> {
     vec![
         Box::new(|m| m.warmth_k),
         Box::new(|m| m.warmth_k * m.warmth_k),
@@ -201,7 +201,7 @@ fn warmth(_: &Survey) -> Vec<Shape> {
     ]
 }
 
-fn deflection(survey: &Survey) -> Vec<Shape> {
+fn deflection(inputs: &BasisInputs) -> Vec<Shape> {
     let mut list: Vec<Shape> = Vec::new();
     for axis in 0..2 {
         for k in 1..7 {
@@ -210,18 +210,18 @@ fn deflection(survey: &Survey) -> Vec<Shape> {
             list.push(Box::new(move |m| (w * m.deflection[axis]).cos()));
         }
     }
-    for &[u, v] in &survey.deflection_waves {
-        let phase = move |m: &Moment| TAU * (u * m.deflection[0] + v * m.deflection[1]);
+    for &[u, v] in &inputs.deflection_waves {
+        let phase = move |m: &Covariates| TAU * (u * m.deflection[0] + v * m.deflection[1]);
         list.push(Box::new(move |m| phase(m).sin()));
         list.push(Box::new(move |m| phase(m).cos()));
     }
     list
 }
 
-fn own_orders(survey: &Survey) -> Vec<Regressor> {
+fn own_orders(inputs: &BasisInputs) -> Vec<Regressor> {
     let mut list = Vec::new();
-    let f = TAU / survey.pitch_m;
-    for s in (0..4).filter(|s| survey.segments[*s]) {
+    let f = TAU / inputs.pitch_m;
+    for s in (0..4).filter(|s| inputs.segments[*s]) {
         for order in [0.5, 1.5, 2.5, 1.0 / 3.0, 0.2, 0.1] {
             let name = |part| format!("order {order} {part}, segment {}", s + 1);
             list.push(Regressor::reading(name("sine"), "m", SIZE_M, s, move |m| {
@@ -239,12 +239,12 @@ fn own_orders(survey: &Survey) -> Vec<Regressor> {
     list
 }
 
-fn pair_phases(survey: &Survey) -> Vec<Regressor> {
+fn pair_phases(inputs: &BasisInputs) -> Vec<Regressor> {
     let mut list = Vec::new();
-    let f = TAU / survey.pitch_m;
-    for s in (0..4).filter(|s| survey.segments[*s] && survey.segments[(s + 2) % 4]) {
+    let f = TAU / inputs.pitch_m;
+    for s in (0..4).filter(|s| inputs.segments[*s] && inputs.segments[(s + 2) % 4]) {
         for (n, m) in [(1.0, 1.0), (2.0, 1.0), (2.0, -1.0), (3.0, 1.0)] {
-            let wave = move |at: &Moment| {
+            let wave = move |at: &Covariates| {
                 (f * (n * at.place_m[s][0] + m * at.place_m[(s + 2) % 4][0])).sin_cos()
             };
             let name = |part| format!("orders {n} and {m} {part}, segment {}", s + 1);
@@ -264,17 +264,17 @@ fn pair_phases(survey: &Survey) -> Vec<Regressor> {
 }
 
 /// Whole orders, on both segments of a pair at once.
-fn reference_phase(survey: &Survey) -> Vec<Regressor> {
+fn reference_phase(inputs: &BasisInputs) -> Vec<Regressor> {
     let mut list = Vec::new();
     // One segment alone passes the reference's place and its own at different times only where the courier turns.
     let apart = |s: &usize| {
-        let in_use = [survey.segments[*s], survey.segments[s + 2]];
-        in_use == [true; 2] || survey.turning && in_use.contains(&true)
+        let in_use = [inputs.segments[*s], inputs.segments[s + 2]];
+        in_use == [true; 2] || inputs.turning && in_use.contains(&true)
     };
-    for s in (0..2).filter(|s| survey.reference && apart(s)) {
+    for s in (0..2).filter(|s| inputs.reference && apart(s)) {
         for order in 1..9 {
             for (part, quarter) in [("sine", 0.0), ("cosine", 0.25 * TAU)] {
-                let wave = move |m: &Moment| {
+                let wave = move |m: &Covariates| {
                     let phase = 0.5 * (m.reference_phase[s] + m.reference_phase[s + 2]);
                     (f64::from(order) * phase + quarter).sin()
                 };
@@ -299,11 +299,11 @@ fn reference_phase(survey: &Survey) -> Vec<Regressor> {
     list
 }
 
-fn times(survey: &Survey, factor: fn(&Moment, usize) -> f64) -> Vec<Regressor> {
-    times_of(survey.segments, factor)
+fn times(inputs: &BasisInputs, factor: fn(&Covariates, usize) -> f64) -> Vec<Regressor> {
+    times_of(inputs.segments, factor)
 }
 
-fn times_of(segments: [bool; 4], factor: fn(&Moment, usize) -> f64) -> Vec<Regressor> {
+fn times_of(segments: [bool; 4], factor: fn(&Covariates, usize) -> f64) -> Vec<Regressor> {
     let mut list = Vec::new();
     for s in (0..4).filter(|s| segments[*s]) {
         for order in [1, 2] {
@@ -315,9 +315,9 @@ fn times_of(segments: [bool; 4], factor: fn(&Moment, usize) -> f64) -> Vec<Regre
     list
 }
 
-fn accelerations(survey: &Survey) -> Vec<Regressor> {
+fn accelerations(inputs: &BasisInputs) -> Vec<Regressor> {
     (0..4)
-        .filter(|s| survey.segments[*s])
+        .filter(|s| inputs.segments[*s])
         .map(|s| {
             Regressor::reading(
                 format!("acceleration, segment {}", s + 1),
@@ -337,18 +337,18 @@ mod tests {
     /// A beacon that swings at half a hertz would hang by a metre: the line has a place, and no name.
     #[test]
     fn a_slow_line_of_the_beacon_is_no_vibration() {
-        let survey = Survey {
+        let inputs = BasisInputs {
             beacon: true,
             beacon_lines_hz: vec![0.5, 40.0],
-            ..Survey::default()
+            ..BasisInputs::default()
         };
         let sides = effects::sensor_sides();
         let vibration = sides
             .iter()
-            .find(|e| e.card().judged == effects::Judged::ByLines);
-        let named = vibration.map_or_else(Vec::new, |v| v.regressors(&survey));
+            .find(|e| e.card().detection == effects::Detection::ByLines);
+        let named = vibration.map_or_else(Vec::new, |v| v.regressors(&inputs));
         assert!(!named.is_empty() && named.iter().all(|r| r.name.starts_with("40.000 Hz")));
-        let places = places(&survey);
+        let places = coordinate_bases(&inputs);
         let lines = places.iter().find(|p| p.coordinate == "frequency").unwrap();
         assert!(
             lines

@@ -3,12 +3,12 @@
 //! constraint fit). What such a set leaves is told apart by the noise that it would leave: errors in variables, as in Fuller
 //! 1987's corrected score.
 
-use crate::algebra::products::Upright;
+use crate::algebra::products::RowBuffer;
 use crate::algebra::symmetric::Symmetric;
 use crate::design::gram::Columns;
-use crate::linearization::scene::{ROWS, Scene, Shift};
+use crate::linearization::scene::{LatentDisplacement, ROWS, Scene};
 use effects::over::Extent;
-use effects::sensor::Moment;
+use effects::sensor::Covariates;
 use rayon::prelude::*;
 
 /// Samples that the mean is taken over.
@@ -24,9 +24,9 @@ const STEP_M: f64 = 1.0e-8;
 
 /// Mean products, a row, of the columns' and the target's derivatives by the readings, each times that reading's noise.
 #[derive(Clone, Debug)]
-pub struct Carried(Symmetric);
+pub struct ErrorsInVariables(Symmetric);
 
-impl Carried {
+impl ErrorsInVariables {
     /// Cost: a twentieth to a half of the products themselves. The coordination sensor's noise is left aside: its shapes are
     /// smooth over many times that noise.
     pub fn new(scene: &Scene, columns: &Columns, scale: &[f64]) -> Self {
@@ -80,7 +80,7 @@ impl Carried {
 /// The scene with one segment's raw readings a step further. Where the segment's place is that of its neighbours, the place
 /// stays.
 fn stepped<'a>(scene: &Scene<'a>, segment: usize) -> Scene<'a> {
-    let mut shift: Shift = scene.shift.clone();
+    let mut shift: LatentDisplacement = scene.shift.clone();
     let off = &mut shift.electronic_m[segment];
     off.resize(scene.len(), 0.0);
     off.iter_mut().for_each(|off| *off += STEP_M);
@@ -104,7 +104,7 @@ fn products_of(
     samples: &[usize],
 ) -> (Symmetric, usize) {
     let width = scale.len() + 1;
-    let mut upright = Upright::new(width, CHUNK * ROWS * 4);
+    let mut upright = RowBuffer::new(width, CHUNK * ROWS * 4);
     let mut sum = Symmetric::zeros(width);
     let mut count = 0;
     for chunk in samples.chunks(CHUNK) {
@@ -124,20 +124,20 @@ fn add_rows(
     columns: &Columns,
     scale: &[f64],
     i: usize,
-    upright: &mut Upright,
+    upright: &mut RowBuffer,
 ) -> usize {
     let rows = scene.rows(i);
     let by_reading = rows.white_by_reading();
     let variance = scene.reading_variance(i);
-    let here = scene.moment(i);
+    let here = scene.covariates(i);
     let segments: Vec<usize> = (0..4).filter(|s| scene.scope.segments[*s]).collect();
-    let there: Vec<Moment> = segments.iter().map(|s| stepped[*s].moment(i)).collect();
+    let there: Vec<Covariates> = segments.iter().map(|s| stepped[*s].covariates(i)).collect();
     let extent = Extent::of(there.iter().chain([&here]));
     let acting: Vec<usize> = (0..scale.len())
         .filter(|c| columns.regressors[*c].may_act(&extent))
         .collect();
-    let response = |c: usize, moment: &Moment| {
-        rows.white_response(&by_reading, &columns.regressors[c], moment)
+    let response = |c: usize, covariates: &Covariates| {
+        rows.white_response(&by_reading, &columns.regressors[c], covariates)
     };
     let before: Vec<Option<[f64; ROWS]>> = acting.iter().map(|c| response(*c, &here)).collect();
     for (&s, there) in segments.iter().zip(&there) {

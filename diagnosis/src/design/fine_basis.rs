@@ -1,9 +1,9 @@
 //! Finer shapes over the coordinates of diagnosis.md, for telling where a gap lies that nothing explains. They compete with no cause.
 
-use crate::design::coordinate_basis::Place;
+use crate::design::coordinate_basis::CoordinateBasis;
 use crate::linearization::scene::Scene;
-use crate::linearization::stop_operator::{SLACKS_M, Slack};
-use effects::sensor::{Moment, Regressor, Survey};
+use crate::linearization::stop_operator::{SLACKS_M, StopOperator};
+use effects::sensor::{BasisInputs, Covariates, Regressor};
 use std::f64::consts::PI;
 
 /// Prior size of a shape, rms m.
@@ -26,80 +26,80 @@ const DIFFERS_M: f64 = 0.1;
 /// Samples that tell a range.
 const LOOKED_AT: usize = 2000;
 
-type Value = Box<dyn Fn(&Moment) -> f64 + Send + Sync>;
+type CoordinateFunction = Box<dyn Fn(&Covariates) -> f64 + Send + Sync>;
 
 /// A shape, and its prior size as a part of [`SIZE_M`].
-struct Shape {
+struct ScaledShape {
     part: f64,
-    value: Value,
+    value: CoordinateFunction,
 }
 
 /// A shape of full size.
-fn whole(value: impl Fn(&Moment) -> f64 + Send + Sync + 'static) -> Shape {
+fn whole(value: impl Fn(&Covariates) -> f64 + Send + Sync + 'static) -> ScaledShape {
     wave(1, value)
 }
 
 /// One of a series that may wander as a path of Brown does: the amplitude of a wave falls with its number.
-fn wave(number: usize, value: impl Fn(&Moment) -> f64 + Send + Sync + 'static) -> Shape {
-    Shape {
+fn wave(number: usize, value: impl Fn(&Covariates) -> f64 + Send + Sync + 'static) -> ScaledShape {
+    ScaledShape {
         part: 1.0 / number as f64,
         value: Box::new(value),
     }
 }
 
 /// Every family that such a recording can show. Labels are those of [`crate::design::coordinate_basis`] where the coordinate is the same.
-pub fn finer(scene: &Scene) -> Vec<Place> {
-    let survey = &scene.survey;
+pub fn finer(scene: &Scene) -> Vec<CoordinateBasis> {
+    let inputs = &scene.inputs;
     let ranges = Ranges::of(scene);
     let mut list = vec![
-        place("time", on_channels(survey, &|| over_time(&ranges))),
-        place("own and lateral tooth phase", both_phases(survey)),
+        place("time", on_channels(inputs, &|| over_time(&ranges))),
+        place("own and lateral tooth phase", both_phases(inputs)),
     ];
-    if survey.turning {
+    if inputs.turning {
         let course = || hats(ranges.theta_rad, THETA_KNOTS, |m| m.theta_rad);
-        list.push(place("theta", on_channels(survey, &course)));
-        let across = times_lateral(survey, |m| m.theta_rad);
+        list.push(place("theta", on_channels(inputs, &course)));
+        let across = times_lateral(inputs, |m| m.theta_rad);
         list.push(place("theta and lateral tooth phase", across));
     }
-    if survey.temperature {
+    if inputs.temperature {
         list.push(place(
             "temperature and own tooth phase",
-            times(survey, |m, _| m.warmth_k),
+            times(inputs, |m, _| m.warmth_k),
         ));
-        let across = times_lateral(survey, |m| m.warmth_k);
+        let across = times_lateral(inputs, |m| m.warmth_k);
         list.push(place("temperature and lateral tooth phase", across));
     }
-    if survey.moving {
-        let mut moving = on_segments(survey, &speeds);
-        moving.extend(on_beacon(survey, &beacon_speeds));
+    if inputs.moving {
+        let mut moving = on_segments(inputs, &speeds);
+        moving.extend(on_beacon(inputs, &beacon_speeds));
         list.push(place("speed", moving));
-        let mut own = times(survey, |m, s| m.speed_m_s[s]);
-        own.extend(times(survey, |m, s| m.speed_m_s[s].abs()));
+        let mut own = times(inputs, |m, s| m.speed_m_s[s]);
+        own.extend(times(inputs, |m, s| m.speed_m_s[s].abs()));
         list.push(place("speed and own tooth phase", own));
-        let mut own = times(survey, |m, s| m.direction[s]);
-        own.extend(times(survey, |m, s| m.memory[s][1]));
+        let mut own = times(inputs, |m, s| m.direction[s]);
+        own.extend(times(inputs, |m, s| m.memory[s][1]));
         list.push(place("direction and own tooth phase", own));
     }
-    let slack = Slack::of(scene);
-    let dragged = on_segments(survey, &|s| dragged(&slack, s));
+    let slack = StopOperator::of(scene);
+    let dragged = on_segments(inputs, &|s| dragged(&slack, s));
     list.push(place("direction", dragged));
-    if survey.beacon {
+    if inputs.beacon {
         let span = ranges.deflection;
         list.push(place(
             "deflection of the coordination sensor",
-            on_beacon(survey, &|| half_waves(span)),
+            on_beacon(inputs, &|| half_waves(span)),
         ));
         list.push(place(
             "time and deflection of the coordination sensor",
-            on_beacon(survey, &gains),
+            on_beacon(inputs, &gains),
         ));
     }
     list.retain(|place| !place.regressors.is_empty());
     list
 }
 
-fn place(coordinate: &'static str, regressors: Vec<Regressor>) -> Place {
-    Place {
+fn place(coordinate: &'static str, regressors: Vec<Regressor>) -> CoordinateBasis {
+    CoordinateBasis {
         coordinate,
         regressors,
     }
@@ -118,11 +118,11 @@ struct Ranges {
 impl Ranges {
     fn of(scene: &Scene) -> Self {
         let step = (scene.len() / LOOKED_AT).max(1);
-        let moments: Vec<Moment> = (0..scene.len())
+        let moments: Vec<Covariates> = (0..scene.len())
             .step_by(step)
-            .map(|i| scene.moment(i))
+            .map(|i| scene.covariates(i))
             .collect();
-        let over = |value: &dyn Fn(&Moment) -> f64| {
+        let over = |value: &dyn Fn(&Covariates) -> f64| {
             let start = [f64::INFINITY, f64::NEG_INFINITY];
             moments.iter().fold(start, |[low, high], m| {
                 let v = value(m);
@@ -148,28 +148,28 @@ impl Ranges {
 }
 
 /// The same shapes on every channel that the recording has.
-fn on_channels(survey: &Survey, shapes: &dyn Fn() -> Vec<Shape>) -> Vec<Regressor> {
+fn on_channels(inputs: &BasisInputs, shapes: &dyn Fn() -> Vec<ScaledShape>) -> Vec<Regressor> {
     let mut list = Vec::new();
-    if !survey.reference && survey.segments == [true; 4] {
+    if !inputs.reference && inputs.segments == [true; 4] {
         push(&mut list, 0, shapes());
     }
-    list.extend(on_beacon(survey, shapes));
-    for s in (0..4).filter(|s| survey.reference && survey.segments[*s]) {
+    list.extend(on_beacon(inputs, shapes));
+    for s in (0..4).filter(|s| inputs.reference && inputs.segments[*s]) {
         push(&mut list, 3 + s, shapes());
     }
     list
 }
 
 /// The same on g_x and g_y.
-fn on_beacon(survey: &Survey, shapes: &dyn Fn() -> Vec<Shape>) -> Vec<Regressor> {
+fn on_beacon(inputs: &BasisInputs, shapes: &dyn Fn() -> Vec<ScaledShape>) -> Vec<Regressor> {
     let mut list = Vec::new();
-    for channel in (1..3).filter(|_| survey.beacon) {
+    for channel in (1..3).filter(|_| inputs.beacon) {
         push(&mut list, channel, shapes());
     }
     list
 }
 
-fn push(list: &mut Vec<Regressor>, channel: usize, shapes: Vec<Shape>) {
+fn push(list: &mut Vec<Regressor>, channel: usize, shapes: Vec<ScaledShape>) {
     for (n, shape) in shapes.into_iter().enumerate() {
         let name = format!("finer shape {n} on channel {channel}");
         let size_m = shape.part * SIZE_M;
@@ -177,9 +177,9 @@ fn push(list: &mut Vec<Regressor>, channel: usize, shapes: Vec<Shape>) {
     }
 }
 
-fn on_segments(survey: &Survey, shapes: &dyn Fn(usize) -> Vec<Shape>) -> Vec<Regressor> {
+fn on_segments(inputs: &BasisInputs, shapes: &dyn Fn(usize) -> Vec<ScaledShape>) -> Vec<Regressor> {
     let mut list = Vec::new();
-    for s in (0..4).filter(|s| survey.segments[*s]) {
+    for s in (0..4).filter(|s| inputs.segments[*s]) {
         for (n, shape) in shapes(s).into_iter().enumerate() {
             let name = format!("finer shape {n} on segment {}", s + 1);
             let size_m = shape.part * SIZE_M;
@@ -190,9 +190,9 @@ fn on_segments(survey: &Survey, shapes: &dyn Fn(usize) -> Vec<Shape>) -> Vec<Reg
 }
 
 /// Along the segment, across it, and both together; and how either changes.
-fn speeds(s: usize) -> Vec<Shape> {
-    let along = move |m: &Moment| m.speed_m_s[s];
-    let across = move |m: &Moment| m.speed_m_s[(s + 1) % 4];
+fn speeds(s: usize) -> Vec<ScaledShape> {
+    let along = move |m: &Covariates| m.speed_m_s[s];
+    let across = move |m: &Covariates| m.speed_m_s[(s + 1) % 4];
     vec![
         whole(along),
         whole(move |m| along(m).abs()),
@@ -210,8 +210,8 @@ fn speeds(s: usize) -> Vec<Shape> {
     ]
 }
 
-fn beacon_speeds() -> Vec<Shape> {
-    let v = |m: &Moment| [m.speed_m_s[0], m.speed_m_s[1]];
+fn beacon_speeds() -> Vec<ScaledShape> {
+    let v = |m: &Covariates| [m.speed_m_s[0], m.speed_m_s[1]];
     vec![
         whole(move |m| v(m)[0]),
         whole(move |m| v(m)[1]),
@@ -226,7 +226,7 @@ fn beacon_speeds() -> Vec<Shape> {
 }
 
 /// What is dragged after the courier pulls at the segment, by more here than there.
-fn dragged(slack: &Slack, s: usize) -> Vec<Shape> {
+fn dragged(slack: &StopOperator, s: usize) -> Vec<ScaledShape> {
     let mut list = Vec::new();
     for k in 0..SLACKS_M.len() {
         let (here, along, across) = (slack.clone(), slack.clone(), slack.clone());
@@ -242,8 +242,8 @@ fn dragged(slack: &Slack, s: usize) -> Vec<Shape> {
 }
 
 /// What follows the start of every stretch.
-fn since_the_start(ranges: &Ranges) -> Vec<Shape> {
-    let mut list: Vec<Shape> = Vec::new();
+fn since_the_start(ranges: &Ranges) -> Vec<ScaledShape> {
+    let mut list: Vec<ScaledShape> = Vec::new();
     for decay in DECAYS {
         let (starts_s, tau_s) = (
             ranges.starts_s.clone(),
@@ -258,14 +258,14 @@ fn since_the_start(ranges: &Ranges) -> Vec<Shape> {
 }
 
 /// What wanders, and what follows a start.
-fn over_time(ranges: &Ranges) -> Vec<Shape> {
+fn over_time(ranges: &Ranges) -> Vec<ScaledShape> {
     let mut list = since_the_start(ranges);
     list.extend((1..=WANDER).map(|n| wave(n, move |m| (PI * n as f64 * m.progress).cos())));
     list
 }
 
 /// A gain of either deflection that changes with time.
-fn gains() -> Vec<Shape> {
+fn gains() -> Vec<ScaledShape> {
     let of = |axis: usize| {
         let hats = hats([0.0, 1.0], GAIN_KNOTS, |m| m.progress).into_iter();
         hats.map(move |hat| whole(move |m| (hat.value)(m) * m.deflection[axis]))
@@ -274,7 +274,7 @@ fn gains() -> Vec<Shape> {
 }
 
 /// A course over a range, straight from knot to knot.
-fn hats([low, high]: [f64; 2], count: usize, value: fn(&Moment) -> f64) -> Vec<Shape> {
+fn hats([low, high]: [f64; 2], count: usize, value: fn(&Covariates) -> f64) -> Vec<ScaledShape> {
     let step = ((high - low) / (count - 1) as f64).max(1e-12);
     (0..count)
         .map(|k| {
@@ -285,8 +285,8 @@ fn hats([low, high]: [f64; 2], count: usize, value: fn(&Moment) -> f64) -> Vec<S
 }
 
 /// Half waves over both deflections.
-fn half_waves(span: [[f64; 2]; 2]) -> Vec<Shape> {
-    let mut list: Vec<Shape> = Vec::new();
+fn half_waves(span: [[f64; 2]; 2]) -> Vec<ScaledShape> {
+    let mut list: Vec<ScaledShape> = Vec::new();
     for a in 0..=HALF_WAVES {
         for b in 0..=HALF_WAVES - a {
             if a + b == 0 {
@@ -306,9 +306,9 @@ fn half_waves(span: [[f64; 2]; 2]) -> Vec<Shape> {
 }
 
 /// Orders of the own phase times a factor.
-fn times(survey: &Survey, factor: fn(&Moment, usize) -> f64) -> Vec<Regressor> {
+fn times(inputs: &BasisInputs, factor: fn(&Covariates, usize) -> f64) -> Vec<Regressor> {
     let mut list = Vec::new();
-    for s in (0..4).filter(|s| survey.segments[*s]) {
+    for s in (0..4).filter(|s| inputs.segments[*s]) {
         for order in 1..=OWN_ORDERS {
             Regressor::harmonic(
                 &mut list,
@@ -323,14 +323,15 @@ fn times(survey: &Survey, factor: fn(&Moment, usize) -> f64) -> Vec<Regressor> {
 }
 
 /// The same of the lateral phase.
-fn times_lateral(survey: &Survey, factor: fn(&Moment) -> f64) -> Vec<Regressor> {
+fn times_lateral(inputs: &BasisInputs, factor: fn(&Covariates) -> f64) -> Vec<Regressor> {
     let mut list = Vec::new();
-    for s in (0..4).filter(|s| survey.lateral && survey.segments[*s]) {
+    for s in (0..4).filter(|s| inputs.lateral && inputs.segments[*s]) {
         for order in 1..=LATERAL_ORDERS {
             let name = |part| format!("finer, {part} of lateral order {order}, segment {}", s + 1);
-            let wave = move |m: &Moment| m.lateral[s][order];
+            let wave = move |m: &Covariates| m.lateral[s][order];
             let (sine, cosine) = (name("sine"), name("cosine"));
-            let of = |name, value: Value| Regressor::reading(name, "1", SIZE_M, s, value);
+            let of =
+                |name, value: CoordinateFunction| Regressor::reading(name, "1", SIZE_M, s, value);
             list.push(of(sine, Box::new(move |m| factor(m) * wave(m).0)));
             list.push(of(cosine, Box::new(move |m| factor(m) * wave(m).1)));
         }
@@ -339,9 +340,9 @@ fn times_lateral(survey: &Survey, factor: fn(&Moment) -> f64) -> Vec<Regressor> 
 }
 
 /// Orders of the own phase times orders of the lateral one.
-fn both_phases(survey: &Survey) -> Vec<Regressor> {
+fn both_phases(inputs: &BasisInputs) -> Vec<Regressor> {
     let mut list = Vec::new();
-    for s in (0..4).filter(|s| survey.lateral && survey.segments[*s]) {
+    for s in (0..4).filter(|s| inputs.lateral && inputs.segments[*s]) {
         for (own, lateral) in [(1, 1), (2, 1), (1, 2), (2, 2)] {
             let label = ("finer, with lateral, ", "1", SIZE_M);
             Regressor::harmonic(&mut list, s, own, label, move |m| m.lateral[s][lateral].0);

@@ -2,14 +2,14 @@
 
 use crate::design::nameless::{CHANNEL, SIZE_M};
 use effects::sensor::SLOWEST_LINE_HZ;
-use effects::sensor::{Moment, Regressor, Survey};
+use effects::sensor::{BasisInputs, Covariates, Regressor};
 use std::f64::consts::TAU;
 
 /// Every line that stands out and that no effect owns.
-pub fn lines(survey: &Survey) -> Vec<Regressor> {
+pub fn lines(inputs: &BasisInputs) -> Vec<Regressor> {
     let mut list = Vec::new();
-    for &hz in &survey.segment_lines_hz {
-        for s in (0..4).filter(|s| survey.segments[*s]) {
+    for &hz in &inputs.segment_lines_hz {
+        for s in (0..4).filter(|s| inputs.segments[*s]) {
             let name = |part| format!("{hz:.3} Hz {part}, segment {}", s + 1);
             list.push(Regressor::reading(name("sine"), "m", SIZE_M, s, move |m| {
                 (TAU * hz * m.t_s).sin()
@@ -24,12 +24,12 @@ pub fn lines(survey: &Survey) -> Vec<Regressor> {
         }
     }
     // Too slow for a mount of the beacon.
-    for &hz in survey
+    for &hz in inputs
         .beacon_lines_hz
         .iter()
         .filter(|hz| **hz < SLOWEST_LINE_HZ)
     {
-        for channel in (1..3).filter(|_| survey.beacon) {
+        for channel in (1..3).filter(|_| inputs.beacon) {
             for (part, quarter) in [("sine", 0.0), ("cosine", 0.25 * TAU)] {
                 let name = format!("{hz:.3} Hz {part} on {}", CHANNEL[channel]);
                 list.push(Regressor::channel(name, "m", SIZE_M, channel, move |m| {
@@ -38,12 +38,12 @@ pub fn lines(survey: &Survey) -> Vec<Regressor> {
             }
         }
     }
-    for s in (0..4).filter(|s| survey.segments[*s]) {
-        for &hz in &survey.pair_lines_hz[s] {
+    for s in (0..4).filter(|s| inputs.segments[*s]) {
+        for &hz in &inputs.pair_lines_hz[s] {
             list.extend(hum(s, hz));
         }
     }
-    for &hz in survey.flicker_hz.iter().filter(|_| survey.beacon) {
+    for &hz in inputs.flicker_hz.iter().filter(|_| inputs.beacon) {
         list.extend(flicker(hz));
     }
     list
@@ -54,9 +54,9 @@ fn flicker(hz: f64) -> Vec<Regressor> {
     let mut list = Vec::new();
     for axis in 0..2 {
         for (part, quarter) in [("sine", 0.0), ("cosine", 0.25 * TAU)] {
-            let wave = move |m: &Moment| (TAU * hz * m.t_s + quarter).sin();
+            let wave = move |m: &Covariates| (TAU * hz * m.t_s + quarter).sin();
             let name = |of: &str| format!("{hz:.3} Hz {part} {of}, {}", CHANNEL[1 + axis]);
-            let mut push = |name, value: Box<dyn Fn(&Moment) -> f64 + Send + Sync>| {
+            let mut push = |name, value: Box<dyn Fn(&Covariates) -> f64 + Send + Sync>| {
                 list.push(Regressor::channel(name, "m", SIZE_M, 1 + axis, value));
             };
             push(

@@ -1,7 +1,7 @@
 //! One pass over the samples: products of all columns, by fold, so that every later comparison is small algebra.
 
 use crate::algebra::cholesky::Factor;
-use crate::algebra::products::Upright;
+use crate::algebra::products::RowBuffer;
 use crate::algebra::symmetric::Symmetric;
 use crate::data::folds::FOLDS;
 use crate::design::training::Training;
@@ -101,7 +101,7 @@ fn by_place(scene: &Scene) -> Vec<u64> {
         bits.sum::<u64>()
     };
     let key = |i| {
-        let centre = scene.moment(i).centre_m;
+        let centre = scene.covariates(i).centre_m;
         let [x, y] = centre.map(|c| (c / scene.observations.pitch_m).floor() as i32);
         // Places of either sign ascend as unsigned numbers.
         let [x, y] = [x, y].map(|c| (c as u32) ^ (1 << 31));
@@ -111,16 +111,16 @@ fn by_place(scene: &Scene) -> Vec<u64> {
 }
 
 /// Sums of a channel's squares and values, and how many there were.
-type Spread = [(f64, f64, usize); CHANNELS];
+type ChannelSums = [(f64, f64, usize); CHANNELS];
 
 /// Spread of each column's response over the rows where it acts, m: of g_p where it acts there, else of the largest channel.
 fn sizes(scene: &Scene, columns: &Columns) -> Vec<f64> {
     let step = (scene.len() / 3000).max(1);
     let list: Vec<usize> = (0..scene.len()).step_by(step).collect();
     let parts = list.par_chunks(list.len().div_ceil(LANES).max(1));
-    let parts: Vec<Vec<Spread>> = parts.map(|part| spreads(scene, columns, part)).collect();
+    let parts: Vec<Vec<ChannelSums>> = parts.map(|part| spreads(scene, columns, part)).collect();
     let total = |c: usize| {
-        let mut sum = Spread::default();
+        let mut sum = ChannelSums::default();
         for (channel, sum) in sum.iter_mut().enumerate() {
             for (square, value, count) in parts.iter().map(|p| p[c][channel]) {
                 *sum = (sum.0 + square, sum.1 + value, sum.2 + count);
@@ -133,9 +133,9 @@ fn sizes(scene: &Scene, columns: &Columns) -> Vec<f64> {
         .collect()
 }
 
-fn spreads(scene: &Scene, columns: &Columns, samples: &[usize]) -> Vec<Spread> {
+fn spreads(scene: &Scene, columns: &Columns, samples: &[usize]) -> Vec<ChannelSums> {
     let regressors = &columns.regressors;
-    let mut sums = vec![Spread::default(); regressors.len()];
+    let mut sums = vec![ChannelSums::default(); regressors.len()];
     for samples in samples.chunks(TOGETHER) {
         let group = Group::new(
             scene,
@@ -143,9 +143,12 @@ fn spreads(scene: &Scene, columns: &Columns, samples: &[usize]) -> Vec<Spread> {
             0..regressors.len(),
             samples.iter().copied(),
         );
-        for Sample { rows, moment, .. } in &group.samples {
+        for Sample {
+            rows, covariates, ..
+        } in &group.samples
+        {
             for &c in &group.acting {
-                let response = rows.response(&regressors[c], moment);
+                let response = rows.response(&regressors[c], covariates);
                 for (a, channel) in response.iter().zip(rows.channel).take(rows.count) {
                     if *a != 0.0 {
                         sums[c][channel].0 += a * a;
@@ -159,7 +162,7 @@ fn spreads(scene: &Scene, columns: &Columns, samples: &[usize]) -> Vec<Spread> {
     sums
 }
 
-fn size(sum: &Spread) -> f64 {
+fn size(sum: &ChannelSums) -> f64 {
     // About the mean: what is constant is an offset's business, unless there is nothing else.
     let spread = |(square, sum, count): (f64, f64, usize)| {
         let n = count as f64;
@@ -279,21 +282,21 @@ impl Gram {
 struct Sums<'s, 'a> {
     scene: &'s Scene<'a>,
     columns: &'s Columns,
-    lanes: Vec<Lane>,
+    lanes: Vec<PartialSums>,
     order: Option<Vec<u64>>,
 }
 
 /// Sums that are formed beside others.
-struct Lane {
-    upright: Upright,
+struct PartialSums {
+    upright: RowBuffer,
     sum: Symmetric,
     rows: usize,
 }
 
-impl Lane {
+impl PartialSums {
     fn new(width: usize) -> Self {
         Self {
-            upright: Upright::new(width, CHUNK * ROWS),
+            upright: RowBuffer::new(width, CHUNK * ROWS),
             sum: Symmetric::zeros(width),
             rows: 0,
         }
@@ -307,8 +310,8 @@ impl<'s, 'a> Sums<'s, 'a> {
         Self {
             scene,
             columns,
-            lanes: (0..lanes).map(|_| Lane::new(width)).collect(),
-            order: scene.survey.teeth.as_ref().map(|_| by_place(scene)),
+            lanes: (0..lanes).map(|_| PartialSums::new(width)).collect(),
+            order: scene.inputs.teeth.as_ref().map(|_| by_place(scene)),
         }
     }
 
@@ -366,18 +369,21 @@ fn accumulate(
     columns: &Columns,
     scale: &[f64],
     samples: &[usize],
-    lane: &mut Lane,
+    lane: &mut PartialSums,
 ) -> usize {
     let upright = &mut lane.upright;
     upright.clear();
     let last = scale.len();
     let regressors = &columns.regressors;
     let group = Group::new(scene, regressors, 0..last, samples.iter().copied());
-    for Sample { rows, moment, .. } in &group.samples {
+    for Sample {
+        rows, covariates, ..
+    } in &group.samples
+    {
         let by_reading = rows.white_by_reading();
         upright.extend(rows.count);
         for &c in &group.acting {
-            if let Some(white) = rows.white_response(&by_reading, &regressors[c], moment) {
+            if let Some(white) = rows.white_response(&by_reading, &regressors[c], covariates) {
                 upright.set(c, &white[..rows.count], scale[c]);
             }
         }

@@ -21,19 +21,19 @@ const MESHES: [f64; 3] = [0.25, 0.5, 1.0];
 /// Sets a survey's mesh and nodes: a rectangle of values for each segment where that is few enough; else teeth for each segment;
 /// else as fine as can be for the channels; none where the courier hardly moves.
 pub fn lay(scene: &mut Scene) {
-    scene.survey.field_by_segment = true;
-    scene.survey.field_by_value = true;
+    scene.inputs.field_by_segment = true;
+    scene.inputs.field_by_value = true;
     for pitches in MESHES {
         let step_m = pitches * scene.observations.pitch_m;
         let corners = rectangles(scene, step_m);
         let count: usize = corners.iter().flatten().map(values).sum();
         if (1..=MOST_VALUES).contains(&count) {
-            scene.survey.node_step_m = step_m;
-            scene.survey.nodes = corners.map(|c| c.map_or(Vec::new(), Vec::from));
+            scene.inputs.node_step_m = step_m;
+            scene.inputs.nodes = corners.map(|c| c.map_or(Vec::new(), Vec::from));
             return;
         }
     }
-    scene.survey.field_by_value = false;
+    scene.inputs.field_by_value = false;
     for pitches in [1.0, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0] {
         let step_m = pitches * scene.observations.pitch_m;
         let list = at(scene, step_m);
@@ -42,12 +42,12 @@ pub fn lay(scene: &mut Scene) {
             break;
         }
         if count <= MOST {
-            (scene.survey.node_step_m, scene.survey.nodes) = (step_m, list);
+            (scene.inputs.node_step_m, scene.inputs.nodes) = (step_m, list);
             return;
         }
-        scene.survey.field_by_segment = false;
+        scene.inputs.field_by_segment = false;
     }
-    (scene.survey.node_step_m, scene.survey.nodes) = Default::default();
+    (scene.inputs.node_step_m, scene.inputs.nodes) = Default::default();
 }
 
 /// Two opposite corners of the mesh about the places of each segment.
@@ -111,18 +111,18 @@ pub fn list_teeth(scene: &Scene, teeth: &mut Teeth) -> bool {
     let pitch_m = scene.observations.pitch_m;
     let mut posts: [BTreeMap<[i32; 2], f64>; 2] = Default::default();
     let mut lines: [BTreeSet<i32>; 2] = Default::default();
-    let footprint = teeth.footprint;
+    let aperture = teeth.aperture;
     let step = teeth.step_pitches;
     let under = |direction: usize, place: f64| {
-        let (half, step) = (footprint.half_pitches[direction], step[direction]);
+        let (half, step) = (aperture.half_pitches[direction], step[direction]);
         let (first, last) = ((place - half) / step, (place + half) / step);
-        let share = move |k: i32| footprint.weight(direction, place - f64::from(k) * step);
+        let share = move |k: i32| aperture.weight(direction, place - f64::from(k) * step);
         (first.ceil() as i32..=last.floor() as i32).map(move |k| (k, share(k)))
     };
     for i in (0..scene.len()).filter(|&i| scene.keep[i]) {
-        let moment = scene.moment(i);
+        let covariates = scene.covariates(i);
         for s in (0..4).filter(|s| scene.scope.segments[*s]) {
-            let [along, across] = moment.place_m[s].map(|p| p / pitch_m);
+            let [along, across] = covariates.place_m[s].map(|p| p / pitch_m);
             for (tooth, share) in under(0, along) {
                 lines[s % 2].insert(tooth);
                 for (other, part) in under(1, across) {

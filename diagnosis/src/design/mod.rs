@@ -1,5 +1,6 @@
 //! Columns of the baseline, of the effects and of shapes over coordinates, and their products.
 
+pub mod assembly;
 pub mod coordinate_basis;
 pub mod errors_in_variables;
 pub(crate) mod fine_basis;
@@ -7,5 +8,4 @@ pub(crate) mod frequency_basis;
 pub mod gram;
 pub mod knots;
 pub(crate) mod nameless;
-pub mod study;
 pub mod training;

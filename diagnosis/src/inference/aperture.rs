@@ -3,10 +3,10 @@
 //! (Rasmussen and Williams 2006, sections 2.2 and 5.4); no tooth is asked for.
 
 use crate::algebra::cholesky::Factor;
-use crate::linearization::relinearized::Refined;
-use effects::Judged;
+use crate::linearization::relinearized::RelinearizedFit;
+use effects::Detection;
 use effects::sensor::READINGS;
-use effects::teeth::{Footprint, Teeth};
+use effects::teeth::{ApertureKernel, Teeth};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -33,8 +33,8 @@ const TO_A_HALF: [f64; 3] = [3.0, 2.4, 2.0];
 
 /// What is looked for.
 #[derive(Clone, Copy, Debug)]
-struct Guess {
-    footprint: Footprint,
+struct ApertureParameters {
+    aperture: ApertureKernel,
     /// Deviation of a reading by single teeth, m, and of one by whole lines over that.
     size_m: f64,
     lines: f64,
@@ -54,7 +54,7 @@ struct Row {
 type Patch = Vec<Row>;
 
 /// Footprint, prior deviations and teeth of a field that was found. None where there is too little to tell, or too much to ask for.
-pub fn find(fine: &Refined) -> Option<Teeth> {
+pub fn find(fine: &RelinearizedFit) -> Option<Teeth> {
     let patches = patches(fine);
     if patches.is_empty() {
         return None;
@@ -62,36 +62,36 @@ pub fn find(fine: &Refined) -> Option<Teeth> {
     let (guess, likelihood) = likeliest(&patches)?;
     crate::trace::log(&format!("{guess:.2?}, log likelihood {likelihood:.0}"));
     let in_steps = |step_pitches: [f64; 2]| {
-        let squares = [0, 1].map(|d| guess.footprint.squares(d) / step_pitches[d]);
+        let squares = [0, 1].map(|d| guess.aperture.squares(d) / step_pitches[d]);
         let posts_m = guess.size_m / (squares[0] * squares[1]).sqrt();
         let lines_m = guess.lines * guess.size_m / squares[0].sqrt();
         let mut teeth = Teeth {
-            footprint: guess.footprint,
+            aperture: guess.aperture,
             step_pitches,
             deviation_m: [posts_m, lines_m],
             ..Teeth::default()
         };
         crate::design::knots::list_teeth(&fine.scene, &mut teeth).then_some(teeth)
     };
-    steps(&guess.footprint).into_iter().find_map(in_steps)
+    steps(&guess.aperture).into_iter().find_map(in_steps)
 }
 
 /// Pitches from one amount to the next, finest first. A bell blurs what is shorter than its half, and amounts so far apart as a good
 /// part of that give every field that it lets through; what has edges shows each tooth as it comes in.
-fn steps(footprint: &Footprint) -> Vec<[f64; 2]> {
-    let half = footprint.half_pitches;
+fn steps(aperture: &ApertureKernel) -> Vec<[f64; 2]> {
+    let half = aperture.half_pitches;
     let apart = |n: f64| half.map(|half| (half / n).max(1.0));
-    let edged = (footprint.edge <= BELL).then_some([1.0; 2]);
+    let edged = (aperture.edge <= BELL).then_some([1.0; 2]);
     edged.into_iter().chain(TO_A_HALF.map(apart)).collect()
 }
 
 /// What the recording shows of its field, where most samples are.
-fn patches(fine: &Refined) -> Vec<Patch> {
+fn patches(fine: &RelinearizedFit) -> Vec<Patch> {
     let scene = &fine.scene;
     let side_m = SIDE_PITCHES * scene.observations.pitch_m;
     let mut cells: BTreeMap<[i32; 2], Vec<usize>> = BTreeMap::new();
     for i in (0..scene.len()).filter(|i| scene.keep[*i]) {
-        let centre_m = scene.moment(i).centre_m;
+        let centre_m = scene.covariates(i).centre_m;
         cells
             .entry(centre_m.map(|c| (c / side_m).floor() as i32))
             .or_default()
@@ -113,18 +113,18 @@ fn patches(fine: &Refined) -> Vec<Patch> {
 }
 
 /// Rows of a sample, as they are without the field.
-fn rows(fine: &Refined, i: usize) -> Vec<Row> {
+fn rows(fine: &RelinearizedFit, i: usize) -> Vec<Row> {
     let (scene, columns) = (&fine.scene, &fine.columns);
     let rows = scene.rows(i);
-    let moment = scene.moment(i);
+    let covariates = scene.covariates(i);
     let mut value = rows.residual_m;
     for block in columns
         .blocks
         .iter()
-        .filter(|b| !effects::is(&b.name, Judged::AsField))
+        .filter(|b| !effects::is(&b.name, Detection::AsField))
     {
         for c in block.columns.clone() {
-            let response = rows.response(&columns.regressors[c], &moment);
+            let response = rows.response(&columns.regressors[c], &covariates);
             for (value, response) in value.iter_mut().zip(response) {
                 *value += fine.amount(c) * response;
             }
@@ -133,7 +133,7 @@ fn rows(fine: &Refined, i: usize) -> Vec<Row> {
     let white = rows.whitened(&value);
     let by_reading = rows.white_by_reading();
     let pitch_m = scene.observations.pitch_m;
-    let places = moment.place_m.map(|place| place.map(|p| p / pitch_m));
+    let places = covariates.place_m.map(|place| place.map(|p| p / pitch_m));
     (0..rows.count)
         .map(|row| Row {
             channel: rows.channel[row],
@@ -145,13 +145,13 @@ fn rows(fine: &Refined, i: usize) -> Vec<Row> {
 }
 
 /// A pattern search (Hooke and Jeeves 1961).
-fn likeliest(patches: &[Patch]) -> Option<(Guess, f64)> {
+fn likeliest(patches: &[Patch]) -> Option<(ApertureParameters, f64)> {
     let squares = patches.iter().flatten().map(|r| r.value * r.value);
     let slopes = patches.iter().flatten();
     let slopes = slopes.map(|r| r.by_reading[..4].iter().map(|s| s * s).sum::<f64>());
     let size_m = (squares.sum::<f64>() / slopes.sum::<f64>().max(1e-30)).sqrt();
-    let start = Guess {
-        footprint: Footprint {
+    let start = ApertureParameters {
+        aperture: ApertureKernel {
             half_pitches: [3.0; 2],
             edge: 0.7,
         },
@@ -182,11 +182,11 @@ fn likeliest(patches: &[Patch]) -> Option<(Guess, f64)> {
 }
 
 /// What a search may change, by a share.
-const CHANGES: [fn(&mut Guess, f64); 6] = [
+const CHANGES: [fn(&mut ApertureParameters, f64); 6] = [
     |guess, by| guess.size_m *= by.exp(),
-    |guess, by| guess.footprint.half_pitches[0] = within(guess.footprint.half_pitches[0], by),
-    |guess, by| guess.footprint.half_pitches[1] = within(guess.footprint.half_pitches[1], by),
-    |guess, by| guess.footprint.edge = (guess.footprint.edge + by).clamp(0.1, 1.0),
+    |guess, by| guess.aperture.half_pitches[0] = within(guess.aperture.half_pitches[0], by),
+    |guess, by| guess.aperture.half_pitches[1] = within(guess.aperture.half_pitches[1], by),
+    |guess, by| guess.aperture.edge = (guess.aperture.edge + by).clamp(0.1, 1.0),
     |guess, by| guess.lines = (guess.lines + by).clamp(0.0, 2.0),
     |guess, by| guess.beacon = ((guess.beacon + 1.0) * (2.0 * by).exp() - 1.0).max(0.0),
 ];
@@ -197,20 +197,20 @@ fn within(half_pitches: f64, by: f64) -> f64 {
 }
 
 /// Logarithm of the likelihood of all patches, up to a constant.
-fn likelihood(patches: &[Patch], guess: &Guess) -> f64 {
-    let along = overlaps(&guess.footprint, 0);
-    let across = overlaps(&guess.footprint, 1);
+fn likelihood(patches: &[Patch], guess: &ApertureParameters) -> f64 {
+    let along = overlaps(&guess.aperture, 0);
+    let across = overlaps(&guess.aperture, 1);
     let one = |patch: &Patch| of_patch(patch, guess, &along, &across);
     patches.par_iter().map(one).sum()
 }
 
 /// What two footprints so far from each other have in common, over the whole; tabulated.
-fn overlaps(footprint: &Footprint, direction: usize) -> Vec<f64> {
-    let half = footprint.half_pitches[direction];
+fn overlaps(aperture: &ApertureKernel, direction: usize) -> Vec<f64> {
+    let half = aperture.half_pitches[direction];
     let count = (2.0 * half * PER_PITCH).ceil() as usize + 1;
     let steps = (half * PER_PITCH).ceil() as i32;
     let weights: Vec<f64> = (-steps..=steps)
-        .map(|k| footprint.weight(direction, f64::from(k) / PER_PITCH))
+        .map(|k| aperture.weight(direction, f64::from(k) / PER_PITCH))
         .collect();
     let whole: f64 = weights.iter().map(|w| w * w).sum();
     (0..count)
@@ -231,7 +231,7 @@ fn at(table: &[f64], away_pitches: f64) -> f64 {
     }
 }
 
-fn of_patch(patch: &Patch, guess: &Guess, along: &[f64], across: &[f64]) -> f64 {
+fn of_patch(patch: &Patch, guess: &ApertureParameters, along: &[f64], across: &[f64]) -> f64 {
     let n = patch.len();
     let lines = guess.lines * guess.lines;
     let mut covariance = DMatrix::zeros(n, n);
@@ -356,7 +356,7 @@ mod tests {
             let patches: Vec<Patch> = (0..2).map(|_| patch(&mut rng, half, size_m)).collect();
             let (guess, _) = likeliest(&patches).expect("a guess");
             for d in 0..2 {
-                let found = spread(|u| guess.footprint.weight(d, u));
+                let found = spread(|u| guess.aperture.weight(d, u));
                 ratios.push((found / spread(|u| share(u, half[d]))).ln());
             }
             // Two patches hold some twenty independent places.

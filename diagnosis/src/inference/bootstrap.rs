@@ -11,12 +11,12 @@ pub type Piece = [f64; 3];
 
 /// Logarithm of a ratio of the pieces' sums, and its standard error by linearisation.
 #[derive(Clone, Copy)]
-struct Level {
+struct LogRatio {
     log: f64,
     error: f64,
 }
 
-impl Level {
+impl LogRatio {
     /// Of squares over a weight: an index of [`Piece`].
     fn of<'a>(pieces: impl Iterator<Item = &'a Piece>, weight: usize) -> Self {
         let (mut count, mut sum, mut weights) = (0.0, 0.0, 0.0);
@@ -47,7 +47,7 @@ pub fn estimated(pieces: &[Piece]) -> [f64; 2] {
     } else {
         2
     };
-    let here = Level::of(pieces.iter(), weight);
+    let here = LogRatio::of(pieces.iter(), weight);
     let mut draw = drawing(pieces, weight);
     let deviations = quantiles(|| {
         let drawn = draw();
@@ -59,7 +59,7 @@ pub fn estimated(pieces: &[Piece]) -> [f64; 2] {
 
 /// Ends of the interval that the rms of as many other pieces is in, over the rms of these: of two that scatter alike.
 pub fn foretold(pieces: &[Piece]) -> [f64; 2] {
-    let here = Level::of(pieces.iter(), 2);
+    let here = LogRatio::of(pieces.iter(), 2);
     let mut draw = drawing(pieces, 2);
     let deviations = quantiles(|| {
         let (one, other) = (draw(), draw());
@@ -95,13 +95,13 @@ pub fn other_runs(runs: &[[f64; 2]]) -> f64 {
 }
 
 /// Levels of as many pieces drawn again from these.
-fn drawing(pieces: &[Piece], weight: usize) -> impl FnMut() -> Level + '_ {
+fn drawing(pieces: &[Piece], weight: usize) -> impl FnMut() -> LogRatio + '_ {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     move || {
         let drawn: Vec<&Piece> = (0..pieces.len())
             .map(|_| &pieces[index(&mut rng, pieces.len())])
             .collect();
-        Level::of(drawn.into_iter(), weight)
+        LogRatio::of(drawn.into_iter(), weight)
     }
 }
 

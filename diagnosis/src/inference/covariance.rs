@@ -7,11 +7,11 @@
 use crate::algebra::cholesky::Factor;
 use crate::algebra::statistics::median;
 use crate::design::gram::Columns;
-use crate::linearization::relinearized::Refined;
+use crate::linearization::relinearized::RelinearizedFit;
 use crate::linearization::scene::Scene;
 use effects::random::{ChaCha8Rng, SeedableRng, normal};
-use effects::sensor::{CHANNELS, Moment, READINGS, Regressor};
-use effects::{Card, Judged};
+use effects::sensor::{CHANNELS, Covariates, READINGS, Regressor};
+use effects::{Card, Detection};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -26,13 +26,14 @@ const DIGITS: i32 = 10;
 /// Blocks whose amounts are known in another way: by the places that were visited (a field on a mesh), or not at all elsewhere.
 fn is_apart(name: &str) -> bool {
     effects::has(name, |card| {
-        matches!(card.judged, Judged::AsField | Judged::ByLines) || card.keeps_its_own_time()
+        matches!(card.detection, Detection::AsField | Detection::ByLines)
+            || card.keeps_its_own_time()
     })
 }
 
 /// Covariance of a model's amounts, the baseline's among them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Certainty {
+pub struct PosteriorCovariance {
     /// Block and name of each amount.
     pub amounts: Vec<[String; 2]>,
     /// Lower triangle row by row, in the amounts' units; empty where there are [`Self::draws`].
@@ -44,12 +45,13 @@ pub struct Certainty {
     pub noise: [f64; READINGS],
 }
 
-impl Certainty {
+impl PosteriorCovariance {
     /// Of a model fitted about itself. Cost: the cube of its columns. None where no effect's amounts are told by it.
-    pub fn of(fine: &Refined) -> Option<Self> {
+    pub fn of(fine: &RelinearizedFit) -> Option<Self> {
         let columns = &fine.columns;
-        let by_teeth = fine.scene.survey.teeth.is_some();
-        let told = |name: &str| !is_apart(name) || by_teeth && effects::is(name, Judged::AsField);
+        let by_teeth = fine.scene.inputs.teeth.is_some();
+        let told =
+            |name: &str| !is_apart(name) || by_teeth && effects::is(name, Detection::AsField);
         columns.blocks[1..].iter().find(|b| told(&b.name))?;
         // A drift's course is another elsewhere, as the claim says. Equation (3) is what is left at its mean, and no less known for that.
         let drift = columns
@@ -119,11 +121,11 @@ impl Certainty {
         let samples: Vec<usize> = (0..scene.len()).filter(|&i| scene.keep[i]).collect();
         let one = |i: &usize| {
             let rows = scene.rows(*i);
-            let moment: Moment = scene.moment(*i);
+            let covariates: Covariates = scene.covariates(*i);
             let by_reading = rows.white_by_reading();
             let mut out = vec![vec![0.0; count]; rows.count];
             for (regressor, along) in &known {
-                let Some(white) = rows.white_response(&by_reading, regressor, &moment) else {
+                let Some(white) = rows.white_response(&by_reading, regressor, &covariates) else {
                     continue;
                 };
                 for (row, slope) in out.iter_mut().zip(white) {

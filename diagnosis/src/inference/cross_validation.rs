@@ -1,21 +1,21 @@
 //! Held-out squares of sets of columns: what sets of effects are compared by.
 
 use crate::data::folds::FOLDS;
-use crate::design::errors_in_variables::Carried;
+use crate::design::errors_in_variables::ErrorsInVariables;
 use crate::design::gram::{Columns, Gram};
-use crate::inference::schur::Base;
+use crate::inference::schur::EliminatedBase;
 use std::collections::HashMap;
 use std::ops::Range;
 
 /// Sets are compared on these.
-pub struct Arena<'a> {
+pub struct CrossValidation<'a> {
     /// Products of the columns.
     pub gram: &'a Gram,
     /// The columns.
     pub columns: &'a Columns,
-    carried: &'a Carried,
+    carried: &'a ErrorsInVariables,
     known: HashMap<Vec<usize>, Score>,
-    bases: HashMap<Option<usize>, Base>,
+    bases: HashMap<Option<usize>, EliminatedBase>,
     /// Held-out squares below which columns hold the noise itself.
     quietest: f64,
 }
@@ -43,9 +43,9 @@ const NO_GAP: f64 = 1.21;
 const CHANCE: f64 = 3.0;
 /// See [`NO_GAP`].
 const NEARLY: f64 = 0.95;
-impl<'a> Arena<'a> {
+impl<'a> CrossValidation<'a> {
     /// Sets are scored as they are asked for.
-    pub fn new(gram: &'a Gram, columns: &'a Columns, carried: &'a Carried) -> Self {
+    pub fn new(gram: &'a Gram, columns: &'a Columns, carried: &'a ErrorsInVariables) -> Self {
         let mut this = Self {
             gram,
             columns,
@@ -150,12 +150,12 @@ impl<'a> Arena<'a> {
             .map(|(k, _)| k)
     }
 
-    fn base(&self, key: Option<usize>) -> Base {
+    fn base(&self, key: Option<usize>) -> EliminatedBase {
         let blocks = [Some(0), key].into_iter().flatten();
         let columns: Vec<usize> = blocks
             .flat_map(|b| self.columns.blocks[b].columns.clone())
             .collect();
-        Base::new(self.gram, &columns)
+        EliminatedBase::new(self.gram, &columns)
     }
 }
 
@@ -182,7 +182,7 @@ fn quietest(baseline: f64, rows: f64, loud: bool) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::made::Made;
+    use crate::synthetic_problem::SyntheticProblem;
     use effects::random::normal;
 
     /// One amount of fifty prior deviations: no effect of that size, and one of a field's many.
@@ -190,13 +190,13 @@ mod tests {
     fn of_very_many_amounts_one_may_be_large() {
         let squares = |count: usize| {
             let sizes = vec![1.0; count];
-            let made = Made::new(&[("block", &sizes[..])], &|rng| {
+            let synthetic_problem = SyntheticProblem::new(&[("block", &sizes[..])], &|rng| {
                 let mut row = vec![1.0];
                 row.extend((0..count).map(|_| 0.1 * normal(rng)));
                 row.push(50.0 * row[1] + normal(rng));
                 row
             });
-            made.arena().score(&[1]).squares
+            synthetic_problem.arena().score(&[1]).squares
         };
         assert!(squares(2).is_infinite());
         assert!(squares(super::LARGE).is_finite());

@@ -10,7 +10,7 @@ use crate::design::gram::Gram;
 
 /// Squares that are added to those of the noise, in units of its variance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Added {
+pub struct ExpectedSquares {
     /// Expected.
     pub mean: f64,
     /// Standard deviation beyond that of the noise itself: of a quadratic form of normal numbers.
@@ -18,7 +18,7 @@ pub struct Added {
 }
 
 /// Of a fit of these columns, each fold predicted from the others. Cost: cube of the columns a fold.
-pub fn added(gram: &Gram, columns: &[usize]) -> Added {
+pub fn added(gram: &Gram, columns: &[usize]) -> ExpectedSquares {
     let (mut mean, mut square) = (0.0, 0.0);
     for (fold, test) in gram.fold.iter().enumerate() {
         let mut normal = gram.training(Some(fold)).lower(columns);
@@ -31,7 +31,7 @@ pub fn added(gram: &Gram, columns: &[usize]) -> Added {
         mean += leverage.trace();
         square += leverage.dot(&leverage.transpose());
     }
-    Added {
+    ExpectedSquares {
         mean,
         deviation: (4.0 * mean + 2.0 * square).max(0.0).sqrt(),
     }
@@ -40,7 +40,7 @@ pub fn added(gram: &Gram, columns: &[usize]) -> Added {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::made::Made;
+    use crate::synthetic_problem::SyntheticProblem;
     use effects::random::{ChaCha8Rng, SeedableRng, normal};
     use std::cell::{Cell, RefCell};
 
@@ -58,8 +58,8 @@ mod tests {
                 let column = if count.get() <= ROWS { 10.0 } else { 0.2 };
                 vec![column, 0.0, normal(&mut rng.borrow_mut())]
             };
-            let made = Made::new(&[("none", &[1.0])], &row);
-            let mut arena = made.arena();
+            let synthetic_problem = SyntheticProblem::new(&[("none", &[1.0])], &row);
+            let mut arena = synthetic_problem.arena();
             let beyond = arena.score(&[]).squares - arena.rows();
             (beyond, added(arena.gram, &[0]), arena.rows())
         };

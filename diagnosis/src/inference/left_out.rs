@@ -75,8 +75,11 @@ impl Piece {
         let (mut active, mut design) = (Vec::new(), Vec::new());
         for &c in &group.acting {
             let start = design.len();
-            for Sample { rows, moment, .. } in &group.samples {
-                let white = rows.whitened(&rows.response(&regressors[c], moment));
+            for Sample {
+                rows, covariates, ..
+            } in &group.samples
+            {
+                let white = rows.whitened(&rows.response(&regressors[c], covariates));
                 design.extend(white[..rows.count].iter().map(|w| w * gram.scale[c]));
             }
             if design[start..].iter().any(|d| *d != 0.0) {

@@ -8,7 +8,7 @@
 use crate::algebra::cholesky::Factor;
 use crate::inference::residuals::Residuals;
 use crate::linearization::groups::{Group, Sample, TOGETHER};
-use crate::linearization::relinearized::Refined;
+use crate::linearization::relinearized::RelinearizedFit;
 use effects::sensor::CHANNELS;
 use nalgebra::DVector;
 
@@ -17,7 +17,7 @@ const SAMPLES: usize = 4000;
 
 /// A value with its standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Known {
+pub struct Estimate {
     /// The value.
     pub value: f64,
     /// Its standard deviation.
@@ -33,14 +33,14 @@ pub fn birge_ratio(held_out: &Residuals) -> f64 {
 
 /// The covariance of a fit's amounts, as the factor of its inverse.
 pub struct Posterior<'f, 'a> {
-    fine: &'f Refined<'a>,
+    fine: &'f RelinearizedFit<'a>,
     factor: Factor,
 }
 
 impl<'f, 'a> Posterior<'f, 'a> {
     /// Of a fit, with deviations `birge_ratio` times those by the noise that the fit weighed by. Cost: a third of the cube of its
     /// columns. None where its normal equations cannot be solved.
-    pub fn of(fine: &'f Refined<'a>, birge_ratio: f64) -> Option<Self> {
+    pub fn of(fine: &'f RelinearizedFit<'a>, birge_ratio: f64) -> Option<Self> {
         let all: Vec<usize> = (0..fine.gram.width()).collect();
         let mut precision = fine.gram.training(None).lower(&all);
         // The priors: unit deviations in the scale of the columns.
@@ -60,7 +60,7 @@ impl<'f, 'a> Posterior<'f, 'a> {
 
     /// What a block of columns adds to the channels that it acts in, m rms over the samples in use, each channel about its mean: a
     /// constant is the channel's own zero.
-    pub fn total_m(&self, block: usize) -> Known {
+    pub fn total_m(&self, block: usize) -> Estimate {
         let rows = self.rows(block);
         let mut sums = [[0.0; 2]; CHANNELS];
         for row in &rows {
@@ -75,7 +75,7 @@ impl<'f, 'a> Posterior<'f, 'a> {
         let square = inside.iter().map(|row| off(row).powi(2)).sum::<f64>() / count;
         let value = square.sqrt();
         if value <= 0.0 {
-            return Known {
+            return Estimate {
                 value: 0.0,
                 deviation: 0.0,
             };
@@ -88,7 +88,7 @@ impl<'f, 'a> Posterior<'f, 'a> {
             }
         }
         let variance = slope.dot(&self.factor.solve(&slope));
-        Known {
+        Estimate {
             value,
             deviation: variance.max(0.0).sqrt(),
         }
@@ -96,7 +96,7 @@ impl<'f, 'a> Posterior<'f, 'a> {
 
     /// What a block adds to each row of some samples, evenly spread.
     fn rows(&self, block: usize) -> Vec<Row> {
-        let Refined {
+        let RelinearizedFit {
             scene,
             columns,
             gram,
@@ -110,13 +110,16 @@ impl<'f, 'a> Posterior<'f, 'a> {
         for part in some.chunks(TOGETHER) {
             let asked = columns.blocks[block].columns.clone();
             let group = Group::new(scene, &columns.regressors, asked, part.iter().copied());
-            for Sample { rows, moment, .. } in &group.samples {
+            for Sample {
+                rows, covariates, ..
+            } in &group.samples
+            {
                 let mut here: Vec<Row> = rows.channel[..rows.count]
                     .iter()
                     .map(|channel| Row::empty(*channel))
                     .collect();
                 for &c in &group.acting {
-                    let response = rows.response(&columns.regressors[c], moment);
+                    let response = rows.response(&columns.regressors[c], covariates);
                     for (row, response) in here.iter_mut().zip(response) {
                         if response != 0.0 {
                             let scaled = response * gram.scale[c];
@@ -162,7 +165,7 @@ fn acting(rows: &[Row]) -> [bool; CHANNELS] {
 mod tests {
     use super::*;
     use crate::data::prepare::prepare;
-    use crate::design::study::{Look, Options, study};
+    use crate::design::assembly::{DesignOptions, Options, assemble};
     use effects::random::{ChaCha8Rng, SeedableRng, normal};
     use recording::{Electronics, Geometry, Meta, Recording, Row as Reading, Samples};
     use std::f64::consts::TAU;
@@ -232,19 +235,19 @@ mod tests {
     }
 
     /// The delay and the lag's total of a recording, fitted.
-    fn fitted(seed: u64, louder: f64) -> [Known; 2] {
+    fn fitted(seed: u64, louder: f64) -> [Estimate; 2] {
         let prepared = prepare(&late(seed, louder)).unwrap();
         let about = prepared.about();
         // The search is not what is tested here.
-        let look = Look {
+        let look = DesignOptions {
             only: Some(&[]),
-            ..Look::default()
+            ..DesignOptions::default()
         };
-        let first = study(&prepared, &Options::default(), &about, look);
-        let fine = Refined::new(&first.scene, about, &["velocity_lag".into()]);
+        let first = assemble(&prepared, &Options::default(), &about, look);
+        let fine = RelinearizedFit::new(&first.scene, about, &["velocity_lag".into()]);
         let known = Posterior::of(&fine, birge_ratio(fine.residuals())).unwrap();
         let column = fine.columns.blocks[1].columns.start;
-        let delay = Known {
+        let delay = Estimate {
             value: fine.amount(column),
             deviation: known.deviation(column),
         };
@@ -252,8 +255,8 @@ mod tests {
     }
 
     /// Squares of errors over foretold variances, added up.
-    fn chi_square(all: &[Known], truth: f64) -> f64 {
-        let error = |known: &Known| (known.value - truth) / known.deviation;
+    fn chi_square(all: &[Estimate], truth: f64) -> f64 {
+        let error = |known: &Estimate| (known.value - truth) / known.deviation;
         all.iter().map(|known| error(known).powi(2)).sum()
     }
 
@@ -264,7 +267,7 @@ mod tests {
         let speeds: Vec<f64> = (0..SAMPLES).map(speed_m_s).collect();
         let lag_m = LATE_S * crate::algebra::statistics::deviation(&speeds);
         for louder in [1.0, 3.0] {
-            let all: Vec<[Known; 2]> = (0..SEEDS).map(|seed| fitted(seed, louder)).collect();
+            let all: Vec<[Estimate; 2]> = (0..SEEDS).map(|seed| fitted(seed, louder)).collect();
             let [delay, total] =
                 [0, 1].map(|which| all.iter().map(|k| k[which]).collect::<Vec<_>>());
             // A segment that is late lacks speed times delay: so much is added.

@@ -94,7 +94,7 @@ impl Residuals {
             for Sample {
                 number,
                 rows,
-                moment,
+                covariates,
             } in &group.samples
             {
                 let mut value: [f64; ROWS] = rows.residual_m;
@@ -102,7 +102,7 @@ impl Residuals {
                 for &c in &group.acting {
                     let step = amounts[place[c]] * gram.scale[c];
                     if step != 0.0 {
-                        let response = rows.response(&columns.regressors[c], moment);
+                        let response = rows.response(&columns.regressors[c], covariates);
                         for row in 0..rows.count {
                             value[row] += step * response[row];
                         }

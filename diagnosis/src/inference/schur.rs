@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// Shared columns, eliminated from one training sum.
-pub struct Shared {
+pub struct SchurElimination {
     columns: Vec<usize>,
     /// Inverse of the Cholesky factor of their precision.
     inverse: DMatrix<f64>,
@@ -20,7 +20,7 @@ pub struct Shared {
     right: DVector<f64>,
 }
 
-impl Shared {
+impl SchurElimination {
     /// Cost: cube of the shared columns. None where they are dependent beyond what a prior mends.
     pub fn new(training: Training, centre: &[f64], columns: &[usize]) -> Option<Self> {
         let n = columns.len();
@@ -95,14 +95,14 @@ impl Shared {
 }
 
 /// The columns that sets are built upon, eliminated from every fold's training sum.
-pub struct Base {
-    folds: Vec<Option<Shared>>,
+pub struct EliminatedBase {
+    folds: Vec<Option<SchurElimination>>,
 }
 
-impl Base {
+impl EliminatedBase {
     /// Eliminates `columns` from all training sums.
     pub fn new(gram: &Gram, columns: &[usize]) -> Self {
-        let without = |f| Shared::new(gram.training(Some(f)), &gram.centre, columns);
+        let without = |f| SchurElimination::new(gram.training(Some(f)), &gram.centre, columns);
         Self {
             folds: (0..gram.fold.len()).into_par_iter().map(without).collect(),
         }
@@ -115,7 +115,7 @@ impl Base {
         carried: &Symmetric,
         more: &[usize],
     ) -> Vec<Option<(Fit, f64, f64)>> {
-        let score = |(f, shared): (usize, &mut Option<Shared>)| {
+        let score = |(f, shared): (usize, &mut Option<SchurElimination>)| {
             let fit = shared
                 .as_mut()?
                 .fit(gram.training(Some(f)), &gram.centre, more)?;

@@ -175,8 +175,8 @@ impl Baseline {
 }
 
 fn beacon_regressors() -> Vec<Regressor> {
-    use effects::sensor::{ALWAYS, Action, CHANNELS, Moment};
-    let both = |name: &str, add: fn(&Moment) -> [f64; 2]| Regressor {
+    use effects::sensor::{ALWAYS, Action, CHANNELS, Covariates};
+    let both = |name: &str, add: fn(&Covariates) -> [f64; 2]| Regressor {
         name: name.into(),
         unit: "m",
         size_m: FREE_M,
@@ -186,11 +186,13 @@ fn beacon_regressors() -> Vec<Regressor> {
         over: None,
         course: None,
         identity: None,
-        action: Action::Channels(Box::new(move |m: &Moment, out: &mut [f64; CHANNELS]| {
-            let [x, y] = add(m);
-            out[1] += x;
-            out[2] += y;
-        })),
+        action: Action::Channels(Box::new(
+            move |m: &Covariates, out: &mut [f64; CHANNELS]| {
+                let [x, y] = add(m);
+                out[1] += x;
+                out[2] += y;
+            },
+        )),
     };
     vec![
         both("height h", |m| {

@@ -4,7 +4,7 @@ use crate::data::folds::folds;
 use crate::data::observations::Observations;
 use crate::design::gram::{Columns, Gram, solve};
 use crate::linearization::baseline::Baseline;
-use crate::linearization::scene::{Scene, Shift};
+use crate::linearization::scene::{LatentDisplacement, Scene};
 
 /// Steps of Gauss-Newton; the model is linear but for the products of h, l and theta.
 const STEPS: usize = 5;
@@ -28,7 +28,7 @@ pub fn calibrate(observations: &Observations, keep: &[bool]) -> Baseline {
             .map(|(a, s)| a * s)
             .collect();
         baseline.add(scene.scope, &step);
-        scene = scene.moved(baseline.clone(), Shift::default());
+        scene = scene.moved(baseline.clone(), LatentDisplacement::default());
         let largest = fit.amount.iter().fold(0.0f64, |m, a| m.max(a.abs()));
         if largest < 1e-6 {
             break;

@@ -3,7 +3,7 @@
 
 use crate::linearization::scene::{SampleRows, Scene};
 use effects::over::Extent;
-use effects::sensor::{Moment, Regressor};
+use effects::sensor::{Covariates, Regressor};
 
 /// Samples whose regressors are looked for together: few enough to lie near each other.
 pub const TOGETHER: usize = 64;
@@ -15,7 +15,7 @@ pub struct Sample {
     /// Its rows; there is at least one.
     pub rows: SampleRows,
     /// What the sensor knows there.
-    pub moment: Moment,
+    pub covariates: Covariates,
 }
 
 /// Some samples, and what may act there.
@@ -36,15 +36,15 @@ impl Group {
     ) -> Self {
         let sample = |number| {
             let rows = scene.rows(number);
-            let moment = || scene.moment(number);
+            let covariates = || scene.covariates(number);
             (rows.count > 0).then(|| Sample {
                 number,
                 rows,
-                moment: moment(),
+                covariates: covariates(),
             })
         };
         let samples: Vec<Sample> = samples.into_iter().filter_map(sample).collect();
-        let extent = Extent::of(samples.iter().map(|s| &s.moment));
+        let extent = Extent::of(samples.iter().map(|s| &s.covariates));
         let may = |c: &usize| regressors[*c].may_act(&extent);
         Self {
             acting: asked.into_iter().filter(may).collect(),

@@ -4,24 +4,24 @@
 
 use crate::algebra::statistics::median;
 use crate::inference::residuals::Residuals;
-use crate::linearization::scene::{Scene, Telling};
+use crate::linearization::scene::{PathEstimator, Scene};
 use effects::sensor::CHANNELS;
 
 /// Ways are told by all readings together and by each segment's own, at their noise and above.
-const TELLINGS: [Telling; 4] = [
-    Telling {
+const PATH_ESTIMATORS: [PathEstimator; 4] = [
+    PathEstimator {
         own: false,
         louder: 1.0,
     },
-    Telling {
+    PathEstimator {
         own: true,
         louder: 1.0,
     },
-    Telling {
+    PathEstimator {
         own: false,
         louder: 3.0,
     },
-    Telling {
+    PathEstimator {
         own: true,
         louder: 3.0,
     },
@@ -38,12 +38,12 @@ pub fn likeliest<'a>(
     left: impl Fn(&Scene<'a>) -> Residuals,
 ) -> Scene<'a> {
     let stretch = &scene.observations.stretch;
-    let ways = TELLINGS.map(|telling| settle(scene.told_by(telling)));
+    let ways = PATH_ESTIMATORS.map(|telling| settle(scene.with_paths_by(telling)));
     let squares = ways.each_ref().map(|way| by_stretch(&left(way), stretch));
     let [mut out, others @ ..] = ways;
     for i in 0..out.len() {
         let of = |way: usize| squares[way].get(stretch[i]).copied().unwrap_or(0.0);
-        let best = (1..TELLINGS.len()).min_by(|a, b| of(*a).total_cmp(&of(*b)));
+        let best = (1..PATH_ESTIMATORS.len()).min_by(|a, b| of(*a).total_cmp(&of(*b)));
         if let Some(way) = best.filter(|way| of(*way) + BETTER < of(0)) {
             out.take_way(&others[way - 1], i);
         }

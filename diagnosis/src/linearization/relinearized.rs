@@ -6,12 +6,12 @@ use crate::design::gram::{Columns, Gram, solve};
 use crate::inference::residuals::Residuals;
 use crate::linearization::calibrate::baseline_columns;
 use crate::linearization::groups::TOGETHER;
-use crate::linearization::point::About;
-use crate::linearization::scene::{Scene, Shift};
+use crate::linearization::point::LinearizationPoint;
+use crate::linearization::scene::{LatentDisplacement, Scene};
 use crate::trace::log;
 use effects::effect::Acts;
 use effects::over::Extent;
-use effects::sensor::{Action, Moment, READINGS, Regressor, Survey};
+use effects::sensor::{Action, BasisInputs, Covariates, READINGS, Regressor};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -33,7 +33,7 @@ const STANDS: f64 = 0.1;
 const LED: f64 = 10.0;
 
 /// A model of some effects, fitted about itself.
-pub struct Refined<'a> {
+pub struct RelinearizedFit<'a> {
     /// The recording, linearised about the model.
     pub scene: Scene<'a>,
     /// Baseline, then one block an effect in the order asked for.
@@ -43,20 +43,21 @@ pub struct Refined<'a> {
     /// Amounts by all samples in use, in prior deviations.
     pub amounts: Vec<f64>,
     /// What it is linearised about.
-    pub about: About,
+    pub about: LinearizationPoint,
     folds: Vec<u8>,
     residuals: OnceLock<Residuals>,
     left_out: OnceLock<Option<Residuals>>,
 }
 
-impl<'a> Refined<'a> {
+impl<'a> RelinearizedFit<'a> {
     /// Fits the effects named, whose columns are those of the survey of `start`. Where rulings are skewed, what is periodic beside
     /// that may go with the teeth, as their readings tell, or with the place: that which leaves less is kept.
-    pub fn new(start: &Scene<'a>, about: About, names: &[String]) -> Self {
+    pub fn new(start: &Scene<'a>, about: LinearizationPoint, names: &[String]) -> Self {
         let skewed = names
             .iter()
             .any(|n| effects::has(n, |card| card.acts == Acts::Teeth));
-        let moving = |skew_moves: bool| move |survey: &mut Survey| survey.skew_moves = skew_moves;
+        let moving =
+            |skew_moves: bool| move |inputs: &mut BasisInputs| inputs.skew_moves = skew_moves;
         if !skewed || names.len() == 1 {
             return Self::about_itself(start, about, names, &moving(false));
         }
@@ -73,26 +74,26 @@ impl<'a> Refined<'a> {
     pub fn telling(
         &self,
         start: &Scene<'a>,
-        about: About,
+        about: LinearizationPoint,
         names: &[String],
-        more: &dyn Fn(&mut Survey),
+        more: &dyn Fn(&mut BasisInputs),
     ) -> Self {
-        let known = &self.scene.survey;
-        let tell = |survey: &mut Survey| {
-            survey.skew_moves = known.skew_moves;
-            survey.growth_told = known.growth_told;
-            survey.gap_told = known.gap_told;
-            survey.fuller = known.fuller;
-            more(survey);
+        let known = &self.scene.inputs;
+        let tell = |inputs: &mut BasisInputs| {
+            inputs.skew_moves = known.skew_moves;
+            inputs.growth_told = known.growth_told;
+            inputs.gap_told = known.gap_told;
+            inputs.forms = known.forms;
+            more(inputs);
         };
         Self::about_itself(start, about, names, &tell)
     }
 
     fn about_itself(
         start: &Scene<'a>,
-        about: About,
+        about: LinearizationPoint,
         names: &[String],
-        tell: &dyn Fn(&mut Survey),
+        tell: &dyn Fn(&mut BasisInputs),
     ) -> Self {
         let folds = folds(&start.observations.stretch);
         let mut about = about;
@@ -102,7 +103,7 @@ impl<'a> Refined<'a> {
         loop {
             let (scene, columns) = linearised(start, &about, names, tell);
             // Of single teeth there are thousands, and their folds are asked for once.
-            let by_teeth = scene.survey.teeth.is_some();
+            let by_teeth = scene.inputs.teeth.is_some();
             let mut gram = if by_teeth {
                 Gram::whole(&scene, &columns)
             } else {
@@ -220,8 +221,14 @@ const AHEAD: [f64; 2] = [-9.0, 0.9];
 
 /// Where each sample's last two steps of the fixed point would meet (Anderson 1965, of one step back): `last` is a shift and
 /// where it led, `here` led `there`.
-fn ahead(last: &(Shift, Shift), here: &Shift, there: &Shift) -> Shift {
-    let at = |shift: &Shift, s: usize, i: usize| shift.whole_m[s].get(i).copied().unwrap_or(0.0);
+fn ahead(
+    last: &(LatentDisplacement, LatentDisplacement),
+    here: &LatentDisplacement,
+    there: &LatentDisplacement,
+) -> LatentDisplacement {
+    let at = |shift: &LatentDisplacement, s: usize, i: usize| {
+        shift.whole_m[s].get(i).copied().unwrap_or(0.0)
+    };
     let samples = there.whole_m.iter().map(Vec::len).max().unwrap_or(0);
     let back = |i: usize| {
         let (mut along, mut square) = (0.0, 0.0);
@@ -244,7 +251,7 @@ fn ahead(last: &(Shift, Shift), here: &Shift, there: &Shift) -> Shift {
             pairs.map(|((t, l), back)| t - back * (t - l)).collect()
         })
     };
-    Shift {
+    LatentDisplacement {
         whole_m: towards(&there.whole_m, &last.1.whole_m),
         electronic_m: towards(&there.electronic_m, &last.1.electronic_m),
         beside_m: there.beside_m.clone(),
@@ -252,7 +259,7 @@ fn ahead(last: &(Shift, Shift), here: &Shift, there: &Shift) -> Shift {
 }
 
 /// True if a shift is what the scene is about already.
-fn stands(scene: &Scene, next: &Shift, near: f64) -> bool {
+fn stands(scene: &Scene, next: &LatentDisplacement, near: f64) -> bool {
     let steps = (0..4).filter(|s| scene.scope.segments[*s]).map(|s| {
         let noise = scene.observations.position_noise_m[s].iter().copied();
         let noise = crate::algebra::statistics::rms(noise.filter(|n| n.is_finite()));
@@ -268,26 +275,31 @@ fn stands(scene: &Scene, next: &Shift, near: f64) -> bool {
 
 fn linearised<'a>(
     start: &Scene<'a>,
-    about: &About,
+    about: &LinearizationPoint,
     names: &[String],
-    tell: &dyn Fn(&mut Survey),
+    tell: &dyn Fn(&mut BasisInputs),
 ) -> (Scene<'a>, Columns) {
     let mut scene = start.moved(about.baseline.clone(), about.shift.clone());
     // Here equation (3) is told about the clip itself.
-    scene.survey.beneath = Default::default();
-    tell(&mut scene.survey);
+    scene.inputs.beneath = Default::default();
+    tell(&mut scene.inputs);
     let mut columns = baseline_columns(&scene);
     let sides = effects::sensor_sides();
     for name in names {
         if let Some(side) = sides.iter().find(|side| side.name() == name) {
-            columns.push(name.clone(), side.regressors(&scene.survey));
+            columns.push(name.clone(), side.regressors(&scene.inputs));
         }
     }
     (scene, columns)
 }
 
 /// Where amounts lead: a step of the baseline's parameters, and a shift.
-fn lead(scene: &Scene, columns: &Columns, gram: &Gram, amounts: &[f64]) -> (Vec<f64>, Shift) {
+fn lead(
+    scene: &Scene,
+    columns: &Columns,
+    gram: &Gram,
+    amounts: &[f64],
+) -> (Vec<f64>, LatentDisplacement) {
     let first = columns.blocks[0].columns.end;
     let each = amounts.iter().zip(&gram.scale);
     let mut step: Vec<f64> = each.map(|(amount, scale)| amount * scale).collect();
@@ -297,11 +309,15 @@ fn lead(scene: &Scene, columns: &Columns, gram: &Gram, amounts: &[f64]) -> (Vec<
 }
 
 /// That, or a share of the way there.
-fn moved(scene: &Scene, (step, there): (Vec<f64>, Shift), share: f64) -> About {
+fn moved(
+    scene: &Scene,
+    (step, there): (Vec<f64>, LatentDisplacement),
+    share: f64,
+) -> LinearizationPoint {
     let step: Vec<f64> = step.iter().map(|s| s * share).collect();
     let mut baseline = scene.baseline.clone();
     baseline.add(scene.scope, &step);
-    About {
+    LinearizationPoint {
         baseline,
         shift: towards(&scene.shift, there, share),
         noise: None,
@@ -309,8 +325,8 @@ fn moved(scene: &Scene, (step, there): (Vec<f64>, Shift), share: f64) -> About {
 }
 
 /// A share of the way from one shift to another.
-fn towards(here: &Shift, there: Shift, share: f64) -> Shift {
-    Shift {
+fn towards(here: &LatentDisplacement, there: LatentDisplacement, share: f64) -> LatentDisplacement {
+    LatentDisplacement {
         whole_m: part_way(&here.whole_m, there.whole_m, share),
         electronic_m: part_way(&here.electronic_m, there.electronic_m, share),
         beside_m: part_way(&here.beside_m, there.beside_m, share),
@@ -332,23 +348,28 @@ fn part_way<const N: usize>(
 }
 
 /// A regressor on readings, what it adds, its amount, and whether it acts on the pair.
-type Acting<'r> = (&'r Regressor, &'r AddReadings, f64, bool);
-type AddReadings = Box<dyn Fn(&Moment, &mut [f64; READINGS]) + Send + Sync>;
+type ActiveRegressor<'r> = (&'r Regressor, &'r AddReadings, f64, bool);
+type AddReadings = Box<dyn Fn(&Covariates, &mut [f64; READINGS]) + Send + Sync>;
 
 /// What some columns with given amounts add to the four readings' places over the teeth, and where one remembers its way, to the
 /// channels beside.
-pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) -> Shift {
+pub fn shift(
+    scene: &Scene,
+    columns: &Columns,
+    list: &[usize],
+    amounts: &[f64],
+) -> LatentDisplacement {
     let acts_on = |acts: Acts, c: usize| {
         let mut blocks = columns.blocks.iter().filter(|b| b.columns.contains(&c));
         blocks.any(|b| effects::has(&b.name, |card| card.acts == acts))
     };
     let acts = list.iter().zip(amounts);
     let acts = acts.filter(|(_, amount)| **amount != 0.0);
-    let mut acting: Vec<Acting> = Vec::new();
+    let mut acting: Vec<ActiveRegressor> = Vec::new();
     let mut beside = Vec::new();
     for (c, amount) in acts {
         let regressor = &columns.regressors[*c];
-        let moves = scene.survey.skew_moves || !acts_on(Acts::Teeth, *c);
+        let moves = scene.inputs.skew_moves || !acts_on(Acts::Teeth, *c);
         match &regressor.action {
             Action::Readings(add) if moves => {
                 acting.push((regressor, add, *amount, acts_on(Acts::Electronics, *c)));
@@ -356,19 +377,19 @@ pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) 
             _ => beside.push((regressor, *amount)),
         }
     }
-    let mut out = Shift::default();
+    let mut out = LatentDisplacement::default();
     if acting.is_empty() {
         return out;
     }
     let told = remembers(columns) && !scene.scope.reference;
-    let one = |i: usize, moment: &Moment, acting: &[&Acting]| {
+    let one = |i: usize, covariates: &Covariates, acting: &[&ActiveRegressor]| {
         let (mut whole, mut early) = ([0.0; READINGS], [0.0; READINGS]);
         for (regressor, add, amount, electronic) in acting {
-            if !regressor.acts(moment) {
+            if !regressor.acts(covariates) {
                 continue;
             }
             let mut readings = [0.0; READINGS];
-            add(moment, &mut readings);
+            add(covariates, &mut readings);
             for (reading, value) in readings.iter().enumerate().filter(|r| *r.1 != 0.0) {
                 whole[reading] += amount * value;
                 if *electronic {
@@ -386,7 +407,7 @@ pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) 
                     .sum::<f64>();
             }
             for (regressor, amount) in &beside {
-                let response = rows.response(regressor, moment);
+                let response = rows.response(regressor, covariates);
                 for row in 0..rows.count {
                     sum_m[rows.channel[row]] += amount * response[row];
                 }
@@ -396,11 +417,12 @@ pub fn shift(scene: &Scene, columns: &Columns, list: &[usize], amounts: &[f64]) 
         (whole, early, beside_m)
     };
     let together = |samples: &[usize]| {
-        let moments: Vec<Moment> = samples.iter().map(|i| scene.moment(*i)).collect();
+        let moments: Vec<Covariates> = samples.iter().map(|i| scene.covariates(*i)).collect();
         let extent = Extent::of(&moments);
-        let acting: Vec<&Acting> = acting.iter().filter(|a| a.0.may_act(&extent)).collect();
+        let acting: Vec<&ActiveRegressor> =
+            acting.iter().filter(|a| a.0.may_act(&extent)).collect();
         let each = samples.iter().zip(&moments);
-        each.map(|(i, moment)| one(*i, moment, &acting))
+        each.map(|(i, covariates)| one(*i, covariates, &acting))
             .collect::<Vec<_>>()
     };
     let samples: Vec<usize> = (0..scene.len()).collect();

@@ -2,7 +2,7 @@
 //! remembers the way. Such a stop is the element of Prandtl's and Ishlinskii's hysteresis (Brokate and Sprekels 1996, chapter 2).
 
 use crate::linearization::scene::Scene;
-use effects::sensor::Moment;
+use effects::sensor::Covariates;
 use std::sync::Arc;
 
 /// Travel after which it slides, m.
@@ -10,12 +10,12 @@ pub const SLACKS_M: [f64; 3] = [1.0e-3, 2.5e-3, 6.0e-3];
 
 /// Pulls on the four segments at each sample, in parts of the largest: -1 to 1 for each of [`SLACKS_M`].
 #[derive(Clone)]
-pub struct Slack {
+pub struct StopOperator {
     t_s: Arc<Vec<f64>>,
     pulls: Arc<[Vec<[f64; SLACKS_M.len()]>; 4]>,
 }
 
-impl Slack {
+impl StopOperator {
     /// Along the segments' calibrated places; between stretches the way is taken to be straight. Linear in samples.
     pub fn of(scene: &Scene) -> Self {
         let o = scene.observations;
@@ -27,7 +27,7 @@ impl Slack {
     }
 
     /// The pull on a segment at a moment of that recording; logarithmic in samples.
-    pub fn at(&self, m: &Moment, segment: usize, slack: usize) -> f64 {
+    pub fn at(&self, m: &Covariates, segment: usize, slack: usize) -> f64 {
         let sample = self.t_s.partition_point(|t_s| *t_s < m.t_s);
         self.pulls[segment].get(sample).map_or(0.0, |p| p[slack])
     }

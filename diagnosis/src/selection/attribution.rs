@@ -1,7 +1,7 @@
 //! Which channel shows most of what lies over a coordinate, and which segments make it.
 
-use crate::design::study::Study;
-use crate::inference::cross_validation::Arena;
+use crate::design::assembly::Design;
+use crate::inference::cross_validation::CrossValidation;
 use crate::inference::residuals::Residuals;
 use effects::sensor::{Action, CHANNELS, READINGS, Regressor};
 
@@ -12,7 +12,7 @@ const LOOKED_AT: usize = 50;
 
 /// Whose a share is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Owners {
+pub struct Attribution {
     /// Channel whose residual shrinks most.
     pub channel: Option<usize>,
     /// Segments that cannot be left out; none where others do as well, or where all are needed.
@@ -22,11 +22,11 @@ pub struct Owners {
 /// Owners of what `columns` take beyond `known` (the baseline's among them), whose held-out residuals are `before`. Cost: one pass over the
 /// samples, and up to four solutions.
 pub(super) fn owners(
-    study: &Study,
-    arena: &mut Arena,
+    study: &Design,
+    arena: &mut CrossValidation,
     (known, before): (&[usize], &Residuals),
     columns: &[usize],
-) -> Owners {
+) -> Attribution {
     let all = [known, columns].concat();
     let after = Residuals::new(
         &study.scene,
@@ -35,7 +35,7 @@ pub(super) fn owners(
         &study.folds,
         &all,
     );
-    Owners {
+    Attribution {
         channel: shrunk_most(before, &after),
         segments: needed(study, arena, known, columns),
     }
@@ -57,7 +57,12 @@ fn shrunk_most(before: &Residuals, after: &Residuals) -> Option<usize> {
         .map(|(channel, _)| channel)
 }
 
-fn needed(study: &Study, arena: &mut Arena, known: &[usize], columns: &[usize]) -> [bool; 4] {
+fn needed(
+    study: &Design,
+    arena: &mut CrossValidation,
+    known: &[usize],
+    columns: &[usize],
+) -> [bool; 4] {
     let moved: Vec<[bool; 4]> = columns
         .iter()
         .map(|c| moved(study, &study.columns.regressors[*c]))
@@ -78,7 +83,7 @@ fn needed(study: &Study, arena: &mut Arena, known: &[usize], columns: &[usize]) 
         }
     };
     let segments = [0, 1, 2, 3].map(|s| lost(s) > NEEDED * (none - all).max(0.0));
-    if segments == study.scene.survey.segments {
+    if segments == study.scene.inputs.segments {
         [false; 4]
     } else {
         segments
@@ -86,17 +91,17 @@ fn needed(study: &Study, arena: &mut Arena, known: &[usize], columns: &[usize]) 
 }
 
 /// Segments whose reading a shape moves at some moment.
-fn moved(study: &Study, regressor: &Regressor) -> [bool; 4] {
+fn moved(study: &Design, regressor: &Regressor) -> [bool; 4] {
     let mut out = [false; 4];
     let Action::Readings(add) = &regressor.action else {
         return out;
     };
     let step = (study.scene.len() / LOOKED_AT).max(1);
     for i in (0..study.scene.len()).step_by(step) {
-        let moment = study.scene.moment(i);
-        if regressor.acts(&moment) {
+        let covariates = study.scene.covariates(i);
+        if regressor.acts(&covariates) {
             let mut readings = [0.0; READINGS];
-            add(&moment, &mut readings);
+            add(&covariates, &mut readings);
             out.iter_mut()
                 .zip(readings)
                 .for_each(|(o, r)| *o |= r != 0.0);

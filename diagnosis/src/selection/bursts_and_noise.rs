@@ -1,13 +1,13 @@
 //! What is no shape: bursts, and noise that must be shown to be noise.
 
-use super::Judge;
+use super::ModelSelection;
 use crate::algebra::statistics::median_and_deviation;
 use crate::data::outliers::{among_bursts, astray, disturbed};
 use crate::data::recurring::{at_the_ends, recurs};
 use crate::inference::residuals::Residuals;
 use crate::linearization::scene::Scene;
 use crate::verdict::answer::{Magnitude, Named};
-use effects::Judged;
+use effects::Detection;
 
 /// Disturbances of single moments.
 /// Neighbours on smooth paths that are needed to tell noise from a pattern, in a channel; and in all to name it.
@@ -81,7 +81,7 @@ impl Bursts {
         let total_m = (self.squares_m2 / rows).sqrt();
         let spread_m = 0.5 * birge_ratio * self.squares_variance_m4.sqrt() / rows;
         Named {
-            name: effects::name_of(Judged::AsBursts).into(),
+            name: effects::name_of(Detection::AsBursts).into(),
             probability: 0.97,
             total_rms_m: Some(total_m),
             total_deviation_m: Some(spread_m / total_m.max(f64::MIN_POSITIVE)),
@@ -107,13 +107,13 @@ impl Bursts {
 
 /// Half the mean squared step, the mean square, and their number.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Steps {
+pub(super) struct SquaredSteps {
     pub(super) step: f64,
     pub(super) level: f64,
     pub(super) pairs: usize,
 }
 
-impl Steps {
+impl SquaredSteps {
     fn add(&mut self, a: f64, b: f64) {
         self.step += 0.5 * (a - b) * (a - b);
         self.level += 0.5 * (a * a + b * b);
@@ -130,12 +130,12 @@ impl Steps {
     }
 }
 
-impl Judge<'_> {
+impl ModelSelection<'_> {
     /// True if what is left changes from sample to sample as white noise does, in every channel that has too much of it: where
     /// the path is smooth a pattern would not, and what is noise is there at rest and in slow motion as well.
     pub(super) fn rough(&self, residuals: &Residuals) -> bool {
         let stated = self.floor.white_square;
-        let mut moving = Steps::default();
+        let mut moving = SquaredSteps::default();
         for channel in residuals.channels() {
             let list: Vec<usize> = (0..residuals.sample.len())
                 .filter(|k| residuals.channel[*k] == channel)
@@ -216,7 +216,7 @@ impl Judge<'_> {
             let rows: Vec<usize> = (0..all.sample.len())
                 .filter(|k| all.channel[*k] == channel && self.prepared.resting[all.sample[*k]])
                 .collect();
-            let mut still = Steps::default();
+            let mut still = SquaredSteps::default();
             for pair in rows.windows(2) {
                 if all.sample[pair[1]] == all.sample[pair[0]] + 1 {
                     still.add(all.white[pair[0]], all.white[pair[1]]);
@@ -230,8 +230,8 @@ impl Judge<'_> {
     }
 
     /// Steps between neighbours on smooth paths, of all channels.
-    pub(super) fn path_steps(&self, residuals: &Residuals) -> Steps {
-        let mut all = Steps::default();
+    pub(super) fn path_steps(&self, residuals: &Residuals) -> SquaredSteps {
+        let mut all = SquaredSteps::default();
         for channel in residuals.channels() {
             let of = |k: &usize| residuals.channel[*k] == channel;
             let list: Vec<usize> = (0..residuals.sample.len()).filter(of).collect();
@@ -244,8 +244,8 @@ impl Judge<'_> {
     }
 
     /// Steps between neighbours on smooth paths, and those of them at rest.
-    fn steps(&self, residuals: &Residuals, list: &[usize]) -> (Steps, Steps) {
-        let (mut path, mut still) = (Steps::default(), Steps::default());
+    fn steps(&self, residuals: &Residuals, list: &[usize]) -> (SquaredSteps, SquaredSteps) {
+        let (mut path, mut still) = (SquaredSteps::default(), SquaredSteps::default());
         for (speed_m_s, a, b) in self.neighbours(residuals, list) {
             path.add(a, b);
             if speed_m_s == 0.0 {
@@ -276,12 +276,12 @@ impl Judge<'_> {
     }
 
     /// Steps between neighbours in the slowest and in the fastest part of the path.
-    fn by_speed(&self, residuals: &Residuals, list: &[usize]) -> [Steps; 2] {
+    fn by_speed(&self, residuals: &Residuals, list: &[usize]) -> [SquaredSteps; 2] {
         let mut pairs = self.neighbours(residuals, list);
         pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
         let part = pairs.len() / BY_SPEED;
         [&pairs[..part], &pairs[pairs.len() - part..]].map(|pairs| {
-            let mut steps = Steps::default();
+            let mut steps = SquaredSteps::default();
             pairs.iter().for_each(|(_, a, b)| steps.add(*a, *b));
             steps
         })
@@ -411,9 +411,9 @@ fn deflection(scene: &Scene, axis: usize, i: usize) -> f64 {
 
 /// True if of what is rough beyond the stated mean square hardly any is there in slow motion, beyond chance: half a squared step of
 /// noise scatters by 1.7 of its mean, neighbours' overlap counted.
-fn grows([slow, fast]: [Steps; 2], stated: f64) -> bool {
-    let mean = |s: &Steps| s.step / s.pairs.max(1) as f64;
-    let chance = |s: &Steps| SURE * (3.0 / s.pairs.max(1) as f64).sqrt() * mean(s);
+fn grows([slow, fast]: [SquaredSteps; 2], stated: f64) -> bool {
+    let mean = |s: &SquaredSteps| s.step / s.pairs.max(1) as f64;
+    let chance = |s: &SquaredSteps| SURE * (3.0 / s.pairs.max(1) as f64).sqrt() * mean(s);
     let enough = slow.pairs.min(fast.pairs) > STILL_PAIRS;
     enough && mean(&slow) - stated + chance(&slow) < STILL * (mean(&fast) - stated - chance(&fast))
 }
@@ -432,12 +432,12 @@ mod tests {
     use effects::random::{ChaCha8Rng, SeedableRng, normal};
 
     /// Neighbours of the stated noise with something on top.
-    fn steps(on_top: impl Fn(usize, &mut ChaCha8Rng) -> f64) -> Steps {
+    fn steps(on_top: impl Fn(usize, &mut ChaCha8Rng) -> f64) -> SquaredSteps {
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let value: Vec<f64> = (0..8000)
             .map(|i| normal(&mut rng) + on_top(i, &mut rng))
             .collect();
-        let mut steps = Steps::default();
+        let mut steps = SquaredSteps::default();
         value.windows(2).for_each(|v| steps.add(v[0], v[1]));
         steps
     }

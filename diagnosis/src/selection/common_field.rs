@@ -1,10 +1,10 @@
 //! Whether a field is one of the teeth: four segments read other teeth each, and errors of those have nothing to do with each other. What
 //! comes with the courier's place, a cable that bends it or air that tilts it, moves all readings together.
 
-use super::Judge;
+use super::ModelSelection;
 use crate::linearization::scene::Scene;
 use crate::trace::log;
-use effects::Judged;
+use effects::Detection;
 use effects::sensor::{READINGS, Regressor};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use rayon::prelude::*;
@@ -21,13 +21,13 @@ const MEASURED: f64 = 0.1;
 const ROUGH_MEASURED: f64 = 0.5;
 
 /// What a field does to the three channels where a beacon is seen.
-pub(super) struct Alike {
+pub(super) struct CommonField {
     whole: Axes,
     /// About what is smooth over the platen.
     rough: Axes,
 }
 
-impl Alike {
+impl CommonField {
     /// True if that has fewer dimensions than the channels: something else is in it.
     pub(super) fn is_flat(&self) -> bool {
         self.whole.least < FLAT && self.whole.noise < MEASURED
@@ -39,7 +39,7 @@ impl Alike {
     }
 }
 
-impl Judge<'_> {
+impl ModelSelection<'_> {
     /// True if a field that is found is none of the teeth.
     pub(super) fn errs_together(&self) -> bool {
         self.alike()
@@ -47,13 +47,13 @@ impl Judge<'_> {
     }
 
     /// Of the field that is found; none without one or without a beacon.
-    pub(super) fn alike(&self) -> Option<Alike> {
+    pub(super) fn alike(&self) -> Option<CommonField> {
         let fine = &self.fine;
         let field = fine
             .columns
             .blocks
             .iter()
-            .find(|b| effects::is(&b.name, Judged::AsField))?;
+            .find(|b| effects::is(&b.name, Detection::AsField))?;
         let acting: Vec<(&Regressor, f64)> = field
             .columns
             .clone()
@@ -61,10 +61,10 @@ impl Judge<'_> {
             .filter(|(_, amount)| *amount != 0.0)
             .collect();
         let noise = self.noise.unwrap_or([1.0; READINGS]);
-        let seen: Vec<Seen> = (0..fine.scene.len())
+        let seen: Vec<FieldSample> = (0..fine.scene.len())
             .into_par_iter()
             .filter(|i| fine.scene.keep[*i])
-            .filter_map(|i| Seen::of(&fine.scene, i, &acting, &noise))
+            .filter_map(|i| FieldSample::of(&fine.scene, i, &acting, &noise))
             .collect();
         if seen.is_empty() {
             return None;
@@ -73,13 +73,13 @@ impl Judge<'_> {
         log(&format!(
             "a field's variances along its axes {whole:?}, of what is rough of it {rough:?}"
         ));
-        Some(Alike { whole, rough })
+        Some(CommonField { whole, rough })
     }
 }
 
 /// What a field does at one sample, in units in which independent errors of one size of the four readings do as much to each channel, and
 /// to none with another.
-struct Seen {
+struct FieldSample {
     /// Half a tooth of the platen that the courier's centre is over.
     cell: [i64; 2],
     channels_m: Vector3<f64>,
@@ -87,7 +87,7 @@ struct Seen {
     noise_m2: Matrix3<f64>,
 }
 
-impl Seen {
+impl FieldSample {
     /// None where not all three channels are seen.
     fn of(
         scene: &Scene,
@@ -99,10 +99,10 @@ impl Seen {
         if rows.count < 3 {
             return None;
         }
-        let moment = scene.moment(i);
+        let covariates = scene.covariates(i);
         let mut sum = Vector3::zeros();
-        for (regressor, amount) in acting.iter().filter(|(r, _)| r.acts(&moment)) {
-            let response = rows.response(regressor, &moment);
+        for (regressor, amount) in acting.iter().filter(|(r, _)| r.acts(&covariates)) {
+            let response = rows.response(regressor, &covariates);
             sum += Vector3::from_fn(|row, _| amount * response[row]);
         }
         let stated = scene.reading_variance(i);
@@ -119,7 +119,7 @@ impl Seen {
         let half = mixed.solve_lower_triangular(&noise)?;
         let half_m = 0.5 * scene.observations.pitch_m;
         Some(Self {
-            cell: moment.centre_m.map(|m| (m / half_m).floor() as i64),
+            cell: covariates.centre_m.map(|m| (m / half_m).floor() as i64),
             channels_m: mixed.solve_lower_triangular(&sum)?,
             noise_m2: mixed.solve_lower_triangular(&half.transpose())?,
         })
@@ -135,14 +135,14 @@ struct Axes {
 }
 
 impl Axes {
-    fn of(seen: &[Seen], terms: Terms) -> Self {
+    fn of(seen: &[FieldSample], terms: Terms) -> Self {
         let mut counts: HashMap<[i64; 2], f64> = HashMap::new();
         seen.iter()
             .for_each(|s| *counts.entry(s.cell).or_default() += 1.0);
         let all = counts.len() as f64;
-        let weight = |s: &Seen| 1.0 / (all * counts[&s.cell]);
+        let weight = |s: &FieldSample| 1.0 / (all * counts[&s.cell]);
         let smooth = Smooth::of(seen, terms, &weight);
-        let spread = |s: &Seen| {
+        let spread = |s: &FieldSample| {
             let off = s.channels_m - smooth.at(s);
             off * off.transpose() * weight(s)
         };
@@ -183,7 +183,7 @@ struct Smooth {
 }
 
 impl Smooth {
-    fn of(seen: &[Seen], kept: Terms, weight: &impl Fn(&Seen) -> f64) -> Self {
+    fn of(seen: &[FieldSample], kept: Terms, weight: &impl Fn(&FieldSample) -> f64) -> Self {
         let range = |axis: usize| {
             let places = seen.iter().map(|s| s.cell[axis] as f64);
             places.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| {
@@ -210,11 +210,11 @@ impl Smooth {
         this
     }
 
-    fn at(&self, s: &Seen) -> Vector3<f64> {
+    fn at(&self, s: &FieldSample) -> Vector3<f64> {
         self.amounts.transpose() * self.terms(s)
     }
 
-    fn terms(&self, s: &Seen) -> SVector<f64, TERMS> {
+    fn terms(&self, s: &FieldSample) -> SVector<f64, TERMS> {
         if self.kept == Terms::Mean {
             return SVector::ith(0, 1.0);
         }
@@ -246,7 +246,7 @@ mod tests {
         for place in 0..200 {
             let drawn = Vector3::from_fn(|k, _| if k < numbers { normal(&mut rng) } else { 0.0 });
             let channels_m = Matrix3::new(1.0, 0.5, 0.0, 0.0, 1.0, -0.5, 0.3, 0.0, 1.0) * drawn;
-            seen.extend((0..1 + place % 7).map(|_| Seen {
+            seen.extend((0..1 + place % 7).map(|_| FieldSample {
                 cell: [place, 0],
                 channels_m,
                 noise_m2: Matrix3::identity(),
@@ -275,14 +275,14 @@ mod tests {
                 let [x, y] = cell.map(|c| (c - 7) as f64 / 7.0);
                 let tilt = 20.0 * (x * x - 0.5 * x * y + 0.3 * y);
                 let rough = Vector3::from_fn(|_, _| teeth * normal(&mut rng));
-                seen.extend((0..3).map(|_| Seen {
+                seen.extend((0..3).map(|_| FieldSample {
                     cell,
                     channels_m: Vector3::new(1.0, -0.4, 0.2) * tilt + rough,
                     noise_m2: Matrix3::identity() * 0.01,
                 }));
             }
             let [whole, rough] = [Terms::Mean, Terms::Smooth].map(|terms| Axes::of(&seen, terms));
-            Alike { whole, rough }
+            CommonField { whole, rough }
         };
         let beside = alike(0.5);
         assert!(beside.is_flat() && beside.has_teeth());

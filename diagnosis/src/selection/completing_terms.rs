@@ -1,25 +1,25 @@
 //! What an effect holds besides what it is searched by. As long as it may not be there at all, that would stand for other causes; once
 //! it is found it is told with it.
 
-use super::Judge;
-use super::mixed_harmonics::are_the_gaps_own;
-use crate::linearization::relinearized::Refined;
+use super::ModelSelection;
+use super::intermodulation::are_the_gaps_own;
+use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::limits::CLOSE;
-use effects::effect::{Holds, KnownBy};
+use effects::effect::{KnownBy, Subsumption};
 use effects::identity::Identity;
-use effects::sensor::Survey;
+use effects::sensor::BasisInputs;
 
 /// What a skew beside growth must take of what is left without it.
 const NEEDED: f64 = 0.4;
 
-impl<'a> Judge<'a> {
+impl<'a> ModelSelection<'a> {
     /// Where both are found, a ruling that grows with temperature is right at one that need not be the mean: at the mean it has another
     /// pitch, and is not skewed for that.
     pub(super) fn tell_growth(&mut self) {
         let mut holding = effects::holding(|by| matches!(by, KnownBy::Growth { .. }));
         let Some((
             growing,
-            &Holds {
+            &Subsumption {
                 other,
                 tell: [tell, ..],
                 known_by: KnownBy::Growth { within_k },
@@ -37,7 +37,7 @@ impl<'a> Judge<'a> {
         fewer.remove(skew);
         let fine = self.fitted_telling(&fewer, tell);
         let (_, noise) = self.levels();
-        let excess = |fine: &Refined| fine.residuals().white_rms().powi(2) - noise;
+        let excess = |fine: &RelinearizedFit| fine.residuals().white_rms().powi(2) - noise;
         let left = excess(&fine);
         let shows = left > (CLOSE * CLOSE - 1.0) * noise;
         let needed = shows && excess(&self.fine) < (1.0 - NEEDED) * left;
@@ -54,7 +54,7 @@ impl<'a> Judge<'a> {
         let mut holding = effects::holding(|by| by == KnownBy::MixedHarmonics);
         let Some((
             gap,
-            &Holds {
+            &Subsumption {
                 other,
                 tell: [tell, ..],
                 ..
@@ -66,7 +66,7 @@ impl<'a> Judge<'a> {
         let mut names = self.told.names(&self.study);
         let at = |name: &str| names.iter().position(|n| n == name);
         let shape = at(other);
-        let told = self.fine.scene.survey.gap_told;
+        let told = self.fine.scene.inputs.gap_told;
         if told
             || at(gap.name).is_none()
             || shape.is_some() && !are_the_gaps_own(&self.fine, gap.name, other)
@@ -87,15 +87,15 @@ impl<'a> Judge<'a> {
     /// it makes, and changes the amplitude as a gap that tilts does. Where such a turn does as well as the harmonics with one of these beside
     /// them, there is none.
     pub(super) fn tell_turn(&mut self) {
-        for (turning, holds) in effects::holding(|by| by == KnownBy::Fit) {
+        for (turning, subsumes) in effects::holding(|by| by == KnownBy::Fit) {
             let mut names = self.told.names(&self.study);
             let at = |name: &str| names.iter().position(|n| n == name);
-            let (Some(_), Some(stands_in)) = (at(turning.name), at(holds.other)) else {
+            let (Some(_), Some(stands_in)) = (at(turning.name), at(subsumes.other)) else {
                 continue;
             };
             names.remove(stands_in);
-            let left = |fine: &Refined| fine.residuals().white_rms();
-            let told = holds.tell.iter();
+            let left = |fine: &RelinearizedFit| fine.residuals().white_rms();
+            let told = subsumes.tell.iter();
             let told = told.map(|tell| self.fitted_telling(&names, tell));
             let Some(fine) = told.reduce(|a, b| if left(&a) < left(&b) { a } else { b }) else {
                 continue;
@@ -111,15 +111,15 @@ impl<'a> Judge<'a> {
     pub(super) fn fitted_telling(
         &self,
         names: &[String],
-        more: &dyn Fn(&mut Survey),
-    ) -> Refined<'a> {
+        more: &dyn Fn(&mut BasisInputs),
+    ) -> RelinearizedFit<'a> {
         let about = self.prepared.about();
         self.fine.telling(&self.study.scene, about, names, more)
     }
 }
 
 /// True if each ruling's pitch at the mean temperature is what its growth makes of a temperature at which it is right.
-fn is_growth(fine: &Refined, within_k: f64) -> bool {
+fn is_growth(fine: &RelinearizedFit, within_k: f64) -> bool {
     let amount = |identity: Identity| {
         let mut all = fine.columns.regressors.iter();
         let column = all.position(|r| r.identity == Some(identity));

@@ -1,6 +1,6 @@
 //! Effects that stand on terms which only complete them.
 
-use crate::inference::cross_validation::Arena;
+use crate::inference::cross_validation::CrossValidation;
 use crate::trace::{log, tracing};
 
 /// A term counts to an effect's core if its prior size is at least this share of the largest.
@@ -10,7 +10,7 @@ const CORE_SHARE: f64 = 0.5;
 
 /// True if an effect beside others stands on terms that only complete it: a shape that happens to look like them, and not the
 /// effect.
-pub fn hollow(arena: &mut Arena, others: &[usize], block: usize) -> bool {
+pub fn hollow(arena: &mut CrossValidation, others: &[usize], block: usize) -> bool {
     let columns = arena.columns;
     let size = |c: &usize| columns.regressors[*c].size_m;
     let own = columns.blocks[block].columns.clone();

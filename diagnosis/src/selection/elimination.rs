@@ -1,14 +1,14 @@
 //! What is not needed once the others are fitted about themselves: an effect may have stood in for their second order.
 
-use super::Judge;
-use super::second_effect::is_makeshift;
+use super::ModelSelection;
+use super::second_effect::absorbs_model_error;
 use crate::data::folds::FOLDS;
 use crate::design::gram::{solve, squares};
-use crate::inference::cross_validation::Arena;
-use crate::linearization::relinearized::Refined;
+use crate::inference::cross_validation::CrossValidation;
+use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::limits::{CLOSE, COMPLETES, COMPLETES_SQUARES, LEADS, NEARLY_ALL};
 use crate::selection::search::rest;
-use effects::{Card, Judged};
+use effects::{Card, Detection};
 
 /// An effect beside others must take this share of what is left without it, and of the whole gap.
 const NEEDED: f64 = 0.4;
@@ -27,7 +27,7 @@ const FAR_MORE: f64 = 1.8;
 const CLEARLY: f64 = 2.0;
 
 /// What is left with and without an effect, the whole gap and the noise: mean squares a row beyond the noise.
-struct Levels {
+struct MeanSquares {
     with: f64,
     without: f64,
     whole: f64,
@@ -35,9 +35,9 @@ struct Levels {
     rows: f64,
 }
 
-impl Levels {
+impl MeanSquares {
     /// True if the effect is needed, with so much to spare.
-    fn needed(&self, small: &Small, margin: f64) -> bool {
+    fn needed(&self, small: &MinimumShares, margin: f64) -> bool {
         let gain = self.without - self.with;
         let share = 1.0 - (1.0 - NEEDED) / margin;
         let completes = small.may_complete
@@ -50,7 +50,7 @@ impl Levels {
 }
 
 /// How small a share of the whole gap an effect may be.
-struct Small {
+struct MinimumShares {
     trifle: f64,
     /// Smaller still, where it takes nearly all that is left:
     may_complete: bool,
@@ -58,12 +58,12 @@ struct Small {
     completes: f64,
 }
 
-impl Small {
+impl MinimumShares {
     /// Of the effect at a place among those that are found; `seen` where a clip is seen as such.
     fn of(names: &[String], at: usize, seen: bool) -> Self {
         let mut others = names.iter().enumerate().filter(|(k, _)| *k != at);
         let patterned = others.any(|(_, name)| effects::has(name, |card| card.patterned));
-        let supposed = effects::is(&names[at], Judged::ByRails) && !seen;
+        let supposed = effects::is(&names[at], Detection::ByRails) && !seen;
         let beside_harmonics = names.iter().any(|name| effects::has(name, Card::is_shape));
         let is_shape = effects::has(&names[at], Card::is_shape);
         let (trifle, may_complete) = if is_shape && patterned || supposed && beside_harmonics {
@@ -84,7 +84,7 @@ impl Small {
     }
 }
 
-impl<'a> Judge<'a> {
+impl<'a> ModelSelection<'a> {
     /// Drops what is not needed, that which is easiest to spare first.
     pub(super) fn prune(&mut self) {
         while self.told.found.blocks.len() > 1 && self.drop_one() {}
@@ -92,7 +92,7 @@ impl<'a> Judge<'a> {
         let found = &mut self.told.found.blocks;
         if self.noise.is_some() && self.after.white_rms() > self.before.white_rms() {
             found.clear();
-            self.fine = Refined::new(&self.study.scene, self.prepared.about(), &[]);
+            self.fine = RelinearizedFit::new(&self.study.scene, self.prepared.about(), &[]);
             self.restate();
         }
     }
@@ -102,7 +102,7 @@ impl<'a> Judge<'a> {
         let (whole, noise) = self.levels();
         let with = self.fine.residuals().white_rms().powi(2) - noise;
         let names = self.told.names(&self.study);
-        let seen = self.study.scene.survey.clip.iter().any(Option::is_some);
+        let seen = self.study.scene.inputs.clip.iter().any(Option::is_some);
         let mut order: Vec<(f64, usize)> = (0..names.len())
             .map(|at| (self.spared(at) - noise, at))
             .collect();
@@ -117,17 +117,17 @@ impl<'a> Judge<'a> {
                 self.restate();
                 return true;
             }
-            let mut levels = Levels {
+            let mut levels = MeanSquares {
                 with,
                 without,
                 whole,
                 noise,
                 rows: self.fine.gram.total_rows() as f64,
             };
-            let mut small = Small::of(&names, at, seen);
+            let mut small = MinimumShares::of(&names, at, seen);
             if self.leads.as_ref() == Some(&names[at]) {
                 small.may_complete = true;
-                small.completes = if is_makeshift(&names[at]) {
+                small.completes = if absorbs_model_error(&names[at]) {
                     NEARLY_ALL
                 } else {
                     LEADS
@@ -152,7 +152,7 @@ impl<'a> Judge<'a> {
 
     /// True if an effect takes little of the whole, and a shape without a name takes far more of what is left without it: then it stands in
     /// for that shape.
-    fn stands_in(&self, arena: &mut Arena, at: usize) -> bool {
+    fn stands_in(&self, arena: &mut CrossValidation, at: usize) -> bool {
         let found = &self.told.found;
         let block = found.blocks[at];
         let others: Vec<usize> = found
@@ -175,12 +175,12 @@ impl<'a> Judge<'a> {
     }
 
     /// Fewer effects, or more, with all that is told of them.
-    pub(super) fn fitted_anew(&self, fewer: &[String]) -> Refined<'a> {
+    pub(super) fn fitted_anew(&self, fewer: &[String]) -> RelinearizedFit<'a> {
         let (scene, about) = (&self.study.scene, self.prepared.about());
-        if self.fine.scene.survey.gap_told {
+        if self.fine.scene.inputs.gap_told {
             self.fine.telling(scene, about, fewer, &|_| {})
         } else {
-            Refined::new(scene, about, fewer)
+            RelinearizedFit::new(scene, about, fewer)
         }
     }
 
@@ -205,14 +205,14 @@ mod tests {
     use super::*;
 
     fn needed(with: f64, rows: f64, may_complete: bool) -> bool {
-        let levels = Levels {
+        let levels = MeanSquares {
             with,
             without: 0.02,
             whole: 5.0,
             noise: 1.0,
             rows,
         };
-        let small = Small {
+        let small = MinimumShares {
             trifle: TRIFLE,
             may_complete,
             completes: COMPLETES,
@@ -223,7 +223,8 @@ mod tests {
     /// A delay of the beacon has no harmonics that free ones could be mistaken for; a clip has.
     #[test]
     fn harmonics_are_needed_beside_a_cause_that_has_none() {
-        let small = |cause: &str| Small::of(&["extra_harmonics".into(), cause.into()], 0, true);
+        let small =
+            |cause: &str| MinimumShares::of(&["extra_harmonics".into(), cause.into()], 0, true);
         let (delay, clip) = (small("psd_latency"), small("adc_clipping"));
         assert!(delay.may_complete && delay.trifle < TRIFLING_SHAPE);
         assert!(!clip.may_complete && clip.trifle == TRIFLING_SHAPE);
@@ -233,10 +234,10 @@ mod tests {
     #[test]
     fn a_clip_that_is_not_seen_gives_way_to_harmonics() {
         let names = ["extra_harmonics".into(), "adc_clipping".into()];
-        let small = |seen: bool| Small::of(&names, 1, seen);
+        let small = |seen: bool| MinimumShares::of(&names, 1, seen);
         assert!(!small(false).may_complete && small(false).trifle == TRIFLING_SHAPE);
         assert!(small(true).may_complete && small(true).trifle < TRIFLING_SHAPE);
-        assert!(Small::of(&names[1..], 0, false).may_complete);
+        assert!(MinimumShares::of(&names[1..], 0, false).may_complete);
     }
 
     /// Two hundredths of the noise are left without it: they do not show in a sum of squares.

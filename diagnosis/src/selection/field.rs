@@ -1,18 +1,18 @@
 //! A field over the platen: when it is looked for, and when a shape without a name is the likelier.
 
-use super::Judge;
-use super::selected::{Told, leading};
-use crate::design::study::{Look, study};
-use crate::inference::cross_validation::Arena;
-use crate::linearization::point::About;
+use super::ModelSelection;
+use super::selected::{SelectedModel, leading};
+use crate::design::assembly::{DesignOptions, assemble};
+use crate::inference::cross_validation::CrossValidation;
+use crate::linearization::point::LinearizationPoint;
 use crate::selection::limits::{LEFT_OVER, VISIBLE, WAVES};
 use crate::trace::log;
-use effects::Judged;
+use effects::Detection;
 
 /// A field over the platen is worth its hundreds of unknowns if it leaves less than this share of what was left.
 const FIELD_LEAVES: f64 = 0.7;
 
-impl Judge<'_> {
+impl ModelSelection<'_> {
     /// A field over the platen, where much is left and it is no noise.
     pub(super) fn try_field(&mut self) {
         let left = self.told.found.rest.max(self.left());
@@ -45,27 +45,27 @@ impl Judge<'_> {
 
     /// Takes over the best set with a field over the platen if it leaves less than this share.
     fn take_field(&mut self, beside: &[String], most: f64) -> bool {
-        let look = Look {
+        let look = DesignOptions {
             lines_of: Some(self.fine.residuals()),
-            as_in: Some(&self.study.scene.survey),
+            as_in: Some(&self.study.scene.inputs),
             field: true,
             only: Some(beside),
-            ..Look::default()
+            ..DesignOptions::default()
         };
-        let about = About {
+        let about = LinearizationPoint {
             noise: self.noise,
             ..self.trusted()
         };
-        let fielded = study(self.prepared, self.options, &about, look);
+        let fielded = assemble(self.prepared, self.options, &about, look);
         if !fielded
             .columns
             .blocks
             .iter()
-            .any(|b| effects::is(&b.name, Judged::AsField))
+            .any(|b| effects::is(&b.name, Detection::AsField))
         {
             return false;
         }
-        let told = Told::new(&fielded, self.noise.is_some());
+        let told = SelectedModel::new(&fielded, self.noise.is_some());
         let better = told.found.rest < most;
         if better {
             self.take(fielded, told);
@@ -75,12 +75,12 @@ impl Judge<'_> {
 
     /// True if a field over the platen was found, and a shape without a name is the likelier in its place: a few long waves are no
     /// matter of single teeth.
-    pub(super) fn is_no_field(&self, arena: &mut Arena) -> bool {
+    pub(super) fn is_no_field(&self, arena: &mut CrossValidation) -> bool {
         let found = &self.told.found.blocks;
         let field = self
             .names_of(found)
             .iter()
-            .position(|name| effects::is(name, Judged::AsField));
+            .position(|name| effects::is(name, Detection::AsField));
         let Some(field) = field else {
             return false;
         };

@@ -1,11 +1,11 @@
 //! Where a gap lies: shares of what is left over the coordinates of diagnosis.md.
 
-use super::Judge;
-use super::attribution::{Owners, owners};
+use super::ModelSelection;
+use super::attribution::{Attribution, owners};
 use crate::data::channel_names::CHANNEL_NAMES;
-use crate::design::study::{Kind, Look, Study, study};
-use crate::inference::cross_validation::Arena;
-use crate::linearization::point::About;
+use crate::design::assembly::{BlockKind, Design, DesignOptions, assemble};
+use crate::inference::cross_validation::CrossValidation;
+use crate::linearization::point::LinearizationPoint;
 use crate::selection::search::rest;
 use crate::trace::log;
 use crate::verdict::answer::Share;
@@ -38,7 +38,7 @@ pub struct Located {
     /// The shapes' columns.
     columns: Vec<usize>,
     /// Whose it is, where that was asked for.
-    owners: Owners,
+    owners: Attribution,
 }
 
 impl Located {
@@ -47,7 +47,7 @@ impl Located {
         Self {
             coordinate: coordinate.into(),
             share,
-            owners: Owners {
+            owners: Attribution {
                 channel: None,
                 segments,
             },
@@ -115,24 +115,24 @@ pub(super) fn clock_first(list: &mut [Located]) {
     }
 }
 
-impl Judge<'_> {
+impl ModelSelection<'_> {
     /// Shares of the excess that is left after `blocks`, by coordinate, largest first.
-    pub(super) fn locate(&self, arena: &mut Arena, blocks: &[usize]) -> Vec<Located> {
+    pub(super) fn locate(&self, arena: &mut CrossValidation, blocks: &[usize]) -> Vec<Located> {
         located(&self.study, arena, self.told.base, blocks)
     }
 
     /// The same of the whole excess with finer shapes: for a gap that nothing explains.
     pub(super) fn locate_finely(&self) -> Vec<Located> {
-        let about = About {
+        let about = LinearizationPoint {
             noise: self.noise,
             ..self.prepared.about()
         };
-        let look = Look {
-            as_in: Some(&self.study.scene.survey),
+        let look = DesignOptions {
+            as_in: Some(&self.study.scene.inputs),
             finely: true,
-            ..Look::default()
+            ..DesignOptions::default()
         };
-        let study = study(self.prepared, self.options, &about, look);
+        let study = assemble(self.prepared, self.options, &about, look);
         let mut arena = study.arena();
         let mut found = located(&study, &mut arena, self.told.base, &[]);
         attribute(&study, &mut arena, &[], &mut found);
@@ -147,7 +147,7 @@ impl Judge<'_> {
     }
 
     /// The same of the whole excess, with scatter that grows with speed: no shape has a place for that.
-    pub(super) fn locate_whole(&self, arena: &mut Arena) -> Vec<Located> {
+    pub(super) fn locate_whole(&self, arena: &mut CrossValidation) -> Vec<Located> {
         let mut out = self.locate(arena, &[]);
         attribute(&self.study, arena, &[], &mut out);
         if let Some(share) = self.scatter_with_speed() {
@@ -232,7 +232,12 @@ fn told(list: &[Located]) -> impl Iterator<Item = &Located> {
 }
 
 /// Finds whose the shares that are told are: of what is left after `blocks`.
-pub(super) fn attribute(study: &Study, arena: &mut Arena, blocks: &[usize], list: &mut [Located]) {
+pub(super) fn attribute(
+    study: &Design,
+    arena: &mut CrossValidation,
+    blocks: &[usize],
+    list: &mut [Located],
+) {
     let known = study.list(blocks);
     let before = study.residuals(blocks);
     for l in list.iter_mut().filter(|l| l.share > TOLD_SHARE).take(TOLD) {
@@ -253,7 +258,12 @@ fn of_segments(segments: [bool; 4]) -> String {
 }
 
 /// Shares of the excess over `base` that is left after `blocks`, by coordinate, largest first.
-fn located(study: &Study, arena: &mut Arena, base: f64, blocks: &[usize]) -> Vec<Located> {
+fn located(
+    study: &Design,
+    arena: &mut CrossValidation,
+    base: f64,
+    blocks: &[usize],
+) -> Vec<Located> {
     let with = rest(arena, blocks, base);
     if with <= 0.0 {
         return Vec::new();
@@ -277,7 +287,7 @@ fn located(study: &Study, arena: &mut Arena, base: f64, blocks: &[usize]) -> Vec
             coordinate,
             share: (with - best.0) / with,
             columns: best.1,
-            owners: Owners::default(),
+            owners: Attribution::default(),
         });
     }
     out.sort_by(|a, b| b.share.total_cmp(&a.share));
@@ -285,7 +295,7 @@ fn located(study: &Study, arena: &mut Arena, base: f64, blocks: &[usize]) -> Vec
 }
 
 /// Groups of columns by coordinate: those of one block together.
-fn coordinates(study: &Study, without: &[usize]) -> Vec<(String, Vec<Vec<usize>>)> {
+fn coordinates(study: &Design, without: &[usize]) -> Vec<(String, Vec<Vec<usize>>)> {
     let mut list: Vec<(String, Vec<Vec<usize>>)> = Vec::new();
     for (b, block) in study.columns.blocks.iter().enumerate().skip(1) {
         if without.contains(&b) {
@@ -310,10 +320,10 @@ fn coordinates(study: &Study, without: &[usize]) -> Vec<(String, Vec<Vec<usize>>
 }
 
 /// The coordinate of a column in the words of diagnosis.md.
-fn coordinate(kind: &Kind, column: &Regressor) -> String {
+fn coordinate(kind: &BlockKind, column: &Regressor) -> String {
     match kind {
-        Kind::Place(name) => name.clone(),
-        Kind::Effect(name) | Kind::Shape(name) => {
+        BlockKind::Coordinate(name) => name.clone(),
+        BlockKind::Effect(name) | BlockKind::WithheldEffect(name) => {
             effects::effect(name).map_or_else(|| name.clone(), |effect| effect.coordinate(column))
         }
     }

@@ -1,7 +1,7 @@
 //! Codes that a converter never gives: a bit sticks, or steps are wide. What is rounded to those that are left is an error of which
 //! no reading of its own tells more; how large it is follows from the gaps between the codes.
 
-use super::Judge;
+use super::ModelSelection;
 use super::location::Located;
 use crate::algebra::statistics::median;
 use crate::data::observations::Observations;
@@ -16,7 +16,7 @@ const ALIKE: f64 = 0.15;
 /// See [`ALIKE`].
 const FEWEST: usize = 8;
 
-impl Judge<'_> {
+impl ModelSelection<'_> {
     /// Where codes are missing, and the share of the excess that rounding to the others makes.
     pub(super) fn missing_codes(&self) -> Option<Located> {
         let scene = &self.study.scene;
@@ -26,7 +26,7 @@ impl Judge<'_> {
             return None;
         }
         let before = &self.before;
-        let made: f64 = (0..before.sample.len())
+        let synthetic_problem: f64 = (0..before.sample.len())
             .map(|k| {
                 let rows = scene.rows(before.sample[k]);
                 let mut list = 0..rows.count;
@@ -39,7 +39,7 @@ impl Judge<'_> {
         let count = before.sample.len().max(1) as f64;
         let excess = before.white_rms().powi(2) - self.floor.white_square;
         (excess > 0.0).then(|| {
-            let share = (made / count / excess).min(1.0);
+            let share = (synthetic_problem / count / excess).min(1.0);
             let segments = variance_m2.map(|v| v > 0.0);
             Located::of_segments("own tooth phase, missing codes", share, segments)
         })

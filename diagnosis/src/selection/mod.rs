@@ -8,10 +8,10 @@ pub mod core_terms;
 mod elimination;
 mod field;
 mod final_fit;
+mod intermodulation;
 pub mod limits;
 mod location;
 mod missing_codes;
-mod mixed_harmonics;
 mod named;
 mod nested_forms;
 mod noise;
@@ -31,10 +31,10 @@ mod wander_elsewhere;
 mod winding;
 
 use crate::data::prepare::{Prepared, prepare};
-use crate::design::study::{Look, Options, Study, study};
+use crate::design::assembly::{Design, DesignOptions, Options, assemble};
 use crate::inference::residuals::Residuals;
-use crate::linearization::point::About;
-use crate::linearization::relinearized::Refined;
+use crate::linearization::point::LinearizationPoint;
+use crate::linearization::relinearized::RelinearizedFit;
 use crate::noise::simulated::Floor;
 use crate::progress::{Stage, Watch, unwatched};
 use crate::selection::limits::{
@@ -46,7 +46,7 @@ use crate::verdict::evidence::{Evidence, Step};
 use effects::sensor::READINGS;
 use plausibility::{Finding, Fitted, Plausibility};
 use recording::Recording;
-use selected::Told;
+use selected::SelectedModel;
 
 /// True for a delay. What all segments have in common of the one is the other, the other way round.
 fn is_delay(name: &str) -> bool {
@@ -107,13 +107,13 @@ pub fn diagnose_watched(
 /// The answer of a recording that can be diagnosed.
 fn answered(mut prepared: Prepared, name: &str, options: &Options, watch: Watch) -> Answer {
     watch(Stage::Compare);
-    let first = Judge::at_first(&prepared, options);
+    let first = ModelSelection::at_first(&prepared, options);
     let Some(keep) = first.in_use_anew() else {
         return first.in_full(watch).into_answer(name);
     };
     drop(first);
     prepared.use_only(keep);
-    let again = Judge::at_first(&prepared, options);
+    let again = ModelSelection::at_first(&prepared, options);
     again.in_full(watch).into_answer(name)
 }
 
@@ -139,14 +139,14 @@ fn unanswered(
 }
 
 /// Everything that a verdict is made of.
-pub(crate) struct Judge<'a> {
+pub(crate) struct ModelSelection<'a> {
     prepared: &'a Prepared,
     options: &'a Options,
     /// All columns, linearised about what was found before.
-    study: Study<'a>,
-    told: Told,
+    study: Design<'a>,
+    told: SelectedModel,
     /// What is found, fitted about itself.
-    fine: Refined<'a>,
+    fine: RelinearizedFit<'a>,
     /// The simulator's scatter by the stated noise.
     floor: Floor,
     /// Noise of each reading over the stated one, where it was found to be above.
@@ -165,13 +165,18 @@ pub(crate) struct Judge<'a> {
     leads: Option<String>,
 }
 
-impl<'a> Judge<'a> {
+impl<'a> ModelSelection<'a> {
     /// The first look: about the baseline.
     fn at_first(prepared: &'a Prepared, options: &'a Options) -> Self {
-        let first = study(prepared, options, &prepared.about(), Look::default());
+        let first = assemble(
+            prepared,
+            options,
+            &prepared.about(),
+            DesignOptions::default(),
+        );
         let before = first.residuals(&[]);
-        let told = Told::new(&first, false);
-        let fine = Refined::of(&first, &told);
+        let told = SelectedModel::new(&first, false);
+        let fine = RelinearizedFit::of(&first, &told);
         Self {
             prepared,
             options,
@@ -193,10 +198,10 @@ impl<'a> Judge<'a> {
     fn in_full(mut self, watch: Watch) -> Self {
         watch(Stage::Phase);
         self.choose_phase();
-        watch(Stage::Fuller);
+        watch(Stage::NestedForms);
         self.tell_more_fully();
         self.allow_for_noise();
-        watch(Stage::LookAgain);
+        watch(Stage::Relinearize);
         for _ in 0..LOOKS {
             let known = self.told.names(&self.study);
             self.look_again();
@@ -207,7 +212,7 @@ impl<'a> Judge<'a> {
         watch(Stage::Field);
         self.try_winding();
         self.try_field();
-        watch(Stage::Beside);
+        watch(Stage::SecondEffect);
         if self.try_beside() {
             self.try_winding();
         }
@@ -219,9 +224,9 @@ impl<'a> Judge<'a> {
         self.tell_turn();
         self.tell_gap();
         self.tell_teeth();
-        watch(Stage::Foretell);
+        watch(Stage::Predict);
         self.claim();
-        watch(Stage::Judge);
+        watch(Stage::Decide);
         self
     }
 
@@ -240,19 +245,19 @@ impl<'a> Judge<'a> {
     }
 
     /// Takes over what was found in a study.
-    fn take(&mut self, study: Study<'a>, told: Told) {
+    fn take(&mut self, study: Design<'a>, told: SelectedModel) {
         if self.is_fitted(&study, &told) {
             (self.study, self.told) = (study, told);
             return;
         }
-        let fine = Refined::of(&study, &told);
+        let fine = RelinearizedFit::of(&study, &told);
         self.take_fitted(study, told, fine);
     }
 
     /// True if what was found in another study is what is fitted about itself: of the same columns, from the same start.
-    fn is_fitted(&self, study: &Study, told: &Told) -> bool {
+    fn is_fitted(&self, study: &Design, told: &SelectedModel) -> bool {
         let [here, there] = [&self.study, study].map(|s| &s.scene);
-        let columns = |study: &Study, told: &Told| {
+        let columns = |study: &Design, told: &SelectedModel| {
             let list = study.list(&told.found.blocks);
             let names = list
                 .iter()
@@ -262,13 +267,13 @@ impl<'a> Judge<'a> {
         here.baseline == there.baseline
             && here.shift == there.shift
             && here.noise == there.noise
-            && here.survey.unmodified == there.survey.unmodified
+            && here.inputs.unmodified == there.inputs.unmodified
             && told.names(study) == self.told.names(&self.study)
             && columns(study, told) == columns(&self.study, &self.told)
     }
 
     /// The same, fitted about itself already.
-    fn take_fitted(&mut self, study: Study<'a>, told: Told, fine: Refined<'a>) {
+    fn take_fitted(&mut self, study: Design<'a>, told: SelectedModel, fine: RelinearizedFit<'a>) {
         (self.study, self.told, self.fine) = (study, told, fine);
         self.restate();
     }
@@ -281,7 +286,7 @@ impl<'a> Judge<'a> {
     /// Residuals by folds that the fit has not seen. Where a field is told by its teeth, by short pieces: a fold is whole places, and
     /// of teeth that no other fold went over nothing is foretold.
     fn held_out(&self) -> &Residuals {
-        let by_teeth = self.fine.scene.survey.teeth.is_some();
+        let by_teeth = self.fine.scene.inputs.teeth.is_some();
         let pieces = by_teeth.then(|| self.fine.left_out()).flatten();
         pieces.unwrap_or_else(|| self.fine.residuals())
     }
@@ -326,24 +331,24 @@ impl<'a> Judge<'a> {
         if closed || !harmonic && self.told.found.rest < LEFT_OVER {
             return;
         }
-        let mut survey = self.study.scene.survey.clone();
-        survey.unmodified = true;
+        let mut inputs = self.study.scene.inputs.clone();
+        inputs.unmodified = true;
         let mut list = found;
         list.extend(of_either_phase());
-        let mut look = Look {
-            as_in: Some(&survey),
+        let mut look = DesignOptions {
+            as_in: Some(&inputs),
             only: Some(&list),
-            ..Look::default()
+            ..DesignOptions::default()
         };
         let about = self.prepared.about();
-        let harmonics = study(self.prepared, self.options, &about, look);
+        let harmonics = assemble(self.prepared, self.options, &about, look);
         if !self.less_is_left_in(&harmonics) {
             return;
         }
         look.only = None;
-        let again = study(self.prepared, self.options, &about, look);
-        let told = Told::new(&again, false);
-        let fine = Refined::of(&again, &told);
+        let again = assemble(self.prepared, self.options, &about, look);
+        let told = SelectedModel::new(&again, false);
+        let fine = RelinearizedFit::of(&again, &told);
         let excess = |r: &Residuals| r.white_rms().powi(2) - self.floor.white_square;
         if excess(fine.residuals()) < OTHER_PHASE * excess(self.fine.residuals()) {
             self.take_fitted(again, told, fine);
@@ -351,9 +356,9 @@ impl<'a> Judge<'a> {
     }
 
     /// True if harmonics leave less in another study than in this one, by themselves or beside what is found.
-    fn less_is_left_in(&self, other: &Study) -> bool {
+    fn less_is_left_in(&self, other: &Design) -> bool {
         let known = self.told.names(&self.study);
-        let left = |study: &Study, names: &[String]| {
+        let left = |study: &Design, names: &[String]| {
             let of_these = |b: &usize| names.contains(&study.columns.blocks[*b].name);
             let blocks: Vec<usize> = study.effects().into_iter().filter(of_these).collect();
             let mut arena = study.arena();
@@ -375,7 +380,7 @@ impl<'a> Judge<'a> {
     }
 
     /// What all is compared about. What explains little may be wrong: nothing is moved by it.
-    fn trusted(&self) -> About {
+    fn trusted(&self) -> LinearizationPoint {
         if self.told.found.rest < TRUSTED {
             self.fine.about.clone()
         } else {
@@ -390,27 +395,27 @@ impl<'a> Judge<'a> {
         if left < CLOSE && (self.noise.is_none() || self.told.found.blocks.is_empty()) {
             return;
         }
-        let about = About {
+        let about = LinearizationPoint {
             noise: self.noise,
             ..self.trusted()
         };
-        let look = Look {
+        let look = DesignOptions {
             lines_of: Some(self.fine.residuals()),
             fringes: self.told.shaped.rest > NOWHERE,
-            as_in: Some(&self.study.scene.survey),
-            ..Look::default()
+            as_in: Some(&self.study.scene.inputs),
+            ..DesignOptions::default()
         };
-        let again = study(self.prepared, self.options, &about, look);
-        let survey = &again.scene.survey;
-        let lines = !survey.beacon_lines_hz.is_empty()
-            || !survey.deflection_waves.is_empty()
-            || !survey.flicker_hz.is_empty()
-            || !survey.segment_lines_hz.is_empty()
-            || survey.pair_lines_hz.iter().any(|l| !l.is_empty());
+        let again = assemble(self.prepared, self.options, &about, look);
+        let inputs = &again.scene.inputs;
+        let lines = !inputs.beacon_lines_hz.is_empty()
+            || !inputs.deflection_waves.is_empty()
+            || !inputs.flicker_hz.is_empty()
+            || !inputs.segment_lines_hz.is_empty()
+            || inputs.pair_lines_hz.iter().any(|l| !l.is_empty());
         if self.told.found.blocks.is_empty() && !lines {
             return;
         }
-        let told = Told::new(&again, self.noise.is_some());
+        let told = SelectedModel::new(&again, self.noise.is_some());
         if self.told.left(&self.study) * STRAYED < told.left(&again) {
             return;
         }
@@ -418,7 +423,7 @@ impl<'a> Judge<'a> {
             self.take(again, told);
         } else {
             // To first order it may leave less, and stray where it is fitted about itself.
-            let fine = Refined::of(&again, &told);
+            let fine = RelinearizedFit::of(&again, &told);
             if self.strayed(&fine) {
                 return;
             }
@@ -428,9 +433,10 @@ impl<'a> Judge<'a> {
     }
 
     /// True if another fit leaves far more of a gap than what is found, by the same noise.
-    fn strayed(&self, other: &Refined) -> bool {
+    fn strayed(&self, other: &RelinearizedFit) -> bool {
         let (_, noise) = self.levels();
-        let excess = |fine: &Refined| (fine.residuals().white_rms().powi(2) / noise - 1.0).max(0.0);
+        let excess =
+            |fine: &RelinearizedFit| (fine.residuals().white_rms().powi(2) / noise - 1.0).max(0.0);
         excess(other) > STRAYED * excess(&self.fine).max(VISIBLE * VISIBLE - 1.0)
     }
 

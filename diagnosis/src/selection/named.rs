@@ -1,15 +1,15 @@
 //! What is named: its share, its rivals, its amounts.
 
-use super::Judge;
+use super::ModelSelection;
 use crate::data::channel_names::CHANNEL_NAMES;
 use crate::data::slips::Slip;
-use crate::design::study::handicap;
-use crate::inference::cross_validation::Arena;
-use crate::inference::posterior::{Known, Posterior, birge_ratio};
+use crate::design::assembly::complexity_penalty;
+use crate::inference::cross_validation::CrossValidation;
+use crate::inference::posterior::{Estimate, Posterior, birge_ratio};
 use crate::selection::search::rest;
 use crate::verdict::answer::{Magnitude, Named};
 use effects::effect::KnownBy;
-use effects::{Card, Judged};
+use effects::{Card, Detection};
 
 /// Probability below which a runner-up is not worth a mention.
 const ALIAS: f64 = 0.05;
@@ -29,9 +29,9 @@ fn is_cause(name: &str) -> bool {
     effects::has(name, Card::is_cause)
 }
 
-impl Judge<'_> {
+impl ModelSelection<'_> {
     /// The effects that add something to the readings. `part` is the share of the whole gap that is theirs.
-    pub(super) fn structured(&self, arena: &mut Arena, part: f64) -> Vec<Named> {
+    pub(super) fn structured(&self, arena: &mut CrossValidation, part: f64) -> Vec<Named> {
         let blocks = &self.told.found.blocks;
         let all = rest(arena, blocks, self.told.base);
         let candidates = self.study.effects();
@@ -87,14 +87,14 @@ impl Judge<'_> {
     /// would take what the effect itself takes.
     pub(super) fn with_what_a_gap_makes(
         &self,
-        arena: &mut Arena,
+        arena: &mut CrossValidation,
         block: usize,
         others: &[usize],
     ) -> Vec<usize> {
         let blocks = &self.study.columns.blocks;
         let mut holding = effects::holding(|by| by == KnownBy::MixedHarmonics);
-        let made = holding.next().and_then(|(gap, holds)| {
-            let told = self.fine.scene.survey.gap_told && blocks[block].name != gap.name;
+        let synthetic_problem = holding.next().and_then(|(gap, holds)| {
+            let told = self.fine.scene.inputs.gap_told && blocks[block].name != gap.name;
             let mut effects = self.study.effects().into_iter();
             effects.find(|b| told && blocks[*b].name == holds.other)
         });
@@ -103,8 +103,8 @@ impl Judge<'_> {
             let both = [&beside[..], &[block]].concat();
             rest(arena, &beside, self.told.base) - rest(arena, &both, self.told.base)
         };
-        if takes(with(made)) > ITS_OWN * takes(with(None)) {
-            with(made)
+        if takes(with(synthetic_problem)) > ITS_OWN * takes(with(None)) {
+            with(synthetic_problem)
         } else {
             with(None)
         }
@@ -113,7 +113,7 @@ impl Judge<'_> {
     /// Effects that would do in the place of `block`, with their odds against it.
     pub(super) fn rivals(
         &self,
-        arena: &mut Arena,
+        arena: &mut CrossValidation,
         block: usize,
         others: &[usize],
         candidates: &[usize],
@@ -126,15 +126,15 @@ impl Judge<'_> {
         let evidence = arena.score(&with).log_evidence;
         let mut list = Vec::new();
         let name = |b: usize| self.study.columns.blocks[b].name.as_str();
-        let own = handicap(name(block));
+        let own = complexity_penalty(name(block));
         for &c in candidates.iter().filter(|c| !with.contains(c)) {
             let mut set = others.to_vec();
             set.push(c);
             let theirs = rest(arena, &set, self.told.base);
             // The model is never exact: what differs by less than a few percent of the effect is not told apart by fit.
             // Shapes and flexible effects give way here as they do in the search.
-            let handicap = (handicap(name(c)) - own) * without.max(0.0);
-            let behind = (theirs + handicap - mine) / (without - mine).max(1e-9);
+            let complexity_penalty = (complexity_penalty(name(c)) - own) * without.max(0.0);
+            let behind = (theirs + complexity_penalty - mine) / (without - mine).max(1e-9);
             let fit = (-behind.max(0.0) / 0.01).exp();
             let occam = (arena.score(&set).log_evidence - evidence)
                 .clamp(-5.0, 0.0)
@@ -177,7 +177,7 @@ impl Judge<'_> {
     pub(super) fn noise(&self, white: f64, share: f64) -> Named {
         let channels = self.after.channels();
         let beyond = channels.iter().map(|c| (*c, self.beyond_the_floor(*c)));
-        let beyond: Vec<(usize, Known)> = beyond.collect();
+        let beyond: Vec<(usize, Estimate)> = beyond.collect();
         let magnitude = beyond.iter().map(|(c, known)| Magnitude {
             name: format!("beyond the stated noise, {}", CHANNEL_NAMES[*c]),
             value: known.value,
@@ -187,7 +187,7 @@ impl Judge<'_> {
         let rows = |c: usize| self.after.channel_rms_m(c).1 as f64;
         let total = pooled(beyond.iter().map(|(c, known)| (rows(*c), *known)));
         Named {
-            name: effects::name_of(Judged::AsNoise).into(),
+            name: effects::name_of(Detection::AsNoise).into(),
             probability: if white > 1.2 { 0.97 } else { 0.8 },
             magnitude: magnitude.collect(),
             total_rms_m: Some(total.value),
@@ -201,15 +201,15 @@ impl Judge<'_> {
 /// Standard deviations on either side of a normal 95 % interval.
 const SIDE: f64 = 1.96;
 
-impl Judge<'_> {
+impl ModelSelection<'_> {
     /// What is left of a channel beyond the simulator's own scatter, m rms.
-    fn beyond_the_floor(&self, channel: usize) -> Known {
+    fn beyond_the_floor(&self, channel: usize) -> Estimate {
         let rms_m = self.after.channel_rms_m(channel).0;
         let floor_m = self.floor.channel_rms_m[channel];
         let value = (rms_m * rms_m - floor_m * floor_m).max(0.0).sqrt();
         let [low, high] = self.after.interval_m(channel);
         let deviation = 0.5 * (high - low) / SIDE;
-        Known {
+        Estimate {
             value,
             // Where hardly anything is beyond, it is known to no better than its square is.
             deviation: (deviation * rms_m / value.max(f64::MIN_POSITIVE))
@@ -219,7 +219,7 @@ impl Judge<'_> {
 }
 
 /// Rms over several groups of so many values each, with what each is known to.
-fn pooled(groups: impl Iterator<Item = (f64, Known)>) -> Known {
+fn pooled(groups: impl Iterator<Item = (f64, Estimate)>) -> Estimate {
     let (mut count, mut square, mut variance) = (0.0, 0.0, 0.0);
     for (rows, known) in groups {
         count += rows;
@@ -232,7 +232,7 @@ fn pooled(groups: impl Iterator<Item = (f64, Known)>) -> Known {
     } else {
         0.0
     };
-    Known { value, deviation }
+    Estimate { value, deviation }
 }
 
 /// The motion that tells an effect from others.
@@ -252,7 +252,7 @@ pub(super) fn slip_named(first: &Slip, all: &[Slip], samples: usize, pitch_m: f6
         })
         .collect();
     Named {
-        name: effects::name_of(Judged::AsSlips).into(),
+        name: effects::name_of(Detection::AsSlips).into(),
         probability: if first.sure { 0.99 } else { 0.95 },
         magnitude,
         total_rms_m: Some(pitch_m * teeth_off_rms(all, samples)),
@@ -318,7 +318,7 @@ mod tests {
 
     #[test]
     fn groups_are_pooled_by_their_rows() {
-        let known = |value, deviation| Known { value, deviation };
+        let known = |value, deviation| Estimate { value, deviation };
         let all = pooled([(30.0, known(1.0, 0.1)), (10.0, known(3.0, 0.2))].into_iter());
         assert!((all.value - 3.0_f64.sqrt()).abs() < 1e-12);
         let wanted = (3.0_f64.powi(2) + 6.0_f64.powi(2)).sqrt() / (40.0 * 3.0_f64.sqrt());

@@ -1,15 +1,15 @@
 //! Effects that are told by few unknowns as long as these leave no gap. Where they do, more of what each may be is told, and kept if it
 //! leaves much less.
 
-use super::Judge;
-use super::selected::Told;
-use crate::design::study::{Look, study};
-use crate::linearization::relinearized::Refined;
+use super::ModelSelection;
+use super::selected::SelectedModel;
+use crate::design::assembly::{DesignOptions, assemble};
+use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::limits::{CLOSE, LITTLE, TRUSTED};
 use crate::trace::log;
 use effects::Card;
-use effects::effect::{Form, Worth};
-use effects::sensor::Survey;
+use effects::effect::{Cost, Form};
+use effects::sensor::BasisInputs;
 
 /// More of an effect is worth its unknowns if less than this share of the gap is left.
 const LEAVES: f64 = 0.7;
@@ -37,14 +37,14 @@ fn beside(form: &Form) -> f64 {
 
 /// Share of what is left that a form must leave.
 fn must_leave(form: &Form) -> f64 {
-    match form.worth {
-        Worth::Many => LEAVES,
-        Worth::Few => LEAVES_OF_FEW,
-        Worth::OneForTwo => AS_MUCH,
+    match form.cost {
+        Cost::Many => LEAVES,
+        Cost::Few => LEAVES_OF_FEW,
+        Cost::OneForTwo => AS_MUCH,
     }
 }
 
-impl Judge<'_> {
+impl ModelSelection<'_> {
     /// Compares all anew with more told of what is found, and keeps that where it leaves less: where most of the gap is its own.
     pub(super) fn tell_more_fully(&mut self) {
         for (card, form) in forms() {
@@ -62,7 +62,7 @@ impl Judge<'_> {
 
     fn tell_fully(&mut self, card: &Card, form: &Form, found: &[String]) {
         let (_, noise) = self.levels();
-        let excess = |fine: &Refined| fine.residuals().white_rms().powi(2) - noise;
+        let excess = |fine: &RelinearizedFit| fine.residuals().white_rms().powi(2) - noise;
         let left = excess(&self.fine);
         let told_as = |name: &String| {
             if Some(name.as_str()) == form.found_as {
@@ -73,30 +73,30 @@ impl Judge<'_> {
         };
         let of_itself = |name: &&String| form.completed_by != Some(name.as_str());
         let names: Vec<String> = found.iter().filter(of_itself).map(told_as).collect();
-        let fuller = self.fitted_telling(&names, &|survey: &mut Survey| {
-            (form.tell)(&mut survey.fuller)
+        let forms = self.fitted_telling(&names, &|inputs: &mut BasisInputs| {
+            (form.tell)(&mut inputs.forms)
         });
-        let leaves = excess(&fuller);
+        let leaves = excess(&forms);
         log(&format!(
             "{} told more fully leaves {leaves:.4} of {left:.4}",
             card.name
         ));
         // Less than the noise: at angles or ways that are seldom gone through, amounts run up until the slope of a reading takes its noise in.
-        let least = -CHANCE * (2.0 / fuller.gram.total_rows() as f64).sqrt();
-        let worth = |excess: f64| (least..must_leave(form) * left).contains(&excess);
-        if !worth(leaves) {
+        let least = -CHANCE * (2.0 / forms.gram.total_rows() as f64).sqrt();
+        let cost = |excess: f64| (least..must_leave(form) * left).contains(&excess);
+        if !cost(leaves) {
             return;
         }
-        let mut survey = self.study.scene.survey.clone();
-        (form.tell)(&mut survey.fuller);
-        let look = Look {
-            as_in: Some(&survey),
-            ..Look::default()
+        let mut inputs = self.study.scene.inputs.clone();
+        (form.tell)(&mut inputs.forms);
+        let look = DesignOptions {
+            as_in: Some(&inputs),
+            ..DesignOptions::default()
         };
-        let again = study(self.prepared, self.options, &fuller.about, look);
-        let told = Told::new(&again, self.noise.is_some());
-        let fine = Refined::of(&again, &told);
-        if worth(excess(&fine)) {
+        let again = assemble(self.prepared, self.options, &forms.about, look);
+        let told = SelectedModel::new(&again, self.noise.is_some());
+        let fine = RelinearizedFit::of(&again, &told);
+        if cost(excess(&fine)) {
             self.take_fitted(again, told, fine);
         }
     }

@@ -1,17 +1,17 @@
 //! Noise above the stated one: when it is allowed for. How much there is of it, and whose, is in `loudness.rs`.
 
-use super::Judge;
-use super::selected::Told;
-use crate::design::study::{Look, Study, study};
-use crate::linearization::point::About;
-use crate::linearization::relinearized::Refined;
+use super::ModelSelection;
+use super::selected::SelectedModel;
+use crate::design::assembly::{Design, DesignOptions, assemble};
+use crate::linearization::point::LinearizationPoint;
+use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::limits::{LEFT_OVER, LITTLE, NOISY, VISIBLE};
 use effects::sensor::READINGS;
 
 /// Noise beneath a gap that hides its cause is so many times the stated one.
 const LOUD_BENEATH: f64 = 2.0;
 
-impl<'a> Judge<'a> {
+impl<'a> ModelSelection<'a> {
     /// Where what is left is rough, it is noise: shapes are compared with it, and not with what is stated.
     pub(super) fn allow_for_noise(&mut self) {
         let Some(noise) = self.noise_left().or_else(|| self.noise_alone()) else {
@@ -24,17 +24,21 @@ impl<'a> Judge<'a> {
     }
 
     /// All compared anew with a noise, about what was found.
-    fn with_noise(&self, noise: [f64; READINGS], about: About) -> (Study<'a>, Told) {
-        let about = About {
+    fn with_noise(
+        &self,
+        noise: [f64; READINGS],
+        about: LinearizationPoint,
+    ) -> (Design<'a>, SelectedModel) {
+        let about = LinearizationPoint {
             noise: Some(noise),
             ..about
         };
-        let look = Look {
-            as_in: Some(&self.study.scene.survey),
-            ..Look::default()
+        let look = DesignOptions {
+            as_in: Some(&self.study.scene.inputs),
+            ..DesignOptions::default()
         };
-        let again = study(self.prepared, self.options, &about, look);
-        let told = Told::new(&again, true);
+        let again = assemble(self.prepared, self.options, &about, look);
+        let told = SelectedModel::new(&again, true);
         (again, told)
     }
 
@@ -54,7 +58,7 @@ impl<'a> Judge<'a> {
         if told.found.blocks.is_empty() || told.found.rest > LEFT_OVER || !shows {
             return;
         }
-        let fine = Refined::of(&again, &told);
+        let fine = RelinearizedFit::of(&again, &told);
         let before = std::mem::replace(&mut self.study, again);
         let known = std::mem::replace(&mut self.told, told);
         let other = std::mem::replace(&mut self.fine, fine);
@@ -90,7 +94,7 @@ impl<'a> Judge<'a> {
         if found.blocks.is_empty() || found.rest < LITTLE {
             return None;
         }
-        let bare = Refined::new(&self.study.scene, self.prepared.about(), &[]);
+        let bare = RelinearizedFit::new(&self.study.scene, self.prepared.about(), &[]);
         let fine = std::mem::replace(&mut self.fine, bare);
         self.restate();
         let noise = self.noise_left();

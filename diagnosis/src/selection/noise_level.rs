@@ -1,7 +1,7 @@
 //! How far each reading's noise is above the stated one, where what is left is noise.
 
-use super::Judge;
-use super::variance_components::{Seen, noise_over_stated};
+use super::ModelSelection;
+use super::variance_components::{SampleResiduals, noise_over_stated};
 use crate::data::motion::MISFIT;
 use crate::spectra::flicker::flicker_hz;
 use crate::spectra::lines::lines_of;
@@ -13,7 +13,7 @@ const AGREES: f64 = 2.0;
 /// What shapes without a name leave less than this share of is no noise.
 const HALF_SHAPED: f64 = 0.5;
 
-impl Judge<'_> {
+impl ModelSelection<'_> {
     /// True if shapes without a name take a good part of what the effects leave: noise has none.
     pub(super) fn shaped(&self) -> bool {
         let told = &self.told;
@@ -23,8 +23,8 @@ impl Judge<'_> {
     /// True if lines stand out of what is left and none were looked for yet: a vibration near half the sample rate is as rough as
     /// noise is. They are held against what is left itself, which may be noise far above the stated one.
     pub(super) fn hums(&self) -> bool {
-        let survey = &self.study.scene.survey;
-        let looked = !survey.beacon_lines_hz.is_empty() || !survey.segment_lines_hz.is_empty();
+        let inputs = &self.study.scene.inputs;
+        let looked = !inputs.beacon_lines_hz.is_empty() || !inputs.segment_lines_hz.is_empty();
         !looked && {
             let left = self.fine.residuals().of_unit_rms();
             let (beacon, segments) = lines_of(&self.study.scene, &left);
@@ -61,7 +61,7 @@ impl Judge<'_> {
     }
 
     /// What is left of the samples that show all three residuals, of a pattern's excess no more than what is rough.
-    fn all_rows(&self) -> Vec<Seen> {
+    fn all_rows(&self) -> Vec<SampleResiduals> {
         let scene = &self.study.scene;
         let rough = [0, 1, 2].map(|c| self.rough_part(&self.after, c));
         let sample = &self.after.sample;
@@ -72,7 +72,7 @@ impl Judge<'_> {
                 let i = sample[rows[0]];
                 let left = |k: &usize| rough[self.after.channel[*k]] * self.after.value_m[*k];
                 let left: Vec<f64> = rows.iter().map(left).collect();
-                Seen::new(&scene.rows(i), &left, scene.reading_variance(i))
+                SampleResiduals::new(&scene.rows(i), &left, scene.reading_variance(i))
             });
         seen.collect()
     }

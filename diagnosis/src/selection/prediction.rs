@@ -1,16 +1,16 @@
 //! What another recording of the same motion is expected to show.
 
-use super::Judge;
+use super::ModelSelection;
 use crate::inference::bootstrap::other_course;
 use crate::inference::residuals::Residuals;
-use crate::linearization::relinearized::Refined;
-use crate::linearization::scene::Shift;
+use crate::linearization::relinearized::RelinearizedFit;
+use crate::linearization::scene::LatentDisplacement;
 use crate::transfer::model::is_of_its_time;
-use effects::effect::Carries;
+use effects::effect::Transfer;
 use effects::sensor::READINGS;
-use effects::{Card, Judged};
+use effects::{Card, Detection};
 
-impl Judge<'_> {
+impl ModelSelection<'_> {
     /// What the chosen model, and the baseline alone, leave on another recording of this motion.
     pub(super) fn claim(&mut self) {
         if let Some(after) = self.fine.left_out() {
@@ -24,12 +24,12 @@ impl Judge<'_> {
             .map_or(self.fine.left_out(), |e| Some(&e[0]));
         self.without_beats =
             model.and_then(|left| super::wander_elsewhere::without_beats(&self.fine, left));
-        let mut stated = self
-            .study
-            .scene
-            .moved(self.prepared.baseline.clone(), Shift::default());
+        let mut stated = self.study.scene.moved(
+            self.prepared.baseline.clone(),
+            LatentDisplacement::default(),
+        );
         stated.noise = [1.0; READINGS];
-        let baseline = Refined::new(&stated, self.prepared.about(), &[]);
+        let baseline = RelinearizedFit::new(&stated, self.prepared.about(), &[]);
         self.before_by_folds = baseline.residuals().clone();
         if let Some(before) = baseline.left_out() {
             self.before = before.clone();
@@ -73,26 +73,26 @@ impl Judge<'_> {
         let without = self.without_beats.as_ref()?;
         Some(format!(
             "{}: its level beats evenly all the time, and is taken to do so elsewhere; where it beats otherwise {:.2} times the floor is left",
-            effects::name_of(Judged::ByLines),
+            effects::name_of(Detection::ByLines),
             without.white_rms() / floor
         ))
     }
 
     /// The wander that was found and that any recording's counts show.
     pub(super) fn followed(&self) -> Option<&'static Card> {
-        let survey = &self.fine.scene.survey;
+        let inputs = &self.fine.scene.inputs;
         let names = self.told.names(&self.study);
         let mut cards = names.iter().filter_map(|name| effects::card(name));
-        cards.find(|card| card.keeps_its_own_time() && !is_of_its_time(card.name, survey))
+        cards.find(|card| card.keeps_its_own_time() && !is_of_its_time(card.name, inputs))
     }
 
     /// What must be said where the course of what is named is another one elsewhere.
     pub(super) fn of_its_time(&self) -> String {
         let floor = self.floor.white_square.sqrt();
         let names = self.told.names(&self.study);
-        let survey = &self.fine.scene.survey;
-        let own = |card: &&Card| match card.carries {
-            Carries::ItsOwnTime => is_of_its_time(card.name, survey),
+        let inputs = &self.fine.scene.inputs;
+        let own = |card: &&Card| match card.transfer {
+            Transfer::ItsOwnTime => is_of_its_time(card.name, inputs),
             _ => !card.its_own.is_empty(),
         };
         let cards = names.iter().filter_map(|name| effects::card(name));

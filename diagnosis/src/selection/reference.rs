@@ -1,8 +1,8 @@
 //! Whether a gap is the sensor's or that of the reference which it is held against.
 
-use super::Judge;
+use super::ModelSelection;
 use crate::design::coordinate_basis::REFERENCE_PHASE;
-use crate::inference::cross_validation::Arena;
+use crate::inference::cross_validation::CrossValidation;
 use crate::inference::residuals::Residuals;
 use crate::selection::search::rest;
 use crate::verdict::answer::Named;
@@ -16,7 +16,7 @@ const IN_ITS_PLACE: f64 = 0.01;
 /// Probability of a periodic shape that may as well be the reference's.
 const EITHER: f64 = 0.5;
 
-impl Judge<'_> {
+impl ModelSelection<'_> {
     /// Against a reference in all coordinates: an error of the reference moves all segments as a rigid body and is not in the
     /// sum of equation (5). True if what is explained is not either.
     pub(super) fn of_the_reference(&self) -> bool {
@@ -36,7 +36,7 @@ impl Judge<'_> {
     }
 
     /// True if a periodic error of the reference would do in the place of something found.
-    pub(super) fn at_the_reference(&self, arena: &mut Arena) -> bool {
+    pub(super) fn at_the_reference(&self, arena: &mut CrossValidation) -> bool {
         let mut blocks = 1..self.study.columns.blocks.len();
         let Some(shape) = blocks.find(|b| self.study.columns.blocks[*b].name == REFERENCE_PHASE)
         else {

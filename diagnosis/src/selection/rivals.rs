@@ -1,8 +1,8 @@
 //! Shapes without a name in the place of a course: what wanders by the clock, or follows the temperature, may be told by so many unknowns
 //! that it takes in what something else does.
 
-use super::Judge;
-use crate::inference::cross_validation::Arena;
+use super::ModelSelection;
+use crate::inference::cross_validation::CrossValidation;
 use crate::selection::limits::MINIMUM_SQUARES;
 use crate::selection::limits::{COMPLETES_SQUARES, STAYS_VISIBLE};
 use crate::selection::search::rest;
@@ -16,10 +16,10 @@ const CLOCK: &str = "time";
 /// a drift with the temperature was rightly found by itself it left 1.17 times as much or more.
 const BY_THE_CLOCK: f64 = 0.7;
 
-impl Judge<'_> {
+impl ModelSelection<'_> {
     /// A shape that leaves less than this is believed in the place of a drift: a tenth of what is left without the drift beyond what is
     /// left with it, unless that is many times what the drift leaves and would be a gap by itself.
-    pub(super) fn as_good_as_drift(&self, arena: &mut Arena) -> f64 {
+    pub(super) fn as_good_as_drift(&self, arena: &mut CrossValidation) -> f64 {
         let found = self.told.found.rest;
         let (whole, noise) = self.levels();
         let shows = (STAYS_VISIBLE * STAYS_VISIBLE - 1.0) * noise / whole;
@@ -40,7 +40,7 @@ impl Judge<'_> {
     }
 
     /// True if what follows the temperature follows the clock far better: a temperature that falls while a mount creeps is not its cause.
-    pub(super) fn is_no_warmth(&self, arena: &mut Arena) -> bool {
+    pub(super) fn is_no_warmth(&self, arena: &mut CrossValidation) -> bool {
         let found = &self.told.found;
         let names = self.names_of(&found.blocks);
         // A course beside it has the unknowns that a clock's shape has.
@@ -59,7 +59,7 @@ impl Judge<'_> {
     }
 
     /// True if one shape does nearly as well as a drift, beside what else is found or in the place of all.
-    pub(super) fn is_no_drift(&self, arena: &mut Arena) -> bool {
+    pub(super) fn is_no_drift(&self, arena: &mut CrossValidation) -> bool {
         let most = self.as_good_as_drift(arena);
         let others = self.beside_the_drift();
         self.study.places().into_iter().any(|b| {

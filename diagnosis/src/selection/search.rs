@@ -1,7 +1,7 @@
 //! Which columns explain the gap: cross-validated residuals of sets of effects, forward, backward and by exchange.
 
 use crate::data::folds::FOLDS;
-use crate::inference::cross_validation::{Arena, Score};
+use crate::inference::cross_validation::{CrossValidation, Score};
 use crate::selection::core_terms::hollow;
 use crate::selection::limits::{MINIMUM_SQUARES, VISIBLE};
 use effects::Card;
@@ -17,7 +17,7 @@ const MOST: usize = 4;
 
 /// What the search found.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct SearchResult {
     /// Blocks, by the share that they take.
     pub blocks: Vec<usize>,
     /// Share of the excess that is left.
@@ -25,7 +25,7 @@ pub struct Found {
 }
 
 /// Whitened squares beyond `floor`, as a share of those of the baseline.
-pub fn rest(arena: &mut Arena, blocks: &[usize], floor: f64) -> f64 {
+pub fn rest(arena: &mut CrossValidation, blocks: &[usize], floor: f64) -> f64 {
     let whole = (arena.score(&[]).squares - floor).max(MINIMUM_SQUARES);
     let left = arena.score(blocks).squares;
     // What is of no physical size explains nothing.
@@ -37,7 +37,7 @@ pub fn rest(arena: &mut Arena, blocks: &[usize], floor: f64) -> f64 {
 }
 
 /// What an effect must take to be beyond chance, as a share of the excess.
-pub fn least_share(arena: &mut Arena, floor: f64) -> f64 {
+pub fn least_share(arena: &mut CrossValidation, floor: f64) -> f64 {
     MINIMUM_SQUARES / (arena.score(&[]).squares - floor).max(MINIMUM_SQUARES)
 }
 
@@ -55,7 +55,7 @@ fn steady(with: &Score, without: &Score) -> bool {
 /// True if some block stands out beyond chance although the sum of squares does not: it leaves less than the baseline alone, and is
 /// likelier. Large amounts that nearly cancel may leave less by the noise that they are allowed for. What it takes below the floor
 /// is no gap: the simulator leaves as much.
-pub fn stands_out(arena: &mut Arena, floor: f64) -> bool {
+pub fn stands_out(arena: &mut CrossValidation, floor: f64) -> bool {
     let alone = arena.score(&[]);
     (1..arena.columns.blocks.len()).any(|b| {
         let with = arena.score(&[b]);
@@ -67,7 +67,7 @@ pub fn stands_out(arena: &mut Arena, floor: f64) -> bool {
 }
 
 /// Held-out squares of the best that columns can do if only chance and likelihood bound their number: what is left is the noise.
-pub fn noise_floor(arena: &mut Arena, candidates: &[usize]) -> f64 {
+pub fn noise_floor(arena: &mut CrossValidation, candidates: &[usize]) -> f64 {
     let mut chosen: Vec<usize> = Vec::new();
     for _ in 0..MOST {
         let Some(set) = with_best(arena, &chosen, candidates, &|_| 0.0, 0.0) else {
@@ -84,10 +84,10 @@ pub fn noise_floor(arena: &mut Arena, candidates: &[usize]) -> f64 {
 
 /// The set with the one candidate that leaves least, hollow ones aside.
 fn with_best(
-    arena: &mut Arena,
+    arena: &mut CrossValidation,
     chosen: &[usize],
     candidates: &[usize],
-    handicap: &dyn Fn(usize) -> f64,
+    complexity_penalty: &dyn Fn(usize) -> f64,
     floor: f64,
 ) -> Option<Vec<usize>> {
     let before = rest(arena, chosen, floor).max(1e-6);
@@ -96,7 +96,7 @@ fn with_best(
         .filter(|c| !chosen.contains(c))
         .map(|&c| {
             let set: Vec<usize> = chosen.iter().copied().chain([c]).collect();
-            (rest(arena, &set, floor) + handicap(c) * before, c)
+            (rest(arena, &set, floor) + complexity_penalty(c) * before, c)
         })
         .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -109,22 +109,23 @@ fn with_best(
 
 /// Candidates that are asked for their core before a place is given up.
 const RANKED: usize = 5;
-/// Forward choice with elimination and exchange. `handicap` is added to a block's rest when it competes.
+/// Forward choice with elimination and exchange. `complexity_penalty` is added to a block's rest when it competes.
 pub fn search(
-    arena: &mut Arena,
+    arena: &mut CrossValidation,
     candidates: &[usize],
-    handicap: &dyn Fn(usize) -> f64,
+    complexity_penalty: &dyn Fn(usize) -> f64,
     floor: f64,
-) -> Found {
+) -> SearchResult {
     let mut chosen: Vec<usize> = Vec::new();
     for _ in 0..MOST {
-        let single = with_best(arena, &chosen, candidates, handicap, floor)
+        let single = with_best(arena, &chosen, candidates, complexity_penalty, floor)
             .filter(|set| worth(arena, set, &chosen, floor));
-        let Some(set) = single.or_else(|| best_pair(arena, &chosen, candidates, handicap, floor))
+        let Some(set) =
+            single.or_else(|| best_pair(arena, &chosen, candidates, complexity_penalty, floor))
         else {
             break;
         };
-        let set = improve(arena, set, candidates, handicap, floor);
+        let set = improve(arena, set, candidates, complexity_penalty, floor);
         if arena.score(&set).squares >= arena.score(&chosen).squares {
             break;
         }
@@ -132,7 +133,7 @@ pub fn search(
     }
     order(arena, &mut chosen, floor);
     let rest = rest(arena, &chosen, floor);
-    Found {
+    SearchResult {
         blocks: chosen,
         rest,
     }
@@ -145,10 +146,10 @@ const TOGETHER: f64 = 0.1;
 
 /// The two that together explain nearly all of what neither explains alone.
 fn best_pair(
-    arena: &mut Arena,
+    arena: &mut CrossValidation,
     chosen: &[usize],
     candidates: &[usize],
-    handicap: &dyn Fn(usize) -> f64,
+    complexity_penalty: &dyn Fn(usize) -> f64,
     floor: f64,
 ) -> Option<Vec<usize>> {
     let before = rest(arena, chosen, floor);
@@ -162,7 +163,7 @@ fn best_pair(
         .filter(|c| !chosen.contains(c))
         .map(|&c| {
             let set: Vec<usize> = chosen.iter().copied().chain([c]).collect();
-            (rest(arena, &set, floor) + handicap(c) * before, c)
+            (rest(arena, &set, floor) + complexity_penalty(c) * before, c)
         })
         .collect();
     alone.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -184,7 +185,7 @@ fn best_pair(
 
 /// True if what a set has beyond another is there on every part of the data, is no mere trifle beside what is left, and is
 /// either a good part of the whole gap or all that was missing.
-fn worth(arena: &mut Arena, set: &[usize], chosen: &[usize], floor: f64) -> bool {
+fn worth(arena: &mut CrossValidation, set: &[usize], chosen: &[usize], floor: f64) -> bool {
     let (old, new) = (arena.score(chosen), arena.score(set));
     // What the columns could have shown besides speaks against them: hundreds of them leave less by what they hold of the noise.
     if !steady(&new, &old) || new.log_evidence <= old.log_evidence {
@@ -224,12 +225,12 @@ const MOSTLY: (f64, f64) = (0.6, 0.01);
 const CLOSED: f64 = 0.25;
 
 /// True if nothing is left after a set, so that its last effect is no makeshift for a shape that another lacks.
-fn closes(arena: &Arena, after: &Score, (before, gain): (f64, f64), floor: f64) -> bool {
+fn closes(arena: &CrossValidation, after: &Score, (before, gain): (f64, f64), floor: f64) -> bool {
     (gain > CLOSING_SHARE || gain > COMPLETES * before)
         && after.squares - floor < CLOSED * arena.rows()
 }
 
-fn minimum_share(arena: &Arena, set: &[usize]) -> f64 {
+fn minimum_share(arena: &CrossValidation, set: &[usize]) -> f64 {
     if is_flexible(arena, set) {
         MINIMUM_SHARE_BESIDE_FLEXIBLE
     } else {
@@ -238,13 +239,13 @@ fn minimum_share(arena: &Arena, set: &[usize]) -> f64 {
 }
 
 /// True if some effect of a set has very many unknowns.
-fn is_flexible(arena: &Arena, set: &[usize]) -> bool {
+fn is_flexible(arena: &CrossValidation, set: &[usize]) -> bool {
     let name = |b: &usize| arena.columns.blocks[*b].name.as_str();
     set.iter().any(|b| effects::has(name(b), Card::is_flexible))
 }
 
 /// True if one with very many unknowns is in a set that is not in another.
-fn adds_flexible(arena: &Arena, set: &[usize], chosen: &[usize]) -> bool {
+fn adds_flexible(arena: &CrossValidation, set: &[usize], chosen: &[usize]) -> bool {
     let added: Vec<usize> = set
         .iter()
         .copied()
@@ -255,10 +256,10 @@ fn adds_flexible(arena: &Arena, set: &[usize], chosen: &[usize]) -> bool {
 
 /// Drops what is not needed and exchanges what another does better, until nothing changes.
 fn improve(
-    arena: &mut Arena,
+    arena: &mut CrossValidation,
     mut set: Vec<usize>,
     candidates: &[usize],
-    handicap: &dyn Fn(usize) -> f64,
+    complexity_penalty: &dyn Fn(usize) -> f64,
     floor: f64,
 ) -> Vec<usize> {
     for _ in 0..6 {
@@ -276,7 +277,7 @@ fn improve(
             }
         }
         for at in 0..set.len() {
-            changed |= exchange(arena, &mut set, at, candidates, handicap, floor);
+            changed |= exchange(arena, &mut set, at, candidates, complexity_penalty, floor);
         }
         if !changed {
             break;
@@ -287,11 +288,11 @@ fn improve(
 
 /// Puts a better block in the place of one, if there is one.
 fn exchange(
-    arena: &mut Arena,
+    arena: &mut CrossValidation,
     set: &mut [usize],
     at: usize,
     candidates: &[usize],
-    handicap: &dyn Fn(usize) -> f64,
+    complexity_penalty: &dyn Fn(usize) -> f64,
     floor: f64,
 ) -> bool {
     let others: Vec<usize> = set.iter().copied().filter(|b| *b != set[at]).collect();
@@ -302,7 +303,7 @@ fn exchange(
     for &c in candidates.iter().filter(|c| !set.contains(c)) {
         let mut other = set.to_vec();
         other[at] = c;
-        let (mut own, mut theirs) = (handicap(set[at]), handicap(c));
+        let (mut own, mut theirs) = (complexity_penalty(set[at]), complexity_penalty(c));
         if closes_what_shows(arena, set, &other, floor) {
             own = own.min(theirs);
         } else if closes_what_shows(arena, &other, set, floor) {
@@ -328,7 +329,12 @@ const SHOWS: f64 = VISIBLE * VISIBLE - 1.0;
 
 /// True if a set closes nearly all of a gap that shows after another, and is the likelier of the two. What gives way to a cause is
 /// then not asked to: a cause's model is inexact, but what it lacks would be left by the shape as well.
-fn closes_what_shows(arena: &mut Arena, set: &[usize], other: &[usize], floor: f64) -> bool {
+fn closes_what_shows(
+    arena: &mut CrossValidation,
+    set: &[usize],
+    other: &[usize],
+    floor: f64,
+) -> bool {
     let (with, without) = (arena.score(set), arena.score(other));
     let shows = SHOWS * arena.rows();
     let gap = without.squares - floor;
@@ -339,7 +345,7 @@ fn closes_what_shows(arena: &mut Arena, set: &[usize], other: &[usize], floor: f
 }
 
 /// Sorts by what each takes beyond the others.
-fn order(arena: &mut Arena, set: &mut [usize], floor: f64) {
+fn order(arena: &mut CrossValidation, set: &mut [usize], floor: f64) {
     let mut keyed: Vec<(f64, usize)> = set
         .iter()
         .map(|&block| {
@@ -356,7 +362,7 @@ fn order(arena: &mut Arena, set: &mut [usize], floor: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::made::Made;
+    use crate::synthetic_problem::SyntheticProblem;
     use effects::random::{ChaCha8Rng, normal};
 
     /// Two that nearly cancel beside one that is there: with the noise known they are found, below a noise that is stated too high
@@ -364,14 +370,14 @@ mod tests {
     #[test]
     fn two_that_cancel_are_not_believed_below_the_stated_noise() {
         let blocks = [("there", &[1.0][..]), ("one", &[1.0]), ("like it", &[1.0])];
-        let made = Made::new(&blocks, &|rng| {
+        let synthetic_problem = SyntheticProblem::new(&blocks, &|rng| {
             let mut draw = || normal(rng);
             let (there, both, apart, noise) = (draw(), draw(), draw(), draw());
             let target = there + 0.3 * apart + noise;
             vec![1.0, there, both + 0.3 * apart, both, target]
         });
         let found = |noise: f64| {
-            let mut arena = made.arena();
+            let mut arena = synthetic_problem.arena();
             let floor = noise * arena.rows();
             search(&mut arena, &[1, 2, 3], &|_| 0.0, floor).blocks
         };
@@ -383,12 +389,13 @@ mod tests {
     #[test]
     fn a_shape_gives_way_to_a_cause_unless_the_cause_leaves_a_gap() {
         let first = |lacks: f64| {
-            let made = Made::new(&[("cause", &[1.0]), ("shape", &[1.0])], &|rng| {
-                let mut draw = || normal(rng);
-                let (shape, other, noise) = (draw(), draw(), draw());
-                vec![1.0, shape + lacks * other, shape, 3.0 * shape + noise]
-            });
-            let mut arena = made.arena();
+            let synthetic_problem =
+                SyntheticProblem::new(&[("cause", &[1.0]), ("shape", &[1.0])], &|rng| {
+                    let mut draw = || normal(rng);
+                    let (shape, other, noise) = (draw(), draw(), draw());
+                    vec![1.0, shape + lacks * other, shape, 3.0 * shape + noise]
+                });
+            let mut arena = synthetic_problem.arena();
             let floor = arena.rows();
             let weight = |b: usize| if b == 2 { 0.1 } else { 0.0 };
             search(&mut arena, &[1, 2], &weight, floor).blocks
@@ -402,14 +409,16 @@ mod tests {
     #[test]
     fn nearly_all_that_a_great_effect_leaves_is_an_effect() {
         let found = |like: f64| {
-            let made = Made::new(&[("great", &[1.0]), ("small", &[1.0])], &|rng| {
-                let mut draw = || normal(rng);
-                let (great, lacks, small, other, noise) = (draw(), draw(), draw(), draw(), draw());
-                let column = like * small + (1.0 - like * like).sqrt() * other;
-                let target = 20.0 * (great + 0.03 * lacks) + 3.0 * small + noise;
-                vec![1.0, great, column, target]
-            });
-            let mut arena = made.arena();
+            let synthetic_problem =
+                SyntheticProblem::new(&[("great", &[1.0]), ("small", &[1.0])], &|rng| {
+                    let mut draw = || normal(rng);
+                    let (great, lacks, small, other, noise) =
+                        (draw(), draw(), draw(), draw(), draw());
+                    let column = like * small + (1.0 - like * like).sqrt() * other;
+                    let target = 20.0 * (great + 0.03 * lacks) + 3.0 * small + noise;
+                    vec![1.0, great, column, target]
+                });
+            let mut arena = synthetic_problem.arena();
             let floor = arena.rows();
             search(&mut arena, &[1, 2], &|_| 0.0, floor).blocks
         };
@@ -421,13 +430,14 @@ mod tests {
     #[test]
     fn what_takes_most_of_what_a_field_leaves_is_an_effect() {
         let found = |first: &'static str, lag: f64, lacks: f64| {
-            let made = Made::new(&[(first, &[1.0]), ("lag", &[1.0])], &|rng| {
-                let mut draw = || normal(rng);
-                let (field, lag_, else_, noise) = (draw(), draw(), draw(), draw());
-                let target = 20.0 * field + lag * lag_ + lacks * else_ + noise;
-                vec![1.0, field, lag_, target]
-            });
-            let mut arena = made.arena();
+            let synthetic_problem =
+                SyntheticProblem::new(&[(first, &[1.0]), ("lag", &[1.0])], &|rng| {
+                    let mut draw = || normal(rng);
+                    let (field, lag_, else_, noise) = (draw(), draw(), draw(), draw());
+                    let target = 20.0 * field + lag * lag_ + lacks * else_ + noise;
+                    vec![1.0, field, lag_, target]
+                });
+            let mut arena = synthetic_problem.arena();
             let floor = arena.rows();
             search(&mut arena, &[1, 2], &|_| 0.0, floor).blocks
         };
@@ -441,17 +451,17 @@ mod tests {
     #[test]
     fn what_noise_is_allowed_for_does_not_stand_out() {
         const COLUMNS: usize = 20;
-        let made = |there: f64, carried: f64| {
+        let synthetic_problem = |there: f64, carried: f64| {
             let row = |rng: &mut ChaCha8Rng| {
                 let columns: Vec<f64> = (0..COLUMNS).map(|_| normal(rng)).collect();
                 let target = there * columns[0] + 1.03 * normal(rng);
                 [vec![1.0], columns, vec![target]].concat()
             };
-            Made::new(&[("block", &[1.0; COLUMNS][..])], &row).carrying(carried)
+            SyntheticProblem::new(&[("block", &[1.0; COLUMNS][..])], &row).carrying(carried)
         };
-        let shape = made(0.4, 0.0);
+        let shape = synthetic_problem(0.4, 0.0);
         assert!(stands_out(&mut shape.arena(), shape.arena().rows()));
-        let nothing = made(0.0, 9.0);
+        let nothing = synthetic_problem(0.0, 9.0);
         let mut arena = nothing.arena();
         let gain = arena.score(&[]).squares - arena.score(&[1]).squares;
         assert!(gain > 2.0 * MINIMUM_SQUARES, "{gain}");

@@ -1,16 +1,16 @@
 //! A small effect beside a great one. To first order it takes a part of what is left: the places that both are evaluated at are off by
 //! the great one, and by its own. So the likeliest are fitted together with what is found, about themselves.
 
-use super::selected::Told;
-use super::{Judge, is_delay};
-use crate::design::study::{Look, study};
-use crate::inference::cross_validation::Arena;
-use crate::linearization::point::About;
-use crate::linearization::relinearized::Refined;
+use super::selected::SelectedModel;
+use super::{ModelSelection, is_delay};
+use crate::design::assembly::{DesignOptions, assemble};
+use crate::inference::cross_validation::CrossValidation;
+use crate::linearization::point::LinearizationPoint;
+use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::core_terms::hollow;
 use crate::selection::limits::MINIMUM_SQUARES;
 use crate::selection::limits::{COMPLETES, COMPLETES_SQUARES, LEADS, NEARLY_ALL, VISIBLE};
-use crate::selection::search::{Found, rest};
+use crate::selection::search::{SearchResult, rest};
 use crate::trace::log;
 use effects::Card;
 
@@ -21,19 +21,19 @@ const TAKES: f64 = 0.15;
 const TRIED: usize = 3;
 /// True for shapes that stand in for what a great effect's own form lacks: theirs must be nearly all of that to first order, and
 /// nothing that shows is left with them.
-pub(super) fn is_makeshift(name: &str) -> bool {
-    effects::has(name, |card| card.makeshift)
+pub(super) fn absorbs_model_error(name: &str) -> bool {
+    effects::has(name, |card| card.absorbs_model_error)
 }
 
 /// What is likely to be there besides.
-struct Likely {
+struct Candidate {
     name: String,
     /// It takes more than any shape without a name.
     leads: bool,
-    makeshift: bool,
+    absorbs_model_error: bool,
 }
 
-impl<'a> Judge<'a> {
+impl<'a> ModelSelection<'a> {
     /// Puts another effect beside what is found where it takes nearly all of what is left. True if one was.
     pub(super) fn try_beside(&mut self) -> bool {
         let found = self.told.names(&self.study);
@@ -43,13 +43,13 @@ impl<'a> Judge<'a> {
         }
         let tried = self.likely_beside(&found);
         let (_, noise) = self.levels();
-        let excess = |fine: &Refined| fine.residuals().white_rms().powi(2) - noise;
+        let excess = |fine: &RelinearizedFit| fine.residuals().white_rms().powi(2) - noise;
         let without = excess(&self.fine);
-        let mut best: Option<(f64, Vec<String>, Refined<'a>, bool)> = None;
-        for Likely {
+        let mut best: Option<(f64, Vec<String>, RelinearizedFit<'a>, bool)> = None;
+        for Candidate {
             name,
             leads,
-            makeshift,
+            absorbs_model_error,
         } in tried
         {
             let names = [&found[..], &[name]].concat();
@@ -63,7 +63,7 @@ impl<'a> Judge<'a> {
             let squares = gain * fine.gram.total_rows() as f64;
             let enough = gain > least * without && squares > COMPLETES_SQUARES;
             let closed = fine.residuals().white_rms() < VISIBLE * noise.sqrt();
-            let enough = enough && (closed || !makeshift);
+            let enough = enough && (closed || !absorbs_model_error);
             if enough && best.as_ref().is_none_or(|b| with < b.0) {
                 best = Some((with, names, fine, leads));
             }
@@ -77,13 +77,13 @@ impl<'a> Judge<'a> {
     }
 
     /// Those that to first order take most of what is left.
-    fn likely_beside(&self, found: &[String]) -> Vec<Likely> {
+    fn likely_beside(&self, found: &[String]) -> Vec<Candidate> {
         let mut arena = self.study.arena();
         let arena = &mut arena;
         let whole = (arena.score(&[]).squares - self.told.base).max(MINIMUM_SQUARES);
         let blocks = &self.told.found.blocks;
         let before = rest(arena, blocks, self.told.base);
-        let beside = |arena: &mut Arena, b: usize| {
+        let beside = |arena: &mut CrossValidation, b: usize| {
             rest(arena, &[&blocks[..], &[b]].concat(), self.told.base)
         };
         let places = self.study.places().into_iter();
@@ -99,7 +99,7 @@ impl<'a> Judge<'a> {
             {
                 continue;
             }
-            let takes = if is_makeshift(name) {
+            let takes = if absorbs_model_error(name) {
                 NEARLY_ALL
             } else {
                 TAKES
@@ -114,9 +114,9 @@ impl<'a> Judge<'a> {
         let name = |b: usize| self.study.columns.blocks[b].name.clone();
         let ranked = list.into_iter().take(TRIED).enumerate();
         ranked
-            .map(|(k, (left, b))| Likely {
+            .map(|(k, (left, b))| Candidate {
                 leads: k == 0 && left < shape,
-                makeshift: is_makeshift(&name(b)),
+                absorbs_model_error: absorbs_model_error(&name(b)),
                 name: name(b),
             })
             .collect()
@@ -130,7 +130,7 @@ impl<'a> Judge<'a> {
     }
 
     /// True if a block does in the place of one that is found what that does: then it is its rival, and not beside it.
-    fn replaces(&self, arena: &mut Arena, block: usize, left: f64) -> bool {
+    fn replaces(&self, arena: &mut CrossValidation, block: usize, left: f64) -> bool {
         let found = &self.told.found.blocks;
         found.iter().any(|out| {
             let others = found.iter().copied().filter(|b| b != out);
@@ -140,24 +140,24 @@ impl<'a> Judge<'a> {
     }
 
     /// Takes over what was fitted together; all is compared about it.
-    fn take_beside(&mut self, names: &[String], fine: Refined<'a>) {
-        let look = Look {
-            as_in: Some(&self.study.scene.survey),
-            ..Look::default()
+    fn take_beside(&mut self, names: &[String], fine: RelinearizedFit<'a>) {
+        let look = DesignOptions {
+            as_in: Some(&self.study.scene.inputs),
+            ..DesignOptions::default()
         };
-        let about = About {
+        let about = LinearizationPoint {
             noise: self.noise,
             ..fine.about.clone()
         };
-        let again = study(self.prepared, self.options, &about, look);
-        let mut told = Told::new(&again, false);
+        let again = assemble(self.prepared, self.options, &about, look);
+        let mut told = SelectedModel::new(&again, false);
         let of_it = |name: &String| again.columns.blocks.iter().position(|b| b.name == *name);
         let blocks: Vec<usize> = names.iter().filter_map(of_it).collect();
         if blocks.iter().all(|b| told.found.blocks.contains(b)) {
             self.take(again, told);
         } else if blocks.len() == names.len() {
             let rest = rest(&mut again.arena(), &blocks, told.base);
-            told.found = Found { blocks, rest };
+            told.found = SearchResult { blocks, rest };
             self.take_fitted(again, told, fine);
         }
     }

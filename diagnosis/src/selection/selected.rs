@@ -1,32 +1,32 @@
 //! The best set of effects, beside the best set if shapes without a name may enter.
 
-use crate::design::study::{Kind, Study, handicap};
-use crate::inference::cross_validation::Arena;
-use crate::linearization::point::About;
-use crate::linearization::relinearized::Refined;
+use crate::design::assembly::{BlockKind, Design, complexity_penalty};
+use crate::inference::cross_validation::CrossValidation;
+use crate::linearization::point::LinearizationPoint;
+use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::core_terms::hollow;
-use crate::selection::search::{Found, least_share, noise_floor, rest, search};
+use crate::selection::search::{SearchResult, least_share, noise_floor, rest, search};
 use crate::trace::{log, tracing};
-use effects::{Card, Judged};
+use effects::{Card, Detection};
 
 /// A shape without a name must do this much better than a cause, as a share of the gap.
-const SHAPE_HANDICAP: f64 = 0.02;
+const SHAPE_PENALTY: f64 = 0.02;
 /// Blocks that stay in competition beside a field besides what was found.
 const LEADING: usize = 5;
 
 /// What the search told.
-pub(super) struct Told {
+pub(super) struct SelectedModel {
     /// The best set of effects.
-    pub(super) found: Found,
+    pub(super) found: SearchResult,
     /// The best set if shapes may enter.
-    pub(super) shaped: Found,
+    pub(super) shaped: SearchResult,
     /// Whitened squares of the noise.
     pub(super) base: f64,
 }
 
-impl Told {
+impl SelectedModel {
     /// Searches. Where the noise was found above the stated one, it is what the best shapes leave.
-    pub(super) fn new(study: &Study, noisy: bool) -> Self {
+    pub(super) fn new(study: &Design, noisy: bool) -> Self {
         let mut arena = study.arena();
         let places = study.places();
         let effects = study.effects();
@@ -40,11 +40,11 @@ impl Told {
         let name = |b: usize| study.columns.blocks[b].name.as_str();
         let weight = |b: usize| {
             let shape = if places.contains(&b) {
-                SHAPE_HANDICAP
+                SHAPE_PENALTY
             } else {
                 0.0
             };
-            handicap(name(b)) + shape
+            complexity_penalty(name(b)) + shape
         };
         let mut found = search(&mut arena, &effects, &weight, base);
         simplify(&mut arena, &mut found, &effects, &weight, base);
@@ -66,7 +66,7 @@ impl Told {
                 arena.score(&[]).squares
             ));
         }
-        let told = |f: &Found| f.blocks.iter().map(|b| name(*b)).collect::<Vec<_>>();
+        let told = |f: &SearchResult| f.blocks.iter().map(|b| name(*b)).collect::<Vec<_>>();
         log(&format!(
             "noisy {noisy}: found {:?} {:.4}; with shapes {:?} {:.4}",
             told(&found),
@@ -82,23 +82,23 @@ impl Told {
     }
 
     /// Whitened squares beyond the noise that what is found leaves.
-    pub(super) fn left(&self, study: &Study) -> f64 {
+    pub(super) fn left(&self, study: &Design) -> f64 {
         let mut arena = study.arena();
         (arena.score(&self.found.blocks).squares - self.base).max(arena.rows())
     }
 
     /// Names of what is found.
-    pub(super) fn names(&self, study: &Study) -> Vec<String> {
+    pub(super) fn names(&self, study: &Design) -> Vec<String> {
         let name = |b: &usize| study.columns.blocks[*b].name.clone();
         self.found.blocks.iter().map(name).collect()
     }
 }
 
-impl<'a> Refined<'a> {
+impl<'a> RelinearizedFit<'a> {
     /// What is found in a study, fitted about itself.
-    pub(super) fn of(study: &Study<'a>, told: &Told) -> Self {
+    pub(super) fn of(study: &Design<'a>, told: &SelectedModel) -> Self {
         let names = told.names(study);
-        let about = About {
+        let about = LinearizationPoint {
             baseline: study.scene.baseline.clone(),
             shift: study.scene.shift.clone(),
             noise: None,
@@ -120,8 +120,8 @@ const ONE_FOR_TWO: f64 = 0.02;
 
 /// Puts an effect of fewer unknowns in the place of one, or of two, that do no better.
 fn simplify(
-    arena: &mut Arena,
-    found: &mut Found,
+    arena: &mut CrossValidation,
+    found: &mut SearchResult,
     candidates: &[usize],
     weight: &dyn Fn(usize) -> f64,
     base: f64,
@@ -166,7 +166,7 @@ fn simplify(
         let best = ranked.find(|b| out.len() == 1 || !hollow(arena, &others, b.1));
         if let Some((left, c)) = best {
             log(&format!("one simpler: {c} for {out:?}"));
-            *found = Found {
+            *found = SearchResult {
                 blocks: with(c),
                 rest: left,
             };
@@ -177,7 +177,7 @@ fn simplify(
     }
 }
 
-fn trace(study: &Study, arena: &mut Arena, all: &[usize], base: f64) {
+fn trace(study: &Design, arena: &mut CrossValidation, all: &[usize], base: f64) {
     let mut alone: Vec<(f64, &str)> = all
         .iter()
         .map(|&b| {
@@ -188,7 +188,9 @@ fn trace(study: &Study, arena: &mut Arena, all: &[usize], base: f64) {
         })
         .collect();
     alone.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let field = alone.iter().position(|a| effects::is(a.1, Judged::AsField));
+    let field = alone
+        .iter()
+        .position(|a| effects::is(a.1, Detection::AsField));
     let field = field.filter(|k| *k >= 6).map(|k| alone[k]);
     alone.truncate(6);
     alone.extend(field);
@@ -199,7 +201,7 @@ fn trace(study: &Study, arena: &mut Arena, all: &[usize], base: f64) {
 }
 
 /// Blocks that stay in competition beside a field: what was found, and the best by themselves.
-pub(super) fn leading(study: &Study, told: &Told) -> Vec<String> {
+pub(super) fn leading(study: &Design, told: &SelectedModel) -> Vec<String> {
     let mut arena = study.arena();
     let mut alone: Vec<(f64, usize)> = (1..study.columns.blocks.len())
         .map(|b| (arena.score(&[b]).squares, b))
@@ -208,11 +210,11 @@ pub(super) fn leading(study: &Study, told: &Told) -> Vec<String> {
     // What each does beside the field matters as well: a second effect may be any.
     let place = (1..study.columns.blocks.len()).filter(|b| {
         let name = study.columns.blocks[*b].name.as_str();
-        let effect = matches!(study.kinds[*b - 1], Kind::Effect(_))
+        let effect = matches!(study.kinds[*b - 1], BlockKind::Effect(_))
             && !effects::has(name, Card::is_flexible);
         crate::selection::limits::WAVES.contains(&name)
             || effect
-            || effects::is(name, Judged::AsField)
+            || effects::is(name, Detection::AsField)
     });
     let mut list: Vec<usize> = told.found.blocks.clone();
     list.extend(&told.shaped.blocks);
@@ -228,7 +230,7 @@ pub(super) fn leading(study: &Study, told: &Told) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::made::Made;
+    use crate::synthetic_problem::SyntheticProblem;
     use effects::random::normal;
 
     /// A second unknown that takes less than an effect must take tells no effect from one without it.
@@ -236,16 +238,16 @@ mod tests {
     fn fewer_unknowns_are_believed_where_more_take_no_more_than_chance() {
         let left = |more: f64| {
             let blocks = [("eight", &[1.0, 1.0][..]), ("one", &[1.0])];
-            let made = Made::new(&blocks, &|rng| {
+            let synthetic_problem = SyntheticProblem::new(&blocks, &|rng| {
                 let mut draw = || normal(rng);
                 let (one, other, noise) = (draw(), draw(), draw());
                 vec![1.0, one, other, one, 0.3 * one + more * other + noise]
             });
-            let mut arena = made.arena();
+            let mut arena = synthetic_problem.arena();
             let base = arena.rows();
             let rest = rest(&mut arena, &[1], base);
             let blocks = vec![1];
-            let mut found = Found { blocks, rest };
+            let mut found = SearchResult { blocks, rest };
             simplify(&mut arena, &mut found, &[1, 2], &|_| 0.0, base);
             found.blocks
         };
@@ -258,17 +260,17 @@ mod tests {
     fn no_two_are_put_down_to_what_completes_a_third() {
         let left = |sizes: &[f64]| {
             let blocks = [("one", &[1.0][..]), ("other", &[1.0]), ("third", sizes)];
-            let made = Made::new(&blocks, &|rng| {
+            let synthetic_problem = SyntheticProblem::new(&blocks, &|rng| {
                 let mut draw = || normal(rng);
                 let (one, other, else_, noise) = (draw(), draw(), draw(), draw());
                 let target = one + other + noise;
                 vec![1.0, one, other, else_, one + other, target]
             });
-            let mut arena = made.arena();
+            let mut arena = synthetic_problem.arena();
             let base = arena.rows();
             let rest = rest(&mut arena, &[1, 2], base);
             let blocks = vec![1, 2];
-            let mut found = Found { blocks, rest };
+            let mut found = SearchResult { blocks, rest };
             simplify(&mut arena, &mut found, &[1, 2, 3], &|_| 0.0, base);
             found.blocks
         };

@@ -1,6 +1,6 @@
 //! The stated noise, where it is too large to judge by: nothing but the statement can be said to be wrong then.
 
-use super::Judge;
+use super::ModelSelection;
 use crate::algebra::statistics::rms;
 use crate::data::channel_names::CHANNEL_NAMES;
 use crate::data::observations::MINIMUM_SAMPLES;
@@ -12,7 +12,7 @@ const TOO_QUIET: f64 = 0.7;
 /// weighed against that noise, and twice the rms leaves it a quarter of the squares.
 const ABOVE_STATED: f64 = 2.0;
 
-impl Judge<'_> {
+impl ModelSelection<'_> {
     /// The limit that is violated, by the whitened rms before and after. A filter makes noise smooth and leaves its size: less
     /// scatter on smooth paths alone is no reason.
     pub(super) fn too_quiet(&self, before: f64, after: f64) -> Option<String> {

@@ -2,21 +2,21 @@
 //! is found it is told by the teeth that the segments read in common, and what follows the motion and not the place is looked for in
 //! what these leave: a mesh lacks more than that, and a fly-by over teeth oscillates itself, at a beacon's frequencies as well.
 
-use super::selected::Told;
-use super::{Judge, is_delay};
-use crate::design::study::{Look, Study, study};
+use super::selected::SelectedModel;
+use super::{ModelSelection, is_delay};
+use crate::design::assembly::{Design, DesignOptions, assemble};
 use crate::inference::residuals::Residuals;
-use crate::linearization::point::About;
-use crate::linearization::relinearized::Refined;
+use crate::linearization::point::LinearizationPoint;
+use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::limits::CLOSE;
 use crate::selection::limits::MINIMUM_SQUARES;
-use crate::selection::search::{Found, rest};
+use crate::selection::search::{SearchResult, rest};
 use crate::spectra::lines::{add_lines, lines_of};
 use crate::trace::log;
+use effects::sensor::BasisInputs;
 use effects::sensor::SLOWEST_LINE_HZ;
-use effects::sensor::Survey;
 use effects::teeth::Teeth;
-use effects::{Card, Judged};
+use effects::{Card, Detection};
 
 /// What is found beside a field must leave less than this share of what its teeth leave without it.
 const LEAVES: f64 = 0.7;
@@ -27,11 +27,11 @@ const SEEN: f64 = 0.5;
 /// So many effects are tried in the place of what all readings have in common.
 const TRIED: usize = 2;
 
-impl<'a> Judge<'a> {
+impl<'a> ModelSelection<'a> {
     /// Tells the field by its teeth where that leaves less.
     pub(super) fn tell_teeth(&mut self) {
         let names = self.told.names(&self.study);
-        if !names.iter().any(|n| effects::is(n, Judged::AsField))
+        if !names.iter().any(|n| effects::is(n, Detection::AsField))
             || self.ratio() < CLOSE * self.noise_rms()
         {
             return;
@@ -71,10 +71,10 @@ impl<'a> Judge<'a> {
             .collect();
         likely.sort_by(|a, b| b.0.total_cmp(&a.0));
         let without = left(&self.fine);
-        let mut best: Option<(f64, Vec<String>, Refined<'a>)> = None;
+        let mut best: Option<(f64, Vec<String>, RelinearizedFit<'a>)> = None;
         for (takes, name) in likely.into_iter().take(TRIED) {
             let names = [&names[..], &[name.to_string()]].concat();
-            let fine = self.told_by(teeth, &names, &self.study.scene.survey.beacon_lines_hz);
+            let fine = self.told_by(teeth, &names, &self.study.scene.inputs.beacon_lines_hz);
             let with = left(&fine);
             let rows = fine.gram.total_rows() as f64;
             let gain = (without.powi(2) - with.powi(2)) * rows;
@@ -114,7 +114,7 @@ impl<'a> Judge<'a> {
             return;
         }
         let names = [&names[..], &[name.to_string()]].concat();
-        let fine = self.told_by(teeth, &names, &self.study.scene.survey.beacon_lines_hz);
+        let fine = self.told_by(teeth, &names, &self.study.scene.inputs.beacon_lines_hz);
         // What a fit does not take of samples that it has seen, it does not take of others.
         let seen = self.fine.squares() - fine.squares();
         if seen < SEEN * (1.0 - LEAVES) * excess || !self.leaves_less(&fine) {
@@ -139,7 +139,7 @@ impl<'a> Judge<'a> {
     }
 
     /// True if another fit leaves so much less of what the teeth leave that what it has besides is there.
-    fn leaves_less(&self, other: &Refined) -> bool {
+    fn leaves_less(&self, other: &RelinearizedFit) -> bool {
         let (_, noise) = self.levels();
         let [with, without] = [other, &self.fine].map(|fine| left(fine).powi(2) - noise);
         log(&format!(
@@ -148,12 +148,12 @@ impl<'a> Judge<'a> {
         with < LEAVES * without
     }
 
-    fn told_by(&self, teeth: &Teeth, names: &[String], lines_hz: &[f64]) -> Refined<'a> {
-        let tell = |survey: &mut Survey| {
-            survey.field_by_segment = true;
-            survey.field_by_value = false;
-            survey.teeth = Some(teeth.clone());
-            add_lines(&mut survey.beacon_lines_hz, lines_hz.to_vec());
+    fn told_by(&self, teeth: &Teeth, names: &[String], lines_hz: &[f64]) -> RelinearizedFit<'a> {
+        let tell = |inputs: &mut BasisInputs| {
+            inputs.field_by_segment = true;
+            inputs.field_by_value = false;
+            inputs.teeth = Some(teeth.clone());
+            add_lines(&mut inputs.beacon_lines_hz, lines_hz.to_vec());
         };
         let about = self.fine.about.clone();
         self.fine.telling(&self.study.scene, about, names, &tell)
@@ -161,18 +161,18 @@ impl<'a> Judge<'a> {
 
     /// A beacon that vibrates beside the field, where lines stand out of what the teeth leave.
     fn try_vibration(&mut self, teeth: &Teeth, mut names: Vec<String>) {
-        let known = names.iter().any(|n| effects::is(n, Judged::ByLines));
+        let known = names.iter().any(|n| effects::is(n, Detection::ByLines));
         let shows = self.ratio() >= CLOSE * self.noise_rms();
         let Some(residuals) = self.fine.left_out().filter(|_| shows && !known) else {
             return;
         };
         let (lines_hz, _) = lines_of(&self.fine.scene, residuals);
         if lines_hz.iter().all(|hz| *hz < SLOWEST_LINE_HZ)
-            || !self.allowed(effects::name_of(Judged::ByLines))
+            || !self.allowed(effects::name_of(Detection::ByLines))
         {
             return;
         }
-        names.push(effects::name_of(Judged::ByLines).into());
+        names.push(effects::name_of(Detection::ByLines).into());
         let fine = self.told_by(teeth, &names, &lines_hz);
         if self.leaves_less(&fine) {
             let again = self.with_lines(residuals);
@@ -183,26 +183,26 @@ impl<'a> Judge<'a> {
     }
 
     /// The blocks compared so far, with the lines that stand in some residuals.
-    fn with_lines(&self, residuals: &Residuals) -> Study<'a> {
+    fn with_lines(&self, residuals: &Residuals) -> Design<'a> {
         let blocks = self.study.columns.blocks.iter().skip(1);
         let mut only: Vec<String> = blocks.map(|block| block.name.clone()).collect();
-        only.push(effects::name_of(Judged::ByLines).into());
-        let look = Look {
+        only.push(effects::name_of(Detection::ByLines).into());
+        let look = DesignOptions {
             lines_of: Some(residuals),
-            as_in: Some(&self.study.scene.survey),
+            as_in: Some(&self.study.scene.inputs),
             field: true,
             only: Some(&only),
-            ..Look::default()
+            ..DesignOptions::default()
         };
-        let about = About {
+        let about = LinearizationPoint {
             noise: self.noise,
             ..self.trusted()
         };
-        study(self.prepared, self.options, &about, look)
+        assemble(self.prepared, self.options, &about, look)
     }
 
     /// What some effects leave in another study, beside the best shapes of this one; none where it lacks one of them.
-    fn told_in(&self, study: &Study, names: &[String]) -> Option<Told> {
+    fn told_in(&self, study: &Design, names: &[String]) -> Option<SelectedModel> {
         let blocks_of = |names: &[&str]| -> Option<Vec<usize>> {
             let blocks = &study.columns.blocks;
             let at = |name: &&str| blocks.iter().position(|block| block.name == *name);
@@ -213,10 +213,10 @@ impl<'a> Judge<'a> {
         let mut found_as = |names: &[&str]| {
             let blocks = blocks_of(names)?;
             let rest = rest(&mut arena, &blocks, base);
-            Some(Found { blocks, rest })
+            Some(SearchResult { blocks, rest })
         };
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        Some(Told {
+        Some(SelectedModel {
             found: found_as(&names)?,
             shaped: found_as(&self.names_of(&self.told.shaped.blocks))?,
             base,
@@ -225,6 +225,6 @@ impl<'a> Judge<'a> {
 }
 
 /// Whitened rms of short pieces, each foretold from all else.
-fn left(fine: &Refined) -> f64 {
+fn left(fine: &RelinearizedFit) -> f64 {
     fine.left_out().map_or(f64::INFINITY, Residuals::white_rms)
 }

@@ -3,7 +3,7 @@
 //! coldest and of its warmest ones, with the bend carried on or not, decides.
 
 use crate::algebra::normal_equations::Sums;
-use crate::linearization::relinearized::Refined;
+use crate::linearization::relinearized::RelinearizedFit;
 use effects::Card;
 use effects::sensor::Regressor;
 use nalgebra::DVector;
@@ -17,7 +17,7 @@ const FEWEST: usize = 50;
 const PARTS: usize = 3;
 
 /// True if the bend foretells the coldest and the warmest samples better than the drift's mean slope does.
-pub(super) fn goes_on(fine: &Refined) -> bool {
+pub(super) fn goes_on(fine: &RelinearizedFit) -> bool {
     let block = fine
         .columns
         .blocks
@@ -26,11 +26,11 @@ pub(super) fn goes_on(fine: &Refined) -> bool {
     let (Some(block), Some(left)) = (block, fine.left_out()) else {
         return false;
     };
-    let [coldest, warmest] = fine.scene.survey.warmths_k;
+    let [coldest, warmest] = fine.scene.inputs.warmths_k;
     let end = END * (warmest - coldest);
     let inner = [coldest + end, warmest - end];
     let part_of = |i: usize| {
-        let warmth_k = fine.scene.moment(i).warmth_k;
+        let warmth_k = fine.scene.covariates(i).warmth_k;
         usize::from(warmth_k > inner[0]) + usize::from(warmth_k > inner[1])
     };
     let mut residuals = [0; PARTS];
@@ -49,13 +49,13 @@ pub(super) fn goes_on(fine: &Refined) -> bool {
 }
 
 /// The baseline's columns and the drift's, where only some temperatures are known.
-fn columns(fine: &Refined, known: [f64; 2], goes_on: bool) -> Vec<Regressor> {
-    let mut survey = fine.scene.survey.clone();
-    survey.warmths_k = known;
-    survey.bend_goes_on = goes_on;
+fn columns(fine: &RelinearizedFit, known: [f64; 2], goes_on: bool) -> Vec<Regressor> {
+    let mut inputs = fine.scene.inputs.clone();
+    inputs.warmths_k = known;
+    inputs.bend_goes_on = goes_on;
     let sides = effects::sensor_sides();
     let side = sides.iter().find(|side| side.card().follows_temperature());
-    let drift = side.map_or_else(Vec::new, |side| side.regressors(&survey));
+    let drift = side.map_or_else(Vec::new, |side| side.regressors(&inputs));
     let mut columns = crate::linearization::calibrate::baseline_columns(&fine.scene).regressors;
     columns.extend(drift);
     columns
@@ -64,7 +64,7 @@ fn columns(fine: &Refined, known: [f64; 2], goes_on: bool) -> Vec<Regressor> {
 /// Whitened squares that are left at one end of the temperatures, by amounts of the rest. `columns`: the baseline's, then those of
 /// the drift, which are `drift` in the model; what else the model knows stays.
 fn left_at(
-    fine: &Refined,
+    fine: &RelinearizedFit,
     drift: &[usize],
     columns: &[Regressor],
     end: usize,
@@ -79,9 +79,12 @@ fn left_at(
     let mut start = 0;
     while start < left.sample.len() {
         let i = left.sample[start];
-        let (rows, moment) = (fine.scene.rows(i), fine.scene.moment(i));
-        let here: Vec<_> = columns.iter().map(|c| rows.response(c, &moment)).collect();
-        let model = |c: usize| rows.response(&fine.columns.regressors[c], &moment);
+        let (rows, covariates) = (fine.scene.rows(i), fine.scene.covariates(i));
+        let here: Vec<_> = columns
+            .iter()
+            .map(|c| rows.response(c, &covariates))
+            .collect();
+        let model = |c: usize| rows.response(&fine.columns.regressors[c], &covariates);
         let there: Vec<_> = known.iter().map(|c| model(*c)).collect();
         let part = &mut parts[usize::from(part_of(i) == end)];
         for row in 0..rows.count {

@@ -16,7 +16,7 @@ const STEPS: usize = 30;
 const STILL: f64 = 1e-3;
 
 /// One sample: its residuals' slopes by the readings, what is left, and the variances of the readings by the stated noise.
-pub(super) struct Seen {
+pub(super) struct SampleResiduals {
     /// Slopes of each row, of which all three are in use.
     pub(super) by_reading: [[f64; READINGS]; ROWS],
     /// What is left, m.
@@ -25,7 +25,7 @@ pub(super) struct Seen {
     pub(super) variance: [f64; READINGS],
 }
 
-impl Seen {
+impl SampleResiduals {
     /// A sample with all of its rows; none where some are missing.
     pub(super) fn new(
         rows: &SampleRows,
@@ -51,7 +51,10 @@ impl Seen {
 /// Noise of each reading over the stated one (at least 1), from a start; none where the residuals do not tell.
 ///
 /// Cost: a few hundred operations for a sample and a step.
-pub(super) fn noise_over_stated(seen: &[Seen], start: [f64; READINGS]) -> Option<[f64; READINGS]> {
+pub(super) fn noise_over_stated(
+    seen: &[SampleResiduals],
+    start: [f64; READINGS],
+) -> Option<[f64; READINGS]> {
     let mut factor: [f64; COMPONENTS] = std::array::from_fn(|c| start[c].max(1.0).powi(2));
     for _ in 0..STEPS {
         let (score, information) = derivatives(seen, &factor)?;
@@ -84,7 +87,7 @@ pub(super) fn noise_over_stated(seen: &[Seen], start: [f64; READINGS]) -> Option
 type Score = [f64; COMPONENTS];
 
 /// Slope of the logarithm of the likelihood by the factors, and the information.
-fn derivatives(seen: &[Seen], factor: &Score) -> Option<(Score, [Score; COMPONENTS])> {
+fn derivatives(seen: &[SampleResiduals], factor: &Score) -> Option<(Score, [Score; COMPONENTS])> {
     let (mut score, mut information) = ([0.0; COMPONENTS], [[0.0; COMPONENTS]; COMPONENTS]);
     for sample in seen {
         let parts = sample.parts();
@@ -108,7 +111,7 @@ mod tests {
     use effects::random::{ChaCha8Rng, SeedableRng, normal, uniform};
 
     /// Samples of a courier that turns under its beacon, with so much more noise in each reading.
-    fn seen(rng: &mut ChaCha8Rng, factor: &[f64; READINGS]) -> Vec<Seen> {
+    fn seen(rng: &mut ChaCha8Rng, factor: &[f64; READINGS]) -> Vec<SampleResiduals> {
         let sample = |_| {
             let d = uniform(rng, -3.0, 3.0);
             let e = uniform(rng, -3.0, 3.0);
@@ -125,7 +128,7 @@ mod tests {
                 let slopes = by_reading[row].iter().zip(&noise);
                 slopes.map(|(slope, noise)| slope * noise).sum()
             });
-            Seen {
+            SampleResiduals {
                 by_reading,
                 left_m,
                 variance,

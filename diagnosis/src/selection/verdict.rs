@@ -1,22 +1,22 @@
 //! The verdict: what is seen, what is named, and what is left.
 
-use super::Judge;
+use super::ModelSelection;
 use super::bursts_and_noise::Bursts;
 use super::location::{Located, attribute, clock_first, merge, outside_first};
 use super::named::slip_named;
 use crate::data::channel_names::CHANNEL_NAMES;
-use crate::design::study::Kind;
-use crate::inference::cross_validation::Arena;
+use crate::design::assembly::BlockKind;
+use crate::inference::cross_validation::CrossValidation;
 use crate::inference::fit_scatter;
 use crate::inference::posterior::birge_ratio;
 use crate::inference::residuals::Residuals;
-use crate::linearization::relinearized::Refined;
+use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::limits::MINIMUM_SQUARES;
 use crate::selection::limits::{LEFT_OVER, NOISY, STAYS_VISIBLE, VISIBLE};
-use crate::selection::search::{Found, rest, stands_out};
+use crate::selection::search::{SearchResult, rest, stands_out};
 use crate::trace::log;
 use crate::verdict::answer::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
-use effects::{Card, Judged};
+use effects::{Card, Detection};
 
 /// All channels this far above the stated noise, and alike: the statement may be what is wrong.
 const MISSTATED: f64 = 4.0;
@@ -48,7 +48,7 @@ const FOREIGN: f64 = 0.5;
 const BY_ITSELF: f64 = 0.3;
 
 /// What was measured, before it is weighed.
-struct Seen {
+struct Measurements {
     white_before: f64,
     white_after: f64,
     /// Whitened squares beyond the noise without any effect, as the search sees them.
@@ -67,7 +67,7 @@ struct Seen {
     noisy: bool,
 }
 
-impl Judge<'_> {
+impl ModelSelection<'_> {
     /// The answer.
     pub(super) fn answer(&self, name: &str) -> Diagnosis {
         let mut arena = self.study.arena();
@@ -134,7 +134,7 @@ impl Judge<'_> {
     }
 
     /// What speaks against naming what was found.
-    fn objection(&self, arena: &mut Arena, seen: &Seen) -> Option<&'static str> {
+    fn objection(&self, arena: &mut CrossValidation, seen: &Measurements) -> Option<&'static str> {
         let located = self.is_located(seen);
         if !self.is_small(&self.after) {
             return Some("what is left is larger than an error of the sensor");
@@ -169,7 +169,7 @@ impl Judge<'_> {
         }
     }
 
-    fn look(&self, arena: &mut Arena) -> Seen {
+    fn look(&self, arena: &mut CrossValidation) -> Measurements {
         let floor = self.floor.white_square.sqrt();
         let white_before = self.before.white_rms() / floor;
         let white_after = self.ratio();
@@ -207,7 +207,7 @@ impl Judge<'_> {
             0.0
         };
         let shaped = ((white_before * white_before - 1.0) * stated - noise).max(0.0);
-        Seen {
+        Measurements {
             white_before,
             white_after,
             whole: (arena.score(&[]).squares - self.told.base).max(0.0),
@@ -224,14 +224,14 @@ impl Judge<'_> {
 
     /// Squares that the uncertainty of a fit, of the baseline with some blocks, may add to those of the noise, to four standard
     /// deviations.
-    fn scatter_of_a_fit(&self, arena: &Arena, blocks: &[usize]) -> f64 {
+    fn scatter_of_a_fit(&self, arena: &CrossValidation, blocks: &[usize]) -> f64 {
         let added = fit_scatter::added(arena.gram, &self.study.list(blocks));
         log(&format!("the fit's own scatter: {added:.0?} squares"));
         self.floor.white_square * (added.mean + 4.0 * added.deviation)
     }
 
     /// True if some shape takes a good part of what is left, beyond chance.
-    fn is_located(&self, seen: &Seen) -> bool {
+    fn is_located(&self, seen: &Measurements) -> bool {
         // Where the noise itself had to be found, what the best shapes took of it by chance is no place.
         let least = if self.noise.is_some() {
             (2.0 * MINIMUM_SQUARES).max(CHANCE * self.told.base)
@@ -243,17 +243,17 @@ impl Judge<'_> {
     }
 
     /// Everything that may be named.
-    fn effects(&self, arena: &mut Arena, seen: &Seen) -> Vec<Named> {
+    fn effects(&self, arena: &mut CrossValidation, seen: &Measurements) -> Vec<Named> {
         let mut effects = Vec::new();
         let total = seen.total.max(1e-9);
-        if self.allowed(effects::name_of(Judged::AsSlips)) {
+        if self.allowed(effects::name_of(Detection::AsSlips)) {
             let first = self.prepared.slips.first();
             effects.extend(first.map(|slip| {
                 let read = &self.prepared.observations;
                 slip_named(slip, &self.prepared.slips, read.len(), read.pitch_m)
             }));
         }
-        if self.burst(seen, 0.05) && self.allowed(effects::name_of(Judged::AsBursts)) {
+        if self.burst(seen, 0.05) && self.allowed(effects::name_of(Detection::AsBursts)) {
             effects.push(
                 seen.bursts
                     .named(seen.bursts.energy / total, birge_ratio(self.held_out())),
@@ -262,7 +262,7 @@ impl Judge<'_> {
         if seen.structured {
             effects.extend(self.structured(arena, seen.shaped / total));
         }
-        if seen.noisy && self.allowed(effects::name_of(Judged::AsNoise)) {
+        if seen.noisy && self.allowed(effects::name_of(Detection::AsNoise)) {
             let noise = seen.white_after.powi(2) - 1.0;
             let share = noise * arena.rows() * self.floor.white_square / total;
             let least = if self.elsewhere.is_some() || self.followed().is_some() {
@@ -279,7 +279,7 @@ impl Judge<'_> {
     }
 
     /// True if a gap that is no noise is larger than the bursts that stand out of it: then they may be its peaks.
-    fn hides_bursts(&self, seen: &Seen) -> bool {
+    fn hides_bursts(&self, seen: &Measurements) -> bool {
         let left = (seen.white_after.powi(2) - 1.0) * self.after.white.len() as f64;
         !seen.noisy
             && self.stays_visible(seen)
@@ -288,7 +288,7 @@ impl Judge<'_> {
     }
 
     /// True if there are bursts, and they are no mere trifle beside what is left unexplained.
-    fn burst(&self, seen: &Seen, share: f64) -> bool {
+    fn burst(&self, seen: &Measurements, share: f64) -> bool {
         let left = if seen.noisy {
             0.0
         } else {
@@ -308,20 +308,23 @@ impl Judge<'_> {
     /// True if what is found lacks a good part of its own form: something of very many unknowns, or a rail's knee.
     fn lacks_much(&self) -> bool {
         let names = self.names_of(&self.told.found.blocks);
-        let lacks =
-            |name: &&str| effects::has(name, |c| c.is_flexible() || c.judged == Judged::ByRails);
+        let lacks = |name: &&str| {
+            effects::has(name, |c| {
+                c.is_flexible() || c.detection == Detection::ByRails
+            })
+        };
         names.iter().any(lacks)
     }
 
     fn slipped(&self) -> bool {
-        !self.prepared.slips.is_empty() && !self.allowed(effects::name_of(Judged::AsSlips))
+        !self.prepared.slips.is_empty() && !self.allowed(effects::name_of(Detection::AsSlips))
     }
 
     /// True if something is seen that may not be named because it was taken out of the catalogue.
-    fn withheld(&self, seen: &Seen) -> bool {
+    fn withheld(&self, seen: &Measurements) -> bool {
         self.slipped()
-            || self.burst(seen, 0.3) && !self.allowed(effects::name_of(Judged::AsBursts))
-            || seen.noisy && !self.allowed(effects::name_of(Judged::AsNoise))
+            || self.burst(seen, 0.3) && !self.allowed(effects::name_of(Detection::AsBursts))
+            || seen.noisy && !self.allowed(effects::name_of(Detection::AsNoise))
     }
 
     /// True if platen and coordination sensor exceed their stated noise alike: then the statement may be wrong, not a channel.
@@ -339,13 +342,13 @@ impl Judge<'_> {
     }
 
     /// True if shapes without a name do far better than the causes, or as well where only what was taken out differs.
-    fn beaten(&self, arena: &mut Arena, seen: &Seen) -> bool {
+    fn beaten(&self, arena: &mut CrossValidation, seen: &Measurements) -> bool {
         let (found, shaped) = (&self.told.found, &self.told.shaped);
-        let nameless = |b: &usize| !matches!(self.study.kinds[b - 1], Kind::Effect(_));
+        let nameless = |b: &usize| !matches!(self.study.kinds[b - 1], BlockKind::Effect(_));
         let shapes = shaped.blocks.iter().any(nameless);
         // A wander that follows the temperature is none.
         let wanders = |name: &&str| effects::has(name, Card::keeps_its_own_time);
-        let drifts = |found: &Found| self.names_of(&found.blocks).iter().any(wanders);
+        let drifts = |found: &SearchResult| self.names_of(&found.blocks).iter().any(wanders);
         let simpler = drifts(found)
             && (shapes && !drifts(shaped) && shaped.rest < self.as_good_as_drift(arena)
                 || self.is_no_drift(arena))
@@ -369,13 +372,13 @@ impl Judge<'_> {
     }
 
     /// True if what is left would be a gap by itself.
-    fn stays_visible(&self, seen: &Seen) -> bool {
+    fn stays_visible(&self, seen: &Measurements) -> bool {
         seen.white_after > STAYS_VISIBLE * self.noise_rms()
     }
 
     /// True if a shape that no effect owns takes most of what the named effects leave, and by itself most of the whole: then
     /// they only imitate it.
-    fn imitates(&self, arena: &mut Arena, seen: &Seen) -> bool {
+    fn imitates(&self, arena: &mut CrossValidation, seen: &Measurements) -> bool {
         let Some(first) = seen.located.first() else {
             return false;
         };
@@ -387,9 +390,9 @@ impl Judge<'_> {
     }
 
     /// True if a shape that was taken out of the catalogue does as well as something found.
-    fn tied(&self, arena: &mut Arena) -> bool {
+    fn tied(&self, arena: &mut CrossValidation) -> bool {
         let withheld: Vec<usize> = (1..self.study.columns.blocks.len())
-            .filter(|b| matches!(self.study.kinds[b - 1], Kind::Shape(_)))
+            .filter(|b| matches!(self.study.kinds[b - 1], BlockKind::WithheldEffect(_)))
             .collect();
         let found = &self.told.found.blocks;
         found.iter().any(|&block| {
@@ -400,7 +403,7 @@ impl Judge<'_> {
         })
     }
 
-    fn fill(&self, out: &mut Diagnosis, arena: &mut Arena, mut seen: Seen) {
+    fn fill(&self, out: &mut Diagnosis, arena: &mut CrossValidation, mut seen: Measurements) {
         let named = matches!(out.verdict, Verdict::Named | Verdict::Alias);
         let model = if named { self.foretold() } else { &self.before };
         if named && self.elsewhere.is_some() {
@@ -416,7 +419,7 @@ impl Judge<'_> {
         let bursts = out
             .effects
             .iter()
-            .any(|e| effects::is(&e.name, Judged::AsBursts));
+            .any(|e| effects::is(&e.name, Detection::AsBursts));
         let aside = bursts.then(|| self.without_bursts(model));
         let (all, model) = (model, aside.as_ref().unwrap_or(model));
         for c in self.before.channels() {
@@ -478,7 +481,7 @@ impl Judge<'_> {
 
 /// True if an amount of a fit is far beyond its prior size: such amounts nearly cancel on this motion, and build what they are not. A
 /// field's nodes share one size, and what is known of an amount by itself is none.
-pub(super) fn of_no_size(fine: &Refined) -> bool {
+pub(super) fn of_no_size(fine: &RelinearizedFit) -> bool {
     let (gram, columns) = (&fine.gram, &fine.columns);
     let far = |c: usize| {
         let sizes = (fine.amounts[c] - gram.centre[c]) * gram.shrunk[c];
@@ -495,5 +498,5 @@ pub(super) fn of_no_size(fine: &Refined) -> bool {
         far
     };
     let mut blocks = columns.blocks.iter().skip(1);
-    blocks.any(|b| !effects::is(&b.name, Judged::AsField) && b.columns.clone().any(far))
+    blocks.any(|b| !effects::is(&b.name, Detection::AsField) && b.columns.clone().any(far))
 }

@@ -2,10 +2,10 @@
 //! together, and the course of either is another one there.
 
 use crate::inference::residuals::Residuals;
-use crate::linearization::relinearized::Refined;
+use crate::linearization::relinearized::RelinearizedFit;
 use crate::linearization::scene::ROWS;
 use crate::transfer::model::is_of_its_time;
-use effects::sensor::Moment;
+use effects::sensor::Covariates;
 
 /// Golden section: its multiples fill a unit evenly, however many there are.
 const GOLDEN: f64 = 0.618_033_988_749_895;
@@ -14,9 +14,9 @@ const GOLDEN: f64 = 0.618_033_988_749_895;
 /// place of what is known of it: each sample at one, all of them evenly over the recording's time. A recording may take most of
 /// its samples in a small part of its time, in which a wander hardly moves: what they have in common is not what another
 /// recording has. Of a vibration, what swells is left. `None` where nothing does either.
-pub(super) fn left(fine: &Refined) -> Option<[Residuals; 2]> {
+pub(super) fn left(fine: &RelinearizedFit) -> Option<[Residuals; 2]> {
     let mut blocks = fine.columns.blocks.iter();
-    let wander = blocks.find(|b| is_of_its_time(&b.name, &fine.scene.survey));
+    let wander = blocks.find(|b| is_of_its_time(&b.name, &fine.scene.inputs));
     let wander = wander.map_or(0..0, |b| b.columns.clone());
     let swell = crate::spectra::resonance::breath(fine).of_its_time;
     if wander.is_empty() && swell.is_empty() {
@@ -25,16 +25,16 @@ pub(super) fn left(fine: &Refined) -> Option<[Residuals; 2]> {
     let other = other_times(fine);
     let change = |i: usize| {
         let rows = fine.scene.rows(i);
-        let there = fine.scene.moment(other[i]);
-        let moment = Moment {
+        let there = fine.scene.covariates(other[i]);
+        let covariates = Covariates {
             progress: there.progress,
-            ..fine.scene.moment(i)
+            ..fine.scene.covariates(i)
         };
         let mut out = [0.0; ROWS];
-        let here = fine.scene.moment(i);
-        let wandering = wander.clone().map(|c| (c, &moment));
-        for (c, moment) in wandering.chain(swell.iter().map(|c| (*c, &here))) {
-            let response = rows.response(&fine.columns.regressors[c], moment);
+        let here = fine.scene.covariates(i);
+        let wandering = wander.clone().map(|c| (c, &covariates));
+        for (c, covariates) in wandering.chain(swell.iter().map(|c| (*c, &here))) {
+            let response = rows.response(&fine.columns.regressors[c], covariates);
             let added = out.iter_mut().zip(response);
             added.for_each(|(out, response)| *out -= fine.amount(c) * response);
         }
@@ -45,13 +45,13 @@ pub(super) fn left(fine: &Refined) -> Option<[Residuals; 2]> {
 }
 
 /// Residuals `left` with the beats of a vibration in them, as they are where another recording's are others; `None` without beats.
-pub(super) fn without_beats(fine: &Refined, left: &Residuals) -> Option<Residuals> {
+pub(super) fn without_beats(fine: &RelinearizedFit, left: &Residuals) -> Option<Residuals> {
     let beats = crate::spectra::resonance::breath(fine).beats;
     let change = |i: usize| {
-        let (rows, moment) = (fine.scene.rows(i), fine.scene.moment(i));
+        let (rows, covariates) = (fine.scene.rows(i), fine.scene.covariates(i));
         let mut out = [0.0; ROWS];
         for c in &beats {
-            let response = rows.response(&fine.columns.regressors[*c], &moment);
+            let response = rows.response(&fine.columns.regressors[*c], &covariates);
             let added = out.iter_mut().zip(response);
             added.for_each(|(out, response)| *out -= fine.amount(*c) * response);
         }
@@ -61,7 +61,7 @@ pub(super) fn without_beats(fine: &Refined, left: &Residuals) -> Option<Residual
 }
 
 /// For each sample one at another time.
-fn other_times(fine: &Refined) -> Vec<usize> {
+fn other_times(fine: &RelinearizedFit) -> Vec<usize> {
     let t_s = &fine.scene.observations.t_s;
     let mut order: Vec<usize> = (0..t_s.len()).collect();
     order.sort_by(|a, b| t_s[*a].total_cmp(&t_s[*b]));

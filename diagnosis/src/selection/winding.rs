@@ -2,21 +2,21 @@
 //! by their number: they are asked for where without them a gap is left or another effect stands beside the skew, and kept where they
 //! take most of the one or do as well as the other.
 
-use super::Judge;
-use super::selected::Told;
+use super::ModelSelection;
+use super::selected::SelectedModel;
 use super::verdict::of_no_size;
-use crate::design::study::{Look, Study, study};
-use crate::linearization::point::About;
-use crate::linearization::relinearized::Refined;
+use crate::design::assembly::{Design, DesignOptions, assemble};
+use crate::linearization::point::LinearizationPoint;
+use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::limits::MINIMUM_SQUARES;
 use crate::selection::limits::VISIBLE;
 use crate::trace::log;
-use effects::sensor::Survey;
+use effects::sensor::BasisInputs;
 
 /// Winding lines are worth their unknowns if they leave less than this share of what was left.
 const LEAVES: f64 = 0.5;
 
-impl<'a> Judge<'a> {
+impl<'a> ModelSelection<'a> {
     /// Looks for such fuller forms where a gap is left, or where others may stand in for them.
     pub(super) fn try_winding(&mut self) {
         for card in effects::cards() {
@@ -26,13 +26,13 @@ impl<'a> Judge<'a> {
         }
     }
 
-    fn try_searched(&mut self, effect: &str, tell: fn(&mut Survey)) {
+    fn try_searched(&mut self, effect: &str, tell: fn(&mut BasisInputs)) {
         let names = self.told.names(&self.study);
         let skewed = names.iter().any(|n| n == effect);
         let visible = self.ratio() >= VISIBLE * self.noise_rms();
-        let judged = self.study.columns.blocks.iter().any(|b| b.name == effect);
+        let detection = self.study.columns.blocks.iter().any(|b| b.name == effect);
         let accompanied = skewed && names.len() > 1;
-        if !judged || !(visible || accompanied) {
+        if !detection || !(visible || accompanied) {
             return;
         }
         let (_, noise) = self.levels();
@@ -67,11 +67,11 @@ impl<'a> Judge<'a> {
             return;
         }
         let again = self.wound(tell, None);
-        let told = Told::new(&again, self.noise.is_some());
+        let told = SelectedModel::new(&again, self.noise.is_some());
         let found = told.names(&again);
         let squares = again.arena().score(&told.found.blocks).squares - told.base;
         if found.iter().any(|n| n == effect) && enough(squares, found.len()) {
-            let fine = Refined::of(&again, &told);
+            let fine = RelinearizedFit::of(&again, &told);
             if !of_no_size(&fine) {
                 self.take_fitted(again, told, fine);
             }
@@ -79,18 +79,18 @@ impl<'a> Judge<'a> {
     }
 
     /// A study in which the lines wind, of some blocks or all.
-    fn wound(&self, tell: fn(&mut Survey), only: Option<&[String]>) -> Study<'a> {
-        let mut survey = self.study.scene.survey.clone();
-        tell(&mut survey);
-        let about = About {
+    fn wound(&self, tell: fn(&mut BasisInputs), only: Option<&[String]>) -> Design<'a> {
+        let mut inputs = self.study.scene.inputs.clone();
+        tell(&mut inputs);
+        let about = LinearizationPoint {
             noise: self.noise,
             ..self.trusted()
         };
-        let look = Look {
-            as_in: Some(&survey),
+        let look = DesignOptions {
+            as_in: Some(&inputs),
             only,
-            ..Look::default()
+            ..DesignOptions::default()
         };
-        study(self.prepared, self.options, &about, look)
+        assemble(self.prepared, self.options, &about, look)
     }
 }

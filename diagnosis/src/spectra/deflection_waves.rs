@@ -94,7 +94,7 @@ impl Series {
     fn of(scene: &Scene, residuals: &Residuals, channel: usize) -> Self {
         let of_it = |k: &usize| residuals.channel[*k] == channel;
         let list: Vec<usize> = (0..residuals.sample.len()).filter(of_it).collect();
-        let deflection = |k: &usize| scene.moment(residuals.sample[*k]).deflection;
+        let deflection = |k: &usize| scene.covariates(residuals.sample[*k]).deflection;
         Self {
             at: list.iter().map(deflection).collect(),
             value: list.iter().map(|k| residuals.white[*k]).collect(),

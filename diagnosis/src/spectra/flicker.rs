@@ -35,7 +35,7 @@ pub fn flicker_hz(scene: &Scene, residuals: &Residuals) -> Vec<f64> {
             value,
             stretch,
         };
-        for hz in &scene.survey.beacon_lines_hz {
+        for hz in &scene.inputs.beacon_lines_hz {
             subtract(&mut one, *hz);
         }
         for (value, k) in one.value.iter_mut().zip(rows) {

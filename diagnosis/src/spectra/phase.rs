@@ -7,9 +7,9 @@ use crate::design::gram::{Columns, Gram, amounts};
 use crate::linearization::scene::{Scene, range};
 use crate::spectra::resonance::RESONANCE;
 use crate::verdict::answer::Magnitude;
-use effects::Judged;
+use effects::Detection;
 use effects::sensor::SLOWEST_LINE_HZ;
-use effects::sensor::{Moment, Regressor};
+use effects::sensor::{Covariates, Regressor};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -78,7 +78,7 @@ fn both_quarters(name: String, lines: Vec<Line>, stretch: Option<usize>) -> [Reg
     [("", 0.0), (", a quarter turn later", 0.25 * TAU)].map(|(later, quarter)| {
         let lines: Vec<Line> = lines.iter().map(|line| line.later(quarter)).collect();
         let channel = 1 + lines.first().map_or(0, |line| line.axis);
-        let value = move |m: &Moment| {
+        let value = move |m: &Covariates| {
             let here = stretch.is_none_or(|k| k == m.stretch);
             let lines = lines.iter().filter(|_| here);
             lines.map(|line| line.at(m.t_s)).sum()
@@ -92,7 +92,7 @@ pub fn align(scene: &Scene, columns: &mut Columns, lines: &[Line]) {
     let Some(block) = columns
         .blocks
         .iter()
-        .find(|b| effects::is(&b.name, Judged::ByLines))
+        .find(|b| effects::is(&b.name, Detection::ByLines))
     else {
         return;
     };

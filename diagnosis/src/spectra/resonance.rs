@@ -5,9 +5,9 @@
 
 use crate::algebra::normal_equations::Sums;
 use crate::inference::residuals::Residuals;
-use crate::linearization::relinearized::Refined;
+use crate::linearization::relinearized::RelinearizedFit;
 use crate::linearization::scene::range;
-use effects::Judged;
+use effects::Detection;
 use effects::sensor::SLOWEST_LINE_HZ;
 use nalgebra::DVector;
 
@@ -24,7 +24,7 @@ const OF_A_LINE: usize = 4;
 
 /// Columns of the lines beside a vibration's strongest.
 #[derive(Default)]
-pub struct Breath {
+pub struct AmplitudeModulation {
     /// Those that belong to this recording's time.
     pub of_its_time: Vec<usize>,
     /// Those within a stronger line's resonance that another recording will show: of one whose drive is modulated alike.
@@ -32,18 +32,18 @@ pub struct Breath {
 }
 
 /// Tells the lines that another recording will show from those that it will not.
-pub fn breath(fine: &Refined) -> Breath {
-    let mut out = Breath::default();
+pub fn breath(fine: &RelinearizedFit) -> AmplitudeModulation {
+    let mut out = AmplitudeModulation::default();
     let Some(block) = fine
         .columns
         .blocks
         .iter()
-        .find(|b| effects::is(&b.name, Judged::ByLines))
+        .find(|b| effects::is(&b.name, Detection::ByLines))
     else {
         return out;
     };
     let columns: Vec<usize> = block.columns.clone().collect();
-    let hz = fine.scene.survey.beacon_lines_hz.iter().copied();
+    let hz = fine.scene.inputs.beacon_lines_hz.iter().copied();
     let hz = hz.filter(|hz| *hz >= SLOWEST_LINE_HZ);
     let mut lines: Vec<(&[usize], f64)> = columns.chunks(OF_A_LINE).zip(hz).collect();
     if lines.len() < 2 {
@@ -84,7 +84,7 @@ fn persists(halves: &[Sums; 2], known: &[usize], with: &[usize], share: f64) -> 
 }
 
 /// Both halves, in the order of the samples.
-fn halves(fine: &Refined, columns: &[usize]) -> [Sums; 2] {
+fn halves(fine: &RelinearizedFit, columns: &[usize]) -> [Sums; 2] {
     let left: &Residuals = fine.residuals();
     let middle = left.sample.get(left.sample.len() / 2).copied();
     let mut halves = [0, 1].map(|_| Sums::new(columns.len(), FREE));
@@ -92,10 +92,10 @@ fn halves(fine: &Refined, columns: &[usize]) -> [Sums; 2] {
     while start < left.sample.len() {
         let i = left.sample[start];
         let rows = fine.scene.rows(i);
-        let moment = fine.scene.moment(i);
+        let covariates = fine.scene.covariates(i);
         let responses: Vec<_> = columns
             .iter()
-            .map(|c| rows.response(&fine.columns.regressors[*c], &moment))
+            .map(|c| rows.response(&fine.columns.regressors[*c], &covariates))
             .collect();
         let half = &mut halves[usize::from(Some(i) >= middle)];
         for row in 0..rows.count {

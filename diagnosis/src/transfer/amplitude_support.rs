@@ -8,17 +8,17 @@ const BEYOND: f64 = 0.05;
 
 /// Lowest and highest logarithm of each segment's amplitude over its usual one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Reached {
+pub struct AmplitudeSupport {
     /// None where it was not measured or does not change.
     pub ln_amplitude: [Option<[f64; 2]>; 4],
 }
 
-impl Reached {
+impl AmplitudeSupport {
     /// Of the samples in use.
     pub fn of(scene: &Scene) -> Self {
         let mut all = [[f64::INFINITY, f64::NEG_INFINITY]; 4];
         for i in (0..scene.len()).filter(|i| scene.keep[*i]) {
-            let here = scene.moment(i).ln_amplitude;
+            let here = scene.covariates(i).ln_amplitude;
             for (range, here) in all.iter_mut().zip(here) {
                 *range = [range[0].min(here), range[1].max(here)];
             }
@@ -46,7 +46,7 @@ mod tests {
     #[test]
     fn beyond_is_past_the_margin_of_a_segment_that_was_measured() {
         let range = Some([-0.4, 0.6]);
-        let reached = Reached {
+        let reached = AmplitudeSupport {
             ln_amplitude: [range, None, range, range],
         };
         assert!(!reached.is_beyond([0.64, 9.0, -0.44, 0.0]));

@@ -10,24 +10,24 @@ use crate::data::slips::repair_slips;
 use crate::data::tooth_counts::align_pairs;
 use crate::data::{commanded, restarts};
 use crate::design::gram::{Columns, Gram, amounts};
-use crate::inference::covariance::Certainty;
+use crate::inference::covariance::PosteriorCovariance;
 use crate::inference::residuals::Residuals;
 use crate::linearization::baseline::Baseline;
 use crate::linearization::calibrate::baseline_columns;
 use crate::linearization::paths::likeliest;
 use crate::linearization::relinearized::remembers;
-use crate::linearization::scene::{Normal, Scene, range};
+use crate::linearization::scene::{ReferenceValues, Scene, range};
 use crate::noise::simulated::floor;
 use crate::progress::{Stage, Watch, unwatched};
 use crate::spectra::phase::{Line, align, waves};
 use crate::trace::{log, tracing};
-use crate::transfer::amplitude_support::Reached;
-use crate::transfer::support::Visited;
+use crate::transfer::amplitude_support::AmplitudeSupport;
+use crate::transfer::support::TrainingSupport;
 use crate::verdict::answer::{HeldOut, HeldOutChannel, Magnitude};
 use crate::verdict::confirmation::Confirmation;
 use effects::identity::Identity;
-use effects::sensor::{Regressor, Survey};
-use effects::{Card, Judged};
+use effects::sensor::{BasisInputs, Regressor};
+use effects::{Card, Detection};
 use recording::Recording;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -46,9 +46,10 @@ pub struct Model {
     /// Amounts of each effect: what is added to the readings, in the convention of equation (3).
     pub effects: Vec<EffectAmounts>,
     /// Values that amounts are relative to.
-    pub normal: Normal,
+    pub normal: ReferenceValues,
     /// What was surveyed: frequencies, clip levels, speeds.
-    pub survey: Survey,
+    #[serde(rename = "survey")]
+    pub inputs: BasisInputs,
     /// Held-out figures that `check` should confirm.
     pub claimed: HeldOut,
     /// True where bursts were named: another recording has others, and `check` sets them aside.
@@ -56,13 +57,13 @@ pub struct Model {
     pub bursts: bool,
     /// Where it knows the field over the platen, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub visited: Option<Visited>,
+    pub visited: Option<TrainingSupport>,
     /// How well the other amounts are known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub certainty: Option<Certainty>,
+    pub certainty: Option<PosteriorCovariance>,
     /// How far the amplitudes went, where it speaks of the gap.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub reached: Option<Reached>,
+    pub reached: Option<AmplitudeSupport>,
 }
 
 /// Amounts of one effect.
@@ -100,19 +101,19 @@ pub struct Checked {
     /// Samples that residuals could be formed of.
     pub samples: usize,
     /// Those of them of which the model's recording showed too little: over places that it did not visit, where there is a field, or
-    /// where the uncertainty of the amounts counts ([`Certainty::doubts`]), or beyond the amplitudes that a gap had ([`Reached`]). Left out
+    /// where the uncertainty of the amounts counts ([`PosteriorCovariance::doubts`]), or beyond the amplitudes that a gap had ([`AmplitudeSupport`]). Left out
     /// of the figures.
     pub unknown: usize,
     /// What the model leaves at these, rms over the simulator's own scatter.
     pub unknown_after: f64,
     /// Temperatures here and in the model's recording, °C, where what follows temperature is carried beyond those that it was fitted
-    /// on: its bend as well where [`effects::sensor::Survey::bend_goes_on`], else its linear part alone.
+    /// on: its bend as well where [`effects::sensor::BasisInputs::bend_goes_on`], else its linear part alone.
     pub warmer_or_colder: Option<[[f64; 2]; 2]>,
 }
 
 /// True if the amounts of an effect are tied to a recording's own time. A pair's counts show its course in any recording.
-pub(crate) fn is_of_its_time(effect: &str, survey: &Survey) -> bool {
-    effects::has(effect, Card::keeps_its_own_time) && !survey.counts
+pub(crate) fn is_of_its_time(effect: &str, inputs: &BasisInputs) -> bool {
+    effects::has(effect, Card::keeps_its_own_time) && !inputs.counts
 }
 
 /// Applies a model to another recording of the same courier. Fits nothing but the zeros that are arbitrary from one recording
@@ -121,7 +122,7 @@ pub(crate) fn is_of_its_time(effect: &str, survey: &Survey) -> bool {
 /// to a stretch from a way that is not recorded, and the angle between the two sensors where mounts drift with temperature. Whole
 /// teeth between the segments of a pair are told before ([`align_pairs`]). A wander is followed by what
 /// the counts' amplitudes show of it ([`Scene::amplitudes_explained`]); without counts it does not carry over and is left out,
-/// so is what the model's recording showed too little of ([`Visited`], [`Certainty`]); how a vibration swells is not in the model.
+/// so is what the model's recording showed too little of ([`TrainingSupport`], [`PosteriorCovariance`]); how a vibration swells is not in the model.
 ///
 /// # Errors
 /// [`Insufficient`] where the recording gives no residuals, or nearly all of it lies where the model does not know what it speaks of.
@@ -225,7 +226,7 @@ fn warmer_or_colder(model: &Model, observations: &Observations) -> Option<[[f64;
 /// what the model leaves that they stand out of, as they did in the diagnosis.
 fn undisturbed(model: &Model, observations: &Observations) -> Vec<bool> {
     let resting = crate::data::prepare::resting(observations);
-    let stuck = crate::data::clip::stuck(observations, &model.survey.clip);
+    let stuck = crate::data::clip::stuck(observations, &model.inputs.clip);
     let all: Vec<bool> = resting.iter().zip(&stuck).map(|(r, s)| !r && !s).collect();
     let (first, _) = residuals(model, observations, all.clone(), model.bursts);
     let rows = first.white_rows();
@@ -247,7 +248,7 @@ fn split(model: &Model, observations: &Observations, usable: Vec<bool>) -> (Vec<
     };
     let baseline = model.baseline_with_effects.clone();
     let mut scene = Scene::relative_to(observations, baseline, usable, Some(&model.normal));
-    scene.survey.field_by_segment = model.survey.field_by_segment;
+    scene.inputs.field_by_segment = model.inputs.field_by_segment;
     let there =
         |i: usize| scene.keep[i] && scene.channels(i).contains(&true) | scene.scope.reference;
     (0..scene.len())
@@ -267,7 +268,7 @@ fn doubtful(model: &Model, observations: &Observations, usable: &[bool]) -> Vec<
     let (mut scene, effects, _) = apply(model, observations, usable.to_vec(), true);
     let beyond = |i: usize| {
         let reached = reached.as_ref().filter(|_| usable[i]);
-        reached.is_some_and(|r| r.is_beyond(scene.moment(i).ln_amplitude))
+        reached.is_some_and(|r| r.is_beyond(scene.covariates(i).ln_amplitude))
     };
     let beyond: Vec<bool> = (0..scene.len()).map(beyond).collect();
     let Some(certainty) = certainty else {
@@ -305,16 +306,16 @@ fn apply<'a>(
     };
     let mut scene = Scene::relative_to(observations, baseline.clone(), keep, Some(&model.normal));
     scene.take_amplitudes(Arc::new(scene.amplitudes_explained()));
-    let own = scene.survey.clone();
-    scene.survey = Survey {
+    let own = scene.inputs.clone();
+    scene.inputs = BasisInputs {
         segments: own.segments,
         reference: own.reference,
         beacon: own.beacon,
         temperature: own.temperature,
         counts: own.counts,
         beacon_stretches: own.beacon_stretches.clone(),
-        middle_m: middle_m(&model.survey, &own),
-        ..model.survey.clone()
+        middle_m: middle_m(&model.inputs, &own),
+        ..model.inputs.clone()
     };
     let mut columns = Columns::default();
     let mut zeros = zeros(&scene);
@@ -325,11 +326,11 @@ fn apply<'a>(
     let mut lines = Vec::new();
     if with {
         for effect in model.effects.iter().filter(|e| e.carries_over) {
-            if effects::is(&effect.name, Judged::ByLines) {
+            if effects::is(&effect.name, Detection::ByLines) {
                 if scene.scope.beacon {
-                    lines = Line::all(&effect.amounts, &model.survey.beacon_lines_hz);
+                    lines = Line::all(&effect.amounts, &model.inputs.beacon_lines_hz);
                 }
-                columns.push(effects::name_of(Judged::ByLines), waves(&lines));
+                columns.push(effects::name_of(Detection::ByLines), waves(&lines));
                 continue;
             }
             let Some(side) = effects::sensor_sides()
@@ -338,7 +339,7 @@ fn apply<'a>(
             else {
                 continue;
             };
-            let regressors: Vec<Regressor> = side.regressors(&scene.survey);
+            let regressors: Vec<Regressor> = side.regressors(&scene.inputs);
             let start = columns.regressors.len();
             columns.push(effect.name.clone(), regressors);
             for c in start..columns.regressors.len() {
@@ -380,7 +381,7 @@ fn apply<'a>(
 
 /// The place that places are told from: the model's, or this recording's own where that lies outside all that the model's went over.
 /// Then its tooth counts have another zero.
-fn middle_m(model: &Survey, own: &Survey) -> [f64; 2] {
+fn middle_m(model: &BasisInputs, own: &BasisInputs) -> [f64; 2] {
     let within = |axis: usize| {
         let half = 0.5 * model.travel_m[axis].max(model.travel_m[axis + 2]);
         (own.middle_m[axis] - model.middle_m[axis]).abs() <= half

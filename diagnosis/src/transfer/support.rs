@@ -16,14 +16,14 @@ const MOST_FIELDS: usize = 4;
 
 /// Cells over the platen that each field was seen in.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Visited {
+pub struct TrainingSupport {
     /// Width of a cell, m.
     pub cell_m: f64,
     /// Cells along x and y (along and across a segment against a reference) for g_p, g_x, g_y or for segments 1 to 4.
     pub cells: [BTreeSet<[i32; 2]>; MOST_FIELDS],
 }
 
-impl Visited {
+impl TrainingSupport {
     /// What the samples in use went over.
     pub fn of(scene: &Scene) -> Self {
         let cell_m = scene.observations.pitch_m / CELLS;
@@ -56,12 +56,12 @@ impl Visited {
 
 /// Each field that a sample shows, and the place that it shows it at.
 pub fn places_m<'a>(scene: &'a Scene, i: usize) -> impl Iterator<Item = (usize, [f64; 2])> + 'a {
-    let moment = scene.moment(i);
+    let covariates = scene.covariates(i);
     let channels = scene.channels(i);
-    let by_segment = scene.scope.reference || scene.survey.field_by_segment;
+    let by_segment = scene.scope.reference || scene.inputs.field_by_segment;
     (0..MOST_FIELDS).filter_map(move |s| match (by_segment, channels.get(s)) {
-        (true, _) if scene.scope.segments[s] => Some((s, moment.place_m[s])),
-        (false, Some(true)) => Some((s, moment.centre_m)),
+        (true, _) if scene.scope.segments[s] => Some((s, covariates.place_m[s])),
+        (false, Some(true)) => Some((s, covariates.centre_m)),
         _ => None,
     })
 }
@@ -78,9 +78,9 @@ mod tests {
     fn a_lane_tells_of_itself_and_two_of_what_is_between() {
         let lane = |y: i32| (-20..20).map(move |x| [x, y]);
         let at = |lanes: &[i32], y_m: f64| {
-            let mut visited = Visited {
+            let mut visited = TrainingSupport {
                 cell_m: 1.0,
-                ..Visited::default()
+                ..TrainingSupport::default()
             };
             visited.cells[0] = lanes.iter().flat_map(|y| lane(*y)).collect();
             visited.knows_at(0, [0.5, y_m])

@@ -13,7 +13,7 @@ const BLOCK: usize = 400;
 
 /// Coordinates of one sample.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Place {
+pub struct SampleCoordinates {
     /// Since the first sample, s.
     pub t_s: f64,
     /// Unbroken piece of a run.
@@ -94,10 +94,10 @@ impl Setting {
         };
         let [x, y, theta] = [0, 1, 2].map(|axis| mean(&o.commanded[axis]));
         Self {
-            segments: scene.survey.segments,
-            beacon: scene.survey.beacon,
-            reference: scene.survey.reference,
-            duration_s: scene.survey.duration_s,
+            segments: scene.inputs.segments,
+            beacon: scene.inputs.beacon,
+            reference: scene.inputs.reference,
+            duration_s: scene.inputs.duration_s,
             commanded: x.zip(y).map(|(x, y)| [x, y, theta.unwrap_or(0.0)]),
         }
     }
@@ -129,7 +129,7 @@ pub struct Evidence {
     /// What was recorded.
     pub setting: Setting,
     /// Coordinates.
-    pub places: Vec<Place>,
+    pub places: Vec<SampleCoordinates>,
     /// Residuals by channel.
     pub traces: Vec<Trace>,
     /// The gap from the baseline on, one effect at a time in the order of the answer.
@@ -195,10 +195,10 @@ fn thinned(samples: usize) -> impl Fn(usize) -> bool {
     move |i| samples <= MOST_SAMPLES || (i / BLOCK) % every == 0
 }
 
-fn place(scene: &Scene, i: usize) -> Place {
-    let m = scene.moment(i);
+fn place(scene: &Scene, i: usize) -> SampleCoordinates {
+    let m = scene.covariates(i);
     let turns = |(sine, cosine): (f64, f64)| (sine.atan2(cosine) / TAU).rem_euclid(1.0);
-    Place {
+    SampleCoordinates {
         t_s: m.t_s,
         stretch: m.stretch,
         own_turns: m.place_m.map(|p| p[0] / scene.observations.pitch_m),

@@ -3,8 +3,8 @@ use specimens::rig;
 
 use diagnosis::Options;
 use diagnosis::data::prepare::prepare;
+use diagnosis::design::assembly::{DesignOptions, assemble};
 use diagnosis::design::gram::{Fit, solve, squares};
-use diagnosis::design::study::{Look, study};
 use std::f64::consts::TAU;
 
 /// g_p has four readings' noise, n each. An amount `a` of sin(3 f p) takes a 3 f cos(3 f p) n from one of them: squares a row
@@ -18,11 +18,11 @@ fn a_sine_of_the_own_phase_adds_what_its_slope_says() {
     };
     let (recording, courier) = rig::record(31, &[], &options);
     let prepared = prepare(&recording).unwrap();
-    let study = study(
+    let study = assemble(
         &prepared,
         &Options::default(),
         &prepared.about(),
-        Look::default(),
+        DesignOptions::default(),
     );
     let blocks = &study.columns.blocks;
     let own = blocks.iter().find(|b| b.name == "extra_harmonics").unwrap();

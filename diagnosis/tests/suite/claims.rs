@@ -138,10 +138,10 @@ fn a_drift_that_bends_is_carried_to_other_temperatures() {
             rig::record_as(seed, motion, &[("bent_warmth", 3.0e-6)], &options).0
         };
         let model = model(&recorded(seed, 0.0), "thermal_drift");
-        assert!(model.survey.bend_goes_on, "{seed}");
+        assert!(model.inputs.bend_goes_on, "{seed}");
         let came = check(&model, &recorded(seed + 1000, warmer_k)).expect("residuals");
         let mut held_at_the_ends = model.clone();
-        held_at_the_ends.survey.bend_goes_on = false;
+        held_at_the_ends.inputs.bend_goes_on = false;
         let held = check(&held_at_the_ends, &recorded(seed + 1000, warmer_k)).expect("residuals");
         // As asked: within 10 %.
         let ratio = came.whitened_after / model.claimed.whitened_after;
@@ -360,7 +360,7 @@ fn a_field_is_known_tooth_by_tooth() {
     for (seed, size_m) in [(45, 0.7e-6), (46, 1.0e-6)] {
         let [first, second] = recordings(seed, &[("tooth_variation", size_m)], true);
         let model = model(&first, "tooth_variation");
-        assert!(model.survey.teeth.is_some());
+        assert!(model.inputs.teeth.is_some());
         let gap = |whitened: f64| whitened * whitened - 1.0;
         let claimed = model.claimed.whitened_after;
         // A mesh over the centre leaves a sixteenth.

@@ -58,7 +58,7 @@ fn a_clip_of_one_end_is_named_and_its_ends_are_told() {
     assert_eq!(names(&d), ["adc_clipping"], "{:?}", d.verdict);
     assert!(d.held_out.whitened_after < 1.1, "{:?}", d.held_out);
     // The model carries the ends: those that cut within the pair's own gain of what was drawn, the others open.
-    let found = &model.expect("a model").survey.clip;
+    let found = &model.expect("a model").inputs.clip;
     for (s, rails) in RAILS {
         let told = found[s].expect("a clip").rails;
         for (told, drawn) in told.as_flattened().iter().zip(rails.as_flattened()) {
@@ -152,7 +152,7 @@ fn harmonics_bend_no_figure() {
     let recording = rig::record(34, &[("extra_harmonics", 2.0e-6)], &options).0;
     let answer = diagnose_fully(&recording, "harmonics", &Options::default());
     assert_eq!(names(&answer.diagnosis), ["extra_harmonics"]);
-    assert_eq!(answer.model.expect("a model").survey.clip, [None; 4]);
+    assert_eq!(answer.model.expect("a model").inputs.clip, [None; 4]);
 }
 
 /// A pair whose gain is far too high stands at some rail all round, and nothing but its corners tells how far its waves would go.
@@ -177,7 +177,7 @@ fn a_pair_that_is_nowhere_whole_is_told_by_its_corners() {
         ..
     } = diagnose_fully(&recording, "hot", &Options::default());
     assert_eq!(names(&d), ["adc_clipping"], "{:?}", d.verdict);
-    let clip = model.unwrap().survey.clip[0].expect("a clip");
+    let clip = model.unwrap().inputs.clip[0].expect("a clip");
     for rail in clip.rails.as_flattened() {
         // Poses fall unevenly over the turn: that moves the share of corners by some hundredths, and the rail by as much.
         assert!((rail.abs() / (RAIL / GAIN) - 1.0).abs() < 0.05, "{rail}");

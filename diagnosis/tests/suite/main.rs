@@ -9,7 +9,7 @@ mod clip;
 mod confusion;
 mod diode;
 mod field;
-mod fuller;
+mod forms;
 mod leftout;
 mod motion;
 mod phase;

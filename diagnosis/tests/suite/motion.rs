@@ -4,11 +4,11 @@ use specimens::rig;
 use diagnosis::data::adequacy::overstated;
 use diagnosis::data::motion::Motion;
 use diagnosis::data::observations::Observations;
-use diagnosis::data::travel::{EVEN_M, GRADUAL_M, Travel};
+use diagnosis::data::play_operator::{EVEN_M, GRADUAL_M, PlayOperator};
 use diagnosis::design::gram::Columns;
 use diagnosis::linearization::baseline::Baseline;
 use diagnosis::linearization::relinearized::{settled, shift};
-use diagnosis::linearization::scene::{Scene, Shift};
+use diagnosis::linearization::scene::{LatentDisplacement, Scene};
 
 /// A column made of a sample's own noise would rebuild the residual held out as well: a false alarm "speed".
 #[test]
@@ -71,7 +71,7 @@ fn a_turn_is_told_where_it_was() {
         .map(|i| place_m(i) + 0.3e-6 * dice.normal())
         .collect();
     let smooth = vec![true; clean.len()];
-    let travel = Travel::new(&position_m, &smooth, 0.2e-6, &clean);
+    let travel = PlayOperator::new(&position_m, &smooth, 0.2e-6, &clean);
     let (mut wrong, mut count) = (0u32, 0u32);
     for i in leg..length {
         let rests = i % leg < leg / 10;
@@ -101,7 +101,7 @@ fn a_short_way_between_poses_turns_the_memory_over_as_far_as_it_goes() {
     for (i, step_m) in [2.0e-3, -6.0e-6, 0.1e-6].into_iter().enumerate() {
         position_m[i + 1] = position_m[i] + step_m;
     }
-    let travel = Travel::new(&position_m, &separate, 0.2e-6, &clean);
+    let travel = PlayOperator::new(&position_m, &separate, 0.2e-6, &clean);
     assert_eq!(travel.direction[1..4], [1.0, -1.0, -1.0]);
     let gradual = GRADUAL_M.map(|m| -1.0 + 2.0 * (-6.0e-6 / m).exp());
     let even = EVEN_M.map(|m| f64::max(-1.0, 1.0 - 6.0e-6 / m));
@@ -124,7 +124,7 @@ fn the_memory_follows_from_where_a_segment_is_known_to_be() {
     );
     // Each sample of segment 2 is off by up to 10 µm, one way and the other.
     let off = |i: usize| 10.0e-6 * (i as f64).sin();
-    let mut shift = Shift::default();
+    let mut shift = LatentDisplacement::default();
     shift.whole_m[1] = (0..scene.len()).map(off).collect();
     let known = scene.moved(baseline, shift);
     let place_m: Vec<f64> = (0..scene.len())
@@ -143,13 +143,14 @@ fn the_memory_follows_from_where_a_segment_is_known_to_be() {
 fn what_one_segment_hides_of_its_place_the_others_tell() {
     let recording = rig::record(43, &[], &rig::Options::default()).0;
     let truth = Observations::new(&recording).unwrap();
-    let agreed =
-        |o: &Observations| Scene::new(o, Baseline::nominal(o), vec![true; truth.len()]).agreed();
-    let known = agreed(&truth);
+    let constrained_positions = |o: &Observations| {
+        Scene::new(o, Baseline::nominal(o), vec![true; truth.len()]).constrained_positions()
+    };
+    let known = constrained_positions(&truth);
     let seen: Vec<usize> = (0..truth.len()).filter(|i| truth.sees_beacon(*i)).collect();
     assert!(seen.len() > 500 && seen.len() < truth.len());
     let off_m = |o: &Observations, samples: &mut dyn Iterator<Item = usize>| {
-        let told = agreed(o);
+        let told = constrained_positions(o);
         rms(samples.map(|i| told.place_m[0][i] - known.place_m[0][i]))
     };
 
@@ -273,7 +274,7 @@ fn columns_of(effect: &str, scene: &Scene) -> Columns {
     let sides = effects::sensor_sides();
     let side = sides.iter().find(|side| side.name() == effect);
     let mut columns = Columns::default();
-    columns.push(effect, side.expect("an effect").regressors(&scene.survey));
+    columns.push(effect, side.expect("an effect").regressors(&scene.inputs));
     columns
 }
 
@@ -290,7 +291,7 @@ fn a_place_and_its_own_memory_agree() {
     let list: Vec<usize> = (0..columns.regressors.len()).filter(turned).collect();
     for amount_m in [5.0e-6, -3.0e-6] {
         let there = settled(
-            scene.moved(scene.baseline.clone(), Shift::default()),
+            scene.moved(scene.baseline.clone(), LatentDisplacement::default()),
             &columns,
             &list,
             &[amount_m],
@@ -371,7 +372,7 @@ fn a_place_on_a_steep_shape_is_found() {
     let columns = columns_of("extra_harmonics", &scene);
     let list = [0];
     let pitch_m = observations.pitch_m;
-    let scene = || scene.moved(scene.baseline.clone(), Shift::default());
+    let scene = || scene.moved(scene.baseline.clone(), LatentDisplacement::default());
     let per_metre = shift(&scene(), &columns, &list, &[1.0]);
     let largest = per_metre.whole_m[0]
         .iter()
@@ -400,7 +401,7 @@ fn what_was_before_is_forgotten_on_the_way() {
     let position_m: Vec<f64> = (0..clean.len())
         .map(|i| place(i) + 0.1e-6 * dice.normal())
         .collect();
-    let before = Travel::new(&position_m, &smooth, 0.1e-6, &clean).before;
+    let before = PlayOperator::new(&position_m, &smooth, 0.1e-6, &clean).before;
     assert_eq!(before[0], 1.0);
     assert!(before[rest - 10] > 0.9, "{}", before[rest - 10]);
     assert!(before[rest + 40] < 1e-3, "{}", before[rest + 40]);

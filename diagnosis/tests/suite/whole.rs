@@ -1,6 +1,6 @@
 //! What belongs to an effect once it is named, and what a recording did not show of it.
 
-use effects::Judged;
+use effects::Detection;
 use specimens::rig;
 
 use diagnosis::verdict::answer::{Diagnosis, Verdict};
@@ -212,7 +212,7 @@ fn noise_far_above_the_stated_one_is_no_change_with_the_angle() {
         (598_875_653_595_145, 3.9e-6),
     ] {
         let noise = Drawn {
-            name: effects::name_of(Judged::AsNoise).into(),
+            name: effects::name_of(Detection::AsNoise).into(),
             size_m,
         };
         let case = Case {

@@ -203,7 +203,7 @@ mod tests {
     use diagnosis::transfer::model::EffectAmounts;
     use diagnosis::verdict::answer::Magnitude;
     use effects::identity::{Factor, Wave};
-    use effects::sensor::{Fuller, Survey};
+    use effects::sensor::{BasisInputs, NestedForms};
 
     fn amount(name: &str, value: f64) -> Magnitude {
         Magnitude {
@@ -221,14 +221,14 @@ mod tests {
                 carries_over: true,
                 amounts,
             }],
-            survey: survey(),
+            inputs: inputs(),
             ..Model::default()
         }
     }
 
     /// A recording that offers all that the effects need.
-    fn survey() -> Survey {
-        Survey {
+    fn inputs() -> BasisInputs {
+        BasisInputs {
             segments: [true; 4],
             turning: true,
             moving: true,
@@ -238,24 +238,24 @@ mod tests {
             pitch_m: 1.0e-3,
             tan_full_scale: 0.1,
             top_speed_m_s: [0.05; 4],
-            ..Survey::default()
+            ..BasisInputs::default()
         }
     }
 
     /// The place of an amount of a model with all fuller forms.
     fn at(effect: &str, amount: &str) -> Option<(Term, usize, usize)> {
-        let fuller = Fuller {
+        let forms = NestedForms {
             lag_waves: true,
             memory_waves: true,
             softens: true,
             pairs_warm: true,
-            ..Fuller::default()
+            ..NestedForms::default()
         };
         let mut model = diagnosed(effect, Vec::new());
-        model.survey.fuller = fuller;
+        model.inputs.forms = forms;
         let places = places(&model, &model.effects[0]);
         let known = effects::effect(effect).expect(effect);
-        let all = known.regressors(&model.survey);
+        let all = known.regressors(&model.inputs);
         assert!(all.iter().any(|r| r.name == amount), "{effect}: {amount}");
         let place = places.get(amount)?;
         Some((place.term, place.part, place.segment))
@@ -336,7 +336,7 @@ mod tests {
         let on_board = |e: &&&dyn effects::Effect| !e.card().on_board.is_empty();
         for side in effects::EFFECTS.iter().filter(on_board) {
             let amounts = side
-                .regressors(&survey())
+                .regressors(&inputs())
                 .iter()
                 .map(|r| amount(&r.name, if r.unit == "m" { 1.0e-6 } else { 1.0e-5 }))
                 .collect();

@@ -28,7 +28,7 @@ pub(super) fn places(diagnosed: &Model, effect: &EffectAmounts) -> HashMap<Strin
     if effect.card().on_board.is_empty() {
         return HashMap::new();
     }
-    let all = effect.regressors(&diagnosed.survey).into_iter();
+    let all = effect.regressors(&diagnosed.inputs).into_iter();
     all.filter_map(|regressor| match regressor.identity {
         Some(Identity::Wave(wave)) => Some((regressor.name, place(&wave)?)),
         _ => None,

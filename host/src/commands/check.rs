@@ -117,7 +117,7 @@ fn left_out(model: &Model, checked: &Checked) -> String {
         let told = |range: [f64; 2]| format!("{:.1} to {:.1} °C", range[0], range[1]);
         let mut follow = effects::cards().filter(|card| card.follows_temperature());
         let effect = follow.next().map_or("", |card| card.name);
-        let how = if model.survey.bend_goes_on {
+        let how = if model.inputs.bend_goes_on {
             "as it is bent there"
         } else {
             "by its linear part alone"

@@ -1,6 +1,6 @@
 //! Which coordinate shows the gap best, among those that a report can draw.
 
-use diagnosis::verdict::evidence::{Evidence, Place, Trace};
+use diagnosis::verdict::evidence::{Evidence, SampleCoordinates, Trace};
 
 /// Cells that a coordinate is cut into.
 pub const BINS: usize = 32;
@@ -15,7 +15,7 @@ pub struct Coordinate {
     /// Unit, for the axis.
     pub unit: &'static str,
     /// Value in that unit.
-    pub value: fn(&Place, usize) -> f64,
+    pub value: fn(&SampleCoordinates, usize) -> f64,
 }
 
 impl Coordinate {
@@ -32,14 +32,14 @@ impl Coordinate {
     }
 
     /// Value at a place.
-    pub fn at(&self, place: &Place) -> f64 {
+    pub fn at(&self, place: &SampleCoordinates) -> f64 {
         (self.value)(place, self.of.unwrap_or(0))
     }
 }
 
 /// Every coordinate.
 fn all() -> Vec<Coordinate> {
-    type Value = fn(&Place, usize) -> f64;
+    type Value = fn(&SampleCoordinates, usize) -> f64;
     let by_segment: [(&'static str, &'static str, Value); 5] = [
         ("own tooth phase", "turns", |p, s| {
             p.own_turns[s].rem_euclid(1.0)

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 
 /// Logarithm of the amplitude, the pair's four flaws, reciprocals of the four rails (zero: open), knee.
 const UNKNOWN: usize = 10;
-type Unknown = SVector<f64, UNKNOWN>;
+type FigureParameters = SVector<f64, UNKNOWN>;
 /// Where the rails begin among them.
 const RAILS: usize = 5;
 /// The knee among them.
@@ -45,9 +45,9 @@ const ROUNDS: usize = 40;
 const STARTS: [(f64, f64); 3] = [(1.3, 0.1), (1.1, 0.3), (1.4, 0.5)];
 
 /// The figure as it was seen: mean angle, logarithm of the mean radius, and its weight, by part of the turn.
-pub(super) struct Seen(Vec<[f64; 3]>);
+pub(super) struct MeasuredFigure(Vec<[f64; 3]>);
 
-impl Seen {
+impl MeasuredFigure {
     /// Of the readings of a pair, if they go round.
     pub fn of(pairs: &[[f64; 2]]) -> Option<Self> {
         let mut parts: Vec<Vec<[f64; 2]>> = vec![Vec::new(); PARTS];
@@ -61,7 +61,7 @@ impl Seen {
     }
 
     /// Weighed distances of the figure that was seen from that of some parameters.
-    fn distances(&self, p: &Unknown) -> Vec<f64> {
+    fn distances(&self, p: &FigureParameters) -> Vec<f64> {
         let curve = curve(p);
         let mut at = 0;
         let one = |[angle, radius, weight]: &[f64; 3]| {
@@ -76,12 +76,12 @@ impl Seen {
     }
 
     /// Sum of the squares that some parameters leave.
-    fn squares(&self, p: &Unknown) -> f64 {
+    fn squares(&self, p: &FigureParameters) -> f64 {
         self.distances(p).iter().map(|d| d * d).sum::<f64>() + held(p).norm_squared()
     }
 
     /// The best parameters of those that are free, and the squares that they leave: Levenberg's and Marquardt's steps.
-    fn fitted(&self, start: Unknown, free: &[usize]) -> (Unknown, f64) {
+    fn fitted(&self, start: FigureParameters, free: &[usize]) -> (FigureParameters, f64) {
         let mut p = start;
         let (mut now, mut damping) = (self.squares(&p), 1e-3);
         for _ in 0..ROUNDS {
@@ -106,11 +106,11 @@ impl Seen {
         (p, now)
     }
 
-    fn step(&self, p: &Unknown, free: &[usize], damping: f64) -> Option<Unknown> {
+    fn step(&self, p: &FigureParameters, free: &[usize], damping: f64) -> Option<FigureParameters> {
         const STEP: f64 = 1e-5;
         let here = self.distances(p);
         let mut normal = SMatrix::<f64, UNKNOWN, UNKNOWN>::identity() * 1e-9;
-        let mut right = Unknown::zeros();
+        let mut right = FigureParameters::zeros();
         let slopes: Vec<Vec<f64>> = free
             .iter()
             .map(|&j| {
@@ -147,8 +147,8 @@ impl Seen {
 }
 
 /// What the flaws' physical size holds them by.
-fn held(p: &Unknown) -> Unknown {
-    Unknown::from_fn(|j, _| {
+fn held(p: &FigureParameters) -> FigureParameters {
+    FigureParameters::from_fn(|j, _| {
         if (1..RAILS).contains(&j) {
             p[j] / FLAW
         } else {
@@ -158,7 +158,7 @@ fn held(p: &Unknown) -> Unknown {
 }
 
 /// The same within what rails and a knee can be.
-fn within(mut p: Unknown) -> Unknown {
+fn within(mut p: FigureParameters) -> FigureParameters {
     for j in RAILS..KNEE {
         p[j] = p[j].clamp(0.0, MOST.0);
     }
@@ -178,13 +178,13 @@ fn mean(part: &[[f64; 2]]) -> Option<[f64; 3]> {
     let count = used.len() as f64;
     let mean = [0, 1].map(|k| used.iter().map(|r| r[k]).sum::<f64>() / count);
     // About a straight line: an ellipse that is bent falls by a percent over a part.
-    let moment = |j: usize, k: usize| -> f64 {
+    let covariates = |j: usize, k: usize| -> f64 {
         used.iter()
             .map(|r| (r[j] - mean[j]) * (r[k] - mean[k]))
             .sum()
     };
-    let slope = moment(0, 1) / moment(0, 0).max(1e-18);
-    let variance = (moment(1, 1) - slope * moment(0, 1)) / (count - 2.0);
+    let slope = covariates(0, 1) / covariates(0, 0).max(1e-18);
+    let variance = (covariates(1, 1) - slope * covariates(0, 1)) / (count - 2.0);
     Some([
         mean[0],
         mean[1],
@@ -193,13 +193,13 @@ fn mean(part: &[[f64; 2]]) -> Option<[f64; 3]> {
 }
 
 /// Rails, signed, of an amplitude of 1.
-fn rails(p: &Unknown) -> [[f64; 2]; 2] {
+fn rails(p: &FigureParameters) -> [[f64; 2]; 2] {
     let rail = |j: usize| (1.0 / p[RAILS + j].max(1e-9)).min(Clip::OPEN);
     [[-rail(0), rail(1)], [-rail(2), rail(3)]]
 }
 
 /// Angle and logarithm of the radius once round, by angle.
-fn curve(p: &Unknown) -> Vec<[f64; 2]> {
+fn curve(p: &FigureParameters) -> Vec<[f64; 2]> {
     let [sine_rails, cosine_rails] = rails(p);
     let mut curve: Vec<[f64; 2]> = (0..POINTS)
         .map(|i| {
@@ -222,12 +222,12 @@ fn curve(p: &Unknown) -> Vec<[f64; 2]> {
 
 /// A clip with soft rails, if the figure is bent as by nothing else: beside the hard rails that were found, or a whole ellipse.
 pub(super) fn find(pairs: &[[f64; 2]], hard: Option<(&Clip, f64)>) -> Option<Clip> {
-    let seen = Seen::of(pairs)?;
+    let seen = MeasuredFigure::of(pairs)?;
     let radius = seen.0.iter().map(|s| s[1]).sum::<f64>() / seen.0.len() as f64;
-    let mut whole = Unknown::zeros();
+    let mut whole = FigureParameters::zeros();
     whole[0] = radius;
     let all: Vec<usize> = (0..UNKNOWN).collect();
-    let mut starts: Vec<Unknown> = STARTS
+    let mut starts: Vec<FigureParameters> = STARTS
         .iter()
         .map(|(rail, knee)| {
             let mut p = whole;

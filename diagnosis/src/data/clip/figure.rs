@@ -14,7 +14,7 @@ pub(super) struct Figure {
 
 /// Logarithm of the amplitude, then the pair.
 const UNKNOWN: usize = 5;
-type Unknown = SVector<f64, UNKNOWN>;
+type FigureParameters = SVector<f64, UNKNOWN>;
 
 /// This near to a rail, of it, a reading may be bent by a rail that is soft.
 const NEAR: f64 = 0.01;
@@ -47,7 +47,7 @@ impl Figure {
             });
         }
         let mut radii: Vec<f64> = whole.iter().map(|p| p[0].hypot(p[1])).collect();
-        let mut p = Unknown::zeros();
+        let mut p = FigureParameters::zeros();
         p[0] = median(&mut radii)?.ln();
         for _ in 0..ROUNDS {
             p += step(&whole, &p)?;
@@ -60,7 +60,7 @@ impl Figure {
 }
 
 /// Distance of a reading from the figure, of the amplitude.
-fn distance(p: &Unknown, [sine, cosine]: &[f64; 2]) -> f64 {
+fn distance(p: &FigureParameters, [sine, cosine]: &[f64; 2]) -> f64 {
     let per_amplitude = (-p[0]).exp();
     let x = cosine * per_amplitude - p[2];
     let turned = (sine * per_amplitude - p[1]) / (1.0 + p[3]);
@@ -69,15 +69,15 @@ fn distance(p: &Unknown, [sine, cosine]: &[f64; 2]) -> f64 {
 }
 
 /// One step of Gauss and Newton; readings far outside the common scatter count by its breadth alone.
-fn step(whole: &[[f64; 2]], p: &Unknown) -> Option<Unknown> {
+fn step(whole: &[[f64; 2]], p: &FigureParameters) -> Option<FigureParameters> {
     let off: Vec<f64> = whole.iter().map(|pair| distance(p, pair)).collect();
     let mut sizes: Vec<f64> = off.iter().map(|d| d.abs()).collect();
     let breadth = 4.0 * median(&mut sizes)?;
     let mut normal = SMatrix::<f64, UNKNOWN, UNKNOWN>::zeros();
-    let mut right = Unknown::zeros();
+    let mut right = FigureParameters::zeros();
     for (pair, off) in whole.iter().zip(&off) {
         let weight = (breadth / off.abs()).min(1.0);
-        let slope = Unknown::from_fn(|j, _| {
+        let slope = FigureParameters::from_fn(|j, _| {
             let mut more = *p;
             more[j] += 1e-5;
             (distance(&more, pair) - off) / 1e-5

@@ -8,10 +8,10 @@ mod reference;
 
 use crate::data::observations::Observations;
 use crate::linearization::baseline::Baseline;
-use crate::linearization::point::About;
-use crate::linearization::relinearized::Refined;
+use crate::linearization::point::LinearizationPoint;
+use crate::linearization::relinearized::RelinearizedFit;
 use crate::linearization::scene::Scene;
-use effects::Judged;
+use effects::Detection;
 use effects::sensor::Clip;
 use rails::WHOLE;
 
@@ -44,12 +44,17 @@ pub fn beneath(
         return [None; 4];
     }
     let mut scene = Scene::new(observations, baseline.clone(), keep.to_vec());
-    scene.survey.clip = *clips;
-    let about = About {
+    scene.inputs.clip = *clips;
+    let about = LinearizationPoint {
         baseline: baseline.clone(),
-        ..About::default()
+        ..LinearizationPoint::default()
     };
-    let about = Refined::new(&scene, about, &[effects::name_of(Judged::ByRails).into()]).about;
+    let about = RelinearizedFit::new(
+        &scene,
+        about,
+        &[effects::name_of(Detection::ByRails).into()],
+    )
+    .about;
     let orders = |s: usize| std::array::from_fn(|j| about.baseline.k_m[s][1 + j]);
     std::array::from_fn(|s| soft[s].then(|| orders(s)))
 }

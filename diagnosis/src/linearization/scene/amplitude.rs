@@ -1,7 +1,7 @@
 //! Each pair's amplitude less what repeats with the own tooth phase.
 
 use super::Scene;
-use super::moment::multiples;
+use super::covariates::multiples;
 use std::collections::BTreeMap;
 
 impl Scene<'_> {

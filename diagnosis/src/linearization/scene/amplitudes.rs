@@ -5,19 +5,19 @@
 //! `offset_s sin φ + offset_c cos φ - (gain/2) cos 2φ + (angle/2) sin 2φ`.
 
 use super::Scene;
+use super::covariates::multiples;
 use super::explained::Amplitudes;
 use super::mesh::{MESHES, Mesh, WAVE};
-use super::moment::multiples;
 use super::sample::{ORDERS, Sample};
-use super::wander::{self, FLAW, FLAWS, STRAIGHT, Straights, knot_weights};
-use crate::algebra::penalized::{Bond, Pieces, Row};
+use super::wander::{self, FLAW, FLAWS, STRAIGHT, WanderLengths, knot_weights};
+use crate::algebra::penalized::{Penalty, Pieces, Row};
 use crate::data::folds::folds;
 use rayon::prelude::*;
 use std::sync::Arc;
 
 /// The same of one segment.
 #[derive(Default)]
-struct Explained {
+struct AmplitudeModel {
     by_place: Vec<f64>,
     pair_course: Vec<[f64; 4]>,
     mean_flaws: Vec<f64>,
@@ -43,8 +43,8 @@ fn by_flaw(sample: &Sample) -> [f64; 4] {
 /// Columns of a wander whose flaws are straight over some parts of the recording, of a field, and of a slow change of the whole with so
 /// many knots.
 #[derive(Clone, Copy, Default)]
-struct Shape<'a> {
-    wander: Option<Straights>,
+struct AmplitudeShape<'a> {
+    wander: Option<WanderLengths>,
     field: Option<&'a Mesh>,
     course: usize,
 }
@@ -55,7 +55,7 @@ const PATTERN: usize = 2 * ORDERS;
 /// Knots over the recording that are tried for a change of the whole: at most two a period of what changes within a tenth of it.
 const KNOTS: [usize; 3] = [7, 12, 23];
 
-impl<'a> Shape<'a> {
+impl<'a> AmplitudeShape<'a> {
     /// Columns before those of the field.
     fn first(&self) -> usize {
         self.wander.map_or(0, |_| wander::COLUMNS)
@@ -107,7 +107,7 @@ impl<'a> Shape<'a> {
 
     /// Amounts of the columns. Those of a flaw that does not wander are zero and not nearly so.
     fn amounts(&self, samples: &[Sample], noise: f64) -> Option<Vec<f64>> {
-        let mut amounts = self.pieces(samples).amounts(noise, &self.bonds())?;
+        let mut amounts = self.pieces(samples).amounts(noise, &self.penalties())?;
         let straights = self.wander.unwrap_or_default();
         for flaw in (0..FLAWS).filter(|f| self.wander.is_some() && straights[*f].is_none()) {
             let columns = amounts[..wander::COLUMNS].iter_mut().skip(flaw);
@@ -116,13 +116,13 @@ impl<'a> Shape<'a> {
         Some(amounts)
     }
 
-    fn bonds(&self) -> Vec<Bond> {
-        self.wander.map_or_else(Vec::new, wander::bonds)
+    fn penalties(&self) -> Vec<Penalty> {
+        self.wander.map_or_else(Vec::new, wander::penalties)
     }
 
     /// The shape, and what it leaves on pieces that it has not seen.
     fn held_out(self, pieces: &Pieces, noise: f64) -> Option<(Self, f64)> {
-        Some((self, pieces.held_out(noise, &self.bonds())?))
+        Some((self, pieces.held_out(noise, &self.penalties())?))
     }
 
     /// The same of the best wander beside this shape, of flaws that are all alike.
@@ -163,10 +163,10 @@ fn least<T>(list: impl Iterator<Item = (T, f64)>) -> Option<(T, f64)> {
 
 /// The shape that leaves least on pieces that it has not seen, and what that is.
 fn best<'a>(
-    shapes: impl Iterator<Item = Shape<'a>>,
+    shapes: impl Iterator<Item = AmplitudeShape<'a>>,
     all: &[Sample],
     noise: f64,
-) -> Option<(Shape<'a>, f64)> {
+) -> Option<(AmplitudeShape<'a>, f64)> {
     least(shapes.filter_map(|shape| shape.held_out(&shape.pieces(all), noise)))
 }
 
@@ -180,7 +180,7 @@ impl Scene<'_> {
         let folds = folds(&self.observations.stretch);
         let segments = [0, 1, 2, 3].into_par_iter();
         let segments = segments.filter(|s| self.scope.segments[*s]);
-        let all: Vec<(usize, Explained)> = segments
+        let all: Vec<(usize, AmplitudeModel)> = segments
             .filter_map(|s| Some((s, self.explain_one(s, &folds)?)))
             .collect();
         for (segment, one) in all {
@@ -201,8 +201,8 @@ impl Scene<'_> {
     /// Takes over what explains the amplitudes.
     pub fn take_amplitudes(&mut self, amplitudes: Arc<Amplitudes>) {
         let some = |list: &[Vec<f64>; 4]| std::array::from_fn(|s| !list[s].is_empty());
-        self.survey.amplitude_by_place = amplitudes.by_place.as_ref().map_or([true; 4], some);
-        self.survey.pair_wanders = std::array::from_fn(|s| !amplitudes.pair_course[s].is_empty());
+        self.inputs.amplitude_by_place = amplitudes.by_place.as_ref().map_or([true; 4], some);
+        self.inputs.pair_wanders = std::array::from_fn(|s| !amplitudes.pair_course[s].is_empty());
         self.amplitudes = amplitudes;
     }
 
@@ -223,7 +223,7 @@ impl Scene<'_> {
         })
     }
 
-    fn explain_one(&self, segment: usize, folds: &[u8]) -> Option<Explained> {
+    fn explain_one(&self, segment: usize, folds: &[u8]) -> Option<AmplitudeModel> {
         let n = self.ln_amplitude[segment].len();
         let every = n.div_ceil(MOST_ROWS).max(1);
         let used = || (0..n).step_by(every).filter(|&i| self.keep[i]);
@@ -240,7 +240,7 @@ impl Scene<'_> {
         let known = &self.normal.mean_flaws[segment];
         let (shape, noise) = chosen(&all, &meshes, noise, !known.is_empty())?;
         let mut amounts = shape.amounts(&all, noise)?;
-        let mut found = Explained::default();
+        let mut found = AmplitudeModel::default();
         if shape.wander.is_some() {
             found.pair_course = vec![[0.0; 4]; n];
             self.add_wander(&shape, &amounts, known, &mut found);
@@ -262,7 +262,13 @@ impl Scene<'_> {
 
     /// Adds the wander that a fit found to the course that it was found about. Unless means of the flaws are known, those over this
     /// recording's time become them.
-    fn add_wander(&self, shape: &Shape<'_>, amounts: &[f64], known: &[f64], to: &mut Explained) {
+    fn add_wander(
+        &self,
+        shape: &AmplitudeShape<'_>,
+        amounts: &[f64],
+        known: &[f64],
+        to: &mut AmplitudeModel,
+    ) {
         let pattern = shape.flaws_in_pattern(amounts);
         to.mean_flaws = if known.is_empty() {
             let mean = wander::mean(amounts).into_iter().zip(pattern);
@@ -302,17 +308,17 @@ impl Scene<'_> {
     /// Part of the recording's time that has passed.
     fn progress(&self, i: usize) -> f64 {
         let t_s = &self.observations.t_s;
-        (t_s[i] - t_s[0]) / self.survey.duration_s.max(1e-12)
+        (t_s[i] - t_s[0]) / self.inputs.duration_s.max(1e-12)
     }
 
     /// Place of a segment on the platen and the courier's angle.
     fn place(&self, segment: usize, i: usize) -> Option<([f64; 2], f64)> {
-        let moment = self.moment(i);
-        let place = moment.place_m[segment];
+        let covariates = self.covariates(i);
+        let place = covariates.place_m[segment];
         place
             .iter()
             .all(|p| p.is_finite())
-            .then_some((place, moment.theta_rad))
+            .then_some((place, covariates.theta_rad))
     }
 
     /// Mean square of the logarithm's noise: what is stated, or what neighbours on a smooth path show where that is more.
@@ -346,23 +352,23 @@ fn chosen<'a>(
     meshes: &'a [Mesh],
     noise: f64,
     wanders: bool,
-) -> Option<(Shape<'a>, f64)> {
+) -> Option<(AmplitudeShape<'a>, f64)> {
     let count = all.len() as f64;
     let nothing = all.iter().map(|s| s.value * s.value).sum::<f64>() / count;
     let loose = noise.max(INEXACT * nothing);
     let fields = || {
-        meshes.iter().map(|mesh| Shape {
+        meshes.iter().map(|mesh| AmplitudeShape {
             field: Some(mesh),
-            ..Shape::default()
+            ..AmplitudeShape::default()
         })
     };
-    let courses = KNOTS.into_iter().map(|course| Shape {
+    let courses = KNOTS.into_iter().map(|course| AmplitudeShape {
         course,
-        ..Shape::default()
+        ..AmplitudeShape::default()
     });
     let (field, place) = best(fields(), all, loose)?;
     let (course, time) = best(courses, all, loose)?;
-    let (_, wandering) = Shape::default().wandering(all, loose)?;
+    let (_, wandering) = AmplitudeShape::default().wandering(all, loose)?;
     let beside = field.wandering(all, loose)?;
     let together = beside.1;
     // Beside a wander that explains nothing the field stands alone.

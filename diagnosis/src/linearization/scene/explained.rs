@@ -7,6 +7,6 @@ pub struct Amplitudes {
     pub by_place: Option<[Vec<f64>; 4]>,
     /// Offset of sine and cosine, gain and angle, less [`Self::mean_flaws`].
     pub pair_course: [Vec<[f64; 4]>; 4],
-    /// Their means over the time, or those of another recording that this one is told by ([`super::Normal`]).
+    /// Their means over the time, or those of another recording that this one is told by ([`super::ReferenceValues`]).
     pub mean_flaws: [Vec<f64>; 4],
 }

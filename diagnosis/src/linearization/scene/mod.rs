@@ -1,18 +1,18 @@
 //! One recording under one baseline: residual channels, their noise, and what the sensor knows at each sample.
 
-mod agreed;
 mod amplitude;
 mod amplitudes;
+mod basis_inputs;
+mod constrained_positions;
+mod covariates;
 mod explained;
 mod flaws;
+mod instruments;
 mod mesh;
-mod moment;
 mod quiet;
 mod rows;
 mod sample;
 mod scope;
-mod steady;
-mod survey;
 mod wander;
 mod warmth;
 
@@ -23,11 +23,11 @@ pub use scope::scope;
 use crate::data::motion::Motion;
 use crate::data::observations::Observations;
 use crate::linearization::baseline::{Baseline, Scope};
-use effects::sensor::{LAGS_S, READINGS, Survey};
+use effects::sensor::{BasisInputs, LAGS_S, READINGS};
+use instruments::Instruments;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use steady::Steady;
 use warmth::behind_k;
 
 /// A recording, linearised about a baseline.
@@ -41,15 +41,15 @@ pub struct Scene<'a> {
     /// Speeds and directions.
     pub motion: Arc<Motion>,
     /// What the recording offers.
-    pub survey: Survey,
+    pub inputs: BasisInputs,
     /// Calibrated segment positions, m.
     pub calibrated_m: [Vec<f64>; 4],
     /// Samples in use; disturbed ones are not.
     pub keep: Vec<bool>,
     /// What "no effect" means for amplitude and temperature: from this recording, or from the one that a model is of.
-    pub normal: Normal,
+    pub normal: ReferenceValues,
     /// What the effects found so far add to the readings.
-    pub shift: Shift,
+    pub shift: LatentDisplacement,
     /// Noise of each reading over the stated one: 1, or what was found.
     pub noise: [f64; READINGS],
     gain: [Vec<f64>; 4],
@@ -57,20 +57,20 @@ pub struct Scene<'a> {
     amplitudes: Arc<Amplitudes>,
     quiet_m: Arc<[Vec<f64>; 4]>,
     behind_k: Arc<Vec<[f64; LAGS_S.len()]>>,
-    telling: Telling,
-    steady: Steady,
+    telling: PathEstimator,
+    steady: Instruments,
 }
 
 /// How the segments' ways are told where effects that remember them hide them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Telling {
+pub struct PathEstimator {
     /// By each segment's own reading, and not by all together.
     pub own: bool,
     /// Noise that a way must stand out of, over the readings'.
     pub louder: f64,
 }
 
-impl Default for Telling {
+impl Default for PathEstimator {
     fn default() -> Self {
         Self {
             own: false,
@@ -82,7 +82,7 @@ impl Default for Telling {
 /// What the effects found so far add to the readings, m; empty where nothing is found. It moves the phases that shapes are
 /// evaluated at, and not the residual.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Shift {
+pub struct LatentDisplacement {
     /// Of all effects: a segment is where its calibrated position and this say.
     pub whole_m: [Vec<f64>; 4],
     /// Of effects in the electronics: equation (3) is a function of what the pair would give without them.
@@ -93,7 +93,7 @@ pub struct Shift {
 
 /// Reference values that amounts are relative to.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Normal {
+pub struct ReferenceValues {
     /// Mean temperature, °C.
     pub temperature_c: f64,
     /// Lowest and highest temperature, °C, where it was measured.
@@ -118,11 +118,16 @@ impl<'a> Scene<'a> {
         observations: &'a Observations,
         baseline: Baseline,
         keep: Vec<bool>,
-        normal: Option<&Normal>,
+        normal: Option<&ReferenceValues>,
     ) -> Self {
         let n = observations.len();
         let scope = scope(observations);
-        let (calibrated_m, gain) = calibrated(observations, scope, &baseline, &Shift::default());
+        let (calibrated_m, gain) = calibrated(
+            observations,
+            scope,
+            &baseline,
+            &LatentDisplacement::default(),
+        );
         let motion = Self::motion(observations, scope, &calibrated_m);
         let known: Vec<f64> = observations
             .temperature_c
@@ -136,22 +141,22 @@ impl<'a> Scene<'a> {
             baseline,
             scope,
             motion: Arc::new(motion),
-            survey: Survey::default(),
+            inputs: BasisInputs::default(),
             calibrated_m,
             keep,
-            shift: Shift::default(),
+            shift: LatentDisplacement::default(),
             noise: [1.0; READINGS],
             gain,
             ln_amplitude: Default::default(),
             amplitudes: Arc::default(),
             quiet_m: Arc::default(),
             behind_k: Arc::new(behind_k(&observations.t_s, &observations.temperature_c)),
-            telling: Telling::default(),
-            steady: Steady::default(),
-            normal: normal.cloned().unwrap_or(Normal {
+            telling: PathEstimator::default(),
+            steady: Instruments::default(),
+            normal: normal.cloned().unwrap_or(ReferenceValues {
                 temperature_c: mean_temperature_c,
                 temperatures_c: range(&known),
-                ..Normal::default()
+                ..ReferenceValues::default()
             }),
         };
         let mut patterns = std::mem::take(&mut this.normal.ln_amplitude);
@@ -166,20 +171,20 @@ impl<'a> Scene<'a> {
         (this.normal.ln_amplitude, this.ln_amplitude) = (patterns, excess);
         this.quiet_m = Arc::new(this.quiet());
         this.steady = this.steady();
-        this.survey = this.look_over(n, &known);
+        this.inputs = this.look_over(n, &known);
         this
     }
 
     /// The same recording about another baseline and other effects; speeds and amplitudes stay, what a segment remembers of its way
     /// follows from where it is known to be now.
-    pub fn moved(&self, baseline: Baseline, shift: Shift) -> Self {
+    pub fn moved(&self, baseline: Baseline, shift: LatentDisplacement) -> Self {
         let (calibrated_m, gain) = calibrated(self.observations, self.scope, &baseline, &shift);
         let mut this = Self {
             motion: Arc::clone(&self.motion),
             observations: self.observations,
             baseline,
             scope: self.scope,
-            survey: self.survey.clone(),
+            inputs: self.inputs.clone(),
             calibrated_m,
             keep: self.keep.clone(),
             normal: self.normal.clone(),
@@ -191,7 +196,7 @@ impl<'a> Scene<'a> {
             quiet_m: Arc::clone(&self.quiet_m),
             behind_k: Arc::clone(&self.behind_k),
             telling: self.telling,
-            steady: Steady::default(),
+            steady: Instruments::default(),
         };
         this.retrace(&self.shift);
         this.steady = this.steady();
@@ -199,16 +204,16 @@ impl<'a> Scene<'a> {
     }
 
     /// Angle and deflection as the neighbours tell them; nothing without a beacon, whose equations alone need them.
-    fn steady(&self) -> Steady {
+    fn steady(&self) -> Instruments {
         if !self.scope.beacon {
-            return Steady::default();
+            return Instruments::default();
         }
         let theta_rad: Vec<f64> = (0..self.len()).map(|i| self.refined_theta_rad(i)).collect();
-        Steady::of(&theta_rad, self.observations, &self.motion.smooth)
+        Instruments::of(&theta_rad, self.observations, &self.motion.smooth)
     }
 
     /// The same with its ways told otherwise from here on.
-    pub fn told_by(&self, telling: Telling) -> Self {
+    pub fn with_paths_by(&self, telling: PathEstimator) -> Self {
         let mut this = self.moved(self.baseline.clone(), self.shift.clone());
         this.telling = telling;
         this
@@ -224,18 +229,18 @@ impl<'a> Scene<'a> {
     }
 
     /// The ways of those segments whose places another shift than the one before moves. A reference's places are moved by none.
-    fn retrace(&mut self, before: &Shift) {
+    fn retrace(&mut self, before: &LatentDisplacement) {
         if self.scope.reference || self.shift == *before {
             return;
         }
         let remembers = !self.shift.beside_m[0].is_empty() && !self.telling.own;
-        let agreed = remembers.then(|| self.agreed());
+        let constrained_positions = remembers.then(|| self.constrained_positions());
         let way = |segment: usize| {
             let (there, here) = (&self.shift.whole_m[segment], &before.whole_m[segment]);
             if there == here {
                 return None;
             }
-            let (place_m, louder) = match &agreed {
+            let (place_m, louder) = match &constrained_positions {
                 Some(all) => (all.place_m[segment].clone(), all.louder[segment]),
                 None => {
                     let own = self.calibrated_m[segment].iter().enumerate();
@@ -298,7 +303,7 @@ fn calibrated(
     observations: &Observations,
     scope: Scope,
     baseline: &Baseline,
-    shift: &Shift,
+    shift: &LatentDisplacement,
 ) -> ([Vec<f64>; 4], [Vec<f64>; 4]) {
     let mut position_m: [Vec<f64>; 4] = Default::default();
     let mut gain: [Vec<f64>; 4] = Default::default();

@@ -1,7 +1,7 @@
 //! The residual channels of a sample, their derivatives by the readings, and their noise.
 
 use super::Scene;
-use effects::sensor::{Action, CHANNELS, Moment, READINGS, Regressor};
+use effects::sensor::{Action, CHANNELS, Covariates, READINGS, Regressor};
 
 /// Most rows that a sample gives: g_p, g_x, g_y, or four segments against a reference.
 pub const ROWS: usize = 4;
@@ -59,18 +59,18 @@ impl SampleRows {
         &self,
         by_reading: &[[f64; READINGS]; ROWS],
         regressor: &Regressor,
-        moment: &Moment,
+        covariates: &Covariates,
     ) -> Option<[f64; ROWS]> {
         let Action::Readings(add) = &regressor.action else {
-            let response = self.response(regressor, moment);
+            let response = self.response(regressor, covariates);
             let any = response.iter().any(|r| *r != 0.0);
             return any.then(|| self.whitened(&response));
         };
-        if !regressor.acts(moment) {
+        if !regressor.acts(covariates) {
             return None;
         }
         let mut readings = [0.0; READINGS];
-        add(moment, &mut readings);
+        add(covariates, &mut readings);
         let mut out = [0.0; ROWS];
         // Most act on one reading.
         for (reading, value) in readings.iter().enumerate().filter(|r| *r.1 != 0.0) {
@@ -82,15 +82,15 @@ impl SampleRows {
     }
 
     /// What a unit amount of a regressor adds to the rows, m.
-    pub fn response(&self, regressor: &Regressor, moment: &Moment) -> [f64; ROWS] {
+    pub fn response(&self, regressor: &Regressor, covariates: &Covariates) -> [f64; ROWS] {
         let mut out = [0.0; ROWS];
-        if !regressor.acts(moment) {
+        if !regressor.acts(covariates) {
             return out;
         }
         match &regressor.action {
             Action::Readings(add) => {
                 let mut readings = [0.0; READINGS];
-                add(moment, &mut readings);
+                add(covariates, &mut readings);
                 // Most act on one reading, and single teeth on few samples.
                 for (reading, value) in readings.iter().enumerate().filter(|r| *r.1 != 0.0) {
                     for (out, slopes) in out.iter_mut().zip(&self.by_reading).take(self.count) {
@@ -100,7 +100,7 @@ impl SampleRows {
             }
             Action::Channels(add) => {
                 let mut channels = [0.0; CHANNELS];
-                add(moment, &mut channels);
+                add(covariates, &mut channels);
                 for row in 0..self.count {
                     out[row] = channels[self.channel[row]];
                 }

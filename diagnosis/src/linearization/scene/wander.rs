@@ -1,7 +1,7 @@
 //! A pair's flaws that wander: smooth functions of time of which nothing else is known. How much they bend is told by pieces of
 //! the recording that a fit has not seen (smoothing splines: Wahba 1978; as bonds between B-splines: Eilers and Marx 1996).
 
-use crate::algebra::penalized::Bond;
+use crate::algebra::penalized::Penalty;
 use effects::basis::spline;
 
 /// Offset of sine and cosine, gain and angle.
@@ -54,16 +54,16 @@ pub(super) fn mean(amounts: &[f64]) -> [f64; FLAWS] {
 }
 
 /// How far each flaw is held straight, as parts of the recording; `None` where it does not wander.
-pub(super) type Straights = [Option<f64>; FLAWS];
+pub(super) type WanderLengths = [Option<f64>; FLAWS];
 
 /// Keeps a flaw that does not wander at its mean.
 const STILL: f64 = 1e4;
 
 /// What holds a flaw straight over a part of the recording: a slope that walks at random (white noise integrated twice), so that
 /// second differences grow with the step to the power of one and a half.
-pub(super) fn bonds(straights: Straights) -> Vec<Bond> {
+pub(super) fn penalties(straights: WanderLengths) -> Vec<Penalty> {
     let step = 1.0 / (KNOTS as f64 - 3.0);
-    let of_one = |(flaw, straight): (usize, Option<f64>)| -> Vec<Bond> {
+    let of_one = |(flaw, straight): (usize, Option<f64>)| -> Vec<Penalty> {
         let column = |knot: usize| flaw + FLAWS * knot;
         let Some(straight) = straight else {
             return (0..KNOTS).map(|k| vec![(column(k), STILL)]).collect();

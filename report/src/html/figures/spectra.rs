@@ -6,7 +6,7 @@ use crate::html::plots::{self, Spectrum};
 use crate::html::spectrum::{Line, spectrum, standing_out, together};
 use crate::html::svg::{Area, plot, short};
 use crate::html::telling::range;
-use diagnosis::verdict::evidence::{Evidence, Place, Trace};
+use diagnosis::verdict::evidence::{Evidence, SampleCoordinates, Trace};
 use std::collections::BTreeMap;
 
 /// Orders of the own phase that are looked at: as far as the diagnosis' own harmonics reach.
@@ -110,7 +110,7 @@ fn farthest(lines: &[Line]) -> f64 {
 
 /// Phase of a segment at each residual, turns.
 fn turns(evidence: &Evidence, trace: &Trace, segment: usize, lateral: bool) -> Vec<f64> {
-    let turn = |place: &Place| {
+    let turn = |place: &SampleCoordinates| {
         if lateral {
             place.lateral_turns[segment]
         } else {

@@ -2,9 +2,9 @@
 
 use crate::algebra::symmetric::Symmetric;
 use crate::data::folds::FOLDS;
-use crate::design::errors_in_variables::Carried;
+use crate::design::errors_in_variables::ErrorsInVariables;
 use crate::design::gram::{Columns, Gram};
-use crate::inference::cross_validation::Arena;
+use crate::inference::cross_validation::CrossValidation;
 use effects::random::{ChaCha8Rng, SeedableRng};
 use effects::sensor::Regressor;
 
@@ -12,13 +12,13 @@ use effects::sensor::Regressor;
 const ROWS: usize = 400;
 
 /// Columns and their products.
-pub struct Made {
+pub struct SyntheticProblem {
     columns: Columns,
     gram: Gram,
-    carried: Carried,
+    carried: ErrorsInVariables,
 }
 
-impl Made {
+impl SyntheticProblem {
     /// A constant as the baseline, then blocks with the prior sizes of their columns. `row` draws a row: a one, the columns, the
     /// target.
     pub fn new(blocks: &[(&str, &[f64])], row: &dyn Fn(&mut ChaCha8Rng) -> Vec<f64>) -> Self {
@@ -46,7 +46,7 @@ impl Made {
             overstated: false,
             loud: false,
         };
-        let carried = Carried::none(width);
+        let carried = ErrorsInVariables::none(width);
         Self {
             columns,
             gram,
@@ -56,13 +56,13 @@ impl Made {
 
     /// The same, each column of the blocks carrying noise of this variance.
     pub fn carrying(mut self, variance: f64) -> Self {
-        self.carried = Carried::alike(self.columns.regressors.len(), variance);
+        self.carried = ErrorsInVariables::alike(self.columns.regressors.len(), variance);
         self
     }
 
     /// For the comparison of sets of blocks.
-    pub fn arena(&self) -> Arena<'_> {
-        Arena::new(&self.gram, &self.columns, &self.carried)
+    pub fn arena(&self) -> CrossValidation<'_> {
+        CrossValidation::new(&self.gram, &self.columns, &self.carried)
     }
 }
 

@@ -6,7 +6,7 @@ use effects::sensor::READINGS;
 use nalgebra::{Matrix3, Vector3};
 
 /// Places of the segments, and how far the readings' noise moves them.
-pub struct Agreed {
+pub struct ConstrainedPositions {
     /// One a sample and segment, m; empty where a segment is absent.
     pub place_m: [Vec<f64>; 4],
     /// Noise of the places over that of the segments' own, rms.
@@ -18,14 +18,14 @@ impl Scene<'_> {
     /// constraints, all readings off by their noise, and each segment besides by as much as the residual shows that effects still hide.
     /// The beacon keeps no memory of its way. The channels' zeros are this recording's own: what is left in the median says nothing.
     /// Linear in samples.
-    pub fn agreed(&self) -> Agreed {
+    pub fn constrained_positions(&self) -> ConstrainedPositions {
         let mut place_m: [Vec<f64>; 4] = std::array::from_fn(|s| {
             let places = self.calibrated_m[s].iter().enumerate();
             places
                 .map(|(i, p)| p + at(&self.shift.whole_m[s], i))
                 .collect()
         });
-        let left: Vec<Left> = (0..self.len()).map(|i| self.left(i)).collect();
+        let left: Vec<SampleResidual> = (0..self.len()).map(|i| self.left(i)).collect();
         let zero_m: [f64; 3] = std::array::from_fn(|channel| {
             let of_it = left.iter().filter_map(|l| l.of_channel_m(channel));
             median(&mut of_it.collect::<Vec<_>>()).unwrap_or(0.0)
@@ -34,21 +34,23 @@ impl Scene<'_> {
         let mut noise = [0.0; 4];
         let mut told = 0.0;
         for (i, left) in left.iter().enumerate() {
-            let Some(agreement) = self.agreement(i, left, zero_m, hidden_m2) else {
+            let Some(constraint_correction) =
+                self.constraint_correction(i, left, zero_m, hidden_m2)
+            else {
                 continue;
             };
             told += 1.0;
             for s in 0..4 {
-                place_m[s][i] -= agreement.off_m[s];
-                noise[s] += agreement.noise[s];
+                place_m[s][i] -= constraint_correction.off_m[s];
+                noise[s] += constraint_correction.noise[s];
             }
         }
         let louder = noise.map(|sum| if told > 0.0 { (sum / told).sqrt() } else { 1.0 });
-        Agreed { place_m, louder }
+        ConstrainedPositions { place_m, louder }
     }
 
     /// What the effects found so far leave of one sample's residual.
-    fn left(&self, i: usize) -> Left {
+    fn left(&self, i: usize) -> SampleResidual {
         let rows = self.rows(i);
         let left_m = std::array::from_fn(|row| {
             let slopes = rows.by_reading[row];
@@ -56,11 +58,11 @@ impl Scene<'_> {
             let beside_m = at(&self.shift.beside_m[rows.channel[row]], i);
             rows.residual_m[row] + by_segments.sum::<f64>() + beside_m
         });
-        Left { rows, left_m }
+        SampleResidual { rows, left_m }
     }
 
     /// Variance of the segments that the residual shows beside the noise, m².
-    fn hidden_m2(&self, left: &[Left], zero_m: [f64; 3]) -> f64 {
+    fn hidden_m2(&self, left: &[SampleResidual], zero_m: [f64; 3]) -> f64 {
         let (mut excess_m2, mut share) = (0.0, 0.0);
         for (i, left) in left.iter().enumerate().filter(|(i, _)| self.keep[*i]) {
             let stated = self.reading_variance(i);
@@ -76,13 +78,13 @@ impl Scene<'_> {
     }
 
     /// What that says of the segments; none where nothing is left.
-    fn agreement(
+    fn constraint_correction(
         &self,
         i: usize,
-        left: &Left,
+        left: &SampleResidual,
         zero_m: [f64; 3],
         hidden_m2: f64,
-    ) -> Option<Agreement> {
+    ) -> Option<ConstraintCorrection> {
         let rows = &left.rows;
         let stated = self.reading_variance(i);
         let hidden = |r: usize| if r < 4 { hidden_m2 } else { 0.0 };
@@ -118,7 +120,7 @@ impl Scene<'_> {
             };
             (0..READINGS).map(of).sum::<f64>() / stated[s]
         };
-        Some(Agreement {
+        Some(ConstraintCorrection {
             off_m: std::array::from_fn(|s| gain(s).dot(&left_m)),
             noise: std::array::from_fn(noise),
         })
@@ -126,12 +128,12 @@ impl Scene<'_> {
 }
 
 /// One sample's residual.
-struct Left {
+struct SampleResidual {
     rows: SampleRows,
     left_m: [f64; 3],
 }
 
-impl Left {
+impl SampleResidual {
     fn of_channel_m(&self, channel: usize) -> Option<f64> {
         let row = (0..self.rows.count).find(|row| self.rows.channel[*row] == channel)?;
         Some(self.left_m[row]).filter(|m| m.is_finite())
@@ -139,7 +141,7 @@ impl Left {
 }
 
 /// What one sample says.
-struct Agreement {
+struct ConstraintCorrection {
     /// How far each segment is from where it was taken to be, m.
     off_m: [f64; 4],
     /// Variance of the place over that of the segment's own.

@@ -7,7 +7,7 @@
 //! with the square of the amplitude: order 4 changes by twice what there is of it.
 
 use crate::linearization::baseline::ORDERS;
-use crate::linearization::relinearized::Refined;
+use crate::linearization::relinearized::RelinearizedFit;
 use effects::identity::{Factor, Identity, Part, Wave};
 use std::f64::consts::TAU;
 
@@ -36,7 +36,7 @@ struct Pair {
 
 /// True if the free harmonics that are found are what the offsets that the gap shows make of equation (3)'s, and its third harmonics.
 /// `gap` and `harmonics` are the names of the two effects.
-pub(super) fn are_the_gaps_own(fine: &Refined, gap: &str, harmonics: &str) -> bool {
+pub(super) fn are_the_gaps_own(fine: &RelinearizedFit, gap: &str, harmonics: &str) -> bool {
     let pitch_m = fine.scene.observations.pitch_m;
     let changes_m = |order: usize, s: usize| amplitude_m(fine, gap, Factor::Amplitude, order, s);
     let pairs: [Pair; 4] = std::array::from_fn(|s| Pair {
@@ -71,7 +71,13 @@ fn are_made(pairs: &[Pair]) -> bool {
 }
 
 /// Amplitude of a sine and a cosine of an effect; zero where it has none.
-fn amplitude_m(fine: &Refined, effect: &str, factor: Factor, order: usize, segment: usize) -> f64 {
+fn amplitude_m(
+    fine: &RelinearizedFit,
+    effect: &str,
+    factor: Factor,
+    order: usize,
+    segment: usize,
+) -> f64 {
     let Some(block) = fine.columns.blocks.iter().find(|b| b.name == effect) else {
         return 0.0;
     };
@@ -92,7 +98,7 @@ fn amplitude_m(fine: &Refined, effect: &str, factor: Factor, order: usize, segme
 }
 
 /// Amplitude of an order of equation (3); zero where it has none.
-fn baseline_m(fine: &Refined, order: usize, segment: usize) -> f64 {
+fn baseline_m(fine: &RelinearizedFit, order: usize, segment: usize) -> f64 {
     let k_m = &fine.scene.baseline.k_m[segment];
     let at = ORDERS.iter().position(|n| *n == order);
     at.map_or(0.0, |at| k_m[1 + 2 * at].hypot(k_m[2 + 2 * at]))

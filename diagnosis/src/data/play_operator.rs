@@ -29,7 +29,7 @@ const HALF_WINDOW: usize = 3;
 
 /// The last way of a segment, one value a sample.
 #[derive(Clone, Debug, Default)]
-pub struct Travel {
+pub struct PlayOperator {
     /// Direction of the last travel: -1 or 1, 0 where none was yet.
     pub direction: Vec<f64>,
     /// The same that turns over with travel: the states of Dahl 1968's friction model, then the stops whose sums are Prandtl's and
@@ -42,7 +42,7 @@ pub struct Travel {
 }
 
 /// A way without a turn.
-struct Leg {
+struct MonotonicLeg {
     direction: f64,
     /// Place that it began at, and the memory there.
     from_m: f64,
@@ -53,7 +53,7 @@ struct Leg {
     piece: usize,
 }
 
-impl Leg {
+impl MonotonicLeg {
     /// Memory at a place farther on.
     fn memory_at(&self, here_m: f64) -> [f64; TURNOVERS] {
         let way_m = (self.direction * (here_m - self.from_m)).max(0.0);
@@ -80,14 +80,14 @@ impl Leg {
     }
 }
 
-impl Travel {
+impl PlayOperator {
     /// From a segment's positions, those of them that follow a smooth path, and the path's rms misfit. Between separate poses and
     /// between stretches the way is taken to be straight. Linear in samples.
     pub fn new(position_m: &[f64], smooth: &[bool], misfit_m: f64, o: &Observations) -> Self {
         let apart = |i: usize| i == 0 || !smooth[i] || o.unbroken[i] != o.unbroken[i - 1];
         let place_m = without_own_noise(&o.t_s, position_m, misfit_m, &apart);
         let mut this = Self::default();
-        let mut leg = Leg {
+        let mut leg = MonotonicLeg {
             direction: 0.0,
             from_m: f64::NAN,
             memory: [0.0; TURNOVERS],
@@ -135,11 +135,11 @@ impl Travel {
 }
 
 /// The leg that leads to a separate pose, or to the first sample of a path: on, or turned, if the way there is far enough to tell.
-fn arrived(leg: &Leg, here_m: f64, i: usize, clear_m: f64) -> Leg {
+fn arrived(leg: &MonotonicLeg, here_m: f64, i: usize, clear_m: f64) -> MonotonicLeg {
     let step = here_m - leg.farthest.0;
     let (direction, memory) = if step.abs() > clear_m {
         let there = leg.memory_at(leg.farthest.0);
-        let straight = Leg {
+        let straight = MonotonicLeg {
             direction: step.signum(),
             from_m: leg.farthest.0,
             memory: there,
@@ -152,7 +152,7 @@ fn arrived(leg: &Leg, here_m: f64, i: usize, clear_m: f64) -> Leg {
     } else {
         (leg.direction, leg.memory_at(leg.farthest.0))
     };
-    Leg {
+    MonotonicLeg {
         direction,
         from_m: here_m,
         memory,
@@ -162,7 +162,7 @@ fn arrived(leg: &Leg, here_m: f64, i: usize, clear_m: f64) -> Leg {
 }
 
 /// Sample at which the way back began that is clear at the end of these places; a rest before it belongs to the way there.
-fn turn(leg: &Leg, place_m: &[f64], near_m: f64) -> usize {
+fn turn(leg: &MonotonicLeg, place_m: &[f64], near_m: f64) -> usize {
     let near = |j: &usize| leg.direction * (leg.farthest.0 - place_m[*j]) < near_m;
     let far = leg.farthest.1;
     let first = (leg.piece..=far).rev().take_while(near).last();

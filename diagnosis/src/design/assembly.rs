@@ -3,19 +3,19 @@
 use crate::data::clip;
 use crate::data::folds::folds;
 use crate::data::prepare::Prepared;
-use crate::design::coordinate_basis::places;
-use crate::design::errors_in_variables::Carried;
+use crate::design::coordinate_basis::coordinate_bases;
+use crate::design::errors_in_variables::ErrorsInVariables;
 use crate::design::gram::{Columns, Gram};
-use crate::inference::cross_validation::Arena;
+use crate::inference::cross_validation::CrossValidation;
 use crate::inference::residuals::Residuals;
 use crate::linearization::calibrate::baseline_columns;
-use crate::linearization::point::About;
+use crate::linearization::point::LinearizationPoint;
 use crate::linearization::scene::Scene;
 use crate::noise::simulated::{Floor, floor};
 use crate::spectra::flicker::flicker_hz;
 use crate::spectra::lines::{add_lines, lines_of};
-use effects::Judged;
-use effects::sensor::{READINGS, Survey};
+use effects::Detection;
+use effects::sensor::{BasisInputs, READINGS};
 use std::sync::Arc;
 
 /// What a caller may change.
@@ -27,50 +27,50 @@ pub struct Options {
 
 /// A block of the comparison.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Kind {
+pub enum BlockKind {
     /// A catalogued effect.
     Effect(String),
     /// The shapes of an effect that may not be named: they tell where a gap lies, and nothing else.
-    Shape(String),
+    WithheldEffect(String),
     /// Free shapes over a coordinate.
-    Place(String),
+    Coordinate(String),
 }
 
 /// Everything that the judgement needs.
-pub struct Study<'a> {
+pub struct Design<'a> {
     /// The linearised recording.
     pub scene: Scene<'a>,
     /// Columns: baseline, effects, places.
     pub columns: Columns,
     /// What each block after the baseline is.
-    pub kinds: Vec<Kind>,
+    pub kinds: Vec<BlockKind>,
     /// Their products.
     pub gram: Gram,
     /// Noise that they carry.
-    pub carried: Carried,
+    pub carried: ErrorsInVariables,
     /// Fold of each sample.
     pub folds: Vec<u8>,
     /// Simulator's scatter.
     pub floor: Floor,
 }
 
-impl Study<'_> {
+impl Design<'_> {
     /// For the comparison of sets of blocks.
-    pub fn arena(&self) -> Arena<'_> {
-        Arena::new(&self.gram, &self.columns, &self.carried)
+    pub fn arena(&self) -> CrossValidation<'_> {
+        CrossValidation::new(&self.gram, &self.columns, &self.carried)
     }
 
     /// Blocks of the catalogue.
     pub fn effects(&self) -> Vec<usize> {
         (1..self.columns.blocks.len())
-            .filter(|b| matches!(self.kinds[b - 1], Kind::Effect(_)))
+            .filter(|b| matches!(self.kinds[b - 1], BlockKind::Effect(_)))
             .collect()
     }
 
     /// Blocks of free shapes.
     pub fn places(&self) -> Vec<usize> {
         (1..self.columns.blocks.len())
-            .filter(|b| !matches!(self.kinds[b - 1], Kind::Effect(_)))
+            .filter(|b| !matches!(self.kinds[b - 1], BlockKind::Effect(_)))
             .collect()
     }
 
@@ -92,13 +92,13 @@ impl Study<'_> {
 
 /// What to look at besides the catalogue and the places.
 #[derive(Clone, Copy, Default)]
-pub struct Look<'a> {
+pub struct DesignOptions<'a> {
     /// Residuals of the best model so far, in which lines of the spectrum are looked for.
     pub lines_of: Option<&'a Residuals>,
     /// Waves over the coordination sensor's deflection are looked for in those residuals as well.
     pub fringes: bool,
     /// A survey whose lines and whose phase of free harmonics are kept.
-    pub as_in: Option<&'a Survey>,
+    pub as_in: Option<&'a BasisInputs>,
     /// A field over the platen is judged.
     pub field: bool,
     /// Only the blocks named here are compared: a field has hundreds of unknowns.
@@ -108,12 +108,12 @@ pub struct Look<'a> {
 }
 
 /// Builds all columns and their products.
-pub fn study<'a>(
+pub fn assemble<'a>(
     prepared: &'a Prepared,
     options: &Options,
-    about: &About,
-    look: Look,
-) -> Study<'a> {
+    about: &LinearizationPoint,
+    look: DesignOptions,
+) -> Design<'a> {
     let mut scene = Scene::new(
         &prepared.observations,
         about.baseline.clone(),
@@ -124,11 +124,11 @@ pub fn study<'a>(
     scene.take_amplitudes(Arc::clone(&prepared.amplitudes));
     for segment in 0..4 {
         let other = || clip::against_reference(&scene, segment);
-        scene.survey.clip[segment] = prepared.clips[segment].or_else(other);
+        scene.inputs.clip[segment] = prepared.clips[segment].or_else(other);
     }
-    scene.survey.beneath = prepared.beneath;
-    let (mut beacon, mut segments) = look.as_in.map_or(Default::default(), |survey| {
-        let lines = (&survey.beacon_lines_hz, &survey.segment_lines_hz);
+    scene.inputs.beneath = prepared.beneath;
+    let (mut beacon, mut segments) = look.as_in.map_or(Default::default(), |inputs| {
+        let lines = (&inputs.beacon_lines_hz, &inputs.segment_lines_hz);
         (lines.0.clone(), lines.1.clone())
     });
     if let Some(residuals) = look.lines_of {
@@ -137,32 +137,32 @@ pub fn study<'a>(
         add_lines(&mut beacon, more.0);
         add_lines(&mut segments, more.1);
     }
-    (scene.survey.beacon_lines_hz, scene.survey.segment_lines_hz) = (beacon, segments);
-    if let Some(survey) = look.as_in {
-        scene.survey.pair_lines_hz = survey.pair_lines_hz.clone();
-        scene.survey.flicker_hz = survey.flicker_hz.clone();
-        scene.survey.deflection_waves = survey.deflection_waves.clone();
+    (scene.inputs.beacon_lines_hz, scene.inputs.segment_lines_hz) = (beacon, segments);
+    if let Some(inputs) = look.as_in {
+        scene.inputs.pair_lines_hz = inputs.pair_lines_hz.clone();
+        scene.inputs.flicker_hz = inputs.flicker_hz.clone();
+        scene.inputs.deflection_waves = inputs.deflection_waves.clone();
     }
     let residuals = look.lines_of.filter(|_| look.fringes);
-    if let Some(residuals) = residuals.filter(|_| scene.survey.deflection_waves.is_empty()) {
-        scene.survey.deflection_waves = crate::spectra::deflection_waves::waves(&scene, residuals);
+    if let Some(residuals) = residuals.filter(|_| scene.inputs.deflection_waves.is_empty()) {
+        scene.inputs.deflection_waves = crate::spectra::deflection_waves::waves(&scene, residuals);
     }
     if let Some(residuals) = look.lines_of {
         let flickers = flicker_hz(&scene, residuals);
-        add_lines(&mut scene.survey.flicker_hz, flickers);
-        scene.survey.pair_lines_hz =
+        add_lines(&mut scene.inputs.flicker_hz, flickers);
+        scene.inputs.pair_lines_hz =
             std::array::from_fn(|s| crate::spectra::hum::hum_hz(&scene, s));
     }
-    scene.survey.unmodified = look.as_in.is_some_and(|survey| survey.unmodified);
-    scene.survey.fuller = look
+    scene.inputs.unmodified = look.as_in.is_some_and(|inputs| inputs.unmodified);
+    scene.inputs.forms = look
         .as_in
-        .map_or_else(Default::default, |survey| survey.fuller);
-    scene.survey.lines_wind = look.as_in.is_some_and(|survey| survey.lines_wind);
+        .map_or_else(Default::default, |inputs| inputs.forms);
+    scene.inputs.lines_wind = look.as_in.is_some_and(|inputs| inputs.lines_wind);
     if look.field {
         crate::design::knots::lay(&mut scene);
     }
     let listed = |name: &str| look.only.is_none_or(|list| list.iter().any(|k| k == name));
-    let wanted = |name: &str| listed(name) || look.field && effects::is(name, Judged::AsField);
+    let wanted = |name: &str| listed(name) || look.field && effects::is(name, Detection::AsField);
     let (columns, kinds) = if look.finely {
         finer_columns(&scene)
     } else {
@@ -170,9 +170,9 @@ pub fn study<'a>(
     };
     let folds = folds(&prepared.observations.stretch);
     let gram = Gram::new(&scene, &columns, &folds);
-    let carried = Carried::new(&scene, &columns, &gram.scale);
+    let carried = ErrorsInVariables::new(&scene, &columns, &gram.scale);
     let floor = floor(&scene, 4);
-    Study {
+    Design {
         scene,
         columns,
         kinds,
@@ -187,7 +187,7 @@ fn all_columns(
     scene: &Scene,
     options: &Options,
     wanted: &dyn Fn(&str) -> bool,
-) -> (Columns, Vec<Kind>) {
+) -> (Columns, Vec<BlockKind>) {
     let mut columns = baseline_columns(scene);
     let mut kinds = Vec::new();
     let sides = effects::sensor_sides();
@@ -195,28 +195,28 @@ fn all_columns(
         // An effect that is taken out of the catalogue loses its name; the coordinate that it acts on stays to be looked at.
         let taken_out = options.without.iter().any(|w| w == effect.name());
         let kind = if taken_out {
-            Kind::Shape(effect.name().into())
+            BlockKind::WithheldEffect(effect.name().into())
         } else {
-            Kind::Effect(effect.name().into())
+            BlockKind::Effect(effect.name().into())
         };
-        let regressors = effect.regressors(&scene.survey);
+        let regressors = effect.regressors(&scene.inputs);
         add(&mut columns, &mut kinds, kind, regressors);
     }
-    for place in places(&scene.survey)
+    for place in coordinate_bases(&scene.inputs)
         .into_iter()
         .filter(|p| wanted(p.coordinate))
     {
-        let kind = Kind::Place(place.coordinate.into());
+        let kind = BlockKind::Coordinate(place.coordinate.into());
         add(&mut columns, &mut kinds, kind, place.regressors);
     }
     (columns, kinds)
 }
 
-fn finer_columns(scene: &Scene) -> (Columns, Vec<Kind>) {
+fn finer_columns(scene: &Scene) -> (Columns, Vec<BlockKind>) {
     let mut columns = baseline_columns(scene);
     let mut kinds = Vec::new();
     for place in crate::design::fine_basis::finer(scene) {
-        let kind = Kind::Place(place.coordinate.into());
+        let kind = BlockKind::Coordinate(place.coordinate.into());
         add(&mut columns, &mut kinds, kind, place.regressors);
     }
     (columns, kinds)
@@ -224,13 +224,15 @@ fn finer_columns(scene: &Scene) -> (Columns, Vec<Kind>) {
 
 fn add(
     columns: &mut Columns,
-    kinds: &mut Vec<Kind>,
-    kind: Kind,
+    kinds: &mut Vec<BlockKind>,
+    kind: BlockKind,
     regressors: Vec<effects::sensor::Regressor>,
 ) {
     if !regressors.is_empty() {
         let name = match &kind {
-            Kind::Effect(name) | Kind::Place(name) | Kind::Shape(name) => name.clone(),
+            BlockKind::Effect(name)
+            | BlockKind::Coordinate(name)
+            | BlockKind::WithheldEffect(name) => name.clone(),
         };
         columns.push(name, regressors);
         kinds.push(kind);
@@ -238,6 +240,6 @@ fn add(
 }
 
 /// A block's handicap when it competes: shapes and flexible fields give way to causes.
-pub fn handicap(name: &str) -> f64 {
-    effects::card(name).map_or(0.0, |card| card.handicap)
+pub fn complexity_penalty(name: &str) -> f64 {
+    effects::card(name).map_or(0.0, |card| card.complexity_penalty)
 }

@@ -2,7 +2,7 @@
 
 use super::Scene;
 use crate::algebra::statistics::quantile;
-use effects::sensor::Survey;
+use effects::sensor::BasisInputs;
 
 /// Standard deviation of the angle from which on a recording tells what depends on it. Errors of equation (3) that g_p does not
 /// show (of both pairs alike, in a fly-by along one axis) make up to half of this.
@@ -22,7 +22,7 @@ impl Scene<'_> {
         })
     }
 
-    pub(super) fn look_over(&self, n: usize, temperatures: &[f64]) -> Survey {
+    pub(super) fn look_over(&self, n: usize, temperatures: &[f64]) -> BasisInputs {
         let o = self.observations;
         let pairs = self.scope.segments.iter().all(|s| *s);
         let referenced = |axis: usize| !o.reference[axis].is_empty();
@@ -39,7 +39,7 @@ impl Scene<'_> {
             .map(|i| o.stretch[i])
             .collect();
         beacon_stretches.dedup();
-        Survey {
+        BasisInputs {
             segments: self.scope.segments,
             reference: self.scope.reference,
             beacon: self.scope.beacon,
@@ -67,7 +67,7 @@ impl Scene<'_> {
             warmths_k: crate::linearization::scene::range(temperatures)
                 .map_or([0.0; 2], |r| r.map(|t| t - self.normal.temperature_c)),
             beacon_stretches,
-            ..Survey::default()
+            ..BasisInputs::default()
         }
     }
 }

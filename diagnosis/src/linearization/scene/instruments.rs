@@ -18,14 +18,14 @@ const PLAIN: f64 = 0.01;
 
 /// Angle and deflection of each sample without its own noise, its own reading at separate poses; empty where the readings serve.
 #[derive(Clone, Debug, Default)]
-pub struct Steady {
+pub struct Instruments {
     /// Rad.
     pub theta_rad: Vec<f64>,
     /// tan(psi) along both axes.
     pub tan_psi: [Vec<f64>; 2],
 }
 
-impl Steady {
+impl Instruments {
     /// From the angles by calibrated segments, the readings, and which samples move smoothly. Linear in samples.
     pub fn of(theta_rad: &[f64], observations: &Observations, smooth: &[bool]) -> Self {
         let o = observations;

@@ -1,7 +1,7 @@
 //! What the sensor knows at a sample, from calibrated readings.
 
 use super::Scene;
-use effects::sensor::{LATERAL_ORDERS, Moment, ORDERS};
+use effects::sensor::{Covariates, LATERAL_ORDERS, ORDERS};
 use std::f64::consts::TAU;
 
 impl Scene<'_> {
@@ -52,7 +52,7 @@ impl Scene<'_> {
     }
 
     /// What the sensor knows at a sample.
-    pub fn moment(&self, i: usize) -> Moment {
+    pub fn covariates(&self, i: usize) -> Covariates {
         let o = self.observations;
         let f = TAU / o.pitch_m;
         let theta = self.refined_theta_rad(i);
@@ -67,8 +67,8 @@ impl Scene<'_> {
         let at = |list: &[Vec<f64>; 4]| std::array::from_fn(|s| finite(list[s].get(i)));
         let tan_psi = [0, 1].map(|axis: usize| finite(o.tan_psi[axis].get(i)));
         let start = o.t_s[0];
-        Moment {
-            progress: (o.t_s[i] - start) / self.survey.duration_s.max(1e-12),
+        Covariates {
+            progress: (o.t_s[i] - start) / self.inputs.duration_s.max(1e-12),
             t_s: o.t_s[i] - start,
             stretch: o.stretch[i],
             raw_phase: std::array::from_fn(|s| f * finite(o.position_m[s].get(i))),
@@ -82,7 +82,7 @@ impl Scene<'_> {
             place_m: std::array::from_fn(|s| [own_m[s], across_m[s] + shift[s] * o.span_m]),
             centre_m: [0, 1].map(|axis| finite(Some(&centre[axis]))),
             from_middle_m: [0, 1]
-                .map(|axis| finite(Some(&centre[axis])) - self.survey.middle_m[axis]),
+                .map(|axis| finite(Some(&centre[axis])) - self.inputs.middle_m[axis]),
             theta_rad: theta,
             steady_theta_rad: self
                 .steady
