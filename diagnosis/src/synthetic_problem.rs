@@ -15,7 +15,7 @@ const ROWS: usize = 400;
 pub struct SyntheticProblem {
     columns: Columns,
     gram: Gram,
-    carried: ErrorsInVariables,
+    errors_in_variables: ErrorsInVariables,
 }
 
 impl SyntheticProblem {
@@ -46,23 +46,24 @@ impl SyntheticProblem {
             overstated: false,
             loud: false,
         };
-        let carried = ErrorsInVariables::none(width);
+        let errors_in_variables = ErrorsInVariables::none(width);
         Self {
             columns,
             gram,
-            carried,
+            errors_in_variables,
         }
     }
 
     /// The same, each column of the blocks carrying noise of this variance.
-    pub fn carrying(mut self, variance: f64) -> Self {
-        self.carried = ErrorsInVariables::alike(self.columns.regressors.len(), variance);
+    pub fn with_errors_in_variables(mut self, variance: f64) -> Self {
+        self.errors_in_variables =
+            ErrorsInVariables::alike(self.columns.regressors.len(), variance);
         self
     }
 
     /// For the comparison of sets of blocks.
-    pub fn arena(&self) -> CrossValidation<'_> {
-        CrossValidation::new(&self.gram, &self.columns, &self.carried)
+    pub fn cross_validation(&self) -> CrossValidation<'_> {
+        CrossValidation::new(&self.gram, &self.columns, &self.errors_in_variables)
     }
 }
 

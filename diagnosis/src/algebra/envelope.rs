@@ -49,9 +49,9 @@ impl Envelope {
         for (i, row) in self.rows.iter().enumerate().rev() {
             let (known, diagonal) = row.split_at(row.len() - 1);
             right[i] /= diagonal[0];
-            let amount = right[i];
+            let coefficient = right[i];
             let above = right[self.first[i]..i].iter_mut();
-            above.zip(known).for_each(|(r, k)| *r -= k * amount);
+            above.zip(known).for_each(|(r, k)| *r -= k * coefficient);
         }
         right
     }

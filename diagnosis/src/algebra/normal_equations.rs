@@ -39,7 +39,7 @@ impl Sums {
     }
 
     /// Amounts of some columns that leave least; `None` where they cannot be told.
-    pub fn amounts(&self, list: &[usize]) -> Option<DVector<f64>> {
+    pub fn coefficients(&self, list: &[usize]) -> Option<DVector<f64>> {
         let (mut normal, right) = self.of(list);
         for k in 0..list.len() {
             normal[(k, k)] += self.prior;
@@ -48,15 +48,17 @@ impl Sums {
     }
 
     /// Whitened squares that some columns leave here, with amounts of their own or of another part.
-    pub fn left_with(&self, list: &[usize], amounts: Option<DVector<f64>>) -> f64 {
+    pub fn left_with(&self, list: &[usize], coefficients: Option<DVector<f64>>) -> f64 {
         let (normal, right) = self.of(list);
-        amounts.map_or(f64::INFINITY, |amounts| {
-            self.squares + 2.0 * amounts.dot(&right) + amounts.dot(&(normal * &amounts))
+        coefficients.map_or(f64::INFINITY, |coefficients| {
+            self.squares
+                + 2.0 * coefficients.dot(&right)
+                + coefficients.dot(&(normal * &coefficients))
         })
     }
 
     /// Whitened squares that some columns leave here at best.
     pub fn left(&self, list: &[usize]) -> f64 {
-        self.left_with(list, self.amounts(list))
+        self.left_with(list, self.coefficients(list))
     }
 }

@@ -54,12 +54,13 @@ impl Sums {
         self.squares += times * other.squares;
     }
 
-    fn left(&self, amounts: &[f64]) -> f64 {
+    fn left(&self, coefficients: &[f64]) -> f64 {
         let mut left = self.squares;
         for (a, row) in self.normal.iter().enumerate() {
             let (below, diagonal) = row.split_at(a);
-            let beside = dot(below, &amounts[..a]);
-            left += amounts[a] * (2.0 * (beside - self.right[a]) + diagonal[0] * amounts[a]);
+            let beside = dot(below, &coefficients[..a]);
+            left +=
+                coefficients[a] * (2.0 * (beside - self.right[a]) + diagonal[0] * coefficients[a]);
         }
         left
     }
@@ -91,7 +92,7 @@ impl Pieces {
     }
 
     /// Amounts of all columns, with noise of variance `noise`. Cost: that of one Cholesky factor within the envelope of the columns' products.
-    pub fn amounts(&self, noise: f64, penalties: &[Penalty]) -> Option<Vec<f64>> {
+    pub fn coefficients(&self, noise: f64, penalties: &[Penalty]) -> Option<Vec<f64>> {
         solved(&self.all, noise, penalties)
     }
 
@@ -135,8 +136,8 @@ mod tests {
     #[test]
     fn a_line_is_found_and_a_foreign_column_explains_nothing() {
         let line = Pieces::new(2, rows(|x| x, |x| 0.3 * x));
-        let amounts = line.amounts(1e-9, &[]).expect("regular");
-        assert!((amounts[1] - 0.3).abs() < 1e-6 && line.held_out(1e-9, &[]).unwrap() < 1e-9);
+        let coefficients = line.coefficients(1e-9, &[]).expect("regular");
+        assert!((coefficients[1] - 0.3).abs() < 1e-6 && line.held_out(1e-9, &[]).unwrap() < 1e-9);
         let other = Pieces::new(2, rows(|x| (300.0 * x).sin(), |x| 0.3 * x));
         assert!(other.held_out(1e-9, &[]).unwrap() > 0.029);
     }
@@ -146,7 +147,10 @@ mod tests {
     fn a_bond_holds_amounts_together() {
         let both = Pieces::new(2, rows(|_| 1.0, |_| 1.0));
         let bond = vec![(0, 1e3), (1, -3e3)];
-        let amounts = both.amounts(1e-6, &[bond]).expect("regular");
-        assert!((amounts[0] / amounts[1] - 3.0).abs() < 1e-3, "{amounts:?}");
+        let coefficients = both.coefficients(1e-6, &[bond]).expect("regular");
+        assert!(
+            (coefficients[0] / coefficients[1] - 3.0).abs() < 1e-3,
+            "{coefficients:?}"
+        );
     }
 }

@@ -49,10 +49,10 @@ impl Symmetric {
 
     /// The quadratic form of amounts of some columns, those of all others being zero. Cost: half the square of their number.
     #[must_use]
-    pub fn quadratic(&self, amounts: impl IntoIterator<Item = (usize, f64)>) -> f64 {
-        let mut amounts: Vec<(usize, f64)> = amounts.into_iter().collect();
-        amounts.sort_unstable_by_key(|(column, _)| *column);
-        let (columns, values): (Vec<usize>, Vec<f64>) = amounts.into_iter().unzip();
+    pub fn quadratic(&self, coefficients: impl IntoIterator<Item = (usize, f64)>) -> f64 {
+        let mut coefficients: Vec<(usize, f64)> = coefficients.into_iter().collect();
+        coefficients.sort_unstable_by_key(|(column, _)| *column);
+        let (columns, values): (Vec<usize>, Vec<f64>) = coefficients.into_iter().unzip();
         let runs = consecutive(&columns);
         let mut sum = 0.0;
         for (at, run) in runs.iter().enumerate() {
@@ -181,11 +181,11 @@ mod tests {
     fn the_quadratic_form_of_some_columns_is_that_of_the_whole_matrix() {
         let (packed, whole) = filled(7);
         for list in [vec![3], vec![0, 1, 2], vec![5, 2, 6, 3], vec![6, 4, 0, 2]] {
-            let amounts = list.iter().map(|c| (*c, 1.5 - *c as f64));
+            let coefficients = list.iter().map(|c| (*c, 1.5 - *c as f64));
             let mut vector = DVector::zeros(7);
-            amounts.clone().for_each(|(c, a)| vector[c] = a);
+            coefficients.clone().for_each(|(c, a)| vector[c] = a);
             let wanted = vector.dot(&(&whole * &vector));
-            let found = packed.quadratic(amounts);
+            let found = packed.quadratic(coefficients);
             assert!((found - wanted).abs() < 1e-12 * wanted.abs(), "{list:?}");
         }
         assert_eq!(packed.quadratic([]), 0.0);

@@ -4,7 +4,7 @@ use crate::Insufficient;
 use crate::algebra::statistics::{deviation, median};
 use crate::data::motion::{LOUD_MISFIT, Motion};
 use crate::data::observations::{MINIMUM_SAMPLES, Observations};
-use crate::linearization::scene::{Scene, range};
+use crate::linearization::recording::{LinearizedRecording, range};
 
 /// Runs that are needed: what is held out must differ from what was fitted.
 const RUNS: usize = 2;
@@ -94,8 +94,11 @@ pub fn check(o: &Observations) -> Result<(), Insufficient> {
 ///
 /// # Errors
 /// Neither all four segments nor a reference, or too few samples that have what is needed at once.
-pub fn check_residuals(scene: &Scene, keep: &[bool]) -> Result<(), Insufficient> {
-    let scope = &scene.scope;
+pub fn check_residuals(
+    linearized: &LinearizedRecording,
+    mask: &[bool],
+) -> Result<(), Insufficient> {
+    let scope = &linearized.scope;
     let segments = scope.segments.iter().filter(|s| **s).count();
     if !scope.reference && segments < 4 {
         return Err(Insufficient::new(
@@ -105,8 +108,8 @@ pub fn check_residuals(scene: &Scene, keep: &[bool]) -> Result<(), Insufficient>
             "",
         ));
     }
-    let whole = (0..scene.len())
-        .filter(|&i| keep[i] && scene.rows(i).count > 0)
+    let whole = (0..linearized.len())
+        .filter(|&i| mask[i] && linearized.rows(i).count > 0)
         .count();
     if whole < MINIMUM_SAMPLES {
         return Err(Insufficient::new(
@@ -127,10 +130,10 @@ const COUNTS: f64 = 1.0;
 /// The stated noise against the scatter of the readings on smooth paths, where it is wrong. Patterns add to the scatter and
 /// never take from it, so a statement above it is wrong; one below it may be. Noise that a filter made smooth scatters less:
 /// by itself this is no reason to give no answer.
-pub fn overstated(scene: &Scene) -> Option<Insufficient> {
-    let o = scene.observations;
+pub fn overstated(linearized: &LinearizedRecording) -> Option<Insufficient> {
+    let o = linearized.observations;
     // Against a reference the path is the reference's: the segments' own is looked at here.
-    let own = Motion::new(o, &scene.calibrated_m);
+    let own = Motion::new(o, &linearized.calibrated_m);
     let quieter = |name: &str, scatter: f64, stated: &[f64]| {
         let mut known: Vec<f64> = stated.iter().copied().filter(|n| n.is_finite()).collect();
         let found = scatter / LOUD_MISFIT / median(&mut known)?.max(1e-30);
@@ -139,14 +142,14 @@ pub fn overstated(scene: &Scene) -> Option<Insufficient> {
             .then(|| Insufficient::new(&what, found, 1.0 / STATED, ""))
     };
     let segments = (0..4).filter(|s| {
-        let fine = if o.pair_counts[*s].is_empty() {
+        let relinearized = if o.pair_counts[*s].is_empty() {
             o.position_step_m[*s] == 0.0
         } else {
             o.pair_noise_counts > COUNTS
         };
-        fine && scene.scope.segments[*s]
+        relinearized && linearized.scope.segments[*s]
     });
-    let axes = 0..if scene.scope.beacon && o.electrode_noise_counts > COUNTS {
+    let axes = 0..if linearized.scope.beacon && o.electrode_noise_counts > COUNTS {
         2
     } else {
         0
@@ -171,13 +174,13 @@ const TURNED_MRAD: f64 = 1.0;
 ///
 /// # Errors
 /// No beacon, no reference, and hardly any turning.
-pub fn check_turning(scene: &Scene) -> Result<(), Insufficient> {
-    if scene.scope.reference || scene.scope.beacon {
+pub fn check_turning(linearized: &LinearizedRecording) -> Result<(), Insufficient> {
+    if linearized.scope.reference || linearized.scope.beacon {
         return Ok(());
     }
-    let angles: Vec<f64> = (0..scene.len())
-        .filter(|&i| scene.keep[i])
-        .map(|i| 1e3 * scene.theta_rad(i))
+    let angles: Vec<f64> = (0..linearized.len())
+        .filter(|&i| linearized.mask[i])
+        .map(|i| 1e3 * linearized.theta_rad(i))
         .filter(|t| t.is_finite())
         .collect();
     let found = deviation(&angles);

@@ -7,7 +7,7 @@
 use crate::algebra::statistics::{median, quantile};
 use crate::data::observations::Observations;
 use crate::data::slips::whole_teeth;
-use crate::linearization::scene::range;
+use crate::linearization::recording::range;
 use std::ops::Range;
 
 /// Names of the columns.
@@ -49,29 +49,29 @@ const ANGLES: [(f64, &str); 3] = [
 ];
 
 /// Mends or empties the commanded columns; what was done, a line each.
-pub fn mend(o: &mut Observations) -> Vec<String> {
+pub fn repair(o: &mut Observations) -> Vec<String> {
     let mut notes = Vec::new();
     for axis in 0..3 {
         let Some(read_m) = readings_m(o, axis) else {
             continue;
         };
         let arm = if axis == 2 { 0.5 * o.span_m } else { 1.0 };
-        let told_m: Vec<f64> = o.commanded[axis].iter().map(|c| arm * c).collect();
-        if told_m.is_empty() {
+        let commanded_m: Vec<f64> = o.commanded[axis].iter().map(|c| arm * c).collect();
+        if commanded_m.is_empty() {
             continue;
         }
         let pair = Pair {
             t_s: &o.t_s,
             pieces: pieces(&o.run),
             read_m,
-            told_m,
+            commanded_m,
             pitch_m: o.pitch_m,
         };
         let units = if axis == 2 { &ANGLES[..] } else { &LENGTHS };
-        match pair.mended(units) {
+        match pair.repaired(units) {
             ColumnRepair::AsItIs => {}
-            ColumnRepair::Changed(told_m, how) => {
-                o.commanded[axis] = told_m.iter().map(|c| c / arm).collect();
+            ColumnRepair::Changed(commanded_m, how) => {
+                o.commanded[axis] = commanded_m.iter().map(|c| c / arm).collect();
                 notes.push(format!("{}: {how}", NAMES[axis]));
             }
             ColumnRepair::LeftAside => {
@@ -128,26 +128,26 @@ struct Pair<'a> {
     t_s: &'a [f64],
     pieces: Vec<Range<usize>>,
     read_m: Vec<f64>,
-    told_m: Vec<f64>,
+    commanded_m: Vec<f64>,
     pitch_m: f64,
 }
 
 impl Pair<'_> {
-    fn mended(&self, units: &[(f64, &str)]) -> ColumnRepair {
+    fn repaired(&self, units: &[(f64, &str)]) -> ColumnRepair {
         let fine_m = TELLS * self.pitch_m;
-        if travel(&self.read_m) < fine_m && travel(&self.told_m) < fine_m {
+        if travel(&self.read_m) < fine_m && travel(&self.commanded_m) < fine_m {
             return ColumnRepair::AsItIs;
         }
         let Some((factor, unit)) = self.unit(units) else {
             return ColumnRepair::LeftAside;
         };
-        let scaled: Vec<f64> = self.told_m.iter().map(|c| factor * c).collect();
-        let late_s = self.late_s(&scaled);
-        let there: Vec<f64> = if late_s == 0.0 {
+        let scaled: Vec<f64> = self.commanded_m.iter().map(|c| factor * c).collect();
+        let delay_s = self.delay_s(&scaled);
+        let there: Vec<f64> = if delay_s == 0.0 {
             scaled
         } else {
             (0..scaled.len())
-                .map(|i| self.at(&scaled, i, late_s))
+                .map(|i| self.at(&scaled, i, delay_s))
                 .collect()
         };
         if !self.tells_teeth(&there) {
@@ -163,11 +163,11 @@ impl Pair<'_> {
         if factor < 0.0 {
             how.push("runs against the readings: taken with the other sign".into());
         }
-        if late_s != 0.0 {
-            let word = if late_s > 0.0 { "after" } else { "before" };
+        if delay_s != 0.0 {
+            let word = if delay_s > 0.0 { "after" } else { "before" };
             how.push(format!(
                 "comes {:.0} ms {word} the readings: laid over them",
-                1.0e3 * late_s.abs()
+                1.0e3 * delay_s.abs()
             ));
         }
         if how.is_empty() {
@@ -183,7 +183,7 @@ impl Pair<'_> {
         for piece in &self.pieces {
             for i in piece.clone().skip(APART) {
                 let step = |of: &[f64]| of[i] - of[i - APART];
-                let both = (step(&self.read_m), step(&self.told_m));
+                let both = (step(&self.read_m), step(&self.commanded_m));
                 if both.0.is_finite() && both.1.is_finite() {
                     steps.push(both);
                 }
@@ -204,21 +204,21 @@ impl Pair<'_> {
     }
 
     /// How much later than the readings the told values come, s; zero where that is not plain.
-    fn late_s(&self, told_m: &[f64]) -> f64 {
-        let now = self.off_m(told_m, 0.0);
+    fn delay_s(&self, commanded_m: &[f64]) -> f64 {
+        let now = self.misfit_m(commanded_m, 0.0);
         if now < OWN * self.pitch_m {
             return 0.0;
         }
         let mut step = LATEST_S / f64::from(STEPS);
         let all = (-STEPS..=STEPS).map(|k| f64::from(k) * step);
         let mut best = all
-            .map(|t| (self.off_m(told_m, t), t))
+            .map(|t| (self.misfit_m(commanded_m, t), t))
             .fold((now, 0.0), less);
         for _ in 0..HALVINGS {
             step *= 0.5;
             let near = [best.1 - step, best.1 + step];
             best = near
-                .map(|t| (self.off_m(told_m, t), t))
+                .map(|t| (self.misfit_m(commanded_m, t), t))
                 .into_iter()
                 .fold(best, less);
         }
@@ -226,9 +226,9 @@ impl Pair<'_> {
     }
 
     /// Mean distance between reading and what is told so much later, about its median, m: slips add to it at any time alike.
-    fn off_m(&self, told_m: &[f64], later_s: f64) -> f64 {
+    fn misfit_m(&self, commanded_m: &[f64], later_s: f64) -> f64 {
         let step = self.t_s.len().div_ceil(SAMPLES).max(1);
-        let off = |i: usize| self.read_m[i] - self.at(told_m, i, later_s);
+        let off = |i: usize| self.read_m[i] - self.at(commanded_m, i, later_s);
         let list = (0..self.t_s.len()).step_by(step).map(off);
         let mut list: Vec<f64> = list.filter(|v| v.is_finite()).collect();
         let Some(middle) = median(&mut list) else {
@@ -238,22 +238,27 @@ impl Pair<'_> {
     }
 
     /// The value that is told so much later than a sample, in its own run; the run's last one beyond.
-    fn at(&self, told_m: &[f64], i: usize, later_s: f64) -> f64 {
+    fn at(&self, commanded_m: &[f64], i: usize, later_s: f64) -> f64 {
         let number = self.pieces.partition_point(|piece| piece.end <= i);
         let piece = self.pieces[number].clone();
         let t_s = self.t_s[i] + later_s;
         let next = piece.start + self.t_s[piece.clone()].partition_point(|t| *t < t_s);
         if next == piece.start || next == piece.end {
-            return told_m[next.min(piece.end - 1)];
+            return commanded_m[next.min(piece.end - 1)];
         }
         let (from, to) = (self.t_s[next - 1], self.t_s[next]);
         let part = (t_s - from) / (to - from);
-        told_m[next - 1] + part * (told_m[next] - told_m[next - 1])
+        commanded_m[next - 1] + part * (commanded_m[next] - commanded_m[next - 1])
     }
 
     /// True if what is told goes with the readings but for single steps of whole teeth.
-    fn tells_teeth(&self, told_m: &[f64]) -> bool {
-        let off: Vec<f64> = self.read_m.iter().zip(told_m).map(|(r, c)| r - c).collect();
+    fn tells_teeth(&self, commanded_m: &[f64]) -> bool {
+        let off: Vec<f64> = self
+            .read_m
+            .iter()
+            .zip(commanded_m)
+            .map(|(r, c)| r - c)
+            .collect();
         let mut changes: Vec<f64> = Vec::new();
         for piece in &self.pieces {
             let here = piece.clone().skip(APART);
@@ -287,51 +292,51 @@ mod tests {
         0.02 * (1.0 - (std::f64::consts::PI * t_s).cos()) + 1.0e-5 * (77.0 * t_s).sin()
     }
 
-    fn mended(told: impl Fn(f64) -> f64) -> ColumnRepair {
+    fn repaired(commanded: impl Fn(f64) -> f64) -> ColumnRepair {
         let t_s: Vec<f64> = (0..4000).map(|i| 1.0e-3 * f64::from(i)).collect();
         let pair = Pair {
             read_m: t_s.iter().map(|t| way(*t)).collect(),
-            told_m: t_s.iter().map(|t| told(*t)).collect(),
+            commanded_m: t_s.iter().map(|t| commanded(*t)).collect(),
             pieces: vec![0..2000, 2000..4000],
             t_s: &t_s,
             pitch_m: 1.016e-3,
         };
-        pair.mended(&LENGTHS)
+        pair.repaired(&LENGTHS)
     }
 
     #[test]
     fn units_signs_and_delays_are_told_and_mended() {
-        assert_eq!(mended(|t| way(t) + 2.0e-5), ColumnRepair::AsItIs);
-        for (told, words) in [
+        assert_eq!(repaired(|t| way(t) + 2.0e-5), ColumnRepair::AsItIs);
+        for (commanded, words) in [
             (&(|t| 1.0e3 * way(t)) as &dyn Fn(f64) -> f64, "in mm"),
             (&|t| -way(t), "other sign"),
             (&|t| way(t - 0.05), "comes 50 ms after"),
             (&|t| way(t + 0.03), "comes 30 ms before"),
         ] {
-            let ColumnRepair::Changed(told_m, how) = mended(told) else {
+            let ColumnRepair::Changed(commanded_m, how) = repaired(commanded) else {
                 panic!("{words}: not mended");
             };
             assert!(how.contains(words), "{how}");
-            let off = |i: usize| told_m[i] - way(1.0e-3 * i as f64);
+            let off = |i: usize| commanded_m[i] - way(1.0e-3 * i as f64);
             assert!((100..1900).all(|i| off(i).abs() < 5.0e-5), "{words}");
         }
     }
 
     #[test]
     fn what_does_not_follow_is_left_aside() {
-        assert_eq!(mended(|_| 0.0), ColumnRepair::LeftAside);
+        assert_eq!(repaired(|_| 0.0), ColumnRepair::LeftAside);
         // The target of each move alone.
         assert_eq!(
-            mended(|t| 0.04 * f64::from(u8::from(t % 2.0 < 1.0))),
+            repaired(|t| 0.04 * f64::from(u8::from(t % 2.0 < 1.0))),
             ColumnRepair::LeftAside
         );
-        assert_eq!(mended(|t| way(1.3 * t)), ColumnRepair::LeftAside);
+        assert_eq!(repaired(|t| way(1.3 * t)), ColumnRepair::LeftAside);
     }
 
     /// A slip of the count is the readings' fault: the command stays to tell it.
     #[test]
     fn a_slip_leaves_the_command_in_use() {
         let slip = |t: f64| if t < 1.5 { 0.0 } else { -1.016e-3 };
-        assert_eq!(mended(|t| way(t) + slip(t)), ColumnRepair::AsItIs);
+        assert_eq!(repaired(|t| way(t) + slip(t)), ColumnRepair::AsItIs);
     }
 }

@@ -190,8 +190,8 @@ impl Motion {
         self.quiet_m[segment] = quantile(&mut scatter, QUIET).unwrap_or(0.0);
         self.direction[segment] = (0..n)
             .map(|i| {
-                let told = (5.0 * fit[i].slope_noise).max(0.02 * top);
-                if smooth[i] && speed[i].abs() > told {
+                let estimate = (5.0 * fit[i].slope_noise).max(0.02 * top);
+                if smooth[i] && speed[i].abs() > estimate {
                     speed[i].signum()
                 } else {
                     0.0

@@ -118,8 +118,8 @@ impl PlayOperator {
                 let turn = turn(&leg, &place_m[..i], AT_TURN * misfit_m);
                 let memory = leg.memory_at(leg.farthest.0);
                 leg = leg.turned(turn, leg.farthest.0, memory);
-                let about = turn.saturating_sub(i - turn).max(leg.piece);
-                this.turning[about..i].fill(true);
+                let point = turn.saturating_sub(i - turn).max(leg.piece);
+                this.turning[point..i].fill(true);
                 for (j, &place) in place_m.iter().enumerate().take(i).skip(turn) {
                     this.direction[j] = leg.direction;
                     this.memory[j] = leg.memory_at(place);
@@ -182,7 +182,7 @@ fn without_own_noise(
     apart: &dyn Fn(usize) -> bool,
 ) -> Vec<f64> {
     let n = position_m.len();
-    let told = |i: usize| {
+    let estimate = |i: usize| {
         let reach =
             |ends: &dyn Fn(usize) -> bool| (0..HALF_WINDOW).take_while(|k| !ends(*k)).count();
         let back = reach(&|k| apart(i - k));
@@ -199,7 +199,9 @@ fn without_own_noise(
         let path = local(&t_s[window.clone()], &others, half, 0..others.len());
         followed(path.residual).then_some(path.value)
     };
-    (0..n).map(|i| told(i).unwrap_or(position_m[i])).collect()
+    (0..n)
+        .map(|i| estimate(i).unwrap_or(position_m[i]))
+        .collect()
 }
 
 /// Value at time zero of the line through some points, and the rms of what it leaves; not a number of less than two.

@@ -9,7 +9,7 @@ use crate::data::tooth_counts::align_pairs;
 use crate::linearization::baseline::Baseline;
 use crate::linearization::calibrate::calibrate;
 use crate::linearization::point::LinearizationPoint;
-use crate::linearization::scene::{Amplitudes, Scene};
+use crate::linearization::recording::{Amplitudes, LinearizedRecording};
 use effects::sensor::Clip;
 use rayon::prelude::*;
 use recording::Recording;
@@ -24,7 +24,7 @@ pub struct Prepared {
     /// Lasting tooth slips.
     pub slips: Vec<Slip>,
     /// Samples in use.
-    pub keep: Vec<bool>,
+    pub mask: Vec<bool>,
     /// Samples left out because they rest on one place.
     pub resting: Vec<bool>,
     /// Samples that are there for the sake of their neighbours only, where a very long recording was thinned.
@@ -47,9 +47,9 @@ pub struct Prepared {
 
 impl Prepared {
     /// The same with other samples in use, calibrated on them.
-    pub fn use_only(&mut self, keep: Vec<bool>) {
-        self.baseline = calibrate(&self.observations, &keep);
-        self.keep = keep;
+    pub fn use_only(&mut self, mask: Vec<bool>) {
+        self.baseline = calibrate(&self.observations, &mask);
+        self.mask = mask;
     }
 
     /// True for a sample that may be in use, if nothing disturbs it.
@@ -58,7 +58,7 @@ impl Prepared {
     }
 
     /// The linearisation about the baseline alone.
-    pub fn about(&self) -> LinearizationPoint {
+    pub fn point(&self) -> LinearizationPoint {
         LinearizationPoint {
             baseline: self.baseline.clone(),
             ..LinearizationPoint::default()
@@ -74,47 +74,47 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     let mut observations = Observations::new(recording)?;
     crate::data::adequacy::check(&observations)?;
     crate::data::channels::electrodes(recording)?;
-    let mut notes = crate::data::commanded::mend(&mut observations);
+    let mut notes = crate::data::commanded::repair(&mut observations);
     notes.extend(crate::data::restarts::join(&mut observations, recording));
     let slips = repair_slips(&mut observations);
     align_pairs(&mut observations);
     notes.extend(crate::data::adequacy::remarks(&observations));
     let samples = observations.len();
-    let (thinned, told) = thinning::thin(&mut observations);
-    notes.extend(told);
-    let mut keep = vec![true; observations.len()];
+    let (thinned, note) = thinning::thin(&mut observations);
+    notes.extend(note);
+    let mut mask = vec![true; observations.len()];
     let resting = resting(&observations);
     let usable: Vec<bool> = resting
         .iter()
         .zip(&thinned)
         .map(|(r, t)| !r && !t)
         .collect();
-    keep.copy_from_slice(&usable);
-    let mut baseline = calibrate(&observations, &keep);
+    mask.copy_from_slice(&usable);
+    let mut baseline = calibrate(&observations, &mask);
     for _ in 0..2 {
-        let scene = Scene::new(
+        let linearized = LinearizedRecording::new(
             &observations,
             baseline.clone(),
             vec![true; observations.len()],
         );
-        let rows = white_rows(&scene);
+        let rows = white_rows(&linearized);
         let marked = disturbed(&rows, observations.len(), &observations.stretch);
         let astray = astray(&rows, &observations);
         let next: Vec<bool> = (0..observations.len())
             .map(|i| usable[i] && !marked[i] && !astray[i])
             .collect();
-        if next == keep {
+        if next == mask {
             break;
         }
-        keep = next;
-        baseline = calibrate(&observations, &keep);
+        mask = next;
+        baseline = calibrate(&observations, &mask);
     }
-    let scene = Scene::new(&observations, baseline.clone(), keep.clone());
-    crate::data::adequacy::check_residuals(&scene, &keep)?;
-    crate::data::adequacy::check_turning(&scene)?;
-    let overstated = crate::data::adequacy::overstated(&scene);
-    let amplitudes = Arc::new(scene.amplitudes_explained());
-    drop(scene);
+    let linearized = LinearizedRecording::new(&observations, baseline.clone(), mask.clone());
+    crate::data::adequacy::check_residuals(&linearized, &mask)?;
+    crate::data::adequacy::check_turning(&linearized)?;
+    let overstated = crate::data::adequacy::overstated(&linearized);
+    let amplitudes = Arc::new(linearized.amplitudes_explained());
+    drop(linearized);
     let mut clips = [None; 4];
     let each = clips.par_iter_mut().enumerate();
     each.for_each(|(segment, clip)| *clip = crate::data::clip::in_counts(&observations, segment));
@@ -125,16 +125,16 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
             "{}: at {count} of {samples} samples both channels of a pair stand at their rails and tell no place between them: left out",
             effects::name_of(effects::Detection::ByRails)
         ));
-        keep.iter_mut().zip(&stuck).for_each(|(k, s)| *k &= !s);
-        baseline = calibrate(&observations, &keep);
+        mask.iter_mut().zip(&stuck).for_each(|(k, s)| *k &= !s);
+        baseline = calibrate(&observations, &mask);
     }
-    let beneath = crate::data::clip::beneath(&observations, &baseline, &keep, &clips);
+    let beneath = crate::data::clip::beneath(&observations, &baseline, &mask, &clips);
     observations.overstated = overstated.is_some();
     Ok(Prepared {
         observations,
         samples,
         slips,
-        keep,
+        mask,
         resting,
         thinned,
         stuck,
@@ -150,27 +150,28 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
 /// Against a reference, samples that rest on one place tell that place only, over and over: they are left out.
 pub fn resting(observations: &Observations) -> Vec<bool> {
     let n = observations.len();
-    let scene = Scene::new(observations, Baseline::nominal(observations), vec![true; n]);
+    let linearized =
+        LinearizedRecording::new(observations, Baseline::nominal(observations), vec![true; n]);
     let moving = |i: usize| {
-        scene
+        linearized
             .motion
             .direction
             .iter()
             .any(|d| d.get(i).is_some_and(|v| *v != 0.0))
     };
     let count = (0..n).filter(|&i| moving(i)).count();
-    if !scene.scope.reference || count < crate::data::observations::MINIMUM_SAMPLES {
+    if !linearized.scope.reference || count < crate::data::observations::MINIMUM_SAMPLES {
         return vec![false; n];
     }
     (0..n)
-        .map(|i| scene.motion.smooth[i] && !moving(i))
+        .map(|i| linearized.motion.smooth[i] && !moving(i))
         .collect()
 }
 
-fn white_rows(scene: &Scene) -> Vec<(usize, usize, f64)> {
+fn white_rows(linearized: &LinearizedRecording) -> Vec<(usize, usize, f64)> {
     let mut list = Vec::new();
-    for i in 0..scene.len() {
-        let rows = scene.rows(i);
+    for i in 0..linearized.len() {
+        let rows = linearized.rows(i);
         let white = rows.whitened(&rows.residual_m);
         list.extend((0..rows.count).map(|r| (i, rows.channel[r], white[r])));
     }

@@ -1,6 +1,6 @@
 //! Disturbances that come back where they were: a bump at a place, and no burst, which comes at any time and anywhere.
 
-use crate::linearization::scene::range;
+use crate::linearization::recording::range;
 
 /// Samples nearer in time than this belong to the same disturbance.
 const APART: usize = 60;

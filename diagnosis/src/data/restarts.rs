@@ -8,7 +8,7 @@ use crate::algebra::statistics::median;
 use crate::data::commanded::pieces;
 use crate::data::observations::Observations;
 use crate::linearization::baseline::Baseline;
-use crate::linearization::scene::Scene;
+use crate::linearization::recording::LinearizedRecording;
 use recording::{Column, Recording};
 use std::ops::Range;
 
@@ -104,12 +104,12 @@ fn by_angle(o: &mut Observations, first: &Range<usize>, run: &Range<usize>) -> b
 
 /// By the beacon, which stands in one place: the first run that sees it tells where.
 fn by_beacon(o: &mut Observations, runs: &[Range<usize>]) -> bool {
-    let scene = Scene::new(o, Baseline::nominal(o), vec![true; o.len()]);
-    if scene.scope.reference || !scene.scope.beacon {
+    let linearized = LinearizedRecording::new(o, Baseline::nominal(o), vec![true; o.len()]);
+    if linearized.scope.reference || !linearized.scope.beacon {
         return false;
     }
     let at = |axis: usize, i: usize| {
-        let rows = scene.rows(i);
+        let rows = linearized.rows(i);
         let row = (0..rows.count).find(|r| rows.channel[*r] == 1 + axis);
         row.map_or(f64::NAN, |r| rows.residual_m[r])
     };
@@ -117,7 +117,7 @@ fn by_beacon(o: &mut Observations, runs: &[Range<usize>]) -> bool {
         .iter()
         .map(|run| [0, 1].map(|axis| middle(run, |i| at(axis, i))))
         .collect();
-    drop(scene);
+    drop(linearized);
     let mut moved = false;
     for axis in 0..2 {
         let Some(there) = levels.iter().find_map(|level| level[axis]) else {

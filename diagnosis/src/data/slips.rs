@@ -3,7 +3,7 @@
 use crate::algebra::statistics::median;
 use crate::data::observations::Observations;
 use crate::linearization::baseline::Baseline;
-use crate::linearization::scene::Scene;
+use crate::linearization::recording::LinearizedRecording;
 
 /// A tooth count that is off from some moment on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,13 +102,13 @@ fn repair_parity(o: &mut Observations) -> Vec<Slip> {
     let changes = whole_teeth(&parity, o.pitch_m).changes;
     let mut slips = Vec::new();
     for (sample, jump) in changes {
-        let told = by_own_step(o, sample, jump).or_else(|| by_beacon(o, sample, jump));
-        let (segment, sign) = told.unwrap_or(PARITY[0]);
+        let estimate = by_own_step(o, sample, jump).or_else(|| by_beacon(o, sample, jump));
+        let (segment, sign) = estimate.unwrap_or(PARITY[0]);
         let slip = Slip {
             segment,
             teeth: sign * jump,
             sample,
-            sure: told.is_some(),
+            sure: estimate.is_some(),
         };
         take_out(o, &slip);
         slips.push(slip);
@@ -172,9 +172,10 @@ fn by_beacon(o: &Observations, sample: usize, jump: i32) -> Option<(usize, i32)>
             sure: true,
         };
         take_out(&mut repaired, &slip);
-        let scene = Scene::new(&repaired, Baseline::nominal(&repaired), vec![true; o.len()]);
+        let linearized =
+            LinearizedRecording::new(&repaired, Baseline::nominal(&repaired), vec![true; o.len()]);
         let level = |list: &[usize], row: usize| {
-            let residual = |i: &usize| Some(scene.rows(*i)).filter(|r| r.count > 2);
+            let residual = |i: &usize| Some(linearized.rows(*i)).filter(|r| r.count > 2);
             let rows = list.iter().filter_map(residual);
             median(&mut rows.map(|r| r.residual_m[row]).collect::<Vec<f64>>())
         };

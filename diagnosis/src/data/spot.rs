@@ -49,9 +49,9 @@ impl SpotState {
 
 /// Rates of one axis, 1/s, that the ways foretell: the linear map of them that comes nearest to the spot's `own` rates (not finite
 /// where there is none). `None` where too few are known. Zero where a way is not. Linear in samples.
-pub fn rates(ways: &[SpotState], own: &[f64]) -> Option<Vec<f64>> {
+pub fn rates(states: &[SpotState], own: &[f64]) -> Option<Vec<f64>> {
     let known = || {
-        let both = ways.iter().zip(own);
+        let both = states.iter().zip(own);
         both.filter(|(way, own)| way.is_known() && own.is_finite())
     };
     if known().count() < LEAST * TERMS {
@@ -81,7 +81,7 @@ pub fn rates(ways: &[SpotState], own: &[f64]) -> Option<Vec<f64>> {
             0.0
         }
     };
-    Some(ways.iter().map(rate).collect())
+    Some(states.iter().map(rate).collect())
 }
 
 #[cfg(test)]
@@ -103,7 +103,7 @@ mod tests {
             let arm = HALF_SPAN_M * theta;
             [x + arm, y + arm, x - arm, y - arm]
         };
-        let (mut ways, mut own, mut truth) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut states, mut own, mut truth) = (Vec::new(), Vec::new(), Vec::new());
         for _ in 0..2000 {
             let mut draw = |half: f64| uniform(&mut rng, -half, half);
             let pose = [draw(0.05), draw(0.05), draw(0.02)];
@@ -111,7 +111,7 @@ mod tests {
             let at = |t: f64| std::array::from_fn(|k| pose[k] + t * speed[k]);
             let slope = |a: f64, b: f64| (b - a) / 2.0e-6;
             let (before, after) = (places(at(-1.0e-6)), places(at(1.0e-6)));
-            ways.push(SpotState {
+            states.push(SpotState {
                 speed_m_s: std::array::from_fn(|s| slope(before[s], after[s])),
                 place_m: places(pose),
                 tan_psi: spot(pose),
@@ -120,12 +120,12 @@ mod tests {
             truth.push(rate);
             own.push(rate + 0.1 * normal(&mut rng));
         }
-        let told = rates(&ways, &own).unwrap();
-        let off: Vec<f64> = told.iter().zip(&truth).map(|(a, b)| a - b).collect();
+        let estimate = rates(&states, &own).unwrap();
+        let off: Vec<f64> = estimate.iter().zip(&truth).map(|(a, b)| a - b).collect();
         let [off, all] =
             [&off, &truth].map(|list| crate::algebra::statistics::rms(list.iter().copied()));
         // Eight amounts by 2000 samples of noise 0.1: 0.1 sqrt(8 / 2000).
         assert!(off < 0.015 && all > 0.1, "{off} of {all}");
-        assert_eq!(rates(&ways[..100], &own[..100]), None);
+        assert_eq!(rates(&states[..100], &own[..100]), None);
     }
 }

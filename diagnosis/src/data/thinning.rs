@@ -31,8 +31,8 @@ pub fn thin(observations: &mut Observations) -> (Vec<bool>, Option<String>) {
         .map(|i| !used(i))
         .collect();
     let count = margins.iter().filter(|m| !**m).count();
-    let told = format!(
+    let note = format!(
         "samples: of {samples} every part tells as much as the whole; {count} in pieces of {PIECE}, evenly over the recording, are what the answer is made of"
     );
-    (margins, Some(told))
+    (margins, Some(note))
 }

@@ -10,7 +10,7 @@ use crate::inference::cross_validation::CrossValidation;
 use crate::inference::residuals::Residuals;
 use crate::linearization::calibrate::baseline_columns;
 use crate::linearization::point::LinearizationPoint;
-use crate::linearization::scene::Scene;
+use crate::linearization::recording::LinearizedRecording;
 use crate::noise::simulated::{Floor, floor};
 use crate::spectra::flicker::flicker_hz;
 use crate::spectra::lines::{add_lines, lines_of};
@@ -39,7 +39,7 @@ pub enum BlockKind {
 /// Everything that the judgement needs.
 pub struct Design<'a> {
     /// The linearised recording.
-    pub scene: Scene<'a>,
+    pub linearized: LinearizedRecording<'a>,
     /// Columns: baseline, effects, places.
     pub columns: Columns,
     /// What each block after the baseline is.
@@ -47,7 +47,7 @@ pub struct Design<'a> {
     /// Their products.
     pub gram: Gram,
     /// Noise that they carry.
-    pub carried: ErrorsInVariables,
+    pub errors_in_variables: ErrorsInVariables,
     /// Fold of each sample.
     pub folds: Vec<u8>,
     /// Simulator's scatter.
@@ -56,8 +56,8 @@ pub struct Design<'a> {
 
 impl Design<'_> {
     /// For the comparison of sets of blocks.
-    pub fn arena(&self) -> CrossValidation<'_> {
-        CrossValidation::new(&self.gram, &self.columns, &self.carried)
+    pub fn cross_validation(&self) -> CrossValidation<'_> {
+        CrossValidation::new(&self.gram, &self.columns, &self.errors_in_variables)
     }
 
     /// Blocks of the catalogue.
@@ -68,7 +68,7 @@ impl Design<'_> {
     }
 
     /// Blocks of free shapes.
-    pub fn places(&self) -> Vec<usize> {
+    pub fn coordinate_blocks(&self) -> Vec<usize> {
         (1..self.columns.blocks.len())
             .filter(|b| !matches!(self.kinds[b - 1], BlockKind::Effect(_)))
             .collect()
@@ -77,7 +77,13 @@ impl Design<'_> {
     /// Held-out residuals of the baseline with some blocks.
     pub fn residuals(&self, blocks: &[usize]) -> Residuals {
         let list = self.list(blocks);
-        Residuals::new(&self.scene, &self.columns, &self.gram, &self.folds, &list)
+        Residuals::new(
+            &self.linearized,
+            &self.columns,
+            &self.gram,
+            &self.folds,
+            &list,
+        )
     }
 
     /// Columns of the baseline and some blocks.
@@ -94,101 +100,119 @@ impl Design<'_> {
 #[derive(Clone, Copy, Default)]
 pub struct DesignOptions<'a> {
     /// Residuals of the best model so far, in which lines of the spectrum are looked for.
-    pub lines_of: Option<&'a Residuals>,
+    pub line_residuals: Option<&'a Residuals>,
     /// Waves over the coordination sensor's deflection are looked for in those residuals as well.
-    pub fringes: bool,
+    pub search_deflection_waves: bool,
     /// A survey whose lines and whose phase of free harmonics are kept.
-    pub as_in: Option<&'a BasisInputs>,
+    pub previous_inputs: Option<&'a BasisInputs>,
     /// A field over the platen is judged.
     pub field: bool,
     /// Only the blocks named here are compared: a field has hundreds of unknowns.
     pub only: Option<&'a [String]>,
     /// Finer shapes are laid over the coordinates, and nothing else.
-    pub finely: bool,
+    pub fine_basis: bool,
 }
 
 /// Builds all columns and their products.
 pub fn assemble<'a>(
     prepared: &'a Prepared,
     options: &Options,
-    about: &LinearizationPoint,
-    look: DesignOptions,
+    point: &LinearizationPoint,
+    design_options: DesignOptions,
 ) -> Design<'a> {
-    let mut scene = Scene::new(
+    let mut linearized = LinearizedRecording::new(
         &prepared.observations,
-        about.baseline.clone(),
-        prepared.keep.clone(),
+        point.baseline.clone(),
+        prepared.mask.clone(),
     )
-    .moved(about.baseline.clone(), about.shift.clone());
-    scene.noise = about.noise.unwrap_or([1.0; READINGS]);
-    scene.take_amplitudes(Arc::clone(&prepared.amplitudes));
+    .moved(point.baseline.clone(), point.displacement.clone());
+    linearized.noise = point.noise.unwrap_or([1.0; READINGS]);
+    linearized.take_amplitudes(Arc::clone(&prepared.amplitudes));
     for segment in 0..4 {
-        let other = || clip::against_reference(&scene, segment);
-        scene.inputs.clip[segment] = prepared.clips[segment].or_else(other);
+        let other = || clip::against_reference(&linearized, segment);
+        linearized.inputs.clip[segment] = prepared.clips[segment].or_else(other);
     }
-    scene.inputs.beneath = prepared.beneath;
-    let (mut beacon, mut segments) = look.as_in.map_or(Default::default(), |inputs| {
-        let lines = (&inputs.beacon_lines_hz, &inputs.segment_lines_hz);
-        (lines.0.clone(), lines.1.clone())
-    });
-    if let Some(residuals) = look.lines_of {
+    linearized.inputs.beneath = prepared.beneath;
+    let (mut beacon, mut segments) =
+        design_options
+            .previous_inputs
+            .map_or(Default::default(), |inputs| {
+                let lines = (&inputs.beacon_lines_hz, &inputs.segment_lines_hz);
+                (lines.0.clone(), lines.1.clone())
+            });
+    if let Some(residuals) = design_options.line_residuals {
         // What is explained by lines that are known leaves none: they stay.
-        let more = lines_of(&scene, residuals);
+        let more = lines_of(&linearized, residuals);
         add_lines(&mut beacon, more.0);
         add_lines(&mut segments, more.1);
     }
-    (scene.inputs.beacon_lines_hz, scene.inputs.segment_lines_hz) = (beacon, segments);
-    if let Some(inputs) = look.as_in {
-        scene.inputs.pair_lines_hz = inputs.pair_lines_hz.clone();
-        scene.inputs.flicker_hz = inputs.flicker_hz.clone();
-        scene.inputs.deflection_waves = inputs.deflection_waves.clone();
+    (
+        linearized.inputs.beacon_lines_hz,
+        linearized.inputs.segment_lines_hz,
+    ) = (beacon, segments);
+    if let Some(inputs) = design_options.previous_inputs {
+        linearized.inputs.pair_lines_hz = inputs.pair_lines_hz.clone();
+        linearized.inputs.flicker_hz = inputs.flicker_hz.clone();
+        linearized.inputs.deflection_waves = inputs.deflection_waves.clone();
     }
-    let residuals = look.lines_of.filter(|_| look.fringes);
-    if let Some(residuals) = residuals.filter(|_| scene.inputs.deflection_waves.is_empty()) {
-        scene.inputs.deflection_waves = crate::spectra::deflection_waves::waves(&scene, residuals);
+    let residuals = design_options
+        .line_residuals
+        .filter(|_| design_options.search_deflection_waves);
+    if let Some(residuals) = residuals.filter(|_| linearized.inputs.deflection_waves.is_empty()) {
+        linearized.inputs.deflection_waves =
+            crate::spectra::deflection_waves::waves(&linearized, residuals);
     }
-    if let Some(residuals) = look.lines_of {
-        let flickers = flicker_hz(&scene, residuals);
-        add_lines(&mut scene.inputs.flicker_hz, flickers);
-        scene.inputs.pair_lines_hz =
-            std::array::from_fn(|s| crate::spectra::hum::hum_hz(&scene, s));
+    if let Some(residuals) = design_options.line_residuals {
+        let flickers = flicker_hz(&linearized, residuals);
+        add_lines(&mut linearized.inputs.flicker_hz, flickers);
+        linearized.inputs.pair_lines_hz =
+            std::array::from_fn(|s| crate::spectra::hum::hum_hz(&linearized, s));
     }
-    scene.inputs.unmodified = look.as_in.is_some_and(|inputs| inputs.unmodified);
-    scene.inputs.forms = look
-        .as_in
+    linearized.inputs.unmodified = design_options
+        .previous_inputs
+        .is_some_and(|inputs| inputs.unmodified);
+    linearized.inputs.forms = design_options
+        .previous_inputs
         .map_or_else(Default::default, |inputs| inputs.forms);
-    scene.inputs.lines_wind = look.as_in.is_some_and(|inputs| inputs.lines_wind);
-    if look.field {
-        crate::design::knots::lay(&mut scene);
+    linearized.inputs.lines_wind = design_options
+        .previous_inputs
+        .is_some_and(|inputs| inputs.lines_wind);
+    if design_options.field {
+        crate::design::knots::lay(&mut linearized);
     }
-    let listed = |name: &str| look.only.is_none_or(|list| list.iter().any(|k| k == name));
-    let wanted = |name: &str| listed(name) || look.field && effects::is(name, Detection::AsField);
-    let (columns, kinds) = if look.finely {
-        finer_columns(&scene)
+    let listed = |name: &str| {
+        design_options
+            .only
+            .is_none_or(|list| list.iter().any(|k| k == name))
+    };
+    let wanted =
+        |name: &str| listed(name) || design_options.field && effects::is(name, Detection::AsField);
+    let (columns, kinds) = if design_options.fine_basis {
+        finer_columns(&linearized)
     } else {
-        all_columns(&scene, options, &wanted)
+        all_columns(&linearized, options, &wanted)
     };
     let folds = folds(&prepared.observations.stretch);
-    let gram = Gram::new(&scene, &columns, &folds);
-    let carried = ErrorsInVariables::new(&scene, &columns, &gram.scale);
-    let floor = floor(&scene, 4);
+    let gram = Gram::new(&linearized, &columns, &folds);
+    let errors_in_variables = ErrorsInVariables::new(&linearized, &columns, &gram.scale);
+    let floor = floor(&linearized, 4);
     Design {
-        scene,
+        linearized,
         columns,
         kinds,
         gram,
-        carried,
+        errors_in_variables,
         folds,
         floor,
     }
 }
 
 fn all_columns(
-    scene: &Scene,
+    linearized: &LinearizedRecording,
     options: &Options,
     wanted: &dyn Fn(&str) -> bool,
 ) -> (Columns, Vec<BlockKind>) {
-    let mut columns = baseline_columns(scene);
+    let mut columns = baseline_columns(linearized);
     let mut kinds = Vec::new();
     let sides = effects::sensor_sides();
     for effect in sides.iter().filter(|e| wanted(e.name())) {
@@ -199,10 +223,10 @@ fn all_columns(
         } else {
             BlockKind::Effect(effect.name().into())
         };
-        let regressors = effect.regressors(&scene.inputs);
+        let regressors = effect.regressors(&linearized.inputs);
         add(&mut columns, &mut kinds, kind, regressors);
     }
-    for place in coordinate_bases(&scene.inputs)
+    for place in coordinate_bases(&linearized.inputs)
         .into_iter()
         .filter(|p| wanted(p.coordinate))
     {
@@ -212,10 +236,10 @@ fn all_columns(
     (columns, kinds)
 }
 
-fn finer_columns(scene: &Scene) -> (Columns, Vec<BlockKind>) {
-    let mut columns = baseline_columns(scene);
+fn finer_columns(linearized: &LinearizedRecording) -> (Columns, Vec<BlockKind>) {
+    let mut columns = baseline_columns(linearized);
     let mut kinds = Vec::new();
-    for place in crate::design::fine_basis::finer(scene) {
+    for place in crate::design::fine_basis::fine_basis(linearized) {
         let kind = BlockKind::Coordinate(place.coordinate.into());
         add(&mut columns, &mut kinds, kind, place.regressors);
     }

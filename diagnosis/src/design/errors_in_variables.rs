@@ -6,7 +6,7 @@
 use crate::algebra::products::RowBuffer;
 use crate::algebra::symmetric::Symmetric;
 use crate::design::gram::Columns;
-use crate::linearization::scene::{LatentDisplacement, ROWS, Scene};
+use crate::linearization::recording::{LatentDisplacement, LinearizedRecording, ROWS};
 use effects::over::Extent;
 use effects::sensor::Covariates;
 use rayon::prelude::*;
@@ -29,15 +29,17 @@ pub struct ErrorsInVariables(Symmetric);
 impl ErrorsInVariables {
     /// Cost: a twentieth to a half of the products themselves. The coordination sensor's noise is left aside: its shapes are
     /// smooth over many times that noise.
-    pub fn new(scene: &Scene, columns: &Columns, scale: &[f64]) -> Self {
+    pub fn new(linearized: &LinearizedRecording, columns: &Columns, scale: &[f64]) -> Self {
         let width = scale.len() + 1;
-        let in_use: Vec<usize> = (0..scene.len()).filter(|&i| scene.keep[i]).collect();
+        let in_use: Vec<usize> = (0..linearized.len())
+            .filter(|&i| linearized.mask[i])
+            .collect();
         let step = (in_use.len() / SAMPLES).max(1);
         let list: Vec<usize> = in_use.into_iter().step_by(step).collect();
-        let stepped = std::array::from_fn(|s| stepped(scene, s));
+        let stepped = std::array::from_fn(|s| stepped(linearized, s));
         let parts: Vec<(Symmetric, usize)> = list
             .par_chunks(list.len().div_ceil(LANES).max(1))
-            .map(|samples| products_of(scene, &stepped, columns, scale, samples))
+            .map(|samples| products_of(linearized, &stepped, columns, scale, samples))
             .collect();
         let mut sum = Symmetric::zeros(width);
         let mut count = 0;
@@ -79,16 +81,16 @@ impl ErrorsInVariables {
 
 /// The scene with one segment's raw readings a step further. Where the segment's place is that of its neighbours, the place
 /// stays.
-fn stepped<'a>(scene: &Scene<'a>, segment: usize) -> Scene<'a> {
-    let mut shift: LatentDisplacement = scene.shift.clone();
-    let off = &mut shift.electronic_m[segment];
-    off.resize(scene.len(), 0.0);
+fn stepped<'a>(linearized: &LinearizedRecording<'a>, segment: usize) -> LinearizedRecording<'a> {
+    let mut displacement: LatentDisplacement = linearized.displacement.clone();
+    let off = &mut displacement.electronic_m[segment];
+    off.resize(linearized.len(), 0.0);
     off.iter_mut().for_each(|off| *off += STEP_M);
-    let mut out = scene.moved(scene.baseline.clone(), shift);
-    out.shift.whole_m[segment].resize(scene.len(), 0.0);
+    let mut out = linearized.moved(linearized.baseline.clone(), displacement);
+    out.displacement.total_m[segment].resize(linearized.len(), 0.0);
     for i in 0..out.calibrated_m[segment].len() {
-        out.shift.whole_m[segment][i] += if scene.is_quiet(segment, i) {
-            scene.calibrated_m[segment][i] - out.calibrated_m[segment][i]
+        out.displacement.total_m[segment][i] += if linearized.is_quiet(segment, i) {
+            linearized.calibrated_m[segment][i] - out.calibrated_m[segment][i]
         } else {
             STEP_M
         };
@@ -97,8 +99,8 @@ fn stepped<'a>(scene: &Scene<'a>, segment: usize) -> Scene<'a> {
 }
 
 fn products_of(
-    scene: &Scene,
-    stepped: &[Scene; 4],
+    linearized: &LinearizedRecording,
+    stepped: &[LinearizedRecording; 4],
     columns: &Columns,
     scale: &[f64],
     samples: &[usize],
@@ -110,7 +112,7 @@ fn products_of(
     for chunk in samples.chunks(CHUNK) {
         upright.clear();
         for &i in chunk {
-            count += add_rows(scene, stepped, columns, scale, i, &mut upright);
+            count += add_rows(linearized, stepped, columns, scale, i, &mut upright);
         }
         upright.add_products(&mut sum);
     }
@@ -119,18 +121,18 @@ fn products_of(
 
 /// Adds the changes of a sample's rows with each segment's reading; the sample's number of rows.
 fn add_rows(
-    scene: &Scene,
-    stepped: &[Scene; 4],
+    linearized: &LinearizedRecording,
+    stepped: &[LinearizedRecording; 4],
     columns: &Columns,
     scale: &[f64],
     i: usize,
     upright: &mut RowBuffer,
 ) -> usize {
-    let rows = scene.rows(i);
+    let rows = linearized.rows(i);
     let by_reading = rows.white_by_reading();
-    let variance = scene.reading_variance(i);
-    let here = scene.covariates(i);
-    let segments: Vec<usize> = (0..4).filter(|s| scene.scope.segments[*s]).collect();
+    let variance = linearized.reading_variance(i);
+    let here = linearized.covariates(i);
+    let segments: Vec<usize> = (0..4).filter(|s| linearized.scope.segments[*s]).collect();
     let there: Vec<Covariates> = segments.iter().map(|s| stepped[*s].covariates(i)).collect();
     let extent = Extent::of(there.iter().chain([&here]));
     let acting: Vec<usize> = (0..scale.len())
@@ -141,7 +143,7 @@ fn add_rows(
     };
     let before: Vec<Option<[f64; ROWS]>> = acting.iter().map(|c| response(*c, &here)).collect();
     for (&s, there) in segments.iter().zip(&there) {
-        let noise = scene.noise[s] * scene.observations.position_noise_m[s][i] / STEP_M;
+        let noise = linearized.noise[s] * linearized.observations.position_noise_m[s][i] / STEP_M;
         upright.extend(rows.count);
         for (&c, before) in acting.iter().zip(&before) {
             let after = response(c, there);

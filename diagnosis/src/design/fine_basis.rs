@@ -1,7 +1,7 @@
 //! Finer shapes over the coordinates of diagnosis.md, for telling where a gap lies that nothing explains. They compete with no cause.
 
 use crate::design::coordinate_basis::CoordinateBasis;
-use crate::linearization::scene::Scene;
+use crate::linearization::recording::LinearizedRecording;
 use crate::linearization::stop_operator::{SLACKS_M, StopOperator};
 use effects::sensor::{BasisInputs, Covariates, Regressor};
 use std::f64::consts::PI;
@@ -35,7 +35,7 @@ struct ScaledShape {
 }
 
 /// A shape of full size.
-fn whole(value: impl Fn(&Covariates) -> f64 + Send + Sync + 'static) -> ScaledShape {
+fn full_size(value: impl Fn(&Covariates) -> f64 + Send + Sync + 'static) -> ScaledShape {
     wave(1, value)
 }
 
@@ -48,9 +48,9 @@ fn wave(number: usize, value: impl Fn(&Covariates) -> f64 + Send + Sync + 'stati
 }
 
 /// Every family that such a recording can show. Labels are those of [`crate::design::coordinate_basis`] where the coordinate is the same.
-pub fn finer(scene: &Scene) -> Vec<CoordinateBasis> {
-    let inputs = &scene.inputs;
-    let ranges = Ranges::of(scene);
+pub fn fine_basis(linearized: &LinearizedRecording) -> Vec<CoordinateBasis> {
+    let inputs = &linearized.inputs;
+    let ranges = Ranges::of(linearized);
     let mut list = vec![
         place("time", on_channels(inputs, &|| over_time(&ranges))),
         place("own and lateral tooth phase", both_phases(inputs)),
@@ -80,8 +80,8 @@ pub fn finer(scene: &Scene) -> Vec<CoordinateBasis> {
         own.extend(times(inputs, |m, s| m.memory[s][1]));
         list.push(place("direction and own tooth phase", own));
     }
-    let slack = StopOperator::of(scene);
-    let dragged = on_segments(inputs, &|s| dragged(&slack, s));
+    let stop = StopOperator::of(linearized);
+    let dragged = on_segments(inputs, &|s| dragged(&stop, s));
     list.push(place("direction", dragged));
     if inputs.beacon {
         let span = ranges.deflection;
@@ -116,11 +116,11 @@ struct Ranges {
 }
 
 impl Ranges {
-    fn of(scene: &Scene) -> Self {
-        let step = (scene.len() / LOOKED_AT).max(1);
-        let moments: Vec<Covariates> = (0..scene.len())
+    fn of(linearized: &LinearizedRecording) -> Self {
+        let step = (linearized.len() / LOOKED_AT).max(1);
+        let moments: Vec<Covariates> = (0..linearized.len())
             .step_by(step)
-            .map(|i| scene.covariates(i))
+            .map(|i| linearized.covariates(i))
             .collect();
         let over = |value: &dyn Fn(&Covariates) -> f64| {
             let start = [f64::INFINITY, f64::NEG_INFINITY];
@@ -129,7 +129,7 @@ impl Ranges {
                 [low.min(v), high.max(v)]
             })
         };
-        let o = scene.observations;
+        let o = linearized.observations;
         let count = o.stretch.iter().max().map_or(0, |last| last + 1);
         let (mut starts_s, mut ends_s) = (vec![f64::INFINITY; count], vec![0.0f64; count]);
         for (&stretch, t_s) in o.stretch.iter().zip(&o.t_s) {
@@ -194,47 +194,47 @@ fn speeds(s: usize) -> Vec<ScaledShape> {
     let along = move |m: &Covariates| m.speed_m_s[s];
     let across = move |m: &Covariates| m.speed_m_s[(s + 1) % 4];
     vec![
-        whole(along),
-        whole(move |m| along(m).abs()),
-        whole(move |m| along(m).powi(2)),
-        whole(move |m| along(m).powi(3)),
-        whole(across),
-        whole(move |m| across(m).abs()),
-        whole(move |m| across(m).powi(2)),
-        whole(move |m| along(m) * across(m)),
-        whole(move |m| along(m) * across(m).abs()),
-        whole(move |m| along(m).hypot(across(m))),
-        whole(move |m| m.acceleration_m_s2[s]),
-        whole(move |m| m.acceleration_m_s2[(s + 1) % 4]),
-        whole(move |m| m.acceleration_m_s2[s].abs()),
+        full_size(along),
+        full_size(move |m| along(m).abs()),
+        full_size(move |m| along(m).powi(2)),
+        full_size(move |m| along(m).powi(3)),
+        full_size(across),
+        full_size(move |m| across(m).abs()),
+        full_size(move |m| across(m).powi(2)),
+        full_size(move |m| along(m) * across(m)),
+        full_size(move |m| along(m) * across(m).abs()),
+        full_size(move |m| along(m).hypot(across(m))),
+        full_size(move |m| m.acceleration_m_s2[s]),
+        full_size(move |m| m.acceleration_m_s2[(s + 1) % 4]),
+        full_size(move |m| m.acceleration_m_s2[s].abs()),
     ]
 }
 
 fn beacon_speeds() -> Vec<ScaledShape> {
     let v = |m: &Covariates| [m.speed_m_s[0], m.speed_m_s[1]];
     vec![
-        whole(move |m| v(m)[0]),
-        whole(move |m| v(m)[1]),
-        whole(move |m| v(m)[0].abs()),
-        whole(move |m| v(m)[1].abs()),
-        whole(move |m| v(m)[0].powi(2)),
-        whole(move |m| v(m)[1].powi(2)),
-        whole(move |m| v(m)[0] * v(m)[1]),
-        whole(move |m| m.acceleration_m_s2[0]),
-        whole(move |m| m.acceleration_m_s2[1]),
+        full_size(move |m| v(m)[0]),
+        full_size(move |m| v(m)[1]),
+        full_size(move |m| v(m)[0].abs()),
+        full_size(move |m| v(m)[1].abs()),
+        full_size(move |m| v(m)[0].powi(2)),
+        full_size(move |m| v(m)[1].powi(2)),
+        full_size(move |m| v(m)[0] * v(m)[1]),
+        full_size(move |m| m.acceleration_m_s2[0]),
+        full_size(move |m| m.acceleration_m_s2[1]),
     ]
 }
 
 /// What is dragged after the courier pulls at the segment, by more here than there.
-fn dragged(slack: &StopOperator, s: usize) -> Vec<ScaledShape> {
+fn dragged(stop: &StopOperator, s: usize) -> Vec<ScaledShape> {
     let mut list = Vec::new();
     for k in 0..SLACKS_M.len() {
-        let (here, along, across) = (slack.clone(), slack.clone(), slack.clone());
-        list.push(whole(move |m| here.at(m, s, k)));
-        list.push(whole(move |m| {
+        let (here, along, across) = (stop.clone(), stop.clone(), stop.clone());
+        list.push(full_size(move |m| here.at(m, s, k)));
+        list.push(full_size(move |m| {
             along.at(m, s, k) * m.from_middle_m[0] / DIFFERS_M
         }));
-        list.push(whole(move |m| {
+        list.push(full_size(move |m| {
             across.at(m, s, k) * m.from_middle_m[1] / DIFFERS_M
         }));
     }
@@ -249,7 +249,7 @@ fn since_the_start(ranges: &Ranges) -> Vec<ScaledShape> {
             ranges.starts_s.clone(),
             (decay * ranges.longest_s).max(1e-9),
         );
-        list.push(whole(move |m| {
+        list.push(full_size(move |m| {
             let start_s = starts_s.get(m.stretch).copied().unwrap_or(0.0);
             (-(m.t_s - start_s).max(0.0) / tau_s).exp()
         }));
@@ -268,7 +268,7 @@ fn over_time(ranges: &Ranges) -> Vec<ScaledShape> {
 fn gains() -> Vec<ScaledShape> {
     let of = |axis: usize| {
         let hats = hats([0.0, 1.0], GAIN_KNOTS, |m| m.progress).into_iter();
-        hats.map(move |hat| whole(move |m| (hat.value)(m) * m.deflection[axis]))
+        hats.map(move |hat| full_size(move |m| (hat.value)(m) * m.deflection[axis]))
     };
     of(0).chain(of(1)).collect()
 }
@@ -279,7 +279,7 @@ fn hats([low, high]: [f64; 2], count: usize, value: fn(&Covariates) -> f64) -> V
     (0..count)
         .map(|k| {
             let at = low + k as f64 * step;
-            whole(move |m| (1.0 - ((value(m) - at) / step).abs()).max(0.0))
+            full_size(move |m| (1.0 - ((value(m) - at) / step).abs()).max(0.0))
         })
         .collect()
 }

@@ -6,7 +6,7 @@ use crate::algebra::symmetric::Symmetric;
 use crate::data::folds::FOLDS;
 use crate::design::training::Training;
 use crate::linearization::groups::{Group, Sample, TOGETHER};
-use crate::linearization::scene::{ROWS, Scene};
+use crate::linearization::recording::{LinearizedRecording, ROWS};
 use effects::sensor::{CHANNELS, READINGS, Regressor};
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -95,30 +95,32 @@ pub struct Gram {
 
 /// Keys of samples by which those over the same part of the platen follow each other: then few of many teeth act in a chunk. Bits of
 /// the place along x and along y in turn (Morton 1966).
-fn by_place(scene: &Scene) -> Vec<u64> {
+fn by_place(linearized: &LinearizedRecording) -> Vec<u64> {
     let spread = |place: u32| {
         let bits = (0..u32::BITS).map(|bit| u64::from(place >> bit & 1) << (2 * bit));
         bits.sum::<u64>()
     };
     let key = |i| {
-        let centre = scene.covariates(i).centre_m;
-        let [x, y] = centre.map(|c| (c / scene.observations.pitch_m).floor() as i32);
+        let centre = linearized.covariates(i).centre_m;
+        let [x, y] = centre.map(|c| (c / linearized.observations.pitch_m).floor() as i32);
         // Places of either sign ascend as unsigned numbers.
         let [x, y] = [x, y].map(|c| (c as u32) ^ (1 << 31));
         spread(x) | spread(y) << 1
     };
-    (0..scene.len()).map(key).collect()
+    (0..linearized.len()).map(key).collect()
 }
 
 /// Sums of a channel's squares and values, and how many there were.
 type ChannelSums = [(f64, f64, usize); CHANNELS];
 
 /// Spread of each column's response over the rows where it acts, m: of g_p where it acts there, else of the largest channel.
-fn sizes(scene: &Scene, columns: &Columns) -> Vec<f64> {
-    let step = (scene.len() / 3000).max(1);
-    let list: Vec<usize> = (0..scene.len()).step_by(step).collect();
+fn sizes(linearized: &LinearizedRecording, columns: &Columns) -> Vec<f64> {
+    let step = (linearized.len() / 3000).max(1);
+    let list: Vec<usize> = (0..linearized.len()).step_by(step).collect();
     let parts = list.par_chunks(list.len().div_ceil(LANES).max(1));
-    let parts: Vec<Vec<ChannelSums>> = parts.map(|part| spreads(scene, columns, part)).collect();
+    let parts: Vec<Vec<ChannelSums>> = parts
+        .map(|part| spreads(linearized, columns, part))
+        .collect();
     let total = |c: usize| {
         let mut sum = ChannelSums::default();
         for (channel, sum) in sum.iter_mut().enumerate() {
@@ -133,12 +135,16 @@ fn sizes(scene: &Scene, columns: &Columns) -> Vec<f64> {
         .collect()
 }
 
-fn spreads(scene: &Scene, columns: &Columns, samples: &[usize]) -> Vec<ChannelSums> {
+fn spreads(
+    linearized: &LinearizedRecording,
+    columns: &Columns,
+    samples: &[usize],
+) -> Vec<ChannelSums> {
     let regressors = &columns.regressors;
     let mut sums = vec![ChannelSums::default(); regressors.len()];
     for samples in samples.chunks(TOGETHER) {
         let group = Group::new(
-            scene,
+            linearized,
             regressors,
             0..regressors.len(),
             samples.iter().copied(),
@@ -186,48 +192,50 @@ fn size(sum: &ChannelSums) -> f64 {
 
 impl Gram {
     /// Accumulates over all kept samples. Cost: rows times columns squared.
-    pub fn new(scene: &Scene, columns: &Columns, folds: &[u8]) -> Self {
-        let mut sums = Sums::new(scene, columns);
+    pub fn new(linearized: &LinearizedRecording, columns: &Columns, folds: &[u8]) -> Self {
+        let mut sums = Sums::new(linearized, columns);
         let scale = sums.priors();
         let parts = (0..FOLDS).map(|f| sums.over(&scale, |i| usize::from(folds[i]) == f));
         let (fold, rows): (Vec<Symmetric>, Vec<usize>) = parts.unzip();
         let mut total = Symmetric::zeros(scale.len() + 1);
         fold.iter().for_each(|f| total += f);
-        Self::of(scene, columns, scale, (fold, rows, total))
+        Self::of(linearized, columns, scale, (fold, rows, total))
     }
 
     /// The same without the folds by themselves: a sixth of the memory.
-    pub fn whole(scene: &Scene, columns: &Columns) -> Self {
-        let mut sums = Sums::new(scene, columns);
+    pub fn without_folds(linearized: &LinearizedRecording, columns: &Columns) -> Self {
+        let mut sums = Sums::new(linearized, columns);
         let scale = sums.priors();
         let (total, rows) = sums.over(&scale, |_| true);
-        Self::of(scene, columns, scale, (Vec::new(), vec![rows], total))
+        Self::of(linearized, columns, scale, (Vec::new(), vec![rows], total))
     }
 
     /// Amounts of some columns, in prior deviations, by all folds but each. Where the folds are not kept their products are formed
     /// anew, one after the other.
     pub fn by_folds(
         &self,
-        scene: &Scene,
+        linearized: &LinearizedRecording,
         columns: &Columns,
         folds: &[u8],
         list: &[usize],
     ) -> Vec<Vec<f64>> {
-        let amounts = |test: &Symmetric| {
+        let coefficients = |test: &Symmetric| {
             let training = Training::new(&self.total, Some(test));
             let fit = solve(training, list, &self.centre, 1.0);
-            fit.map_or(vec![0.0; list.len()], |fit| fit.amount.as_slice().to_vec())
+            fit.map_or(vec![0.0; list.len()], |fit| {
+                fit.coefficient.as_slice().to_vec()
+            })
         };
         if !self.fold.is_empty() {
-            return self.fold.par_iter().map(amounts).collect();
+            return self.fold.par_iter().map(coefficients).collect();
         }
-        let mut sums = Sums::new(scene, columns);
+        let mut sums = Sums::new(linearized, columns);
         let mut test = |f| sums.over(&self.scale, |i| usize::from(folds[i]) == f).0;
-        (0..FOLDS).map(|f| amounts(&test(f))).collect()
+        (0..FOLDS).map(|f| coefficients(&test(f))).collect()
     }
 
     fn of(
-        scene: &Scene,
+        linearized: &LinearizedRecording,
         columns: &Columns,
         scale: Vec<f64>,
         (fold, rows, total): (Vec<Symmetric>, Vec<usize>, Symmetric),
@@ -245,8 +253,8 @@ impl Gram {
             shrunk: vec![1.0; scale.len()],
             scale,
             centre,
-            overstated: scene.observations.overstated,
-            loud: scene.noise != [1.0; READINGS],
+            overstated: linearized.observations.overstated,
+            loud: linearized.noise != [1.0; READINGS],
         }
     }
 
@@ -280,7 +288,7 @@ impl Gram {
 
 /// Products over parts of the samples in use, one part after the other: their memory serves all.
 struct Sums<'s, 'a> {
-    scene: &'s Scene<'a>,
+    linearized: &'s LinearizedRecording<'a>,
     columns: &'s Columns,
     lanes: Vec<PartialSums>,
     order: Option<Vec<u64>>,
@@ -304,20 +312,24 @@ impl PartialSums {
 }
 
 impl<'s, 'a> Sums<'s, 'a> {
-    fn new(scene: &'s Scene<'a>, columns: &'s Columns) -> Self {
+    fn new(linearized: &'s LinearizedRecording<'a>, columns: &'s Columns) -> Self {
         let width = columns.regressors.len() + 1;
         let lanes = if width > WIDE { FEWER_LANES } else { LANES };
         Self {
-            scene,
+            linearized,
             columns,
             lanes: (0..lanes).map(|_| PartialSums::new(width)).collect(),
-            order: scene.inputs.teeth.as_ref().map(|_| by_place(scene)),
+            order: linearized
+                .inputs
+                .teeth
+                .as_ref()
+                .map(|_| by_place(linearized)),
         }
     }
 
     /// Prior deviation of each amount.
     fn priors(&self) -> Vec<f64> {
-        let sizes = sizes(self.scene, self.columns);
+        let sizes = sizes(self.linearized, self.columns);
         let prior = |(r, s): (&Regressor, f64)| match r.deviation {
             _ if s <= 0.0 => 0.0,
             Some(deviation) => deviation,
@@ -333,9 +345,9 @@ impl<'s, 'a> Sums<'s, 'a> {
 
     /// Products over the samples that are asked for, and their rows, by lanes side by side.
     fn over(&mut self, scale: &[f64], asked: impl Fn(usize) -> bool) -> (Symmetric, usize) {
-        let (scene, columns) = (self.scene, self.columns);
-        let mut samples: Vec<usize> = (0..scene.len())
-            .filter(|&i| scene.keep[i] && asked(i))
+        let (linearized, columns) = (self.linearized, self.columns);
+        let mut samples: Vec<usize> = (0..linearized.len())
+            .filter(|&i| linearized.mask[i] && asked(i))
             .collect();
         if let Some(order) = &self.order {
             samples.sort_by_key(|i| order[*i]);
@@ -346,7 +358,7 @@ impl<'s, 'a> Sums<'s, 'a> {
                 let chunks = samples.chunks(CHUNK).skip(number).step_by(every);
                 scope.spawn(move || {
                     for chunk in chunks {
-                        lane.rows += accumulate(scene, columns, scale, chunk, lane);
+                        lane.rows += accumulate(linearized, columns, scale, chunk, lane);
                     }
                 });
             }
@@ -365,7 +377,7 @@ impl<'s, 'a> Sums<'s, 'a> {
 /// Adds a chunk's products. Columns that are zero throughout the chunk (shapes of another run, of
 /// another time, of another place) cost nothing but their evaluation.
 fn accumulate(
-    scene: &Scene,
+    linearized: &LinearizedRecording,
     columns: &Columns,
     scale: &[f64],
     samples: &[usize],
@@ -375,7 +387,7 @@ fn accumulate(
     upright.clear();
     let last = scale.len();
     let regressors = &columns.regressors;
-    let group = Group::new(scene, regressors, 0..last, samples.iter().copied());
+    let group = Group::new(linearized, regressors, 0..last, samples.iter().copied());
     for Sample {
         rows, covariates, ..
     } in &group.samples
@@ -400,7 +412,7 @@ pub struct Fit {
     /// Columns in the model.
     pub columns: Vec<usize>,
     /// Amounts in prior deviations.
-    pub amount: DVector<f64>,
+    pub coefficient: DVector<f64>,
     /// Logarithm of the marginal likelihood for unit noise, up to a constant of the data.
     pub log_evidence: f64,
 }
@@ -417,40 +429,44 @@ pub fn solve(training: Training, columns: &[usize], centre: &[f64], variance: f6
         right[a] += centre[columns[a]];
     }
     let factor = Factor::new(normal)?;
-    let amount = factor.solve(&right);
+    let coefficient = factor.solve(&right);
     let log_det = factor.half_log_determinant();
     let prior: f64 = columns.iter().map(|&c| centre[c] * centre[c]).sum();
     let log_evidence =
-        0.5 * (right.dot(&amount) - prior - training.at(last, last) * precision) - log_det;
+        0.5 * (right.dot(&coefficient) - prior - training.at(last, last) * precision) - log_det;
     Some(Fit {
         columns: columns.to_vec(),
-        amount,
+        coefficient,
         log_evidence,
     })
 }
 
 /// Amounts of all columns, in prior deviations: what is held is known and leaves the residual, the others are fitted to what stays.
-pub fn amounts(gram: &Gram, columns: &Columns) -> Vec<f64> {
+pub fn coefficients(gram: &Gram, columns: &Columns) -> Vec<f64> {
     let (held, free): (Vec<usize>, Vec<usize>) = (0..gram.width()).partition(|c| columns.held[*c]);
     let last = gram.width();
     let mut training = gram.training(None).formed();
     for &h in &held {
-        let amount = gram.centre[h];
+        let coefficient = gram.centre[h];
         for row in 0..last {
-            let known = training[(row, h)] * amount;
+            let known = training[(row, h)] * coefficient;
             training[(row, last)] -= known;
         }
     }
     let mut out = gram.centre.clone();
     let fit = solve(Training::of(&training), &free, &gram.centre, 1.0);
     for (k, c) in free.into_iter().enumerate() {
-        out[c] = fit.as_ref().map_or(0.0, |fit| fit.amount[k]);
+        out[c] = fit.as_ref().map_or(0.0, |fit| fit.coefficient[k]);
     }
     out
 }
 
 /// Squared whitened residual of a fit on other data: the quadratic form of what it adds to the columns, and takes from the target.
 pub fn squares(test: &Symmetric, fit: &Fit) -> f64 {
-    let amounts = fit.columns.iter().copied().zip(fit.amount.iter().copied());
-    test.quadratic(amounts.chain([(test.order() - 1, -1.0)]))
+    let coefficients = fit
+        .columns
+        .iter()
+        .copied()
+        .zip(fit.coefficient.iter().copied());
+    test.quadratic(coefficients.chain([(test.order() - 1, -1.0)]))
 }

@@ -1,6 +1,6 @@
 //! Nodes of a field over the platen: those that the recording passes often enough, or the rectangle that it stays within.
 
-use crate::linearization::scene::Scene;
+use crate::linearization::recording::LinearizedRecording;
 use crate::transfer::support::places_m;
 use effects::teeth::Teeth;
 use effects::teeth::{reach, share};
@@ -20,41 +20,41 @@ const MESHES: [f64; 3] = [0.25, 0.5, 1.0];
 
 /// Sets a survey's mesh and nodes: a rectangle of values for each segment where that is few enough; else teeth for each segment;
 /// else as fine as can be for the channels; none where the courier hardly moves.
-pub fn lay(scene: &mut Scene) {
-    scene.inputs.field_by_segment = true;
-    scene.inputs.field_by_value = true;
+pub fn lay(linearized: &mut LinearizedRecording) {
+    linearized.inputs.field_by_segment = true;
+    linearized.inputs.field_by_value = true;
     for pitches in MESHES {
-        let step_m = pitches * scene.observations.pitch_m;
-        let corners = rectangles(scene, step_m);
+        let step_m = pitches * linearized.observations.pitch_m;
+        let corners = rectangles(linearized, step_m);
         let count: usize = corners.iter().flatten().map(values).sum();
         if (1..=MOST_VALUES).contains(&count) {
-            scene.inputs.node_step_m = step_m;
-            scene.inputs.nodes = corners.map(|c| c.map_or(Vec::new(), Vec::from));
+            linearized.inputs.node_step_m = step_m;
+            linearized.inputs.nodes = corners.map(|c| c.map_or(Vec::new(), Vec::from));
             return;
         }
     }
-    scene.inputs.field_by_value = false;
+    linearized.inputs.field_by_value = false;
     for pitches in [1.0, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0] {
-        let step_m = pitches * scene.observations.pitch_m;
-        let list = at(scene, step_m);
+        let step_m = pitches * linearized.observations.pitch_m;
+        let list = at(linearized, step_m);
         let count: usize = list.iter().map(Vec::len).sum();
         if count < 8 {
             break;
         }
         if count <= MOST {
-            (scene.inputs.node_step_m, scene.inputs.nodes) = (step_m, list);
+            (linearized.inputs.node_step_m, linearized.inputs.nodes) = (step_m, list);
             return;
         }
-        scene.inputs.field_by_segment = false;
+        linearized.inputs.field_by_segment = false;
     }
-    (scene.inputs.node_step_m, scene.inputs.nodes) = Default::default();
+    (linearized.inputs.node_step_m, linearized.inputs.nodes) = Default::default();
 }
 
 /// Two opposite corners of the mesh about the places of each segment.
-fn rectangles(scene: &Scene, step_m: f64) -> [Option<[[i32; 2]; 2]>; 4] {
+fn rectangles(linearized: &LinearizedRecording, step_m: f64) -> [Option<[[i32; 2]; 2]>; 4] {
     let mut out = [None; 4];
-    for i in (0..scene.len()).filter(|&i| scene.keep[i]) {
-        for (s, place_m) in places_m(scene, i) {
+    for i in (0..linearized.len()).filter(|&i| linearized.mask[i]) {
+        for (s, place_m) in places_m(linearized, i) {
             let low = place_m.map(|p| (p / step_m).floor() as i32);
             let [from, to] = out[s].get_or_insert([low; 2]);
             for d in 0..2 {
@@ -72,12 +72,12 @@ fn values([from, to]: &[[i32; 2]; 2]) -> usize {
     side(0).saturating_mul(side(1))
 }
 
-fn at(scene: &Scene, step_m: f64) -> [Vec<[i32; 2]>; 4] {
-    let step = step_m / scene.observations.pitch_m;
+fn at(linearized: &LinearizedRecording, step_m: f64) -> [Vec<[i32; 2]>; 4] {
+    let step = step_m / linearized.observations.pitch_m;
     let reach = reach(step);
     let mut places: [Vec<[f64; 2]>; 4] = Default::default();
-    for i in (0..scene.len()).filter(|&i| scene.keep[i]) {
-        for (s, place_m) in places_m(scene, i) {
+    for i in (0..linearized.len()).filter(|&i| linearized.mask[i]) {
+        for (s, place_m) in places_m(linearized, i) {
             places[s].push(place_m.map(|p| p / step_m));
         }
     }
@@ -95,8 +95,8 @@ fn at(scene: &Scene, step_m: f64) -> [Vec<[i32; 2]>; 4] {
                 }
             }
         }
-        let carried = weights.into_iter().filter(|(_, w)| *w > WEIGHT);
-        *nodes = carried.map(|(node, _)| node).collect();
+        let errors_in_variables = weights.into_iter().filter(|(_, w)| *w > WEIGHT);
+        *nodes = errors_in_variables.map(|(node, _)| node).collect();
     });
     out
 }
@@ -107,8 +107,8 @@ const MOST_TEETH: usize = 2400;
 const SEEN: f64 = 0.02;
 
 /// Lists the teeth and lines under the segments' footprints. False where they are too many, or none.
-pub fn list_teeth(scene: &Scene, teeth: &mut Teeth) -> bool {
-    let pitch_m = scene.observations.pitch_m;
+pub fn list_teeth(linearized: &LinearizedRecording, teeth: &mut Teeth) -> bool {
+    let pitch_m = linearized.observations.pitch_m;
     let mut posts: [BTreeMap<[i32; 2], f64>; 2] = Default::default();
     let mut lines: [BTreeSet<i32>; 2] = Default::default();
     let aperture = teeth.aperture;
@@ -119,9 +119,9 @@ pub fn list_teeth(scene: &Scene, teeth: &mut Teeth) -> bool {
         let share = move |k: i32| aperture.weight(direction, place - f64::from(k) * step);
         (first.ceil() as i32..=last.floor() as i32).map(move |k| (k, share(k)))
     };
-    for i in (0..scene.len()).filter(|&i| scene.keep[i]) {
-        let covariates = scene.covariates(i);
-        for s in (0..4).filter(|s| scene.scope.segments[*s]) {
+    for i in (0..linearized.len()).filter(|&i| linearized.mask[i]) {
+        let covariates = linearized.covariates(i);
+        for s in (0..4).filter(|s| linearized.scope.segments[*s]) {
             let [along, across] = covariates.place_m[s].map(|p| p / pitch_m);
             for (tooth, share) in under(0, along) {
                 lines[s % 2].insert(tooth);

@@ -54,8 +54,8 @@ struct Row {
 type Patch = Vec<Row>;
 
 /// Footprint, prior deviations and teeth of a field that was found. None where there is too little to tell, or too much to ask for.
-pub fn find(fine: &RelinearizedFit) -> Option<Teeth> {
-    let patches = patches(fine);
+pub fn find(relinearized: &RelinearizedFit) -> Option<Teeth> {
+    let patches = patches(relinearized);
     if patches.is_empty() {
         return None;
     }
@@ -71,7 +71,7 @@ pub fn find(fine: &RelinearizedFit) -> Option<Teeth> {
             deviation_m: [posts_m, lines_m],
             ..Teeth::default()
         };
-        crate::design::knots::list_teeth(&fine.scene, &mut teeth).then_some(teeth)
+        crate::design::knots::list_teeth(&relinearized.linearized, &mut teeth).then_some(teeth)
     };
     steps(&guess.aperture).into_iter().find_map(in_steps)
 }
@@ -86,12 +86,12 @@ fn steps(aperture: &ApertureKernel) -> Vec<[f64; 2]> {
 }
 
 /// What the recording shows of its field, where most samples are.
-fn patches(fine: &RelinearizedFit) -> Vec<Patch> {
-    let scene = &fine.scene;
-    let side_m = SIDE_PITCHES * scene.observations.pitch_m;
+fn patches(relinearized: &RelinearizedFit) -> Vec<Patch> {
+    let linearized = &relinearized.linearized;
+    let side_m = SIDE_PITCHES * linearized.observations.pitch_m;
     let mut cells: BTreeMap<[i32; 2], Vec<usize>> = BTreeMap::new();
-    for i in (0..scene.len()).filter(|i| scene.keep[*i]) {
-        let centre_m = scene.covariates(i).centre_m;
+    for i in (0..linearized.len()).filter(|i| linearized.mask[*i]) {
+        let centre_m = linearized.covariates(i).centre_m;
         cells
             .entry(centre_m.map(|c| (c / side_m).floor() as i32))
             .or_default()
@@ -106,17 +106,17 @@ fn patches(fine: &RelinearizedFit) -> Vec<Patch> {
             let step = cell.len().div_ceil(MOST);
             cell.iter()
                 .step_by(step)
-                .flat_map(|i| rows(fine, *i))
+                .flat_map(|i| rows(relinearized, *i))
                 .collect()
         })
         .collect()
 }
 
 /// Rows of a sample, as they are without the field.
-fn rows(fine: &RelinearizedFit, i: usize) -> Vec<Row> {
-    let (scene, columns) = (&fine.scene, &fine.columns);
-    let rows = scene.rows(i);
-    let covariates = scene.covariates(i);
+fn rows(relinearized: &RelinearizedFit, i: usize) -> Vec<Row> {
+    let (linearized, columns) = (&relinearized.linearized, &relinearized.columns);
+    let rows = linearized.rows(i);
+    let covariates = linearized.covariates(i);
     let mut value = rows.residual_m;
     for block in columns
         .blocks
@@ -126,13 +126,13 @@ fn rows(fine: &RelinearizedFit, i: usize) -> Vec<Row> {
         for c in block.columns.clone() {
             let response = rows.response(&columns.regressors[c], &covariates);
             for (value, response) in value.iter_mut().zip(response) {
-                *value += fine.amount(c) * response;
+                *value += relinearized.coefficient(c) * response;
             }
         }
     }
     let white = rows.whitened(&value);
     let by_reading = rows.white_by_reading();
-    let pitch_m = scene.observations.pitch_m;
+    let pitch_m = linearized.observations.pitch_m;
     let places = covariates.place_m.map(|place| place.map(|p| p / pitch_m));
     (0..rows.count)
         .map(|row| Row {

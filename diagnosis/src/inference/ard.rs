@@ -43,19 +43,19 @@ pub fn factors(gram: &Gram, columns: &Columns, before: &[f64]) -> Vec<f64> {
     let (normal, right) = (training.square(&all), training.right(&all));
     let rows = gram.total_rows() as f64;
     for _ in 0..updates {
-        let Some((amounts, variance)) = fitted(gram, &normal, &right, &precision) else {
+        let Some((coefficients, variance)) = fitted(gram, &normal, &right, &precision) else {
             return vec![1.0; width];
         };
         // What is left beyond the noise is no evidence for small amounts.
-        let left = training.at(width, width) - 2.0 * right.dot(&amounts)
-            + amounts.dot(&(&normal * &amounts));
+        let left = training.at(width, width) - 2.0 * right.dot(&coefficients)
+            + coefficients.dot(&(&normal * &coefficients));
         let noise = (left / rows).max(1.0);
         for group in &sharing {
-            let told = |c: &usize| (1.0 - precision[*c] * variance[*c]).max(0.0);
-            let square = |c: &usize| (amounts[*c] - gram.centre[*c]).powi(2) / noise;
-            let told: f64 = group.iter().map(told).sum();
+            let estimate = |c: &usize| (1.0 - precision[*c] * variance[*c]).max(0.0);
+            let square = |c: &usize| (coefficients[*c] - gram.centre[*c]).powi(2) / noise;
+            let estimate: f64 = group.iter().map(estimate).sum();
             let square: f64 = group.iter().map(square).sum();
-            let shared = (told / square.max(1e-30)).clamp(1.0, NOTHING.powi(-2));
+            let shared = (estimate / square.max(1e-30)).clamp(1.0, NOTHING.powi(-2));
             group.iter().for_each(|c| precision[*c] = shared);
         }
     }
@@ -92,11 +92,14 @@ fn fitted(
         right[c] += precision[c] * gram.centre[c];
     }
     let factor = Factor::new(normal)?;
-    let amounts = factor.solve(&right);
+    let coefficients = factor.solve(&right);
     // Of the covariance its diagonal alone is asked for: squares of the columns of the factor's inverse.
     let inverse = factor.lower_inverse();
     let variances = inverse.column_iter().map(|column| column.norm_squared());
-    Some((amounts, DVector::from_iterator(precision.len(), variances)))
+    Some((
+        coefficients,
+        DVector::from_iterator(precision.len(), variances),
+    ))
 }
 
 #[cfg(test)]
@@ -150,13 +153,13 @@ mod tests {
             loud: false,
         };
         gram.rescale(&[10.0; 4]);
-        let amounts = |gram: &Gram| {
+        let coefficients = |gram: &Gram| {
             let fit = solve(gram.training(None), &[0, 1, 2, 3], &gram.centre, 1.0).unwrap();
-            [1, 2, 3].map(|c| fit.amount[c] * gram.shrunk[c])
+            [1, 2, 3].map(|c| fit.coefficient[c] * gram.shrunk[c])
         };
-        let free = amounts(&gram);
+        let free = coefficients(&gram);
         gram.rescale(&factors(&gram, &columns, &[]));
-        let shrunk = amounts(&gram);
+        let shrunk = coefficients(&gram);
         // The sum of the two is what is known.
         assert!((shrunk[0] + shrunk[1] - 2.0).abs() < 0.1, "{shrunk:?}");
         let size = |a: &[f64; 3]| a[0].abs() + a[1].abs();

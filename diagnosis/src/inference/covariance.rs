@@ -7,8 +7,8 @@
 use crate::algebra::cholesky::Factor;
 use crate::algebra::statistics::median;
 use crate::design::gram::Columns;
+use crate::linearization::recording::LinearizedRecording;
 use crate::linearization::relinearized::RelinearizedFit;
-use crate::linearization::scene::Scene;
 use effects::random::{ChaCha8Rng, SeedableRng, normal};
 use effects::sensor::{CHANNELS, Covariates, READINGS, Regressor};
 use effects::{Card, Detection};
@@ -47,22 +47,22 @@ pub struct PosteriorCovariance {
 
 impl PosteriorCovariance {
     /// Of a model fitted about itself. Cost: the cube of its columns. None where no effect's amounts are told by it.
-    pub fn of(fine: &RelinearizedFit) -> Option<Self> {
-        let columns = &fine.columns;
-        let by_teeth = fine.scene.inputs.teeth.is_some();
-        let told =
+    pub fn of(relinearized: &RelinearizedFit) -> Option<Self> {
+        let columns = &relinearized.columns;
+        let by_teeth = relinearized.linearized.inputs.teeth.is_some();
+        let estimate =
             |name: &str| !is_apart(name) || by_teeth && effects::is(name, Detection::AsField);
-        columns.blocks[1..].iter().find(|b| told(&b.name))?;
+        columns.blocks[1..].iter().find(|b| estimate(&b.name))?;
         // A drift's course is another elsewhere, as the claim says. Equation (3) is what is left at its mean, and no less known for that.
         let drift = columns
             .blocks
             .iter()
             .find(|b| effects::has(&b.name, Card::keeps_its_own_time));
-        let all: Vec<usize> = (0..fine.gram.width())
+        let all: Vec<usize> = (0..relinearized.gram.width())
             .filter(|c| drift.is_none_or(|b| !b.columns.contains(c)))
             .collect();
-        let shrunk = &fine.gram.shrunk;
-        let mut precision = fine.gram.training(None).square(&all);
+        let shrunk = &relinearized.gram.shrunk;
+        let mut precision = relinearized.gram.training(None).square(&all);
         for (j, &a) in all.iter().enumerate() {
             for (k, &b) in all.iter().enumerate() {
                 precision[(j, k)] /= shrunk[a] * shrunk[b];
@@ -70,13 +70,13 @@ impl PosteriorCovariance {
             precision[(j, j)] += 1.0;
         }
         let factor = Factor::new(precision)?;
-        let unit = |c: usize| fine.gram.scale[c] / shrunk[c];
+        let unit = |c: usize| relinearized.gram.scale[c] / shrunk[c];
         let mut out = Self {
-            noise: fine.scene.noise,
+            noise: relinearized.linearized.noise,
             ..Self::default()
         };
         let mut list = Vec::new();
-        for block in columns.blocks.iter().filter(|b| told(&b.name)) {
+        for block in columns.blocks.iter().filter(|b| estimate(&b.name)) {
             for c in block.columns.clone() {
                 let name = columns.regressors[c].name.clone();
                 out.amounts.push([block.name.clone(), name]);
@@ -105,7 +105,7 @@ impl PosteriorCovariance {
 
     /// Samples of those in use where some row is not foretold. What the rows of a channel have in common is a zero, which is
     /// arbitrary from one recording to the next. Cost: rows times the amounts that act times the directions.
-    pub fn doubts(&self, scene: &Scene, columns: &Columns) -> Vec<bool> {
+    pub fn extrapolates(&self, linearized: &LinearizedRecording, columns: &Columns) -> Vec<bool> {
         let directions = self.directions();
         let places: HashMap<&[String; 2], usize> = self.amounts.iter().zip(0..).collect();
         let mut known: Vec<(&Regressor, &Vec<f64>)> = Vec::new();
@@ -118,10 +118,12 @@ impl PosteriorCovariance {
             }
         }
         let count = directions.first().map_or(0, Vec::len);
-        let samples: Vec<usize> = (0..scene.len()).filter(|&i| scene.keep[i]).collect();
+        let samples: Vec<usize> = (0..linearized.len())
+            .filter(|&i| linearized.mask[i])
+            .collect();
         let one = |i: &usize| {
-            let rows = scene.rows(*i);
-            let covariates: Covariates = scene.covariates(*i);
+            let rows = linearized.rows(*i);
+            let covariates: Covariates = linearized.covariates(*i);
             let by_reading = rows.white_by_reading();
             let mut out = vec![vec![0.0; count]; rows.count];
             for (regressor, along) in &known {
@@ -151,7 +153,7 @@ impl PosteriorCovariance {
                 (0..count).map(of_direction).collect()
             })
             .collect();
-        let mut out = vec![false; scene.len()];
+        let mut out = vec![false; linearized.len()];
         for (i, (channel, list)) in samples.into_iter().zip(rows) {
             out[i] = list.iter().zip(channel).any(|(row, channel)| {
                 let off = row.iter().zip(&zeros[channel]);

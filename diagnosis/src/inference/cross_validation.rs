@@ -13,11 +13,11 @@ pub struct CrossValidation<'a> {
     pub gram: &'a Gram,
     /// The columns.
     pub columns: &'a Columns,
-    carried: &'a ErrorsInVariables,
+    errors_in_variables: &'a ErrorsInVariables,
     known: HashMap<Vec<usize>, Score>,
     bases: HashMap<Option<usize>, EliminatedBase>,
     /// Held-out squares below which columns hold the noise itself.
-    quietest: f64,
+    smallest_plausible: f64,
 }
 
 /// Held-out squares of a set of columns.
@@ -45,19 +45,23 @@ const CHANCE: f64 = 3.0;
 const NEARLY: f64 = 0.95;
 impl<'a> CrossValidation<'a> {
     /// Sets are scored as they are asked for.
-    pub fn new(gram: &'a Gram, columns: &'a Columns, carried: &'a ErrorsInVariables) -> Self {
+    pub fn new(
+        gram: &'a Gram,
+        columns: &'a Columns,
+        errors_in_variables: &'a ErrorsInVariables,
+    ) -> Self {
         let mut this = Self {
             gram,
             columns,
-            carried,
+            errors_in_variables,
             known: HashMap::new(),
             bases: HashMap::new(),
-            quietest: 0.0,
+            smallest_plausible: 0.0,
         };
         let base: Vec<usize> = columns.blocks[0].columns.clone().collect();
         if !gram.overstated {
             let baseline = this.score_columns(&base).squares;
-            this.quietest = quietest(baseline, this.rows(), gram.loud);
+            this.smallest_plausible = smallest_plausible(baseline, this.rows(), gram.loud);
         }
         this
     }
@@ -102,20 +106,21 @@ impl<'a> CrossValidation<'a> {
             .filter(|c| !baseline.contains(c) && shared.is_none_or(|s| !s.contains(c)))
             .collect();
         let mut score = Score::default();
-        let found = base.scores(self.gram, self.carried.products(), &more);
+        let found = base.scores(self.gram, self.errors_in_variables.products(), &more);
         for (f, found) in found.into_iter().enumerate() {
             let Some((fit, left, noise)) = found else {
                 return IMPOSSIBLE;
             };
-            if self.implausible(&fit.columns, fit.amount.as_slice(), shared) {
+            if self.implausible(&fit.columns, fit.coefficient.as_slice(), shared) {
                 return IMPOSSIBLE;
             }
-            score.fold[f] = left - self.gram.rows[f] as f64 * self.carried.allowance(noise);
+            score.fold[f] =
+                left - self.gram.rows[f] as f64 * self.errors_in_variables.allowance(noise);
             score.log_evidence += fit.log_evidence / (FOLDS - 1) as f64;
             score.squares += score.fold[f];
         }
         // Below the noise: the columns hold the noise itself.
-        if list.len() > baseline.len() && score.squares < self.quietest {
+        if list.len() > baseline.len() && score.squares < self.smallest_plausible {
             return IMPOSSIBLE;
         }
         score
@@ -123,11 +128,16 @@ impl<'a> CrossValidation<'a> {
 
     /// True if an effect's amounts are of no physical size. Of a block of very many, which have one size together, it is their rms
     /// that counts: one of them may be where hardly anything was seen.
-    fn implausible(&self, columns: &[usize], amounts: &[f64], many: Option<&Range<usize>>) -> bool {
+    fn implausible(
+        &self,
+        columns: &[usize],
+        coefficients: &[f64],
+        many: Option<&Range<usize>>,
+    ) -> bool {
         let baseline = &self.columns.blocks[0].columns;
         let (mut largest, mut squares, mut count) = (0.0f64, 0.0, 0.0);
-        for (c, amount) in columns.iter().zip(amounts) {
-            let off = (amount - self.gram.centre[*c]).abs();
+        for (c, coefficient) in columns.iter().zip(coefficients) {
+            let off = (coefficient - self.gram.centre[*c]).abs();
             if many.is_some_and(|many| many.contains(c)) {
                 squares += off * off;
                 count += 1.0;
@@ -170,7 +180,7 @@ const LARGE: usize = 120;
 
 /// Held-out squares below which columns hold a reading's own noise, as an angle that hardly changes times large amounts does.
 /// Noise that was found and not stated bounds nothing so closely.
-fn quietest(baseline: f64, rows: f64, loud: bool) -> f64 {
+fn smallest_plausible(baseline: f64, rows: f64, loud: bool) -> f64 {
     if baseline < 2.0 * TOO_GOOD * rows {
         0.0
     } else if baseline < NO_GAP * rows && !loud {
@@ -196,7 +206,7 @@ mod tests {
                 row.push(50.0 * row[1] + normal(rng));
                 row
             });
-            synthetic_problem.arena().score(&[1]).squares
+            synthetic_problem.cross_validation().score(&[1]).squares
         };
         assert!(squares(2).is_infinite());
         assert!(squares(super::LARGE).is_finite());

@@ -18,7 +18,7 @@ pub struct ExpectedSquares {
 }
 
 /// Of a fit of these columns, each fold predicted from the others. Cost: cube of the columns a fold.
-pub fn added(gram: &Gram, columns: &[usize]) -> ExpectedSquares {
+pub fn expected_squares(gram: &Gram, columns: &[usize]) -> ExpectedSquares {
     let (mut mean, mut square) = (0.0, 0.0);
     for (fold, test) in gram.fold.iter().enumerate() {
         let mut normal = gram.training(Some(fold)).lower(columns);
@@ -59,9 +59,13 @@ mod tests {
                 vec![column, 0.0, normal(&mut rng.borrow_mut())]
             };
             let synthetic_problem = SyntheticProblem::new(&[("none", &[1.0])], &row);
-            let mut arena = synthetic_problem.arena();
-            let beyond = arena.score(&[]).squares - arena.rows();
-            (beyond, added(arena.gram, &[0]), arena.rows())
+            let mut validation = synthetic_problem.cross_validation();
+            let beyond = validation.score(&[]).squares - validation.rows();
+            (
+                beyond,
+                expected_squares(validation.gram, &[0]),
+                validation.rows(),
+            )
         };
         let drawn: Vec<f64> = (0..DRAWS).map(|seed| one(seed).0).collect();
         let (_, expected, rows) = one(0);

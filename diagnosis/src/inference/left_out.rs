@@ -8,7 +8,7 @@ use crate::algebra::cholesky::Factor;
 use crate::design::gram::{Columns, Gram};
 use crate::inference::residuals::Residuals;
 use crate::linearization::groups::{Group, Sample};
-use crate::linearization::scene::{ROWS, SampleRows, Scene};
+use crate::linearization::recording::{LinearizedRecording, ROWS, SampleRows};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -25,7 +25,11 @@ struct Piece {
 
 /// Residuals of the model with these columns, each piece of some samples predicted from all others. Cost: rows times the square
 /// of the columns that act at a sample, and one inverse.
-pub fn left_out(scene: &Scene, columns: &Columns, gram: &Gram) -> Option<Residuals> {
+pub fn left_out(
+    linearized: &LinearizedRecording,
+    columns: &Columns,
+    gram: &Gram,
+) -> Option<Residuals> {
     let width = gram.width();
     let training = gram.training(None);
     let all: Vec<usize> = (0..width).collect();
@@ -36,23 +40,23 @@ pub fn left_out(scene: &Scene, columns: &Columns, gram: &Gram) -> Option<Residua
         right[c] += gram.centre[c];
     }
     let covariance = Factor::new(normal)?.inverse();
-    let amounts = &covariance * right;
+    let coefficients = &covariance * right;
     let one = |samples: &Vec<usize>| {
-        let piece = Piece::new(scene, columns, gram, samples);
-        let white = piece.predicted(&covariance, &amounts)?;
+        let piece = Piece::new(linearized, columns, gram, samples);
+        let white = piece.predicted(&covariance, &coefficients)?;
         let mut out = Residuals::default();
-        piece.report(scene, &white, &mut out);
+        piece.report(linearized, &white, &mut out);
         Some(out)
     };
-    let parts: Option<Vec<Residuals>> = pieces(scene).par_iter().map(one).collect();
+    let parts: Option<Vec<Residuals>> = pieces(linearized).par_iter().map(one).collect();
     Some(Residuals::joined(&parts?))
 }
 
 /// Samples in use, in short pieces of one stretch.
-fn pieces(scene: &Scene) -> Vec<Vec<usize>> {
-    let stretch = &scene.observations.stretch;
+fn pieces(linearized: &LinearizedRecording) -> Vec<Vec<usize>> {
+    let stretch = &linearized.observations.stretch;
     let mut list: Vec<Vec<usize>> = Vec::new();
-    for i in (0..scene.len()).filter(|&i| scene.keep[i]) {
+    for i in (0..linearized.len()).filter(|&i| linearized.mask[i]) {
         match list.last_mut() {
             Some(last) if last.len() < PIECE && stretch[last[0]] == stretch[i] => last.push(i),
             _ => list.push(vec![i]),
@@ -62,10 +66,15 @@ fn pieces(scene: &Scene) -> Vec<Vec<usize>> {
 }
 
 impl Piece {
-    fn new(scene: &Scene, columns: &Columns, gram: &Gram, samples: &[usize]) -> Self {
+    fn new(
+        linearized: &LinearizedRecording,
+        columns: &Columns,
+        gram: &Gram,
+        samples: &[usize],
+    ) -> Self {
         let regressors = &columns.regressors;
         let asked = 0..regressors.len();
-        let group = Group::new(scene, regressors, asked, samples.iter().copied());
+        let group = Group::new(linearized, regressors, asked, samples.iter().copied());
         let rows = group.samples.iter().map(|s| s.rows.count).sum();
         let mut residual = Vec::with_capacity(rows);
         for Sample { rows, .. } in &group.samples {
@@ -101,13 +110,17 @@ impl Piece {
     }
 
     /// Whitened residuals as a fit without this piece predicts them.
-    fn predicted(&self, covariance: &DMatrix<f64>, amounts: &DVector<f64>) -> Option<DVector<f64>> {
+    fn predicted(
+        &self,
+        covariance: &DMatrix<f64>,
+        coefficients: &DVector<f64>,
+    ) -> Option<DVector<f64>> {
         // Samples of which no residual is formed, as under no beacon: nothing is left, and there is nothing to solve.
         if self.residual.is_empty() {
             return Some(DVector::zeros(0));
         }
         let a = &self.active;
-        let fitted = DVector::from_fn(a.len(), |k, _| amounts[a[k]]);
+        let fitted = DVector::from_fn(a.len(), |k, _| coefficients[a[k]]);
         let spread = DMatrix::from_fn(a.len(), a.len(), |r, c| covariance[(a[r], a[c])]);
         let rows = self.residual.len();
         let leverage = &self.design * spread * self.design.transpose();
@@ -115,14 +128,14 @@ impl Piece {
         (DMatrix::identity(rows, rows) - leverage).lu().solve(&left)
     }
 
-    fn report(&self, scene: &Scene, white: &DVector<f64>, out: &mut Residuals) {
+    fn report(&self, linearized: &LinearizedRecording, white: &DVector<f64>, out: &mut Residuals) {
         let mut at = 0;
         for (i, rows) in &self.samples {
             let mut own = [0.0; ROWS];
             for (row, value) in own.iter_mut().enumerate().take(rows.count) {
                 *value = white[at + row];
             }
-            out.push(scene, *i, rows, &rows.coloured(&own));
+            out.push(linearized, *i, rows, &rows.coloured(&own));
             at += rows.count;
         }
     }

@@ -33,26 +33,29 @@ pub fn birge_ratio(held_out: &Residuals) -> f64 {
 
 /// The covariance of a fit's amounts, as the factor of its inverse.
 pub struct Posterior<'f, 'a> {
-    fine: &'f RelinearizedFit<'a>,
+    relinearized: &'f RelinearizedFit<'a>,
     factor: Factor,
 }
 
 impl<'f, 'a> Posterior<'f, 'a> {
     /// Of a fit, with deviations `birge_ratio` times those by the noise that the fit weighed by. Cost: a third of the cube of its
     /// columns. None where its normal equations cannot be solved.
-    pub fn of(fine: &'f RelinearizedFit<'a>, birge_ratio: f64) -> Option<Self> {
-        let all: Vec<usize> = (0..fine.gram.width()).collect();
-        let mut precision = fine.gram.training(None).lower(&all);
+    pub fn of(relinearized: &'f RelinearizedFit<'a>, birge_ratio: f64) -> Option<Self> {
+        let all: Vec<usize> = (0..relinearized.gram.width()).collect();
+        let mut precision = relinearized.gram.training(None).lower(&all);
         // The priors: unit deviations in the scale of the columns.
         (0..all.len()).for_each(|a| precision[(a, a)] += 1.0);
         precision /= birge_ratio * birge_ratio;
         let factor = Factor::new(precision)?;
-        Some(Self { fine, factor })
+        Some(Self {
+            relinearized,
+            factor,
+        })
     }
 
     /// Standard deviation of an amount, in its own unit. Cost: the square of the columns.
     pub fn deviation(&self, column: usize) -> f64 {
-        let gram = &self.fine.gram;
+        let gram = &self.relinearized.gram;
         let mut unit = DVector::zeros(gram.width());
         unit[column] = 1.0;
         self.factor.solve(&unit)[column].max(0.0).sqrt() * gram.scale[column]
@@ -81,7 +84,7 @@ impl<'f, 'a> Posterior<'f, 'a> {
             };
         }
         // How the total changes with each amount, to first order.
-        let mut slope = DVector::zeros(self.fine.gram.width());
+        let mut slope = DVector::zeros(self.relinearized.gram.width());
         for row in &inside {
             for (column, response) in &row.by_amount {
                 slope[*column] += off(row) * response / (count * value);
@@ -97,19 +100,21 @@ impl<'f, 'a> Posterior<'f, 'a> {
     /// What a block adds to each row of some samples, evenly spread.
     fn rows(&self, block: usize) -> Vec<Row> {
         let RelinearizedFit {
-            scene,
+            linearized,
             columns,
             gram,
-            amounts,
+            coefficients,
             ..
-        } = self.fine;
-        let kept: Vec<usize> = (0..scene.len()).filter(|&i| scene.keep[i]).collect();
+        } = self.relinearized;
+        let kept: Vec<usize> = (0..linearized.len())
+            .filter(|&i| linearized.mask[i])
+            .collect();
         let every = kept.len().div_ceil(SAMPLES).max(1);
         let some: Vec<usize> = kept.into_iter().step_by(every).collect();
         let mut out = Vec::new();
         for part in some.chunks(TOGETHER) {
             let asked = columns.blocks[block].columns.clone();
-            let group = Group::new(scene, &columns.regressors, asked, part.iter().copied());
+            let group = Group::new(linearized, &columns.regressors, asked, part.iter().copied());
             for Sample {
                 rows, covariates, ..
             } in &group.samples
@@ -123,7 +128,7 @@ impl<'f, 'a> Posterior<'f, 'a> {
                     for (row, response) in here.iter_mut().zip(response) {
                         if response != 0.0 {
                             let scaled = response * gram.scale[c];
-                            row.value_m += scaled * amounts[c];
+                            row.value_m += scaled * coefficients[c];
                             row.by_amount.push((c, scaled));
                         }
                     }
@@ -237,18 +242,18 @@ mod tests {
     /// The delay and the lag's total of a recording, fitted.
     fn fitted(seed: u64, louder: f64) -> [Estimate; 2] {
         let prepared = prepare(&late(seed, louder)).unwrap();
-        let about = prepared.about();
+        let point = prepared.point();
         // The search is not what is tested here.
-        let look = DesignOptions {
+        let design_options = DesignOptions {
             only: Some(&[]),
             ..DesignOptions::default()
         };
-        let first = assemble(&prepared, &Options::default(), &about, look);
-        let fine = RelinearizedFit::new(&first.scene, about, &["velocity_lag".into()]);
-        let known = Posterior::of(&fine, birge_ratio(fine.residuals())).unwrap();
-        let column = fine.columns.blocks[1].columns.start;
+        let first = assemble(&prepared, &Options::default(), &point, design_options);
+        let relinearized = RelinearizedFit::new(&first.linearized, point, &["velocity_lag".into()]);
+        let known = Posterior::of(&relinearized, birge_ratio(relinearized.residuals())).unwrap();
+        let column = relinearized.columns.blocks[1].columns.start;
         let delay = Estimate {
-            value: fine.amount(column),
+            value: relinearized.coefficient(column),
             deviation: known.deviation(column),
         };
         [delay, known.total_m(1)]

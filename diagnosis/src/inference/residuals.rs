@@ -3,7 +3,7 @@
 use crate::design::gram::{Columns, Gram};
 use crate::inference::bootstrap::{estimated, foretold, other_runs};
 use crate::linearization::groups::{Group, Sample, TOGETHER};
-use crate::linearization::scene::{ROWS, SampleRows, Scene};
+use crate::linearization::recording::{LinearizedRecording, ROWS, SampleRows};
 use effects::sensor::CHANNELS;
 use rayon::prelude::*;
 
@@ -25,19 +25,19 @@ pub struct Residuals {
 impl Residuals {
     /// Of the model with these columns, each fold fitted on the others.
     pub fn new(
-        scene: &Scene,
+        linearized: &LinearizedRecording,
         columns: &Columns,
         gram: &Gram,
         folds: &[u8],
         list: &[usize],
     ) -> Self {
-        let amounts = gram.by_folds(scene, columns, folds, list);
+        let coefficients = gram.by_folds(linearized, columns, folds, list);
         Self::predicted(
-            scene,
+            linearized,
             columns,
             gram,
             list,
-            |i| &amounts[usize::from(folds[i])],
+            |i| &coefficients[usize::from(folds[i])],
             false,
         )
     }
@@ -77,19 +77,21 @@ impl Residuals {
 
     /// Of given amounts (in prior deviations), the same at every sample.
     pub fn predicted<'b>(
-        scene: &Scene,
+        linearized: &LinearizedRecording,
         columns: &Columns,
         gram: &Gram,
         list: &[usize],
-        amount: impl Fn(usize) -> &'b Vec<f64> + Sync,
+        coefficient: impl Fn(usize) -> &'b Vec<f64> + Sync,
         all: bool,
     ) -> Self {
-        let samples: Vec<usize> = (0..scene.len()).filter(|&i| all || scene.keep[i]).collect();
+        let samples: Vec<usize> = (0..linearized.len())
+            .filter(|&i| all || linearized.mask[i])
+            .collect();
         let mut place = vec![0; columns.regressors.len()];
         list.iter().enumerate().for_each(|(k, c)| place[*c] = k);
         let parts = samples.par_chunks(TOGETHER).map(|part| {
             let asked = list.iter().copied();
-            let group = Group::new(scene, &columns.regressors, asked, part.iter().copied());
+            let group = Group::new(linearized, &columns.regressors, asked, part.iter().copied());
             let mut out = Self::default();
             for Sample {
                 number,
@@ -98,9 +100,9 @@ impl Residuals {
             } in &group.samples
             {
                 let mut value: [f64; ROWS] = rows.residual_m;
-                let amounts = amount(*number);
+                let coefficients = coefficient(*number);
                 for &c in &group.acting {
-                    let step = amounts[place[c]] * gram.scale[c];
+                    let step = coefficients[place[c]] * gram.scale[c];
                     if step != 0.0 {
                         let response = rows.response(&columns.regressors[c], covariates);
                         for row in 0..rows.count {
@@ -108,7 +110,7 @@ impl Residuals {
                         }
                     }
                 }
-                out.push(scene, *number, rows, &value);
+                out.push(linearized, *number, rows, &value);
             }
             out
         });
@@ -129,9 +131,15 @@ impl Residuals {
     }
 
     /// Adds a sample's rows.
-    pub fn push(&mut self, scene: &Scene, i: usize, rows: &SampleRows, value_m: &[f64; ROWS]) {
+    pub fn push(
+        &mut self,
+        linearized: &LinearizedRecording,
+        i: usize,
+        rows: &SampleRows,
+        value_m: &[f64; ROWS],
+    ) {
         let white = rows.whitened(value_m);
-        let variance = scene.reading_variance(i);
+        let variance = linearized.reading_variance(i);
         for row in 0..rows.count {
             self.sample.push(i);
             self.channel.push(rows.channel[row]);
@@ -144,17 +152,21 @@ impl Residuals {
     }
 
     /// The same residuals whitened by the noise of another scene of the same recording.
-    pub fn rewhitened(&self, scene: &Scene) -> Self {
-        self.changed(scene, |_| [0.0; ROWS])
+    pub fn rewhitened(&self, linearized: &LinearizedRecording) -> Self {
+        self.changed(linearized, |_| [0.0; ROWS])
     }
 
     /// The same with something added to each sample's rows, m, and whitened by the noise of a scene.
-    pub fn changed(&self, scene: &Scene, added: impl Fn(usize) -> [f64; ROWS]) -> Self {
+    pub fn changed(
+        &self,
+        linearized: &LinearizedRecording,
+        added: impl Fn(usize) -> [f64; ROWS],
+    ) -> Self {
         let mut out = self.clone();
         let mut start = 0;
         while start < self.sample.len() {
             let i = self.sample[start];
-            let rows = scene.rows(i);
+            let rows = linearized.rows(i);
             let end = (start + rows.count.max(1)).min(self.sample.len());
             let mut value = [0.0; ROWS];
             let here = self.value_m[start..end].iter().zip(added(i));
@@ -200,7 +212,7 @@ impl Residuals {
     /// another one in each run, with the places that it passes. Whole folds that a model has not seen may show that it goes wrong
     /// beside the places that it was fitted on: `folds_m` is what it leaves there, and another recording is expected between the
     /// two. `run` is that of each sample.
-    pub fn foretold_m(&self, channel: usize, folds_m: f64, run: &[usize]) -> [f64; 2] {
+    pub fn predicted_rms_m(&self, channel: usize, folds_m: f64, run: &[usize]) -> [f64; 2] {
         let here = self.channel_rms_m(channel).0;
         if here <= 0.0 {
             return [0.0; 2];
@@ -327,7 +339,7 @@ mod tests {
         for samples in [3_000, 12_000] {
             let covered = (0..PAIRS).filter(|seed| {
                 let [here, there] = [0, 1].map(|k| recording(samples, 2 * seed + k));
-                let [low, high] = here.0.foretold_m(0, 0.0, &here.1);
+                let [low, high] = here.0.predicted_rms_m(0, 0.0, &here.1);
                 (low..=high).contains(&there.0.channel_rms_m(0).0)
             });
             // 95 % of them, less three standard deviations of their binomial number.
@@ -355,8 +367,8 @@ mod tests {
         for (noise_m, run) in residuals.noise_m.iter_mut().zip(&run) {
             *noise_m = 1e-3 * 4.0_f64.powi(*run as i32);
         }
-        let [low, high] = residuals.foretold_m(0, 0.0, &run);
-        let [less, more] = residuals.foretold_m(0, 0.0, &one_run);
+        let [low, high] = residuals.predicted_rms_m(0, 0.0, &run);
+        let [less, more] = residuals.predicted_rms_m(0, 0.0, &one_run);
         assert!(
             high - low < 1.01 * (more - less),
             "{low} to {high}, {less} to {more}"

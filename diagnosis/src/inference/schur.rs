@@ -81,14 +81,14 @@ impl SchurElimination {
         let prior: f64 = columns.iter().map(|c| centre[*c].powi(2)).sum();
         let explained = self.right.dot(&shared) + right.dot(&besides);
         let log_det = self.log_det + factor.half_log_determinant();
-        let amount = shared
+        let coefficient = shared
             .iter()
             .chain(besides.iter())
             .copied()
             .collect::<Vec<f64>>();
         Some(Fit {
             columns,
-            amount: amount.into(),
+            coefficient: coefficient.into(),
             log_evidence: 0.5 * (explained - prior - training.at(last, last)) - log_det,
         })
     }
@@ -112,7 +112,7 @@ impl EliminatedBase {
     pub fn scores(
         &mut self,
         gram: &Gram,
-        carried: &Symmetric,
+        errors_in_variables: &Symmetric,
         more: &[usize],
     ) -> Vec<Option<(Fit, f64, f64)>> {
         let score = |(f, shared): (usize, &mut Option<SchurElimination>)| {
@@ -120,7 +120,7 @@ impl EliminatedBase {
                 .as_mut()?
                 .fit(gram.training(Some(f)), &gram.centre, more)?;
             let left = squares(&gram.fold[f], &fit);
-            let noise = squares(carried, &fit);
+            let noise = squares(errors_in_variables, &fit);
             Some((fit, left, noise))
         };
         self.folds.par_iter_mut().enumerate().map(score).collect()

@@ -4,32 +4,32 @@ use crate::data::folds::folds;
 use crate::data::observations::Observations;
 use crate::design::gram::{Columns, Gram, solve};
 use crate::linearization::baseline::Baseline;
-use crate::linearization::scene::{LatentDisplacement, Scene};
+use crate::linearization::recording::{LatentDisplacement, LinearizedRecording};
 
 /// Steps of Gauss-Newton; the model is linear but for the products of h, l and theta.
 const STEPS: usize = 5;
 
 /// Calibrates equations (3), (5) and (11).
-pub fn calibrate(observations: &Observations, keep: &[bool]) -> Baseline {
+pub fn calibrate(observations: &Observations, mask: &[bool]) -> Baseline {
     let fold = folds(&observations.stretch);
     let mut baseline = Baseline::nominal(observations);
-    let mut scene = Scene::new(observations, baseline.clone(), keep.to_vec());
+    let mut linearized = LinearizedRecording::new(observations, baseline.clone(), mask.to_vec());
     for _ in 0..STEPS {
-        let columns = baseline_columns(&scene);
-        let gram = Gram::new(&scene, &columns, &fold);
+        let columns = baseline_columns(&linearized);
+        let gram = Gram::new(&linearized, &columns, &fold);
         let all: Vec<usize> = (0..gram.width()).collect();
         let Some(fit) = solve(gram.training(None), &all, &gram.centre, 1.0) else {
             break;
         };
         let step: Vec<f64> = fit
-            .amount
+            .coefficient
             .iter()
             .zip(&gram.scale)
             .map(|(a, s)| a * s)
             .collect();
-        baseline.add(scene.scope, &step);
-        scene = scene.moved(baseline.clone(), LatentDisplacement::default());
-        let largest = fit.amount.iter().fold(0.0f64, |m, a| m.max(a.abs()));
+        baseline.add(linearized.scope, &step);
+        linearized = linearized.moved(baseline.clone(), LatentDisplacement::default());
+        let largest = fit.coefficient.iter().fold(0.0f64, |m, a| m.max(a.abs()));
         if largest < 1e-6 {
             break;
         }
@@ -38,11 +38,11 @@ pub fn calibrate(observations: &Observations, keep: &[bool]) -> Baseline {
 }
 
 /// The baseline's columns, with its priors about nominal values.
-pub fn baseline_columns(scene: &Scene) -> Columns {
-    let nominal = Baseline::nominal(scene.observations);
+pub fn baseline_columns(linearized: &LinearizedRecording) -> Columns {
+    let nominal = Baseline::nominal(linearized.observations);
     let mut columns = Columns::default();
-    let (regressors, values) = scene.baseline.regressors(scene.scope);
-    let (_, wanted) = nominal.regressors(scene.scope);
+    let (regressors, values) = linearized.baseline.regressors(linearized.scope);
+    let (_, wanted) = nominal.regressors(linearized.scope);
     columns.push("baseline", regressors);
     columns.centre = wanted.iter().zip(&values).map(|(w, v)| w - v).collect();
     columns

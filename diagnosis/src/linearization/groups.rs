@@ -1,7 +1,7 @@
 //! Samples that are looked at together, and the regressors that may act at any of them: single teeth, and what is there for a while,
 //! act at few, and are not asked at each sample of a recording.
 
-use crate::linearization::scene::{SampleRows, Scene};
+use crate::linearization::recording::{LinearizedRecording, SampleRows};
 use effects::over::Extent;
 use effects::sensor::{Covariates, Regressor};
 
@@ -29,14 +29,14 @@ pub struct Group {
 impl Group {
     /// Of these samples and these of all regressors. Cost: one look at each of either.
     pub fn new(
-        scene: &Scene,
+        linearized: &LinearizedRecording,
         regressors: &[Regressor],
         asked: impl IntoIterator<Item = usize>,
         samples: impl IntoIterator<Item = usize>,
     ) -> Self {
         let sample = |number| {
-            let rows = scene.rows(number);
-            let covariates = || scene.covariates(number);
+            let rows = linearized.rows(number);
+            let covariates = || linearized.covariates(number);
             (rows.count > 0).then(|| Sample {
                 number,
                 rows,

@@ -5,6 +5,6 @@ pub mod calibrate;
 pub(crate) mod groups;
 pub(crate) mod paths;
 pub mod point;
+pub mod recording;
 pub mod relinearized;
-pub mod scene;
 pub mod stop_operator;

@@ -4,7 +4,7 @@
 
 use crate::algebra::statistics::median;
 use crate::inference::residuals::Residuals;
-use crate::linearization::scene::{PathEstimator, Scene};
+use crate::linearization::recording::{LinearizedRecording, PathEstimator};
 use effects::sensor::CHANNELS;
 
 /// Ways are told by all readings together and by each segment's own, at their noise and above.
@@ -33,14 +33,15 @@ const BETTER: f64 = 30.0;
 /// The scene with the ways that leave least, from what each way `settle`s at and what is `left` of the residual there. Cost: as many times
 /// that of one as there are tellings.
 pub fn likeliest<'a>(
-    scene: &Scene<'a>,
-    settle: impl Fn(Scene<'a>) -> Scene<'a>,
-    left: impl Fn(&Scene<'a>) -> Residuals,
-) -> Scene<'a> {
-    let stretch = &scene.observations.stretch;
-    let ways = PATH_ESTIMATORS.map(|telling| settle(scene.with_paths_by(telling)));
-    let squares = ways.each_ref().map(|way| by_stretch(&left(way), stretch));
-    let [mut out, others @ ..] = ways;
+    linearized: &LinearizedRecording<'a>,
+    settle: impl Fn(LinearizedRecording<'a>) -> LinearizedRecording<'a>,
+    left: impl Fn(&LinearizedRecording<'a>) -> Residuals,
+) -> LinearizedRecording<'a> {
+    let stretch = &linearized.observations.stretch;
+    let paths =
+        PATH_ESTIMATORS.map(|path_estimator| settle(linearized.with_paths_by(path_estimator)));
+    let squares = paths.each_ref().map(|way| by_stretch(&left(way), stretch));
+    let [mut out, others @ ..] = paths;
     for i in 0..out.len() {
         let of = |way: usize| squares[way].get(stretch[i]).copied().unwrap_or(0.0);
         let best = (1..PATH_ESTIMATORS.len()).min_by(|a, b| of(*a).total_cmp(&of(*b)));

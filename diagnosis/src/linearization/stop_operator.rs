@@ -1,7 +1,7 @@
 //! What a segment drags after it: a cable, a hose. It pulls back over millimetres of travel and then slides, so that the pull
 //! remembers the way. Such a stop is the element of Prandtl's and Ishlinskii's hysteresis (Brokate and Sprekels 1996, chapter 2).
 
-use crate::linearization::scene::Scene;
+use crate::linearization::recording::LinearizedRecording;
 use effects::sensor::Covariates;
 use std::sync::Arc;
 
@@ -17,19 +17,24 @@ pub struct StopOperator {
 
 impl StopOperator {
     /// Along the segments' calibrated places; between stretches the way is taken to be straight. Linear in samples.
-    pub fn of(scene: &Scene) -> Self {
-        let o = scene.observations;
+    pub fn of(linearized: &LinearizedRecording) -> Self {
+        let o = linearized.observations;
         let start_s = o.t_s.first().copied().unwrap_or(0.0);
         Self {
             t_s: Arc::new(o.t_s.iter().map(|t_s| t_s - start_s).collect()),
-            pulls: Arc::new(scene.calibrated_m.each_ref().map(|place_m| pulls(place_m))),
+            pulls: Arc::new(
+                linearized
+                    .calibrated_m
+                    .each_ref()
+                    .map(|place_m| pulls(place_m)),
+            ),
         }
     }
 
     /// The pull on a segment at a moment of that recording; logarithmic in samples.
-    pub fn at(&self, m: &Covariates, segment: usize, slack: usize) -> f64 {
+    pub fn at(&self, m: &Covariates, segment: usize, stop: usize) -> f64 {
         let sample = self.t_s.partition_point(|t_s| *t_s < m.t_s);
-        self.pulls[segment].get(sample).map_or(0.0, |p| p[slack])
+        self.pulls[segment].get(sample).map_or(0.0, |p| p[stop])
     }
 }
 
@@ -57,15 +62,15 @@ mod tests {
     /// 4 mm there and 1 mm back: the shortest slides both ways, the longest has only been stretched.
     #[test]
     fn a_pull_slides_and_turns_over() {
-        let told = pulls(&[0.0, 4.0e-3, 3.0e-3]);
+        let estimate = pulls(&[0.0, 4.0e-3, 3.0e-3]);
         let there = [1.0, 1.0, 2.0 / 3.0];
         let back = [0.0, 0.6, 0.5];
-        for (told, want) in told[1..]
+        for (estimate, want) in estimate[1..]
             .iter()
             .flatten()
             .zip([there, back].into_iter().flatten())
         {
-            assert!((told - want).abs() < 1.0e-12, "{told} for {want}");
+            assert!((estimate - want).abs() < 1.0e-12, "{estimate} for {want}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The simulator's own scatter: the recorded motion again, with the calibrated baseline and the stated noise.
 
 use crate::data::observations::{Observations, ROUNDING};
-use crate::linearization::scene::{ROWS, Scene};
+use crate::linearization::recording::{LinearizedRecording, ROWS};
 use effects::random::{ChaCha8Rng, SeedableRng, normal, uniform};
 use effects::sensor::{CHANNELS, READINGS};
 use std::f64::consts::TAU;
@@ -16,18 +16,21 @@ pub struct Floor {
 }
 
 /// Repeats the motion `repeats` times and pools them. Every kept sample is simulated in each.
-pub fn floor(scene: &Scene, repeats: u64) -> Floor {
+pub fn floor(linearized: &LinearizedRecording, repeats: u64) -> Floor {
     let mut sums = [(0.0, 0usize); CHANNELS];
     let mut white = (0.0, 0usize);
     let mut rng = ChaCha8Rng::seed_from_u64(11);
-    let step = (scene.len() / 20_000).max(1);
+    let step = (linearized.len() / 20_000).max(1);
     for _ in 0..repeats {
-        for i in (0..scene.len()).step_by(step).filter(|&i| scene.keep[i]) {
-            let rows = scene.rows(i);
+        for i in (0..linearized.len())
+            .step_by(step)
+            .filter(|&i| linearized.mask[i])
+        {
+            let rows = linearized.rows(i);
             if rows.count == 0 {
                 continue;
             }
-            let error = reading_errors(scene, i, &mut rng);
+            let error = reading_errors(linearized, i, &mut rng);
             let mut value = [0.0; ROWS];
             for row in 0..rows.count {
                 value[row] = rows.by_reading[row]
@@ -54,13 +57,17 @@ pub fn floor(scene: &Scene, repeats: u64) -> Floor {
 }
 
 /// Errors of the calibrated readings that the stated noise and the converter's rounding give.
-fn reading_errors(scene: &Scene, i: usize, rng: &mut ChaCha8Rng) -> [f64; READINGS] {
-    let o = scene.observations;
+fn reading_errors(
+    linearized: &LinearizedRecording,
+    i: usize,
+    rng: &mut ChaCha8Rng,
+) -> [f64; READINGS] {
+    let o = linearized.observations;
     let mut out = [0.0; READINGS];
-    for segment in (0..4).filter(|s| scene.scope.segments[*s]) {
+    for segment in (0..4).filter(|s| linearized.scope.segments[*s]) {
         let [there, read] = read_again(o, segment, i, rng);
-        let (before, _) = scene.baseline.calibrated(segment, there, o.pitch_m);
-        let (after, _) = scene.baseline.calibrated(segment, read, o.pitch_m);
+        let (before, _) = linearized.baseline.calibrated(segment, there, o.pitch_m);
+        let (after, _) = linearized.baseline.calibrated(segment, read, o.pitch_m);
         out[segment] = after - before;
     }
     for axis in 0..2 {

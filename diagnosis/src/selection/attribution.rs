@@ -21,23 +21,23 @@ pub struct Attribution {
 
 /// Owners of what `columns` take beyond `known` (the baseline's among them), whose held-out residuals are `before`. Cost: one pass over the
 /// samples, and up to four solutions.
-pub(super) fn owners(
-    study: &Design,
-    arena: &mut CrossValidation,
+pub(super) fn attribution(
+    design: &Design,
+    validation: &mut CrossValidation,
     (known, before): (&[usize], &Residuals),
     columns: &[usize],
 ) -> Attribution {
     let all = [known, columns].concat();
     let after = Residuals::new(
-        &study.scene,
-        &study.columns,
-        &study.gram,
-        &study.folds,
+        &design.linearized,
+        &design.columns,
+        &design.gram,
+        &design.folds,
         &all,
     );
     Attribution {
         channel: shrunk_most(before, &after),
-        segments: needed(study, arena, known, columns),
+        segments: needed(design, validation, known, columns),
     }
 }
 
@@ -58,19 +58,19 @@ fn shrunk_most(before: &Residuals, after: &Residuals) -> Option<usize> {
 }
 
 fn needed(
-    study: &Design,
-    arena: &mut CrossValidation,
+    design: &Design,
+    validation: &mut CrossValidation,
     known: &[usize],
     columns: &[usize],
 ) -> [bool; 4] {
     let moved: Vec<[bool; 4]> = columns
         .iter()
-        .map(|c| moved(study, &study.columns.regressors[*c]))
+        .map(|c| moved(design, &design.columns.regressors[*c]))
         .collect();
-    let mut squares = |keep: &dyn Fn(usize) -> bool| {
-        let some = (0..columns.len()).filter(|k| keep(*k)).map(|k| columns[k]);
+    let mut squares = |mask: &dyn Fn(usize) -> bool| {
+        let some = (0..columns.len()).filter(|k| mask(*k)).map(|k| columns[k]);
         let list: Vec<usize> = known.iter().copied().chain(some).collect();
-        arena.score_columns(&list).squares
+        validation.score_columns(&list).squares
     };
     let (none, all) = (squares(&|_| false), squares(&|_| true));
     let mut lost = |s: usize| {
@@ -83,7 +83,7 @@ fn needed(
         }
     };
     let segments = [0, 1, 2, 3].map(|s| lost(s) > NEEDED * (none - all).max(0.0));
-    if segments == study.scene.inputs.segments {
+    if segments == design.linearized.inputs.segments {
         [false; 4]
     } else {
         segments
@@ -91,14 +91,14 @@ fn needed(
 }
 
 /// Segments whose reading a shape moves at some moment.
-fn moved(study: &Design, regressor: &Regressor) -> [bool; 4] {
+fn moved(design: &Design, regressor: &Regressor) -> [bool; 4] {
     let mut out = [false; 4];
     let Action::Readings(add) = &regressor.action else {
         return out;
     };
-    let step = (study.scene.len() / LOOKED_AT).max(1);
-    for i in (0..study.scene.len()).step_by(step) {
-        let covariates = study.scene.covariates(i);
+    let step = (design.linearized.len() / LOOKED_AT).max(1);
+    for i in (0..design.linearized.len()).step_by(step) {
+        let covariates = design.linearized.covariates(i);
         if regressor.acts(&covariates) {
             let mut readings = [0.0; READINGS];
             add(&covariates, &mut readings);

@@ -5,7 +5,7 @@ use crate::algebra::statistics::median_and_deviation;
 use crate::data::outliers::{among_bursts, astray, disturbed};
 use crate::data::recurring::{at_the_ends, recurs};
 use crate::inference::residuals::Residuals;
-use crate::linearization::scene::Scene;
+use crate::linearization::recording::LinearizedRecording;
 use crate::verdict::answer::{Magnitude, Named};
 use effects::Detection;
 
@@ -193,7 +193,7 @@ impl ModelSelection<'_> {
 
     /// True if what is left is small beside a tooth in every channel.
     pub(super) fn is_small(&self, residuals: &Residuals) -> bool {
-        let limit_m = TOOTH * self.study.scene.observations.pitch_m;
+        let limit_m = TOOTH * self.design.linearized.observations.pitch_m;
         let channels = residuals.channels();
         let mut rms_m = channels.iter().map(|c| residuals.channel_rms_m(*c).0);
         rms_m.all(|rms| rms < limit_m)
@@ -201,14 +201,14 @@ impl ModelSelection<'_> {
 
     /// Against a reference, samples at rest are left out of the comparison: noise would be in them as well.
     fn noisy_at_rest(&self, residuals: &Residuals) -> bool {
-        let scene = &self.fine.scene;
+        let linearized = &self.relinearized.linearized;
         if self.prepared.resting.iter().filter(|r| **r).count() < STILL_PAIRS {
             return true;
         }
-        let list: Vec<usize> = (0..self.fine.amounts.len()).collect();
-        let amounts = |_: usize| &self.fine.amounts;
-        let (columns, gram) = (&self.fine.columns, &self.fine.gram);
-        let mut all = Residuals::predicted(scene, columns, gram, &list, amounts, true);
+        let list: Vec<usize> = (0..self.relinearized.coefficients.len()).collect();
+        let amounts = |_: usize| &self.relinearized.coefficients;
+        let (columns, gram) = (&self.relinearized.columns, &self.relinearized.gram);
+        let mut all = Residuals::predicted(linearized, columns, gram, &list, amounts, true);
         if self.noise.is_some() {
             all = self.by_stated_noise(&all);
         }
@@ -257,9 +257,9 @@ impl ModelSelection<'_> {
 
     /// Neighbours on smooth paths: their speed, and what is left of both.
     fn neighbours(&self, residuals: &Residuals, list: &[usize]) -> Vec<(f64, f64, f64)> {
-        let scene = &self.study.scene;
-        let motion = &scene.motion;
-        let stretch = &scene.observations.stretch;
+        let linearized = &self.design.linearized;
+        let motion = &linearized.motion;
+        let stretch = &linearized.observations.stretch;
         let speed_m_s = |i: usize| {
             let each = motion.speed_m_s.iter().filter_map(|v| v.get(i));
             each.map(|v| v * v).sum::<f64>().sqrt()
@@ -301,26 +301,33 @@ impl ModelSelection<'_> {
 
     /// What is left at every sample, those included that were left out of the fit.
     fn everywhere(&self) -> Residuals {
-        let fine = &self.fine;
-        let list: Vec<usize> = (0..fine.amounts.len()).collect();
-        let amounts = |_: usize| &fine.amounts;
-        Residuals::predicted(&fine.scene, &fine.columns, &fine.gram, &list, amounts, true)
+        let relinearized = &self.relinearized;
+        let list: Vec<usize> = (0..relinearized.coefficients.len()).collect();
+        let amounts = |_: usize| &relinearized.coefficients;
+        Residuals::predicted(
+            &relinearized.linearized,
+            &relinearized.columns,
+            &relinearized.gram,
+            &list,
+            amounts,
+            true,
+        )
     }
 
     /// Samples that stand out of what is left around them.
-    fn outstanding(&self, left: &Residuals) -> Vec<bool> {
-        let scene = &self.fine.scene;
+    fn outliers(&self, left: &Residuals) -> Vec<bool> {
+        let linearized = &self.relinearized.linearized;
         let rows = left.white_rows();
-        let mut marked = disturbed(&rows, scene.len(), &scene.observations.stretch);
-        let astray = astray(&rows, scene.observations);
+        let mut marked = disturbed(&rows, linearized.len(), &linearized.observations.stretch);
+        let astray = astray(&rows, linearized.observations);
         // About a turn a direction that is told some samples late leaves twice what it does there: no burst.
         let directed = self
-            .told
-            .names(&self.study)
+            .selected
+            .names(&self.design)
             .iter()
             .any(|n| effects::has(n, |card| card.remembers));
         let turning = |i: usize| {
-            let mut segments = scene.motion.turning.iter();
+            let mut segments = linearized.motion.turning.iter();
             directed && segments.any(|s| s.get(i).is_some_and(|t| *t))
         };
         for (i, mark) in marked.iter_mut().enumerate() {
@@ -332,7 +339,7 @@ impl ModelSelection<'_> {
 
     /// Samples that stand out of what is left where there are bursts.
     fn among_bursts(&self, left: &Residuals) -> Vec<bool> {
-        let o = &self.fine.scene.observations;
+        let o = &self.relinearized.linearized.observations;
         among_bursts(&left.white_rows(), &o.stretch, &o.run)
     }
 
@@ -346,9 +353,9 @@ impl ModelSelection<'_> {
     /// its neighbours as a disturbance does, and hides one.
     ///
     /// Where stretches show bursts, single poses are disturbed as well: one that stands out of its run is no gap.
-    pub(super) fn in_use_anew(&self) -> Option<Vec<bool>> {
+    pub(super) fn revised_mask(&self) -> Option<Vec<bool>> {
         let all = self.everywhere();
-        let mut marked = self.outstanding(&all);
+        let mut marked = self.outliers(&all);
         let left = all.white.iter().zip(&all.sample);
         let left: f64 = left
             .filter(|(_, i)| !marked[**i])
@@ -359,11 +366,11 @@ impl ModelSelection<'_> {
             marked.iter_mut().zip(&poses).for_each(|(m, p)| *m |= p);
         }
         let prepared = self.prepared;
-        let keep: Vec<bool> = (0..marked.len())
+        let mask: Vec<bool> = (0..marked.len())
             .map(|i| !marked[i] && prepared.usable(i))
             .collect();
-        let changed = keep.iter().zip(&prepared.keep).filter(|(a, b)| a != b);
-        (changed.count() >= ANEW).then_some(keep)
+        let changed = mask.iter().zip(&prepared.mask).filter(|(a, b)| a != b);
+        (changed.count() >= ANEW).then_some(mask)
     }
 
     /// Samples that stand out of what the model leaves around them.
@@ -371,7 +378,7 @@ impl ModelSelection<'_> {
         let mut out = Bursts::default();
         let all = self.everywhere();
         let stated = self.by_stated_noise(&all);
-        let marked = self.outstanding(&all);
+        let marked = self.outliers(&all);
         let mut last = usize::MAX;
         out.rows = all.sample.len();
         for k in 0..all.sample.len() {
@@ -391,11 +398,13 @@ impl ModelSelection<'_> {
                 }
             }
         }
-        let scene = &self.fine.scene;
-        let seen = |i: usize| [0, 1].map(|axis| deflection(scene, axis, i));
-        let on_diode: Vec<[f64; 2]> = (0..scene.len()).map(seen).collect();
-        let on_platen: Vec<[f64; 2]> = (0..scene.len()).map(|i| scene.centre_m(i)).collect();
-        let angle = &scene.observations.commanded[2];
+        let linearized = &self.relinearized.linearized;
+        let seen = |i: usize| [0, 1].map(|axis| deflection(linearized, axis, i));
+        let on_diode: Vec<[f64; 2]> = (0..linearized.len()).map(seen).collect();
+        let on_platen: Vec<[f64; 2]> = (0..linearized.len())
+            .map(|i| linearized.centre_m(i))
+            .collect();
+        let angle = &linearized.observations.commanded[2];
         out.recur = out.count > 0
             && (recurs(&marked, &on_diode)
                 || recurs(&marked, &on_platen)
@@ -404,8 +413,8 @@ impl ModelSelection<'_> {
     }
 }
 
-fn deflection(scene: &Scene, axis: usize, i: usize) -> f64 {
-    let tan = scene.observations.tan_psi[axis].get(i);
+fn deflection(linearized: &LinearizedRecording, axis: usize, i: usize) -> f64 {
+    let tan = linearized.observations.tan_psi[axis].get(i);
     tan.copied().unwrap_or(f64::NAN)
 }
 

@@ -2,7 +2,7 @@
 //! comes with the courier's place, a cable that bends it or air that tilts it, moves all readings together.
 
 use super::ModelSelection;
-use crate::linearization::scene::Scene;
+use crate::linearization::recording::LinearizedRecording;
 use crate::trace::log;
 use effects::Detection;
 use effects::sensor::{READINGS, Regressor};
@@ -42,14 +42,14 @@ impl CommonField {
 impl ModelSelection<'_> {
     /// True if a field that is found is none of the teeth.
     pub(super) fn errs_together(&self) -> bool {
-        self.alike()
-            .is_some_and(|alike| alike.is_flat() && !alike.has_teeth())
+        self.common_field()
+            .is_some_and(|common_field| common_field.is_flat() && !common_field.has_teeth())
     }
 
     /// Of the field that is found; none without one or without a beacon.
-    pub(super) fn alike(&self) -> Option<CommonField> {
-        let fine = &self.fine;
-        let field = fine
+    pub(super) fn common_field(&self) -> Option<CommonField> {
+        let relinearized = &self.relinearized;
+        let field = relinearized
             .columns
             .blocks
             .iter()
@@ -57,14 +57,19 @@ impl ModelSelection<'_> {
         let acting: Vec<(&Regressor, f64)> = field
             .columns
             .clone()
-            .map(|c| (&fine.columns.regressors[c], fine.amount(c)))
+            .map(|c| {
+                (
+                    &relinearized.columns.regressors[c],
+                    relinearized.coefficient(c),
+                )
+            })
             .filter(|(_, amount)| *amount != 0.0)
             .collect();
         let noise = self.noise.unwrap_or([1.0; READINGS]);
-        let seen: Vec<FieldSample> = (0..fine.scene.len())
+        let seen: Vec<FieldSample> = (0..relinearized.linearized.len())
             .into_par_iter()
-            .filter(|i| fine.scene.keep[*i])
-            .filter_map(|i| FieldSample::of(&fine.scene, i, &acting, &noise))
+            .filter(|i| relinearized.linearized.mask[*i])
+            .filter_map(|i| FieldSample::of(&relinearized.linearized, i, &acting, &noise))
             .collect();
         if seen.is_empty() {
             return None;
@@ -90,22 +95,22 @@ struct FieldSample {
 impl FieldSample {
     /// None where not all three channels are seen.
     fn of(
-        scene: &Scene,
+        linearized: &LinearizedRecording,
         i: usize,
         acting: &[(&Regressor, f64)],
         noise: &[f64; READINGS],
     ) -> Option<Self> {
-        let rows = scene.rows(i);
+        let rows = linearized.rows(i);
         if rows.count < 3 {
             return None;
         }
-        let covariates = scene.covariates(i);
+        let covariates = linearized.covariates(i);
         let mut sum = Vector3::zeros();
         for (regressor, amount) in acting.iter().filter(|(r, _)| r.acts(&covariates)) {
             let response = rows.response(regressor, &covariates);
             sum += Vector3::from_fn(|row, _| amount * response[row]);
         }
-        let stated = scene.reading_variance(i);
+        let stated = linearized.reading_variance(i);
         let both = |variance: &dyn Fn(usize) -> f64| {
             Matrix3::from_fn(|a, b| {
                 let product =
@@ -117,7 +122,7 @@ impl FieldSample {
         let noise = both(&|r| stated[r] * noise[r].powi(2));
         let mixed = segments.cholesky()?.l();
         let half = mixed.solve_lower_triangular(&noise)?;
-        let half_m = 0.5 * scene.observations.pitch_m;
+        let half_m = 0.5 * linearized.observations.pitch_m;
         Some(Self {
             cell: covariates.centre_m.map(|m| (m / half_m).floor() as i64),
             channels_m: mixed.solve_lower_triangular(&sum)?,
@@ -185,8 +190,8 @@ struct Smooth {
 impl Smooth {
     fn of(seen: &[FieldSample], kept: Terms, weight: &impl Fn(&FieldSample) -> f64) -> Self {
         let range = |axis: usize| {
-            let places = seen.iter().map(|s| s.cell[axis] as f64);
-            places.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| {
+            let coordinate_blocks = seen.iter().map(|s| s.cell[axis] as f64);
+            coordinate_blocks.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| {
                 (l.min(p), h.max(p))
             })
         };
@@ -268,7 +273,7 @@ mod tests {
     #[test]
     fn teeth_are_seen_beside_what_is_smooth_and_greater() {
         let mut rng = ChaCha8Rng::seed_from_u64(4);
-        let mut alike = |teeth: f64| {
+        let mut common_field = |teeth: f64| {
             let mut seen = Vec::new();
             for place in 0..225 {
                 let cell = [place % 15, place / 15];
@@ -284,10 +289,10 @@ mod tests {
             let [whole, rough] = [Terms::Mean, Terms::Smooth].map(|terms| Axes::of(&seen, terms));
             CommonField { whole, rough }
         };
-        let beside = alike(0.5);
+        let beside = common_field(0.5);
         assert!(beside.is_flat() && beside.has_teeth());
-        let alone = alike(0.01);
+        let alone = common_field(0.01);
         assert!(alone.is_flat() && !alone.has_teeth());
-        assert!(!alike(10.0).is_flat());
+        assert!(!common_field(10.0).is_flat());
     }
 }

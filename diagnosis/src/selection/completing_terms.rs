@@ -15,7 +15,7 @@ const NEEDED: f64 = 0.4;
 impl<'a> ModelSelection<'a> {
     /// Where both are found, a ruling that grows with temperature is right at one that need not be the mean: at the mean it has another
     /// pitch, and is not skewed for that.
-    pub(super) fn tell_growth(&mut self) {
+    pub(super) fn complete_growth(&mut self) {
         let mut holding = effects::holding(|by| matches!(by, KnownBy::Growth { .. }));
         let Some((
             growing,
@@ -28,29 +28,30 @@ impl<'a> ModelSelection<'a> {
         else {
             return;
         };
-        let names = self.told.names(&self.study);
+        let names = self.selected.names(&self.design);
         let at = |name: &str| names.iter().position(|n| n == name);
         let (Some(_), Some(skew)) = (at(growing.name), at(other)) else {
             return;
         };
         let mut fewer = names.clone();
         fewer.remove(skew);
-        let fine = self.fitted_telling(&fewer, tell);
+        let relinearized = self.fitted_with_forms(&fewer, tell);
         let (_, noise) = self.levels();
-        let excess = |fine: &RelinearizedFit| fine.residuals().white_rms().powi(2) - noise;
-        let left = excess(&fine);
+        let excess =
+            |relinearized: &RelinearizedFit| relinearized.residuals().white_rms().powi(2) - noise;
+        let left = excess(&relinearized);
         let shows = left > (CLOSE * CLOSE - 1.0) * noise;
-        let needed = shows && excess(&self.fine) < (1.0 - NEEDED) * left;
-        if !needed && is_growth(&fine, within_k) {
-            self.told.found.blocks.remove(skew);
-            self.fine = fine;
-            self.restate();
+        let needed = shows && excess(&self.relinearized) < (1.0 - NEEDED) * left;
+        if !needed && is_growth(&relinearized, within_k) {
+            self.selected.found.blocks.remove(skew);
+            self.relinearized = relinearized;
+            self.update_residuals();
         }
     }
 
     /// A gap's error at the normal amplitude, as far as equation (3) lacks it. Free harmonics tell of that themselves; where they are
     /// no more than that, they go.
-    pub(super) fn tell_gap(&mut self) {
+    pub(super) fn complete_gap(&mut self) {
         let mut holding = effects::holding(|by| by == KnownBy::MixedHarmonics);
         let Some((
             gap,
@@ -63,67 +64,73 @@ impl<'a> ModelSelection<'a> {
         else {
             return;
         };
-        let mut names = self.told.names(&self.study);
+        let mut names = self.selected.names(&self.design);
         let at = |name: &str| names.iter().position(|n| n == name);
         let shape = at(other);
-        let told = self.fine.scene.inputs.gap_told;
-        if told
+        let selected = self.relinearized.linearized.inputs.gap_told;
+        if selected
             || at(gap.name).is_none()
-            || shape.is_some() && !are_the_gaps_own(&self.fine, gap.name, other)
+            || shape.is_some() && !are_the_gaps_own(&self.relinearized, gap.name, other)
         {
             return;
         }
         shape.map(|at| names.remove(at));
-        let fine = self.fitted_telling(&names, tell);
+        let relinearized = self.fitted_with_forms(&names, tell);
         let as_good = if shape.is_some() { CLOSE } else { 1.0 };
-        if fine.residuals().white_rms() < as_good * self.fine.residuals().white_rms() {
-            shape.map(|at| self.told.found.blocks.remove(at));
-            self.fine = fine;
-            self.restate();
+        if relinearized.residuals().white_rms()
+            < as_good * self.relinearized.residuals().white_rms()
+        {
+            shape.map(|at| self.selected.found.blocks.remove(at));
+            self.relinearized = relinearized;
+            self.update_residuals();
         }
     }
 
     /// A channel that turns against the other with the angle shifts its pair as a span that is wrong does, by as much as the harmonic that
     /// it makes, and changes the amplitude as a gap that tilts does. Where such a turn does as well as the harmonics with one of these beside
     /// them, there is none.
-    pub(super) fn tell_turn(&mut self) {
+    pub(super) fn complete_turn(&mut self) {
         for (turning, subsumes) in effects::holding(|by| by == KnownBy::Fit) {
-            let mut names = self.told.names(&self.study);
+            let mut names = self.selected.names(&self.design);
             let at = |name: &str| names.iter().position(|n| n == name);
-            let (Some(_), Some(stands_in)) = (at(turning.name), at(subsumes.other)) else {
+            let (Some(_), Some(substitutes_for_shape)) = (at(turning.name), at(subsumes.other))
+            else {
                 continue;
             };
-            names.remove(stands_in);
-            let left = |fine: &RelinearizedFit| fine.residuals().white_rms();
-            let told = subsumes.tell.iter();
-            let told = told.map(|tell| self.fitted_telling(&names, tell));
-            let Some(fine) = told.reduce(|a, b| if left(&a) < left(&b) { a } else { b }) else {
+            names.remove(substitutes_for_shape);
+            let left = |relinearized: &RelinearizedFit| relinearized.residuals().white_rms();
+            let selected = subsumes.tell.iter();
+            let selected = selected.map(|tell| self.fitted_with_forms(&names, tell));
+            let Some(relinearized) =
+                selected.reduce(|a, b| if left(&a) < left(&b) { a } else { b })
+            else {
                 continue;
             };
-            if left(&fine) < CLOSE * left(&self.fine) {
-                self.told.found.blocks.remove(stands_in);
-                self.fine = fine;
-                self.restate();
+            if left(&relinearized) < CLOSE * left(&self.relinearized) {
+                self.selected.found.blocks.remove(substitutes_for_shape);
+                self.relinearized = relinearized;
+                self.update_residuals();
             }
         }
     }
 
-    pub(super) fn fitted_telling(
+    pub(super) fn fitted_with_forms(
         &self,
         names: &[String],
         more: &dyn Fn(&mut BasisInputs),
     ) -> RelinearizedFit<'a> {
-        let about = self.prepared.about();
-        self.fine.telling(&self.study.scene, about, names, more)
+        let point = self.prepared.point();
+        self.relinearized
+            .with_forms(&self.design.linearized, point, names, more)
     }
 }
 
 /// True if each ruling's pitch at the mean temperature is what its growth makes of a temperature at which it is right.
-fn is_growth(fine: &RelinearizedFit, within_k: f64) -> bool {
+fn is_growth(relinearized: &RelinearizedFit, within_k: f64) -> bool {
     let amount = |identity: Identity| {
-        let mut all = fine.columns.regressors.iter();
+        let mut all = relinearized.columns.regressors.iter();
         let column = all.position(|r| r.identity == Some(identity));
-        column.map_or(0.0, |c| fine.amount(c))
+        column.map_or(0.0, |c| relinearized.coefficient(c))
     };
     (0..2).all(|axis| {
         let slope = amount(Identity::Growth { axis });

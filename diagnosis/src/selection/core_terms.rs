@@ -10,8 +10,8 @@ const CORE_SHARE: f64 = 0.5;
 
 /// True if an effect beside others stands on terms that only complete it: a shape that happens to look like them, and not the
 /// effect.
-pub fn hollow(arena: &mut CrossValidation, others: &[usize], block: usize) -> bool {
-    let columns = arena.columns;
+pub fn lacks_core_terms(validation: &mut CrossValidation, others: &[usize], block: usize) -> bool {
+    let columns = validation.columns;
     let size = |c: &usize| columns.regressors[*c].size_m;
     let own = columns.blocks[block].columns.clone();
     let largest = own.clone().map(|c| size(&c)).fold(0.0, f64::max);
@@ -25,15 +25,18 @@ pub fn hollow(arena: &mut CrossValidation, others: &[usize], block: usize) -> bo
     }
     list.extend(core);
     let set: Vec<usize> = others.iter().copied().chain([block]).collect();
-    let (without, with) = (arena.score(others).squares, arena.score(&set).squares);
-    let by_core = without - arena.score_columns(&list).squares;
-    let hollow = by_core < CORE_SHARE * (without - with);
-    if hollow && tracing() {
+    let (without, with) = (
+        validation.score(others).squares,
+        validation.score(&set).squares,
+    );
+    let by_core = without - validation.score_columns(&list).squares;
+    let lacks_core_terms = by_core < CORE_SHARE * (without - with);
+    if lacks_core_terms && tracing() {
         let name = &columns.blocks[block].name;
         log(&format!(
             "hollow beside {others:?}: {name}, {by_core:.0} of {:.0} by its core",
             without - with
         ));
     }
-    hollow
+    lacks_core_terms
 }

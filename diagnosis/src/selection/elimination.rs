@@ -7,7 +7,7 @@ use crate::design::gram::{solve, squares};
 use crate::inference::cross_validation::CrossValidation;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::limits::{CLOSE, COMPLETES, COMPLETES_SQUARES, LEADS, NEARLY_ALL};
-use crate::selection::search::rest;
+use crate::selection::search::unexplained_fraction;
 use effects::{Card, Detection};
 
 /// An effect beside others must take this share of what is left without it, and of the whole gap.
@@ -30,7 +30,7 @@ const CLEARLY: f64 = 2.0;
 struct MeanSquares {
     with: f64,
     without: f64,
-    whole: f64,
+    whole_gap: f64,
     noise: f64,
     rows: f64,
 }
@@ -45,7 +45,7 @@ impl MeanSquares {
             && gain * self.rows > margin * COMPLETES_SQUARES;
         let shows = self.without > margin * (CLOSE * CLOSE - 1.0) * self.noise;
         completes
-            || shows && gain > share * self.without && gain > margin * small.trifle * self.whole
+            || shows && gain > share * self.without && gain > margin * small.trifle * self.whole_gap
     }
 }
 
@@ -87,45 +87,52 @@ impl MinimumShares {
 impl<'a> ModelSelection<'a> {
     /// Drops what is not needed, that which is easiest to spare first.
     pub(super) fn prune(&mut self) {
-        while self.told.found.blocks.len() > 1 && self.drop_one() {}
+        while self.selected.found.blocks.len() > 1 && self.drop_one() {}
         // Beside noise far above the stated one shapes may leave more than nothing would.
-        let found = &mut self.told.found.blocks;
+        let found = &mut self.selected.found.blocks;
         if self.noise.is_some() && self.after.white_rms() > self.before.white_rms() {
             found.clear();
-            self.fine = RelinearizedFit::new(&self.study.scene, self.prepared.about(), &[]);
-            self.restate();
+            self.relinearized =
+                RelinearizedFit::new(&self.design.linearized, self.prepared.point(), &[]);
+            self.update_residuals();
         }
     }
 
     /// Drops the first effect that is not needed; false if all are.
     fn drop_one(&mut self) -> bool {
-        let (whole, noise) = self.levels();
-        let with = self.fine.residuals().white_rms().powi(2) - noise;
-        let names = self.told.names(&self.study);
-        let seen = self.study.scene.inputs.clip.iter().any(Option::is_some);
+        let (whole_gap, noise) = self.levels();
+        let with = self.relinearized.residuals().white_rms().powi(2) - noise;
+        let names = self.selected.names(&self.design);
+        let seen = self
+            .design
+            .linearized
+            .inputs
+            .clip
+            .iter()
+            .any(Option::is_some);
         let mut order: Vec<(f64, usize)> = (0..names.len())
-            .map(|at| (self.spared(at) - noise, at))
+            .map(|at| (self.mean_square_without(at) - noise, at))
             .collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut arena = self.study.arena();
+        let mut validation = self.design.cross_validation();
         for (without, at) in order {
-            if self.stands_in(&mut arena, at) {
+            if self.substitutes_for_shape(&mut validation, at) {
                 let mut fewer = names.clone();
                 fewer.remove(at);
-                self.fine = self.fitted_anew(&fewer);
-                self.told.found.blocks.remove(at);
-                self.restate();
+                self.relinearized = self.refitted(&fewer);
+                self.selected.found.blocks.remove(at);
+                self.update_residuals();
                 return true;
             }
             let mut levels = MeanSquares {
                 with,
                 without,
-                whole,
+                whole_gap,
                 noise,
-                rows: self.fine.gram.total_rows() as f64,
+                rows: self.relinearized.gram.total_rows() as f64,
             };
             let mut small = MinimumShares::of(&names, at, seen);
-            if self.leads.as_ref() == Some(&names[at]) {
+            if self.leading_effect.as_ref() == Some(&names[at]) {
                 small.may_complete = true;
                 small.completes = if absorbs_model_error(&names[at]) {
                     NEARLY_ALL
@@ -138,12 +145,12 @@ impl<'a> ModelSelection<'a> {
             }
             let mut fewer = names.clone();
             fewer.remove(at);
-            let fine = self.fitted_anew(&fewer);
-            levels.without = fine.residuals().white_rms().powi(2) - noise;
+            let relinearized = self.refitted(&fewer);
+            levels.without = relinearized.residuals().white_rms().powi(2) - noise;
             if !levels.needed(&small, 1.0) {
-                self.told.found.blocks.remove(at);
-                self.fine = fine;
-                self.restate();
+                self.selected.found.blocks.remove(at);
+                self.relinearized = relinearized;
+                self.update_residuals();
                 return true;
             }
         }
@@ -152,8 +159,8 @@ impl<'a> ModelSelection<'a> {
 
     /// True if an effect takes little of the whole, and a shape without a name takes far more of what is left without it: then it stands in
     /// for that shape.
-    fn stands_in(&self, arena: &mut CrossValidation, at: usize) -> bool {
-        let found = &self.told.found;
+    fn substitutes_for_shape(&self, validation: &mut CrossValidation, at: usize) -> bool {
+        let found = &self.selected.found;
         let block = found.blocks[at];
         let others: Vec<usize> = found
             .blocks
@@ -161,42 +168,61 @@ impl<'a> ModelSelection<'a> {
             .copied()
             .filter(|b| *b != block)
             .collect();
-        let others = self.with_what_a_gap_makes(arena, block, &others);
-        let without = rest(arena, &others, self.told.base);
-        let takes = without - rest(arena, &[&others[..], &[block]].concat(), self.told.base);
-        let mut of_shape =
-            |b: &usize| without - rest(arena, &[&others[..], &[*b]].concat(), self.told.base);
+        let others = self.with_what_a_gap_makes(validation, block, &others);
+        let without = unexplained_fraction(validation, &others, self.selected.base);
+        let takes = without
+            - unexplained_fraction(
+                validation,
+                &[&others[..], &[block]].concat(),
+                self.selected.base,
+            );
+        let mut of_shape = |b: &usize| {
+            without
+                - unexplained_fraction(
+                    validation,
+                    &[&others[..], &[*b]].concat(),
+                    self.selected.base,
+                )
+        };
         takes < LITTLE
             && self
-                .study
-                .places()
+                .design
+                .coordinate_blocks()
                 .iter()
                 .any(|b| of_shape(b) > FAR_MORE * takes)
     }
 
     /// Fewer effects, or more, with all that is told of them.
-    pub(super) fn fitted_anew(&self, fewer: &[String]) -> RelinearizedFit<'a> {
-        let (scene, about) = (&self.study.scene, self.prepared.about());
-        if self.fine.scene.inputs.gap_told {
-            self.fine.telling(scene, about, fewer, &|_| {})
+    pub(super) fn refitted(&self, fewer: &[String]) -> RelinearizedFit<'a> {
+        let (linearized, point) = (&self.design.linearized, self.prepared.point());
+        if self.relinearized.linearized.inputs.gap_told {
+            self.relinearized
+                .with_forms(linearized, point, fewer, &|_| {})
         } else {
-            RelinearizedFit::new(scene, about, fewer)
+            RelinearizedFit::new(linearized, point, fewer)
         }
     }
 
     /// Held-out mean square a row without one of the effects, the others fitted anew to first order about all of them.
-    fn spared(&self, at: usize) -> f64 {
-        let fine = &self.fine;
-        let out = fine.columns.blocks[1 + at].columns.clone();
-        let list: Vec<usize> = (0..fine.gram.width())
+    fn mean_square_without(&self, at: usize) -> f64 {
+        let relinearized = &self.relinearized;
+        let out = relinearized.columns.blocks[1 + at].columns.clone();
+        let list: Vec<usize> = (0..relinearized.gram.width())
             .filter(|c| !out.contains(c))
             .collect();
         let left = |f: usize| {
-            let fit = solve(fine.gram.training(Some(f)), &list, &fine.gram.centre, 1.0);
-            fit.map_or(f64::INFINITY, |fit| squares(&fine.gram.fold[f], &fit))
+            let fit = solve(
+                relinearized.gram.training(Some(f)),
+                &list,
+                &relinearized.gram.centre,
+                1.0,
+            );
+            fit.map_or(f64::INFINITY, |fit| {
+                squares(&relinearized.gram.fold[f], &fit)
+            })
         };
         let sum: f64 = (0..FOLDS).map(left).sum();
-        sum / fine.gram.total_rows() as f64
+        sum / relinearized.gram.total_rows() as f64
     }
 }
 
@@ -208,7 +234,7 @@ mod tests {
         let levels = MeanSquares {
             with,
             without: 0.02,
-            whole: 5.0,
+            whole_gap: 5.0,
             noise: 1.0,
             rows,
         };

@@ -15,48 +15,49 @@ const FIELD_LEAVES: f64 = 0.7;
 impl ModelSelection<'_> {
     /// A field over the platen, where much is left and it is no noise.
     pub(super) fn try_field(&mut self) {
-        let left = self.told.found.rest.max(self.left());
-        let (found, shaped) = (&self.told.found, &self.told.shaped);
+        let left = self.selected.found.unexplained_fraction.max(self.left());
+        let (found, shaped) = (&self.selected.found, &self.selected.shaped);
         // Waves over the platen, along a segment or either way, are what a field looks like.
-        let places = |b: &usize| WAVES.contains(&self.study.columns.blocks[*b].name.as_str());
-        let waves = shaped.blocks.iter().any(places);
-        let better = shaped.rest < 0.5 * found.rest;
-        let told = shaped.rest < LEFT_OVER && better && !waves;
+        let coordinate_blocks =
+            |b: &usize| WAVES.contains(&self.design.columns.blocks[*b].name.as_str());
+        let waves = shaped.blocks.iter().any(coordinate_blocks);
+        let better = shaped.unexplained_fraction < 0.5 * found.unexplained_fraction;
+        let selected = shaped.unexplained_fraction < LEFT_OVER && better && !waves;
         // The noise that was found is what neighbours show: what the best shapes leave beyond it is no noise.
         let left = if self.noise.is_some() {
-            1.0 - self.fine.residuals().white_rms().powi(-2)
+            1.0 - self.relinearized.residuals().white_rms().powi(-2)
         } else {
             left
         };
         let little = left < LEFT_OVER && !(better && waves);
-        if little || self.ratio() < VISIBLE || told {
+        if little || self.ratio() < VISIBLE || selected {
             return;
         }
-        let keep = leading(&self.study, &self.told);
-        if !self.take_field(&keep, FIELD_LEAVES * left) {
+        let mask = leading(&self.design, &self.selected);
+        if !self.take_field(&mask, FIELD_LEAVES * left) {
             return;
         }
         // Beside a field that was most of the gap noise shows only now.
         if let Some(noise) = self.noise_left() {
             self.noise = Some(noise);
-            self.take_field(&keep, f64::INFINITY);
+            self.take_field(&mask, f64::INFINITY);
         }
     }
 
     /// Takes over the best set with a field over the platen if it leaves less than this share.
     fn take_field(&mut self, beside: &[String], most: f64) -> bool {
-        let look = DesignOptions {
-            lines_of: Some(self.fine.residuals()),
-            as_in: Some(&self.study.scene.inputs),
+        let design_options = DesignOptions {
+            line_residuals: Some(self.relinearized.residuals()),
+            previous_inputs: Some(&self.design.linearized.inputs),
             field: true,
             only: Some(beside),
             ..DesignOptions::default()
         };
-        let about = LinearizationPoint {
+        let point = LinearizationPoint {
             noise: self.noise,
             ..self.trusted()
         };
-        let fielded = assemble(self.prepared, self.options, &about, look);
+        let fielded = assemble(self.prepared, self.options, &point, design_options);
         if !fielded
             .columns
             .blocks
@@ -65,18 +66,18 @@ impl ModelSelection<'_> {
         {
             return false;
         }
-        let told = SelectedModel::new(&fielded, self.noise.is_some());
-        let better = told.found.rest < most;
+        let selected = SelectedModel::new(&fielded, self.noise.is_some());
+        let better = selected.found.unexplained_fraction < most;
         if better {
-            self.take(fielded, told);
+            self.accept(fielded, selected);
         }
         better
     }
 
     /// True if a field over the platen was found, and a shape without a name is the likelier in its place: a few long waves are no
     /// matter of single teeth.
-    pub(super) fn is_no_field(&self, arena: &mut CrossValidation) -> bool {
-        let found = &self.told.found.blocks;
+    pub(super) fn is_no_field(&self, validation: &mut CrossValidation) -> bool {
+        let found = &self.selected.found.blocks;
         let field = self
             .names_of(found)
             .iter()
@@ -84,11 +85,11 @@ impl ModelSelection<'_> {
         let Some(field) = field else {
             return false;
         };
-        let evidence = arena.score(found).log_evidence;
+        let evidence = validation.score(found).log_evidence;
         let others = found.iter().copied().filter(|b| *b != found[field]);
         let others: Vec<usize> = others.collect();
-        let shaped = &self.told.shaped.blocks;
-        let rivals = self.study.places().into_iter().map(|b| {
+        let shaped = &self.selected.shaped.blocks;
+        let rivals = self.design.coordinate_blocks().into_iter().map(|b| {
             let with = others.iter().copied().chain([b]);
             with.collect::<Vec<usize>>()
         });
@@ -98,7 +99,7 @@ impl ModelSelection<'_> {
                 .filter(|s| !s.contains(&found[field])),
         );
         rivals.any(|set| {
-            let other = arena.score(&set).log_evidence;
+            let other = validation.score(&set).log_evidence;
             if other > evidence {
                 let names = self.names_of(&set);
                 log(&format!(

@@ -4,7 +4,7 @@ use super::ModelSelection;
 use crate::inference::covariance::PosteriorCovariance;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::transfer::amplitude_support::AmplitudeSupport;
-use crate::transfer::model::{EffectAmounts, Model, is_of_its_time};
+use crate::transfer::model::{EffectAmounts, Model, is_time_bound};
 use crate::transfer::support::TrainingSupport;
 use crate::verdict::answer::{Diagnosis, Magnitude, Verdict};
 use effects::Detection;
@@ -12,15 +12,15 @@ use effects::Detection;
 impl ModelSelection<'_> {
     /// The model: the baseline alone, and the baseline with what is named.
     pub(super) fn model(&self, diagnosis: &Diagnosis) -> Model {
-        let scene = &self.study.scene;
+        let linearized = &self.design.linearized;
         let mut model = Model {
             schema: 1,
             recording: diagnosis.recording.clone(),
             baseline: self.prepared.baseline.clone(),
             baseline_with_effects: self.prepared.baseline.clone(),
             effects: Vec::new(),
-            normal: scene.normal.clone(),
-            inputs: scene.inputs.clone(),
+            normal: linearized.normal.clone(),
+            inputs: linearized.inputs.clone(),
             claimed: diagnosis.held_out.clone(),
             bursts: diagnosis
                 .effects
@@ -31,54 +31,56 @@ impl ModelSelection<'_> {
             reached: None,
         };
         if matches!(diagnosis.verdict, Verdict::Named | Verdict::Alias) {
-            let fine = &self.fine;
-            model.normal.mean_flaws = fine.scene.mean_flaws();
-            model.inputs.skew_moves = fine.scene.inputs.skew_moves;
-            model.inputs.growth_told = fine.scene.inputs.growth_told;
-            model.inputs.gap_told = fine.scene.inputs.gap_told;
-            model.inputs.forms = fine.scene.inputs.forms;
-            model.inputs.bend_goes_on = super::temperature_extrapolation::goes_on(fine);
-            if let Some(teeth) = &fine.scene.inputs.teeth {
+            let relinearized = &self.relinearized;
+            model.normal.mean_flaws = relinearized.linearized.mean_flaws();
+            model.inputs.skew_moves = relinearized.linearized.inputs.skew_moves;
+            model.inputs.growth_told = relinearized.linearized.inputs.growth_told;
+            model.inputs.gap_told = relinearized.linearized.inputs.gap_told;
+            model.inputs.forms = relinearized.linearized.inputs.forms;
+            model.inputs.bend_goes_on = super::temperature_extrapolation::goes_on(relinearized);
+            if let Some(teeth) = &relinearized.linearized.inputs.teeth {
                 model.inputs.teeth = Some(teeth.clone());
                 model.inputs.field_by_segment = true;
             }
-            let count = fine.columns.blocks[0].columns.len();
-            let step: Vec<f64> = (0..count).map(|c| fine.amount(c)).collect();
-            model.baseline_with_effects = fine.scene.baseline.clone();
-            model.baseline_with_effects.add(scene.scope, &step);
-            model.effects = amounts(fine);
+            let count = relinearized.columns.blocks[0].columns.len();
+            let step: Vec<f64> = (0..count).map(|c| relinearized.coefficient(c)).collect();
+            model.baseline_with_effects = relinearized.linearized.baseline.clone();
+            model.baseline_with_effects.add(linearized.scope, &step);
+            model.effects = amounts(relinearized);
             let fields = model
                 .effects
                 .iter()
                 .any(|e| effects::is(&e.name, Detection::AsField));
-            model.certainty = PosteriorCovariance::of(fine);
-            let by_teeth = fine.scene.inputs.teeth.is_some();
+            model.certainty = PosteriorCovariance::of(relinearized);
+            let by_teeth = relinearized.linearized.inputs.teeth.is_some();
             let gap = model
                 .effects
                 .iter()
                 .any(|e| effects::has(&e.name, |card| card.by_amplitude));
-            model.reached = gap.then(|| AmplitudeSupport::of(&fine.scene));
-            model.visited = (fields && !by_teeth).then(|| TrainingSupport::of(&fine.scene));
+            model.reached = gap.then(|| AmplitudeSupport::of(&relinearized.linearized));
+            model.visited =
+                (fields && !by_teeth).then(|| TrainingSupport::of(&relinearized.linearized));
         }
         model
     }
 }
 
-fn amounts(fine: &RelinearizedFit) -> Vec<EffectAmounts> {
+fn amounts(relinearized: &RelinearizedFit) -> Vec<EffectAmounts> {
     let one = |c: usize| Magnitude {
-        name: fine.columns.regressors[c].name.clone(),
-        value: fine.amount(c),
+        name: relinearized.columns.regressors[c].name.clone(),
+        value: relinearized.coefficient(c),
         deviation: None,
-        unit: fine.columns.regressors[c].unit.into(),
+        unit: relinearized.columns.regressors[c].unit.into(),
     };
-    let swell = crate::spectra::resonance::breath(fine).of_its_time;
-    fine.columns
+    let swell = crate::spectra::resonance::amplitude_modulation(relinearized).time_bound;
+    relinearized
+        .columns
         .blocks
         .iter()
         .skip(1)
         .map(|block| EffectAmounts {
             name: block.name.clone(),
-            carries_over: !is_of_its_time(&block.name, &fine.scene.inputs),
+            carries_over: !is_time_bound(&block.name, &relinearized.linearized.inputs),
             amounts: block
                 .columns
                 .clone()

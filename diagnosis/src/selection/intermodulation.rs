@@ -36,15 +36,18 @@ struct Pair {
 
 /// True if the free harmonics that are found are what the offsets that the gap shows make of equation (3)'s, and its third harmonics.
 /// `gap` and `harmonics` are the names of the two effects.
-pub(super) fn are_the_gaps_own(fine: &RelinearizedFit, gap: &str, harmonics: &str) -> bool {
-    let pitch_m = fine.scene.observations.pitch_m;
-    let changes_m = |order: usize, s: usize| amplitude_m(fine, gap, Factor::Amplitude, order, s);
+pub(super) fn are_the_gaps_own(relinearized: &RelinearizedFit, gap: &str, harmonics: &str) -> bool {
+    let pitch_m = relinearized.linearized.observations.pitch_m;
+    let changes_m =
+        |order: usize, s: usize| amplitude_m(relinearized, gap, Factor::Amplitude, order, s);
     let pairs: [Pair; 4] = std::array::from_fn(|s| Pair {
         offset: changes_m(1, s) * TAU / pitch_m,
         third: 0.5 * changes_m(OF_A_THIRD.0, s) * TAU / pitch_m,
         pitch_m,
-        baseline_m: std::array::from_fn(|order| baseline_m(fine, order, s)),
-        found_m: std::array::from_fn(|order| amplitude_m(fine, harmonics, Factor::One, order, s)),
+        baseline_m: std::array::from_fn(|order| baseline_m(relinearized, order, s)),
+        found_m: std::array::from_fn(|order| {
+            amplitude_m(relinearized, harmonics, Factor::One, order, s)
+        }),
     });
     are_made(&pairs)
 }
@@ -72,13 +75,18 @@ fn are_made(pairs: &[Pair]) -> bool {
 
 /// Amplitude of a sine and a cosine of an effect; zero where it has none.
 fn amplitude_m(
-    fine: &RelinearizedFit,
+    relinearized: &RelinearizedFit,
     effect: &str,
     factor: Factor,
     order: usize,
     segment: usize,
 ) -> f64 {
-    let Some(block) = fine.columns.blocks.iter().find(|b| b.name == effect) else {
+    let Some(block) = relinearized
+        .columns
+        .blocks
+        .iter()
+        .find(|b| b.name == effect)
+    else {
         return 0.0;
     };
     let amount = |part: Part| {
@@ -91,15 +99,15 @@ fn amplitude_m(
         };
         let identity = Some(Identity::Wave(wave));
         let mut columns = block.columns.clone();
-        let column = columns.find(|c| fine.columns.regressors[*c].identity == identity);
-        column.map_or(0.0, |c| fine.amount(c))
+        let column = columns.find(|c| relinearized.columns.regressors[*c].identity == identity);
+        column.map_or(0.0, |c| relinearized.coefficient(c))
     };
     amount(Part::Sine).hypot(amount(Part::Cosine))
 }
 
 /// Amplitude of an order of equation (3); zero where it has none.
-fn baseline_m(fine: &RelinearizedFit, order: usize, segment: usize) -> f64 {
-    let k_m = &fine.scene.baseline.k_m[segment];
+fn baseline_m(relinearized: &RelinearizedFit, order: usize, segment: usize) -> f64 {
+    let k_m = &relinearized.linearized.baseline.k_m[segment];
     let at = ORDERS.iter().position(|n| *n == order);
     at.map_or(0.0, |at| k_m[1 + 2 * at].hypot(k_m[2 + 2 * at]))
 }

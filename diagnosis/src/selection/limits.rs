@@ -9,7 +9,7 @@ pub const CLOSE: f64 = 1.03;
 /// Times that all is compared anew about what was found, while that finds more.
 pub const LOOKS: usize = 2;
 /// About what was found no more than this many times as much as before must be left: else the places strayed with it.
-pub const STRAYED: f64 = 1.5;
+pub const DIVERGED: f64 = 1.5;
 /// More of the gap than this left over, and located, is a gap that nothing named explains.
 pub const LEFT_OVER: f64 = 0.10;
 /// What is found moves the places that shapes are evaluated at if it leaves less than this share.

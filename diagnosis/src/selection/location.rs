@@ -1,12 +1,12 @@
 //! Where a gap lies: shares of what is left over the coordinates of diagnosis.md.
 
 use super::ModelSelection;
-use super::attribution::{Attribution, owners};
+use super::attribution::{Attribution, attribution};
 use crate::data::channel_names::CHANNEL_NAMES;
 use crate::design::assembly::{BlockKind, Design, DesignOptions, assemble};
 use crate::inference::cross_validation::CrossValidation;
 use crate::linearization::point::LinearizationPoint;
-use crate::selection::search::rest;
+use crate::selection::search::unexplained_fraction;
 use crate::trace::log;
 use crate::verdict::answer::Share;
 use effects::sensor::Regressor;
@@ -38,7 +38,7 @@ pub struct Located {
     /// The shapes' columns.
     columns: Vec<usize>,
     /// Whose it is, where that was asked for.
-    owners: Attribution,
+    attribution: Attribution,
 }
 
 impl Located {
@@ -47,7 +47,7 @@ impl Located {
         Self {
             coordinate: coordinate.into(),
             share,
-            owners: Attribution {
+            attribution: Attribution {
                 channel: None,
                 segments,
             },
@@ -117,25 +117,29 @@ pub(super) fn clock_first(list: &mut [Located]) {
 
 impl ModelSelection<'_> {
     /// Shares of the excess that is left after `blocks`, by coordinate, largest first.
-    pub(super) fn locate(&self, arena: &mut CrossValidation, blocks: &[usize]) -> Vec<Located> {
-        located(&self.study, arena, self.told.base, blocks)
+    pub(super) fn locate(
+        &self,
+        validation: &mut CrossValidation,
+        blocks: &[usize],
+    ) -> Vec<Located> {
+        located(&self.design, validation, self.selected.base, blocks)
     }
 
     /// The same of the whole excess with finer shapes: for a gap that nothing explains.
     pub(super) fn locate_finely(&self) -> Vec<Located> {
-        let about = LinearizationPoint {
+        let point = LinearizationPoint {
             noise: self.noise,
-            ..self.prepared.about()
+            ..self.prepared.point()
         };
-        let look = DesignOptions {
-            as_in: Some(&self.study.scene.inputs),
-            finely: true,
+        let design_options = DesignOptions {
+            previous_inputs: Some(&self.design.linearized.inputs),
+            fine_basis: true,
             ..DesignOptions::default()
         };
-        let study = assemble(self.prepared, self.options, &about, look);
-        let mut arena = study.arena();
-        let mut found = located(&study, &mut arena, self.told.base, &[]);
-        attribute(&study, &mut arena, &[], &mut found);
+        let design = assemble(self.prepared, self.options, &point, design_options);
+        let mut validation = design.cross_validation();
+        let mut found = located(&design, &mut validation, self.selected.base, &[]);
+        attribute(&design, &mut validation, &[], &mut found);
         if let Some(missing) = self.missing_codes() {
             found.push(missing);
             found.sort_by(|a, b| b.share.total_cmp(&a.share));
@@ -147,9 +151,9 @@ impl ModelSelection<'_> {
     }
 
     /// The same of the whole excess, with scatter that grows with speed: no shape has a place for that.
-    pub(super) fn locate_whole(&self, arena: &mut CrossValidation) -> Vec<Located> {
-        let mut out = self.locate(arena, &[]);
-        attribute(&self.study, arena, &[], &mut out);
+    pub(super) fn locate_whole(&self, validation: &mut CrossValidation) -> Vec<Located> {
+        let mut out = self.locate(validation, &[]);
+        attribute(&self.design, validation, &[], &mut out);
         if let Some(share) = self.scatter_with_speed() {
             let coordinate = "speed".to_string();
             let known = out.iter().position(|l| l.coordinate == coordinate);
@@ -172,13 +176,14 @@ impl ModelSelection<'_> {
         if path.pairs < LEAST || path.step < ROUGH * path.level {
             return None;
         }
-        let speeds = &self.study.scene.motion.speed_m_s;
+        let speeds = &self.design.linearized.motion.speed_m_s;
         let squared = |axis: usize, i: usize| {
             let v = |s: usize| speeds[s].get(i).copied().unwrap_or(0.0);
             v(axis).powi(2).max(v(axis + 2).powi(2))
         };
-        let unit = [0, 1]
-            .map(|axis| mean((0..self.study.scene.len()).map(|i| squared(axis, i))).max(1e-30));
+        let unit = [0, 1].map(|axis| {
+            mean((0..self.design.linearized.len()).map(|i| squared(axis, i))).max(1e-30)
+        });
         let mut normal = Matrix3::identity() * 1e-9;
         let mut right = Vector3::zeros();
         for (k, &i) in before.sample.iter().enumerate() {
@@ -203,10 +208,14 @@ impl ModelSelection<'_> {
     /// The largest, as they are told.
     pub(super) fn shares(&self, list: Vec<Located>) -> Vec<Share> {
         let main = self.main_channel();
-        told(&list)
+        reported(&list)
             .map(|l| Share {
-                channel: l.owners.channel.map_or(main, |c| CHANNEL_NAMES[c]).into(),
-                coordinate: format!("{}{}", l.coordinate, of_segments(l.owners.segments)),
+                channel: l
+                    .attribution
+                    .channel
+                    .map_or(main, |c| CHANNEL_NAMES[c])
+                    .into(),
+                coordinate: format!("{}{}", l.coordinate, of_segments(l.attribution.segments)),
                 share: l.share.min(1.0),
             })
             .collect()
@@ -215,7 +224,7 @@ impl ModelSelection<'_> {
     /// The channel with the largest excess over its own floor.
     pub(super) fn main_channel(&self) -> &'static str {
         let excess = |c: &usize| {
-            self.before.channel_rms_m(*c).0 / self.study.floor.channel_rms_m[*c].max(1e-12)
+            self.before.channel_rms_m(*c).0 / self.design.floor.channel_rms_m[*c].max(1e-12)
         };
         let best = self
             .before
@@ -227,21 +236,21 @@ impl ModelSelection<'_> {
 }
 
 /// Those that are told.
-fn told(list: &[Located]) -> impl Iterator<Item = &Located> {
+fn reported(list: &[Located]) -> impl Iterator<Item = &Located> {
     list.iter().filter(|l| l.share > TOLD_SHARE).take(TOLD)
 }
 
 /// Finds whose the shares that are told are: of what is left after `blocks`.
 pub(super) fn attribute(
-    study: &Design,
-    arena: &mut CrossValidation,
+    design: &Design,
+    validation: &mut CrossValidation,
     blocks: &[usize],
     list: &mut [Located],
 ) {
-    let known = study.list(blocks);
-    let before = study.residuals(blocks);
+    let known = design.list(blocks);
+    let before = design.residuals(blocks);
     for l in list.iter_mut().filter(|l| l.share > TOLD_SHARE).take(TOLD) {
-        l.owners = owners(study, arena, (&known, &before), &l.columns);
+        l.attribution = attribution(design, validation, (&known, &before), &l.columns);
     }
 }
 
@@ -259,26 +268,26 @@ fn of_segments(segments: [bool; 4]) -> String {
 
 /// Shares of the excess over `base` that is left after `blocks`, by coordinate, largest first.
 fn located(
-    study: &Design,
-    arena: &mut CrossValidation,
+    design: &Design,
+    validation: &mut CrossValidation,
     base: f64,
     blocks: &[usize],
 ) -> Vec<Located> {
-    let with = rest(arena, blocks, base);
+    let with = unexplained_fraction(validation, blocks, base);
     if with <= 0.0 {
         return Vec::new();
     }
-    let whole = (arena.score(&[]).squares - base).max(1e-9);
-    let base_list = study.list(blocks);
+    let whole_gap = (validation.score(&[]).squares - base).max(1e-9);
+    let base_list = design.list(blocks);
     let mut out: Vec<Located> = Vec::new();
-    for (coordinate, groups) in coordinates(study, blocks) {
+    for (coordinate, groups) in coordinates(design, blocks) {
         // Groups over one coordinate that nearly cancel are of no physical size together, and each may be by itself.
         let together = groups.concat();
         let mut best = (f64::INFINITY, Vec::new());
         for mut columns in std::iter::once(together).chain(groups) {
             columns.retain(|c| !base_list.contains(c));
             let list = [&base_list[..], &columns].concat();
-            let left = (arena.score_columns(&list).squares - base) / whole;
+            let left = (validation.score_columns(&list).squares - base) / whole_gap;
             if left < best.0 {
                 best = (left, columns);
             }
@@ -287,7 +296,7 @@ fn located(
             coordinate,
             share: (with - best.0) / with,
             columns: best.1,
-            owners: Attribution::default(),
+            attribution: Attribution::default(),
         });
     }
     out.sort_by(|a, b| b.share.total_cmp(&a.share));
@@ -295,15 +304,15 @@ fn located(
 }
 
 /// Groups of columns by coordinate: those of one block together.
-fn coordinates(study: &Design, without: &[usize]) -> Vec<(String, Vec<Vec<usize>>)> {
+fn coordinates(design: &Design, without: &[usize]) -> Vec<(String, Vec<Vec<usize>>)> {
     let mut list: Vec<(String, Vec<Vec<usize>>)> = Vec::new();
-    for (b, block) in study.columns.blocks.iter().enumerate().skip(1) {
+    for (b, block) in design.columns.blocks.iter().enumerate().skip(1) {
         if without.contains(&b) {
             continue;
         }
         let mut own: Vec<(String, Vec<usize>)> = Vec::new();
         for c in block.columns.clone() {
-            let label = coordinate(&study.kinds[b - 1], &study.columns.regressors[c]);
+            let label = coordinate(&design.kinds[b - 1], &design.columns.regressors[c]);
             match own.iter_mut().find(|group| group.0 == label) {
                 Some(group) => group.1.push(c),
                 None => own.push((label, vec![c])),

@@ -19,16 +19,16 @@ const FEWEST: usize = 8;
 impl ModelSelection<'_> {
     /// Where codes are missing, and the share of the excess that rounding to the others makes.
     pub(super) fn missing_codes(&self) -> Option<Located> {
-        let scene = &self.study.scene;
+        let linearized = &self.design.linearized;
         let variance_m2: [f64; 4] =
-            std::array::from_fn(|s| rounding_m2(scene.observations, s).unwrap_or(0.0));
+            std::array::from_fn(|s| rounding_m2(linearized.observations, s).unwrap_or(0.0));
         if variance_m2.iter().all(|v| *v == 0.0) {
             return None;
         }
         let before = &self.before;
         let synthetic_problem: f64 = (0..before.sample.len())
             .map(|k| {
-                let rows = scene.rows(before.sample[k]);
+                let rows = linearized.rows(before.sample[k]);
                 let mut list = 0..rows.count;
                 let row = list.find(|row| rows.channel[*row] == before.channel[k]);
                 let slopes = row.map(|row| rows.white_by_reading()[row]);
@@ -107,10 +107,10 @@ mod tests {
         let of_twelve_bits = codes(|c| (c / 16.0).round() * 16.0);
         assert_eq!(missing(of_twelve_bits, 20_000.0), None);
         let mut rng = ChaCha8Rng::seed_from_u64(8);
-        let places: Vec<f64> = (0..40)
+        let coordinate_blocks: Vec<f64> = (0..40)
             .map(|_| 20_000.0 * uniform(&mut rng, 0.0, TAU).sin())
             .collect();
-        let noisy = |k: usize| (places[k % 40] + uniform(&mut rng, -15.0, 15.0)).round();
+        let noisy = |k: usize| (coordinate_blocks[k % 40] + uniform(&mut rng, -15.0, 15.0)).round();
         assert_eq!(missing((0..8000).map(noisy).collect(), 20_000.0), None);
     }
 }

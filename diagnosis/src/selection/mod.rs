@@ -38,7 +38,7 @@ use crate::linearization::relinearized::RelinearizedFit;
 use crate::noise::simulated::Floor;
 use crate::progress::{Stage, Watch, unwatched};
 use crate::selection::limits::{
-    CLOSE, LEFT_OVER, LOOKS, NOWHERE, OTHER_PHASE, OTHER_PHASE_TAKES, STRAYED, TRUSTED, VISIBLE,
+    CLOSE, DIVERGED, LEFT_OVER, LOOKS, NOWHERE, OTHER_PHASE, OTHER_PHASE_TAKES, TRUSTED, VISIBLE,
 };
 use crate::transfer::model::Model;
 use crate::verdict::answer::{Diagnosis, Verdict};
@@ -107,14 +107,14 @@ pub fn diagnose_watched(
 /// The answer of a recording that can be diagnosed.
 fn answered(mut prepared: Prepared, name: &str, options: &Options, watch: Watch) -> Answer {
     watch(Stage::Compare);
-    let first = ModelSelection::at_first(&prepared, options);
-    let Some(keep) = first.in_use_anew() else {
-        return first.in_full(watch).into_answer(name);
+    let first = ModelSelection::from_baseline(&prepared, options);
+    let Some(mask) = first.revised_mask() else {
+        return first.run(watch).into_answer(name);
     };
     drop(first);
-    prepared.use_only(keep);
-    let again = ModelSelection::at_first(&prepared, options);
-    again.in_full(watch).into_answer(name)
+    prepared.use_only(mask);
+    let again = ModelSelection::from_baseline(&prepared, options);
+    again.run(watch).into_answer(name)
 }
 
 /// The answer of a recording that cannot be diagnosed.
@@ -143,10 +143,10 @@ pub(crate) struct ModelSelection<'a> {
     prepared: &'a Prepared,
     options: &'a Options,
     /// All columns, linearised about what was found before.
-    study: Design<'a>,
-    told: SelectedModel,
+    design: Design<'a>,
+    selected: SelectedModel,
     /// What is found, fitted about itself.
-    fine: RelinearizedFit<'a>,
+    relinearized: RelinearizedFit<'a>,
     /// The simulator's scatter by the stated noise.
     floor: Floor,
     /// Noise of each reading over the stated one, where it was found to be above.
@@ -158,54 +158,54 @@ pub(crate) struct ModelSelection<'a> {
     before_by_folds: Residuals,
     /// What the model is expected to leave on another recording, and on folds of one that it has not seen, where a part of it does
     /// not carry over: a drift's course.
-    elsewhere: Option<[Residuals; 2]>,
+    transfer_residuals: Option<[Residuals; 2]>,
     /// What the model is expected to leave where a vibration beats otherwise than it does here.
     without_beats: Option<Residuals>,
     /// An effect that takes more of what the others leave than any shape without a name.
-    leads: Option<String>,
+    leading_effect: Option<String>,
 }
 
 impl<'a> ModelSelection<'a> {
     /// The first look: about the baseline.
-    fn at_first(prepared: &'a Prepared, options: &'a Options) -> Self {
+    fn from_baseline(prepared: &'a Prepared, options: &'a Options) -> Self {
         let first = assemble(
             prepared,
             options,
-            &prepared.about(),
+            &prepared.point(),
             DesignOptions::default(),
         );
         let before = first.residuals(&[]);
-        let told = SelectedModel::new(&first, false);
-        let fine = RelinearizedFit::of(&first, &told);
+        let selected = SelectedModel::new(&first, false);
+        let relinearized = RelinearizedFit::of(&first, &selected);
         Self {
             prepared,
             options,
             floor: first.floor,
             noise: None,
-            after: fine.residuals().clone(),
-            elsewhere: None,
+            after: relinearized.residuals().clone(),
+            transfer_residuals: None,
             without_beats: None,
-            leads: None,
+            leading_effect: None,
             before_by_folds: Residuals::default(),
-            study: first,
-            told,
-            fine,
+            design: first,
+            selected,
+            relinearized,
             before,
         }
     }
 
     /// The looks that follow, about what was found.
-    fn in_full(mut self, watch: Watch) -> Self {
+    fn run(mut self, watch: Watch) -> Self {
         watch(Stage::Phase);
         self.choose_phase();
         watch(Stage::NestedForms);
-        self.tell_more_fully();
+        self.extend_forms();
         self.allow_for_noise();
         watch(Stage::Relinearize);
         for _ in 0..LOOKS {
-            let known = self.told.names(&self.study);
-            self.look_again();
-            if self.told.names(&self.study) == known {
+            let known = self.selected.names(&self.design);
+            self.relinearize_all();
+            if self.selected.names(&self.design) == known {
                 break;
             }
         }
@@ -213,17 +213,17 @@ impl<'a> ModelSelection<'a> {
         self.try_winding();
         self.try_field();
         watch(Stage::SecondEffect);
-        if self.try_beside() {
+        if self.try_second_effect() {
             self.try_winding();
         }
         // Before anything goes: what harmonics of the gap's own leave hides what else there is.
-        self.tell_gap();
+        self.complete_gap();
         watch(Stage::Prune);
         self.prune();
-        self.tell_growth();
-        self.tell_turn();
-        self.tell_gap();
-        self.tell_teeth();
+        self.complete_growth();
+        self.complete_turn();
+        self.complete_gap();
+        self.resolve_teeth();
         watch(Stage::Predict);
         self.claim();
         watch(Stage::Decide);
@@ -232,8 +232,8 @@ impl<'a> ModelSelection<'a> {
 
     fn into_answer(self, name: &str) -> Answer {
         let diagnosis = self.answer(name);
-        let told = diagnosis.verdict != Verdict::InsufficientData;
-        let model = told.then(|| self.model(&diagnosis));
+        let selected = diagnosis.verdict != Verdict::InsufficientData;
+        let model = selected.then(|| self.model(&diagnosis));
         let evidence = self.evidence(&diagnosis);
         Answer {
             diagnosis,
@@ -245,61 +245,66 @@ impl<'a> ModelSelection<'a> {
     }
 
     /// Takes over what was found in a study.
-    fn take(&mut self, study: Design<'a>, told: SelectedModel) {
-        if self.is_fitted(&study, &told) {
-            (self.study, self.told) = (study, told);
+    fn accept(&mut self, design: Design<'a>, selected: SelectedModel) {
+        if self.is_fitted(&design, &selected) {
+            (self.design, self.selected) = (design, selected);
             return;
         }
-        let fine = RelinearizedFit::of(&study, &told);
-        self.take_fitted(study, told, fine);
+        let relinearized = RelinearizedFit::of(&design, &selected);
+        self.accept_fit(design, selected, relinearized);
     }
 
     /// True if what was found in another study is what is fitted about itself: of the same columns, from the same start.
-    fn is_fitted(&self, study: &Design, told: &SelectedModel) -> bool {
-        let [here, there] = [&self.study, study].map(|s| &s.scene);
-        let columns = |study: &Design, told: &SelectedModel| {
-            let list = study.list(&told.found.blocks);
+    fn is_fitted(&self, design: &Design, selected: &SelectedModel) -> bool {
+        let [here, there] = [&self.design, design].map(|s| &s.linearized);
+        let columns = |design: &Design, selected: &SelectedModel| {
+            let list = design.list(&selected.found.blocks);
             let names = list
                 .iter()
-                .map(|c| study.columns.regressors[*c].name.clone());
+                .map(|c| design.columns.regressors[*c].name.clone());
             names.collect::<Vec<String>>()
         };
         here.baseline == there.baseline
-            && here.shift == there.shift
+            && here.displacement == there.displacement
             && here.noise == there.noise
             && here.inputs.unmodified == there.inputs.unmodified
-            && told.names(study) == self.told.names(&self.study)
-            && columns(study, told) == columns(&self.study, &self.told)
+            && selected.names(design) == self.selected.names(&self.design)
+            && columns(design, selected) == columns(&self.design, &self.selected)
     }
 
     /// The same, fitted about itself already.
-    fn take_fitted(&mut self, study: Design<'a>, told: SelectedModel, fine: RelinearizedFit<'a>) {
-        (self.study, self.told, self.fine) = (study, told, fine);
-        self.restate();
+    fn accept_fit(
+        &mut self,
+        design: Design<'a>,
+        selected: SelectedModel,
+        relinearized: RelinearizedFit<'a>,
+    ) {
+        (self.design, self.selected, self.relinearized) = (design, selected, relinearized);
+        self.update_residuals();
     }
 
     /// What is left, by the stated noise.
-    fn restate(&mut self) {
+    fn update_residuals(&mut self) {
         self.after = self.by_stated_noise(self.held_out());
     }
 
     /// Residuals by folds that the fit has not seen. Where a field is told by its teeth, by short pieces: a fold is whole places, and
     /// of teeth that no other fold went over nothing is foretold.
     fn held_out(&self) -> &Residuals {
-        let by_teeth = self.fine.scene.inputs.teeth.is_some();
-        let pieces = by_teeth.then(|| self.fine.left_out()).flatten();
-        pieces.unwrap_or_else(|| self.fine.residuals())
+        let by_teeth = self.relinearized.linearized.inputs.teeth.is_some();
+        let pieces = by_teeth.then(|| self.relinearized.left_out()).flatten();
+        pieces.unwrap_or_else(|| self.relinearized.residuals())
     }
 
     fn by_stated_noise(&self, residuals: &Residuals) -> Residuals {
         if self.noise.is_none() {
             return residuals.clone();
         }
-        let about = &self.fine.about;
+        let point = &self.relinearized.point;
         let mut stated = self
-            .fine
-            .scene
-            .moved(about.baseline.clone(), about.shift.clone());
+            .relinearized
+            .linearized
+            .moved(point.baseline.clone(), point.displacement.clone());
         stated.noise = [1.0; READINGS];
         residuals.rewhitened(&stated)
     }
@@ -321,54 +326,54 @@ impl<'a> ModelSelection<'a> {
     /// Free harmonics may run over the calibrated phase, where the courier is, or over the unmodified output's, as equation (3)
     /// does: by high orders the two are a good part of a turn apart. That which leaves less is kept, for all of them.
     fn choose_phase(&mut self) {
-        let found = self.told.names(&self.study);
+        let found = self.selected.names(&self.design);
         let harmonic = found
             .iter()
             .any(|name| effects::has(name, |card| card.either_phase));
         // What is found beside harmonics may stand in for what they lack over the wrong phase.
         let alone = found.len() == 1;
         let closed = self.ratio() < if harmonic { CLOSE } else { VISIBLE } && (alone || !harmonic);
-        if closed || !harmonic && self.told.found.rest < LEFT_OVER {
+        if closed || !harmonic && self.selected.found.unexplained_fraction < LEFT_OVER {
             return;
         }
-        let mut inputs = self.study.scene.inputs.clone();
+        let mut inputs = self.design.linearized.inputs.clone();
         inputs.unmodified = true;
         let mut list = found;
         list.extend(of_either_phase());
-        let mut look = DesignOptions {
-            as_in: Some(&inputs),
+        let mut design_options = DesignOptions {
+            previous_inputs: Some(&inputs),
             only: Some(&list),
             ..DesignOptions::default()
         };
-        let about = self.prepared.about();
-        let harmonics = assemble(self.prepared, self.options, &about, look);
+        let point = self.prepared.point();
+        let harmonics = assemble(self.prepared, self.options, &point, design_options);
         if !self.less_is_left_in(&harmonics) {
             return;
         }
-        look.only = None;
-        let again = assemble(self.prepared, self.options, &about, look);
-        let told = SelectedModel::new(&again, false);
-        let fine = RelinearizedFit::of(&again, &told);
+        design_options.only = None;
+        let again = assemble(self.prepared, self.options, &point, design_options);
+        let selected = SelectedModel::new(&again, false);
+        let relinearized = RelinearizedFit::of(&again, &selected);
         let excess = |r: &Residuals| r.white_rms().powi(2) - self.floor.white_square;
-        if excess(fine.residuals()) < OTHER_PHASE * excess(self.fine.residuals()) {
-            self.take_fitted(again, told, fine);
+        if excess(relinearized.residuals()) < OTHER_PHASE * excess(self.relinearized.residuals()) {
+            self.accept_fit(again, selected, relinearized);
         }
     }
 
     /// True if harmonics leave less in another study than in this one, by themselves or beside what is found.
     fn less_is_left_in(&self, other: &Design) -> bool {
-        let known = self.told.names(&self.study);
-        let left = |study: &Design, names: &[String]| {
-            let of_these = |b: &usize| names.contains(&study.columns.blocks[*b].name);
-            let blocks: Vec<usize> = study.effects().into_iter().filter(of_these).collect();
-            let mut arena = study.arena();
-            arena.score(&blocks).squares - arena.rows() * study.floor.white_square
+        let known = self.selected.names(&self.design);
+        let left = |design: &Design, names: &[String]| {
+            let of_these = |b: &usize| names.contains(&design.columns.blocks[*b].name);
+            let blocks: Vec<usize> = design.effects().into_iter().filter(of_these).collect();
+            let mut validation = design.cross_validation();
+            validation.score(&blocks).squares - validation.rows() * design.floor.white_square
         };
         of_either_phase().iter().any(|name| {
             let alone = vec![name.clone()];
             let beside = [&known[..], &alone].concat();
             [alone, beside].iter().any(|names| {
-                let [here, there] = [&self.study, other].map(|s| left(s, names));
+                let [here, there] = [&self.design, other].map(|s| left(s, names));
                 crate::trace::log(&format!(
                     "{names:?} leave {here:.0}, over the other phase {there:.0}"
                 ));
@@ -381,81 +386,82 @@ impl<'a> ModelSelection<'a> {
 
     /// What all is compared about. What explains little may be wrong: nothing is moved by it.
     fn trusted(&self) -> LinearizationPoint {
-        if self.told.found.rest < TRUSTED {
-            self.fine.about.clone()
+        if self.selected.found.unexplained_fraction < TRUSTED {
+            self.relinearized.point.clone()
         } else {
-            self.prepared.about()
+            self.prepared.point()
         }
     }
 
     /// The second look: about what was found, and with the lines that stand in what is left. Looked for only now, when motion
     /// no longer makes lines of its own.
-    fn look_again(&mut self) {
+    fn relinearize_all(&mut self) {
         let left = self.ratio() / self.noise_rms();
-        if left < CLOSE && (self.noise.is_none() || self.told.found.blocks.is_empty()) {
+        if left < CLOSE && (self.noise.is_none() || self.selected.found.blocks.is_empty()) {
             return;
         }
-        let about = LinearizationPoint {
+        let point = LinearizationPoint {
             noise: self.noise,
             ..self.trusted()
         };
-        let look = DesignOptions {
-            lines_of: Some(self.fine.residuals()),
-            fringes: self.told.shaped.rest > NOWHERE,
-            as_in: Some(&self.study.scene.inputs),
+        let design_options = DesignOptions {
+            line_residuals: Some(self.relinearized.residuals()),
+            search_deflection_waves: self.selected.shaped.unexplained_fraction > NOWHERE,
+            previous_inputs: Some(&self.design.linearized.inputs),
             ..DesignOptions::default()
         };
-        let again = assemble(self.prepared, self.options, &about, look);
-        let inputs = &again.scene.inputs;
+        let again = assemble(self.prepared, self.options, &point, design_options);
+        let inputs = &again.linearized.inputs;
         let lines = !inputs.beacon_lines_hz.is_empty()
             || !inputs.deflection_waves.is_empty()
             || !inputs.flicker_hz.is_empty()
             || !inputs.segment_lines_hz.is_empty()
             || inputs.pair_lines_hz.iter().any(|l| !l.is_empty());
-        if self.told.found.blocks.is_empty() && !lines {
+        if self.selected.found.blocks.is_empty() && !lines {
             return;
         }
-        let told = SelectedModel::new(&again, self.noise.is_some());
-        if self.told.left(&self.study) * STRAYED < told.left(&again) {
+        let selected = SelectedModel::new(&again, self.noise.is_some());
+        if self.selected.left(&self.design) * DIVERGED < selected.left(&again) {
             return;
         }
-        if self.is_fitted(&again, &told) {
-            self.take(again, told);
+        if self.is_fitted(&again, &selected) {
+            self.accept(again, selected);
         } else {
             // To first order it may leave less, and stray where it is fitted about itself.
-            let fine = RelinearizedFit::of(&again, &told);
-            if self.strayed(&fine) {
+            let relinearized = RelinearizedFit::of(&again, &selected);
+            if self.diverged(&relinearized) {
                 return;
             }
-            self.take_fitted(again, told, fine);
+            self.accept_fit(again, selected, relinearized);
         }
         self.allow_for_noise();
     }
 
     /// True if another fit leaves far more of a gap than what is found, by the same noise.
-    fn strayed(&self, other: &RelinearizedFit) -> bool {
+    fn diverged(&self, other: &RelinearizedFit) -> bool {
         let (_, noise) = self.levels();
-        let excess =
-            |fine: &RelinearizedFit| (fine.residuals().white_rms().powi(2) / noise - 1.0).max(0.0);
-        excess(other) > STRAYED * excess(&self.fine).max(VISIBLE * VISIBLE - 1.0)
+        let excess = |relinearized: &RelinearizedFit| {
+            (relinearized.residuals().white_rms().powi(2) / noise - 1.0).max(0.0)
+        };
+        excess(other) > DIVERGED * excess(&self.relinearized).max(VISIBLE * VISIBLE - 1.0)
     }
 
     /// Mean square of the whole gap beyond the noise, and of the noise, in the units of the search.
     fn levels(&self) -> (f64, f64) {
-        let mut arena = self.study.arena();
-        let rows = arena.rows();
-        let noise = self.told.base / rows;
+        let mut validation = self.design.cross_validation();
+        let rows = validation.rows();
+        let noise = self.selected.base / rows;
         (
-            (arena.score(&[]).squares / rows - noise).max(1e-9),
+            (validation.score(&[]).squares / rows - noise).max(1e-9),
             noise.max(1e-9),
         )
     }
 
     /// Share of the gap that is left, held out, after what is found.
     fn left(&self) -> f64 {
-        let (whole, noise) = self.levels();
+        let (whole_gap, noise) = self.levels();
         let before = if self.noise.is_some() {
-            whole
+            whole_gap
         } else {
             (self.before.white_rms().powi(2) - noise).max(1e-9)
         };
@@ -465,9 +471,9 @@ impl<'a> ModelSelection<'a> {
 
     /// Residuals beside their coordinates, and the gap after each effect in the order of the answer.
     fn evidence(&self, diagnosis: &Diagnosis) -> Evidence {
-        let columns = &self.study.columns;
+        let columns = &self.design.columns;
         let floor = self.floor.white_square.sqrt();
-        let found = &self.told.found.blocks;
+        let found = &self.selected.found.blocks;
         let step = |effect: &str, of: &Residuals| Step {
             effect: effect.into(),
             whitened: of.white_rms() / floor,
@@ -481,7 +487,7 @@ impl<'a> ModelSelection<'a> {
                 steps.push(if blocks.len() == found.len() {
                     step(&effect.name, &self.after)
                 } else {
-                    let part = self.study.residuals(&blocks);
+                    let part = self.design.residuals(&blocks);
                     step(&effect.name, &part)
                 });
             }
@@ -491,7 +497,7 @@ impl<'a> ModelSelection<'a> {
         } else {
             &self.after
         };
-        let mut evidence = Evidence::new(&self.study.scene, &self.before, after, steps);
+        let mut evidence = Evidence::new(&self.design.linearized, &self.before, after, steps);
         evidence.set_aside += self.prepared.samples - evidence.samples;
         evidence.samples = self.prepared.samples;
         evidence

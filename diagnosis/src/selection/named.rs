@@ -6,7 +6,7 @@ use crate::data::slips::Slip;
 use crate::design::assembly::complexity_penalty;
 use crate::inference::cross_validation::CrossValidation;
 use crate::inference::posterior::{Estimate, Posterior, birge_ratio};
-use crate::selection::search::rest;
+use crate::selection::search::unexplained_fraction;
 use crate::verdict::answer::{Magnitude, Named};
 use effects::effect::KnownBy;
 use effects::{Card, Detection};
@@ -31,17 +31,17 @@ fn is_cause(name: &str) -> bool {
 
 impl ModelSelection<'_> {
     /// The effects that add something to the readings. `part` is the share of the whole gap that is theirs.
-    pub(super) fn structured(&self, arena: &mut CrossValidation, part: f64) -> Vec<Named> {
-        let blocks = &self.told.found.blocks;
-        let all = rest(arena, blocks, self.told.base);
-        let candidates = self.study.effects();
-        let known = Posterior::of(&self.fine, birge_ratio(self.held_out()));
+    pub(super) fn structured(&self, validation: &mut CrossValidation, part: f64) -> Vec<Named> {
+        let blocks = &self.selected.found.blocks;
+        let all = unexplained_fraction(validation, blocks, self.selected.base);
+        let candidates = self.design.effects();
+        let known = Posterior::of(&self.relinearized, birge_ratio(self.held_out()));
         let mut out = Vec::new();
         for (place, &block) in blocks.iter().enumerate() {
             let others: Vec<usize> = blocks.iter().copied().filter(|b| *b != block).collect();
-            let without = rest(arena, &others, self.told.base);
-            let name = self.study.columns.blocks[block].name.clone();
-            let rivals = self.rivals(arena, block, &others, &candidates);
+            let without = unexplained_fraction(validation, &others, self.selected.base);
+            let name = self.design.columns.blocks[block].name.clone();
+            let rivals = self.rivals(validation, block, &others, &candidates);
             let sum: f64 = 1.0 + rivals.iter().map(|r| r.1).sum::<f64>();
             let aliases: Vec<String> = rivals
                 .iter()
@@ -70,11 +70,11 @@ impl ModelSelection<'_> {
 
     /// Largest channel's held-out rms with one effect alone, m.
     fn alone_m(&self, block: usize) -> f64 {
-        let only = self.told.found.blocks == [block];
+        let only = self.selected.found.blocks == [block];
         let alone = if only {
             self.after.clone()
         } else {
-            self.study.residuals(&[block])
+            self.design.residuals(&[block])
         };
         alone
             .channels()
@@ -87,21 +87,23 @@ impl ModelSelection<'_> {
     /// would take what the effect itself takes.
     pub(super) fn with_what_a_gap_makes(
         &self,
-        arena: &mut CrossValidation,
+        validation: &mut CrossValidation,
         block: usize,
         others: &[usize],
     ) -> Vec<usize> {
-        let blocks = &self.study.columns.blocks;
+        let blocks = &self.design.columns.blocks;
         let mut holding = effects::holding(|by| by == KnownBy::MixedHarmonics);
         let synthetic_problem = holding.next().and_then(|(gap, holds)| {
-            let told = self.fine.scene.inputs.gap_told && blocks[block].name != gap.name;
-            let mut effects = self.study.effects().into_iter();
-            effects.find(|b| told && blocks[*b].name == holds.other)
+            let selected =
+                self.relinearized.linearized.inputs.gap_told && blocks[block].name != gap.name;
+            let mut effects = self.design.effects().into_iter();
+            effects.find(|b| selected && blocks[*b].name == holds.other)
         });
         let with = |more: Option<usize>| others.iter().copied().chain(more).collect::<Vec<_>>();
         let mut takes = |beside: Vec<usize>| {
             let both = [&beside[..], &[block]].concat();
-            rest(arena, &beside, self.told.base) - rest(arena, &both, self.told.base)
+            unexplained_fraction(validation, &beside, self.selected.base)
+                - unexplained_fraction(validation, &both, self.selected.base)
         };
         if takes(with(synthetic_problem)) > ITS_OWN * takes(with(None)) {
             with(synthetic_problem)
@@ -113,30 +115,30 @@ impl ModelSelection<'_> {
     /// Effects that would do in the place of `block`, with their odds against it.
     pub(super) fn rivals(
         &self,
-        arena: &mut CrossValidation,
+        validation: &mut CrossValidation,
         block: usize,
         others: &[usize],
         candidates: &[usize],
     ) -> Vec<(String, f64)> {
-        let others = &self.with_what_a_gap_makes(arena, block, others)[..];
+        let others = &self.with_what_a_gap_makes(validation, block, others)[..];
         let mut with = others.to_vec();
         with.push(block);
-        let mine = rest(arena, &with, self.told.base);
-        let without = rest(arena, others, self.told.base);
-        let evidence = arena.score(&with).log_evidence;
+        let mine = unexplained_fraction(validation, &with, self.selected.base);
+        let without = unexplained_fraction(validation, others, self.selected.base);
+        let evidence = validation.score(&with).log_evidence;
         let mut list = Vec::new();
-        let name = |b: usize| self.study.columns.blocks[b].name.as_str();
+        let name = |b: usize| self.design.columns.blocks[b].name.as_str();
         let own = complexity_penalty(name(block));
         for &c in candidates.iter().filter(|c| !with.contains(c)) {
             let mut set = others.to_vec();
             set.push(c);
-            let theirs = rest(arena, &set, self.told.base);
+            let theirs = unexplained_fraction(validation, &set, self.selected.base);
             // The model is never exact: what differs by less than a few percent of the effect is not told apart by fit.
             // Shapes and flexible effects give way here as they do in the search.
             let complexity_penalty = (complexity_penalty(name(c)) - own) * without.max(0.0);
             let behind = (theirs + complexity_penalty - mine) / (without - mine).max(1e-9);
             let fit = (-behind.max(0.0) / 0.01).exp();
-            let occam = (arena.score(&set).log_evidence - evidence)
+            let occam = (validation.score(&set).log_evidence - evidence)
                 .clamp(-5.0, 0.0)
                 .exp();
             let same = (theirs - mine).abs() < SAME * (without - mine);
@@ -145,7 +147,7 @@ impl ModelSelection<'_> {
             } else {
                 fit * occam.max(fit * 0.2)
             };
-            list.push((self.study.columns.blocks[c].name.clone(), odds));
+            list.push((self.design.columns.blocks[c].name.clone(), odds));
         }
         list.sort_by(|a, b| b.1.total_cmp(&a.1));
         list
@@ -153,24 +155,25 @@ impl ModelSelection<'_> {
 
     /// The largest amounts of the effect at a place of the answer, with their units: what is added to the readings.
     fn magnitudes(&self, place: usize, known: Option<&Posterior>) -> Vec<Magnitude> {
-        let fine = &self.fine;
-        let mut out: Vec<(f64, usize)> = fine.columns.blocks[1 + place]
+        let relinearized = &self.relinearized;
+        let mut out: Vec<(f64, usize)> = relinearized.columns.blocks[1 + place]
             .columns
             .clone()
             .map(|c| {
-                let regressor = &fine.columns.regressors[c];
-                let size = fine.amounts[c] * fine.gram.shrunk[c] * regressor.size_m;
+                let regressor = &relinearized.columns.regressors[c];
+                let size =
+                    relinearized.coefficients[c] * relinearized.gram.shrunk[c] * regressor.size_m;
                 (size.abs(), c)
             })
             .collect();
         out.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let told = |(_, c): (f64, usize)| Magnitude {
-            name: fine.columns.regressors[c].name.clone(),
-            value: fine.amount(c),
+        let selected = |(_, c): (f64, usize)| Magnitude {
+            name: relinearized.columns.regressors[c].name.clone(),
+            value: relinearized.coefficient(c),
             deviation: known.map(|known| known.deviation(c)),
-            unit: fine.columns.regressors[c].unit.into(),
+            unit: relinearized.columns.regressors[c].unit.into(),
         };
-        out.into_iter().take(TOLD).map(told).collect()
+        out.into_iter().take(TOLD).map(selected).collect()
     }
 
     /// White noise above the stated level.

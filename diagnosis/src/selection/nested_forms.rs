@@ -46,24 +46,26 @@ fn must_leave(form: &Form) -> f64 {
 
 impl ModelSelection<'_> {
     /// Compares all anew with more told of what is found, and keeps that where it leaves less: where most of the gap is its own.
-    pub(super) fn tell_more_fully(&mut self) {
+    pub(super) fn extend_forms(&mut self) {
         for (card, form) in forms() {
-            let found = self.told.names(&self.study);
-            let shows = self.ratio() >= CLOSE && self.told.found.rest < beside(form);
+            let found = self.selected.names(&self.design);
+            let shows =
+                self.ratio() >= CLOSE && self.selected.found.unexplained_fraction < beside(form);
             let has = |name: &str| found.iter().any(|n| n == name);
             let found_as = form.found_as.unwrap_or(card.name);
             let may = form.found_as.is_none() || self.allowed(card.name) && !has(card.name);
             let complete = form.completed_by.is_none_or(has);
             if shows && may && has(found_as) && complete {
-                self.tell_fully(card, form, &found);
+                self.extend_form(card, form, &found);
             }
         }
     }
 
-    fn tell_fully(&mut self, card: &Card, form: &Form, found: &[String]) {
+    fn extend_form(&mut self, card: &Card, form: &Form, found: &[String]) {
         let (_, noise) = self.levels();
-        let excess = |fine: &RelinearizedFit| fine.residuals().white_rms().powi(2) - noise;
-        let left = excess(&self.fine);
+        let excess =
+            |relinearized: &RelinearizedFit| relinearized.residuals().white_rms().powi(2) - noise;
+        let left = excess(&self.relinearized);
         let told_as = |name: &String| {
             if Some(name.as_str()) == form.found_as {
                 card.name.into()
@@ -73,7 +75,7 @@ impl ModelSelection<'_> {
         };
         let of_itself = |name: &&String| form.completed_by != Some(name.as_str());
         let names: Vec<String> = found.iter().filter(of_itself).map(told_as).collect();
-        let forms = self.fitted_telling(&names, &|inputs: &mut BasisInputs| {
+        let forms = self.fitted_with_forms(&names, &|inputs: &mut BasisInputs| {
             (form.tell)(&mut inputs.forms)
         });
         let leaves = excess(&forms);
@@ -87,17 +89,17 @@ impl ModelSelection<'_> {
         if !cost(leaves) {
             return;
         }
-        let mut inputs = self.study.scene.inputs.clone();
+        let mut inputs = self.design.linearized.inputs.clone();
         (form.tell)(&mut inputs.forms);
-        let look = DesignOptions {
-            as_in: Some(&inputs),
+        let design_options = DesignOptions {
+            previous_inputs: Some(&inputs),
             ..DesignOptions::default()
         };
-        let again = assemble(self.prepared, self.options, &forms.about, look);
-        let told = SelectedModel::new(&again, self.noise.is_some());
-        let fine = RelinearizedFit::of(&again, &told);
-        if cost(excess(&fine)) {
-            self.take_fitted(again, told, fine);
+        let again = assemble(self.prepared, self.options, &forms.point, design_options);
+        let selected = SelectedModel::new(&again, self.noise.is_some());
+        let relinearized = RelinearizedFit::of(&again, &selected);
+        if cost(excess(&relinearized)) {
+            self.accept_fit(again, selected, relinearized);
         }
     }
 }

@@ -18,57 +18,63 @@ impl<'a> ModelSelection<'a> {
             self.allow_for_noise_beneath();
             return;
         };
-        let (again, told) = self.with_noise(noise, self.fine.about.clone());
+        let (again, selected) = self.with_noise(noise, self.relinearized.point.clone());
         self.noise = Some(noise);
-        self.take(again, told);
+        self.accept(again, selected);
     }
 
     /// All compared anew with a noise, about what was found.
     fn with_noise(
         &self,
         noise: [f64; READINGS],
-        about: LinearizationPoint,
+        point: LinearizationPoint,
     ) -> (Design<'a>, SelectedModel) {
-        let about = LinearizationPoint {
+        let point = LinearizationPoint {
             noise: Some(noise),
-            ..about
+            ..point
         };
-        let look = DesignOptions {
-            as_in: Some(&self.study.scene.inputs),
+        let design_options = DesignOptions {
+            previous_inputs: Some(&self.design.linearized.inputs),
             ..DesignOptions::default()
         };
-        let again = assemble(self.prepared, self.options, &about, look);
-        let told = SelectedModel::new(&again, true);
-        (again, told)
+        let again = assemble(self.prepared, self.options, &point, design_options);
+        let selected = SelectedModel::new(&again, true);
+        (again, selected)
     }
 
     /// By a noise that is stated far too low, amounts stray beyond any physical size, and a cause with them. Where hardly anything is
     /// found, what is rough of the gap is taken for the noise: if a cause shows beside it and leaves noise indeed, that is what it is.
     fn allow_for_noise_beneath(&mut self) {
-        if self.noise.is_some() || self.ratio() < NOISY || self.told.found.rest < LITTLE {
+        if self.noise.is_some()
+            || self.ratio() < NOISY
+            || self.selected.found.unexplained_fraction < LITTLE
+        {
             return;
         }
         let noise = self.noise_of_readings();
         if noise.iter().all(|n| *n < LOUD_BENEATH) {
             return;
         }
-        let (again, told) = self.with_noise(noise, self.prepared.about());
+        let (again, selected) = self.with_noise(noise, self.prepared.point());
         // A gap that does not show beside that noise is what chance makes of it.
-        let shows = again.arena().score(&[]).squares > VISIBLE * VISIBLE * told.base;
-        if told.found.blocks.is_empty() || told.found.rest > LEFT_OVER || !shows {
+        let shows = again.cross_validation().score(&[]).squares > VISIBLE * VISIBLE * selected.base;
+        if selected.found.blocks.is_empty()
+            || selected.found.unexplained_fraction > LEFT_OVER
+            || !shows
+        {
             return;
         }
-        let fine = RelinearizedFit::of(&again, &told);
-        let before = std::mem::replace(&mut self.study, again);
-        let known = std::mem::replace(&mut self.told, told);
-        let other = std::mem::replace(&mut self.fine, fine);
+        let relinearized = RelinearizedFit::of(&again, &selected);
+        let before = std::mem::replace(&mut self.design, again);
+        let known = std::mem::replace(&mut self.selected, selected);
+        let other = std::mem::replace(&mut self.relinearized, relinearized);
         self.noise = Some(noise);
-        self.restate();
+        self.update_residuals();
         let noise_is_left = self.rough(&self.after) && self.is_noise(&self.after);
         if !noise_is_left {
-            (self.study, self.told, self.fine) = (before, known, other);
+            (self.design, self.selected, self.relinearized) = (before, known, other);
             self.noise = None;
-            self.restate();
+            self.update_residuals();
         }
     }
 
@@ -90,17 +96,17 @@ impl<'a> ModelSelection<'a> {
     /// The same beside nothing where what is found explains little: by the noise itself, which a shape over angles that are read with it
     /// holds as well, and which it makes a pattern of in other channels.
     fn noise_alone(&mut self) -> Option<[f64; READINGS]> {
-        let found = &self.told.found;
-        if found.blocks.is_empty() || found.rest < LITTLE {
+        let found = &self.selected.found;
+        if found.blocks.is_empty() || found.unexplained_fraction < LITTLE {
             return None;
         }
-        let bare = RelinearizedFit::new(&self.study.scene, self.prepared.about(), &[]);
-        let fine = std::mem::replace(&mut self.fine, bare);
-        self.restate();
+        let bare = RelinearizedFit::new(&self.design.linearized, self.prepared.point(), &[]);
+        let relinearized = std::mem::replace(&mut self.relinearized, bare);
+        self.update_residuals();
         let noise = self.noise_left();
         if noise.is_none() {
-            self.fine = fine;
-            self.restate();
+            self.relinearized = relinearized;
+            self.update_residuals();
         }
         noise
     }

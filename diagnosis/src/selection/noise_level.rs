@@ -16,26 +16,26 @@ const HALF_SHAPED: f64 = 0.5;
 impl ModelSelection<'_> {
     /// True if shapes without a name take a good part of what the effects leave: noise has none.
     pub(super) fn shaped(&self) -> bool {
-        let told = &self.told;
-        told.shaped.rest < HALF_SHAPED * told.found.rest
+        let selected = &self.selected;
+        selected.shaped.unexplained_fraction < HALF_SHAPED * selected.found.unexplained_fraction
     }
 
     /// True if lines stand out of what is left and none were looked for yet: a vibration near half the sample rate is as rough as
     /// noise is. They are held against what is left itself, which may be noise far above the stated one.
     pub(super) fn hums(&self) -> bool {
-        let inputs = &self.study.scene.inputs;
+        let inputs = &self.design.linearized.inputs;
         let looked = !inputs.beacon_lines_hz.is_empty() || !inputs.segment_lines_hz.is_empty();
         !looked && {
-            let left = self.fine.residuals().of_unit_rms();
-            let (beacon, segments) = lines_of(&self.study.scene, &left);
-            let flicker = flicker_hz(&self.study.scene, &left);
+            let left = self.relinearized.residuals().of_unit_rms();
+            let (beacon, segments) = lines_of(&self.design.linearized, &left);
+            let flicker = flicker_hz(&self.design.linearized, &left);
             [beacon, segments, flicker].iter().any(|l| !l.is_empty())
         }
     }
 
     /// Noise of each reading over the stated one.
     pub(super) fn noise_of_readings(&self) -> [f64; READINGS] {
-        let scope = self.study.scene.scope;
+        let scope = self.design.linearized.scope;
         let over = |c: usize| {
             let (rms, count) = self.after.channel_rms_m(c);
             if count > 0 {
@@ -62,7 +62,7 @@ impl ModelSelection<'_> {
 
     /// What is left of the samples that show all three residuals, of a pattern's excess no more than what is rough.
     fn all_rows(&self) -> Vec<SampleResiduals> {
-        let scene = &self.study.scene;
+        let linearized = &self.design.linearized;
         let rough = [0, 1, 2].map(|c| self.rough_part(&self.after, c));
         let sample = &self.after.sample;
         let rows: Vec<usize> = (0..sample.len()).collect();
@@ -72,19 +72,19 @@ impl ModelSelection<'_> {
                 let i = sample[rows[0]];
                 let left = |k: &usize| rough[self.after.channel[*k]] * self.after.value_m[*k];
                 let left: Vec<f64> = rows.iter().map(left).collect();
-                SampleResiduals::new(&scene.rows(i), &left, scene.reading_variance(i))
+                SampleResiduals::new(&linearized.rows(i), &left, linearized.reading_variance(i))
             });
         seen.collect()
     }
 
     /// The four segments' share in what g_p has too much, `all` times the stated noise.
     fn segments(&self, all: f64) -> [f64; 4] {
-        let scene = &self.study.scene;
+        let linearized = &self.design.linearized;
         let stated: [f64; 4] = std::array::from_fn(|s| {
-            let list = scene.observations.position_noise_m[s].iter();
+            let list = linearized.observations.position_noise_m[s].iter();
             crate::algebra::statistics::rms(list.copied().filter(|n| n.is_finite()))
         });
-        let own: [f64; 4] = std::array::from_fn(|s| scene.motion.scatter_m[s] / MISFIT);
+        let own: [f64; 4] = std::array::from_fn(|s| linearized.motion.scatter_m[s] / MISFIT);
         let wanted = all * all * stated.iter().map(|n| n * n).sum::<f64>();
         let factor = wanted / own.iter().map(|n| n * n).sum::<f64>().max(1e-30);
         if !(1.0 / AGREES..AGREES).contains(&factor) {

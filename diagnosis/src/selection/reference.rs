@@ -4,7 +4,7 @@ use super::ModelSelection;
 use crate::design::coordinate_basis::REFERENCE_PHASE;
 use crate::inference::cross_validation::CrossValidation;
 use crate::inference::residuals::Residuals;
-use crate::selection::search::rest;
+use crate::selection::search::unexplained_fraction;
 use crate::verdict::answer::Named;
 use effects::Card;
 
@@ -20,11 +20,11 @@ impl ModelSelection<'_> {
     /// Against a reference in all coordinates: an error of the reference moves all segments as a rigid body and is not in the
     /// sum of equation (5). True if what is explained is not either.
     pub(super) fn of_the_reference(&self) -> bool {
-        let scope = &self.study.scene.scope;
-        let told = self.told.names(&self.study);
+        let scope = &self.design.linearized.scope;
+        let selected = self.selected.names(&self.design);
         if !scope.reference
             || !scope.segments.iter().all(|s| *s)
-            || told.iter().all(|n| effects::has(n, |card| card.rigid))
+            || selected.iter().all(|n| effects::has(n, |card| card.rigid))
         {
             return false;
         }
@@ -36,28 +36,30 @@ impl ModelSelection<'_> {
     }
 
     /// True if a periodic error of the reference would do in the place of something found.
-    pub(super) fn at_the_reference(&self, arena: &mut CrossValidation) -> bool {
-        let mut blocks = 1..self.study.columns.blocks.len();
-        let Some(shape) = blocks.find(|b| self.study.columns.blocks[*b].name == REFERENCE_PHASE)
+    pub(super) fn at_the_reference(&self, validation: &mut CrossValidation) -> bool {
+        let mut blocks = 1..self.design.columns.blocks.len();
+        let Some(shape) = blocks.find(|b| self.design.columns.blocks[*b].name == REFERENCE_PHASE)
         else {
             return false;
         };
-        let found = &self.told.found.blocks;
-        let with = rest(arena, found, self.told.base);
+        let found = &self.selected.found.blocks;
+        let with = unexplained_fraction(validation, found, self.selected.base);
         if !self.paired() {
             // One against several: a single shape may be either's.
-            return found.len() > 1 && rest(arena, &[shape], self.told.base) < with + IN_ITS_PLACE;
+            return found.len() > 1
+                && unexplained_fraction(validation, &[shape], self.selected.base)
+                    < with + IN_ITS_PLACE;
         }
         found.iter().any(|block| {
             let mut others: Vec<usize> = found.iter().copied().filter(|b| b != block).collect();
             others.push(shape);
-            rest(arena, &others, self.told.base) < with + IN_ITS_PLACE
+            unexplained_fraction(validation, &others, self.selected.base) < with + IN_ITS_PLACE
         })
     }
 
     /// True if every segment in use has its partner.
     fn paired(&self) -> bool {
-        let used = &self.study.scene.scope.segments;
+        let used = &self.design.linearized.scope.segments;
         (0..4).all(|s| !used[s] || used[(s + 2) % 4])
     }
 
@@ -67,7 +69,7 @@ impl ModelSelection<'_> {
         let shape = effects
             .iter_mut()
             .find(|e| effects::has(&e.name, Card::is_shape))?;
-        if !self.study.scene.scope.reference || self.paired() {
+        if !self.design.linearized.scope.reference || self.paired() {
             return None;
         }
         shape.probability = shape.probability.min(EITHER);

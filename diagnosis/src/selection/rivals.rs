@@ -5,7 +5,7 @@ use super::ModelSelection;
 use crate::inference::cross_validation::CrossValidation;
 use crate::selection::limits::MINIMUM_SQUARES;
 use crate::selection::limits::{COMPLETES_SQUARES, STAYS_VISIBLE};
-use crate::selection::search::rest;
+use crate::selection::search::unexplained_fraction;
 use effects::Card;
 
 /// A shape that leaves so many times what a drift leaves does not do as well, whatever share of the gap it takes.
@@ -19,11 +19,12 @@ const BY_THE_CLOCK: f64 = 0.7;
 impl ModelSelection<'_> {
     /// A shape that leaves less than this is believed in the place of a drift: a tenth of what is left without the drift beyond what is
     /// left with it, unless that is many times what the drift leaves and would be a gap by itself.
-    pub(super) fn as_good_as_drift(&self, arena: &mut CrossValidation) -> f64 {
-        let found = self.told.found.rest;
-        let (whole, noise) = self.levels();
-        let shows = (STAYS_VISIBLE * STAYS_VISIBLE - 1.0) * noise / whole;
-        let tenth = 0.1 * rest(arena, &self.beside_the_drift(), self.told.base);
+    pub(super) fn as_good_as_drift(&self, validation: &mut CrossValidation) -> f64 {
+        let found = self.selected.found.unexplained_fraction;
+        let (whole_gap, noise) = self.levels();
+        let shows = (STAYS_VISIBLE * STAYS_VISIBLE - 1.0) * noise / whole_gap;
+        let tenth =
+            0.1 * unexplained_fraction(validation, &self.beside_the_drift(), self.selected.base);
         (found + tenth).min(shows.max(DRIFT_IS_CLEAR * found))
     }
 
@@ -34,14 +35,14 @@ impl ModelSelection<'_> {
 
     /// What is found besides effects with a property.
     fn beside(&self, property: fn(&Card) -> bool) -> Vec<usize> {
-        let blocks = self.told.found.blocks.iter().copied();
-        let of_it = |b: &usize| effects::has(&self.study.columns.blocks[*b].name, property);
+        let blocks = self.selected.found.blocks.iter().copied();
+        let of_it = |b: &usize| effects::has(&self.design.columns.blocks[*b].name, property);
         blocks.filter(|b| !of_it(b)).collect()
     }
 
     /// True if what follows the temperature follows the clock far better: a temperature that falls while a mount creeps is not its cause.
-    pub(super) fn is_no_warmth(&self, arena: &mut CrossValidation) -> bool {
-        let found = &self.told.found;
+    pub(super) fn is_no_warmth(&self, validation: &mut CrossValidation) -> bool {
+        let found = &self.selected.found;
         let names = self.names_of(&found.blocks);
         // A course beside it has the unknowns that a clock's shape has.
         let has = |property: fn(&Card) -> bool| names.iter().any(|n| effects::has(n, property));
@@ -49,24 +50,29 @@ impl ModelSelection<'_> {
             return false;
         }
         let others = self.beside(Card::follows_temperature);
-        let whole = (arena.score(&[]).squares - self.told.base).max(MINIMUM_SQUARES);
-        let mut clock = self.study.places().into_iter();
-        let clock = clock.find(|b| self.study.columns.blocks[*b].name == CLOCK);
+        let whole_gap = (validation.score(&[]).squares - self.selected.base).max(MINIMUM_SQUARES);
+        let mut clock = self.design.coordinate_blocks().into_iter();
+        let clock = clock.find(|b| self.design.columns.blocks[*b].name == CLOCK);
         clock.is_some_and(|clock| {
-            let left = rest(arena, &[others, vec![clock]].concat(), self.told.base);
-            left < BY_THE_CLOCK * found.rest && (found.rest - left) * whole > COMPLETES_SQUARES
+            let left = unexplained_fraction(
+                validation,
+                &[others, vec![clock]].concat(),
+                self.selected.base,
+            );
+            left < BY_THE_CLOCK * found.unexplained_fraction
+                && (found.unexplained_fraction - left) * whole_gap > COMPLETES_SQUARES
         })
     }
 
     /// True if one shape does nearly as well as a drift, beside what else is found or in the place of all.
-    pub(super) fn is_no_drift(&self, arena: &mut CrossValidation) -> bool {
-        let most = self.as_good_as_drift(arena);
+    pub(super) fn is_no_drift(&self, validation: &mut CrossValidation) -> bool {
+        let most = self.as_good_as_drift(validation);
         let others = self.beside_the_drift();
-        self.study.places().into_iter().any(|b| {
+        self.design.coordinate_blocks().into_iter().any(|b| {
             let beside: Vec<usize> = others.iter().copied().chain([b]).collect();
             [vec![b], beside]
                 .iter()
-                .any(|set| rest(arena, set, self.told.base) < most)
+                .any(|set| unexplained_fraction(validation, set, self.selected.base) < most)
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::data::folds::FOLDS;
 use crate::inference::cross_validation::{CrossValidation, Score};
-use crate::selection::core_terms::hollow;
+use crate::selection::core_terms::lacks_core_terms;
 use crate::selection::limits::{MINIMUM_SQUARES, VISIBLE};
 use effects::Card;
 
@@ -21,24 +21,24 @@ pub struct SearchResult {
     /// Blocks, by the share that they take.
     pub blocks: Vec<usize>,
     /// Share of the excess that is left.
-    pub rest: f64,
+    pub unexplained_fraction: f64,
 }
 
 /// Whitened squares beyond `floor`, as a share of those of the baseline.
-pub fn rest(arena: &mut CrossValidation, blocks: &[usize], floor: f64) -> f64 {
-    let whole = (arena.score(&[]).squares - floor).max(MINIMUM_SQUARES);
-    let left = arena.score(blocks).squares;
+pub fn unexplained_fraction(validation: &mut CrossValidation, blocks: &[usize], floor: f64) -> f64 {
+    let whole_gap = (validation.score(&[]).squares - floor).max(MINIMUM_SQUARES);
+    let left = validation.score(blocks).squares;
     // What is of no physical size explains nothing.
     if left.is_finite() {
-        (left - floor) / whole
+        (left - floor) / whole_gap
     } else {
         1.0
     }
 }
 
 /// What an effect must take to be beyond chance, as a share of the excess.
-pub fn least_share(arena: &mut CrossValidation, floor: f64) -> f64 {
-    MINIMUM_SQUARES / (arena.score(&[]).squares - floor).max(MINIMUM_SQUARES)
+pub fn least_share(validation: &mut CrossValidation, floor: f64) -> f64 {
+    MINIMUM_SQUARES / (validation.score(&[]).squares - floor).max(MINIMUM_SQUARES)
 }
 
 /// True if `with` beats `without` on all but one fold and by more than chance.
@@ -55,10 +55,10 @@ fn steady(with: &Score, without: &Score) -> bool {
 /// True if some block stands out beyond chance although the sum of squares does not: it leaves less than the baseline alone, and is
 /// likelier. Large amounts that nearly cancel may leave less by the noise that they are allowed for. What it takes below the floor
 /// is no gap: the simulator leaves as much.
-pub fn stands_out(arena: &mut CrossValidation, floor: f64) -> bool {
-    let alone = arena.score(&[]);
-    (1..arena.columns.blocks.len()).any(|b| {
-        let with = arena.score(&[b]);
+pub fn stands_out(validation: &mut CrossValidation, floor: f64) -> bool {
+    let alone = validation.score(&[]);
+    (1..validation.columns.blocks.len()).any(|b| {
+        let with = validation.score(&[b]);
         let gain = alone.squares - with.squares.max(floor);
         gain > 2.0 * MINIMUM_SQUARES
             && gain > 0.01 * floor
@@ -67,43 +67,46 @@ pub fn stands_out(arena: &mut CrossValidation, floor: f64) -> bool {
 }
 
 /// Held-out squares of the best that columns can do if only chance and likelihood bound their number: what is left is the noise.
-pub fn noise_floor(arena: &mut CrossValidation, candidates: &[usize]) -> f64 {
+pub fn noise_floor(validation: &mut CrossValidation, candidates: &[usize]) -> f64 {
     let mut chosen: Vec<usize> = Vec::new();
     for _ in 0..MOST {
-        let Some(set) = with_best(arena, &chosen, candidates, &|_| 0.0, 0.0) else {
+        let Some(set) = with_best(validation, &chosen, candidates, &|_| 0.0, 0.0) else {
             break;
         };
-        let (old, new) = (arena.score(&chosen), arena.score(&set));
+        let (old, new) = (validation.score(&chosen), validation.score(&set));
         if !steady(&new, &old) || new.log_evidence <= old.log_evidence {
             break;
         }
         chosen = set;
     }
-    arena.score(&chosen).squares
+    validation.score(&chosen).squares
 }
 
 /// The set with the one candidate that leaves least, hollow ones aside.
 fn with_best(
-    arena: &mut CrossValidation,
+    validation: &mut CrossValidation,
     chosen: &[usize],
     candidates: &[usize],
     complexity_penalty: &dyn Fn(usize) -> f64,
     floor: f64,
 ) -> Option<Vec<usize>> {
-    let before = rest(arena, chosen, floor).max(1e-6);
+    let before = unexplained_fraction(validation, chosen, floor).max(1e-6);
     let mut ranked: Vec<(f64, usize)> = candidates
         .iter()
         .filter(|c| !chosen.contains(c))
         .map(|&c| {
             let set: Vec<usize> = chosen.iter().copied().chain([c]).collect();
-            (rest(arena, &set, floor) + complexity_penalty(c) * before, c)
+            (
+                unexplained_fraction(validation, &set, floor) + complexity_penalty(c) * before,
+                c,
+            )
         })
         .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let best = ranked
         .into_iter()
         .take(RANKED)
-        .find(|(_, c)| !hollow(arena, chosen, *c))?;
+        .find(|(_, c)| !lacks_core_terms(validation, chosen, *c))?;
     Some(chosen.iter().copied().chain([best.1]).collect())
 }
 
@@ -111,31 +114,31 @@ fn with_best(
 const RANKED: usize = 5;
 /// Forward choice with elimination and exchange. `complexity_penalty` is added to a block's rest when it competes.
 pub fn search(
-    arena: &mut CrossValidation,
+    validation: &mut CrossValidation,
     candidates: &[usize],
     complexity_penalty: &dyn Fn(usize) -> f64,
     floor: f64,
 ) -> SearchResult {
     let mut chosen: Vec<usize> = Vec::new();
     for _ in 0..MOST {
-        let single = with_best(arena, &chosen, candidates, complexity_penalty, floor)
-            .filter(|set| worth(arena, set, &chosen, floor));
-        let Some(set) =
-            single.or_else(|| best_pair(arena, &chosen, candidates, complexity_penalty, floor))
+        let single = with_best(validation, &chosen, candidates, complexity_penalty, floor)
+            .filter(|set| worth(validation, set, &chosen, floor));
+        let Some(set) = single
+            .or_else(|| best_pair(validation, &chosen, candidates, complexity_penalty, floor))
         else {
             break;
         };
-        let set = improve(arena, set, candidates, complexity_penalty, floor);
-        if arena.score(&set).squares >= arena.score(&chosen).squares {
+        let set = improve(validation, set, candidates, complexity_penalty, floor);
+        if validation.score(&set).squares >= validation.score(&chosen).squares {
             break;
         }
         chosen = set;
     }
-    order(arena, &mut chosen, floor);
-    let rest = rest(arena, &chosen, floor);
+    order(validation, &mut chosen, floor);
+    let unexplained_fraction = unexplained_fraction(validation, &chosen, floor);
     SearchResult {
         blocks: chosen,
-        rest,
+        unexplained_fraction,
     }
 }
 
@@ -146,13 +149,13 @@ const TOGETHER: f64 = 0.1;
 
 /// The two that together explain nearly all of what neither explains alone.
 fn best_pair(
-    arena: &mut CrossValidation,
+    validation: &mut CrossValidation,
     chosen: &[usize],
     candidates: &[usize],
     complexity_penalty: &dyn Fn(usize) -> f64,
     floor: f64,
 ) -> Option<Vec<usize>> {
-    let before = rest(arena, chosen, floor);
+    let before = unexplained_fraction(validation, chosen, floor);
     // Two that only help together nearly cancel, and may be what another's shape lacks: they are believed where they take nearly
     // all of what is left. Where that is less than the stated noise, nobody can tell.
     if before <= 0.0 {
@@ -163,51 +166,54 @@ fn best_pair(
         .filter(|c| !chosen.contains(c))
         .map(|&c| {
             let set: Vec<usize> = chosen.iter().copied().chain([c]).collect();
-            (rest(arena, &set, floor) + complexity_penalty(c) * before, c)
+            (
+                unexplained_fraction(validation, &set, floor) + complexity_penalty(c) * before,
+                c,
+            )
         })
         .collect();
     alone.sort_by(|a, b| a.0.total_cmp(&b.0));
     alone.truncate(PAIRED);
-    alone.retain(|a| !hollow(arena, chosen, a.1));
+    alone.retain(|a| !lacks_core_terms(validation, chosen, a.1));
     let mut best: Option<(f64, Vec<usize>)> = None;
     for (k, one) in alone.iter().enumerate() {
         for other in &alone[k + 1..] {
             let set: Vec<usize> = chosen.iter().copied().chain([one.1, other.1]).collect();
-            let value = rest(arena, &set, floor);
+            let value = unexplained_fraction(validation, &set, floor);
             if best.as_ref().is_none_or(|b| value < b.0) {
                 best = Some((value, set));
             }
         }
     }
     let (value, set) = best?;
-    (value < TOGETHER * before && worth(arena, &set, chosen, floor)).then_some(set)
+    (value < TOGETHER * before && worth(validation, &set, chosen, floor)).then_some(set)
 }
 
 /// True if what a set has beyond another is there on every part of the data, is no mere trifle beside what is left, and is
 /// either a good part of the whole gap or all that was missing.
-fn worth(arena: &mut CrossValidation, set: &[usize], chosen: &[usize], floor: f64) -> bool {
-    let (old, new) = (arena.score(chosen), arena.score(set));
+fn worth(validation: &mut CrossValidation, set: &[usize], chosen: &[usize], floor: f64) -> bool {
+    let (old, new) = (validation.score(chosen), validation.score(set));
     // What the columns could have shown besides speaks against them: hundreds of them leave less by what they hold of the noise.
     if !steady(&new, &old) || new.log_evidence <= old.log_evidence {
         return false;
     }
     let (before, after) = (
-        rest(arena, chosen, floor).max(1e-6),
-        rest(arena, set, floor),
+        unexplained_fraction(validation, chosen, floor).max(1e-6),
+        unexplained_fraction(validation, set, floor),
     );
     let gain = before - after;
     if chosen.is_empty() && gain > FIRST_SHARE {
         return true;
     }
-    let simple_beside = is_flexible(arena, chosen) && !adds_flexible(arena, set, chosen);
+    let simple_beside = is_flexible(validation, chosen) && !adds_flexible(validation, set, chosen);
     let most = if simple_beside {
         MOSTLY
     } else {
         (NEARLY_ALL, 0.0)
     };
     let nearly_all = gain > most.0 * before && gain > most.1;
-    let closes = nearly_all || closes(arena, &new, (before, gain), floor);
-    gain > MINIMUM_OF_REST * before && (gain > minimum_share(arena, set) || closes)
+    let closes = nearly_all || closes(validation, &new, (before, gain), floor);
+    gain > MINIMUM_OF_REST * before && (gain > minimum_share(validation, set) || closes)
 }
 
 /// Share of the gap that the first effect must take.
@@ -225,13 +231,18 @@ const MOSTLY: (f64, f64) = (0.6, 0.01);
 const CLOSED: f64 = 0.25;
 
 /// True if nothing is left after a set, so that its last effect is no makeshift for a shape that another lacks.
-fn closes(arena: &CrossValidation, after: &Score, (before, gain): (f64, f64), floor: f64) -> bool {
+fn closes(
+    validation: &CrossValidation,
+    after: &Score,
+    (before, gain): (f64, f64),
+    floor: f64,
+) -> bool {
     (gain > CLOSING_SHARE || gain > COMPLETES * before)
-        && after.squares - floor < CLOSED * arena.rows()
+        && after.squares - floor < CLOSED * validation.rows()
 }
 
-fn minimum_share(arena: &CrossValidation, set: &[usize]) -> f64 {
-    if is_flexible(arena, set) {
+fn minimum_share(validation: &CrossValidation, set: &[usize]) -> f64 {
+    if is_flexible(validation, set) {
         MINIMUM_SHARE_BESIDE_FLEXIBLE
     } else {
         MINIMUM_SHARE
@@ -239,24 +250,24 @@ fn minimum_share(arena: &CrossValidation, set: &[usize]) -> f64 {
 }
 
 /// True if some effect of a set has very many unknowns.
-fn is_flexible(arena: &CrossValidation, set: &[usize]) -> bool {
-    let name = |b: &usize| arena.columns.blocks[*b].name.as_str();
+fn is_flexible(validation: &CrossValidation, set: &[usize]) -> bool {
+    let name = |b: &usize| validation.columns.blocks[*b].name.as_str();
     set.iter().any(|b| effects::has(name(b), Card::is_flexible))
 }
 
 /// True if one with very many unknowns is in a set that is not in another.
-fn adds_flexible(arena: &CrossValidation, set: &[usize], chosen: &[usize]) -> bool {
+fn adds_flexible(validation: &CrossValidation, set: &[usize], chosen: &[usize]) -> bool {
     let added: Vec<usize> = set
         .iter()
         .copied()
         .filter(|b| !chosen.contains(b))
         .collect();
-    is_flexible(arena, &added)
+    is_flexible(validation, &added)
 }
 
 /// Drops what is not needed and exchanges what another does better, until nothing changes.
 fn improve(
-    arena: &mut CrossValidation,
+    validation: &mut CrossValidation,
     mut set: Vec<usize>,
     candidates: &[usize],
     complexity_penalty: &dyn Fn(usize) -> f64,
@@ -270,14 +281,21 @@ fn improve(
             }
             let mut less = set.clone();
             less.remove(at);
-            if !worth(arena, &set, &less, floor) {
+            if !worth(validation, &set, &less, floor) {
                 set = less;
                 changed = true;
                 break;
             }
         }
         for at in 0..set.len() {
-            changed |= exchange(arena, &mut set, at, candidates, complexity_penalty, floor);
+            changed |= exchange(
+                validation,
+                &mut set,
+                at,
+                candidates,
+                complexity_penalty,
+                floor,
+            );
         }
         if !changed {
             break;
@@ -288,7 +306,7 @@ fn improve(
 
 /// Puts a better block in the place of one, if there is one.
 fn exchange(
-    arena: &mut CrossValidation,
+    validation: &mut CrossValidation,
     set: &mut [usize],
     at: usize,
     candidates: &[usize],
@@ -297,26 +315,26 @@ fn exchange(
 ) -> bool {
     let others: Vec<usize> = set.iter().copied().filter(|b| *b != set[at]).collect();
     // What there is to be taken in this place: a small effect's rivals are weighed by it as a large one's are.
-    let stake = rest(arena, &others, floor).max(1e-6);
-    let left = rest(arena, set, floor);
+    let stake = unexplained_fraction(validation, &others, floor).max(1e-6);
+    let left = unexplained_fraction(validation, set, floor);
     let mut best = (0.0, set[at]);
     for &c in candidates.iter().filter(|c| !set.contains(c)) {
         let mut other = set.to_vec();
         other[at] = c;
         let (mut own, mut theirs) = (complexity_penalty(set[at]), complexity_penalty(c));
-        if closes_what_shows(arena, set, &other, floor) {
+        if closes_what_shows(validation, set, &other, floor) {
             own = own.min(theirs);
-        } else if closes_what_shows(arena, &other, set, floor) {
+        } else if closes_what_shows(validation, &other, set, floor) {
             theirs = theirs.min(own);
         }
         let now = left + own * stake;
-        let gain = now - (rest(arena, &other, floor) + theirs * stake);
+        let gain = now - (unexplained_fraction(validation, &other, floor) + theirs * stake);
         let least = (0.003 * stake).max(0.05 * now);
         if gain > least && gain > best.0 {
             best = (gain, c);
         }
     }
-    let changed = best.1 != set[at] && !hollow(arena, &others, best.1);
+    let changed = best.1 != set[at] && !lacks_core_terms(validation, &others, best.1);
     if !changed {
         return false;
     }
@@ -330,27 +348,27 @@ const SHOWS: f64 = VISIBLE * VISIBLE - 1.0;
 /// True if a set closes nearly all of a gap that shows after another, and is the likelier of the two. What gives way to a cause is
 /// then not asked to: a cause's model is inexact, but what it lacks would be left by the shape as well.
 fn closes_what_shows(
-    arena: &mut CrossValidation,
+    validation: &mut CrossValidation,
     set: &[usize],
     other: &[usize],
     floor: f64,
 ) -> bool {
-    let (with, without) = (arena.score(set), arena.score(other));
-    let shows = SHOWS * arena.rows();
+    let (with, without) = (validation.score(set), validation.score(other));
+    let shows = SHOWS * validation.rows();
     let gap = without.squares - floor;
-    !is_flexible(arena, set)
+    !is_flexible(validation, set)
         && gap > shows
         && with.squares - floor < shows.max((1.0 - COMPLETES) * gap)
         && with.log_evidence > without.log_evidence
 }
 
 /// Sorts by what each takes beyond the others.
-fn order(arena: &mut CrossValidation, set: &mut [usize], floor: f64) {
+fn order(validation: &mut CrossValidation, set: &mut [usize], floor: f64) {
     let mut keyed: Vec<(f64, usize)> = set
         .iter()
         .map(|&block| {
             let others: Vec<usize> = set.iter().copied().filter(|b| *b != block).collect();
-            (rest(arena, &others, floor), block)
+            (unexplained_fraction(validation, &others, floor), block)
         })
         .collect();
     keyed.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -377,9 +395,9 @@ mod tests {
             vec![1.0, there, both + 0.3 * apart, both, target]
         });
         let found = |noise: f64| {
-            let mut arena = synthetic_problem.arena();
-            let floor = noise * arena.rows();
-            search(&mut arena, &[1, 2, 3], &|_| 0.0, floor).blocks
+            let mut validation = synthetic_problem.cross_validation();
+            let floor = noise * validation.rows();
+            search(&mut validation, &[1, 2, 3], &|_| 0.0, floor).blocks
         };
         assert_eq!(found(1.0), [1, 2, 3]);
         assert_eq!(found(1.15), [1]);
@@ -395,10 +413,10 @@ mod tests {
                     let (shape, other, noise) = (draw(), draw(), draw());
                     vec![1.0, shape + lacks * other, shape, 3.0 * shape + noise]
                 });
-            let mut arena = synthetic_problem.arena();
-            let floor = arena.rows();
+            let mut validation = synthetic_problem.cross_validation();
+            let floor = validation.rows();
             let weight = |b: usize| if b == 2 { 0.1 } else { 0.0 };
-            search(&mut arena, &[1, 2], &weight, floor).blocks
+            search(&mut validation, &[1, 2], &weight, floor).blocks
         };
         assert_eq!(first(0.05), [1]);
         assert_eq!(first(0.2), [2]);
@@ -418,9 +436,9 @@ mod tests {
                     let target = 20.0 * (great + 0.03 * lacks) + 3.0 * small + noise;
                     vec![1.0, great, column, target]
                 });
-            let mut arena = synthetic_problem.arena();
-            let floor = arena.rows();
-            search(&mut arena, &[1, 2], &|_| 0.0, floor).blocks
+            let mut validation = synthetic_problem.cross_validation();
+            let floor = validation.rows();
+            search(&mut validation, &[1, 2], &|_| 0.0, floor).blocks
         };
         assert_eq!(found(1.0), [1, 2]);
         assert_eq!(found(0.9), [1]);
@@ -437,9 +455,9 @@ mod tests {
                     let target = 20.0 * field + lag * lag_ + lacks * else_ + noise;
                     vec![1.0, field, lag_, target]
                 });
-            let mut arena = synthetic_problem.arena();
-            let floor = arena.rows();
-            search(&mut arena, &[1, 2], &|_| 0.0, floor).blocks
+            let mut validation = synthetic_problem.cross_validation();
+            let floor = validation.rows();
+            search(&mut validation, &[1, 2], &|_| 0.0, floor).blocks
         };
         assert_eq!(found("tooth_variation", 3.0, 1.2), [1, 2]);
         assert_eq!(found("tooth_variation", 1.2, 3.0), [1]);
@@ -451,25 +469,29 @@ mod tests {
     #[test]
     fn what_noise_is_allowed_for_does_not_stand_out() {
         const COLUMNS: usize = 20;
-        let synthetic_problem = |there: f64, carried: f64| {
+        let synthetic_problem = |there: f64, errors_in_variables: f64| {
             let row = |rng: &mut ChaCha8Rng| {
                 let columns: Vec<f64> = (0..COLUMNS).map(|_| normal(rng)).collect();
                 let target = there * columns[0] + 1.03 * normal(rng);
                 [vec![1.0], columns, vec![target]].concat()
             };
-            SyntheticProblem::new(&[("block", &[1.0; COLUMNS][..])], &row).carrying(carried)
+            SyntheticProblem::new(&[("block", &[1.0; COLUMNS][..])], &row)
+                .with_errors_in_variables(errors_in_variables)
         };
         let shape = synthetic_problem(0.4, 0.0);
-        assert!(stands_out(&mut shape.arena(), shape.arena().rows()));
+        assert!(stands_out(
+            &mut shape.cross_validation(),
+            shape.cross_validation().rows()
+        ));
         let nothing = synthetic_problem(0.0, 9.0);
-        let mut arena = nothing.arena();
-        let gain = arena.score(&[]).squares - arena.score(&[1]).squares;
+        let mut validation = nothing.cross_validation();
+        let gain = validation.score(&[]).squares - validation.score(&[1]).squares;
         assert!(gain > 2.0 * MINIMUM_SQUARES, "{gain}");
-        let floor = arena.rows();
-        assert!(!stands_out(&mut arena, floor));
+        let floor = validation.rows();
+        assert!(!stands_out(&mut validation, floor));
         // Where the simulator leaves as much as the baseline alone there is no gap.
-        let mut arena = shape.arena();
-        let floor = arena.score(&[]).squares;
-        assert!(!stands_out(&mut arena, floor));
+        let mut validation = shape.cross_validation();
+        let floor = validation.score(&[]).squares;
+        assert!(!stands_out(&mut validation, floor));
     }
 }

@@ -7,10 +7,10 @@ use crate::design::assembly::{DesignOptions, assemble};
 use crate::inference::cross_validation::CrossValidation;
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
-use crate::selection::core_terms::hollow;
+use crate::selection::core_terms::lacks_core_terms;
 use crate::selection::limits::MINIMUM_SQUARES;
 use crate::selection::limits::{COMPLETES, COMPLETES_SQUARES, LEADS, NEARLY_ALL, VISIBLE};
-use crate::selection::search::{SearchResult, rest};
+use crate::selection::search::{SearchResult, unexplained_fraction};
 use crate::trace::log;
 use effects::Card;
 
@@ -29,70 +29,75 @@ pub(super) fn absorbs_model_error(name: &str) -> bool {
 struct Candidate {
     name: String,
     /// It takes more than any shape without a name.
-    leads: bool,
+    leading_effect: bool,
     absorbs_model_error: bool,
 }
 
 impl<'a> ModelSelection<'a> {
     /// Puts another effect beside what is found where it takes nearly all of what is left. True if one was.
-    pub(super) fn try_beside(&mut self) -> bool {
-        let found = self.told.names(&self.study);
+    pub(super) fn try_second_effect(&mut self) -> bool {
+        let found = self.selected.names(&self.design);
         let flexible = found.iter().any(|n| effects::has(n, Card::is_flexible));
         if found.is_empty() || flexible || self.noise.is_some() {
             return false;
         }
-        let tried = self.likely_beside(&found);
+        let tried = self.candidates_beside(&found);
         let (_, noise) = self.levels();
-        let excess = |fine: &RelinearizedFit| fine.residuals().white_rms().powi(2) - noise;
-        let without = excess(&self.fine);
+        let excess =
+            |relinearized: &RelinearizedFit| relinearized.residuals().white_rms().powi(2) - noise;
+        let without = excess(&self.relinearized);
         let mut best: Option<(f64, Vec<String>, RelinearizedFit<'a>, bool)> = None;
         for Candidate {
             name,
-            leads,
+            leading_effect,
             absorbs_model_error,
         } in tried
         {
             let names = [&found[..], &[name]].concat();
-            let fine = self.fitted_anew(&names);
-            let with = excess(&fine);
+            let relinearized = self.refitted(&names);
+            let with = excess(&relinearized);
             log(&format!(
-                "beside: {names:?}, {with:.4} of {without:.4}, leads {leads}"
+                "beside: {names:?}, {with:.4} of {without:.4}, leads {leading_effect}"
             ));
             let gain = without - with;
-            let least = if leads { LEADS } else { COMPLETES };
-            let squares = gain * fine.gram.total_rows() as f64;
+            let least = if leading_effect { LEADS } else { COMPLETES };
+            let squares = gain * relinearized.gram.total_rows() as f64;
             let enough = gain > least * without && squares > COMPLETES_SQUARES;
-            let closed = fine.residuals().white_rms() < VISIBLE * noise.sqrt();
+            let closed = relinearized.residuals().white_rms() < VISIBLE * noise.sqrt();
             let enough = enough && (closed || !absorbs_model_error);
             if enough && best.as_ref().is_none_or(|b| with < b.0) {
-                best = Some((with, names, fine, leads));
+                best = Some((with, names, relinearized, leading_effect));
             }
         }
-        let Some((_, names, fine, leads)) = best else {
+        let Some((_, names, relinearized, leading_effect)) = best else {
             return false;
         };
-        self.leads = names.last().filter(|_| leads).cloned();
-        self.take_beside(&names, fine);
+        self.leading_effect = names.last().filter(|_| leading_effect).cloned();
+        self.accept_second_effect(&names, relinearized);
         true
     }
 
     /// Those that to first order take most of what is left.
-    fn likely_beside(&self, found: &[String]) -> Vec<Candidate> {
-        let mut arena = self.study.arena();
-        let arena = &mut arena;
-        let whole = (arena.score(&[]).squares - self.told.base).max(MINIMUM_SQUARES);
-        let blocks = &self.told.found.blocks;
-        let before = rest(arena, blocks, self.told.base);
-        let beside = |arena: &mut CrossValidation, b: usize| {
-            rest(arena, &[&blocks[..], &[b]].concat(), self.told.base)
+    fn candidates_beside(&self, found: &[String]) -> Vec<Candidate> {
+        let mut validation = self.design.cross_validation();
+        let validation = &mut validation;
+        let whole_gap = (validation.score(&[]).squares - self.selected.base).max(MINIMUM_SQUARES);
+        let blocks = &self.selected.found.blocks;
+        let before = unexplained_fraction(validation, blocks, self.selected.base);
+        let beside = |validation: &mut CrossValidation, b: usize| {
+            unexplained_fraction(
+                validation,
+                &[&blocks[..], &[b]].concat(),
+                self.selected.base,
+            )
         };
-        let places = self.study.places().into_iter();
-        let shape = places
-            .map(|b| beside(arena, b))
+        let coordinate_blocks = self.design.coordinate_blocks().into_iter();
+        let shape = coordinate_blocks
+            .map(|b| beside(validation, b))
             .fold(f64::INFINITY, f64::min);
         let mut list: Vec<(f64, usize)> = Vec::new();
-        for b in self.study.effects() {
-            let name = &self.study.columns.blocks[b].name;
+        for b in self.design.effects() {
+            let name = &self.design.columns.blocks[b].name;
             if found.contains(name)
                 || effects::has(name, Card::is_flexible)
                 || self.completes_a_delay(name, found)
@@ -104,18 +109,21 @@ impl<'a> ModelSelection<'a> {
             } else {
                 TAKES
             };
-            let gain = before - beside(arena, b);
-            let likely = gain > takes * before && gain * whole > COMPLETES_SQUARES;
-            if likely && !self.replaces(arena, b, before) && !hollow(arena, blocks, b) {
+            let gain = before - beside(validation, b);
+            let likely = gain > takes * before && gain * whole_gap > COMPLETES_SQUARES;
+            if likely
+                && !self.replaces(validation, b, before)
+                && !lacks_core_terms(validation, blocks, b)
+            {
                 list.push((before - gain, b));
             }
         }
         list.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let name = |b: usize| self.study.columns.blocks[b].name.clone();
+        let name = |b: usize| self.design.columns.blocks[b].name.clone();
         let ranked = list.into_iter().take(TRIED).enumerate();
         ranked
             .map(|(k, (left, b))| Candidate {
-                leads: k == 0 && left < shape,
+                leading_effect: k == 0 && left < shape,
                 absorbs_model_error: absorbs_model_error(&name(b)),
                 name: name(b),
             })
@@ -130,35 +138,39 @@ impl<'a> ModelSelection<'a> {
     }
 
     /// True if a block does in the place of one that is found what that does: then it is its rival, and not beside it.
-    fn replaces(&self, arena: &mut CrossValidation, block: usize, left: f64) -> bool {
-        let found = &self.told.found.blocks;
+    fn replaces(&self, validation: &mut CrossValidation, block: usize, left: f64) -> bool {
+        let found = &self.selected.found.blocks;
         found.iter().any(|out| {
             let others = found.iter().copied().filter(|b| b != out);
             let set: Vec<usize> = others.chain([block]).collect();
-            rest(arena, &set, self.told.base) < left
+            unexplained_fraction(validation, &set, self.selected.base) < left
         })
     }
 
     /// Takes over what was fitted together; all is compared about it.
-    fn take_beside(&mut self, names: &[String], fine: RelinearizedFit<'a>) {
-        let look = DesignOptions {
-            as_in: Some(&self.study.scene.inputs),
+    fn accept_second_effect(&mut self, names: &[String], relinearized: RelinearizedFit<'a>) {
+        let design_options = DesignOptions {
+            previous_inputs: Some(&self.design.linearized.inputs),
             ..DesignOptions::default()
         };
-        let about = LinearizationPoint {
+        let point = LinearizationPoint {
             noise: self.noise,
-            ..fine.about.clone()
+            ..relinearized.point.clone()
         };
-        let again = assemble(self.prepared, self.options, &about, look);
-        let mut told = SelectedModel::new(&again, false);
+        let again = assemble(self.prepared, self.options, &point, design_options);
+        let mut selected = SelectedModel::new(&again, false);
         let of_it = |name: &String| again.columns.blocks.iter().position(|b| b.name == *name);
         let blocks: Vec<usize> = names.iter().filter_map(of_it).collect();
-        if blocks.iter().all(|b| told.found.blocks.contains(b)) {
-            self.take(again, told);
+        if blocks.iter().all(|b| selected.found.blocks.contains(b)) {
+            self.accept(again, selected);
         } else if blocks.len() == names.len() {
-            let rest = rest(&mut again.arena(), &blocks, told.base);
-            told.found = SearchResult { blocks, rest };
-            self.take_fitted(again, told, fine);
+            let unexplained_fraction =
+                unexplained_fraction(&mut again.cross_validation(), &blocks, selected.base);
+            selected.found = SearchResult {
+                blocks,
+                unexplained_fraction,
+            };
+            self.accept_fit(again, selected, relinearized);
         }
     }
 }

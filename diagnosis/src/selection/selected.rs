@@ -4,8 +4,10 @@ use crate::design::assembly::{BlockKind, Design, complexity_penalty};
 use crate::inference::cross_validation::CrossValidation;
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
-use crate::selection::core_terms::hollow;
-use crate::selection::search::{SearchResult, least_share, noise_floor, rest, search};
+use crate::selection::core_terms::lacks_core_terms;
+use crate::selection::search::{
+    SearchResult, least_share, noise_floor, search, unexplained_fraction,
+};
 use crate::trace::{log, tracing};
 use effects::{Card, Detection};
 
@@ -26,53 +28,53 @@ pub(super) struct SelectedModel {
 
 impl SelectedModel {
     /// Searches. Where the noise was found above the stated one, it is what the best shapes leave.
-    pub(super) fn new(study: &Design, noisy: bool) -> Self {
-        let mut arena = study.arena();
-        let places = study.places();
-        let effects = study.effects();
-        let all: Vec<usize> = effects.iter().chain(&places).copied().collect();
-        let stated = arena.rows() * study.floor.white_square;
+    pub(super) fn new(design: &Design, noisy: bool) -> Self {
+        let mut validation = design.cross_validation();
+        let coordinate_blocks = design.coordinate_blocks();
+        let effects = design.effects();
+        let all: Vec<usize> = effects.iter().chain(&coordinate_blocks).copied().collect();
+        let stated = validation.rows() * design.floor.white_square;
         let base = if noisy {
-            noise_floor(&mut arena, &all)
+            noise_floor(&mut validation, &all)
         } else {
             stated
         };
-        let name = |b: usize| study.columns.blocks[b].name.as_str();
+        let name = |b: usize| design.columns.blocks[b].name.as_str();
         let weight = |b: usize| {
-            let shape = if places.contains(&b) {
+            let shape = if coordinate_blocks.contains(&b) {
                 SHAPE_PENALTY
             } else {
                 0.0
             };
             complexity_penalty(name(b)) + shape
         };
-        let mut found = search(&mut arena, &effects, &weight, base);
-        simplify(&mut arena, &mut found, &effects, &weight, base);
-        let shaped = search(&mut arena, &all, &weight, base);
+        let mut found = search(&mut validation, &effects, &weight, base);
+        simplify(&mut validation, &mut found, &effects, &weight, base);
+        let shaped = search(&mut validation, &all, &weight, base);
         if tracing() {
-            trace(study, &mut arena, &all, base);
+            trace(design, &mut validation, &all, base);
             let mut next: Vec<(f64, &str)> = all
                 .iter()
                 .filter(|b| !found.blocks.contains(b))
                 .map(|&b| {
                     let set: Vec<usize> = found.blocks.iter().copied().chain([b]).collect();
-                    (rest(&mut arena, &set, base), name(b))
+                    (unexplained_fraction(&mut validation, &set, base), name(b))
                 })
                 .collect();
             next.sort_by(|a, b| a.0.total_cmp(&b.0));
             next.truncate(6);
             log(&format!(
                 "base {base:.0} of {:.0}; next {next:?}",
-                arena.score(&[]).squares
+                validation.score(&[]).squares
             ));
         }
-        let told = |f: &SearchResult| f.blocks.iter().map(|b| name(*b)).collect::<Vec<_>>();
+        let selected = |f: &SearchResult| f.blocks.iter().map(|b| name(*b)).collect::<Vec<_>>();
         log(&format!(
             "noisy {noisy}: found {:?} {:.4}; with shapes {:?} {:.4}",
-            told(&found),
-            found.rest,
-            told(&shaped),
-            shaped.rest
+            selected(&found),
+            found.unexplained_fraction,
+            selected(&shaped),
+            shaped.unexplained_fraction
         ));
         Self {
             found,
@@ -82,34 +84,34 @@ impl SelectedModel {
     }
 
     /// Whitened squares beyond the noise that what is found leaves.
-    pub(super) fn left(&self, study: &Design) -> f64 {
-        let mut arena = study.arena();
-        (arena.score(&self.found.blocks).squares - self.base).max(arena.rows())
+    pub(super) fn left(&self, design: &Design) -> f64 {
+        let mut validation = design.cross_validation();
+        (validation.score(&self.found.blocks).squares - self.base).max(validation.rows())
     }
 
     /// Names of what is found.
-    pub(super) fn names(&self, study: &Design) -> Vec<String> {
-        let name = |b: &usize| study.columns.blocks[*b].name.clone();
+    pub(super) fn names(&self, design: &Design) -> Vec<String> {
+        let name = |b: &usize| design.columns.blocks[*b].name.clone();
         self.found.blocks.iter().map(name).collect()
     }
 }
 
 impl<'a> RelinearizedFit<'a> {
     /// What is found in a study, fitted about itself.
-    pub(super) fn of(study: &Design<'a>, told: &SelectedModel) -> Self {
-        let names = told.names(study);
-        let about = LinearizationPoint {
-            baseline: study.scene.baseline.clone(),
-            shift: study.scene.shift.clone(),
+    pub(super) fn of(design: &Design<'a>, selected: &SelectedModel) -> Self {
+        let names = selected.names(design);
+        let point = LinearizationPoint {
+            baseline: design.linearized.baseline.clone(),
+            displacement: design.linearized.displacement.clone(),
             noise: None,
         };
-        let fine = Self::new(&study.scene, about, &names);
+        let relinearized = Self::new(&design.linearized, point, &names);
         log(&format!(
             "about itself: {:?} {:.3}",
             names,
-            fine.residuals().white_rms()
+            relinearized.residuals().white_rms()
         ));
-        fine
+        relinearized
     }
 }
 
@@ -120,15 +122,17 @@ const ONE_FOR_TWO: f64 = 0.02;
 
 /// Puts an effect of fewer unknowns in the place of one, or of two, that do no better.
 fn simplify(
-    arena: &mut CrossValidation,
+    validation: &mut CrossValidation,
     found: &mut SearchResult,
     candidates: &[usize],
     weight: &dyn Fn(usize) -> f64,
     base: f64,
 ) {
-    let places = 0..found.blocks.len();
-    let pairs = places.clone().flat_map(|a| (0..a).map(move |b| vec![b, a]));
-    let mut sets: Vec<Vec<usize>> = pairs.chain(places.map(|a| vec![a])).collect();
+    let coordinate_blocks = 0..found.blocks.len();
+    let pairs = coordinate_blocks
+        .clone()
+        .flat_map(|a| (0..a).map(move |b| vec![b, a]));
+    let mut sets: Vec<Vec<usize>> = pairs.chain(coordinate_blocks.map(|a| vec![a])).collect();
     while let Some(set) = sets.pop() {
         let out: Vec<usize> = set.iter().map(|k| found.blocks[*k]).collect();
         let others: Vec<usize> = found
@@ -138,8 +142,8 @@ fn simplify(
             .filter(|b| !out.contains(b))
             .collect();
         let allowance = if out.len() > 1 { ONE_FOR_TWO } else { SAME };
-        let taken = rest(arena, &others, base) - found.rest;
-        let unknowns = |b: usize| arena.columns.blocks[b].columns.len();
+        let taken = unexplained_fraction(validation, &others, base) - found.unexplained_fraction;
+        let unknowns = |b: usize| validation.columns.blocks[b].columns.len();
         let most: usize = out.iter().map(|b| unknowns(*b)).sum::<usize>() / (3 - out.len());
         let heaviest = out.iter().map(|b| weight(*b)).fold(0.0, f64::max);
         let simpler: Vec<usize> = candidates
@@ -152,23 +156,23 @@ fn simplify(
         let least = if out.len() > 1 {
             0.0
         } else {
-            least_share(arena, base)
+            least_share(validation, base)
         };
         let allowed = (allowance * taken).max(least);
         let mut ranked: Vec<(f64, usize)> = simpler
             .into_iter()
-            .map(|c| (rest(arena, &with(c), base), c))
-            .filter(|b| b.0 - found.rest < allowed)
+            .map(|c| (unexplained_fraction(validation, &with(c), base), c))
+            .filter(|b| b.0 - found.unexplained_fraction < allowed)
             .collect();
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         // One that stands on terms which only complete it is no simpler than two.
         let mut ranked = ranked.into_iter();
-        let best = ranked.find(|b| out.len() == 1 || !hollow(arena, &others, b.1));
+        let best = ranked.find(|b| out.len() == 1 || !lacks_core_terms(validation, &others, b.1));
         if let Some((left, c)) = best {
             log(&format!("one simpler: {c} for {out:?}"));
             *found = SearchResult {
                 blocks: with(c),
-                rest: left,
+                unexplained_fraction: left,
             };
             if out.len() > 1 {
                 break;
@@ -177,13 +181,13 @@ fn simplify(
     }
 }
 
-fn trace(study: &Design, arena: &mut CrossValidation, all: &[usize], base: f64) {
+fn trace(design: &Design, validation: &mut CrossValidation, all: &[usize], base: f64) {
     let mut alone: Vec<(f64, &str)> = all
         .iter()
         .map(|&b| {
             (
-                rest(arena, &[b], base),
-                study.columns.blocks[b].name.as_str(),
+                unexplained_fraction(validation, &[b], base),
+                design.columns.blocks[b].name.as_str(),
             )
         })
         .collect();
@@ -196,34 +200,34 @@ fn trace(study: &Design, arena: &mut CrossValidation, all: &[usize], base: f64) 
     alone.extend(field);
     log(&format!(
         "{} columns; alone {alone:?}",
-        study.columns.regressors.len()
+        design.columns.regressors.len()
     ));
 }
 
 /// Blocks that stay in competition beside a field: what was found, and the best by themselves.
-pub(super) fn leading(study: &Design, told: &SelectedModel) -> Vec<String> {
-    let mut arena = study.arena();
-    let mut alone: Vec<(f64, usize)> = (1..study.columns.blocks.len())
-        .map(|b| (arena.score(&[b]).squares, b))
+pub(super) fn leading(design: &Design, selected: &SelectedModel) -> Vec<String> {
+    let mut validation = design.cross_validation();
+    let mut alone: Vec<(f64, usize)> = (1..design.columns.blocks.len())
+        .map(|b| (validation.score(&[b]).squares, b))
         .collect();
     alone.sort_by(|a, b| a.0.total_cmp(&b.0));
     // What each does beside the field matters as well: a second effect may be any.
-    let place = (1..study.columns.blocks.len()).filter(|b| {
-        let name = study.columns.blocks[*b].name.as_str();
-        let effect = matches!(study.kinds[*b - 1], BlockKind::Effect(_))
+    let place = (1..design.columns.blocks.len()).filter(|b| {
+        let name = design.columns.blocks[*b].name.as_str();
+        let effect = matches!(design.kinds[*b - 1], BlockKind::Effect(_))
             && !effects::has(name, Card::is_flexible);
         crate::selection::limits::WAVES.contains(&name)
             || effect
             || effects::is(name, Detection::AsField)
     });
-    let mut list: Vec<usize> = told.found.blocks.clone();
-    list.extend(&told.shaped.blocks);
+    let mut list: Vec<usize> = selected.found.blocks.clone();
+    list.extend(&selected.shaped.blocks);
     list.extend(alone.iter().take(LEADING).map(|a| a.1));
     list.extend(place);
     list.sort_unstable();
     list.dedup();
     list.into_iter()
-        .map(|b| study.columns.blocks[b].name.clone())
+        .map(|b| design.columns.blocks[b].name.clone())
         .collect()
 }
 
@@ -243,12 +247,15 @@ mod tests {
                 let (one, other, noise) = (draw(), draw(), draw());
                 vec![1.0, one, other, one, 0.3 * one + more * other + noise]
             });
-            let mut arena = synthetic_problem.arena();
-            let base = arena.rows();
-            let rest = rest(&mut arena, &[1], base);
+            let mut validation = synthetic_problem.cross_validation();
+            let base = validation.rows();
+            let unexplained_fraction = unexplained_fraction(&mut validation, &[1], base);
             let blocks = vec![1];
-            let mut found = SearchResult { blocks, rest };
-            simplify(&mut arena, &mut found, &[1, 2], &|_| 0.0, base);
+            let mut found = SearchResult {
+                blocks,
+                unexplained_fraction,
+            };
+            simplify(&mut validation, &mut found, &[1, 2], &|_| 0.0, base);
             found.blocks
         };
         assert_eq!(left(0.05), [2]);
@@ -266,12 +273,15 @@ mod tests {
                 let target = one + other + noise;
                 vec![1.0, one, other, else_, one + other, target]
             });
-            let mut arena = synthetic_problem.arena();
-            let base = arena.rows();
-            let rest = rest(&mut arena, &[1, 2], base);
+            let mut validation = synthetic_problem.cross_validation();
+            let base = validation.rows();
+            let unexplained_fraction = unexplained_fraction(&mut validation, &[1, 2], base);
             let blocks = vec![1, 2];
-            let mut found = SearchResult { blocks, rest };
-            simplify(&mut arena, &mut found, &[1, 2, 3], &|_| 0.0, base);
+            let mut found = SearchResult {
+                blocks,
+                unexplained_fraction,
+            };
+            simplify(&mut validation, &mut found, &[1, 2, 3], &|_| 0.0, base);
             found.blocks
         };
         assert_eq!(left(&[1.0, 1.0]), [3]);

@@ -10,7 +10,7 @@ use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::limits::CLOSE;
 use crate::selection::limits::MINIMUM_SQUARES;
-use crate::selection::search::{SearchResult, rest};
+use crate::selection::search::{SearchResult, unexplained_fraction};
 use crate::spectra::lines::{add_lines, lines_of};
 use crate::trace::log;
 use effects::sensor::BasisInputs;
@@ -29,24 +29,24 @@ const TRIED: usize = 2;
 
 impl<'a> ModelSelection<'a> {
     /// Tells the field by its teeth where that leaves less.
-    pub(super) fn tell_teeth(&mut self) {
-        let names = self.told.names(&self.study);
+    pub(super) fn resolve_teeth(&mut self) {
+        let names = self.selected.names(&self.design);
         if !names.iter().any(|n| effects::is(n, Detection::AsField))
             || self.ratio() < CLOSE * self.noise_rms()
         {
             return;
         }
-        let Some(teeth) = crate::inference::aperture::find(&self.fine) else {
+        let Some(teeth) = crate::inference::aperture::find(&self.relinearized) else {
             return;
         };
-        let fine = self.told_by(&teeth, &names, &[]);
-        let [by_teeth, by_mesh] = [&fine, &self.fine].map(left);
+        let relinearized = self.told_by(&teeth, &names, &[]);
+        let [by_teeth, by_mesh] = [&relinearized, &self.relinearized].map(left);
         log(&format!(
             "tooth by tooth {by_teeth:.3}, before {by_mesh:.3}"
         ));
         if by_teeth < by_mesh {
-            self.fine = fine;
-            self.restate();
+            self.relinearized = relinearized;
+            self.update_residuals();
             self.try_vibration(&teeth, names);
             self.try_delays(&teeth);
             self.try_common(&teeth);
@@ -56,46 +56,54 @@ impl<'a> ModelSelection<'a> {
     /// What all readings have in common is not the teeth's. A field of hundreds of unknowns takes it in for want of another effect, and hardly
     /// leaves a gap: the two that take most beside the mesh are told beside the teeth, and the one that leaves less is kept.
     fn try_common(&mut self, teeth: &Teeth) {
-        if !self.alike().is_some_and(|alike| alike.is_flat()) {
+        if !self
+            .common_field()
+            .is_some_and(|common_field| common_field.is_flat())
+        {
             return;
         }
-        let names = self.told.names(&self.study);
-        let told =
+        let names = self.selected.names(&self.design);
+        let selected =
             |name: &&str| names.iter().any(|n| n == name) || effects::has(name, Card::is_flexible);
-        let effects = self.names_of(&self.study.effects());
+        let effects = self.names_of(&self.design.effects());
         let mut likely: Vec<(f64, &str)> = effects
             .into_iter()
-            .filter(|name| !told(name))
+            .filter(|name| !selected(name))
             .map(|name| (self.takes(name), name))
             .filter(|(takes, _)| *takes > MINIMUM_SQUARES)
             .collect();
         likely.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let without = left(&self.fine);
+        let without = left(&self.relinearized);
         let mut best: Option<(f64, Vec<String>, RelinearizedFit<'a>)> = None;
         for (takes, name) in likely.into_iter().take(TRIED) {
             let names = [&names[..], &[name.to_string()]].concat();
-            let fine = self.told_by(teeth, &names, &self.study.scene.inputs.beacon_lines_hz);
-            let with = left(&fine);
-            let rows = fine.gram.total_rows() as f64;
+            let relinearized = self.told_by(
+                teeth,
+                &names,
+                &self.design.linearized.inputs.beacon_lines_hz,
+            );
+            let with = left(&relinearized);
+            let rows = relinearized.gram.total_rows() as f64;
             let gain = (without.powi(2) - with.powi(2)) * rows;
             log(&format!(
                 "{name} takes {takes:.0} beside the mesh, {gain:.0} beside the teeth"
             ));
             if gain > 2.0 * MINIMUM_SQUARES && best.as_ref().is_none_or(|best| with < best.0) {
-                best = Some((with, names, fine));
+                best = Some((with, names, relinearized));
             }
         }
-        let told =
-            best.and_then(|(_, names, fine)| Some((self.told_in(&self.study, &names)?, fine)));
-        if let Some((told, fine)) = told {
-            (self.told, self.fine) = (told, fine);
-            self.restate();
+        let selected = best.and_then(|(_, names, relinearized)| {
+            Some((self.told_in(&self.design, &names)?, relinearized))
+        });
+        if let Some((selected, relinearized)) = selected {
+            (self.selected, self.relinearized) = (selected, relinearized);
+            self.update_residuals();
         }
     }
 
     /// A delay beside the field: whatever the teeth, it follows the speed. The one that takes most beside the mesh, if it takes enough there.
     fn try_delays(&mut self, teeth: &Teeth) {
-        let names = self.told.names(&self.study);
+        let names = self.selected.names(&self.design);
         let known = names.iter().any(|n| is_delay(n));
         if known || self.ratio() < CLOSE * self.noise_rms() {
             return;
@@ -109,39 +117,45 @@ impl<'a> ModelSelection<'a> {
             return;
         };
         let (_, noise) = self.levels();
-        let excess = (left(&self.fine).powi(2) - noise) * self.fine.gram.total_rows() as f64;
+        let excess =
+            (left(&self.relinearized).powi(2) - noise) * self.relinearized.gram.total_rows() as f64;
         if takes < BESIDE_THE_MESH * (1.0 - LEAVES) * excess {
             return;
         }
         let names = [&names[..], &[name.to_string()]].concat();
-        let fine = self.told_by(teeth, &names, &self.study.scene.inputs.beacon_lines_hz);
+        let relinearized = self.told_by(
+            teeth,
+            &names,
+            &self.design.linearized.inputs.beacon_lines_hz,
+        );
         // What a fit does not take of samples that it has seen, it does not take of others.
-        let seen = self.fine.squares() - fine.squares();
-        if seen < SEEN * (1.0 - LEAVES) * excess || !self.leaves_less(&fine) {
+        let seen = self.relinearized.squares() - relinearized.squares();
+        if seen < SEEN * (1.0 - LEAVES) * excess || !self.leaves_less(&relinearized) {
             return;
         }
-        if let Some(told) = self.told_in(&self.study, &names) {
-            (self.told, self.fine) = (told, fine);
-            self.restate();
+        if let Some(selected) = self.told_in(&self.design, &names) {
+            (self.selected, self.relinearized) = (selected, relinearized);
+            self.update_residuals();
         }
     }
 
     /// Whitened squares that an effect takes beside the mesh.
     fn takes(&self, name: &str) -> f64 {
-        let blocks = &self.study.columns.blocks;
+        let blocks = &self.design.columns.blocks;
         let Some(block) = blocks.iter().position(|b| b.name == name) else {
             return f64::NEG_INFINITY;
         };
-        let mut arena = self.study.arena();
-        let found = &self.told.found.blocks;
-        let without = arena.score(found).squares;
-        without - arena.score(&[&found[..], &[block]].concat()).squares
+        let mut validation = self.design.cross_validation();
+        let found = &self.selected.found.blocks;
+        let without = validation.score(found).squares;
+        without - validation.score(&[&found[..], &[block]].concat()).squares
     }
 
     /// True if another fit leaves so much less of what the teeth leave that what it has besides is there.
     fn leaves_less(&self, other: &RelinearizedFit) -> bool {
         let (_, noise) = self.levels();
-        let [with, without] = [other, &self.fine].map(|fine| left(fine).powi(2) - noise);
+        let [with, without] =
+            [other, &self.relinearized].map(|relinearized| left(relinearized).powi(2) - noise);
         log(&format!(
             "beside the teeth {with:.4} is left of {without:.4}"
         ));
@@ -155,76 +169,82 @@ impl<'a> ModelSelection<'a> {
             inputs.teeth = Some(teeth.clone());
             add_lines(&mut inputs.beacon_lines_hz, lines_hz.to_vec());
         };
-        let about = self.fine.about.clone();
-        self.fine.telling(&self.study.scene, about, names, &tell)
+        let point = self.relinearized.point.clone();
+        self.relinearized
+            .with_forms(&self.design.linearized, point, names, &tell)
     }
 
     /// A beacon that vibrates beside the field, where lines stand out of what the teeth leave.
     fn try_vibration(&mut self, teeth: &Teeth, mut names: Vec<String>) {
         let known = names.iter().any(|n| effects::is(n, Detection::ByLines));
         let shows = self.ratio() >= CLOSE * self.noise_rms();
-        let Some(residuals) = self.fine.left_out().filter(|_| shows && !known) else {
+        let Some(residuals) = self.relinearized.left_out().filter(|_| shows && !known) else {
             return;
         };
-        let (lines_hz, _) = lines_of(&self.fine.scene, residuals);
+        let (lines_hz, _) = lines_of(&self.relinearized.linearized, residuals);
         if lines_hz.iter().all(|hz| *hz < SLOWEST_LINE_HZ)
             || !self.allowed(effects::name_of(Detection::ByLines))
         {
             return;
         }
         names.push(effects::name_of(Detection::ByLines).into());
-        let fine = self.told_by(teeth, &names, &lines_hz);
-        if self.leaves_less(&fine) {
+        let relinearized = self.told_by(teeth, &names, &lines_hz);
+        if self.leaves_less(&relinearized) {
             let again = self.with_lines(residuals);
-            if let Some(told) = self.told_in(&again, &names) {
-                self.take_fitted(again, told, fine);
+            if let Some(selected) = self.told_in(&again, &names) {
+                self.accept_fit(again, selected, relinearized);
             }
         }
     }
 
     /// The blocks compared so far, with the lines that stand in some residuals.
     fn with_lines(&self, residuals: &Residuals) -> Design<'a> {
-        let blocks = self.study.columns.blocks.iter().skip(1);
+        let blocks = self.design.columns.blocks.iter().skip(1);
         let mut only: Vec<String> = blocks.map(|block| block.name.clone()).collect();
         only.push(effects::name_of(Detection::ByLines).into());
-        let look = DesignOptions {
-            lines_of: Some(residuals),
-            as_in: Some(&self.study.scene.inputs),
+        let design_options = DesignOptions {
+            line_residuals: Some(residuals),
+            previous_inputs: Some(&self.design.linearized.inputs),
             field: true,
             only: Some(&only),
             ..DesignOptions::default()
         };
-        let about = LinearizationPoint {
+        let point = LinearizationPoint {
             noise: self.noise,
             ..self.trusted()
         };
-        assemble(self.prepared, self.options, &about, look)
+        assemble(self.prepared, self.options, &point, design_options)
     }
 
     /// What some effects leave in another study, beside the best shapes of this one; none where it lacks one of them.
-    fn told_in(&self, study: &Design, names: &[String]) -> Option<SelectedModel> {
+    fn told_in(&self, design: &Design, names: &[String]) -> Option<SelectedModel> {
         let blocks_of = |names: &[&str]| -> Option<Vec<usize>> {
-            let blocks = &study.columns.blocks;
+            let blocks = &design.columns.blocks;
             let at = |name: &&str| blocks.iter().position(|block| block.name == *name);
             names.iter().map(at).collect()
         };
-        let mut arena = study.arena();
-        let base = self.told.base;
+        let mut validation = design.cross_validation();
+        let base = self.selected.base;
         let mut found_as = |names: &[&str]| {
             let blocks = blocks_of(names)?;
-            let rest = rest(&mut arena, &blocks, base);
-            Some(SearchResult { blocks, rest })
+            let unexplained_fraction = unexplained_fraction(&mut validation, &blocks, base);
+            Some(SearchResult {
+                blocks,
+                unexplained_fraction,
+            })
         };
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         Some(SelectedModel {
             found: found_as(&names)?,
-            shaped: found_as(&self.names_of(&self.told.shaped.blocks))?,
+            shaped: found_as(&self.names_of(&self.selected.shaped.blocks))?,
             base,
         })
     }
 }
 
 /// Whitened rms of short pieces, each foretold from all else.
-fn left(fine: &RelinearizedFit) -> f64 {
-    fine.left_out().map_or(f64::INFINITY, Residuals::white_rms)
+fn left(relinearized: &RelinearizedFit) -> f64 {
+    relinearized
+        .left_out()
+        .map_or(f64::INFINITY, Residuals::white_rms)
 }

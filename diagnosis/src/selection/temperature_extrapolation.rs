@@ -17,46 +17,47 @@ const FEWEST: usize = 50;
 const PARTS: usize = 3;
 
 /// True if the bend foretells the coldest and the warmest samples better than the drift's mean slope does.
-pub(super) fn goes_on(fine: &RelinearizedFit) -> bool {
-    let block = fine
+pub(super) fn goes_on(relinearized: &RelinearizedFit) -> bool {
+    let block = relinearized
         .columns
         .blocks
         .iter()
         .find(|b| effects::has(&b.name, Card::follows_temperature));
-    let (Some(block), Some(left)) = (block, fine.left_out()) else {
+    let (Some(block), Some(left)) = (block, relinearized.left_out()) else {
         return false;
     };
-    let [coldest, warmest] = fine.scene.inputs.warmths_k;
+    let [coldest, warmest] = relinearized.linearized.inputs.warmths_k;
     let end = END * (warmest - coldest);
     let inner = [coldest + end, warmest - end];
     let part_of = |i: usize| {
-        let warmth_k = fine.scene.covariates(i).warmth_k;
+        let warmth_k = relinearized.linearized.covariates(i).warmth_k;
         usize::from(warmth_k > inner[0]) + usize::from(warmth_k > inner[1])
     };
     let mut residuals = [0; PARTS];
     left.sample.iter().for_each(|i| residuals[part_of(*i)] += 1);
     let drift: Vec<usize> = block.columns.clone().collect();
-    let foretold = |goes_on: bool| {
+    let prediction = |goes_on: bool| {
         let ends = [(0, [inner[0], warmest]), (2, [coldest, inner[1]])];
-        let told = ends.iter().filter(|(part, _)| residuals[*part] >= FEWEST);
-        let left = told.map(|(part, known)| {
-            let columns = columns(fine, *known, goes_on);
-            left_at(fine, &drift, &columns, *part, part_of)
+        let selected = ends.iter().filter(|(part, _)| residuals[*part] >= FEWEST);
+        let left = selected.map(|(part, known)| {
+            let columns = columns(relinearized, *known, goes_on);
+            left_at(relinearized, &drift, &columns, *part, part_of)
         });
         left.sum::<f64>()
     };
-    residuals[1] >= FEWEST && foretold(true) < foretold(false)
+    residuals[1] >= FEWEST && prediction(true) < prediction(false)
 }
 
 /// The baseline's columns and the drift's, where only some temperatures are known.
-fn columns(fine: &RelinearizedFit, known: [f64; 2], goes_on: bool) -> Vec<Regressor> {
-    let mut inputs = fine.scene.inputs.clone();
+fn columns(relinearized: &RelinearizedFit, known: [f64; 2], goes_on: bool) -> Vec<Regressor> {
+    let mut inputs = relinearized.linearized.inputs.clone();
     inputs.warmths_k = known;
     inputs.bend_goes_on = goes_on;
     let sides = effects::sensor_sides();
     let side = sides.iter().find(|side| side.card().follows_temperature());
     let drift = side.map_or_else(Vec::new, |side| side.regressors(&inputs));
-    let mut columns = crate::linearization::calibrate::baseline_columns(&fine.scene).regressors;
+    let mut columns =
+        crate::linearization::calibrate::baseline_columns(&relinearized.linearized).regressors;
     columns.extend(drift);
     columns
 }
@@ -64,13 +65,13 @@ fn columns(fine: &RelinearizedFit, known: [f64; 2], goes_on: bool) -> Vec<Regres
 /// Whitened squares that are left at one end of the temperatures, by amounts of the rest. `columns`: the baseline's, then those of
 /// the drift, which are `drift` in the model; what else the model knows stays.
 fn left_at(
-    fine: &RelinearizedFit,
+    relinearized: &RelinearizedFit,
     drift: &[usize],
     columns: &[Regressor],
     end: usize,
     part_of: impl Fn(usize) -> usize,
 ) -> f64 {
-    let Some(left) = fine.left_out() else {
+    let Some(left) = relinearized.left_out() else {
         return f64::INFINITY;
     };
     let first = columns.len() - drift.len();
@@ -79,27 +80,32 @@ fn left_at(
     let mut start = 0;
     while start < left.sample.len() {
         let i = left.sample[start];
-        let (rows, covariates) = (fine.scene.rows(i), fine.scene.covariates(i));
+        let (rows, covariates) = (
+            relinearized.linearized.rows(i),
+            relinearized.linearized.covariates(i),
+        );
         let here: Vec<_> = columns
             .iter()
             .map(|c| rows.response(c, &covariates))
             .collect();
-        let model = |c: usize| rows.response(&fine.columns.regressors[c], &covariates);
+        let model = |c: usize| rows.response(&relinearized.columns.regressors[c], &covariates);
         let there: Vec<_> = known.iter().map(|c| model(*c)).collect();
         let part = &mut parts[usize::from(part_of(i) == end)];
         for row in 0..rows.count {
             let k = start + row;
             let weight = 1.0 / left.noise_m[k].max(1e-12);
             let scaled = known.iter().zip(&here);
-            let scaled = scaled.map(|(c, r)| weight * fine.gram.scale[*c] * r[row]);
+            let scaled = scaled.map(|(c, r)| weight * relinearized.gram.scale[*c] * r[row]);
             let regressor = DVector::from_iterator(columns.len(), scaled);
             let added = known.iter().zip(&there);
-            let added: f64 = added.map(|(c, r)| fine.amount(*c) * r[row]).sum();
+            let added: f64 = added
+                .map(|(c, r)| relinearized.coefficient(*c) * r[row])
+                .sum();
             part.add(&regressor, weight * (left.value_m[k] - added));
         }
         start += rows.count.max(1);
     }
     let all: Vec<usize> = (0..columns.len()).collect();
-    let [rest, end] = &parts;
-    end.left_with(&all, rest.amounts(&all))
+    let [unexplained_fraction, end] = &parts;
+    end.left_with(&all, unexplained_fraction.coefficients(&all))
 }

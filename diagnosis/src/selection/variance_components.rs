@@ -3,7 +3,7 @@
 //! By likelihood, Fisher scoring (Patterson and Thompson 1971): of three residuals the four segments and the diode have a share each,
 //! and what two residuals have in common tells whose it is.
 
-use crate::linearization::scene::{ROWS, SampleRows};
+use crate::linearization::recording::{ROWS, SampleRows};
 use effects::sensor::READINGS;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -91,12 +91,12 @@ fn derivatives(seen: &[SampleResiduals], factor: &Score) -> Option<(Score, [Scor
     let (mut score, mut information) = ([0.0; COMPONENTS], [[0.0; COMPONENTS]; COMPONENTS]);
     for sample in seen {
         let parts = sample.parts();
-        let whole: Matrix3<f64> = parts.iter().zip(factor).map(|(p, f)| p * *f).sum();
-        let inverse = whole.try_inverse()?;
-        let told = inverse * Vector3::from(sample.left_m);
+        let whole_gap: Matrix3<f64> = parts.iter().zip(factor).map(|(p, f)| p * *f).sum();
+        let inverse = whole_gap.try_inverse()?;
+        let selected = inverse * Vector3::from(sample.left_m);
         let by_part = parts.map(|p| inverse * p);
         for a in 0..COMPONENTS {
-            score[a] += 0.5 * (told.dot(&(parts[a] * told)) - by_part[a].trace());
+            score[a] += 0.5 * (selected.dot(&(parts[a] * selected)) - by_part[a].trace());
             for b in 0..COMPONENTS {
                 information[a][b] += 0.5 * (by_part[a] * by_part[b]).trace();
             }

@@ -13,7 +13,7 @@ use crate::inference::residuals::Residuals;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::limits::MINIMUM_SQUARES;
 use crate::selection::limits::{LEFT_OVER, NOISY, STAYS_VISIBLE, VISIBLE};
-use crate::selection::search::{SearchResult, rest, stands_out};
+use crate::selection::search::{SearchResult, stands_out, unexplained_fraction};
 use crate::trace::log;
 use crate::verdict::answer::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
 use effects::{Card, Detection};
@@ -52,13 +52,13 @@ struct Measurements {
     white_before: f64,
     white_after: f64,
     /// Whitened squares beyond the noise without any effect, as the search sees them.
-    whole: f64,
+    whole_gap: f64,
     /// The same by the stated noise.
     shaped: f64,
     /// That with excess noise and bursts.
     total: f64,
     bursts: Bursts,
-    /// Share of `whole` that is left.
+    /// Share of `whole_gap` that is left.
     left: f64,
     located: Vec<Located>,
     gap: bool,
@@ -70,18 +70,18 @@ struct Measurements {
 impl ModelSelection<'_> {
     /// The answer.
     pub(super) fn answer(&self, name: &str) -> Diagnosis {
-        let mut arena = self.study.arena();
-        let seen = self.look(&mut arena);
+        let mut validation = self.design.cross_validation();
+        let seen = self.measure(&mut validation);
         let mut out = Diagnosis {
             schema: 1,
             recording: name.into(),
             notes: self.prepared.notes.clone(),
             ..Diagnosis::default()
         };
-        let mut effects = self.effects(&mut arena, &seen);
+        let mut effects = self.effects(&mut validation, &seen);
         out.notes.extend(self.doubt_the_reference(&mut effects));
         let unnamed = self.withheld(&seen);
-        let reason = self.objection(&mut arena, &seen);
+        let reason = self.objection(&mut validation, &seen);
         let left_over = reason.is_some() || unnamed;
         if let Some(reason) = reason {
             log(&format!("objection: {reason}"));
@@ -120,7 +120,7 @@ impl ModelSelection<'_> {
         }
         effects.sort_by(|a, b| b.share.total_cmp(&a.share));
         out.effects = effects;
-        self.fill(&mut out, &mut arena, seen);
+        self.fill(&mut out, &mut validation, seen);
         if unnamed && (self.slipped() || out.place.is_empty()) {
             let channel = self.main_channel().into();
             let over_time = Share {
@@ -134,7 +134,11 @@ impl ModelSelection<'_> {
     }
 
     /// What speaks against naming what was found.
-    fn objection(&self, arena: &mut CrossValidation, seen: &Measurements) -> Option<&'static str> {
+    fn objection(
+        &self,
+        validation: &mut CrossValidation,
+        seen: &Measurements,
+    ) -> Option<&'static str> {
         let located = self.is_located(seen);
         if !self.is_small(&self.after) {
             return Some("what is left is larger than an error of the sensor");
@@ -146,7 +150,7 @@ impl ModelSelection<'_> {
             let unexplained = located || self.hides_bursts(seen);
             return (seen.gap && unexplained).then_some("a gap that nothing explains");
         }
-        if of_no_size(&self.fine) {
+        if of_no_size(&self.relinearized) {
             return Some("amounts far beyond any physical size");
         }
         let much = if self.stays_visible(seen) {
@@ -156,46 +160,47 @@ impl ModelSelection<'_> {
         };
         if located && seen.left > LEFT_OVER || seen.left > much {
             Some("much is left")
-        } else if self.beaten(arena, seen) {
+        } else if self.shapes_do_better(validation, seen) {
             Some("shapes without a name do better")
-        } else if self.stays_visible(seen) && self.imitates(arena, seen) {
+        } else if self.stays_visible(seen) && self.imitates(validation, seen) {
             Some("a shape without a name takes what is left")
         } else if self.errs_together() {
             Some("readings over different teeth err together")
-        } else if self.of_the_reference() || self.at_the_reference(arena) {
+        } else if self.of_the_reference() || self.at_the_reference(validation) {
             Some("it moves the segments as the reference would")
         } else {
             None
         }
     }
 
-    fn look(&self, arena: &mut CrossValidation) -> Measurements {
+    fn measure(&self, validation: &mut CrossValidation) -> Measurements {
         let floor = self.floor.white_square.sqrt();
         let white_before = self.before.white_rms() / floor;
         let white_after = self.ratio();
-        let stated = arena.rows() * self.floor.white_square;
+        let stated = validation.rows() * self.floor.white_square;
         let bursts = self.bursts();
         log(&format!(
             "bursts: {} samples, {:.0} squares",
             bursts.count, bursts.energy
         ));
         // Few samples scatter more: four standard deviations of an rms over these rows.
-        let chance = 4.0 / (2.0 * arena.rows()).sqrt();
-        let own = self.scatter_of_a_fit(arena, &[]);
+        let chance = 4.0 / (2.0 * validation.rows()).sqrt();
+        let own = self.scatter_of_a_fit(validation, &[]);
         let most = (VISIBLE + chance).powi(2) * stated + own;
-        let gap = white_before.powi(2) * stated > most || stands_out(arena, self.told.base + own);
-        let structured = gap && !self.told.found.blocks.is_empty();
+        let gap = white_before.powi(2) * stated > most
+            || stands_out(validation, self.selected.base + own);
+        let structured = gap && !self.selected.found.blocks.is_empty();
         let left = match (gap, structured) {
             (true, true) => self.left(),
             (true, false) => 1.0,
             _ => 0.0,
         };
         let of_found = if structured {
-            &self.told.found.blocks[..]
+            &self.selected.found.blocks[..]
         } else {
             &[]
         };
-        let most = (NOISY + chance).powi(2) * stated + self.scatter_of_a_fit(arena, of_found);
+        let most = (NOISY + chance).powi(2) * stated + self.scatter_of_a_fit(validation, of_found);
         let noisy = white_after.powi(2) * stated > most
             && self.rough(&self.after)
             && self.is_noise(&self.after)
@@ -210,12 +215,12 @@ impl ModelSelection<'_> {
         Measurements {
             white_before,
             white_after,
-            whole: (arena.score(&[]).squares - self.told.base).max(0.0),
+            whole_gap: (validation.score(&[]).squares - self.selected.base).max(0.0),
             shaped,
             total: shaped + noise + bursts.energy,
             bursts,
             left,
-            located: self.locate(arena, &self.told.found.blocks),
+            located: self.locate(validation, &self.selected.found.blocks),
             gap,
             structured,
             noisy,
@@ -224,26 +229,30 @@ impl ModelSelection<'_> {
 
     /// Squares that the uncertainty of a fit, of the baseline with some blocks, may add to those of the noise, to four standard
     /// deviations.
-    fn scatter_of_a_fit(&self, arena: &CrossValidation, blocks: &[usize]) -> f64 {
-        let added = fit_scatter::added(arena.gram, &self.study.list(blocks));
-        log(&format!("the fit's own scatter: {added:.0?} squares"));
-        self.floor.white_square * (added.mean + 4.0 * added.deviation)
+    fn scatter_of_a_fit(&self, validation: &CrossValidation, blocks: &[usize]) -> f64 {
+        let expected_squares =
+            fit_scatter::expected_squares(validation.gram, &self.design.list(blocks));
+        log(&format!(
+            "the fit's own scatter: {expected_squares:.0?} squares"
+        ));
+        self.floor.white_square * (expected_squares.mean + 4.0 * expected_squares.deviation)
     }
 
     /// True if some shape takes a good part of what is left, beyond chance.
     fn is_located(&self, seen: &Measurements) -> bool {
         // Where the noise itself had to be found, what the best shapes took of it by chance is no place.
         let least = if self.noise.is_some() {
-            (2.0 * MINIMUM_SQUARES).max(CHANCE * self.told.base)
+            (2.0 * MINIMUM_SQUARES).max(CHANCE * self.selected.base)
         } else {
             2.0 * MINIMUM_SQUARES
         };
-        let enough = |l: &Located| l.share > LOCATED && l.share * seen.left * seen.whole > least;
+        let enough =
+            |l: &Located| l.share > LOCATED && l.share * seen.left * seen.whole_gap > least;
         seen.gap && seen.located.first().is_some_and(enough)
     }
 
     /// Everything that may be named.
-    fn effects(&self, arena: &mut CrossValidation, seen: &Measurements) -> Vec<Named> {
+    fn effects(&self, validation: &mut CrossValidation, seen: &Measurements) -> Vec<Named> {
         let mut effects = Vec::new();
         let total = seen.total.max(1e-9);
         if self.allowed(effects::name_of(Detection::AsSlips)) {
@@ -260,12 +269,12 @@ impl ModelSelection<'_> {
             );
         }
         if seen.structured {
-            effects.extend(self.structured(arena, seen.shaped / total));
+            effects.extend(self.structured(validation, seen.shaped / total));
         }
         if seen.noisy && self.allowed(effects::name_of(Detection::AsNoise)) {
             let noise = seen.white_after.powi(2) - 1.0;
-            let share = noise * arena.rows() * self.floor.white_square / total;
-            let least = if self.elsewhere.is_some() || self.followed().is_some() {
+            let share = noise * validation.rows() * self.floor.white_square / total;
+            let least = if self.transfer_residuals.is_some() || self.followed().is_some() {
                 BESIDE_A_COURSE
             } else {
                 BESIDE_SHAPES
@@ -307,7 +316,7 @@ impl ModelSelection<'_> {
 
     /// True if what is found lacks a good part of its own form: something of very many unknowns, or a rail's knee.
     fn lacks_much(&self) -> bool {
-        let names = self.names_of(&self.told.found.blocks);
+        let names = self.names_of(&self.selected.found.blocks);
         let lacks = |name: &&str| {
             effects::has(name, |c| {
                 c.is_flexible() || c.detection == Detection::ByRails
@@ -342,32 +351,33 @@ impl ModelSelection<'_> {
     }
 
     /// True if shapes without a name do far better than the causes, or as well where only what was taken out differs.
-    fn beaten(&self, arena: &mut CrossValidation, seen: &Measurements) -> bool {
-        let (found, shaped) = (&self.told.found, &self.told.shaped);
-        let nameless = |b: &usize| !matches!(self.study.kinds[b - 1], BlockKind::Effect(_));
+    fn shapes_do_better(&self, validation: &mut CrossValidation, seen: &Measurements) -> bool {
+        let (found, shaped) = (&self.selected.found, &self.selected.shaped);
+        let nameless = |b: &usize| !matches!(self.design.kinds[b - 1], BlockKind::Effect(_));
         let shapes = shaped.blocks.iter().any(nameless);
         // A wander that follows the temperature is none.
         let wanders = |name: &&str| effects::has(name, Card::keeps_its_own_time);
         let drifts = |found: &SearchResult| self.names_of(&found.blocks).iter().any(wanders);
         let simpler = drifts(found)
-            && (shapes && !drifts(shaped) && shaped.rest < self.as_good_as_drift(arena)
-                || self.is_no_drift(arena))
-            || self.is_no_field(arena)
-            || self.is_no_warmth(arena);
-        let better = found.rest > 2.0 * shaped.rest.max(0.0) + 0.03;
+            && (shapes
+                && !drifts(shaped)
+                && shaped.unexplained_fraction < self.as_good_as_drift(validation)
+                || self.is_no_drift(validation))
+            || self.is_no_field(validation)
+            || self.is_no_warmth(validation);
+        let better = found.unexplained_fraction > 2.0 * shaped.unexplained_fraction.max(0.0) + 0.03;
         let visible = self.stays_visible(seen);
         // One shape that does better than several causes together.
         let one = found.blocks.len() > 1
-            && self
-                .study
-                .places()
-                .iter()
-                .any(|b| rest(arena, &[*b], self.told.base) < 0.5 * found.rest);
-        simpler || shapes && better && visible || one && visible || self.tied(arena)
+            && self.design.coordinate_blocks().iter().any(|b| {
+                unexplained_fraction(validation, &[*b], self.selected.base)
+                    < 0.5 * found.unexplained_fraction
+            });
+        simpler || shapes && better && visible || one && visible || self.shape_ties(validation)
     }
 
     pub(super) fn names_of(&self, blocks: &[usize]) -> Vec<&str> {
-        let name = |b: &usize| self.study.columns.blocks[*b].name.as_str();
+        let name = |b: &usize| self.design.columns.blocks[*b].name.as_str();
         blocks.iter().map(name).collect()
     }
 
@@ -378,43 +388,50 @@ impl ModelSelection<'_> {
 
     /// True if a shape that no effect owns takes most of what the named effects leave, and by itself most of the whole: then
     /// they only imitate it.
-    fn imitates(&self, arena: &mut CrossValidation, seen: &Measurements) -> bool {
+    fn imitates(&self, validation: &mut CrossValidation, seen: &Measurements) -> bool {
         let Some(first) = seen.located.first() else {
             return false;
         };
-        let mut places = self.study.places().into_iter();
-        let shape = places.find(|b| self.study.columns.blocks[*b].name == first.coordinate);
+        let mut coordinate_blocks = self.design.coordinate_blocks().into_iter();
+        let shape =
+            coordinate_blocks.find(|b| self.design.columns.blocks[*b].name == first.coordinate);
         seen.left > IMITATED
             && first.share > FOREIGN
-            && shape.is_some_and(|b| rest(arena, &[b], self.told.base) < BY_ITSELF)
+            && shape.is_some_and(|b| {
+                unexplained_fraction(validation, &[b], self.selected.base) < BY_ITSELF
+            })
     }
 
     /// True if a shape that was taken out of the catalogue does as well as something found.
-    fn tied(&self, arena: &mut CrossValidation) -> bool {
-        let withheld: Vec<usize> = (1..self.study.columns.blocks.len())
-            .filter(|b| matches!(self.study.kinds[b - 1], BlockKind::WithheldEffect(_)))
+    fn shape_ties(&self, validation: &mut CrossValidation) -> bool {
+        let withheld: Vec<usize> = (1..self.design.columns.blocks.len())
+            .filter(|b| matches!(self.design.kinds[b - 1], BlockKind::WithheldEffect(_)))
             .collect();
-        let found = &self.told.found.blocks;
+        let found = &self.selected.found.blocks;
         found.iter().any(|&block| {
             let others: Vec<usize> = found.iter().copied().filter(|b| *b != block).collect();
-            self.rivals(arena, block, &others, &withheld)
+            self.rivals(validation, block, &others, &withheld)
                 .first()
                 .is_some_and(|r| r.1 > 0.3)
         })
     }
 
-    fn fill(&self, out: &mut Diagnosis, arena: &mut CrossValidation, mut seen: Measurements) {
+    fn fill(&self, out: &mut Diagnosis, validation: &mut CrossValidation, mut seen: Measurements) {
         let named = matches!(out.verdict, Verdict::Named | Verdict::Alias);
-        let model = if named { self.foretold() } else { &self.before };
-        if named && self.elsewhere.is_some() {
-            out.notes.push(self.of_its_time());
+        let model = if named {
+            self.prediction()
+        } else {
+            &self.before
+        };
+        if named && self.transfer_residuals.is_some() {
+            out.notes.push(self.time_bound_remark());
         }
         if named {
             out.notes.extend(
                 self.followed()
                     .map(|card| format!("{}: {}", card.name, card.remark)),
             );
-            out.notes.extend(self.if_it_beats_otherwise());
+            out.notes.extend(self.beat_remark());
         }
         let bursts = out
             .effects
@@ -443,7 +460,7 @@ impl ModelSelection<'_> {
                 channel: CHANNEL_NAMES[c].into(),
                 before_rms_m: real,
                 after_rms_m: model.channel_rms_m(c).0,
-                after_ci95_m: self.foretold_interval_m(named, c).map(|m| m * set_aside),
+                after_ci95_m: self.prediction_interval_m(named, c).map(|m| m * set_aside),
                 floor_rms_m: simulated,
             });
         }
@@ -451,7 +468,7 @@ impl ModelSelection<'_> {
         out.held_out.whitened_before = seen.white_before;
         out.held_out.whitened_after = model.white_rms() / floor;
         if out.verdict != Verdict::NoGap {
-            let mut located = self.locate_whole(arena);
+            let mut located = self.locate_whole(validation);
             if out.verdict == Verdict::Unknown {
                 merge(&mut located, self.locate_finely());
                 clock_first(&mut located);
@@ -460,9 +477,9 @@ impl ModelSelection<'_> {
             out.place = self.shares(located);
             out.unexplained = if named {
                 attribute(
-                    &self.study,
-                    arena,
-                    &self.told.found.blocks,
+                    &self.design,
+                    validation,
+                    &self.selected.found.blocks,
                     &mut seen.located,
                 );
                 Unexplained {
@@ -481,10 +498,10 @@ impl ModelSelection<'_> {
 
 /// True if an amount of a fit is far beyond its prior size: such amounts nearly cancel on this motion, and build what they are not. A
 /// field's nodes share one size, and what is known of an amount by itself is none.
-pub(super) fn of_no_size(fine: &RelinearizedFit) -> bool {
-    let (gram, columns) = (&fine.gram, &fine.columns);
+pub(super) fn of_no_size(relinearized: &RelinearizedFit) -> bool {
+    let (gram, columns) = (&relinearized.gram, &relinearized.columns);
     let far = |c: usize| {
-        let sizes = (fine.amounts[c] - gram.centre[c]) * gram.shrunk[c];
+        let sizes = (relinearized.coefficients[c] - gram.centre[c]) * gram.shrunk[c];
         let regressor = &columns.regressors[c];
         let of_size = regressor.deviation.is_none() || regressor.course.is_some();
         let far = of_size && sizes.abs() > SIZES;
@@ -492,7 +509,7 @@ pub(super) fn of_no_size(fine: &RelinearizedFit) -> bool {
             log(&format!(
                 "{}: {sizes:.1} prior sizes, {:.5}",
                 columns.regressors[c].name,
-                fine.amount(c)
+                relinearized.coefficient(c)
             ));
         }
         far

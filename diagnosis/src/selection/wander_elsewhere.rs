@@ -2,9 +2,9 @@
 //! together, and the course of either is another one there.
 
 use crate::inference::residuals::Residuals;
+use crate::linearization::recording::ROWS;
 use crate::linearization::relinearized::RelinearizedFit;
-use crate::linearization::scene::ROWS;
-use crate::transfer::model::is_of_its_time;
+use crate::transfer::model::is_time_bound;
 use effects::sensor::Covariates;
 
 /// Golden section: its multiples fill a unit evenly, however many there are.
@@ -14,55 +14,58 @@ const GOLDEN: f64 = 0.618_033_988_749_895;
 /// place of what is known of it: each sample at one, all of them evenly over the recording's time. A recording may take most of
 /// its samples in a small part of its time, in which a wander hardly moves: what they have in common is not what another
 /// recording has. Of a vibration, what swells is left. `None` where nothing does either.
-pub(super) fn left(fine: &RelinearizedFit) -> Option<[Residuals; 2]> {
-    let mut blocks = fine.columns.blocks.iter();
-    let wander = blocks.find(|b| is_of_its_time(&b.name, &fine.scene.inputs));
+pub(super) fn left(relinearized: &RelinearizedFit) -> Option<[Residuals; 2]> {
+    let mut blocks = relinearized.columns.blocks.iter();
+    let wander = blocks.find(|b| is_time_bound(&b.name, &relinearized.linearized.inputs));
     let wander = wander.map_or(0..0, |b| b.columns.clone());
-    let swell = crate::spectra::resonance::breath(fine).of_its_time;
+    let swell = crate::spectra::resonance::amplitude_modulation(relinearized).time_bound;
     if wander.is_empty() && swell.is_empty() {
         return None;
     }
-    let other = other_times(fine);
+    let other = other_times(relinearized);
     let change = |i: usize| {
-        let rows = fine.scene.rows(i);
-        let there = fine.scene.covariates(other[i]);
+        let rows = relinearized.linearized.rows(i);
+        let there = relinearized.linearized.covariates(other[i]);
         let covariates = Covariates {
             progress: there.progress,
-            ..fine.scene.covariates(i)
+            ..relinearized.linearized.covariates(i)
         };
         let mut out = [0.0; ROWS];
-        let here = fine.scene.covariates(i);
+        let here = relinearized.linearized.covariates(i);
         let wandering = wander.clone().map(|c| (c, &covariates));
         for (c, covariates) in wandering.chain(swell.iter().map(|c| (*c, &here))) {
-            let response = rows.response(&fine.columns.regressors[c], covariates);
+            let response = rows.response(&relinearized.columns.regressors[c], covariates);
             let added = out.iter_mut().zip(response);
-            added.for_each(|(out, response)| *out -= fine.amount(c) * response);
+            added.for_each(|(out, response)| *out -= relinearized.coefficient(c) * response);
         }
         out
     };
-    let left = fine.left_out()?;
-    Some([left, fine.residuals()].map(|r| r.changed(&fine.scene, change)))
+    let left = relinearized.left_out()?;
+    Some([left, relinearized.residuals()].map(|r| r.changed(&relinearized.linearized, change)))
 }
 
 /// Residuals `left` with the beats of a vibration in them, as they are where another recording's are others; `None` without beats.
-pub(super) fn without_beats(fine: &RelinearizedFit, left: &Residuals) -> Option<Residuals> {
-    let beats = crate::spectra::resonance::breath(fine).beats;
+pub(super) fn without_beats(relinearized: &RelinearizedFit, left: &Residuals) -> Option<Residuals> {
+    let beats = crate::spectra::resonance::amplitude_modulation(relinearized).beats;
     let change = |i: usize| {
-        let (rows, covariates) = (fine.scene.rows(i), fine.scene.covariates(i));
+        let (rows, covariates) = (
+            relinearized.linearized.rows(i),
+            relinearized.linearized.covariates(i),
+        );
         let mut out = [0.0; ROWS];
         for c in &beats {
-            let response = rows.response(&fine.columns.regressors[*c], &covariates);
+            let response = rows.response(&relinearized.columns.regressors[*c], &covariates);
             let added = out.iter_mut().zip(response);
-            added.for_each(|(out, response)| *out -= fine.amount(*c) * response);
+            added.for_each(|(out, response)| *out -= relinearized.coefficient(*c) * response);
         }
         out
     };
-    (!beats.is_empty()).then(|| left.changed(&fine.scene, change))
+    (!beats.is_empty()).then(|| left.changed(&relinearized.linearized, change))
 }
 
 /// For each sample one at another time.
-fn other_times(fine: &RelinearizedFit) -> Vec<usize> {
-    let t_s = &fine.scene.observations.t_s;
+fn other_times(relinearized: &RelinearizedFit) -> Vec<usize> {
+    let t_s = &relinearized.linearized.observations.t_s;
     let mut order: Vec<usize> = (0..t_s.len()).collect();
     order.sort_by(|a, b| t_s[*a].total_cmp(&t_s[*b]));
     let (Some(&first), Some(&last)) = (order.first(), order.last()) else {

@@ -27,23 +27,23 @@ impl<'a> ModelSelection<'a> {
     }
 
     fn try_searched(&mut self, effect: &str, tell: fn(&mut BasisInputs)) {
-        let names = self.told.names(&self.study);
+        let names = self.selected.names(&self.design);
         let skewed = names.iter().any(|n| n == effect);
         let visible = self.ratio() >= VISIBLE * self.noise_rms();
-        let detection = self.study.columns.blocks.iter().any(|b| b.name == effect);
+        let detection = self.design.columns.blocks.iter().any(|b| b.name == effect);
         let accompanied = skewed && names.len() > 1;
         if !detection || !(visible || accompanied) {
             return;
         }
         let (_, noise) = self.levels();
-        let excess = self.fine.residuals().white_rms().powi(2) - noise;
-        let left = excess * self.study.gram.total_rows() as f64;
+        let excess = self.relinearized.residuals().white_rms().powi(2) - noise;
+        let left = excess * self.design.gram.total_rows() as f64;
         let beside = if skewed {
             names.clone()
         } else {
             [&names[..], &[effect.into()]].concat()
         };
-        let few = self.wound(tell, Some(&beside));
+        let few = self.winding_design(tell, Some(&beside));
         let enough = |s: f64, count: usize| {
             visible && s < LEAVES * left || count < names.len() && s < left + MINIMUM_SQUARES
         };
@@ -54,43 +54,47 @@ impl<'a> ModelSelection<'a> {
             others.map(|(_, b)| *b).collect::<Vec<usize>>()
         };
         let mut sets = (0..=all.len()).map(but);
-        let mut arena = few.arena();
+        let mut validation = few.cross_validation();
         let worth = sets.any(|set| {
-            let squares = arena.score(&set).squares - self.told.base;
+            let squares = validation.score(&set).squares - self.selected.base;
             log(&format!(
                 "winding lines leave {squares:.0} of {left:.0} with {set:?}"
             ));
             enough(squares, set.len())
         });
-        drop(arena);
+        drop(validation);
         if !worth {
             return;
         }
-        let again = self.wound(tell, None);
-        let told = SelectedModel::new(&again, self.noise.is_some());
-        let found = told.names(&again);
-        let squares = again.arena().score(&told.found.blocks).squares - told.base;
+        let again = self.winding_design(tell, None);
+        let selected = SelectedModel::new(&again, self.noise.is_some());
+        let found = selected.names(&again);
+        let squares = again
+            .cross_validation()
+            .score(&selected.found.blocks)
+            .squares
+            - selected.base;
         if found.iter().any(|n| n == effect) && enough(squares, found.len()) {
-            let fine = RelinearizedFit::of(&again, &told);
-            if !of_no_size(&fine) {
-                self.take_fitted(again, told, fine);
+            let relinearized = RelinearizedFit::of(&again, &selected);
+            if !of_no_size(&relinearized) {
+                self.accept_fit(again, selected, relinearized);
             }
         }
     }
 
     /// A study in which the lines wind, of some blocks or all.
-    fn wound(&self, tell: fn(&mut BasisInputs), only: Option<&[String]>) -> Design<'a> {
-        let mut inputs = self.study.scene.inputs.clone();
+    fn winding_design(&self, tell: fn(&mut BasisInputs), only: Option<&[String]>) -> Design<'a> {
+        let mut inputs = self.design.linearized.inputs.clone();
         tell(&mut inputs);
-        let about = LinearizationPoint {
+        let point = LinearizationPoint {
             noise: self.noise,
             ..self.trusted()
         };
-        let look = DesignOptions {
-            as_in: Some(&inputs),
+        let design_options = DesignOptions {
+            previous_inputs: Some(&inputs),
             only,
             ..DesignOptions::default()
         };
-        assemble(self.prepared, self.options, &about, look)
+        assemble(self.prepared, self.options, &point, design_options)
     }
 }

@@ -3,7 +3,7 @@
 
 use crate::algebra::fourier::Orders;
 use crate::inference::residuals::Residuals;
-use crate::linearization::scene::Scene;
+use crate::linearization::recording::LinearizedRecording;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use std::f64::consts::TAU;
@@ -30,8 +30,8 @@ struct Series {
 
 /// Wave vectors, turns over a full scale, that stand out of the residuals of g_x and g_y, strongest first; each is taken out
 /// before the next is looked for. Cost: a transform of the trials for each of some hundred wave numbers across.
-pub fn waves(scene: &Scene, residuals: &Residuals) -> Vec<[f64; 2]> {
-    let mut series = [1, 2].map(|channel| Series::of(scene, residuals, channel));
+pub fn waves(linearized: &LinearizedRecording, residuals: &Residuals) -> Vec<[f64; 2]> {
+    let mut series = [1, 2].map(|channel| Series::of(linearized, residuals, channel));
     let mut found = Vec::new();
     if series.iter().any(|s| s.value.len() < SAMPLES) {
         return found;
@@ -91,10 +91,10 @@ fn range(series: &[Series; 2], axis: usize) -> f64 {
 }
 
 impl Series {
-    fn of(scene: &Scene, residuals: &Residuals, channel: usize) -> Self {
+    fn of(linearized: &LinearizedRecording, residuals: &Residuals, channel: usize) -> Self {
         let of_it = |k: &usize| residuals.channel[*k] == channel;
         let list: Vec<usize> = (0..residuals.sample.len()).filter(of_it).collect();
-        let deflection = |k: &usize| scene.covariates(residuals.sample[*k]).deflection;
+        let deflection = |k: &usize| linearized.covariates(residuals.sample[*k]).deflection;
         Self {
             at: list.iter().map(deflection).collect(),
             value: list.iter().map(|k| residuals.white[*k]).collect(),

@@ -2,7 +2,7 @@
 
 use crate::algebra::statistics::rms;
 use crate::inference::residuals::Residuals;
-use crate::linearization::scene::Scene;
+use crate::linearization::recording::LinearizedRecording;
 use crate::spectra::lines::{Series, lines_hz, subtract};
 
 /// Samples under a beacon from which on it is looked at.
@@ -10,8 +10,8 @@ const LEAST: usize = 50;
 
 /// Frequencies, Hz, at which the residuals of g_x and g_y swing in proportion to their deflection, strongest first. Lines that are
 /// known to be there without it are taken out before; whatever the level, it is taken to be of unit rms. Cost: see [`lines_hz`].
-pub fn flicker_hz(scene: &Scene, residuals: &Residuals) -> Vec<f64> {
-    let o = scene.observations;
+pub fn flicker_hz(linearized: &LinearizedRecording, residuals: &Residuals) -> Vec<f64> {
+    let o = linearized.observations;
     let data = [0, 1].map(|axis: usize| {
         let of_it = (0..residuals.sample.len()).filter(|k| residuals.channel[*k] == 1 + axis);
         let sees = of_it.filter(|k| o.sees_beacon(residuals.sample[*k]));
@@ -35,7 +35,7 @@ pub fn flicker_hz(scene: &Scene, residuals: &Residuals) -> Vec<f64> {
             value,
             stretch,
         };
-        for hz in &scene.inputs.beacon_lines_hz {
+        for hz in &linearized.inputs.beacon_lines_hz {
             subtract(&mut one, *hz);
         }
         for (value, k) in one.value.iter_mut().zip(rows) {

@@ -1,15 +1,15 @@
 //! Lines in one quadrature pair: what hums in a channel changes the phase times its sine or cosine, and the amplitude with it.
 
-use crate::linearization::scene::Scene;
+use crate::linearization::recording::LinearizedRecording;
 use crate::spectra::lines::{Series, lines_hz};
 
 /// Variance of an amplitude over its noise from which on it is looked at.
 const LOUD: f64 = 1.3;
 
 /// Frequencies, Hz, that hum in the sine or the cosine of a segment, strongest first. Cost: see [`lines_hz`].
-pub fn hum_hz(scene: &Scene, segment: usize) -> Vec<f64> {
-    let o = scene.observations;
-    let left = scene.amplitude_left(segment);
+pub fn hum_hz(linearized: &LinearizedRecording, segment: usize) -> Vec<f64> {
+    let o = linearized.observations;
+    let left = linearized.amplitude_left(segment);
     let of = |channel: usize| -> (Vec<f64>, Vec<f64>, Vec<usize>) {
         let mut out = (Vec::new(), Vec::new(), Vec::new());
         for &(i, value) in &left {

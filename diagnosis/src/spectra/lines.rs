@@ -2,7 +2,7 @@
 
 use crate::algebra::fourier::Orders;
 use crate::inference::residuals::Residuals;
-use crate::linearization::scene::Scene;
+use crate::linearization::recording::LinearizedRecording;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use std::f64::consts::TAU;
@@ -150,8 +150,8 @@ fn strongest(series: &[Series]) -> Option<f64> {
         .iter()
         .map(|s| s.t_s.last().unwrap_or(&0.0) - s.t_s.first().unwrap_or(&0.0))
         .fold(0.0, f64::max);
-    let fine = (0.15 / whole.max(1e-9)).max(step / 2500.0);
-    let count = (2.0 * step / fine) as usize;
+    let relinearized = (0.15 / whole.max(1e-9)).max(step / 2500.0);
+    let count = (2.0 * step / relinearized) as usize;
     let best = |first_hz: f64, by_hz: f64, count: usize| {
         coherent(series, first_hz, by_hz, count)
             .into_iter()
@@ -161,9 +161,13 @@ fn strongest(series: &[Series]) -> Option<f64> {
             .max_by(|a, b| a.1.total_cmp(&b.1))
             .map(|best| best.0)
     };
-    let near = best(coarse - step, fine, count + 1)?;
+    let near = best(coarse - step, relinearized, count + 1)?;
     // Half a step off turns the phase by a quarter of a radian from end to end: lines beside it would stand for that.
-    best(near - fine, fine / FINER as f64, 2 * FINER + 1)
+    best(
+        near - relinearized,
+        relinearized / FINER as f64,
+        2 * FINER + 1,
+    )
 }
 
 /// Parts of a step that the strongest frequency is told to.
@@ -220,8 +224,8 @@ pub fn add_lines(list: &mut Vec<f64>, more: Vec<f64>) {
 }
 
 /// Lines of the coordination sensor and of the segments, Hz.
-pub fn lines_of(scene: &Scene, residuals: &Residuals) -> (Vec<f64>, Vec<f64>) {
-    let o = scene.observations;
+pub fn lines_of(linearized: &LinearizedRecording, residuals: &Residuals) -> (Vec<f64>, Vec<f64>) {
+    let o = linearized.observations;
     let pick = |channel: usize| -> (Vec<f64>, Vec<f64>, Vec<usize>) {
         let mut out = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..residuals.sample.len() {

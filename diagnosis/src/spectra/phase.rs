@@ -3,8 +3,8 @@
 //! no time from run to run, nor turns as evenly: each stretch then shifts all lines of a resonance together. Nothing is scaled.
 
 use crate::data::folds::folds;
-use crate::design::gram::{Columns, Gram, amounts};
-use crate::linearization::scene::{Scene, range};
+use crate::design::gram::{Columns, Gram, coefficients};
+use crate::linearization::recording::{LinearizedRecording, range};
 use crate::spectra::resonance::RESONANCE;
 use crate::verdict::answer::Magnitude;
 use effects::Detection;
@@ -88,7 +88,7 @@ fn both_quarters(name: String, lines: Vec<Line>, stretch: Option<usize>) -> [Reg
 }
 
 /// Finds the phase of each of `lines` and holds it, then what each stretch shifts; the amplitude stays the model's.
-pub fn align(scene: &Scene, columns: &mut Columns, lines: &[Line]) {
+pub fn align(linearized: &LinearizedRecording, columns: &mut Columns, lines: &[Line]) {
     let Some(block) = columns
         .blocks
         .iter()
@@ -97,14 +97,14 @@ pub fn align(scene: &Scene, columns: &mut Columns, lines: &[Line]) {
         return;
     };
     let block = block.columns.clone();
-    let turns = turns(scene, columns, block, 0.0);
+    let turns = turns(linearized, columns, block, 0.0);
     let turned: Vec<Line> = lines
         .iter()
         .zip(turns)
         .map(|(l, turn)| l.later(turn))
         .collect();
     let mut shifted = Vec::new();
-    for (stretch, length_s) in telling(scene) {
+    for (stretch, length_s) in telling(linearized) {
         for (n, together) in resonances(&turned, length_s).into_iter().enumerate() {
             let name = format!("resonance {n}, stretch {stretch}");
             shifted.extend(both_quarters(name, together, Some(stretch)));
@@ -112,13 +112,22 @@ pub fn align(scene: &Scene, columns: &mut Columns, lines: &[Line]) {
     }
     let start = columns.regressors.len();
     columns.push("phase of each stretch", shifted);
-    self::turns(scene, columns, start..columns.regressors.len(), 1.0);
+    self::turns(linearized, columns, start..columns.regressors.len(), 1.0);
 }
 
 /// Finds by how much each pair of columns of a block is later, and holds it there: beside what is there of the first of them already.
-fn turns(scene: &Scene, columns: &mut Columns, block: Range<usize>, there: f64) -> Vec<f64> {
-    let gram = Gram::new(scene, columns, &folds(&scene.observations.stretch));
-    let found = amounts(&gram, columns);
+fn turns(
+    linearized: &LinearizedRecording,
+    columns: &mut Columns,
+    block: Range<usize>,
+    there: f64,
+) -> Vec<f64> {
+    let gram = Gram::new(
+        linearized,
+        columns,
+        &folds(&linearized.observations.stretch),
+    );
+    let found = coefficients(&gram, columns);
     let turn = |c: usize| {
         let amount = |c: usize| found[c] * gram.scale[c];
         let turn = amount(c + 1).atan2(there + amount(c));
@@ -131,10 +140,10 @@ fn turns(scene: &Scene, columns: &mut Columns, block: Range<usize>, there: f64) 
 }
 
 /// Stretches with enough samples of the beacon, and how long they see it, s.
-fn telling(scene: &Scene) -> Vec<(usize, f64)> {
-    let o = scene.observations;
+fn telling(linearized: &LinearizedRecording) -> Vec<(usize, f64)> {
+    let o = linearized.observations;
     let mut seen_s = vec![Vec::new(); o.stretch.last().map_or(0, |last| last + 1)];
-    let samples = (0..scene.len()).filter(|i| scene.keep[*i] && o.sees_beacon(*i));
+    let samples = (0..linearized.len()).filter(|i| linearized.mask[*i] && o.sees_beacon(*i));
     samples.for_each(|i| seen_s[o.stretch[i]].push(o.t_s[i]));
     let telling = seen_s
         .iter()

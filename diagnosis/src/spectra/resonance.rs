@@ -5,8 +5,8 @@
 
 use crate::algebra::normal_equations::Sums;
 use crate::inference::residuals::Residuals;
+use crate::linearization::recording::range;
 use crate::linearization::relinearized::RelinearizedFit;
-use crate::linearization::scene::range;
 use effects::Detection;
 use effects::sensor::SLOWEST_LINE_HZ;
 use nalgebra::DVector;
@@ -26,15 +26,15 @@ const OF_A_LINE: usize = 4;
 #[derive(Default)]
 pub struct AmplitudeModulation {
     /// Those that belong to this recording's time.
-    pub of_its_time: Vec<usize>,
+    pub time_bound: Vec<usize>,
     /// Those within a stronger line's resonance that another recording will show: of one whose drive is modulated alike.
     pub beats: Vec<usize>,
 }
 
 /// Tells the lines that another recording will show from those that it will not.
-pub fn breath(fine: &RelinearizedFit) -> AmplitudeModulation {
+pub fn amplitude_modulation(relinearized: &RelinearizedFit) -> AmplitudeModulation {
     let mut out = AmplitudeModulation::default();
-    let Some(block) = fine
+    let Some(block) = relinearized
         .columns
         .blocks
         .iter()
@@ -43,17 +43,28 @@ pub fn breath(fine: &RelinearizedFit) -> AmplitudeModulation {
         return out;
     };
     let columns: Vec<usize> = block.columns.clone().collect();
-    let hz = fine.scene.inputs.beacon_lines_hz.iter().copied();
+    let hz = relinearized
+        .linearized
+        .inputs
+        .beacon_lines_hz
+        .iter()
+        .copied();
     let hz = hz.filter(|hz| *hz >= SLOWEST_LINE_HZ);
     let mut lines: Vec<(&[usize], f64)> = columns.chunks(OF_A_LINE).zip(hz).collect();
     if lines.len() < 2 {
         return out;
     }
-    let power = |line: &[usize]| line.iter().map(|c| fine.amount(*c).powi(2)).sum::<f64>();
+    let power = |line: &[usize]| {
+        line.iter()
+            .map(|c| relinearized.coefficient(*c).powi(2))
+            .sum::<f64>()
+    };
     lines.sort_by(|a, b| power(b.0).total_cmp(&power(a.0)));
-    let halves = halves(fine, &columns);
-    let times = fine.residuals().sample.iter();
-    let times: Vec<f64> = times.map(|i| fine.scene.observations.t_s[*i]).collect();
+    let halves = halves(relinearized, &columns);
+    let times = relinearized.residuals().sample.iter();
+    let times: Vec<f64> = times
+        .map(|i| relinearized.linearized.observations.t_s[*i])
+        .collect();
     let span_s = range(&times).map_or(0.0, |[from, to]| to - from);
     let places = |line: &[usize]| line.iter().map(|c| c - columns[0]).collect::<Vec<usize>>();
     let mut kept = places(lines[0].0);
@@ -66,7 +77,7 @@ pub fn breath(fine: &RelinearizedFit) -> AmplitudeModulation {
         let least = if beside.is_empty() { 0.0 } else { PERSISTS };
         let with: Vec<usize> = kept.iter().copied().chain(places(line)).collect();
         if slow || !persists(&halves, &kept, &with, least) {
-            out.of_its_time.extend_from_slice(line);
+            out.time_bound.extend_from_slice(line);
             continue;
         }
         kept = with;
@@ -84,18 +95,18 @@ fn persists(halves: &[Sums; 2], known: &[usize], with: &[usize], share: f64) -> 
 }
 
 /// Both halves, in the order of the samples.
-fn halves(fine: &RelinearizedFit, columns: &[usize]) -> [Sums; 2] {
-    let left: &Residuals = fine.residuals();
+fn halves(relinearized: &RelinearizedFit, columns: &[usize]) -> [Sums; 2] {
+    let left: &Residuals = relinearized.residuals();
     let middle = left.sample.get(left.sample.len() / 2).copied();
     let mut halves = [0, 1].map(|_| Sums::new(columns.len(), FREE));
     let mut start = 0;
     while start < left.sample.len() {
         let i = left.sample[start];
-        let rows = fine.scene.rows(i);
-        let covariates = fine.scene.covariates(i);
+        let rows = relinearized.linearized.rows(i);
+        let covariates = relinearized.linearized.covariates(i);
         let responses: Vec<_> = columns
             .iter()
-            .map(|c| rows.response(&fine.columns.regressors[*c], &covariates))
+            .map(|c| rows.response(&relinearized.columns.regressors[*c], &covariates))
             .collect();
         let half = &mut halves[usize::from(Some(i) >= middle)];
         for row in 0..rows.count {
@@ -104,7 +115,9 @@ fn halves(fine: &RelinearizedFit, columns: &[usize]) -> [Sums; 2] {
             let regressor =
                 DVector::from_iterator(columns.len(), responses.iter().map(|r| weight * r[row]));
             let added = columns.iter().zip(&responses);
-            let added: f64 = added.map(|(c, r)| fine.amount(*c) * r[row]).sum();
+            let added: f64 = added
+                .map(|(c, r)| relinearized.coefficient(*c) * r[row])
+                .sum();
             let without = weight * (left.value_m[k] - added);
             half.add(&regressor, without);
         }
@@ -116,7 +129,7 @@ fn halves(fine: &RelinearizedFit, columns: &[usize]) -> [Sums; 2] {
 /// Whitened squares of each half with some columns, fitted on the other.
 fn foretold(halves: &[Sums; 2], list: &[usize]) -> f64 {
     let [one, other] = halves;
-    one.left_with(list, other.amounts(list)) + other.left_with(list, one.amounts(list))
+    one.left_with(list, other.coefficients(list)) + other.left_with(list, one.coefficients(list))
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! How far the gap between a segment and the platen went, by its amplitude: what a model says of it beyond is extrapolated.
 
-use crate::linearization::scene::Scene;
+use crate::linearization::recording::LinearizedRecording;
 use serde::{Deserialize, Serialize};
 
 /// Share of the range that another recording may lie beyond it.
@@ -15,10 +15,10 @@ pub struct AmplitudeSupport {
 
 impl AmplitudeSupport {
     /// Of the samples in use.
-    pub fn of(scene: &Scene) -> Self {
+    pub fn of(linearized: &LinearizedRecording) -> Self {
         let mut all = [[f64::INFINITY, f64::NEG_INFINITY]; 4];
-        for i in (0..scene.len()).filter(|i| scene.keep[*i]) {
-            let here = scene.covariates(i).ln_amplitude;
+        for i in (0..linearized.len()).filter(|i| linearized.mask[*i]) {
+            let here = linearized.covariates(i).ln_amplitude;
             for (range, here) in all.iter_mut().zip(here) {
                 *range = [range[0].min(here), range[1].max(here)];
             }

@@ -9,14 +9,14 @@ use crate::data::outliers::{among_bursts, astray, disturbed};
 use crate::data::slips::repair_slips;
 use crate::data::tooth_counts::align_pairs;
 use crate::data::{commanded, restarts};
-use crate::design::gram::{Columns, Gram, amounts};
+use crate::design::gram::{Columns, Gram, coefficients};
 use crate::inference::covariance::PosteriorCovariance;
 use crate::inference::residuals::Residuals;
 use crate::linearization::baseline::Baseline;
 use crate::linearization::calibrate::baseline_columns;
 use crate::linearization::paths::likeliest;
+use crate::linearization::recording::{LinearizedRecording, ReferenceValues, range};
 use crate::linearization::relinearized::remembers;
-use crate::linearization::scene::{ReferenceValues, Scene, range};
 use crate::noise::simulated::floor;
 use crate::progress::{Stage, Watch, unwatched};
 use crate::spectra::phase::{Line, align, waves};
@@ -101,7 +101,7 @@ pub struct Checked {
     /// Samples that residuals could be formed of.
     pub samples: usize,
     /// Those of them of which the model's recording showed too little: over places that it did not visit, where there is a field, or
-    /// where the uncertainty of the amounts counts ([`PosteriorCovariance::doubts`]), or beyond the amplitudes that a gap had ([`AmplitudeSupport`]). Left out
+    /// where the uncertainty of the amounts counts ([`PosteriorCovariance::extrapolates`]), or beyond the amplitudes that a gap had ([`AmplitudeSupport`]). Left out
     /// of the figures.
     pub unknown: usize,
     /// What the model leaves at these, rms over the simulator's own scatter.
@@ -112,7 +112,7 @@ pub struct Checked {
 }
 
 /// True if the amounts of an effect are tied to a recording's own time. A pair's counts show its course in any recording.
-pub(crate) fn is_of_its_time(effect: &str, inputs: &BasisInputs) -> bool {
+pub(crate) fn is_time_bound(effect: &str, inputs: &BasisInputs) -> bool {
     effects::has(effect, Card::keeps_its_own_time) && !inputs.counts
 }
 
@@ -121,7 +121,7 @@ pub(crate) fn is_of_its_time(effect: &str, inputs: &BasisInputs) -> bool {
 /// vibration's phase is counted from (in each stretch: what drives it keeps no time from run to run), what a segment brought along
 /// to a stretch from a way that is not recorded, and the angle between the two sensors where mounts drift with temperature. Whole
 /// teeth between the segments of a pair are told before ([`align_pairs`]). A wander is followed by what
-/// the counts' amplitudes show of it ([`Scene::amplitudes_explained`]); without counts it does not carry over and is left out,
+/// the counts' amplitudes show of it ([`LinearizedRecording::amplitudes_explained`]); without counts it does not carry over and is left out,
 /// so is what the model's recording showed too little of ([`TrainingSupport`], [`PosteriorCovariance`]); how a vibration swells is not in the model.
 ///
 /// # Errors
@@ -149,7 +149,7 @@ pub fn check_watched(
 ) -> Result<Checked, Insufficient> {
     watch(Stage::Read);
     let mut observations = Observations::new(recording)?;
-    commanded::mend(&mut observations);
+    commanded::repair(&mut observations);
     restarts::join(&mut observations, recording);
     repair_slips(&mut observations);
     align_pairs(&mut observations);
@@ -187,7 +187,7 @@ pub fn check_watched(
         channels,
     };
     let beyond = unknown.iter().filter(|u| **u).count();
-    let samples = beyond + floor_scene.keep.iter().filter(|k| **k).count();
+    let samples = beyond + floor_scene.mask.iter().filter(|k| **k).count();
     let unknown_after = if beyond > 0 {
         residuals(model, &observations, unknown, true).0.white_rms() / white
     } else {
@@ -247,13 +247,15 @@ fn split(model: &Model, observations: &Observations, usable: Vec<bool>) -> (Vec<
         return (usable, none);
     };
     let baseline = model.baseline_with_effects.clone();
-    let mut scene = Scene::relative_to(observations, baseline, usable, Some(&model.normal));
-    scene.inputs.field_by_segment = model.inputs.field_by_segment;
-    let there =
-        |i: usize| scene.keep[i] && scene.channels(i).contains(&true) | scene.scope.reference;
-    (0..scene.len())
+    let mut linearized =
+        LinearizedRecording::relative_to(observations, baseline, usable, Some(&model.normal));
+    linearized.inputs.field_by_segment = model.inputs.field_by_segment;
+    let there = |i: usize| {
+        linearized.mask[i] && linearized.channels(i).contains(&true) | linearized.scope.reference
+    };
+    (0..linearized.len())
         .map(|i| {
-            let knows = visited.knows(&scene, i);
+            let knows = visited.knows(&linearized, i);
             (there(i) && knows, there(i) && !knows)
         })
         .unzip()
@@ -265,49 +267,54 @@ fn doubtful(model: &Model, observations: &Observations, usable: &[bool]) -> Vec<
     if certainty.is_none() && reached.is_none() {
         return vec![false; usable.len()];
     }
-    let (mut scene, effects, _) = apply(model, observations, usable.to_vec(), true);
+    let (mut linearized, effects, _) = apply(model, observations, usable.to_vec(), true);
     let beyond = |i: usize| {
         let reached = reached.as_ref().filter(|_| usable[i]);
-        reached.is_some_and(|r| r.is_beyond(scene.covariates(i).ln_amplitude))
+        reached.is_some_and(|r| r.is_beyond(linearized.covariates(i).ln_amplitude))
     };
-    let beyond: Vec<bool> = (0..scene.len()).map(beyond).collect();
+    let beyond: Vec<bool> = (0..linearized.len()).map(beyond).collect();
     let Some(certainty) = certainty else {
         return beyond;
     };
-    scene.noise = certainty.noise;
-    let mut columns = baseline_columns(&scene);
+    linearized.noise = certainty.noise;
+    let mut columns = baseline_columns(&linearized);
     columns.append(effects);
-    let doubts = certainty.doubts(&scene, &columns);
-    doubts.iter().zip(&beyond).map(|(d, b)| *d || *b).collect()
+    let extrapolates = certainty.extrapolates(&linearized, &columns);
+    extrapolates
+        .iter()
+        .zip(&beyond)
+        .map(|(d, b)| *d || *b)
+        .collect()
 }
 
 /// What the model, or its baseline alone, leaves at some samples; and the scene under it.
 fn residuals<'a>(
     model: &Model,
     observations: &'a Observations,
-    keep: Vec<bool>,
+    mask: Vec<bool>,
     with: bool,
-) -> (Residuals, Scene<'a>) {
-    let (scene, columns, list) = apply(model, observations, keep, with);
-    (evaluate(&scene, &columns, &list), scene)
+) -> (Residuals, LinearizedRecording<'a>) {
+    let (linearized, columns, list) = apply(model, observations, mask, with);
+    (evaluate(&linearized, &columns, &list), linearized)
 }
 
 /// The scene under the model: known amounts are put into the residual by columns with a prior that does not move.
 fn apply<'a>(
     model: &Model,
     observations: &'a Observations,
-    keep: Vec<bool>,
+    mask: Vec<bool>,
     with: bool,
-) -> (Scene<'a>, Columns, Vec<usize>) {
+) -> (LinearizedRecording<'a>, Columns, Vec<usize>) {
     let baseline = if with {
         &model.baseline_with_effects
     } else {
         &model.baseline
     };
-    let mut scene = Scene::relative_to(observations, baseline.clone(), keep, Some(&model.normal));
-    scene.take_amplitudes(Arc::new(scene.amplitudes_explained()));
-    let own = scene.inputs.clone();
-    scene.inputs = BasisInputs {
+    let mut linearized =
+        LinearizedRecording::relative_to(observations, baseline.clone(), mask, Some(&model.normal));
+    linearized.take_amplitudes(Arc::new(linearized.amplitudes_explained()));
+    let own = linearized.inputs.clone();
+    linearized.inputs = BasisInputs {
         segments: own.segments,
         reference: own.reference,
         beacon: own.beacon,
@@ -318,8 +325,8 @@ fn apply<'a>(
         ..model.inputs.clone()
     };
     let mut columns = Columns::default();
-    let mut zeros = zeros(&scene);
-    if with && scene.scope.beacon && follows_temperature(model) {
+    let mut zeros = zeros(&linearized);
+    if with && linearized.scope.beacon && follows_temperature(model) {
         zeros.push(zero_of_the_angle());
     }
     columns.push("zeros", zeros);
@@ -327,7 +334,7 @@ fn apply<'a>(
     if with {
         for effect in model.effects.iter().filter(|e| e.carries_over) {
             if effects::is(&effect.name, Detection::ByLines) {
-                if scene.scope.beacon {
+                if linearized.scope.beacon {
                     lines = Line::all(&effect.amounts, &model.inputs.beacon_lines_hz);
                 }
                 columns.push(effects::name_of(Detection::ByLines), waves(&lines));
@@ -339,7 +346,7 @@ fn apply<'a>(
             else {
                 continue;
             };
-            let regressors: Vec<Regressor> = side.regressors(&scene.inputs);
+            let regressors: Vec<Regressor> = side.regressors(&linearized.inputs);
             let start = columns.regressors.len();
             columns.push(effect.name.clone(), regressors);
             for c in start..columns.regressors.len() {
@@ -357,26 +364,30 @@ fn apply<'a>(
         }
     }
     if with && remembers(&columns) {
-        columns.push("ways between stretches", between_stretches(&scene));
+        columns.push("ways between stretches", between_stretches(&linearized));
     }
     if with {
-        align(&scene, &mut columns, &lines);
+        align(&linearized, &mut columns, &lines);
     }
     let list: Vec<usize> = (0..columns.regressors.len()).collect();
     if with {
-        scene = if remembers(&columns) && !scene.scope.reference {
-            let told = |columns: &Columns| {
-                let left = |scene: &Scene| evaluate(scene, columns, &list);
-                likeliest(&scene, |scene| settled(scene, columns), left)
+        linearized = if remembers(&columns) && !linearized.scope.reference {
+            let estimate = |columns: &Columns| {
+                let left = |linearized: &LinearizedRecording| evaluate(linearized, columns, &list);
+                likeliest(
+                    &linearized,
+                    |linearized| at_fixed_point(linearized, columns),
+                    left,
+                )
             };
-            let first = told(&columns);
+            let first = estimate(&columns);
             take_along(&first, &mut columns);
-            told(&columns)
+            estimate(&columns)
         } else {
-            settled(scene, &columns)
+            at_fixed_point(linearized, &columns)
         };
     }
-    (scene, columns, list)
+    (linearized, columns, list)
 }
 
 /// The place that places are told from: the model's, or this recording's own where that lies outside all that the model's went over.
@@ -394,11 +405,14 @@ fn middle_m(model: &BasisInputs, own: &BasisInputs) -> [f64; 2] {
 }
 
 /// What the segments brought along to each stretch but the first, which the effect has itself, where they keep it for long.
-fn between_stretches(scene: &Scene) -> Vec<Regressor> {
-    let stretch = &scene.observations.stretch;
+fn between_stretches(linearized: &LinearizedRecording) -> Vec<Regressor> {
+    let stretch = &linearized.observations.stretch;
     let mut kept = vec![[0.0; 4]; stretch.last().map_or(0, |last| last + 1)];
-    for (s, before) in scene.motion.before.iter().enumerate() {
-        let samples = before.iter().enumerate().filter(|(i, _)| scene.keep[*i]);
+    for (s, before) in linearized.motion.before.iter().enumerate() {
+        let samples = before
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| linearized.mask[*i]);
         samples.for_each(|(i, before)| kept[stretch[i]][s] += before);
     }
     let kept = kept.iter().enumerate().skip(1);
@@ -418,9 +432,13 @@ fn is_brought_along(regressor: &Regressor) -> bool {
 }
 
 /// What the segments brought along, as a first look at their ways tells it: it moves them as what is known does.
-fn take_along(scene: &Scene, columns: &mut Columns) {
-    let gram = Gram::new(scene, columns, &folds(&scene.observations.stretch));
-    let amounts = amounts(&gram, columns);
+fn take_along(linearized: &LinearizedRecording, columns: &mut Columns) {
+    let gram = Gram::new(
+        linearized,
+        columns,
+        &folds(&linearized.observations.stretch),
+    );
+    let amounts = coefficients(&gram, columns);
     for (c, regressor) in columns.regressors.iter().enumerate() {
         if is_brought_along(regressor) {
             columns.centre[c] = amounts[c] * gram.scale[c];
@@ -429,12 +447,15 @@ fn take_along(scene: &Scene, columns: &mut Columns) {
 }
 
 /// The scene about where the known amounts say that the segments are.
-fn settled<'a>(scene: Scene<'a>, columns: &Columns) -> Scene<'a> {
+fn at_fixed_point<'a>(
+    linearized: LinearizedRecording<'a>,
+    columns: &Columns,
+) -> LinearizedRecording<'a> {
     let known: Vec<usize> = (0..columns.regressors.len())
         .filter(|c| columns.held[*c] || is_brought_along(&columns.regressors[*c]))
         .collect();
     let amounts: Vec<f64> = known.iter().map(|c| columns.centre[*c]).collect();
-    crate::linearization::relinearized::settled(scene, columns, &known, &amounts)
+    crate::linearization::relinearized::at_fixed_point(linearized, columns, &known, &amounts)
 }
 
 /// Prior size of what is arbitrary, m.
@@ -451,10 +472,10 @@ fn zero_of_the_angle() -> Regressor {
 }
 
 /// What is arbitrary from recording to recording.
-fn zeros(scene: &Scene) -> Vec<Regressor> {
+fn zeros(linearized: &LinearizedRecording) -> Vec<Regressor> {
     let mut list = Vec::new();
-    if scene.scope.reference {
-        for s in (0..4).filter(|s| scene.scope.segments[*s]) {
+    if linearized.scope.reference {
+        for s in (0..4).filter(|s| linearized.scope.segments[*s]) {
             list.push(Regressor::reading(
                 format!("zero of segment {}", s + 1),
                 "m",
@@ -465,7 +486,7 @@ fn zeros(scene: &Scene) -> Vec<Regressor> {
         }
         return list;
     }
-    for channel in 0..if scene.scope.beacon { 3 } else { 1 } {
+    for channel in 0..if linearized.scope.beacon { 3 } else { 1 } {
         list.push(Regressor::channel(
             format!("zero of {}", CHANNEL_NAMES[channel]),
             "m",
@@ -479,10 +500,14 @@ fn zeros(scene: &Scene) -> Vec<Regressor> {
 
 /// What is left where the few amounts that are arbitrary here are fitted to all samples: what a segment brought along shows in the first few
 /// alone, and nothing else foretells it.
-fn evaluate(scene: &Scene, columns: &Columns, list: &[usize]) -> Residuals {
-    let gram = Gram::new(scene, columns, &folds(&scene.observations.stretch));
-    let amounts = amounts(&gram, columns);
-    Residuals::predicted(scene, columns, &gram, list, |_| &amounts, false)
+fn evaluate(linearized: &LinearizedRecording, columns: &Columns, list: &[usize]) -> Residuals {
+    let gram = Gram::new(
+        linearized,
+        columns,
+        &folds(&linearized.observations.stretch),
+    );
+    let amounts = coefficients(&gram, columns);
+    Residuals::predicted(linearized, columns, &gram, list, |_| &amounts, false)
 }
 
 /// What is left of each run in each channel, over its noise, where that was asked for.

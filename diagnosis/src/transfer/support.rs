@@ -1,7 +1,7 @@
 //! Where a field over the platen is known: the places that the recording went over. Elsewhere the model says nothing of it, and
 //! `check` neither confirms nor refutes a claim.
 
-use crate::linearization::scene::Scene;
+use crate::linearization::recording::LinearizedRecording;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
@@ -25,11 +25,11 @@ pub struct TrainingSupport {
 
 impl TrainingSupport {
     /// What the samples in use went over.
-    pub fn of(scene: &Scene) -> Self {
-        let cell_m = scene.observations.pitch_m / CELLS;
+    pub fn of(linearized: &LinearizedRecording) -> Self {
+        let cell_m = linearized.observations.pitch_m / CELLS;
         let mut cells: [BTreeSet<[i32; 2]>; MOST_FIELDS] = Default::default();
-        for i in (0..scene.len()).filter(|&i| scene.keep[i]) {
-            for (field, place_m) in places_m(scene, i) {
+        for i in (0..linearized.len()).filter(|&i| linearized.mask[i]) {
+            for (field, place_m) in places_m(linearized, i) {
                 cells[field].insert(cell(place_m, cell_m));
             }
         }
@@ -37,8 +37,8 @@ impl TrainingSupport {
     }
 
     /// True if all fields that a sample shows are known there.
-    pub fn knows(&self, scene: &Scene, i: usize) -> bool {
-        places_m(scene, i).all(|(field, place_m)| self.knows_at(field, place_m))
+    pub fn knows(&self, linearized: &LinearizedRecording, i: usize) -> bool {
+        places_m(linearized, i).all(|(field, place_m)| self.knows_at(field, place_m))
     }
 
     /// True if the place was passed, or lies between places that were: beside a single lane nothing is known.
@@ -55,12 +55,15 @@ impl TrainingSupport {
 }
 
 /// Each field that a sample shows, and the place that it shows it at.
-pub fn places_m<'a>(scene: &'a Scene, i: usize) -> impl Iterator<Item = (usize, [f64; 2])> + 'a {
-    let covariates = scene.covariates(i);
-    let channels = scene.channels(i);
-    let by_segment = scene.scope.reference || scene.inputs.field_by_segment;
+pub fn places_m<'a>(
+    linearized: &'a LinearizedRecording,
+    i: usize,
+) -> impl Iterator<Item = (usize, [f64; 2])> + 'a {
+    let covariates = linearized.covariates(i);
+    let channels = linearized.channels(i);
+    let by_segment = linearized.scope.reference || linearized.inputs.field_by_segment;
     (0..MOST_FIELDS).filter_map(move |s| match (by_segment, channels.get(s)) {
-        (true, _) if scene.scope.segments[s] => Some((s, covariates.place_m[s])),
+        (true, _) if linearized.scope.segments[s] => Some((s, covariates.place_m[s])),
         (false, Some(true)) => Some((s, covariates.centre_m)),
         _ => None,
     })

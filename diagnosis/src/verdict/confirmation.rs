@@ -187,8 +187,8 @@ mod tests {
         let not_quieter = held_out(left(1.0), 0.03, 0.5);
         assert!(!Confirmation::new(&claimed, &not_quieter).confirmed);
         // Stated too large on both.
-        let told = Confirmation::new(&held_out(0.9, 0.03, 1.0), &held_out(0.45, 0.03, 0.5));
-        assert!(told.confirmed && (told.channels[0].claimed_rms_m - 0.45).abs() < 1e-12);
+        let estimate = Confirmation::new(&held_out(0.9, 0.03, 1.0), &held_out(0.45, 0.03, 0.5));
+        assert!(estimate.confirmed && (estimate.channels[0].claimed_rms_m - 0.45).abs() < 1e-12);
     }
 
     /// Pairs whose true values differ by a known share are confirmed as often as their mean probability says.
@@ -203,9 +203,9 @@ mod tests {
             let difference = 0.2 * drawn(&mut rng);
             let [claimed, came] =
                 [0.0, difference].map(|mean: f64| (mean + deviation * drawn(&mut rng)).exp());
-            let told =
+            let estimate =
                 Confirmation::new(&held_out(claimed, share, 0.0), &held_out(came, share, 0.0));
-            foretold += told.probability;
+            foretold += estimate.probability;
             true_ones += f64::from(u8::from(((difference.exp()) - 1.0).abs() <= WITHIN));
             pairs += 1.0;
         }

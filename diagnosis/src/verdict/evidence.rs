@@ -3,7 +3,7 @@
 use crate::algebra::statistics::median;
 use crate::data::channel_names::CHANNEL_NAMES;
 use crate::inference::residuals::Residuals;
-use crate::linearization::scene::Scene;
+use crate::linearization::recording::LinearizedRecording;
 use std::f64::consts::TAU;
 
 /// Most samples that are kept for a reader; more are thinned by whole blocks, so that spectra stay what they are.
@@ -86,18 +86,18 @@ pub struct Setting {
 }
 
 impl Setting {
-    fn new(scene: &Scene) -> Self {
-        let o = scene.observations;
+    fn new(linearized: &LinearizedRecording) -> Self {
+        let o = linearized.observations;
         let mean = |list: &Vec<f64>| {
             let known: Vec<f64> = list.iter().copied().filter(|v| v.is_finite()).collect();
             (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
         };
         let [x, y, theta] = [0, 1, 2].map(|axis| mean(&o.commanded[axis]));
         Self {
-            segments: scene.inputs.segments,
-            beacon: scene.inputs.beacon,
-            reference: scene.inputs.reference,
-            duration_s: scene.inputs.duration_s,
+            segments: linearized.inputs.segments,
+            beacon: linearized.inputs.beacon,
+            reference: linearized.inputs.reference,
+            duration_s: linearized.inputs.duration_s,
             commanded: x.zip(y).map(|(x, y)| [x, y, theta.unwrap_or(0.0)]),
         }
     }
@@ -138,13 +138,18 @@ pub struct Evidence {
 
 impl Evidence {
     /// Of a study's scene and two models' residuals over the same samples. Linear in samples.
-    pub fn new(scene: &Scene, before: &Residuals, after: &Residuals, steps: Vec<Step>) -> Self {
-        let chosen = thinned(scene.len());
-        let mut index = vec![usize::MAX; scene.len()];
+    pub fn new(
+        linearized: &LinearizedRecording,
+        before: &Residuals,
+        after: &Residuals,
+        steps: Vec<Step>,
+    ) -> Self {
+        let chosen = thinned(linearized.len());
+        let mut index = vec![usize::MAX; linearized.len()];
         let mut places = Vec::new();
-        for i in (0..scene.len()).filter(|&i| scene.keep[i] && chosen(i)) {
+        for i in (0..linearized.len()).filter(|&i| linearized.mask[i] && chosen(i)) {
             index[i] = places.len();
-            places.push(place(scene, i));
+            places.push(place(linearized, i));
         }
         let mut traces: Vec<Trace> = before
             .channels()
@@ -174,13 +179,13 @@ impl Evidence {
                 });
             }
         }
-        let kept = scene.keep.iter().filter(|k| **k).count();
-        let pitch_m = scene.observations.pitch_m;
+        let kept = linearized.mask.iter().filter(|k| **k).count();
+        let pitch_m = linearized.observations.pitch_m;
         Self {
             pitch_m,
-            samples: scene.len(),
-            set_aside: scene.len() - kept,
-            setting: Setting::new(scene),
+            samples: linearized.len(),
+            set_aside: linearized.len() - kept,
+            setting: Setting::new(linearized),
             places,
             traces,
             steps,
@@ -195,13 +200,13 @@ fn thinned(samples: usize) -> impl Fn(usize) -> bool {
     move |i| samples <= MOST_SAMPLES || (i / BLOCK) % every == 0
 }
 
-fn place(scene: &Scene, i: usize) -> SampleCoordinates {
-    let m = scene.covariates(i);
+fn place(linearized: &LinearizedRecording, i: usize) -> SampleCoordinates {
+    let m = linearized.covariates(i);
     let turns = |(sine, cosine): (f64, f64)| (sine.atan2(cosine) / TAU).rem_euclid(1.0);
     SampleCoordinates {
         t_s: m.t_s,
         stretch: m.stretch,
-        own_turns: m.place_m.map(|p| p[0] / scene.observations.pitch_m),
+        own_turns: m.place_m.map(|p| p[0] / linearized.observations.pitch_m),
         lateral_turns: m.lateral.map(|orders| turns(orders[1])),
         theta_rad: m.theta_rad,
         centre_m: m.centre_m,

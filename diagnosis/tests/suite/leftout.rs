@@ -8,7 +8,7 @@ use diagnosis::design::gram::{Gram, solve};
 use diagnosis::inference::left_out::left_out;
 use diagnosis::inference::residuals::Residuals;
 use diagnosis::linearization::calibrate::{baseline_columns, calibrate};
-use diagnosis::linearization::scene::Scene;
+use diagnosis::linearization::recording::LinearizedRecording;
 
 #[test]
 fn a_left_out_piece_is_what_a_fit_without_it_predicts() {
@@ -21,8 +21,8 @@ fn a_left_out_piece_is_what_a_fit_without_it_predicts() {
     let all = vec![true; observations.len()];
     let baseline = calibrate(&observations, &all);
     let fold = folds(&observations.stretch);
-    let scene = |keep| Scene::new(&observations, baseline.clone(), keep);
-    let whole = scene(all.clone());
+    let linearized = |mask| LinearizedRecording::new(&observations, baseline.clone(), mask);
+    let whole = linearized(all.clone());
     let columns = baseline_columns(&whole);
     let gram = Gram::new(&whole, &columns, &fold);
     let quick = left_out(&whole, &columns, &gram).expect("positive definite");
@@ -39,11 +39,11 @@ fn a_left_out_piece_is_what_a_fit_without_it_predicts() {
             .position(|s| *s == stretch[first])
             .unwrap_or(0);
         let piece = start + (first - start) / 10 * 10..start + (first - start) / 10 * 10 + 10;
-        let keep = (0..all.len()).map(|i| !piece.contains(&i)).collect();
-        let without = scene(keep);
+        let mask = (0..all.len()).map(|i| !piece.contains(&i)).collect();
+        let without = linearized(mask);
         let reduced = Gram::new(&without, &columns, &fold);
         let fit = solve(reduced.training(None), &list, &reduced.centre, 1.0).expect("solvable");
-        let amounts: Vec<f64> = fit.amount.iter().copied().collect();
+        let amounts: Vec<f64> = fit.coefficient.iter().copied().collect();
         let slow = Residuals::predicted(&without, &columns, &reduced, &list, |_| &amounts, true);
         let of = |r: &Residuals| -> Vec<f64> {
             let within = (0..r.sample.len()).filter(|k| piece.contains(&r.sample[*k]));

@@ -3,11 +3,11 @@
 //! One program of many files: each further program would be linked, and its helpers compiled, once more.
 
 mod beside;
-mod carried;
 mod claims;
 mod clip;
 mod confusion;
 mod diode;
+mod errors_in_variables;
 mod field;
 mod forms;
 mod leftout;

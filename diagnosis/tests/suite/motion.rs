@@ -7,8 +7,8 @@ use diagnosis::data::observations::Observations;
 use diagnosis::data::play_operator::{EVEN_M, GRADUAL_M, PlayOperator};
 use diagnosis::design::gram::Columns;
 use diagnosis::linearization::baseline::Baseline;
-use diagnosis::linearization::relinearized::{settled, shift};
-use diagnosis::linearization::scene::{LatentDisplacement, Scene};
+use diagnosis::linearization::recording::{LatentDisplacement, LinearizedRecording};
+use diagnosis::linearization::relinearized::{at_fixed_point, displacement};
 
 /// A column made of a sample's own noise would rebuild the residual held out as well: a false alarm "speed".
 #[test]
@@ -117,25 +117,25 @@ fn the_memory_follows_from_where_a_segment_is_known_to_be() {
     let recording = rig::record(43, &[], &rig::Options::default()).0;
     let observations = Observations::new(&recording).unwrap();
     let baseline = Baseline::nominal(&observations);
-    let scene = Scene::new(
+    let linearized = LinearizedRecording::new(
         &observations,
         baseline.clone(),
         vec![true; observations.len()],
     );
     // Each sample of segment 2 is off by up to 10 µm, one way and the other.
     let off = |i: usize| 10.0e-6 * (i as f64).sin();
-    let mut shift = LatentDisplacement::default();
-    shift.whole_m[1] = (0..scene.len()).map(off).collect();
-    let known = scene.moved(baseline, shift);
-    let place_m: Vec<f64> = (0..scene.len())
-        .map(|i| scene.calibrated_m[1][i] + off(i))
+    let mut displacement = LatentDisplacement::default();
+    displacement.total_m[1] = (0..linearized.len()).map(off).collect();
+    let known = linearized.moved(baseline, displacement);
+    let place_m: Vec<f64> = (0..linearized.len())
+        .map(|i| linearized.calibrated_m[1][i] + off(i))
         .collect();
-    let mut told = Motion::new(&observations, &scene.calibrated_m);
+    let mut told = Motion::new(&observations, &linearized.calibrated_m);
     let way = told.retraced(1, &place_m, 1.0, &observations);
     told.follow(1, way);
     assert_eq!(known.motion.memory[1], told.memory[1]);
-    assert_ne!(known.motion.memory[1], scene.motion.memory[1]);
-    assert_eq!(known.motion.memory[0], scene.motion.memory[0]);
+    assert_ne!(known.motion.memory[1], linearized.motion.memory[1]);
+    assert_eq!(known.motion.memory[0], linearized.motion.memory[0]);
 }
 
 /// Where an effect hides a segment's place, the others tell most of it, and it is known how much of their noise comes along.
@@ -144,7 +144,8 @@ fn what_one_segment_hides_of_its_place_the_others_tell() {
     let recording = rig::record(43, &[], &rig::Options::default()).0;
     let truth = Observations::new(&recording).unwrap();
     let constrained_positions = |o: &Observations| {
-        Scene::new(o, Baseline::nominal(o), vec![true; truth.len()]).constrained_positions()
+        LinearizedRecording::new(o, Baseline::nominal(o), vec![true; truth.len()])
+            .constrained_positions()
     };
     let known = constrained_positions(&truth);
     let seen: Vec<usize> = (0..truth.len()).filter(|i| truth.sees_beacon(*i)).collect();
@@ -189,8 +190,9 @@ fn noise_of_a_segment_that_is_stated_too_large_is_told() {
     let (recording, _) = rig::record(43, &[], &rig::Options::default());
     let told = |observations: &Observations| {
         let baseline = Baseline::nominal(observations);
-        let scene = Scene::new(observations, baseline, vec![true; observations.len()]);
-        overstated(&scene).map(|told| told.to_string())
+        let linearized =
+            LinearizedRecording::new(observations, baseline, vec![true; observations.len()]);
+        overstated(&linearized).map(|told| told.to_string())
     };
     let mut observations = Observations::new(&recording).unwrap();
     assert_eq!(told(&observations), None);
@@ -270,11 +272,14 @@ fn the_memory_of_a_courier_that_is_shaken_is_that_of_its_way() {
     }
 }
 
-fn columns_of(effect: &str, scene: &Scene) -> Columns {
+fn columns_of(effect: &str, linearized: &LinearizedRecording) -> Columns {
     let sides = effects::sensor_sides();
     let side = sides.iter().find(|side| side.name() == effect);
     let mut columns = Columns::default();
-    columns.push(effect, side.expect("an effect").regressors(&scene.inputs));
+    columns.push(
+        effect,
+        side.expect("an effect").regressors(&linearized.inputs),
+    );
     columns
 }
 
@@ -284,20 +289,21 @@ fn columns_of(effect: &str, scene: &Scene) -> Columns {
 fn a_place_and_its_own_memory_agree() {
     let observations = swaying();
     let baseline = Baseline::nominal(&observations);
-    let scene = Scene::new(&observations, baseline, vec![true; observations.len()]);
-    let columns = columns_of("hysteresis", &scene);
+    let linearized =
+        LinearizedRecording::new(&observations, baseline, vec![true; observations.len()]);
+    let columns = columns_of("hysteresis", &linearized);
     let turned =
         |c: &usize| columns.regressors[*c].name == "direction turned over within 4 um, segment 1";
     let list: Vec<usize> = (0..columns.regressors.len()).filter(turned).collect();
     for amount_m in [5.0e-6, -3.0e-6] {
-        let there = settled(
-            scene.moved(scene.baseline.clone(), LatentDisplacement::default()),
+        let there = at_fixed_point(
+            linearized.moved(linearized.baseline.clone(), LatentDisplacement::default()),
             &columns,
             &list,
             &[amount_m],
         );
-        let next = shift(&there, &columns, &list, &[amount_m]);
-        let off = |i: usize| (next.whole_m[0][i] - there.shift.whole_m[0][i]).abs();
+        let next = displacement(&there, &columns, &list, &[amount_m]);
+        let off = |i: usize| (next.total_m[0][i] - there.displacement.total_m[0][i]).abs();
         let mean_m = (0..there.len()).map(off).sum::<f64>() / there.len() as f64;
         assert!(mean_m < 0.02 * amount_m.abs(), "{amount_m}: {mean_m}");
     }
@@ -314,8 +320,8 @@ fn swaying() -> Observations {
         *position_m = (0..o.len()).map(|i| centre_m(i) + turned_m(i)).collect();
     }
     let baseline = Baseline::nominal(&o);
-    let scene = Scene::new(&out, baseline, vec![true; o.len()]);
-    let rows: Vec<_> = (0..o.len()).map(|i| scene.rows(i)).collect();
+    let linearized = LinearizedRecording::new(&out, baseline, vec![true; o.len()]);
+    let rows: Vec<_> = (0..o.len()).map(|i| linearized.rows(i)).collect();
     for (i, rows) in rows.iter().enumerate() {
         for row in 1..rows.count {
             let slopes = &rows.by_reading[row][4..];
@@ -333,8 +339,8 @@ fn swaying() -> Observations {
 fn a_way_that_all_segments_hide_is_told_by_the_beacon() {
     let truth = swaying();
     let baseline = Baseline::nominal(&truth);
-    let scene = |o| Scene::new(o, baseline.clone(), vec![true; truth.len()]);
-    let known = scene(&truth);
+    let linearized = |o| LinearizedRecording::new(o, baseline.clone(), vec![true; truth.len()]);
+    let known = linearized(&truth);
     let columns = columns_of("hysteresis", &known);
     let play = |c: &usize| {
         let name = &columns.regressors[*c].name;
@@ -344,19 +350,19 @@ fn a_way_that_all_segments_hide_is_told_by_the_beacon() {
     assert_eq!(list.len(), 4);
     // Within 12 um of the way back a segment goes on by 2 um.
     let amounts = [7.0e-6; 4];
-    let hidden = shift(&known, &columns, &list, &amounts).whole_m;
+    let hidden = displacement(&known, &columns, &list, &amounts).total_m;
     let mut seen_m = truth.clone();
     for (position_m, hidden_m) in seen_m.position_m.iter_mut().zip(&hidden) {
         for (position_m, hidden_m) in position_m.iter_mut().zip(hidden_m) {
             *position_m -= hidden_m;
         }
     }
-    let there = settled(scene(&seen_m), &columns, &list, &amounts);
+    let there = at_fixed_point(linearized(&seen_m), &columns, &list, &amounts);
     let off = |i: usize| (0..4).map(move |s| (s, i));
     let with_beacon = (0..truth.len()).filter(|i| truth.sees_beacon(*i));
     let off_m = rms(with_beacon
         .flat_map(off)
-        .map(|(s, i)| there.shift.whole_m[s][i] - hidden[s][i]));
+        .map(|(s, i)| there.displacement.total_m[s][i] - hidden[s][i]));
     let all_m = rms(hidden[0].iter().copied());
     assert!(off_m < 0.2 * all_m, "{off_m} of {all_m}");
 }
@@ -368,13 +374,15 @@ fn a_place_on_a_steep_shape_is_found() {
     let mut observations = in_one_stretch();
     observations.position_m[0] = (0..observations.len()).map(|i| 7.3e-6 * i as f64).collect();
     let baseline = Baseline::nominal(&observations);
-    let scene = Scene::new(&observations, baseline, vec![true; observations.len()]);
-    let columns = columns_of("extra_harmonics", &scene);
+    let linearized =
+        LinearizedRecording::new(&observations, baseline, vec![true; observations.len()]);
+    let columns = columns_of("extra_harmonics", &linearized);
     let list = [0];
     let pitch_m = observations.pitch_m;
-    let scene = || scene.moved(scene.baseline.clone(), LatentDisplacement::default());
-    let per_metre = shift(&scene(), &columns, &list, &[1.0]);
-    let largest = per_metre.whole_m[0]
+    let linearized =
+        || linearized.moved(linearized.baseline.clone(), LatentDisplacement::default());
+    let per_metre = displacement(&linearized(), &columns, &list, &[1.0]);
+    let largest = per_metre.total_m[0]
         .iter()
         .fold(0.0, |m: f64, v| m.max(v.abs()));
     assert!(largest > 0.0, "{}", columns.regressors[0].name);
@@ -382,9 +390,9 @@ fn a_place_on_a_steep_shape_is_found() {
     assert!(columns.regressors[0].name.contains("order 3"));
     for slope in [0.9, -0.9] {
         let amount = slope * pitch_m / (order * std::f64::consts::TAU) / largest;
-        let there = settled(scene(), &columns, &list, &[amount]);
-        let next = shift(&there, &columns, &list, &[amount]);
-        let off = |i: usize| (next.whole_m[0][i] - there.shift.whole_m[0][i]).powi(2);
+        let there = at_fixed_point(linearized(), &columns, &list, &[amount]);
+        let next = displacement(&there, &columns, &list, &[amount]);
+        let off = |i: usize| (next.total_m[0][i] - there.displacement.total_m[0][i]).powi(2);
         let rms_m = ((0..there.len()).map(off).sum::<f64>() / there.len() as f64).sqrt();
         assert!(rms_m < 1.0e-8, "{slope}: {rms_m}");
     }

@@ -19,7 +19,7 @@ struct Course {
     /// Where the wander is at the first sample, turns.
     from_turns: f64,
     /// What the offsets turn about, of the amplitude.
-    about: f64,
+    point: f64,
     /// Segments whose pairs wander.
     of: [bool; 4],
 }
@@ -29,7 +29,7 @@ impl Course {
         Self {
             periods,
             from_turns: 0.0,
-            about: 0.0,
+            point: 0.0,
             of: [true; 4],
         }
     }
@@ -42,8 +42,8 @@ impl Course {
         let turns = self.from_turns + (self.periods + segment as f64) * progress;
         let (sine, cosine) = (TAU * turns).sin_cos();
         [
-            self.about + OFFSET * sine,
-            OFFSET.mul_add(cosine, -self.about),
+            self.point + OFFSET * sine,
+            OFFSET.mul_add(cosine, -self.point),
         ]
     }
 }
@@ -123,7 +123,7 @@ fn a_wander_is_followed_by_the_counts_of_another_recording() {
     let elsewhere = Course {
         periods: 3.3,
         from_turns: 0.4,
-        about: 0.03,
+        point: 0.03,
         ..Course::first(SLOW)
     };
     let came = check(&model, &wandering(1024, &effects, &elsewhere)).expect("residuals");

@@ -292,11 +292,11 @@ mod tests {
     const AMPLITUDE: f64 = 20_000.0;
 
     /// Pairs all round, each channel through `channel`, with noise and a gap that breathes.
-    fn pairs(seed: u64, breath: f64, channel: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
+    fn pairs(seed: u64, amplitude_modulation: f64, channel: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let one = |_| {
             let (sine, cosine) = uniform(&mut rng, 0.0, TAU).sin_cos();
-            let size = AMPLITUDE * (1.0 + breath * uniform(&mut rng, -1.0, 1.0));
+            let size = AMPLITUDE * (1.0 + amplitude_modulation * uniform(&mut rng, -1.0, 1.0));
             [sine, cosine].map(|v| size * channel(v) + 60.0 * normal(&mut rng))
         };
         (0..8000).map(one).collect()

@@ -9,8 +9,8 @@ mod reference;
 use crate::data::observations::Observations;
 use crate::linearization::baseline::Baseline;
 use crate::linearization::point::LinearizationPoint;
+use crate::linearization::recording::LinearizedRecording;
 use crate::linearization::relinearized::RelinearizedFit;
-use crate::linearization::scene::Scene;
 use effects::Detection;
 use effects::sensor::Clip;
 use rails::WHOLE;
@@ -23,12 +23,12 @@ pub fn in_counts(observations: &Observations, segment: usize) -> Option<Clip> {
 
 /// The clip of a segment of which no counts were logged, if its error against a reference has that shape.
 #[must_use]
-pub fn against_reference(scene: &Scene, segment: usize) -> Option<Clip> {
-    let counts = !scene.observations.pair_counts[segment].is_empty();
-    if counts || !scene.scope.reference || !scene.scope.segments[segment] {
+pub fn against_reference(linearized: &LinearizedRecording, segment: usize) -> Option<Clip> {
+    let counts = !linearized.observations.pair_counts[segment].is_empty();
+    if counts || !linearized.scope.reference || !linearized.scope.segments[segment] {
         return None;
     }
-    reference::find(scene, segment)
+    reference::find(linearized, segment)
 }
 
 /// Equation (3)'s orders, m, of segments with a soft clip that the counts show: fitted about it, and not about what it makes of them.
@@ -36,26 +36,26 @@ pub fn against_reference(scene: &Scene, segment: usize) -> Option<Clip> {
 pub fn beneath(
     observations: &Observations,
     baseline: &Baseline,
-    keep: &[bool],
+    mask: &[bool],
     clips: &[Option<Clip>; 4],
 ) -> [Option<[f64; 8]>; 4] {
     let soft = clips.map(|clip| clip.is_some_and(|c| c.knee >= Clip::HARD));
     if soft == [false; 4] {
         return [None; 4];
     }
-    let mut scene = Scene::new(observations, baseline.clone(), keep.to_vec());
-    scene.inputs.clip = *clips;
-    let about = LinearizationPoint {
+    let mut linearized = LinearizedRecording::new(observations, baseline.clone(), mask.to_vec());
+    linearized.inputs.clip = *clips;
+    let point = LinearizationPoint {
         baseline: baseline.clone(),
         ..LinearizationPoint::default()
     };
-    let about = RelinearizedFit::new(
-        &scene,
-        about,
+    let point = RelinearizedFit::new(
+        &linearized,
+        point,
         &[effects::name_of(Detection::ByRails).into()],
     )
-    .about;
-    let orders = |s: usize| std::array::from_fn(|j| about.baseline.k_m[s][1 + j]);
+    .point;
+    let orders = |s: usize| std::array::from_fn(|j| point.baseline.k_m[s][1 + j]);
     std::array::from_fn(|s| soft[s].then(|| orders(s)))
 }
 

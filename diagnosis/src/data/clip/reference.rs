@@ -3,7 +3,7 @@
 //! and 16 that tell of one were told no more.
 
 use super::rails::{WHOLE, cutting};
-use crate::linearization::scene::Scene;
+use crate::linearization::recording::LinearizedRecording;
 use effects::rails::phase_error;
 use effects::sensor::Clip;
 use nalgebra::{SMatrix, SVector};
@@ -15,12 +15,12 @@ type Parameters = SVector<f64, UNKNOWN>;
 
 /// Levels, offsets, gain and angle of the pair, with a shift and a delay beside them. The ends of a channel are taken to be cut alike:
 /// with equation (3) free beside them, positions alone do not tell an offset from a rail.
-pub(super) fn find(scene: &Scene, segment: usize) -> Option<Clip> {
-    let o = scene.observations;
+pub(super) fn find(linearized: &LinearizedRecording, segment: usize) -> Option<Clip> {
+    let o = linearized.observations;
     let metres = o.pitch_m / TAU;
     let usable: Vec<usize> = (0..o.len())
         .filter(|&i| {
-            scene.motion.direction[segment][i] != 0.0 && o.reference_m(segment, i).is_finite()
+            linearized.motion.direction[segment][i] != 0.0 && o.reference_m(segment, i).is_finite()
         })
         .collect();
     if usable.len() < 200 {
@@ -35,7 +35,7 @@ pub(super) fn find(scene: &Scene, segment: usize) -> Option<Clip> {
             (
                 (o.position_m[segment][i] - reference) / metres,
                 reference / metres,
-                scene.motion.speed_m_s[segment][i] / metres,
+                linearized.motion.speed_m_s[segment][i] / metres,
             )
         })
         .collect();

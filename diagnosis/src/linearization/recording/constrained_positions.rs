@@ -1,6 +1,6 @@
 //! Where all readings together say that each segment is: where effects hide a segment's own way, the others and the beacon tell it.
 
-use super::{SampleRows, Scene, at};
+use super::{LinearizedRecording, SampleRows, at};
 use crate::algebra::statistics::median;
 use effects::sensor::READINGS;
 use nalgebra::{Matrix3, Vector3};
@@ -13,7 +13,7 @@ pub struct ConstrainedPositions {
     pub louder: [f64; 4],
 }
 
-impl Scene<'_> {
+impl LinearizedRecording<'_> {
     /// Each segment where its position and the effects found so far say, less what the residual says of it: the mean given the
     /// constraints, all readings off by their noise, and each segment besides by as much as the residual shows that effects still hide.
     /// The beacon keeps no memory of its way. The channels' zeros are this recording's own: what is left in the median says nothing.
@@ -22,7 +22,7 @@ impl Scene<'_> {
         let mut place_m: [Vec<f64>; 4] = std::array::from_fn(|s| {
             let places = self.calibrated_m[s].iter().enumerate();
             places
-                .map(|(i, p)| p + at(&self.shift.whole_m[s], i))
+                .map(|(i, p)| p + at(&self.displacement.total_m[s], i))
                 .collect()
         });
         let left: Vec<SampleResidual> = (0..self.len()).map(|i| self.left(i)).collect();
@@ -32,20 +32,26 @@ impl Scene<'_> {
         });
         let hidden_m2 = self.hidden_m2(&left, zero_m);
         let mut noise = [0.0; 4];
-        let mut told = 0.0;
+        let mut estimate = 0.0;
         for (i, left) in left.iter().enumerate() {
             let Some(constraint_correction) =
                 self.constraint_correction(i, left, zero_m, hidden_m2)
             else {
                 continue;
             };
-            told += 1.0;
+            estimate += 1.0;
             for s in 0..4 {
                 place_m[s][i] -= constraint_correction.off_m[s];
                 noise[s] += constraint_correction.noise[s];
             }
         }
-        let louder = noise.map(|sum| if told > 0.0 { (sum / told).sqrt() } else { 1.0 });
+        let louder = noise.map(|sum| {
+            if estimate > 0.0 {
+                (sum / estimate).sqrt()
+            } else {
+                1.0
+            }
+        });
         ConstrainedPositions { place_m, louder }
     }
 
@@ -54,9 +60,9 @@ impl Scene<'_> {
         let rows = self.rows(i);
         let left_m = std::array::from_fn(|row| {
             let slopes = rows.by_reading[row];
-            let by_segments = (0..4).map(|s| slopes[s] * at(&self.shift.whole_m[s], i));
-            let beside_m = at(&self.shift.beside_m[rows.channel[row]], i);
-            rows.residual_m[row] + by_segments.sum::<f64>() + beside_m
+            let by_segments = (0..4).map(|s| slopes[s] * at(&self.displacement.total_m[s], i));
+            let channels_m = at(&self.displacement.channels_m[rows.channel[row]], i);
+            rows.residual_m[row] + by_segments.sum::<f64>() + channels_m
         });
         SampleResidual { rows, left_m }
     }
@@ -64,7 +70,7 @@ impl Scene<'_> {
     /// Variance of the segments that the residual shows beside the noise, m².
     fn hidden_m2(&self, left: &[SampleResidual], zero_m: [f64; 3]) -> f64 {
         let (mut excess_m2, mut share) = (0.0, 0.0);
-        for (i, left) in left.iter().enumerate().filter(|(i, _)| self.keep[*i]) {
+        for (i, left) in left.iter().enumerate().filter(|(i, _)| self.mask[*i]) {
             let stated = self.reading_variance(i);
             for row in (0..left.rows.count).filter(|row| left.left_m[*row].is_finite()) {
                 let slopes = &left.rows.by_reading[row];

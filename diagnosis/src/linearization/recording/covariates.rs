@@ -1,10 +1,10 @@
 //! What the sensor knows at a sample, from calibrated readings.
 
-use super::Scene;
+use super::LinearizedRecording;
 use effects::sensor::{Covariates, LATERAL_ORDERS, ORDERS};
 use std::f64::consts::TAU;
 
-impl Scene<'_> {
+impl LinearizedRecording<'_> {
     /// Angle of the courier from the segments, rad (the reference's, or zero, where it cannot be had).
     pub fn theta_rad(&self, i: usize) -> f64 {
         self.theta_of(i, |s| self.calibrated_m[s].get(i).copied())
@@ -42,8 +42,8 @@ impl Scene<'_> {
     /// Calibrated position with what is known of the effects taken out, m: where a segment really is over its teeth.
     fn refined_m(&self, segment: usize, i: usize) -> Option<f64> {
         let at = |list: &[Vec<f64>; 4]| list[segment].get(i).copied().unwrap_or(0.0);
-        let shift = at(&self.shift.whole_m) + at(&self.quiet_m);
-        self.calibrated_m[segment].get(i).map(|p| p + shift)
+        let displacement = at(&self.displacement.total_m) + at(&self.quiet_m);
+        self.calibrated_m[segment].get(i).map(|p| p + displacement)
     }
 
     /// The angle with what is known of the effects taken out, rad: not finite where it is not known.
@@ -63,7 +63,7 @@ impl Scene<'_> {
         let across_m: [f64; 4] = std::array::from_fn(|s| {
             finite(Some(&centre[1 - s % 2])) + lateral_sign[s] * o.lateral_m * theta
         });
-        let shift = [-0.5, 0.5, 0.5, -0.5];
+        let displacement = [-0.5, 0.5, 0.5, -0.5];
         let at = |list: &[Vec<f64>; 4]| std::array::from_fn(|s| finite(list[s].get(i)));
         let tan_psi = [0, 1].map(|axis: usize| finite(o.tan_psi[axis].get(i)));
         let start = o.t_s[0];
@@ -74,12 +74,12 @@ impl Scene<'_> {
             raw_phase: std::array::from_fn(|s| f * finite(o.position_m[s].get(i))),
             reference_phase: std::array::from_fn(|s| f * finite(Some(&o.reference_m(s, i)))),
             raw: of_segments::<{ ORDERS + 1 }>(|s| {
-                let off = finite(self.shift.electronic_m[s].get(i));
+                let off = finite(self.displacement.electronic_m[s].get(i));
                 f * (finite(o.position_m[s].get(i)) + off)
             }),
             own: of_segments::<{ ORDERS + 1 }>(|s| f * own_m[s]),
             lateral: of_segments::<{ LATERAL_ORDERS + 1 }>(|s| f * across_m[s]),
-            place_m: std::array::from_fn(|s| [own_m[s], across_m[s] + shift[s] * o.span_m]),
+            place_m: std::array::from_fn(|s| [own_m[s], across_m[s] + displacement[s] * o.span_m]),
             centre_m: [0, 1].map(|axis| finite(Some(&centre[axis]))),
             from_middle_m: [0, 1]
                 .map(|axis| finite(Some(&centre[axis])) - self.inputs.middle_m[axis]),
@@ -90,8 +90,8 @@ impl Scene<'_> {
                 .get(i)
                 .map_or(theta, |t| finite(Some(t))),
             steady_tan_psi: [0, 1].map(|axis: usize| {
-                let told = self.steady.tan_psi[axis].get(i);
-                told.map_or(tan_psi[axis], |t| finite(Some(t)))
+                let estimate = self.steady.tan_psi[axis].get(i);
+                estimate.map_or(tan_psi[axis], |t| finite(Some(t)))
             }),
             speed_m_s: at(&self.motion.speed_m_s),
             acceleration_m_s2: at(&self.motion.acceleration_m_s2),

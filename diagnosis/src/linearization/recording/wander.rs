@@ -31,21 +31,21 @@ pub(super) fn entries(progress: f64, shapes: [f64; FLAWS]) -> impl Iterator<Item
 }
 
 /// The flaws at a part of the recording.
-pub(super) fn flaws(progress: f64, amounts: &[f64]) -> [f64; FLAWS] {
+pub(super) fn flaws(progress: f64, coefficients: &[f64]) -> [f64; FLAWS] {
     let mut out = [0.0; FLAWS];
     for (knot, weight) in knot_weights(KNOTS, progress) {
         for (f, flaw) in out.iter_mut().enumerate() {
-            *flaw += FLAW * weight * amounts[FLAWS * knot + f];
+            *flaw += FLAW * weight * coefficients[FLAWS * knot + f];
         }
     }
     out
 }
 
 /// Means of the flaws over the time that the recording took, however many samples it has when.
-pub(super) fn mean(amounts: &[f64]) -> [f64; FLAWS] {
+pub(super) fn mean(coefficients: &[f64]) -> [f64; FLAWS] {
     let mut out = [0.0; FLAWS];
     for k in 0..KNOTS {
-        let flaws = flaws((k as f64 + 0.5) / KNOTS as f64, amounts);
+        let flaws = flaws((k as f64 + 0.5) / KNOTS as f64, coefficients);
         out.iter_mut()
             .zip(flaws)
             .for_each(|(o, f)| *o += f / KNOTS as f64);

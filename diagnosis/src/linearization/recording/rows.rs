@@ -1,6 +1,6 @@
 //! The residual channels of a sample, their derivatives by the readings, and their noise.
 
-use super::Scene;
+use super::LinearizedRecording;
 use effects::sensor::{Action, CHANNELS, Covariates, READINGS, Regressor};
 
 /// Most rows that a sample gives: g_p, g_x, g_y, or four segments against a reference.
@@ -110,7 +110,7 @@ impl SampleRows {
     }
 }
 
-impl Scene<'_> {
+impl LinearizedRecording<'_> {
     /// Which of g_p, g_x and g_y a sample gives.
     pub fn channels(&self, i: usize) -> [bool; 3] {
         let whole = !self.scope.reference

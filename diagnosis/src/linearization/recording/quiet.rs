@@ -1,12 +1,12 @@
 //! Where a segment does not move, its reading's own noise is not its place: a shape evaluated at the reading would follow the
 //! noise and seem to explain it.
 
-use super::Scene;
+use super::LinearizedRecording;
 
 /// Neighbours on either side that a resting segment's place is the mean of.
 const HALF_WINDOW: usize = 25;
 
-impl Scene<'_> {
+impl LinearizedRecording<'_> {
     /// What leads from each segment's reading to its place by the neighbours, m; zero in motion and at separate poses.
     pub(super) fn quiet(&self) -> [Vec<f64>; 4] {
         std::array::from_fn(|s| {

@@ -1,10 +1,10 @@
 //! Each pair's amplitude less what repeats with the own tooth phase.
 
-use super::Scene;
+use super::LinearizedRecording;
 use super::covariates::multiples;
 use std::collections::BTreeMap;
 
-impl Scene<'_> {
+impl LinearizedRecording<'_> {
     /// Logarithm of the amplitude and its regressors over the unmodified phase, over which an offset is a pure first order: of its
     /// second power only a constant is left.
     fn amplitude_row(

@@ -1,9 +1,9 @@
 //! A pair's vector (sine, cosine) without flaws that are known: offset of sine and of cosine, gain of the sine less one and quadrature
 //! angle (rad).
 
-use super::Scene;
+use super::LinearizedRecording;
 
-impl Scene<'_> {
+impl LinearizedRecording<'_> {
     /// A sample's vector over the pair's mean amplitude, without a wander as far as it is known.
     pub(super) fn without(&self, segment: usize, i: usize, flaws: [f64; 4]) -> [f64; 2] {
         let [sine, cosine] = self.over_mean(segment, i);

@@ -32,11 +32,12 @@ impl Instruments {
         let of_segment = |s: usize| usual(&o.position_noise_m[s]).powi(2);
         let segments = (0..4).map(of_segment).sum::<f64>().sqrt();
         let smooth = |i: usize| smooth[i];
-        let told = |values: &[f64], noise: f64| instrument(values, noise, &o.unbroken, &smooth);
+        let estimate =
+            |values: &[f64], noise: f64| instrumental(values, noise, &o.unbroken, &smooth);
         Self {
             // Half the difference of each of two pairs.
-            theta_rad: told(theta_rad, segments / (2.0 * o.span_m)),
-            tan_psi: [0, 1].map(|axis| told(&o.tan_psi[axis], usual(&o.tan_psi_noise[axis]))),
+            theta_rad: estimate(theta_rad, segments / (2.0 * o.span_m)),
+            tan_psi: [0, 1].map(|axis| estimate(&o.tan_psi[axis], usual(&o.tan_psi_noise[axis]))),
         }
     }
 }
@@ -48,7 +49,7 @@ fn usual(noise: &[f64]) -> f64 {
 }
 
 /// The values as their neighbours tell them, where their own stated noise matters; else nothing, and the readings serve.
-fn instrument(
+fn instrumental(
     values: &[f64],
     noise: f64,
     unbroken: &[usize],
@@ -102,9 +103,9 @@ mod tests {
     #[test]
     fn readings_serve_where_their_noise_does_not_matter() {
         let spin: Vec<f64> = (0..40).map(|i| (0.15 * f64::from(i)).sin()).collect();
-        let told = |noise: f64| instrument(&spin, noise, &[0; 40], &|_| true);
-        assert!(told(0.005).is_empty());
-        assert_eq!(told(0.02).len(), spin.len());
+        let estimate = |noise: f64| instrumental(&spin, noise, &[0; 40], &|_| true);
+        assert!(estimate(0.005).is_empty());
+        assert_eq!(estimate(0.02).len(), spin.len());
     }
 
     /// A straight course is kept, the sample's own deviation is not in it, and a break is not bridged.
@@ -113,10 +114,10 @@ mod tests {
         let mut values: Vec<f64> = (0..100).map(|i| 0.5 * f64::from(i)).collect();
         values[30] += 7.0;
         let unbroken: Vec<usize> = (0..100).map(|i| i / 60).collect();
-        let told = by_neighbours(&values, &unbroken, &|i| i != 80);
-        assert!((told[30] - 15.0).abs() < 1e-12, "{}", told[30]);
-        assert!((told[59] - values[59]).abs() < 1e-12);
-        assert!((told[31] - (15.5 + 7.0 / 50.0)).abs() < 1e-12);
-        assert!((told[70] - 35.0).abs() < 1e-12 && told[80] == values[80]);
+        let estimate = by_neighbours(&values, &unbroken, &|i| i != 80);
+        assert!((estimate[30] - 15.0).abs() < 1e-12, "{}", estimate[30]);
+        assert!((estimate[59] - values[59]).abs() < 1e-12);
+        assert!((estimate[31] - (15.5 + 7.0 / 50.0)).abs() < 1e-12);
+        assert!((estimate[70] - 35.0).abs() < 1e-12 && estimate[80] == values[80]);
     }
 }

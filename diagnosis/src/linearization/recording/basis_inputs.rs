@@ -1,6 +1,6 @@
 //! What a recording offers: which effects its data can speak about.
 
-use super::Scene;
+use super::LinearizedRecording;
 use crate::algebra::statistics::quantile;
 use effects::sensor::BasisInputs;
 
@@ -11,7 +11,7 @@ const TURNING_RAD: f64 = 1.0e-3;
 /// Quantiles between which nearly all samples lie: a slip turns what is read by a tooth.
 const NEARLY_ALL: [f64; 2] = [0.005, 0.995];
 
-impl Scene<'_> {
+impl LinearizedRecording<'_> {
     fn middle_m(&self, samples: usize) -> [f64; 2] {
         [0, 1].map(|axis| {
             let all = (0..samples).map(|i| self.centre_m(i)[axis]);
@@ -64,7 +64,7 @@ impl Scene<'_> {
             pitch_m: o.pitch_m,
             tan_full_scale: o.tan_full_scale,
             duration_s: o.t_s[n - 1] - o.t_s[0],
-            warmths_k: crate::linearization::scene::range(temperatures)
+            warmths_k: crate::linearization::recording::range(temperatures)
                 .map_or([0.0; 2], |r| r.map(|t| t - self.normal.temperature_c)),
             beacon_stretches,
             ..BasisInputs::default()

@@ -4,7 +4,7 @@
 //! amplitude with the phase, and with time at one place: to first order of the amplitude by
 //! `offset_s sin φ + offset_c cos φ - (gain/2) cos 2φ + (angle/2) sin 2φ`.
 
-use super::Scene;
+use super::LinearizedRecording;
 use super::covariates::multiples;
 use super::explained::Amplitudes;
 use super::mesh::{MESHES, Mesh, WAVE};
@@ -99,21 +99,25 @@ impl<'a> AmplitudeShape<'a> {
     }
 
     /// Flaws that a fit found in the pattern.
-    fn flaws_in_pattern(&self, amounts: &[f64]) -> [f64; 4] {
-        let pattern = &amounts[self.columns() - PATTERN..];
+    fn flaws_in_pattern(&self, coefficients: &[f64]) -> [f64; 4] {
+        let pattern = &coefficients[self.columns() - PATTERN..];
         let [_, one, two] = [0, 1, 2].map(|order| [pattern[2 * order], pattern[2 * order + 1]]);
         [one[0], one[1], -2.0 * two[1], 2.0 * two[0]].map(|flaw| FLAW * flaw)
     }
 
     /// Amounts of the columns. Those of a flaw that does not wander are zero and not nearly so.
-    fn amounts(&self, samples: &[Sample], noise: f64) -> Option<Vec<f64>> {
-        let mut amounts = self.pieces(samples).amounts(noise, &self.penalties())?;
+    fn coefficients(&self, samples: &[Sample], noise: f64) -> Option<Vec<f64>> {
+        let mut coefficients = self
+            .pieces(samples)
+            .coefficients(noise, &self.penalties())?;
         let straights = self.wander.unwrap_or_default();
         for flaw in (0..FLAWS).filter(|f| self.wander.is_some() && straights[*f].is_none()) {
-            let columns = amounts[..wander::COLUMNS].iter_mut().skip(flaw);
-            columns.step_by(FLAWS).for_each(|amount| *amount = 0.0);
+            let columns = coefficients[..wander::COLUMNS].iter_mut().skip(flaw);
+            columns
+                .step_by(FLAWS)
+                .for_each(|coefficient| *coefficient = 0.0);
         }
-        Some(amounts)
+        Some(coefficients)
     }
 
     fn penalties(&self) -> Vec<Penalty> {
@@ -170,7 +174,7 @@ fn best<'a>(
     least(shapes.filter_map(|shape| shape.held_out(&shape.pieces(all), noise)))
 }
 
-impl Scene<'_> {
+impl LinearizedRecording<'_> {
     /// What explains the amplitudes.
     pub fn amplitudes_explained(&self) -> Amplitudes {
         let mut found = Amplitudes {
@@ -226,7 +230,7 @@ impl Scene<'_> {
     fn explain_one(&self, segment: usize, folds: &[u8]) -> Option<AmplitudeModel> {
         let n = self.ln_amplitude[segment].len();
         let every = n.div_ceil(MOST_ROWS).max(1);
-        let used = || (0..n).step_by(every).filter(|&i| self.keep[i]);
+        let used = || (0..n).step_by(every).filter(|&i| self.mask[i]);
         let sample = |i: usize, course: [f64; 4]| self.sample(segment, i, folds[i], course);
         let all: Vec<Sample> = used().filter_map(|i| sample(i, [0.0; 4])).collect();
         if all.len() < MINIMUM_ROWS {
@@ -239,20 +243,20 @@ impl Scene<'_> {
             .collect();
         let known = &self.normal.mean_flaws[segment];
         let (shape, noise) = chosen(&all, &meshes, noise, !known.is_empty())?;
-        let mut amounts = shape.amounts(&all, noise)?;
+        let mut coefficients = shape.coefficients(&all, noise)?;
         let mut found = AmplitudeModel::default();
         if shape.wander.is_some() {
             found.pair_course = vec![[0.0; 4]; n];
-            self.add_wander(&shape, &amounts, known, &mut found);
+            self.add_wander(&shape, &coefficients, known, &mut found);
             // The columns are those of small flaws: once more about the flaws that are known now.
             let again = used().filter_map(|i| sample(i, found.pair_course[i]));
-            amounts = shape.amounts(&again.collect::<Vec<_>>(), noise)?;
-            self.add_wander(&shape, &amounts, known, &mut found);
+            coefficients = shape.coefficients(&again.collect::<Vec<_>>(), noise)?;
+            self.add_wander(&shape, &coefficients, known, &mut found);
         }
         if let Some(mesh) = shape.field {
             let value = |s: Sample| {
                 let entries = mesh.entries(&s, shape.first()).into_iter();
-                entries.map(|(column, x)| x * amounts[column]).sum()
+                entries.map(|(column, x)| x * coefficients[column]).sum()
             };
             let at = |i: usize| self.sample(segment, i, 0, [0.0; 4]).map_or(0.0, value);
             found.by_place = (0..n).map(at).collect();
@@ -265,19 +269,19 @@ impl Scene<'_> {
     fn add_wander(
         &self,
         shape: &AmplitudeShape<'_>,
-        amounts: &[f64],
+        coefficients: &[f64],
         known: &[f64],
         to: &mut AmplitudeModel,
     ) {
-        let pattern = shape.flaws_in_pattern(amounts);
+        let pattern = shape.flaws_in_pattern(coefficients);
         to.mean_flaws = if known.is_empty() {
-            let mean = wander::mean(amounts).into_iter().zip(pattern);
+            let mean = wander::mean(coefficients).into_iter().zip(pattern);
             mean.map(|(mean, pattern)| mean + pattern).collect()
         } else {
             known.to_vec()
         };
         for (i, course) in to.pair_course.iter_mut().enumerate() {
-            let flaws = wander::flaws(self.progress(i), amounts);
+            let flaws = wander::flaws(self.progress(i), coefficients);
             for (f, flaw) in course.iter_mut().enumerate() {
                 *flaw += flaws[f] + pattern[f] - to.mean_flaws[f];
             }
@@ -301,7 +305,7 @@ impl Scene<'_> {
             let field = place.and_then(|p| p.get(i)).copied().unwrap_or(0.0);
             (i, (list[i] - field - wander) / noise)
         };
-        let used = (0..list.len()).filter(|i| self.keep[*i]);
+        let used = (0..list.len()).filter(|i| self.mask[*i]);
         used.map(left).filter(|l| l.1.is_finite()).collect()
     }
 

@@ -31,7 +31,7 @@ use std::sync::Arc;
 use warmth::behind_k;
 
 /// A recording, linearised about a baseline.
-pub struct Scene<'a> {
+pub struct LinearizedRecording<'a> {
     /// The recording.
     pub observations: &'a Observations,
     /// Parameters that it is linearised about.
@@ -45,11 +45,11 @@ pub struct Scene<'a> {
     /// Calibrated segment positions, m.
     pub calibrated_m: [Vec<f64>; 4],
     /// Samples in use; disturbed ones are not.
-    pub keep: Vec<bool>,
+    pub mask: Vec<bool>,
     /// What "no effect" means for amplitude and temperature: from this recording, or from the one that a model is of.
     pub normal: ReferenceValues,
     /// What the effects found so far add to the readings.
-    pub shift: LatentDisplacement,
+    pub displacement: LatentDisplacement,
     /// Noise of each reading over the stated one: 1, or what was found.
     pub noise: [f64; READINGS],
     gain: [Vec<f64>; 4],
@@ -57,7 +57,7 @@ pub struct Scene<'a> {
     amplitudes: Arc<Amplitudes>,
     quiet_m: Arc<[Vec<f64>; 4]>,
     behind_k: Arc<Vec<[f64; LAGS_S.len()]>>,
-    telling: PathEstimator,
+    path_estimator: PathEstimator,
     steady: Instruments,
 }
 
@@ -84,11 +84,11 @@ impl Default for PathEstimator {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LatentDisplacement {
     /// Of all effects: a segment is where its calibrated position and this say.
-    pub whole_m: [Vec<f64>; 4],
+    pub total_m: [Vec<f64>; 4],
     /// Of effects in the electronics: equation (3) is a function of what the pair would give without them.
     pub electronic_m: [Vec<f64>; 4],
     /// Of what does not move a segment, to g_p, g_x and g_y; empty where no effect remembers its way.
-    pub beside_m: [Vec<f64>; 3],
+    pub channels_m: [Vec<f64>; 3],
 }
 
 /// Reference values that amounts are relative to.
@@ -107,17 +107,17 @@ pub struct ReferenceValues {
     pub mean_flaws: [Vec<f64>; 4],
 }
 
-impl<'a> Scene<'a> {
+impl<'a> LinearizedRecording<'a> {
     /// Linearises a recording about a baseline.
-    pub fn new(observations: &'a Observations, baseline: Baseline, keep: Vec<bool>) -> Self {
-        Self::relative_to(observations, baseline, keep, None)
+    pub fn new(observations: &'a Observations, baseline: Baseline, mask: Vec<bool>) -> Self {
+        Self::relative_to(observations, baseline, mask, None)
     }
 
     /// The same with amounts relative to another recording's normal values.
     pub fn relative_to(
         observations: &'a Observations,
         baseline: Baseline,
-        keep: Vec<bool>,
+        mask: Vec<bool>,
         normal: Option<&ReferenceValues>,
     ) -> Self {
         let n = observations.len();
@@ -143,15 +143,15 @@ impl<'a> Scene<'a> {
             motion: Arc::new(motion),
             inputs: BasisInputs::default(),
             calibrated_m,
-            keep,
-            shift: LatentDisplacement::default(),
+            mask,
+            displacement: LatentDisplacement::default(),
             noise: [1.0; READINGS],
             gain,
             ln_amplitude: Default::default(),
             amplitudes: Arc::default(),
             quiet_m: Arc::default(),
             behind_k: Arc::new(behind_k(&observations.t_s, &observations.temperature_c)),
-            telling: PathEstimator::default(),
+            path_estimator: PathEstimator::default(),
             steady: Instruments::default(),
             normal: normal.cloned().unwrap_or(ReferenceValues {
                 temperature_c: mean_temperature_c,
@@ -177,8 +177,9 @@ impl<'a> Scene<'a> {
 
     /// The same recording about another baseline and other effects; speeds and amplitudes stay, what a segment remembers of its way
     /// follows from where it is known to be now.
-    pub fn moved(&self, baseline: Baseline, shift: LatentDisplacement) -> Self {
-        let (calibrated_m, gain) = calibrated(self.observations, self.scope, &baseline, &shift);
+    pub fn moved(&self, baseline: Baseline, displacement: LatentDisplacement) -> Self {
+        let (calibrated_m, gain) =
+            calibrated(self.observations, self.scope, &baseline, &displacement);
         let mut this = Self {
             motion: Arc::clone(&self.motion),
             observations: self.observations,
@@ -186,19 +187,19 @@ impl<'a> Scene<'a> {
             scope: self.scope,
             inputs: self.inputs.clone(),
             calibrated_m,
-            keep: self.keep.clone(),
+            mask: self.mask.clone(),
             normal: self.normal.clone(),
-            shift,
+            displacement,
             noise: self.noise,
             gain,
             ln_amplitude: self.ln_amplitude.clone(),
             amplitudes: Arc::clone(&self.amplitudes),
             quiet_m: Arc::clone(&self.quiet_m),
             behind_k: Arc::clone(&self.behind_k),
-            telling: self.telling,
+            path_estimator: self.path_estimator,
             steady: Instruments::default(),
         };
-        this.retrace(&self.shift);
+        this.retrace(&self.displacement);
         this.steady = this.steady();
         this
     }
@@ -213,15 +214,19 @@ impl<'a> Scene<'a> {
     }
 
     /// The same with its ways told otherwise from here on.
-    pub fn with_paths_by(&self, telling: PathEstimator) -> Self {
-        let mut this = self.moved(self.baseline.clone(), self.shift.clone());
-        this.telling = telling;
+    pub fn with_paths_by(&self, path_estimator: PathEstimator) -> Self {
+        let mut this = self.moved(self.baseline.clone(), self.displacement.clone());
+        this.path_estimator = path_estimator;
         this
     }
 
     /// Takes over another's way at a sample: where its segments are, and what they remember.
     pub fn take_way(&mut self, other: &Self, i: usize) {
-        let shifts = self.shift.whole_m.iter_mut().zip(&other.shift.whole_m);
+        let shifts = self
+            .displacement
+            .total_m
+            .iter_mut()
+            .zip(&other.displacement.total_m);
         for (own, other) in shifts.filter(|(own, other)| i < own.len().min(other.len())) {
             own[i] = other[i];
         }
@@ -230,13 +235,16 @@ impl<'a> Scene<'a> {
 
     /// The ways of those segments whose places another shift than the one before moves. A reference's places are moved by none.
     fn retrace(&mut self, before: &LatentDisplacement) {
-        if self.scope.reference || self.shift == *before {
+        if self.scope.reference || self.displacement == *before {
             return;
         }
-        let remembers = !self.shift.beside_m[0].is_empty() && !self.telling.own;
+        let remembers = !self.displacement.channels_m[0].is_empty() && !self.path_estimator.own;
         let constrained_positions = remembers.then(|| self.constrained_positions());
         let way = |segment: usize| {
-            let (there, here) = (&self.shift.whole_m[segment], &before.whole_m[segment]);
+            let (there, here) = (
+                &self.displacement.total_m[segment],
+                &before.total_m[segment],
+            );
             if there == here {
                 return None;
             }
@@ -247,7 +255,7 @@ impl<'a> Scene<'a> {
                     (own.map(|(i, p)| p + at(there, i)).collect(), 1.0)
                 }
             };
-            let louder = louder * self.telling.louder;
+            let louder = louder * self.path_estimator.louder;
             Some(
                 self.motion
                     .retraced(segment, &place_m, louder, self.observations),
@@ -303,14 +311,14 @@ fn calibrated(
     observations: &Observations,
     scope: Scope,
     baseline: &Baseline,
-    shift: &LatentDisplacement,
+    displacement: &LatentDisplacement,
 ) -> ([Vec<f64>; 4], [Vec<f64>; 4]) {
     let mut position_m: [Vec<f64>; 4] = Default::default();
     let mut gain: [Vec<f64>; 4] = Default::default();
     let segments = position_m.par_iter_mut().zip(&mut gain).enumerate();
     let known = segments.filter(|(s, _)| scope.segments[*s]);
     known.for_each(|(s, (position_m, gain))| {
-        let off = &shift.electronic_m[s];
+        let off = &displacement.electronic_m[s];
         (*position_m, *gain) = observations.position_m[s]
             .iter()
             .enumerate()

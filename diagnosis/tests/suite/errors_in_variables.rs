@@ -18,37 +18,37 @@ fn a_sine_of_the_own_phase_adds_what_its_slope_says() {
     };
     let (recording, courier) = rig::record(31, &[], &options);
     let prepared = prepare(&recording).unwrap();
-    let study = assemble(
+    let design = assemble(
         &prepared,
         &Options::default(),
-        &prepared.about(),
+        &prepared.point(),
         DesignOptions::default(),
     );
-    let blocks = &study.columns.blocks;
+    let blocks = &design.columns.blocks;
     let own = blocks.iter().find(|b| b.name == "extra_harmonics").unwrap();
-    let name = |c: &usize| study.columns.regressors[*c].name == "order 3 sine, segment 1";
+    let name = |c: &usize| design.columns.regressors[*c].name == "order 3 sine, segment 1";
     let column = own.columns.clone().find(name).unwrap();
-    let quiet = (0..study.scene.len()).filter(|&i| study.scene.is_quiet(0, i));
-    let noisy = 1.0 - quiet.count() as f64 / study.scene.len() as f64;
+    let quiet = (0..design.linearized.len()).filter(|&i| design.linearized.is_quiet(0, i));
+    let noisy = 1.0 - quiet.count() as f64 / design.linearized.len() as f64;
     let slope = 4.0;
     let amount_m = slope * courier.pitch / (3.0 * TAU);
     let fit = solve(
-        study.gram.training(None),
+        design.gram.training(None),
         &[column],
-        &study.gram.centre,
+        &design.gram.centre,
         1.0,
     )
     .unwrap();
     for sign in [-1.0, 1.0] {
         let fit = Fit {
-            amount: fit
-                .amount
-                .map(|_| sign * amount_m / study.gram.scale[column]),
+            coefficient: fit
+                .coefficient
+                .map(|_| sign * amount_m / design.gram.scale[column]),
             ..fit.clone()
         };
-        let allowance = study
-            .carried
-            .allowance(squares(study.carried.products(), &fit));
+        let allowance = design
+            .errors_in_variables
+            .allowance(squares(design.errors_in_variables.products(), &fit));
         let expected = slope * slope / 8.0 * noisy;
         assert!(
             (allowance / expected - 1.0).abs() < 0.25,
