@@ -186,15 +186,16 @@ fn lints() -> Tally {
     // Not among all targets, since a bare `cargo test` leaves it out.
     total.add(step(
         "lints of the emulated board's tests",
-        clippy("--package courier --test emulated --features courier/probe"),
+        clippy("--workspace --test emulated --features courier/probe"),
     ));
     total
 }
 
-/// The documentation of every package, a warning being a failure. In the profile of the lints, whose dependencies it needs.
+/// The documentation of every package, a warning being a failure. In the profile and with the features of the lints, whose
+/// dependencies it needs.
 fn documentation() -> Tally {
     let mut command = cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
-    command.args(["--profile", "checked"]);
+    command.args(["--profile", "checked", "--features", "courier/probe"]);
     command.env("RUSTDOCFLAGS", "-D warnings");
     step("documentation", command)
 }
