@@ -118,7 +118,12 @@ fn built_twice() -> Result<Vec<String>> {
     let tests = features(&["--workspace", "--edges", "normal,build,dev"])?;
     // Its tests, and the command itself.
     let mut alone = features(&["--package", "courier", "--edges", "normal,build,dev"])?;
-    alone.extend(features(&["--package", "courier", "--edges", "normal,build"])?);
+    alone.extend(features(&[
+        "--package",
+        "courier",
+        "--edges",
+        "normal,build",
+    ])?);
     let others = alone.difference(&tests);
     Ok(others
         .map(|package| {
