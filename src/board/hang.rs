@@ -7,13 +7,14 @@
 
 use super::fault;
 use super::interrupt::LOOK;
-use super::main_loop::WATCHDOG_MS;
 use crate::link::message::ResetCause;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use cortex_m::peripheral::scb::SystemHandler;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{Peripherals, SCB};
 
+/// Without progress of interrupt and background for so long the watchdog restarts the board.
+pub const WATCHDOG_MS: u32 = 1000;
 /// From one look to the next: at 170 MHz the timer's 24 bits last 98 ms.
 const LOOK_MS: u32 = 50;
 /// Looks without progress that are a hang. The watchdog's oscillator is 6 % fast at most (data sheet DS12288: 34 kHz), so that it ends a

@@ -1,5 +1,6 @@
 //! The main loop of every board: everything below the sampling interrupt.
 
+pub use super::hang::WATCHDOG_MS;
 use super::rtt::Rings;
 use super::{fault, hang};
 use crate::app::background::Background;
@@ -13,8 +14,6 @@ use embedded_storage::nor_flash::NorFlash;
 
 /// Sampling rate, hertz.
 pub const RATE_HZ: u32 = 20_000;
-/// Without progress of interrupt and background for so long the watchdog restarts the board.
-pub const WATCHDOG_MS: u32 = 1000;
 /// Samples between two looks at what changes slowly: 100 ms.
 const SLOW_SAMPLES: u32 = RATE_HZ / 10;
 

@@ -1,9 +1,11 @@
 //! The calibration record: what is stored in flash and exchanged with a host.
 
 mod bytes;
+mod number;
 mod plausible;
 
-pub use plausible::{Number, check_sensor};
+pub use number::Number;
+pub use plausible::check_sensor;
 
 pub use bytes::{
     BODY_BYTES, HEADER_BYTES, Header, MAGIC, MAX_BYTES, decode, decode_into, encode, read_body,
@@ -188,14 +190,5 @@ impl Calibration {
             beacon: None,
             quality: Quality::default(),
         }
-    }
-
-    /// Checks that every number can be used.
-    ///
-    /// # Errors
-    /// [`RecordError::Model`] or [`RecordError::Range`].
-    pub fn validate(&self) -> Result<(), RecordError> {
-        self.model.validate()?;
-        plausible::check(self)
     }
 }

@@ -1,8 +1,8 @@
 //! Which poses a session visits and how it stands at each: what both sensors' sessions are told alike.
 
 use super::average::FRAMES;
-use super::config::{StartError, within};
 use super::plan::{Plan, Range};
+use super::start_error::{StartError, within};
 use super::visit::VisitRules;
 use crate::frame::Status;
 

@@ -1,12 +1,12 @@
 //! What a joint session is told, and its check.
 
-use super::constraint::{Constraints, ReadingNoise, Values, Weighting};
-use super::layout::{JOINT_UNKNOWNS, Layout};
+use super::constraint::{Constraints, ReadingNoise, Weighting};
+use super::layout::{JOINT_UNKNOWNS, Layout, Values};
 use super::solver::Priors;
 use super::steps::Step;
-use crate::calibration::config::{StartError, within};
 use crate::calibration::plan::Range;
 use crate::calibration::sample::PARITY_SIGN;
+use crate::calibration::start_error::{StartError, within};
 use crate::calibration::visits::Visits;
 use crate::frame::SEGMENTS;
 use crate::geometry::Geometry;

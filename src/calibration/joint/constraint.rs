@@ -14,7 +14,7 @@
 
 mod jacobian;
 
-use super::layout::{JOINT_UNKNOWNS, Layout};
+use super::layout::{JOINT_UNKNOWNS, Layout, Values};
 use super::sample::JointSample;
 use super::whitening::{Whitening, small_angle};
 use crate::calibration::sample::PARITY_SIGN;
@@ -32,8 +32,6 @@ const ANGLE_SIGN: [f32; SEGMENTS] = [1.0, 1.0, -1.0, -1.0];
 /// Sign of l_o theta in each segment's lateral argument, equation (9).
 const LATERAL_SIGN: [f32; SEGMENTS] = [-1.0, 1.0, 1.0, -1.0];
 
-/// Values of all unknowns of a [`Layout`].
-pub type Values = [f32; JOINT_UNKNOWNS];
 /// g_p, g_x, g_y, metres.
 pub type Misclosure = [f32; 3];
 

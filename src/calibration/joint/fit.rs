@@ -6,9 +6,9 @@
 //! eight. So it is cut into slices, between which everything else has its turn: a slice is a pose, or at the end of a pass
 //! the solution.
 
-use super::constraint::{Constraints, Rows, Values};
-use super::layout::{Groups, JOINT_UNKNOWNS};
-use super::sample::JointSample;
+use super::constraint::{Constraints, Rows};
+use super::layout::{Groups, JOINT_UNKNOWNS, Values};
+use super::sample::{JointSample, Poses};
 use super::solver::{FitReport, JointSolver};
 use crate::lsq::SolveError;
 use crate::math::sqrt;
@@ -248,6 +248,34 @@ impl Pass {
         let used = rows.jacobian.iter().zip(rows.misclosure);
         for (row, misclosure) in used.take(solver.channels) {
             solver.enter(row, -misclosure, root);
+        }
+    }
+}
+
+impl JointSolver {
+    /// Fits the unknowns of some groups to the poses, from `values` on, in place.
+    ///
+    /// # Errors
+    /// [`SolveError`]; `values` are then the best so far.
+    pub fn fit(
+        &mut self,
+        constraints: &Constraints,
+        samples: &impl Poses,
+        groups: Groups,
+        values: &mut Values,
+    ) -> Result<FitReport, SolveError> {
+        let mut fit = Fit::idle();
+        fit.begin(self, constraints, groups);
+        let mut walk = samples.clone();
+        loop {
+            let sample = walk.next();
+            if sample.is_none() {
+                walk = samples.clone();
+            }
+            let poses = samples.len();
+            if fit.slice(self, constraints, values, sample.as_ref(), poses)? {
+                return Ok(*fit.report());
+            }
         }
     }
 }

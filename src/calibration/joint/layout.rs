@@ -23,6 +23,9 @@ pub(super) const NONLINEARITY: usize = 2 * crate::diode::AXIS_TERMS;
 /// Most unknowns.
 pub const JOINT_UNKNOWNS: usize = SEGMENTS * 2 * MAX_FITTED + OTHERS;
 
+/// Values of all unknowns of a [`Layout`].
+pub type Values = [f32; JOINT_UNKNOWNS];
+
 bitflags::bitflags! {
     /// Groups of unknowns that are free, or not, together.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

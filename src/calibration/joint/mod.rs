@@ -18,8 +18,8 @@ mod whitening;
 
 pub use crate::diode as sensor;
 pub use config::{JointConfig, JointLimits, entered, model_of};
-pub use constraint::{Constraints, Misclosure, ReadingNoise, Rows, Values, Weighting};
-pub use layout::{Groups, JOINT_UNKNOWNS, Layout, MAX_FITTED, Unknown};
+pub use constraint::{Constraints, Misclosure, ReadingNoise, Rows, Weighting};
+pub use layout::{Groups, JOINT_UNKNOWNS, Layout, MAX_FITTED, Unknown, Values};
 pub use outcome::{JointOutcome, JointResult};
 pub use plan::{about_sensor, foreseen_under_beacon};
 pub use sample::{FARTHEST_TEETH, JointBuffer, JointSample, POSES, Poses};

@@ -1,7 +1,7 @@
 //! Poses under the beacon: where to go next, and what a set of poses will tell before anything moves.
 
-use super::constraint::{Constraints, Values};
-use super::layout::{Groups, JOINT_UNKNOWNS};
+use super::constraint::Constraints;
+use super::layout::{Groups, JOINT_UNKNOWNS, Values};
 use super::sample::JointSample;
 use super::solver::JointSolver;
 use crate::calibration::plan::{Planner, RelativePose};

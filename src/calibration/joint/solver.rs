@@ -1,10 +1,8 @@
 //! What a joint fit works with: rows, priors and the present solution. [`super::fit`] drives it.
 
-use super::constraint::{Constraints, Misclosure, Values};
-use super::fit::Fit;
-use super::layout::{Groups, JOINT_UNKNOWNS, Unknown};
+use super::constraint::{Constraints, Misclosure};
+use super::layout::{Groups, JOINT_UNKNOWNS, Unknown, Values};
 use super::median::Median;
-use super::sample::Poses;
 use crate::lsq::{Estimator, SolveError, packed_len};
 use crate::math::sqrt;
 use serde::{Deserialize, Serialize};
@@ -151,32 +149,6 @@ impl JointSolver {
     #[must_use]
     pub fn free(&self) -> &[u8] {
         &self.free
-    }
-
-    /// Fits the unknowns of some groups to the poses, from `values` on, in place.
-    ///
-    /// # Errors
-    /// [`SolveError`]; `values` are then the best so far.
-    pub fn fit(
-        &mut self,
-        constraints: &Constraints,
-        samples: &impl Poses,
-        groups: Groups,
-        values: &mut Values,
-    ) -> Result<FitReport, SolveError> {
-        let mut fit = Fit::idle();
-        fit.begin(self, constraints, groups);
-        let mut walk = samples.clone();
-        loop {
-            let sample = walk.next();
-            if sample.is_none() {
-                walk = samples.clone();
-            }
-            let poses = samples.len();
-            if fit.slice(self, constraints, values, sample.as_ref(), poses)? {
-                return Ok(*fit.report());
-            }
-        }
     }
 
     /// Frees the unknowns of some groups, and picks the constraints that tell them.

@@ -3,14 +3,16 @@
 
 mod comparison;
 mod shown;
+mod step;
 
 pub use comparison::HeldOut;
+pub use step::Step;
 
 use self::comparison::Comparison;
 use self::shown::ShownNoise;
-use super::constraint::{Constraints, ReadingNoise, Values};
+use super::constraint::{Constraints, ReadingNoise};
 use super::fit::Fit;
-use super::layout::{Groups, JOINT_UNKNOWNS};
+use super::layout::{Groups, JOINT_UNKNOWNS, Values};
 use super::sample::JointBuffer;
 use super::solver::{FitReport, JointSolver};
 use crate::lsq::SolveError;
@@ -21,50 +23,6 @@ use serde::{Deserialize, Serialize};
 const SIGNIFICANT: f32 = 2.0;
 /// Times that a step is fitted again with the noise it showed.
 const REWEIGHTINGS: u32 = 3;
-/// Misclosures longer than this many times their rms say nothing about a step, nor about the noise.
-const OUTLIER: f32 = 8.0;
-
-/// A step of the schedule.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Step {
-    /// Own-phase coefficients, by g_p.
-    Platen,
-    /// Height, lever arm and beacon's place, platen fixed.
-    Mounting,
-    /// Everything of the paper's 3.2 together.
-    Joint,
-    /// That and the diode's angle and difference of gains.
-    Misalignment,
-    /// That and the diode's terms of second and third degree.
-    Nonlinearity,
-}
-
-impl Step {
-    /// In order.
-    pub const ALL: [Self; 5] = [
-        Self::Platen,
-        Self::Mounting,
-        Self::Joint,
-        Self::Misalignment,
-        Self::Nonlinearity,
-    ];
-    /// The paper's three.
-    pub const PAPER: [Self; 3] = [Self::Platen, Self::Mounting, Self::Joint];
-
-    /// What it frees, given what the steps before have freed for good.
-    fn groups(self, accepted: Groups) -> Groups {
-        match self {
-            Self::Platen => Groups::PLATEN,
-            Self::Mounting => Groups::MOUNTING,
-            Self::Joint => Groups::PAPER,
-            Self::Misalignment => Groups::PAPER | Groups::MISALIGNMENT,
-            Self::Nonlinearity => {
-                Groups::PAPER | (accepted & Groups::MISALIGNMENT) | Groups::NONLINEARITY
-            }
-        }
-    }
-}
-
 /// What a step did.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StepReport {

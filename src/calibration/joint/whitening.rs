@@ -1,6 +1,6 @@
 //! Small helpers of the constraints: the Cholesky factor of their covariance, sine and cosine of a small angle.
 
-use super::constraint::Values;
+use super::layout::Values;
 use crate::math::sqrt;
 
 /// A lower triangular 3 x 3 matrix and what it makes of a vector: `L^-1 v`.

@@ -2,37 +2,10 @@
 //!
 //! Pairs of channels and the sum of coefficients are checked with the settings ([`crate::settings::Settings::validate`]).
 
+use super::number::Number;
 use super::{Calibration, RecordError};
 use crate::geometry::Geometry;
 use crate::model::ModelError;
-
-/// A number of a record that can be wrong.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[allow(missing_docs)] // their texts say it
-pub enum Number {
-    #[error("temperature_c")]
-    TemperatureC,
-    #[error("amplitude_counts")]
-    AmplitudeCounts,
-    #[error("geometry.pitch_m")]
-    PitchM,
-    #[error("geometry.span_m")]
-    SpanM,
-    #[error("geometry (a length or the full scale)")]
-    Geometry,
-    #[error("pairs")]
-    Pairs,
-    #[error("beacon.origin_m")]
-    BeaconOriginM,
-    #[error("beacon.sensor")]
-    BeaconSensor,
-    #[error("beacon (a standard deviation, metres)")]
-    BeaconDeviationM,
-    #[error("quality (a residual or deviation, metres)")]
-    QualityM,
-    #[error("quality.condition_number")]
-    ConditionNumber,
-}
 
 /// Range in which the board's parts may be stored, degrees Celsius (data sheets of the converter and of the processor).
 const TEMPERATURES_C: [f32; 2] = [-65.0, 150.0];
@@ -46,8 +19,19 @@ const LONGEST_M: f32 = 100.0;
 /// Beyond the inverse of the precision of the numbers nothing is solved.
 const LARGEST_CONDITION: f32 = 1.0 / f32::EPSILON;
 
+impl Calibration {
+    /// Checks that every number can be used.
+    ///
+    /// # Errors
+    /// [`RecordError::Model`] or [`RecordError::Range`].
+    pub fn validate(&self) -> Result<(), RecordError> {
+        self.model.validate()?;
+        check(self)
+    }
+}
+
 /// Checks every number.
-pub(super) fn check(calibration: &Calibration) -> Result<(), RecordError> {
+fn check(calibration: &Calibration) -> Result<(), RecordError> {
     let (g, q) = (&calibration.geometry, &calibration.quality);
     let geometry = [
         g.pitch_m,

@@ -1,23 +1,12 @@
 //! What a session does with a pose's mean, and its two verdicts: after the fit, and after the held-out poses.
 
 use super::Session;
+use super::least_poses::least_poses;
 use crate::calibration::average::PoseMean;
 use crate::calibration::gate::Verdict;
 use crate::calibration::outcome::{Evidence, Refusal};
 use crate::calibration::port::Stage;
-use crate::frame::SEGMENTS;
 
-/// Rows beyond the unknowns that a fit must have.
-const REDUNDANCY: u32 = 16;
-/// Unknowns of equation (3): two coefficients of four orders for each segment, and one offset.
-const EQUATION_3_UNKNOWNS: u32 = 2 * 4 * SEGMENTS as u32 + 1;
-/// Fewest poses of a session that fits equation (3); one that fits more says so when it is ordered.
-pub const LEAST_POSES: u32 = least_poses(EQUATION_3_UNKNOWNS);
-
-/// Fewest poses that determine so many unknowns and show whether they do.
-pub(super) const fn least_poses(unknowns: u32) -> u32 {
-    unknowns + REDUNDANCY
-}
 /// Held-out parities further off than this many predicted deviations are not the sensor's.
 const HELD_OUT_OUTLIER: f32 = 8.0;
 

@@ -9,11 +9,12 @@
 //! averaging, the last one of a pose about 30 rows' worth, twenty thousand cycles each; the final solve some hundred.
 
 mod judge;
+mod least_poses;
 
-pub use judge::LEAST_POSES;
+pub use least_poses::LEAST_POSES;
 
 use super::average::{UNUSABLE, Unsteady};
-use super::config::{SessionConfig, StartError, within};
+use super::config::SessionConfig;
 use super::gate::GatedFit;
 use super::outcome::{Evidence, Outcome, Refusal};
 use super::plan::{Plan, Planner, Range, RelativePose};
@@ -21,6 +22,7 @@ use super::port::{Action, MotionEvent, Progress, Stage};
 use super::regression::Regression;
 use super::sample::Sample;
 use super::spread::Spread;
+use super::start_error::{StartError, within};
 use super::visit::{Visit, VisitRules, Visited};
 use crate::frame::{Frame, SEGMENTS};
 use crate::math::sqrt;
@@ -99,7 +101,7 @@ impl Session {
         config.validate()?;
         let regression =
             Regression::new(&config.geometry, &config.model).ok_or(StartError::Terms)?;
-        let least = judge::least_poses(regression.unknowns() as u32);
+        let least = least_poses::least_poses(regression.unknowns() as u32);
         within("poses", config.visits.poses as f32, least as f32, 1.0e6)?;
         let parity_noise_m =
             2.0 * config.visits.frame_noise_m / sqrt(config.visits.frames_per_pose as f32);

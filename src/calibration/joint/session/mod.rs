@@ -8,7 +8,6 @@
 mod verdict;
 
 use crate::calibration::average::{PoseMean, UNUSABLE};
-use crate::calibration::config::StartError;
 use crate::calibration::joint::config::JointConfig;
 use crate::calibration::joint::constraint::Constraints;
 use crate::calibration::joint::layout::{Groups, JOINT_UNKNOWNS};
@@ -22,6 +21,7 @@ use crate::calibration::plan::{Plan, Planner, Range, RelativePose};
 use crate::calibration::port::{Action, MotionEvent, Progress, Stage};
 use crate::calibration::sample::Sample;
 use crate::calibration::spread::Spread;
+use crate::calibration::start_error::StartError;
 use crate::calibration::visit::{Visit, VisitRules, Visited};
 use crate::frame::{Frame, SEGMENTS, Status};
 

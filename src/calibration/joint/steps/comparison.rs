@@ -1,7 +1,8 @@
 //! What the poses that no step fitted say of one: before it and after it.
 
-use super::OUTLIER;
-use crate::calibration::joint::constraint::{Constraints, Misclosure, Values};
+use super::step::OUTLIER;
+use crate::calibration::joint::constraint::{Constraints, Misclosure};
+use crate::calibration::joint::layout::Values;
 use crate::calibration::joint::sample::JointSample;
 use crate::calibration::joint::solver::JointSolver;
 use crate::calibration::spread::Spread;

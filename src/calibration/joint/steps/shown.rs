@@ -1,7 +1,8 @@
 //! The readings' noise as the poses show it: more than was stated where something is unmodelled.
 
-use super::{OUTLIER, Step};
-use crate::calibration::joint::constraint::{Constraints, ReadingNoise, Values};
+use super::step::{OUTLIER, Step};
+use crate::calibration::joint::constraint::{Constraints, ReadingNoise};
+use crate::calibration::joint::layout::Values;
 use crate::calibration::joint::sample::JointSample;
 use crate::calibration::spread::Spread;
 use crate::math::sqrt;
