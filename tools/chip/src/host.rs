@@ -1,6 +1,6 @@
 //! The host that started this program: it gives orders, and all that is outside the chip is there (`link_host::chip::protocol`).
 
-use crate::surroundings::Beyond;
+use crate::beyond::Beyond;
 use hal_sim::wire::converter::AnalogInputs;
 use hal_sim::wire::fault::{InputFault, Switch, When};
 use hal_sim::wire::flash::Contents;

@@ -1,7 +1,6 @@
 //! The chip's own tables, as stm32-metapac carries them: which register lies where, which bits it has, which clock it wants.
 
 use crate::peripheral::Unit;
-use crate::peripheral::pwr::NOT_BOOSTED;
 use stm32_metapac::metadata::ir::{Access, Array, BitOffset, Block, BlockItemInner, FieldSet, IR};
 use stm32_metapac::metadata::{METADATA, Peripheral};
 
@@ -34,6 +33,8 @@ const WINDOWS: [(u32, u32); 4] = [
     (0xE004_2000, 0xE004_2400),
 ];
 
+/// R1MODE is bit 8 (RM0440, 6.4.21; ST's stm32g474xx.h). stm32-metapac 21 has it at bit 0.
+pub const NOT_BOOSTED: u32 = 1 << 8;
 /// Where stm32-metapac 21 is wrong: peripheral, register, its bits.
 const CORRECTIONS: [(&str, &str, u32); 1] = [("PWR", "cr5", NOT_BOOSTED)];
 

@@ -1,6 +1,7 @@
 //! What is wired to the chip's pins: `hal-sim`'s converters and motion controller, and the lamp.
 
 use crate::bank::Bank;
+use crate::beyond::Beyond;
 use crate::host::{Host, Inputs};
 use crate::time::{NEVER, Ticks, from_ns, to_ns};
 use anyhow::Result;
@@ -15,21 +16,6 @@ use std::convert::Infallible;
 
 /// A look at BUSY where the end of a conversion is sought.
 const LOOK: Ticks = from_ns(25);
-
-/// What lies behind the converters and at the far end of the serial line.
-pub trait Beyond {
-    /// A byte goes to the motion controller: its start bit is at this instant.
-    fn send(&mut self, byte: u8, now_ns: u64);
-
-    /// A byte that the motion controller has sent and that has arrived by now.
-    fn receive(&mut self, now_ns: u64) -> Option<u8>;
-
-    /// Temperature of the board, degrees Celsius.
-    fn temperature_c(&self) -> f64;
-
-    /// The edge of CONVST that comes next is the timer's, or software's.
-    fn conversion(&mut self, _by_timer: bool) {}
-}
 
 /// A world in this program.
 struct Near {

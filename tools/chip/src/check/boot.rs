@@ -1,6 +1,6 @@
 //! The image starts, sets clock, pins and converters up, and samples.
 
-use super::{judge, start};
+use super::fixture::{judge, start};
 use crate::image::Image;
 use crate::peripheral::flash::Start;
 use crate::processor::{End, Processor};

@@ -1,6 +1,6 @@
 //! A calibration with a commit, a power cut, and a start from what was stored.
 
-use super::{judge, start};
+use super::fixture::{judge, start};
 use crate::image::Image;
 use crate::peripheral::flash::Start;
 use crate::wire::Board;

@@ -1,7 +1,7 @@
 //! Somebody else's image (`tools/chip/control`: embassy's drivers): what it breaks of the rules for clock, flash and pins is known, and
 //! it is embassy that errs there. Anything more would be the model's fault.
 
-use super::world;
+use super::fixture::world;
 use crate::chip::Chip;
 use crate::image::Image;
 use crate::peripheral::flash::Start;

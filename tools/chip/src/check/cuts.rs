@@ -1,7 +1,7 @@
 //! The supply goes in the middle of a commit: at every operation of the flash controller, before it and within it, and at every
 //! eighth of the page's erase; every second time it dips only, and RAM keeps what it held. Afterwards either the old calibration is in force or the new one, and a commit goes through again.
 
-use super::{judge, start_in, world};
+use super::fixture::{judge, start_in, world};
 use crate::image::Image;
 use crate::peripheral::flash::Start;
 use crate::wire::Board;

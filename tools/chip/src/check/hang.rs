@@ -1,7 +1,7 @@
 //! A hang leaves its place, whether the background hangs or a sampling interrupt, and after three in a row the board leaves alone what is
 //! stored.
 
-use super::{judge, start};
+use super::fixture::{judge, start};
 use crate::image::Image;
 use crate::peripheral::flash::Start;
 use crate::registers;

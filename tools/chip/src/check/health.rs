@@ -1,6 +1,6 @@
 //! What the board says of itself: every self-test passes on a chip as it should be, and tells of one that is not.
 
-use super::{judge, start};
+use super::fixture::{judge, start};
 use crate::image::Image;
 use crate::peripheral::flash::Start;
 use crate::processor::Processor;

@@ -1,6 +1,6 @@
 //! The debug link over the chip's RAM: who is there, how it is, a stream of samples.
 
-use super::{judge, start};
+use super::fixture::{judge, start};
 use crate::image::Image;
 use crate::peripheral::flash::Start;
 use crate::wire::Board;

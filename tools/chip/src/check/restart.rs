@@ -1,6 +1,6 @@
 //! A restart while the courier is on its way: nobody waits for it any more, so it is told to stop.
 
-use super::{judge, start_in, world};
+use super::fixture::{judge, start_in, world};
 use crate::image::Image;
 use crate::peripheral::flash::Start;
 use crate::wire::Board;

@@ -4,8 +4,8 @@
 //! The check gives the sampling interrupts all the time that their budget leaves them; the figure for `cargo xtask bench --json` is of a
 //! minute in which everything comes together.
 
+use super::fixture::{judge, start};
 use super::time::{SAMPLE_CYCLES, spent};
-use super::{judge, start};
 use crate::image::Image;
 use crate::peripheral::flash::Start;
 use crate::registers;

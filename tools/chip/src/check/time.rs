@@ -1,7 +1,7 @@
 //! What the sampling interrupts take of a sample, without and with the flash's wait states: plain, with a tooth map, and with as many further
 //! terms besides as the board has room for; and the sampling rate up to which no instant is missed.
 
-use super::{judge, start};
+use super::fixture::{judge, start};
 use crate::image::Image;
 use crate::peripheral::flash::Start;
 use crate::processor::Processor;

@@ -1,6 +1,6 @@
 //! Starts as they happen on a bench: error flags left over, option bytes of another mode, a converter that is silent, a debugger that halts.
 
-use super::{judge, start, start_in, world};
+use super::fixture::{judge, start, start_in, world};
 use crate::image::Image;
 use crate::peripheral::flash::Start;
 use crate::processor::Processor;

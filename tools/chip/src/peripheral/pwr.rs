@@ -1,7 +1,7 @@
 //! Power control: the regulator's range and the supply detector.
 
 use super::{Access, Peripheral, Words};
-use crate::registers::Register;
+use crate::registers::{NOT_BOOSTED, Register};
 use crate::rule::Rule;
 use stm32_metapac::pwr::regs::{Cr1, Cr2, Sr2};
 use stm32_metapac::pwr::vals::Vos;
@@ -14,8 +14,6 @@ const BROWN_OUT_V: [f64; 5] = [1.66, 2.00, 2.20, 2.51, 2.81];
 const CR1: u32 = 0x00;
 const CR2: u32 = 0x04;
 const CR5: u32 = 0x80;
-/// R1MODE is bit 8 (RM0440, 6.4.21; ST's stm32g474xx.h). stm32-metapac 21 has it at bit 0.
-pub const NOT_BOOSTED: u32 = 1 << 8;
 
 /// The peripheral.
 #[derive(Debug)]

@@ -1,14 +1,13 @@
 //! Reset and clock control: oscillators, PLL, dividers, enable bits, causes of reset.
 
+use super::clocks::{Clocks, HSI_HZ};
 use super::{Access, Peripheral, Words};
 use crate::registers::Register;
 use crate::rule::Rule;
-use crate::time::{NEVER, TICK_HZ, Ticks, from_us};
+use crate::time::{NEVER, Ticks, from_us};
 use stm32_metapac::rcc::regs::{Ccipr, Cfgr, Cr, Crrcr, Csr, Pllcfgr};
 use stm32_metapac::rcc::vals::{Hpre, Pllsrc, Ppre, Sw, Usart1sel};
 
-/// The internal oscillator, hertz.
-const HSI_HZ: u32 = 16_000_000;
 /// The PLL's lock time (DS12288, PLL characteristics: 15 us typical, 40 us at most).
 const LOCK: Ticks = from_us(40);
 /// Above this speed the step of the clock matters (RM0440, 7.2.7).
@@ -24,45 +23,6 @@ const CFGR: u32 = 0x08;
 const PLLCFGR: u32 = 0x0C;
 const AHB1ENR: u32 = 0x48;
 const CSR: u32 = 0x94;
-
-/// Frequencies, hertz.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Clocks {
-    /// The chosen source.
-    pub system_hz: u32,
-    /// Processor and fast bus.
-    pub hclk_hz: u32,
-    /// First slow bus.
-    pub pclk1_hz: u32,
-    /// Second slow bus.
-    pub pclk2_hz: u32,
-}
-
-impl Clocks {
-    /// After reset.
-    pub const RESET: Self = Self {
-        system_hz: HSI_HZ,
-        hclk_hz: HSI_HZ,
-        pclk1_hz: HSI_HZ,
-        pclk2_hz: HSI_HZ,
-    };
-
-    /// Ticks of a processor's cycle.
-    pub fn cycle(&self) -> Ticks {
-        TICK_HZ / u64::from(self.hclk_hz)
-    }
-
-    /// Ticks of a cycle of the second slow bus.
-    pub fn cycle2(&self) -> Ticks {
-        TICK_HZ / u64::from(self.pclk2_hz)
-    }
-
-    /// Ticks of a cycle of a timer on the first slow bus, which runs at twice the bus where that is divided.
-    pub fn timer1_cycle(&self) -> Ticks {
-        let divided = self.pclk1_hz != self.hclk_hz;
-        TICK_HZ / u64::from(self.pclk1_hz * if divided { 2 } else { 1 })
-    }
-}
 
 /// Why the chip was reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

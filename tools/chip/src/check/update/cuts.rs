@@ -7,7 +7,7 @@
 
 use super::{Bench, switched_on};
 use crate::bank::Operation;
-use crate::check::judge;
+use crate::check::fixture::judge;
 use crate::processor::FLASH;
 use crate::time::from_us;
 use crate::wire::Board;

@@ -4,7 +4,7 @@
 use super::cuts::{self, Update};
 use super::{Bench, START_UP, Seen, next};
 use crate::bank::Bank;
-use crate::check::judge;
+use crate::check::fixture::judge;
 use crate::image::Image as Elf;
 use crate::processor::{BANK_BYTES, FLASH};
 use anyhow::{Context, Result, ensure};

@@ -5,7 +5,7 @@ pub mod good;
 pub mod refused;
 pub mod trial;
 
-use super::world;
+use super::fixture::world;
 use crate::bank::{Bank, Log};
 use crate::chip::Chip;
 use crate::image::Image as Elf;

@@ -1,7 +1,7 @@
 //! Images that are not to run: what is installed stays, and is started again.
 
 use super::{BOARD, Bench, Seen, sleeper};
-use crate::check::judge;
+use crate::check::fixture::judge;
 use crate::image::Image as Elf;
 use anyhow::{Context, Result, bail, ensure};
 use board_link::image::{DEVELOPMENT_SEED, Image};

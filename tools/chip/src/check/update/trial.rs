@@ -2,7 +2,7 @@
 //! at each of its trials, and the one before comes back.
 
 use super::{Bench, START_UP, Seen, sleeper};
-use crate::check::judge;
+use crate::check::fixture::judge;
 use crate::image::Image as Elf;
 use crate::rule::Rule;
 use anyhow::{Result, ensure};
