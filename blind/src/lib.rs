@@ -24,7 +24,7 @@ pub use tally::Score;
 pub use words::{Words, confusion, detection, effects, matrix, row, shrinkage};
 
 use diagnosis::design::assembly::Options;
-use diagnosis::selection::limits::VISIBLE;
+use diagnosis::selection::limits::VISIBLE_GAP_RATIO;
 use diagnosis::transfer::model::{Model, check};
 use diagnosis::verdict::answer::{Diagnosis, Verdict};
 use diagnosis::{diagnose as diagnose_recording, diagnose_fully};
@@ -278,7 +278,7 @@ fn hidden(case: &Case) -> Vec<String> {
     let names = case.effects.iter().map(|e| e.name.clone());
     let no_gap = |name: &String| {
         let alone = diagnose_recording(&case.with_only(name), "alone", &Options::default());
-        alone.verdict == Verdict::NoGap && alone.held_out.whitened_before < VISIBLE
+        alone.verdict == Verdict::NoGap && alone.held_out.whitened_before < VISIBLE_GAP_RATIO
     };
     names.filter(no_gap).collect()
 }

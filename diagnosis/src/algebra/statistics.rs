@@ -1,5 +1,8 @@
 //! Small robust statistics.
 
+/// 97.5 % point of the standard normal distribution: standard deviations on either side of a 95 % interval.
+pub const NORMAL_97_5: f64 = 1.96;
+
 /// Median; sorts partially in place. `None` of an empty list.
 pub fn median(values: &mut [f64]) -> Option<f64> {
     quantile(values, 0.5)

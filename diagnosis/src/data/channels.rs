@@ -126,9 +126,9 @@ fn below_top(name: &str, at_top: f64) -> Result<(), Insufficient> {
 }
 
 /// Tooth changes that are needed to judge a tooth count, and the share of them that it must follow.
-const CHANGES: usize = 8;
-/// See [`CHANGES`].
-const FOLLOWED: f64 = 0.5;
+const FEWEST_CHANGES: usize = 8;
+/// See [`FEWEST_CHANGES`].
+const FOLLOWED_SHARE: f64 = 0.5;
 
 /// Checks that the tooth count changes where the phase passes from one tooth to the next.
 ///
@@ -148,22 +148,22 @@ pub fn tooth_count(o: &Observations, segment: usize) -> Result<(), Insufficient>
         }
     }
     let share = followed as f64 / changes.max(1) as f64;
-    if changes >= CHANGES && share < FOLLOWED {
+    if changes >= FEWEST_CHANGES && share < FOLLOWED_SHARE {
         let what = format!(
             "share of segment {0}'s tooth changes that its count n{0} follows",
             segment + 1
         );
-        return Err(Insufficient::new(&what, share, FOLLOWED, ""));
+        return Err(Insufficient::new(&what, share, FOLLOWED_SHARE, ""));
     }
     Ok(())
 }
 
 /// Steps that are needed to see that a segment is frozen, the share of a pitch that counts as one, and the share of them in
 /// which it must have moved too.
-const STEPS: usize = 50;
-/// See [`STEPS`].
-const STEP: f64 = 0.02;
-/// See [`STEPS`].
+const FEWEST_STEPS: usize = 50;
+/// See [`FEWEST_STEPS`].
+const STEP_PITCHES: f64 = 0.02;
+/// See [`FEWEST_STEPS`].
 const MOVED: f64 = 0.7;
 
 /// Checks that a segment's readings change while the other segment of its axis, or the reference, moves.
@@ -179,14 +179,15 @@ pub fn fresh(o: &Observations, segment: usize) -> Result<(), Insufficient> {
     };
     let (mut steps, mut moved) = (0usize, 0usize);
     for i in 1..own.len() {
-        if o.stretch[i] == o.stretch[i - 1] && (beside(i) - beside(i - 1)).abs() > STEP * o.pitch_m
+        if o.stretch[i] == o.stretch[i - 1]
+            && (beside(i) - beside(i - 1)).abs() > STEP_PITCHES * o.pitch_m
         {
             steps += 1;
             moved += usize::from(own[i] != own[i - 1]);
         }
     }
     let share = moved as f64 / steps.max(1) as f64;
-    if steps >= STEPS && share < MOVED {
+    if steps >= FEWEST_STEPS && share < MOVED {
         let what = format!(
             "share of the steps of what is beside it in which segment {} moves",
             segment + 1
@@ -215,7 +216,7 @@ pub fn electrodes(recording: &Recording) -> Result<(), Insufficient> {
         .filter_map(|i| samples.electrode_counts(i))
         .filter(|e| e.iter().any(|v| *v != 0.0))
         .collect();
-    if seen.len() < STEPS {
+    if seen.len() < FEWEST_STEPS {
         return Ok(());
     }
     let of = |e: usize| seen.iter().map(|s| s[e]).collect::<Vec<f64>>();

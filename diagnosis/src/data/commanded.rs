@@ -13,25 +13,25 @@ use std::ops::Range;
 /// Names of the columns.
 const NAMES: [&str; 3] = ["cmd_x_m", "cmd_y_m", "cmd_theta_rad"];
 /// Samples between the two whose differences are compared.
-const APART: usize = 4;
+const DIFFERENCE_SAMPLES: usize = 4;
 /// A slope is that of a unit to within this share: stated pitches and spans are better than that.
 const SLOPE: f64 = 0.2;
 /// Latest and earliest command that is looked for, s: a choice, ten times the 50 ms by which commands have been seen to be late.
 const LATEST_S: f64 = 0.5;
 /// Steps of the search for it, each way; then it is halved so often about the best.
-const STEPS: i32 = 25;
-/// See [`STEPS`].
-const HALVINGS: usize = 8;
+const DELAY_STEPS: i32 = 25;
+/// See [`DELAY_STEPS`].
+const DELAY_HALVINGS: usize = 8;
 /// A command is later if the residual then is less than this share of what it was (a choice, without data),
 const LESS: f64 = 0.5;
 /// and was more than this share of a pitch: some tens of micrometres are a command's own.
 const OWN: f64 = 0.05;
 /// Samples that the time is found by.
-const SAMPLES: usize = 3000;
+const COMPARED_SAMPLES: usize = 3000;
 /// Nearer than this share of a pitch a command must come to tell one tooth from the next.
 const TELLS: f64 = 0.25;
 /// More steps of whole teeth than these are no slips of a count.
-const MOST_STEPS: usize = 6;
+const MOST_COMMANDED_STEPS: usize = 6;
 
 /// Units that poses are written in for m and rad: how many of these one is.
 const LENGTHS: [(f64, &str); 5] = [
@@ -181,8 +181,8 @@ impl Pair<'_> {
     fn unit<'u>(&self, units: &[(f64, &'u str)]) -> Option<(f64, &'u str)> {
         let mut steps: Vec<(f64, f64)> = Vec::new();
         for piece in &self.pieces {
-            for i in piece.clone().skip(APART) {
-                let step = |of: &[f64]| of[i] - of[i - APART];
+            for i in piece.clone().skip(DIFFERENCE_SAMPLES) {
+                let step = |of: &[f64]| of[i] - of[i - DIFFERENCE_SAMPLES];
                 let both = (step(&self.read_m), step(&self.commanded_m));
                 if both.0.is_finite() && both.1.is_finite() {
                     steps.push(both);
@@ -209,12 +209,12 @@ impl Pair<'_> {
         if now < OWN * self.pitch_m {
             return 0.0;
         }
-        let mut step = LATEST_S / f64::from(STEPS);
-        let all = (-STEPS..=STEPS).map(|k| f64::from(k) * step);
+        let mut step = LATEST_S / f64::from(DELAY_STEPS);
+        let all = (-DELAY_STEPS..=DELAY_STEPS).map(|k| f64::from(k) * step);
         let mut best = all
             .map(|t| (self.misfit_m(commanded_m, t), t))
             .fold((now, 0.0), less);
-        for _ in 0..HALVINGS {
+        for _ in 0..DELAY_HALVINGS {
             step *= 0.5;
             let near = [best.1 - step, best.1 + step];
             best = near
@@ -227,7 +227,7 @@ impl Pair<'_> {
 
     /// Mean distance between reading and what is told so much later, about its median, m: slips add to it at any time alike.
     fn misfit_m(&self, commanded_m: &[f64], later_s: f64) -> f64 {
-        let step = self.t_s.len().div_ceil(SAMPLES).max(1);
+        let step = self.t_s.len().div_ceil(COMPARED_SAMPLES).max(1);
         let off = |i: usize| self.read_m[i] - self.at(commanded_m, i, later_s);
         let list = (0..self.t_s.len()).step_by(step).map(off);
         let mut list: Vec<f64> = list.filter(|v| v.is_finite()).collect();
@@ -261,15 +261,15 @@ impl Pair<'_> {
             .collect();
         let mut changes: Vec<f64> = Vec::new();
         for piece in &self.pieces {
-            let here = piece.clone().skip(APART);
-            changes.extend(here.map(|i| (off[i] - off[i - APART]).abs()));
+            let here = piece.clone().skip(DIFFERENCE_SAMPLES);
+            changes.extend(here.map(|i| (off[i] - off[i - DIFFERENCE_SAMPLES]).abs()));
         }
         changes.retain(|change| change.is_finite());
         let flat = quantile(&mut changes, 0.9).is_none_or(|change| change < TELLS * self.pitch_m);
         // Between runs a count may begin anew.
         let steps =
             |piece: &Range<usize>| whole_teeth(&off[piece.clone()], self.pitch_m).changes.len();
-        flat && self.pieces.iter().map(steps).sum::<usize>() <= MOST_STEPS
+        flat && self.pieces.iter().map(steps).sum::<usize>() <= MOST_COMMANDED_STEPS
     }
 }
 

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Half the number of neighbours in a local fit.
-const HALF_WINDOW: usize = 3;
+const PATH_HALF_WINDOW: usize = 3;
 /// A local quadratic must fit within this and a share of what was travelled, or the samples are separate poses, m.
 const SMOOTH_M: f64 = 15.0e-6;
 /// See [`SMOOTH_M`].
@@ -259,11 +259,11 @@ fn windows(unbroken: &[usize]) -> Vec<Range<usize>> {
     (0..n)
         .map(|i| {
             let mut first = i;
-            while first > 0 && i - first < HALF_WINDOW && unbroken[first - 1] == unbroken[i] {
+            while first > 0 && i - first < PATH_HALF_WINDOW && unbroken[first - 1] == unbroken[i] {
                 first -= 1;
             }
             let mut end = i + 1;
-            while end < n && end - i <= HALF_WINDOW && unbroken[end] == unbroken[i] {
+            while end < n && end - i <= PATH_HALF_WINDOW && unbroken[end] == unbroken[i] {
                 end += 1;
             }
             first..end

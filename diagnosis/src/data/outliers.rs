@@ -5,15 +5,15 @@ use crate::data::observations::Observations;
 use std::collections::HashMap;
 
 /// Samples in a piece over which a disturbance must stand out.
-const PIECE: usize = 60;
+const PIECE_SAMPLES: usize = 60;
 /// By this many robust deviations.
-const OUTSIDE: f64 = 7.0;
+const OUTLIER_DEVIATIONS: f64 = 7.0;
 
 /// What is next to such a sample belongs to it by this many.
 const BESIDE: f64 = 3.5;
 
 /// Fewer tell no usual scatter.
-const LEAST: usize = 20;
+const FEWEST_NEIGHBOURS: usize = 20;
 
 /// Which samples are told apart from each other: those of a stretch, and the poses of a run that is one by one at rest. What a model
 /// leaves of those scatters alike; what a gap leaves need not.
@@ -21,7 +21,7 @@ fn with_single_poses(stretch: &[usize], run: &[usize]) -> Vec<usize> {
     let mut samples = vec![0; stretch.iter().max().map_or(0, |last| last + 1)];
     stretch.iter().for_each(|s| samples[*s] += 1);
     let of = |(s, r): (&usize, &usize)| {
-        if samples[*s] < LEAST {
+        if samples[*s] < FEWEST_NEIGHBOURS {
             samples.len() + r
         } else {
             *s
@@ -111,23 +111,31 @@ fn marked(
         while start < list.len() {
             let mut end = start;
             while end < list.len()
-                && end - start < PIECE
+                && end - start < PIECE_SAMPLES
                 && stretch[list[end].0] == stretch[list[start].0]
             {
                 end += 1;
             }
             // What is left of a stretch is held against what is before it as well.
             let of_it = |k: &usize| stretch[list[*k].0] == stretch[list[start].0];
-            let back = (end.saturating_sub(PIECE)..start).rev().take_while(of_it);
-            let from = start - if end - start < PIECE { back.count() } else { 0 };
+            let back = (end.saturating_sub(PIECE_SAMPLES)..start)
+                .rev()
+                .take_while(of_it);
+            let from = start
+                - if end - start < PIECE_SAMPLES {
+                    back.count()
+                } else {
+                    0
+                };
             let mut values: Vec<f64> = list[from..end].iter().map(|r| r.1).collect();
             if let Some((centre, deviation)) =
-                median_and_deviation(&mut values).filter(|_| end - from >= LEAST)
+                median_and_deviation(&mut values).filter(|_| end - from >= FEWEST_NEIGHBOURS)
             {
                 let most = most.get(&(stretch[list[start].0], channel));
-                let limit = OUTSIDE * deviation.min(*most.unwrap_or(&f64::INFINITY)).max(1.0);
+                let limit =
+                    OUTLIER_DEVIATIONS * deviation.min(*most.unwrap_or(&f64::INFINITY)).max(1.0);
                 let far = |k: &usize, limit: f64| (list[*k].1 - centre).abs() > limit;
-                let near = limit * BESIDE / OUTSIDE;
+                let near = limit * BESIDE / OUTLIER_DEVIATIONS;
                 for k in (start..end).filter(|k| far(k, limit)) {
                     let back = (start..=k).rev().take_while(|k| far(k, near));
                     let on = (k..end).take_while(|k| far(k, near));

@@ -25,7 +25,7 @@ const BEFORE: f64 = 1.35;
 /// Neighbours follow a path that they miss by less than this many misfits, rms: by chance one in a thousand misses it by more.
 const FOLLOWED: f64 = 2.4;
 /// Neighbours on either side that stand for a sample's place: its own noise must be in no memory.
-const HALF_WINDOW: usize = 3;
+const PATH_HALF_WINDOW: usize = 3;
 
 /// The last way of a segment, one value a sample.
 #[derive(Clone, Debug, Default)]
@@ -184,7 +184,7 @@ fn without_own_noise(
     let n = position_m.len();
     let estimate = |i: usize| {
         let reach =
-            |ends: &dyn Fn(usize) -> bool| (0..HALF_WINDOW).take_while(|k| !ends(*k)).count();
+            |ends: &dyn Fn(usize) -> bool| (0..PATH_HALF_WINDOW).take_while(|k| !ends(*k)).count();
         let back = reach(&|k| apart(i - k));
         let half = back.min(reach(&|k| i + k + 1 >= n || apart(i + k + 1)));
         let window = i - half..i + half + 1;

@@ -3,13 +3,13 @@
 use crate::linearization::recording::range;
 
 /// Samples nearer in time than this belong to the same disturbance.
-const APART: usize = 60;
+const MARKED_APART_SAMPLES: usize = 60;
 /// Nearest samples of other times that are asked.
 const NEAREST: usize = 6;
 /// Of these so many are disturbed as well, in the mean over disturbed samples: nearly none of bursts, most about a bump.
 const RECURS: f64 = 0.4;
 /// Most disturbed samples that are looked at, evenly.
-const MOST: usize = 200;
+const MOST_MARKED: usize = 200;
 
 /// True if marked samples lie about places rather than times. `place` is not a number where there is none.
 /// Cost: marked samples (200 at most) times all.
@@ -26,12 +26,14 @@ pub fn recurs(marked: &[bool], place: &[[f64; 2]]) -> bool {
         step(0).powi(2) + step(1).powi(2)
     };
     let of_them: Vec<usize> = known.iter().copied().filter(|&i| marked[i]).collect();
-    let every = of_them.len().div_ceil(MOST).max(1);
+    let every = of_them.len().div_ceil(MOST_MARKED).max(1);
     let shares: Vec<f64> = of_them
         .iter()
         .step_by(every)
         .filter_map(|&i| {
-            let others = known.iter().filter(|j| j.abs_diff(i) > APART);
+            let others = known
+                .iter()
+                .filter(|j| j.abs_diff(i) > MARKED_APART_SAMPLES);
             let mut near: Vec<(f64, bool)> = others.map(|&j| (away(i, j), marked[j])).collect();
             if near.len() < NEAREST {
                 return None;
@@ -65,7 +67,7 @@ pub fn at_the_ends(marked: &[bool], commanded: &[f64]) -> bool {
     others.sort_by(f64::total_cmp);
     let (mut last, mut count, mut sum) = (None, 0.0, 0.0);
     for i in known().filter(|i| marked[*i]) {
-        if last.is_none_or(|last| i - last > APART) {
+        if last.is_none_or(|last| i - last > MARKED_APART_SAMPLES) {
             let nearer = others.partition_point(|o| *o < away(i));
             sum += nearer as f64 / others.len().max(1) as f64;
             count += 1.0;

@@ -13,7 +13,7 @@ use recording::{Column, Recording};
 use std::ops::Range;
 
 /// Teeth by which the first counts of two runs may differ where both begin at zero: one, since a courier stands between two.
-const NEAR: f64 = 1.0;
+const NEAR_PITCHES: f64 = 1.0;
 
 /// Lays runs upon each other whose counts begin anew; what was done, where any moved.
 pub fn join(o: &mut Observations, recording: &Recording) -> Option<String> {
@@ -43,7 +43,7 @@ fn begin_anew(recording: &Recording, runs: &[Range<usize>]) -> bool {
     for segment in counted {
         let teeth = counts(segment);
         let start = teeth[runs[0].start];
-        let near = |i: usize| (teeth[i] - start).abs() <= NEAR;
+        let near = |i: usize| (teeth[i] - start).abs() <= NEAR_PITCHES;
         if !runs.iter().all(|run| near(run.start)) {
             return false;
         }

@@ -195,7 +195,7 @@ pub(crate) struct ToothJumps {
 }
 
 /// Teeth that are told apart: of two such numbers the difference is still a whole number of 32 bits, as a count is.
-const MOST_TEETH: f64 = 1.0e9;
+const MOST_COUNTED_TEETH: f64 = 1.0e9;
 
 /// Whole teeth relative to the median of the first samples; single samples do not change the level's count of jumps.
 pub(crate) fn whole_teeth(difference: &[f64], pitch_m: f64) -> ToothJumps {
@@ -217,7 +217,7 @@ pub(crate) fn whole_teeth(difference: &[f64], pitch_m: f64) -> ToothJumps {
             if d.is_finite() {
                 ((d - start) / pitch_m)
                     .round()
-                    .clamp(-MOST_TEETH, MOST_TEETH) as i32
+                    .clamp(-MOST_COUNTED_TEETH, MOST_COUNTED_TEETH) as i32
             } else {
                 0
             }
@@ -259,9 +259,9 @@ mod tests {
             .map(|i| if i < 30 { -1.0e15 } else { 1.0e15 })
             .collect();
         let jumps = whole_teeth(&difference, 1.0e-3);
-        assert_eq!(jumps.changes, [(30, MOST_TEETH as i32)]);
+        assert_eq!(jumps.changes, [(30, MOST_COUNTED_TEETH as i32)]);
         let swings = [vec![0.0; 41], vec![1.0e15; 30], vec![-1.0e15; 30]].concat();
         let changes = whole_teeth(&swings, 1.0e-3).changes;
-        assert_eq!(changes[1], (71, -2 * MOST_TEETH as i32));
+        assert_eq!(changes[1], (71, -2 * MOST_COUNTED_TEETH as i32));
     }
 }

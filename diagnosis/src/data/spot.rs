@@ -7,7 +7,7 @@ use nalgebra::{SMatrix, SVector};
 /// speeds, the turn times where the spot is, and the angle times the speeds.
 const TERMS: usize = 8;
 /// Fewer samples than so many a term say nothing.
-const LEAST: usize = 20;
+const FEWEST_STATES: usize = 20;
 /// Directions of the terms that the motion shows by less than this share of the largest are left out.
 const SHOWN: f64 = 1.0e-9;
 
@@ -54,7 +54,7 @@ pub fn rates(states: &[SpotState], own: &[f64]) -> Option<Vec<f64>> {
         let both = states.iter().zip(own);
         both.filter(|(way, own)| way.is_known() && own.is_finite())
     };
-    if known().count() < LEAST * TERMS {
+    if known().count() < FEWEST_STATES * TERMS {
         return None;
     }
     let mut size = Row::zeros();

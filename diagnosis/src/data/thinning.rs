@@ -3,7 +3,7 @@
 use crate::data::observations::Observations;
 
 /// Samples that an answer is made of; of more, whole pieces are left out evenly.
-const MOST_SAMPLES: usize = 60_000;
+const MOST_FITTED_SAMPLES: usize = 60_000;
 /// Samples in such a piece.
 const PIECE: usize = 250;
 /// Samples to either side of a piece that stay to tell how it moves, and are used for nothing else: more than any window over
@@ -14,7 +14,7 @@ const MARGIN: usize = 30;
 /// and what is to be said of it.
 pub fn thin(observations: &mut Observations) -> (Vec<bool>, Option<String>) {
     let samples = observations.len();
-    let every = samples.div_ceil(MOST_SAMPLES).max(1);
+    let every = samples.div_ceil(MOST_FITTED_SAMPLES).max(1);
     if every == 1 {
         return (vec![false; samples], None);
     }

@@ -139,11 +139,13 @@ mod shape {
 use shape::Shape;
 
 fn time(_: &BasisInputs) -> Vec<Shape> {
-    const KNOTS: usize = 13;
-    (0..KNOTS)
+    const COURSE_KNOTS: usize = 13;
+    (0..COURSE_KNOTS)
         .map(|k| -> Shape {
-            let place = k as f64 / (KNOTS - 1) as f64;
-            Box::new(move |m| (1.0 - (m.progress - place).abs() * (KNOTS - 1) as f64).max(0.0))
+            let place = k as f64 / (COURSE_KNOTS - 1) as f64;
+            Box::new(move |m| {
+                (1.0 - (m.progress - place).abs() * (COURSE_KNOTS - 1) as f64).max(0.0)
+            })
         })
         .collect()
 }

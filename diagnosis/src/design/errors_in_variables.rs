@@ -12,9 +12,9 @@ use effects::sensor::Covariates;
 use rayon::prelude::*;
 
 /// Samples that the mean is taken over.
-const SAMPLES: usize = 500;
+const PRODUCT_SAMPLES: usize = 500;
 /// Samples that are turned into rows at once.
-const CHUNK: usize = 32;
+const CHUNK_SAMPLES: usize = 32;
 /// Sums that are formed side by side: as many on every machine.
 const LANES: usize = 2;
 /// A fit that takes noise away is believed only for what it takes beyond that much again: the allowance is of first order.
@@ -34,7 +34,7 @@ impl ErrorsInVariables {
         let in_use: Vec<usize> = (0..linearized.len())
             .filter(|&i| linearized.mask[i])
             .collect();
-        let step = (in_use.len() / SAMPLES).max(1);
+        let step = (in_use.len() / PRODUCT_SAMPLES).max(1);
         let list: Vec<usize> = in_use.into_iter().step_by(step).collect();
         let stepped = std::array::from_fn(|s| stepped(linearized, s));
         let parts: Vec<(Symmetric, usize)> = list
@@ -106,10 +106,10 @@ fn products_of(
     samples: &[usize],
 ) -> (Symmetric, usize) {
     let width = scale.len() + 1;
-    let mut upright = RowBuffer::new(width, CHUNK * ROWS * 4);
+    let mut upright = RowBuffer::new(width, CHUNK_SAMPLES * ROWS * 4);
     let mut sum = Symmetric::zeros(width);
     let mut count = 0;
-    for chunk in samples.chunks(CHUNK) {
+    for chunk in samples.chunks(CHUNK_SAMPLES) {
         upright.clear();
         for &i in chunk {
             count += add_rows(linearized, stepped, columns, scale, i, &mut upright);

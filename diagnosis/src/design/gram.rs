@@ -5,7 +5,7 @@ use crate::algebra::products::RowBuffer;
 use crate::algebra::symmetric::Symmetric;
 use crate::data::folds::FOLDS;
 use crate::design::training::Training;
-use crate::linearization::groups::{Group, Sample, TOGETHER};
+use crate::linearization::groups::{GROUP_SAMPLES, Group, Sample};
 use crate::linearization::recording::{LinearizedRecording, ROWS};
 use effects::sensor::{CHANNELS, READINGS, Regressor};
 use nalgebra::DVector;
@@ -142,7 +142,7 @@ fn spreads(
 ) -> Vec<ChannelSums> {
     let regressors = &columns.regressors;
     let mut sums = vec![ChannelSums::default(); regressors.len()];
-    for samples in samples.chunks(TOGETHER) {
+    for samples in samples.chunks(GROUP_SAMPLES) {
         let group = Group::new(
             linearized,
             regressors,

@@ -10,24 +10,24 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Weight of samples that a node must carry to be judged.
 const WEIGHT: f64 = 3.0;
 /// Most nodes of all channels: beyond, the mesh gets coarser.
-const MOST: usize = 700;
+const MOST_KNOTS: usize = 700;
 /// Most values of all segments: each reaches far, so that the cost is that of all columns at every sample.
-const MOST_VALUES: usize = 200;
+const MOST_KNOT_VALUES: usize = 200;
 /// Pitches from value to value, the finest that is not too many. Where the teeth lie beside the marks that places are told from is
 /// not known, nor how many a footprint holds, and a field bends where a tooth comes in or goes out: a mesh of half the width
 /// misses half as much of a bend between two values.
-const MESHES: [f64; 3] = [0.25, 0.5, 1.0];
+const KNOT_STEPS_PITCHES: [f64; 3] = [0.25, 0.5, 1.0];
 
 /// Sets a survey's mesh and nodes: a rectangle of values for each segment where that is few enough; else teeth for each segment;
 /// else as fine as can be for the channels; none where the courier hardly moves.
 pub fn lay(linearized: &mut LinearizedRecording) {
     linearized.inputs.field_by_segment = true;
     linearized.inputs.field_by_value = true;
-    for pitches in MESHES {
+    for pitches in KNOT_STEPS_PITCHES {
         let step_m = pitches * linearized.observations.pitch_m;
         let corners = rectangles(linearized, step_m);
         let count: usize = corners.iter().flatten().map(values).sum();
-        if (1..=MOST_VALUES).contains(&count) {
+        if (1..=MOST_KNOT_VALUES).contains(&count) {
             linearized.inputs.node_step_m = step_m;
             linearized.inputs.nodes = corners.map(|c| c.map_or(Vec::new(), Vec::from));
             return;
@@ -41,7 +41,7 @@ pub fn lay(linearized: &mut LinearizedRecording) {
         if count < 8 {
             break;
         }
-        if count <= MOST {
+        if count <= MOST_KNOTS {
             (linearized.inputs.node_step_m, linearized.inputs.nodes) = (step_m, list);
             return;
         }

@@ -16,20 +16,20 @@ const PATCHES: usize = 2;
 /// See [`PATCHES`].
 const SIDE_PITCHES: f64 = 5.0;
 /// See [`PATCHES`].
-const MOST: usize = 90;
+const MOST_PATCH_SAMPLES: usize = 90;
 /// Fewest samples of a patch.
-const FEWEST: usize = 30;
+const FEWEST_PATCH_SAMPLES: usize = 30;
 /// Deviation of what a patch's rows of a channel have in common, of the noise.
-const COMMON: f64 = 100.0;
+const COMMON_OFFSET_NOISES: f64 = 100.0;
 /// A search ends where its steps are this small.
-const FINE: f64 = 0.04;
+const SMALLEST_STEP: f64 = 0.04;
 /// Values of a covariance that are tabulated for a pitch.
 const PER_PITCH: f64 = 64.0;
 
 /// Edges from which on a footprint is a bell, and amounts to its half: the most that are not too many.
-const BELL: f64 = 0.6;
-/// See [`BELL`].
-const TO_A_HALF: [f64; 3] = [3.0, 2.4, 2.0];
+const BELL_EDGE: f64 = 0.6;
+/// See [`BELL_EDGE`].
+const COEFFICIENTS_TO_A_HALF: [f64; 3] = [3.0, 2.4, 2.0];
 
 /// What is looked for.
 #[derive(Clone, Copy, Debug)]
@@ -81,8 +81,11 @@ pub fn find(relinearized: &RelinearizedFit) -> Option<Teeth> {
 fn steps(aperture: &ApertureKernel) -> Vec<[f64; 2]> {
     let half = aperture.half_pitches;
     let apart = |n: f64| half.map(|half| (half / n).max(1.0));
-    let edged = (aperture.edge <= BELL).then_some([1.0; 2]);
-    edged.into_iter().chain(TO_A_HALF.map(apart)).collect()
+    let edged = (aperture.edge <= BELL_EDGE).then_some([1.0; 2]);
+    edged
+        .into_iter()
+        .chain(COEFFICIENTS_TO_A_HALF.map(apart))
+        .collect()
 }
 
 /// What the recording shows of its field, where most samples are.
@@ -97,13 +100,16 @@ fn patches(relinearized: &RelinearizedFit) -> Vec<Patch> {
             .or_default()
             .push(i);
     }
-    let mut cells: Vec<Vec<usize>> = cells.into_values().filter(|c| c.len() >= FEWEST).collect();
+    let mut cells: Vec<Vec<usize>> = cells
+        .into_values()
+        .filter(|c| c.len() >= FEWEST_PATCH_SAMPLES)
+        .collect();
     cells.sort_by_key(|c| std::cmp::Reverse(c.len()));
     cells
         .iter()
         .take(PATCHES)
         .map(|cell| {
-            let step = cell.len().div_ceil(MOST);
+            let step = cell.len().div_ceil(MOST_PATCH_SAMPLES);
             cell.iter()
                 .step_by(step)
                 .flat_map(|i| rows(relinearized, *i))
@@ -161,7 +167,7 @@ fn likeliest(patches: &[Patch]) -> Option<(ApertureParameters, f64)> {
     };
     let mut best = (start, likelihood(patches, &start));
     let mut step = 0.32;
-    while step > FINE {
+    while step > SMALLEST_STEP {
         let before = best.1;
         for change in CHANGES {
             for way in [step, -step] {
@@ -251,7 +257,7 @@ fn of_patch(patch: &Patch, guess: &ApertureParameters, along: &[f64], across: &[
             }
             let mut value = sum * guess.size_m * guess.size_m;
             if patch[a].channel == patch[b].channel {
-                value += COMMON * COMMON;
+                value += COMMON_OFFSET_NOISES * COMMON_OFFSET_NOISES;
             }
             covariance[(b, a)] = value;
         }

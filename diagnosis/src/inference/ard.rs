@@ -9,15 +9,15 @@ use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 
 /// Most columns: the cost is cubic in them. A field over the platen has more, and all its nodes one size.
-const MOST: usize = 320;
+const MOST_COLUMNS: usize = 320;
 /// Updates. What is not needed falls by a good factor in each.
-const UPDATES: usize = 25;
+const ARD_UPDATES: usize = 25;
 /// The same of courses, whose knots are many and share one size: that is told by a few updates, and by fewer from what the round before
 /// has told.
-const MOST_OF_COURSES: usize = 640;
-const UPDATES_OF_COURSES: [usize; 2] = [10, 4];
+const MOST_COURSE_COLUMNS: usize = 640;
+const COURSE_UPDATES: [usize; 2] = [10, 4];
 /// An amount is nothing below this share of its prior size.
-const NOTHING: f64 = 1.0e-4;
+const NEGLIGIBLE_PRIOR_SHARE: f64 = 1.0e-4;
 
 /// Factors that shrink the prior sizes of all but the baseline's columns, never beyond the physical ones: for [`Gram::rescale`].
 /// Those that a round before has told, if there was one, lead where the knots of a course share one. Cost: 25 times the cube of the
@@ -26,7 +26,11 @@ pub fn factors(gram: &Gram, columns: &Columns, before: &[f64]) -> Vec<f64> {
     let first = columns.blocks[0].columns.end;
     let width = gram.width();
     let courses = columns.regressors.iter().any(|r| r.course.is_some());
-    let most = if courses { MOST_OF_COURSES } else { MOST };
+    let most = if courses {
+        MOST_COURSE_COLUMNS
+    } else {
+        MOST_COLUMNS
+    };
     if width == first || width > most {
         return vec![1.0; width];
     }
@@ -34,8 +38,8 @@ pub fn factors(gram: &Gram, columns: &Columns, before: &[f64]) -> Vec<f64> {
     let start = |c: usize| if led { before[c].powi(-2) } else { 1.0 };
     let mut precision = DVector::from_fn(width, |c, _| start(c));
     let updates = match (courses, led) {
-        (false, _) => UPDATES,
-        (true, led) => UPDATES_OF_COURSES[usize::from(led)],
+        (false, _) => ARD_UPDATES,
+        (true, led) => COURSE_UPDATES[usize::from(led)],
     };
     let sharing = sharing(columns);
     let training = gram.training(None);
@@ -55,7 +59,7 @@ pub fn factors(gram: &Gram, columns: &Columns, before: &[f64]) -> Vec<f64> {
             let square = |c: &usize| (coefficients[*c] - gram.centre[*c]).powi(2) / noise;
             let estimate: f64 = group.iter().map(estimate).sum();
             let square: f64 = group.iter().map(square).sum();
-            let shared = (estimate / square.max(1e-30)).clamp(1.0, NOTHING.powi(-2));
+            let shared = (estimate / square.max(1e-30)).clamp(1.0, NEGLIGIBLE_PRIOR_SHARE.powi(-2));
             group.iter().for_each(|c| precision[*c] = shared);
         }
     }

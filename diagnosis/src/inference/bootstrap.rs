@@ -1,10 +1,11 @@
 //! 95 % intervals of an rms from the pieces that it is made of: bootstrap of the studentised logarithm (Efron and Tibshirani
 //! 1993, section 12.5), which has its level with few and with skewed pieces, where percentiles are too narrow.
 
+use crate::algebra::statistics::NORMAL_97_5;
 use effects::random::{ChaCha8Rng, SeedableRng, index};
 
 /// Draws of the bootstrap.
-const DRAWS: usize = 999;
+const BOOTSTRAP_DRAWS: usize = 999;
 
 /// Squares of the residual and of the noise in a piece, and its number of rows.
 pub type Piece = [f64; 3];
@@ -70,11 +71,9 @@ pub fn foretold(pieces: &[Piece]) -> [f64; 2] {
 }
 
 /// 97.5 % point of Student's distribution, from one degree of freedom on.
-const STUDENT: [f64; 9] = [
+const STUDENT_97_5: [f64; 9] = [
     12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262,
 ];
-/// The same of more.
-const NORMAL: f64 = 1.96;
 /// Fewer runs do not tell how runs differ.
 const FEWEST_RUNS: usize = 3;
 
@@ -90,7 +89,7 @@ pub fn other_runs(runs: &[[f64; 2]]) -> f64 {
         crate::algebra::statistics::deviation(&levels) * (levels.len() as f64 / freedom).sqrt();
     let whole: f64 = runs.iter().map(|r| r[1]).sum();
     let shares: f64 = runs.iter().map(|r| (r[1] / whole).powi(2)).sum();
-    let student = STUDENT.get(runs.len() - 2).unwrap_or(&NORMAL);
+    let student = STUDENT_97_5.get(runs.len() - 2).unwrap_or(&NORMAL_97_5);
     student * scatter * (2.0 * shares).sqrt()
 }
 
@@ -106,20 +105,20 @@ fn drawing(pieces: &[Piece], weight: usize) -> impl FnMut() -> LogRatio + '_ {
 }
 
 /// 97.5 % point of the ratio of two mean squares with two degrees of freedom each (Fisher's F: p / (1 - p) there).
-const OTHER_COURSE: f64 = 39.0;
+const FISHER_2_2_97_5: f64 = 39.0;
 
 /// 95 % interval of an rms, m, on another recording, where all but `known_m` of it is a wander whose course is another one there. A
 /// wander is known by a sine and a cosine at the least, however many periods of it are seen: two degrees of freedom.
 pub fn other_course(rms_m: f64, known_m: f64) -> [f64; 2] {
     let wander = (rms_m * rms_m - known_m * known_m).max(0.0);
-    [1.0 / OTHER_COURSE, OTHER_COURSE]
+    [1.0 / FISHER_2_2_97_5, FISHER_2_2_97_5]
         .map(|ratio| known_m.min(rms_m).hypot((wander * ratio).sqrt()))
 }
 
 /// Lower and upper 2.5 % of what is drawn, no farther out than Student's of one degree of freedom: where one piece holds nearly all,
 /// draws without it seem to be sure. Draws of one piece alone tell nothing.
 fn quantiles(mut deviation: impl FnMut() -> f64) -> [f64; 2] {
-    let mut list: Vec<f64> = (0..DRAWS)
+    let mut list: Vec<f64> = (0..BOOTSTRAP_DRAWS)
         .map(|_| deviation())
         .filter(|d| d.is_finite())
         .collect();
@@ -127,7 +126,9 @@ fn quantiles(mut deviation: impl FnMut() -> f64) -> [f64; 2] {
     let tail = list.len() / 40;
     match list.len() {
         0 => [0.0; 2],
-        count => [list[tail], list[count - 1 - tail]].map(|d| d.clamp(-STUDENT[0], STUDENT[0])),
+        count => {
+            [list[tail], list[count - 1 - tail]].map(|d| d.clamp(-STUDENT_97_5[0], STUDENT_97_5[0]))
+        }
     }
 }
 
@@ -170,7 +171,7 @@ mod tests {
         let [low, high] = estimated(&pieces);
         // The logarithm of a sum that is one piece's has an error of one.
         assert!(
-            low < 1.0 && high > 1.0 && high < (0.5 * STUDENT[0]).exp() * 1.1,
+            low < 1.0 && high > 1.0 && high < (0.5 * STUDENT_97_5[0]).exp() * 1.1,
             "{low} {high}"
         );
     }

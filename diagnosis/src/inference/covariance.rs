@@ -18,11 +18,11 @@ use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
 /// A row is not foretold if the model's own uncertainty there is more than half of the noise: its square.
-const UNKNOWN: f64 = 0.25;
+const UNKNOWN_VARIANCE_SHARE: f64 = 0.25;
 /// Draws that tell a variance to a third.
-const DRAWS: usize = 24;
+const COVARIANCE_DRAWS: usize = 24;
 /// Digits of a correlation that are sure.
-const DIGITS: i32 = 10;
+const CORRELATION_DIGITS: i32 = 10;
 /// Blocks whose amounts are known in another way: by the places that were visited (a field on a mesh), or not at all elsewhere.
 fn is_apart(name: &str) -> bool {
     effects::has(name, |card| {
@@ -84,8 +84,8 @@ impl PosteriorCovariance {
             }
         }
         if by_teeth {
-            let mut rng = ChaCha8Rng::seed_from_u64(DRAWS as u64);
-            for _ in 0..DRAWS {
+            let mut rng = ChaCha8Rng::seed_from_u64(COVARIANCE_DRAWS as u64);
+            for _ in 0..COVARIANCE_DRAWS {
                 let draw = DVector::from_fn(all.len(), |_, _| normal(&mut rng));
                 let draw = factor.coloured(&draw);
                 // A float's digits are enough, and half of the file.
@@ -158,7 +158,7 @@ impl PosteriorCovariance {
             out[i] = list.iter().zip(channel).any(|(row, channel)| {
                 let off = row.iter().zip(&zeros[channel]);
                 let squares: f64 = off.map(|(value, zero)| (value - zero).powi(2)).sum();
-                squares > UNKNOWN
+                squares > UNKNOWN_VARIANCE_SHARE
             });
         }
         out
@@ -184,7 +184,10 @@ impl PosteriorCovariance {
             let given = DMatrix::identity(n, n) * 10f64.powi(-digits);
             (&related + given).cholesky()
         };
-        let root = (0..=DIGITS).rev().find_map(mended).map(|root| root.l());
+        let root = (0..=CORRELATION_DIGITS)
+            .rev()
+            .find_map(mended)
+            .map(|root| root.l());
         let of = |a: usize, b: usize| root.as_ref().map_or(0.0, |root| size(a) * root[(a, b)]);
         (0..n).map(|a| (0..n).map(|b| of(a, b)).collect()).collect()
     }

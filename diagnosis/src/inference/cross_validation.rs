@@ -33,16 +33,16 @@ pub struct Score {
 
 /// Amounts beyond this many prior deviations off their means are of no physical size, however well they fit: each, or of very many
 /// that have one size together their rms.
-const IMPLAUSIBLE: f64 = 30.0;
+const IMPLAUSIBLE_PRIOR_DEVIATIONS: f64 = 30.0;
 /// No held-out model beats the noise: below this share of it, and where the baseline does not, it is an artefact.
-const TOO_GOOD: f64 = 0.3;
+const TOO_GOOD_SHARE: f64 = 0.3;
 /// Where the baseline leaves no more than this much of the noise, the stated noise is right, and chance bounds what is possible:
 /// so many standard deviations of a sum of squares, and at least this share.
-const NO_GAP: f64 = 1.21;
-/// See [`NO_GAP`].
-const CHANCE: f64 = 3.0;
-/// See [`NO_GAP`].
-const NEARLY: f64 = 0.95;
+const NO_GAP_MEAN_SQUARE: f64 = 1.21;
+/// See [`NO_GAP_MEAN_SQUARE`].
+const NO_GAP_DEVIATIONS: f64 = 3.0;
+/// See [`NO_GAP_MEAN_SQUARE`].
+const NO_GAP_LEAST_SHARE: f64 = 0.95;
 impl<'a> CrossValidation<'a> {
     /// Sets are scored as they are asked for.
     pub fn new(
@@ -145,7 +145,8 @@ impl<'a> CrossValidation<'a> {
                 largest = largest.max(off);
             }
         }
-        largest > IMPLAUSIBLE || squares > IMPLAUSIBLE * IMPLAUSIBLE * count
+        largest > IMPLAUSIBLE_PRIOR_DEVIATIONS
+            || squares > IMPLAUSIBLE_PRIOR_DEVIATIONS * IMPLAUSIBLE_PRIOR_DEVIATIONS * count
     }
 
     /// The largest block that a list holds the whole of, where eliminating it once is worth the memory.
@@ -154,7 +155,7 @@ impl<'a> CrossValidation<'a> {
         blocks
             .filter(|(_, b)| {
                 let of_it = || list.iter().filter(|c| b.columns.contains(c)).count();
-                b.columns.len() >= LARGE && of_it() == b.columns.len()
+                b.columns.len() >= ELIMINATED_ONCE_FROM && of_it() == b.columns.len()
             })
             .max_by_key(|(_, b)| b.columns.len())
             .map(|(k, _)| k)
@@ -176,17 +177,17 @@ const IMPOSSIBLE: Score = Score {
     log_evidence: f64::NEG_INFINITY,
 };
 /// Columns from which a block is eliminated once for all sets that hold it.
-const LARGE: usize = 120;
+const ELIMINATED_ONCE_FROM: usize = 120;
 
 /// Held-out squares below which columns hold a reading's own noise, as an angle that hardly changes times large amounts does.
 /// Noise that was found and not stated bounds nothing so closely.
 fn smallest_plausible(baseline: f64, rows: f64, loud: bool) -> f64 {
-    if baseline < 2.0 * TOO_GOOD * rows {
+    if baseline < 2.0 * TOO_GOOD_SHARE * rows {
         0.0
-    } else if baseline < NO_GAP * rows && !loud {
-        rows * NEARLY.min(1.0 - CHANCE * (2.0 / rows).sqrt())
+    } else if baseline < NO_GAP_MEAN_SQUARE * rows && !loud {
+        rows * NO_GAP_LEAST_SHARE.min(1.0 - NO_GAP_DEVIATIONS * (2.0 / rows).sqrt())
     } else {
-        TOO_GOOD * rows
+        TOO_GOOD_SHARE * rows
     }
 }
 
@@ -209,6 +210,6 @@ mod tests {
             synthetic_problem.cross_validation().score(&[1]).squares
         };
         assert!(squares(2).is_infinite());
-        assert!(squares(super::LARGE).is_finite());
+        assert!(squares(super::ELIMINATED_ONCE_FROM).is_finite());
     }
 }

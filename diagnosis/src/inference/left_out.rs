@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// Samples that are left out together.
-const PIECE: usize = 10;
+const PIECE_SAMPLES: usize = 10;
 
 /// The rows of a piece in prior deviations, whitened; only columns that act within it.
 struct Piece {
@@ -58,7 +58,9 @@ fn pieces(linearized: &LinearizedRecording) -> Vec<Vec<usize>> {
     let mut list: Vec<Vec<usize>> = Vec::new();
     for i in (0..linearized.len()).filter(|&i| linearized.mask[i]) {
         match list.last_mut() {
-            Some(last) if last.len() < PIECE && stretch[last[0]] == stretch[i] => last.push(i),
+            Some(last) if last.len() < PIECE_SAMPLES && stretch[last[0]] == stretch[i] => {
+                last.push(i)
+            }
             _ => list.push(vec![i]),
         }
     }

@@ -7,13 +7,13 @@
 
 use crate::algebra::cholesky::Factor;
 use crate::inference::residuals::Residuals;
-use crate::linearization::groups::{Group, Sample, TOGETHER};
+use crate::linearization::groups::{GROUP_SAMPLES, Group, Sample};
 use crate::linearization::relinearized::RelinearizedFit;
 use effects::sensor::CHANNELS;
 use nalgebra::DVector;
 
 /// Most samples that a total is formed over: an rms of so many is known to one percent.
-const SAMPLES: usize = 4000;
+const TOTAL_SAMPLES: usize = 4000;
 
 /// A value with its standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,10 +109,10 @@ impl<'f, 'a> Posterior<'f, 'a> {
         let kept: Vec<usize> = (0..linearized.len())
             .filter(|&i| linearized.mask[i])
             .collect();
-        let every = kept.len().div_ceil(SAMPLES).max(1);
+        let every = kept.len().div_ceil(TOTAL_SAMPLES).max(1);
         let some: Vec<usize> = kept.into_iter().step_by(every).collect();
         let mut out = Vec::new();
-        for part in some.chunks(TOGETHER) {
+        for part in some.chunks(GROUP_SAMPLES) {
             let asked = columns.blocks[block].columns.clone();
             let group = Group::new(linearized, &columns.regressors, asked, part.iter().copied());
             for Sample {
@@ -178,7 +178,7 @@ mod tests {
     const PITCH_M: f64 = 1.0e-3;
     const NOISE_M: f64 = 0.1e-6;
     const LATE_S: f64 = 50.0e-6;
-    const SAMPLES: u32 = 600;
+    const TOTAL_SAMPLES: u32 = 600;
     /// Chosen: all samples take 3 s.
     const STEP_S: f64 = 5.0e-3;
     /// Way to either side, pitches.
@@ -191,8 +191,11 @@ mod tests {
 
     /// Phase of the motion, rad, and its rate, rad/s: slow, then three times as fast, so that a delay is told from its bend over speed.
     fn phase(k: u32) -> (f64, f64) {
-        let (half_s, t_s) = (0.5 * STEP_S * f64::from(SAMPLES), STEP_S * f64::from(k));
-        if k < SAMPLES / 2 {
+        let (half_s, t_s) = (
+            0.5 * STEP_S * f64::from(TOTAL_SAMPLES),
+            STEP_S * f64::from(k),
+        );
+        if k < TOTAL_SAMPLES / 2 {
             (0.8 * t_s, 0.8)
         } else {
             (0.8 * half_s + 2.4 * (t_s - half_s), 2.4)
@@ -208,7 +211,7 @@ mod tests {
     fn late(seed: u64, louder: f64) -> Recording {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut samples = Samples::default();
-        for k in 0..SAMPLES {
+        for k in 0..TOTAL_SAMPLES {
             let t_s = f64::from(k) * STEP_S;
             let reference_m = WAY_PITCHES * PITCH_M * (1.0 - phase(k).0.cos());
             let error_m = 3.0e-6 * (TAU * reference_m / PITCH_M).sin();
@@ -216,7 +219,11 @@ mod tests {
             let read_m = reference_m + error_m - LATE_S * speed_m_s(k) + noise_m;
             samples.push(&Reading {
                 t_s,
-                run: if k < SAMPLES / 2 { "there" } else { "back" },
+                run: if k < TOTAL_SAMPLES / 2 {
+                    "there"
+                } else {
+                    "back"
+                },
                 position_m: [Some(read_m), None, None, None],
                 reference: [Some(reference_m), None, None],
                 ..Reading::default()
@@ -269,7 +276,7 @@ mod tests {
     /// the noise is three times the stated one.
     #[test]
     fn deviations_are_those_of_repeated_recordings() {
-        let speeds: Vec<f64> = (0..SAMPLES).map(speed_m_s).collect();
+        let speeds: Vec<f64> = (0..TOTAL_SAMPLES).map(speed_m_s).collect();
         let lag_m = LATE_S * crate::algebra::statistics::deviation(&speeds);
         for louder in [1.0, 3.0] {
             let all: Vec<[Estimate; 2]> = (0..SEEDS).map(|seed| fitted(seed, louder)).collect();

@@ -2,7 +2,7 @@
 
 use crate::design::gram::{Columns, Gram};
 use crate::inference::bootstrap::{estimated, foretold, other_runs};
-use crate::linearization::groups::{Group, Sample, TOGETHER};
+use crate::linearization::groups::{GROUP_SAMPLES, Group, Sample};
 use crate::linearization::recording::{LinearizedRecording, ROWS, SampleRows};
 use effects::sensor::CHANNELS;
 use rayon::prelude::*;
@@ -89,7 +89,7 @@ impl Residuals {
             .collect();
         let mut place = vec![0; columns.regressors.len()];
         list.iter().enumerate().for_each(|(k, c)| place[*c] = k);
-        let parts = samples.par_chunks(TOGETHER).map(|part| {
+        let parts = samples.par_chunks(GROUP_SAMPLES).map(|part| {
             let asked = list.iter().copied();
             let group = Group::new(linearized, &columns.regressors, asked, part.iter().copied());
             let mut out = Self::default();
@@ -261,11 +261,11 @@ impl Residuals {
     /// An interval from pieces of a channel. How far neighbours go together is not known beforehand: of several lengths of piece
     /// the one counts that scatters most (Flyvbjerg and Petersen 1989).
     fn widest(&self, channel: usize, interval: impl Fn(&[[f64; 3]]) -> [f64; 2]) -> [f64; 2] {
-        PIECES
+        PIECE_LENGTHS
             .iter()
             .map(|length| self.pieces(channel, *length))
             .enumerate()
-            .filter(|(k, pieces)| pieces.len() >= if *k == 0 { 2 } else { FEWEST })
+            .filter(|(k, pieces)| pieces.len() >= if *k == 0 { 2 } else { FEWEST_PIECES })
             .map(|(_, pieces)| interval(&pieces))
             .max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))
             .unwrap_or([1.0; 2])
@@ -294,9 +294,9 @@ impl Residuals {
 }
 
 /// Lengths of the bootstrap's pieces, samples, and the fewest pieces that a longer one may leave.
-const PIECES: [usize; 4] = [50, 200, 500, 1500];
-/// See [`PIECES`].
-const FEWEST: usize = 8;
+const PIECE_LENGTHS: [usize; 4] = [50, 200, 500, 1500];
+/// See [`PIECE_LENGTHS`].
+const FEWEST_PIECES: usize = 8;
 
 #[cfg(test)]
 mod tests {
@@ -316,7 +316,8 @@ mod tests {
             if i % 250 == 0 {
                 noise_m = run_m * (0.2 * normal(&mut rng)).exp();
             }
-            state = TOGETHER * state + (1.0 - TOGETHER * TOGETHER).sqrt() * normal(&mut rng);
+            state = NEIGHBOUR_CORRELATION * state
+                + (1.0 - NEIGHBOUR_CORRELATION * NEIGHBOUR_CORRELATION).sqrt() * normal(&mut rng);
             out.sample.push(i);
             out.channel.push(0);
             out.value_m.push(noise_m * state);
@@ -330,7 +331,7 @@ mod tests {
     /// Runs of a recording.
     const RUNS: usize = 4;
     /// Correlation of neighbours.
-    const TOGETHER: f64 = 0.9;
+    const NEIGHBOUR_CORRELATION: f64 = 0.9;
     /// Pairs of recordings.
     const PAIRS: u64 = 300;
 

@@ -7,14 +7,14 @@ use crate::linearization::baseline::Baseline;
 use crate::linearization::recording::{LatentDisplacement, LinearizedRecording};
 
 /// Steps of Gauss-Newton; the model is linear but for the products of h, l and theta.
-const STEPS: usize = 5;
+const CALIBRATION_STEPS: usize = 5;
 
 /// Calibrates equations (3), (5) and (11).
 pub fn calibrate(observations: &Observations, mask: &[bool]) -> Baseline {
     let fold = folds(&observations.stretch);
     let mut baseline = Baseline::nominal(observations);
     let mut linearized = LinearizedRecording::new(observations, baseline.clone(), mask.to_vec());
-    for _ in 0..STEPS {
+    for _ in 0..CALIBRATION_STEPS {
         let columns = baseline_columns(&linearized);
         let gram = Gram::new(&linearized, &columns, &fold);
         let all: Vec<usize> = (0..gram.width()).collect();

@@ -6,7 +6,7 @@ use effects::over::Extent;
 use effects::sensor::{Covariates, Regressor};
 
 /// Samples whose regressors are looked for together: few enough to lie near each other.
-pub const TOGETHER: usize = 64;
+pub const GROUP_SAMPLES: usize = 64;
 
 /// A sample.
 pub struct Sample {

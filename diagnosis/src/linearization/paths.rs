@@ -28,7 +28,7 @@ const PATH_ESTIMATORS: [PathEstimator; 4] = [
 ];
 /// Squares over the noise by which another way than the first must be the better one on a stretch: well past what chance gives the best
 /// of four.
-const BETTER: f64 = 30.0;
+const BETTER_PATH_SQUARES: f64 = 30.0;
 
 /// The scene with the ways that leave least, from what each way `settle`s at and what is `left` of the residual there. Cost: as many times
 /// that of one as there are tellings.
@@ -45,7 +45,7 @@ pub fn likeliest<'a>(
     for i in 0..out.len() {
         let of = |way: usize| squares[way].get(stretch[i]).copied().unwrap_or(0.0);
         let best = (1..PATH_ESTIMATORS.len()).min_by(|a, b| of(*a).total_cmp(&of(*b)));
-        if let Some(way) = best.filter(|way| of(*way) + BETTER < of(0)) {
+        if let Some(way) = best.filter(|way| of(*way) + BETTER_PATH_SQUARES < of(0)) {
             out.take_way(&others[way - 1], i);
         }
     }

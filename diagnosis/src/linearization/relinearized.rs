@@ -5,7 +5,7 @@ use crate::data::folds::folds;
 use crate::design::gram::{Columns, Gram, solve};
 use crate::inference::residuals::Residuals;
 use crate::linearization::calibrate::baseline_columns;
-use crate::linearization::groups::TOGETHER;
+use crate::linearization::groups::GROUP_SAMPLES;
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::recording::{LatentDisplacement, LinearizedRecording};
 use crate::trace::log;
@@ -16,13 +16,13 @@ use rayon::prelude::*;
 use std::sync::OnceLock;
 
 /// Most rounds of the fixed point. Each shrinks what is left by the slope of the effect: some tenths.
-const ROUNDS: usize = 8;
+const MOST_ROUNDS: usize = 8;
 /// Rounds that find the prior sizes anew and go all the way. Where amounts nearly cancel, the places that they lead to decide which of
 /// them do, and rounds may go from one such set to another and back for ever; so may places, where what a segment remembers of its way
 /// turns over within less than it does. After these the sizes stay, and each round goes half way.
 const FREE_ROUNDS: usize = 3;
 /// See [`FREE_ROUNDS`].
-const HALF_WAY: f64 = 0.5;
+const DAMPED_STEP: f64 = 0.5;
 /// Rounds that leave so many times what one before has left lead astray: of courses in time, some knots hardly show on the motion, and
 /// move the segments and with these what they are told by. The round that leaves least is kept, as it is where none stands.
 const DIVERGES: f64 = 1.2;
@@ -30,7 +30,7 @@ const DIVERGES: f64 = 1.2;
 const CONVERGED: f64 = 0.1;
 /// The same where a coarser mesh has led, and each round is one of thousands of columns: micrometres do not count where shapes are smooth
 /// over a tooth.
-const LED: f64 = 10.0;
+const CONVERGED_FROM_MESH: f64 = 10.0;
 
 /// A model of some effects, fitted about itself.
 pub struct RelinearizedFit<'a> {
@@ -124,14 +124,18 @@ impl<'a> RelinearizedFit<'a> {
                 });
             let gauss_newton_step = gauss_newton_step(&linearized, &columns, &gram, &coefficients);
             let (led, near) = if by_teeth {
-                (true, LED)
+                (true, CONVERGED_FROM_MESH)
             } else {
                 (round > 0, CONVERGED)
             };
             let courses = columns.regressors.iter().any(|r| r.course.is_some());
             let done =
                 names.is_empty() || led && has_converged(&linearized, &gauss_newton_step.1, near);
-            let share = if round < FREE_ROUNDS { 1.0 } else { HALF_WAY };
+            let share = if round < FREE_ROUNDS {
+                1.0
+            } else {
+                DAMPED_STEP
+            };
             let next = moved(&linearized, gauss_newton_step, share);
             let here = Self {
                 linearized,
@@ -143,7 +147,7 @@ impl<'a> RelinearizedFit<'a> {
                 residuals: OnceLock::new(),
                 left_out: OnceLock::new(),
             };
-            if done || round == ROUNDS && !courses {
+            if done || round == MOST_ROUNDS && !courses {
                 return here;
             }
             // The first is about places that are off by all of the effect.
@@ -156,7 +160,7 @@ impl<'a> RelinearizedFit<'a> {
                     }
                     _ => (here, false),
                 };
-                if diverged || round == ROUNDS {
+                if diverged || round == MOST_ROUNDS {
                     return kept;
                 }
                 best = Some(kept);
@@ -203,7 +207,7 @@ pub fn at_fixed_point<'a>(
 ) -> LinearizedRecording<'a> {
     let remembers = remembers(columns);
     let mut last = None;
-    for round in 0..2 * ROUNDS {
+    for round in 0..2 * MOST_ROUNDS {
         let there = displacement(&linearized, columns, list, coefficients);
         if has_converged(&linearized, &there, CONVERGED) {
             break;
@@ -211,7 +215,7 @@ pub fn at_fixed_point<'a>(
         let next = match &last {
             Some(last) if !remembers => anderson_step(last, &linearized.displacement, &there),
             _ if remembers && round >= FREE_ROUNDS => {
-                damped(&linearized.displacement, there.clone(), HALF_WAY)
+                damped(&linearized.displacement, there.clone(), DAMPED_STEP)
             }
             _ => there.clone(),
         };
@@ -434,7 +438,7 @@ pub fn displacement(
             .collect::<Vec<_>>()
     };
     let samples: Vec<usize> = (0..linearized.len()).collect();
-    let parts: Vec<_> = samples.par_chunks(TOGETHER).map(together).collect();
+    let parts: Vec<_> = samples.par_chunks(GROUP_SAMPLES).map(together).collect();
     for (total, early, channels_m) in parts.into_iter().flatten() {
         for s in (0..4).filter(|s| linearized.scope.segments[*s]) {
             out.total_m[s].push(total[s]);

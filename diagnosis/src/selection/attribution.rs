@@ -6,9 +6,9 @@ use crate::inference::residuals::Residuals;
 use effects::sensor::{Action, CHANNELS, READINGS, Regressor};
 
 /// A segment is told if without its shapes this share of what all of them take is lost.
-const NEEDED: f64 = 0.1;
+const OWN_SHAPES_SHARE: f64 = 0.1;
 /// Samples that tell which segments a shape moves.
-const LOOKED_AT: usize = 50;
+const SAMPLES_LOOKED_AT: usize = 50;
 
 /// Whose a share is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -82,7 +82,7 @@ fn needed(
             0.0
         }
     };
-    let segments = [0, 1, 2, 3].map(|s| lost(s) > NEEDED * (none - all).max(0.0));
+    let segments = [0, 1, 2, 3].map(|s| lost(s) > OWN_SHAPES_SHARE * (none - all).max(0.0));
     if segments == design.linearized.inputs.segments {
         [false; 4]
     } else {
@@ -96,7 +96,7 @@ fn moved(design: &Design, regressor: &Regressor) -> [bool; 4] {
     let Action::Readings(add) = &regressor.action else {
         return out;
     };
-    let step = (design.linearized.len() / LOOKED_AT).max(1);
+    let step = (design.linearized.len() / SAMPLES_LOOKED_AT).max(1);
     for i in (0..design.linearized.len()).step_by(step) {
         let covariates = design.linearized.covariates(i);
         if regressor.acts(&covariates) {

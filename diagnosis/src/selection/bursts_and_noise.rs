@@ -16,27 +16,27 @@ const ROUGH_PAIRS: usize = 300;
 const SHOWN_PAIRS: usize = 60;
 /// Of what is there beyond the stated noise, noise is at least this share: half the mean squared step is all of its mean square
 /// (von Neumann 1941), and hardly any of a pattern's.
-const ROUGH: f64 = 0.6;
+const WHITE_STEP_RATIO: f64 = 0.6;
 /// Standard deviations by which a pattern must show before noise is doubted.
-const SURE: f64 = 3.0;
+const PATTERN_DEVIATIONS: f64 = 3.0;
 /// Neighbours at rest that are needed to tell whether noise is there without motion.
 const STILL_PAIRS: usize = 100;
 /// White noise at rest is at least this share of what it is elsewhere, and in slow motion of what it is in fast.
-const STILL: f64 = 0.3;
+const REST_NOISE_SHARE: f64 = 0.3;
 /// Parts of the path: the slowest is held against the fastest.
-const BY_SPEED: usize = 4;
+const SPEED_CLASSES: usize = 4;
 /// What scatters by more than this share of a pitch is neither noise nor an error of the sensor: the readings belong to another
 /// segment, sign or tooth.
-const TOOTH: f64 = 0.05;
+const SENSOR_ERROR_PITCHES: f64 = 0.05;
 /// A channel is looked at if its mean square is this far above the noise that is stated.
-const LOUD: f64 = 1.2;
+const LOUD_CHANNEL_RATIO: f64 = 1.2;
 
 /// Of the excess over the stated noise the middle of the readings, told by their median deviation, shows at least this share: all of
 /// it where it is noise, next to nothing where a few of them are disturbed.
-const MIDDLE: f64 = 0.5;
+const BULK_NOISE_SHARE: f64 = 0.5;
 
 /// Samples that must be judged otherwise than before for all to be fitted anew.
-const ANEW: usize = 3;
+const CHANGED_SAMPLES: usize = 3;
 
 /// Disturbed samples.
 #[derive(Default)]
@@ -60,7 +60,7 @@ pub(super) struct Bursts {
 /// Disturbed samples that make a burst, and their whitened squares beyond the noise.
 const LEAST_BURSTS: (usize, f64) = (3, 300.0);
 /// Disturbed samples speak of bursts if they hold this share of what is left of the others: a shape stands out here and there as well.
-const OF_WHAT_IS_LEFT: f64 = 0.05;
+const BURST_SHARE: f64 = 0.05;
 
 impl Bursts {
     /// True if they are bursts, with more than this many whitened squares by the stated noise.
@@ -125,8 +125,8 @@ impl SquaredSteps {
     fn is_pattern(&self, noise: f64) -> bool {
         let count = self.pairs.max(1) as f64;
         let (step, level) = (self.step / count, self.level / count);
-        let chance = SURE * level / count.sqrt();
-        level - step > (1.0 - ROUGH) * (level - noise).max(0.0) + chance
+        let chance = PATTERN_DEVIATIONS * level / count.sqrt();
+        level - step > (1.0 - WHITE_STEP_RATIO) * (level - noise).max(0.0) + chance
     }
 }
 
@@ -143,14 +143,17 @@ impl ModelSelection<'_> {
             let mean =
                 crate::algebra::statistics::rms(list.iter().map(|k| residuals.white[*k])).powi(2);
             let (path, still) = self.steps(residuals, &list);
-            if mean > LOUD && path.pairs > ROUGH_PAIRS && path.is_pattern(stated) {
+            if mean > LOUD_CHANNEL_RATIO && path.pairs > ROUGH_PAIRS && path.is_pattern(stated) {
                 return false;
             }
             let at_rest = still.step / still.pairs.max(1) as f64;
-            if mean > LOUD && still.pairs > STILL_PAIRS && at_rest < STILL * mean {
+            if mean > LOUD_CHANNEL_RATIO
+                && still.pairs > STILL_PAIRS
+                && at_rest < REST_NOISE_SHARE * mean
+            {
                 return false;
             }
-            if mean > LOUD && grows(self.by_speed(residuals, &list), stated) {
+            if mean > LOUD_CHANNEL_RATIO && grows(self.by_speed(residuals, &list), stated) {
                 return false;
             }
             moving.step += path.step;
@@ -188,12 +191,12 @@ impl ModelSelection<'_> {
             all += excess[0];
             middle += excess[1];
         }
-        middle > MIDDLE * all
+        middle > BULK_NOISE_SHARE * all
     }
 
     /// True if what is left is small beside a tooth in every channel.
     pub(super) fn is_small(&self, residuals: &Residuals) -> bool {
-        let limit_m = TOOTH * self.design.linearized.observations.pitch_m;
+        let limit_m = SENSOR_ERROR_PITCHES * self.design.linearized.observations.pitch_m;
         let channels = residuals.channels();
         let mut rms_m = channels.iter().map(|c| residuals.channel_rms_m(*c).0);
         rms_m.all(|rms| rms < limit_m)
@@ -225,7 +228,9 @@ impl ModelSelection<'_> {
             let white = (0..residuals.white.len()).filter(|k| residuals.channel[*k] == channel);
             let mean = crate::algebra::statistics::rms(white.map(|k| residuals.white[k])).powi(2);
             let at_rest = still.step / still.pairs.max(1) as f64;
-            mean < LOUD || still.pairs < STILL_PAIRS || at_rest > STILL * mean
+            mean < LOUD_CHANNEL_RATIO
+                || still.pairs < STILL_PAIRS
+                || at_rest > REST_NOISE_SHARE * mean
         })
     }
 
@@ -279,7 +284,7 @@ impl ModelSelection<'_> {
     fn by_speed(&self, residuals: &Residuals, list: &[usize]) -> [SquaredSteps; 2] {
         let mut pairs = self.neighbours(residuals, list);
         pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let part = pairs.len() / BY_SPEED;
+        let part = pairs.len() / SPEED_CLASSES;
         [&pairs[..part], &pairs[pairs.len() - part..]].map(|pairs| {
             let mut steps = SquaredSteps::default();
             pairs.iter().for_each(|(_, a, b)| steps.add(*a, *b));
@@ -361,7 +366,7 @@ impl ModelSelection<'_> {
             .filter(|(_, i)| !marked[**i])
             .map(|(w, _)| w * w - 1.0)
             .sum();
-        if self.bursts().hold(OF_WHAT_IS_LEFT * left) {
+        if self.bursts().hold(BURST_SHARE * left) {
             let poses = self.among_bursts(&all);
             marked.iter_mut().zip(&poses).for_each(|(m, p)| *m |= p);
         }
@@ -370,7 +375,7 @@ impl ModelSelection<'_> {
             .map(|i| !marked[i] && prepared.usable(i))
             .collect();
         let changed = mask.iter().zip(&prepared.mask).filter(|(a, b)| a != b);
-        (changed.count() >= ANEW).then_some(mask)
+        (changed.count() >= CHANGED_SAMPLES).then_some(mask)
     }
 
     /// Samples that stand out of what the model leaves around them.
@@ -422,9 +427,12 @@ fn deflection(linearized: &LinearizedRecording, axis: usize, i: usize) -> f64 {
 /// noise scatters by 1.7 of its mean, neighbours' overlap counted.
 fn grows([slow, fast]: [SquaredSteps; 2], stated: f64) -> bool {
     let mean = |s: &SquaredSteps| s.step / s.pairs.max(1) as f64;
-    let chance = |s: &SquaredSteps| SURE * (3.0 / s.pairs.max(1) as f64).sqrt() * mean(s);
+    let chance =
+        |s: &SquaredSteps| PATTERN_DEVIATIONS * (3.0 / s.pairs.max(1) as f64).sqrt() * mean(s);
     let enough = slow.pairs.min(fast.pairs) > STILL_PAIRS;
-    enough && mean(&slow) - stated + chance(&slow) < STILL * (mean(&fast) - stated - chance(&fast))
+    enough
+        && mean(&slow) - stated + chance(&slow)
+            < REST_NOISE_SHARE * (mean(&fast) - stated - chance(&fast))
 }
 
 /// Squares beyond a stated mean square: of all values, and as their median deviation tells it.
@@ -455,7 +463,7 @@ mod tests {
     #[test]
     fn a_faint_pattern_under_the_stated_noise_is_no_noise() {
         let pattern = steps(|i, _| 0.9 * (0.02 * i as f64).sin());
-        assert!(pattern.step > ROUGH * pattern.level && pattern.is_pattern(1.0));
+        assert!(pattern.step > WHITE_STEP_RATIO * pattern.level && pattern.is_pattern(1.0));
         let noise = steps(|_, rng| 0.65 * normal(rng));
         assert!(!noise.is_pattern(1.0));
     }
@@ -481,6 +489,6 @@ mod tests {
         };
         assert!(share(1.2, 1.2) > 0.8 && share(1.2, 1.2) < 1.2);
         assert!(share(1.0, 5.0) < 0.2);
-        assert!(share(1.3, 4.0) > MIDDLE);
+        assert!(share(1.3, 4.0) > BULK_NOISE_SHARE);
     }
 }

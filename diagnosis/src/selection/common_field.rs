@@ -12,13 +12,13 @@ use std::collections::HashMap;
 
 /// Least variance along an axis of the three channels, of the largest. Independent errors over six patches of teeth fall below it once in
 /// seventy, over seven once in 450; fields of 22 recordings of two simulators have 0.016 to 0.44, what comes with the place 0.0002 to 0.008, and 0.03 once.
-const FLAT: f64 = 0.006;
+const FLAT_VARIANCE_RATIO: f64 = 0.006;
 
 /// One sample's noise along that axis must be less, or the amounts there are shrunk to nothing by what nobody measured.
-const MEASURED: f64 = 0.1;
+const AXIS_NOISE_RATIO: f64 = 0.1;
 
 /// The same of what is rough of a field. With 3 fields that had taken in a smooth effect it was 0.02 to 0.18, with a tether that strains 1.6.
-const ROUGH_MEASURED: f64 = 0.5;
+const ROUGH_AXIS_NOISE_RATIO: f64 = 0.5;
 
 /// What a field does to the three channels where a beacon is seen.
 pub(super) struct CommonField {
@@ -30,12 +30,12 @@ pub(super) struct CommonField {
 impl CommonField {
     /// True if that has fewer dimensions than the channels: something else is in it.
     pub(super) fn is_flat(&self) -> bool {
-        self.whole.least < FLAT && self.whole.noise < MEASURED
+        self.whole.least < FLAT_VARIANCE_RATIO && self.whole.noise < AXIS_NOISE_RATIO
     }
 
     /// True if what is rough of it has as many: teeth are in it as well.
     fn has_teeth(&self) -> bool {
-        self.rough.least >= FLAT && self.rough.noise < ROUGH_MEASURED
+        self.rough.least >= FLAT_VARIANCE_RATIO && self.rough.noise < ROUGH_AXIS_NOISE_RATIO
     }
 }
 
@@ -176,7 +176,7 @@ enum Terms {
 }
 
 /// Terms of a polynomial of third degree of the place.
-const TERMS: usize = 10;
+const CUBIC_TERMS: usize = 10;
 
 /// What the channels have of a smooth shape over the platen: what a field takes in of another effect for want of it, a diode's
 /// nonlinearity or rulings that are askew. Teeth are rough, and it says nothing of them.
@@ -184,7 +184,7 @@ struct Smooth {
     kept: Terms,
     middle: [f64; 2],
     half: [f64; 2],
-    amounts: SMatrix<f64, TERMS, 3>,
+    amounts: SMatrix<f64, CUBIC_TERMS, 3>,
 }
 
 impl Smooth {
@@ -202,8 +202,8 @@ impl Smooth {
             half: ranges.map(|(low, high)| (0.5 * (high - low)).max(0.5)),
             amounts: SMatrix::zeros(),
         };
-        let mut normal = SMatrix::<f64, TERMS, TERMS>::identity() * 1e-9;
-        let mut right = SMatrix::<f64, TERMS, 3>::zeros();
+        let mut normal = SMatrix::<f64, CUBIC_TERMS, CUBIC_TERMS>::identity() * 1e-9;
+        let mut right = SMatrix::<f64, CUBIC_TERMS, 3>::zeros();
         for s in seen {
             let terms = this.terms(s);
             normal += terms * terms.transpose() * weight(s);
@@ -219,7 +219,7 @@ impl Smooth {
         self.amounts.transpose() * self.terms(s)
     }
 
-    fn terms(&self, s: &FieldSample) -> SVector<f64, TERMS> {
+    fn terms(&self, s: &FieldSample) -> SVector<f64, CUBIC_TERMS> {
         if self.kept == Terms::Mean {
             return SVector::ith(0, 1.0);
         }

@@ -4,13 +4,13 @@
 use super::ModelSelection;
 use super::intermodulation::are_the_gaps_own;
 use crate::linearization::relinearized::RelinearizedFit;
-use crate::selection::limits::CLOSE;
+use crate::selection::limits::CLOSE_RATIO;
 use effects::effect::{KnownBy, Subsumption};
 use effects::identity::Identity;
 use effects::sensor::BasisInputs;
 
 /// What a skew beside growth must take of what is left without it.
-const NEEDED: f64 = 0.4;
+const SKEW_BESIDE_GROWTH_SHARE: f64 = 0.4;
 
 impl<'a> ModelSelection<'a> {
     /// Where both are found, a ruling that grows with temperature is right at one that need not be the mean: at the mean it has another
@@ -40,8 +40,8 @@ impl<'a> ModelSelection<'a> {
         let excess =
             |relinearized: &RelinearizedFit| relinearized.residuals().white_rms().powi(2) - noise;
         let left = excess(&relinearized);
-        let shows = left > (CLOSE * CLOSE - 1.0) * noise;
-        let needed = shows && excess(&self.relinearized) < (1.0 - NEEDED) * left;
+        let shows = left > (CLOSE_RATIO * CLOSE_RATIO - 1.0) * noise;
+        let needed = shows && excess(&self.relinearized) < (1.0 - SKEW_BESIDE_GROWTH_SHARE) * left;
         if !needed && is_growth(&relinearized, within_k) {
             self.selected.found.blocks.remove(skew);
             self.relinearized = relinearized;
@@ -76,7 +76,7 @@ impl<'a> ModelSelection<'a> {
         }
         shape.map(|at| names.remove(at));
         let relinearized = self.fitted_with_forms(&names, tell);
-        let as_good = if shape.is_some() { CLOSE } else { 1.0 };
+        let as_good = if shape.is_some() { CLOSE_RATIO } else { 1.0 };
         if relinearized.residuals().white_rms()
             < as_good * self.relinearized.residuals().white_rms()
         {
@@ -106,7 +106,7 @@ impl<'a> ModelSelection<'a> {
             else {
                 continue;
             };
-            if left(&relinearized) < CLOSE * left(&self.relinearized) {
+            if left(&relinearized) < CLOSE_RATIO * left(&self.relinearized) {
                 self.selected.found.blocks.remove(substitutes_for_shape);
                 self.relinearized = relinearized;
                 self.update_residuals();

@@ -4,7 +4,7 @@ use crate::inference::cross_validation::CrossValidation;
 use crate::trace::{log, tracing};
 
 /// A term counts to an effect's core if its prior size is at least this share of the largest.
-const CORE: f64 = 0.3;
+const CORE_PRIOR_RATIO: f64 = 0.3;
 /// The core must take this share of what the effect takes.
 const CORE_SHARE: f64 = 0.5;
 
@@ -15,7 +15,10 @@ pub fn lacks_core_terms(validation: &mut CrossValidation, others: &[usize], bloc
     let size = |c: &usize| columns.regressors[*c].size_m;
     let own = columns.blocks[block].columns.clone();
     let largest = own.clone().map(|c| size(&c)).fold(0.0, f64::max);
-    let core: Vec<usize> = own.clone().filter(|c| size(c) >= CORE * largest).collect();
+    let core: Vec<usize> = own
+        .clone()
+        .filter(|c| size(c) >= CORE_PRIOR_RATIO * largest)
+        .collect();
     if core.len() == own.len() {
         return false;
     }

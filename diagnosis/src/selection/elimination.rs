@@ -6,25 +6,27 @@ use crate::data::folds::FOLDS;
 use crate::design::gram::{solve, squares};
 use crate::inference::cross_validation::CrossValidation;
 use crate::linearization::relinearized::RelinearizedFit;
-use crate::selection::limits::{CLOSE, COMPLETES, COMPLETES_SQUARES, LEADS, NEARLY_ALL};
+use crate::selection::limits::{
+    CLOSE_RATIO, COMPLETING_SHARE, COMPLETING_SQUARES, LARGELY_COMPLETES, LEADING_SHARE,
+};
 use crate::selection::search::unexplained_fraction;
 use effects::{Card, Detection};
 
 /// An effect beside others must take this share of what is left without it, and of the whole gap.
-const NEEDED: f64 = 0.4;
-/// See [`NEEDED`].
-const TRIFLE: f64 = 0.002;
+const NEEDED_SHARE_OF_REST: f64 = 0.4;
+/// See [`NEEDED_SHARE_OF_REST`].
+const NEEDED_SHARE_OF_GAP: f64 = 0.002;
 /// The same for free harmonics: beside a cause they may be what its own shape lacks. And for a clip beside them that no count and no
 /// reference shows: a family of clips has their orders.
-const TRIFLING_SHAPE: f64 = 0.10;
+const NEEDED_SHARE_OF_A_SHAPE: f64 = 0.10;
 /// The same beside a drift: its course is known to about a hundredth. What takes nearly all that is left is beside it as beside others.
-const BESIDE_DRIFT: f64 = 0.02;
+const NEEDED_SHARE_BESIDE_DRIFT: f64 = 0.02;
 /// An effect of less than this share of the whole gap stands in for a shape that takes so many times as much.
-const LITTLE: f64 = 0.1;
-/// See [`LITTLE`].
-const FAR_MORE: f64 = 1.8;
+const MINOR_SHARE: f64 = 0.1;
+/// See [`MINOR_SHARE`].
+const SUBSTITUTION_RATIO: f64 = 1.8;
 /// So many times what is needed need not be fitted anew without.
-const CLEARLY: f64 = 2.0;
+const CLEAR_MARGIN: f64 = 2.0;
 
 /// What is left with and without an effect, the whole gap and the noise: mean squares a row beyond the noise.
 struct MeanSquares {
@@ -39,11 +41,11 @@ impl MeanSquares {
     /// True if the effect is needed, with so much to spare.
     fn needed(&self, small: &MinimumShares, margin: f64) -> bool {
         let gain = self.without - self.with;
-        let share = 1.0 - (1.0 - NEEDED) / margin;
+        let share = 1.0 - (1.0 - NEEDED_SHARE_OF_REST) / margin;
         let completes = small.may_complete
             && gain > small.completes * self.without
-            && gain * self.rows > margin * COMPLETES_SQUARES;
-        let shows = self.without > margin * (CLOSE * CLOSE - 1.0) * self.noise;
+            && gain * self.rows > margin * COMPLETING_SQUARES;
+        let shows = self.without > margin * (CLOSE_RATIO * CLOSE_RATIO - 1.0) * self.noise;
         completes
             || shows && gain > share * self.without && gain > margin * small.trifle * self.whole_gap
     }
@@ -67,19 +69,19 @@ impl MinimumShares {
         let beside_harmonics = names.iter().any(|name| effects::has(name, Card::is_shape));
         let is_shape = effects::has(&names[at], Card::is_shape);
         let (trifle, may_complete) = if is_shape && patterned || supposed && beside_harmonics {
-            (TRIFLING_SHAPE, false)
+            (NEEDED_SHARE_OF_A_SHAPE, false)
         } else if names
             .iter()
             .any(|name| effects::has(name, Card::keeps_its_own_time))
         {
-            (BESIDE_DRIFT, true)
+            (NEEDED_SHARE_BESIDE_DRIFT, true)
         } else {
-            (TRIFLE, true)
+            (NEEDED_SHARE_OF_GAP, true)
         };
         Self {
             trifle,
             may_complete,
-            completes: COMPLETES,
+            completes: COMPLETING_SHARE,
         }
     }
 }
@@ -135,12 +137,12 @@ impl<'a> ModelSelection<'a> {
             if self.leading_effect.as_ref() == Some(&names[at]) {
                 small.may_complete = true;
                 small.completes = if absorbs_model_error(&names[at]) {
-                    NEARLY_ALL
+                    LARGELY_COMPLETES
                 } else {
-                    LEADS
+                    LEADING_SHARE
                 };
             }
-            if levels.needed(&small, CLEARLY) {
+            if levels.needed(&small, CLEAR_MARGIN) {
                 continue;
             }
             let mut fewer = names.clone();
@@ -184,12 +186,12 @@ impl<'a> ModelSelection<'a> {
                     self.selected.base,
                 )
         };
-        takes < LITTLE
+        takes < MINOR_SHARE
             && self
                 .design
                 .coordinate_blocks()
                 .iter()
-                .any(|b| of_shape(b) > FAR_MORE * takes)
+                .any(|b| of_shape(b) > SUBSTITUTION_RATIO * takes)
     }
 
     /// Fewer effects, or more, with all that is told of them.
@@ -239,9 +241,9 @@ mod tests {
             rows,
         };
         let small = MinimumShares {
-            trifle: TRIFLE,
+            trifle: NEEDED_SHARE_OF_GAP,
             may_complete,
-            completes: COMPLETES,
+            completes: COMPLETING_SHARE,
         };
         levels.needed(&small, 1.0)
     }
@@ -252,8 +254,8 @@ mod tests {
         let small =
             |cause: &str| MinimumShares::of(&["extra_harmonics".into(), cause.into()], 0, true);
         let (delay, clip) = (small("psd_latency"), small("adc_clipping"));
-        assert!(delay.may_complete && delay.trifle < TRIFLING_SHAPE);
-        assert!(!clip.may_complete && clip.trifle == TRIFLING_SHAPE);
+        assert!(delay.may_complete && delay.trifle < NEEDED_SHARE_OF_A_SHAPE);
+        assert!(!clip.may_complete && clip.trifle == NEEDED_SHARE_OF_A_SHAPE);
     }
 
     /// Positions alone show no flat tops.
@@ -261,8 +263,8 @@ mod tests {
     fn a_clip_that_is_not_seen_gives_way_to_harmonics() {
         let names = ["extra_harmonics".into(), "adc_clipping".into()];
         let small = |seen: bool| MinimumShares::of(&names, 1, seen);
-        assert!(!small(false).may_complete && small(false).trifle == TRIFLING_SHAPE);
-        assert!(small(true).may_complete && small(true).trifle < TRIFLING_SHAPE);
+        assert!(!small(false).may_complete && small(false).trifle == NEEDED_SHARE_OF_A_SHAPE);
+        assert!(small(true).may_complete && small(true).trifle < NEEDED_SHARE_OF_A_SHAPE);
         assert!(MinimumShares::of(&names[1..], 0, false).may_complete);
     }
 

@@ -5,7 +5,7 @@ use super::selected::{SelectedModel, leading};
 use crate::design::assembly::{DesignOptions, assemble};
 use crate::inference::cross_validation::CrossValidation;
 use crate::linearization::point::LinearizationPoint;
-use crate::selection::limits::{LEFT_OVER, VISIBLE, WAVES};
+use crate::selection::limits::{FIELD_COORDINATES, UNEXPLAINED_SHARE, VISIBLE_GAP_RATIO};
 use crate::trace::log;
 use effects::Detection;
 
@@ -19,18 +19,18 @@ impl ModelSelection<'_> {
         let (found, shaped) = (&self.selected.found, &self.selected.shaped);
         // Waves over the platen, along a segment or either way, are what a field looks like.
         let coordinate_blocks =
-            |b: &usize| WAVES.contains(&self.design.columns.blocks[*b].name.as_str());
+            |b: &usize| FIELD_COORDINATES.contains(&self.design.columns.blocks[*b].name.as_str());
         let waves = shaped.blocks.iter().any(coordinate_blocks);
         let better = shaped.unexplained_fraction < 0.5 * found.unexplained_fraction;
-        let selected = shaped.unexplained_fraction < LEFT_OVER && better && !waves;
+        let selected = shaped.unexplained_fraction < UNEXPLAINED_SHARE && better && !waves;
         // The noise that was found is what neighbours show: what the best shapes leave beyond it is no noise.
         let left = if self.noise.is_some() {
             1.0 - self.relinearized.residuals().white_rms().powi(-2)
         } else {
             left
         };
-        let little = left < LEFT_OVER && !(better && waves);
-        if little || self.ratio() < VISIBLE || selected {
+        let little = left < UNEXPLAINED_SHARE && !(better && waves);
+        if little || self.ratio() < VISIBLE_GAP_RATIO || selected {
             return;
         }
         let mask = leading(&self.design, &self.selected);

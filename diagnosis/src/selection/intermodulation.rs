@@ -12,16 +12,16 @@ use effects::identity::{Factor, Identity, Part, Wave};
 use std::f64::consts::TAU;
 
 /// Orders that equation (3) lacks and an offset brings in, each with its neighbours that equation (3) has.
-const MIXED: [(usize, [usize; 2]); 3] = [(3, [2, 4]), (5, [4, 6]), (7, [6, 8])];
+const MIXED_ORDERS: [(usize, [usize; 2]); 3] = [(3, [2, 4]), (5, [4, 6]), (7, [6, 8])];
 /// Order that a third harmonic makes, what its square makes, and how much.
-const OF_A_THIRD: (usize, usize, f64) = (4, 8, 1.5);
+const THIRD_ORDER_PRODUCTS: (usize, usize, f64) = (4, 8, 1.5);
 /// A harmonic up to this many times what is made is taken for it: the offset is known to some tenths.
-const MARGIN: f64 = 2.0;
+const INTERMODULATION_MARGIN: f64 = 2.0;
 /// Share of the harmonics' power that may be beyond: second order in the offset.
-const BEYOND: f64 = 0.1;
+const FOREIGN_POWER_SHARE: f64 = 0.1;
 
 /// Highest order that is fitted, or more.
-const MOST: usize = 40;
+const HIGHEST_ORDER: usize = 40;
 
 /// Amplitudes of one pair's harmonics by their order, m, and its offset and third harmonic as parts of the amplitude.
 struct Pair {
@@ -29,9 +29,9 @@ struct Pair {
     third: f64,
     pitch_m: f64,
     /// Equation (3)'s.
-    baseline_m: [f64; MOST + 1],
+    baseline_m: [f64; HIGHEST_ORDER + 1],
     /// Free ones.
-    found_m: [f64; MOST + 1],
+    found_m: [f64; HIGHEST_ORDER + 1],
 }
 
 /// True if the free harmonics that are found are what the offsets that the gap shows make of equation (3)'s, and its third harmonics.
@@ -42,7 +42,7 @@ pub(super) fn are_the_gaps_own(relinearized: &RelinearizedFit, gap: &str, harmon
         |order: usize, s: usize| amplitude_m(relinearized, gap, Factor::Amplitude, order, s);
     let pairs: [Pair; 4] = std::array::from_fn(|s| Pair {
         offset: changes_m(1, s) * TAU / pitch_m,
-        third: 0.5 * changes_m(OF_A_THIRD.0, s) * TAU / pitch_m,
+        third: 0.5 * changes_m(THIRD_ORDER_PRODUCTS.0, s) * TAU / pitch_m,
         pitch_m,
         baseline_m: std::array::from_fn(|order| baseline_m(relinearized, order, s)),
         found_m: std::array::from_fn(|order| {
@@ -56,21 +56,21 @@ fn are_made(pairs: &[Pair]) -> bool {
     let (mut power, mut beyond) = (0.0, 0.0);
     for pair in pairs {
         for (order, found_m) in pair.found_m.iter().enumerate() {
-            let mixed = MIXED.iter().find(|(to, _)| *to == order);
+            let mixed = MIXED_ORDERS.iter().find(|(to, _)| *to == order);
             let from = mixed.map_or([0; 2], |(_, from)| *from);
             let made_m = from.map(|n| 0.5 * n as f64 * pair.offset * pair.baseline_m[n]);
-            let squared = if order == OF_A_THIRD.1 {
-                OF_A_THIRD.2 * pair.third.powi(2)
+            let squared = if order == THIRD_ORDER_PRODUCTS.1 {
+                THIRD_ORDER_PRODUCTS.2 * pair.third.powi(2)
             } else {
                 0.0
             };
             let made_m = made_m.iter().sum::<f64>() + squared * pair.pitch_m / TAU;
-            let more_m = found_m - MARGIN * made_m;
+            let more_m = found_m - INTERMODULATION_MARGIN * made_m;
             power += found_m.powi(2);
             beyond += more_m.max(0.0).powi(2);
         }
     }
-    power > 0.0 && beyond < BEYOND * power
+    power > 0.0 && beyond < FOREIGN_POWER_SHARE * power
 }
 
 /// Amplitude of a sine and a cosine of an effect; zero where it has none.
@@ -137,7 +137,7 @@ mod tests {
     #[test]
     fn what_an_offset_makes_of_a_pattern_is_told_from_a_pattern() {
         let error_m = |phase: f64| 3.0e-6 * (4.0 * phase).sin() + 1.0e-6 * (6.0 * phase).cos();
-        let (offset, mut baseline_m) = (0.12, [0.0; MOST + 1]);
+        let (offset, mut baseline_m) = (0.12, [0.0; HIGHEST_ORDER + 1]);
         (baseline_m[4], baseline_m[6]) = (3.0e-6, 1.0e-6);
         let free = |order| {
             if [3, 5, 7, 8, 9, 10].contains(&order) {
@@ -184,7 +184,7 @@ mod tests {
             offset: 0.0,
             third,
             pitch_m,
-            baseline_m: [0.0; MOST + 1],
+            baseline_m: [0.0; HIGHEST_ORDER + 1],
             found_m: std::array::from_fn(|order| if order == 8 { eighth_m } else { 0.0 }),
         };
         assert!(

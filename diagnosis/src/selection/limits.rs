@@ -1,40 +1,41 @@
 //! Limits that several parts of the selection share.
 
 /// A gap shows if the whitened rms exceeds the simulator's own by this factor, or if shapes stand out beyond chance.
-pub const VISIBLE: f64 = 1.05;
+pub const VISIBLE_GAP_RATIO: f64 = 1.05;
 /// White noise is named from this factor on.
-pub const NOISY: f64 = 1.10;
+pub const NOISY_RATIO: f64 = 1.10;
 /// Beyond this factor the found effects' second order and lines of the spectrum may be what is left, and all is compared anew.
-pub const CLOSE: f64 = 1.03;
+pub const CLOSE_RATIO: f64 = 1.03;
 /// Times that all is compared anew about what was found, while that finds more.
-pub const LOOKS: usize = 2;
+pub const RELINEARIZATIONS: usize = 2;
 /// About what was found no more than this many times as much as before must be left: else the places strayed with it.
-pub const DIVERGED: f64 = 1.5;
+pub const DIVERGED_RATIO: f64 = 1.5;
 /// More of the gap than this left over, and located, is a gap that nothing named explains.
-pub const LEFT_OVER: f64 = 0.10;
+pub const UNEXPLAINED_SHARE: f64 = 0.10;
 /// What is found moves the places that shapes are evaluated at if it leaves less than this share.
-pub const TRUSTED: f64 = 0.3;
+pub const TRUSTED_BELOW: f64 = 0.3;
 /// What is found explains little if it leaves more than this share.
-pub const LITTLE: f64 = 0.7;
+pub const EXPLAINS_LITTLE_ABOVE: f64 = 0.7;
 /// A gap of which all shapes together leave more than this share lies nowhere yet: shorter waves are looked for.
-pub const NOWHERE: f64 = 0.85;
+pub const UNLOCATED_ABOVE: f64 = 0.85;
 /// They are taken over the unmodified phase if that leaves less than this share.
-pub const OTHER_PHASE: f64 = 0.7;
+pub const OTHER_PHASE_LEAVES: f64 = 0.7;
 /// All else is compared over it only where the harmonics themselves take this share more of what they leave.
 pub const OTHER_PHASE_TAKES: f64 = 0.1;
 /// Shapes that describe a field where the courier did not go far.
-pub const WAVES: [&str; 2] = ["place on the platen", "own tooth phase, fractional orders"];
+pub const FIELD_COORDINATES: [&str; 2] =
+    ["place on the platen", "own tooth phase, fractional orders"];
 /// A further effect must take this many whitened squares, well past what chance gives the best of twenty candidates.
 pub const MINIMUM_SQUARES: f64 = 60.0;
 /// What takes this share of what is left without it is no makeshift, however small a share of the whole gap it is, and though what
 /// is left without it hardly shows.
-pub const COMPLETES: f64 = 0.8;
+pub const COMPLETING_SHARE: f64 = 0.8;
 /// Beyond chance as well: this many whitened squares, four times what the search asks of any.
-pub const COMPLETES_SQUARES: f64 = 4.0 * MINIMUM_SQUARES;
+pub const COMPLETING_SQUARES: f64 = 4.0 * MINIMUM_SQUARES;
 /// Fitted about itself it completes what is found, or takes this share of what is left if to first order no shape without a name takes as
 /// much: a makeshift's rightful shape would.
-pub const LEADS: f64 = 0.6;
+pub const LEADING_SHARE: f64 = 0.6;
 /// An effect that takes this share of what is left stands in for nothing that lacks.
-pub const NEARLY_ALL: f64 = 0.9;
+pub const LARGELY_COMPLETES: f64 = 0.9;
 /// What is left would be a gap by itself from so many times the noise, rms, on.
-pub const STAYS_VISIBLE: f64 = 1.0 + 2.0 * (VISIBLE - 1.0);
+pub const STAYS_VISIBLE: f64 = 1.0 + 2.0 * (VISIBLE_GAP_RATIO - 1.0);

@@ -13,15 +13,15 @@ use effects::sensor::Regressor;
 use nalgebra::{Matrix3, Vector3};
 
 /// Shares that are told: from this on, and so many.
-const TOLD_SHARE: f64 = 0.02;
-const TOLD: usize = 10;
+const REPORTED_SHARE: f64 = 0.02;
+const REPORTED_COORDINATES: usize = 10;
 
 /// Half the mean squared step over the mean square from which on residuals are rough, and the neighbours that tell it.
-const ROUGH: f64 = 0.6;
-/// See [`ROUGH`].
-const LEAST: usize = 300;
+const ROUGH_STEP_RATIO: f64 = 0.6;
+/// See [`ROUGH_STEP_RATIO`].
+const ROUGH_NEIGHBOURS: usize = 300;
 /// Standard deviations from which on scatter is said to grow.
-const SURE: f64 = 6.0;
+const GROWTH_DEVIATIONS: f64 = 6.0;
 
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0), |(sum, count), v| (sum + v, count + 1));
@@ -70,11 +70,11 @@ pub(super) fn merge(list: &mut Vec<Located>, more: Vec<Located>) {
 
 /// What a pair's amplitude tells comes of the same readings: an offset that comes and goes moves both, and lies where it comes from. What
 /// acts from outside and takes this share of what the amplitude does is told before it.
-const FROM_OUTSIDE: f64 = 0.5;
-/// See [`FROM_OUTSIDE`].
-const AMPLITUDE: &str = "signal amplitude";
-/// See [`FROM_OUTSIDE`].
-const OUTSIDE: [&str; 6] = [
+const OUTSIDE_SHARE: f64 = 0.5;
+/// See [`OUTSIDE_SHARE`].
+const AMPLITUDE_COORDINATE: &str = "signal amplitude";
+/// See [`OUTSIDE_SHARE`].
+const OUTSIDE_COORDINATES: [&str; 6] = [
     "frequency",
     "speed",
     "direction",
@@ -85,13 +85,16 @@ const OUTSIDE: [&str; 6] = [
 
 /// Puts the amplitude behind what acts from outside and takes nearly as much.
 pub(super) fn outside_first(list: &mut [Located]) {
-    let Some(amplitude) = list.iter().position(|l| l.coordinate == AMPLITUDE) else {
+    let Some(amplitude) = list
+        .iter()
+        .position(|l| l.coordinate == AMPLITUDE_COORDINATE)
+    else {
         return;
     };
-    let least = FROM_OUTSIDE * list[amplitude].share;
+    let least = OUTSIDE_SHARE * list[amplitude].share;
     let outside = list
         .iter()
-        .position(|l| OUTSIDE.contains(&l.coordinate.as_str()));
+        .position(|l| OUTSIDE_COORDINATES.contains(&l.coordinate.as_str()));
     if let Some(outside) = outside.filter(|k| *k > amplitude && list[*k].share > least) {
         list[amplitude..=outside].rotate_right(1);
     }
@@ -99,9 +102,9 @@ pub(super) fn outside_first(list: &mut [Located]) {
 
 /// What follows the temperature does so wholly: of 13 mirrors that creep with it, it took 0.998 or more. Where it takes less than this, it is
 /// slow, as what creeps or is switched on is,
-const WHOLLY: f64 = 0.97;
+const WHOLLY_THERMAL_SHARE: f64 = 0.97;
 /// and the clock, which takes this share of what the temperature takes, is told before it.
-const AS_MUCH: f64 = 0.8;
+const CLOCK_SHARE: f64 = 0.8;
 
 /// Puts the temperature behind the time where it only goes with it.
 pub(super) fn clock_first(list: &mut [Located]) {
@@ -110,7 +113,8 @@ pub(super) fn clock_first(list: &mut [Located]) {
         return;
     };
     let taken = list[temperature].share;
-    if time > temperature && taken < WHOLLY && list[time].share > AS_MUCH * taken {
+    if time > temperature && taken < WHOLLY_THERMAL_SHARE && list[time].share > CLOCK_SHARE * taken
+    {
         list[temperature..=time].rotate_right(1);
     }
 }
@@ -173,7 +177,7 @@ impl ModelSelection<'_> {
     fn scatter_with_speed(&self) -> Option<f64> {
         let before = &self.before;
         let path = self.path_steps(before);
-        if path.pairs < LEAST || path.step < ROUGH * path.level {
+        if path.pairs < ROUGH_NEIGHBOURS || path.step < ROUGH_STEP_RATIO * path.level {
             return None;
         }
         let speeds = &self.design.linearized.motion.speed_m_s;
@@ -195,7 +199,7 @@ impl ModelSelection<'_> {
         let amount = inverse * right;
         // A squared normal deviate scatters by the square root of two of its mean.
         let scale = 2.0 * before.white_rms().powi(4);
-        let sure = |k: usize| amount[k] > SURE * (scale * inverse[(k, k)]).sqrt();
+        let sure = |k: usize| amount[k] > GROWTH_DEVIATIONS * (scale * inverse[(k, k)]).sqrt();
         let count = before.sample.len() as f64;
         let grows: f64 = (1..3)
             .filter(|k| sure(*k))
@@ -237,7 +241,9 @@ impl ModelSelection<'_> {
 
 /// Those that are told.
 fn reported(list: &[Located]) -> impl Iterator<Item = &Located> {
-    list.iter().filter(|l| l.share > TOLD_SHARE).take(TOLD)
+    list.iter()
+        .filter(|l| l.share > REPORTED_SHARE)
+        .take(REPORTED_COORDINATES)
 }
 
 /// Finds whose the shares that are told are: of what is left after `blocks`.
@@ -249,7 +255,11 @@ pub(super) fn attribute(
 ) {
     let known = design.list(blocks);
     let before = design.residuals(blocks);
-    for l in list.iter_mut().filter(|l| l.share > TOLD_SHARE).take(TOLD) {
+    for l in list
+        .iter_mut()
+        .filter(|l| l.share > REPORTED_SHARE)
+        .take(REPORTED_COORDINATES)
+    {
         l.attribution = attribution(design, validation, (&known, &before), &l.columns);
     }
 }
@@ -371,15 +381,18 @@ mod tests {
             list.into_iter().map(|l| l.coordinate).collect::<Vec<_>>()
         };
         let near = [
-            (AMPLITUDE, 0.7),
+            (AMPLITUDE_COORDINATE, 0.7),
             ("theta", 0.6),
             ("speed", 0.5),
             ("time", 0.4),
         ];
-        assert_eq!(order(&near), ["speed", AMPLITUDE, "theta", "time"]);
-        let far = [("theta", 0.9), (AMPLITUDE, 0.7), ("speed", 0.3)];
-        assert_eq!(order(&far), ["theta", AMPLITUDE, "speed"]);
-        let before = [("time", 0.9), (AMPLITUDE, 0.7), ("speed", 0.6)];
-        assert_eq!(order(&before), ["time", AMPLITUDE, "speed"]);
+        assert_eq!(
+            order(&near),
+            ["speed", AMPLITUDE_COORDINATE, "theta", "time"]
+        );
+        let far = [("theta", 0.9), (AMPLITUDE_COORDINATE, 0.7), ("speed", 0.3)];
+        assert_eq!(order(&far), ["theta", AMPLITUDE_COORDINATE, "speed"]);
+        let before = [("time", 0.9), (AMPLITUDE_COORDINATE, 0.7), ("speed", 0.6)];
+        assert_eq!(order(&before), ["time", AMPLITUDE_COORDINATE, "speed"]);
     }
 }

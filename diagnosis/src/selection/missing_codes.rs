@@ -8,13 +8,13 @@ use crate::data::observations::Observations;
 use std::f64::consts::{PI, TAU};
 
 /// Samples by which a gap is no chance that should have fallen into it, were it not one.
-const EXPECTED: f64 = 12.0;
+const EXPECTED_IN_GAP: f64 = 12.0;
 /// Share of a channel's range that such gaps must fill.
-const FILLED: f64 = 0.3;
+const GAPS_SHARE_OF_RANGE: f64 = 0.3;
 /// Part by which their widths may differ, and the least number of them.
-const ALIKE: f64 = 0.15;
-/// See [`ALIKE`].
-const FEWEST: usize = 8;
+const WIDTH_TOLERANCE: f64 = 0.15;
+/// See [`WIDTH_TOLERANCE`].
+const FEWEST_GAPS: usize = 8;
 
 impl ModelSelection<'_> {
     /// Where codes are missing, and the share of the excess that rounding to the others makes.
@@ -70,14 +70,14 @@ fn missing(mut codes: Vec<f64>, amplitude: f64) -> Option<f64> {
     // A sine is rarest in the middle of its range.
     let density = codes.len() as f64 / (PI * amplitude);
     let gaps = codes.windows(2).map(|pair| pair[1] - pair[0]);
-    let wide = gaps.filter(|gap| gap * density > EXPECTED && *gap > 1.0);
+    let wide = gaps.filter(|gap| gap * density > EXPECTED_IN_GAP && *gap > 1.0);
     let mut wide: Vec<f64> = wide.collect();
     let usual = median(&mut wide)?;
     // A courier that was at a few places only leaves gaps of all widths.
-    wide.retain(|gap| (gap / usual - 1.0).abs() < ALIKE);
+    wide.retain(|gap| (gap / usual - 1.0).abs() < WIDTH_TOLERANCE);
     let filled: f64 = wide.iter().sum();
     let cubes: f64 = wide.iter().map(|gap| gap.powi(3)).sum();
-    let regular = wide.len() >= FEWEST && filled > FILLED * range;
+    let regular = wide.len() >= FEWEST_GAPS && filled > GAPS_SHARE_OF_RANGE * range;
     regular.then(|| cubes / 12.0 / range)
 }
 

@@ -38,7 +38,8 @@ use crate::linearization::relinearized::RelinearizedFit;
 use crate::noise::simulated::Floor;
 use crate::progress::{Stage, Watch, unwatched};
 use crate::selection::limits::{
-    CLOSE, DIVERGED, LEFT_OVER, LOOKS, NOWHERE, OTHER_PHASE, OTHER_PHASE_TAKES, TRUSTED, VISIBLE,
+    CLOSE_RATIO, DIVERGED_RATIO, OTHER_PHASE_LEAVES, OTHER_PHASE_TAKES, RELINEARIZATIONS,
+    TRUSTED_BELOW, UNEXPLAINED_SHARE, UNLOCATED_ABOVE, VISIBLE_GAP_RATIO,
 };
 use crate::transfer::model::Model;
 use crate::verdict::answer::{Diagnosis, Verdict};
@@ -202,7 +203,7 @@ impl<'a> ModelSelection<'a> {
         self.extend_forms();
         self.allow_for_noise();
         watch(Stage::Relinearize);
-        for _ in 0..LOOKS {
+        for _ in 0..RELINEARIZATIONS {
             let known = self.selected.names(&self.design);
             self.relinearize_all();
             if self.selected.names(&self.design) == known {
@@ -332,8 +333,14 @@ impl<'a> ModelSelection<'a> {
             .any(|name| effects::has(name, |card| card.either_phase));
         // What is found beside harmonics may stand in for what they lack over the wrong phase.
         let alone = found.len() == 1;
-        let closed = self.ratio() < if harmonic { CLOSE } else { VISIBLE } && (alone || !harmonic);
-        if closed || !harmonic && self.selected.found.unexplained_fraction < LEFT_OVER {
+        let closed = self.ratio()
+            < if harmonic {
+                CLOSE_RATIO
+            } else {
+                VISIBLE_GAP_RATIO
+            }
+            && (alone || !harmonic);
+        if closed || !harmonic && self.selected.found.unexplained_fraction < UNEXPLAINED_SHARE {
             return;
         }
         let mut inputs = self.design.linearized.inputs.clone();
@@ -355,7 +362,9 @@ impl<'a> ModelSelection<'a> {
         let selected = SelectedModel::new(&again, false);
         let relinearized = RelinearizedFit::of(&again, &selected);
         let excess = |r: &Residuals| r.white_rms().powi(2) - self.floor.white_square;
-        if excess(relinearized.residuals()) < OTHER_PHASE * excess(self.relinearized.residuals()) {
+        if excess(relinearized.residuals())
+            < OTHER_PHASE_LEAVES * excess(self.relinearized.residuals())
+        {
             self.accept_fit(again, selected, relinearized);
         }
     }
@@ -386,7 +395,7 @@ impl<'a> ModelSelection<'a> {
 
     /// What all is compared about. What explains little may be wrong: nothing is moved by it.
     fn trusted(&self) -> LinearizationPoint {
-        if self.selected.found.unexplained_fraction < TRUSTED {
+        if self.selected.found.unexplained_fraction < TRUSTED_BELOW {
             self.relinearized.point.clone()
         } else {
             self.prepared.point()
@@ -397,7 +406,7 @@ impl<'a> ModelSelection<'a> {
     /// no longer makes lines of its own.
     fn relinearize_all(&mut self) {
         let left = self.ratio() / self.noise_rms();
-        if left < CLOSE && (self.noise.is_none() || self.selected.found.blocks.is_empty()) {
+        if left < CLOSE_RATIO && (self.noise.is_none() || self.selected.found.blocks.is_empty()) {
             return;
         }
         let point = LinearizationPoint {
@@ -406,7 +415,7 @@ impl<'a> ModelSelection<'a> {
         };
         let design_options = DesignOptions {
             line_residuals: Some(self.relinearized.residuals()),
-            search_deflection_waves: self.selected.shaped.unexplained_fraction > NOWHERE,
+            search_deflection_waves: self.selected.shaped.unexplained_fraction > UNLOCATED_ABOVE,
             previous_inputs: Some(&self.design.linearized.inputs),
             ..DesignOptions::default()
         };
@@ -421,7 +430,7 @@ impl<'a> ModelSelection<'a> {
             return;
         }
         let selected = SelectedModel::new(&again, self.noise.is_some());
-        if self.selected.left(&self.design) * DIVERGED < selected.left(&again) {
+        if self.selected.left(&self.design) * DIVERGED_RATIO < selected.left(&again) {
             return;
         }
         if self.is_fitted(&again, &selected) {
@@ -443,7 +452,9 @@ impl<'a> ModelSelection<'a> {
         let excess = |relinearized: &RelinearizedFit| {
             (relinearized.residuals().white_rms().powi(2) / noise - 1.0).max(0.0)
         };
-        excess(other) > DIVERGED * excess(&self.relinearized).max(VISIBLE * VISIBLE - 1.0)
+        excess(other)
+            > DIVERGED_RATIO
+                * excess(&self.relinearized).max(VISIBLE_GAP_RATIO * VISIBLE_GAP_RATIO - 1.0)
     }
 
     /// Mean square of the whole gap beyond the noise, and of the noise, in the units of the search.

@@ -1,6 +1,7 @@
 //! What is named: its share, its rivals, its amounts.
 
 use super::ModelSelection;
+use crate::algebra::statistics::NORMAL_97_5;
 use crate::data::channel_names::CHANNEL_NAMES;
 use crate::data::slips::Slip;
 use crate::design::assembly::complexity_penalty;
@@ -12,17 +13,17 @@ use effects::effect::KnownBy;
 use effects::{Card, Detection};
 
 /// Probability below which a runner-up is not worth a mention.
-const ALIAS: f64 = 0.05;
+const ALIAS_PROBABILITY: f64 = 0.05;
 /// Amounts that are told of each effect.
-const TOLD: usize = 12;
+const REPORTED_AMOUNTS: usize = 12;
 
 /// Causes that leave the same, to within this share of what they take, are not told apart by this motion, whatever the number of
 /// their unknowns: the odds are at least these.
-const SAME: f64 = 0.002;
-/// See [`SAME`].
-const SAME_ODDS: f64 = 0.5;
+const INDISTINGUISHABLE_SHARE: f64 = 0.002;
+/// See [`INDISTINGUISHABLE_SHARE`].
+const INDISTINGUISHABLE_ODDS: f64 = 0.5;
 /// Beside harmonics an effect takes this share of what it takes without them, or they are its own.
-const ITS_OWN: f64 = 0.5;
+const OWN_SHARE_BESIDE_HARMONICS: f64 = 0.5;
 
 /// True for what is no flexible shape, which would do in the place of anything.
 fn is_cause(name: &str) -> bool {
@@ -45,7 +46,7 @@ impl ModelSelection<'_> {
             let sum: f64 = 1.0 + rivals.iter().map(|r| r.1).sum::<f64>();
             let aliases: Vec<String> = rivals
                 .iter()
-                .filter(|r| r.1 / sum > ALIAS)
+                .filter(|r| r.1 / sum > ALIAS_PROBABILITY)
                 .map(|r| r.0.clone())
                 .collect();
             let total = known.as_ref().map(|known| known.total_m(1 + place));
@@ -105,7 +106,7 @@ impl ModelSelection<'_> {
             unexplained_fraction(validation, &beside, self.selected.base)
                 - unexplained_fraction(validation, &both, self.selected.base)
         };
-        if takes(with(synthetic_problem)) > ITS_OWN * takes(with(None)) {
+        if takes(with(synthetic_problem)) > OWN_SHARE_BESIDE_HARMONICS * takes(with(None)) {
             with(synthetic_problem)
         } else {
             with(None)
@@ -141,9 +142,9 @@ impl ModelSelection<'_> {
             let occam = (validation.score(&set).log_evidence - evidence)
                 .clamp(-5.0, 0.0)
                 .exp();
-            let same = (theirs - mine).abs() < SAME * (without - mine);
+            let same = (theirs - mine).abs() < INDISTINGUISHABLE_SHARE * (without - mine);
             let odds = if same && is_cause(name(c)) && is_cause(name(block)) {
-                occam.max(SAME_ODDS)
+                occam.max(INDISTINGUISHABLE_ODDS)
             } else {
                 fit * occam.max(fit * 0.2)
             };
@@ -173,7 +174,10 @@ impl ModelSelection<'_> {
             deviation: known.map(|known| known.deviation(c)),
             unit: relinearized.columns.regressors[c].unit.into(),
         };
-        out.into_iter().take(TOLD).map(selected).collect()
+        out.into_iter()
+            .take(REPORTED_AMOUNTS)
+            .map(selected)
+            .collect()
     }
 
     /// White noise above the stated level.
@@ -201,9 +205,6 @@ impl ModelSelection<'_> {
     }
 }
 
-/// Standard deviations on either side of a normal 95 % interval.
-const SIDE: f64 = 1.96;
-
 impl ModelSelection<'_> {
     /// What is left of a channel beyond the simulator's own scatter, m rms.
     fn beyond_the_floor(&self, channel: usize) -> Estimate {
@@ -211,7 +212,7 @@ impl ModelSelection<'_> {
         let floor_m = self.floor.channel_rms_m[channel];
         let value = (rms_m * rms_m - floor_m * floor_m).max(0.0).sqrt();
         let [low, high] = self.after.interval_m(channel);
-        let deviation = 0.5 * (high - low) / SIDE;
+        let deviation = 0.5 * (high - low) / NORMAL_97_5;
         Estimate {
             value,
             // Where hardly anything is beyond, it is known to no better than its square is.

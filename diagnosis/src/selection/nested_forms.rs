@@ -5,22 +5,22 @@ use super::ModelSelection;
 use super::selected::SelectedModel;
 use crate::design::assembly::{DesignOptions, assemble};
 use crate::linearization::relinearized::RelinearizedFit;
-use crate::selection::limits::{CLOSE, LITTLE, TRUSTED};
+use crate::selection::limits::{CLOSE_RATIO, EXPLAINS_LITTLE_ABOVE, TRUSTED_BELOW};
 use crate::trace::log;
 use effects::Card;
 use effects::effect::{Cost, Form};
 use effects::sensor::BasisInputs;
 
 /// More of an effect is worth its unknowns if less than this share of the gap is left.
-const LEAVES: f64 = 0.7;
+const FORM_LEAVES: f64 = 0.7;
 /// The same of a few more that follow nothing but the temperature.
-const LEAVES_OF_FEW: f64 = 0.9;
+const FEW_TERMS_LEAVE: f64 = 0.9;
 
 /// The same of one effect in the place of two: no more than these leave, give or take what two of many fits differ by.
-const AS_MUCH: f64 = 1.1;
+const ONE_FOR_TWO_RATIO: f64 = 1.1;
 
 /// Standard deviations of a mean square that chance takes it by.
-const CHANCE: f64 = 4.0;
+const CHANCE_DEVIATIONS: f64 = 4.0;
 
 /// Fuller forms in the order in which they are tried, each with the effect that it is of.
 fn forms() -> Vec<(&'static Card, &'static Form)> {
@@ -32,15 +32,19 @@ fn forms() -> Vec<(&'static Card, &'static Form)> {
 
 /// Share of the gap that what is found may leave: where it leaves more, what is told more of may not be what there is.
 fn beside(form: &Form) -> f64 {
-    if form.far_from_it { LITTLE } else { TRUSTED }
+    if form.far_from_it {
+        EXPLAINS_LITTLE_ABOVE
+    } else {
+        TRUSTED_BELOW
+    }
 }
 
 /// Share of what is left that a form must leave.
 fn must_leave(form: &Form) -> f64 {
     match form.cost {
-        Cost::Many => LEAVES,
-        Cost::Few => LEAVES_OF_FEW,
-        Cost::OneForTwo => AS_MUCH,
+        Cost::Many => FORM_LEAVES,
+        Cost::Few => FEW_TERMS_LEAVE,
+        Cost::OneForTwo => ONE_FOR_TWO_RATIO,
     }
 }
 
@@ -49,8 +53,8 @@ impl ModelSelection<'_> {
     pub(super) fn extend_forms(&mut self) {
         for (card, form) in forms() {
             let found = self.selected.names(&self.design);
-            let shows =
-                self.ratio() >= CLOSE && self.selected.found.unexplained_fraction < beside(form);
+            let shows = self.ratio() >= CLOSE_RATIO
+                && self.selected.found.unexplained_fraction < beside(form);
             let has = |name: &str| found.iter().any(|n| n == name);
             let found_as = form.found_as.unwrap_or(card.name);
             let may = form.found_as.is_none() || self.allowed(card.name) && !has(card.name);
@@ -84,7 +88,7 @@ impl ModelSelection<'_> {
             card.name
         ));
         // Less than the noise: at angles or ways that are seldom gone through, amounts run up until the slope of a reading takes its noise in.
-        let least = -CHANCE * (2.0 / forms.gram.total_rows() as f64).sqrt();
+        let least = -CHANCE_DEVIATIONS * (2.0 / forms.gram.total_rows() as f64).sqrt();
         let cost = |excess: f64| (least..must_leave(form) * left).contains(&excess);
         if !cost(leaves) {
             return;

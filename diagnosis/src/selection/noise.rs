@@ -5,11 +5,13 @@ use super::selected::SelectedModel;
 use crate::design::assembly::{Design, DesignOptions, assemble};
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
-use crate::selection::limits::{LEFT_OVER, LITTLE, NOISY, VISIBLE};
+use crate::selection::limits::{
+    EXPLAINS_LITTLE_ABOVE, NOISY_RATIO, UNEXPLAINED_SHARE, VISIBLE_GAP_RATIO,
+};
 use effects::sensor::READINGS;
 
 /// Noise beneath a gap that hides its cause is so many times the stated one.
-const LOUD_BENEATH: f64 = 2.0;
+const LOUD_BENEATH_RATIO: f64 = 2.0;
 
 impl<'a> ModelSelection<'a> {
     /// Where what is left is rough, it is noise: shapes are compared with it, and not with what is stated.
@@ -46,20 +48,21 @@ impl<'a> ModelSelection<'a> {
     /// found, what is rough of the gap is taken for the noise: if a cause shows beside it and leaves noise indeed, that is what it is.
     fn allow_for_noise_beneath(&mut self) {
         if self.noise.is_some()
-            || self.ratio() < NOISY
-            || self.selected.found.unexplained_fraction < LITTLE
+            || self.ratio() < NOISY_RATIO
+            || self.selected.found.unexplained_fraction < EXPLAINS_LITTLE_ABOVE
         {
             return;
         }
         let noise = self.noise_of_readings();
-        if noise.iter().all(|n| *n < LOUD_BENEATH) {
+        if noise.iter().all(|n| *n < LOUD_BENEATH_RATIO) {
             return;
         }
         let (again, selected) = self.with_noise(noise, self.prepared.point());
         // A gap that does not show beside that noise is what chance makes of it.
-        let shows = again.cross_validation().score(&[]).squares > VISIBLE * VISIBLE * selected.base;
+        let shows = again.cross_validation().score(&[]).squares
+            > VISIBLE_GAP_RATIO * VISIBLE_GAP_RATIO * selected.base;
         if selected.found.blocks.is_empty()
-            || selected.found.unexplained_fraction > LEFT_OVER
+            || selected.found.unexplained_fraction > UNEXPLAINED_SHARE
             || !shows
         {
             return;
@@ -81,7 +84,7 @@ impl<'a> ModelSelection<'a> {
     /// Noise of each reading over the stated one, where it was not known and is what is left.
     pub(super) fn noise_left(&self) -> Option<[f64; READINGS]> {
         let is_noise = self.noise.is_none()
-            && self.ratio() >= NOISY
+            && self.ratio() >= NOISY_RATIO
             && self.rough(&self.after)
             && self.is_noise(&self.after)
             && !self.shaped()
@@ -97,7 +100,7 @@ impl<'a> ModelSelection<'a> {
     /// holds as well, and which it makes a pattern of in other channels.
     fn noise_alone(&mut self) -> Option<[f64; READINGS]> {
         let found = &self.selected.found;
-        if found.blocks.is_empty() || found.unexplained_fraction < LITTLE {
+        if found.blocks.is_empty() || found.unexplained_fraction < EXPLAINS_LITTLE_ABOVE {
             return None;
         }
         let bare = RelinearizedFit::new(&self.design.linearized, self.prepared.point(), &[]);

@@ -8,16 +8,16 @@ use crate::spectra::lines::lines_of;
 use effects::sensor::READINGS;
 
 /// The segments' own scatter is believed if its sum agrees with that of g_p within this factor.
-const AGREES: f64 = 2.0;
+const AGREEMENT_FACTOR: f64 = 2.0;
 
 /// What shapes without a name leave less than this share of is no noise.
-const HALF_SHAPED: f64 = 0.5;
+const SHAPED_BELOW: f64 = 0.5;
 
 impl ModelSelection<'_> {
     /// True if shapes without a name take a good part of what the effects leave: noise has none.
     pub(super) fn shaped(&self) -> bool {
         let selected = &self.selected;
-        selected.shaped.unexplained_fraction < HALF_SHAPED * selected.found.unexplained_fraction
+        selected.shaped.unexplained_fraction < SHAPED_BELOW * selected.found.unexplained_fraction
     }
 
     /// True if lines stand out of what is left and none were looked for yet: a vibration near half the sample rate is as rough as
@@ -87,7 +87,7 @@ impl ModelSelection<'_> {
         let own: [f64; 4] = std::array::from_fn(|s| linearized.motion.scatter_m[s] / MISFIT);
         let wanted = all * all * stated.iter().map(|n| n * n).sum::<f64>();
         let factor = wanted / own.iter().map(|n| n * n).sum::<f64>().max(1e-30);
-        if !(1.0 / AGREES..AGREES).contains(&factor) {
+        if !(1.0 / AGREEMENT_FACTOR..AGREEMENT_FACTOR).contains(&factor) {
             return [all; 4];
         }
         std::array::from_fn(|s| (factor.sqrt() * own[s] / stated[s].max(1e-15)).max(1.0))

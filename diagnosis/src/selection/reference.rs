@@ -9,12 +9,12 @@ use crate::verdict::answer::Named;
 use effects::Card;
 
 /// What stays of the gap in a sum that no error of the reference can be in, if the reference is the cause: less than this.
-const IN_PARITY: f64 = 0.04;
+const PARITY_SHARE: f64 = 0.04;
 
 /// What is found is not needed if an error of the reference in its place leaves no more than this beyond it, as a share of the gap.
-const IN_ITS_PLACE: f64 = 0.01;
+const REPLACEMENT_SHARE: f64 = 0.01;
 /// Probability of a periodic shape that may as well be the reference's.
-const EITHER: f64 = 0.5;
+const EITHER_PROBABILITY: f64 = 0.5;
 
 impl ModelSelection<'_> {
     /// Against a reference in all coordinates: an error of the reference moves all segments as a rigid body and is not in the
@@ -32,7 +32,7 @@ impl ModelSelection<'_> {
         let taken = mean_square(&self.before, |r| r.iter().map(|v| v * v).sum())
             - mean_square(after, |r| r.iter().map(|v| v * v).sum());
         let parity = |r: &[f64]| (r[0] - r[1] - r[2] + r[3]).powi(2);
-        mean_square(&self.before, parity) - mean_square(after, parity) < IN_PARITY * taken
+        mean_square(&self.before, parity) - mean_square(after, parity) < PARITY_SHARE * taken
     }
 
     /// True if a periodic error of the reference would do in the place of something found.
@@ -48,12 +48,12 @@ impl ModelSelection<'_> {
             // One against several: a single shape may be either's.
             return found.len() > 1
                 && unexplained_fraction(validation, &[shape], self.selected.base)
-                    < with + IN_ITS_PLACE;
+                    < with + REPLACEMENT_SHARE;
         }
         found.iter().any(|block| {
             let mut others: Vec<usize> = found.iter().copied().filter(|b| b != block).collect();
             others.push(shape);
-            unexplained_fraction(validation, &others, self.selected.base) < with + IN_ITS_PLACE
+            unexplained_fraction(validation, &others, self.selected.base) < with + REPLACEMENT_SHARE
         })
     }
 
@@ -72,7 +72,7 @@ impl ModelSelection<'_> {
         if !self.design.linearized.scope.reference || self.paired() {
             return None;
         }
-        shape.probability = shape.probability.min(EITHER);
+        shape.probability = shape.probability.min(EITHER_PROBABILITY);
         Some(format!(
             "{}: a periodic error of the reference itself looks the same to one segment; a second segment of the axis tells them apart",
             shape.name

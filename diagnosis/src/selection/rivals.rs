@@ -4,17 +4,17 @@
 use super::ModelSelection;
 use crate::inference::cross_validation::CrossValidation;
 use crate::selection::limits::MINIMUM_SQUARES;
-use crate::selection::limits::{COMPLETES_SQUARES, STAYS_VISIBLE};
+use crate::selection::limits::{COMPLETING_SQUARES, STAYS_VISIBLE};
 use crate::selection::search::unexplained_fraction;
 use effects::Card;
 
 /// A shape that leaves so many times what a drift leaves does not do as well, whatever share of the gap it takes.
-const DRIFT_IS_CLEAR: f64 = 10.0;
+const CLEAR_DRIFT_RATIO: f64 = 10.0;
 /// The shape that follows the clock,
-const CLOCK: &str = "time";
+const CLOCK_COORDINATE: &str = "time";
 /// and the share of what the one leaves that the other leaves where it is the cause. On 21 recordings of other hands and of our own where
 /// a drift with the temperature was rightly found by itself it left 1.17 times as much or more.
-const BY_THE_CLOCK: f64 = 0.7;
+const CLOCK_LEAVES: f64 = 0.7;
 
 impl ModelSelection<'_> {
     /// A shape that leaves less than this is believed in the place of a drift: a tenth of what is left without the drift beyond what is
@@ -25,7 +25,7 @@ impl ModelSelection<'_> {
         let shows = (STAYS_VISIBLE * STAYS_VISIBLE - 1.0) * noise / whole_gap;
         let tenth =
             0.1 * unexplained_fraction(validation, &self.beside_the_drift(), self.selected.base);
-        (found + tenth).min(shows.max(DRIFT_IS_CLEAR * found))
+        (found + tenth).min(shows.max(CLEAR_DRIFT_RATIO * found))
     }
 
     /// What is found besides a drift.
@@ -52,15 +52,15 @@ impl ModelSelection<'_> {
         let others = self.beside(Card::follows_temperature);
         let whole_gap = (validation.score(&[]).squares - self.selected.base).max(MINIMUM_SQUARES);
         let mut clock = self.design.coordinate_blocks().into_iter();
-        let clock = clock.find(|b| self.design.columns.blocks[*b].name == CLOCK);
+        let clock = clock.find(|b| self.design.columns.blocks[*b].name == CLOCK_COORDINATE);
         clock.is_some_and(|clock| {
             let left = unexplained_fraction(
                 validation,
                 &[others, vec![clock]].concat(),
                 self.selected.base,
             );
-            left < BY_THE_CLOCK * found.unexplained_fraction
-                && (found.unexplained_fraction - left) * whole_gap > COMPLETES_SQUARES
+            left < CLOCK_LEAVES * found.unexplained_fraction
+                && (found.unexplained_fraction - left) * whole_gap > COMPLETING_SQUARES
         })
     }
 

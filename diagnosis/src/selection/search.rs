@@ -3,7 +3,7 @@
 use crate::data::folds::FOLDS;
 use crate::inference::cross_validation::{CrossValidation, Score};
 use crate::selection::core_terms::lacks_core_terms;
-use crate::selection::limits::{MINIMUM_SQUARES, VISIBLE};
+use crate::selection::limits::{MINIMUM_SQUARES, VISIBLE_GAP_RATIO};
 use effects::Card;
 
 /// A further effect must take this share of the whole gap.
@@ -13,7 +13,7 @@ pub const MINIMUM_SHARE_BESIDE_FLEXIBLE: f64 = 0.05;
 /// And this share of what those before it left.
 pub const MINIMUM_OF_REST: f64 = 0.4;
 /// Most effects in one answer.
-const MOST: usize = 4;
+const MOST_EFFECTS: usize = 4;
 
 /// What the search found.
 #[derive(Clone, Debug)]
@@ -69,7 +69,7 @@ pub fn stands_out(validation: &mut CrossValidation, floor: f64) -> bool {
 /// Held-out squares of the best that columns can do if only chance and likelihood bound their number: what is left is the noise.
 pub fn noise_floor(validation: &mut CrossValidation, candidates: &[usize]) -> f64 {
     let mut chosen: Vec<usize> = Vec::new();
-    for _ in 0..MOST {
+    for _ in 0..MOST_EFFECTS {
         let Some(set) = with_best(validation, &chosen, candidates, &|_| 0.0, 0.0) else {
             break;
         };
@@ -105,13 +105,13 @@ fn with_best(
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let best = ranked
         .into_iter()
-        .take(RANKED)
+        .take(RANKED_CANDIDATES)
         .find(|(_, c)| !lacks_core_terms(validation, chosen, *c))?;
     Some(chosen.iter().copied().chain([best.1]).collect())
 }
 
 /// Candidates that are asked for their core before a place is given up.
-const RANKED: usize = 5;
+const RANKED_CANDIDATES: usize = 5;
 /// Forward choice with elimination and exchange. `complexity_penalty` is added to a block's rest when it competes.
 pub fn search(
     validation: &mut CrossValidation,
@@ -120,7 +120,7 @@ pub fn search(
     floor: f64,
 ) -> SearchResult {
     let mut chosen: Vec<usize> = Vec::new();
-    for _ in 0..MOST {
+    for _ in 0..MOST_EFFECTS {
         let single = with_best(validation, &chosen, candidates, complexity_penalty, floor)
             .filter(|set| worth(validation, set, &chosen, floor));
         let Some(set) = single
@@ -143,9 +143,9 @@ pub fn search(
 }
 
 /// Candidates that are tried in twos where none helps by itself.
-const PAIRED: usize = 6;
+const PAIRED_CANDIDATES: usize = 6;
 /// Two that only help together must leave no more than this share of what was there.
-const TOGETHER: f64 = 0.1;
+const PAIR_LEAVES: f64 = 0.1;
 
 /// The two that together explain nearly all of what neither explains alone.
 fn best_pair(
@@ -173,7 +173,7 @@ fn best_pair(
         })
         .collect();
     alone.sort_by(|a, b| a.0.total_cmp(&b.0));
-    alone.truncate(PAIRED);
+    alone.truncate(PAIRED_CANDIDATES);
     alone.retain(|a| !lacks_core_terms(validation, chosen, a.1));
     let mut best: Option<(f64, Vec<usize>)> = None;
     for (k, one) in alone.iter().enumerate() {
@@ -186,7 +186,7 @@ fn best_pair(
         }
     }
     let (value, set) = best?;
-    (value < TOGETHER * before && worth(validation, &set, chosen, floor)).then_some(set)
+    (value < PAIR_LEAVES * before && worth(validation, &set, chosen, floor)).then_some(set)
 }
 
 /// True if what a set has beyond another is there on every part of the data, is no mere trifle beside what is left, and is
@@ -207,9 +207,9 @@ fn worth(validation: &mut CrossValidation, set: &[usize], chosen: &[usize], floo
     }
     let simple_beside = is_flexible(validation, chosen) && !adds_flexible(validation, set, chosen);
     let most = if simple_beside {
-        MOSTLY
+        FIELD_REST_SHARES
     } else {
-        (NEARLY_ALL, 0.0)
+        (SEARCH_NEARLY_ALL, 0.0)
     };
     let nearly_all = gain > most.0 * before && gain > most.1;
     let closes = nearly_all || closes(validation, &new, (before, gain), floor);
@@ -221,14 +221,14 @@ const FIRST_SHARE: f64 = 0.05;
 /// An effect that leaves nothing may be as small a share of the gap as this.
 const CLOSING_SHARE: f64 = 0.003;
 /// Or smaller still, if it takes this share of what the others left: a makeshift for their second order would not.
-const COMPLETES: f64 = 0.8;
+const SEARCH_COMPLETING_SHARE: f64 = 0.8;
 /// However little of a great gap that is, and whatever inexact shape the others leave besides: no makeshift takes this share.
-const NEARLY_ALL: f64 = 0.95;
+const SEARCH_NEARLY_ALL: f64 = 0.95;
 /// The same of one of few unknowns beside one of very many, and of the whole gap: what a field lacks follows the place, and no few
 /// unknowns of another's take most of it.
-const MOSTLY: (f64, f64) = (0.6, 0.01);
+const FIELD_REST_SHARES: (f64, f64) = (0.6, 0.01);
 /// Left over a row, beyond the noise and relative to it, where nothing is said to be left: a whitened rms of 1.12.
-const CLOSED: f64 = 0.25;
+const CLOSED_EXCESS: f64 = 0.25;
 
 /// True if nothing is left after a set, so that its last effect is no makeshift for a shape that another lacks.
 fn closes(
@@ -237,8 +237,8 @@ fn closes(
     (before, gain): (f64, f64),
     floor: f64,
 ) -> bool {
-    (gain > CLOSING_SHARE || gain > COMPLETES * before)
-        && after.squares - floor < CLOSED * validation.rows()
+    (gain > CLOSING_SHARE || gain > SEARCH_COMPLETING_SHARE * before)
+        && after.squares - floor < CLOSED_EXCESS * validation.rows()
 }
 
 fn minimum_share(validation: &CrossValidation, set: &[usize]) -> f64 {
@@ -343,7 +343,7 @@ fn exchange(
 }
 
 /// Left over a row, beyond the noise and relative to it, from which a gap shows.
-const SHOWS: f64 = VISIBLE * VISIBLE - 1.0;
+const VISIBLE_EXCESS: f64 = VISIBLE_GAP_RATIO * VISIBLE_GAP_RATIO - 1.0;
 
 /// True if a set closes nearly all of a gap that shows after another, and is the likelier of the two. What gives way to a cause is
 /// then not asked to: a cause's model is inexact, but what it lacks would be left by the shape as well.
@@ -354,11 +354,11 @@ fn closes_what_shows(
     floor: f64,
 ) -> bool {
     let (with, without) = (validation.score(set), validation.score(other));
-    let shows = SHOWS * validation.rows();
+    let shows = VISIBLE_EXCESS * validation.rows();
     let gap = without.squares - floor;
     !is_flexible(validation, set)
         && gap > shows
-        && with.squares - floor < shows.max((1.0 - COMPLETES) * gap)
+        && with.squares - floor < shows.max((1.0 - SEARCH_COMPLETING_SHARE) * gap)
         && with.log_evidence > without.log_evidence
 }
 

@@ -9,16 +9,18 @@ use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::core_terms::lacks_core_terms;
 use crate::selection::limits::MINIMUM_SQUARES;
-use crate::selection::limits::{COMPLETES, COMPLETES_SQUARES, LEADS, NEARLY_ALL, VISIBLE};
+use crate::selection::limits::{
+    COMPLETING_SHARE, COMPLETING_SQUARES, LARGELY_COMPLETES, LEADING_SHARE, VISIBLE_GAP_RATIO,
+};
 use crate::selection::search::{SearchResult, unexplained_fraction};
 use crate::trace::log;
 use effects::Card;
 
 /// To first order it takes this share of what is left, and more than chance gives. Fitted together it may take many times as much: rulings
 /// askew took 0.22 of what 44 um across the teeth left, and then 0.96.
-const TAKES: f64 = 0.15;
+const FIRST_ORDER_SHARE: f64 = 0.15;
 /// So many are tried.
-const TRIED: usize = 3;
+const TRIED_CANDIDATES: usize = 3;
 /// True for shapes that stand in for what a great effect's own form lacks: theirs must be nearly all of that to first order, and
 /// nothing that shows is left with them.
 pub(super) fn absorbs_model_error(name: &str) -> bool {
@@ -60,10 +62,14 @@ impl<'a> ModelSelection<'a> {
                 "beside: {names:?}, {with:.4} of {without:.4}, leads {leading_effect}"
             ));
             let gain = without - with;
-            let least = if leading_effect { LEADS } else { COMPLETES };
+            let least = if leading_effect {
+                LEADING_SHARE
+            } else {
+                COMPLETING_SHARE
+            };
             let squares = gain * relinearized.gram.total_rows() as f64;
-            let enough = gain > least * without && squares > COMPLETES_SQUARES;
-            let closed = relinearized.residuals().white_rms() < VISIBLE * noise.sqrt();
+            let enough = gain > least * without && squares > COMPLETING_SQUARES;
+            let closed = relinearized.residuals().white_rms() < VISIBLE_GAP_RATIO * noise.sqrt();
             let enough = enough && (closed || !absorbs_model_error);
             if enough && best.as_ref().is_none_or(|b| with < b.0) {
                 best = Some((with, names, relinearized, leading_effect));
@@ -105,12 +111,12 @@ impl<'a> ModelSelection<'a> {
                 continue;
             }
             let takes = if absorbs_model_error(name) {
-                NEARLY_ALL
+                LARGELY_COMPLETES
             } else {
-                TAKES
+                FIRST_ORDER_SHARE
             };
             let gain = before - beside(validation, b);
-            let likely = gain > takes * before && gain * whole_gap > COMPLETES_SQUARES;
+            let likely = gain > takes * before && gain * whole_gap > COMPLETING_SQUARES;
             if likely
                 && !self.replaces(validation, b, before)
                 && !lacks_core_terms(validation, blocks, b)
@@ -120,7 +126,7 @@ impl<'a> ModelSelection<'a> {
         }
         list.sort_by(|a, b| a.0.total_cmp(&b.0));
         let name = |b: usize| self.design.columns.blocks[b].name.clone();
-        let ranked = list.into_iter().take(TRIED).enumerate();
+        let ranked = list.into_iter().take(TRIED_CANDIDATES).enumerate();
         ranked
             .map(|(k, (left, b))| Candidate {
                 leading_effect: k == 0 && left < shape,
@@ -134,7 +140,7 @@ impl<'a> ModelSelection<'a> {
     fn completes_a_delay(&self, name: &str, found: &[String]) -> bool {
         is_delay(name)
             && found.iter().any(|n| is_delay(n))
-            && self.ratio() < VISIBLE * self.noise_rms()
+            && self.ratio() < VISIBLE_GAP_RATIO * self.noise_rms()
     }
 
     /// True if a block does in the place of one that is found what that does: then it is its rival, and not beside it.

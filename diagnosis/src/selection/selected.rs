@@ -14,7 +14,7 @@ use effects::{Card, Detection};
 /// A shape without a name must do this much better than a cause, as a share of the gap.
 const SHAPE_PENALTY: f64 = 0.02;
 /// Blocks that stay in competition beside a field besides what was found.
-const LEADING: usize = 5;
+const LEADING_BLOCKS: usize = 5;
 
 /// What the search told.
 pub(super) struct SelectedModel {
@@ -116,9 +116,9 @@ impl<'a> RelinearizedFit<'a> {
 }
 
 /// What leaves the same to within this share of what it takes is told apart by the number of unknowns alone.
-const SAME: f64 = 0.005;
+const TIED_SHARE: f64 = 0.005;
 /// One effect that leaves as little as two, to within this share of what they take, is to be believed.
-const ONE_FOR_TWO: f64 = 0.02;
+const ONE_FOR_TWO_SHARE: f64 = 0.02;
 
 /// Puts an effect of fewer unknowns in the place of one, or of two, that do no better.
 fn simplify(
@@ -141,7 +141,11 @@ fn simplify(
             .copied()
             .filter(|b| !out.contains(b))
             .collect();
-        let allowance = if out.len() > 1 { ONE_FOR_TWO } else { SAME };
+        let allowance = if out.len() > 1 {
+            ONE_FOR_TWO_SHARE
+        } else {
+            TIED_SHARE
+        };
         let taken = unexplained_fraction(validation, &others, base) - found.unexplained_fraction;
         let unknowns = |b: usize| validation.columns.blocks[b].columns.len();
         let most: usize = out.iter().map(|b| unknowns(*b)).sum::<usize>() / (3 - out.len());
@@ -216,13 +220,13 @@ pub(super) fn leading(design: &Design, selected: &SelectedModel) -> Vec<String> 
         let name = design.columns.blocks[*b].name.as_str();
         let effect = matches!(design.kinds[*b - 1], BlockKind::Effect(_))
             && !effects::has(name, Card::is_flexible);
-        crate::selection::limits::WAVES.contains(&name)
+        crate::selection::limits::FIELD_COORDINATES.contains(&name)
             || effect
             || effects::is(name, Detection::AsField)
     });
     let mut list: Vec<usize> = selected.found.blocks.clone();
     list.extend(&selected.shaped.blocks);
-    list.extend(alone.iter().take(LEADING).map(|a| a.1));
+    list.extend(alone.iter().take(LEADING_BLOCKS).map(|a| a.1));
     list.extend(place);
     list.sort_unstable();
     list.dedup();

@@ -7,25 +7,25 @@ use crate::data::observations::MINIMUM_SAMPLES;
 use crate::inference::residuals::Residuals;
 
 /// A recording that scatters by less than this share of the stated noise cannot be judged by it.
-const TOO_QUIET: f64 = 0.7;
+const TOO_QUIET_RATIO: f64 = 0.7;
 /// Where a channel shows that a stated noise is not there, a gap must stand this far above what is stated: sets of effects are
 /// weighed against that noise, and twice the rms leaves it a quarter of the squares.
-const ABOVE_STATED: f64 = 2.0;
+const ABOVE_STATED_RATIO: f64 = 2.0;
 
 impl ModelSelection<'_> {
     /// The limit that is violated, by the whitened rms before and after. A filter makes noise smooth and leaves its size: less
     /// scatter on smooth paths alone is no reason.
     pub(super) fn too_quiet(&self, before: f64, after: f64) -> Option<String> {
-        if before < TOO_QUIET {
+        if before < TOO_QUIET_RATIO {
             return Some(format!(
-                "stated noise: the recording scatters by {before:.2} of what is stated, at least {TOO_QUIET} wanted"
+                "stated noise: the recording scatters by {before:.2} of what is stated, at least {TOO_QUIET_RATIO} wanted"
             ));
         }
         let limit = self.prepared.overstated.as_ref();
         limit
-            .filter(|_| after < TOO_QUIET)
+            .filter(|_| after < TOO_QUIET_RATIO)
             .map(ToString::to_string)
-            .or_else(|| self.quiet_channel().filter(|_| before < ABOVE_STATED))
+            .or_else(|| self.quiet_channel().filter(|_| before < ABOVE_STATED_RATIO))
     }
 
     /// A channel that is left with less than the stated noise, as it is where one of its readings' noise is stated too large.
@@ -34,7 +34,7 @@ impl ModelSelection<'_> {
         let quietest = quiet.min_by(|a, b| a.1.total_cmp(&b.1));
         quietest.map(|(channel, found)| {
             format!(
-                "stated noise: {} is left with {found:.2} of what is stated, at least {TOO_QUIET} wanted",
+                "stated noise: {} is left with {found:.2} of what is stated, at least {TOO_QUIET_RATIO} wanted",
                 CHANNEL_NAMES[channel]
             )
         })
@@ -63,7 +63,7 @@ fn quiet(residuals: &Residuals, floor: f64) -> Vec<(usize, f64)> {
             .collect();
         let chance = 4.0 / (2.0 * white.len() as f64).sqrt();
         let found = rms(white.iter().copied()) / floor;
-        let quiet = white.len() >= MINIMUM_SAMPLES && found < TOO_QUIET * (1.0 - chance);
+        let quiet = white.len() >= MINIMUM_SAMPLES && found < TOO_QUIET_RATIO * (1.0 - chance);
         quiet.then_some((channel, found))
     };
     residuals.channels().into_iter().filter_map(found).collect()

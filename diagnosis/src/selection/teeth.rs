@@ -8,7 +8,7 @@ use crate::design::assembly::{Design, DesignOptions, assemble};
 use crate::inference::residuals::Residuals;
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
-use crate::selection::limits::CLOSE;
+use crate::selection::limits::CLOSE_RATIO;
 use crate::selection::limits::MINIMUM_SQUARES;
 use crate::selection::search::{SearchResult, unexplained_fraction};
 use crate::spectra::lines::{add_lines, lines_of};
@@ -19,20 +19,20 @@ use effects::teeth::Teeth;
 use effects::{Card, Detection};
 
 /// What is found beside a field must leave less than this share of what its teeth leave without it.
-const LEAVES: f64 = 0.7;
+const BESIDE_TEETH_LEAVES: f64 = 0.7;
 /// A delay is tried if beside the mesh it takes this share of what it has to take beside the teeth.
-const BESIDE_THE_MESH: f64 = 0.5;
+const DELAY_BESIDE_MESH_SHARE: f64 = 0.5;
 /// And if it takes this share of that from the samples that it is fitted to: it takes no more of others.
-const SEEN: f64 = 0.5;
+const DELAY_FITTED_SHARE: f64 = 0.5;
 /// So many effects are tried in the place of what all readings have in common.
-const TRIED: usize = 2;
+const TRIED_FOR_COMMON_FIELD: usize = 2;
 
 impl<'a> ModelSelection<'a> {
     /// Tells the field by its teeth where that leaves less.
     pub(super) fn resolve_teeth(&mut self) {
         let names = self.selected.names(&self.design);
         if !names.iter().any(|n| effects::is(n, Detection::AsField))
-            || self.ratio() < CLOSE * self.noise_rms()
+            || self.ratio() < CLOSE_RATIO * self.noise_rms()
         {
             return;
         }
@@ -75,7 +75,7 @@ impl<'a> ModelSelection<'a> {
         likely.sort_by(|a, b| b.0.total_cmp(&a.0));
         let without = left(&self.relinearized);
         let mut best: Option<(f64, Vec<String>, RelinearizedFit<'a>)> = None;
-        for (takes, name) in likely.into_iter().take(TRIED) {
+        for (takes, name) in likely.into_iter().take(TRIED_FOR_COMMON_FIELD) {
             let names = [&names[..], &[name.to_string()]].concat();
             let relinearized = self.told_by(
                 teeth,
@@ -105,7 +105,7 @@ impl<'a> ModelSelection<'a> {
     fn try_delays(&mut self, teeth: &Teeth) {
         let names = self.selected.names(&self.design);
         let known = names.iter().any(|n| is_delay(n));
-        if known || self.ratio() < CLOSE * self.noise_rms() {
+        if known || self.ratio() < CLOSE_RATIO * self.noise_rms() {
             return;
         }
         let delays = effects::cards().filter(|card| card.delays);
@@ -119,7 +119,7 @@ impl<'a> ModelSelection<'a> {
         let (_, noise) = self.levels();
         let excess =
             (left(&self.relinearized).powi(2) - noise) * self.relinearized.gram.total_rows() as f64;
-        if takes < BESIDE_THE_MESH * (1.0 - LEAVES) * excess {
+        if takes < DELAY_BESIDE_MESH_SHARE * (1.0 - BESIDE_TEETH_LEAVES) * excess {
             return;
         }
         let names = [&names[..], &[name.to_string()]].concat();
@@ -130,7 +130,9 @@ impl<'a> ModelSelection<'a> {
         );
         // What a fit does not take of samples that it has seen, it does not take of others.
         let seen = self.relinearized.squares() - relinearized.squares();
-        if seen < SEEN * (1.0 - LEAVES) * excess || !self.leaves_less(&relinearized) {
+        if seen < DELAY_FITTED_SHARE * (1.0 - BESIDE_TEETH_LEAVES) * excess
+            || !self.leaves_less(&relinearized)
+        {
             return;
         }
         if let Some(selected) = self.told_in(&self.design, &names) {
@@ -159,7 +161,7 @@ impl<'a> ModelSelection<'a> {
         log(&format!(
             "beside the teeth {with:.4} is left of {without:.4}"
         ));
-        with < LEAVES * without
+        with < BESIDE_TEETH_LEAVES * without
     }
 
     fn told_by(&self, teeth: &Teeth, names: &[String], lines_hz: &[f64]) -> RelinearizedFit<'a> {
@@ -177,7 +179,7 @@ impl<'a> ModelSelection<'a> {
     /// A beacon that vibrates beside the field, where lines stand out of what the teeth leave.
     fn try_vibration(&mut self, teeth: &Teeth, mut names: Vec<String>) {
         let known = names.iter().any(|n| effects::is(n, Detection::ByLines));
-        let shows = self.ratio() >= CLOSE * self.noise_rms();
+        let shows = self.ratio() >= CLOSE_RATIO * self.noise_rms();
         let Some(residuals) = self.relinearized.left_out().filter(|_| shows && !known) else {
             return;
         };

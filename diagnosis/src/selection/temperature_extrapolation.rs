@@ -9,12 +9,12 @@ use effects::sensor::Regressor;
 use nalgebra::DVector;
 
 /// Share of the range of temperatures that is taken for its coldest end, and for its warmest.
-const END: f64 = 0.25;
+const EXTREME_RANGE_SHARE: f64 = 0.25;
 /// Fewest residuals at an end that decide anything.
-const FEWEST: usize = 50;
+const FEWEST_AT_AN_END: usize = 50;
 
 /// Parts of the range of temperatures: coldest, in the middle, warmest.
-const PARTS: usize = 3;
+const TEMPERATURE_CLASSES: usize = 3;
 
 /// True if the bend foretells the coldest and the warmest samples better than the drift's mean slope does.
 pub(super) fn goes_on(relinearized: &RelinearizedFit) -> bool {
@@ -27,25 +27,27 @@ pub(super) fn goes_on(relinearized: &RelinearizedFit) -> bool {
         return false;
     };
     let [coldest, warmest] = relinearized.linearized.inputs.warmths_k;
-    let end = END * (warmest - coldest);
+    let end = EXTREME_RANGE_SHARE * (warmest - coldest);
     let inner = [coldest + end, warmest - end];
     let part_of = |i: usize| {
         let warmth_k = relinearized.linearized.covariates(i).warmth_k;
         usize::from(warmth_k > inner[0]) + usize::from(warmth_k > inner[1])
     };
-    let mut residuals = [0; PARTS];
+    let mut residuals = [0; TEMPERATURE_CLASSES];
     left.sample.iter().for_each(|i| residuals[part_of(*i)] += 1);
     let drift: Vec<usize> = block.columns.clone().collect();
     let prediction = |goes_on: bool| {
         let ends = [(0, [inner[0], warmest]), (2, [coldest, inner[1]])];
-        let selected = ends.iter().filter(|(part, _)| residuals[*part] >= FEWEST);
+        let selected = ends
+            .iter()
+            .filter(|(part, _)| residuals[*part] >= FEWEST_AT_AN_END);
         let left = selected.map(|(part, known)| {
             let columns = columns(relinearized, *known, goes_on);
             left_at(relinearized, &drift, &columns, *part, part_of)
         });
         left.sum::<f64>()
     };
-    residuals[1] >= FEWEST && prediction(true) < prediction(false)
+    residuals[1] >= FEWEST_AT_AN_END && prediction(true) < prediction(false)
 }
 
 /// The baseline's columns and the drift's, where only some temperatures are known.

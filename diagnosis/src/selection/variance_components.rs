@@ -8,19 +8,19 @@ use effects::sensor::READINGS;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 /// Rows of a sample that shows all of them: g_p, g_x and g_y.
-const ALL: usize = 3;
+const ROWS_OF_A_SAMPLE: usize = 3;
 /// The four segments, and the diode's two axes together.
 const COMPONENTS: usize = 5;
-/// Steps, which stop once no factor moves by more than [`STILL`] of itself.
-const STEPS: usize = 30;
-const STILL: f64 = 1e-3;
+/// Steps, which stop once no factor moves by more than [`CONVERGED_STEP`] of itself.
+const MOST_STEPS: usize = 30;
+const CONVERGED_STEP: f64 = 1e-3;
 
 /// One sample: its residuals' slopes by the readings, what is left, and the variances of the readings by the stated noise.
 pub(super) struct SampleResiduals {
     /// Slopes of each row, of which all three are in use.
     pub(super) by_reading: [[f64; READINGS]; ROWS],
     /// What is left, m.
-    pub(super) left_m: [f64; ALL],
+    pub(super) left_m: [f64; ROWS_OF_A_SAMPLE],
     /// Stated variances of the readings, in their units squared.
     pub(super) variance: [f64; READINGS],
 }
@@ -32,8 +32,8 @@ impl SampleResiduals {
         left_m: &[f64],
         variance: [f64; READINGS],
     ) -> Option<Self> {
-        let left_m = <[f64; ALL]>::try_from(left_m).ok()?;
-        (rows.count == ALL).then_some(Self {
+        let left_m = <[f64; ROWS_OF_A_SAMPLE]>::try_from(left_m).ok()?;
+        (rows.count == ROWS_OF_A_SAMPLE).then_some(Self {
             by_reading: rows.by_reading,
             left_m,
             variance,
@@ -56,7 +56,7 @@ pub(super) fn noise_over_stated(
     start: [f64; READINGS],
 ) -> Option<[f64; READINGS]> {
     let mut factor: [f64; COMPONENTS] = std::array::from_fn(|c| start[c].max(1.0).powi(2));
-    for _ in 0..STEPS {
+    for _ in 0..MOST_STEPS {
         let (score, information) = derivatives(seen, &factor)?;
         // What stands at the stated noise and would go below it stays there.
         let free: Vec<usize> = (0..COMPONENTS)
@@ -75,7 +75,7 @@ pub(super) fn noise_over_stated(
             moved = moved.max((next / factor[c] - 1.0).abs());
             factor[c] = next;
         }
-        if moved < STILL {
+        if moved < CONVERGED_STEP {
             break;
         }
     }

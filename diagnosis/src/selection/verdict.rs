@@ -12,40 +12,40 @@ use crate::inference::posterior::birge_ratio;
 use crate::inference::residuals::Residuals;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::limits::MINIMUM_SQUARES;
-use crate::selection::limits::{LEFT_OVER, NOISY, STAYS_VISIBLE, VISIBLE};
+use crate::selection::limits::{NOISY_RATIO, STAYS_VISIBLE, UNEXPLAINED_SHARE, VISIBLE_GAP_RATIO};
 use crate::selection::search::{SearchResult, stands_out, unexplained_fraction};
 use crate::trace::log;
 use crate::verdict::answer::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
 use effects::{Card, Detection};
 
 /// All channels this far above the stated noise, and alike: the statement may be what is wrong.
-const MISSTATED: f64 = 4.0;
+const MISSTATED_RATIO: f64 = 4.0;
 /// A set of causes that leaves more than this is no explanation.
-const HALF_DONE: f64 = 0.5;
+const NO_EXPLANATION_ABOVE: f64 = 0.5;
 /// Nor is one that leaves more than this, where that would be a gap by itself.
-const PARTLY_DONE: f64 = 0.3;
+const PARTIAL_EXPLANATION_ABOVE: f64 = 0.3;
 /// A remainder is located if some shape takes this share of it.
-const LOCATED: f64 = 0.15;
+const LOCATED_SHARE: f64 = 0.15;
 /// Share of a noise that had to be found which shapes may take by chance.
-const CHANCE: f64 = 0.03;
+const CHANCE_SHARE_OF_NOISE: f64 = 0.03;
 /// Noise is told beside shapes if it is this share of the whole gap: less may be what they lack,
-const BESIDE_SHAPES: f64 = 0.05;
+const NOISE_BESIDE_SHAPES: f64 = 0.05;
 /// or if it is so many times the stated one, and nothing that is found lacks as much of its own form;
-const LOUD: f64 = 1.5;
+const LOUD_NOISE_RATIO: f64 = 1.5;
 /// and beside one that wanders, what is too fast for its course.
-const BESIDE_A_COURSE: f64 = 0.10;
+const NOISE_BESIDE_A_COURSE: f64 = 0.10;
 /// Bursts are told if they are this share of the whole gap.
-const TRIFLING_BURSTS: f64 = 0.005;
+const LEAST_BURST_SHARE: f64 = 0.005;
 /// No shape stands out of its neighbours by so many times what is left.
-const FAR: f64 = 10.0;
+const FAR_OUTLIER_RATIO: f64 = 10.0;
 /// No amount is larger than so many prior sizes. The largest of 150 recordings with effects of up to 4 µm rms is 4.3.
-const SIZES: f64 = 8.0;
+const LARGEST_PRIOR_SIZES: f64 = 8.0;
 /// Effects imitate a nameless shape if they leave this share of the gap,
-const IMITATED: f64 = 0.01;
+const IMITATION_LEAVES: f64 = 0.01;
 /// the shape takes this share of that,
-const FOREIGN: f64 = 0.5;
+const FOREIGN_SHAPE_SHARE: f64 = 0.5;
 /// and leaves no more than this of the whole by itself.
-const BY_ITSELF: f64 = 0.3;
+const SHAPE_ALONE_LEAVES: f64 = 0.3;
 
 /// What was measured, before it is weighed.
 struct Measurements {
@@ -93,7 +93,7 @@ impl ModelSelection<'_> {
         } else if !visible {
             Verdict::NoGap
         } else if left_over || effects.is_empty() {
-            if effects.is_empty() && !left_over && seen.white_before < NOISY {
+            if effects.is_empty() && !left_over && seen.white_before < NOISY_RATIO {
                 Verdict::NoGap
             } else {
                 Verdict::Unknown
@@ -106,9 +106,9 @@ impl ModelSelection<'_> {
         } else {
             Verdict::Named
         };
-        if seen.noisy && (seen.white_after > MISSTATED || self.misstated()) {
+        if seen.noisy && (seen.white_after > MISSTATED_RATIO || self.misstated()) {
             out.notes.push(format!(
-                "stated noise: what is left scatters as noise does, by {:.1} times what is stated, at most {MISSTATED} wanted: it may be the statement that is wrong",
+                "stated noise: what is left scatters as noise does, by {:.1} times what is stated, at most {MISSTATED_RATIO} wanted: it may be the statement that is wrong",
                 seen.white_after
             ));
         }
@@ -154,11 +154,11 @@ impl ModelSelection<'_> {
             return Some("amounts far beyond any physical size");
         }
         let much = if self.stays_visible(seen) {
-            PARTLY_DONE
+            PARTIAL_EXPLANATION_ABOVE
         } else {
-            HALF_DONE
+            NO_EXPLANATION_ABOVE
         };
-        if located && seen.left > LEFT_OVER || seen.left > much {
+        if located && seen.left > UNEXPLAINED_SHARE || seen.left > much {
             Some("much is left")
         } else if self.shapes_do_better(validation, seen) {
             Some("shapes without a name do better")
@@ -186,7 +186,7 @@ impl ModelSelection<'_> {
         // Few samples scatter more: four standard deviations of an rms over these rows.
         let chance = 4.0 / (2.0 * validation.rows()).sqrt();
         let own = self.scatter_of_a_fit(validation, &[]);
-        let most = (VISIBLE + chance).powi(2) * stated + own;
+        let most = (VISIBLE_GAP_RATIO + chance).powi(2) * stated + own;
         let gap = white_before.powi(2) * stated > most
             || stands_out(validation, self.selected.base + own);
         let structured = gap && !self.selected.found.blocks.is_empty();
@@ -200,7 +200,8 @@ impl ModelSelection<'_> {
         } else {
             &[]
         };
-        let most = (NOISY + chance).powi(2) * stated + self.scatter_of_a_fit(validation, of_found);
+        let most =
+            (NOISY_RATIO + chance).powi(2) * stated + self.scatter_of_a_fit(validation, of_found);
         let noisy = white_after.powi(2) * stated > most
             && self.rough(&self.after)
             && self.is_noise(&self.after)
@@ -242,12 +243,12 @@ impl ModelSelection<'_> {
     fn is_located(&self, seen: &Measurements) -> bool {
         // Where the noise itself had to be found, what the best shapes took of it by chance is no place.
         let least = if self.noise.is_some() {
-            (2.0 * MINIMUM_SQUARES).max(CHANCE * self.selected.base)
+            (2.0 * MINIMUM_SQUARES).max(CHANCE_SHARE_OF_NOISE * self.selected.base)
         } else {
             2.0 * MINIMUM_SQUARES
         };
         let enough =
-            |l: &Located| l.share > LOCATED && l.share * seen.left * seen.whole_gap > least;
+            |l: &Located| l.share > LOCATED_SHARE && l.share * seen.left * seen.whole_gap > least;
         seen.gap && seen.located.first().is_some_and(enough)
     }
 
@@ -275,11 +276,11 @@ impl ModelSelection<'_> {
             let noise = seen.white_after.powi(2) - 1.0;
             let share = noise * validation.rows() * self.floor.white_square / total;
             let least = if self.transfer_residuals.is_some() || self.followed().is_some() {
-                BESIDE_A_COURSE
+                NOISE_BESIDE_A_COURSE
             } else {
-                BESIDE_SHAPES
+                NOISE_BESIDE_SHAPES
             };
-            let loud = seen.white_after > LOUD && !self.lacks_much();
+            let loud = seen.white_after > LOUD_NOISE_RATIO && !self.lacks_much();
             if share > least || loud || !seen.structured {
                 effects.push(self.noise(seen.white_after, share.clamp(0.0, 1.0)));
             }
@@ -305,11 +306,12 @@ impl ModelSelection<'_> {
         };
         // A shape that is left unexplained stands out of its neighbours here and there as well, but not so far.
         let level = (seen.white_after * self.floor.white_square.sqrt()).powi(2);
-        let far = seen.bursts.energy > FAR * FAR * level * seen.bursts.count as f64;
+        let far = seen.bursts.energy
+            > FAR_OUTLIER_RATIO * FAR_OUTLIER_RATIO * level * seen.bursts.count as f64;
         let trifle = if left > 0.0 && self.stays_visible(seen) && !far {
             share
         } else {
-            TRIFLING_BURSTS
+            LEAST_BURST_SHARE
         };
         seen.bursts.hold((share * left).max(trifle * seen.total))
     }
@@ -347,7 +349,7 @@ impl ModelSelection<'_> {
         let (low, high) = ratios
             .iter()
             .fold((f64::INFINITY, 0.0f64), |(l, h), r| (l.min(*r), h.max(*r)));
-        low > MISSTATED && low > 0.4 * high
+        low > MISSTATED_RATIO && low > 0.4 * high
     }
 
     /// True if shapes without a name do far better than the causes, or as well where only what was taken out differs.
@@ -395,10 +397,10 @@ impl ModelSelection<'_> {
         let mut coordinate_blocks = self.design.coordinate_blocks().into_iter();
         let shape =
             coordinate_blocks.find(|b| self.design.columns.blocks[*b].name == first.coordinate);
-        seen.left > IMITATED
-            && first.share > FOREIGN
+        seen.left > IMITATION_LEAVES
+            && first.share > FOREIGN_SHAPE_SHARE
             && shape.is_some_and(|b| {
-                unexplained_fraction(validation, &[b], self.selected.base) < BY_ITSELF
+                unexplained_fraction(validation, &[b], self.selected.base) < SHAPE_ALONE_LEAVES
             })
     }
 
@@ -504,7 +506,7 @@ pub(super) fn of_no_size(relinearized: &RelinearizedFit) -> bool {
         let sizes = (relinearized.coefficients[c] - gram.centre[c]) * gram.shrunk[c];
         let regressor = &columns.regressors[c];
         let of_size = regressor.deviation.is_none() || regressor.course.is_some();
-        let far = of_size && sizes.abs() > SIZES;
+        let far = of_size && sizes.abs() > LARGEST_PRIOR_SIZES;
         if far {
             log(&format!(
                 "{}: {sizes:.1} prior sizes, {:.5}",

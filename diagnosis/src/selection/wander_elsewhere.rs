@@ -8,7 +8,7 @@ use crate::transfer::model::is_time_bound;
 use effects::sensor::Covariates;
 
 /// Golden section: its multiples fill a unit evenly, however many there are.
-const GOLDEN: f64 = 0.618_033_988_749_895;
+const GOLDEN_SECTION: f64 = 0.618_033_988_749_895;
 
 /// Residuals of short pieces and of folds that a fit has not seen, with the course that the wander had at another time in the
 /// place of what is known of it: each sample at one, all of them evenly over the recording's time. A recording may take most of
@@ -72,7 +72,7 @@ fn other_times(relinearized: &RelinearizedFit) -> Vec<usize> {
         return Vec::new();
     };
     let at = |k: usize| {
-        let time = t_s[first] + (k as f64 * GOLDEN).fract() * (t_s[last] - t_s[first]);
+        let time = t_s[first] + (k as f64 * GOLDEN_SECTION).fract() * (t_s[last] - t_s[first]);
         let after = order
             .partition_point(|i| t_s[*i] < time)
             .min(order.len() - 1);

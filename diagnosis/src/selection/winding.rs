@@ -9,12 +9,12 @@ use crate::design::assembly::{Design, DesignOptions, assemble};
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::limits::MINIMUM_SQUARES;
-use crate::selection::limits::VISIBLE;
+use crate::selection::limits::VISIBLE_GAP_RATIO;
 use crate::trace::log;
 use effects::sensor::BasisInputs;
 
 /// Winding lines are worth their unknowns if they leave less than this share of what was left.
-const LEAVES: f64 = 0.5;
+const WINDING_LEAVES: f64 = 0.5;
 
 impl<'a> ModelSelection<'a> {
     /// Looks for such fuller forms where a gap is left, or where others may stand in for them.
@@ -29,7 +29,7 @@ impl<'a> ModelSelection<'a> {
     fn try_searched(&mut self, effect: &str, tell: fn(&mut BasisInputs)) {
         let names = self.selected.names(&self.design);
         let skewed = names.iter().any(|n| n == effect);
-        let visible = self.ratio() >= VISIBLE * self.noise_rms();
+        let visible = self.ratio() >= VISIBLE_GAP_RATIO * self.noise_rms();
         let detection = self.design.columns.blocks.iter().any(|b| b.name == effect);
         let accompanied = skewed && names.len() > 1;
         if !detection || !(visible || accompanied) {
@@ -45,7 +45,8 @@ impl<'a> ModelSelection<'a> {
         };
         let few = self.winding_design(tell, Some(&beside));
         let enough = |s: f64, count: usize| {
-            visible && s < LEAVES * left || count < names.len() && s < left + MINIMUM_SQUARES
+            visible && s < WINDING_LEAVES * left
+                || count < names.len() && s < left + MINIMUM_SQUARES
         };
         // All, and all but one: it may be what stands in for a winding.
         let all: Vec<usize> = few.effects();

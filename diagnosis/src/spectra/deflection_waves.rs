@@ -13,14 +13,14 @@ const WAVES: usize = 2;
 /// Most turns over a full scale.
 const TURNS: f64 = 20.0;
 /// Turns over the range of the deflection from one trial to the next: a wave between two trials keeps nine tenths of its power.
-const STEP: f64 = 0.35;
+const WAVE_STEP_TURNS: f64 = 0.35;
 /// A wave is told if it takes this share of the squares: what it takes by chance of some thousand samples, the best of all trials,
 /// is a tenth of that.
-const LEAST: f64 = 0.1;
+const LEAST_WAVE_SHARE: f64 = 0.1;
 /// Fewer residuals tell no wave.
-const SAMPLES: usize = 1000;
+const FEWEST_WAVE_SAMPLES: usize = 1000;
 /// Halvings of the step about the best trial.
-const HALVINGS: usize = 5;
+const WAVE_HALVINGS: usize = 5;
 
 /// Residuals of one channel over the deflection.
 struct Series {
@@ -33,7 +33,7 @@ struct Series {
 pub fn waves(linearized: &LinearizedRecording, residuals: &Residuals) -> Vec<[f64; 2]> {
     let mut series = [1, 2].map(|channel| Series::of(linearized, residuals, channel));
     let mut found = Vec::new();
-    if series.iter().any(|s| s.value.len() < SAMPLES) {
+    if series.iter().any(|s| s.value.len() < FEWEST_WAVE_SAMPLES) {
         return found;
     }
     for _ in 0..WAVES {
@@ -48,7 +48,8 @@ pub fn waves(linearized: &LinearizedRecording, residuals: &Residuals) -> Vec<[f6
 
 /// The wave that takes most, if that is enough.
 fn strongest(series: &[Series; 2]) -> Option<[f64; 2]> {
-    let step = [0, 1].map(|axis| STEP / range(series, axis).max(STEP / TURNS));
+    let step =
+        [0, 1].map(|axis| WAVE_STEP_TURNS / range(series, axis).max(WAVE_STEP_TURNS / TURNS));
     let highest = step.map(|s| (TURNS / s).ceil() as usize);
     let orders = Orders::new(highest[0]);
     let best_of = |across: usize| {
@@ -71,7 +72,7 @@ fn strongest(series: &[Series; 2]) -> Option<[f64; 2]> {
     } else {
         mirrored
     };
-    for halving in 1..=HALVINGS {
+    for halving in 1..=WAVE_HALVINGS {
         let by = step.map(|s| s * 0.5_f64.powi(halving as i32));
         let near = (-1..=1).flat_map(|a| (-1..=1).map(move |b| [f64::from(a), f64::from(b)]));
         best = near
@@ -79,7 +80,7 @@ fn strongest(series: &[Series; 2]) -> Option<[f64; 2]> {
             .max_by(|a, b| taken(*a).total_cmp(&taken(*b)))?;
     }
     let whole: f64 = series.iter().flat_map(|s| &s.value).map(|v| v * v).sum();
-    (taken(best) > LEAST * whole).then_some(best)
+    (taken(best) > LEAST_WAVE_SHARE * whole).then_some(best)
 }
 
 fn range(series: &[Series; 2], axis: usize) -> f64 {

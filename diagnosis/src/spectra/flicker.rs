@@ -6,7 +6,7 @@ use crate::linearization::recording::LinearizedRecording;
 use crate::spectra::lines::{Series, lines_hz, subtract};
 
 /// Samples under a beacon from which on it is looked at.
-const LEAST: usize = 50;
+const FEWEST_FLICKER_SAMPLES: usize = 50;
 
 /// Frequencies, Hz, at which the residuals of g_x and g_y swing in proportion to their deflection, strongest first. Lines that are
 /// known to be there without it are taken out before; whatever the level, it is taken to be of unit rms. Cost: see [`lines_hz`].
@@ -24,7 +24,7 @@ pub fn flicker_hz(linearized: &LinearizedRecording, residuals: &Residuals) -> Ve
             list,
         )
     });
-    if data.iter().any(|d| d.0.len() < LEAST) {
+    if data.iter().any(|d| d.0.len() < FEWEST_FLICKER_SAMPLES) {
         return Vec::new();
     }
     let mut list = [0, 1].map(|axis: usize| {

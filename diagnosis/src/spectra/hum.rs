@@ -4,7 +4,7 @@ use crate::linearization::recording::LinearizedRecording;
 use crate::spectra::lines::{Series, lines_hz};
 
 /// Variance of an amplitude over its noise from which on it is looked at.
-const LOUD: f64 = 1.3;
+const HUM_RATIO: f64 = 1.3;
 
 /// Frequencies, Hz, that hum in the sine or the cosine of a segment, strongest first. Cost: see [`lines_hz`].
 pub fn hum_hz(linearized: &LinearizedRecording, segment: usize) -> Vec<f64> {
@@ -21,7 +21,7 @@ pub fn hum_hz(linearized: &LinearizedRecording, segment: usize) -> Vec<f64> {
         }
         out
     };
-    if crate::algebra::statistics::rms(left.iter().map(|l| l.1)) < LOUD.sqrt() {
+    if crate::algebra::statistics::rms(left.iter().map(|l| l.1)) < HUM_RATIO.sqrt() {
         return Vec::new();
     }
     let data = [of(0), of(1)];

@@ -14,11 +14,11 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 /// So large that the prior does not hold a phase.
-const FREE_M: f64 = 1.0e-3;
+const FREE_PHASE_M: f64 = 1.0e-3;
 /// Samples of a stretch that tell a phase.
 const TELLING: usize = 100;
 /// Beats in a stretch that part two lines: nearer ones shift together.
-const BEATS: f64 = 2.0;
+const PARTING_BEATS: f64 = 2.0;
 
 /// One frequency along one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,7 +83,7 @@ fn both_quarters(name: String, lines: Vec<Line>, stretch: Option<usize>) -> [Reg
             let lines = lines.iter().filter(|_| here);
             lines.map(|line| line.at(m.t_s)).sum()
         };
-        Regressor::channel(format!("{name}{later}"), "1", FREE_M, channel, value)
+        Regressor::channel(format!("{name}{later}"), "1", FREE_PHASE_M, channel, value)
     })
 }
 
@@ -160,7 +160,7 @@ fn resonances(lines: &[Line], length_s: f64) -> Vec<Vec<Line>> {
     sorted.sort_by(|a, b| a.axis.cmp(&b.axis).then(a.hz.total_cmp(&b.hz)));
     let near = |a: &Line, b: &Line| {
         let apart = b.hz - a.hz;
-        a.axis == b.axis && (apart < RESONANCE * b.hz || apart * length_s < BEATS)
+        a.axis == b.axis && (apart < RESONANCE * b.hz || apart * length_s < PARTING_BEATS)
     };
     sorted.chunk_by(near).map(<[Line]>::to_vec).collect()
 }

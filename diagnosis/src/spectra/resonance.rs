@@ -16,7 +16,7 @@ pub const RESONANCE: f64 = 1.0 / 30.0;
 /// Within a resonance a line is a modulation's if one half of the recording foretells this share of what it takes of the other,
 const PERSISTS: f64 = 0.8;
 /// and it has this many beats with the stronger line: a swell as slow as the recording keeps its phase in it as well.
-const BEATS: f64 = 8.0;
+const PERSISTING_BEATS: f64 = 8.0;
 /// What holds the amount of a line: next to nothing.
 const FREE: f64 = 1e-9;
 /// Columns of one line: sine and cosine, along x and y.
@@ -73,7 +73,9 @@ pub fn amplitude_modulation(relinearized: &RelinearizedFit) -> AmplitudeModulati
         let beside: Vec<f64> = stronger
             .filter(|s| (hz / s - 1.0).abs() < RESONANCE)
             .collect();
-        let slow = beside.iter().any(|s| (hz - s).abs() * span_s < BEATS);
+        let slow = beside
+            .iter()
+            .any(|s| (hz - s).abs() * span_s < PERSISTING_BEATS);
         let least = if beside.is_empty() { 0.0 } else { PERSISTS };
         let with: Vec<usize> = kept.iter().copied().chain(places(line)).collect();
         if slow || !persists(&halves, &kept, &with, least) {

@@ -4,7 +4,7 @@ use crate::linearization::recording::LinearizedRecording;
 use serde::{Deserialize, Serialize};
 
 /// Share of the range that another recording may lie beyond it.
-const BEYOND: f64 = 0.05;
+const AMPLITUDE_MARGIN: f64 = 0.05;
 
 /// Lowest and highest logarithm of each segment's amplitude over its usual one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -32,7 +32,7 @@ impl AmplitudeSupport {
         let mut each = self.ln_amplitude.iter().zip(ln_amplitude);
         each.any(|(range, here)| {
             range.is_some_and(|[low, high]| {
-                let margin = BEYOND * (high - low);
+                let margin = AMPLITUDE_MARGIN * (high - low);
                 here < low - margin || here > high + margin
             })
         })

@@ -6,13 +6,12 @@
 //! for equivalence of Schuirmann (1987), which asks whether a difference is small and not whether it is proven to be there, told as
 //! a probability with a flat prior for the difference.
 
+use crate::algebra::statistics::NORMAL_97_5;
 use crate::verdict::answer::{HeldOut, HeldOutChannel};
 use serde::{Deserialize, Serialize};
 
 /// Claims are right within this share: that which `courier blind` judges by as well.
 pub const WITHIN: f64 = 0.10;
-/// Standard deviations on either side of a normal 95 % interval.
-const SIDE: f64 = 1.96;
 /// More likely than not.
 const LIKELY: f64 = 0.5;
 
@@ -94,7 +93,7 @@ fn at_other_noise_m(claimed: &HeldOutChannel, floor_m: f64) -> f64 {
 /// Standard deviation of the logarithm of an rms, as its interval shows it.
 fn log_deviation(channel: &HeldOutChannel) -> f64 {
     let [low, high] = channel.after_ci95_m;
-    let width = (high / low).ln() / (2.0 * SIDE);
+    let width = (high / low).ln() / (2.0 * NORMAL_97_5);
     if width.is_finite() {
         width.max(0.0)
     } else {
@@ -196,7 +195,7 @@ mod tests {
     fn the_probability_is_that_of_the_true_difference() {
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let share = 0.08_f64;
-        let deviation = (1.0 + share).ln() / SIDE;
+        let deviation = (1.0 + share).ln() / NORMAL_97_5;
         let (mut foretold, mut true_ones, mut pairs) = (0.0, 0.0, 0.0);
         for _ in 0..4000 {
             // A wide prior stands for the flat one.

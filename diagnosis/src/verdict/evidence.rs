@@ -7,9 +7,9 @@ use crate::linearization::recording::LinearizedRecording;
 use std::f64::consts::TAU;
 
 /// Most samples that are kept for a reader; more are thinned by whole blocks, so that spectra stay what they are.
-const MOST_SAMPLES: usize = 24_000;
+const MOST_DRAWN_SAMPLES: usize = 24_000;
 /// Samples in such a block.
-const BLOCK: usize = 400;
+const BLOCK_SAMPLES: usize = 400;
 
 /// Coordinates of one sample.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -195,9 +195,9 @@ impl Evidence {
 
 /// Which samples are kept: all of them, or evenly spread blocks.
 fn thinned(samples: usize) -> impl Fn(usize) -> bool {
-    let blocks = samples.div_ceil(BLOCK);
-    let every = blocks.div_ceil(MOST_SAMPLES / BLOCK).max(1);
-    move |i| samples <= MOST_SAMPLES || (i / BLOCK) % every == 0
+    let blocks = samples.div_ceil(BLOCK_SAMPLES);
+    let every = blocks.div_ceil(MOST_DRAWN_SAMPLES / BLOCK_SAMPLES).max(1);
+    move |i| samples <= MOST_DRAWN_SAMPLES || (i / BLOCK_SAMPLES) % every == 0
 }
 
 fn place(linearized: &LinearizedRecording, i: usize) -> SampleCoordinates {

@@ -12,8 +12,8 @@ use nalgebra::{SMatrix, SVector};
 use std::f64::consts::TAU;
 
 /// Logarithm of the amplitude, the pair's four flaws, reciprocals of the four rails (zero: open), knee.
-const UNKNOWN: usize = 10;
-type FigureParameters = SVector<f64, UNKNOWN>;
+const FIGURE_PARAMETERS: usize = 10;
+type FigureParameters = SVector<f64, FIGURE_PARAMETERS>;
 /// Where the rails begin among them.
 const RAILS: usize = 5;
 /// The knee among them.
@@ -22,24 +22,24 @@ const KNEE: usize = 9;
 /// Parts of the turn that the figure is told by.
 const PARTS: usize = 180;
 /// Fewer readings tell no mean of a part.
-const LEAST: usize = 5;
+const FEWEST_IN_A_PART: usize = 5;
 /// Fewer parts tell no figure.
 const LEAST_PARTS: usize = 60;
 /// Readings this many deviations off their part's median are disturbed.
-const OUTSIDE: f64 = 5.0;
+const OUTLIER_DEVIATIONS: f64 = 5.0;
 /// No figure is told better than this: 0.03 µm of a phase at a pitch of a millimetre.
 const EXACT: f64 = 2e-4;
 /// Points of a figure's curve.
 const POINTS: usize = 720;
 /// Squares over the noise that bent rails must take off what a whole ellipse, or one that is cut hard, leaves.
-const BEYOND_CHANCE: f64 = 100.0;
+const CLIP_SQUARES: f64 = 100.0;
 /// And the share of what that leaves beyond chance.
-const SHARE: f64 = 0.7;
+const FIGURE_SHARE: f64 = 0.7;
 /// Highest reciprocal of a rail, and of a knee: tanh is half, and nothing amplifies that gives way sooner than 1/v.
-const MOST: (f64, f64) = (3.0, 0.7);
+const LARGEST_RAIL_AND_KNEE: (f64, f64) = (3.0, 0.7);
 /// Offsets, gain and angle of a pair are some hundredths.
 const FLAW: f64 = 0.05;
-const ROUNDS: usize = 40;
+const FIT_ROUNDS: usize = 40;
 
 /// Rails (reciprocals) and knees that the search starts from: near the top and well above it.
 const STARTS: [(f64, f64); 3] = [(1.3, 0.1), (1.1, 0.3), (1.4, 0.5)];
@@ -84,7 +84,7 @@ impl MeasuredFigure {
     fn fitted(&self, start: FigureParameters, free: &[usize]) -> (FigureParameters, f64) {
         let mut p = start;
         let (mut now, mut damping) = (self.squares(&p), 1e-3);
-        for _ in 0..ROUNDS {
+        for _ in 0..FIT_ROUNDS {
             let Some(step) = self.step(&p, free, damping) else {
                 break;
             };
@@ -107,20 +107,20 @@ impl MeasuredFigure {
     }
 
     fn step(&self, p: &FigureParameters, free: &[usize], damping: f64) -> Option<FigureParameters> {
-        const STEP: f64 = 1e-5;
+        const DIFFERENCE_STEP: f64 = 1e-5;
         let here = self.distances(p);
-        let mut normal = SMatrix::<f64, UNKNOWN, UNKNOWN>::identity() * 1e-9;
+        let mut normal = SMatrix::<f64, FIGURE_PARAMETERS, FIGURE_PARAMETERS>::identity() * 1e-9;
         let mut right = FigureParameters::zeros();
         let slopes: Vec<Vec<f64>> = free
             .iter()
             .map(|&j| {
                 let mut more = *p;
-                more[j] += STEP;
+                more[j] += DIFFERENCE_STEP;
                 let there = self.distances(&more);
                 there
                     .iter()
                     .zip(&here)
-                    .map(|(t, h)| (t - h) / STEP)
+                    .map(|(t, h)| (t - h) / DIFFERENCE_STEP)
                     .collect()
             })
             .collect();
@@ -160,9 +160,9 @@ fn held(p: &FigureParameters) -> FigureParameters {
 /// The same within what rails and a knee can be.
 fn within(mut p: FigureParameters) -> FigureParameters {
     for j in RAILS..KNEE {
-        p[j] = p[j].clamp(0.0, MOST.0);
+        p[j] = p[j].clamp(0.0, LARGEST_RAIL_AND_KNEE.0);
     }
-    p[KNEE] = p[KNEE].clamp(0.0, MOST.1);
+    p[KNEE] = p[KNEE].clamp(0.0, LARGEST_RAIL_AND_KNEE.1);
     p
 }
 
@@ -170,9 +170,9 @@ fn within(mut p: FigureParameters) -> FigureParameters {
 fn mean(part: &[[f64; 2]]) -> Option<[f64; 3]> {
     let mut radii: Vec<f64> = part.iter().map(|r| r[1]).collect();
     let (centre, scatter) = median_and_deviation(&mut radii)?;
-    let near = |r: &&[f64; 2]| (r[1] - centre).abs() <= OUTSIDE * scatter;
+    let near = |r: &&[f64; 2]| (r[1] - centre).abs() <= OUTLIER_DEVIATIONS * scatter;
     let used: Vec<&[f64; 2]> = part.iter().filter(near).collect();
-    if used.len() < LEAST {
+    if used.len() < FEWEST_IN_A_PART {
         return None;
     }
     let count = used.len() as f64;
@@ -226,7 +226,7 @@ pub(super) fn find(pairs: &[[f64; 2]], hard: Option<(&Clip, f64)>) -> Option<Cli
     let radius = seen.0.iter().map(|s| s[1]).sum::<f64>() / seen.0.len() as f64;
     let mut whole = FigureParameters::zeros();
     whole[0] = radius;
-    let all: Vec<usize> = (0..UNKNOWN).collect();
+    let all: Vec<usize> = (0..FIGURE_PARAMETERS).collect();
     let mut starts: Vec<FigureParameters> = STARTS
         .iter()
         .map(|(rail, knee)| {
@@ -257,7 +257,7 @@ pub(super) fn find(pairs: &[[f64; 2]], hard: Option<(&Clip, f64)>) -> Option<Cli
         None => seen.fitted(whole, &all[..RAILS]).1,
     };
     let chance = seen.0.len() as f64;
-    if before - chance < BEYOND_CHANCE {
+    if before - chance < CLIP_SQUARES {
         return None;
     }
     let fits = starts.into_iter().map(|start| seen.fitted(start, &all));
@@ -270,7 +270,7 @@ pub(super) fn find(pairs: &[[f64; 2]], hard: Option<(&Clip, f64)>) -> Option<Cli
         p.as_slice()
     ));
     let gain = before - after;
-    if gain < BEYOND_CHANCE || gain < SHARE * (before - chance) || p[KNEE] < Clip::HARD {
+    if gain < CLIP_SQUARES || gain < FIGURE_SHARE * (before - chance) || p[KNEE] < Clip::HARD {
         return None;
     }
     let pair = [p[1], p[2], p[3], p[4]];

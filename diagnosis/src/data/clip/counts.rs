@@ -15,7 +15,7 @@ pub(super) fn find(o: &Observations, segment: usize) -> Option<Clip> {
     let known = |p: &&[f64; 2]| p[0].is_finite() && p[1].is_finite();
     let all = o.pair_counts[segment].iter();
     let pairs: Vec<[f64; 2]> = all.filter(known).copied().collect();
-    if pairs.len() < LEAST {
+    if pairs.len() < FEWEST_AT_A_TOP {
         return None;
     }
     let hard = hard(o, segment, &pairs);
@@ -103,7 +103,7 @@ fn shown_noise(pairs: &[[f64; 2]]) -> f64 {
 /// Parts of the turn that count alike: a courier that dwells at a top is not cut there.
 const TURN_PARTS: usize = 64;
 /// Fewer samples tell no top.
-const LEAST: usize = 30;
+const FEWEST_AT_A_TOP: usize = 30;
 
 /// Share of the turn that each sample stands for. Sums to one.
 fn shares(pairs: &[[f64; 2]]) -> Vec<f64> {
@@ -121,11 +121,11 @@ fn shares(pairs: &[[f64; 2]]) -> Vec<f64> {
 /// A channel is cut if it stays at its top this much longer than a sine does, and longer by this share of the turn.
 const LONGER: f64 = 1.8;
 /// See [`LONGER`].
-const SHARE: f64 = 0.015;
+const FLAT_SHARE: f64 = 0.015;
 /// Widest band below the top that is looked at, of the top.
 const WIDEST: f64 = 0.06;
 /// A channel's top is what this share of the turn exceeds.
-const BEYOND: f64 = 1.0 / 200.0;
+const BEYOND_RAIL: f64 = 1.0 / 200.0;
 
 struct Tops<'a> {
     pairs: &'a [[f64; 2]],
@@ -146,7 +146,7 @@ impl Tops<'_> {
         let mut beyond = 0.0;
         let top = values.iter().find(|v| {
             beyond += v.1;
-            beyond > BEYOND
+            beyond > BEYOND_RAIL
         })?;
         let top = top.0;
         let width = (4.0 * noise).max(0.002 * top).min(WIDEST * top);
@@ -155,7 +155,7 @@ impl Tops<'_> {
         // A sine's own share of the turn within `width` below one of its tops.
         let own = (1.0 - width / top).acos() / PI;
         let mut held: Vec<f64> = held.iter().map(|v| v.0).collect();
-        (share > LONGER * own && share > own + SHARE)
+        (share > LONGER * own && share > own + FLAT_SHARE)
             .then(|| median(&mut held))
             .flatten()
             .map(|top| sign * top)

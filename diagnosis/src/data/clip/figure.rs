@@ -13,17 +13,17 @@ pub(super) struct Figure {
 }
 
 /// Logarithm of the amplitude, then the pair.
-const UNKNOWN: usize = 5;
-type FigureParameters = SVector<f64, UNKNOWN>;
+const FIGURE_PARAMETERS: usize = 5;
+type FigureParameters = SVector<f64, FIGURE_PARAMETERS>;
 
 /// This near to a rail, of it, a reading may be bent by a rail that is soft.
-const NEAR: f64 = 0.01;
+const NEAR_RAIL: f64 = 0.01;
 /// Fewer readings that are whole tell no amplitude.
-const LEAST: usize = 30;
+const FEWEST_WHOLE_READINGS: usize = 30;
 /// A pair's offsets, gain and angle are some hundredths, and readings lie about the figure by some thousandths: what a few arcs near
 /// the diagonals do not tell is held by this share of a reading.
 const PRIOR: f64 = 0.01;
-const ROUNDS: usize = 8;
+const FIT_ROUNDS: usize = 8;
 
 impl Figure {
     /// By the readings away from the rails; where there are none, a circle of the usual amplitude.
@@ -33,14 +33,14 @@ impl Figure {
         usual: impl Fn() -> Option<f64>,
     ) -> Option<Self> {
         let below = |value: f64, rail: &Option<f64>| {
-            rail.is_none_or(|r| value * r.signum() < (1.0 - NEAR) * r.abs())
+            rail.is_none_or(|r| value * r.signum() < (1.0 - NEAR_RAIL) * r.abs())
         };
         let whole: Vec<[f64; 2]> = pairs
             .iter()
             .filter(|p| (0..2).all(|c| rails[c].iter().all(|r| below(p[c], r))))
             .copied()
             .collect();
-        if whole.len() < LEAST {
+        if whole.len() < FEWEST_WHOLE_READINGS {
             return usual().map(|amplitude| Self {
                 amplitude,
                 pair: [0.0; 4],
@@ -49,7 +49,7 @@ impl Figure {
         let mut radii: Vec<f64> = whole.iter().map(|p| p[0].hypot(p[1])).collect();
         let mut p = FigureParameters::zeros();
         p[0] = median(&mut radii)?.ln();
-        for _ in 0..ROUNDS {
+        for _ in 0..FIT_ROUNDS {
             p += step(&whole, &p)?;
         }
         Some(Self {
@@ -73,7 +73,7 @@ fn step(whole: &[[f64; 2]], p: &FigureParameters) -> Option<FigureParameters> {
     let off: Vec<f64> = whole.iter().map(|pair| distance(p, pair)).collect();
     let mut sizes: Vec<f64> = off.iter().map(|d| d.abs()).collect();
     let breadth = 4.0 * median(&mut sizes)?;
-    let mut normal = SMatrix::<f64, UNKNOWN, UNKNOWN>::zeros();
+    let mut normal = SMatrix::<f64, FIGURE_PARAMETERS, FIGURE_PARAMETERS>::zeros();
     let mut right = FigureParameters::zeros();
     for (pair, off) in whole.iter().zip(&off) {
         let weight = (breadth / off.abs()).min(1.0);
@@ -85,7 +85,7 @@ fn step(whole: &[[f64; 2]], p: &FigureParameters) -> Option<FigureParameters> {
         normal += weight * slope * slope.transpose();
         right -= weight * off * slope;
     }
-    for j in 1..UNKNOWN {
+    for j in 1..FIGURE_PARAMETERS {
         normal[(j, j)] += PRIOR;
         right[j] -= PRIOR * p[j];
     }

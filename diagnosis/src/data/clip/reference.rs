@@ -10,8 +10,8 @@ use nalgebra::{SMatrix, SVector};
 use std::f64::consts::TAU;
 
 /// Levels, offsets, gain, angle, shift, delay and electrical zero.
-const UNKNOWN: usize = 9;
-type Parameters = SVector<f64, UNKNOWN>;
+const FIGURE_PARAMETERS: usize = 9;
+type Parameters = SVector<f64, FIGURE_PARAMETERS>;
 
 /// Levels, offsets, gain and angle of the pair, with a shift and a delay beside them. The ends of a channel are taken to be cut alike:
 /// with equation (3) free beside them, positions alone do not tell an offset from a rail.
@@ -106,7 +106,7 @@ fn refine(
     let mut now = cost(&p);
     let mut damping = 1e-3;
     for _ in 0..25 {
-        let mut normal = SMatrix::<f64, UNKNOWN, UNKNOWN>::zeros();
+        let mut normal = SMatrix::<f64, FIGURE_PARAMETERS, FIGURE_PARAMETERS>::zeros();
         let mut right = Parameters::zeros();
         for (e, phase, v) in points {
             let here = error(&p, *phase, *v, top_speed);
@@ -118,7 +118,7 @@ fn refine(
             normal += slope * slope.transpose();
             right += slope * wrapped(e - here);
         }
-        for j in 0..UNKNOWN {
+        for j in 0..FIGURE_PARAMETERS {
             normal[(j, j)] += damping * normal[(j, j)] + 1e-6 * points.len() as f64;
         }
         let step = normal.cholesky()?.solve(&right);

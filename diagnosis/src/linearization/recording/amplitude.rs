@@ -11,7 +11,7 @@ impl LinearizedRecording<'_> {
         &self,
         segment: usize,
         i: usize,
-    ) -> Option<(nalgebra::SVector<f64, PATTERN>, f64)> {
+    ) -> Option<(nalgebra::SVector<f64, PATTERN_COLUMNS>, f64)> {
         let value = self.observations.amplitude_counts[segment][i].ln();
         let [sine, cosine] = *self.observations.pair_counts[segment].get(i)?;
         let phase = sine.atan2(cosine);
@@ -22,8 +22,9 @@ impl LinearizedRecording<'_> {
     /// one phase of one place is not to be taken for the pattern.
     pub(super) fn amplitude_pattern(&self, segment: usize) -> Vec<f64> {
         let n = self.observations.amplitude_counts[segment].len();
-        let mut normal = nalgebra::SMatrix::<f64, PATTERN, PATTERN>::identity() * RIDGE;
-        let mut right = nalgebra::SVector::<f64, PATTERN>::zeros();
+        let mut normal =
+            nalgebra::SMatrix::<f64, PATTERN_COLUMNS, PATTERN_COLUMNS>::identity() * RIDGE;
+        let mut right = nalgebra::SVector::<f64, PATTERN_COLUMNS>::zeros();
         let mut cells: BTreeMap<[i64; 2], Cell> = BTreeMap::new();
         for i in 0..n {
             let Some((x, y)) = self.amplitude_row(segment, i) else {
@@ -61,13 +62,13 @@ impl LinearizedRecording<'_> {
 
     /// What a pattern does not tell of it, one value a sample.
     pub(super) fn amplitude_excess(&self, segment: usize, pattern: &[f64]) -> Vec<f64> {
-        if pattern.len() != PATTERN {
+        if pattern.len() != PATTERN_COLUMNS {
             return Vec::new();
         }
         let n = self.observations.amplitude_counts[segment].len();
         let row = |i: usize| self.amplitude_row(segment, i);
         let pattern = vector(pattern);
-        let left = |(x, y): (nalgebra::SVector<f64, PATTERN>, f64)| y - x.dot(&pattern);
+        let left = |(x, y): (nalgebra::SVector<f64, PATTERN_COLUMNS>, f64)| y - x.dot(&pattern);
         (0..n).map(|i| row(i).map_or(0.0, left)).collect()
     }
 
@@ -80,12 +81,12 @@ impl LinearizedRecording<'_> {
     }
 }
 
-fn vector(pattern: &[f64]) -> nalgebra::SVector<f64, PATTERN> {
+fn vector(pattern: &[f64]) -> nalgebra::SVector<f64, PATTERN_COLUMNS> {
     nalgebra::SVector::from_column_slice(pattern)
 }
 
 /// Mean and orders up to eight of a phase.
-fn orders(phase: f64) -> nalgebra::SVector<f64, PATTERN> {
+fn orders(phase: f64) -> nalgebra::SVector<f64, PATTERN_COLUMNS> {
     let table = multiples::<9>(phase);
     let entry = |j: usize| {
         if j % 2 == 1 {
@@ -98,7 +99,7 @@ fn orders(phase: f64) -> nalgebra::SVector<f64, PATTERN> {
 }
 
 /// Regressors of an amplitude's pattern.
-const PATTERN: usize = 17;
+const PATTERN_COLUMNS: usize = 17;
 /// Side of a neighbourhood, pitches: the gap hardly changes over it.
 const NEAR_PITCHES: f64 = 2.0;
 /// Scatter of the amplitude within a neighbourhood over the pattern's own size, squared: a percent over some percent.
@@ -108,6 +109,6 @@ const RIDGE: f64 = 0.05;
 #[derive(Default)]
 struct Cell {
     count: f64,
-    x: nalgebra::SVector<f64, PATTERN>,
+    x: nalgebra::SVector<f64, PATTERN_COLUMNS>,
     y: f64,
 }

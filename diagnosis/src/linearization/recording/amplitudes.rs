@@ -7,9 +7,9 @@
 use super::LinearizedRecording;
 use super::covariates::multiples;
 use super::explained::Amplitudes;
-use super::mesh::{MESHES, Mesh, WAVE};
-use super::sample::{ORDERS, Sample};
-use super::wander::{self, FLAW, FLAWS, STRAIGHT, WanderLengths, knot_weights};
+use super::mesh::{GAP_MESHES_PITCHES, GAP_WAVE_SIZE, Mesh};
+use super::sample::{PHASE_ORDERS, Sample};
+use super::wander::{self, FLAW_SIZE, FLAWS, STRAIGHT_PARTS, WanderLengths, knot_weights};
 use crate::algebra::penalized::{Penalty, Pieces, Row};
 use crate::data::folds::folds;
 use rayon::prelude::*;
@@ -26,13 +26,13 @@ struct AmplitudeModel {
 /// Rows that are looked at: of more, every so many.
 const MOST_ROWS: usize = 10_000;
 /// Squares over the noise that a wander must explain, well past chance.
-const BEYOND_CHANCE: f64 = 100.0;
+const WANDER_SQUARES: f64 = 100.0;
 /// Share of what time and own phase leave that the place must explain.
-const BY_PLACE: f64 = 0.5;
+const EXPLAINED_BY_PLACE: f64 = 0.5;
 /// Share of what the place leaves that a wander must explain.
-const BY_TIME: f64 = 0.7;
+const EXPLAINED_BY_TIME: f64 = 0.7;
 /// No shape is exact: what it leaves of the squares at least.
-const INEXACT: f64 = 1.0e-3;
+const SHAPE_ERROR_SHARE: f64 = 1.0e-3;
 
 /// Columns of the flaws: what a unit of each adds to the amplitude.
 fn by_flaw(sample: &Sample) -> [f64; 4] {
@@ -49,11 +49,11 @@ struct AmplitudeShape<'a> {
     course: usize,
 }
 
-/// See [`ORDERS`].
-const PATTERN: usize = 2 * ORDERS;
+/// See [`PHASE_ORDERS`].
+const PATTERN_COLUMNS: usize = 2 * PHASE_ORDERS;
 
 /// Knots over the recording that are tried for a change of the whole: at most two a period of what changes within a tenth of it.
-const KNOTS: [usize; 3] = [7, 12, 23];
+const CHANGE_KNOTS: [usize; 3] = [7, 12, 23];
 
 impl<'a> AmplitudeShape<'a> {
     /// Columns before those of the field.
@@ -62,7 +62,7 @@ impl<'a> AmplitudeShape<'a> {
     }
 
     fn columns(&self) -> usize {
-        let pattern = self.wander.map_or(0, |_| PATTERN);
+        let pattern = self.wander.map_or(0, |_| PATTERN_COLUMNS);
         self.first() + self.field.map_or(0, Mesh::columns) + self.course + pattern
     }
 
@@ -77,7 +77,7 @@ impl<'a> AmplitudeShape<'a> {
             next += mesh.columns();
         }
         let course = knot_weights(self.course, sample.progress);
-        entries.extend(course.map(|(knot, weight)| (next + knot, WAVE * weight)));
+        entries.extend(course.map(|(knot, weight)| (next + knot, GAP_WAVE_SIZE * weight)));
         if self.wander.is_some() {
             // The pattern was told while the pair wandered: it may be wrong by about as much.
             let orders = sample
@@ -85,7 +85,7 @@ impl<'a> AmplitudeShape<'a> {
                 .iter()
                 .flat_map(|(sine, cosine)| [sine, cosine]);
             let pattern = (next + self.course..).zip(orders);
-            entries.extend(pattern.map(|(column, shape)| (column, FLAW * shape)));
+            entries.extend(pattern.map(|(column, shape)| (column, FLAW_SIZE * shape)));
         }
         Row {
             entries,
@@ -100,9 +100,9 @@ impl<'a> AmplitudeShape<'a> {
 
     /// Flaws that a fit found in the pattern.
     fn flaws_in_pattern(&self, coefficients: &[f64]) -> [f64; 4] {
-        let pattern = &coefficients[self.columns() - PATTERN..];
+        let pattern = &coefficients[self.columns() - PATTERN_COLUMNS..];
         let [_, one, two] = [0, 1, 2].map(|order| [pattern[2 * order], pattern[2 * order + 1]]);
-        [one[0], one[1], -2.0 * two[1], 2.0 * two[0]].map(|flaw| FLAW * flaw)
+        [one[0], one[1], -2.0 * two[1], 2.0 * two[0]].map(|flaw| FLAW_SIZE * flaw)
     }
 
     /// Amounts of the columns. Those of a flaw that does not wander are zero and not nearly so.
@@ -135,8 +135,8 @@ impl<'a> AmplitudeShape<'a> {
             wander: Some([Some(straight); FLAWS]),
             ..self
         };
-        let pieces = with(STRAIGHT[0]).pieces(all);
-        let tried = STRAIGHT.into_iter();
+        let pieces = with(STRAIGHT_PARTS[0]).pieces(all);
+        let tried = STRAIGHT_PARTS.into_iter();
         least(tried.filter_map(|straight| with(straight).held_out(&pieces, noise)))
     }
 
@@ -152,7 +152,7 @@ impl<'a> AmplitudeShape<'a> {
                 let wander = Some(straights);
                 Self { wander, ..found }.held_out(&pieces, noise)
             };
-            let tried = STRAIGHT.into_iter().map(Some).chain([None]);
+            let tried = STRAIGHT_PARTS.into_iter().map(Some).chain([None]);
             if let Some(better) = least(tried.filter_map(with)).filter(|t| t.1 < left) {
                 (found, left) = better;
             }
@@ -221,7 +221,7 @@ impl LinearizedRecording<'_> {
             place_m,
             theta_rad,
             progress: self.progress(i),
-            phase: multiples::<ORDERS>(left[0].atan2(left[1])),
+            phase: multiples::<PHASE_ORDERS>(left[0].atan2(left[1])),
             value: self.excess_of(segment, left),
             fold: usize::from(fold),
         })
@@ -237,7 +237,7 @@ impl LinearizedRecording<'_> {
             return None;
         }
         let noise = self.amplitude_noise(segment);
-        let meshes: Vec<Mesh> = MESHES
+        let meshes: Vec<Mesh> = GAP_MESHES_PITCHES
             .iter()
             .filter_map(|step| Mesh::over(&all, step * self.observations.pitch_m))
             .collect();
@@ -359,14 +359,14 @@ fn chosen<'a>(
 ) -> Option<(AmplitudeShape<'a>, f64)> {
     let count = all.len() as f64;
     let nothing = all.iter().map(|s| s.value * s.value).sum::<f64>() / count;
-    let loose = noise.max(INEXACT * nothing);
+    let loose = noise.max(SHAPE_ERROR_SHARE * nothing);
     let fields = || {
         meshes.iter().map(|mesh| AmplitudeShape {
             field: Some(mesh),
             ..AmplitudeShape::default()
         })
     };
-    let courses = KNOTS.into_iter().map(|course| AmplitudeShape {
+    let courses = CHANGE_KNOTS.into_iter().map(|course| AmplitudeShape {
         course,
         ..AmplitudeShape::default()
     });
@@ -381,18 +381,18 @@ fn chosen<'a>(
     } else {
         (nothing, place)
     };
-    let beyond_chance = |gain: f64| gain * count / noise > BEYOND_CHANCE;
+    let beyond_chance = |gain: f64| gain * count / noise > WANDER_SQUARES;
     let worth = |before: f64, after: f64, share: f64| {
         beyond_chance(before - after) && before - after > share * (before - noise)
     };
-    let by_place = place < time && worth(before, after.min(place), BY_PLACE);
+    let by_place = place < time && worth(before, after.min(place), EXPLAINED_BY_PLACE);
     let (timed, slow) = if by_place {
         beside
     } else {
         course.wandering(all, loose)?
     };
     let left = if by_place { place } else { time.min(nothing) };
-    let by_time = wanders || worth(left, slow, BY_TIME);
+    let by_time = wanders || worth(left, slow, EXPLAINED_BY_TIME);
     crate::trace::log(&format!(
         "amplitude over its noise: {:.2}; place {:.2}, time {:.2}, wander {:.2}, both {:.2}, {:.2}; gap {by_place}, wander {by_time}",
         nothing / noise,

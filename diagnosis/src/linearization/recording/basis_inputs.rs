@@ -9,7 +9,7 @@ use effects::sensor::BasisInputs;
 const TURNING_RAD: f64 = 1.0e-3;
 
 /// Quantiles between which nearly all samples lie: a slip turns what is read by a tooth.
-const NEARLY_ALL: [f64; 2] = [0.005, 0.995];
+const MIDDLE_QUANTILES: [f64; 2] = [0.005, 0.995];
 
 impl LinearizedRecording<'_> {
     fn middle_m(&self, samples: usize) -> [f64; 2] {
@@ -47,7 +47,7 @@ impl LinearizedRecording<'_> {
             temperature: temperatures.len() > n / 4
                 && crate::algebra::statistics::spread(temperatures) > 0.05,
             turning: crate::algebra::statistics::deviation(&thetas) > TURNING_RAD,
-            thetas_rad: NEARLY_ALL.map(|q| quantile(&mut thetas.clone(), q).unwrap_or(0.0)),
+            thetas_rad: MIDDLE_QUANTILES.map(|q| quantile(&mut thetas.clone(), q).unwrap_or(0.0)),
             moving: self
                 .motion
                 .direction

@@ -10,11 +10,11 @@ use crate::algebra::statistics::{deviation, median};
 use crate::data::observations::Observations;
 
 /// Neighbours on either side, as where a segment rests.
-const HALF_WINDOW: usize = 25;
+const INSTRUMENT_HALF_WINDOW: usize = 25;
 
 /// Noise below this share of what the values spread over makes a fit by themselves too small by its square, a ten-thousandth: nine
 /// micrometres of a lever of 90 mm, which over the whole spread is less than the noise itself.
-const PLAIN: f64 = 0.01;
+const NEGLIGIBLE_NOISE_SHARE: f64 = 0.01;
 
 /// Angle and deflection of each sample without its own noise, its own reading at separate poses; empty where the readings serve.
 #[derive(Clone, Debug, Default)]
@@ -56,7 +56,7 @@ fn instrumental(
     smooth: &dyn Fn(usize) -> bool,
 ) -> Vec<f64> {
     let known: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-    if noise < PLAIN * deviation(&known) {
+    if noise < NEGLIGIBLE_NOISE_SHARE * deviation(&known) {
         Vec::new()
     } else {
         by_neighbours(values, unbroken, smooth)
@@ -87,7 +87,7 @@ fn without_itself(values: &[f64], out: &mut [f64]) {
         sums[i + 1] = sums[i] + (value - first);
     }
     for i in 0..values.len() {
-        let half = HALF_WINDOW.min(i).min(values.len() - 1 - i);
+        let half = INSTRUMENT_HALF_WINDOW.min(i).min(values.len() - 1 - i);
         if half > 0 {
             let all = sums[i + half + 1] - sums[i - half];
             out[i] = first + (all - (values[i] - first)) / (2 * half) as f64;

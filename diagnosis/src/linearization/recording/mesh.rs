@@ -5,9 +5,9 @@ use effects::basis::spline;
 use std::collections::HashMap;
 
 /// Expected size of a gap's logarithm by tilt and bow, and by waves.
-const GAP: f64 = 0.3;
-/// See [`GAP`].
-pub(super) const WAVE: f64 = 0.1;
+const GAP_SIZE: f64 = 0.3;
+/// See [`GAP_SIZE`].
+pub(super) const GAP_WAVE_SIZE: f64 = 0.1;
 
 /// Mesh of cubic B-splines over the places that were passed, beside a tilt and a bow.
 #[derive(Default)]
@@ -19,7 +19,7 @@ pub(super) struct Mesh {
 }
 
 /// Meshes that are tried, pitches: a gap is smooth over teeth. Zero: none.
-pub(super) const MESHES: [f64; 4] = [0.0, 6.0, 3.0, 1.5];
+pub(super) const GAP_MESHES_PITCHES: [f64; 4] = [0.0, 6.0, 3.0, 1.5];
 /// Most nodes of a mesh.
 const MOST_NODES: usize = 240;
 /// Terms of a tilt, a bow, the angle and its square: a courier that turns tilts.
@@ -60,10 +60,14 @@ impl Mesh {
         let [x, y] = [0, 1].map(|k| (sample.place_m[k] - self.middle_m[k]) / LENGTH_M);
         let turned = sample.theta_rad / ANGLE_RAD;
         let low = [1.0, x, y, x * x, x * y, y * y, turned, turned * turned];
-        let mut list: Vec<(usize, f64)> = (first..).zip(low.map(|l| GAP * l)).collect();
+        let mut list: Vec<(usize, f64)> = (first..).zip(low.map(|l| GAP_SIZE * l)).collect();
         if self.step_m > 0.0 {
-            let known =
-                |(node, weight)| Some((first + LOW_TERMS + self.nodes.get(&node)?, WAVE * weight));
+            let known = |(node, weight)| {
+                Some((
+                    first + LOW_TERMS + self.nodes.get(&node)?,
+                    GAP_WAVE_SIZE * weight,
+                ))
+            };
             list.extend(around(sample.place_m, self.step_m).filter_map(known));
         }
         list

@@ -4,7 +4,7 @@
 use super::LinearizedRecording;
 
 /// Neighbours on either side that a resting segment's place is the mean of.
-const HALF_WINDOW: usize = 25;
+const REST_HALF_WINDOW: usize = 25;
 
 impl LinearizedRecording<'_> {
     /// What leads from each segment's reading to its place by the neighbours, m; zero in motion and at separate poses.
@@ -52,7 +52,7 @@ fn smooth(value: &[f64], out: &mut [f64]) {
         sums[i + 1] = sums[i] + (v - first);
     }
     for i in 0..value.len() {
-        let half = HALF_WINDOW.min(i).min(value.len() - 1 - i);
+        let half = REST_HALF_WINDOW.min(i).min(value.len() - 1 - i);
         let (low, high) = (i - half, i + half + 1);
         out[i] = first + (sums[high] - sums[low]) / (high - low) as f64 - value[i];
     }

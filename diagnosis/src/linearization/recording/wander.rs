@@ -7,13 +7,13 @@ use effects::basis::spline;
 /// Offset of sine and cosine, gain and angle.
 pub(super) const FLAWS: usize = 4;
 /// Expected size of each.
-pub(super) const FLAW: f64 = 0.01;
+pub(super) const FLAW_SIZE: f64 = 0.01;
 /// Knots over the recording: so many that the bonds say what a flaw can follow, and not the mesh.
-const KNOTS: usize = 63;
+const WANDER_KNOTS: usize = 63;
 /// Columns of a wander.
-pub(super) const COLUMNS: usize = FLAWS * KNOTS;
+pub(super) const COLUMNS: usize = FLAWS * WANDER_KNOTS;
 /// Parts of the recording that are tried, over which a flaw strays from a straight line by about its size.
-pub(super) const STRAIGHT: [f64; 6] = [0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015_625];
+pub(super) const STRAIGHT_PARTS: [f64; 6] = [0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015_625];
 
 /// Weight of one of `knots` at a part of the recording: uniform cubic B-splines that reach one knot past both ends.
 pub(super) fn knot_weights(knots: usize, progress: f64) -> impl Iterator<Item = (usize, f64)> {
@@ -25,17 +25,17 @@ pub(super) fn knot_weights(knots: usize, progress: f64) -> impl Iterator<Item = 
 
 /// Columns of the flaws and their entries at a part of the recording, `shapes` being what a unit of each adds.
 pub(super) fn entries(progress: f64, shapes: [f64; FLAWS]) -> impl Iterator<Item = (usize, f64)> {
-    knot_weights(KNOTS, progress).flat_map(move |(knot, weight)| {
-        (0..FLAWS).map(move |f| (FLAWS * knot + f, FLAW * weight * shapes[f]))
+    knot_weights(WANDER_KNOTS, progress).flat_map(move |(knot, weight)| {
+        (0..FLAWS).map(move |f| (FLAWS * knot + f, FLAW_SIZE * weight * shapes[f]))
     })
 }
 
 /// The flaws at a part of the recording.
 pub(super) fn flaws(progress: f64, coefficients: &[f64]) -> [f64; FLAWS] {
     let mut out = [0.0; FLAWS];
-    for (knot, weight) in knot_weights(KNOTS, progress) {
+    for (knot, weight) in knot_weights(WANDER_KNOTS, progress) {
         for (f, flaw) in out.iter_mut().enumerate() {
-            *flaw += FLAW * weight * coefficients[FLAWS * knot + f];
+            *flaw += FLAW_SIZE * weight * coefficients[FLAWS * knot + f];
         }
     }
     out
@@ -44,11 +44,11 @@ pub(super) fn flaws(progress: f64, coefficients: &[f64]) -> [f64; FLAWS] {
 /// Means of the flaws over the time that the recording took, however many samples it has when.
 pub(super) fn mean(coefficients: &[f64]) -> [f64; FLAWS] {
     let mut out = [0.0; FLAWS];
-    for k in 0..KNOTS {
-        let flaws = flaws((k as f64 + 0.5) / KNOTS as f64, coefficients);
+    for k in 0..WANDER_KNOTS {
+        let flaws = flaws((k as f64 + 0.5) / WANDER_KNOTS as f64, coefficients);
         out.iter_mut()
             .zip(flaws)
-            .for_each(|(o, f)| *o += f / KNOTS as f64);
+            .for_each(|(o, f)| *o += f / WANDER_KNOTS as f64);
     }
     out
 }
@@ -57,23 +57,25 @@ pub(super) fn mean(coefficients: &[f64]) -> [f64; FLAWS] {
 pub(super) type WanderLengths = [Option<f64>; FLAWS];
 
 /// Keeps a flaw that does not wander at its mean.
-const STILL: f64 = 1e4;
+const HELD_AT_MEAN: f64 = 1e4;
 
 /// What holds a flaw straight over a part of the recording: a slope that walks at random (white noise integrated twice), so that
 /// second differences grow with the step to the power of one and a half.
 pub(super) fn penalties(straights: WanderLengths) -> Vec<Penalty> {
-    let step = 1.0 / (KNOTS as f64 - 3.0);
+    let step = 1.0 / (WANDER_KNOTS as f64 - 3.0);
     let of_one = |(flaw, straight): (usize, Option<f64>)| -> Vec<Penalty> {
         let column = |knot: usize| flaw + FLAWS * knot;
         let Some(straight) = straight else {
-            return (0..KNOTS).map(|k| vec![(column(k), STILL)]).collect();
+            return (0..WANDER_KNOTS)
+                .map(|k| vec![(column(k), HELD_AT_MEAN)])
+                .collect();
         };
         let one = (straight / step).powf(1.5);
         let bond = |k: usize| {
             let knots = [k, k + 1, k + 2].map(column);
             knots.into_iter().zip([one, -2.0 * one, one]).collect()
         };
-        (0..KNOTS - 2).map(bond).collect()
+        (0..WANDER_KNOTS - 2).map(bond).collect()
     };
     straights.into_iter().enumerate().flat_map(of_one).collect()
 }
