@@ -76,7 +76,7 @@ pub mod sensor_side {
 
     pub use crate::sensor::SLOWEST_LINE_HZ as SLOWEST_HZ;
 
-    /// Sensor side: sine and cosine at each line that the survey found, along x and y, by stretch.
+    /// Sensor side: sine and cosine at each line that were found, along x and y, by stretch.
     pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         let mut list = Vec::new();
         for &hz in inputs.beacon_lines_hz.iter().filter(|hz| **hz >= SLOWEST_LINE_HZ) {

@@ -17,7 +17,7 @@ pub const LAGS_S: [f64; 3] = [5.0, 20.0, 80.0];
 pub type Harmonics = [[(f64, f64); ORDERS + 1]; 4];
 
 /// What the sensor knows at one sample, from calibrated readings. Lengths in metres, angles in radians, SI throughout.
-/// What is not measured is zero, and [`BasisInputs`](crate::sensor::Survey) says so.
+/// What is not measured is zero, and [`BasisInputs`](crate::sensor::BasisInputs) says so.
 #[derive(Clone, Debug)]
 pub struct Covariates {
     /// Since the first sample, divided by the recording's length: 0 to 1.

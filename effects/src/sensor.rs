@@ -103,17 +103,19 @@ pub struct BasisInputs {
     /// Stretches in which a beacon was seen.
     pub beacon_stretches: Vec<usize>,
     /// Mesh width of a field over the platen, m; zero where none is judged.
-    pub node_step_m: f64,
-    /// Nodes that are passed often enough: of each segment along and across, or, where that would be too many, of the sensor's
+    #[serde(rename = "node_step_m")]
+    pub knot_step_m: f64,
+    /// Knots that are passed often enough: of each segment along and across, or, where that would be too many, of the sensor's
     /// centre along x and y for g_p, g_x and g_y.
-    pub nodes: [Vec<[i32; 2]>; 4],
+    #[serde(rename = "nodes")]
+    pub knots: [Vec<[i32; 2]>; 4],
     /// Residuals are those of single segments against a reference.
     #[serde(default)]
     pub reference: bool,
     /// Each segment has a field of its own, at its own place, though there is no reference.
     #[serde(default)]
     pub field_by_segment: bool,
-    /// Nodes are not teeth, but corners (the first and the last) of a rectangle on which each segment's field is told by its values.
+    /// Knots are not teeth, but corners (the first and the last) of a rectangle on which each segment's field is told by its values.
     #[serde(default)]
     pub field_by_value: bool,
     /// The place explains a good part of how each segment's amplitude changes.
@@ -320,7 +322,7 @@ impl Regressor {
         Self::harmonic_of(|m| &m.own, list, (segment, order), label.into(), factor);
     }
 
-    /// The same of the own phase that a survey tells, the calibrated output's or the unmodified one's.
+    /// The same of the own phase that the basis inputs name, the calibrated output's or the unmodified one's.
     pub fn free_harmonic<'a>(
         inputs: &BasisInputs,
         list: &mut Vec<Self>,

@@ -1,11 +1,11 @@
-//! Teeth of the platen as the segments of a pair read them: each the mean of those under its footprint, both of the same teeth.
+//! Teeth of the platen as the segments of a pair read them: each the mean of those under its aperture, both of the same teeth.
 
 use serde::{Deserialize, Serialize};
 
 /// Teeth along and across a segment that its reading averages: the fewest that are built (the more there are, the smoother).
 const APERTURE_PITCHES: f64 = 4.0;
 
-/// Nodes to either side that a footprint reaches at most, the nodes this many pitches apart.
+/// Knots to either side that an aperture reaches at most, the knots this many pitches apart.
 #[must_use]
 pub fn reach(step_pitches: f64) -> i32 {
     ((0.5 * APERTURE_PITCHES + 0.5) / step_pitches)
@@ -13,12 +13,12 @@ pub fn reach(step_pitches: f64) -> i32 {
         .max(1.0) as i32
 }
 
-/// Share of a node in a reading so many nodes away, the nodes this many pitches apart: overlap with the footprint at the
-/// nodes, linear between them.
+/// Share of a knot in a reading so many knots away, the knots this many pitches apart: overlap with the aperture at the
+/// knots, linear between them.
 #[must_use]
-pub fn share(nodes_away: f64, step_pitches: f64) -> f64 {
+pub fn share(knots_away: f64, step_pitches: f64) -> f64 {
     let at = |k: f64| (0.5 * APERTURE_PITCHES + 0.5 - k * step_pitches).clamp(0.0, 1.0);
-    let away = nodes_away.abs();
+    let away = knots_away.abs();
     let (first, part) = (away.floor(), away.fract());
     let first_share = if first == 0.0 { 1.0 } else { at(first) };
     (1.0 - part) * first_share + part * at(first + 1.0)
@@ -34,7 +34,7 @@ pub struct ApertureKernel {
 }
 
 impl ApertureKernel {
-    /// Share of a tooth so many pitches away along (0) or across (1) the segment, of all that the footprint holds.
+    /// Share of a tooth so many pitches away along (0) or across (1) the segment, of all that the aperture holds.
     #[must_use]
     pub fn weight(&self, direction: usize, away_pitches: f64) -> f64 {
         let (half, away) = (self.half_pitches[direction], away_pitches.abs());
@@ -62,7 +62,7 @@ pub struct Teeth {
     /// What a reading averages over.
     #[serde(rename = "footprint")]
     pub aperture: ApertureKernel,
-    /// Pitches from one amount to the next along and across a segment: 1, or more under a footprint that blurs single teeth.
+    /// Pitches from one amount to the next along and across a segment: 1, or more under an aperture that blurs single teeth.
     pub step_pitches: [f64; 2],
     /// Prior deviation of a tooth's displacement and of a whole line's, m.
     pub deviation_m: [f64; 2],

@@ -21,19 +21,19 @@ struct Field {
 /// Plant side. Size: rms of a segment's reading over the platen, averaged as a segment averages.
 pub struct ToothVariation {
     fields: [Field; 2],
-    /// Half of the footprint along and across, pitches.
+    /// Half of the aperture along and across, pitches.
     half: [f64; 2],
 }
 
 impl ToothVariation {
-    /// Posts independent of each other; a footprint of five to seven teeth either way; lines carry up to a third of the power.
+    /// Posts independent of each other; an aperture of five to seven teeth either way; lines carry up to a third of the power.
     pub fn draw(scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
         let half = [uniform(rng, 2.5, 3.5), uniform(rng, 2.5, 3.5)];
         let line_share = uniform(rng, 0.0, 0.33);
         Box::new(Self::new(&scene.geometry, rng, half, [1.0 - line_share, line_share], size_rms_m))
     }
 
-    /// A stated footprint (half lengths along and across, pitches) and shares of power of single posts and whole lines,
+    /// A stated aperture (half lengths along and across, pitches) and shares of power of single posts and whole lines,
     /// which sum to one.
     pub fn new(geometry: &Geometry, rng: &mut ChaCha8Rng, half: [f64; 2], shares: [f64; 2], size_rms_m: f64) -> Self {
         let mut field = || Field {
@@ -82,7 +82,7 @@ impl ToothVariation {
     }
 }
 
-/// Weights of the teeth under a footprint: smooth to its edges, as fringing fields are.
+/// Weights of the teeth under an aperture: smooth to its edges, as fringing fields are.
 struct Window {
     first: i64,
     weights: [f64; 8],
@@ -134,7 +134,7 @@ pub mod sensor_side {
     /// Prior size of the field, rms m.
     const SIZE_M: f64 = 3.0e-6;
 
-    /// The same in both directions, of a place in node widths.
+    /// The same in both directions, of a place in knot widths.
     fn seen(place_m: [f64; 2], step_m: f64, pitch_m: f64, [i, j]: [f64; 2]) -> f64 {
         let (along, across) = (place_m[0] / step_m - i, place_m[1] / step_m - j);
         let step = step_m / pitch_m;
@@ -152,12 +152,12 @@ pub mod sensor_side {
         SIZE_M / squares.sum::<f64>()
     }
 
-    /// Share of its power that a field may have besides what the footprint allows: its edges and its teeth are not quite alike.
+    /// Share of its power that a field may have besides what the aperture allows: its edges and its teeth are not quite alike.
     const ROUGH: f64 = 1.0e-3;
 
     /// One direction of a field that is told by its values so many pitches apart: for each, what it adds to those after it beyond
     /// what the ones before it tell, over the field's deviation. They are the columns of the Cholesky factor of the values'
-    /// correlation, which follows from the footprint: independent amounts of unit deviation give the field that independent
+    /// correlation, which follows from the aperture: independent amounts of unit deviation give the field that independent
     /// teeth do.
     fn innovations(count: usize, step_pitches: f64) -> Vec<Vec<f64>> {
         let reach = reach(step_pitches);
@@ -193,7 +193,7 @@ pub mod sensor_side {
 
     /// A segment's field by its values on a rectangle of the mesh, `from` one corner `to` the other.
     fn by_value(inputs: &BasisInputs, s: usize, from: [i32; 2], to: [i32; 2], list: &mut Vec<Regressor>) {
-        let step_m = inputs.node_step_m;
+        let step_m = inputs.knot_step_m;
         let step = step_m / inputs.pitch_m;
         let [along, across] = [0, 1].map(|d| {
             let count = to[d].saturating_sub(from[d]).saturating_add(1);
@@ -214,21 +214,21 @@ pub mod sensor_side {
     }
 
     /// Sensor side: displacements of single teeth (of groups of them, where the courier went far), each seen as far as a
-    /// segment's footprint reaches. Each segment has a field at its own place. Over a wide range that would be too many
+    /// segment's aperture reaches. Each segment has a field at its own place. Over a wide range that would be too many
     /// unknowns: what the teeth under the four segments add to g_p, g_x and g_y hardly depends on the angle, so it is a
     /// field over the centre for each of these there.
     ///
-    /// That the displacements are independent and the footprint is known makes the field smooth over some teeth beforehand:
+    /// That the displacements are independent and the aperture is known makes the field smooth over some teeth beforehand:
     /// where it was passed once, its neighbours are told as well, and a wave of few teeth is no such field.
     ///
-    /// Where the courier went over a few teeth only, the teeth at the edges of its footprint are many more than what can be told
-    /// of them: there the unknowns are the field's values on a rectangle of the mesh, and the footprint gives their correlation.
+    /// Where the courier went over a few teeth only, the teeth at the edges of its aperture are many more than what can be told
+    /// of them: there the unknowns are the field's values on a rectangle of the mesh, and the aperture gives their correlation.
     pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         if let Some(teeth) = &inputs.teeth {
             return tooth_regressors(teeth, inputs.pitch_m, SIZE_M);
         }
         let mut list = Vec::new();
-        let (step_m, pitch_m) = (inputs.node_step_m, inputs.pitch_m);
+        let (step_m, pitch_m) = (inputs.knot_step_m, inputs.pitch_m);
         if step_m <= 0.0 {
             return list;
         }
@@ -236,12 +236,12 @@ pub mod sensor_side {
         let reach_m = f64::from(reach(step_m / pitch_m)) * step_m;
         for s in 0..4 {
             if inputs.field_by_value {
-                if let (Some(from), Some(to)) = (inputs.nodes[s].first(), inputs.nodes[s].last()) {
+                if let (Some(from), Some(to)) = (inputs.knots[s].first(), inputs.knots[s].last()) {
                     by_value(inputs, s, *from, *to, &mut list);
                 }
                 continue;
             }
-            for &[i, j] in &inputs.nodes[s] {
+            for &[i, j] in &inputs.knots[s] {
                 let node = [f64::from(i), f64::from(j)];
                 let one = if inputs.reference || inputs.field_by_segment {
                     let name = format!("node {i} along, {j} across, segment {}", s + 1);
@@ -269,8 +269,8 @@ pub mod sensor_side {
                 let columns = innovations(14, step);
                 let reach = reach(step);
                 let teeth = |a: f64, b: f64| -> f64 {
-                    let nodes = -reach - 1..=reach + 14;
-                    nodes.map(|n| share(a - f64::from(n), step) * share(b - f64::from(n), step)).sum()
+                    let knots = -reach - 1..=reach + 14;
+                    knots.map(|n| share(a - f64::from(n), step) * share(b - f64::from(n), step)).sum()
                 };
                 let values = |a: f64, b: f64| -> f64 {
                     columns.iter().map(|c| between(c, a) * between(c, b)).sum()

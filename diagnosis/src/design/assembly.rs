@@ -103,7 +103,7 @@ pub struct DesignOptions<'a> {
     pub line_residuals: Option<&'a Residuals>,
     /// Waves over the coordination sensor's deflection are looked for in those residuals as well.
     pub search_deflection_waves: bool,
-    /// A survey whose lines and whose phase of free harmonics are kept.
+    /// Basis inputs whose lines and whose phase of free harmonics are kept.
     pub previous_inputs: Option<&'a BasisInputs>,
     /// A field over the platen is judged.
     pub field: bool,
@@ -263,7 +263,7 @@ fn add(
     }
 }
 
-/// A block's handicap when it competes: shapes and flexible fields give way to causes.
+/// A block's complexity penalty when it competes: shapes and flexible fields give way to causes.
 pub fn complexity_penalty(name: &str) -> f64 {
     effects::card(name).map_or(0.0, |card| card.complexity_penalty)
 }

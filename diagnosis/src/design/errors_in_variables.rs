@@ -79,7 +79,7 @@ impl ErrorsInVariables {
     }
 }
 
-/// The scene with one segment's raw readings a step further. Where the segment's place is that of its neighbours, the place
+/// The linearized recording with one segment's raw readings a step further. Where the segment's place is that of its neighbours, the place
 /// stays.
 fn stepped<'a>(linearized: &LinearizedRecording<'a>, segment: usize) -> LinearizedRecording<'a> {
     let mut displacement: LatentDisplacement = linearized.displacement.clone();

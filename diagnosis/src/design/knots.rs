@@ -1,4 +1,4 @@
-//! Nodes of a field over the platen: those that the recording passes often enough, or the rectangle that it stays within.
+//! Knots of a field over the platen: those that the recording passes often enough, or the rectangle that it stays within.
 
 use crate::linearization::recording::LinearizedRecording;
 use crate::transfer::support::places_m;
@@ -7,18 +7,18 @@ use effects::teeth::{reach, share};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Weight of samples that a node must carry to be judged.
+/// Weight of samples that a knot must carry to be judged.
 const WEIGHT: f64 = 3.0;
-/// Most nodes of all channels: beyond, the mesh gets coarser.
+/// Most knots of all channels: beyond, the mesh gets coarser.
 const MOST_KNOTS: usize = 700;
 /// Most values of all segments: each reaches far, so that the cost is that of all columns at every sample.
 const MOST_KNOT_VALUES: usize = 200;
 /// Pitches from value to value, the finest that is not too many. Where the teeth lie beside the marks that places are told from is
-/// not known, nor how many a footprint holds, and a field bends where a tooth comes in or goes out: a mesh of half the width
+/// not known, nor how many an aperture holds, and a field bends where a tooth comes in or goes out: a mesh of half the width
 /// misses half as much of a bend between two values.
 const KNOT_STEPS_PITCHES: [f64; 3] = [0.25, 0.5, 1.0];
 
-/// Sets a survey's mesh and nodes: a rectangle of values for each segment where that is few enough; else teeth for each segment;
+/// Sets the mesh and the knots: a rectangle of values for each segment where that is few enough; else teeth for each segment;
 /// else as fine as can be for the channels; none where the courier hardly moves.
 pub fn lay(linearized: &mut LinearizedRecording) {
     linearized.inputs.field_by_segment = true;
@@ -28,8 +28,8 @@ pub fn lay(linearized: &mut LinearizedRecording) {
         let corners = rectangles(linearized, step_m);
         let count: usize = corners.iter().flatten().map(values).sum();
         if (1..=MOST_KNOT_VALUES).contains(&count) {
-            linearized.inputs.node_step_m = step_m;
-            linearized.inputs.nodes = corners.map(|c| c.map_or(Vec::new(), Vec::from));
+            linearized.inputs.knot_step_m = step_m;
+            linearized.inputs.knots = corners.map(|c| c.map_or(Vec::new(), Vec::from));
             return;
         }
     }
@@ -42,12 +42,12 @@ pub fn lay(linearized: &mut LinearizedRecording) {
             break;
         }
         if count <= MOST_KNOTS {
-            (linearized.inputs.node_step_m, linearized.inputs.nodes) = (step_m, list);
+            (linearized.inputs.knot_step_m, linearized.inputs.knots) = (step_m, list);
             return;
         }
         linearized.inputs.field_by_segment = false;
     }
-    (linearized.inputs.node_step_m, linearized.inputs.nodes) = Default::default();
+    (linearized.inputs.knot_step_m, linearized.inputs.knots) = Default::default();
 }
 
 /// Two opposite corners of the mesh about the places of each segment.
@@ -82,7 +82,7 @@ fn at(linearized: &LinearizedRecording, step_m: f64) -> [Vec<[i32; 2]>; 4] {
         }
     }
     let mut out: [Vec<[i32; 2]>; 4] = Default::default();
-    out.par_iter_mut().zip(&places).for_each(|(nodes, places)| {
+    out.par_iter_mut().zip(&places).for_each(|(knots, places)| {
         let mut weights: BTreeMap<[i32; 2], f64> = BTreeMap::new();
         for &[a, b] in places {
             for x in a.floor() as i32 - reach + 1..=a.floor() as i32 + reach {
@@ -96,7 +96,7 @@ fn at(linearized: &LinearizedRecording, step_m: f64) -> [Vec<[i32; 2]>; 4] {
             }
         }
         let errors_in_variables = weights.into_iter().filter(|(_, w)| *w > WEIGHT);
-        *nodes = errors_in_variables.map(|(node, _)| node).collect();
+        *knots = errors_in_variables.map(|(node, _)| node).collect();
     });
     out
 }
@@ -106,7 +106,7 @@ const MOST_TEETH: usize = 2400;
 /// Share of a reading that all samples together must give to a tooth, for it to be asked for.
 const SEEN: f64 = 0.02;
 
-/// Lists the teeth and lines under the segments' footprints. False where they are too many, or none.
+/// Lists the teeth and lines under the segments' apertures. False where they are too many, or none.
 pub fn list_teeth(linearized: &LinearizedRecording, teeth: &mut Teeth) -> bool {
     let pitch_m = linearized.observations.pitch_m;
     let mut posts: [BTreeMap<[i32; 2], f64>; 2] = Default::default();

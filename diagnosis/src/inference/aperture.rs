@@ -1,5 +1,5 @@
 //! How many teeth a segment averages over, and how much they are displaced: what makes the readings over a few patches of the
-//! platen likeliest. Displacements are independent of each other, so that a footprint gives the covariance of any two readings
+//! platen likeliest. Displacements are independent of each other, so that an aperture gives the covariance of any two readings
 //! (Rasmussen and Williams 2006, sections 2.2 and 5.4); no tooth is asked for.
 
 use crate::algebra::cholesky::Factor;
@@ -26,7 +26,7 @@ const SMALLEST_STEP: f64 = 0.04;
 /// Values of a covariance that are tabulated for a pitch.
 const PER_PITCH: f64 = 64.0;
 
-/// Edges from which on a footprint is a bell, and amounts to its half: the most that are not too many.
+/// Edges from which on an aperture is a bell, and amounts to its half: the most that are not too many.
 const BELL_EDGE: f64 = 0.6;
 /// See [`BELL_EDGE`].
 const COEFFICIENTS_TO_A_HALF: [f64; 3] = [3.0, 2.4, 2.0];
@@ -210,7 +210,7 @@ fn likelihood(patches: &[Patch], guess: &ApertureParameters) -> f64 {
     patches.par_iter().map(one).sum()
 }
 
-/// What two footprints so far from each other have in common, over the whole; tabulated.
+/// What two apertures so far from each other have in common, over the whole; tabulated.
 fn overlaps(aperture: &ApertureKernel, direction: usize) -> Vec<f64> {
     let half = aperture.half_pitches[direction];
     let count = (2.0 * half * PER_PITCH).ceil() as usize + 1;
@@ -283,7 +283,7 @@ mod tests {
     const TEETH: usize = 40;
     const NOISE_M: f64 = 0.2e-6;
 
-    /// Share of a tooth under a footprint of another family than the search's: a parabola, squared.
+    /// Share of a tooth under an aperture of another family than the search's: a parabola, squared.
     fn share(away: f64, half: f64) -> f64 {
         (1.0 - (away / half).powi(2)).max(0.0).powi(2)
     }
@@ -341,7 +341,7 @@ mod tests {
         out
     }
 
-    /// Second moment of a footprint.
+    /// Second moment of an aperture.
     fn spread(share: impl Fn(f64) -> f64) -> f64 {
         let at = |k: i32| f64::from(k) * 0.01;
         let weights = || (-900..=900).map(|k| (at(k), share(at(k))));

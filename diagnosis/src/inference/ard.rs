@@ -8,7 +8,7 @@ use crate::design::gram::{Columns, Gram};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 
-/// Most columns: the cost is cubic in them. A field over the platen has more, and all its nodes one size.
+/// Most columns: the cost is cubic in them. A field over the platen has more, and all its knots one size.
 const MOST_COLUMNS: usize = 320;
 /// Updates. What is not needed falls by a good factor in each.
 const ARD_UPDATES: usize = 25;

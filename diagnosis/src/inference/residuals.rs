@@ -151,12 +151,12 @@ impl Residuals {
         }
     }
 
-    /// The same residuals whitened by the noise of another scene of the same recording.
+    /// The same residuals whitened by the noise of another linearization of the same recording.
     pub fn rewhitened(&self, linearized: &LinearizedRecording) -> Self {
         self.changed(linearized, |_| [0.0; ROWS])
     }
 
-    /// The same with something added to each sample's rows, m, and whitened by the noise of a scene.
+    /// The same with something added to each sample's rows, m, and whitened by the noise of a linearized recording.
     pub fn changed(
         &self,
         linearized: &LinearizedRecording,

@@ -30,7 +30,7 @@ const PATH_ESTIMATORS: [PathEstimator; 4] = [
 /// of four.
 const BETTER_PATH_SQUARES: f64 = 30.0;
 
-/// The scene with the ways that leave least, from what each way `settle`s at and what is `left` of the residual there. Cost: as many times
+/// The linearized recording with the ways that leave least, from what each way `settle`s at and what is `left` of the residual there. Cost: as many times
 /// that of one as there are tellings.
 pub fn likeliest<'a>(
     linearized: &LinearizedRecording<'a>,

@@ -50,7 +50,7 @@ pub struct RelinearizedFit<'a> {
 }
 
 impl<'a> RelinearizedFit<'a> {
-    /// Fits the effects named, whose columns are those of the survey of `start`. Where rulings are skewed, what is periodic beside
+    /// Fits the effects named, whose columns are those of the basis inputs of `start`. Where rulings are skewed, what is periodic beside
     /// that may go with the teeth, as their readings tell, or with the place: that which leaves less is kept.
     pub fn new(
         start: &LinearizedRecording<'a>,
@@ -74,7 +74,7 @@ impl<'a> RelinearizedFit<'a> {
         }
     }
 
-    /// Other effects in the same survey, of which more is told.
+    /// Other effects with the same basis inputs, of which more is told.
     pub fn with_forms(
         &self,
         start: &LinearizedRecording<'a>,
@@ -198,7 +198,7 @@ impl<'a> RelinearizedFit<'a> {
     }
 }
 
-/// The scene about where known amounts say that the segments are.
+/// The linearized recording about where known amounts say that the segments are.
 pub fn at_fixed_point<'a>(
     mut linearized: LinearizedRecording<'a>,
     columns: &Columns,
@@ -267,7 +267,7 @@ fn anderson_step(
     }
 }
 
-/// True if a shift is what the scene is about already.
+/// True if a displacement is what the linearized recording is about already.
 fn has_converged(linearized: &LinearizedRecording, next: &LatentDisplacement, near: f64) -> bool {
     let steps = (0..4).filter(|s| linearized.scope.segments[*s]).map(|s| {
         let noise = linearized.observations.position_noise_m[s].iter().copied();
@@ -336,7 +336,7 @@ fn moved(
     }
 }
 
-/// A share of the way from one shift to another.
+/// A share of the way from one displacement to another.
 fn damped(here: &LatentDisplacement, there: LatentDisplacement, share: f64) -> LatentDisplacement {
     LatentDisplacement {
         total_m: part_way(&here.total_m, there.total_m, share),

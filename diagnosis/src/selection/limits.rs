@@ -27,13 +27,13 @@ pub const FIELD_COORDINATES: [&str; 2] =
     ["place on the platen", "own tooth phase, fractional orders"];
 /// A further effect must take this many whitened squares, well past what chance gives the best of twenty candidates.
 pub const MINIMUM_SQUARES: f64 = 60.0;
-/// What takes this share of what is left without it is no makeshift, however small a share of the whole gap it is, and though what
+/// What takes this share of what is left without it is no stand-in, however small a share of the whole gap it is, and though what
 /// is left without it hardly shows.
 pub const COMPLETING_SHARE: f64 = 0.8;
 /// Beyond chance as well: this many whitened squares, four times what the search asks of any.
 pub const COMPLETING_SQUARES: f64 = 4.0 * MINIMUM_SQUARES;
 /// Fitted about itself it completes what is found, or takes this share of what is left if to first order no shape without a name takes as
-/// much: a makeshift's rightful shape would.
+/// much: the shape that such a stand-in replaces would.
 pub const LEADING_SHARE: f64 = 0.6;
 /// An effect that takes this share of what is left stands in for nothing that lacks.
 pub const LARGELY_COMPLETES: f64 = 0.9;

@@ -245,7 +245,7 @@ impl<'a> ModelSelection<'a> {
         }
     }
 
-    /// Takes over what was found in a study.
+    /// Takes over what was found in a design.
     fn accept(&mut self, design: Design<'a>, selected: SelectedModel) {
         if self.is_fitted(&design, &selected) {
             (self.design, self.selected) = (design, selected);
@@ -255,7 +255,7 @@ impl<'a> ModelSelection<'a> {
         self.accept_fit(design, selected, relinearized);
     }
 
-    /// True if what was found in another study is what is fitted about itself: of the same columns, from the same start.
+    /// True if what was found in another design is what is fitted about itself: of the same columns, from the same start.
     fn is_fitted(&self, design: &Design, selected: &SelectedModel) -> bool {
         let [here, there] = [&self.design, design].map(|s| &s.linearized);
         let columns = |design: &Design, selected: &SelectedModel| {
@@ -369,7 +369,7 @@ impl<'a> ModelSelection<'a> {
         }
     }
 
-    /// True if harmonics leave less in another study than in this one, by themselves or beside what is found.
+    /// True if harmonics leave less in another design than in this one, by themselves or beside what is found.
     fn less_is_left_in(&self, other: &Design) -> bool {
         let known = self.selected.names(&self.design);
         let left = |design: &Design, names: &[String]| {

@@ -82,7 +82,7 @@ pub fn noise_floor(validation: &mut CrossValidation, candidates: &[usize]) -> f6
     validation.score(&chosen).squares
 }
 
-/// The set with the one candidate that leaves least, hollow ones aside.
+/// The set with the one candidate that leaves least, those that stand on completing terms aside.
 fn with_best(
     validation: &mut CrossValidation,
     chosen: &[usize],
@@ -220,9 +220,9 @@ fn worth(validation: &mut CrossValidation, set: &[usize], chosen: &[usize], floo
 const FIRST_SHARE: f64 = 0.05;
 /// An effect that leaves nothing may be as small a share of the gap as this.
 const CLOSING_SHARE: f64 = 0.003;
-/// Or smaller still, if it takes this share of what the others left: a makeshift for their second order would not.
+/// Or smaller still, if it takes this share of what the others left: a stand-in for their second order would not.
 const SEARCH_COMPLETING_SHARE: f64 = 0.8;
-/// However little of a great gap that is, and whatever inexact shape the others leave besides: no makeshift takes this share.
+/// However little of a great gap that is, and whatever inexact shape the others leave besides: no stand-in takes this share.
 const SEARCH_NEARLY_ALL: f64 = 0.95;
 /// The same of one of few unknowns beside one of very many, and of the whole gap: what a field lacks follows the place, and no few
 /// unknowns of another's take most of it.
@@ -230,7 +230,7 @@ const FIELD_REST_SHARES: (f64, f64) = (0.6, 0.01);
 /// Left over a row, beyond the noise and relative to it, where nothing is said to be left: a whitened rms of 1.12.
 const CLOSED_EXCESS: f64 = 0.25;
 
-/// True if nothing is left after a set, so that its last effect is no makeshift for a shape that another lacks.
+/// True if nothing is left after a set, so that its last effect is no stand-in for a shape that another lacks.
 fn closes(
     validation: &CrossValidation,
     after: &Score,
@@ -423,7 +423,7 @@ mod tests {
     }
 
     /// Beside a great effect whose model is not exact to a thirtieth, one that takes nearly all of what is left is there, and one that
-    /// takes a good part of it may be a makeshift.
+    /// takes a good part of it may be a stand-in.
     #[test]
     fn nearly_all_that_a_great_effect_leaves_is_an_effect() {
         let found = |like: f64| {

@@ -97,7 +97,7 @@ impl SelectedModel {
 }
 
 impl<'a> RelinearizedFit<'a> {
-    /// What is found in a study, fitted about itself.
+    /// What is found in a design, fitted about itself.
     pub(super) fn of(design: &Design<'a>, selected: &SelectedModel) -> Self {
         let names = selected.names(design);
         let point = LinearizationPoint {

@@ -218,7 +218,7 @@ impl<'a> ModelSelection<'a> {
         assemble(self.prepared, self.options, &point, design_options)
     }
 
-    /// What some effects leave in another study, beside the best shapes of this one; none where it lacks one of them.
+    /// What some effects leave in another design, beside the best shapes of this one; none where it lacks one of them.
     fn told_in(&self, design: &Design, names: &[String]) -> Option<SelectedModel> {
         let blocks_of = |names: &[&str]| -> Option<Vec<usize>> {
             let blocks = &design.columns.blocks;

@@ -499,7 +499,7 @@ impl ModelSelection<'_> {
 }
 
 /// True if an amount of a fit is far beyond its prior size: such amounts nearly cancel on this motion, and build what they are not. A
-/// field's nodes share one size, and what is known of an amount by itself is none.
+/// field's knots share one size, and what is known of an amount by itself is none.
 pub(super) fn of_no_size(relinearized: &RelinearizedFit) -> bool {
     let (gram, columns) = (&relinearized.gram, &relinearized.columns);
     let far = |c: usize| {

@@ -83,7 +83,7 @@ impl<'a> ModelSelection<'a> {
         }
     }
 
-    /// A study in which the lines wind, of some blocks or all.
+    /// A design in which the lines wind, of some blocks or all.
     fn winding_design(&self, tell: fn(&mut BasisInputs), only: Option<&[String]>) -> Design<'a> {
         let mut inputs = self.design.linearized.inputs.clone();
         tell(&mut inputs);

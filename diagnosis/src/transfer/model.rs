@@ -287,7 +287,7 @@ fn doubtful(model: &Model, observations: &Observations, usable: &[bool]) -> Vec<
         .collect()
 }
 
-/// What the model, or its baseline alone, leaves at some samples; and the scene under it.
+/// What the model, or its baseline alone, leaves at some samples; and the linearized recording under it.
 fn residuals<'a>(
     model: &Model,
     observations: &'a Observations,
@@ -298,7 +298,7 @@ fn residuals<'a>(
     (evaluate(&linearized, &columns, &list), linearized)
 }
 
-/// The scene under the model: known amounts are put into the residual by columns with a prior that does not move.
+/// The linearized recording under the model: known amounts are put into the residual by columns with a prior that does not move.
 fn apply<'a>(
     model: &Model,
     observations: &'a Observations,
@@ -446,7 +446,7 @@ fn take_along(linearized: &LinearizedRecording, columns: &mut Columns) {
     }
 }
 
-/// The scene about where the known amounts say that the segments are.
+/// The linearized recording about where the known amounts say that the segments are.
 fn at_fixed_point<'a>(
     linearized: LinearizedRecording<'a>,
     columns: &Columns,

@@ -137,7 +137,7 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// Of a study's scene and two models' residuals over the same samples. Linear in samples.
+    /// Of a linearized recording and two models' residuals over the same samples. Linear in samples.
     pub fn new(
         linearized: &LinearizedRecording,
         before: &Residuals,

@@ -13,15 +13,15 @@ pub(super) const GAP_WAVE_SIZE: f64 = 0.1;
 #[derive(Default)]
 pub(super) struct Mesh {
     middle_m: [f64; 2],
-    /// Distance of the nodes; without a mesh zero.
+    /// Distance of the knots; without a mesh zero.
     step_m: f64,
-    nodes: HashMap<[i32; 2], usize>,
+    knots: HashMap<[i32; 2], usize>,
 }
 
 /// Meshes that are tried, pitches: a gap is smooth over teeth. Zero: none.
 pub(super) const GAP_MESHES_PITCHES: [f64; 4] = [0.0, 6.0, 3.0, 1.5];
-/// Most nodes of a mesh.
-const MOST_NODES: usize = 240;
+/// Most knots of a mesh.
+const MOST_MESH_KNOTS: usize = 240;
 /// Terms of a tilt, a bow, the angle and its square: a courier that turns tilts.
 const LOW_TERMS: usize = 8;
 /// Lengths and angles that those are counted in, m and rad.
@@ -30,29 +30,29 @@ const LENGTH_M: f64 = 5.0e-3;
 const ANGLE_RAD: f64 = 0.02;
 
 impl Mesh {
-    /// None where there would be too many nodes.
+    /// None where there would be too many knots.
     pub(super) fn over(samples: &[Sample], step_m: f64) -> Option<Self> {
         let count = samples.len() as f64;
         let middle_m = [0, 1].map(|k| samples.iter().map(|s| s.place_m[k]).sum::<f64>() / count);
-        let mut nodes = HashMap::new();
+        let mut knots = HashMap::new();
         for sample in samples.iter().filter(|_| step_m > 0.0) {
             for (node, _) in around(sample.place_m, step_m) {
-                let next = nodes.len();
-                nodes.entry(node).or_insert(next);
+                let next = knots.len();
+                knots.entry(node).or_insert(next);
             }
-            if nodes.len() > MOST_NODES {
+            if knots.len() > MOST_MESH_KNOTS {
                 return None;
             }
         }
         Some(Self {
             middle_m,
             step_m,
-            nodes,
+            knots,
         })
     }
 
     pub(super) fn columns(&self) -> usize {
-        LOW_TERMS + self.nodes.len()
+        LOW_TERMS + self.knots.len()
     }
 
     /// Columns and their entries at a sample, counted from `first`.
@@ -64,7 +64,7 @@ impl Mesh {
         if self.step_m > 0.0 {
             let known = |(node, weight)| {
                 Some((
-                    first + LOW_TERMS + self.nodes.get(&node)?,
+                    first + LOW_TERMS + self.knots.get(&node)?,
                     GAP_WAVE_SIZE * weight,
                 ))
             };
@@ -74,7 +74,7 @@ impl Mesh {
     }
 }
 
-/// The sixteen nodes about a place with their weights.
+/// The sixteen knots about a place with their weights.
 fn around(place_m: [f64; 2], step_m: f64) -> impl Iterator<Item = ([i32; 2], f64)> {
     let at = place_m.map(|p| p / step_m);
     let low = at.map(|a| a.floor() as i32 - 1);
