@@ -123,6 +123,7 @@ impl PlantEffect for AdcClipping {
 /// What a sensor can know of it: shares nothing with the plant side above.
 pub mod sensor_side {
     use core::f64::consts::{PI, TAU};
+    use courier_signal::equations::OWN_ORDERS;
     use crate::rails::{Clip, KNEE, RAILS};
     pub use crate::rails::{Parts, parts, phase_error, saturated};
     use crate::sensor::{Covariates, Regressor, BasisInputs};
@@ -207,13 +208,10 @@ pub mod sensor_side {
             .collect()
     }
 
-    /// Orders of equation (3).
-    const ORDERS: [f64; 4] = [1.0, 2.0, 4.0, 6.0];
-
     /// A correction by phase with what it bends of the harmonics (rad) beneath it.
     fn bending(mut correction: Vec<f64>, harmonics: &[f64; 8]) -> Vec<f64> {
         let error = |phase: f64| -> f64 {
-            let orders = ORDERS.iter().zip(harmonics.chunks(2));
+            let orders = OWN_ORDERS.map(f64::from).into_iter().zip(harmonics.chunks(2));
             orders.map(|(n, k)| k[0] * (n * phase).sin() + k[1] * (n * phase).cos()).sum()
         };
         for (i, off) in correction.iter_mut().enumerate() {

@@ -45,17 +45,15 @@ impl PlantEffect for ExtraHarmonics {
 pub mod sensor_side {
     use crate::identity::Factor;
     use crate::sensor::{ORDERS, Regressor, BasisInputs};
+    use courier_signal::equations::OWN_ORDERS;
 
     /// Prior size of an order, m: as much as the smallest that equation (3) keeps (orders 4 and 6 of the paper's device).
     const SIZE_M: f64 = 2.0e-6;
-    /// Orders that equation (3) has.
-    const KNOWN: [usize; 4] = [1, 2, 4, 6];
-
     /// Sensor side: free sine and cosine of each order, each segment by itself.
     pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         let mut list = Vec::new();
         for s in (0..4).filter(|s| inputs.segments[*s]) {
-            for order in (3..=ORDERS).filter(|n| !KNOWN.contains(n)) {
+            for order in (3..=ORDERS).filter(|n| !OWN_ORDERS.iter().any(|own| usize::from(*own) == *n)) {
                 Regressor::free_harmonic(inputs, &mut list, (s, order), ("", "m", SIZE_M, Factor::One), |_| 1.0);
             }
         }

@@ -54,7 +54,7 @@ impl Wiring {
 
     /// Weights of the columns that make the parity of equation (6).
     pub fn parity(&self) -> [f64; 4] {
-        self.combine([1.0, -1.0, -1.0, 1.0])
+        self.combine(courier_signal::equations::PARITY_SIGN.map(f64::from))
     }
 
     /// Weights of the columns that make a combination of the true segments.

@@ -13,6 +13,7 @@ mod waves;
 pub use self::waves::Wave;
 
 use self::waves::{SegmentWaves, WaveSum};
+use crate::equations::LATERAL_SIGN;
 use crate::frame::{Coordinate, Frame, SEGMENTS};
 use crate::geometry::Geometry;
 use crate::model::Unit;
@@ -27,9 +28,6 @@ pub const TRUST_WORDS: usize = MAX_NODES.div_ceil(32);
 pub const MAX_WAVES: usize = 6;
 /// Nodes along each direction that a place needs about it.
 const SUPPORT: u8 = 4;
-/// Sign of l_o theta in each segment's lateral argument, equation (9), and which side of the courier's middle each segment is on,
-/// across its own direction, in half spans: what makes a pair's difference an angle, equation (4).
-const SIDE: [f32; SEGMENTS] = [-1.0, 1.0, 1.0, -1.0];
 
 /// The lattice of one direction's field.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -278,9 +276,9 @@ impl ToothMap {
             } else {
                 frame.pose.x
             };
-            let lateral_turns = other.fraction_turns + SIDE[i] * lateral;
+            let lateral_turns = other.fraction_turns + LATERAL_SIGN[i] * lateral;
             let aside = Coordinate {
-                fraction_turns: other.fraction_turns + SIDE[i] * across,
+                fraction_turns: other.fraction_turns + LATERAL_SIGN[i] * across,
                 ..other
             };
             let phases = Unit::two_from_turns([own.fraction_turns, lateral_turns]);
@@ -303,7 +301,7 @@ impl ToothMap {
         let turned = (moved[0] - moved[2]) + (moved[1] - moved[3]);
         let turn = turned * self.scales.lateral_of_turn;
         core::array::from_fn(|i| {
-            let across = if i % 2 == 0 { y } else { x } + SIDE[i] * turn;
+            let across = if i % 2 == 0 { y } else { x } + LATERAL_SIGN[i] * turn;
             moved[i] + waves[i].along * moved[i] + waves[i].across * across
         })
     }

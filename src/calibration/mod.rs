@@ -27,7 +27,7 @@ pub use outcome::{AcceptanceLimits, Evidence, Length, Outcome, Refusal};
 pub use plan::{Plan, Planner, Range, RelativePose, foreseen};
 pub use port::{Action, MotionEvent, Progress, Stage};
 pub use regression::{PLATEN_UNKNOWNS, Regression};
-pub use sample::{PARITY_SIGN, Sample};
+pub use sample::Sample;
 pub use session::{LEAST_POSES, Session};
 pub use start_error::StartError;
 pub use visits::Visits;

@@ -4,7 +4,8 @@
 //! of the lateral phase, which the parity cannot tell from the other pair's own (docs/notes/joint.md), and those of speed,
 //! temperature or direction, which a standing courier does not excite.
 
-use super::sample::{PARITY_SIGN, Sample};
+use super::sample::Sample;
+use crate::equations::PARITY_SIGN;
 use crate::frame::SEGMENTS;
 use crate::geometry::Geometry;
 use crate::model::{Basis, ErrorModel, MAX_LATERAL_ORDER, MAX_OWN_ORDER, Multiplier, Term};

@@ -6,9 +6,6 @@ use crate::model::Observation;
 /// Words of a sample in memory.
 pub(super) const SAMPLE_WORDS: usize = 10;
 
-/// Sign of each segment in the parity, equation (5).
-pub const PARITY_SIGN: [f32; SEGMENTS] = [1.0, -1.0, -1.0, 1.0];
-
 /// What a standing courier's frames say, averaged: all that any row needs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample {

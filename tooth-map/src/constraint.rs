@@ -1,8 +1,9 @@
 //! g_p, g_x and g_y of a pose (equations 5, 10, 11), their derivatives by the unknowns, and their covariance.
 
-use super::model::{ANGLE_SIGN, PARITY_SIGN, outputs};
+use super::model::outputs;
 use super::pose::{Setup, TeethPose};
 use super::unknowns::Unknowns;
+use courier_sensor::equations::{Angle, beacon, by_outputs, middle, parity, theta};
 use courier_sensor::frame::SEGMENTS;
 use nalgebra::Matrix3;
 
@@ -64,33 +65,20 @@ fn displacement(
 pub fn linear(setup: &Setup, unknowns: &Unknowns, values: &[f64], pose: &TeethPose) -> Linear {
     let out = outputs(setup, unknowns, values, pose);
     let p = out.p_m;
-    let theta = (p[0] - p[2] + p[1] - p[3]) / (2.0 * setup.span_m);
-    let (s, c) = theta.sin_cos();
+    let angle = Angle::of_rad(theta(&p, setup.span_m));
+    let (s, c) = (angle.sine, angle.cosine);
     let at = unknowns.mounting();
-    let (height_m, [lx, ly], [bx, by]) = (
+    let (height_m, lever_m, place_m) = (
         values[at],
         [values[at + 1], values[at + 2]],
         [values[at + 3], values[at + 4]],
     );
     let moved = displacement(setup, unknowns, values, pose.deflection);
-    let [cx, cy] = moved.c_m;
-    let turned = [c * cx - s * cy, s * cx + c * cy];
-    let g_m = [
-        p[0] - p[2] - p[1] + p[3],
-        turned[0] - 0.5 * (p[0] + p[2]) - ly * s - lx * (1.0 - c) + bx,
-        turned[1] - 0.5 * (p[1] + p[3]) + lx * s - ly * (1.0 - c) + by,
-    ];
-    let by_angle = [-turned[1] - ly * c - lx * s, turned[0] + lx * c - ly * s];
-    let per_output = 0.5 / setup.span_m;
-    let by_outputs: [[f64; 3]; SEGMENTS] = std::array::from_fn(|i| {
-        let half = |direction: usize| if i % 2 == direction { 0.5 } else { 0.0 };
-        let angle = ANGLE_SIGN[i] * per_output;
-        [
-            PARITY_SIGN[i],
-            by_angle[0] * angle - half(0),
-            by_angle[1] * angle - half(1),
-        ]
-    });
+    let seen = beacon(middle(&p), moved.c_m, lever_m, place_m, &angle);
+    let turned = seen.turned;
+    let g_m = [parity(&p), seen.g[0], seen.g[1]];
+    let rows = by_outputs(seen.by_theta, setup.span_m);
+    let by_outputs: [[f64; 3]; SEGMENTS] = std::array::from_fn(|i| rows.map(|row| row[i]));
     let mut derivatives = Vec::with_capacity(256);
     for (by_output, list) in by_outputs.iter().zip(&out.by) {
         derivatives.extend(
@@ -100,8 +88,8 @@ pub fn linear(setup: &Setup, unknowns: &Unknowns, values: &[f64], pose: &TeethPo
     }
     derivatives.extend([
         (at, [0.0, turned[0] / height_m, turned[1] / height_m]),
-        (at + 1, [0.0, c - 1.0, s]),
-        (at + 2, [0.0, -s, c - 1.0]),
+        (at + 1, [0.0, -angle.cosine_rest, s]),
+        (at + 2, [0.0, -s, -angle.cosine_rest]),
         (at + 3, [0.0, 1.0, 0.0]),
         (at + 4, [0.0, 0.0, 1.0]),
     ]);

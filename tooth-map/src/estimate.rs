@@ -8,8 +8,9 @@ use super::model::places;
 use super::patch::{Patch, crop};
 use super::pose::{Setup, TeethPose};
 use super::predict;
-use super::unknowns::{NODE_M, OWN, Unknowns, WAVES};
+use super::unknowns::{NODE_M, Unknowns, WAVES};
 use anyhow::{Result, ensure};
+use courier_sensor::equations::OWN_ORDERS;
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::model::{ErrorModel, TermTable};
 use courier_sensor::teeth::{Grid, MAX_NODES, MapHeader, Wave};
@@ -311,7 +312,7 @@ fn error_model(unknowns: &Unknowns, values: &[f64]) -> ErrorModel {
     let mut model = ErrorModel::zero(TermTable::equation_9());
     let at = |i: usize| [values[i] as f32, values[i + 1] as f32];
     for segment in 0..SEGMENTS {
-        let columns: Vec<f32> = (0..OWN.len())
+        let columns: Vec<f32> = (0..OWN_ORDERS.len())
             .flat_map(|order| at(unknowns.own(segment, order)))
             .collect();
         model.set_columns(segment, &columns);

@@ -2,18 +2,12 @@
 //! the outputs that it has calibrated, waves (equation 9's term among them) those that all have.
 
 use super::pose::{Setup, TeethPose};
-use super::unknowns::{OWN, Unknowns, WAVES};
+use super::unknowns::{Unknowns, WAVES};
+use courier_sensor::equations::{
+    ANGLE_SIGN, LATERAL_SIGN, OWN_ORDERS, PARITY_SIGN, lateral_arguments, middle, theta,
+};
 use courier_sensor::frame::SEGMENTS;
 use std::f64::consts::TAU;
-
-/// Sign of each segment in the parity.
-pub const PARITY_SIGN: [f64; SEGMENTS] = [1.0, -1.0, -1.0, 1.0];
-/// In the angle, equation (4).
-pub const ANGLE_SIGN: [f64; SEGMENTS] = [1.0, 1.0, -1.0, -1.0];
-/// Of l_o theta in the lateral argument, equation (9).
-const LATERAL_SIGN: [f64; SEGMENTS] = [-1.0, 1.0, 1.0, -1.0];
-/// Side of the courier's middle across the own direction.
-const SIDE: [f64; SEGMENTS] = [-1.0, 1.0, 1.0, -1.0];
 
 /// Outputs of a pose, metres, and each one's derivatives by unknowns.
 #[derive(Clone, Debug, Default)]
@@ -33,16 +27,14 @@ impl Outputs {
 
 /// Position of the pair across, with equation (9)'s turn: the lateral argument of each segment, metres.
 fn lateral_m(setup: &Setup, p: &[f64; SEGMENTS]) -> [f64; SEGMENTS] {
-    let middle = [0.5 * (p[1] + p[3]), 0.5 * (p[0] + p[2])];
-    let theta = (p[0] - p[2] + p[1] - p[3]) / (2.0 * setup.span_m);
-    std::array::from_fn(|i| middle[i % 2] + LATERAL_SIGN[i] * setup.lateral_m * theta)
+    lateral_arguments(middle(p), theta(p, setup.span_m), setup.lateral_m)
 }
 
 /// Places of a segment in its direction's field, pitches, from outputs.
 pub fn places(setup: &Setup, p: &[f64; SEGMENTS]) -> [[f64; 2]; SEGMENTS] {
     let lateral = lateral_m(setup, p);
     std::array::from_fn(|i| {
-        let across_m = lateral[i] + SIDE[i] * 0.5 * setup.span_m;
+        let across_m = lateral[i] + f64::from(LATERAL_SIGN[i]) * 0.5 * setup.span_m;
         [p[i] / setup.pitch_m, across_m / setup.pitch_m]
     })
 }
@@ -94,12 +86,17 @@ fn equation_3(setup: &Setup, unknowns: &Unknowns, values: &[f64], out: &mut Outp
     let per_m = TAU / setup.pitch_m;
     let raw = out.p_m;
     for i in 0..SEGMENTS {
-        for (k, order) in OWN.iter().enumerate() {
+        for (k, order) in OWN_ORDERS.iter().enumerate() {
             let (sine, cosine) = (f64::from(*order) * per_m * raw[i]).sin_cos();
             out.add(i, values, unknowns.own(i, k), sine);
             out.add(i, values, unknowns.own(i, k) + 1, cosine);
         }
-        out.add(i, values, unknowns.parity(), 0.25 * PARITY_SIGN[i]);
-        out.add(i, values, unknowns.angle(), 0.25 * ANGLE_SIGN[i]);
+        out.add(
+            i,
+            values,
+            unknowns.parity(),
+            0.25 * f64::from(PARITY_SIGN[i]),
+        );
+        out.add(i, values, unknowns.angle(), 0.25 * f64::from(ANGLE_SIGN[i]));
     }
 }

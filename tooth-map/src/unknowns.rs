@@ -2,11 +2,10 @@
 
 use super::lattice;
 use super::pose::Setup;
+use courier_sensor::equations::OWN_ORDERS;
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::teeth::Grid;
 
-/// Own orders of equation (3).
-pub const OWN: [u8; 4] = [1, 2, 4, 6];
 /// Own and lateral orders of the waves; the first is equation (9)'s, which a plain joint calibration has as well.
 pub const WAVES: [(u8, i8); 6] = [(0, 1), (0, 2), (1, 1), (1, -1), (2, 1), (2, -1)];
 /// Highest degree of the coordination sensor's polynomial: the inverse of a diode that bends by cubes needs some more.
@@ -48,7 +47,7 @@ impl Unknowns {
 
     /// Sine of an order of equation (3); the cosine follows.
     pub fn own(&self, segment: usize, order: usize) -> usize {
-        (segment * OWN.len() + order) * 2
+        (segment * OWN_ORDERS.len() + order) * 2
     }
 
     /// k1 - k2 - k3 + k4.

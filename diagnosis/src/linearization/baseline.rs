@@ -1,12 +1,16 @@
 //! The baseline: equation (3) in each segment, equations (10) and (11) for the coordination sensor.
 
 use crate::data::observations::Observations;
+use courier_signal::equations::{Angle, OWN_ORDERS, beacon};
 use effects::sensor::Regressor;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Orders of the own tooth phase in equation (3).
-pub const ORDERS: [usize; 4] = [1, 2, 4, 6];
+pub const ORDERS: [usize; 4] = {
+    let [a, b, c, d] = OWN_ORDERS;
+    [a as usize, b as usize, c as usize, d as usize]
+};
 /// Prior size of a harmonic of equation (3), rms m: ten times what is common, so it hardly binds.
 const HARMONIC_M: f64 = 30.0e-6;
 /// Prior size of an offset k_i,0, m. It ties the angle between the two sensors (equation 11 does so only weakly).
@@ -93,18 +97,15 @@ impl Baseline {
         theta_rad: f64,
         tan_psi: [f64; 2],
     ) -> ([f64; 2], [f64; 2]) {
-        let (sine, cosine) = theta_rad.sin_cos();
-        let [cx, cy] = tan_psi.map(|t| t * self.height_m);
-        let [lx, ly] = self.lever_m;
-        let g = [
-            -centre_m[0] + cosine * cx - sine * cy - ly * sine + lx * cosine + self.origin_m[0],
-            -centre_m[1] + sine * cx + cosine * cy + ly * cosine + lx * sine + self.origin_m[1],
-        ];
-        let by_theta = [
-            -sine * cx - cosine * cy - ly * cosine - lx * sine,
-            cosine * cx - sine * cy - ly * sine + lx * cosine,
-        ];
-        (g, by_theta)
+        let place_m = [0, 1].map(|axis| self.origin_m[axis] + self.lever_m[axis]);
+        let seen = beacon(
+            centre_m,
+            tan_psi.map(|t| t * self.height_m),
+            self.lever_m,
+            place_m,
+            &Angle::of_rad(theta_rad),
+        );
+        (seen.g, seen.by_theta)
     }
 
     /// The parameters as regressors, in the order of [`Baseline::add`], and their present values.

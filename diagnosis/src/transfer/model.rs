@@ -25,6 +25,7 @@ use crate::transfer::amplitude_support::AmplitudeSupport;
 use crate::transfer::support::TrainingSupport;
 use crate::verdict::answer::{HeldOut, HeldOutChannel, Magnitude};
 use crate::verdict::confirmation::Confirmation;
+use courier_signal::equations::ANGLE_SIGN;
 use effects::identity::Identity;
 use effects::sensor::{BasisInputs, Regressor};
 use effects::{Card, Detection};
@@ -465,7 +466,7 @@ const FREE_M: f64 = 0.3;
 /// span, and at another temperature by what nothing told.
 fn zero_of_the_angle() -> Regressor {
     Regressor::readings("zero of the angle", "m", FREE_M, |_, out| {
-        for (out, sign) in out.iter_mut().zip([1.0, 1.0, -1.0, -1.0]) {
+        for (out, sign) in out.iter_mut().zip(ANGLE_SIGN.map(f64::from)) {
             *out += sign;
         }
     })

@@ -1,7 +1,8 @@
 //! Figures asked of the calibration that need many simulated couriers: plant -> counts -> the firmware's signal path ->
 //! its rows and its estimator. `cargo xtask bench` prints them.
 
-use courier_sensor::calibration::{PARITY_SIGN, PlatenEstimator, Regression, Sample};
+use courier_sensor::calibration::{PlatenEstimator, Regression, Sample};
+use courier_sensor::equations::PARITY_SIGN;
 use courier_sensor::frame::{Coordinate, Frame, RawFrame, SEGMENTS};
 use courier_sensor::model::{ErrorModel, TermTable};
 use courier_sensor::settings::Settings;

@@ -4,6 +4,7 @@ use super::observe::as_count;
 use super::report::deviation;
 use anyhow::{Result, ensure};
 use courier_sensor::calibration::record::Calibration;
+use courier_sensor::equations::PARITY_SIGN;
 use courier_sensor::frame::{Frame, RawFrame, SEGMENTS};
 use courier_sensor::settings::Settings;
 use courier_sensor::step::{StepConfig, StepState, step};
@@ -21,9 +22,6 @@ pub struct Applied {
     /// Of the outputs that the calibration corrects, rms m.
     pub calibrated_rms_m: f64,
 }
-
-/// Signs of the segments in g_p.
-const PARITY: [f64; SEGMENTS] = [1.0, -1.0, -1.0, 1.0];
 
 /// Runs the signal path over every stretch of a recording with counts.
 ///
@@ -54,7 +52,7 @@ pub fn applied(recording: &Recording, calibration: &Calibration) -> Result<Appli
         follow(recording, &config, stretch, |frame| {
             let unmodified = frame.segments.map(|segment| segment.unmodified);
             let terms = std::array::from_fn::<f64, SEGMENTS, _>(|s| {
-                PARITY[s]
+                f64::from(PARITY_SIGN[s])
                     * (f64::from(unmodified[s].teeth) + f64::from(unmodified[s].fraction_turns))
             });
             raw_m.push(pitch_m * terms.iter().sum::<f64>());

@@ -1,6 +1,7 @@
 //! What a recording lets us compare: a segment with a reference, or four segments with each other.
 
 use super::observe::Sample;
+use courier_sensor::equations::PARITY_SIGN;
 use courier_sensor::frame::SEGMENTS;
 use recording::{Column, Recording};
 use serde::Serialize;
@@ -19,9 +20,6 @@ impl Serialize for Channel {
         serializer.serialize_str(&self.name())
     }
 }
-
-/// Signs of the segments in g_p.
-const PARITY_SIGNS: [f64; SEGMENTS] = [1.0, -1.0, -1.0, 1.0];
 
 impl Channel {
     /// The channels of a recording: g_p where there are four segments, else every segment that has a reference.
@@ -50,7 +48,7 @@ impl Channel {
     /// Sign with which each segment's error enters; zero for segments that do not.
     pub fn signs(self) -> [f64; SEGMENTS] {
         match self {
-            Self::Parity => PARITY_SIGNS,
+            Self::Parity => PARITY_SIGN.map(f64::from),
             Self::Segment(segment) => {
                 std::array::from_fn(|other| if other == segment { 1.0 } else { 0.0 })
             }
@@ -83,8 +81,8 @@ impl Channel {
         match self {
             Self::Parity => outputs
                 .iter()
-                .zip(PARITY_SIGNS)
-                .map(|(output, sign)| sign * output)
+                .zip(PARITY_SIGN)
+                .map(|(output, sign)| f64::from(sign) * output)
                 .sum(),
             Self::Segment(segment) => {
                 outputs[segment] - sample.reference_m[segment].unwrap_or(outputs[segment])

@@ -3,6 +3,7 @@
 use super::channel::Channel;
 use super::observe::Sample;
 use anyhow::{Result, anyhow, bail, ensure};
+use courier_sensor::equations::OWN_ORDERS;
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::lsq::{Estimator, packed_len};
@@ -12,8 +13,6 @@ use std::f64::consts::TAU;
 
 /// Columns of one segment: orders 1, 2, 4 and 6.
 const PER_SEGMENT: usize = 8;
-/// Orders of equation (3).
-const ORDERS: [f64; 4] = [1.0, 2.0, 4.0, 6.0];
 /// Unknowns with four segments: the merged offset and eight each.
 pub const UNKNOWNS_MAX: usize = 1 + SEGMENTS * PER_SEGMENT;
 /// Rows wanted for each unknown before a fit means anything.
@@ -104,7 +103,7 @@ impl Problem {
                 Phase::Reference => sample.reference_m[segment].unwrap_or(output_m),
             };
             let phase_rad = TAU * place_m / self.pitch_m;
-            for order in ORDERS {
+            for order in OWN_ORDERS.map(f64::from) {
                 let (sine, cosine) = (order * phase_rad).sin_cos();
                 row.extend([sign * sine, sign * cosine]);
             }

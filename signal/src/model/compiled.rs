@@ -2,18 +2,16 @@
 
 use super::further::Further;
 use super::{ErrorModel, Term};
+use crate::equations::OWN_ORDERS;
 use crate::frame::SEGMENTS;
 use crate::lanes::Lanes;
 use core::array::from_fn;
-
-/// Own orders of the dense part.
-const DENSE_ORDERS: [u8; 4] = [1, 2, 4, 6];
 
 impl Term {
     /// Whether the interrupt evaluates it by itself: it is in neither equation (3) nor (9).
     #[must_use]
     pub fn is_further(&self) -> bool {
-        *self != Self::lateral(1) && !DENSE_ORDERS.iter().any(|&n| *self == Self::own(n))
+        *self != Self::lateral(1) && !OWN_ORDERS.iter().any(|&n| *self == Self::own(n))
     }
 }
 
@@ -90,7 +88,7 @@ impl CompiledModel {
         };
         for (term, rows) in model.terms.iter().zip(&model.coefficients) {
             let rows = rows.map(|row| row.map(|k| k * per_pitch));
-            match DENSE_ORDERS.iter().position(|&n| *term == Term::own(n)) {
+            match OWN_ORDERS.iter().position(|&n| *term == Term::own(n)) {
                 Some(order) => (0..SEGMENTS).for_each(|i| harmonics[i][order] = rows[i]),
                 None => compiled.further.add(*term, rows),
             }

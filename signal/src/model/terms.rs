@@ -1,5 +1,6 @@
 //! The table of terms of the error model: which functions of phases and angle there are.
 
+use crate::equations::OWN_ORDERS;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -170,7 +171,7 @@ pub struct TermTable(Vec<Term, MAX_TERMS>);
 impl TermTable {
     /// Equation (3): own orders 1, 2, 4, 6.
     pub fn equation_3() -> Self {
-        Self([1, 2, 4, 6].into_iter().map(Term::own).collect())
+        Self(OWN_ORDERS.into_iter().map(Term::own).collect())
     }
 
     /// Equation (9): equation (3) and the first lateral order.

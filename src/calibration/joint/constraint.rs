@@ -17,8 +17,10 @@ mod jacobian;
 use super::layout::{JOINT_UNKNOWNS, Layout, Values};
 use super::sample::JointSample;
 use super::whitening::{Whitening, small_angle};
-use crate::calibration::sample::PARITY_SIGN;
 use crate::diode::{self, DiodeErrors};
+use crate::equations::{
+    ANGLE_SIGN, Angle, LATERAL_SIGN, PARITY_SIGN, beacon, by_outputs, middle, parity, theta,
+};
 use crate::frame::SEGMENTS;
 use crate::geometry::Geometry;
 use crate::math::sqrt;
@@ -27,10 +29,6 @@ use core::f32::consts::TAU;
 
 /// Readings of a pose: four segments, two deflections.
 const READINGS: usize = SEGMENTS + 2;
-/// Sign of each segment in the angle, equation (4).
-const ANGLE_SIGN: [f32; SEGMENTS] = [1.0, 1.0, -1.0, -1.0];
-/// Sign of l_o theta in each segment's lateral argument, equation (9).
-const LATERAL_SIGN: [f32; SEGMENTS] = [-1.0, 1.0, 1.0, -1.0];
 
 /// g_p, g_x, g_y, metres.
 pub type Misclosure = [f32; 3];
@@ -146,29 +144,26 @@ impl Constraints {
         let g = &self.geometry;
         let basis = Basis::new(g, &sample.observation());
         let p = self.calibrated_m(values, sample, &basis);
-        let (px, py) = (0.5 * (p[0] + p[2]), 0.5 * (p[1] + p[3]));
-        let angle = ((p[0] - p[2]) + (p[1] - p[3])) / (2.0 * g.span_m);
-        let (sine, cosine_rest) = small_angle(angle);
+        let (sine, cosine_rest) = small_angle(theta(&p, g.span_m));
         let cosine = 1.0 - cosine_rest;
+        let angle = Angle {
+            sine,
+            cosine,
+            cosine_rest,
+        };
         let displacement_m = self.displacement_m(values, sample);
-        let ([cx, cy], [lx, ly]) = (displacement_m, self.lever_m(values));
+        let lever_m = self.lever_m(values);
         let place = self.layout.place();
-        let turned = [cosine * cx - sine * cy, sine * cx + cosine * cy];
+        let place_m = [values[place], values[place + 1]];
+        let seen = beacon(middle(&p), displacement_m, lever_m, place_m, &angle);
         Instant {
             basis,
-            misclosure: [
-                (p[0] - p[2]) - (p[1] - p[3]),
-                turned[0] - px - ly * sine - lx * cosine_rest + values[place],
-                turned[1] - py + lx * sine - ly * cosine_rest + values[place + 1],
-            ],
+            misclosure: [parity(&p), seen.g[0], seen.g[1]],
             sine,
             cosine,
             deflection: sample.deflection,
             displacement_m,
-            by_angle: [
-                -turned[1] - ly * cosine - lx * sine,
-                turned[0] + lx * cosine - ly * sine,
-            ],
+            by_angle: seen.by_theta,
         }
     }
 
@@ -212,16 +207,7 @@ impl Constraints {
 
     /// Derivatives of the constraints by the calibrated outputs.
     fn by_outputs(&self, instant: &Instant) -> [[f32; SEGMENTS]; 3] {
-        let per_output = 1.0 / (2.0 * self.geometry.span_m);
-        let [x, y] = instant.by_angle.map(|a| a * per_output);
-        let turn = |scale: f32, own: [f32; SEGMENTS]| {
-            core::array::from_fn(|i| ANGLE_SIGN[i] * scale - own[i])
-        };
-        [
-            PARITY_SIGN,
-            turn(x, [0.5, 0.0, 0.5, 0.0]),
-            turn(y, [0.0, 0.5, 0.0, 0.5]),
-        ]
+        by_outputs(instant.by_angle, self.geometry.span_m)
     }
 
     /// Derivatives of the constraints by the readings: unmodified outputs (metres) and deflections.

@@ -3,9 +3,9 @@
 pub mod beacon;
 pub mod fullest;
 use courier_sensor::calibration::{
-    Action, Evidence, MotionEvent, Outcome, PARITY_SIGN, RelativePose, Session, SessionConfig,
-    Visits,
+    Action, Evidence, MotionEvent, Outcome, RelativePose, Session, SessionConfig, Visits,
 };
+use courier_sensor::equations::PARITY_SIGN;
 use courier_sensor::frame::{Coordinate, Frame, Status};
 use courier_sensor::geometry::Geometry;
 use courier_sensor::model::ErrorModel;

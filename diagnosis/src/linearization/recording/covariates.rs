@@ -1,6 +1,7 @@
 //! What the sensor knows at a sample, from calibrated readings.
 
 use super::LinearizedRecording;
+use courier_signal::equations::{LATERAL_SIGN, lateral_arguments};
 use effects::sensor::{Covariates, LATERAL_ORDERS, ORDERS};
 use std::f64::consts::TAU;
 
@@ -59,11 +60,8 @@ impl LinearizedRecording<'_> {
         let theta = if theta.is_finite() { theta } else { 0.0 };
         let centre = self.centre_of(i, |s| self.refined_m(s, i));
         let own_m: [f64; 4] = std::array::from_fn(|s| finite(self.refined_m(s, i).as_ref()));
-        let lateral_sign = [-1.0, 1.0, 1.0, -1.0];
-        let across_m: [f64; 4] = std::array::from_fn(|s| {
-            finite(Some(&centre[1 - s % 2])) + lateral_sign[s] * o.lateral_m * theta
-        });
-        let displacement = [-0.5, 0.5, 0.5, -0.5];
+        let across_m = lateral_arguments(centre.map(|c| finite(Some(&c))), theta, o.lateral_m);
+        let side = LATERAL_SIGN.map(|sign| 0.5 * f64::from(sign));
         let at = |list: &[Vec<f64>; 4]| std::array::from_fn(|s| finite(list[s].get(i)));
         let tan_psi = [0, 1].map(|axis: usize| finite(o.tan_psi[axis].get(i)));
         let start = o.t_s[0];
@@ -79,7 +77,7 @@ impl LinearizedRecording<'_> {
             }),
             own: of_segments::<{ ORDERS + 1 }>(|s| f * own_m[s]),
             lateral: of_segments::<{ LATERAL_ORDERS + 1 }>(|s| f * across_m[s]),
-            place_m: std::array::from_fn(|s| [own_m[s], across_m[s] + displacement[s] * o.span_m]),
+            place_m: std::array::from_fn(|s| [own_m[s], across_m[s] + side[s] * o.span_m]),
             centre_m: [0, 1].map(|axis| finite(Some(&centre[axis]))),
             from_middle_m: [0, 1]
                 .map(|axis| finite(Some(&centre[axis])) - self.inputs.middle_m[axis]),

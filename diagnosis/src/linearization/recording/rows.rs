@@ -1,6 +1,7 @@
 //! The residual channels of a sample, their derivatives by the readings, and their noise.
 
 use super::LinearizedRecording;
+use courier_signal::equations::{PARITY_SIGN, by_outputs, parity};
 use effects::sensor::{Action, CHANNELS, Covariates, READINGS, Regressor};
 
 /// Most rows that a sample gives: g_p, g_x, g_y, or four segments against a reference.
@@ -156,8 +157,8 @@ impl LinearizedRecording<'_> {
         }
         let p: [f64; 4] = std::array::from_fn(|s| self.calibrated_m[s][i]);
         rows.count = 1;
-        rows.residual_m[0] = (p[0] - p[2]) - (p[1] - p[3]) + self.baseline.parity_offset_m;
-        rows.by_reading[0] = [1.0, -1.0, -1.0, 1.0, 0.0, 0.0];
+        rows.residual_m[0] = parity(&p) + self.baseline.parity_offset_m;
+        rows.by_reading[0][..4].copy_from_slice(&PARITY_SIGN.map(f64::from));
         if !self.scope.beacon || !self.observations.sees_beacon(i) {
             return;
         }
@@ -166,15 +167,12 @@ impl LinearizedRecording<'_> {
         let (g, by_theta) = self.baseline.beacon_residual(self.centre_m(i), theta, tan);
         let (sine, cosine) = theta.sin_cos();
         let h = self.baseline.height_m;
-        let turn = 0.5 / self.observations.span_m;
+        let by_outputs = by_outputs(by_theta, self.observations.span_m);
         for axis in 0..2 {
             let row = 1 + axis;
             rows.channel[row] = row;
             rows.residual_m[row] = g[axis];
-            let d = by_theta[axis] * turn;
-            rows.by_reading[row][..4].copy_from_slice(&[d, d, -d, -d]);
-            rows.by_reading[row][axis] -= 0.5;
-            rows.by_reading[row][axis + 2] -= 0.5;
+            rows.by_reading[row][..4].copy_from_slice(&by_outputs[row]);
         }
         rows.by_reading[1][4..].copy_from_slice(&[h * cosine, -h * sine]);
         rows.by_reading[2][4..].copy_from_slice(&[h * sine, h * cosine]);

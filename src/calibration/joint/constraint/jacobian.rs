@@ -1,11 +1,9 @@
 //! Derivatives of the constraints by the unknowns.
 
 use super::{Constraints, Instant, Layout, Values};
-use crate::calibration::sample::PARITY_SIGN;
 use crate::diode;
+use crate::equations::{ANGLE_SIGN, PARITY_SIGN};
 use crate::frame::SEGMENTS;
-
-use super::ANGLE_SIGN;
 
 impl Constraints {
     /// Writes the rows, which must be zero.
