@@ -17,6 +17,8 @@ const LOOK: Duration = Duration::from_micros(500);
 const PATIENCE: Duration = Duration::from_secs(2);
 /// Hellos until a board is given up.
 const HELLOS: u32 = 3;
+/// Bytes of a stream that are kept at most until somebody listens: more than comes while a reply is waited for, [`PATIENCE`] at 0.8 MB/s.
+const KEPT_BYTES: usize = 2 << 20;
 
 /// A board that has introduced itself.
 pub struct Link {
@@ -24,6 +26,8 @@ pub struct Link {
     client: Client,
     hello: Hello,
     samples: Decoder<{ telemetry::FRAME_BYTES }>,
+    /// What has come of the stream while a reply was waited for: the board's ring holds 13 ms of it, and a commit takes longer.
+    kept: Vec<u8>,
     lost: u32,
 }
 
@@ -40,6 +44,7 @@ impl Link {
             client,
             hello,
             samples: Decoder::new(),
+            kept: vec![],
             lost: 0,
         })
     }
@@ -62,6 +67,7 @@ impl Link {
     pub fn reconnect(&mut self) -> Result<()> {
         self.hello = greet(&mut *self.wire, &mut self.client)?;
         self.samples = Decoder::new();
+        self.kept.clear();
         Ok(())
     }
 
@@ -90,7 +96,10 @@ impl Link {
     pub fn ask_patiently(&mut self, action: Action, patience: Duration) -> Result<Reply> {
         let mut buffer = [0; FRAME_BYTES];
         let (number, bytes) = self.client.ask(action, &mut buffer)?;
-        let reply = exchange(&mut *self.wire, &mut self.client, number, bytes, patience)?;
+        let (wire, client) = (&mut *self.wire, &mut self.client);
+        let kept = &mut self.kept;
+        let keep = |wire: &mut dyn Wire| keep_stream(wire, kept);
+        let reply = exchange(wire, client, number, bytes, patience, keep)?;
         let told =
             || format!("the board: found no reply within {patience:?} of its time, wanted one");
         match reply.with_context(told)? {
@@ -140,18 +149,21 @@ impl Link {
     /// # Errors
     /// The board cannot be reached, or `watch` fails.
     pub fn listen(&mut self, mut watch: impl FnMut(&Sample) -> Result<()>) -> Result<()> {
-        let mut bytes = [0; 4096];
+        let mut bytes = std::mem::take(&mut self.kept);
+        let mut room = [0; 4096];
         loop {
-            let taken = self.wire.receive(TELEMETRY_CHANNEL, &mut bytes)?;
-            if taken == 0 {
+            let taken = self.wire.receive(TELEMETRY_CHANNEL, &mut room)?;
+            bytes.extend_from_slice(&room[..taken]);
+            if bytes.is_empty() {
                 return Ok(());
             }
-            for byte in &bytes[..taken] {
+            for byte in &bytes {
                 if let Some(Ok(block)) = self.samples.feed::<Block>(*byte) {
                     self.lost = block.lost;
                     block.samples().try_for_each(|sample| watch(&sample))?;
                 }
             }
+            bytes.clear();
         }
     }
 
@@ -176,7 +188,7 @@ fn greet(wire: &mut dyn Wire, client: &mut Client) -> Result<Hello> {
     for _ in 0..HELLOS {
         let mut buffer = [0; FRAME_BYTES];
         let (number, bytes) = client.hello(&mut buffer)?;
-        let reply = exchange(wire, client, number, bytes, PATIENCE)?;
+        let reply = exchange(wire, client, number, bytes, PATIENCE, |_| Ok(()))?;
         if let Some(Reply::Hello(hello)) = reply {
             check_versions(hello.protocol, PROTOCOL)?;
             return Ok(hello);
@@ -185,13 +197,27 @@ fn greet(wire: &mut dyn Wire, client: &mut Client) -> Result<Hello> {
     bail!("the board: found no answer to {HELLOS} hellos, wanted one: is the firmware running?")
 }
 
-/// Sends a request and waits for the reply of its number; none if it does not come.
+/// Takes what has come of a stream; what there is no room for waits in the board's ring.
+fn keep_stream(wire: &mut dyn Wire, kept: &mut Vec<u8>) -> Result<()> {
+    let mut room = [0; 4096];
+    while kept.len() < KEPT_BYTES {
+        let taken = wire.receive(TELEMETRY_CHANNEL, &mut room)?;
+        if taken == 0 {
+            break;
+        }
+        kept.extend_from_slice(&room[..taken]);
+    }
+    Ok(())
+}
+
+/// Sends a request and waits for the reply of its number, with `look` after each look for it; none if it does not come.
 fn exchange(
     wire: &mut dyn Wire,
     client: &mut Client,
     number: u16,
     bytes: &[u8],
     patience: Duration,
+    mut look: impl FnMut(&mut dyn Wire) -> Result<()>,
 ) -> Result<Option<Reply>> {
     let mut sent = 0;
     let mut received = [0; 512];
@@ -200,6 +226,7 @@ fn exchange(
             sent += wire.send(&bytes[sent..])?;
         }
         wire.pass(LOOK)?;
+        look(wire)?;
         loop {
             let taken = wire.receive(REPLY_CHANNEL, &mut received)?;
             let replies = received[..taken]

@@ -1,7 +1,7 @@
-//! The simulated sensor board: the firmware's own two halves on parts that answer on the wire, in one thread.
+//! The simulated sensor board: the firmware's own code on parts that answer on the wire, in one thread.
 //!
-//! One turn of [`SimBoard::sample`] is one sampling interval: the interrupt's half at its instant, then one poll of the
-//! background's. The same seeds give the same run, bit for bit.
+//! One turn of [`SimBoard::sample`] is one sampling interval: the interrupt's half at its instant, then the intake, then one poll of the
+//! background's half. The same seeds give the same run, bit for bit.
 
 use crate::banks::{BOARD, Started};
 pub use crate::shared_flash::{FLASH_PAGES, SharedFlash};
@@ -12,6 +12,7 @@ use crate::world::World;
 use courier_sensor::app::background::Background;
 use courier_sensor::app::console::{Console, StartReport};
 use courier_sensor::app::frames::{FrameQueue, QUEUE_FRAMES};
+use courier_sensor::app::intake::{Intake, OrderQueue};
 use courier_sensor::app::sampler::{Mailbox, Sampler};
 use courier_sensor::app::updates::Updater;
 use courier_sensor::calibration::slots::Slots;
@@ -34,7 +35,8 @@ pub struct SimBoard {
     pub background: Background<'static, 'static, Line, SharedFlash>,
     /// Host's end of the debug link.
     pub link: LinkWire,
-    console: Console<LinkWire>,
+    console: Console<'static, LinkWire>,
+    intake: Intake<'static, 'static, LinkWire>,
     converter: Converter<Spi, Spi, Convst, Reset, Busy>,
     sampler: Sampler<'static, 'static>,
     period_ns: u64,
@@ -93,7 +95,7 @@ impl SimBoard {
             Box::leak(Box::new(initial)),
         );
         let (sender, receiver) = queues.split(active, spare, Box::leak(Box::default()));
-        let (up, down) = Box::leak(Box::new(FrameQueue::new())).split(Box::leak(Box::new(
+        let (up, taken, down) = Box::leak(Box::new(FrameQueue::new())).split(Box::leak(Box::new(
             [const { StepState::ZERO }; QUEUE_FRAMES + 1],
         )));
         let period_ns = (1.0e9 / f64::from(settings.rate_hz)).round() as u64;
@@ -113,13 +115,15 @@ impl SimBoard {
         background.start(false);
         let link = LinkWire::new();
         let hello = hello(rate_hz, world.number, image);
-        let console = Console::new(link.clone(), hello, started);
+        let (streams, orders) = Box::leak(Box::new(OrderQueue::new())).split();
+        let console = Console::new(link.clone(), streams, hello, started);
         world.begin_sampling();
         Ok(Self {
-            link,
             console,
             next_ns: world.clock.now_ns() + period_ns,
             sampler: Sampler::new(receiver, up, mailbox),
+            intake: Intake::new(taken, orders, mailbox, link.clone()),
+            link,
             background,
             converter,
             period_ns,
@@ -145,8 +149,8 @@ impl SimBoard {
             .world
             .with_courier(|courier| courier.sample().temperature_c);
         self.background.set_temperature_c(temperature_c as f32);
-        let console = &mut self.console;
-        self.background.poll(|frame| console.stream(frame));
+        self.intake.run();
+        self.background.poll();
         self.console.serve(&mut self.background);
         frame
     }

@@ -1,7 +1,6 @@
 //! The background's half: everything below the interrupt. [`Background::poll`] is called again and again by the board's main loop.
 //!
-//! Frames come up a lock-free queue and go to the session, the stream and the status; the session's wishes go to the
-//! motion controller; an accepted calibration goes to flash first and then in force. What fails leaves the calibration in
+//! Frames come from the intake, all that the session wants, otherwise the newest; the session's wishes go to the motion controller; an accepted calibration goes to flash first and then in force. What fails leaves the calibration in
 //! force where it was. Knows no clock: time is the number of samples taken.
 
 mod conclude;
@@ -70,7 +69,6 @@ pub struct Background<'q, 'c, S, F> {
     temperature_c: Option<f32>,
     samples: u64,
     last: Frame,
-    status_seen: Status,
 }
 
 impl<'q, 'c, S, F> Background<'q, 'c, S, F>
@@ -105,7 +103,6 @@ where
             temperature_c: None,
             samples: 0,
             last: Frame::default(),
-            status_seen: Status::empty(),
         }
     }
 
@@ -124,32 +121,38 @@ where
         self.guide.halt();
     }
 
-    /// One turn of the main loop. `watch` sees every frame that comes up the queue. Returns how many did.
-    pub fn poll(&mut self, mut watch: impl FnMut(&Frame)) -> usize {
-        let taken = self.take_frames(&mut watch);
+    /// One turn of the main loop. Returns how many frames it took.
+    pub fn poll(&mut self) -> usize {
+        let taken = self.take_frames();
         self.move_on();
+        self.say_what_is_wanted();
         taken
     }
 
     #[inline(never)] // frames on the stack only while it runs
-    fn take_frames(&mut self, watch: &mut impl FnMut(&Frame)) -> usize {
+    fn take_frames(&mut self) -> usize {
         let mut taken = 0;
         while taken < FRAMES_A_POLL && self.take() {
             taken += 1;
+            // The last frame of a pose may keep the session busy for milliseconds: what comes meanwhile is of no use to it.
+            self.mailbox.set_wants_all(false);
             self.task.frame(&self.last);
-            watch(&self.last);
+            self.say_what_is_wanted();
         }
         taken
     }
 
-    /// Takes a frame off the queue, copied once: a frame is a quarter of a kilobyte, and there are 20 000 a second.
+    fn say_what_is_wanted(&self) {
+        self.mailbox.set_wants_all(self.task.wants_all_frames());
+    }
+
+    /// Takes a frame, copied once: a frame is a quarter of a kilobyte.
     fn take(&mut self) -> bool {
         let before = self.last.sequence;
         if !self.frames.receive(&mut self.last) {
             return false;
         }
         self.samples += u64::from(self.last.sequence.wrapping_sub(before));
-        self.status_seen |= self.last.status;
         true
     }
 
@@ -339,14 +342,9 @@ where
         self.ended.as_ref()
     }
 
-    /// The last frame that came up the queue.
+    /// The last frame that came.
     pub fn last_frame(&self) -> &Frame {
         &self.last
-    }
-
-    /// Status bits of all frames since the last call.
-    pub fn take_status(&mut self) -> Status {
-        core::mem::take(&mut self.status_seen)
     }
 
     /// Whether the courier is being moved.

@@ -1,21 +1,20 @@
-//! The debug link's end on the board: commands to the background, its answers and the stream of samples back.
+//! The debug link's end on the board: commands to the background and its answers back. The stream of samples is the intake's.
 //!
-//! Never blocks: a reply waits in its own buffer until the channel has room, and no further command is read until then;
-//! telemetry that finds no room is dropped and counted.
+//! Never blocks: a reply waits in its own buffer until the channel has room, and no further command is read until then.
 
 use super::background::Background;
+use super::intake::OrderSender;
 use super::keeper::Keeper;
 use super::ordered::{calibrate, calibrate_joint, progress};
 use crate::calibration::record::{Calibration, Method};
 use crate::calibration::slots::Place;
-use crate::frame::Frame;
 use crate::link::framing;
 use crate::link::message::{
     Action, Activity, BoardStatus, FRAME_BYTES, FaultReport, Health, Hello, Refusal, Reply,
     ResetCause, Source,
 };
 use crate::link::server::{Event, Server};
-use crate::link::telemetry::{self, Channels, Packer, StreamOrder};
+use crate::link::telemetry::{Channels, StreamOrder};
 use embedded_io::{Read, ReadReady, Write, WriteReady};
 use embedded_storage::nor_flash::NorFlash;
 
@@ -28,8 +27,6 @@ pub trait Ports {
     fn read_commands(&mut self, bytes: &mut [u8]) -> usize;
     /// Gives reply bytes; how many the channel took.
     fn write_replies(&mut self, bytes: &[u8]) -> usize;
-    /// Gives a telemetry frame; false: there was no room and nothing was taken.
-    fn write_telemetry(&mut self, bytes: &[u8]) -> bool;
 }
 
 /// Why the board started, and what was kept from before.
@@ -44,27 +41,25 @@ pub struct StartReport {
 }
 
 /// The board's end of the link. Owned by the background's loop.
-pub struct Console<P> {
+pub struct Console<'q, P> {
     ports: P,
     server: Server,
-    packer: Packer,
+    streams: OrderSender<'q>,
     reply: [u8; FRAME_BYTES],
     unsent: core::ops::Range<usize>,
-    telemetry: [u8; telemetry::FRAME_BYTES],
     started: StartReport,
     restart: bool,
 }
 
-impl<P: Ports> Console<P> {
-    /// For a board that introduces itself as `hello` says.
-    pub fn new(ports: P, hello: Hello, started: StartReport) -> Self {
+impl<'q, P: Ports> Console<'q, P> {
+    /// For a board that introduces itself as `hello` says. `streams`: the way to the intake.
+    pub fn new(ports: P, streams: OrderSender<'q>, hello: Hello, started: StartReport) -> Self {
         Self {
             ports,
             server: Server::new(hello),
-            packer: Packer::default(),
+            streams,
             reply: [0; FRAME_BYTES],
             unsent: 0..0,
-            telemetry: [0; telemetry::FRAME_BYTES],
             started,
             restart: false,
         }
@@ -78,14 +73,6 @@ impl<P: Ports> Console<P> {
     /// Whether the board leaves alone what is stored.
     pub fn is_safe_mode(&self) -> bool {
         self.started.health.safe_mode
-    }
-
-    /// Takes a frame into the stream, if there is one.
-    pub fn stream(&mut self, frame: &Frame) {
-        let ports = &mut self.ports;
-        self.packer.push(frame, &mut self.telemetry, |bytes| {
-            ports.write_telemetry(bytes)
-        });
     }
 
     /// Sends what waits, then carries out at most one command; none while the interrupt has yet to take what was put in
@@ -277,19 +264,14 @@ impl<P: Ports> Console<P> {
             Action::Slots => Ok(Reply::Slots(
                 background.keeper_mut()?.list().map(Into::into),
             )),
-            Action::Stream(order) => {
-                self.packer.start(order);
-                Ok(Reply::Done)
-            }
-            Action::Record { samples } => {
-                let channels = Channels::RECORDING.bits();
-                self.packer.start(StreamOrder {
-                    channels,
+            Action::Stream(order) => self.stream(order).map(done),
+            Action::Record { samples } => self
+                .stream(StreamOrder {
+                    channels: Channels::RECORDING.bits(),
                     decimation: 1,
                     samples,
-                });
-                Ok(Reply::Done)
-            }
+                })
+                .map(done),
             Action::SetTime { unix_s } => {
                 background.set_time(unix_s);
                 Ok(Reply::Done)
@@ -303,20 +285,25 @@ impl<P: Ports> Console<P> {
         }
     }
 
+    /// Gives an order to the intake, which starts with its next frame.
+    fn stream(&mut self, order: StreamOrder) -> Result<(), Refusal> {
+        self.streams.enqueue(order).map_err(|_| Refusal::Busy)
+    }
+
     #[inline(never)]
     fn status<S, F>(&self, background: &mut Background<'_, '_, S, F>) -> BoardStatus
     where
         S: Read + ReadReady + Write + WriteReady,
         F: NorFlash,
     {
-        let seen = background.take_status();
         let (frame, mailbox) = (background.last_frame(), background.mailbox());
+        let seen = mailbox.take_status();
         BoardStatus {
             time: background.time(),
             samples: mailbox.samples(),
             missed: mailbox.missed(),
             dropped_frames: mailbox.dropped(),
-            lost_telemetry: self.packer.lost(),
+            lost_telemetry: mailbox.unsent(),
             status: frame.status.bits(),
             status_seen: seen.bits(),
             activity: if background.is_calibrating() {

@@ -1,6 +1,7 @@
-//! The two halves of the firmware that every board runs: the interrupt's and the background's.
+//! What every board runs: the sampling interrupt's half, the intake of frames, and the background's half.
 //!
-//! `sampler` is the interrupt, `frames` the queue from there; `background` runs everything below it: `guide` moves the courier,
+//! `sampler` is the interrupt; `intake`, an interrupt below it, takes every frame; `frames` are the queues between them. `background` runs
+//! everything else: `guide` moves the courier,
 //! `keeper` holds what is in force and stored, `updates` takes a new firmware in, `console` speaks the debug link (`ordered`: what it says
 //! of calibrations), `restarts`
 //! counts faults in a row.
@@ -9,6 +10,7 @@ pub mod background;
 pub mod console;
 pub mod frames;
 pub mod guide;
+pub mod intake;
 pub mod keeper;
 mod ordered;
 pub mod restarts;

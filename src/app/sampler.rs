@@ -9,7 +9,7 @@ use crate::drivers::converter::{ConverterError, Counts, store};
 use crate::frame::{Frame, RawFrame, Status};
 use crate::step::{isr_step, isr_step_mapped};
 use crate::swap::SwapReceiver;
-use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 
 /// Largest temperature difference that is passed on, kelvin: the industrial range from end to end.
 pub const TEMPERATURE_LIMIT_K: f32 = 125.0;
@@ -23,6 +23,14 @@ pub struct Mailbox {
     samples: AtomicU32,
     /// Frames that found the queue full; written by the interrupt.
     dropped: AtomicU32,
+    /// Frames that the background wanted and had no place for; written by the intake.
+    not_handed: AtomicU32,
+    /// Whether the background wants every frame; written by it.
+    wants_all: AtomicBool,
+    /// Status bits of all frames since the background took them; written by the intake.
+    status_seen: AtomicU32,
+    /// Samples that the running stream should have sent and did not; written by the intake.
+    unsent: AtomicU32,
     /// Sampling instants missed; written by the interrupt.
     missed: AtomicU32,
     /// The longest that the sampling interrupt took; written by it.
@@ -36,6 +44,10 @@ impl Mailbox {
             temperature_delta_bits: AtomicU32::new(0),
             samples: AtomicU32::new(0),
             dropped: AtomicU32::new(0),
+            not_handed: AtomicU32::new(0),
+            wants_all: AtomicBool::new(false),
+            status_seen: AtomicU32::new(0),
+            unsent: AtomicU32::new(0),
             missed: AtomicU32::new(0),
             isr_cycles_worst: AtomicU32::new(0),
         }
@@ -57,9 +69,52 @@ impl Mailbox {
         self.samples.load(Relaxed)
     }
 
-    /// Frames lost because the background did not keep up, modulo 2^32.
+    /// Frames that were not taken up, modulo 2^32: those that found the queue full, and those that a calibration wanted and had no
+    /// place for.
     pub fn dropped(&self) -> u32 {
-        self.dropped.load(Relaxed)
+        let not_handed = self.not_handed.load(Relaxed);
+        self.dropped.load(Relaxed).wrapping_add(not_handed)
+    }
+
+    /// Counts a frame that the background wanted and had no place for. To be called by the intake alone.
+    pub fn note_not_handed(&self) {
+        count(&self.not_handed, 1);
+    }
+
+    /// Whether the background wants every frame.
+    pub fn wants_all(&self) -> bool {
+        self.wants_all.load(Relaxed)
+    }
+
+    /// Tells the intake whether the background wants every frame, or is content with the newest.
+    pub fn set_wants_all(&self, wants_all: bool) {
+        self.wants_all.store(wants_all, Relaxed);
+    }
+
+    /// Keeps a frame's status bits.
+    pub fn note_status(&self, status: Status) {
+        if !self.status_seen().contains(status) {
+            self.status_seen.fetch_or(status.bits(), Relaxed);
+        }
+    }
+
+    /// Status bits of all frames since they were last taken.
+    pub fn take_status(&self) -> Status {
+        Status::from_bits_retain(self.status_seen.swap(0, Relaxed))
+    }
+
+    fn status_seen(&self) -> Status {
+        Status::from_bits_retain(self.status_seen.load(Relaxed))
+    }
+
+    /// Samples that the running stream, or the last one, should have sent and did not: the channel had no room for them.
+    pub fn unsent(&self) -> u32 {
+        self.unsent.load(Relaxed)
+    }
+
+    /// Tells them. To be called by the intake alone.
+    pub fn set_unsent(&self, samples: u32) {
+        self.unsent.store(samples, Relaxed);
     }
 
     /// Sampling instants missed, modulo 2^32.
@@ -155,7 +210,7 @@ pub const fn missed_between(served: u32, newest: u32) -> Option<u32> {
     newest.wrapping_sub(served).checked_sub(1)
 }
 
-/// Adds to a counter that only the interrupt writes: load and store, no exclusive access needed.
+/// Adds to a counter that one interrupt alone writes: load and store, no exclusive access needed.
 #[inline(always)]
 fn count(counter: &AtomicU32, by: u32) {
     counter.store(counter.load(Relaxed).wrapping_add(by), Relaxed);
@@ -164,6 +219,7 @@ fn count(counter: &AtomicU32, by: u32) {
 #[cfg(test)]
 mod tests {
     use super::{Mailbox, missed_between};
+    use crate::frame::Status;
 
     #[test]
     fn the_longest_interrupt_is_kept() {
@@ -173,6 +229,16 @@ mod tests {
             mailbox.note_isr_cycles(cycles);
         }
         assert_eq!(mailbox.isr_cycles_worst(), 1200);
+    }
+
+    #[test]
+    fn status_bits_are_kept_until_they_are_taken() {
+        let mailbox = Mailbox::new();
+        mailbox.note_status(Status::PARITY);
+        mailbox.note_status(Status::FROZEN);
+        mailbox.note_status(Status::PARITY);
+        assert_eq!(mailbox.take_status(), Status::PARITY | Status::FROZEN);
+        assert_eq!(mailbox.take_status(), Status::empty());
     }
 
     #[test]

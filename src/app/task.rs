@@ -117,6 +117,16 @@ impl Task {
         }
     }
 
+    /// Whether the session has use for every frame: it rests at a pose or averages there. Otherwise frames are its clock alone, and one that
+    /// is skipped counts by the next one's number.
+    pub fn wants_all_frames(&self) -> bool {
+        match self {
+            Self::Idle => false,
+            Self::Platen(session) => session.wants_all_frames(),
+            Self::Joint(session) => session.wants_all_frames(),
+        }
+    }
+
     /// Takes what the motion controller said.
     pub fn motion(&mut self, event: MotionEvent) {
         match self {

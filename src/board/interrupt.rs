@@ -11,8 +11,10 @@ pub const ABOVE_SAMPLING: u8 = 0x00;
 pub const SAMPLING: u8 = 0x10;
 /// Priority of the look at the main loop ([`super::hang`]): nothing holds it back but the sampling interrupt.
 pub const LOOK: u8 = 0x40;
-/// Priority of every other one, and the mask that holds them back.
+/// Priority of every other one but the intake's, and the mask that holds both back.
 pub const BELOW_SAMPLING: u8 = 0x80;
+/// Priority of the intake of frames: the lowest of those in use, since it may run for longer than a byte takes on the serial line.
+pub const INTAKE: u8 = 0xC0;
 
 /// Something that one interrupt owns from the moment it is put there.
 pub struct Owned<T>(UnsafeCell<Option<T>>);

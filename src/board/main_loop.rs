@@ -39,7 +39,7 @@ pub trait Board {
 pub fn run<S, F>(
     mut board: impl Board,
     background: &mut Background<'_, '_, S, F>,
-    console: &mut Console<Rings>,
+    console: &mut Console<'_, Rings>,
 ) -> !
 where
     S: Read + ReadReady + Write + WriteReady,
@@ -50,7 +50,7 @@ where
     let (mut fed_at, mut slow_at) = (mailbox.samples(), mailbox.samples());
     let (mut said, mut restart_at) = (Status::empty(), None);
     loop {
-        let taken = background.poll(|frame| console.stream(frame));
+        let taken = background.poll();
         console.serve(background);
         let worked = background.work();
         let samples = mailbox.samples();

@@ -18,6 +18,8 @@ mod guard;
 #[cfg(feature = "board")]
 mod hang;
 #[cfg(feature = "board")]
+mod intake;
+#[cfg(feature = "board")]
 pub mod interrupt;
 #[cfg(feature = "board")]
 pub mod main_loop;

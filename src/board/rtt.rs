@@ -4,17 +4,20 @@
 //! their rings pass in pieces. No ring ever makes the firmware wait: what finds no room is dropped and counted by who sends.
 
 use crate::app::console::Ports;
+use crate::app::intake::Telemetry;
 use rtt_target::{ChannelMode, DownChannel, UpChannel, rtt_init, set_defmt_channel};
 
 /// The channels that the console uses.
 pub struct Rings {
     commands: DownChannel,
     replies: UpChannel,
-    telemetry: UpChannel,
 }
 
+/// The channel that the stream uses.
+pub struct Stream(UpChannel);
+
 /// Sets the control block up and gives the log its ring. To be called once.
-pub fn start() -> Rings {
+pub fn start() -> (Rings, Stream) {
     let rings = rtt_init! {
         up: {
             0: { size: 1024, mode: ChannelMode::NoBlockSkip, name: "log" }
@@ -26,11 +29,11 @@ pub fn start() -> Rings {
         }
     };
     set_defmt_channel(rings.up.0);
-    Rings {
+    let console = Rings {
         commands: rings.down.0,
         replies: rings.up.2,
-        telemetry: rings.up.1,
-    }
+    };
+    (console, Stream(rings.up.1))
 }
 
 impl Ports for Rings {
@@ -41,8 +44,10 @@ impl Ports for Rings {
     fn write_replies(&mut self, bytes: &[u8]) -> usize {
         self.replies.write(bytes)
     }
+}
 
-    fn write_telemetry(&mut self, bytes: &[u8]) -> bool {
-        self.telemetry.write(bytes) == bytes.len()
+impl Telemetry for Stream {
+    fn write(&mut self, bytes: &[u8]) -> bool {
+        self.0.write(bytes) == bytes.len()
     }
 }

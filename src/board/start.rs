@@ -1,12 +1,14 @@
 //! Start-up that every board shares: statics, both halves of the firmware, the queues between them.
 
+use super::intake;
 use super::main_loop::RATE_HZ;
 use super::memory;
 use super::once::Once;
-use super::rtt::Rings;
+use super::rtt::{Rings, Stream};
 use crate::app::background::Background;
 use crate::app::console::{Console, StartReport};
 use crate::app::frames::{FramePlaces, FrameQueue, QUEUE_FRAMES};
+use crate::app::intake::{Intake, OrderQueue};
 use crate::app::sampler::{Mailbox, Sampler};
 use crate::app::task::Task;
 use crate::calibration::slots::Slots;
@@ -14,6 +16,7 @@ use crate::device::Device;
 use crate::drivers::converter::{Converter, ConverterError};
 use crate::drivers::motion::MotionPort;
 use crate::link::message::{ConverterTest, Hello, MemoryTest, PROTOCOL};
+use crate::link::telemetry::StreamOrder;
 use crate::settings::Settings;
 use crate::step::{StepConfig, StepState};
 use crate::swap::SwapQueues;
@@ -26,6 +29,7 @@ use embedded_hal::spi::SpiDevice;
 use embedded_io::{Read, ReadReady, Write, WriteReady};
 use embedded_storage::nor_flash::NorFlash;
 use heapless::String;
+use heapless::spsc::Consumer;
 
 /// Attempts at setting the converters up; after that status and frames say what is wrong.
 const ATTEMPTS: u32 = 3;
@@ -44,7 +48,7 @@ pub struct Ends<S: 'static, F: 'static> {
     /// For the main loop.
     pub background: &'static mut Background<'static, 'static, S, F>,
     /// For the main loop.
-    pub console: &'static mut Console<Rings>,
+    pub console: &'static mut Console<'static, Rings>,
 }
 
 /// Where the background lives: the board's own static, since it knows the types, and too large for a stack.
@@ -107,7 +111,7 @@ pub fn log(report: &StartReport) {
 pub fn connect<S, F>(
     place: BackgroundPlace<S, F>,
     parts: (S, F),
-    rings: Rings,
+    (rings, stream): (Rings, Stream),
     board: &str,
     device: Device,
     mut report: StartReport,
@@ -128,12 +132,23 @@ where
         device,
         rate_hz: RATE_HZ as f32,
     };
-    let console = cortex_m::singleton!(: MaybeUninit<Console<Rings>> = MaybeUninit::uninit());
+    let (streams, orders) = cortex_m::singleton!(: OrderQueue = OrderQueue::new())
+        .expect("called once")
+        .split();
+    let console =
+        cortex_m::singleton!(: MaybeUninit<Console<'static, Rings>> = MaybeUninit::uninit());
     let console = console
         .expect("called once")
-        .write(Console::new(rings, hello, report));
-    assemble(place, parts, sets, console, device)
+        .write(Console::new(rings, streams, hello, report));
+    assemble(place, parts, sets, (console, orders, stream), device)
 }
+
+/// The console, and what the intake needs of the link.
+type LinkEnds = (
+    &'static mut Console<'static, Rings>,
+    Consumer<'static, StreamOrder>,
+    Stream,
+);
 
 fn own_settings() -> Settings {
     Settings {
@@ -147,7 +162,7 @@ fn assemble<S, F>(
     place: BackgroundPlace<S, F>,
     (serial, flash): (S, F),
     [active, spare]: [&'static mut StepConfig; 2],
-    console: &'static mut Console<Rings>,
+    (console, orders, stream): LinkEnds,
     device: Device,
 ) -> Ends<S, F>
 where
@@ -167,7 +182,8 @@ where
     static MAP: Once<ToothMap> = Once::new(ToothMap::new());
     let map = MAP.take().expect("called once");
     let (sender, receiver) = queues.split(active, spare, map);
-    let (produce, consume) = frames.split(places);
+    let (produce, take, consume) = frames.split(places);
+    intake::start(Intake::new(take, orders, mailbox, stream));
     let motion = MotionPort::new(serial);
     let background = place.write(Background::new(
         (consume, sender, mailbox),

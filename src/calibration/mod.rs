@@ -20,7 +20,7 @@ mod start_error;
 mod visit;
 mod visits;
 
-pub use average::UNUSABLE;
+pub use average::{FRAMES as AVERAGED_FRAMES, UNUSABLE};
 pub use config::SessionConfig;
 pub use gate::{GatedFit, PlatenEstimator, STARTUP, Verdict};
 pub use outcome::{AcceptanceLimits, Evidence, Length, Outcome, Refusal};

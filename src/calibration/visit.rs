@@ -127,7 +127,12 @@ impl Visit {
         None
     }
 
-    /// Takes a frame; every one, also while moving: they are the clock.
+    /// Whether every frame is of use: the courier has settled.
+    pub fn wants_all_frames(&self) -> bool {
+        !matches!(self.doing, Doing::Waiting { .. })
+    }
+
+    /// Takes a frame. While [`Visit::wants_all_frames`] says so every one; otherwise they are the clock, and some may be left out.
     pub fn frame(&mut self, frame: &Frame, rules: &VisitRules) -> Visited {
         let passed = self
             .last_sequence

@@ -12,6 +12,40 @@ fn seeded(poses: u32, seed: u64) -> SessionConfig {
     config
 }
 
+/// A session under which the courier takes 20 samples to settle: its outcome, and how many frames it was given. `all`: every one, otherwise
+/// those alone that it wants.
+fn run_settling(all: bool) -> (Outcome, u32) {
+    let (mut courier, mut session) = (Courier::new(3, 3.0e-6, 0.5e-6), Box::new(Session::idle()));
+    session.start(seeded(60, 3)).unwrap();
+    let (mut outputs, mut left, mut given) = ([0.0; 4], 0, 0);
+    while session.is_running() {
+        if let Some(Action::Go(pose)) = session.poll() {
+            (outputs, left) = (courier.outputs_m(&pose), 20);
+        }
+        if left > 0 {
+            left -= 1;
+            if left == 0 {
+                session.motion(MotionEvent::Settled);
+            }
+        }
+        let frame = courier.frame(&outputs);
+        if all || session.wants_all_frames() {
+            session.frame(&frame);
+            given += 1;
+        }
+    }
+    (session.outcome().unwrap().clone(), given)
+}
+
+#[test]
+fn frames_that_a_session_does_not_want_make_no_difference() {
+    let (with_all, all) = run_settling(true);
+    let (with_few, few) = run_settling(false);
+    assert_eq!(with_all, with_few);
+    assert!(with_all.result.is_ok(), "{with_all:?}");
+    assert!(few * 5 < all, "{few} of {all}");
+}
+
 #[test]
 fn thousand_random_poses_reach_the_papers_condition_number_and_the_noise_floor() {
     for seed in 0..4 {

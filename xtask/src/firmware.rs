@@ -28,8 +28,11 @@ const EXCEPTION_FRAME: u32 = 26 * 4 + 4;
 /// Version of the linker wrapper that puts the stack below everything else.
 const FLIP_LINK: &str = "0.1.12";
 
+/// The intake of frames, in every image: the lowest interrupt.
+const INTAKE: &str = "PendSV";
+
 /// An image: its name (feature and binary) and its interrupts, by priority: those of sampling, the looks for a hang, then those that critical
-/// sections hold back.
+/// sections hold back, above [`INTAKE`].
 pub struct Image {
     /// Feature and binary.
     pub name: &'static str,
@@ -258,7 +261,7 @@ impl Image {
             .chain(self.looks)
             .chain(self.sampling)
             .chain(self.below)
-            .chain(&["HardFault", "NonMaskableInt"])
+            .chain(&[INTAKE, "HardFault", "NonMaskableInt"])
         {
             contexts.push((
                 (*root).to_owned(),
@@ -275,6 +278,7 @@ impl Image {
         };
         // One priority runs one interrupt at a time; each may lie on top of the one below.
         let stack_bytes = worst(&["main"]) - EXCEPTION_FRAME
+            + worst(&[INTAKE])
             + worst(self.below)
             + self.looks.iter().map(|look| worst(&[look])).sum::<u32>()
             + worst(self.sampling)

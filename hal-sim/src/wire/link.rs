@@ -3,6 +3,7 @@
 //! Sized like the board's own buffers, so that a slow host loses what it would lose there.
 
 use courier_sensor::app::console::Ports;
+use courier_sensor::app::intake::Telemetry;
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -19,7 +20,7 @@ struct Channels {
     telemetry: VecDeque<u8>,
 }
 
-/// All three channels. Clones are the same; the board's end is [`Ports`], the host's the methods here.
+/// All three channels. Clones are the same; the board's ends are [`Ports`] and [`Telemetry`], the host's the methods here.
 #[derive(Clone, Debug, Default)]
 pub struct LinkWire(Rc<RefCell<Channels>>);
 
@@ -54,8 +55,10 @@ impl Ports for LinkWire {
     fn write_replies(&mut self, bytes: &[u8]) -> usize {
         put(&mut self.0.borrow_mut().replies, bytes, COMMAND_BYTES)
     }
+}
 
-    fn write_telemetry(&mut self, bytes: &[u8]) -> bool {
+impl Telemetry for LinkWire {
+    fn write(&mut self, bytes: &[u8]) -> bool {
         let mut channels = self.0.borrow_mut();
         let room = TELEMETRY_BYTES - channels.telemetry.len();
         if bytes.len() > room {

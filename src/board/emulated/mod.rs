@@ -12,7 +12,7 @@ use self::parts::{Flash, Line, Serial, Spi};
 use super::interrupt::{self, Owned};
 use super::main_loop::{self, Board, RATE_HZ, WATCHDOG_MS};
 use super::start::{self, Ends};
-use super::{fault, guard, hang, rtt};
+use super::{fault, guard, hang, intake, rtt};
 use crate::app::background::Background;
 use crate::app::console::Console;
 use crate::app::sampler::{Sampler, missed_between};
@@ -66,6 +66,7 @@ extern "C" fn isr_sampling() {
     };
     let reading = isr_convert(converter);
     sampler.isr_sample(reading, missed);
+    intake::isr_call();
     SAMPLED.store(true, Relaxed);
 }
 
@@ -147,7 +148,7 @@ pub fn main() -> ! {
 
 type Halves = (
     &'static mut Background<'static, 'static, Serial, Flash>,
-    &'static mut Console<rtt::Rings>,
+    &'static mut Console<'static, rtt::Rings>,
 );
 
 /// Everything but the sampling instants. A function of its own: the main loop's stack begins where this one's began.

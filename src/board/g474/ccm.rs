@@ -1,5 +1,5 @@
-//! The CCM RAM: the sampling interrupts' code, of which no instruction waits for the flash there, the queue of frames, and the state of an
-//! update. `memory.x` says what else.
+//! The CCM RAM: the sampling interrupts' code, of which no instruction waits for the flash there, the queue of frames and
+//! their intake, and the state of an update. `memory.x` says what else.
 #![allow(unsafe_code)] // memory that the linker places
 
 unsafe extern "C" {

@@ -24,7 +24,7 @@ use self::spi::Device;
 use super::interrupt::{BELOW_SAMPLING, Owned, SAMPLING as SAMPLING_PRIORITY};
 use super::main_loop::{self, Board, RATE_HZ, WATCHDOG_MS};
 use super::start;
-use super::{fault, guard, hang, rtt, watchdog};
+use super::{fault, guard, hang, intake, rtt, watchdog};
 use crate::app::background::Background;
 use crate::app::console::Console;
 use crate::app::sampler::{Sampler, missed_between};
@@ -119,6 +119,7 @@ impl Sampling {
             self.reading.disarm();
         }
         self.sampler.isr_compute(missed, |_| {});
+        intake::isr_call();
     }
 
     /// An instant without frames: called by hand, since BUSY made no edge; while the chips are set again, a piece at a time; or when a
@@ -144,6 +145,7 @@ impl Sampling {
             store(Err(self.converter.silent()), raw);
         }
         self.sampler.isr_compute(missed, |_| {});
+        intake::isr_call();
         self.note_cycles(entered);
     }
 
@@ -232,7 +234,7 @@ pub fn main() -> ! {
 /// Both halves of the main loop, and the bank that code runs from.
 type Halves = (
     &'static mut Background<'static, 'static, Serial, Flash>,
-    &'static mut Console<rtt::Rings>,
+    &'static mut Console<'static, rtt::Rings>,
     Flash,
 );
 

@@ -196,7 +196,13 @@ impl Session {
         }
     }
 
-    /// Takes a frame; every one, also while moving: they are the clock.
+    /// Whether every frame is of use: the courier rests at a pose, or its frames are averaged.
+    #[must_use]
+    pub fn wants_all_frames(&self) -> bool {
+        self.is_running() && self.visit.wants_all_frames()
+    }
+
+    /// Takes a frame. While [`Session::wants_all_frames`] says so every one; otherwise they are the clock, and some may be left out.
     pub fn frame(&mut self, frame: &Frame) {
         let (true, Some(rules)) = (self.is_running(), self.rules()) else {
             return;

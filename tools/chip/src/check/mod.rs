@@ -34,7 +34,7 @@ pub const CHECKS: &[Check] = &[
     ),
     (
         "stream",
-        "a recording's stream beside interrupts as long as they may be: every frame is taken up",
+        "a recording's stream beside interrupts as long as they may be, and beside commits and a calibration: every frame is taken up",
         stream::run,
     ),
     (
@@ -103,6 +103,13 @@ pub const CHECKS: &[Check] = &[
     ("silent", "BUSY is silent for 10 ms", variants::silent),
 ];
 
+/// Checks that take minutes: they run if they are named.
+pub const LONG_CHECKS: &[Check] = &[(
+    "minute",
+    "a minute of a recording's stream, commits and calibrations: every frame is taken up",
+    stream::minute,
+)];
+
 /// Prints what a check measures, as JSON on one line: `time`, or `stream`, which then takes a minute of the board's.
 ///
 /// # Errors
@@ -118,21 +125,27 @@ pub fn print_figures(image: &Path, check: &str) -> Result<()> {
     Ok(())
 }
 
-/// Runs the checks that are named, or all; prints a line each.
+/// Runs the checks that are named, or [`CHECKS`]; prints a line each.
 ///
 /// # Errors
 /// A check that fails; what broke is said as it is found.
 pub fn run(image: &Path, names: &[String]) -> Result<()> {
+    let all: Vec<&Check> = CHECKS.iter().chain(LONG_CHECKS).collect();
     if let Some(unknown) = names
         .iter()
-        .find(|name| CHECKS.iter().all(|(known, ..)| known != name))
+        .find(|name| all.iter().all(|(known, ..)| known != name))
     {
-        let known: Vec<&str> = CHECKS.iter().map(|(name, ..)| *name).collect();
+        let known: Vec<&str> = all.iter().map(|(name, ..)| *name).collect();
         bail!("found {unknown:?}, wanted one of {}", known.join(", "));
     }
     let image = Image::open(image)?;
-    let wanted = |name: &str| names.is_empty() || names.iter().any(|wanted| wanted == name);
-    let chosen: Vec<&Check> = CHECKS.iter().filter(|(name, ..)| wanted(name)).collect();
+    let chosen = match names {
+        [] => CHECKS.iter().collect(),
+        names => all
+            .into_iter()
+            .filter(|(name, ..)| names.iter().any(|wanted| wanted == name))
+            .collect::<Vec<&Check>>(),
+    };
     let failed = at_once(&image, &chosen);
     ensure!(failed.is_empty(), "failed: {}", failed.join(", "));
     Ok(())

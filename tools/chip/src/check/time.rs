@@ -25,6 +25,8 @@ use std::time::Duration;
 const LOOK_US: u64 = 20_000;
 /// Two and a half intervals at 20 kHz: at least one instant is missed.
 const MISSED_US: u64 = 125;
+/// After a sample's end: the intake has taken it up, and the next reading has not begun.
+const AFTER_A_SAMPLE_US: u64 = 20;
 /// The interrupts of a sample: BUSY's edge, which starts the reading, and the end of the reading.
 const SAMPLING: [&str; 2] = ["EXTI9_5", "DMA1_CHANNEL2"];
 /// What they may take together, with wait states, of [`SAMPLE_CYCLES`]: plain, and with a map.
@@ -188,10 +190,17 @@ fn fullest_map() -> MapHeader {
     header
 }
 
-/// The same with a sample before which the processor stood still for more than an instant.
+/// The same with a sample before which the processor stood still for more than an instant, from between two readings on: an instant that
+/// falls into a reading is passed over, in an interrupt of its own.
 fn after_a_missed_instant(processor: &mut Processor) -> Result<Cycles> {
     processor.times.restart();
     processor.run(from_us(LOOK_US / 2))?;
+    let ends = 16 + registers::interrupt(SAMPLING[1]);
+    let before = processor.times.of(ends).count;
+    while processor.times.of(ends).count == before {
+        processor.run(from_us(1))?;
+    }
+    processor.run(from_us(AFTER_A_SAMPLE_US))?;
     processor.chip().halt(from_us(MISSED_US));
     so_far(processor, LOOK_US / 2)
 }
