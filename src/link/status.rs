@@ -43,9 +43,9 @@ pub struct BoardStatus {
     pub samples: u32,
     /// Sampling instants missed.
     pub missed: u32,
-    /// Frames that the background was too late for.
+    /// Frames that were not taken up: the intake was too late for them, or a calibration that averages a pose had no place for them.
     pub dropped_frames: u32,
-    /// Telemetry samples that the host was too late for.
+    /// Samples of the running stream, or the last one, that were taken up but not sent: the host was too late for them.
     pub lost_telemetry: u32,
     /// Status bits of the last frame.
     pub status: u32,

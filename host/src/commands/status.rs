@@ -123,8 +123,8 @@ fn text(output: &Output) -> String {
         (
             "samples",
             format!(
-                "{} taken, {} missed, {} frames dropped",
-                status.samples, status.missed, status.dropped_frames
+                "{} taken, {} missed, {} not taken up, {} not sent",
+                status.samples, status.missed, status.dropped_frames, status.lost_telemetry
             ),
         ),
         ("self-test", self_test(&status.health)),

@@ -23,7 +23,7 @@ pub fn next(status: &BoardStatus, joint: bool) -> Vec<String> {
     steps.extend(calibration(status, joint));
     if status.missed > 0 || status.dropped_frames > 0 {
         steps.push(format!(
-            "{} samples were missed and {} frames dropped: line `OVERRUN` of docs/faults.md",
+            "{} samples were missed and {} not taken up: line `OVERRUN` of docs/faults.md",
             status.missed, status.dropped_frames
         ));
     }
