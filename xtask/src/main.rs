@@ -55,6 +55,11 @@ const TASKS: &[Task] = &[
         Work::With(test::run),
     ),
     (
+        "nightly",
+        "the tests that `test` leaves out for their length, each for a change that others hold less closely",
+        Work::Alone(test::nightly),
+    ),
+    (
         "bench",
         "the cost table, measured on the emulated Cortex-M4F (--json), then accuracy figures and throughput on this host",
         Work::With(bench::run),

@@ -6,8 +6,11 @@ use crate::{firmware, plugin};
 use anyhow::{Context, Result, ensure};
 use std::process::Command;
 
-/// The demonstration at full length: minutes, where the tests have 120 poses.
-const FULL: (&str, &str) = ("COURIER_EMULATED_POSES", "1000");
+/// The demonstration and the long run at full length: minutes, where the tests have 120 poses and 12 s.
+const FULL: [(&str, &str); 2] = [
+    ("COURIER_EMULATED_POSES", "1000"),
+    ("COURIER_EMULATED_SECONDS", "60"),
+];
 
 /// The tests, for an image and a plugin that are built first; `words` go to the test program.
 ///
@@ -32,7 +35,7 @@ pub fn command(words: &[&str]) -> Result<Command> {
 pub fn run(words: &[String]) -> Result<()> {
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     let mut command = command(&[&["--nocapture", "--test-threads=1"], &words[..]].concat())?;
-    arm::run(command.env(FULL.0, FULL.1))
+    arm::run(command.envs(FULL))
 }
 
 /// Figures of the link and of the long run, as the tests print them.
@@ -42,7 +45,10 @@ pub fn run(words: &[String]) -> Result<()> {
 pub fn figures() -> Result<()> {
     println!("\nthe image on the emulated board:");
     let words = ["--nocapture", "--test-threads=1", "long", "speed", "fuzzed"];
-    let output = command(&words)?.output().context("cargo test")?;
+    let output = command(&words)?
+        .envs([FULL[1]])
+        .output()
+        .context("cargo test")?;
     let text = String::from_utf8_lossy(&output.stdout);
     text.lines()
         .filter_map(figure)

@@ -56,14 +56,33 @@ struct Ran {
 /// Tests whose processor time the summary names.
 const NAMED: usize = 12;
 
-/// Builds all tests and runs them; numbers of those that passed and failed.
+/// Which tests are run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Which {
+    /// Those of every change.
+    Ordinary,
+    /// Those that `#[ignore]` leaves out of it for their length.
+    Nightly,
+}
+
+impl Which {
+    /// The words that choose them, for a test program.
+    fn words(self) -> &'static [&'static str] {
+        match self {
+            Self::Ordinary => &[],
+            Self::Nightly => &["--ignored"],
+        }
+    }
+}
+
+/// Builds all tests and runs the chosen ones; numbers of those that passed and failed.
 ///
 /// # Errors
 /// They cannot be built, or a program cannot be run.
-pub fn run() -> Result<(u64, u64)> {
+pub fn run(which: Which) -> Result<(u64, u64)> {
     let mut tests = Vec::new();
     for program in programs()? {
-        tests.extend(tests_of(&program)?);
+        tests.extend(tests_of(&program, which)?);
     }
     let rank = |test: &Test| {
         let place = LONGEST
@@ -72,7 +91,7 @@ pub fn run() -> Result<(u64, u64)> {
         place.unwrap_or(LONGEST.len())
     };
     tests.sort_by_key(rank);
-    let ran = at_once(&tests)?;
+    let ran = at_once(&tests, which)?;
     let count = |wanted| ran.iter().filter(|test| test.outcome == wanted).count() as u64;
     let (passed, failed) = (count(Outcome::Passed), count(Outcome::Failed));
     print!("{}", summary(&ran));
@@ -132,10 +151,11 @@ fn command(program: &Program) -> Command {
 }
 
 /// The names of a program's tests.
-fn tests_of(program: &Program) -> Result<Vec<Test>> {
+fn tests_of(program: &Program, which: Which) -> Result<Vec<Test>> {
     let told = || program.path.display().to_string();
     let output = command(program)
         .args(["--list", "--format", "terse"])
+        .args(which.words())
         .output()
         .with_context(told)?;
     ensure!(output.status.success(), "{}: {}", told(), output.status);
@@ -149,10 +169,14 @@ fn tests_of(program: &Program) -> Result<Vec<Test>> {
 }
 
 /// Runs the tests in their order, as many at once as there are processors.
-fn at_once(tests: &[Test]) -> Result<Vec<Ran>> {
+fn at_once(tests: &[Test], which: Which) -> Result<Vec<Ran>> {
     let line = Mutex::new(tests.iter());
     let next = || line.lock().ok()?.next();
-    let work = || -> Result<Vec<Ran>> { std::iter::from_fn(next).map(one).collect() };
+    let work = || -> Result<Vec<Ran>> {
+        std::iter::from_fn(next)
+            .map(|test| one(test, which))
+            .collect()
+    };
     let workers = thread::available_parallelism().map_or(1, usize::from);
     thread::scope(|scope| {
         let running: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
@@ -183,7 +207,7 @@ fn summary(ran: &[Ran]) -> String {
 }
 
 /// Runs one test; what it printed is shown if it failed.
-fn one(test: &Test) -> Result<Ran> {
+fn one(test: &Test, which: Which) -> Result<Ran> {
     let told = || {
         format!(
             "{} {} {}",
@@ -193,6 +217,7 @@ fn one(test: &Test) -> Result<Ran> {
     let (mut printed, end) = std::io::pipe().with_context(told)?;
     let mut child = command(&test.program)
         .args(["--exact", &test.name, "--test-threads=1"])
+        .args(which.words())
         .stdout(end.try_clone()?)
         .stderr(end)
         .spawn()

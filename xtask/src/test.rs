@@ -8,6 +8,7 @@
 //! leaves a processor idle.
 
 use crate::cargo::cargo;
+use crate::runner::Which;
 use crate::{
     arm, arm_checks, chip, circles, firmware, manifests, names, onboard, platforms, report, runner,
 };
@@ -236,13 +237,24 @@ fn step(name: &str, mut command: Command) -> Tally {
 fn tests() -> Tally {
     say("tests: unit, property, simulated board, the built command end to end");
     let begin = Instant::now();
-    let outcome = runner::run();
+    let outcome = runner::run(Which::Ordinary);
     if let Err(error) = &outcome {
         say(&format!("{error:#}"));
     }
     let (passed, failed) = outcome.unwrap_or((0, 1));
     say_done("tests", failed == 0, begin);
     Tally { passed, failed }
+}
+
+/// `cargo xtask nightly`: the tests that every change leaves out for their length.
+///
+/// # Errors
+/// They do not compile, or one has failed.
+pub fn nightly() -> Result<()> {
+    let (passed, failed) = runner::run(Which::Nightly)?;
+    ensure!(passed > 0, "found no test that is left out for its length");
+    ensure!(failed == 0, "{failed} failed");
+    Ok(())
 }
 
 /// Runs `command`, shows its output as it comes, and adds up the summaries of its test programs.

@@ -249,6 +249,7 @@ fn is_told(recordings: &[Recording; 2], name: &str) {
 }
 
 #[test]
+#[ignore = "nightly: half a minute to two"]
 fn play_that_creeps_away_at_rest_is_told() {
     for (seed, wave) in [(3, 0.0), (4, 0.15)] {
         let creeping = |plan: &Plan| Play::creeping(plan, wave);
@@ -257,6 +258,7 @@ fn play_that_creeps_away_at_rest_is_told() {
 }
 
 #[test]
+#[ignore = "nightly: half a minute to two"]
 fn a_direction_that_a_slow_courier_feels_less_is_told() {
     for (seed, slow_m_s) in [(12, 4.0e-3), (13, 2.0e-3)] {
         let softened = |_: &Plan| Play::softened(slow_m_s);
