@@ -63,6 +63,8 @@ pub mod algebra;
 
 pub mod data;
 
+pub mod hypothesis;
+
 pub mod linearization;
 
 pub mod spectra;

@@ -10,6 +10,7 @@ mod diode;
 mod errors_in_variables;
 mod field;
 mod forms;
+mod hypothesis;
 mod leftout;
 mod motion;
 mod phase;

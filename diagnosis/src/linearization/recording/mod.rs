@@ -178,6 +178,16 @@ impl<'a> LinearizedRecording<'a> {
     /// The same recording about another baseline and other effects; speeds and amplitudes stay, what a segment remembers of its way
     /// follows from where it is known to be now.
     pub fn moved(&self, baseline: Baseline, displacement: LatentDisplacement) -> Self {
+        self.moved_at(baseline, displacement, self.noise)
+    }
+
+    /// The same with another noise of each reading, over the stated one.
+    pub fn moved_at(
+        &self,
+        baseline: Baseline,
+        displacement: LatentDisplacement,
+        noise: [f64; READINGS],
+    ) -> Self {
         let (calibrated_m, gain) =
             calibrated(self.observations, self.scope, &baseline, &displacement);
         let mut this = Self {
@@ -190,7 +200,7 @@ impl<'a> LinearizedRecording<'a> {
             mask: self.mask.clone(),
             normal: self.normal.clone(),
             displacement,
-            noise: self.noise,
+            noise,
             gain,
             ln_amplitude: self.ln_amplitude.clone(),
             amplitudes: Arc::clone(&self.amplitudes),
