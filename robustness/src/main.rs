@@ -5,6 +5,7 @@ use clap::{Parser, Subcommand, ValueEnum};
 use recording::Existing;
 use robustness::through::through;
 use robustness::{cuts, draw};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -86,10 +87,11 @@ fn main() -> ExitCode {
 }
 
 /// Steps after which a line tells how far it is.
-const TOLD_EVERY: u64 = 500;
+const TOLD_EVERY: u64 = 100;
 
 fn crashes(count: u64, first: u64) -> Result<()> {
-    let (mut crashed, mut answered) = (0, 0);
+    let mut crashed = 0;
+    let mut answers = BTreeMap::new();
     for number in first..first + count {
         let outcome = through(&draw::recording(number), &draw::recording(number + count));
         for crash in &outcome.crashes {
@@ -99,10 +101,19 @@ fn crashes(count: u64, first: u64) -> Result<()> {
             );
         }
         crashed += u64::from(!outcome.crashes.is_empty());
-        answered += outcome.answered.len();
+        for command in outcome.answered {
+            *answers.entry(command).or_insert(0) += 1;
+        }
         let done = number + 1 - first;
         if done % TOLD_EVERY == 0 || done == count {
-            println!("{crashed} of {done} recordings crashed; {answered} answers");
+            let told = answers
+                .iter()
+                .map(|(command, n)| format!("{n} by {command}"));
+            let told: Vec<String> = told.collect();
+            println!(
+                "{crashed} of {done} recordings crashed; answers: {}",
+                told.join(", ")
+            );
         }
     }
     ensure!(
@@ -114,6 +125,8 @@ fn crashes(count: u64, first: u64) -> Result<()> {
 
 /// Cuts without any effect in which one may be named: one in so many.
 const ONE_NAMED_OF: u64 = 200;
+/// Cuts after which a line tells how far it is: one takes some seconds.
+const CUTS_TOLD_EVERY: u64 = 20;
 
 fn cut(count: u64, first: u64) -> Result<()> {
     let mut named = 0;
@@ -122,8 +135,11 @@ fn cut(count: u64, first: u64) -> Result<()> {
             named += 1;
             println!("number {number}: {wrong}");
         }
+        let done = number + 1 - first;
+        if done % CUTS_TOLD_EVERY == 0 || done == count {
+            println!("effects named in {named} of {done} cut surveys without any");
+        }
     }
-    println!("effects named in {named} of {count} cut surveys without any");
     let most = count.div_ceil(ONE_NAMED_OF);
     ensure!(
         named <= most,
@@ -141,8 +157,11 @@ fn found(count: u64, first: u64) {
         wrong += u64::from(answer.wrong.is_some());
         let told = answer.wrong.unwrap_or_default();
         println!(
-            "number {number}: {:?} {:?}, found {}; {told}",
-            drawn.kind, drawn.effect, answer.found
+            "number {number}: {:?} {:?}, found {}; {told} ({right} of {} so far)",
+            drawn.kind,
+            drawn.effect,
+            answer.found,
+            number + 1 - first
         );
     }
     println!("of {count} cut surveys with one effect {right} named it, {wrong} named another");

@@ -50,7 +50,7 @@ pub fn courier_and_plan(rng: &mut ChaCha8Rng) -> (Courier, Plan) {
 }
 
 /// A further run. Every second one is from a plan that people use, the rest are sweeps from anywhere to anywhere.
-fn with_run(plan: Plan, home: Pose, rng: &mut ChaCha8Rng) -> Plan {
+pub fn with_run(plan: Plan, home: Pose, rng: &mut ChaCha8Rng) -> Plan {
     let speed_m_s = log_uniform(rng, SPEEDS_M_S[0], SPEEDS_M_S[1]);
     let length_m = log_uniform(rng, LENGTHS_M[0], LENGTHS_M[1]);
     let half = 0.5 * length_m;
@@ -94,7 +94,7 @@ fn thin(plan: &mut Plan, rng: &mut ChaCha8Rng) {
 }
 
 /// Labels that repeat, that are all alike, or that are missing.
-fn relabel(plan: &mut Plan, rng: &mut ChaCha8Rng) {
+pub fn relabel(plan: &mut Plan, rng: &mut ChaCha8Rng) {
     let mode = index(rng, 5);
     for (number, run) in plan.runs.iter_mut().enumerate() {
         run.name = match mode {
