@@ -108,6 +108,16 @@ impl Relations {
             .sqrt()
     }
 
+    /// What periodic errors that were taken out make of a wiring's parity, rms, m.
+    fn periodic_m(&self, wiring: &Wiring) -> f64 {
+        let Some(products) = self.parity.as_ref().filter(|_| self.has() == [true; 4]) else {
+            return 0.0;
+        };
+        let weights = DVector::from_row_slice(&wiring.parity());
+        let removed = &products.centred - &products.projected;
+        (removed * &weights).dot(&weights).max(0.0).sqrt()
+    }
+
     fn possible(&self, view: &View) -> bool {
         let logged = self.readings.logged.iter().any(|l| *l);
         let longer = if logged { view.lengths.max(1.0) } else { 1.0 };
@@ -116,6 +126,10 @@ impl Relations {
         let least =
             parity_m <= FAR * self.smallest_parity_m && parity_m <= PARITY_AT_MOST * pitch_m;
         if parity_m > PARITY * pitch_m && !least {
+            return false;
+        }
+        // A sine in the place of its cosine makes an error as wide as the tooth, which follows the tooth phase as well.
+        if self.periodic_m(view.wiring) > PARITY_AT_MOST * pitch_m {
             return false;
         }
         if self.speed_m_s / view.lengths > SPEED_M_S {
@@ -325,8 +339,8 @@ pub(crate) fn explanations(recording: &Recording, relations: &Relations) -> Vec<
     best(list)
 }
 
-/// The cheapest of all. What one wiring looks at and another makes too small to look at is unexplained by the other; another scale of all
-/// lengths has to explain something.
+/// The cheapest of all. What one wiring looks at and another makes too small to look at costs the other as much as what it does not explain;
+/// another scale of all lengths has to explain something.
 fn best(mut list: Vec<Explanation>) -> Vec<Explanation> {
     let scaled = |e: &Explanation| {
         let scale = |f: &Fault| matches!(f, Fault::Pitch(_) | Fault::Positions(_));
@@ -335,9 +349,9 @@ fn best(mut list: Vec<Explanation>) -> Vec<Explanation> {
     let most = list.iter().map(|e| e.told).max().unwrap_or(0);
     for e in &mut list {
         let nothing = usize::from(scaled(e) && e.explained == 0 && most > 0);
-        let untold = most - e.told + nothing;
-        e.unexplained += untold;
-        e.cost += UNEXPLAINED * untold as f64;
+        let untold = most - e.told;
+        e.unexplained += nothing;
+        e.cost += UNEXPLAINED * (untold + nothing) as f64;
     }
     list.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let Some(first) = list.first() else {

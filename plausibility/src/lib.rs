@@ -17,11 +17,14 @@ mod products;
 mod quadrature;
 mod readings;
 mod same;
+mod slips;
+mod subject;
 mod view;
 mod wiring;
 
 pub use finding::{Finding, Kind};
 pub use fitted::Fitted;
+pub use subject::Subject;
 
 use recording::Recording;
 

@@ -125,7 +125,18 @@ impl Poses {
         } else {
             0.0
         };
-        if fit.was * arm * view.lengths < MOVED_M || fit.was < TURNED * inexact {
+        let moved = |i: usize| fit.coefficients[i].abs() * self.rms(axes[i]);
+        let main = (0..axes.len()).max_by(|a, b| moved(*a).total_cmp(&moved(*b)))?;
+        // An angle that only the pose column shows is as much of a contradiction.
+        let was = if response == 2 {
+            fit.was.max(self.rms(2))
+        } else {
+            fit.was
+        };
+        let moves = was * arm * view.lengths >= MOVED_M && was >= TURNED * inexact;
+        // However inexact the segments' angle is: errors of theirs do not turn as an instrument of its own says.
+        let turns_with_it = response == 2 && axes[main] == 2 && fit.left <= LEFT * fit.was;
+        if !moves && !turns_with_it {
             return None;
         }
         judged.told += 1;
@@ -136,8 +147,6 @@ impl Poses {
             judged.unexplained += usize::from(fit.was * arm > MOVED_M || !view.logged);
             return None;
         }
-        let moved = |i: usize| fit.coefficients[i].abs() * self.rms(axes[i]);
-        let main = (0..axes.len()).max_by(|a, b| moved(*a).total_cmp(&moved(*b)))?;
         let error = fit.error(main, LEAST_M / arm);
         Some(Followed {
             axis: axes[main],

@@ -1,12 +1,11 @@
 //! What the check looks at: outputs of the segments, electrodes and poses in columns, and the groups of rows that share a zero.
 
 use crate::quadrature::Reading;
+use crate::slips;
 use recording::{Column, Coordination, Recording};
 
 /// At most so many rows are looked at; of more, every second, third and so on.
 const ROWS: usize = 4_000;
-/// More steps of whole teeth between the pairs than this are no slips of a counter: then the rows are simply far apart.
-const SLIPS: usize = 12;
 /// A row is an outlier beyond so many times the median size of the residual: nine standard deviations of noise.
 const OUTLIER: f64 = 6.0;
 /// Outliers are at most one row in so many; more are no disturbances but the motion itself.
@@ -109,48 +108,14 @@ impl Readings {
         }
     }
 
-    /// Groups, cut where a counter steps by whole teeth from one row to the next: seen by the difference of the pairs (equation 6), or by that
-    /// of a segment and the reference.
+    /// Groups, cut where a counter steps by whole teeth from one row to the next, whatever the wires and units are.
     fn cut_at_slips(&self) -> Vec<usize> {
-        let mut slips = Vec::new();
-        let [p1, p2, p3, p4] = &self.position_m;
-        if (0..4).all(|s| self.has(s)) {
-            let parity = |i: usize| p1[i] - p3[i] - p2[i] + p4[i];
-            slips.extend(self.steps(&(0..self.len()).map(parity).collect::<Vec<f64>>()));
-        }
-        for (segment, own) in self.position_m.iter().enumerate() {
-            let reference = &self.reference[segment % 2];
-            if self.has(segment) && !reference.is_empty() {
-                let apart: Vec<f64> = own.iter().zip(reference).map(|(p, r)| p - r).collect();
-                slips.extend(self.steps(&apart));
-            }
-        }
-        slips.sort_unstable();
-        slips.dedup();
+        let slips = slips::found(self);
         let runs = 1 + self.group.iter().copied().max().unwrap_or(0);
         let epoch = |i: usize| slips.partition_point(|slip| *slip <= i);
         (0..self.len())
             .map(|i| self.group[i] + runs * epoch(i))
             .collect()
-    }
-
-    /// Rows at which a quantity that should move little steps by whole teeth within a group; none if it does so too often to be slips.
-    fn steps(&self, quantity_m: &[f64]) -> Vec<usize> {
-        let rows: Vec<usize> = (0..self.len())
-            .filter(|i| quantity_m[*i].is_finite())
-            .collect();
-        let step = |pair: &[usize]| (quantity_m[pair[1]] - quantity_m[pair[0]]) / self.pitch_m;
-        let slips: Vec<usize> = rows
-            .windows(2)
-            .filter(|pair| self.group[pair[0]] == self.group[pair[1]])
-            .filter(|pair| step(pair).round() != 0.0)
-            .map(|pair| pair[1])
-            .collect();
-        if slips.len() > SLIPS {
-            Vec::new()
-        } else {
-            slips
-        }
     }
 
     /// Takes out rows in which the parity of a wiring is far outside its own scatter: disturbances of some milliseconds.

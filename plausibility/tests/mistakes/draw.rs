@@ -183,3 +183,15 @@ pub fn cut(whole: &Recording, rows: usize) -> Recording {
         warnings: Vec::new(),
     }
 }
+
+/// Lets a segment's counter slip by a tooth in the middle.
+pub fn slip(whole: &mut Recording, segment: usize) {
+    let mut samples = Samples::default();
+    let middle = whole.samples.len() / 2;
+    for k in 0..whole.samples.len() {
+        let mut row = whole.samples.row(k);
+        row.teeth[segment] = row.teeth[segment].map(|n| n + i32::from(k >= middle));
+        samples.push(&row);
+    }
+    whole.samples = samples;
+}
