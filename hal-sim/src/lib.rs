@@ -15,4 +15,5 @@ pub mod spec;
 pub mod trajectory;
 pub mod waveform;
 pub mod wire;
+pub mod wire_fault;
 pub mod world;

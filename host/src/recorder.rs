@@ -6,7 +6,7 @@ use crate::interrupt;
 use anyhow::{Context, Result, bail};
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
 use courier_sensor::drivers::motion::Target;
-use courier_sensor::frame::{Coordinate, SEGMENTS, Status};
+use courier_sensor::frame::{Coordinate, Status};
 use courier_sensor::geometry::Geometry;
 use courier_sensor::link::message::{Action, BoardStatus, Reply, Source};
 use courier_sensor::link::telemetry::{Channels, Sample, StreamOrder};
@@ -66,7 +66,7 @@ const NOISE_S: f64 = 0.5;
 /// One sample in so many for it: the first with which the link keeps up.
 const NOISE_DECIMATIONS: [u16; 5] = [1, 2, 4, 8, 16];
 /// What a recording and the measurement of its noise need of each sample.
-const WANTED: Channels = Channels::STATUS
+pub const WANTED: Channels = Channels::STATUS
     .union(Channels::RAW)
     .union(Channels::UNMODIFIED)
     .union(Channels::TEMPERATURE);
@@ -219,8 +219,8 @@ fn ask(link: &mut Link, action: Action) -> Result<()> {
     Ok(())
 }
 
-/// Geometry of the calibration in force; without one, the firmware's own.
-fn meta(link: &mut Link) -> Meta {
+/// What a recording of the board states: the geometry of the calibration in force; without one, the firmware's own.
+pub fn meta(link: &mut Link) -> Meta {
     let geometry = match link.ask(Action::Read(Source::InForce)) {
         Ok(Reply::Calibration(calibration)) => calibration.geometry,
         _ => Geometry::PAPER,
@@ -271,33 +271,21 @@ struct Tape {
 
 impl Tape {
     fn take(&mut self, sample: &Sample) -> Result<()> {
-        let (Some((pairs, electrodes)), Some(outputs)) = (sample.raw, sample.unmodified) else {
+        let first = *self.first.get_or_insert(sample.sequence);
+        let Some(row) = row(sample, first, self.rate_hz) else {
             return Ok(());
         };
-        let first = *self.first.get_or_insert(sample.sequence);
-        let beacon = !sample
-            .status
-            .unwrap_or_default()
-            .contains(Status::BEACON_MISSING);
         let delta_k = sample.temperature_delta_k.unwrap_or_default();
         let delta_0_k = *self.temperature_0_k.get_or_insert(delta_k);
-        let quadrature = pairs.map(|pair| pair.map(f64::from));
-        let electrode_counts = beacon.then(|| electrodes.map(f64::from));
         self.writer.push(&Row {
-            t_s: f64::from(sample.sequence.wrapping_sub(first)) / self.rate_hz,
             run: &self.run,
-            quadrature_counts: quadrature.map(Some),
-            teeth: std::array::from_fn(|segment| {
-                Some(teeth(outputs[segment], quadrature[segment]))
-            }),
-            electrode_counts,
             temperature_c: self
                 .status
                 .temperature_c
                 .map(|start_c| shortest(start_c + delta_k - delta_0_k)),
-            ..Row::default()
+            ..row
         })?;
-        self.measured.add(&quadrature, electrode_counts);
+        self.measured.add(&row);
         self.samples += 1;
         Ok(())
     }
@@ -311,6 +299,23 @@ impl Tape {
         meta.electronics = electronics;
         Ok(self.writer.finish()?)
     }
+}
+
+/// Raw counts and tooth counts of a sample, without a run's name and temperature; `first` is the sequence number of time zero. None of
+/// a sample that holds no raw counts.
+pub fn row(sample: &Sample, first: u32, rate_hz: f64) -> Option<Row<'static>> {
+    let ((pairs, electrodes), outputs) = (sample.raw?, sample.unmodified?);
+    let status = sample.status.unwrap_or_default();
+    let beacon = !status.contains(Status::BEACON_MISSING);
+    let quadrature = pairs.map(|pair| pair.map(f64::from));
+    let counted = |segment: usize| Some(teeth(outputs[segment], quadrature[segment]));
+    Some(Row {
+        t_s: f64::from(sample.sequence.wrapping_sub(first)) / rate_hz,
+        quadrature_counts: quadrature.map(Some),
+        teeth: std::array::from_fn(counted),
+        electrode_counts: beacon.then(|| electrodes.map(f64::from)),
+        ..Row::default()
+    })
 }
 
 /// Tooth count that belongs to the counts as they are, whatever the firmware corrects in the pair.
@@ -334,11 +339,11 @@ struct Mean {
 }
 
 impl Measured {
-    fn add(&mut self, pairs: &[[f64; 2]; SEGMENTS], electrodes: Option<[f64; 4]>) {
-        for [sine, cosine] in pairs {
-            self.quadrature.add(sine.hypot(*cosine));
+    fn add(&mut self, row: &Row) {
+        for [sine, cosine] in row.quadrature_counts.into_iter().flatten() {
+            self.quadrature.add(sine.hypot(cosine));
         }
-        if let Some([xp, xn, yp, yn]) = electrodes {
+        if let Some([xp, xn, yp, yn]) = row.electrode_counts {
             self.electrodes.add(xp + xn);
             self.electrodes.add(yp + yn);
         }

@@ -11,7 +11,7 @@ use clap::ValueEnum;
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::update::layout::{PAGE_BYTES, SLOTS_START};
 use effects::motion::Pose;
-use effects::plant::Scene;
+use effects::plant::{PlantEffect, Scene};
 use effects::random::{ChaCha8Rng, SeedableRng};
 use embedded_storage::nor_flash::NorFlash;
 use hal_sim::beacon_fault::{BeaconFault, FaultyBeacon};
@@ -19,6 +19,7 @@ use hal_sim::board::SharedFlash;
 use hal_sim::presets::DEFAULT_RMS_M;
 use hal_sim::spec::CourierSpec;
 use hal_sim::wire::motion::ControllerConfig;
+use hal_sim::wire_fault::ExchangedSegments;
 use hal_sim::world::World;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -48,7 +49,7 @@ pub struct Choice {
     /// Give it a catalogued effect of that size, µm rms: `velocity_lag=2`; may be repeated.
     #[arg(long, global = true, value_name = "EFFECT=UM", value_parser = flaw)]
     sim_effect: Vec<Flaw>,
-    /// Something wrong with its beacon or the light around it; may be repeated.
+    /// Something wrong with its beacon, the light around it or its wires; may be repeated.
     #[arg(long, global = true, value_enum, value_name = "FAULT")]
     sim_fault: Vec<Fault>,
     /// Keep the simulated board's flash in this file, so that what one command stores the next one finds.
@@ -67,15 +68,22 @@ enum Fault {
     SecondBeaconFromStart,
     /// Stray light drives an electrode to the converter's end.
     StrayLight,
+    /// Segments 1 and 2 are wired to each other's inputs.
+    SegmentsExchanged,
+    /// Segments 1 and 3 are wired to the inputs of 2 and 4, and the other way round.
+    AxesExchanged,
 }
 
-impl From<Fault> for BeaconFault {
-    fn from(fault: Fault) -> Self {
-        match fault {
-            Fault::BeaconBlinks => Self::Blinks,
-            Fault::SecondBeacon => Self::Second,
-            Fault::SecondBeaconFromStart => Self::SecondFromStart,
-            Fault::StrayLight => Self::StrayLight,
+impl Fault {
+    fn effect(self) -> Box<dyn PlantEffect> {
+        let beacon = |fault: BeaconFault| Box::new(FaultyBeacon::new(fault));
+        match self {
+            Self::BeaconBlinks => beacon(BeaconFault::Blinks),
+            Self::SecondBeacon => beacon(BeaconFault::Second),
+            Self::SecondBeaconFromStart => beacon(BeaconFault::SecondFromStart),
+            Self::StrayLight => beacon(BeaconFault::StrayLight),
+            Self::SegmentsExchanged => Box::new(ExchangedSegments(&[[0, 1]])),
+            Self::AxesExchanged => Box::new(ExchangedSegments(&[[0, 1], [2, 3]])),
         }
     }
 }
@@ -205,8 +213,7 @@ impl Choice {
                 .push((flaw.entry.draw)(&scene, &mut rng, flaw.rms_m));
         }
         for fault in &self.sim_fault {
-            spec.effects
-                .push(Box::new(FaultyBeacon::new((*fault).into())));
+            spec.effects.push(fault.effect());
         }
         Ok((spec, seed))
     }

@@ -7,6 +7,7 @@ use crate::output::{Files, Kind};
 use crate::board::session::{self, LOOK};
 use crate::board::{Choice, Link, motion};
 use crate::terminal::{progress, warn};
+use crate::witness::Witness;
 use anyhow::{Result, bail};
 use clap::ValueEnum;
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
@@ -32,7 +33,8 @@ pub enum Plan {
 /// Let a board calibrate itself by self-motions, and wait for the result.
 ///
 /// The board decides by poses that it did not fit whether it takes the result, stores it, and says why if not. Exit code 1
-/// if it was refused; the calibration in force then stays.
+/// if it was refused; the calibration in force then stays. Meanwhile the segments' readings are held against each other: exchanged
+/// wires or a wrong pitch end the session, with what would be right.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  courier --sim-flash board.bin calibrate --plan optimal")]
 pub struct Args {
@@ -101,7 +103,7 @@ struct Told<'a> {
 /// Orders, waits, prints.
 ///
 /// # Errors
-/// The board cannot be reached, or does not start.
+/// The board cannot be reached, does not start, or its readings cannot be right.
 pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let mut board = choice.open()?;
     let start = args.from.or(if args.joint { board.beacon } else { None });
@@ -109,7 +111,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         motion::go(&mut board.link, target, SELF_MOTION_M_PER_S)?;
     }
     let mapped = board.link.status()?.map.is_some();
-    let progress = wait(&mut board.link, &order(args))?;
+    let (progress, plausible) = wait(&mut board.link, &order(args))?;
     if mapped && board.link.status()?.map.is_none() {
         warn(
             "the tooth map is out of force: it belongs to the calibration before; map again, or load that one",
@@ -142,8 +144,8 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         parts.join("\n")
     })?;
     Ok(match ending {
-        Ending::Accepted { .. } => ExitCode::SUCCESS,
-        Ending::Refused { .. } | Ending::NotKept { .. } => ExitCode::FAILURE,
+        Ending::Accepted { .. } if plausible => ExitCode::SUCCESS,
+        _ => ExitCode::FAILURE,
     })
 }
 
@@ -209,11 +211,13 @@ fn found(link: &mut Link) -> Result<Found> {
     Ok(Found::new(&calibration))
 }
 
-fn wait(link: &mut Link, order: &CalibrateOrder) -> Result<Progress> {
+/// How the session ended, and whether its readings can be right.
+fn wait(link: &mut Link, order: &CalibrateOrder) -> Result<(Progress, bool)> {
     let bar = progress(0, "calibrating: poses");
-    let ended = session::run(link, order, LOOK, &bar, |_, _| Ok(()))?;
+    let mut witness = Witness::start(link)?;
+    let ended = session::run(link, order, LOOK, &bar, |link, now| witness.look(link, now));
     bar.finish_and_clear();
-    Ok(ended)
+    Ok((ended?, witness.end(link)?))
 }
 
 /// The least and the most number of poses, as the board checks it.

@@ -1,11 +1,12 @@
 //! `courier map RECORDING`.
 
+use crate::findings::{self, BOTH_SENSORS};
 use crate::json::Json;
 use crate::kinds;
 use crate::output::{self, Files, Kind};
 use crate::teeth::{Evidence, MapFile, Mapped, TeethPose, estimate, poses_of};
 use crate::terminal::{figure, micrometres, pairs, progress, warn};
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, ensure};
 use courier_sensor::frame::SEGMENTS;
 use recording::Recording;
 use std::path::PathBuf;
@@ -63,12 +64,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     );
     let recording = Recording::read(&args.recording)?;
     recording.warnings.iter().for_each(|line| warn(line));
-    if let Some(finding) = plausibility::check(&recording).first() {
-        bail!(
-            "{}: found that {finding}; wanted wires, units and geometry that fit the readings",
-            args.recording.display()
-        );
-    }
+    findings::check(&recording, &args.recording.display().to_string(), BOTH_SENSORS)?;
     let (setup, mut poses) = poses_of(&recording)?;
     near_middle(&mut poses, 1.0e-3 * within_mm);
     let bar = progress(PASSES, "fitting");

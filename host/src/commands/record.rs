@@ -4,7 +4,7 @@ use crate::json::Json;
 use crate::output::{Files, Kind};
 use crate::board::Choice;
 use crate::destination::Destination;
-use crate::findings::warn_of;
+use crate::findings::{self, NOTHING};
 use crate::interrupt::{self, EXIT_INTERRUPTED, Interrupted};
 use recording::noise::at_rest::Noise;
 use crate::recorder::{Order, Run, record};
@@ -126,7 +126,8 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
             recorded.noise.quadrature_counts
         )
     })?;
-    warn_of(&Recording::read(&args.folder)?);
+    let place = args.folder.display().to_string();
+    findings::check(&Recording::read(&args.folder)?, &place, NOTHING)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,6 +1,6 @@
 //! `courier replay RECORDING`.
 
-use crate::findings::warn_of;
+use crate::findings::{self, SEGMENTS_AND_REFERENCE};
 use crate::json::Json;
 use crate::output::{Files, Kind};
 use crate::calibration_file::CalibrationFile;
@@ -18,7 +18,8 @@ use std::process::ExitCode;
 /// The firmware's own signal path and incremental least squares run over the recording: one segment against a
 /// reference, or four segments against each other (g_p, equation 5). A third of the motion, in contiguous blocks of both
 /// directions of travel, is held out. What remains is remarked on where it cannot be a sensor's error, or where calibration takes
-/// nothing away; exit code 1 where it is of the size of the pitch, or where wires, units or stated values cannot be right.
+/// nothing away; exit code 1 where it is of the size of the pitch. Segments or a reference whose wires, units or pitch cannot be right are
+/// refused, with what would be right.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  courier replay examples/survey-lateral")]
 pub struct Args {
@@ -63,11 +64,12 @@ struct Output<'a> {
 /// Reads, calibrates, prints.
 ///
 /// # Errors
-/// A bad recording, or one that cannot be calibrated on.
+/// A bad recording, one whose segments or reference cannot be as they are stated, or one that cannot be calibrated on.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let recording = Recording::read(&args.recording)?;
     recording.warnings.iter().for_each(|warning| warn(warning));
-    let findings = warn_of(&recording);
+    let place = args.recording.display().to_string();
+    let findings = findings::check(&recording, &place, SEGMENTS_AND_REFERENCE)?;
     if let Some(path) = &args.calibration {
         return apply(args, &recording, path, &findings);
     }
@@ -84,7 +86,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         findings: &findings,
     };
     args.json.tell(ANSWER, &told, || text(&recording, &report))?;
-    Ok(warned(&remarks, &findings))
+    Ok(warned(&remarks))
 }
 
 fn apply(
@@ -113,13 +115,13 @@ fn apply(
             recording.meta.device, g_p.samples
         )
     })?;
-    Ok(warned(&remarks, findings))
+    Ok(warned(&remarks))
 }
 
-/// Says what looks wrong on standard error, and gives the exit code: 1 where the figures cannot be a sensor's, or what is stated cannot be.
-fn warned(remarks: &[Remark], findings: &[Finding]) -> ExitCode {
+/// Says what looks wrong on standard error, and gives the exit code: 1 where the figures cannot be a sensor's.
+fn warned(remarks: &[Remark]) -> ExitCode {
     remarks.iter().for_each(|remark| warn(&remark.text));
-    if !findings.is_empty() || remarks.iter().any(|remark| remark.of_the_pitch) {
+    if remarks.iter().any(|remark| remark.of_the_pitch) {
         ExitCode::FAILURE
     } else {
         ExitCode::SUCCESS

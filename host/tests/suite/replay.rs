@@ -1,6 +1,6 @@
 //! `courier replay` on real recordings and on made ones.
 
-use crate::common::{courier, shared};
+use crate::common::{Ran, courier, shared};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};
@@ -137,52 +137,63 @@ fn four_segments_calibrate_each_other() {
     }
 }
 
-/// Whatever is exchanged in the wiring, what remains is told to be no error of a sensor, and the exit code is 1.
-#[test]
-fn a_wrong_wiring_is_remarked_on() {
+/// A change of a row of this number.
+type Change = fn(usize, &mut Row);
+
+/// Replays a scatter of poses with every row changed.
+fn replay_changed(name: &str, change: Change) -> Ran {
     let folder = tempfile::tempdir().unwrap();
-    let exchanged: [(&str, fn(&mut Row)); 4] = [
-        ("segments-1-3", |row| {
+    let right = scatter(6.0);
+    let mut samples = Samples::default();
+    for index in 0..right.samples.len() {
+        let mut row = right.samples.row(index);
+        change(index, &mut row);
+        samples.push(&row);
+    }
+    let wrong = Recording {
+        samples,
+        ..right.clone()
+    };
+    let path = folder.path().join(name);
+    wrong.write(&path, Existing::Refuse).unwrap();
+    courier(&["replay", path.to_str().unwrap(), "--json"])
+}
+
+/// Whatever is exchanged in the wiring, it is named and nothing is computed.
+#[test]
+fn a_wrong_wiring_is_refused() {
+    let exchanged: [(&str, &str, Change); 4] = [
+        ("one", "segments 1 and 3 are exchanged", |_, row| {
             row.quadrature_counts.swap(0, 2);
             row.teeth.swap(0, 2);
         }),
-        ("segments-1-2", |row| {
+        ("two", "segments 1 and 2 are exchanged", |_, row| {
             row.quadrature_counts.swap(0, 1);
             row.teeth.swap(0, 1);
         }),
-        ("sine-cosine", |row| {
-            let pair = row.quadrature_counts[0].as_mut().unwrap();
-            pair.swap(0, 1);
+        ("three", "q1s and q1c are exchanged", |_, row| {
+            row.quadrature_counts[0].as_mut().unwrap().swap(0, 1);
         }),
-        ("sign", |row| {
+        ("four", "q4c has the wrong sign", |_, row| {
             let [_, cosine] = row.quadrature_counts[3].as_mut().unwrap();
             *cosine = -*cosine;
         }),
     ];
-    let right = scatter(6.0);
-    for (name, exchange) in exchanged {
-        let mut samples = Samples::default();
-        for index in 0..right.samples.len() {
-            let mut row = right.samples.row(index);
-            exchange(&mut row);
-            samples.push(&row);
-        }
-        let wrong = Recording {
-            samples,
-            ..right.clone()
-        };
-        let path = folder.path().join(name);
-        wrong.write(&path, Existing::Refuse).unwrap();
-        let ran = courier(&["replay", path.to_str().unwrap(), "--json"]);
-        assert_eq!(ran.code, 1, "{name}: {}", ran.err);
-        assert!(
-            ran.err.contains("of the pitch") && ran.err.contains("exchanged"),
-            "{name}: {}",
-            ran.err
-        );
-        let told = crate::common::json(&ran.out);
-        assert_eq!(told["remarks"][0]["channel"], "g_p", "{name}");
+    for (name, wanted, exchange) in exchanged {
+        replay_changed(name, exchange).refused(&[name, wanted]);
     }
+}
+
+/// Tooth counts that were lost are no wire's doing: what remains is told to be no error of a sensor, and the exit code is 1.
+#[test]
+fn a_residual_of_the_size_of_the_pitch_is_remarked_on() {
+    let ran = replay_changed("lost", |index, row| {
+        row.teeth[2] = row.teeth[2].map(|n| n + (index % 5) as i32);
+    });
+    assert_eq!(ran.code, 1, "{}", ran.err);
+    assert!(ran.err.contains("of the pitch"), "{}", ran.err);
+    let told = crate::common::json(&ran.out);
+    assert_eq!(told["remarks"][0]["channel"], "g_p");
 }
 
 #[test]
