@@ -93,7 +93,7 @@ pub use verdict::answer::{Diagnosis, HeldOut, Verdict};
 
 /// The recording cannot answer: the limit that it violates, and both numbers.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{quantity}: {}, at least {} wanted", with_unit(*found, unit), with_unit(*wanted, unit))]
+#[error("{quantity}: {}, at least {} wanted{}", with_unit(*found, unit), with_unit(*wanted, unit), lacks(motions))]
 pub struct Insufficient {
     /// What is too little.
     pub quantity: String,
@@ -103,6 +103,16 @@ pub struct Insufficient {
     pub wanted: f64,
     /// Unit of both.
     pub unit: String,
+    /// What is to be recorded besides, where motion is what lacks.
+    pub motions: Vec<String>,
+}
+
+/// The motions as the end of a sentence.
+fn lacks(motions: &[String]) -> String {
+    if motions.is_empty() {
+        return String::new();
+    }
+    format!("; what lacks: {}", motions.join("; "))
 }
 
 impl Insufficient {
@@ -113,7 +123,14 @@ impl Insufficient {
             found,
             wanted,
             unit: unit.into(),
+            motions: Vec::new(),
         }
+    }
+
+    /// The same with what is to be recorded besides.
+    #[must_use]
+    pub fn lacking(self, motions: Vec<String>) -> Self {
+        Self { motions, ..self }
     }
 }
 

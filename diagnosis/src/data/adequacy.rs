@@ -2,14 +2,12 @@
 
 use crate::Insufficient;
 use crate::algebra::statistics::{deviation, median};
+use crate::data::coverage::{PHASES, RUNS, TURNED_MRAD, phases, runs};
+use crate::data::lacking::motions;
 use crate::data::motion::{LOUD_MISFIT, Motion};
 use crate::data::observations::{MINIMUM_SAMPLES, Observations};
 use crate::linearization::recording::{LinearizedRecording, range};
 
-/// Runs that are needed: what is held out must differ from what was fitted.
-const RUNS: usize = 2;
-/// Sixteenths of the tooth phase that a segment must have seen.
-const PHASES: usize = 12;
 /// A step in time by more than this many sample intervals within a run of even sampling is a jump, not a pause.
 const JUMP: f64 = 50.0;
 /// Share of a run's intervals that must be alike for its sampling to count as even.
@@ -67,12 +65,9 @@ fn frozen_thermometer(o: &Observations) -> Option<String> {
 pub fn check(o: &Observations) -> Result<(), Insufficient> {
     let parts = runs(o);
     if parts < RUNS {
-        return Err(Insufficient::new(
-            "runs of motion",
-            parts as f64,
-            RUNS as f64,
-            "",
-        ));
+        return Err(
+            Insufficient::new("runs of motion", parts as f64, RUNS as f64, "").lacking(motions(o)),
+        );
     }
     for segment in (0..4).filter(|s| o.has_segment(*s)) {
         crate::data::channels::pair(o, segment)?;
@@ -82,7 +77,8 @@ pub fn check(o: &Observations) -> Result<(), Insufficient> {
                 "sixteenths of the tooth phase that segment {} passed",
                 segment + 1
             );
-            return Err(Insufficient::new(&what, seen as f64, PHASES as f64, ""));
+            let limit = Insufficient::new(&what, seen as f64, PHASES as f64, "");
+            return Err(limit.lacking(motions(o)));
         }
         crate::data::channels::tooth_count(o, segment)?;
         crate::data::channels::fresh(o, segment)?;
@@ -117,7 +113,8 @@ pub fn check_residuals(
             whole as f64,
             MINIMUM_SAMPLES as f64,
             "",
-        ));
+        )
+        .lacking(motions(linearized.observations)));
     }
     Ok(())
 }
@@ -166,10 +163,6 @@ pub fn overstated(linearized: &LinearizedRecording) -> Option<Insufficient> {
         .next()
 }
 
-/// Standard deviation of the angle that is needed where nothing but g_p is known, mrad: at one angle the two segments of an axis
-/// show the sum of their errors nowhere.
-const TURNED_MRAD: f64 = 1.0;
-
 /// Checks that the four segments can be told apart.
 ///
 /// # Errors
@@ -186,63 +179,8 @@ pub fn check_turning(linearized: &LinearizedRecording) -> Result<(), Insufficien
     let found = deviation(&angles);
     if found < TURNED_MRAD {
         let what = "standard deviation of the angle, without a beacon or a reference";
-        return Err(Insufficient::new(what, found, TURNED_MRAD, "mrad"));
+        let limit = Insufficient::new(what, found, TURNED_MRAD, "mrad");
+        return Err(limit.lacking(motions(linearized.observations)));
     }
     Ok(())
-}
-
-/// Runs by their labels; under one label, legs of travel that turn back over some teeth: what a run is called tells nothing.
-fn runs(o: &Observations) -> usize {
-    let mut labels = o.run.clone();
-    labels.sort_unstable();
-    labels.dedup();
-    if labels.len() > 1 {
-        return labels.len();
-    }
-    (0..4)
-        .filter(|s| o.has_segment(*s))
-        .map(|s| legs(&o.position_m[s], LEG_PITCHES * o.pitch_m))
-        .max()
-        .unwrap_or(1)
-        .max(1)
-}
-
-/// Steps of more than this share of a leg are jumps between poses, not travel.
-const LEG_STEP: f64 = 0.3;
-/// Teeth that a leg of travel passes.
-const LEG_PITCHES: f64 = 3.0;
-
-/// Legs of steady travel one way, each longer than `length`.
-fn legs(position_m: &[f64], length: f64) -> usize {
-    let known: Vec<f64> = position_m
-        .iter()
-        .copied()
-        .filter(|p| p.is_finite())
-        .collect();
-    let (mut count, mut way, mut turn) = (0, 0.0, known.first().copied().unwrap_or(0.0));
-    for pair in known.windows(2) {
-        let (before, here) = (pair[0], pair[1]);
-        if (here - before).abs() > LEG_STEP * length {
-            (way, turn) = (0.0, here);
-            continue;
-        }
-        let travelled = here - turn;
-        if way * travelled > 0.0 {
-            turn = here;
-        } else if travelled.abs() > length {
-            count += 1;
-            way = travelled.signum();
-            turn = here;
-        }
-    }
-    count
-}
-
-fn phases(o: &Observations, segment: usize) -> usize {
-    let mut seen = [0usize; 16];
-    for p in o.position_m[segment].iter().filter(|p| p.is_finite()) {
-        let turns = p / o.pitch_m;
-        seen[(((turns - turns.floor()) * 16.0) as usize).min(15)] += 1;
-    }
-    seen.iter().filter(|count| **count > 2).count()
 }

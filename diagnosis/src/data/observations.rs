@@ -2,7 +2,7 @@
 
 use crate::Insufficient;
 use crate::data::interpolation::filled;
-use recording::{Column, Recording};
+use recording::{Column, Recording, Samples};
 use std::f64::consts::TAU;
 
 /// The recording in columns of f64, NaN where not measured. `N` samples.
@@ -75,12 +75,10 @@ impl Observations {
         let n = samples.len();
         let meta = &recording.meta;
         if n < MINIMUM_SAMPLES {
-            return Err(Insufficient::new(
-                "samples",
-                n as f64,
-                MINIMUM_SAMPLES as f64,
-                "",
-            ));
+            return Err(
+                Insufficient::new("samples", n as f64, MINIMUM_SAMPLES as f64, "")
+                    .lacking(further(samples)),
+            );
         }
         let electronics = &meta.electronics;
         let counts_noise =
@@ -305,6 +303,15 @@ fn only<T>(list: &mut Vec<T>, stays: &[bool]) {
 
 /// Fewer samples than this answer nothing: the baseline alone has 38 unknowns.
 pub const MINIMUM_SAMPLES: usize = 200;
+
+/// What too few samples lack: more of them, and how long that takes at their rate.
+fn further(samples: &Samples) -> Vec<String> {
+    let more = MINIMUM_SAMPLES - samples.len();
+    let takes = samples.sample_interval_s().map_or(String::new(), |step_s| {
+        format!(", {:.3} s at this rate", more as f64 * step_s)
+    });
+    vec![format!("{more} samples more{takes}")]
+}
 
 fn nominal_m(pose: &[Vec<f64>; 3], span_m: f64, segment: usize, i: usize) -> f64 {
     let Some(&along) = pose[segment % 2].get(i) else {

@@ -78,6 +78,7 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     notes.extend(crate::data::restarts::join(&mut observations, recording));
     let slips = repair_slips(&mut observations);
     align_pairs(&mut observations);
+    notes.extend(crate::data::faint::leave_aside(&mut observations));
     notes.extend(crate::data::adequacy::remarks(&observations));
     let samples = observations.len();
     let (thinned, note) = thinning::thin(&mut observations);

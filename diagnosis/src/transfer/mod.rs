@@ -1,5 +1,6 @@
 //! The model on disk, where it knows what it speaks of, and its check on another recording.
 
 pub mod amplitude_support;
+mod aside;
 pub mod model;
 pub mod support;

@@ -8,7 +8,7 @@ use crate::data::observations::{MINIMUM_SAMPLES, Observations};
 use crate::data::outliers::{among_bursts, astray, disturbed};
 use crate::data::slips::repair_slips;
 use crate::data::tooth_counts::align_pairs;
-use crate::data::{commanded, restarts};
+use crate::data::{adequacy, commanded, faint, restarts};
 use crate::design::gram::{Columns, Gram, coefficients};
 use crate::inference::covariance::PosteriorCovariance;
 use crate::inference::residuals::Residuals;
@@ -22,6 +22,7 @@ use crate::progress::{Stage, Watch, unwatched};
 use crate::spectra::phase::{Line, align, waves};
 use crate::trace::{log, tracing};
 use crate::transfer::amplitude_support::AmplitudeSupport;
+use crate::transfer::aside;
 use crate::transfer::support::TrainingSupport;
 use crate::verdict::answer::{HeldOut, HeldOutChannel, Magnitude};
 use crate::verdict::confirmation::Confirmation;
@@ -87,6 +88,9 @@ pub struct Check {
     pub recording: String,
     /// Path of the model.
     pub model: String,
+    /// What of the recording was mended or left aside, a line each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
     /// As in the diagnosis.
     pub held_out: HeldOut,
     /// Whether that is what the model claims.
@@ -97,6 +101,8 @@ pub struct Check {
 /// The figures of `check`, and what they leave out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Checked {
+    /// What of the recording was mended or left aside, a line each.
+    pub notes: Vec<String>,
     /// As in the diagnosis.
     pub held_out: HeldOut,
     /// Samples that residuals could be formed of.
@@ -150,11 +156,14 @@ pub fn check_watched(
 ) -> Result<Checked, Insufficient> {
     watch(Stage::Read);
     let mut observations = Observations::new(recording)?;
-    commanded::repair(&mut observations);
-    restarts::join(&mut observations, recording);
-    repair_slips(&mut observations);
+    let mut notes = commanded::repair(&mut observations);
+    notes.extend(restarts::join(&mut observations, recording));
+    let slips = repair_slips(&mut observations);
+    notes.extend(slips.iter().map(|slip| aside::slip(slip, &observations)));
     align_pairs(&mut observations);
-    let undisturbed = undisturbed(model, &observations);
+    notes.extend(faint::leave_aside(&mut observations));
+    notes.extend(adequacy::remarks(&observations));
+    let undisturbed = undisturbed(model, &observations, &mut notes);
     watch(Stage::Split);
     let (known, elsewhere) = split(model, &observations, undisturbed);
     let doubtful = doubtful(model, &observations, &known);
@@ -195,6 +204,7 @@ pub fn check_watched(
         0.0
     };
     Ok(Checked {
+        notes,
         held_out,
         samples,
         unknown: beyond,
@@ -224,10 +234,11 @@ fn warmer_or_colder(model: &Model, observations: &Observations) -> Option<[[f64;
 
 /// Samples that tell a place and do not stand out. Disturbed ones are those that stand out of what the baseline alone leaves: a place where
 /// the effects do not fit is a gap, and no disturbance. Where bursts were named there are others here, which a great gap may hide: then it is
-/// what the model leaves that they stand out of, as they did in the diagnosis.
-fn undisturbed(model: &Model, observations: &Observations) -> Vec<bool> {
+/// what the model leaves that they stand out of, as they did in the diagnosis. What is left out goes to `notes`.
+fn undisturbed(model: &Model, observations: &Observations, notes: &mut Vec<String>) -> Vec<bool> {
     let resting = crate::data::prepare::resting(observations);
     let stuck = crate::data::clip::stuck(observations, &model.inputs.clip);
+    notes.extend(aside::stuck(&stuck));
     let all: Vec<bool> = resting.iter().zip(&stuck).map(|(r, s)| !r && !s).collect();
     let (first, _) = residuals(model, observations, all.clone(), model.bursts);
     let rows = first.white_rows();
@@ -237,8 +248,11 @@ fn undisturbed(model: &Model, observations: &Observations) -> Vec<bool> {
         disturbed(&rows, observations.len(), &observations.stretch)
     };
     let astray = astray(&rows, observations);
-    let stays = |i: usize| all[i] && !marked[i] && !astray[i];
-    (0..all.len()).map(stays).collect()
+    let far: Vec<bool> = (0..all.len())
+        .map(|i| all[i] && (marked[i] || astray[i]))
+        .collect();
+    notes.extend(aside::far(&far));
+    (0..all.len()).map(|i| all[i] && !far[i]).collect()
 }
 
 /// Samples over places where the model knows all that it speaks of, and the others.

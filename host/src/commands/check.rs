@@ -1,5 +1,6 @@
 //! `courier check MODEL RECORDING`.
 
+use crate::findings::{self, ALL};
 use crate::json::Json;
 use crate::kinds;
 use crate::output::Files;
@@ -57,6 +58,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let recording = Recording::read(&args.recording)?;
     recording.warnings.iter().for_each(|warning| warn(warning));
     let path = args.recording.display().to_string();
+    findings::check(&recording, &path, ALL)?;
     let bar = stages();
     let watch = |stage: Stage| begin(&bar, stage.what(), stage.begins_at());
     let checked = check_watched(&model, &recording, &watch);
@@ -67,11 +69,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         schema: 1,
         recording: path,
         model: name,
+        notes: checked.notes.clone(),
         confirmation: Confirmation::new(&model.claimed, &held_out),
         held_out,
     };
+    let notes = check.notes.iter().map(|note| format!("  {note}"));
     let told = [
-        confirmed(&check.confirmation),
+        [confirmed(&check.confirmation)].into_iter().chain(notes).collect::<Vec<_>>().join("\n"),
         told(&model, &check) + &left_out(&model, &checked),
     ];
     args.json.tell(kinds::CHECK, &check, || told.join("\n"))?;

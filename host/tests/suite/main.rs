@@ -19,3 +19,4 @@ mod replay;
 mod rough;
 mod two_hosts;
 mod update;
+mod wires;

@@ -13,9 +13,15 @@ fn insufficient(change: impl Fn(usize, &mut Row) -> bool, words: &[&str]) {
 #[test]
 fn too_few_samples_and_runs() {
     insufficient(|i, _| i % 20 == 0, &["samples", "200"]);
-    insufficient(|_, row| row.run == "scatter", &["runs of motion: 1", "2"]);
+    insufficient(
+        |_, row| row.run == "scatter",
+        &["runs of motion: 1", "2", "what lacks: a run"],
+    );
     // Shorter than one block of the comparison.
-    insufficient(|i, _| i < 7, &["samples: 7"]);
+    insufficient(
+        |i, _| i < 7,
+        &["samples: 7", "what lacks: 193 samples more"],
+    );
 }
 
 #[test]
@@ -33,12 +39,20 @@ fn too_little_motion() {
     // Along one axis only.
     insufficient(
         |_, row| row.run.starts_with("flyby_x") || row.run == "still",
-        &["segment 2", "12"],
+        &[
+            "segment 2",
+            "12",
+            "what lacks: a run along y over 2.0 mm or more, at ",
+        ],
     );
     // Fly-bys at one angle: the segments of an axis are not told apart.
     insufficient(
         |_, row| row.run.starts_with("flyby"),
-        &["deviation of the angle", "mrad", "at least 1 mrad"],
+        &[
+            "deviation of the angle",
+            "at least 1 mrad",
+            "what lacks: a turn by 1.7 mrad or more",
+        ],
     );
 }
 

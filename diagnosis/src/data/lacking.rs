@@ -1,0 +1,135 @@
+//! Which motion a recording lacks, from what its readings leave undetermined.
+//!
+//! Equation (3) of a segment wants its tooth phase seen all round, which a run along the segment's own direction does. The two segments of
+//! an axis are told apart by turning, where neither a beacon nor a reference tells them. What is held out wants a run of its own.
+
+use crate::algebra::statistics::{deviation, median};
+use crate::data::coverage::{LEG_PITCHES, PHASES, RUNS, SIXTEENTHS, TURNED_MRAD, phases, runs};
+use crate::data::observations::Observations;
+
+/// Samples of each sixteenth of a tooth that a run should see: twice what a single one would need, for a start in the middle of one.
+const SAMPLES_A_SIXTEENTH: f64 = 2.0;
+/// Teeth that a run passes at least, so that each phase is seen in it whatever place it starts from.
+const TEETH: f64 = 2.0;
+
+/// The motions, each as what is to be recorded besides. Empty where motion is not what lacks.
+pub fn motions(o: &Observations) -> Vec<String> {
+    let mut list = Vec::new();
+    for (axis, name) in ["x", "y"].into_iter().enumerate() {
+        let dark: Vec<usize> = [axis, axis + 2]
+            .into_iter()
+            .filter(|s| o.has_segment(*s) && phases(o, *s) < PHASES)
+            .collect();
+        if !dark.is_empty() {
+            list.push(along(o, name, TEETH));
+        }
+    }
+    if list.is_empty() && runs(o) < RUNS {
+        list.push(format!(
+            "{}, labelled as a run of its own",
+            along(o, "the same way back", LEG_PITCHES)
+        ));
+    }
+    list.extend(turn(o));
+    list
+}
+
+/// A run in a direction over so many teeth, as slowly as the rate of sampling wants.
+fn along(o: &Observations, direction: &str, teeth: f64) -> String {
+    let way_m = teeth * o.pitch_m;
+    let mut steps: Vec<f64> = (1..o.len())
+        .filter(|&i| o.run[i] == o.run[i - 1])
+        .map(|i| o.t_s[i] - o.t_s[i - 1])
+        .collect();
+    let slowly = median(&mut steps).map_or(String::new(), |step_s| {
+        let samples = SAMPLES_A_SIXTEENTH * SIXTEENTHS as f64;
+        let speed_m_s = o.pitch_m / (samples * step_s);
+        format!(
+            ", at {} mm/s or less ({} s or more)",
+            figure(1e3 * speed_m_s),
+            figure(way_m / speed_m_s)
+        )
+    });
+    let direction = if direction.len() == 1 {
+        format!("along {direction}")
+    } else {
+        direction.into()
+    };
+    format!(
+        "a run {direction} over {} mm or more{slowly}",
+        figure(1e3 * way_m)
+    )
+}
+
+/// A turn, where the segments of an axis are told apart by nothing else.
+fn turn(o: &Observations) -> Option<String> {
+    let all = (0..4).all(|s| o.has_segment(s));
+    let others = o.tan_psi.iter().any(|t| t.iter().any(|v| v.is_finite()))
+        || o.reference.iter().any(|r| !r.is_empty());
+    if !all || others {
+        return None;
+    }
+    let angle_mrad = |i: usize| 1e3 * (o.position_m[0][i] - o.position_m[2][i]) / o.span_m;
+    let known = (0..o.len()).map(angle_mrad).filter(|a| a.is_finite());
+    let turned = deviation(&known.collect::<Vec<f64>>());
+    // A steady turn from one side to the other deviates by its half width over the root of three.
+    let wanted = 3.0_f64.sqrt() * TURNED_MRAD;
+    (turned < TURNED_MRAD).then(|| format!("a turn by {wanted:.1} mrad or more to either side"))
+}
+
+/// Two digits.
+fn figure(value: f64) -> String {
+    let digits = (1 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
+    format!("{value:.digits$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use effects::motion::Pose;
+    use effects::plant::Geometry;
+    use hal_sim::courier::Courier;
+    use hal_sim::presets::ideal;
+    use hal_sim::trajectory::{OpenLoop, Plan};
+
+    /// What a courier lacks that made this motion, without a beacon.
+    fn lacking(motion: impl Fn(Plan) -> Plan) -> Vec<String> {
+        let plan = Plan::new(Pose::default(), Geometry::PAPER, OpenLoop::EXACT, 5);
+        let spec = hal_sim::spec::CourierSpec {
+            beacon_over: None,
+            ..ideal(5)
+        };
+        let recording =
+            hal_sim::record::record(&mut Courier::new(spec, 5).unwrap(), &motion(plan), false);
+        motions(&Observations::new(&recording).unwrap())
+    }
+
+    #[test]
+    fn what_a_motion_leaves_open_is_told_and_what_it_shows_is_not() {
+        let x = Pose::new(5.0e-3, 0.0, 0.0);
+        let both = [x.plus(x, -2.0), x];
+        let along_x = lacking(|plan| plan.sweep_both_ways("x", both, 0.02));
+        assert!(
+            along_x[0].starts_with("a run along y over 2.0 mm or more, at 635 mm/s or less"),
+            "{along_x:?}"
+        );
+        assert!(
+            along_x.len() == 2 && along_x[1].starts_with("a turn by 1.7 mrad"),
+            "{along_x:?}"
+        );
+        // A slanted way with a turn shows everything, but there is one run of it.
+        let turned = [
+            Pose::new(-5.0e-3, -5.0e-3, -0.01),
+            Pose::new(5.0e-3, 5.0e-3, 0.01),
+        ];
+        let one = lacking(|plan| plan.sweep("slanted", turned, 0.02));
+        assert!(
+            one.len() == 1 && one[0].starts_with("a run the same way back over 3.0 mm"),
+            "{one:?}"
+        );
+        assert_eq!(
+            lacking(|plan| plan.sweep_both_ways("slanted", turned, 0.02)),
+            [""; 0]
+        );
+    }
+}
