@@ -12,6 +12,9 @@ const SAMPLES_A_SIXTEENTH: f64 = 2.0;
 /// Teeth that a run passes at least, so that each phase is seen in it whatever place it starts from.
 const TEETH: f64 = 2.0;
 
+/// A planar motor's speed, m/s: where the rate of sampling allows more, no speed is named.
+const FASTEST_M_S: f64 = 2.0;
+
 /// The motions, each as what is to be recorded besides. Empty where motion is not what lacks.
 pub fn motions(o: &Observations) -> Vec<String> {
     let mut list = Vec::new();
@@ -41,15 +44,18 @@ fn along(o: &Observations, direction: &str, teeth: f64) -> String {
         .filter(|&i| o.run[i] == o.run[i - 1])
         .map(|i| o.t_s[i] - o.t_s[i - 1])
         .collect();
-    let slowly = median(&mut steps).map_or(String::new(), |step_s| {
-        let samples = SAMPLES_A_SIXTEENTH * SIXTEENTHS as f64;
-        let speed_m_s = o.pitch_m / (samples * step_s);
-        format!(
-            ", at {} mm/s or less ({} s or more)",
-            figure(1e3 * speed_m_s),
-            figure(way_m / speed_m_s)
-        )
-    });
+    let samples = SAMPLES_A_SIXTEENTH * SIXTEENTHS as f64;
+    let step_s = median(&mut steps).filter(|step_s| *step_s > 0.0);
+    let speed_m_s = step_s.map(|step_s| o.pitch_m / (samples * step_s));
+    let slowly = speed_m_s
+        .filter(|v| *v < FASTEST_M_S)
+        .map_or(String::new(), |speed_m_s| {
+            format!(
+                ", at {} mm/s or less ({} s or more)",
+                figure(1e3 * speed_m_s),
+                figure(way_m / speed_m_s)
+            )
+        });
     let direction = if direction.len() == 1 {
         format!("along {direction}")
     } else {
