@@ -9,6 +9,7 @@ mod cargo;
 mod chip;
 mod circles;
 mod cmsis;
+mod constants;
 mod drift;
 mod examples;
 mod figures;
@@ -143,6 +144,11 @@ const TASKS: &[Task] = &[
         "circles",
         "no file takes names from one that takes names from it, in any crate (those that still stand are listed)",
         Work::Alone(circles::check),
+    ),
+    (
+        "constants",
+        "lists in docs/notes/constants.md where the numbers of the estimators come from",
+        Work::Alone(constants::run),
     ),
     (
         "platforms",

@@ -5,9 +5,9 @@
 //! and tests may speak of effects: what they say is for readers, and no code follows it.
 
 use crate::arm::root;
+use crate::source::files_below;
 use anyhow::{Context, Result, ensure};
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
-use std::path::{Path, PathBuf};
 
 /// Folders in which no effect is named.
 const FOLDERS: &[&str] = &[
@@ -35,7 +35,7 @@ pub fn check() -> Result<()> {
     let names: Vec<&str> = effects::CATALOGUE.iter().map(|entry| entry.name).collect();
     let mut found = Vec::new();
     for folder in FOLDERS {
-        for file in sources(&root().join(folder))? {
+        for file in files_below(&root().join(folder))? {
             let path = file.strip_prefix(root())?.display().to_string();
             if EXCEPTED.iter().any(|(excepted, _)| *excepted == path) {
                 continue;
@@ -65,22 +65,6 @@ pub fn check() -> Result<()> {
 fn own_name<'a>(path: &str, names: &[&'a str]) -> Option<&'a str> {
     let file = path.strip_prefix("effects/src/")?.strip_suffix(".rs")?;
     names.iter().copied().find(|name| *name == file)
-}
-
-/// All sources below a folder, in order.
-fn sources(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut list = Vec::new();
-    let entries = std::fs::read_dir(folder).with_context(|| folder.display().to_string())?;
-    for entry in entries {
-        let path = entry?.path();
-        if path.is_dir() {
-            list.extend(sources(&path)?);
-        } else if path.extension().is_some_and(|ending| ending == "rs") {
-            list.push(path);
-        }
-    }
-    list.sort();
-    Ok(list)
 }
 
 /// Lines at which a source names an effect, but for what stands in some fields.

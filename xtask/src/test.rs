@@ -10,7 +10,8 @@
 use crate::cargo::cargo;
 use crate::runner::Which;
 use crate::{
-    arm, arm_checks, chip, circles, firmware, manifests, names, onboard, platforms, report, runner,
+    arm, arm_checks, chip, circles, constants, firmware, manifests, names, onboard, platforms,
+    report, runner,
 };
 use anyhow::{Context, Result, bail, ensure};
 use std::fs::File;
@@ -67,6 +68,9 @@ const CHECKS: &[Check] = &[
     }),
     ("circles", Lane::Beside, || {
         checked("circles among files", circles::check)
+    }),
+    ("constants", Lane::Beside, || {
+        checked("the list of constants is fresh", constants::check)
     }),
     ("lints", Lane::Beside, lints),
     ("platforms", Lane::Beside, || {

@@ -33,6 +33,25 @@ pub fn roots() -> Result<Vec<Root>> {
     Ok(list)
 }
 
+/// All sources below a folder, in order.
+///
+/// # Errors
+/// A folder cannot be read.
+pub fn files_below(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut list = Vec::new();
+    let entries = std::fs::read_dir(folder).with_context(|| folder.display().to_string())?;
+    for entry in entries {
+        let path = entry?.path();
+        if path.is_dir() {
+            list.extend(files_below(&path)?);
+        } else if path.extension().is_some_and(|ending| ending == "rs") {
+            list.push(path);
+        }
+    }
+    list.sort();
+    Ok(list)
+}
+
 /// A path as it is told: from the project's root.
 #[must_use]
 pub fn told(path: &Path) -> String {
