@@ -9,7 +9,7 @@ use heapless::Vec;
 /// Frequency of the slow oscillator, hertz: 29.5 to 34 kHz over temperature and supply (data sheet DS12288, LSI characteristics).
 pub const SLOW_CLOCK_HZ: [u32; 2] = [29_500, 34_000];
 /// Most troubles that there can be: one of each kind, and one of each option.
-pub const MOST: usize = 8;
+pub const MOST: usize = 9;
 
 /// Something that is not as it should be; its text says what was found and what was wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -29,6 +29,9 @@ pub enum Trouble {
     /// The chip's option bytes.
     #[error("option bytes: {0}")]
     Options(OptionFault),
+    /// The line that tells of a conversion's end.
+    #[error("BUSY: conversions that were started less its pulses: found {0}, wanted 0")]
+    Pulses(i32),
     /// Clocks.
     #[error(
         "clock: the slow oscillator has {0} Hz by the main clock, wanted {low} to {high}",
@@ -73,6 +76,9 @@ impl Trouble {
             }
             Self::Memory(_) => "the chip is damaged: replace the board",
             Self::Options(_) => "`cargo xtask option-bytes` sets them",
+            Self::Pulses(_) => {
+                "check the lines CONVST and BUSY and the first converter's supply: a conversion whose pulse is missing is read late or not at all; a converter that is set anew loses some"
+            }
             Self::Clock(_) => {
                 "one of the chip's two clocks is wrong, and with it rates and times: replace the board"
             }
@@ -94,6 +100,7 @@ pub fn troubles(health: &Health) -> Vec<Trouble, MOST> {
     let safe_mode = safe_mode.then_some(Trouble::SafeMode(health.faults_in_a_row));
     let [low, high] = SLOW_CLOCK_HZ;
     let clock = health.slow_clock_hz.filter(|hz| !(low..=high).contains(hz));
+    let pulses = health.unanswered.filter(|pulses| *pulses != 0);
     let options = health.option_bytes.map(option_faults).unwrap_or_default();
     [safe_mode, converters, memory]
         .into_iter()
@@ -102,7 +109,7 @@ pub fn troubles(health: &Health) -> Vec<Trouble, MOST> {
                 .into_iter()
                 .map(|fault| Some(Trouble::Options(fault))),
         )
-        .chain([clock.map(Trouble::Clock)])
+        .chain([pulses.map(Trouble::Pulses), clock.map(Trouble::Clock)])
         .flatten()
         .collect()
 }
@@ -173,6 +180,7 @@ mod tests {
             memory: MemoryTest::Passed,
             option_bytes: Some(wanted_options(FACTORY)),
             slow_clock_hz: Some(32_000),
+            unanswered: Some(0),
             faults_in_a_row: 2,
             safe_mode: false,
         };
@@ -194,6 +202,14 @@ mod tests {
             },
             Health {
                 option_bytes: Some(FACTORY ^ 1 << 26),
+                ..healthy
+            },
+            Health {
+                unanswered: Some(1),
+                ..healthy
+            },
+            Health {
+                unanswered: Some(-1),
                 ..healthy
             },
             Health {
@@ -230,6 +246,7 @@ mod tests {
             memory: MemoryTest::Failed { address: 0 },
             option_bytes: Some(options::BOOT_BANK_2),
             slow_clock_hz: Some(0),
+            unanswered: Some(7),
             faults_in_a_row: 3,
             safe_mode: true,
         };

@@ -54,6 +54,26 @@ fn expect(memory: &impl Words, index: usize, word: u32) -> Result<(), usize> {
     }
 }
 
+/// Pulses that answer others one by one, and how many of them were missing so far: each conversion that is started is answered by a pulse of
+/// BUSY.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Answers {
+    /// What was asked less what was answered, modulo 2^16, at the last look.
+    seen: u16,
+    missing: i32,
+}
+
+impl Answers {
+    /// Both counts modulo 2^16, when the newest pulse should have been there. How many are missing since both counts were zero; negative:
+    /// there were more than were asked for. To be called before 2^15 more are missing.
+    pub fn look(&mut self, asked: u16, answered: u16) -> i32 {
+        let now = asked.wrapping_sub(answered);
+        let more = now.wrapping_sub(self.seen).cast_signed();
+        (self.seen, self.missing) = (now, self.missing.saturating_add(more.into()));
+        self.missing
+    }
+}
+
 /// Frequency of a clock, hertz, by a 16-bit counter of `counter_hz` that was captured twice, `periods` of that clock apart. None if both
 /// captures are the same.
 pub const fn captured_hz(captures: [u16; 2], periods: u32, counter_hz: u32) -> Option<u32> {
@@ -70,6 +90,26 @@ mod tests {
     use super::*;
     use std::vec;
     use std::vec::Vec;
+
+    #[test]
+    fn missing_answers_add_up_over_both_counters_ends() {
+        let mut answers = Answers::default();
+        let (mut asked, mut answered) = (0u16, 0u16);
+        let mut expected = 0;
+        for (more, missing) in [
+            (2000, 0),
+            (40_000, 3),
+            (30_000, 0),
+            (30_000, 30_000),
+            (60_000, 30_000),
+            (5, -1),
+        ] {
+            asked = asked.wrapping_add(more);
+            answered = answered.wrapping_add((i32::from(more) - missing) as u16);
+            expected += missing;
+            assert_eq!(answers.look(asked, answered), expected);
+        }
+    }
 
     /// Memory with one flaw.
     struct Flawed<F> {

@@ -70,6 +70,11 @@ impl<'q, P: Ports> Console<'q, P> {
         self.restart && self.unsent.is_empty()
     }
 
+    /// Notes how many conversions BUSY has not answered since start.
+    pub fn note_unanswered(&mut self, conversions: i32) {
+        self.started.health.unanswered = Some(conversions);
+    }
+
     /// Whether the board leaves alone what is stored.
     pub fn is_safe_mode(&self) -> bool {
         self.started.health.safe_mode

@@ -30,6 +30,8 @@ pub trait Board {
     fn set_led(&mut self, on: bool);
     /// Board temperature, where there is a new one.
     fn temperature_c(&mut self) -> Option<f32>;
+    /// Conversions that BUSY has not answered with a pulse, since start, where a board counts them. To be called twice a second at least.
+    fn unanswered(&mut self) -> Option<i32>;
     /// Sleeps until an interrupt has been served.
     fn sleep(&mut self);
 }
@@ -77,6 +79,9 @@ where
             }
             if let Some(temperature_c) = board.temperature_c() {
                 background.set_temperature_c(temperature_c);
+            }
+            if let Some(conversions) = board.unanswered() {
+                console.note_unanswered(conversions);
             }
             said = show(&mut board, background.last_frame().status, said, samples);
         }

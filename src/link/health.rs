@@ -14,6 +14,9 @@ pub struct Health {
     pub option_bytes: Option<u32>,
     /// Frequency of the chip's slow oscillator by its main clock, hertz, if it is measured: two clocks that check each other.
     pub slow_clock_hz: Option<u32>,
+    /// Conversions that were started and that BUSY has not answered with a pulse, since start, if they are counted; negative: pulses that no
+    /// conversion asked for.
+    pub unanswered: Option<i32>,
     /// Starts in a row that a fault caused, without a minute of service between them.
     pub faults_in_a_row: u8,
     /// Whether the board has therefore left alone what is stored.

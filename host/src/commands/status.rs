@@ -187,12 +187,18 @@ fn self_test(health: &Health) -> String {
     let clock = health
         .slow_clock_hz
         .map(|hz| format!("slow clock {hz} Hz"));
+    let pulses = health.unanswered.map(|conversions| match conversions {
+        0 => "a pulse of BUSY for each conversion".to_owned(),
+        _ => "pulses of BUSY that do not fit the conversions".to_owned(),
+    });
     let faults = match health.faults_in_a_row {
         0 => None,
         faults => Some(format!("{faults} faults in a row")),
     };
     let safe_mode = health.safe_mode.then(|| "safe mode".to_owned());
-    let all = [converters, memory, options, clock, faults, safe_mode];
+    let all = [
+        converters, memory, options, pulses, clock, faults, safe_mode,
+    ];
     all.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 

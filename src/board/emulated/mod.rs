@@ -130,6 +130,10 @@ impl Board for Emulated {
         Some((word.cast_signed() - 1_000_000) as f32 * 1.0e-3)
     }
 
+    fn unanswered(&mut self) -> Option<i32> {
+        None
+    }
+
     fn sleep(&mut self) {
         while !SAMPLED.swap(false, Relaxed) {
             clock::pause();

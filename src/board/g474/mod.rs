@@ -31,6 +31,7 @@ use crate::app::sampler::{Sampler, missed_between};
 use crate::app::updates::Updater;
 use crate::drivers::ad7606c::ChipError;
 use crate::drivers::converter::{Converter, ConverterError, Settings, store};
+use crate::selftest::Answers;
 use crate::update::install::Rules;
 use crate::update::version::Version;
 use crate::update::{header, journal, key, standing, trial};
@@ -178,6 +179,7 @@ struct G474 {
     samples_seen: u32,
     mailbox: &'static crate::app::sampler::Mailbox,
     seen_at: u32,
+    answers: Answers,
 }
 
 impl Board for G474 {
@@ -204,6 +206,11 @@ impl Board for G474 {
         supervision::temperature_c()
     }
 
+    fn unanswered(&mut self) -> Option<i32> {
+        let [asked, answered] = sampling::asked_and_answered()?;
+        Some(self.answers.look(asked, answered))
+    }
+
     fn sleep(&mut self) {
         // Not WFI: with a silent converter nothing would wake the processor, and the debug link needs its bus.
         cortex_m::asm::nop();
@@ -224,6 +231,7 @@ pub fn main() -> ! {
         samples_seen: 0,
         mailbox: background.mailbox(),
         seen_at: 0,
+        answers: Answers::default(),
     };
     sampling::start(RATE_HZ);
     hang::start(clocks::CLOCK_HZ);
@@ -290,7 +298,7 @@ fn set_up() -> Halves {
         Settings::BOARD,
     );
     report.health.converters = start::initialise(&mut converter, &mut Delay);
-    pins::hand_convst_to_timer();
+    pins::hand_to_timers();
     checksum::start();
     let reading = Reading::start();
     let received =

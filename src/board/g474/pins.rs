@@ -31,7 +31,7 @@ pub const SERIAL: [Pin; 2] = [Pin::new(GPIOA, 9), Pin::new(GPIOA, 10)];
 pub const CONVST: Pin = Pin::new(GPIOC, 6);
 /// Reset of both converters.
 pub const RESET: Pin = Pin::new(GPIOC, 7);
-/// Busy line of chip 0; its falling edge is the sampling interrupt.
+/// Busy line of chip 0; its falling edge is the sampling interrupt, and a timer counts its pulses (TIM8 channel 3).
 pub const BUSY: Pin = Pin::new(GPIOC, 8);
 /// Status LED.
 pub const LED: Pin = Pin::new(GPIOB, 2);
@@ -40,6 +40,7 @@ pub const LED: Pin = Pin::new(GPIOB, 2);
 const SPI1_OR_2: u8 = 5;
 const USART1: u8 = 7;
 const TIM3: u8 = 2;
+const TIM8: u8 = 4;
 
 /// Sets every pin to its purpose.
 pub fn start() {
@@ -69,9 +70,10 @@ pub fn start() {
     SERIAL[1].pull(Pupdr::PULL_UP);
 }
 
-/// Gives CONVST to the timer.
-pub fn hand_convst_to_timer() {
+/// Gives CONVST to the timer that starts conversions, and BUSY to the one that counts its pulses. Its interrupt and its level are as before.
+pub fn hand_to_timers() {
     CONVST.alternate(TIM3);
+    BUSY.alternate(TIM8);
 }
 
 impl Pin {

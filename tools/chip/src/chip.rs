@@ -10,6 +10,7 @@ use crate::peripheral::capture::Capture;
 use crate::peripheral::crc::Crc;
 use crate::peripheral::debug::Dbgmcu;
 use crate::peripheral::dma::{self, Dma};
+use crate::peripheral::edges::Edges;
 use crate::peripheral::exti::Exti;
 use crate::peripheral::flash::{Flash, Start};
 use crate::peripheral::gpio::Gpio;
@@ -67,6 +68,7 @@ pub struct Chip {
     pub(crate) syscfg: Syscfg,
     tim2: Timer,
     pub(crate) tim3: Timer,
+    pub(crate) tim8: Edges,
     tim16: Capture,
     pub(crate) spi: [Spi; 2],
     /// What DMA moves.
@@ -118,6 +120,7 @@ impl Chip {
             syscfg: Syscfg::after_reset(),
             tim2: Timer::after_reset("TIM2", 32),
             tim3: Timer::after_reset("TIM3", 16),
+            tim8: Edges::after_reset(),
             tim16: Capture::after_reset(LSI),
             spi: SPI.map(Spi::after_reset),
             transfers: Transfers::after_reset(),
@@ -152,6 +155,7 @@ impl Chip {
         self.syscfg = Syscfg::after_reset();
         self.tim2 = Timer::after_reset("TIM2", 32);
         self.tim3 = Timer::after_reset("TIM3", 16);
+        self.tim8 = Edges::after_reset();
         self.tim16 = Capture::after_reset(self.tim16.period);
         self.spi = SPI.map(Spi::after_reset);
         self.transfers.reset();
@@ -334,6 +338,7 @@ impl Chip {
             Unit::Syscfg => &mut self.syscfg,
             Unit::Tim2 => &mut self.tim2,
             Unit::Tim3 => &mut self.tim3,
+            Unit::Tim8 => &mut self.tim8,
             Unit::Tim16 => &mut self.tim16,
             Unit::Spi(index) => &mut self.spi[index],
             Unit::Dma1 => &mut self.transfers.dma1,
@@ -356,6 +361,7 @@ impl Chip {
             Unit::Syscfg => self.syscfg = Syscfg::after_reset(),
             Unit::Tim2 => self.tim2 = Timer::after_reset("TIM2", 32),
             Unit::Tim3 => self.tim3 = Timer::after_reset("TIM3", 16),
+            Unit::Tim8 => self.tim8 = Edges::after_reset(),
             Unit::Spi(index) => self.spi[index] = Spi::after_reset(SPI[index]),
             Unit::Dma1 => self.transfers.dma1 = Dma::after_reset(),
             Unit::Crc => self.crc = Crc::after_reset(),

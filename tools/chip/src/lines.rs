@@ -13,6 +13,12 @@ static CONVST_FUNCTION: LazyLock<u8> = LazyLock::new(|| {
     (0..16).find(is_timer).expect("the chip has it")
 });
 
+/// The one that gives BUSY to the timer that counts its pulses.
+static BUSY_FUNCTION: LazyLock<u8> = LazyLock::new(|| {
+    let is_timer = |function: &u8| registers::is_signal("PC8", *function, "TIM8", "CH3");
+    (0..16).find(is_timer).expect("the chip has it")
+});
+
 /// Port and number of a pin.
 type Pin = (usize, u32);
 
@@ -151,6 +157,9 @@ impl Lines {
             chip.lines.busy = busy;
             if chip.syscfg.port(pin) == port {
                 chip.exti.edge(pin, busy);
+            }
+            if chip.gpio[port].drive(pin) == Drive::Function(*BUSY_FUNCTION) {
+                chip.tim8.edge(busy);
             }
         }
     }

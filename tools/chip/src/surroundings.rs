@@ -53,6 +53,8 @@ pub struct Surroundings {
     pub lamp: bool,
     /// BUSY never rises.
     pub silent: bool,
+    /// So many of the next conversions have no pulse of BUSY.
+    pub lost_pulses: u32,
     convst: Convst,
     reset: Reset,
     clock: Clock,
@@ -107,6 +109,7 @@ impl Surroundings {
             banks,
             lamp: false,
             silent: false,
+            lost_pulses: 0,
             busy_until: 0,
             selected: [false; 2],
         }
@@ -134,7 +137,12 @@ impl Surroundings {
         self.beyond.conversion(by_timer);
         set(&mut self.convst, high);
         if high && now >= self.busy_until {
-            self.busy_until = self.conversion_end(now);
+            let left = self.lost_pulses.checked_sub(1);
+            self.lost_pulses = left.unwrap_or(0);
+            self.busy_until = match left {
+                Some(_) => now,
+                None => self.conversion_end(now),
+            };
         }
     }
 

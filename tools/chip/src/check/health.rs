@@ -10,9 +10,12 @@ use anyhow::{Result, ensure};
 use board_link::Link;
 use courier_sensor::health::{OptionFault, Trouble, troubles};
 use courier_sensor::link::message::{BoardStatus, ConverterTest, MemoryTest};
+use std::time::Duration;
 
 /// What the slow oscillator may be off by the two captures' rounding, hertz.
 const ROUNDING_HZ: u32 = 2;
+/// The board looks at what changes slowly every 100 ms.
+const SLOW_LOOKS: Duration = Duration::from_millis(150);
 
 pub fn run(image: &Image) -> Result<String> {
     let sound = with(
@@ -52,9 +55,33 @@ pub fn run(image: &Image) -> Result<String> {
     with(image, 14, Start::default(), slow, |status| {
         told(&status, &wanted)
     })?;
+    let lost = pulses(image)?;
     Ok(format!(
-        "{sound}; option bytes and a clock that are wrong are told"
+        "{sound}; {lost}; option bytes and a clock that are wrong are told"
     ))
+}
+
+/// Pulses of BUSY that do not come are told, by their number.
+fn pulses(image: &Image) -> Result<String> {
+    const LOST: u32 = 3;
+    let board = Board::new(start(image, 15, Start::default())?);
+    let unanswered = |link: &mut Link| {
+        link.pass(SLOW_LOOKS)?;
+        Ok::<_, anyhow::Error>(link.status()?.health)
+    };
+    let result = Link::connect(Box::new(board.clone())).and_then(|mut link| {
+        let before = unanswered(&mut link)?.unanswered;
+        ensure!(
+            before == Some(0),
+            "found {before:?}, wanted none unanswered"
+        );
+        board.processor.borrow_mut().chip().around.lost_pulses = LOST;
+        let found = troubles(&unanswered(&mut link)?);
+        let wanted = [Trouble::Pulses(LOST as i32)];
+        ensure!(found[..] == wanted, "found {found:?}, wanted {wanted:?}");
+        Ok(format!("{LOST} pulses of BUSY that are lost are told"))
+    });
+    judge(&mut board.processor.borrow_mut(), result)
 }
 
 fn told(status: &BoardStatus, wanted: &[Trouble]) -> Result<String> {

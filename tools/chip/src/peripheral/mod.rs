@@ -6,6 +6,7 @@ pub mod clocks;
 pub mod crc;
 pub mod debug;
 pub mod dma;
+pub mod edges;
 pub mod exti;
 pub mod flash;
 pub mod gpio;
