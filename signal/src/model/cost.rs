@@ -16,8 +16,8 @@ const MAP_CYCLES: f32 = 2300.0;
 /// All else that both sampling interrupts do: start the reading, check it, hand the frame on, entry and return, cycles (`cargo xtask chip
 /// time`: 1,463 at most for the plain sample, of which `cargo xtask bench` gives 899 to the step).
 const READING_CYCLES: f32 = 600.0;
-/// What the background needs of each sample: to take up its frame and send it as a recording wants it, cycles. On the chip's model every
-/// frame was taken up while it had 2,290 of 8,500, and not while it had 2,037 (`cargo xtask chip stream` holds the former).
+/// What is left of each sample to the intake of frames and the background, cycles: with so many every frame is taken up, and sent as a
+/// recording wants it (`cargo xtask chip stream` holds that).
 pub const BACKGROUND_CYCLES: u32 = 2290;
 
 /// Most rows beyond equations (3) and (9) that the interrupt has time for; a table may have room for fewer.
