@@ -44,7 +44,14 @@ impl Simulated {
 
     /// Sequence number of the last sample that the board has taken.
     pub fn sequence(&self) -> u32 {
-        let taken = self.world.conversions() - self.world.first_conversion();
-        taken.saturating_sub(1) as u32
+        let [_, last_ns] = self.world.sampled_ns();
+        self.number_at(last_ns)
+    }
+
+    /// Sequence number of the sampling instant at this time: its time over the period, so that missed instants count. 0 before the first.
+    pub fn number_at(&self, time_ns: u64) -> u32 {
+        let [first_ns, _] = self.world.sampled_ns();
+        let period_ns = 1.0e9 / f64::from(self.link.hello().rate_hz);
+        (time_ns.saturating_sub(first_ns) as f64 / period_ns).round() as u32
     }
 }

@@ -8,6 +8,7 @@ use courier_sensor::drivers::motion::Target;
 use courier_sensor::frame::Frame;
 use effects::motion::Pose;
 use hal_sim::world::Witness;
+use std::collections::HashMap;
 
 /// Speed on the way to its start, m/s.
 const POSITIONING_M_PER_S: f32 = SELF_MOTION_M_PER_S;
@@ -29,13 +30,10 @@ pub fn fly_along(
     linked::rest(board, CALM_SAMPLES)?;
     board.world.watch();
     let frames = linked::fly(board, end, speed_m_per_s)?;
-    let (first, witnesses) = board.world.unwatch();
-    let of = |frame: Frame| {
-        let conversion = board.world.first_conversion() + u64::from(frame.sequence);
-        let index = conversion.checked_sub(first)?;
-        let witness = witnesses.get(usize::try_from(index).ok()?)?;
-        Some((frame, *witness))
-    };
+    let (_, witnesses) = board.world.unwatch();
+    let numbered = |witness: Witness| (board.number_at(witness.time_ns), witness);
+    let witnesses: HashMap<u32, Witness> = witnesses.into_iter().map(numbered).collect();
+    let of = |frame: Frame| Some((frame, *witnesses.get(&frame.sequence)?));
     let flight = frames.into_iter().map(of).collect::<Option<_>>();
     flight.context("a frame without its conversion")
 }

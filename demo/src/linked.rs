@@ -2,6 +2,7 @@
 
 use anyhow::{Result, bail};
 use board_link::{Simulated, map};
+use command_line::terminal::warn;
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::frame::{Frame, Pose, RawFrame, Segment};
 use courier_sensor::geometry::Geometry;
@@ -73,8 +74,17 @@ pub fn fly(board: &mut Simulated, goal: Target, speed_m_per_s: f32) -> Result<Ve
         })
     })?;
     board.link.stream(Channels::empty(), 0)?;
-    let lost = board.link.lost();
-    anyhow::ensure!(lost == 0, "the flight: {lost} samples lost on the link");
+    let (lost, came) = (board.link.lost(), frames.len());
+    anyhow::ensure!(
+        came > lost as usize,
+        "the flight: {lost} samples were missed or not sent and {came} came, wanted more than half"
+    );
+    if lost > 0 {
+        warn(&format!(
+            "the flight: {lost} of {} samples were missed or not sent; each of the others stands at its own time",
+            came + lost as usize
+        ));
+    }
     Ok(frames)
 }
 

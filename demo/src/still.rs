@@ -20,7 +20,7 @@ const KEPT: usize = 4000;
 pub struct StillPoses {
     last: (Stage, u32),
     stills: Standstills<()>,
-    witnesses: VecDeque<(u64, Witness)>,
+    witnesses: VecDeque<(u32, Witness)>,
 }
 
 impl StillPoses {
@@ -70,24 +70,21 @@ impl StillPoses {
     }
 
     fn witness(&mut self, board: &Simulated) {
-        let (first, seen) = board.world.unwatch();
+        let (_, seen) = board.world.unwatch();
         board.world.watch();
-        self.witnesses.extend((first..).zip(seen));
+        let numbered = |witness: Witness| (board.number_at(witness.time_ns), witness);
+        self.witnesses.extend(seen.into_iter().map(numbered));
         let old = self.witnesses.len().saturating_sub(KEPT);
         self.witnesses.drain(..old);
     }
 
     fn record(&mut self, board: &Simulated, recorder: &mut Recorder) -> Result<()> {
-        let first = board.world.first_conversion();
         while let Some((end, ())) = self.stills.next() {
             let Some(sample) = self.stills.samples().find(|sample| sample.sequence >= end) else {
                 continue;
             };
-            let conversion = first + u64::from(sample.sequence);
-            let found = self
-                .witnesses
-                .iter()
-                .find(|(number, _)| *number == conversion);
+            let mut witnesses = self.witnesses.iter();
+            let found = witnesses.find(|(number, _)| *number == sample.sequence);
             if let Some((_, witness)) = found {
                 recorder.pose(board, sample, witness)?;
             }

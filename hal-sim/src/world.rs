@@ -59,6 +59,8 @@ impl World {
             witnesses: None,
             taken: 0,
             first: 0,
+            first_ns: 0,
+            last_ns: 0,
         }));
         let converter = ConverterWire::new(clock.clone(), Inputs(plant.clone()));
         Ok(Self {
@@ -94,6 +96,14 @@ impl World {
         self.plant.borrow().first
     }
 
+    /// Instants of the conversion of sequence number 0 and of the last conversion, nanoseconds. Numbers between follow from time: at an
+    /// instant that a board missed there may have been a conversion or none.
+    #[must_use]
+    pub fn sampled_ns(&self) -> [u64; 2] {
+        let plant = self.plant.borrow();
+        [plant.first_ns, plant.last_ns]
+    }
+
     /// Conversions so far.
     #[must_use]
     pub fn conversions(&self) -> u64 {
@@ -118,6 +128,8 @@ struct Plant {
     witnesses: Option<Vec<Witness>>,
     taken: u64,
     first: u64,
+    first_ns: u64,
+    last_ns: u64,
 }
 
 /// The courier's electrical side at the converters' inputs.
@@ -129,6 +141,10 @@ impl AnalogInputs for Inputs {
         let sample = plant
             .courier
             .counts_at(&plant.motion, now_ns as f64 * 1.0e-9);
+        if plant.taken == plant.first {
+            plant.first_ns = now_ns;
+        }
+        plant.last_ns = now_ns;
         plant.taken += 1;
         if let Some(witnesses) = &mut plant.witnesses {
             witnesses.push(Witness {

@@ -24,6 +24,6 @@ pub use error::{Error, excerpt};
 pub use layout::{META_FILE, SAMPLES_FILE, SCHEMA};
 pub use meta::{Coordination, Electronics, Geometry, Meta};
 pub use recording::Recording;
-pub use samples::{Logged, Row, Samples, unmodified_m};
+pub use samples::{Logged, Row, Samples, instants_between, unmodified_m};
 pub use unfinished::unfinished_file;
 pub use write::{Existing, Writer};

@@ -246,6 +246,26 @@ impl Samples {
         Some(*differences.select_nth_unstable_by(middle, f64::total_cmp).1)
     }
 
+    /// Sampling instants within the stretches that have no row, by the rows' times; none where these are not regular: fewer than nine in ten
+    /// neighbours are one interval apart.
+    pub fn missed_instants(&self) -> usize {
+        let Some(interval_s) = self.sample_interval_s() else {
+            return 0;
+        };
+        let neighbours = self.stretches().into_iter().flat_map(|stretch| {
+            self.t_s()[stretch]
+                .windows(2)
+                .map(|pair| instants_between(pair[0], pair[1], interval_s))
+                .collect::<Vec<u32>>()
+        });
+        let between: Vec<u32> = neighbours.collect();
+        let next = between.iter().filter(|instants| **instants == 0).count();
+        match next * 10 >= between.len() * 9 {
+            true => between.iter().map(|instants| *instants as usize).sum(),
+            false => 0,
+        }
+    }
+
     /// Stretches without a gap of over ten sample intervals, in order; together they are all samples.
     pub fn stretches(&self) -> Vec<Range<usize>> {
         let Some(interval_s) = self.sample_interval_s() else {
@@ -267,6 +287,11 @@ impl Samples {
         stretches.push(start..self.length);
         stretches
     }
+}
+
+/// Sampling instants between two times that lie so many intervals apart; the times' own are not among them.
+pub fn instants_between(from_s: f64, to_s: f64, interval_s: f64) -> u32 {
+    (((to_s - from_s) / interval_s).round() as u32).saturating_sub(1)
 }
 
 /// Equal if every row is, bit for bit.
@@ -296,6 +321,21 @@ mod tests {
             });
         }
         samples
+    }
+
+    #[test]
+    fn instants_without_a_row_are_counted_where_times_are_regular() {
+        let regular: Vec<f64> = (0..100).map(|k| f64::from(k) * 5.0e-5).collect();
+        assert_eq!(at(&regular).missed_instants(), 0);
+        let with_gaps: Vec<f64> = (0..100)
+            .filter(|k| !(20..23).contains(k) && *k != 50)
+            .map(|k| f64::from(k) * 5.0e-5)
+            .collect();
+        assert_eq!(at(&with_gaps).missed_instants(), 4);
+        // Poses that were visited one by one.
+        let poses: Vec<f64> = (0..100).map(|k| f64::from(k * k)).collect();
+        assert_eq!(at(&poses).missed_instants(), 0);
+        assert_eq!(at(&[1.0]).missed_instants(), 0);
     }
 
     #[test]

@@ -70,6 +70,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     recording.warnings.iter().for_each(|warning| warn(warning));
     let place = args.recording.display().to_string();
     let findings = findings::check(&recording, &place, SEGMENTS_AND_REFERENCE)?;
+    match recording.samples.missed_instants() {
+        0 => {}
+        missed => warn(&format!(
+            "samples.csv: {missed} sampling instants have no row: each row stands at its own time, and time goes on between them"
+        )),
+    }
     if let Some(path) = &args.calibration {
         return apply(args, &recording, path, &findings);
     }
