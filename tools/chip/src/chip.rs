@@ -23,7 +23,7 @@ use crate::peripheral::usart::Usart;
 use crate::peripheral::watchdog::{Iwdg, LSI};
 use crate::peripheral::window::Wwdg;
 use crate::peripheral::{Access, Peripheral, Unit};
-use crate::registers::{self, Map};
+use crate::registers;
 use crate::rule::{Findings, Rule};
 use crate::surroundings::Surroundings;
 use crate::time::{NEVER, Ticks};
@@ -54,10 +54,11 @@ pub struct Chip {
     pub findings: Findings,
     /// The board's other parts.
     pub around: Surroundings,
-    map: Map,
     /// Where the block of instructions begins that runs.
     pub running_at: u32,
     remapped: bool,
+    /// Whether a read may have changed anything.
+    changed: bool,
     start: Start,
     stored_options: Option<Optr>,
     pub(crate) rcc: Rcc,
@@ -107,9 +108,9 @@ impl Chip {
         Self {
             now: 0,
             findings: Findings::default(),
-            map: Map::new(),
             running_at: 0,
             remapped: false,
+            changed: false,
             start,
             stored_options: None,
             rcc: Rcc::after(Cause::Supply, None),
@@ -230,14 +231,17 @@ impl Chip {
 
     /// Interrupt lines that are up, a bit each.
     pub fn interrupt_lines(&self) -> u128 {
-        let pending = self.exti.pending();
+        let (pending, of_dma) = (self.exti.pending(), self.transfers.dma1.interrupts());
         let mut up = 0;
-        for (lines, number) in self.interrupts.exti {
-            up |= u128::from(pending & lines != 0) << number;
+        if pending != 0 {
+            for (lines, number) in self.interrupts.exti {
+                up |= u128::from(pending & lines != 0) << number;
+            }
         }
-        let of_dma = self.transfers.dma1.interrupts();
-        for (channel, number) in self.interrupts.dma1.iter().enumerate() {
-            up |= u128::from(of_dma >> channel & 1) << number;
+        if of_dma != 0 {
+            for (channel, number) in self.interrupts.dma1.iter().enumerate() {
+                up |= u128::from(of_dma >> channel & 1) << number;
+            }
         }
         up |= u128::from(self.wwdg.interrupts()) << self.interrupts.wwdg;
         up | u128::from(self.usart1.interrupts()) << self.interrupts.usart1

@@ -1,6 +1,7 @@
 //! The chip's own tables, as stm32-metapac carries them: which register lies where, which bits it has, which clock it wants.
 
 use crate::peripheral::Unit;
+use std::sync::LazyLock;
 use stm32_metapac::metadata::ir::{Access, Array, BitOffset, Block, BlockItemInner, FieldSet, IR};
 use stm32_metapac::metadata::{METADATA, Peripheral};
 
@@ -45,9 +46,11 @@ pub struct Map {
     windows: [Vec<u16>; WINDOWS.len()],
 }
 
+/// The STM32G474RE's. The tables are searched by name, which takes a tenth of a second.
+pub static MAP: LazyLock<Map> = LazyLock::new(Map::new);
+
 impl Map {
-    /// The STM32G474RE's.
-    pub fn new() -> Self {
+    fn new() -> Self {
         let mut map = Self {
             registers: Vec::new(),
             windows: WINDOWS.map(|(first, end)| vec![0; ((end - first) / 4) as usize]),
@@ -157,12 +160,6 @@ impl Map {
         let (window, word) = place(address)?;
         let number = self.windows[window][word].checked_sub(1)?;
         self.registers.get(usize::from(number))
-    }
-}
-
-impl Default for Map {
-    fn default() -> Self {
-        Self::new()
     }
 }
 
@@ -294,7 +291,7 @@ mod tests {
 
     #[test]
     fn registers_are_found_with_their_bits_and_clocks() {
-        let map = Map::new();
+        let map = &*MAP;
         let find = |address| *map.find(address).expect("a register");
         let cr = find(0x4002_1000);
         assert_eq!(

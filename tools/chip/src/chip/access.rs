@@ -2,13 +2,13 @@
 
 use super::Chip;
 use crate::peripheral::{Access, Unit, adc};
-use crate::registers::{self, Register};
+use crate::registers::{self, MAP, Register};
 use crate::rule::Rule;
 
 impl Chip {
     /// What every access must be: to a register that there is, with its clock on.
     fn look_up(&mut self, address: u32) -> Option<(Register, Unit)> {
-        let Some(register) = self.map.find(address).copied() else {
+        let Some(register) = MAP.find(address).copied() else {
             let detail = format!("{address:#010x}: no register of the chip's tables");
             self.findings.add(Rule::Unmodelled, self.now, detail);
             return None;
@@ -36,6 +36,7 @@ impl Chip {
         let Some((register, unit)) = self.look_up(address & !3) else {
             return 0;
         };
+        self.changed |= has_effects(&register, unit);
         let value = self.with(|chip, access| match unit {
             Unit::Adc12Common => chip.adc1.common.0,
             _ => chip.unit(unit).read(&register, access),
@@ -47,6 +48,11 @@ impl Chip {
             4 => value,
             _ => value >> (8 * (address & 3)) & ((1u64 << (8 * width)) - 1) as u32,
         }
+    }
+
+    /// True if a read since the last call may have changed anything.
+    pub fn take_changed(&mut self) -> bool {
+        std::mem::take(&mut self.changed)
     }
 
     /// A write by the processor, of `width` bytes.
@@ -169,6 +175,11 @@ impl Chip {
 
 /// Where code in flash lies: at address 0 as well.
 const FLASH_PLACES: [std::ops::Range<u32>; 2] = [0..0x0008_0000, 0x0800_0000..0x0808_0000];
+
+/// Whether a read of a register may change more than what the processor gets: one of data, or of a unit with flags that a read takes back.
+fn has_effects(register: &Register, unit: Unit) -> bool {
+    is_data(register) || matches!(unit, Unit::Spi(_) | Unit::Tim16 | Unit::Usart1 | Unit::Adc1)
+}
 
 /// Registers whose reads and writes move data, in a width of the data's own.
 fn is_data(register: &Register) -> bool {

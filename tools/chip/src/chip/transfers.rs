@@ -108,9 +108,9 @@ impl Transfers {
         self.code = code.into();
     }
 
-    /// Whether DMA has put anything into memory since the last look.
-    pub fn has_stored(&self) -> bool {
-        !self.stored.is_empty()
+    /// How many bytes DMA has put into memory since the last call of [`Transfers::take_stored`].
+    pub fn stored(&self) -> usize {
+        self.stored.len()
     }
 
     /// Bytes that DMA has put into memory since the last call, with their addresses.

@@ -102,6 +102,9 @@ impl Dma {
 
     /// Interrupt lines that are up, a bit a channel.
     pub fn interrupts(&self) -> u32 {
+        if self.flags == 0 {
+            return 0;
+        }
         let up = |channel: usize| {
             let (cr, flags) = (self.cr(channel).0, self.flags >> (4 * channel));
             // TCIE, HTIE and TEIE stand where TCIF, HTIF and TEIF do.

@@ -11,6 +11,8 @@ use unicorn_engine::{HookType, Prot, Unicorn, uc_error};
 const NEAR: [u32; 2] = [0, FLASH];
 /// Where the other one lies.
 const FAR: u32 = 0x0804_0000;
+/// SRAM1 and SRAM2: data alone, until code runs there ([`run_from_data`]).
+const DATA_BYTES: u32 = 96 << 10;
 const CCM: u32 = 0x1000_0000;
 const CCM_BYTES: u32 = 32 << 10;
 const SYSTEM_MEMORY: u32 = 0x1FFF_0000;
@@ -37,10 +39,13 @@ pub fn map_memory(uc: &mut Unicorn<'static, Shared>) -> Result<()> {
         uc.mem_map(base.into(), BANK_BYTES.into(), code_only)
             .map_err(failed)?;
     }
-    for (base, bytes) in [(CCM, CCM_BYTES), (RAM, RAM_BYTES)] {
+    for (base, bytes) in [(CCM, CCM_BYTES), (RAM + DATA_BYTES, RAM_BYTES - DATA_BYTES)] {
         uc.mem_map(base.into(), bytes.into(), Prot::ALL)
             .map_err(failed)?;
     }
+    let data = Prot::READ | Prot::WRITE;
+    uc.mem_map(RAM.into(), DATA_BYTES.into(), data)
+        .map_err(failed)?;
     uc.mem_map(SYSTEM_MEMORY.into(), SYSTEM_MEMORY_BYTES.into(), Prot::READ)
         .map_err(failed)?;
     for (address, bytes) in crate::image::factory_values() {
@@ -59,6 +64,15 @@ pub fn map_memory(uc: &mut Unicorn<'static, Shared>) -> Result<()> {
     };
     uc.mmio_map(FAR.into(), BANK_BYTES.into(), Some(read), Some(write))
         .map_err(failed)
+}
+
+/// Code runs from RAM that holds data, if it is there that it runs: from now on it may. Each store then takes unicorn a long way round, in
+/// case it changes code.
+pub fn run_from_data(uc: &mut Unicorn<Shared>, address: u32) -> bool {
+    (RAM..RAM + DATA_BYTES).contains(&address)
+        && uc
+            .mem_protect(RAM.into(), DATA_BYTES.into(), Prot::ALL)
+            .is_ok()
 }
 
 /// Makes memory of the bank that code runs from now, if it is not that already.
@@ -104,7 +118,8 @@ pub fn map_registers(uc: &mut Unicorn<'static, Shared>) -> Result<()> {
     let read = |uc: &mut Unicorn<Shared>, offset: u64, width: usize| {
         let shared = uc.get_data_mut();
         let value = shared.chip.read(PERIPHERALS.0 + offset as u32, width);
-        after_access(uc.get_data_mut());
+        store(uc);
+        after_read(uc.get_data_mut());
         u64::from(value)
     };
     let write = |uc: &mut Unicorn<Shared>, offset: u64, width: usize, value: u64| {
@@ -123,7 +138,7 @@ pub fn map_registers(uc: &mut Unicorn<'static, Shared>) -> Result<()> {
         .map_err(failed)?;
     let read = |uc: &mut Unicorn<Shared>, offset: u64, width: usize| {
         let value = system_read(uc.get_data_mut(), offset as u32, width);
-        after_access(uc.get_data_mut());
+        after_read(uc.get_data_mut());
         u64::from(value)
     };
     let write = |uc: &mut Unicorn<Shared>, offset: u64, width: usize, value: u64| {
@@ -139,6 +154,14 @@ pub fn map_registers(uc: &mut Unicorn<'static, Shared>) -> Result<()> {
 fn after_access(shared: &mut Shared) {
     shared.plan();
     shared.pass(ACCESS_CYCLES);
+}
+
+/// The same after a read, which seldom changes anything: code that waits for the flash reads its status millions of times.
+fn after_read(shared: &mut Shared) {
+    match shared.chip.take_changed() {
+        true => after_access(shared),
+        false => shared.pass(ACCESS_CYCLES),
+    }
 }
 
 fn system_read(shared: &mut Shared, offset: u32, width: usize) -> u32 {
@@ -166,14 +189,23 @@ fn system_write(shared: &mut Shared, offset: u32, width: usize, value: u32) {
     }
 }
 
-/// Puts into memory what DMA has brought.
+/// Puts into memory what DMA has brought: before the processor goes on after a stop, when it reads a register, by which it may learn of a
+/// transfer's end, and when this much waits ([`MANY`]).
 pub fn store(uc: &mut Unicorn<Shared>) {
-    if uc.get_data().chip.transfers.has_stored() {
-        for (address, byte) in uc.get_data_mut().chip.transfers.take_stored() {
-            let _ = uc.mem_write(address.into(), &[byte]);
-        }
+    if uc.get_data().chip.transfers.stored() == 0 {
+        return;
+    }
+    let mut stored = uc.get_data_mut().chip.transfers.take_stored();
+    // Bytes of one place stay in their order.
+    stored.sort_by_key(|(address, _)| *address);
+    for run in stored.chunk_by(|(before, _), (address, _)| before + 1 == *address) {
+        let bytes: Vec<u8> = run.iter().map(|(_, byte)| *byte).collect();
+        let _ = uc.mem_write(run[0].0.into(), &bytes);
     }
 }
+
+/// Bytes of DMA's that wait at most, so that code sees them that looks at memory alone.
+const MANY: usize = 16;
 
 /// Code in the CCM RAM is what start-up has copied there: it is looked at when it first runs.
 fn learn_ccm(uc: &mut Unicorn<Shared>, address: u32) {
@@ -188,7 +220,9 @@ fn learn_ccm(uc: &mut Unicorn<Shared>, address: u32) {
 /// Time after each block, and what unicorn cannot do itself.
 pub fn add_hooks(uc: &mut Unicorn<'static, Shared>) -> Result<()> {
     uc.add_block_hook(1, 0, |uc, address, bytes| {
-        store(uc);
+        if uc.get_data().chip.transfers.stored() >= MANY {
+            store(uc);
+        }
         learn_ccm(uc, address as u32);
         if uc.get_data_mut().block(address as u32, bytes) {
             let _ = uc.emu_stop();
@@ -205,19 +239,35 @@ pub fn add_hooks(uc: &mut Unicorn<'static, Shared>) -> Result<()> {
         let _ = uc.emu_stop();
     })
     .map_err(failed)?;
-    uc.add_mem_hook(HookType::MEM_INVALID, 1, 0, |uc, _, address, _, _| {
-        let address = address as u32;
-        let shared = uc.get_data_mut();
-        if (FLASH..FAR).contains(&address) {
-            let detail = format!("a store to {address:#010x}, in the bank that code runs from");
-            shared
-                .chip
-                .findings
-                .add(Rule::FlashSameBank, shared.chip.now, detail);
-        }
-        shared.event = Some(Event::Fault(address));
-        false
-    })
-    .map_err(failed)?;
+    for (first, last) in FAULTY {
+        uc.add_mem_hook(
+            HookType::MEM_INVALID,
+            first.into(),
+            last.into(),
+            |uc, _, address, _, _| {
+                note_fault(uc.get_data_mut(), address as u32);
+                false
+            },
+        )
+        .map_err(failed)?;
+    }
     Ok(())
+}
+
+/// Where an access can find nothing or be forbidden, first and last byte: everywhere but in RAM. Unicorn takes a long way round for each
+/// store to a place that such a hook covers.
+const FAULTY: [(u32, u32); 3] = [
+    (0, CCM - 1),
+    (CCM + CCM_BYTES, RAM - 1),
+    (RAM + RAM_BYTES, u32::MAX),
+];
+
+/// An access that nothing answers, or a store where code lies.
+fn note_fault(shared: &mut Shared, address: u32) {
+    if (FLASH..FAR).contains(&address) {
+        let detail = format!("a store to {address:#010x}, in the bank that code runs from");
+        let now = shared.chip.now;
+        shared.chip.findings.add(Rule::FlashSameBank, now, detail);
+    }
+    shared.event = Some(Event::Fault(address));
 }

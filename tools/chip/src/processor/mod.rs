@@ -74,6 +74,7 @@ impl Processor {
     /// Unicorn's.
     pub fn start(code: &[u8], chip: Chip) -> Result<Self> {
         chip.around.banks[0].load(code);
+        let cycle = chip.cycle();
         let shared = Shared {
             chip,
             system: System::after_reset(),
@@ -83,6 +84,8 @@ impl Processor {
             next: 0,
             event: None,
             masked: false,
+            waits: false,
+            cycle,
             resumed: false,
             wait_states: false,
             watched: vec![],
@@ -293,18 +296,22 @@ impl Processor {
     fn blocks(&mut self) -> Result<()> {
         maps::store(&mut self.uc);
         let start = u64::from(self.program_counter() | 1);
-        self.uc.get_data_mut().resumed = true;
+        let shared = self.uc.get_data_mut();
+        shared.resumed = true;
+        shared.look();
         let Err(error) = self.uc.emu_start(start, u64::MAX, 0, 0) else {
             self.sleep();
             return Ok(());
         };
+        let at = self.program_counter();
         match error {
             _ if self.uc.get_data().event.is_some() => Ok(()),
+            uc_error::FETCH_PROT if maps::run_from_data(&mut self.uc, at) => Ok(()),
             uc_error::INSN_INVALID | uc_error::EXCEPTION => {
                 self.uc.get_data_mut().event = Some(Event::Undefined);
                 Ok(())
             }
-            other => bail!("unicorn: {other:?} at {:#010x}", self.program_counter()),
+            other => bail!("unicorn: {other:?} at {at:#010x}"),
         }
     }
 

@@ -40,6 +40,10 @@ pub struct Shared {
     pub event: Option<Event>,
     /// Something waits that a mask holds back: it is looked at after each block.
     pub masked: bool,
+    /// Whether an exception waits that would be taken without the masks: as of the last [`Shared::look`].
+    pub waits: bool,
+    /// The processor's cycle, ticks: as of the last [`Shared::plan`].
+    pub cycle: Ticks,
     /// Instructions have just been started, and none has run yet.
     pub resumed: bool,
     /// Whether fetches wait for the flash.
@@ -72,7 +76,7 @@ impl Shared {
     /// Lets time pass.
     pub fn pass(&mut self, cycles: u64) {
         self.cycles += cycles;
-        let now = self.chip.now + cycles * self.chip.cycle();
+        let now = self.chip.now + cycles * self.cycle;
         if now < self.next {
             self.chip.now = now;
         } else {
@@ -96,6 +100,13 @@ impl Shared {
         if self.chip.watchdog_expired() || self.chip.loads_options() {
             self.event = Some(Event::Reset);
         }
+        self.cycle = self.chip.cycle();
+        self.look();
+    }
+
+    /// Looks for an exception that waits. To be called whenever the interrupt controller may have changed: each block asks what was found.
+    pub fn look(&mut self) {
+        self.waits = self.system.nvic.held_back().is_some();
     }
 
     /// Whether the processor is to stop between two blocks.
@@ -104,6 +115,6 @@ impl Shared {
             || self.masked
             || self.chip.now >= self.until
             || self.chip.flash.power_lost()
-            || self.system.nvic.held_back().is_some()
+            || self.waits
     }
 }

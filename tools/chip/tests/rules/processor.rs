@@ -1,15 +1,11 @@
 //! Exceptions as an ARMv7-M takes them, on programs of a few instructions.
 
+use crate::bench::around;
 use chip::chip::Chip;
 use chip::peripheral::flash::Start;
 use chip::processor::Processor;
 use chip::rule::Rule;
-use chip::surroundings::Surroundings;
 use chip::time::from_us;
-use hal_sim::board::SharedFlash;
-use hal_sim::presets;
-use hal_sim::wire::motion::ControllerConfig;
-use hal_sim::world::World;
 
 const STACK: u32 = 0x2000_1004;
 const FLASH: u32 = 0x0800_0000;
@@ -31,14 +27,7 @@ fn start(program: &[u16], exception: u32, handler: &[u16]) -> Processor {
         let bytes: Vec<u8> = code.iter().flat_map(|half| half.to_le_bytes()).collect();
         put(at, &bytes);
     }
-    let world = World::new(
-        presets::ideal(1),
-        ControllerConfig::TYPICAL,
-        Default::default(),
-        1,
-    );
-    let around = Surroundings::new(world.expect("monotonic"), SharedFlash::erased(1));
-    Processor::start(&flash, Chip::new(around, Start::default())).expect("it starts")
+    Processor::start(&flash, Chip::new(around(), Start::default())).expect("it starts")
 }
 
 fn run_us(processor: &mut Processor, us: u64) {
@@ -101,14 +90,31 @@ fn a_masked_interrupt_waits_until_the_mask_is_gone() {
     assert!(processor.register(5) > 100, "{}", processor.register(5));
 }
 
+mod fault {
+    use super::*;
+
+    #[test]
+    fn an_access_to_nothing_is_a_hard_one() {
+        // movs r0,#0; movt r0,#0x3000; ldr r1,[r0] | movs r4,#3
+        let program = [0x2000, 0xF2C3, 0x0000, 0x6801, STAY];
+        let mut processor = start(&program, 3, &[0x2403, STAY]);
+        run_us(&mut processor, 10);
+        assert_eq!(processor.register(4), 3);
+        assert_eq!(processor.findings().list()[0].rule, Rule::Fault);
+    }
+}
+
 #[test]
-fn an_access_to_nothing_is_a_hard_fault_and_breaks_a_rule() {
-    // movs r0,#0; movt r0,#0x3000; ldr r1,[r0] | movs r4,#3
-    let program = [0x2000, 0xF2C3, 0x0000, 0x6801, STAY];
-    let mut processor = start(&program, 3, &[0x2403, STAY]);
+fn code_runs_from_ram_too() {
+    // movs r0,#0; movt r0,#0x2000; movw r1,#0x2407; movt r1,#0xE7FE; str r1,[r0]; adds r0,#1; bx r0: movs r4,#7; a branch to itself.
+    let program = [
+        0x2000, 0xF2C2, 0x0000, 0xF242, 0x4107, 0xF2CE, 0x71FE, 0x6001, 0x3001, 0x4700,
+    ];
+    let mut processor = start(&program, 3, &[STAY]);
     run_us(&mut processor, 10);
-    assert_eq!(processor.register(4), 3);
-    assert_eq!(processor.findings().list()[0].rule, Rule::Fault);
+    assert_eq!(processor.register(4), 7);
+    assert_eq!(processor.register(15), 0x2000_0002);
+    assert!(processor.findings().list().is_empty());
 }
 
 #[test]
@@ -121,16 +127,20 @@ fn a_stack_that_runs_over_still_reaches_the_hard_fault() {
     assert!(processor.register(13) < 0x2000_0000);
 }
 
-#[test]
-fn a_reset_that_nobody_asked_for_breaks_a_rule() {
-    // movw r0,#0xED0C; movt r0,#0xE000; movw r1,#4; movt r1,#0x05FA; str r1,[r0]
-    let program = [
-        0xF64E, 0x500C, 0xF2CE, 0x0000, 0xF240, 0x0104, 0xF2C0, 0x51FA, 0x6001, STAY,
-    ];
-    let mut processor = start(&program, 3, &[STAY]);
-    run_us(&mut processor, 10);
-    assert!(processor.resets() > 0);
-    assert_eq!(processor.findings().list()[0].rule, Rule::Reset);
+mod reset {
+    use super::*;
+
+    #[test]
+    fn one_that_nobody_asked_for() {
+        // movw r0,#0xED0C; movt r0,#0xE000; movw r1,#4; movt r1,#0x05FA; str r1,[r0]
+        let program = [
+            0xF64E, 0x500C, 0xF2CE, 0x0000, 0xF240, 0x0104, 0xF2C0, 0x51FA, 0x6001, STAY,
+        ];
+        let mut processor = start(&program, 3, &[STAY]);
+        run_us(&mut processor, 10);
+        assert!(processor.resets() > 0);
+        assert_eq!(processor.findings().list()[0].rule, Rule::Reset);
+    }
 }
 
 #[test]
