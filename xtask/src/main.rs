@@ -25,6 +25,7 @@ mod parity;
 mod permission;
 mod platforms;
 mod plugin;
+mod processor_time;
 mod recordings;
 mod report;
 mod robustness;

@@ -1,5 +1,5 @@
 //! `chip IMAGE [CHECK…]`: runs the image on the modelled chip; without names of checks, all of them. `chip serve IMAGE`: the chip is a
-//! board for the program that started this one. `chip control IMAGE`: an image of somebody else's drivers.
+//! board for the program that started this one. `chip rules`: the rules, by name. `chip control IMAGE`: an image of somebody else's drivers.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -10,6 +10,12 @@ fn main() -> ExitCode {
         [] => {
             eprintln!("chip: found no image, wanted: chip IMAGE [CHECK…] or chip serve IMAGE");
             return ExitCode::from(2);
+        }
+        [rules] if rules == "rules" => {
+            for rule in chip::rule::Rule::ALL {
+                println!("{} {}", rule.name(), rule.text().trim());
+            }
+            Ok(())
         }
         [serve, image] if serve == "serve" => chip::serve::run(Path::new(image)),
         [control, image] if control == "control" => chip::check::control::run(Path::new(image)),

@@ -1,7 +1,7 @@
 //! `cargo xtask chip control`: an image of embassy's drivers (`tools/chip/control`), run on the model of the chip. What it breaks of the
 //! rules for clock, flash and pins is either the model's fault or embassy's; the check knows which are embassy's.
 
-use super::build;
+use super::model;
 use crate::arm::{self, Arm, TARGET, root, run, say};
 use anyhow::Result;
 use std::path::PathBuf;
@@ -13,7 +13,7 @@ use std::process::Command;
 /// It cannot be built, or the check fails.
 pub fn check() -> Result<()> {
     let image = image(&arm::ensure()?)?;
-    run(Command::new(build()?).arg("control").arg(image))
+    run(Command::new(model::build()?).arg("control").arg(image))
 }
 
 fn image(arm: &Arm) -> Result<PathBuf> {

@@ -1,7 +1,7 @@
 //! A copy of the project's sources in which a text can be exchanged. What has not changed keeps its date, so that cargo builds anew
 //! only what has.
 
-use super::mutations::Mutation;
+use super::mutations::{Edit, Mutation};
 use anyhow::{Context, Result, ensure};
 use std::collections::BTreeMap;
 use std::fs;
@@ -41,13 +41,18 @@ fn read_into(root: &Path, inside: &Path, files: &mut Files) -> Result<()> {
     Ok(())
 }
 
-/// The files with a fault in them.
+/// The files with these faults in them. Of two that are the same change one is made.
 ///
 /// # Errors
-/// A text does not stand exactly once in its file: the mutation no longer fits the sources.
-pub fn mutate(files: &Files, mutation: &Mutation) -> Result<Files> {
+/// A text does not stand exactly once in its file: the mutation no longer fits the sources, or not beside the others.
+pub fn mutate(files: &Files, mutations: &[&Mutation]) -> Result<Files> {
     let mut mutated = files.clone();
-    for edit in mutation.edits {
+    let mut made: Vec<Edit> = vec![];
+    for edit in mutations.iter().flat_map(|mutation| mutation.edits) {
+        if made.contains(edit) {
+            continue;
+        }
+        made.push(*edit);
         let bytes = mutated
             .get_mut(Path::new(edit.file))
             .with_context(|| format!("found no {}, wanted it", edit.file))?;
@@ -118,7 +123,7 @@ fn copy_with_date(from: &Path, to: &Path) -> std::io::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::mutations::{Edit, MUTATIONS};
+    use super::super::mutations::MUTATIONS;
     use super::*;
 
     #[test]
@@ -126,7 +131,7 @@ mod tests {
         let files = read(&crate::arm::root()).expect("readable");
         for mutation in MUTATIONS {
             let mutated =
-                mutate(&files, mutation).unwrap_or_else(|e| panic!("{}: {e:#}", mutation.name));
+                mutate(&files, &[mutation]).unwrap_or_else(|e| panic!("{}: {e:#}", mutation.name));
             assert_ne!(files, mutated, "{} changes nothing", mutation.name);
         }
     }
@@ -146,10 +151,10 @@ mod tests {
             shows: "",
         };
         for (find, times) in [("one", "2 times"), ("three", "0 times")] {
-            let error = mutate(&files, &with(find)).unwrap_err().to_string();
+            let error = mutate(&files, &[&with(find)]).unwrap_err().to_string();
             assert!(error.contains(times) && error.contains(find), "{error}");
         }
-        let mutated = mutate(&files, &with(" two")).expect("once");
+        let mutated = mutate(&files, &[&with(" two")]).expect("once");
         assert_eq!(mutated[Path::new("a")], b"one one");
     }
 }

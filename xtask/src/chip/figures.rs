@@ -1,7 +1,8 @@
 //! What the model of the chip has to say in `cargo xtask bench --json`.
 
-use super::mutate::{self, Score};
-use super::{build, prepare};
+use super::model;
+use super::mutate::{self, Tools};
+use super::score::Score;
 use crate::arm::{self, output, say};
 use crate::firmware;
 use anyhow::{Context, Result};
@@ -27,29 +28,40 @@ const MEASURED: [(&str, &[&str]); 2] = [
 /// # Errors
 /// The image or the model cannot be built.
 pub fn json() -> Result<Value> {
-    prepare()?;
+    model::prepare()?;
     let arm = arm::ensure()?;
     let image = firmware::build(&arm, "g474")?;
-    let model = build()?;
-    let mut object = Map::new();
-    for (check, keys) in MEASURED {
-        let figures = output(Command::new(&model).arg(&image).args([check, "--json"]))
+    let program = model::build()?;
+    let measured = MEASURED.map(|(check, _)| {
+        output(Command::new(&program).arg(&image).args([check, "--json"]))
             .and_then(|said| last_object(&said))
             .inspect_err(|why| {
                 say(&format!(
                     "what the check {check} measures is not known: {why:#}"
                 ))
             })
-            .unwrap_or_default();
-        for key in keys {
+            .unwrap_or_default()
+    });
+    let tools = Tools {
+        arm: &arm,
+        model: &program,
+    };
+    Ok(object(&measured, mutate::score(tools)?))
+}
+
+/// What the checks measured, by their keys, and the score of the mutations.
+fn object(measured: &[Map<String, Value>; MEASURED.len()], score: Score) -> Value {
+    let mut object = Map::new();
+    for ((_, keys), figures) in MEASURED.iter().zip(measured) {
+        for key in *keys {
             let value = figures.get(*key).cloned().unwrap_or(Value::Null);
             object.insert((*key).to_owned(), value);
         }
     }
-    let Score { tried, caught } = mutate::score(&arm, &model)?;
+    let Score { tried, caught } = score;
     object.insert("mutations".into(), json!(tried));
     object.insert("mutations_caught".into(), json!(caught));
-    Ok(Value::Object(object))
+    Value::Object(object)
 }
 
 /// The object on the last line of what a program said.
@@ -60,7 +72,28 @@ fn last_object(said: &str) -> Result<Map<String, Value>> {
 
 #[cfg(test)]
 mod tests {
-    use super::last_object;
+    use super::*;
+
+    #[test]
+    fn every_figure_has_its_key_and_what_is_not_measured_is_null() {
+        let time = last_object("{\"sample_cycles_worst\": 1464, \"terms_beside_map\": 8}");
+        let measured = [time.expect("an object"), Map::new()];
+        let score = Score {
+            tried: 26,
+            caught: 25,
+        };
+        let found = object(&measured, score);
+        let wanted = json!({
+            "sample_cycles_worst": 1464,
+            "sample_mapped_cycles_worst": null,
+            "rate_max_hz": null,
+            "terms_beside_map": 8,
+            "frames_not_taken_up": null,
+            "mutations": 26,
+            "mutations_caught": 25,
+        });
+        assert_eq!(found, wanted);
+    }
 
     #[test]
     fn the_last_line_counts_and_must_be_an_object() {

@@ -1,88 +1,70 @@
-//! `cargo xtask chip --mutate`: brings each mended fault in again, one by one, and wants the model to find it.
+//! `cargo xtask chip --mutate`: brings each mended fault in again and wants the model to find it.
 //!
 //! The sources are copied; all mutations share one folder of what is built, which begins as a copy of what the image itself was built
-//! from: only the project's own package is built anew.
+//! from: only the project's own packages are built anew. What is not found where several were brought in together is tried alone.
 
+use super::batches::{self, Batch};
 use super::copy::{self, Files};
 use super::mutations::{MUTATIONS, Mutation};
+use super::score::{self, Score};
 use crate::arm::{Arm, TARGET, root, target_dir};
 use crate::firmware;
+use crate::processor_time;
 use anyhow::{Context, Result, bail, ensure};
-use std::fs;
-use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-/// How many mutations were tried, and how many of them were found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Score {
-    /// Tried.
-    pub tried: usize,
-    /// Found by the check and with the words that were to be seen.
-    pub caught: usize,
+/// The model's program, and the compiler of what it runs.
+#[derive(Clone, Copy)]
+pub struct Tools<'a> {
+    /// The compiler.
+    pub arm: &'a Arm,
+    /// The model.
+    pub model: &'a Path,
 }
 
-/// Tries the mutations of these names, none: all, with the model that lies at `model`; the image itself has been built.
+/// Tries all mutations; the image itself has been built.
 ///
 /// # Errors
-/// A name is none, or one of the builds fails. A mutation that no longer fits, or that is not found, is told and not counted as caught.
-pub fn run(arm: &Arm, model: &Path, names: &[String]) -> Result<Score> {
+/// A mutation no longer fits the sources, or one of the builds fails. One that is not found is told and not counted as caught.
+pub fn all(tools: Tools<'_>) -> Result<Score> {
     let files = copy::read(&root())?;
-    let score = run_on(&files, arm, model, names)?;
-    if names.is_empty() {
-        keep(&files, score)?;
-    }
+    let every: Vec<&Mutation> = MUTATIONS.iter().collect();
+    let score = run(tools, &files, batches::of(&every, &files))?;
+    score::keep(&files, score)?;
     Ok(score)
+}
+
+/// Tries the mutations of these names, each by itself.
+///
+/// # Errors
+/// As [`all`]; or a name is none.
+pub fn alone(tools: Tools<'_>, names: &[String]) -> Result<Score> {
+    let batches = chosen(names)?.into_iter().map(|one| vec![one]).collect();
+    run(tools, &copy::read(&root())?, batches)
+}
+
+/// Tries the mutations of these names, which have nothing to do with one another, in one image.
+///
+/// # Errors
+/// As [`alone`].
+pub fn together(tools: Tools<'_>, names: &[String]) -> Result<Score> {
+    run(tools, &copy::read(&root())?, vec![chosen(names)?])
 }
 
 /// What all mutations came to: as it was kept, if it is of these very sources; else they are tried now.
 ///
 /// # Errors
-/// As [`run`].
-pub fn score(arm: &Arm, model: &Path) -> Result<Score> {
-    let kept = fs::read_to_string(score_file()).unwrap_or_default();
-    match parse(&kept, digest(&copy::read(&root())?)) {
+/// As [`all`].
+pub fn score(tools: Tools<'_>) -> Result<Score> {
+    match score::kept(&copy::read(&root())?) {
         Some(score) => Ok(score),
-        None => run(arm, model, &[]),
+        None => all(tools),
     }
 }
 
-fn score_file() -> PathBuf {
-    root().join("target").join("mutations").join("score")
-}
-
-/// Keeps what all mutations came to, with the digest of the sources that they were tried on.
-fn keep(files: &Files, score: Score) -> Result<()> {
-    let Score { tried, caught } = score;
-    let text = format!("{:016x} {tried} {caught}\n", digest(files));
-    fs::write(score_file(), text).context("target/mutations/score")
-}
-
-fn parse(kept: &str, digest: u64) -> Option<Score> {
-    let mut words = kept.split_whitespace();
-    let of = u64::from_str_radix(words.next()?, 16).ok()?;
-    let mut number = || words.next()?.parse().ok();
-    let (tried, caught) = (number()?, number()?);
-    (of == digest).then_some(Score { tried, caught })
-}
-
-/// A number that is another one as soon as something changes that an image or the model is built from.
-fn digest(files: &Files) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    let is_source = |name: &Path| {
-        let ending = name.extension().and_then(|ending| ending.to_str());
-        matches!(ending, Some("rs" | "toml" | "lock" | "x"))
-    };
-    files
-        .iter()
-        .filter(|(name, _)| is_source(name))
-        .for_each(|file| file.hash(&mut hasher));
-    hasher.finish()
-}
-
-fn run_on(files: &Files, arm: &Arm, model: &Path, names: &[String]) -> Result<Score> {
-    let chosen = chosen(names)?;
+fn run(tools: Tools<'_>, files: &Files, batches: Vec<Batch>) -> Result<Score> {
     let folder = root().join("target").join("mutations");
     let (copied, output) = (folder.join("source"), folder.join("build"));
     if !output.is_dir() {
@@ -90,58 +72,63 @@ fn run_on(files: &Files, arm: &Arm, model: &Path, names: &[String]) -> Result<Sc
             copy::built(&target_dir().join(&inside), &output.join(&inside))?;
         }
     }
+    let mut batches = std::collections::VecDeque::from(batches);
     let mut score = Score::default();
-    let (mut building, mut running) = (Duration::ZERO, Duration::ZERO);
-    for mutation in chosen {
-        score.tried += 1;
-        let begin = Instant::now();
-        let image = build(arm, files, mutation, &copied, &output);
-        let (built, begin) = (begin.elapsed(), Instant::now());
-        let outcome = image.and_then(|image| try_on(model, &image, mutation));
-        let ran = begin.elapsed();
-        (building, running) = (building + built, running + ran);
-        let (name, what) = (mutation.name, mutation.what);
-        let seconds = format!("{:.0} + {:.0} s", built.as_secs_f64(), ran.as_secs_f64());
-        match outcome {
-            Ok(line) => {
-                score.caught += 1;
-                println!("mutate: {name}: {what}: found ({seconds}): {line}");
+    let (mut builds, mut building, mut running) = (0, Duration::ZERO, Duration::ZERO);
+    while let Some(batch) = batches.pop_front() {
+        copy::write(&copy::mutate(files, &batch)?, &copied)?;
+        let (image, built) =
+            processor_time::of(|| firmware::build_in(tools.arm, "g474", &copied, &output));
+        let image = image.with_context(|| format!("{} does not build", named(&batch)))?;
+        (builds, building) = (builds + 1, building + built);
+        for mutation in &batch {
+            let (outcome, ran) = processor_time::of(|| try_on(tools.model, &image, mutation));
+            running += ran;
+            match outcome {
+                Err(_) if batch.len() > 1 => batches.push_back(vec![mutation]),
+                outcome => {
+                    score.tried += 1;
+                    score.caught += usize::from(outcome.is_ok());
+                    tell(mutation, outcome);
+                }
             }
-            Err(error) => eprintln!("mutate: {name}: {what}: NOT FOUND ({seconds}): {error:#}"),
         }
     }
     let Score { tried, caught } = score;
     println!(
-        "mutate: {caught} of {tried} found; {:.0} s of building, {:.0} s of running",
+        "mutate: {caught} of {tried} found; processor time: {:.0} s for {builds} images, {:.0} s for the checks",
         building.as_secs_f64(),
         running.as_secs_f64()
     );
     Ok(score)
 }
 
-fn chosen(names: &[String]) -> Result<Vec<&'static Mutation>> {
-    let known = |name: &String| MUTATIONS.iter().any(|known| known.name == *name);
-    if let Some(unknown) = names.iter().find(|name| !known(name)) {
-        let known: Vec<&str> = MUTATIONS.iter().map(|known| known.name).collect();
-        bail!("found {unknown:?}, wanted one of {}", known.join(", "));
-    }
-    let wanted = |name: &str| names.is_empty() || names.iter().any(|wanted| wanted == name);
-    Ok(MUTATIONS
-        .iter()
-        .filter(|mutation| wanted(mutation.name))
-        .collect())
+fn named(batch: &Batch) -> String {
+    let names: Vec<&str> = batch.iter().map(|mutation| mutation.name).collect();
+    names.join(" with ")
 }
 
-fn build(
-    arm: &Arm,
-    files: &Files,
-    mutation: &Mutation,
-    copied: &Path,
-    output: &Path,
-) -> Result<PathBuf> {
-    copy::write(&copy::mutate(files, mutation)?, copied)?;
-    firmware::build_in(arm, "g474", copied, output)
-        .with_context(|| format!("{} does not build", mutation.name))
+fn tell(mutation: &Mutation, outcome: Result<String>) {
+    let Mutation { name, what, .. } = mutation;
+    match outcome {
+        Ok(line) => println!("mutate: {name}: {what}: found: {line}"),
+        Err(error) => eprintln!("mutate: {name}: {what}: NOT FOUND: {error:#}"),
+    }
+}
+
+fn chosen(names: &[String]) -> Result<Vec<&'static Mutation>> {
+    let find = |name: &String| MUTATIONS.iter().find(|known| known.name == *name);
+    let mut found = vec![];
+    for name in names {
+        match find(name) {
+            Some(mutation) => found.push(mutation),
+            None => {
+                let known: Vec<&str> = MUTATIONS.iter().map(|known| known.name).collect();
+                bail!("found {name:?}, wanted one of {}", known.join(", "));
+            }
+        }
+    }
+    Ok(found)
 }
 
 /// Runs the check that must fail; the line that shows the fault.
@@ -175,36 +162,9 @@ fn shown<'a>(said: &'a str, mutation: &Mutation) -> Result<&'a str> {
     })
 }
 
-/// Fails unless all were found.
-///
-/// # Errors
-/// How many were not.
-pub fn judge(score: Score) -> Result<()> {
-    let Score { tried, caught } = score;
-    ensure!(
-        caught == tried,
-        "the model found {caught} of {tried} faults that were brought in again"
-    );
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_kept_score_is_of_its_own_sources_alone() {
-        let files = |text: &str| Files::from([("src/lib.rs".into(), text.into())]);
-        let (old, new) = (digest(&files("a")), digest(&files("b")));
-        let kept = format!("{old:016x} 18 17\n");
-        let score = Score {
-            tried: 18,
-            caught: 17,
-        };
-        assert_eq!(parse(&kept, old), Some(score));
-        assert_eq!(parse(&kept, new), None);
-        assert_eq!(parse("", old), None);
-    }
 
     #[test]
     fn a_fault_is_shown_by_its_own_words_alone() {

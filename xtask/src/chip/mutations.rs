@@ -4,6 +4,7 @@
 //! `find` must stand exactly once in its file. A change of the firmware that moves it moves it here too.
 
 /// One exchange of text in one file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edit {
     /// From the project's root.
     pub file: &'static str,
@@ -14,6 +15,7 @@ pub struct Edit {
 }
 
 /// A fault that is brought in again.
+#[derive(Debug)]
 pub struct Mutation {
     /// What it is called on the command line.
     pub name: &'static str,
@@ -25,6 +27,13 @@ pub struct Mutation {
     pub check: &'static str,
     /// What the check must say: a rule's name with a colon, or words of its own.
     pub shows: &'static str,
+}
+
+impl Mutation {
+    /// The rule that it breaks, if it is one that shows it.
+    pub fn rule(&self) -> Option<&'static str> {
+        self.shows.strip_suffix(':')
+    }
 }
 
 macro_rules! mutations {
@@ -191,7 +200,7 @@ pub const MUTATIONS: &[Mutation] = mutations! {
         "BankNumber::One => control::BANK_2,";
     ];
 
-    "update-half-image", "the first stage starts an image that is not whole", "update-trial" => "found no answer", [
+    "update-half-image", "the first stage starts an image that is not whole", "update-trial" => "an image that has decayed is started", [
         "src/board/first_stage/mod.rs":
         "choose(&mut banks, is_whole)" =>
         "choose(&mut banks, |_, _| true)";

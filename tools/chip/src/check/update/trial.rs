@@ -27,7 +27,14 @@ fn decayed(bench: &mut Bench, image: &Image) -> Result<()> {
     bench.install(image)?;
     let place = BODY_START as usize + 9;
     bench.banks[1].0.borrow_mut().force(place, &[0x55]);
+    let resets = bench.board.processor.borrow().resets();
     bench.restart()?;
+    // By its end a trial has taken others.
+    let resets = bench.board.processor.borrow().resets() - resets;
+    ensure!(
+        resets == 1,
+        "found {resets} resets, wanted the ordered one alone: an image that has decayed is started"
+    );
     bench.expect(
         Seen::kept(Version::OWN, 1),
         "a byte of the image has changed",
