@@ -15,6 +15,7 @@ mod examples;
 mod figures;
 mod firmware;
 mod flash;
+mod functions;
 mod image_body;
 mod manifests;
 mod mistakes;
