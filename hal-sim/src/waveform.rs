@@ -136,22 +136,54 @@ fn solved(waveform: &Waveform, pitch_m: f64) -> Result<Vec<f64>, NotMonotonic> {
     let point = |i: usize| {
         let wanted = i as f64 / GRID as f64;
         let miss = |turns: f64| turns + waveform.at(turns) / pitch_m - wanted;
-        (bisect(miss, wanted - reach, wanted + reach) - wanted) * pitch_m
+        let bracket = (wanted - reach, wanted + reach);
+        (bisect(&miss, bracket, near(&miss, bracket)) - wanted) * pitch_m
     };
     Ok((0..GRID).map(point).collect())
 }
 
-/// Root of a rising function within a bracket, to the last bit that matters (60 halvings).
-fn bisect(function: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+/// Root of a rising function within a bracket, to the last bit that matters (60 halvings). What lies outside `near`, a bracket within the
+/// first, is not looked at again.
+fn bisect(
+    function: &impl Fn(f64) -> f64,
+    (mut low, mut high): (f64, f64),
+    near: Option<(f64, f64)>,
+) -> f64 {
+    let (below, above) = near.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        if function(middle) < 0.0 {
+        if middle == low || middle == high {
+            // No number lies between them: further halvings change nothing.
+            break;
+        }
+        if middle <= below || middle < above && function(middle) < 0.0 {
             low = middle
         } else {
             high = middle
         }
     }
     0.5 * (low + high)
+}
+
+/// Half the width of the bracket that [`near`] finds: far more than a function's rounding, and by 33 halvings less than a waveform's reach.
+const NEAR: f64 = 1.0e-13;
+
+/// A narrow bracket of the root by some steps of a secant; none if these do not lead there.
+fn near(function: &impl Fn(f64) -> f64, (low, high): (f64, f64)) -> Option<(f64, f64)> {
+    let (mut before, mut at) = (low, 0.5 * (low + high));
+    let (mut miss_before, mut miss) = (function(before), function(at));
+    for _ in 0..8 {
+        let step = miss * (at - before) / (miss - miss_before);
+        (before, miss_before) = (at, miss);
+        at -= step;
+        miss = function(at);
+        if step.abs() < NEAR {
+            break;
+        }
+    }
+    let bracket = (at - NEAR, at + NEAR);
+    let inside = low <= bracket.0 && bracket.1 <= high;
+    (inside && function(bracket.0) < 0.0 && function(bracket.1) >= 0.0).then_some(bracket)
 }
 
 #[cfg(test)]
@@ -185,6 +217,33 @@ mod tests {
         };
         let rough = (0..512).map(rough).collect();
         assert!(worst_m(&Waveform::Table(rough)) < 1e-9);
+    }
+
+    /// Steep ones too, and one that no secant follows.
+    #[test]
+    fn a_narrow_bracket_leads_to_the_same_bits() {
+        let looks = core::cell::Cell::new(0);
+        for scale in [0.0, 0.1, 1.0, 2.0] {
+            let k = [3e-6, 20e-6, -15e-6, 9e-6, 6e-6, -3e-6, 2e-6, 1e-6, -1e-6];
+            let waveform = Waveform::Equation3(k.map(|k| scale * k));
+            for i in 0..500 {
+                let wanted = f64::from(i) / 499.0;
+                let miss = |turns: f64| {
+                    looks.set(looks.get() + 1);
+                    turns + waveform.at(turns) / PITCH_M - wanted
+                };
+                let bracket = (wanted - 0.12, wanted + 0.12);
+                let plain = bisect(&miss, bracket, None);
+                let begin = looks.get();
+                let quick = bisect(&miss, bracket, near(&miss, bracket));
+                assert_eq!(plain.to_bits(), quick.to_bits(), "{scale} {wanted}");
+                let took = looks.get() - begin;
+                assert!(took < 50, "{took} looks");
+            }
+        }
+        let step = |x: f64| if x < 0.3 { -1.0 } else { 1.0 };
+        let found = bisect(&step, (0.0, 1.0), near(&step, (0.0, 1.0)));
+        assert_eq!(found, bisect(&step, (0.0, 1.0), None));
     }
 
     #[test]
