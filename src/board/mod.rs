@@ -11,6 +11,8 @@ pub mod emulated;
 pub mod fault;
 #[cfg(feature = "first-stage")]
 pub mod first_stage;
+#[cfg(any(feature = "g474", feature = "first-stage"))]
+mod flash_controller;
 #[cfg(feature = "g474")]
 pub mod g474;
 #[cfg(feature = "board")]

@@ -1,12 +1,12 @@
 //! Both banks for a program that runs from RAM: each is read where it lies, and is made the other one before it is written.
 
-use crate::drivers::g4_flash::{self, Bank, BankNumber, Controller};
+use crate::board::flash_controller::{Memory, Registers, options};
+use crate::drivers::g4_flash::{self, Bank, BankNumber};
 use crate::update::header::{CRC32_INITIAL, CRC32_POLYNOMIAL, Header};
 use crate::update::layout::BODY_START;
-use core::ptr::{read_volatile, write_volatile};
+use core::ptr::read_volatile;
 use core::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use stm32_metapac::crc::vals::{RevIn, RevOut};
-use stm32_metapac::flash::regs::{Acr, Cr, Sr};
 use stm32_metapac::{CRC, FLASH, SYSCFG};
 
 /// Where the bank that runs begins, and the other one (RM0440, memory map).
@@ -16,12 +16,17 @@ const FAR: u32 = 0x0804_0000;
 /// Wrong check bits were met since the last look.
 static TORN: AtomicBool = AtomicBool::new(false);
 
-/// The controller, for one of the banks.
-pub struct Registers(pub BankNumber);
+/// One of the banks.
+pub struct Place(BankNumber);
+
+/// The bank of this number.
+pub fn bank(number: BankNumber) -> Bank<Registers<Place>> {
+    Bank::new(Registers(Place(number)))
+}
 
 /// Whether the option bytes lay the flash out as two banks.
 pub fn is_laid_out() -> bool {
-    g4_flash::is_laid_out(FLASH.optr().read().0)
+    g4_flash::is_laid_out(options())
 }
 
 /// Makes the banks change places, or takes that back. Nothing may run from them, and the caches must be off and empty.
@@ -42,7 +47,7 @@ pub fn isr_torn() -> bool {
 }
 
 /// Whether the body is there, by the chip's unit for check values: a word takes it four cycles.
-pub fn is_whole(bank: &mut Bank<Registers>, header: &Header) -> bool {
+pub fn is_whole(bank: &mut Bank<Registers<Place>>, header: &Header) -> bool {
     CRC.init().write_value(CRC32_INITIAL);
     CRC.pol().write_value(CRC32_POLYNOMIAL);
     CRC.cr().write(|w| {
@@ -51,7 +56,7 @@ pub fn is_whole(bank: &mut Bank<Registers>, header: &Header) -> bool {
         w.set_reset(true);
     });
     TORN.store(false, SeqCst);
-    let start = bank.controller().base() + BODY_START;
+    let start = bank.controller().0.base() + BODY_START;
     for place in (start..start + header.body_bytes).step_by(4) {
         // SAFETY: within the bank, since a header of another length is none.
         CRC.dr32()
@@ -62,7 +67,7 @@ pub fn is_whole(bank: &mut Bank<Registers>, header: &Header) -> bool {
     !TORN.load(SeqCst) && !CRC.dr32().read() == header.body_crc
 }
 
-impl Registers {
+impl Place {
     /// Where the bank lies now.
     fn base(&self) -> u32 {
         match SYSCFG.memrmp().read().fb_mode() == (self.0 == BankNumber::Two) {
@@ -72,57 +77,20 @@ impl Registers {
     }
 }
 
-impl Controller for Registers {
-    fn number(&mut self) -> BankNumber {
+impl Memory for Place {
+    fn number(&self) -> BankNumber {
         self.0
     }
 
-    fn status(&mut self) -> u32 {
-        FLASH.sr().read().0
-    }
-
-    fn clear_status(&mut self, flags: u32) {
-        FLASH.sr().write_value(Sr(flags));
-    }
-
-    fn control(&mut self) -> u32 {
-        FLASH.cr().read().0
-    }
-
-    fn set_control(&mut self, bits: u32) {
-        FLASH.cr().write_value(Cr(bits));
-    }
-
-    fn access(&mut self) -> u32 {
-        FLASH.acr().read().0
-    }
-
-    fn set_access(&mut self, bits: u32) {
-        FLASH.acr().write_value(Acr(bits));
-    }
-
-    fn options(&mut self) -> u32 {
-        FLASH.optr().read().0
-    }
-
-    fn key(&mut self, key: u32) {
-        FLASH.keyr().write_value(key);
-    }
-
     /// The supply detector is not on yet. A mark that a failing supply tears is one trial fewer, and no more.
-    fn supply_is_low(&mut self) -> bool {
+    fn supply_is_low(&self) -> bool {
         false
     }
 
-    fn program(&mut self, offset: u32, [low, high]: [u32; 2]) {
+    fn address_to_program(&mut self, offset: u32) -> u32 {
         // The bank that is written is always the other one.
         swap(self.0 == BankNumber::One);
-        let address = self.base() + offset;
-        // SAFETY: a double word within the bank, as the bank has checked; the controller is unlocked and waits for it.
-        unsafe {
-            write_volatile(address as *mut u32, low);
-            write_volatile((address + 4) as *mut u32, high);
-        }
+        self.base() + offset
     }
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> bool {

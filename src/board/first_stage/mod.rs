@@ -9,9 +9,9 @@
 mod banks;
 mod start;
 
-use self::banks::{Registers, is_laid_out, is_whole, swap};
+use self::banks::{bank, is_laid_out, is_whole, swap};
 use super::watchdog;
-use crate::drivers::g4_flash::{Bank, BankNumber};
+use crate::drivers::g4_flash::BankNumber;
 use crate::update::choice::choose;
 use crate::update::layout::BODY_START;
 use core::ptr::{read_volatile, write_volatile};
@@ -49,7 +49,7 @@ fn chosen_bank() -> BankNumber {
         return BankNumber::One;
     }
     let numbers = [BankNumber::One, BankNumber::Two];
-    let mut banks = numbers.map(|number| Bank::new(Registers(number)));
+    let mut banks = numbers.map(bank);
     match choose(&mut banks, is_whole) {
         Some(candidate) if candidate.bank == 0 => BankNumber::One,
         Some(_) => BankNumber::Two,

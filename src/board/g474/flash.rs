@@ -1,13 +1,15 @@
-//! The flash controller's registers and both banks' memory. What is done with them is [`crate::drivers::g4_flash`]'s.
+//! Both banks' memory. What is done with it is [`crate::drivers::g4_flash`]'s.
 //!
 //! The bank that code runs from lies at [`NEAR`], whichever it is: the first stage makes the banks change places for that. Wrong check bits
 //! raise the non-maskable interrupt, which notes those of what is read as data ([`isr_ecc`]).
 #![allow(unsafe_code)] // the banks are memory
 
-use crate::drivers::g4_flash::{Bank, BankNumber, Controller, is_laid_out, is_torn};
-use core::ptr::{read_volatile, write_volatile};
+pub use crate::board::flash_controller::options;
+
+use crate::board::flash_controller::{Memory, Registers};
+use crate::drivers::g4_flash::{Bank, BankNumber, is_laid_out, is_torn};
+use core::ptr::read_volatile;
 use core::sync::atomic::{AtomicBool, AtomicU8, Ordering::SeqCst};
-use stm32_metapac::flash::regs::{Acr, Cr, Sr};
 use stm32_metapac::{FLASH, PWR, SYSCFG};
 
 /// First byte of the bank that code runs from, and of the other one.
@@ -19,17 +21,12 @@ static READING: AtomicU8 = AtomicU8::new(0);
 static TORN: AtomicBool = AtomicBool::new(false);
 
 /// A bank.
-pub type Flash = Bank<Registers>;
+pub type Flash = Bank<Registers<Place>>;
 
-/// The controller, and one of the banks.
-pub struct Registers {
+/// Where one of the banks lies.
+pub struct Place {
     base: u32,
     number: BankNumber,
-}
-
-/// The option bytes' register.
-pub fn options() -> u32 {
-    FLASH.optr().read().0
 }
 
 /// Gives out the bank that code runs from, to be read, and the other one; says so in the log if nothing can be stored there. To be called
@@ -46,7 +43,7 @@ pub fn take() -> (Flash, Flash) {
         false => BankNumber::One,
         true => BankNumber::Two,
     };
-    let registers = |base, number| Registers { base, number };
+    let registers = |base, number| Registers(Place { base, number });
     (
         Bank::running(registers(NEAR, runs)),
         Bank::new(registers(FAR, runs.other())),
@@ -68,54 +65,17 @@ pub fn isr_ecc() -> bool {
     torn
 }
 
-impl Controller for Registers {
-    fn number(&mut self) -> BankNumber {
+impl Memory for Place {
+    fn number(&self) -> BankNumber {
         self.number
     }
 
-    fn status(&mut self) -> u32 {
-        FLASH.sr().read().0
-    }
-
-    fn clear_status(&mut self, flags: u32) {
-        FLASH.sr().write_value(Sr(flags));
-    }
-
-    fn control(&mut self) -> u32 {
-        FLASH.cr().read().0
-    }
-
-    fn set_control(&mut self, bits: u32) {
-        FLASH.cr().write_value(Cr(bits));
-    }
-
-    fn access(&mut self) -> u32 {
-        FLASH.acr().read().0
-    }
-
-    fn set_access(&mut self, bits: u32) {
-        FLASH.acr().write_value(Acr(bits));
-    }
-
-    fn options(&mut self) -> u32 {
-        FLASH.optr().read().0
-    }
-
-    fn key(&mut self, key: u32) {
-        FLASH.keyr().write_value(key);
-    }
-
-    fn supply_is_low(&mut self) -> bool {
+    fn supply_is_low(&self) -> bool {
         PWR.sr2().read().pvdo()
     }
 
-    fn program(&mut self, offset: u32, [low, high]: [u32; 2]) {
-        let address = self.base + offset;
-        // SAFETY: a double word within the bank, as the bank has checked; the controller is unlocked and waits for it.
-        unsafe {
-            write_volatile(address as *mut u32, low);
-            write_volatile((address + 4) as *mut u32, high);
-        }
+    fn address_to_program(&mut self, offset: u32) -> u32 {
+        self.base + offset
     }
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> bool {

@@ -53,10 +53,18 @@ pub struct Incomplete;
 /// The channels' state.
 #[derive(Debug)]
 pub struct Reading {
-    /// Whether the buses are the DMA controller's.
-    armed: bool,
-    /// Whether a transfer is under way.
-    under_way: bool,
+    stage: Stage,
+}
+
+/// Whose the buses are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// The processor's.
+    Off,
+    /// The DMA controller's, which waits.
+    Ready,
+    /// The DMA controller's, and a transfer has been started and not been finished.
+    UnderWay,
 }
 
 /// Set-up of the channels that receive, and of those that send.
@@ -93,30 +101,30 @@ impl Reading {
             sending()[chip].par().write_value(data);
             sending()[chip].mar().write_value(&raw const ZERO as u32);
         }
-        Self {
-            armed: false,
-            under_way: false,
-        }
+        Self { stage: Stage::Off }
     }
 
     /// Whether a transfer has been started and not been finished.
     #[inline(always)]
     pub fn is_under_way(&self) -> bool {
-        self.under_way
+        self.stage == Stage::UnderWay
     }
 
     /// Selects both chips and starts a transfer from each.
     #[inline(always)]
     pub fn begin(&mut self) {
-        if !self.armed {
+        if self.stage == Stage::Off {
             self.arm();
         }
-        self.under_way = true;
+        self.stage = Stage::UnderWay;
         select(true);
-        // Written out: the image is built for size, which leaves loops as they are.
+        // Written out: the image is built for size, which leaves loops as they are. Both are ready before one starts: from then on DMA takes
+        // the bus that their registers are on.
         let [first, second] = sending();
-        send(first);
-        send(second);
+        prepare(first);
+        prepare(second);
+        first.cr().write_value(Cr(SENDING.0 | ENABLE));
+        second.cr().write_value(Cr(SENDING.0 | ENABLE));
     }
 
     /// Ends a transfer: both chips are deselected. The frames stay until the next [`Reading::begin`].
@@ -125,14 +133,15 @@ impl Reading {
     /// [`Incomplete`]: not all of both frames is there.
     #[inline(always)]
     pub fn finish(&mut self) -> Result<[&FrameBytes; 2], Incomplete> {
-        let complete = self.under_way && both_complete();
-        select(false);
-        // The global bit of each channel takes its flags back.
-        DMA1.ifcr().write_value(Isr(0x1111));
-        self.under_way = false;
-        if !complete {
+        if !self.is_under_way() || !both_complete() {
+            release();
+            if self.stage == Stage::UnderWay {
+                self.stage = Stage::Ready;
+            }
             return Err(Incomplete);
         }
+        release();
+        self.stage = Stage::Ready;
         // The reads that follow are of what the controller has written.
         compiler_fence(SeqCst);
         let [first, second] = &FRAMES;
@@ -144,7 +153,7 @@ impl Reading {
     #[cold]
     #[inline(never)]
     fn arm(&mut self) {
-        self.armed = true;
+        self.stage = Stage::Ready;
         DMA1.ifcr().write_value(Isr(0x1111));
         let set_ups = [RECEIVING, INTERRUPTS];
         for ((bus, channel), set_up) in spi::BUS.into_iter().zip(receiving()).zip(set_ups) {
@@ -161,10 +170,10 @@ impl Reading {
     #[cold]
     #[inline(never)]
     pub fn disarm(&mut self) {
-        if !self.armed {
+        let before = core::mem::replace(&mut self.stage, Stage::Off);
+        if before == Stage::Off {
             return;
         }
-        self.armed = false;
         for channel in receiving() {
             channel.cr().write_value(RECEIVING);
         }
@@ -179,7 +188,7 @@ impl Reading {
             });
             spi::drain(bus);
         }
-        if core::mem::take(&mut self.under_way) {
+        if before == Stage::UnderWay {
             spi::set_anew();
         }
         DMA1.ifcr().write_value(Isr(0x1111));
@@ -194,12 +203,19 @@ fn select(low: bool) {
     second.level(!low);
 }
 
-/// Starts a channel that sends.
+/// Deselects both chips and takes the flags of all channels back.
 #[inline(always)]
-fn send(channel: Ch) {
+fn release() {
+    select(false);
+    // The global bit of each channel takes its flags back.
+    DMA1.ifcr().write_value(Isr(0x1111));
+}
+
+/// Sets a channel up that sends, to be switched on.
+#[inline(always)]
+fn prepare(channel: Ch) {
     channel.cr().write_value(SENDING);
     channel.ndtr().write_value(Ndtr(FRAME_BYTES as u32));
-    channel.cr().write_value(Cr(SENDING.0 | ENABLE));
 }
 
 /// Whether all bytes of both chips have come; the first chip's may come some cycles later.
@@ -207,5 +223,7 @@ fn send(channel: Ch) {
 fn both_complete() -> bool {
     // TCIF of channels 1 and 2.
     const BOTH: u32 = 1 << 1 | 1 << 5;
-    (0..PATIENCE).any(|_| DMA1.isr().read().0 & BOTH == BOTH)
+    let look = || DMA1.isr().read().0 & BOTH == BOTH;
+    // The first look is nearly always enough.
+    look() || (1..PATIENCE).any(|_| look())
 }

@@ -5,6 +5,7 @@ use crate::peripheral::Access;
 use crate::peripheral::dma::{self, Dma, Dmamux};
 use crate::peripheral::spi::Spi;
 use crate::processor::FLASH;
+use crate::processor::contention::Moved;
 use crate::registers;
 use crate::rule::Rule;
 use std::rc::Rc;
@@ -22,6 +23,7 @@ pub struct Transfers {
     pub(super) dmamux1: Dmamux,
     code: Rc<[u8]>,
     stored: Vec<(u32, u8)>,
+    moved: Moved,
     requests: [Request; 4],
 }
 
@@ -33,6 +35,7 @@ impl Transfers {
             dmamux1: Dmamux::after_reset(),
             code: Rc::new([]),
             stored: vec![],
+            moved: Moved::default(),
             requests: std::array::from_fn(|k| {
                 let (index, receives) = (k / 2, k % 2 == 0);
                 let signal = if receives { "RX" } else { "TX" };
@@ -57,10 +60,12 @@ impl Transfers {
             if receives {
                 let byte = spi[index].dma_read();
                 self.stored.push((item.memory, byte));
+                self.moved.received += 1;
             } else {
                 let at = item.memory.wrapping_sub(FLASH) as usize;
                 let byte = self.code.get(at).copied().unwrap_or(0xFF);
                 spi[index].dma_write(byte, access);
+                self.moved.sent += 1;
             }
         }
     }
@@ -106,6 +111,16 @@ impl Transfers {
     /// The bytes of bank 1, which DMA may read.
     pub fn set_code(&mut self, code: &[u8]) {
         self.code = code.into();
+    }
+
+    /// What DMA has moved since the last call.
+    pub fn take_moved(&mut self) -> Moved {
+        std::mem::take(&mut self.moved)
+    }
+
+    /// Whether a channel that sends is at work: the buses are served.
+    pub fn serves(&self) -> bool {
+        (0..dma::CHANNELS).any(|channel| self.dma1.runs(channel) && self.dma1.target(channel).1)
     }
 
     /// How many bytes DMA has put into memory since the last call of [`Transfers::take_stored`].

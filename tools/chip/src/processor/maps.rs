@@ -117,28 +117,31 @@ pub fn map_banks(uc: &mut Unicorn<Shared>) -> Result<(), uc_error> {
 pub fn map_registers(uc: &mut Unicorn<'static, Shared>) -> Result<()> {
     let read = |uc: &mut Unicorn<Shared>, offset: u64, width: usize| {
         let shared = uc.get_data_mut();
-        let value = shared.chip.read(PERIPHERALS.0 + offset as u32, width);
+        let address = PERIPHERALS.0 + offset as u32;
+        let held_up = shared.held_up_at(address);
+        let value = shared.chip.read(address, width);
         store(uc);
-        after_read(uc.get_data_mut());
+        after_read(uc.get_data_mut(), held_up);
         u64::from(value)
     };
     let write = |uc: &mut Unicorn<Shared>, offset: u64, width: usize, value: u64| {
         let shared = uc.get_data_mut();
-        shared
-            .chip
-            .write(PERIPHERALS.0 + offset as u32, width, value as u32);
+        let address = PERIPHERALS.0 + offset as u32;
+        let held_up = shared.held_up_at(address);
+        shared.chip.write(address, width, value as u32);
         if uc.get_data_mut().chip.take_remapped() {
             // Memory that is mapped can be written.
             let _ = map_banks(uc);
         }
         after_access(uc.get_data_mut());
+        uc.get_data_mut().pass(held_up);
     };
     let (base, bytes) = PERIPHERALS;
     uc.mmio_map(base.into(), bytes.into(), Some(read), Some(write))
         .map_err(failed)?;
     let read = |uc: &mut Unicorn<Shared>, offset: u64, width: usize| {
         let value = system_read(uc.get_data_mut(), offset as u32, width);
-        after_read(uc.get_data_mut());
+        after_read(uc.get_data_mut(), 0);
         u64::from(value)
     };
     let write = |uc: &mut Unicorn<Shared>, offset: u64, width: usize, value: u64| {
@@ -157,11 +160,11 @@ fn after_access(shared: &mut Shared) {
 }
 
 /// The same after a read, which seldom changes anything: code that waits for the flash reads its status millions of times.
-fn after_read(shared: &mut Shared) {
-    match shared.chip.take_changed() {
-        true => after_access(shared),
-        false => shared.pass(ACCESS_CYCLES),
+fn after_read(shared: &mut Shared, held_up: u64) {
+    if shared.chip.take_changed() {
+        shared.plan();
     }
+    shared.pass(ACCESS_CYCLES + held_up);
 }
 
 fn system_read(shared: &mut Shared, offset: u32, width: usize) -> u32 {

@@ -3,6 +3,7 @@
 //! Time passes by blocks of instructions. Between two blocks the peripherals catch up and an exception is taken if one waits; an access to a
 //! register sees them as they are at its block's end.
 
+pub mod contention;
 pub mod cost;
 mod fetch;
 pub mod frame;
@@ -88,6 +89,7 @@ impl Processor {
             cycle,
             resumed: false,
             wait_states: false,
+            waits_for_dma: false,
             watched: vec![],
         };
         let mode = Mode::THUMB | Mode::MCLASS;
@@ -122,6 +124,14 @@ impl Processor {
     /// From now on fetches wait for the flash, or not.
     pub fn set_wait_states(&mut self, counted: bool) {
         self.uc.get_data_mut().wait_states = counted;
+    }
+
+    /// From now on all accesses wait that DMA may hold up, or none.
+    pub fn set_waiting_for_dma(&mut self, counted: bool) {
+        let shared = self.uc.get_data_mut();
+        shared.waits_for_dma = counted;
+        // What was moved before holds up nothing any more.
+        let _ = shared.chip.transfers.take_moved();
     }
 
     /// Resets since power-on.

@@ -1,11 +1,15 @@
 //! What unicorn's hooks work on: chip, processor's registers, time.
 
+use super::contention;
 use super::cost::Costs;
 use super::nvic::number;
 use super::system::System;
 use crate::chip::Chip;
 use crate::time::Ticks;
 use unicorn_engine::UcHookId;
+
+/// Code below it lies in flash, above it in a RAM.
+const CODE_END: u32 = 0x1000_0000;
 
 /// Why the processor has stopped between two blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +52,8 @@ pub struct Shared {
     pub resumed: bool,
     /// Whether fetches wait for the flash.
     pub wait_states: bool,
+    /// Whether all accesses wait that DMA may hold up.
+    pub waits_for_dma: bool,
     /// Hooks on pages of the bank that code runs from in which a double word is torn.
     pub watched: Vec<UcHookId>,
 }
@@ -60,7 +66,7 @@ impl Shared {
         }
         self.resumed = false;
         self.chip.running_at = address;
-        let cycles = self.costs.block(address, bytes, self.states());
+        let cycles = self.costs.block(address, bytes, self.states()) + self.held_up(address);
         self.pass(u64::from(cycles));
         false
     }
@@ -71,6 +77,21 @@ impl Shared {
             true => u32::from(self.chip.flash.acr().latency().to_bits()),
             false => 0,
         }
+    }
+
+    /// Cycles that DMA may hold this block up, by what it has moved since the one before, if waiting counts.
+    fn held_up(&mut self, address: u32) -> u32 {
+        if !self.waits_for_dma {
+            return 0;
+        }
+        let moved = self.chip.transfers.take_moved();
+        contention::of_block(moved, address < CODE_END, self.states())
+    }
+
+    /// Cycles that DMA may hold up an access to a register, if waiting counts.
+    pub fn held_up_at(&self, address: u32) -> u64 {
+        let serves = self.waits_for_dma && self.chip.transfers.serves();
+        contention::of_access(address, serves)
     }
 
     /// Lets time pass.
