@@ -415,6 +415,9 @@ pub struct Fit {
     pub coefficient: DVector<f64>,
     /// Logarithm of the marginal likelihood for unit noise, up to a constant of the data.
     pub log_evidence: f64,
+    /// Half the logarithm of the determinant of the coefficients' precision, in prior deviations: what the evidence pays for their
+    /// freedom (Occam's factor).
+    pub half_log_determinant: f64,
 }
 
 /// Solves for the columns with unit normal priors about `centre`, noise variance `variance`.
@@ -438,6 +441,7 @@ pub fn solve(training: Training, columns: &[usize], centre: &[f64], variance: f6
         columns: columns.to_vec(),
         coefficient,
         log_evidence,
+        half_log_determinant: log_det,
     })
 }
 

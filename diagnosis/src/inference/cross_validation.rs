@@ -2,7 +2,7 @@
 
 use crate::data::folds::FOLDS;
 use crate::design::errors_in_variables::ErrorsInVariables;
-use crate::design::gram::{Columns, Gram};
+use crate::design::gram::{Columns, Fit, Gram};
 use crate::inference::schur::EliminatedBase;
 use std::collections::HashMap;
 use std::ops::Range;
@@ -27,7 +27,8 @@ pub struct Score {
     pub squares: f64,
     /// The same by fold.
     pub fold: [f64; FOLDS],
-    /// Sum of the folds' log evidence.
+    /// Logarithm of the marginal likelihood of all rows for unit noise, up to a constant of the data: [`CrossValidation::share_of_evidence`]
+    /// of all folds.
     pub log_evidence: f64,
 }
 
@@ -116,7 +117,7 @@ impl<'a> CrossValidation<'a> {
             }
             score.fold[f] =
                 left - self.gram.rows[f] as f64 * self.errors_in_variables.allowance(noise);
-            score.log_evidence += fit.log_evidence / (FOLDS - 1) as f64;
+            score.log_evidence += self.share_of_evidence(&fit);
             score.squares += score.fold[f];
         }
         // Below the noise: the columns hold the noise itself.
@@ -124,6 +125,23 @@ impl<'a> CrossValidation<'a> {
             return IMPOSSIBLE;
         }
         score
+    }
+
+    /// What a fold's training sums say of the logarithm of the marginal likelihood of all rows. With coefficients `w` in prior deviations
+    /// about means `c`, and products `G`, that is `-squares / 2 - |w - c|² / 2 - ln det(1 + G) / 2` (MacKay 1992). Each row is in the
+    /// training sums of all folds but one, so the squares of all folds are those of all rows times `FOLDS - 1`. The prior's term and
+    /// Occam's do not grow with the rows, but for a fraction of one a column: of them the mean of the folds counts.
+    fn share_of_evidence(&self, fit: &Fit) -> f64 {
+        let off = |(c, coefficient): (&usize, &f64)| (coefficient - self.gram.centre[*c]).powi(2);
+        let prior: f64 = fit
+            .columns
+            .iter()
+            .zip(fit.coefficient.iter())
+            .map(off)
+            .sum();
+        let freedom = -0.5 * prior - fit.half_log_determinant;
+        let squares = fit.log_evidence - freedom;
+        squares / (FOLDS - 1) as f64 + freedom / FOLDS as f64
     }
 
     /// True if an effect's amounts are of no physical size. Of a block of very many, which have one size together, it is their rms
@@ -193,8 +211,36 @@ fn smallest_plausible(baseline: f64, rows: f64, loud: bool) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use crate::data::folds::FOLDS;
+    use crate::design::gram::solve;
     use crate::synthetic_problem::SyntheticProblem;
     use effects::random::normal;
+
+    /// Rows are counted once, and so are the prior and what is paid for freedom. The rows that a fold lacks change two things, each by a
+    /// number a column that does not grow with the rows: half a logarithm of the precision, and an eighth of a square, since each fold's own
+    /// fit takes of its rows' noise what the fit of all rows does not (a fifth of a square, five times, over four, and halved).
+    #[test]
+    fn evidence_is_that_of_all_rows() {
+        const COUNT: usize = 20;
+        let problem = SyntheticProblem::new(&[("block", &[1.0; COUNT])], &|rng| {
+            let mut row = vec![1.0];
+            row.extend((0..COUNT).map(|_| normal(rng)));
+            row.push(0.3 * row[1] + normal(rng));
+            row
+        });
+        let mut validation = problem.cross_validation();
+        let all: Vec<usize> = (0..=COUNT).collect();
+        let gram = validation.gram;
+        let exact = solve(gram.training(None), &all, &gram.centre, 1.0).unwrap();
+        let columns = all.len() as f64;
+        let fewer = columns * (0.5 * (FOLDS as f64 / (FOLDS - 1) as f64).ln() + 0.125);
+        let told = validation.score(&[1]).log_evidence;
+        // Counted a quarter more, Occam's factor alone would be off by far more than the tolerance.
+        assert!(0.25 * exact.half_log_determinant > 10.0);
+        let off = told - fewer - exact.log_evidence;
+        // Three standard deviations of an eighth of a chi-square.
+        assert!(off.abs() < 3.0 * 0.125 * (2.0 * columns).sqrt(), "{off}");
+    }
 
     /// One amount of fifty prior deviations: no effect of that size, and one of a field's many.
     #[test]

@@ -90,6 +90,7 @@ impl SchurElimination {
             columns,
             coefficient: coefficient.into(),
             log_evidence: 0.5 * (explained - prior - training.at(last, last)) - log_det,
+            half_log_determinant: log_det,
         })
     }
 }
