@@ -9,6 +9,9 @@ pub const ORDERS: usize = 16;
 /// Highest order of the lateral tooth phase that is tabulated.
 pub const LATERAL_ORDERS: usize = 4;
 
+/// Most logged columns that are asked for.
+pub const MOST_LOGGED: usize = 4;
+
 /// Times after which a mount has followed the board's temperature to 1/e, s: of a coil, of what holds it, and of a courier that is
 /// warmed through slowly.
 pub const LAGS_S: [f64; 3] = [5.0, 20.0, 80.0];
@@ -30,6 +33,8 @@ pub struct Covariates {
     pub raw_phase: [f64; 4],
     /// Tooth phase of the reference at the segment, rad; zero without one.
     pub reference_phase: [f64; 4],
+    /// What equation (3) makes of a small displacement of the unmodified output: 1 and its slope there.
+    pub calibration_gain: [f64; 4],
     /// `raw[segment][n]` = (sin, cos) of n times the unmodified output's phase: what equation (3) is written in.
     pub raw: Harmonics,
     /// `own[segment][n] = (sin, cos)` of n times the own tooth phase.
@@ -76,6 +81,8 @@ pub struct Covariates {
     pub ln_amplitude: [f64; 4],
     /// All of that logarithm less its mean and what repeats with the own phase, whatever may be the cause.
     pub amplitude_excess: [f64; 4],
+    /// Each logged column of [`BasisInputs::logged`](crate::sensor::BasisInputs::logged), less its mean and over its deviation.
+    pub logged: [f64; MOST_LOGGED],
     /// Angle, rad, by which each pair's flaws, as far as they differ from their means at this time, turn the vector that it gives: as
     /// its amplitude shows them, the quadrature angle half in either channel.
     pub pair_turn_rad: [f64; 4],

@@ -211,6 +211,8 @@ pub enum Need {
     Moving,
     /// Places across a segment.
     Across,
+    /// Pairs whose counts show it, or a logged column that changes.
+    CountsOrLogged,
 }
 
 impl Need {
@@ -223,6 +225,7 @@ impl Need {
             Self::Turning => inputs.turning,
             Self::Moving => inputs.moving,
             Self::Across => inputs.lateral,
+            Self::CountsOrLogged => inputs.counts || !inputs.logged.is_empty(),
         }
     }
 
@@ -235,6 +238,7 @@ impl Need {
             Self::Turning => "angles that change",
             Self::Moving => "samples in motion",
             Self::Across => "segments along both axes, or a reference",
+            Self::CountsOrLogged => "raw counts, or a logged column `aux_…` that changes",
         }
     }
 }

@@ -98,6 +98,8 @@ pub enum Factor {
     Amplitude,
     /// A place on the platen.
     Place,
+    /// A logged column.
+    Logged,
     /// Anything else.
     Other,
 }

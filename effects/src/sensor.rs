@@ -5,7 +5,7 @@
 //! equation (3). The diagnosis turns it into channels, weighs it by the noise, and fits its amount.
 
 pub use crate::covariates::{
-    Covariates, GRADUAL, Harmonics, LAGS_S, LATERAL_ORDERS, ORDERS, TURNOVERS,
+    Covariates, GRADUAL, Harmonics, LAGS_S, LATERAL_ORDERS, MOST_LOGGED, ORDERS, TURNOVERS,
 };
 use crate::identity::{Factor, Identity, Part, Wave};
 use crate::over::{Extent, Over};
@@ -51,6 +51,22 @@ pub enum Channel {
     Sine,
     /// The cosine.
     Cosine,
+}
+
+/// A quantity that was logged beside the layout's columns.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LoggedColumn {
+    /// Name of the column.
+    pub name: String,
+    /// Its mean, in its own unit.
+    pub mean: f64,
+    /// Its standard deviation, in its own unit.
+    pub deviation: f64,
+}
+
+/// True if it holds of no segment.
+fn is_none(of_segments: &[bool; 4]) -> bool {
+    *of_segments == [false; 4]
 }
 
 /// What a recording offers: an effect without the data that it needs is not judged.
@@ -124,6 +140,12 @@ pub struct BasisInputs {
     /// Each pair's amplitude shows that its offsets, gain or angle wander.
     #[serde(default)]
     pub pair_wanders: [bool; 4],
+    /// Logged columns `aux_…` that change.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub logged: Vec<LoggedColumn>,
+    /// Each pair's amplitude shows that the offsets of its channels change with the place.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub offsets_by_place: [bool; 4],
     /// Free harmonics run over the phase of the unmodified output, as equation (3) does, and not over the calibrated one's.
     #[serde(default)]
     pub unmodified: bool,

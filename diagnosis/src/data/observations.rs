@@ -2,7 +2,7 @@
 
 use crate::Insufficient;
 use crate::data::interpolation::filled;
-use recording::{Column, Recording, Samples};
+use recording::{Column, Logged, Recording, Samples};
 use std::f64::consts::TAU;
 
 /// The recording in columns of f64, NaN where not measured. `N` samples.
@@ -48,6 +48,8 @@ pub struct Observations {
     pub commanded: [Vec<f64>; 3],
     /// Reference x, y, theta (empty where not recorded).
     pub reference: [Vec<f64>; 3],
+    /// Quantities that were logged beside the layout's columns.
+    pub logged: Vec<Logged>,
     /// Names of the runs.
     pub run_names: Vec<String>,
     /// Noise of a quadrature channel with rounding, counts; zero where positions were logged.
@@ -113,6 +115,7 @@ impl Observations {
             temperature_c: filled(samples.t_s(), take(Column::Temperature)),
             commanded: [0, 1, 2].map(|axis| take(Column::Commanded(axis))),
             reference: [0, 1, 2].map(|axis| take(Column::Reference(axis))),
+            logged: samples.logged().to_vec(),
             run_names: samples.run_names().to_vec(),
             pair_noise_counts: counts_noise,
             electrode_noise_counts: (electronics.psd_noise_counts.unwrap_or(0.0).powi(2)
@@ -153,6 +156,7 @@ impl Observations {
         let lists = lists
             .chain(&mut self.tan_psi)
             .chain(&mut self.tan_psi_noise);
+        let lists = lists.chain(self.logged.iter_mut().map(|logged| &mut logged.values));
         for list in lists.chain(&mut self.commanded).chain(&mut self.reference) {
             only(list, stays);
         }

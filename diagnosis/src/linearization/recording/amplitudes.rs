@@ -5,12 +5,13 @@
 //! `offset_s sin φ + offset_c cos φ - (gain/2) cos 2φ + (angle/2) sin 2φ`.
 
 use super::LinearizedRecording;
+use super::amplitude_choice::{Prepared, are_shifted, candidates};
+use super::amplitude_shape::AmplitudeShape;
 use super::covariates::multiples;
 use super::explained::Amplitudes;
-use super::mesh::{GAP_MESHES_PITCHES, GAP_WAVE_SIZE, Mesh};
+use super::mesh::{GAP_MESHES_PITCHES, Mesh};
 use super::sample::{PHASE_ORDERS, Sample};
-use super::wander::{self, FLAW_SIZE, FLAWS, STRAIGHT_PARTS, WanderLengths, knot_weights};
-use crate::algebra::penalized::{Penalty, Pieces, Row};
+use super::wander;
 use crate::data::folds::folds;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -19,161 +20,13 @@ use std::sync::Arc;
 #[derive(Default)]
 struct AmplitudeModel {
     by_place: Vec<f64>,
+    by_offsets: Vec<f64>,
     pair_course: Vec<[f64; 4]>,
     mean_flaws: Vec<f64>,
 }
 
 /// Rows that are looked at: of more, every so many.
 const MOST_ROWS: usize = 10_000;
-/// Squares over the noise that a wander must explain, well past chance.
-const WANDER_SQUARES: f64 = 100.0;
-/// Share of what time and own phase leave that the place must explain.
-const EXPLAINED_BY_PLACE: f64 = 0.5;
-/// Share of what the place leaves that a wander must explain.
-const EXPLAINED_BY_TIME: f64 = 0.7;
-/// No shape is exact: what it leaves of the squares at least.
-const SHAPE_ERROR_SHARE: f64 = 1.0e-3;
-
-/// Columns of the flaws: what a unit of each adds to the amplitude.
-fn by_flaw(sample: &Sample) -> [f64; 4] {
-    let [_, one, two, ..] = sample.phase;
-    [one.0, one.1, -0.5 * two.1, 0.5 * two.0]
-}
-
-/// Columns of a wander whose flaws are straight over some parts of the recording, of a field, and of a slow change of the whole with so
-/// many knots.
-#[derive(Clone, Copy, Default)]
-struct AmplitudeShape<'a> {
-    wander: Option<WanderLengths>,
-    field: Option<&'a Mesh>,
-    course: usize,
-}
-
-/// See [`PHASE_ORDERS`].
-const PATTERN_COLUMNS: usize = 2 * PHASE_ORDERS;
-
-/// Knots over the recording that are tried for a change of the whole: at most two a period of what changes within a tenth of it.
-const CHANGE_KNOTS: [usize; 3] = [7, 12, 23];
-
-impl<'a> AmplitudeShape<'a> {
-    /// Columns before those of the field.
-    fn first(&self) -> usize {
-        self.wander.map_or(0, |_| wander::COLUMNS)
-    }
-
-    fn columns(&self) -> usize {
-        let pattern = self.wander.map_or(0, |_| PATTERN_COLUMNS);
-        self.first() + self.field.map_or(0, Mesh::columns) + self.course + pattern
-    }
-
-    fn row(&self, sample: &Sample) -> Row {
-        let mut entries = Vec::new();
-        if self.wander.is_some() {
-            entries.extend(wander::entries(sample.progress, by_flaw(sample)));
-        }
-        let mut next = self.first();
-        if let Some(mesh) = self.field {
-            entries.extend(mesh.entries(sample, next));
-            next += mesh.columns();
-        }
-        let course = knot_weights(self.course, sample.progress);
-        entries.extend(course.map(|(knot, weight)| (next + knot, GAP_WAVE_SIZE * weight)));
-        if self.wander.is_some() {
-            // The pattern was told while the pair wandered: it may be wrong by about as much.
-            let orders = sample
-                .phase
-                .iter()
-                .flat_map(|(sine, cosine)| [sine, cosine]);
-            let pattern = (next + self.course..).zip(orders);
-            entries.extend(pattern.map(|(column, shape)| (column, FLAW_SIZE * shape)));
-        }
-        Row {
-            entries,
-            value: sample.value,
-            fold: sample.fold,
-        }
-    }
-
-    fn pieces(&self, samples: &[Sample]) -> Pieces {
-        Pieces::new(self.columns(), samples.iter().map(|s| self.row(s)))
-    }
-
-    /// Flaws that a fit found in the pattern.
-    fn flaws_in_pattern(&self, coefficients: &[f64]) -> [f64; 4] {
-        let pattern = &coefficients[self.columns() - PATTERN_COLUMNS..];
-        let [_, one, two] = [0, 1, 2].map(|order| [pattern[2 * order], pattern[2 * order + 1]]);
-        [one[0], one[1], -2.0 * two[1], 2.0 * two[0]].map(|flaw| FLAW_SIZE * flaw)
-    }
-
-    /// Amounts of the columns. Those of a flaw that does not wander are zero and not nearly so.
-    fn coefficients(&self, samples: &[Sample], noise: f64) -> Option<Vec<f64>> {
-        let mut coefficients = self
-            .pieces(samples)
-            .coefficients(noise, &self.penalties())?;
-        let straights = self.wander.unwrap_or_default();
-        for flaw in (0..FLAWS).filter(|f| self.wander.is_some() && straights[*f].is_none()) {
-            let columns = coefficients[..wander::COLUMNS].iter_mut().skip(flaw);
-            columns
-                .step_by(FLAWS)
-                .for_each(|coefficient| *coefficient = 0.0);
-        }
-        Some(coefficients)
-    }
-
-    fn penalties(&self) -> Vec<Penalty> {
-        self.wander.map_or_else(Vec::new, wander::penalties)
-    }
-
-    /// The shape, and what it leaves on pieces that it has not seen.
-    fn held_out(self, pieces: &Pieces, noise: f64) -> Option<(Self, f64)> {
-        Some((self, pieces.held_out(noise, &self.penalties())?))
-    }
-
-    /// The same of the best wander beside this shape, of flaws that are all alike.
-    fn wandering(self, all: &[Sample], noise: f64) -> Option<(Self, f64)> {
-        let with = |straight: f64| Self {
-            wander: Some([Some(straight); FLAWS]),
-            ..self
-        };
-        let pieces = with(STRAIGHT_PARTS[0]).pieces(all);
-        let tried = STRAIGHT_PARTS.into_iter();
-        least(tried.filter_map(|straight| with(straight).held_out(&pieces, noise)))
-    }
-
-    /// The best wander beside this shape, of which each flaw is as straight as it is or does not wander at all: what stands still
-    /// takes no part of what another does where a rest shows both alike.
-    fn each_flaw(self, all: &[Sample], noise: f64) -> Option<Self> {
-        let pieces = self.pieces(all);
-        let (mut found, mut left) = self.held_out(&pieces, noise)?;
-        for flaw in 0..FLAWS {
-            let with = |straight: Option<f64>| {
-                let mut straights = found.wander?;
-                straights[flaw] = straight;
-                let wander = Some(straights);
-                Self { wander, ..found }.held_out(&pieces, noise)
-            };
-            let tried = STRAIGHT_PARTS.into_iter().map(Some).chain([None]);
-            if let Some(better) = least(tried.filter_map(with)).filter(|t| t.1 < left) {
-                (found, left) = better;
-            }
-        }
-        Some(found)
-    }
-}
-
-fn least<T>(list: impl Iterator<Item = (T, f64)>) -> Option<(T, f64)> {
-    list.min_by(|a, b| a.1.total_cmp(&b.1))
-}
-
-/// The shape that leaves least on pieces that it has not seen, and what that is.
-fn best<'a>(
-    shapes: impl Iterator<Item = AmplitudeShape<'a>>,
-    all: &[Sample],
-    noise: f64,
-) -> Option<(AmplitudeShape<'a>, f64)> {
-    least(shapes.filter_map(|shape| shape.held_out(&shape.pieces(all), noise)))
-}
-
 impl LinearizedRecording<'_> {
     /// What explains the amplitudes.
     pub fn amplitudes_explained(&self) -> Amplitudes {
@@ -184,11 +37,29 @@ impl LinearizedRecording<'_> {
         let folds = folds(&self.observations.stretch);
         let segments = [0, 1, 2, 3].into_par_iter();
         let segments = segments.filter(|s| self.scope.segments[*s]);
-        let all: Vec<(usize, AmplitudeModel)> = segments
-            .filter_map(|s| Some((s, self.explain_one(s, &folds)?)))
+        let prepared: Vec<(usize, Prepared)> = segments
+            .filter_map(|s| Some((s, self.prepared(s, &folds)?)))
+            .collect();
+        let candidates: Vec<_> = prepared
+            .par_iter()
+            .map(|(_, prepared)| candidates(prepared))
+            .collect();
+        let shifted = are_shifted(candidates.iter().flatten());
+        let both = prepared.par_iter().zip(&candidates);
+        let all: Vec<(usize, AmplitudeModel)> = both
+            .filter_map(|((s, prepared), candidates)| {
+                let (shape, noise) = candidates
+                    .as_ref()
+                    .and_then(|c| Some((c.shape(shifted)?, c.loose)))?;
+                Some((
+                    *s,
+                    self.explain_one(*s, (shape, noise), &prepared.samples, &folds)?,
+                ))
+            })
             .collect();
         for (segment, one) in all {
             found.pair_course[segment] = one.pair_course;
+            found.by_offsets[segment] = one.by_offsets;
             found.mean_flaws[segment] = one.mean_flaws;
             if let Some(by_place) = &mut found.by_place {
                 by_place[segment] = one.by_place;
@@ -206,6 +77,8 @@ impl LinearizedRecording<'_> {
     pub fn take_amplitudes(&mut self, amplitudes: Arc<Amplitudes>) {
         let some = |list: &[Vec<f64>; 4]| std::array::from_fn(|s| !list[s].is_empty());
         self.inputs.amplitude_by_place = amplitudes.by_place.as_ref().map_or([true; 4], some);
+        self.inputs.offsets_by_place =
+            std::array::from_fn(|s| !amplitudes.by_offsets[s].is_empty());
         self.inputs.pair_wanders = std::array::from_fn(|s| !amplitudes.pair_course[s].is_empty());
         self.amplitudes = amplitudes;
     }
@@ -227,30 +100,55 @@ impl LinearizedRecording<'_> {
         })
     }
 
-    fn explain_one(&self, segment: usize, folds: &[u8]) -> Option<AmplitudeModel> {
+    /// The samples of a segment's amplitude that are looked at, each less a wander as far as it is known.
+    fn samples(
+        &self,
+        segment: usize,
+        folds: &[u8],
+        course: impl Fn(usize) -> [f64; 4],
+    ) -> Vec<Sample> {
         let n = self.ln_amplitude[segment].len();
         let every = n.div_ceil(MOST_ROWS).max(1);
-        let used = || (0..n).step_by(every).filter(|&i| self.mask[i]);
-        let sample = |i: usize, course: [f64; 4]| self.sample(segment, i, folds[i], course);
-        let all: Vec<Sample> = used().filter_map(|i| sample(i, [0.0; 4])).collect();
-        if all.len() < MINIMUM_ROWS {
+        let used = (0..n).step_by(every).filter(|&i| self.mask[i]);
+        used.filter_map(|i| self.sample(segment, i, folds[i], course(i)))
+            .collect()
+    }
+
+    /// A segment's amplitude and what it may be told by; none where there are too few samples.
+    fn prepared(&self, segment: usize, folds: &[u8]) -> Option<Prepared> {
+        let samples = self.samples(segment, folds, |_| [0.0; 4]);
+        if samples.len() < MINIMUM_ROWS {
             return None;
         }
-        let noise = self.amplitude_noise(segment);
-        let meshes: Vec<Mesh> = GAP_MESHES_PITCHES
+        let meshes = GAP_MESHES_PITCHES
             .iter()
-            .filter_map(|step| Mesh::over(&all, step * self.observations.pitch_m))
+            .filter_map(|step| Mesh::over(&samples, step * self.observations.pitch_m))
             .collect();
+        Some(Prepared {
+            samples,
+            meshes,
+            noise: self.amplitude_noise(segment),
+            wanders: !self.normal.mean_flaws[segment].is_empty(),
+        })
+    }
+
+    fn explain_one(
+        &self,
+        segment: usize,
+        (shape, noise): (AmplitudeShape<'_>, f64),
+        all: &[Sample],
+        folds: &[u8],
+    ) -> Option<AmplitudeModel> {
+        let n = self.ln_amplitude[segment].len();
         let known = &self.normal.mean_flaws[segment];
-        let (shape, noise) = chosen(&all, &meshes, noise, !known.is_empty())?;
-        let mut coefficients = shape.coefficients(&all, noise)?;
+        let mut coefficients = shape.coefficients(all, noise)?;
         let mut found = AmplitudeModel::default();
         if shape.wander.is_some() {
             found.pair_course = vec![[0.0; 4]; n];
             self.add_wander(&shape, &coefficients, known, &mut found);
             // The columns are those of small flaws: once more about the flaws that are known now.
-            let again = used().filter_map(|i| sample(i, found.pair_course[i]));
-            coefficients = shape.coefficients(&again.collect::<Vec<_>>(), noise)?;
+            let again = self.samples(segment, folds, |i| found.pair_course[i]);
+            coefficients = shape.coefficients(&again, noise)?;
             self.add_wander(&shape, &coefficients, known, &mut found);
         }
         if let Some(mesh) = shape.field {
@@ -260,6 +158,14 @@ impl LinearizedRecording<'_> {
             };
             let at = |i: usize| self.sample(segment, i, 0, [0.0; 4]).map_or(0.0, value);
             found.by_place = (0..n).map(at).collect();
+        }
+        if let Some(places) = shape.offsets {
+            let value = |s: Sample| {
+                let entries = places.entries(&s, shape.before_offsets()).into_iter();
+                entries.map(|(column, x)| x * coefficients[column]).sum()
+            };
+            let at = |i: usize| self.sample(segment, i, 0, [0.0; 4]).map_or(0.0, value);
+            found.by_offsets = (0..n).map(at).collect();
         }
         Some(found)
     }
@@ -303,7 +209,9 @@ impl LinearizedRecording<'_> {
                 list[i] - self.excess_of(segment, left)
             });
             let field = place.and_then(|p| p.get(i)).copied().unwrap_or(0.0);
-            (i, (list[i] - field - wander) / noise)
+            let offsets = self.amplitudes.by_offsets[segment].get(i);
+            let offsets = offsets.copied().unwrap_or(0.0);
+            (i, (list[i] - field - offsets - wander) / noise)
         };
         let used = (0..list.len()).filter(|i| self.mask[*i]);
         used.map(left).filter(|l| l.1.is_finite()).collect()
@@ -349,62 +257,3 @@ impl LinearizedRecording<'_> {
 
 /// Fewer samples tell nothing of an amplitude's course.
 const MINIMUM_ROWS: usize = 300;
-
-/// What explains a pair's amplitude, field or wander or both, and the noise that it was fitted with. A pair that is known to wander does.
-fn chosen<'a>(
-    all: &[Sample],
-    meshes: &'a [Mesh],
-    noise: f64,
-    wanders: bool,
-) -> Option<(AmplitudeShape<'a>, f64)> {
-    let count = all.len() as f64;
-    let nothing = all.iter().map(|s| s.value * s.value).sum::<f64>() / count;
-    let loose = noise.max(SHAPE_ERROR_SHARE * nothing);
-    let fields = || {
-        meshes.iter().map(|mesh| AmplitudeShape {
-            field: Some(mesh),
-            ..AmplitudeShape::default()
-        })
-    };
-    let courses = CHANGE_KNOTS.into_iter().map(|course| AmplitudeShape {
-        course,
-        ..AmplitudeShape::default()
-    });
-    let (field, place) = best(fields(), all, loose)?;
-    let (course, time) = best(courses, all, loose)?;
-    let (_, wandering) = AmplitudeShape::default().wandering(all, loose)?;
-    let beside = field.wandering(all, loose)?;
-    let together = beside.1;
-    // Beside a wander that explains nothing the field stands alone.
-    let (before, after) = if wandering < nothing {
-        (wandering, together)
-    } else {
-        (nothing, place)
-    };
-    let beyond_chance = |gain: f64| gain * count / noise > WANDER_SQUARES;
-    let worth = |before: f64, after: f64, share: f64| {
-        beyond_chance(before - after) && before - after > share * (before - noise)
-    };
-    let by_place = place < time && worth(before, after.min(place), EXPLAINED_BY_PLACE);
-    let (timed, slow) = if by_place {
-        beside
-    } else {
-        course.wandering(all, loose)?
-    };
-    let left = if by_place { place } else { time.min(nothing) };
-    let by_time = wanders || worth(left, slow, EXPLAINED_BY_TIME);
-    crate::trace::log(&format!(
-        "amplitude over its noise: {:.2}; place {:.2}, time {:.2}, wander {:.2}, both {:.2}, {:.2}; gap {by_place}, wander {by_time}",
-        nothing / noise,
-        place / noise,
-        time / noise,
-        wandering / noise,
-        together / noise,
-        slow / noise
-    ));
-    match (by_place, by_time) {
-        (false, false) => None,
-        (true, false) => Some((field, loose)),
-        (_, true) => Some((timed.each_flaw(all, loose)?, loose)),
-    }
-}

@@ -2,11 +2,16 @@
 
 use super::LinearizedRecording;
 use crate::algebra::statistics::quantile;
-use effects::sensor::BasisInputs;
+use crate::data::observations::Observations;
+use effects::sensor::{BasisInputs, LoggedColumn, MOST_LOGGED};
+use recording::Logged;
 
 /// Standard deviation of the angle from which on a recording tells what depends on it. Errors of equation (3) that g_p does not
 /// show (of both pairs alike, in a fly-by along one axis) make up to half of this.
 const TURNING_RAD: f64 = 1.0e-3;
+
+/// Deviation over its mean from which on a logged column changes: below, it is rounded.
+const CHANGES: f64 = 1.0e-6;
 
 /// Quantiles between which nearly all samples lie: a slip turns what is read by a tooth.
 const MIDDLE_QUANTILES: [f64; 2] = [0.005, 0.995];
@@ -67,7 +72,28 @@ impl LinearizedRecording<'_> {
             warmths_k: crate::linearization::recording::range(temperatures)
                 .map_or([0.0; 2], |r| r.map(|t| t - self.normal.temperature_c)),
             beacon_stretches,
+            logged: logged(o),
             ..BasisInputs::default()
         }
     }
+}
+
+/// Logged columns that change.
+fn logged(o: &Observations) -> Vec<LoggedColumn> {
+    let column = |logged: &Logged| {
+        let finite = logged.values.iter().copied().filter(|v| v.is_finite());
+        let values: Vec<f64> = finite.collect();
+        let column = LoggedColumn {
+            name: logged.name.clone(),
+            mean: values.iter().sum::<f64>() / values.len().max(1) as f64,
+            deviation: crate::algebra::statistics::deviation(&values),
+        };
+        let changes = column.deviation > CHANGES * column.mean.abs().max(f64::MIN_POSITIVE);
+        changes.then_some(column)
+    };
+    o.logged
+        .iter()
+        .filter_map(column)
+        .take(MOST_LOGGED)
+        .collect()
 }

@@ -2,7 +2,7 @@
 
 use super::LinearizedRecording;
 use courier_signal::equations::{LATERAL_SIGN, lateral_arguments};
-use effects::sensor::{Covariates, LATERAL_ORDERS, ORDERS};
+use effects::sensor::{Covariates, LATERAL_ORDERS, LoggedColumn, ORDERS};
 use std::f64::consts::TAU;
 
 impl LinearizedRecording<'_> {
@@ -52,6 +52,17 @@ impl LinearizedRecording<'_> {
         self.theta_of(i, |s| self.refined_m(s, i))
     }
 
+    /// A logged column less its mean and over its deviation, as the inputs tell them; zero where it was not measured.
+    fn logged(&self, k: usize, i: usize) -> f64 {
+        let value = |column: &LoggedColumn| {
+            let mut all = self.observations.logged.iter();
+            let found = all.find(|logged| logged.name == column.name)?;
+            let value = found.values.get(i).filter(|v| v.is_finite())?;
+            Some((value - column.mean) / column.deviation)
+        };
+        self.inputs.logged.get(k).and_then(value).unwrap_or(0.0)
+    }
+
     /// What the sensor knows at a sample.
     pub fn covariates(&self, i: usize) -> Covariates {
         let o = self.observations;
@@ -71,6 +82,7 @@ impl LinearizedRecording<'_> {
             stretch: o.stretch[i],
             raw_phase: std::array::from_fn(|s| f * finite(o.position_m[s].get(i))),
             reference_phase: std::array::from_fn(|s| f * finite(Some(&o.reference_m(s, i)))),
+            calibration_gain: std::array::from_fn(|s| self.gain[s].get(i).copied().unwrap_or(1.0)),
             raw: of_segments::<{ ORDERS + 1 }>(|s| {
                 let off = finite(self.displacement.electronic_m[s].get(i));
                 f * (finite(o.position_m[s].get(i)) + off)
@@ -121,6 +133,7 @@ impl LinearizedRecording<'_> {
                 .as_ref()
                 .unwrap_or(&self.ln_amplitude)),
             amplitude_excess: at(&self.ln_amplitude),
+            logged: std::array::from_fn(|k| self.logged(k, i)),
             pair_turn_rad: std::array::from_fn(|s| self.pair_turn_rad(s, i)),
             half_quadrature_angle_rad: std::array::from_fn(|s| {
                 self.half_quadrature_angle_rad(s, i)

@@ -1,6 +1,8 @@
 //! One recording under one baseline: residual channels, their noise, and what the sensor knows at each sample.
 
 mod amplitude;
+mod amplitude_choice;
+mod amplitude_shape;
 mod amplitudes;
 mod basis_inputs;
 mod constrained_positions;
@@ -9,6 +11,7 @@ mod explained;
 mod flaws;
 mod instruments;
 mod mesh;
+mod offsets;
 mod quiet;
 mod rows;
 mod sample;

@@ -13,3 +13,18 @@ pub(super) struct Sample {
     pub(super) value: f64,
     pub(super) fold: usize,
 }
+
+#[cfg(test)]
+impl Sample {
+    /// At a place and a phase, rad, of no amplitude.
+    pub(super) fn at(place_m: [f64; 2], phase_rad: f64) -> Self {
+        Self {
+            place_m,
+            theta_rad: 0.0,
+            progress: 0.0,
+            phase: super::covariates::multiples(phase_rad),
+            value: 0.0,
+            fold: 0,
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! Which shape explains the amplitudes: the place as a gap does, time as a wandering pair does, or offsets that change with the place
+//! as a field from outside makes them.
+//!
+//! Gap and wander are each pair's own. A field from outside comes to all pairs, so it is decided for all of them together: by what
+//! it leaves on pieces that it has not seen, beside what the best of all other shapes leaves there.
+
+use super::amplitude_shape::{AmplitudeShape, best};
+use super::mesh::Mesh;
+use super::offsets::Places;
+use super::sample::Sample;
+
+/// Squares over the noise that a wander, a gap or offsets must explain, well past chance.
+const LEAST_SQUARES: f64 = 100.0;
+/// Share of what time and own phase leave that the place must explain.
+const EXPLAINED_BY_PLACE: f64 = 0.5;
+/// Share of what the place leaves that a wander must explain.
+const EXPLAINED_BY_TIME: f64 = 0.7;
+/// Share of what the best other shapes leave over the noise, in all pairs together, that offsets which change with the place must
+/// explain: as of the place.
+const EXPLAINED_BY_OFFSETS: f64 = EXPLAINED_BY_PLACE;
+/// No shape is exact: what it leaves of the squares at least.
+const SHAPE_ERROR_SHARE: f64 = 1.0e-3;
+/// Knots over the recording that are tried for a change of the whole: at most two a period of what changes within a tenth of it.
+const CHANGE_KNOTS: [usize; 3] = [7, 12, 23];
+
+/// One pair's amplitude, and what it may be told by.
+pub(super) struct Prepared {
+    pub(super) samples: Vec<Sample>,
+    pub(super) meshes: Vec<Mesh>,
+    /// Mean square of the noise.
+    pub(super) noise: f64,
+    /// The pair is known to wander.
+    pub(super) wanders: bool,
+}
+
+/// What may explain a pair's amplitude.
+pub(super) struct Candidates<'a> {
+    /// Field or wander or both; none where neither is worth it.
+    base: Option<AmplitudeShape<'a>>,
+    /// Offsets that change with the place, and what they leave.
+    shifted: Option<(AmplitudeShape<'a>, f64)>,
+    /// The noise that shapes are fitted with.
+    pub(super) loose: f64,
+    /// What the best shape without such offsets leaves.
+    unshifted: f64,
+    /// Samples.
+    count: f64,
+}
+
+impl<'a> Candidates<'a> {
+    /// The shape that explains the amplitude. `shifted`: the pairs' offsets change with the place.
+    pub(super) fn shape(&self, shifted: bool) -> Option<AmplitudeShape<'a>> {
+        let offsets = self.shifted.filter(|_| shifted);
+        let offsets = offsets.filter(|(_, left)| self.gain(*left) > 0.0);
+        offsets.map(|(shape, _)| shape).or(self.base)
+    }
+
+    /// Squares over the noise that a shape which leaves this much explains beside the best one without offsets.
+    fn gain(&self, left: f64) -> f64 {
+        (self.unshifted - left) * self.count / self.loose
+    }
+}
+
+/// Whether all pairs together show offsets that change with the place.
+pub(super) fn are_shifted<'c>(all: impl Iterator<Item = &'c Candidates<'c>>) -> bool {
+    let (mut gain, mut excess) = (0.0, 0.0);
+    for one in all {
+        let left = one.shifted.map_or(one.unshifted, |(_, left)| left);
+        gain += one.gain(left);
+        excess += one.gain(one.loose).max(0.0);
+    }
+    crate::trace::log(&format!(
+        "offsets over the place explain {gain:.0} of {excess:.0}"
+    ));
+    gain > LEAST_SQUARES && gain > EXPLAINED_BY_OFFSETS * excess
+}
+
+/// Offsets that change with the place, beside a gap where that is worth it; and what they leave.
+fn shifted<'a>(
+    all: &[Sample],
+    field: AmplitudeShape<'a>,
+    noise: f64,
+) -> Option<(AmplitudeShape<'a>, f64)> {
+    let alone = AmplitudeShape {
+        offsets: Some(Places::of(all)?),
+        ..AmplitudeShape::default()
+    };
+    let (alone, left) = alone.held_out(&alone.pieces(all), noise)?;
+    let beside = AmplitudeShape {
+        field: field.field,
+        ..alone
+    };
+    let both = beside.held_out(&beside.pieces(all), noise);
+    let is_gap = |both: &f64| is_worth(left, *both, EXPLAINED_BY_PLACE, noise, all.len() as f64);
+    Some(
+        both.filter(|(_, both)| is_gap(both))
+            .unwrap_or((alone, left)),
+    )
+}
+
+/// Whether leaving `after` instead of `before` is past chance and this share of what is over the noise.
+fn is_worth(before: f64, after: f64, share: f64, noise: f64, count: f64) -> bool {
+    let beyond_chance = (before - after) * count / noise > LEAST_SQUARES;
+    beyond_chance && before - after > share * (before - noise)
+}
+
+/// What may explain a pair's amplitude.
+pub(super) fn candidates(prepared: &Prepared) -> Option<Candidates<'_>> {
+    let Prepared {
+        samples: all,
+        meshes,
+        noise,
+        wanders,
+    } = prepared;
+    let (noise, wanders) = (*noise, *wanders);
+    let count = all.len() as f64;
+    let nothing = all.iter().map(|s| s.value * s.value).sum::<f64>() / count;
+    let loose = noise.max(SHAPE_ERROR_SHARE * nothing);
+    let fields = || {
+        meshes.iter().map(|mesh| AmplitudeShape {
+            field: Some(mesh),
+            ..AmplitudeShape::default()
+        })
+    };
+    let courses = CHANGE_KNOTS.into_iter().map(|course| AmplitudeShape {
+        course,
+        ..AmplitudeShape::default()
+    });
+    let (field, place) = best(fields(), all, loose)?;
+    let (course, time) = best(courses, all, loose)?;
+    let (_, wandering) = AmplitudeShape::default().wandering(all, loose)?;
+    let beside = field.wandering(all, loose)?;
+    let together = beside.1;
+    // Beside a wander that explains nothing the field stands alone.
+    let (before, after) = if wandering < nothing {
+        (wandering, together)
+    } else {
+        (nothing, place)
+    };
+    let worth = |before, after, share| is_worth(before, after, share, noise, count);
+    let by_place = place < time && worth(before, after.min(place), EXPLAINED_BY_PLACE);
+    let (timed, slow) = if by_place {
+        beside
+    } else {
+        course.wandering(all, loose)?
+    };
+    let left = if by_place { place } else { time.min(nothing) };
+    let by_time = wanders || worth(left, slow, EXPLAINED_BY_TIME);
+    crate::trace::log(&format!(
+        "amplitude over its noise: {:.2}; place {:.2}, time {:.2}, wander {:.2}, both {:.2}, {:.2}; gap {by_place}, wander {by_time}",
+        nothing / noise,
+        place / noise,
+        time / noise,
+        wandering / noise,
+        together / noise,
+        slow / noise
+    ));
+    let base = match (by_place, by_time) {
+        (false, false) => None,
+        (true, false) => Some(field),
+        (_, true) => Some(timed.each_flaw(all, loose)?),
+    };
+    let least = [nothing, place, time, wandering, together, slow].into_iter();
+    let unshifted = least.fold(f64::INFINITY, f64::min);
+    // A pair that is known to wander does so here.
+    let shifted = (!wanders).then(|| shifted(all, field, loose)).flatten();
+    Some(Candidates {
+        base,
+        shifted,
+        loose,
+        unshifted,
+        count,
+    })
+}
