@@ -77,6 +77,7 @@ catalogue! {
     adc_clipping;
     quadrature_drift;
     span_error;
+    stray_field;
 }
 
 /// The simulator's line of a name.

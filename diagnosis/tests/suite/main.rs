@@ -15,6 +15,7 @@ mod leftout;
 mod motion;
 mod phase;
 mod slips;
+mod stray_field;
 mod wander;
 mod whole;
 mod winding;

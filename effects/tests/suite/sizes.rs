@@ -168,6 +168,9 @@ fn effects_of_place_and_phase_have_their_stated_rms() {
     assert_sizes("gap_variation", 0.25, |mut effect| {
         still_rms_m(&mut *effect, Pose::new(0.3, 0.3, 0.0), 0.0, false)
     });
+    assert_sizes("stray_field", 0.06, |mut effect| {
+        still_rms_m(&mut *effect, Pose::new(30e-3, 30e-3, 0.0), 0.0, false)
+    });
     assert_sizes("axis_skew", 0.03, |mut effect| {
         still_rms_m(&mut *effect, Pose::new(5e-3, 5e-3, 0.0), 0.0, false)
     });
@@ -424,10 +427,11 @@ fn the_same_seed_draws_the_same_effect_and_another_a_different_one() {
 }
 
 #[test]
-fn names_are_those_of_the_diagnosis() {
+fn the_names_of_the_contract_stand_first() {
     let names: Vec<_> = CATALOGUE.iter().map(|entry| entry.name).collect();
     let wanted = "lateral_dependence extra_harmonics tooth_variation angle_dependence psd_nonlinearity psd_misalignment \
                   thermal_drift velocity_lag psd_latency hysteresis gap_variation beacon_vibration axis_skew cycle_slip \
                   outlier_bursts excess_noise adc_clipping quadrature_drift span_error";
-    assert_eq!(names, wanted.split_whitespace().collect::<Vec<_>>());
+    let wanted: Vec<&str> = wanted.split_whitespace().collect();
+    assert_eq!(names[..wanted.len()], wanted);
 }
