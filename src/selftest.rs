@@ -103,6 +103,7 @@ mod tests {
             (30_000, 30_000),
             (60_000, 30_000),
             (5, -1),
+            (40_000, 30_000),
         ] {
             asked = asked.wrapping_add(more);
             answered = answered.wrapping_add((i32::from(more) - missing) as u16);
