@@ -1,7 +1,6 @@
 //! What the check looks at: outputs of the segments, electrodes and poses in columns, and the groups of rows that share a zero.
 
 use crate::quadrature::Reading;
-use crate::slips;
 use recording::{Column, Coordination, Recording};
 
 /// At most so many rows are looked at; of more, every second, third and so on.
@@ -106,16 +105,6 @@ impl Readings {
         for electrode in &mut self.electrodes {
             dark.iter().for_each(|&i| electrode[i] = f64::NAN);
         }
-    }
-
-    /// Groups, cut where a counter steps by whole teeth from one row to the next, whatever the wires and units are.
-    fn cut_at_slips(&self) -> Vec<usize> {
-        let slips = slips::found(self);
-        let runs = 1 + self.group.iter().copied().max().unwrap_or(0);
-        let epoch = |i: usize| slips.partition_point(|slip| *slip <= i);
-        (0..self.len())
-            .map(|i| self.group[i] + runs * epoch(i))
-            .collect()
     }
 
     /// Takes out rows in which the parity of a wiring is far outside its own scatter: disturbances of some milliseconds.

@@ -24,8 +24,20 @@ const RARE: usize = 100;
 /// Where a tooth's length in the log is not known, a slip is a step of so many times the large ones.
 const FAR: f64 = 4.0;
 
+impl Readings {
+    /// Groups, cut where a counter steps by whole teeth from one row to the next, whatever the wires and units are.
+    pub(crate) fn cut_at_slips(&self) -> Vec<usize> {
+        let slips = found(self);
+        let runs = 1 + self.group.iter().copied().max().unwrap_or(0);
+        let epoch = |i: usize| slips.partition_point(|slip| *slip <= i);
+        (0..self.len())
+            .map(|i| self.group[i] + runs * epoch(i))
+            .collect()
+    }
+}
+
 /// Rows at which a counter slips, in order.
-pub(crate) fn found(readings: &Readings) -> Vec<usize> {
+fn found(readings: &Readings) -> Vec<usize> {
     let mut slips = Vec::new();
     if (0..4).all(|s| readings.has(s)) {
         let sums = SIGNS.iter().map(|signs| {

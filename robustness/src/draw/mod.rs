@@ -3,13 +3,15 @@
 mod chance;
 mod columns;
 mod courier;
+mod cut;
 mod runs;
 mod stated;
 mod under_beacon;
 
 use chance::chance;
-use effects::random::{ChaCha8Rng, SeedableRng, index, uniform};
-use recording::{Recording, Samples};
+use cut::cut;
+use effects::random::{ChaCha8Rng, SeedableRng, index};
+use recording::Recording;
 use std::path::Path;
 
 /// Draws until one is valid: what is stated may forbid counts that were drawn.
@@ -45,24 +47,6 @@ fn one(rng: &mut ChaCha8Rng) -> Recording {
     let mut drawn = columns::changed(&cut(&whole, rng), rng);
     stated::restate(&mut drawn.meta, rng);
     drawn
-}
-
-/// A piece of it from anywhere to anywhere, or all of it.
-fn cut(whole: &Recording, rng: &mut ChaCha8Rng) -> Recording {
-    let length = whole.samples.len();
-    let (mut first, mut end) = (0, length);
-    if chance(rng, 0.5) {
-        end = (length as f64 * uniform(rng, 0.1, 1.0)) as usize;
-    }
-    if chance(rng, 0.3) {
-        first = (end as f64 * uniform(rng, 0.0, 0.7)) as usize;
-    }
-    let mut samples = Samples::default();
-    (first..end.max(first + 1)).for_each(|i| samples.push(&whole.samples.row(i)));
-    Recording {
-        samples,
-        ..whole.clone()
-    }
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! Recordings that a tooth map can be made of: hundreds of poses under a beacon, turned, with whatever else was recorded.
 
 use super::chance::chance;
-use super::{columns, courier, cut, runs, stated};
+use super::cut::cut;
+use super::{columns, courier, runs, stated};
 use effects::random::{ChaCha8Rng, index, log_uniform, uniform};
 use hal_sim::coordination::origin_under;
 use hal_sim::courier::Courier;

@@ -3,8 +3,8 @@
 mod access;
 mod transfers;
 
-use self::transfers::Transfers;
-use crate::lines::Lines;
+use self::transfers::{SPI, Transfers};
+use crate::line_levels::Lines;
 use crate::peripheral::adc::Adc;
 use crate::peripheral::capture::Capture;
 use crate::peripheral::crc::Crc;
@@ -32,8 +32,6 @@ use stm32_metapac::flash::regs::Optr;
 
 /// Ports of the chip.
 const PORTS: usize = 7;
-/// The converters' buses.
-const SPI: [&str; 2] = ["SPI1", "SPI2"];
 /// Supply, volts.
 const SUPPLY_V: f64 = 3.3;
 

@@ -1,6 +1,7 @@
 //! The lines of the board, as its README wires them: what the pins drive, and what the parts answer.
 
 use crate::chip::Chip;
+use crate::line_levels::Lines;
 use crate::peripheral::gpio::{Drive, Gpio};
 use crate::registers;
 use crate::rule::{Findings, Rule};
@@ -43,18 +44,6 @@ const BUS: [[(Pin, &str, &str); 3]; 2] = [
 const SERIAL: [(Pin, &str, &str); 2] = [((0, 9), "USART1", "TX"), ((0, 10), "USART1", "RX")];
 /// Shortest pulse of CONVST that the AD7606C takes (its data sheet, t_LP_CNV), nanoseconds.
 const SHORTEST_NS: u64 = 10;
-
-/// Levels of the driven lines.
-#[derive(Clone, Debug, Default)]
-pub struct Lines {
-    convst: Option<bool>,
-    convst_since: Ticks,
-    reset: Option<bool>,
-    selected: [Option<bool>; 2],
-    busy: bool,
-    bus_checked: [bool; 2],
-    serial_checked: bool,
-}
 
 impl Lines {
     /// Brings every line up to date and tells the parts of what has changed.

@@ -1,15 +1,16 @@
 //! What DMA moves between the converters' buses and memory: one byte a request.
 
-use super::SPI;
+use crate::memory::FLASH;
 use crate::peripheral::Access;
 use crate::peripheral::dma::{self, Dma, Dmamux};
 use crate::peripheral::spi::Spi;
-use crate::processor::FLASH;
 use crate::processor::contention::Moved;
 use crate::registers;
 use crate::rule::Rule;
 use std::rc::Rc;
 
+/// The converters' buses.
+pub(super) const SPI: [&str; 2] = ["SPI1", "SPI2"];
 /// Offset of a bus's data register (RM0440, 39.9.4).
 const SPI_DATA: u32 = 0x0C;
 

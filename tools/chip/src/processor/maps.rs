@@ -2,7 +2,7 @@
 
 use super::shared::{Event, Shared};
 use super::system::Wish;
-use super::{BANK_BYTES, FLASH, RAM, RAM_BYTES};
+use crate::memory::{BANK_BYTES, FLASH, RAM, RAM_BYTES};
 use crate::rule::Rule;
 use anyhow::{Result, anyhow};
 use unicorn_engine::{HookType, Prot, Unicorn, uc_error};

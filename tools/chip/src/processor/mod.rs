@@ -13,7 +13,10 @@ mod shared;
 pub mod system;
 pub mod times;
 
+pub use crate::memory::{BANK_BYTES, FLASH};
+
 use crate::chip::Chip;
+use crate::memory::{RAM, RAM_BYTES};
 use crate::peripheral::rcc::Cause;
 use crate::rule::{Findings, Rule};
 use crate::time::Ticks;
@@ -26,13 +29,6 @@ use shared::{Event, Shared};
 use system::System;
 use times::Times;
 use unicorn_engine::{Arch, Mode, RegisterARM as Reg, Unicorn, uc_error};
-
-/// Where bank 1 of the flash begins.
-pub const FLASH: u32 = 0x0800_0000;
-/// Bytes of a bank.
-pub const BANK_BYTES: u32 = 256 << 10;
-const RAM: u32 = 0x2000_0000;
-const RAM_BYTES: u32 = 128 << 10;
 
 /// Cycles of an exception's entry, its return, and of one handler after another (ARM DDI 0439, 3.9.1).
 const ENTRY_CYCLES: u64 = 12;
