@@ -144,7 +144,7 @@ const TASKS: &[Task] = &[
     ),
     (
         "circles",
-        "no file takes names from one that takes names from it, in any crate (those that still stand are listed)",
+        "no file takes names from one that takes names from it, in any crate",
         Work::Alone(circles::check),
     ),
     (

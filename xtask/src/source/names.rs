@@ -53,7 +53,9 @@ fn defined<'a>(
     let is_outside = rest.len() == path.len();
     for (k, name) in rest.iter().enumerate() {
         let module = modules.get(&at)?;
-        if module.items.contains(name) {
+        // A module's name before `::` is the module, also where a function is called the same.
+        let is_module = module.modules.contains(name) && k + 1 < rest.len();
+        if module.items.contains(name) && !is_module {
             return Some((&module.file, name.clone()));
         }
         if module.modules.contains(name) {

@@ -1,7 +1,7 @@
 //! Clock, regulator and wait states.
 
 use crate::bench::{set, wait_us};
-use crate::supervision::watchdog;
+use crate::steps::watchdog;
 use chip::chip::Chip;
 use chip::rule::Rule;
 

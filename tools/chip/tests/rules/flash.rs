@@ -1,31 +1,11 @@
 //! The flash controller.
 
 use crate::bench::{assert_kept, chip, clear, set, wait_us};
+use crate::steps::{double_word, program, unlock};
 use crate::swap::swapped;
 use chip::chip::Chip;
 use chip::peripheral::flash::Start;
 use chip::rule::Rule;
-
-pub fn unlock(chip: &mut Chip) {
-    for key in [0x4567_0123, 0xCDEF_89AB] {
-        chip.write(at!(FLASH.keyr()), 4, key);
-    }
-}
-
-/// Data cache off and reset, controller unlocked, programming.
-pub fn program(chip: &mut Chip, data_cache: bool) {
-    if !data_cache {
-        clear(chip, at!(FLASH.acr()), 1 << 10);
-    }
-    unlock(chip);
-    chip.write(at!(FLASH.cr()), 4, 1);
-}
-
-pub fn double_word(chip: &mut Chip) {
-    chip.write_far(0, 4, 1);
-    chip.write_far(4, 4, 2);
-    wait_us(chip, 100);
-}
 
 /// A page's erase, of bank 2.
 const ERASE: u32 = 1 << 1 | 1 << 11;

@@ -32,5 +32,6 @@ mod option_bytes;
 mod pins;
 mod processor;
 mod spi;
+mod steps;
 mod supervision;
 mod swap;

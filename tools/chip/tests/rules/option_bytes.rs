@@ -1,7 +1,7 @@
 //! Option bytes: how they are written, and when they are in force.
 
 use crate::bench::{assert_kept, chip, wait_us};
-use crate::flash::unlock;
+use crate::steps::unlock;
 use chip::chip::Chip;
 use chip::peripheral::flash::Start;
 use chip::peripheral::rcc::Cause;

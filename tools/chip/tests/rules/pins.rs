@@ -1,31 +1,8 @@
 //! Pins and the lines that they drive.
 
-use crate::bench::wait_us;
 use crate::clock::clocks;
 use crate::spi;
-use chip::chip::Chip;
-
-/// Pins as the board's.
-pub fn pins(chip: &mut Chip) {
-    chip.write(at!(GPIOA.bsrr()), 4, 1 << 4);
-    chip.write(at!(GPIOB.bsrr()), 4, 1);
-    chip.write(at!(GPIOA.afr(0)), 4, 0x5550_0000);
-    chip.write(at!(GPIOA.afr(1)), 4, 0x0000_0770);
-    let moder = chip.read(at!(GPIOA.moder()), 4) & !0x003C_FF00;
-    chip.write(at!(GPIOA.moder()), 4, moder | 0x0028_A900);
-    let moder = chip.read(at!(GPIOB.moder()), 4) & !0x3;
-    chip.write(at!(GPIOB.moder()), 4, moder | 1);
-    // CONVST and RESET are outputs of the highest speed.
-    chip.write(at!(GPIOC.ospeedr()), 4, 0xF << 12);
-    chip.write(at!(GPIOC.moder()), 4, 0xFFFF_5FFF);
-}
-
-/// A pulse of CONVST.
-pub fn pulse(chip: &mut Chip, us: u64) {
-    chip.write(at!(GPIOC.bsrr()), 4, 1 << 6);
-    wait_us(chip, us);
-    chip.write(at!(GPIOC.bsrr()), 4, 1 << 22);
-}
+use crate::steps::{pins, pulse};
 
 trips! {
     alternate_function {

@@ -2,7 +2,7 @@
 
 use crate::bench::{assert_kept, chip, wait_us};
 use crate::clock::full_speed;
-use crate::pins::{pins, pulse};
+use crate::steps::{pins, pulse};
 use chip::chip::Chip;
 use chip::peripheral::flash::Start;
 

@@ -2,17 +2,11 @@
 
 use crate::bench::wait_us;
 use crate::clock::{clocks, full_speed};
-use chip::chip::Chip;
-
-/// Starts the watchdog.
-pub fn watchdog(chip: &mut Chip) {
-    chip.write(at!(IWDG.kr()), 4, 0xCCCC);
-}
 
 trips! {
     watchdog {
         one_that_nobody_feeds: |chip| {
-            super::watchdog(chip);
+            crate::steps::watchdog(chip);
             // The longest it can be after reset: 4096 cycles of 4 / 32 kHz.
             wait_us(chip, 513_000);
         };

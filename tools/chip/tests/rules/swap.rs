@@ -2,7 +2,7 @@
 
 use crate::bench::{assert_kept, chip, wait_us};
 use crate::clock::clocks;
-use crate::flash::{double_word, program};
+use crate::steps::{double_word, program};
 use chip::chip::Chip;
 use chip::peripheral::flash::Start;
 use chip::peripheral::rcc::Cause;
