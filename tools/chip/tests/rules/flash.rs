@@ -3,7 +3,6 @@
 use crate::bench::{assert_kept, chip, clear, set, wait_us};
 use crate::steps::{double_word, program, unlock};
 use crate::swap::swapped;
-use chip::chip::Chip;
 use chip::peripheral::flash::Start;
 use chip::rule::Rule;
 
