@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     /// A crate of these files in a folder that vanishes.
-    fn found(files: &[(&str, &str)]) -> BTreeMap<String, String> {
+    fn found(files: &[(&str, &str)]) -> Vec<String> {
         let folder = tempfile::tempdir().unwrap();
         for (name, text) in files {
             let path = folder.path().join(name);
