@@ -27,8 +27,8 @@ pub struct Score {
     pub squares: f64,
     /// The same by fold.
     pub fold: [f64; FOLDS],
-    /// Logarithm of the marginal likelihood of all rows for unit noise, up to a constant of the data: [`CrossValidation::share_of_evidence`]
-    /// of all folds.
+    /// Logarithm of the marginal likelihood of all rows for unit noise, up to a constant of the data: the shares
+    /// of all folds together.
     pub log_evidence: f64,
 }
 
