@@ -163,8 +163,8 @@ pub const MUTATIONS: &[Mutation] = mutations! {
         "for _ in 0..RECEIVER_BYTES {" =>
         "for _ in 0..0 * RECEIVER_BYTES {";
         "src/board/g474/reading.rs":
-        "        if before == Stage::Off {\n" =>
-        "        if before == Stage::Off || before != Stage::Off {\n";
+        "        let before = core::mem::replace(&mut self.stage, Stage::Off);\n        if before == Stage::Off {\n" =>
+        "        let before = self.stage;\n        if before == Stage::Off || before != Stage::Off {\n";
     ];
 
     "15-prescaler", "the clock's source and the bus prescaler change in one write", "boot" => "prescaler-first:", [
