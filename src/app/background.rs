@@ -123,7 +123,6 @@ where
 
     /// One turn of the main loop. Returns how many frames it took.
     pub fn poll(&mut self) -> usize {
-        self.mailbox.note_turn();
         let taken = self.take_frames();
         self.move_on();
         self.say_what_is_wanted();

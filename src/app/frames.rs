@@ -119,6 +119,11 @@ pub struct FrameIntake<'q, 'f> {
 }
 
 impl FrameIntake<'_, '_> {
+    /// Frames that wait for the intake.
+    pub fn waiting(&self) -> usize {
+        self.filled.len()
+    }
+
     /// Takes the oldest frame, if there is one: `look` sees it, then the background gets it if it wants every frame (`all_wanted`) or has
     /// none to look at.
     pub fn take(&mut self, all_wanted: bool, look: impl FnOnce(&Frame)) -> Option<Taken> {

@@ -4,16 +4,16 @@
 //! So no frame waits for the background, which may be at a page's erase for 22 ms. The background gets the frames that it
 //! wants: all while a calibration averages a pose, otherwise the newest. On a board without such an interrupt the main loop calls it.
 
-use super::frames::{FrameIntake, Taken};
+use super::frames::{FrameIntake, HANDED_FRAMES, QUEUE_FRAMES, Taken};
 use super::sampler::Mailbox;
 use crate::link::telemetry::{self, Packer, StreamOrder};
 use heapless::spsc::{Consumer, Producer, Queue};
 
-/// Frames that go into the stream while the background makes no turn: 80 ms of them at 20 kHz. Its longest turn, a commit with a page's
-/// erase of 22 ms or a solution of 15 ms of its own time, is over within half of that where it gets half of what sampling leaves.
-const PATIENCE_FRAMES: u32 = 1600;
-/// Those that a turn adds to what is left, so that a background that has got no time gets it after 5 ms, turn by turn.
-const FRAMES_A_TURN: u32 = 100;
+/// Frames that wait where sampling and the stream want more time than there is: all but two of the places that are the intake's own, so
+/// that none is lost. Fewer wait while a block of the stream is sent beside sampling interrupts at their limit (the chip's check `stream`).
+const BEHIND_FRAMES: usize = QUEUE_FRAMES - HANDED_FRAMES - 2;
+/// Frames that the stream then leaves out, so that the background gets time for a turn: 5 ms at 20 kHz.
+const PAUSE_FRAMES: u32 = 100;
 
 /// Orders of a host on their way to the intake.
 pub type OrderQueue = Queue<StreamOrder, 4>;
@@ -34,9 +34,8 @@ pub struct Intake<'q, 'f, T> {
     packer: Packer,
     buffer: [u8; telemetry::FRAME_BYTES],
     channel: T,
-    /// Turns of the background when the intake last looked, and frames that may go into the stream before a further one.
-    turns: u32,
-    credit_frames: u32,
+    /// Frames that the stream leaves out from here.
+    pause_frames: u32,
 }
 
 impl<'q, 'f, T: Telemetry> Intake<'q, 'f, T> {
@@ -54,8 +53,7 @@ impl<'q, 'f, T: Telemetry> Intake<'q, 'f, T> {
             packer: Packer::default(),
             buffer: [0; telemetry::FRAME_BYTES],
             channel,
-            turns: 0,
-            credit_frames: PATIENCE_FRAMES,
+            pause_frames: 0,
         }
     }
 
@@ -64,25 +62,20 @@ impl<'q, 'f, T: Telemetry> Intake<'q, 'f, T> {
         while let Some(order) = self.orders.dequeue() {
             self.packer.start(order);
         }
-        self.give_credit();
         while self.take() {}
         self.mailbox.set_unsent(self.packer.lost());
     }
 
-    /// The stream must not take all the time that sampling leaves: where it could, frames are left out of it, and counted as not sent.
-    fn give_credit(&mut self) {
-        let turns = self.mailbox.turns();
-        let made = turns.wrapping_sub(self.turns).min(PATIENCE_FRAMES);
-        self.turns = turns;
-        self.credit_frames = (self.credit_frames + made * FRAMES_A_TURN).min(PATIENCE_FRAMES);
-    }
-
-    /// Takes a frame; false: there is none.
+    /// Takes a frame; false: there is none. The stream must not take all the time that sampling leaves: where it could, frames are left
+    /// out of it, and counted as not sent.
     fn take(&mut self) -> bool {
+        if self.frames.waiting() >= BEHIND_FRAMES {
+            self.pause_frames = PAUSE_FRAMES;
+        }
         let all_wanted = self.mailbox.wants_all();
         let (mailbox, packer, buffer) = (self.mailbox, &mut self.packer, &mut self.buffer);
         let channel = &mut self.channel;
-        let is_sent = self.credit_frames > 0;
+        let is_sent = self.pause_frames == 0;
         let taken = self.frames.take(all_wanted, |frame| {
             mailbox.note_status(frame.status);
             if is_sent {
@@ -93,7 +86,7 @@ impl<'q, 'f, T: Telemetry> Intake<'q, 'f, T> {
             self.mailbox.note_not_handed();
         }
         if taken.is_some() {
-            self.credit_frames = self.credit_frames.saturating_sub(1);
+            self.pause_frames = self.pause_frames.saturating_sub(1);
         }
         taken.is_some()
     }
@@ -103,7 +96,7 @@ impl<'q, 'f, T: Telemetry> Intake<'q, 'f, T> {
 mod tests {
     extern crate std;
     use super::*;
-    use crate::app::frames::{FrameQueue, FrameSender, HANDED_FRAMES, QUEUE_FRAMES};
+    use crate::app::frames::{FrameQueue, FrameSender};
     use crate::link::framing::Decoder;
     use crate::link::telemetry::{Block, Channels};
     use crate::step::StepState;
@@ -135,8 +128,8 @@ mod tests {
         assert!(sender.send(), "a place is free");
     }
 
-    /// The stream of so many frames beside a background that stands still, or makes a turn before the last of them.
-    fn streamed(host: &mut Host, mailbox: &Mailbox, count: u32, turns_at_last: u32) {
+    /// The stream of so many frames beside a background that stands still.
+    fn streamed(host: &mut Host, mailbox: &Mailbox) {
         let mut places = [const { StepState::ZERO }; QUEUE_FRAMES + 1];
         let (mut queue, mut orders) = (FrameQueue::new(), OrderQueue::new());
         let (mut sender, frames, _receiver) = queue.split(&mut places);
@@ -146,13 +139,10 @@ mod tests {
         let stream = StreamOrder {
             channels,
             decimation: 1,
-            samples: count,
+            samples: FRAMES,
         };
         order.enqueue(stream).unwrap();
-        for k in 0..count {
-            if k + 1 == count {
-                (0..turns_at_last).for_each(|_| mailbox.note_turn());
-            }
+        for _ in 0..FRAMES {
             send(&mut sender);
             intake.run();
         }
@@ -169,27 +159,47 @@ mod tests {
     #[test]
     fn a_background_that_stands_still_costs_the_stream_nothing() {
         let (mut host, mailbox) = (host(true), Mailbox::new());
-        streamed(&mut host, &mailbox, FRAMES, 0);
+        streamed(&mut host, &mailbox);
         assert_eq!(host.numbers, (0..FRAMES).collect::<Vec<_>>());
         assert_eq!((mailbox.dropped(), mailbox.unsent()), (0, 0));
     }
 
     #[test]
-    fn a_background_that_gets_no_time_is_not_held_up_by_the_stream() {
+    fn a_stream_that_falls_behind_pauses() {
         let (mut host, mailbox) = (host(true), Mailbox::new());
-        streamed(&mut host, &mailbox, 2 * PATIENCE_FRAMES, 1);
-        let sent = PATIENCE_FRAMES + 1;
-        let left_out = 2 * PATIENCE_FRAMES - sent;
-        assert_eq!(mailbox.unsent(), left_out);
-        let last = host.numbers.last().copied();
-        assert!(last <= Some(2 * PATIENCE_FRAMES - 1), "{last:?}");
+        let mut places = [const { StepState::ZERO }; QUEUE_FRAMES + 1];
+        let (mut queue, mut orders) = (FrameQueue::new(), OrderQueue::new());
+        let (mut sender, frames, _receiver) = queue.split(&mut places);
+        let (mut order, ordered) = orders.split();
+        let mut intake = Intake::new(frames, ordered, &mailbox, &mut host);
+        let samples = 2 * PAUSE_FRAMES;
+        let stream = StreamOrder {
+            channels: Channels::STATUS.bits(),
+            decimation: 1,
+            samples,
+        };
+        order.enqueue(stream).unwrap();
+        // One that comes in time, then so many at once, then the rest, each in time.
+        send(&mut sender);
+        intake.run();
+        for _ in 0..BEHIND_FRAMES {
+            send(&mut sender);
+        }
+        intake.run();
+        for _ in 1 + BEHIND_FRAMES as u32..samples + PAUSE_FRAMES {
+            send(&mut sender);
+            intake.run();
+        }
+        assert_eq!((mailbox.unsent(), mailbox.dropped()), (PAUSE_FRAMES, 0));
+        let sent: Vec<u32> = (0..1).chain(1 + PAUSE_FRAMES..samples).collect();
+        assert_eq!(host.numbers[..sent.len()], sent);
     }
 
     #[test]
     fn what_a_calibration_wanted_and_what_the_host_has_no_room_for_are_counted_apart() {
         let (mut host, mailbox) = (host(false), Mailbox::new());
         mailbox.set_wants_all(true);
-        streamed(&mut host, &mailbox, FRAMES, 0);
+        streamed(&mut host, &mailbox);
         assert_eq!(mailbox.dropped(), FRAMES - HANDED_FRAMES as u32);
         assert_eq!(mailbox.unsent(), FRAMES);
     }

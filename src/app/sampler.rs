@@ -27,8 +27,6 @@ pub struct Mailbox {
     not_handed: AtomicU32,
     /// Whether the background wants every frame; written by it.
     wants_all: AtomicBool,
-    /// Turns of the background since start; written by it.
-    turns: AtomicU32,
     /// Status bits of all frames since the background took them; written by the intake.
     status_seen: AtomicU32,
     /// Samples that the running stream should have sent and did not; written by the intake.
@@ -48,7 +46,6 @@ impl Mailbox {
             dropped: AtomicU32::new(0),
             not_handed: AtomicU32::new(0),
             wants_all: AtomicBool::new(false),
-            turns: AtomicU32::new(0),
             status_seen: AtomicU32::new(0),
             unsent: AtomicU32::new(0),
             missed: AtomicU32::new(0),
@@ -92,16 +89,6 @@ impl Mailbox {
     /// Tells the intake whether the background wants every frame, or is content with the newest.
     pub fn set_wants_all(&self, wants_all: bool) {
         self.wants_all.store(wants_all, Relaxed);
-    }
-
-    /// Turns of the background since start, modulo 2^32.
-    pub fn turns(&self) -> u32 {
-        self.turns.load(Relaxed)
-    }
-
-    /// Counts a turn. To be called by the background alone.
-    pub fn note_turn(&self) {
-        count(&self.turns, 1);
     }
 
     /// Keeps a frame's status bits.
