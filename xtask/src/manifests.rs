@@ -2,7 +2,8 @@
 //!
 //! The oldest compiler is held in two halves. Clippy's `incompatible_msrv`, among the lints of `cargo xtask test`, finds library
 //! functions that are newer than `rust-version`; this file finds dependencies that want a newer compiler.
-//! It also holds that `courier` alone is built with the features that the tests have: else the diagnosis would be built twice.
+//! It also holds that `courier` alone and `xtask` are built with the features that the tests have: else the diagnosis and the
+//! simulator would be built twice.
 
 use crate::arm;
 use crate::cargo::cargo;
@@ -26,7 +27,9 @@ pub fn check() -> Result<()> {
             faults.extend(package_faults(&package)?);
         }
     }
-    faults.extend(newer_dependencies(&metadata("Cargo.toml", &[])?));
+    let metadata = metadata("Cargo.toml", &[])?;
+    faults.extend(newer_dependencies(&metadata));
+    faults.extend(no_default(&metadata));
     faults.extend(built_twice()?);
     ensure!(faults.is_empty(), "{}", faults.join("\n"));
     Ok(())
@@ -112,6 +115,28 @@ fn newer_dependencies(metadata: &Value) -> Vec<String> {
     others.iter().filter(is_newer).map(told).collect()
 }
 
+/// Members of the workspace that are not built by default. `cargo xtask` takes the features that all default members ask for together,
+/// which are those of the tests only if none is left out.
+fn no_default(metadata: &Value) -> Vec<String> {
+    let names = |list: &str| -> BTreeSet<String> {
+        let ids = metadata[list].as_array().into_iter().flatten();
+        ids.filter_map(|id| id.as_str().map(str::to_owned))
+            .collect()
+    };
+    let (members, default) = (
+        names("workspace_members"),
+        names("workspace_default_members"),
+    );
+    let absent = members.difference(&default);
+    absent
+        .map(|id| {
+            format!(
+                "Cargo.toml: found {id} among members alone, wanted it among default-members too"
+            )
+        })
+        .collect()
+}
+
 /// Packages that `courier` alone wants with other features than the tests of the workspace: they, and all that need them, would be
 /// built once for each.
 fn built_twice() -> Result<Vec<String>> {
@@ -181,6 +206,15 @@ mod tests {
         let found = newer_dependencies(&metadata);
         assert_eq!(found.len(), 1, "{found:?}");
         assert!(found[0].contains("newer"), "{found:?}");
+    }
+
+    #[test]
+    fn a_member_that_is_not_built_by_default_is_found() {
+        let found = no_default(
+            &json!({ "workspace_members": ["a", "b"], "workspace_default_members": ["a"] }),
+        );
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].contains("found b "), "{found:?}");
     }
 
     #[test]
