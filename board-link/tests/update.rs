@@ -2,7 +2,8 @@
 
 use board_link::image::{DEVELOPMENT_SEED, Image};
 use board_link::{Link, SimWire, update};
-use courier_sensor::calibration::record::Calibration;
+use courier_sensor::calibration::record::{Calibration, Method};
+use courier_sensor::drivers::motion::Target;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::link::message::{Action, CalibrateOrder, InForce, Reply};
 use courier_sensor::update::install::Progress;
@@ -10,7 +11,6 @@ use courier_sensor::update::order::{UpdateOrder, UpdateStatus};
 use courier_sensor::update::version::Version;
 use hal_sim::board::SharedFlash;
 use indicatif::ProgressBar;
-use std::time::Duration;
 
 fn board() -> Link {
     let spec = hal_sim::presets::ideal(1);
@@ -109,18 +109,67 @@ fn an_image_that_is_given_up_goes_back_with_the_calibration() {
     assert_eq!(seen, [9, 9, 9, Version::OWN.major]);
 }
 
+fn begin(image: &Image) -> UpdateOrder {
+    UpdateOrder::Begin {
+        header: heapless::Vec::from_slice(&image.header.encode()).unwrap(),
+        allow_older: false,
+    }
+}
+
+fn calibrate(method: Method) -> Action {
+    Action::Calibrate(CalibrateOrder {
+        method,
+        ..CalibrateOrder::default()
+    })
+}
+
+#[test]
+fn an_update_and_a_calibration_refuse_each_other() {
+    let mut link = board();
+    let image = image("9.0.0");
+    for method in [Method::Platen, Method::Joint] {
+        update::ask(&mut link, begin(&image)).unwrap();
+        let told = refusal(link.ask(calibrate(method)));
+        assert!(told.contains("an update is under way"), "{told}");
+        assert!(told.contains("`courier reset`"), "{told}");
+        // A restart gives the update up.
+        link.restart().unwrap();
+        assert_eq!(link.ask(calibrate(method)).unwrap(), Reply::Done);
+        let told = refusal(update::ask(&mut link, begin(&image)));
+        assert!(told.contains("a calibration is under way"), "{told}");
+        assert!(told.contains("abort it first"), "{told}");
+        assert_eq!(status(&mut link).progress, Progress::Idle);
+        assert_eq!(link.ask(Action::Abort).unwrap(), Reply::Done);
+        link.restart().unwrap();
+    }
+    send(&mut link, &image).unwrap();
+}
+
+#[test]
+fn an_update_waits_until_the_courier_stands() {
+    let mut link = calibrated();
+    let go = Action::GoTo {
+        target: Target {
+            x_m: 0.05,
+            y_m: 0.0,
+            theta_rad: 0.0,
+        },
+        speed_m_per_s: 0.1,
+    };
+    assert_eq!(link.ask(go).unwrap(), Reply::Done);
+    let told = refusal(update::ask(&mut link, begin(&image("9.0.0"))));
+    assert!(
+        told.contains("the courier is moving: wait until it stands"),
+        "{told}"
+    );
+}
+
 #[test]
 fn half_an_image_is_none() {
     let mut link = calibrated();
     let stored = link.status().unwrap().in_force;
     let image = image("9.0.0");
-    let header = heapless::Vec::from_slice(&image.header.encode()).unwrap();
-    let allow_older = false;
-    let begin = UpdateOrder::Begin {
-        header,
-        allow_older,
-    };
-    update::ask(&mut link, begin).unwrap();
+    update::ask(&mut link, begin(&image)).unwrap();
     let bytes = heapless::Vec::from_slice(&image.body[..384]).unwrap();
     update::ask(&mut link, UpdateOrder::Piece { offset: 0, bytes }).unwrap();
     let finish = update::ask(&mut link, UpdateOrder::Finish);
@@ -151,16 +200,4 @@ fn forged_images_are_refused_by_the_board_itself() {
     assert!(refusal(send(&mut link, &image("0.0.1"))).contains("older than"));
     link.restart().unwrap();
     assert_eq!(status(&mut link).running, Version::OWN);
-}
-
-#[test]
-fn nothing_is_begun_while_a_calibration_is_under_way() {
-    let mut link = board();
-    let calibrate = Action::Calibrate(CalibrateOrder::default());
-    assert_eq!(link.ask(calibrate).unwrap(), Reply::Done);
-    let begun = send(&mut link, &image("9.0.0"));
-    assert!(refusal(begun).contains("under way"));
-    link.ask(Action::Abort).unwrap();
-    link.pass(Duration::from_secs(1)).unwrap();
-    send(&mut link, &image("9.0.0")).unwrap();
 }

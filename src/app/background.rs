@@ -181,15 +181,18 @@ where
         self.task.work() || checked
     }
 
-    /// Carries out what a host orders of an update. One is begun only while nothing else is under way.
+    /// Carries out what a host orders of an update. One is begun only while nothing else is under way: each page that it erases keeps the
+    /// background from taking frames for some 22 ms, which a calibration that averages a pose would lose.
     ///
     /// # Errors
     /// [`Refusal::Busy`], [`Refusal::Update`].
     #[inline(never)]
     pub fn update(&mut self, order: &UpdateOrder) -> Result<UpdateStatus, Refusal> {
-        if matches!(order, UpdateOrder::Begin { .. }) && (self.is_calibrating() || self.is_moving())
-        {
-            return Err(Refusal::Busy);
+        if matches!(order, UpdateOrder::Begin { .. }) {
+            self.idle()?;
+            if self.is_moving() {
+                return Err(Refusal::Update(UpdateRefusal::Moving));
+            }
         }
         let uptime_s = self.time().uptime_s;
         let updates = self.updates.as_mut();
@@ -214,6 +217,18 @@ where
         }
     }
 
+    /// A calibration begins only while no update is taken in, for the same reason as the other way round ([`Background::update`]).
+    fn may_calibrate(&self) -> Result<(), Refusal> {
+        self.idle()?;
+        self.may_store()?;
+        match &self.updates {
+            Some(updates) if updates.is_under_way() => {
+                Err(Refusal::Update(UpdateRefusal::UnderWay))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Slots and what is in force, to change what is stored.
     ///
     /// # Errors
@@ -230,8 +245,7 @@ where
     /// [`Refusal`]; nothing is changed.
     #[inline(never)]
     pub fn calibrate(&mut self, mut config: SessionConfig, errand: Errand) -> Result<(), Refusal> {
-        self.idle()?;
-        self.may_store()?;
+        self.may_calibrate()?;
         config.geometry = self.keeper.settings().geometry;
         config.validate().map_err(not_started)?;
         self.task.make_platen();
@@ -253,8 +267,7 @@ where
         mut config: JointConfig,
         errand: Errand,
     ) -> Result<(), Refusal> {
-        self.idle()?;
-        self.may_store()?;
+        self.may_calibrate()?;
         let status = self.last.status;
         if status.contains(Status::BEACON_MISSING) {
             return Err(Refusal::Start(StartRefusal::NoBeacon));

@@ -26,6 +26,9 @@ pub trait Updates<F> {
     /// A slice of what takes long; false if there is nothing to do.
     fn work(&mut self, flash: &mut F) -> bool;
 
+    /// Whether an image is being taken in or checked.
+    fn is_under_way(&self) -> bool;
+
     /// Whether the image that runs is on trial: it stores nothing.
     fn is_on_trial(&self) -> bool;
 
@@ -131,6 +134,10 @@ impl<F: NorFlash> Updates<F> for Updater {
 
     fn work(&mut self, flash: &mut F) -> bool {
         self.install.work(flash)
+    }
+
+    fn is_under_way(&self) -> bool {
+        matches!(self.install, Install::Receiving(_) | Install::Checking(_))
     }
 
     fn is_on_trial(&self) -> bool {

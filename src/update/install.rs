@@ -102,6 +102,14 @@ pub enum UpdateRefusal {
     /// The calibration could not be moved.
     #[error("the calibration could not be moved into the other bank of the flash")]
     NotMoved,
+    /// A calibration cannot begin: the flash pages that an update erases would take the time in which a pose's frames are averaged.
+    #[error(
+        "an update is under way: let `courier update` finish, or restart the board with `courier reset` to give it up"
+    )]
+    UnderWay,
+    /// The courier is moving by an order.
+    #[error("the courier is moving: wait until it stands")]
+    Moving,
 }
 
 impl From<HeaderError> for UpdateRefusal {

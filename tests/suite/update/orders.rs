@@ -2,8 +2,8 @@
 
 use super::rig::{Board, Running, image};
 use courier_sensor::app::updates::{Updater, Updates};
-use courier_sensor::update::install::UpdateRefusal;
-use courier_sensor::update::order::UpdateOrder;
+use courier_sensor::update::install::{Progress, UpdateRefusal};
+use courier_sensor::update::order::{PIECE_BYTES, UpdateOrder};
 use courier_sensor::update::standing;
 use courier_sensor::update::trial::TRIAL_S;
 use hal_sim::wire::flash::Flash;
@@ -71,4 +71,43 @@ fn an_image_that_could_not_move_the_calibration_is_not_accepted() {
     let mut updater = Updater::new(&near, Board::rules(&running), running.standing);
     let accepted = updater.act(board.far(&running), &UpdateOrder::Accept, 5);
     assert_eq!(accepted, Err(UpdateRefusal::NotMoved));
+}
+
+/// From its first order until it is installed: no calibration begins meanwhile.
+#[test]
+fn an_update_is_under_way_until_its_image_is_checked() {
+    let mut board = Board::factory(1, true);
+    let running = board.start().unwrap();
+    let near = standing::read(&mut board.banks[running.bank]);
+    let mut updater = Updater::new(&near, Board::rules(&running), running.standing);
+    let (image, far) = (image(2), board.far(&running));
+    let header = heapless::Vec::from_slice(&image.header).unwrap();
+    let begin = UpdateOrder::Begin {
+        header,
+        allow_older: false,
+    };
+    let pieces = image
+        .body
+        .chunks(PIECE_BYTES)
+        .zip((0..).step_by(PIECE_BYTES));
+    let pieces = pieces.map(|(piece, offset)| UpdateOrder::Piece {
+        offset,
+        bytes: heapless::Vec::from_slice(piece).unwrap(),
+    });
+    let is_under_way = |updater: &Updater| Updates::<Flash>::is_under_way(updater);
+    assert!(!is_under_way(&updater));
+    for order in [begin]
+        .into_iter()
+        .chain(pieces)
+        .chain([UpdateOrder::Finish])
+    {
+        updater.act(far, &order, 1).unwrap();
+        assert!(is_under_way(&updater), "{order:?}");
+    }
+    while updater.work(far) {
+        let progress = updater.act(far, &UpdateOrder::Status, 1).unwrap().progress;
+        let is_checking = matches!(progress, Progress::Checking { .. });
+        assert_eq!(is_under_way(&updater), is_checking, "{progress:?}");
+    }
+    assert!(!is_under_way(&updater));
 }
