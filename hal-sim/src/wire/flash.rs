@@ -52,6 +52,7 @@ pub struct Flash {
     worn: bool,
     steps_left: Option<u64>,
     steps: u64,
+    forced: u64,
     rng: ChaCha8Rng,
 }
 
@@ -107,6 +108,7 @@ impl Flash {
             worn: false,
             steps_left: None,
             steps: 0,
+            forced: 0,
             rng: ChaCha8Rng::seed_from_u64(seed),
         }
     }
@@ -140,11 +142,17 @@ impl Flash {
 
     /// Overwrites bytes without any rule: for records that another firmware left, and for decay.
     pub fn force(&mut self, offset: usize, bytes: &[u8]) {
+        self.forced += 1;
         self.bytes[offset..][..bytes.len()].copy_from_slice(bytes);
         for word in offset / WORD_BYTES..(offset + bytes.len()).div_ceil(WORD_BYTES) {
             self.programmed[word] = true;
             self.torn[word] = false;
         }
+    }
+
+    /// How often [`Flash::force`] was called: who keeps a copy of this flash sees by it that the copy is out of date.
+    pub fn forced(&self) -> u64 {
+        self.forced
     }
 
     /// The bytes as they are.

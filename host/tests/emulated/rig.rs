@@ -28,6 +28,10 @@ use std::time::Duration;
 /// Time of the board's in which everything that was said has arrived.
 const SHORT: Duration = Duration::from_millis(2);
 
+/// Instants that may have passed and not be counted yet: a board without BUSY's edge counts them with the next that it serves, and its
+/// main loop looks every fourth; as many again for the command's way.
+const UNCOUNTED: u64 = 8;
+
 /// A board, its surroundings, and the way to it.
 pub struct Rig {
     pub link: Link,
@@ -165,6 +169,24 @@ impl Rig {
         let status = self.status();
         assert_eq!(status.missed, 0, "sampling instants missed");
         assert_eq!(status.dropped_frames, self.dropped, "frames not taken up");
+    }
+
+    /// Every sampling instant since the start was served or counted as missed. What is true of every board: with a silent converter one
+    /// serves each instant by its timer, and another one some of them, by its main loop.
+    pub fn assert_every_instant_counted(&mut self) {
+        let before = self.instants();
+        let status = self.status();
+        let counted = u64::from(status.samples) + u64::from(status.missed);
+        let counts = before - UNCOUNTED..=self.instants();
+        assert!(counts.contains(&counted), "{counted}, wanted {counts:?}");
+    }
+
+    /// Sampling instants so far, by the courier's clock; there was no restart.
+    fn instants(&self) -> u64 {
+        let [first_ns, _] = self.world.sampled_ns();
+        let rate_hz = f64::from(self.link.hello().rate_hz);
+        let passed_ns = self.world.clock.now_ns() - first_ns;
+        1 + (passed_ns as f64 * 1e-9 * rate_hz) as u64
     }
 
     /// No sampling instant was missed since the start.

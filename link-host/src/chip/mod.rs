@@ -27,6 +27,8 @@ pub struct Chip {
     orders: ChildStdin,
     said: BufReader<ChildStdout>,
     around: Around,
+    /// How often bytes had been forced into the flash when the model last looked.
+    forced: u64,
 }
 
 /// What is around the chip.
@@ -60,6 +62,7 @@ impl Chip {
             .take()
             .context("--chip: a pipe from the model")?;
         let number = world.number.0;
+        let forced = flash.0.borrow().forced();
         let mut chip = Self {
             model,
             orders,
@@ -70,6 +73,7 @@ impl Chip {
                 flash,
                 fresh: true,
             },
+            forced,
         };
         chip.order(&Order::Start { number })?;
         chip.pass(START_UP)?;
@@ -110,15 +114,19 @@ impl Around {
             }
             Question::PowerUp => {
                 self.fresh = true;
-                let mut flash = self.flash.0.borrow_mut();
-                flash.power_up();
-                let contents = flash.contents();
-                Answer::Bank {
-                    bytes: contents.bytes,
-                    programmed: contents.programmed,
-                    torn: contents.torn,
-                }
+                self.flash.0.borrow_mut().power_up();
+                self.bank()
             }
+            Question::Bank => self.bank(),
+        }
+    }
+
+    fn bank(&self) -> Answer {
+        let contents = self.flash.0.borrow().contents();
+        Answer::Bank {
+            bytes: contents.bytes,
+            programmed: contents.programmed,
+            torn: contents.torn,
         }
     }
 
@@ -181,6 +189,10 @@ impl Wire for Chip {
     }
 
     fn pass(&mut self, time: Duration) -> Result<()> {
+        let forced = self.around.flash.0.borrow().forced();
+        if std::mem::replace(&mut self.forced, forced) != forced {
+            self.order(&Order::LookAtBank)?;
+        }
         let ns = time.as_nanos() as u64;
         let Done::Ran { broken } = self.order(&Order::Run { ns })? else {
             bail!("--chip: the model gave another answer than that it ran")
@@ -280,6 +292,9 @@ mod tests {
         around.flash.0.borrow_mut().cut_after(4);
         let program = Question::Program(8, [0; 8]);
         assert_eq!(around.answer(program.clone()), Answer::Flash(FlashEnd::Off));
+        assert!(matches!(around.answer(Question::Bank), Answer::Bank { .. }));
+        let off = around.answer(program.clone());
+        assert_eq!(off, Answer::Flash(FlashEnd::Off), "a look is no power-up");
         let Answer::Bank { torn, .. } = around.answer(Question::PowerUp) else {
             panic!("wanted the bank")
         };

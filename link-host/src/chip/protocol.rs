@@ -37,6 +37,8 @@ pub enum Order {
         /// Nanoseconds.
         ns: u64,
     },
+    /// Look at bank 2 again: it was changed otherwise than by the chip. Answer: [`Done::Nothing`].
+    LookAtBank,
     /// Take bytes that the board has sent. Answer: [`Done::Bytes`].
     Receive {
         /// The ring.
@@ -87,6 +89,8 @@ pub enum Question {
     Program(u32, [u8; 8]),
     /// The supply has come. Answer: [`Answer::Bank`].
     PowerUp,
+    /// What bank 2 holds now. Answer: [`Answer::Bank`].
+    Bank,
 }
 
 /// Whether a conversion begins, and by whom.

@@ -4,7 +4,7 @@ use crate::host::Host;
 use anyhow::{Result, ensure};
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 use hal_sim::board::SharedFlash;
-use hal_sim::wire::flash::{FlashError, PAGE_BYTES, WORD_BYTES};
+use hal_sim::wire::flash::{Contents, FlashError, PAGE_BYTES, WORD_BYTES};
 use link_host::chip::protocol::{Answer, FlashEnd, Question};
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -61,12 +61,26 @@ impl Bank {
     /// # Errors
     /// The host's bank is one of another size.
     pub fn power_up(&mut self) -> Result<()> {
+        self.here.0.borrow_mut().power_up();
+        match &self.host {
+            Some(host) => self.take_over(host.power_up()),
+            None => Ok(()),
+        }
+    }
+
+    /// The host has changed its bank by itself. Code that runs from it goes on as it was until the next reset.
+    ///
+    /// # Errors
+    /// The host's bank is one of another size.
+    pub fn look_again(&mut self) -> Result<()> {
+        match &self.host {
+            Some(host) => self.take_over(host.bank()),
+            None => Ok(()),
+        }
+    }
+
+    fn take_over(&self, contents: Contents) -> Result<()> {
         let mut here = self.here.0.borrow_mut();
-        here.power_up();
-        let Some(host) = &self.host else {
-            return Ok(());
-        };
-        let contents = host.bank();
         let wanted = here.bytes().len();
         let found = [
             contents.bytes.len(),

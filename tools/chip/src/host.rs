@@ -75,8 +75,17 @@ impl Host {
     }
 
     /// What bank 2 holds, the supply having come.
+    pub fn power_up(&self) -> Contents {
+        self.contents(Question::PowerUp)
+    }
+
+    /// What bank 2 holds now.
     pub fn bank(&self) -> Contents {
-        match self.ask(Question::PowerUp) {
+        self.contents(Question::Bank)
+    }
+
+    fn contents(&self, question: Question) -> Contents {
+        match self.ask(question) {
             Answer::Bank {
                 bytes,
                 programmed,

@@ -61,6 +61,13 @@ fn carry_out(order: Order, board: &mut Board, seen: &mut usize) -> Result<Done> 
                 broken: new.iter().map(ToString::to_string).collect(),
             })
         }
+        Order::LookAtBank => {
+            let mut processor = board.processor.borrow_mut();
+            for bank in &mut processor.chip().around.banks {
+                bank.look_again()?;
+            }
+            Ok(Done::Nothing)
+        }
         Order::Receive { channel, most } => {
             let mut bytes = vec![0; most as usize];
             let count = board.receive(usize::from(channel), &mut bytes)?;
