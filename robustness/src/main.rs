@@ -92,8 +92,11 @@ const TOLD_EVERY: u64 = 100;
 fn crashes(count: u64, first: u64) -> Result<()> {
     let mut crashed = 0;
     let mut answers = BTreeMap::new();
+    let mut other = draw::recording(first + count);
     for number in first..first + count {
-        let outcome = through(&draw::recording(number), &draw::recording(number + count));
+        let drawn = draw::recording(number);
+        let outcome = through(&drawn, &other);
+        other = drawn;
         for crash in &outcome.crashes {
             println!(
                 "number {number}: {} panicked at {}",

@@ -1,6 +1,7 @@
 //! What happens to columns: left out, empty here and there, constant, frozen, at the end of their range, time that is odd.
 
 use super::chance::chance;
+use effects::plant::SEGMENTS;
 use effects::random::{ChaCha8Rng, index, log_uniform, normal, uniform};
 use recording::{Recording, Row, Samples, unmodified_m};
 
@@ -58,6 +59,25 @@ fn outputs(pitch_m: f64, rng: &mut ChaCha8Rng) -> Change {
             }
         }
     })
+}
+
+/// What a bench with one segment and a reference along it records.
+pub fn of_one_segment(from: &Recording, segment: usize) -> Recording {
+    let mut samples = Samples::default();
+    for i in 0..from.samples.len() {
+        let mut row = from.samples.row(i);
+        for other in (0..SEGMENTS).filter(|s| *s != segment) {
+            row.quadrature_counts[other] = None;
+            row.teeth[other] = None;
+        }
+        row.electrode_counts = None;
+        row.reference[1 - segment % 2] = None;
+        samples.push(&row);
+    }
+    Recording {
+        samples,
+        ..from.clone()
+    }
 }
 
 /// Columns that are not there at all.

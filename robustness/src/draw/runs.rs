@@ -10,7 +10,9 @@ use hal_sim::courier::Courier;
 use hal_sim::trajectory::{OpenLoop, Plan};
 
 /// Rows of a recording before it is cut: small ones are cheap, and what goes wrong with little data is looked for.
-const ROWS: [f64; 2] = [150.0, 900.0];
+pub const ROWS: [f64; 2] = [150.0, 600.0];
+/// A diagnosis wants 200.
+pub const ENOUGH_ROWS: [f64; 2] = [230.0, 500.0];
 /// Most runs.
 const MOST_RUNS: usize = 9;
 /// Speeds, m/s.
@@ -20,8 +22,8 @@ const LENGTHS_M: [f64; 2] = [1.0e-4, 0.3];
 /// Still poses of a run.
 const POSES: [f64; 2] = [1.0, 400.0];
 
-/// The courier and what it does.
-pub fn courier_and_plan(rng: &mut ChaCha8Rng) -> (Courier, Plan) {
+/// The courier and what it does, in so many rows.
+pub fn courier_and_plan(rows: [f64; 2], rng: &mut ChaCha8Rng) -> (Courier, Plan) {
     let seed = (uniform(rng, 0.0, 1.0) * 2.0_f64.powi(52)) as u64;
     let home = Pose::new(
         uniform(rng, -0.05, 0.05),
@@ -42,7 +44,7 @@ pub fn courier_and_plan(rng: &mut ChaCha8Rng) -> (Courier, Plan) {
     for _ in 0..1 + index(rng, MOST_RUNS) {
         plan = with_run(plan, home, rng);
     }
-    thin(&mut plan, rng);
+    thin(&mut plan, rows, rng);
     relabel(&mut plan, rng);
     let spec = courier::spec(plan.duration_s(), rng);
     let courier = Courier::new(spec, seed).unwrap_or_else(|error| panic!("{error}"));
@@ -84,8 +86,8 @@ pub fn with_run(plan: Plan, home: Pose, rng: &mut ChaCha8Rng) -> Plan {
 }
 
 /// Every n-th sample, so that all runs together have some hundred.
-fn thin(plan: &mut Plan, rng: &mut ChaCha8Rng) {
-    let wanted = log_uniform(rng, ROWS[0], ROWS[1]);
+fn thin(plan: &mut Plan, rows: [f64; 2], rng: &mut ChaCha8Rng) {
+    let wanted = log_uniform(rng, rows[0], rows[1]);
     let every = (plan.samples() as f64 / wanted).ceil().max(1.0) as usize;
     for run in &mut plan.runs {
         let kept = run.times_s.iter().copied().step_by(every);
