@@ -3,6 +3,7 @@
 //! `cargo test` runs one test program after the other, and many of them hold one test that takes long: a processor waits for it.
 //! Here all tests of all programs stand in one line. Nothing is shared between the tests of a program, so nothing is made twice.
 
+use crate::arm;
 use crate::cargo::cargo;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
@@ -56,6 +57,9 @@ struct Ran {
 /// Tests whose processor time the summary names.
 const NAMED: usize = 12;
 
+/// The processor time of every test of the last run, below the project's folder.
+const TIMES: &str = "target/test-times.txt";
+
 /// Which tests are run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Which {
@@ -94,7 +98,9 @@ pub fn run(which: Which) -> Result<(u64, u64)> {
     let ran = at_once(&tests, which)?;
     let count = |wanted| ran.iter().filter(|test| test.outcome == wanted).count() as u64;
     let (passed, failed) = (count(Outcome::Passed), count(Outcome::Failed));
-    print!("{}", summary(&ran));
+    let (text, all) = (summary(&ran, NAMED), arm::root().join(TIMES));
+    std::fs::write(&all, summary(&ran, ran.len())).with_context(|| all.display().to_string())?;
+    println!("{text}all of them: {TIMES}");
     println!(
         "{passed} tests passed, {failed} failed, {} ignored",
         count(Outcome::Ignored)
@@ -191,8 +197,8 @@ fn at_once(tests: &[Test], which: Which) -> Result<Vec<Ran>> {
     })
 }
 
-/// The processor time of all tests, and the tests that took most of it.
-fn summary(ran: &[Ran]) -> String {
+/// The processor time of all tests, and the `named` tests that took most of it.
+fn summary(ran: &[Ran], named: usize) -> String {
     let mut by_time: Vec<&Ran> = ran.iter().collect();
     by_time.sort_by_key(|test| std::cmp::Reverse(test.processor_time));
     let all: Duration = ran.iter().map(|test| test.processor_time).sum();
@@ -200,8 +206,12 @@ fn summary(ran: &[Ran]) -> String {
         "tests: {} s of processor time; those that took most:\n",
         all.as_secs()
     );
-    for test in by_time.iter().take(NAMED) {
-        text += &format!("{:6} s  {}\n", test.processor_time.as_secs(), test.told);
+    for test in by_time.iter().take(named) {
+        text += &format!(
+            "{:8.1} s  {}\n",
+            test.processor_time.as_secs_f64(),
+            test.told
+        );
     }
     text
 }
@@ -278,7 +288,7 @@ mod tests {
             outcome: Outcome::Passed,
             processor_time: Duration::from_secs(seconds),
         };
-        let text = summary(&[ran("short", 2), ran("long", 40), ran("middle", 7)]);
+        let text = summary(&[ran("short", 2), ran("long", 40), ran("middle", 7)], 3);
         assert!(text.starts_with("tests: 49 s"), "{text}");
         let names: Vec<_> = text
             .lines()

@@ -11,13 +11,13 @@ use crate::cargo::cargo;
 use crate::runner::Which;
 use crate::{
     arm, arm_checks, chip, circles, constants, firmware, manifests, names, onboard, platforms,
-    report, runner,
+    processor_time, report, runner,
 };
 use anyhow::{Context, Result, bail, ensure};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, Command, Stdio};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Passed and failed so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -113,6 +113,8 @@ pub fn run(names: &[String]) -> Result<()> {
         [] => all()?,
         _ => in_turn(|name, _| names.iter().any(|wanted| wanted == name)),
     };
+    let used = processor_time::of_children().as_secs_f64();
+    println!("{:.1} minutes of processor time", used / 60.0);
     println!("{} passed, {} failed", total.passed, total.failed);
     ensure!(total.failed == 0, "{} failed", total.failed);
     Ok(())
@@ -231,7 +233,7 @@ fn clippy(chosen: &str) -> Command {
 
 fn step(name: &str, mut command: Command) -> Tally {
     say(name);
-    let begin = Instant::now();
+    let begin = Begin::now();
     let passed = command.status().is_ok_and(|status| status.success());
     say_done(name, passed, begin);
     Tally::one(passed)
@@ -240,7 +242,7 @@ fn step(name: &str, mut command: Command) -> Tally {
 /// Every test of the workspace; a build that fails counts as one failure.
 fn tests() -> Tally {
     say("tests: unit, property, simulated board, the built command end to end");
-    let begin = Instant::now();
+    let begin = Begin::now();
     let outcome = runner::run(Which::Ordinary);
     if let Err(error) = &outcome {
         say(&format!("{error:#}"));
@@ -297,7 +299,7 @@ fn summary(line: &str) -> Option<Tally> {
 /// A check of this program's own.
 fn checked(name: &str, check: impl FnOnce() -> Result<()>) -> Tally {
     say(name);
-    let begin = Instant::now();
+    let begin = Begin::now();
     let outcome = check();
     if let Err(error) = &outcome {
         say(&format!("{error:#}"));
@@ -309,7 +311,7 @@ fn checked(name: &str, check: impl FnOnce() -> Result<()>) -> Tally {
 /// The firmware's image on the emulated board, under every fault.
 fn emulated() -> Tally {
     say("the image on the emulated board: faults, power cuts, everything at once");
-    let begin = Instant::now();
+    let begin = Begin::now();
     let outcome =
         onboard::command(&["--test-threads=2"]).and_then(|mut command| counted(&mut command));
     if let Err(error) = &outcome {
@@ -327,11 +329,29 @@ fn say(what: &str) {
     eprintln!("test: {what}");
 }
 
-fn say_done(name: &str, passed: bool, begin: Instant) {
+/// When a check began: by the clock on the wall, and in processor time.
+#[derive(Clone, Copy, Debug)]
+struct Begin {
+    at: Instant,
+    used: Duration,
+}
+
+impl Begin {
+    fn now() -> Self {
+        Self {
+            at: Instant::now(),
+            used: processor_time::of_children(),
+        }
+    }
+}
+
+fn say_done(name: &str, passed: bool, begin: Begin) {
     let word = if passed { "passed" } else { "FAILED" };
+    let used = processor_time::of_children().saturating_sub(begin.used);
     eprintln!(
-        "test: {name}: {word} in {:.0} s",
-        begin.elapsed().as_secs_f64()
+        "test: {name}: {word} in {:.0} s, {:.0} s of processor time",
+        begin.at.elapsed().as_secs_f64(),
+        used.as_secs_f64()
     );
 }
 

@@ -278,13 +278,14 @@ fn joint_has_the_rows_of_the_paper() {
     );
 }
 
-/// The figures, by the platen sensor alone on a single sample a place, for several seeds of poses and noise, with the
+/// The figures, by the platen sensor alone on a single sample a place, with the
 /// tooth map in force: the position within 0.6 um and both angles within 0.06 mrad, never worse than before calibration; the
 /// paper's method on the same courier within 30 % of what the paper printed in each of the rows. Seed 1 stands line by
 /// line in `docs/accuracy.md`, and is compared with it.
 #[test]
+#[ignore = "nightly: a minute and a half, and docs/accuracy.md holds seed 1"]
 fn joint_with_the_tooth_map_goes_past_the_paper() {
-    // One seed, since a run takes a minute and a half of processor time; seed 1 is run for docs/accuracy.md.
+    // Not that of docs/accuracy.md.
     let seed = "7";
     let report = courier(&["demo", "--joint", "--seed", seed, "--json"]).json();
     assert!(report["map"].is_object(), "{report}");
