@@ -1,4 +1,4 @@
-//! The paper's equations (3) to (7) and (9) to (11): signs, orders, constraints and their derivatives, once for every estimator.
+//! The paper's equations (3) to (7) and (9) to (11): signs, orders, errors, constraints and their derivatives, once for every estimator.
 //!
 //! Generic over the number: the board fits in `f32`, the host in `f64`. Lengths are metres or any other unit, the same one
 //! throughout; angles are radians. Segments 1 and 3 (indices 0 and 2) measure x, segments 2 and 4 measure y. The plant's side of a
@@ -9,6 +9,8 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Orders of the own tooth phase in equation (3).
 pub const OWN_ORDERS: [u8; 4] = [1, 2, 4, 6];
+/// Coefficients of a segment in equation (3): k_i,0, then those of sine and cosine of each order.
+pub const OWN_COEFFICIENTS: usize = 1 + 2 * OWN_ORDERS.len();
 /// Sign of each segment in the parity, equation (5).
 pub const PARITY_SIGN: [f32; SEGMENTS] = [1.0, -1.0, -1.0, 1.0];
 /// Sign of each segment in the angle, equation (4).
@@ -55,6 +57,63 @@ impl Angle<f64> {
             cosine_rest: 2.0 * half * half,
         }
     }
+}
+
+impl<T: Number> Angle<T> {
+    /// A vector of the courier's frame as the platen's frame has it: turned by the angle.
+    #[inline(always)]
+    pub fn turn(&self, [x, y]: [T; 2]) -> [T; 2] {
+        [
+            self.cosine * x - self.sine * y,
+            self.sine * x + self.cosine * y,
+        ]
+    }
+
+    /// Derivatives of g_x and g_y by the lever arms l_x and l_y, equation (11), the beacon's place at angle zero being kept.
+    #[inline(always)]
+    pub fn by_lever(&self) -> [[T; 2]; 2] {
+        [
+            [-self.cosine_rest, self.sine],
+            [-self.sine, -self.cosine_rest],
+        ]
+    }
+}
+
+/// The functions of equation (3): sine and cosine of each of [`OWN_ORDERS`] times a phase f p, of which `[sine, cosine]` is given.
+#[inline(always)]
+pub fn own_functions<T: Number>(phase: [T; 2]) -> [[T; 2]; OWN_ORDERS.len()] {
+    let plus =
+        |[s, c]: [T; 2], [sine, cosine]: [T; 2]| [s * cosine + c * sine, c * cosine - s * sine];
+    let two = plus(phase, phase);
+    let four = plus(two, two);
+    [phase, two, four, plus(four, two)]
+}
+
+/// The error e of equation (3), by a segment's k_i,0 to k_i,8 and the [`own_functions`] of its phase.
+#[inline(always)]
+pub fn own_error<T: Number>(
+    k: &[T; OWN_COEFFICIENTS],
+    functions: &[[T; 2]; OWN_ORDERS.len()],
+) -> T {
+    let mut error = k[0];
+    for (n, [sine, cosine]) in functions.iter().enumerate() {
+        error = error + k[1 + 2 * n] * *sine + k[2 + 2 * n] * *cosine;
+    }
+    error
+}
+
+/// The derivative of equation (3) by the phase f p: times f it is that by the unmodified output p.
+#[inline(always)]
+pub fn own_error_by_phase<T: Number>(
+    k: &[T; OWN_COEFFICIENTS],
+    functions: &[[T; 2]; OWN_ORDERS.len()],
+) -> T {
+    let mut slope = T::from(0.0);
+    for (n, ([sine, cosine], order)) in functions.iter().zip(OWN_ORDERS).enumerate() {
+        let turned = k[1 + 2 * n] * *cosine - k[2 + 2 * n] * *sine;
+        slope = slope + T::from(f32::from(order)) * turned;
+    }
+    slope
 }
 
 /// The parity g_p of four calibrated outputs, equation (5).
@@ -109,13 +168,13 @@ pub fn beacon<T: Number>(
     place: [T; 2],
     angle: &Angle<T>,
 ) -> Beacon<T> {
-    let ([cx, cy], [lx, ly]) = (displacement, lever);
+    let [lx, ly] = lever;
     let Angle {
         sine,
         cosine,
         cosine_rest,
     } = *angle;
-    let turned = [cosine * cx - sine * cy, sine * cx + cosine * cy];
+    let turned = angle.turn(displacement);
     Beacon {
         g: [
             turned[0] - middle[0] - ly * sine - lx * cosine_rest + place[0],
@@ -174,6 +233,51 @@ mod tests {
         let [_, x, y] = constraints(&p);
         for (ours, printed) in [x, y].into_iter().zip(as_printed(&p)) {
             assert!((ours - printed).abs() < 1e-16, "{ours} {printed}");
+        }
+    }
+
+    /// Equation (3) and its derivative as the paper has them, term by term.
+    #[test]
+    fn the_error_is_that_which_is_printed() {
+        let k = [0.3, 1.0, -2.0, 0.7, 0.4, -0.9, 0.2, 0.05, -0.6];
+        for step in 0..50 {
+            let phase = 0.13 * f64::from(step) - 3.0;
+            let printed = k[0]
+                + k[1] * phase.sin()
+                + k[2] * phase.cos()
+                + k[3] * (2.0 * phase).sin()
+                + k[4] * (2.0 * phase).cos()
+                + k[5] * (4.0 * phase).sin()
+                + k[6] * (4.0 * phase).cos()
+                + k[7] * (6.0 * phase).sin()
+                + k[8] * (6.0 * phase).cos();
+            let functions = |phase: f64| own_functions(phase.sin_cos().into());
+            let error = own_error(&k, &functions(phase));
+            assert!(
+                (error - printed).abs() < 1e-13,
+                "{phase}: {error} {printed}"
+            );
+            // The error of a central difference is the third derivative times its square: 2e-9 here.
+            let at = |by: f64| own_error(&k, &functions(phase + by));
+            let slope = (at(1e-5) - at(-1e-5)) / 2e-5;
+            let found = own_error_by_phase(&k, &functions(phase));
+            assert!((found - slope).abs() < 1e-7, "{phase}: {found} {slope}");
+        }
+    }
+
+    #[test]
+    fn derivatives_by_the_lever_are_those_of_the_constraints() {
+        let p = [0.0312, 0.0171, 0.0309, 0.0168];
+        let angle = Angle::of_rad(theta(&p, SPAN));
+        let at = |lever| beacon(middle(&p), DISPLACEMENT, lever, PLACE, &angle).g;
+        for (k, by) in angle.by_lever().into_iter().enumerate() {
+            let mut longer = LEVER;
+            longer[k] += 1.0;
+            // Linear: a step of any length will do.
+            for axis in 0..2 {
+                let slope = at(longer)[axis] - at(LEVER)[axis];
+                assert!((slope - by[axis]).abs() < 1e-15, "{k} {axis}");
+            }
         }
     }
 

@@ -66,7 +66,6 @@ pub fn linear(setup: &Setup, unknowns: &Unknowns, values: &[f64], pose: &TeethPo
     let out = outputs(setup, unknowns, values, pose);
     let p = out.p_m;
     let angle = Angle::of_rad(theta(&p, setup.span_m));
-    let (s, c) = (angle.sine, angle.cosine);
     let at = unknowns.mounting();
     let (height_m, lever_m, place_m) = (
         values[at],
@@ -86,20 +85,16 @@ pub fn linear(setup: &Setup, unknowns: &Unknowns, values: &[f64], pose: &TeethPo
                 .map(|(index, d)| (*index, by_output.map(|b| b * d))),
         );
     }
+    let of_beacon = |[x, y]: [f64; 2]| [0.0, x, y];
+    let [by_lever_x, by_lever_y] = angle.by_lever();
     derivatives.extend([
-        (at, [0.0, turned[0] / height_m, turned[1] / height_m]),
-        (at + 1, [0.0, -angle.cosine_rest, s]),
-        (at + 2, [0.0, -s, -angle.cosine_rest]),
-        (at + 3, [0.0, 1.0, 0.0]),
-        (at + 4, [0.0, 0.0, 1.0]),
+        (at, of_beacon(turned.map(|t| t / height_m))),
+        (at + 1, of_beacon(by_lever_x)),
+        (at + 2, of_beacon(by_lever_y)),
+        (at + 3, of_beacon([1.0, 0.0])),
+        (at + 4, of_beacon([0.0, 1.0])),
     ]);
-    let turn = |x: f64, y: f64| {
-        [
-            0.0,
-            moved.scale_m * (c * x - s * y),
-            moved.scale_m * (s * x + c * y),
-        ]
-    };
+    let turn = |x: f64, y: f64| of_beacon(angle.turn([x, y]).map(|t| moved.scale_m * t));
     let [u, v] = pose.deflection;
     derivatives.push((unknowns.misalignment(), turn(u, -v)));
     derivatives.push((unknowns.misalignment() + 1, turn(-v, u)));

@@ -10,7 +10,7 @@ use super::pose::{Setup, TeethPose};
 use super::predict;
 use super::unknowns::{NODE_M, Unknowns, WAVES};
 use anyhow::{Result, ensure};
-use courier_sensor::equations::OWN_ORDERS;
+use courier_sensor::equations::{OWN_ORDERS, theta};
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::model::{ErrorModel, TermTable};
 use courier_sensor::teeth::{Grid, MAX_NODES, MapHeader, Wave};
@@ -137,10 +137,9 @@ fn split(poses: &[TeethPose]) -> (Vec<TeethPose>, Vec<TeethPose>) {
 }
 
 fn check_turn(setup: &Setup, poses: &[TeethPose]) -> Result<()> {
-    let angles = poses.iter().map(|pose| {
-        let p = pose.outputs_m;
-        (p[0] - p[2] + p[1] - p[3]) / (2.0 * setup.span_m)
-    });
+    let angles = poses
+        .iter()
+        .map(|pose| theta(&pose.outputs_m, setup.span_m));
     let angles: Vec<f64> = angles.collect();
     let turn_rad = deviation(&angles);
     ensure!(

@@ -4,7 +4,7 @@
 use super::pose::{Setup, TeethPose};
 use super::unknowns::{Unknowns, WAVES};
 use courier_sensor::equations::{
-    ANGLE_SIGN, LATERAL_SIGN, OWN_ORDERS, PARITY_SIGN, lateral_arguments, middle, theta,
+    ANGLE_SIGN, LATERAL_SIGN, PARITY_SIGN, lateral_arguments, middle, own_functions, theta,
 };
 use courier_sensor::frame::SEGMENTS;
 use std::f64::consts::TAU;
@@ -86,8 +86,8 @@ fn equation_3(setup: &Setup, unknowns: &Unknowns, values: &[f64], out: &mut Outp
     let per_m = TAU / setup.pitch_m;
     let raw = out.p_m;
     for i in 0..SEGMENTS {
-        for (k, order) in OWN_ORDERS.iter().enumerate() {
-            let (sine, cosine) = (f64::from(*order) * per_m * raw[i]).sin_cos();
+        let functions = own_functions((per_m * raw[i]).sin_cos().into());
+        for (k, [sine, cosine]) in functions.into_iter().enumerate() {
             out.add(i, values, unknowns.own(i, k), sine);
             out.add(i, values, unknowns.own(i, k) + 1, cosine);
         }

@@ -1,7 +1,9 @@
 //! The baseline: equation (3) in each segment, equations (10) and (11) for the coordination sensor.
 
 use crate::data::observations::Observations;
-use courier_signal::equations::{Angle, OWN_ORDERS, beacon};
+use courier_signal::equations::{
+    Angle, OWN_COEFFICIENTS, OWN_ORDERS, beacon, own_error, own_error_by_phase, own_functions,
+};
 use effects::sensor::Regressor;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -22,7 +24,7 @@ const FREE_M: f64 = 0.3;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Baseline {
     /// Equation (3)'s k, m.
-    pub k_m: [[f64; 9]; 4],
+    pub k_m: [[f64; OWN_COEFFICIENTS]; 4],
     /// What is left in g_p of the tooth counts' arbitrary zeros, m.
     pub parity_offset_m: f64,
     /// Height h, m.
@@ -59,15 +61,11 @@ impl Baseline {
     pub fn error_m(&self, segment: usize, unmodified_m: f64, pitch_m: f64) -> (f64, f64) {
         let k = &self.k_m[segment];
         let f = TAU / pitch_m;
-        let (mut error, mut slope) = (k[0], 0.0);
-        for (j, &order) in ORDERS.iter().enumerate() {
-            let n = order as f64;
-            let (sine, cosine) = (n * f * unmodified_m).sin_cos();
-            let (a, b) = (k[1 + 2 * j], k[2 + 2 * j]);
-            error += a * sine + b * cosine;
-            slope += n * f * (a * cosine - b * sine);
-        }
-        (error, slope)
+        let functions = own_functions((f * unmodified_m).sin_cos().into());
+        (
+            own_error(k, &functions),
+            f * own_error_by_phase(k, &functions),
+        )
     }
 
     /// Calibrated position, m, and the factor by which noise grows.
@@ -197,17 +195,14 @@ fn beacon_regressors() -> Vec<Regressor> {
     };
     vec![
         both("height h", |m| {
-            let (s, c) = m.steady_theta_rad.sin_cos();
-            let [x, y] = m.steady_tan_psi;
-            [c * x - s * y, s * x + c * y]
+            Angle::of_rad(m.steady_theta_rad).turn(m.steady_tan_psi)
         }),
+        // The origin o' is kept, and with it not the beacon's place at angle zero: that goes with the lever.
         both("lever l_x", |m| {
-            let (s, c) = m.steady_theta_rad.sin_cos();
-            [c, s]
+            Angle::of_rad(m.steady_theta_rad).turn([1.0, 0.0])
         }),
         both("lever l_y", |m| {
-            let (s, c) = m.steady_theta_rad.sin_cos();
-            [-s, c]
+            Angle::of_rad(m.steady_theta_rad).turn([0.0, 1.0])
         }),
         both("origin o'_x", |_| [1.0, 0.0]),
         both("origin o'_y", |_| [0.0, 1.0]),

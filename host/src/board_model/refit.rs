@@ -7,6 +7,7 @@
 
 use super::row::{Row, USUAL_ANGLE_RAD};
 use anyhow::{Context, Result};
+use courier_sensor::equations::{lateral_arguments, middle, theta};
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::model::{Multiplier, Term};
@@ -58,12 +59,11 @@ impl Phases {
     /// As the firmware forms them from four outputs (equation 9).
     fn new(p: &[f64; SEGMENTS], geometry: &Geometry) -> Self {
         let f = TAU / f64::from(geometry.pitch_m);
-        let theta_rad = 0.5 * (p[0] - p[2] + p[1] - p[3]) / f64::from(geometry.span_m);
-        let (x, y) = (0.5 * (p[0] + p[2]), 0.5 * (p[1] + p[3]));
-        let across = f64::from(geometry.lateral_m) * theta_rad;
+        let theta_rad = theta(p, f64::from(geometry.span_m));
+        let lateral_m = lateral_arguments(middle(p), theta_rad, f64::from(geometry.lateral_m));
         Self {
             own: p.map(|p| f * p),
-            lateral: [y - across, x + across, y + across, x - across].map(|q| f * q),
+            lateral: lateral_m.map(|q| f * q),
             theta_rad,
         }
     }

@@ -3,7 +3,7 @@
 use super::channel::Channel;
 use super::observe::Sample;
 use anyhow::{Result, anyhow, bail, ensure};
-use courier_sensor::equations::OWN_ORDERS;
+use courier_sensor::equations::own_functions;
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::lsq::{Estimator, packed_len};
@@ -103,10 +103,8 @@ impl Problem {
                 Phase::Reference => sample.reference_m[segment].unwrap_or(output_m),
             };
             let phase_rad = TAU * place_m / self.pitch_m;
-            for order in OWN_ORDERS.map(f64::from) {
-                let (sine, cosine) = (order * phase_rad).sin_cos();
-                row.extend([sign * sine, sign * cosine]);
-            }
+            let functions = own_functions(phase_rad.sin_cos().into());
+            row.extend(functions.as_flattened().iter().map(|f| sign * f));
         }
         row
     }

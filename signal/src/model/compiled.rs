@@ -19,7 +19,8 @@ impl Term {
 ///
 /// With u = s²: `e = even(u) + s (sine + c odd(u)) + cosine c`. The multiple-angle formulas, orders 2, 4 and 6:
 /// cosines `1 - 2u`, `1 - 8u + 8u²`, `1 - 18u + 48u² - 32u³`; sines over s c: `2`, `4 - 8u`, `6 - 32u + 32u²`.
-/// 17 operations where the harmonics one by one take 33.
+/// 17 operations where the harmonics one by one ([`own_error`](crate::equations::own_error)) take 33: that is why the interrupt has a
+/// form of its own. A test holds both equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct OwnPolynomial {
     even: [Lanes; 4],
@@ -101,5 +102,36 @@ impl CompiledModel {
             );
         }
         compiled
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::equations::{own_error, own_functions};
+    use core::f64::consts::TAU;
+
+    /// The interrupt's form of equation (3) is equation (3), within what the rounding of its f32 can do: 17 operations on numbers of
+    /// at most 48 times the coefficients (the multiple-angle formula of order 6).
+    #[test]
+    fn the_polynomial_is_equation_3() {
+        // Any coefficients will do: those of the golden ratio lie everywhere between -1 and 1.
+        let spread = |n: usize| 2.0 * ((n + 1) as f64 * 0.618_034).fract() - 1.0;
+        let limit = 17.0 * 48.0 * 9.0 * f64::from(f32::EPSILON) / 2.0;
+        for set in 0..20 {
+            let k: [f32; 9] = from_fn(|n| spread(9 * set + n) as f32);
+            let lanes = |value: f32| Lanes([value, -value]);
+            let pairs = from_fn(|n| [lanes(k[1 + 2 * n]), lanes(k[2 + 2 * n])]);
+            let polynomial = OwnPolynomial::new(lanes(k[0]), pairs);
+            for step in 0..200 {
+                let (sine, cosine) = (TAU * f64::from(step) / 200.0).sin_cos();
+                let [sine, cosine] = [sine as f32, cosine as f32];
+                let Lanes(found) = polynomial.errors(Lanes([sine; 2]), Lanes([cosine; 2]));
+                let functions = own_functions([f64::from(sine), f64::from(cosine)]);
+                let wanted = own_error(&k.map(f64::from), &functions);
+                assert!((f64::from(found[0]) - wanted).abs() < limit, "{set} {step}");
+                assert_eq!(found[1], -found[0]);
+            }
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! The residual channels of a sample, their derivatives by the readings, and their noise.
 
 use super::LinearizedRecording;
-use courier_signal::equations::{PARITY_SIGN, by_outputs, parity};
+use courier_signal::equations::{Angle, PARITY_SIGN, by_outputs, parity};
 use effects::sensor::{Action, CHANNELS, Covariates, READINGS, Regressor};
 
 /// Most rows that a sample gives: g_p, g_x, g_y, or four segments against a reference.
@@ -165,17 +165,17 @@ impl LinearizedRecording<'_> {
         let theta = self.theta_rad(i);
         let tan = [0, 1].map(|axis| self.observations.tan_psi[axis][i]);
         let (g, by_theta) = self.baseline.beacon_residual(self.centre_m(i), theta, tan);
-        let (sine, cosine) = theta.sin_cos();
+        let angle = Angle::of_rad(theta);
         let h = self.baseline.height_m;
+        let by_tan = [angle.turn([h, 0.0]), angle.turn([0.0, h])];
         let by_outputs = by_outputs(by_theta, self.observations.span_m);
         for axis in 0..2 {
             let row = 1 + axis;
             rows.channel[row] = row;
             rows.residual_m[row] = g[axis];
             rows.by_reading[row][..4].copy_from_slice(&by_outputs[row]);
+            rows.by_reading[row][4..].copy_from_slice(&by_tan.map(|by| by[axis]));
         }
-        rows.by_reading[1][4..].copy_from_slice(&[h * cosine, -h * sine]);
-        rows.by_reading[2][4..].copy_from_slice(&[h * sine, h * cosine]);
         rows.count = 3;
     }
 

@@ -2,7 +2,7 @@
 
 use super::{Constraints, Instant, Layout, Values};
 use crate::diode;
-use crate::equations::{ANGLE_SIGN, PARITY_SIGN};
+use crate::equations::{ANGLE_SIGN, Angle, PARITY_SIGN};
 use crate::frame::SEGMENTS;
 
 impl Constraints {
@@ -36,16 +36,19 @@ impl Constraints {
 
     fn fill_mounting(&self, values: &Values, instant: &Instant, jacobian: &mut [Values; 3]) {
         let layout = &self.layout;
-        let (s, c, [cx, cy]) = (instant.sine, instant.cosine, instant.displacement_m);
-        let rest = s * s / (1.0 + c);
+        let (s, c) = (instant.sine, instant.cosine);
+        let angle = Angle {
+            sine: s,
+            cosine: c,
+            cosine_rest: s * s / (1.0 + c),
+        };
         let per_height = 1.0 / values[layout.height()];
+        let [x, y] = angle.turn(instant.displacement_m);
+        let [by_lever_x, by_lever_y] = angle.by_lever();
         let columns = [
-            [
-                (c * cx - s * cy) * per_height,
-                (s * cx + c * cy) * per_height,
-            ],
-            [-rest, s],
-            [-s, -rest],
+            [x * per_height, y * per_height],
+            by_lever_x,
+            by_lever_y,
             [1.0, 0.0],
             [0.0, 1.0],
         ];
