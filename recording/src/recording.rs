@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::meta::Meta;
 use crate::read::read;
-use crate::samples::Samples;
+use crate::samples::{Row, Samples};
 use crate::write::{Existing, Writer, check};
 use std::path::Path;
 
@@ -30,6 +30,22 @@ impl Recording {
             samples,
             warnings,
         })
+    }
+
+    /// The same with each row changed; a row for which `change` is false is left out. It is told the row's number.
+    #[must_use]
+    pub fn with_rows(&self, mut change: impl FnMut(usize, &mut Row) -> bool) -> Self {
+        let mut samples = Samples::default();
+        for index in 0..self.samples.len() {
+            let mut row = self.samples.row(index);
+            if change(index, &mut row) {
+                samples.push(&row);
+            }
+        }
+        Self {
+            samples,
+            ..self.clone()
+        }
     }
 
     /// Checks what [`Recording::write`] would refuse in the values themselves; `file` is what errors name, with the header as row 1.

@@ -3,7 +3,7 @@ use specimens::rig;
 
 use diagnosis::{Answer, Diagnosis, Options, check, diagnose_fully};
 use effects::sensor::Clip;
-use recording::{Recording, Row, Samples};
+use recording::{Recording, Row};
 
 fn names(d: &Diagnosis) -> Vec<&str> {
     d.effects.iter().map(|e| e.name.as_str()).collect()
@@ -11,16 +11,10 @@ fn names(d: &Diagnosis) -> Vec<&str> {
 
 /// A recording of the rig with its rows changed.
 fn changed(recording: &Recording, change: impl Fn(&mut Row)) -> Recording {
-    let mut samples = Samples::default();
-    for i in 0..recording.samples.len() {
-        let mut row = recording.samples.row(i);
-        change(&mut row);
-        samples.push(&row);
-    }
-    Recording {
-        samples,
-        ..recording.clone()
-    }
+    recording.with_rows(|_, row| {
+        change(row);
+        true
+    })
 }
 
 /// Rails of sine and cosine of segments 1 and 4, of the amplitude: one end, one channel at both ends but not alike.

@@ -473,17 +473,7 @@ fn what_cannot_answer_says_so() {
         d.notes.join(" ")
     };
     let with = |change: &dyn Fn(usize, &mut recording::Row) -> bool| {
-        let mut samples = recording::Samples::default();
-        for i in 0..good.samples.len() {
-            let mut row = good.samples.row(i);
-            if change(i, &mut row) {
-                samples.push(&row);
-            }
-        }
-        recording::Recording {
-            samples,
-            ..good.clone()
-        }
+        good.with_rows(|i, row| change(i, row))
     };
     assert!(told(&with(&|i, _| i < 150)).contains("samples"));
     assert!(told(&with(&|_, row| row.run == "scatter")).contains("runs"));

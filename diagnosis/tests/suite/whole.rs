@@ -5,21 +5,8 @@ use specimens::rig;
 
 use diagnosis::verdict::answer::{Diagnosis, Verdict};
 use diagnosis::{Model, Options, check_fully, diagnose, diagnose_fully};
-use recording::{Recording, Row, Samples};
+use recording::{Recording, Row};
 use specimens::{Case, Drawn, Kind};
-
-/// A recording of the rows that `change` keeps.
-fn changed(recording: &Recording, mut change: impl FnMut(usize, &mut Row) -> bool) -> Recording {
-    let mut out = recording.clone();
-    out.samples = Samples::default();
-    for i in 0..recording.samples.len() {
-        let mut row = recording.samples.row(i);
-        if change(i, &mut row) {
-            out.samples.push(&row);
-        }
-    }
-    out
-}
 
 fn two(seed: u64, effects: &[(&str, f64)]) -> [Recording; 2] {
     let options = rig::Options {
@@ -44,7 +31,7 @@ fn model(recording: &Recording, name: &str) -> Model {
 fn angles_that_the_model_has_not_seen_are_left_out_of_its_check() {
     let [first, second] = two(43, &[("angle_dependence", 2.5e-6)]);
     let one_way = |_: usize, row: &mut Row| row.commanded[2].is_some_and(|theta| theta < 0.002);
-    let mut model = model(&changed(&first, one_way), "angle_dependence");
+    let mut model = model(&first.with_rows(one_way), "angle_dependence");
     let ratio = |model: &Model| {
         let here = check_fully(model, &second).expect("residuals");
         let ratio = here.held_out.whitened_after / model.claimed.whitened_after;
@@ -72,12 +59,12 @@ fn a_far_angle_is_left_out_and_nothing_else() {
     let effects = [("angle_dependence", 4.0e-6)];
     let [first, second] = [43, 1043].map(|m| rig::record_as(43, m, &effects, &options).0);
     let near = |row: &Row| row.commanded[2].is_some_and(|theta| theta.abs() < 0.004);
-    let model = model(&changed(&first, |_, row| near(row)), "angle_dependence");
+    let model = model(&first.with_rows(|_, row| near(row)), "angle_dependence");
     let rows = (0..second.samples.len()).map(|i| second.samples.row(i));
     let angle = |row: &Row| row.commanded[2].map_or(0.0, f64::abs);
     let there = rows.max_by(|a, b| angle(a).total_cmp(&angle(b)));
     let there = there.expect("a farthest pose");
-    let few = changed(&second, |i, row| {
+    let few = second.with_rows(|i, row| {
         let stays = near(row);
         if !stays {
             row.quadrature_counts = there.quadrature_counts;
@@ -110,7 +97,7 @@ fn a_gap_holds_what_equation_3_lacks_at_the_normal_amplitude() {
         }
         true
     };
-    let [first, second] = two(31, &[("gap_variation", 2.0e-6)]).map(|r| changed(&r, thirds));
+    let [first, second] = two(31, &[("gap_variation", 2.0e-6)]).map(|r| r.with_rows(thirds));
     let model = model(&first, "gap_variation");
     let claimed = model.claimed.whitened_after;
     assert!(claimed < 1.1, "{claimed}");
@@ -134,7 +121,7 @@ fn grown(right_beside_mean_k: f64) -> Diagnosis {
     let mean = |list: Vec<f64>| list.iter().sum::<f64>() / list.len() as f64;
     let mean_c = mean(rows().filter_map(|row| row.temperature_c).collect());
     let middle_m = mean(rows().filter_map(|row| row.reference[0]).collect());
-    let recording = changed(&still, |_, row| {
+    let recording = still.with_rows(|_, row| {
         let warmth_k = row.temperature_c.expect("recorded") - mean_c;
         let growth = 8.0e-6 * (warmth_k - right_beside_mean_k);
         // The teeth move, and with them what repeats from tooth to tooth.
@@ -167,7 +154,7 @@ fn what_scatters_in_fast_motion_alone_is_no_noise() {
     let still = rig::record(41, &[], &options).0;
     let mut dice = rig::Dice(7);
     let late = |constant: bool, dice: &mut rig::Dice| {
-        changed(&still, |i, row| {
+        still.with_rows(|i, row| {
             let before = still.samples.row(i.max(1) - 1);
             let after = still.samples.row(i.max(1));
             for (s, place) in row.position_m.iter_mut().enumerate() {
@@ -196,7 +183,7 @@ fn a_drift_is_told_by_a_temperature_that_is_read_now_and_then() {
         ..rig::Options::default()
     };
     let whole = rig::record(54, &[("thermal_drift", 2.0e-6)], &options).0;
-    let sparse = changed(&whole, |i, row| {
+    let sparse = whole.with_rows(|i, row| {
         row.temperature_c = row.temperature_c.filter(|_| i % 20 == 0);
         true
     });

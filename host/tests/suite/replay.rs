@@ -143,17 +143,10 @@ type Change = fn(usize, &mut Row);
 /// Replays a scatter of poses with every row changed.
 fn replay_changed(name: &str, change: Change) -> Ran {
     let folder = tempfile::tempdir().unwrap();
-    let right = scatter(6.0);
-    let mut samples = Samples::default();
-    for index in 0..right.samples.len() {
-        let mut row = right.samples.row(index);
-        change(index, &mut row);
-        samples.push(&row);
-    }
-    let wrong = Recording {
-        samples,
-        ..right.clone()
-    };
+    let wrong = scatter(6.0).with_rows(|index, row| {
+        change(index, row);
+        true
+    });
     let path = folder.path().join(name);
     wrong.write(&path, Existing::Refuse).unwrap();
     courier(&["replay", path.to_str().unwrap(), "--json"])

@@ -7,7 +7,7 @@ use hal_sim::courier::Courier;
 use hal_sim::presets;
 use hal_sim::record::record;
 use hal_sim::trajectory::{OpenLoop, Plan};
-use recording::{Existing, Recording, Row, Samples};
+use recording::{Existing, Recording};
 use std::path::Path;
 
 const SWAPPED: &str = "segment 1 follows y, segment 2 follows x";
@@ -23,20 +23,6 @@ fn right() -> Recording {
     record(&mut courier, &plan, false)
 }
 
-/// The recording with every row changed.
-fn with(recording: &Recording, change: impl Fn(&mut Row)) -> Recording {
-    let mut samples = Samples::default();
-    for i in 0..recording.samples.len() {
-        let mut row = recording.samples.row(i);
-        change(&mut row);
-        samples.push(&row);
-    }
-    Recording {
-        samples,
-        ..recording.clone()
-    }
-}
-
 fn write(recording: &Recording, folder: &Path, name: &str) {
     recording
         .write(folder.join(name), Existing::Refuse)
@@ -47,9 +33,10 @@ fn write(recording: &Recording, folder: &Path, name: &str) {
 fn exchanged_segments_are_refused_wherever_a_recording_is_read() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();
-    let swapped = with(&right(), |row| {
+    let swapped = right().with_rows(|_, row| {
         row.quadrature_counts.swap(0, 1);
         row.teeth.swap(0, 1);
+        true
     });
     write(&swapped, folder, "swapped");
     let model = Model {

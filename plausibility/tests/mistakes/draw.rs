@@ -175,23 +175,14 @@ fn thinned(whole: &Recording, stride: usize, needs: &Needs) -> Recording {
 
 /// The first rows alone.
 pub fn cut(whole: &Recording, rows: usize) -> Recording {
-    let mut samples = Samples::default();
-    (0..rows.min(whole.samples.len())).for_each(|k| samples.push(&whole.samples.row(k)));
-    Recording {
-        meta: whole.meta.clone(),
-        samples,
-        warnings: Vec::new(),
-    }
+    whole.with_rows(|k, _| k < rows)
 }
 
 /// Lets a segment's counter slip by a tooth in the middle.
 pub fn slip(whole: &mut Recording, segment: usize) {
-    let mut samples = Samples::default();
     let middle = whole.samples.len() / 2;
-    for k in 0..whole.samples.len() {
-        let mut row = whole.samples.row(k);
+    *whole = whole.with_rows(|k, row| {
         row.teeth[segment] = row.teeth[segment].map(|n| n + i32::from(k >= middle));
-        samples.push(&row);
-    }
-    whole.samples = samples;
+        true
+    });
 }

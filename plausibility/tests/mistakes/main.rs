@@ -4,12 +4,11 @@ mod draw;
 mod kinds;
 
 use draw::Needs;
-use kinds::{KINDS, made, recognised};
+use kinds::{Mistake, all, made, recognised};
 use plausibility::check;
 
-/// Of how many recordings a kind's are recognised; each that is not is printed.
-fn found(kind: usize, seeds: std::ops::Range<u64>) -> usize {
-    let mistake = &KINDS[kind];
+/// Of how many recordings a kind's are recognised; each that is not is printed. The kind's number makes its seeds its own.
+fn found((kind, mistake): (usize, &Mistake), seeds: std::ops::Range<u64>) -> usize {
     let mut count = 0;
     for seed in seeds {
         let right = draw::recording(1000 * kind as u64 + seed, mistake.needs, 2);
@@ -63,17 +62,19 @@ fn asked(name: &str, otherwise: u64) -> u64 {
 
 #[test]
 fn each_kind_is_recognised_once() {
-    let missed: Vec<&str> = (0..KINDS.len())
+    let kinds = all().into_iter().enumerate();
+    let missed: Vec<&str> = kinds
         .filter(|kind| found(*kind, 0..1) != 1)
-        .map(|kind| KINDS[kind].name)
+        .map(|(_, mistake)| mistake.name)
         .collect();
     assert_eq!(missed, [""; 0]);
 }
 
-/// The kind of this name.
-fn kind(name: &str) -> usize {
-    let place = KINDS.iter().position(|kind| kind.name == name);
-    place.unwrap_or_else(|| panic!("no kind {name}"))
+/// The kind of this name, and its number.
+fn kind(name: &str) -> (usize, &'static Mistake) {
+    let mut kinds = all().into_iter().enumerate();
+    let found = kinds.find(|(_, mistake)| mistake.name == name);
+    found.unwrap_or_else(|| panic!("no kind {name}"))
 }
 
 /// Wires are exchanged and a counter slips by a tooth: the slip is seen whatever the wires are.
@@ -84,7 +85,7 @@ fn a_slip_hides_no_mistake() {
         "sine and cosine of segment 4 exchanged",
         "reference in inches",
     ] {
-        let mistake = &KINDS[kind(name)];
+        let (_, mistake) = kind(name);
         let mut right = draw::recording(31, mistake.needs, 0);
         draw::slip(&mut right, 1);
         assert_eq!(check(&right), [], "{name}");
@@ -122,12 +123,18 @@ fn nothing_is_told_of_right_recordings() {
 fn every_kind_is_recognised_five_times() {
     let seed = asked("PLAUSIBILITY_SEED", 100);
     let count = asked("PLAUSIBILITY_COUNT", 5);
-    let recognised: usize = (0..KINDS.len())
-        .map(|kind| found(kind, seed..seed + count))
+    let kinds = all();
+    let asked_for = kinds.len() * count as usize;
+    let recognised: usize = kinds
+        .iter()
+        .enumerate()
+        .map(|(number, mistake)| found((number, mistake), seed..seed + count))
         .sum();
-    let all = KINDS.len() * count as usize;
-    println!("{recognised} of {all} recognised, {} kinds", KINDS.len());
-    assert_eq!(recognised, all);
+    println!(
+        "{recognised} of {asked_for} recognised, {} kinds",
+        kinds.len()
+    );
+    assert_eq!(recognised, asked_for);
 }
 
 #[test]

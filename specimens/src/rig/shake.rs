@@ -1,24 +1,20 @@
 //! A recording under a beacon that vibrates, or of a segment that hums.
 
-use recording::{Recording, Row, Samples};
+use recording::{Recording, Row};
 use std::f64::consts::TAU;
 
 /// Every row changed by a wave that turns `turns` from one sample to the next where the courier moves; `change` is told its value
 /// and the progress of the recording (0 to 1).
 fn waving(recording: &Recording, turns: f64, change: impl Fn(&mut Row, f64, f64)) -> Recording {
-    let mut out = recording.clone();
-    out.samples = Samples::default();
     let time = |i: usize| recording.samples.row(i).t_s;
     let last = recording.samples.len() - 1;
     let hz = turns / (time(last) - time(last - 1));
-    for i in 0..=last {
-        let mut row = recording.samples.row(i);
+    recording.with_rows(|_, row| {
         let progress = (row.t_s - time(0)) / (time(last) - time(0));
         let wave = (TAU * hz * row.t_s).sin();
-        change(&mut row, wave, progress);
-        out.samples.push(&row);
-    }
-    out
+        change(row, wave, progress);
+        true
+    })
 }
 
 /// The beacon swings along x by `size` of full scale, which may change with the progress of the recording.

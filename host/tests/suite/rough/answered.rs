@@ -1,6 +1,6 @@
 //! What is unusual but no hindrance: other rates, jumps in time, missing and unknown columns, positions instead of counts.
 
-use super::field::{LATERAL, courier, diagnose, diagnose_text, rows, sound, times, with_lateral};
+use super::field::{LATERAL, courier, diagnose, diagnose_text, sound, times, with_lateral};
 use recording::{Recording, Row};
 use std::f64::consts::TAU;
 
@@ -57,7 +57,7 @@ fn columns_that_are_missing_or_unknown() {
         row.commanded = [None; 3];
         true
     };
-    answered(|of| rows(of, |_, row| bare(row)));
+    answered(|of| of.with_rows(|_, row| bare(row)));
     let told = diagnose_text(&sound(), |table| {
         let lines: Vec<String> = table
             .lines()
@@ -79,7 +79,7 @@ fn columns_that_are_missing_or_unknown() {
 #[test]
 fn part_of_the_channels() {
     let no_beacon = |of: &Recording| {
-        rows(of, |_, row| {
+        of.with_rows(|_, row| {
             row.electrode_counts = None;
             true
         })
@@ -87,7 +87,7 @@ fn part_of_the_channels() {
     assert_eq!(diagnose(&no_beacon(&sound())).verdict(), "no_gap");
     diagnose(&no_beacon(&with_lateral())).names_only(&[LATERAL]);
     answered(|of| {
-        rows(of, |i, row| {
+        of.with_rows(|i, row| {
             if i % 3 == 0 {
                 (row.quadrature_counts[0], row.teeth[0]) = (None, None);
             }
@@ -100,7 +100,7 @@ fn part_of_the_channels() {
 fn positions_instead_of_counts() {
     let logged = |of: &Recording, digits: f64| {
         let (pitch_m, electronics) = (of.meta.geometry.pitch_m, of.meta.electronics);
-        let mut out = rows(of, |_, row| {
+        let mut out = of.with_rows(|_, row| {
             for s in 0..4 {
                 let p = recording::unmodified_m(
                     row.teeth[s].unwrap(),
@@ -134,7 +134,7 @@ fn two_causes_that_this_motion_does_not_tell_apart() {
         *lengths.entry(run(&whole.samples.row(i))).or_insert(0) += 1;
     }
     let passed = std::cell::RefCell::new(std::collections::HashMap::new());
-    let steady = rows(&whole, |_, row| {
+    let steady = whole.with_rows(|_, row| {
         let mut passed = passed.borrow_mut();
         let place = passed.entry(run(row)).or_insert(0);
         *place += 1;
@@ -167,8 +167,8 @@ fn two_causes_that_this_motion_does_not_tell_apart() {
 /// The answer has the keys of diagnosis.md and no others, whatever the verdict.
 #[test]
 fn keys_to_the_letter() {
-    let short = rows(&sound(), |i, _| i < 100);
-    let tripled = rows(&sound(), |_, row| {
+    let short = sound().with_rows(|i, _| i < 100);
+    let tripled = sound().with_rows(|_, row| {
         // An error that no catalogue has: with the square of the angle.
         let theta = row.commanded[2].unwrap_or(0.0);
         let shift = (2.0e4 * theta * theta).round() as i32;

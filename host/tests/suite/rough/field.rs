@@ -1,7 +1,7 @@
 //! Recordings of the rig, changed row by row or line by line, and what the command says of them.
 
 use crate::common::{Ran, courier_in, json_in};
-use recording::{Existing, Recording, Row, Samples};
+use recording::{Existing, Recording};
 use serde_json::Value;
 use specimens::rig;
 use tempfile::TempDir;
@@ -30,24 +30,9 @@ pub fn with_lateral() -> Recording {
     courier(32, &[(LATERAL, 2.0e-6)], false)
 }
 
-/// The recording with each row changed, or left out where that is false.
-pub fn rows(of: &Recording, change: impl Fn(usize, &mut Row) -> bool) -> Recording {
-    let mut samples = Samples::default();
-    for i in 0..of.samples.len() {
-        let mut row = of.samples.row(i);
-        if change(i, &mut row) {
-            samples.push(&row);
-        }
-    }
-    Recording {
-        samples,
-        ..of.clone()
-    }
-}
-
 /// The same with other times.
 pub fn times(of: &Recording, time_s: impl Fn(usize, f64) -> f64) -> Recording {
-    rows(of, |i, row| {
+    of.with_rows(|i, row| {
         row.t_s = time_s(i, row.t_s);
         true
     })

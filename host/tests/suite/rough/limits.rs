@@ -1,12 +1,12 @@
 //! Too little motion, too few samples, one run, dead and clipped channels: `insufficient_data` with the limit.
 
-use super::field::{diagnose, rows, sound, with_lateral};
+use super::field::{diagnose, sound, with_lateral};
 use recording::{Recording, Row};
 
 /// Both couriers must be told to be insufficient after the same change.
 fn insufficient(change: impl Fn(usize, &mut Row) -> bool, words: &[&str]) {
     for of in [sound(), with_lateral()] {
-        diagnose(&rows(&of, &change)).insufficient(words);
+        diagnose(&of.with_rows(&change)).insufficient(words);
     }
 }
 
@@ -81,7 +81,7 @@ fn dead_and_frozen_channels() {
     let sound = sound();
     let stuck = sound.samples.row(900);
     let (counts, teeth) = (stuck.quadrature_counts[2], stuck.teeth[2]);
-    let frozen = rows(&sound, |i, row| {
+    let frozen = sound.with_rows(|i, row| {
         if i > 900 {
             (row.quadrature_counts[2], row.teeth[2]) = (counts, teeth);
         }
@@ -110,7 +110,7 @@ fn dead_electrodes() {
 fn clipped_throughout() {
     let clipped = |of: &Recording, level: f64| {
         let top = level * of.meta.electronics.amplitude_counts.unwrap();
-        rows(of, |_, row| {
+        of.with_rows(|_, row| {
             row.quadrature_counts[1] =
                 row.quadrature_counts[1].map(|p| p.map(|v| v.clamp(-top, top)));
             true

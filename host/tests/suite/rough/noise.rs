@@ -1,6 +1,6 @@
 //! Stated noise that is wrong by a factor of ten either way: said so, and no other name for it.
 
-use super::field::{LATERAL, diagnose, rows, sound, with_lateral};
+use super::field::{LATERAL, diagnose, sound, with_lateral};
 use recording::Recording;
 
 fn stated(of: &Recording, factor: f64) -> Recording {
@@ -40,7 +40,7 @@ fn ten_times_too_little() {
 #[test]
 fn separate_poses_do_not_show_noise() {
     for of in [sound(), with_lateral()] {
-        let halves = rows(&of, |i, row| {
+        let halves = of.with_rows(|i, row| {
             let keep = row.run == "scatter";
             row.run = if i % 600 < 300 { "one" } else { "other" };
             keep

@@ -1,11 +1,11 @@
 //! A reference with an error of its own: periodic, stuck, late, or logged with few digits. The sensor is not blamed.
 
-use super::field::{courier, diagnose, rows};
+use super::field::{courier, diagnose};
 use recording::Recording;
 use std::f64::consts::TAU;
 
 fn moved(of: &Recording, error_m: impl Fn(f64) -> f64) -> Recording {
-    rows(of, |_, row| {
+    of.with_rows(|_, row| {
         for axis in 0..2 {
             row.reference[axis] = row.reference[axis].map(|x| x + error_m(x));
         }
@@ -35,7 +35,7 @@ fn a_coarse_stuck_or_late_reference() {
     let sound = courier(34, &[], true);
     let coarse = moved(&sound, |x| (x * 1e5).round() * 1e-5 - x);
     let stuck = moved(&sound, |x| 0.05 - x);
-    let late = rows(&sound, |i, row| {
+    let late = sound.with_rows(|i, row| {
         row.reference = sound.samples.row(i.saturating_sub(1)).reference;
         true
     });
@@ -48,7 +48,7 @@ fn a_coarse_stuck_or_late_reference() {
 #[test]
 fn one_segment_alone() {
     let sound = courier(34, &[], true);
-    let alone = rows(&sound, |_, row| {
+    let alone = sound.with_rows(|_, row| {
         for s in 1..4 {
             (row.quadrature_counts[s], row.teeth[s]) = (None, None);
         }
