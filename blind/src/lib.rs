@@ -25,8 +25,8 @@ pub use words::{Words, confusion, detection, effects, matrix, row, shrinkage};
 
 use diagnosis::design::assembly::Options;
 use diagnosis::selection::limits::VISIBLE_GAP_RATIO;
-use diagnosis::transfer::model::{Model, check};
 use diagnosis::verdict::answer::{Diagnosis, Verdict};
+use diagnosis::{Model, check};
 use diagnosis::{diagnose as diagnose_recording, diagnose_fully};
 use effects::Card;
 use rayon::prelude::*;

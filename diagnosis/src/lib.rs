@@ -88,7 +88,8 @@ pub mod trace;
 
 pub use design::assembly::Options;
 pub use selection::{Answer, diagnose, diagnose_fully, diagnose_watched};
-pub use transfer::model::{Check, Checked, Model, check, check_fully, check_watched};
+pub use transfer::check::{Check, Checked, check, check_fully, check_watched};
+pub use transfer::model::Model;
 pub use verdict::answer::{Diagnosis, HeldOut, Verdict};
 
 /// The recording cannot answer: the limit that it violates, and both numbers.
