@@ -1,12 +1,12 @@
 //! For tests: columns and a target of which everything is known.
 
-use crate::algebra::symmetric::Symmetric;
 use crate::data::folds::FOLDS;
 use crate::design::errors_in_variables::ErrorsInVariables;
 use crate::design::gram::{Columns, Gram};
 use crate::inference::cross_validation::CrossValidation;
 use effects::random::{ChaCha8Rng, SeedableRng};
 use effects::sensor::Regressor;
+use normal_equations::symmetric::Symmetric;
 
 /// Rows a fold.
 const ROWS: usize = 400;

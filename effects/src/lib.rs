@@ -16,7 +16,6 @@ pub mod rails;
 pub mod random;
 pub mod sensor;
 pub mod shape;
-pub mod teeth;
 mod tooth_regressors;
 pub mod unlisted;
 

@@ -151,7 +151,7 @@ pub struct BasisInputs {
     pub unmodified: bool,
     /// Teeth that a field over the platen is told by, where they are few enough.
     #[serde(default)]
-    pub teeth: Option<crate::teeth::Teeth>,
+    pub teeth: Option<tooth_field::Teeth>,
     /// Beside skewed rulings, what is periodic goes with the place over the platen and not with the teeth.
     #[serde(default)]
     pub skew_moves: bool,

@@ -3,16 +3,16 @@
 use crate::covariates::Covariates;
 use crate::over::{Over, Seat};
 use crate::sensor::{READINGS, Regressor};
-use crate::teeth::Teeth;
+use tooth_field::Teeth;
 
 /// One amount a tooth and a line, m.
 #[must_use]
 pub fn tooth_regressors(teeth: &Teeth, pitch_m: f64, size_m: f64) -> Vec<Regressor> {
     let mut list = Vec::new();
-    let (aperture, step) = (teeth.aperture, teeth.step_pitches);
+    let (lattice, step) = (teeth.lattice(), teeth.step_pitches);
     let place = move |m: &Covariates, segment: usize| m.place_m[segment].map(|p| p / pitch_m);
-    let reach_m = aperture.half_pitches.map(|half| half * pitch_m);
-    let (tooth, line) = if step == [1.0; 2] {
+    let reach_m = teeth.aperture.half_pitches.map(|half| half * pitch_m);
+    let (tooth, lines) = if step == [1.0; 2] {
         ("tooth", "line")
     } else {
         ("teeth about", "lines about")
@@ -21,36 +21,26 @@ pub fn tooth_regressors(teeth: &Teeth, pitch_m: f64, size_m: f64) -> Vec<Regress
         let over = |place: [f64; 2]| {
             Over::about(Seat::Pair(direction), place.map(|p| p * pitch_m), reach_m)
         };
-        for &[i, j] in &teeth.posts[direction] {
-            let (i_f, j_f) = (f64::from(i) * step[0], f64::from(j) * step[1]);
-            let share = move |m: &Covariates, segment: usize| {
-                let [along, across] = place(m, segment);
-                let along = aperture.weight(0, along - i_f);
-                if along == 0.0 {
-                    0.0
-                } else {
-                    along * aperture.weight(1, across - j_f)
-                }
-            };
+        for &node in &teeth.posts[direction] {
+            let share =
+                move |m: &Covariates, segment: usize| lattice.weight(node, place(m, segment));
+            let [along, across] = lattice.place_of(node);
             let name = format!(
                 "{tooth} {} along, {} across, displaced along {axis}",
-                told(i_f),
-                told(j_f)
+                told(along),
+                told(across)
             );
             list.push(
                 both(name, size_m, teeth.deviation_m[0], direction, share)
-                    .only_over(over([i_f, j_f])),
+                    .only_over(over([along, across])),
             );
         }
-        for &i in &teeth.lines[direction] {
-            let share = move |m: &Covariates, segment: usize| {
-                aperture.weight(0, place(m, segment)[0] - f64::from(i) * step[0])
-            };
-            let name = format!(
-                "{line} {}, displaced along {axis}",
-                told(f64::from(i) * step[0])
-            );
-            let along_m = f64::from(i) * step[0] * pitch_m;
+        for &line in &teeth.lines[direction] {
+            let share =
+                move |m: &Covariates, segment: usize| lattice.line_weight(line, place(m, segment));
+            let [along, _] = lattice.place_of([line, 0]);
+            let name = format!("{lines} {}, displaced along {axis}", told(along));
+            let along_m = along * pitch_m;
             let reach_m = [reach_m[0], f64::INFINITY];
             list.push(
                 both(name, size_m, teeth.deviation_m[1], direction, share).only_over(Over::about(

@@ -128,76 +128,23 @@ impl PlantEffect for ToothVariation {
 pub mod sensor_side {
     use crate::over::{Over, Seat};
     use crate::sensor::{Covariates, Regressor, BasisInputs};
-    pub use crate::teeth::{reach, share};
     use crate::tooth_regressors::tooth_regressors;
+    use tooth_field::values::{between, innovations};
+    use tooth_field::{Kernel, Lattice, MeshKernel};
 
     /// Prior size of the field, rms m.
     const SIZE_M: f64 = 3.0e-6;
 
-    /// The same in both directions, of a place in knot widths.
-    fn seen(place_m: [f64; 2], step_m: f64, pitch_m: f64, [i, j]: [f64; 2]) -> f64 {
-        let (along, across) = (place_m[0] / step_m - i, place_m[1] / step_m - j);
-        let step = step_m / pitch_m;
-        let reach = f64::from(reach(step));
-        if along.abs() >= reach || across.abs() >= reach {
-            return 0.0;
-        }
-        share(along, step) * share(across, step)
-    }
-
-    /// Prior deviation of one displacement, m: independent ones add up to the field's size.
-    fn deviation_m(step_pitches: f64) -> f64 {
-        let reach = reach(step_pitches);
-        let squares = (-reach..=reach).map(|k| share(f64::from(k), step_pitches).powi(2));
-        SIZE_M / squares.sum::<f64>()
-    }
-
-    /// Share of its power that a field may have besides what the aperture allows: its edges and its teeth are not quite alike.
-    const ROUGH: f64 = 1.0e-3;
-
-    /// One direction of a field that is told by its values so many pitches apart: for each, what it adds to those after it beyond
-    /// what the ones before it tell, over the field's deviation. They are the columns of the Cholesky factor of the values'
-    /// correlation, which follows from the aperture: independent amounts of unit deviation give the field that independent
-    /// teeth do.
-    fn innovations(count: usize, step_pitches: f64) -> Vec<Vec<f64>> {
-        let reach = reach(step_pitches);
-        let at = |k: i32| share(f64::from(k), step_pitches);
-        let overlap = |lag: usize| (-reach..=reach).map(|k| at(k) * at(k + lag as i32)).sum::<f64>();
-        let whole = overlap(0);
-        let mut columns = vec![vec![0.0; count]; count];
-        for column in 0..count {
-            for row in column..count {
-                let known: f64 = columns[..column].iter().map(|c| c[row] * c[column]).sum();
-                let rest = overlap(row - column) / whole - known;
-                columns[column][row] = if row == column {
-                    (rest + ROUGH).max(ROUGH).sqrt()
-                } else {
-                    rest / columns[column][column]
-                };
-            }
-        }
-        columns
-    }
-
     /// Most values along one side of a rectangle: more are of no recording.
     const LONGEST: usize = 512;
-
-    /// Between values a unit apart; at the nearest beyond them.
-    fn between(values: &[f64], at: f64) -> f64 {
-        let last = values.len() - 1;
-        let at = at.clamp(0.0, last as f64);
-        let first = at as usize;
-        let part = at - first as f64;
-        (1.0 - part) * values[first] + part * values[(first + 1).min(last)]
-    }
 
     /// A segment's field by its values on a rectangle of the mesh, `from` one corner `to` the other.
     fn by_value(inputs: &BasisInputs, s: usize, from: [i32; 2], to: [i32; 2], list: &mut Vec<Regressor>) {
         let step_m = inputs.knot_step_m;
-        let step = step_m / inputs.pitch_m;
+        let kernel = MeshKernel { step_pitches: step_m / inputs.pitch_m };
         let [along, across] = [0, 1].map(|d| {
             let count = to[d].saturating_sub(from[d]).saturating_add(1);
-            innovations(usize::try_from(count).unwrap_or(0).min(LONGEST), step)
+            innovations(&kernel, usize::try_from(count).unwrap_or(0).min(LONGEST))
         });
         for (i, along) in along.iter().enumerate() {
             for (j, across) in across.iter().enumerate() {
@@ -232,8 +179,12 @@ pub mod sensor_side {
         if step_m <= 0.0 {
             return list;
         }
-        let deviation_m = deviation_m(step_m / pitch_m);
-        let reach_m = f64::from(reach(step_m / pitch_m)) * step_m;
+        let kernel = MeshKernel { step_pitches: step_m / pitch_m };
+        let lattice = Lattice { kernel, step_pitches: [kernel.step_pitches; 2] };
+        // Independent displacements add up to the field's size.
+        let deviation_m = SIZE_M / lattice.deviation_by_nodes();
+        let reach_m = kernel.half_pitches(0) * pitch_m;
+        let seen = move |place_m: [f64; 2], node| lattice.weight(node, place_m.map(|p| p / pitch_m));
         for s in 0..4 {
             if inputs.field_by_value {
                 if let (Some(from), Some(to)) = (inputs.knots[s].first(), inputs.knots[s].last()) {
@@ -241,46 +192,21 @@ pub mod sensor_side {
                 }
                 continue;
             }
-            for &[i, j] in &inputs.knots[s] {
-                let node = [f64::from(i), f64::from(j)];
+            for &node in &inputs.knots[s] {
+                let [i, j] = node;
                 let one = if inputs.reference || inputs.field_by_segment {
                     let name = format!("node {i} along, {j} across, segment {}", s + 1);
-                    Regressor::reading(name, "m", SIZE_M, s, move |m| seen(m.place_m[s], step_m, pitch_m, node))
+                    Regressor::reading(name, "m", SIZE_M, s, move |m| seen(m.place_m[s], node))
                 } else {
                     let name = format!("node {i} along x, {j} along y, {}", ["g_p", "g_x", "g_y", ""][s]);
-                    Regressor::channel(name, "m", SIZE_M, s, move |m| seen(m.centre_m, step_m, pitch_m, node))
+                    Regressor::channel(name, "m", SIZE_M, s, move |m| seen(m.centre_m, node))
                 };
                 let seat = if inputs.reference || inputs.field_by_segment { Seat::Segment(s) } else { Seat::Centre };
-                let over = Over::about(seat, node.map(|n| n * step_m), [reach_m; 2]);
+                let over = Over::about(seat, node.map(|n| f64::from(n) * step_m), [reach_m; 2]);
                 list.push(one.of_deviation(deviation_m).only_over(over));
             }
         }
         list
-    }
-
-    #[cfg(test)]
-    mod tests {
-        use super::*;
-
-        /// Values and teeth are two ways to write the same field: two places go together alike in both.
-        #[test]
-        fn values_go_together_as_sums_of_teeth_do() {
-            for step in [0.25, 0.5, 1.0] {
-                let columns = innovations(14, step);
-                let reach = reach(step);
-                let teeth = |a: f64, b: f64| -> f64 {
-                    let knots = -reach - 1..=reach + 14;
-                    knots.map(|n| share(a - f64::from(n), step) * share(b - f64::from(n), step)).sum()
-                };
-                let values = |a: f64, b: f64| -> f64 {
-                    columns.iter().map(|c| between(c, a) * between(c, b)).sum()
-                };
-                for (a, b) in [(0.0, 0.0), (3.0, 5.0), (2.5, 2.5), (7.3, 9.8), (0.4, 12.9)] {
-                    let wanted = teeth(a, b) / teeth(3.0, 3.0);
-                    assert!((values(a, b) - wanted).abs() <= 2.0 * ROUGH, "{step} {a} {b}: {wanted}");
-                }
-            }
-        }
     }
 }
 

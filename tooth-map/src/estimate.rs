@@ -3,7 +3,7 @@
 use super::anchor::Anchor;
 use super::constraint::{Noise, linear};
 use super::fit::{Fit, Problem};
-use super::lattice;
+use super::lattice::{self, FIELD};
 use super::model::places;
 use super::patch::{Patch, crop};
 use super::pose::{Setup, TeethPose};
@@ -36,9 +36,6 @@ const FIRST: Noise = Noise {
     segment_m: 2.0e-6,
     displacement_m: 3.0e-6,
 };
-/// Deviation of a field of independent nodes over theirs, mean over a cell: (151 / 315) squared is the mean square of the weights.
-const FIELD_SHARE: f64 = 0.479;
-
 /// What the estimation rests on and how good it is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
@@ -280,7 +277,7 @@ fn patch(problem: &Problem, fit: &Fit, direction: usize) -> Patch {
         let line = fit.values[unknowns.line(direction) + node / row];
         fit.values[unknowns.field(direction) + node] + line - mean_m
     };
-    let limit_m = TRUSTED_SHARE * FIELD_SHARE * NODE_M;
+    let limit_m = TRUSTED_SHARE * FIELD.deviation_by_nodes() * NODE_M;
     Patch {
         grid,
         // `as` saturates; 32 um is eight prior deviations.

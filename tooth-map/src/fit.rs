@@ -1,11 +1,19 @@
-//! Gauss-Newton in f64: sparse rows into the normal matrix, priors beside them, Cholesky. With columns brought to equal length its
-//! condition number is some 1e8 at most: half of f64's digits remain.
+//! Gauss-Newton in f64: rows into normal equations, chunk by chunk and place by place, with the priors beside them. Unknowns are counted
+//! in deviations of their priors. With columns brought to equal length the condition number is some 1e8 at most: half of f64's digits
+//! remain, whatever the columns' length, as a Cholesky factor does not depend on it (Demmel 1989).
 
 use super::constraint::{Linear, Noise, linear};
 use super::pose::{Setup, TeethPose};
 use super::unknowns::Unknowns;
 use anyhow::{Context, Result};
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
+use courier_sensor::equations::middle;
+use nalgebra::{DMatrix, DVector, Vector3};
+use normal_equations::cholesky::Factor;
+use normal_equations::products::RowBuffer;
+use normal_equations::symmetric::Symmetric;
+use normal_equations::unit_priors;
+use rayon::prelude::*;
+use tooth_field::order_of_places;
 
 /// Passes of one fit, at most.
 const PASSES: usize = 12;
@@ -13,6 +21,12 @@ const PASSES: usize = 12;
 const SETTLED: f64 = 1.0e-6;
 /// Longer whitened misclosures count less (Huber 1964).
 const FULL_WEIGHT: f64 = 4.0;
+/// Equations of a pose: equation (5) and the two of equation (11).
+const ROWS: usize = 3;
+/// Poses that are turned into rows at once.
+const CHUNK: usize = 64;
+/// Sums that are formed side by side: the same number on every machine, so that the last digit is.
+const LANES: usize = 2;
 
 /// Values, and what determines them.
 pub struct Fit {
@@ -20,7 +34,8 @@ pub struct Fit {
     pub values: Vec<f64>,
     /// Noise that the weights follow.
     pub noise: Noise,
-    factor: Option<(Cholesky<f64, Dyn>, Vec<f64>)>,
+    /// Of the last fit's precision, and the prior deviations of its unknowns.
+    factor: Option<(Factor, Vec<f64>)>,
 }
 
 /// What a fit is of.
@@ -56,73 +71,85 @@ impl Fit {
         let sd = problem.unknowns.deviations(problem.setup);
         let start = problem.unknowns.start(problem.setup);
         let free: Vec<usize> = (0..problem.unknowns.len()).filter(|i| free(*i)).collect();
+        let free_sd: Vec<f64> = free.iter().map(|i| sd[*i]).collect();
         for _ in 0..PASSES {
-            let (mut normal, mut right) = self.accumulate(problem, &free);
-            for (row, &i) in free.iter().enumerate() {
-                let weight = sd[i].powi(-2);
-                normal[(row, row)] += weight;
-                right[row] += (start[i] - self.values[i]) * weight;
-            }
-            let scale: Vec<f64> = (0..free.len())
-                .map(|i| normal[(i, i)].sqrt().recip())
-                .collect();
-            for i in 0..free.len() {
-                right[i] *= scale[i];
-                for j in 0..=i {
-                    normal[(i, j)] *= scale[i] * scale[j];
-                }
-            }
-            let factor = normal
-                .cholesky()
+            let sum = self.accumulate(problem, &free, &free_sd);
+            let last = free.len();
+            let normal = DMatrix::from_fn(last, last, |i, j| if i < j { 0.0 } else { sum[(i, j)] });
+            let right = DVector::from_fn(last, |row, _| sum[(row, last)]);
+            // The step that would lead back to where a fit starts.
+            let back = free.iter().map(|&i| (start[i] - self.values[i]) / sd[i]);
+            let solution = unit_priors::solve(normal, right, back)
                 .context("the poses: found a reading that is no number, wanted none")?;
-            let change = factor.solve(&right);
-            let mut largest = 0.0_f64;
-            for (row, &i) in free.iter().enumerate() {
-                let step = change[row] * scale[row];
-                self.values[i] += step;
-                largest = largest.max(step.abs() / sd[i]);
+            for (step, &i) in solution.values.iter().zip(&free) {
+                self.values[i] += step * sd[i];
             }
-            self.factor = Some((factor, scale));
+            self.factor = Some((solution.factor, free_sd.clone()));
             tick();
-            if largest < SETTLED {
+            if solution.values.amax() < SETTLED {
                 break;
             }
         }
         Ok(())
     }
 
-    /// Lower half of the normal matrix of the free unknowns, and its right side.
-    fn accumulate(&self, problem: &Problem, free: &[usize]) -> (DMatrix<f64>, DVector<f64>) {
-        let mut place = vec![usize::MAX; problem.unknowns.len()];
-        free.iter().enumerate().for_each(|(row, &i)| place[i] = row);
-        let mut normal = DMatrix::<f64>::zeros(free.len(), free.len());
-        let mut right = DVector::<f64>::zeros(free.len());
-        for pose in problem.poses {
-            let at = linear(problem.setup, problem.unknowns, &self.values, pose);
-            let whitening = at.whitening(&self.noise);
-            let misclosure = whitening * Vector3::from(at.g_m);
-            let length = misclosure.norm();
-            let root = if length > FULL_WEIGHT {
-                (FULL_WEIGHT / length).sqrt()
-            } else {
-                1.0
-            };
-            let rows: Vec<(usize, Vector3<f64>)> = at
-                .by
-                .iter()
-                .filter(|(i, _)| place[*i] != usize::MAX)
-                .map(|(i, by)| (place[*i], whitening * Vector3::from(*by) * root))
-                .collect();
-            for (i, row) in &rows {
-                right[*i] -= row.dot(&misclosure) * root;
-                for (j, other) in &rows {
-                    if j <= i {
-                        normal[(*i, *j)] += row.dot(other);
-                    }
+    /// Products of the free unknowns' columns, in prior deviations, with each other and with what is left, which is the last column.
+    fn accumulate(&self, problem: &Problem, free: &[usize], sd: &[f64]) -> Symmetric {
+        let width = free.len() + 1;
+        let mut column = vec![None; problem.unknowns.len()];
+        free.iter()
+            .enumerate()
+            .for_each(|(k, &i)| column[i] = Some(k));
+        let pitch_m = problem.setup.pitch_m;
+        let mut poses: Vec<&TeethPose> = problem.poses.iter().collect();
+        // Poses over the same teeth together: then few nodes act in a chunk.
+        poses.sort_by_cached_key(|pose| {
+            order_of_places(middle(&pose.outputs_m).map(|p| p / pitch_m))
+        });
+        let lane = |lane: usize| {
+            let mut sum = Symmetric::zeros(width);
+            let mut rows = RowBuffer::new(width, CHUNK * ROWS);
+            for chunk in poses.chunks(CHUNK).skip(lane).step_by(LANES) {
+                rows.clear();
+                for pose in chunk {
+                    self.add_rows(problem, pose, &column, sd, &mut rows);
                 }
+                rows.add_products(&mut sum);
+            }
+            sum
+        };
+        let lanes: Vec<Symmetric> = (0..LANES).into_par_iter().map(lane).collect();
+        let mut sum = Symmetric::zeros(width);
+        lanes.iter().for_each(|lane| sum += lane);
+        sum
+    }
+
+    /// A pose's whitened equations, weighted.
+    fn add_rows(
+        &self,
+        problem: &Problem,
+        pose: &TeethPose,
+        column: &[Option<usize>],
+        sd: &[f64],
+        rows: &mut RowBuffer,
+    ) {
+        let at = linear(problem.setup, problem.unknowns, &self.values, pose);
+        let whitening = at.whitening(&self.noise);
+        let misclosure = whitening * Vector3::from(at.g_m);
+        let length = misclosure.norm();
+        let root = if length > FULL_WEIGHT {
+            (FULL_WEIGHT / length).sqrt()
+        } else {
+            1.0
+        };
+        rows.extend(ROWS);
+        for (i, by) in &at.by {
+            if let Some(k) = column[*i] {
+                let white = whitening * Vector3::from(*by);
+                rows.add(k, white.as_slice(), root * sd[k]);
             }
         }
-        (normal, right)
+        rows.set(sd.len(), misclosure.as_slice(), -root);
     }
 
     /// The noise that the poses show, not below the stated: segments by g_p, displacements by what of g_x these leave. `spent` is the
@@ -157,9 +184,6 @@ impl Fit {
         for (i, value) in function {
             column[*i] += value * scale[*i];
         }
-        factor
-            .l_dirty()
-            .solve_lower_triangular(&column)
-            .map_or(f64::INFINITY, |half| half.norm())
+        factor.deviation(&column)
     }
 }

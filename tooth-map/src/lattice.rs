@@ -1,12 +1,13 @@
-//! A field over a patch of the platen: cubic B-spline, a node a pitch, the firmware's lattice (`courier_sensor::teeth`) in f64.
+//! A field over a patch of the platen as the firmware's lattice has it (`courier_sensor::teeth`): a rectangle of nodes, whose weights at
+//! a place are those of [`FIELD`].
 
 use courier_sensor::teeth::Grid;
+use tooth_field::{CubicSpline, Lattice};
 
+/// Weights of the nodes at a place: what the firmware applies, in f64.
+pub const FIELD: Lattice<CubicSpline> = Lattice::of_teeth(CubicSpline);
 /// Nodes about a place, either way.
 pub const SUPPORT: usize = 4;
-
-/// Node and weight of each of the sixteen about a place, nodes numbered from the field's first.
-pub type Weights = [(usize, f64); SUPPORT * SUPPORT];
 
 /// Smallest lattice that holds places within these bounds, pitches: `[lowest, highest]` along and across.
 pub fn covering(bounds: [[f64; 2]; 2]) -> Grid {
@@ -18,20 +19,26 @@ pub fn covering(bounds: [[f64; 2]; 2]) -> Grid {
     }
 }
 
-/// Weights at a place, pitches; none outside.
-pub fn weights(grid: &Grid, place: [f64; 2]) -> Option<Weights> {
-    let (i, along) = spline(place[0] - f64::from(grid.first_teeth[0]), grid.nodes[0])?;
-    let (j, aside) = spline(place[1] - f64::from(grid.first_teeth[1]), grid.nodes[1])?;
-    let row = usize::from(grid.nodes[1]);
-    Some(std::array::from_fn(|k| {
-        let (a, b) = (k / SUPPORT, k % SUPPORT);
-        ((i + a) * row + j + b, along[a] * aside[b])
-    }))
+/// The cell that a place is in, numbered as its first node; none where the lattice does not reach about it.
+pub fn cell(grid: &Grid, place: [f64; 2]) -> Option<usize> {
+    let first = |k: usize| {
+        let from_first = place[k].floor() - f64::from(grid.first_teeth[k]) - 1.0;
+        let last = f64::from(grid.nodes[k]) - SUPPORT as f64;
+        (0.0..=last)
+            .contains(&from_first)
+            .then_some(from_first as usize)
+    };
+    Some(first(0)? * usize::from(grid.nodes[1]) + first(1)?)
 }
 
-/// The cell that a place is in, numbered as its first node.
-pub fn cell(grid: &Grid, place: [f64; 2]) -> Option<usize> {
-    weights(grid, place).map(|weights| weights[0].0)
+/// Number of a node, across running fastest, and of its line. None outside.
+pub fn number(grid: &Grid, node: [i32; 2]) -> Option<(usize, usize)> {
+    let from_first = |k: usize| {
+        let count = usize::try_from(node[k].checked_sub(grid.first_teeth[k])?).ok()?;
+        (count < usize::from(grid.nodes[k])).then_some(count)
+    };
+    let line = from_first(0)?;
+    Some((line * usize::from(grid.nodes[1]) + from_first(1)?, line))
 }
 
 /// The middle of a cell, pitches; none where the lattice ends before it.
@@ -40,21 +47,6 @@ pub fn middle(grid: &Grid, cell: usize) -> Option<[f64; 2]> {
     let at = [cell / row, cell % row];
     let inside = (0..2).all(|k| at[k] + SUPPORT <= usize::from(grid.nodes[k]));
     inside.then(|| std::array::from_fn(|k| f64::from(grid.first_teeth[k]) + at[k] as f64 + 1.5))
-}
-
-fn spline(position: f64, nodes: u8) -> Option<(usize, [f64; SUPPORT])> {
-    if !(position >= 1.0 && position < f64::from(nodes) - 2.0) {
-        return None;
-    }
-    let cell = position.floor();
-    let t = position - cell;
-    let weights = [
-        (1.0 - t).powi(3),
-        3.0 * t.powi(3) - 6.0 * t * t + 4.0,
-        3.0 * (t + t * t - t.powi(3)) + 1.0,
-        t.powi(3),
-    ];
-    Some((cell as usize - 1, weights.map(|w| w / 6.0)))
 }
 
 #[cfg(test)]
@@ -67,28 +59,19 @@ mod tests {
         assert_eq!(grid.first_teeth, [-5, 9]);
         assert_eq!(grid.nodes, [12, 6]);
         for place in [[-3.2, 10.0], [4.9, 12.5], [0.3, 11.0]] {
-            let sum: f64 = weights(&grid, place).unwrap().iter().map(|w| w.1).sum();
-            assert!((sum - 1.0).abs() < 1e-12);
+            let first = cell(&grid, place).unwrap();
+            let mut numbers: Vec<usize> = FIELD
+                .nodes(place)
+                .map(|(node, _)| number(&grid, node).unwrap().0)
+                .collect();
+            numbers.sort_unstable();
+            assert_eq!(numbers.first(), Some(&first), "{place:?}");
         }
-        assert!(weights(&grid, [-4.1, 11.0]).is_none() && weights(&grid, [5.0, 11.0]).is_none());
+        assert!(cell(&grid, [-4.1, 11.0]).is_none() && cell(&grid, [5.0, 11.0]).is_none());
+        assert_eq!(number(&grid, [-5, 9]), Some((0, 0)));
+        assert_eq!(number(&grid, [6, 14]), Some((71, 11)));
+        assert!(number(&grid, [7, 9]).is_none() && number(&grid, [-5, 15]).is_none());
         let [i, j] = middle(&grid, cell(&grid, [0.3, 11.2]).unwrap()).unwrap();
         assert!((i - 0.5).abs() < 1e-12 && (j - 11.5).abs() < 1e-12);
-    }
-
-    /// A cubic B-spline of a linear function's values is that function.
-    #[test]
-    fn linear_fields_are_kept() {
-        let grid = covering([[0.0, 6.0], [0.0, 6.0]]);
-        let row = usize::from(grid.nodes[1]);
-        let node = |n: usize| 2.0 * (n / row) as f64 - 0.5 * (n % row) as f64;
-        for place in [[0.1, 5.7], [3.3, 2.2]] {
-            let value: f64 = weights(&grid, place)
-                .unwrap()
-                .iter()
-                .map(|(n, w)| w * node(*n))
-                .sum();
-            let wanted = 2.0 * (place[0] + 1.0) - 0.5 * (place[1] + 1.0);
-            assert!((value - wanted).abs() < 1e-9);
-        }
     }
 }

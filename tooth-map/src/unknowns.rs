@@ -1,6 +1,6 @@
 //! Order and priors of the unknowns.
 
-use super::lattice;
+use super::lattice::{self, FIELD};
 use super::pose::Setup;
 use courier_sensor::equations::OWN_ORDERS;
 use courier_sensor::frame::SEGMENTS;
@@ -95,19 +95,20 @@ impl Unknowns {
         self.field(2) + before
     }
 
-    /// A direction's field at a place as a function of the unknowns: nodes, and the lines they lie on.
+    /// A direction's field at a place as a function of the unknowns: nodes, and the lines they lie on. None outside the lattice.
     pub fn field_at(&self, direction: usize, place: [f64; 2]) -> Option<Vec<(usize, f64)>> {
         let grid = &self.grids[direction];
-        let weights = lattice::weights(grid, place)?;
-        let row = usize::from(grid.nodes[1]);
-        let nodes = weights
-            .iter()
-            .map(|(node, w)| (self.field(direction) + node, *w));
-        let lines = weights.chunks(lattice::SUPPORT).map(|line| {
-            let along = line.iter().map(|(_, w)| w).sum();
-            (self.line(direction) + line[0].0 / row, along)
-        });
-        Some(nodes.chain(lines).collect())
+        lattice::cell(grid, place)?;
+        let mut entries = Vec::with_capacity(lattice::SUPPORT * (lattice::SUPPORT + 1));
+        for (node, weight) in FIELD.nodes(place) {
+            let (node, _) = lattice::number(grid, node)?;
+            entries.push((self.field(direction) + node, weight));
+        }
+        for (line, weight) in FIELD.lines(place) {
+            let (_, line) = lattice::number(grid, [line, grid.first_teeth[1]])?;
+            entries.push((self.line(direction) + line, weight));
+        }
+        Some(entries)
     }
 
     /// How many.

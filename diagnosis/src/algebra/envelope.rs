@@ -1,7 +1,7 @@
 //! Cholesky's factor of a matrix whose rows begin late: left of a row's first entry there is nothing, and nothing comes there
 //! (Jennings 1966). A band with a border of full rows costs little more than the band.
 
-use crate::algebra::symmetric::dot;
+use normal_equations::symmetric::dot;
 
 /// The factor, row by row from each row's first entry to the diagonal.
 pub struct Envelope {

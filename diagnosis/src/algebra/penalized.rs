@@ -1,8 +1,8 @@
 //! Sparse rows fitted by least squares with a prior, and what such a fit leaves on pieces that it has not seen.
 
 use crate::algebra::envelope::Envelope;
-use crate::algebra::symmetric::dot;
 use crate::data::folds::FOLDS;
+use normal_equations::symmetric::dot;
 
 /// One value and the few columns that it depends on.
 #[derive(Clone, Debug, Default)]

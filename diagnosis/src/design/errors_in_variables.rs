@@ -3,12 +3,12 @@
 //! constraint fit). What such a set leaves is told apart by the noise that it would leave: errors in variables, as in Fuller
 //! 1987's corrected score.
 
-use crate::algebra::products::RowBuffer;
-use crate::algebra::symmetric::Symmetric;
 use crate::design::gram::Columns;
 use crate::linearization::recording::{LatentDisplacement, LinearizedRecording, ROWS};
 use effects::over::Extent;
 use effects::sensor::Covariates;
+use normal_equations::products::RowBuffer;
+use normal_equations::symmetric::Symmetric;
 use rayon::prelude::*;
 
 /// Samples that the mean is taken over.

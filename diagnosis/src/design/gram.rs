@@ -1,16 +1,17 @@
 //! One pass over the samples: products of all columns, by fold, so that every later comparison is small algebra.
 
-use crate::algebra::cholesky::Factor;
-use crate::algebra::products::RowBuffer;
-use crate::algebra::symmetric::Symmetric;
 use crate::data::folds::FOLDS;
 use crate::design::training::Training;
 use crate::linearization::groups::{GROUP_SAMPLES, Group, Sample};
 use crate::linearization::recording::{LinearizedRecording, ROWS};
 use effects::sensor::{CHANNELS, READINGS, Regressor};
 use nalgebra::DVector;
+use normal_equations::products::RowBuffer;
+use normal_equations::symmetric::Symmetric;
+use normal_equations::unit_priors::{self, Solution};
 use rayon::prelude::*;
 use std::ops::Range;
+use tooth_field::order_of_places;
 
 /// Samples that are turned into rows at once.
 const CHUNK: usize = 128;
@@ -93,20 +94,10 @@ pub struct Gram {
     pub loud: bool,
 }
 
-/// Keys of samples by which those over the same part of the platen follow each other: then few of many teeth act in a chunk. Bits of
-/// the place along x and along y in turn (Morton 1966).
+/// Keys of samples by which those over the same part of the platen follow each other: then few of many teeth act in a chunk.
 fn by_place(linearized: &LinearizedRecording) -> Vec<u64> {
-    let spread = |place: u32| {
-        let bits = (0..u32::BITS).map(|bit| u64::from(place >> bit & 1) << (2 * bit));
-        bits.sum::<u64>()
-    };
-    let key = |i| {
-        let centre = linearized.covariates(i).centre_m;
-        let [x, y] = centre.map(|c| (c / linearized.observations.pitch_m).floor() as i32);
-        // Places of either sign ascend as unsigned numbers.
-        let [x, y] = [x, y].map(|c| (c as u32) ^ (1 << 31));
-        spread(x) | spread(y) << 1
-    };
+    let pitch_m = linearized.observations.pitch_m;
+    let key = |i| order_of_places(linearized.covariates(i).centre_m.map(|c| c / pitch_m));
     (0..linearized.len()).map(key).collect()
 }
 
@@ -425,14 +416,14 @@ pub fn solve(training: Training, columns: &[usize], centre: &[f64], variance: f6
     let n = columns.len();
     let last = training.last();
     let precision = 1.0 / variance;
-    let mut normal = training.lower(columns) * precision;
-    let mut right = DVector::from_fn(n, |a, _| training.at(columns[a], last) * precision);
-    for a in 0..n {
-        normal[(a, a)] += 1.0;
-        right[a] += centre[columns[a]];
-    }
-    let factor = Factor::new(normal)?;
-    let coefficient = factor.solve(&right);
+    let normal = training.lower(columns) * precision;
+    let right = DVector::from_fn(n, |a, _| training.at(columns[a], last) * precision);
+    let centres = columns.iter().map(|&c| centre[c]);
+    let Solution {
+        values: coefficient,
+        factor,
+        right,
+    } = unit_priors::solve(normal, right, centres)?;
     let log_det = factor.half_log_determinant();
     let prior: f64 = columns.iter().map(|&c| centre[c] * centre[c]).sum();
     let log_evidence =

@@ -2,10 +2,9 @@
 
 use crate::linearization::recording::LinearizedRecording;
 use crate::transfer::support::places_m;
-use effects::teeth::Teeth;
-use effects::teeth::{reach, share};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
+use tooth_field::{Lattice, MeshKernel, Teeth};
 
 /// Weight of samples that a knot must carry to be judged.
 const WEIGHT: f64 = 3.0;
@@ -72,31 +71,25 @@ fn values([from, to]: &[[i32; 2]; 2]) -> usize {
     side(0).saturating_mul(side(1))
 }
 
+/// Knots of a mesh that each field's places are read by often enough.
 fn at(linearized: &LinearizedRecording, step_m: f64) -> [Vec<[i32; 2]>; 4] {
-    let step = step_m / linearized.observations.pitch_m;
-    let reach = reach(step);
+    let pitch_m = linearized.observations.pitch_m;
+    let step_pitches = step_m / pitch_m;
+    let lattice = Lattice {
+        kernel: MeshKernel { step_pitches },
+        step_pitches: [step_pitches; 2],
+    };
     let mut places: [Vec<[f64; 2]>; 4] = Default::default();
     for i in (0..linearized.len()).filter(|&i| linearized.mask[i]) {
         for (s, place_m) in places_m(linearized, i) {
-            places[s].push(place_m.map(|p| p / step_m));
+            places[s].push(place_m.map(|p| p / pitch_m));
         }
     }
     let mut out: [Vec<[i32; 2]>; 4] = Default::default();
-    out.par_iter_mut().zip(&places).for_each(|(knots, places)| {
-        let mut weights: BTreeMap<[i32; 2], f64> = BTreeMap::new();
-        for &[a, b] in places {
-            for x in a.floor() as i32 - reach + 1..=a.floor() as i32 + reach {
-                let along = share(a - f64::from(x), step);
-                for y in b.floor() as i32 - reach + 1..=b.floor() as i32 + reach {
-                    let weight = along * share(b - f64::from(y), step);
-                    if weight > 0.0 {
-                        *weights.entry([x, y]).or_default() += weight;
-                    }
-                }
-            }
-        }
-        let errors_in_variables = weights.into_iter().filter(|(_, w)| *w > WEIGHT);
-        *knots = errors_in_variables.map(|(node, _)| node).collect();
+    out.par_iter_mut().zip(places).for_each(|(knots, places)| {
+        let passed = lattice.passed(places).into_iter();
+        let often = passed.filter(|(_, weight)| *weight > WEIGHT);
+        *knots = often.map(|(knot, _)| knot).collect();
     });
     out
 }
@@ -111,23 +104,14 @@ pub fn list_teeth(linearized: &LinearizedRecording, teeth: &mut Teeth) -> bool {
     let pitch_m = linearized.observations.pitch_m;
     let mut posts: [BTreeMap<[i32; 2], f64>; 2] = Default::default();
     let mut lines: [BTreeSet<i32>; 2] = Default::default();
-    let aperture = teeth.aperture;
-    let step = teeth.step_pitches;
-    let under = |direction: usize, place: f64| {
-        let (half, step) = (aperture.half_pitches[direction], step[direction]);
-        let (first, last) = ((place - half) / step, (place + half) / step);
-        let share = move |k: i32| aperture.weight(direction, place - f64::from(k) * step);
-        (first.ceil() as i32..=last.floor() as i32).map(move |k| (k, share(k)))
-    };
+    let lattice = teeth.lattice();
     for i in (0..linearized.len()).filter(|&i| linearized.mask[i]) {
         let covariates = linearized.covariates(i);
         for s in (0..4).filter(|s| linearized.scope.segments[*s]) {
-            let [along, across] = covariates.place_m[s].map(|p| p / pitch_m);
-            for (tooth, share) in under(0, along) {
-                lines[s % 2].insert(tooth);
-                for (other, part) in under(1, across) {
-                    *posts[s % 2].entry([tooth, other]).or_default() += share * part;
-                }
+            let place = covariates.place_m[s].map(|p| p / pitch_m);
+            lines[s % 2].extend(lattice.lines(place).map(|(line, _)| line));
+            for (tooth, weight) in lattice.nodes(place) {
+                *posts[s % 2].entry(tooth).or_default() += weight;
             }
         }
     }
@@ -141,6 +125,9 @@ pub fn list_teeth(linearized: &LinearizedRecording, teeth: &mut Teeth) -> bool {
     }
     let posts = teeth.posts.iter().map(Vec::len).sum::<usize>();
     let count = posts + teeth.lines.iter().map(Vec::len).sum::<usize>();
-    crate::trace::log(&format!("{count} teeth and lines, steps {step:.2?}"));
+    crate::trace::log(&format!(
+        "{count} teeth and lines, steps {:.2?}",
+        teeth.step_pitches
+    ));
     (1..=MOST_TEETH).contains(&count)
 }

@@ -1,7 +1,7 @@
 //! What a model is trained on: the products of all folds but one.
 
-use crate::algebra::symmetric::Symmetric;
 use nalgebra::{DMatrix, DVector};
+use normal_equations::symmetric::Symmetric;
 use rayon::prelude::*;
 
 /// Columns that are formed one after the other.

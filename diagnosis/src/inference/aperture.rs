@@ -2,14 +2,14 @@
 //! platen likeliest. Displacements are independent of each other, so that an aperture gives the covariance of any two readings
 //! (Rasmussen and Williams 2006, sections 2.2 and 5.4); no tooth is asked for.
 
-use crate::algebra::cholesky::Factor;
 use crate::linearization::relinearized::RelinearizedFit;
 use effects::Detection;
 use effects::sensor::READINGS;
-use effects::teeth::{ApertureKernel, Teeth};
 use nalgebra::{DMatrix, DVector};
+use normal_equations::cholesky::Factor;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use tooth_field::{ApertureKernel, Teeth, correlations};
 
 /// Patches of the platen, those that most samples went over; pitches to a side, and most samples of each.
 const PATCHES: usize = 2;
@@ -62,15 +62,16 @@ pub fn find(relinearized: &RelinearizedFit) -> Option<Teeth> {
     let (guess, likelihood) = likeliest(&patches)?;
     crate::trace::log(&format!("{guess:.2?}, log likelihood {likelihood:.0}"));
     let in_steps = |step_pitches: [f64; 2]| {
-        let squares = [0, 1].map(|d| guess.aperture.squares(d) / step_pitches[d]);
-        let posts_m = guess.size_m / (squares[0] * squares[1]).sqrt();
-        let lines_m = guess.lines * guess.size_m / squares[0].sqrt();
         let mut teeth = Teeth {
             aperture: guess.aperture,
             step_pitches,
-            deviation_m: [posts_m, lines_m],
             ..Teeth::default()
         };
+        let lattice = teeth.lattice();
+        teeth.deviation_m = [
+            guess.size_m / lattice.deviation_by_nodes(),
+            guess.lines * guess.size_m / lattice.deviation_by_lines(),
+        ];
         crate::design::knots::list_teeth(&relinearized.linearized, &mut teeth).then_some(teeth)
     };
     steps(&guess.aperture).into_iter().find_map(in_steps)
@@ -210,21 +211,15 @@ fn likelihood(patches: &[Patch], guess: &ApertureParameters) -> f64 {
     patches.par_iter().map(one).sum()
 }
 
-/// What two apertures so far from each other have in common, over the whole; tabulated.
+/// Correlation of two readings by the distance of their apertures, tabulated as far as they overlap.
 fn overlaps(aperture: &ApertureKernel, direction: usize) -> Vec<f64> {
-    let half = aperture.half_pitches[direction];
-    let count = (2.0 * half * PER_PITCH).ceil() as usize + 1;
-    let steps = (half * PER_PITCH).ceil() as i32;
-    let weights: Vec<f64> = (-steps..=steps)
-        .map(|k| aperture.weight(direction, f64::from(k) / PER_PITCH))
-        .collect();
-    let whole: f64 = weights.iter().map(|w| w * w).sum();
-    (0..count)
-        .map(|lag| {
-            let later = weights.iter().skip(lag);
-            weights.iter().zip(later).map(|(a, b)| a * b).sum::<f64>() / whole
-        })
-        .collect()
+    let whole = 2.0 * aperture.half_pitches[direction] * PER_PITCH;
+    correlations(
+        aperture,
+        direction,
+        1.0 / PER_PITCH,
+        whole.ceil() as usize + 1,
+    )
 }
 
 /// Between two values of a table; beyond it nothing.
@@ -279,6 +274,7 @@ fn of_patch(patch: &Patch, guess: &ApertureParameters, along: &[f64], across: &[
 mod tests {
     use super::*;
     use effects::random::{ChaCha8Rng, SeedableRng, normal, uniform};
+    use tooth_field::Kernel;
 
     const TEETH: usize = 40;
     const NOISE_M: f64 = 0.2e-6;

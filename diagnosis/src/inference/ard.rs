@@ -3,9 +3,9 @@
 //! size is set to what makes the recording likeliest, so that what is not needed goes to nothing, or to its mean (automatic relevance
 //! determination: MacKay 1992's update, Tipping 2001).
 
-use crate::algebra::cholesky::Factor;
 use crate::design::gram::{Columns, Gram};
 use nalgebra::{DMatrix, DVector};
+use normal_equations::cholesky::Factor;
 use std::collections::BTreeMap;
 
 /// Most columns: the cost is cubic in them. A field over the platen has more, and all its knots one size.
@@ -109,11 +109,11 @@ fn fitted(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::symmetric::Symmetric;
     use crate::data::folds::FOLDS;
     use crate::design::gram::solve;
     use effects::random::{ChaCha8Rng, SeedableRng, normal};
     use effects::sensor::Regressor;
+    use normal_equations::symmetric::Symmetric;
 
     fn columns(names: &[&str]) -> Columns {
         let mut columns = Columns::default();

@@ -4,7 +4,6 @@
 //! By the priors of physical size: those that the recording itself has shrunk ([`crate::inference::ard`]) say of what it did not show
 //! that it is nothing, which is a choice and no knowledge.
 
-use crate::algebra::cholesky::Factor;
 use crate::algebra::statistics::median;
 use crate::design::gram::Columns;
 use crate::linearization::recording::LinearizedRecording;
@@ -13,6 +12,7 @@ use effects::random::{ChaCha8Rng, SeedableRng, normal};
 use effects::sensor::{CHANNELS, Covariates, READINGS, Regressor};
 use effects::{Card, Detection};
 use nalgebra::{DMatrix, DVector};
+use normal_equations::cholesky::Factor;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;

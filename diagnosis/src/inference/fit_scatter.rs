@@ -5,8 +5,8 @@
 //! amounts that the other folds give (Cook and Weisberg 1982, leverage of cases that were left out). With ample motion it is a few
 //! rows. Where a part of the motion is like no other it is more than the noise, and no gap.
 
-use crate::algebra::cholesky::Factor;
 use crate::design::gram::Gram;
+use normal_equations::cholesky::Factor;
 
 /// Squares that are added to those of the noise, in units of its variance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

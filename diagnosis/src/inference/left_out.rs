@@ -4,12 +4,12 @@
 //! Effects are chosen on five coarse folds; what is claimed of those that were chosen is counted here. A fold of a fifth
 //! takes out whole places of the platen, which another recording would not: its model has seen them all.
 
-use crate::algebra::cholesky::Factor;
 use crate::design::gram::{Columns, Gram};
 use crate::inference::residuals::Residuals;
 use crate::linearization::groups::{Group, Sample};
 use crate::linearization::recording::{LinearizedRecording, ROWS, SampleRows};
 use nalgebra::{DMatrix, DVector};
+use normal_equations::cholesky::Factor;
 use rayon::prelude::*;
 
 /// Samples that are left out together.

@@ -5,12 +5,12 @@
 //! ([`birge_ratio`]). The prior sizes go with what is left as well ([`crate::inference::ard`]), so that all of the covariance is scaled. They leave out noise that neighbouring samples have in common, that the prior
 //! sizes were chosen from the same data, and that another effect might have been the cause.
 
-use crate::algebra::cholesky::Factor;
 use crate::inference::residuals::Residuals;
 use crate::linearization::groups::{GROUP_SAMPLES, Group, Sample};
 use crate::linearization::relinearized::RelinearizedFit;
 use effects::sensor::CHANNELS;
 use nalgebra::DVector;
+use normal_equations::cholesky::Factor;
 
 /// Most samples that a total is formed over: an rms of so many is known to one percent.
 const TOTAL_SAMPLES: usize = 4000;
@@ -58,7 +58,7 @@ impl<'f, 'a> Posterior<'f, 'a> {
         let gram = &self.relinearized.gram;
         let mut unit = DVector::zeros(gram.width());
         unit[column] = 1.0;
-        self.factor.solve(&unit)[column].max(0.0).sqrt() * gram.scale[column]
+        self.factor.deviation(&unit) * gram.scale[column]
     }
 
     /// What a block of columns adds to the channels that it acts in, m rms over the samples in use, each channel about its mean: a
@@ -90,10 +90,9 @@ impl<'f, 'a> Posterior<'f, 'a> {
                 slope[*column] += off(row) * response / (count * value);
             }
         }
-        let variance = slope.dot(&self.factor.solve(&slope));
         Estimate {
             value,
-            deviation: variance.max(0.0).sqrt(),
+            deviation: self.factor.deviation(&slope),
         }
     }
 

@@ -1,11 +1,11 @@
 //! Fits of many sets of columns that share a large part: the part is eliminated once, and a set costs little more than what it
 //! has besides (block elimination, Golub and Van Loan 2013, section 3.2.11).
 
-use crate::algebra::cholesky::Factor;
-use crate::algebra::symmetric::Symmetric;
 use crate::design::gram::{Fit, Gram, squares};
 use crate::design::training::Training;
 use nalgebra::{DMatrix, DVector};
+use normal_equations::cholesky::Factor;
+use normal_equations::symmetric::Symmetric;
 use rayon::prelude::*;
 
 /// Shared columns, eliminated from one training sum.

@@ -15,8 +15,8 @@ use crate::spectra::lines::{add_lines, lines_of};
 use crate::trace::log;
 use effects::sensor::BasisInputs;
 use effects::sensor::SLOWEST_LINE_HZ;
-use effects::teeth::Teeth;
 use effects::{Card, Detection};
+use tooth_field::Teeth;
 
 /// What is found beside a field must leave less than this share of what its teeth leave without it.
 const BESIDE_TEETH_LEAVES: f64 = 0.7;

@@ -1,8 +1,8 @@
 //! What the air gap may be over the places that a recording passes: a tilt, a bow, the angle, and waves over a mesh.
 
 use super::sample::Sample;
-use effects::basis::spline;
 use std::collections::HashMap;
+use tooth_field::{CubicSpline, Lattice};
 
 /// Expected size of a gap's logarithm by tilt and bow, and by waves.
 const GAP_SIZE: f64 = 0.3;
@@ -74,15 +74,7 @@ impl Mesh {
     }
 }
 
-/// The sixteen knots about a place with their weights.
+/// The knots about a place with their weights.
 fn around(place_m: [f64; 2], step_m: f64) -> impl Iterator<Item = ([i32; 2], f64)> {
-    let at = place_m.map(|p| p / step_m);
-    let low = at.map(|a| a.floor() as i32 - 1);
-    (0..16).map(move |k| {
-        let node = [low[0] + k % 4, low[1] + k / 4];
-        (
-            node,
-            spline(at[0] - f64::from(node[0])) * spline(at[1] - f64::from(node[1])),
-        )
-    })
+    Lattice::of_teeth(CubicSpline).nodes(place_m.map(|p| p / step_m))
 }

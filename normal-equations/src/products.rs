@@ -1,11 +1,11 @@
 //! Products of columns over rows, as they come, chunk by chunk.
 
-use crate::algebra::symmetric::Symmetric;
+use crate::symmetric::Symmetric;
 use nalgebra::{DMatrixView, DMatrixViewMut, Dyn};
 
 /// Rows that products are formed of, one after the other, and which of their columns are not zero throughout. The memory is used
 /// again for the next ones.
-pub(crate) struct RowBuffer {
+pub struct RowBuffer {
     width: usize,
     values: Vec<f64>,
     /// Where the values of the sample at hand begin.
@@ -23,7 +23,8 @@ const PANEL: usize = 160;
 
 impl RowBuffer {
     /// For some rows of so many columns.
-    pub(crate) fn new(width: usize, rows: usize) -> Self {
+    #[must_use]
+    pub fn new(width: usize, rows: usize) -> Self {
         Self {
             width,
             values: Vec::with_capacity(width * rows),
@@ -35,25 +36,26 @@ impl RowBuffer {
     }
 
     /// Takes all rows out.
-    pub(crate) fn clear(&mut self) {
+    pub fn clear(&mut self) {
         self.values.clear();
         self.newest = 0;
         self.active.fill(false);
     }
 
     /// Number of rows.
-    pub(crate) fn rows(&self) -> usize {
+    #[must_use]
+    pub fn rows(&self) -> usize {
         self.values.len() / self.width
     }
 
     /// Appends rows of zeros, which [`Self::set`] then fills.
-    pub(crate) fn extend(&mut self, rows: usize) {
+    pub fn extend(&mut self, rows: usize) {
         self.newest = self.values.len();
         self.values.resize(self.newest + rows * self.width, 0.0);
     }
 
     /// A column's values in the newest rows, times a factor. There are none where a sample has no channel.
-    pub(crate) fn set(&mut self, column: usize, values: &[f64], scale: f64) {
+    pub fn set(&mut self, column: usize, values: &[f64], scale: f64) {
         let Some(from) = self.values.get_mut(self.newest + column..) else {
             return;
         };
@@ -64,8 +66,20 @@ impl RowBuffer {
         }
     }
 
+    /// Adds to a column's values in the newest rows, where several entries are of one column.
+    pub fn add(&mut self, column: usize, values: &[f64], scale: f64) {
+        let Some(from) = self.values.get_mut(self.newest + column..) else {
+            return;
+        };
+        self.active[column] = true;
+        let slots = from.iter_mut().step_by(self.width);
+        for (slot, value) in slots.zip(values) {
+            *slot += value * scale;
+        }
+    }
+
     /// Adds the products of the columns.
-    pub(crate) fn add_products(&mut self, gram: &mut Symmetric) {
+    pub fn add_products(&mut self, gram: &mut Symmetric) {
         let rows = self.rows();
         let list: Vec<usize> = (0..self.width).filter(|c| self.active[*c]).collect();
         let width = list.len();
@@ -129,7 +143,9 @@ impl RowBuffer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use effects::random::{ChaCha8Rng, SeedableRng, normal};
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
 
     #[test]
     fn rows_of_few_columns_add_what_rows_of_many_do() {
@@ -140,7 +156,7 @@ mod tests {
             once.extend(1);
             let mut values = [0.0; 60];
             for c in [row % 57, row % 57 + 1, row % 57 + 2, 59] {
-                values[c] = normal(&mut rng);
+                values[c] = StandardNormal.sample(&mut rng);
                 once.set(c, &values[c..=c], 2.0);
             }
             for a in 0..60 {
@@ -163,7 +179,8 @@ mod tests {
         for (count, value) in [(2, 1.0), (0, 9.0), (1, 2.0)] {
             rows.extend(count);
             rows.set(1, &[value, value], 1.0);
-            rows.set(2, &[value, value], 3.0);
+            rows.add(2, &[value, value], 1.0);
+            rows.add(2, &[value, value], 2.0);
         }
         let mut gram = Symmetric::zeros(3);
         rows.add_products(&mut gram);

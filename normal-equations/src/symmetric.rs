@@ -1,4 +1,4 @@
-//! Symmetric matrices at half the memory: products of columns are the largest things that a diagnosis holds.
+//! Symmetric matrices at half the memory: products of columns are the largest things that an estimation holds.
 
 use nalgebra::{DMatrix, DVectorView};
 use std::ops::{AddAssign, Index, IndexMut, Range, SubAssign};
@@ -115,8 +115,9 @@ fn consecutive(sorted: &[usize]) -> Vec<Range<usize>> {
     runs
 }
 
-/// Several sums side by side: one alone would wait for every addition.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+/// Product of two vectors. Several sums side by side: one alone would wait for every addition.
+#[must_use]
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     DVectorView::from_slice(a, a.len()).dot(&DVectorView::from_slice(b, b.len()))
 }
 
