@@ -25,14 +25,17 @@ pub fn build(arm: &Arm, name: &str) -> Result<PathBuf> {
 /// The compiler's.
 pub fn build_in(arm: &Arm, name: &str, folder: &Path, output: &Path) -> Result<PathBuf> {
     let linker = flip_link()?;
-    let mut command = arm.cargo_in("build", folder, output);
+    let mut command = arm.cargo_in("rustc", folder, output);
     command.args(["--quiet", "--profile", "firmware", "--bin", name]);
     if name == "emulated" {
         command.current_dir(folder.join("emulated"));
     } else {
         command.args(["--package", "courier-sensor", "--features", name]);
     }
-    command.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker);
+    // Of this program alone. As cargo's own setting it would be every package's: those that images with another linker share would be
+    // built anew each time.
+    command.args(["--", "-C"]);
+    command.arg(format!("linker={}", linker.display()));
     run(&mut command)?;
     let linked = output.join(TARGET).join("firmware").join(name);
     match name {
