@@ -82,7 +82,7 @@ pub const MUTATIONS: &[Mutation] = mutations! {
 
     "4-wait-states", "the sampling interrupts run in flash, with its wait states", "time" => "cycles or fewer", [
         "memory.x":
-        "    *(.text.EXTI9_5 .text.DMA1_CHANNEL2);\n    *(.text._ZN14courier_signal4step8isr_step* .text._ZN14courier_signal4step1* .text._ZN14courier_signal4step6bridge*);\n" =>
+        "    *(.text.EXTI9_5 .text.DMA1_CHANNEL2);\n    *(.text._ZN14courier_signal4step8isr_step* .text._ZN14courier_signal4step1*);\n    *(.text.unlikely._ZN14courier_signal4step6bridge*);\n" =>
         "";
     ];
 
@@ -188,6 +188,12 @@ pub const MUTATIONS: &[Mutation] = mutations! {
         "";
     ];
 
+    "busy-count", "BUSY goes to a timer that does not count its pulses", "health" => "wanted none unanswered", [
+        "src/board/g474/pins.rs":
+        "BUSY.alternate(TIM8);" =>
+        "BUSY.alternate(TIM3 + 0 * TIM8);";
+    ];
+
     "update-stale-cache", "the caches are not emptied before the banks change places", "update" => "flash-stale-cache:", [
         "src/board/first_stage/mod.rs":
         "    FLASH.acr().write_value(empty);\n" =>
@@ -206,7 +212,7 @@ pub const MUTATIONS: &[Mutation] = mutations! {
         "choose(&mut banks, |_, _| true)";
     ];
 
-    "update-no-trial", "a trial is not counted: an image that hangs is tried for ever", "update-trial" => "found no answer", [
+    "update-no-trial", "a trial is not counted: an image that hangs is tried for ever", "update-trial" => "one that hangs is tried for ever", [
         "src/update/choice.rs":
         "            && mark(&mut flash[1 - candidate.bank], candidate)\n" =>
         "            && (true || mark(&mut flash[1 - candidate.bank], candidate))\n";

@@ -5,7 +5,7 @@ use super::{Bench, START_UP, Seen, sleeper};
 use crate::check::fixture::judge;
 use crate::image::Image as Elf;
 use crate::rule::Rule;
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use board_link::image::Image;
 use courier_sensor::link::message::{Action, Reply};
 use courier_sensor::update::choice::TRIALS;
@@ -64,7 +64,8 @@ fn roll_back(bench: &mut Bench) -> Result<String> {
         .borrow_mut()
         .findings()
         .forgive(Rule::Watchdog);
-    bench.link.reconnect()?;
+    let back = bench.link.reconnect();
+    back.context("the image before does not come back: one that hangs is tried for ever")?;
     bench.expect(Seen::kept(Version::OWN, 1), "after the trials")?;
     let status = bench.link.status()?;
     let trials = bench.board.processor.borrow().resets() - resets - 1;
