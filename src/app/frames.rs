@@ -97,7 +97,7 @@ impl FrameSender<'_, '_> {
         self.state.hand_on(next);
         let done = core::mem::replace(&mut self.state, next);
         // There are no more places than it holds.
-        queue::enqueue(&mut self.send, done).is_ok()
+        queue::enqueue_in::<RING, _>(&mut self.send, done).is_ok()
     }
 }
 

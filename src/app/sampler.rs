@@ -175,7 +175,7 @@ impl<'q, 'c> Sampler<'q, 'c> {
         seen
     }
 
-    /// Where the next sample's counts go, and the converters' fault bits, before [`Sampler::isr_compute`].
+    /// Where the next sample's counts go, and its fault bits, all of them, before [`Sampler::isr_compute`].
     #[inline(always)]
     pub fn isr_raw(&mut self) -> &mut RawFrame {
         self.frames.state.raw_mut()
@@ -185,9 +185,11 @@ impl<'q, 'c> Sampler<'q, 'c> {
     #[inline(always)]
     pub fn isr_compute(&mut self, missed: u32, watch: impl FnOnce(&Frame)) {
         let state = &mut *self.frames.state;
-        state.skip(missed);
+        if missed > 0 {
+            state.skip(missed);
+            state.raw_mut().fault.insert(Status::OVERRUN);
+        }
         let raw = state.raw_mut();
-        raw.fault.set(Status::OVERRUN, missed > 0);
         raw.temperature_delta_k = f32::from_bits(self.mailbox.temperature_delta_bits.load(Relaxed));
         watch(match self.config.current_with_map() {
             (config, None) => isr_step(config, state),

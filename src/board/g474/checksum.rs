@@ -1,6 +1,6 @@
 //! The chip's CRC unit, set to the converters' polynomial. The sampling interrupt alone uses it.
 
-use crate::drivers::ad7606c::{CHANNELS, CRC16, words};
+use crate::drivers::ad7606c::{CHANNELS, CRC16};
 use stm32_metapac::crc::vals::Polysize;
 use stm32_metapac::{CRC, RCC};
 
@@ -12,15 +12,14 @@ pub fn start() {
     CRC.cr().write(|w| w.set_polysize(Polysize::POLYSIZE16));
 }
 
-/// CRC of a conversion frame's data. A word takes the unit four cycles; a store that comes earlier waits.
+/// CRC of a conversion frame's data, as words whose most significant byte came first. A word takes the unit four cycles; a store that comes earlier waits.
 #[inline(always)]
-pub fn of(data: &[u8; 2 * CHANNELS]) -> u16 {
+pub fn of([a, b, c, d]: [u32; CHANNELS / 2]) -> u16 {
     CRC.cr().write(|w| {
         w.set_polysize(Polysize::POLYSIZE16);
         w.set_reset(true);
     });
     // Written out: the image is built for size, which leaves loops as they are.
-    let [a, b, c, d] = words(data);
     CRC.dr32().write_value(a);
     CRC.dr32().write_value(b);
     CRC.dr32().write_value(c);

@@ -28,30 +28,34 @@ pub type FrameBytes = [u8; FRAME_BYTES];
 /// # Errors
 /// [`ChipError::FrameCrc`] or [`ChipError::Silent`].
 pub fn decode_frame(bytes: &FrameBytes) -> Result<[i16; CHANNELS], ChipError> {
-    check_frame(bytes, |data| CRC16.checksum(data))?;
+    let [data @ .., _, _] = bytes;
+    check_frame(bytes, |_| CRC16.checksum(data))?;
     let pairs = pairs(bytes);
     Ok(core::array::from_fn(|channel| {
         pairs[channel / 2][channel % 2]
     }))
 }
 
-/// Whether a frame holds what the chip has sent: its CRC, by a function that computes [`CRC16`] over the data, and not all zeros.
+/// Whether a frame holds what the chip has sent: its CRC, by a function that computes [`CRC16`] over the data, given as [`words`], and not
+/// all zeros.
 ///
 /// # Errors
 /// As [`decode_frame`].
 #[inline(always)]
 pub fn check_frame(
     bytes: &FrameBytes,
-    checksum: impl FnOnce(&[u8; 2 * CHANNELS]) -> u16,
+    checksum: impl FnOnce([u32; CHANNELS / 2]) -> u16,
 ) -> Result<(), ChipError> {
     let [data @ .., high, low] = bytes;
     let received = u16::from_be_bytes([*high, *low]);
-    let computed = checksum(data);
+    let [a, b, c, d] = words(data);
+    // Of words that are at hand: looked at afterwards they would be loaded anew.
+    let any = a | b | c | d;
+    let computed = checksum([a, b, c, d]);
     if received != computed {
         return Err(ChipError::FrameCrc { received, computed });
     }
-    // As one number: bytes one by one would be looked at one by one.
-    match u128::from_ne_bytes(*data) {
+    match any {
         0 => Err(ChipError::Silent),
         _ => Ok(()),
     }

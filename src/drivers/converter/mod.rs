@@ -161,9 +161,9 @@ where
         self.revival.in_service()
     }
 
-    /// Takes both chips' frames of one conversion, which something else has fetched, straight into a raw frame: counts and no converter
-    /// fault, or the previous counts and the fault's bit. `checksum` computes [`CRC16`](super::ad7606c::CRC16) over the data. After some
-    /// failures in a row the chips are out of service.
+    /// Takes both chips' frames of one conversion, which something else has fetched, straight into a raw frame: counts and no
+    /// fault, or the previous counts and the fault's bit. `checksum` computes [`CRC16`](super::ad7606c::CRC16) over the data's
+    /// [`words`](super::ad7606c::words). After some failures in a row the chips are out of service.
     ///
     /// # Errors
     /// [`ConverterError::Chip`].
@@ -171,7 +171,7 @@ where
     pub fn receive(
         &mut self,
         frames: [&FrameBytes; 2],
-        checksum: impl Fn(&[u8; 2 * CHANNELS]) -> u16,
+        checksum: impl Fn([u32; CHANNELS / 2]) -> u16,
         raw: &mut RawFrame,
     ) -> Result<(), ConverterError> {
         let [first, second] = frames;
@@ -181,7 +181,7 @@ where
         match checked {
             Ok(()) => {
                 self.revival.serve();
-                raw.fault.remove(CONVERTER_FAULTS);
+                raw.fault = Status::empty();
                 raw.quadrature_counts = pairs(first);
                 let [[x_plus, x_minus], [y_plus, y_minus], ..] = pairs(second);
                 raw.electrode_counts = [x_plus, x_minus, y_plus, y_minus];
@@ -315,12 +315,9 @@ where
     }
 }
 
-/// Bits of a frame's fault that the converters set.
-const CONVERTER_FAULTS: Status = Status::CONVERTER_CRC.union(Status::CONVERTER_TIMEOUT);
-
-/// Puts a reading into a raw frame: counts and no converter fault, or the previous counts and the fault's bit.
+/// Puts a reading into a raw frame: counts and no fault, or the previous counts and the fault's bit alone.
 pub fn store(reading: Result<Counts, ConverterError>, raw: &mut RawFrame) {
-    raw.fault.remove(CONVERTER_FAULTS);
+    raw.fault = Status::empty();
     match reading {
         Ok([quadrature, [x_plus, x_minus, y_plus, y_minus, ..]]) => {
             for (pair, words) in raw
@@ -332,7 +329,7 @@ pub fn store(reading: Result<Counts, ConverterError>, raw: &mut RawFrame) {
             }
             raw.electrode_counts = [x_plus, x_minus, y_plus, y_minus];
         }
-        Err(error) => raw.fault.insert(error.status()),
+        Err(error) => raw.fault = error.status(),
     }
 }
 

@@ -31,10 +31,6 @@ pub struct Image {
 
 /// What the sensor board's sampling interrupts call in flash, and with it all that these call.
 const RARE: &[&str] = &[
-    // One sample in 256, at which the watch for frozen channels ends a window.
-    "courier_signal::step::judge_still",
-    // After a reading that failed.
-    "courier_signal::step::bridge",
     // A reading that failed or did not come, and chips that are set up anew.
     "courier_sensor::board::g474::reading::Reading::arm",
     "courier_sensor::board::g474::reading::Reading::disarm",
