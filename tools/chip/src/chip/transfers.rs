@@ -23,6 +23,8 @@ pub struct Transfers {
     pub(super) dma1: Dma,
     pub(super) dmamux1: Dmamux,
     code: Rc<[u8]>,
+    /// What a channel sends that takes it from RAM, and where that lies.
+    sources: [(u32, Vec<u8>); dma::CHANNELS],
     stored: Vec<(u32, u8)>,
     moved: Moved,
     requests: [Request; 4],
@@ -35,6 +37,7 @@ impl Transfers {
             dma1: Dma::after_reset(),
             dmamux1: Dmamux::after_reset(),
             code: Rc::new([]),
+            sources: Default::default(),
             stored: vec![],
             moved: Moved::default(),
             requests: std::array::from_fn(|k| {
@@ -61,12 +64,16 @@ impl Transfers {
             if receives {
                 let byte = spi[index].dma_read();
                 self.stored.push((item.memory, byte));
-                self.moved.received += 1;
+                self.moved.in_ram += 1;
             } else {
-                let at = item.memory.wrapping_sub(FLASH) as usize;
-                let byte = self.code.get(at).copied().unwrap_or(0xFF);
+                let (base, bytes): (u32, &[u8]) = match dma::RAM.contains(&item.memory) {
+                    true => (self.sources[channel].0, &self.sources[channel].1),
+                    false => (FLASH, &self.code),
+                };
+                let at = item.memory.wrapping_sub(base) as usize;
+                let byte = bytes.get(at).copied().unwrap_or(0xFF);
                 spi[index].dma_write(byte, access);
-                self.moved.sent += 1;
+                self.moved.note_sent(item.memory);
             }
         }
     }
@@ -112,6 +119,20 @@ impl Transfers {
     /// The bytes of bank 1, which DMA may read.
     pub fn set_code(&mut self, code: &[u8]) {
         self.code = code.into();
+    }
+
+    /// Where channels take what they send from RAM, and how many bytes.
+    pub fn sources_in_ram(&self) -> impl Iterator<Item = (usize, u32, usize)> + '_ {
+        let source = |channel| {
+            let (memory, bytes) = self.dma1.source_in_ram(channel)?;
+            Some((channel, memory, bytes))
+        };
+        (0..dma::CHANNELS).filter_map(source)
+    }
+
+    /// What lies there, as of now.
+    pub fn set_source(&mut self, channel: usize, memory: u32, bytes: Vec<u8>) {
+        self.sources[channel] = (memory, bytes);
     }
 
     /// What DMA has moved since the last call.

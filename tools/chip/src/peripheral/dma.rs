@@ -1,6 +1,6 @@
 //! A DMA controller and the multiplexer of its request lines: transfers between a peripheral's data register and memory, one item a request.
 //!
-//! A transfer takes no time here: on the chip it takes some cycles of the bus. Memory is read from bank 1 of the flash alone.
+//! A transfer takes no time here: on the chip it takes some cycles of the bus. Memory is read from bank 1 of the flash, and from RAM.
 
 use super::{Access, Peripheral, Words};
 use crate::registers::Register;
@@ -20,9 +20,9 @@ const HALF: u32 = 1 << 2;
 const ERROR: u32 = 1 << 3;
 /// Bits of CCR that may change while a channel is on: the enable bit and those of the interrupts.
 const CHANGE_WHILE_ON: u32 = 0b1111;
-/// Memory that the controller reaches for writing: SRAM1 and SRAM2. The CCM RAM has no window for it at 0x1000_0000 (RM0440, 2.1).
-const RAM: std::ops::Range<u32> = 0x2000_0000..0x2001_8000;
-/// Memory that it reads in the model: bank 1.
+/// Memory that the controller reaches: SRAM1 and SRAM2. The CCM RAM has no window for it at 0x1000_0000 (RM0440, 2.1).
+pub const RAM: std::ops::Range<u32> = 0x2000_0000..0x2001_8000;
+/// Memory that it reads besides in the model: bank 1.
 const FLASH: std::ops::Range<u32> = 0x0800_0000..0x0804_0000;
 
 /// One item that is to be moved.
@@ -100,6 +100,18 @@ impl Dma {
         (self.par(channel), to_peripheral)
     }
 
+    /// Where a channel takes what it sends, if that is in RAM, and how many bytes.
+    pub fn source_in_ram(&self, channel: usize) -> Option<(u32, usize)> {
+        let (cr, memory) = (self.cr(channel), self.mar(channel));
+        let sends = cr.dir() == Dir::FROM_MEMORY && RAM.contains(&memory);
+        let bytes = if cr.minc() {
+            self.left[channel] as usize
+        } else {
+            1
+        };
+        sends.then_some((memory, bytes))
+    }
+
     /// Interrupt lines that are up, a bit a channel.
     pub fn interrupts(&self) -> u32 {
         if self.flags == 0 {
@@ -122,8 +134,8 @@ impl Dma {
         let step = |increments: bool| if increments { done } else { 0 };
         let (peripheral, to_peripheral) = self.target(channel);
         let memory = self.mar(channel).wrapping_add(step(cr.minc()));
-        let reachable = if to_peripheral { FLASH } else { RAM };
-        if !reachable.contains(&memory) {
+        let reachable = RAM.contains(&memory) || to_peripheral && FLASH.contains(&memory);
+        if !reachable {
             let detail = format!("channel {}: {memory:#010x} is out of reach", channel + 1);
             access.broken(Rule::DmaAddress, detail);
             self.flags |= (ERROR | GLOBAL) << (4 * channel);

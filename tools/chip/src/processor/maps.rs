@@ -128,6 +128,11 @@ pub fn map_registers(uc: &mut Unicorn<'static, Shared>) -> Result<()> {
         let shared = uc.get_data_mut();
         let address = PERIPHERALS.0 + offset as u32;
         let held_up = shared.held_up_at(address);
+        // The enable bit of a channel is bit 0.
+        if DMA1.contains(&address) && value & 1 == 1 {
+            load_sources(uc);
+        }
+        let shared = uc.get_data_mut();
         shared.chip.write(address, width, value as u32);
         if uc.get_data_mut().chip.take_remapped() {
             // Memory that is mapped can be written.
@@ -204,6 +209,22 @@ pub fn store(uc: &mut Unicorn<Shared>) {
     for run in stored.chunk_by(|(before, _), (address, _)| before + 1 == *address) {
         let bytes: Vec<u8> = run.iter().map(|(_, byte)| *byte).collect();
         let _ = uc.mem_write(run[0].0.into(), &bytes);
+    }
+}
+
+/// DMA1's registers (stm32-metapac).
+const DMA1: std::ops::Range<u32> = 0x4002_0000..0x4002_0400;
+
+/// Tells the controller what lies in RAM where its channels take what they send: before one is switched on, from when on it may change no
+/// more. Its direction must have been set by a store before that.
+fn load_sources(uc: &mut Unicorn<Shared>) {
+    let sources: Vec<_> = uc.get_data().chip.transfers.sources_in_ram().collect();
+    for (channel, memory, bytes) in sources {
+        let mut found = vec![0; bytes];
+        if uc.mem_read(memory.into(), &mut found).is_ok() {
+            let transfers = &mut uc.get_data_mut().chip.transfers;
+            transfers.set_source(channel, memory, found);
+        }
     }
 }
 
