@@ -63,15 +63,16 @@ impl Judged {
         self.case.effects.iter().map(|e| e.name.as_str()).collect()
     }
 
-    /// Whether the answer is right for its kind: `no_gap`; first named cause; both and nothing else; `unknown`, located.
+    /// Whether the answer is right for its kind: `no_gap`; first named cause; all of several and nothing else; `unknown`, located.
     #[must_use]
     pub fn right(&self) -> bool {
         let truth = self.truth();
         match self.case.kind {
             Kind::None => self.verdict == Verdict::NoGap,
             Kind::Single => self.named.first().is_some_and(|n| n == truth[0]),
-            Kind::Pair => {
-                self.named.len() == 2 && truth.iter().all(|t| self.named.iter().any(|n| n == t))
+            Kind::Pair | Kind::Triple => {
+                self.named.len() == truth.len()
+                    && truth.iter().all(|t| self.named.iter().any(|n| n == t))
             }
             Kind::Unlisted => self.verdict == Verdict::Unknown && self.located(),
         }

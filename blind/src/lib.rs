@@ -19,7 +19,7 @@ pub use detection::Detection;
 pub use figure::Figure;
 pub use judged::Judged;
 pub use page::page;
-pub use specimens::{Case, Drawn, Kind};
+pub use specimens::{Case, Conditions, Drawn, Kind};
 pub use tally::Score;
 pub use words::{Words, confusion, detection, effects, matrix, row, shrinkage};
 
@@ -105,7 +105,8 @@ fn folder(path: PathBuf) -> Result<PathBuf> {
     Ok(path)
 }
 
-/// First step: recordings of `cases` couriers drawn from `seed` into an empty or new folder, and the sealed answers.
+/// First step: recordings of `cases` couriers drawn from `seed` into an empty or new folder, under the usual conditions or under such
+/// as are drawn for each, and the sealed answers.
 /// Returns the hash. `sealed` is told the hash before anything is recorded; `tick` is called after each case.
 ///
 /// # Errors
@@ -114,6 +115,7 @@ pub fn write(
     into: &Path,
     cases: usize,
     seed: u64,
+    conditions: Conditions,
     sealed: impl FnOnce(&str),
     tick: impl Fn() + Sync,
 ) -> Result<String> {
@@ -128,7 +130,9 @@ pub fn write(
             "found a folder that is not empty, wanted an empty or a new one",
         ));
     }
-    let drawn: Vec<Case> = (0..cases).map(|number| Case::draw(number, seed)).collect();
+    let drawn: Vec<Case> = (0..cases)
+        .map(|number| Case::draw(number, seed, conditions))
+        .collect();
     let answers = seal::answers(&drawn).map_err(|problem| Error::file(into, problem))?;
     let hash = seal::hash(answers.as_bytes());
     sealed(&hash);

@@ -50,6 +50,7 @@ fn hex(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use specimens::Conditions;
 
     #[test]
     fn the_hash_is_sha_256() {
@@ -61,7 +62,9 @@ mod tests {
 
     #[test]
     fn the_same_answers_are_sealed_differently_and_open_the_same() {
-        let cases: Vec<Case> = (0..3).map(|n| Case::draw(n, 1)).collect();
+        let cases: Vec<Case> = (0..3)
+            .map(|n| Case::draw(n, 1, Conditions::Usual))
+            .collect();
         let (one, other) = (answers(&cases).unwrap(), answers(&cases).unwrap());
         assert_ne!(hash(one.as_bytes()), hash(other.as_bytes()));
         assert_eq!(open(&one).unwrap(), cases);

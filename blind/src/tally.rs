@@ -37,7 +37,7 @@ impl Score {
     pub fn new(seal: String, judged: Vec<Judged>) -> Self {
         let figures = figures(&judged);
         let mut confusion: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
-        for one in judged.iter().filter(|j| j.case.kind != Kind::Pair) {
+        for one in judged.iter().filter(|j| j.case.effects.len() < 2) {
             let truth = one
                 .truth()
                 .first()
@@ -85,7 +85,7 @@ fn figures(judged: &[Judged]) -> Vec<Figure> {
         let [within, of] = c.within_interval;
         (0..of).map(move |k| k < within)
     });
-    vec![
+    let mut figures = vec![
         Figure::new(
             "one effect: first named cause right",
             of(Kind::Single).map(Judged::right),
@@ -171,13 +171,23 @@ fn figures(judged: &[Judged]) -> Vec<Figure> {
             0.05,
             false,
         ),
-    ]
+    ];
+    // Drawn under drawn conditions alone.
+    if of(Kind::Triple).next().is_some() {
+        figures.push(Figure::new(
+            "three effects: all named and nothing else",
+            of(Kind::Triple).map(Judged::right),
+            0.70,
+            true,
+        ));
+    }
+    figures
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Case, Drawn};
+    use crate::{Case, Conditions, Drawn};
 
     /// A claim that came, and one of a pair that wanders, which did not.
     #[test]
@@ -192,6 +202,7 @@ mod tests {
                         name: name.into(),
                         size_m: 1.0e-6,
                     }],
+                    conditions: Conditions::Usual,
                 },
                 verdict: Verdict::Named,
                 named: vec![name.into()],

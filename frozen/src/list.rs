@@ -3,7 +3,7 @@
 use crate::Specimen;
 use crate::specimen::Rigged;
 use specimens::rig::{CATALOGUE, Dice, UNLISTED};
-use specimens::{Case, Drawn, SIZES_M};
+use specimens::{Case, Conditions, Drawn, SIZES_M};
 
 /// The ordinary tests answer so many from the front.
 pub const SAMPLE: usize = 12;
@@ -71,7 +71,7 @@ pub fn list() -> Vec<Specimen> {
         }
         Specimen::Rig(rig)
     });
-    let own = (0..DRAWN).map(|number| Specimen::Drawn(Case::draw(number, SEED)));
+    let own = (0..DRAWN).map(|number| Specimen::Drawn(Case::draw(number, SEED, Conditions::Usual)));
     let real = REAL.into_iter().map(|name| Specimen::Real(name.into()));
     small.chain(independent()).chain(own).chain(real).collect()
 }

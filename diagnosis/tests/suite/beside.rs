@@ -1,7 +1,7 @@
 //! Two effects at once, one of which hides the other or stands in for it.
 
 use diagnosis::{Model, Options, check, diagnose_fully};
-use specimens::{Case, Drawn, Kind};
+use specimens::{Case, Conditions, Drawn, Kind};
 
 fn pair(seed: u64, effects: [(&str, f64); 2]) -> Case {
     let drawn = |(name, size_m): (&str, f64)| Drawn {
@@ -13,6 +13,7 @@ fn pair(seed: u64, effects: [(&str, f64); 2]) -> Case {
         seed,
         kind: Kind::Pair,
         effects: effects.map(drawn).to_vec(),
+        conditions: Conditions::Usual,
     }
 }
 

@@ -5,7 +5,7 @@ use specimens::rig;
 use diagnosis::verdict::answer::HeldOut;
 use diagnosis::{Model, Options, check, check_fully, diagnose_fully};
 use recording::{Recording, Samples};
-use specimens::{Case, Drawn, Kind};
+use specimens::{Case, Conditions, Drawn, Kind};
 use std::f64::consts::TAU;
 
 fn recordings(seed: u64, effects: &[(&str, f64)], beacon: bool) -> [Recording; 2] {
@@ -266,6 +266,7 @@ fn remanent() -> Case {
         seed: 1,
         kind: Kind::Single,
         effects,
+        conditions: Conditions::Usual,
     }
 }
 
@@ -321,6 +322,7 @@ fn what_a_segment_brought_along_to_each_fly_by_is_its_own() {
         seed: 473_747_393_215_269,
         kind: Kind::Single,
         effects,
+        conditions: Conditions::Usual,
     };
     let model = model(&case.recorded(0), "hysteresis");
     let came = check(&model, &case.recorded(1)).expect("residuals");
@@ -345,6 +347,7 @@ fn bursts_beside_a_great_gap_are_told_from_it_in_a_check() {
         seed: 95_744_297_432_415,
         kind: Kind::Pair,
         effects: effects.to_vec(),
+        conditions: Conditions::Usual,
     };
     let answer = diagnose_fully(&case.recorded(0), "first", &Options::default());
     let model = answer.model.expect("a model");

@@ -2,7 +2,7 @@
 use specimens::rig;
 
 use diagnosis::{Diagnosis, Options, Verdict, diagnose};
-use specimens::{Case, Drawn, Kind};
+use specimens::{Case, Conditions, Drawn, Kind};
 use std::path::PathBuf;
 
 fn on_rig(seed: u64, effects: &[(&str, f64)]) -> Diagnosis {
@@ -214,6 +214,7 @@ fn case(seed: u64, kind: Kind, effects: &[(&str, f64)]) -> Case {
         seed,
         kind,
         effects: effects.iter().map(drawn).collect(),
+        conditions: Conditions::Usual,
     }
 }
 

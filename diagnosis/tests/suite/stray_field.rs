@@ -2,7 +2,7 @@
 
 use diagnosis::{Diagnosis, Options, Verdict, diagnose};
 use recording::{Logged, Recording};
-use specimens::{Case, Drawn, Kind, rig};
+use specimens::{Case, Conditions, Drawn, Kind, rig};
 use std::f64::consts::TAU;
 
 /// Where two sources stand, m, and how far from the sensor's plane.
@@ -202,6 +202,7 @@ fn drawn(seed: u64, sizes_m: &[f64]) -> Recording {
         seed,
         kind: Kind::Single,
         effects: sizes_m.iter().map(field).collect(),
+        conditions: Conditions::Usual,
     };
     case.recorded(0)
 }

@@ -6,7 +6,7 @@ use specimens::rig;
 use diagnosis::verdict::answer::{Diagnosis, Verdict};
 use diagnosis::{Model, Options, check_fully, diagnose, diagnose_fully};
 use recording::{Recording, Row};
-use specimens::{Case, Drawn, Kind};
+use specimens::{Case, Conditions, Drawn, Kind};
 
 fn two(seed: u64, effects: &[(&str, f64)]) -> [Recording; 2] {
     let options = rig::Options {
@@ -207,6 +207,7 @@ fn noise_far_above_the_stated_one_is_no_change_with_the_angle() {
             seed,
             kind: Kind::Single,
             effects: vec![noise],
+            conditions: Conditions::Usual,
         };
         let d = diagnose(&case.recorded(0), "noisy", &Options::default());
         assert_eq!(names(&d), ["excess_noise"], "{:?}", d.held_out);

@@ -42,6 +42,28 @@ struct Draw {
     /// Seed: the same one draws the same couriers.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// How the couriers are moved and recorded.
+    #[arg(long, value_enum, default_value_t = Conditions::Usual)]
+    conditions: Conditions,
+}
+
+/// How the couriers of a blind check are moved and recorded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Conditions {
+    /// With the usual runs, all channels, a laboratory's temperature and the noise as it is.
+    Usual,
+    /// Motions, temperature, channels and stated noise are drawn for each courier; up to three effects, from a third of the noise floor
+    /// to twenty times it.
+    Drawn,
+}
+
+impl From<Conditions> for blind::Conditions {
+    fn from(conditions: Conditions) -> Self {
+        match conditions {
+            Conditions::Usual => Self::Usual,
+            Conditions::Drawn => Self::Drawn,
+        }
+    }
 }
 
 /// How the scores are told.
@@ -140,6 +162,7 @@ fn write(folder: &Path, draw: &Draw) -> Result<()> {
         folder,
         draw.cases as usize,
         draw.seed,
+        draw.conditions.into(),
         |hash| bar.suspend(|| eprintln!("seal (SHA-256 of the answers): {hash}")),
         || bar.inc(1),
     )?;
