@@ -19,6 +19,6 @@ mod sink;
 pub mod update;
 
 pub use courier_signal::{
-    beacon, diode, equations, frame, geometry, lsq, math, model, psd, quadrature, queue, settings,
-    step, swap, teeth,
+    beacon, diode, equations, frame, geometry, lsq, math, model, psd, quadrature, queue, range,
+    settings, step, swap, teeth,
 };

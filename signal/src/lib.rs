@@ -18,6 +18,7 @@ pub mod model;
 pub mod psd;
 pub mod quadrature;
 pub mod queue;
+pub mod range;
 pub mod settings;
 pub mod step;
 pub mod swap;

@@ -6,6 +6,7 @@ use crate::geometry::Geometry;
 use crate::model::{ErrorModel, ModelError};
 use crate::psd::BeaconLimits;
 use crate::quadrature::PairCorrection;
+use crate::range::{OutOfRange, within};
 use serde::{Deserialize, Serialize};
 
 /// Everything the signal path can be told.
@@ -96,17 +97,8 @@ impl Default for Limits {
 #[non_exhaustive]
 pub enum ConfigError {
     /// A number is not finite or outside its range.
-    #[error("{name} is {value}, wanted {low} to {high}")]
-    Range {
-        /// Which setting.
-        name: &'static str,
-        /// Its value.
-        value: f32,
-        /// Smallest allowed.
-        low: f32,
-        /// Largest allowed.
-        high: f32,
-    },
+    #[error(transparent)]
+    Range(#[from] OutOfRange),
     /// The frozen window is no power of two.
     #[error("frozen_samples is {0}, wanted 0 or a power of two from 8 to 32768")]
     FrozenSamples(u16),
@@ -136,20 +128,20 @@ impl Settings {
     #[inline] // built with the image, for size
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.geometry_ranges()?;
-        range("rate_hz", self.rate_hz, 1.0, 1.0e6)?;
+        within("rate_hz", self.rate_hz, 1.0, 1.0e6)?;
         for pair in &self.pairs {
-            range("offset_counts", pair.offset_counts[0], -32_768.0, 32_768.0)?;
-            range("offset_counts", pair.offset_counts[1], -32_768.0, 32_768.0)?;
-            range("gain", pair.gain, 0.1, 10.0)?;
-            range("angle_rad", pair.angle_rad, -1.0, 1.0)?;
+            within("offset_counts", pair.offset_counts[0], -32_768.0, 32_768.0)?;
+            within("offset_counts", pair.offset_counts[1], -32_768.0, 32_768.0)?;
+            within("gain", pair.gain, 0.1, 10.0)?;
+            within("angle_rad", pair.angle_rad, -1.0, 1.0)?;
         }
         self.limits.validate()?;
         if let Some(beacon) = &self.beacon {
             let [x_m, y_m] = beacon.origin_m;
-            range("beacon.origin_m", x_m, -100.0, 100.0)?;
-            range("beacon.origin_m", y_m, -100.0, 100.0)?;
-            range("beacon.segment_sd_m", beacon.segment_sd_m, 1.0e-9, 1.0e-3)?;
-            range(
+            within("beacon.origin_m", x_m, -100.0, 100.0)?;
+            within("beacon.origin_m", y_m, -100.0, 100.0)?;
+            within("beacon.segment_sd_m", beacon.segment_sd_m, 1.0e-9, 1.0e-3)?;
+            within(
                 "beacon.displacement_sd_m",
                 beacon.displacement_sd_m,
                 1.0e-9,
@@ -177,50 +169,50 @@ impl Settings {
         Ok(())
     }
 
-    fn geometry_ranges(&self) -> Result<(), ConfigError> {
+    fn geometry_ranges(&self) -> Result<(), OutOfRange> {
         let g = &self.geometry;
-        range("pitch_m", g.pitch_m, 1.0e-5, 0.1)?;
-        range("span_m", g.span_m, 1.0e-4, 1.0)?;
-        range("lateral_m", g.lateral_m, -1.0, 1.0)?;
-        range("height_m", g.height_m, 1.0e-4, 10.0)?;
-        range("lever_m", g.lever_m[0], -10.0, 10.0)?;
-        range("lever_m", g.lever_m[1], -10.0, 10.0)?;
-        range("tan_full_scale", g.tan_full_scale, 1.0e-6, 100.0)
+        within("pitch_m", g.pitch_m, 1.0e-5, 0.1)?;
+        within("span_m", g.span_m, 1.0e-4, 1.0)?;
+        within("lateral_m", g.lateral_m, -1.0, 1.0)?;
+        within("height_m", g.height_m, 1.0e-4, 10.0)?;
+        within("lever_m", g.lever_m[0], -10.0, 10.0)?;
+        within("lever_m", g.lever_m[1], -10.0, 10.0)?;
+        within("tan_full_scale", g.tan_full_scale, 1.0e-6, 100.0)
     }
 }
 
 impl Limits {
     #[inline] // built with the image, for size
     fn validate(&self) -> Result<(), ConfigError> {
-        range(
+        within(
             "amplitude_low_counts",
             self.amplitude_low_counts,
             0.0,
             46_341.0,
         )?;
-        range(
+        within(
             "amplitude_high_counts",
             self.amplitude_high_counts,
             self.amplitude_low_counts,
             1.0e6,
         )?;
-        range("clip_counts", f32::from(self.clip_counts), 1.0, 32_767.0)?;
-        range("slip_turns", self.slip_turns, 0.01, 0.499)?;
-        range("speed_filter", self.speed_filter, 1.0e-4, 1.0)?;
-        range(
+        within("clip_counts", f32::from(self.clip_counts), 1.0, 32_767.0)?;
+        within("slip_turns", self.slip_turns, 0.01, 0.499)?;
+        within("speed_filter", self.speed_filter, 1.0e-4, 1.0)?;
+        within(
             "direction_dead_band_m_s",
             self.direction_dead_band_m_s,
             0.0,
             100.0,
         )?;
-        range("parity_turns", self.parity_turns, 0.01, 1.0e6)?;
-        range(
+        within("parity_turns", self.parity_turns, 0.01, 1.0e6)?;
+        within(
             "beacon.sum_low_counts",
             self.beacon.sum_low_counts as f32,
             1.0,
             65_534.0,
         )?;
-        range(
+        within(
             "beacon.clip_counts",
             f32::from(self.beacon.clip_counts),
             1.0,
@@ -231,20 +223,5 @@ impl Limits {
             return Err(ConfigError::FrozenSamples(n));
         }
         Ok(())
-    }
-}
-
-/// NaN fails as well.
-#[inline(never)] // called some thirty times: inlined it is 1 KiB of flash
-fn range(name: &'static str, value: f32, low: f32, high: f32) -> Result<(), ConfigError> {
-    if value >= low && value <= high {
-        Ok(())
-    } else {
-        Err(ConfigError::Range {
-            name,
-            value,
-            low,
-            high,
-        })
     }
 }

@@ -22,6 +22,7 @@ use crate::drivers::motion::{MotionPort, PortCounters, Target};
 use crate::frame::{Frame, Status};
 use crate::link::message::{Field, Refusal, StartRefusal};
 use crate::model::TermTable;
+use crate::range::OutOfRange;
 use crate::settings::Settings;
 use crate::swap::SwapSender;
 use crate::update::install::UpdateRefusal;
@@ -247,7 +248,7 @@ where
     pub fn calibrate(&mut self, mut config: SessionConfig, errand: Errand) -> Result<(), Refusal> {
         self.may_calibrate()?;
         config.geometry = self.keeper.settings().geometry;
-        config.validate().map_err(not_started)?;
+        config.validate().map_err(out_of_range)?;
         self.task.make_platen();
         self.keeper
             .model_to_fit(&mut config.model, TermTable::equation_3);
@@ -273,7 +274,7 @@ where
             return Err(Refusal::Start(StartRefusal::NoBeacon));
         }
         config.geometry = self.keeper.settings().geometry;
-        config.validate().map_err(not_started)?;
+        config.validate().map_err(out_of_range)?;
         self.task.make_joint();
         self.keeper
             .model_to_fit(&mut config.model, TermTable::equation_9);
@@ -428,20 +429,25 @@ fn not_started(error: StartError) -> Refusal {
     match error {
         StartError::Busy => Refusal::Busy,
         StartError::Terms => Refusal::Start(StartRefusal::Terms),
-        StartError::Range {
-            name,
+        StartError::Range(number) => out_of_range(number),
+    }
+}
+
+fn out_of_range(number: OutOfRange) -> Refusal {
+    let OutOfRange {
+        name,
+        value,
+        low,
+        high,
+    } = number;
+    match FIELDS.iter().find(|(known, _)| *known == name) {
+        Some((_, field)) => Refusal::Range {
+            field: *field,
             value,
             low,
             high,
-        } => match FIELDS.iter().find(|(known, _)| *known == name) {
-            Some((_, field)) => Refusal::Range {
-                field: *field,
-                value,
-                low,
-                high,
-            },
-            None => Refusal::Start(StartRefusal::Settings),
         },
+        None => Refusal::Start(StartRefusal::Settings),
     }
 }
 

@@ -2,10 +2,10 @@
 
 use super::outcome::AcceptanceLimits;
 use super::plan::{Plan, Range};
-use super::start_error::{StartError, within};
 use super::visits::Visits;
 use crate::geometry::Geometry;
 use crate::model::{ErrorModel, TermTable};
+use crate::range::{OutOfRange, within};
 
 /// What a session is to do.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,7 +56,7 @@ impl SessionConfig {
     ///
     /// # Errors
     /// The first that is out of range.
-    pub fn validate(&self) -> Result<(), StartError> {
+    pub fn validate(&self) -> Result<(), OutOfRange> {
         let g = &self.geometry;
         within("pitch_m", g.pitch_m, 1.0e-5, 0.1)?;
         within("span_m", g.span_m, 1.0e-4, 1.0)?;

@@ -2,9 +2,9 @@
 
 use super::average::FRAMES;
 use super::plan::{Plan, Range};
-use super::start_error::{StartError, within};
 use super::visit::VisitRules;
 use crate::frame::Status;
+use crate::range::{OutOfRange, within};
 
 /// Poses of a session, and the stay at each.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +56,7 @@ impl Visits {
     ///
     /// # Errors
     /// The first that is out of range.
-    pub(super) fn validate(&self) -> Result<(), StartError> {
+    pub(super) fn validate(&self) -> Result<(), OutOfRange> {
         let frames = self.frames_per_pose as f32;
         within("frames_per_pose", frames, 2.0, FRAMES as f32)?;
         within("frame_noise_m", self.frame_noise_m, 1.0e-10, 1.0e-4)?;

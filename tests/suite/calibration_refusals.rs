@@ -3,6 +3,7 @@ use crate::common::*;
 use courier_sensor::calibration::*;
 use courier_sensor::drivers::motion::{self, FaultCode};
 use courier_sensor::frame::Status;
+use courier_sensor::range::OutOfRange;
 
 fn refused(courier: &mut Courier, config: SessionConfig) -> Refusal {
     let mut session = Box::new(Session::idle());
@@ -160,12 +161,12 @@ fn too_few_poses_are_refused() {
     let few = short_session(LEAST_POSES - 1);
     assert_eq!(
         Session::idle().start(few),
-        Err(StartError::Range {
+        Err(StartError::Range(OutOfRange {
             name: "poses",
             value: 48.0,
             low: 49.0,
             high: 1.0e6
-        })
+        }))
     );
     fn one_is_off(_: &mut rand_chacha::ChaCha8Rng, count: u32) -> [f64; 4] {
         [if count == 30 { 0.1e-3 } else { 0.0 }, 0.0, 0.0, 0.0]

@@ -5,13 +5,14 @@ use super::layout::{JOINT_UNKNOWNS, Layout, Values};
 use super::solver::Priors;
 use super::steps::Step;
 use crate::calibration::plan::Range;
-use crate::calibration::start_error::{StartError, within};
+use crate::calibration::start_error::StartError;
 use crate::calibration::visits::Visits;
 use crate::equations::PARITY_SIGN;
 use crate::frame::SEGMENTS;
 use crate::geometry::Geometry;
 use crate::math::sqrt;
 use crate::model::{ErrorModel, Term, TermTable};
+use crate::range::{OutOfRange, within};
 
 /// What a joint calibration must meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,7 +92,7 @@ impl JointConfig {
     ///
     /// # Errors
     /// The first that is out of range. Lengths are in metres: a lever arm of 90 is refused.
-    pub fn validate(&self) -> Result<(), StartError> {
+    pub fn validate(&self) -> Result<(), OutOfRange> {
         let g = &self.geometry;
         within("pitch_m", g.pitch_m, 1.0e-5, 0.1)?;
         within("span_m", g.span_m, 1.0e-4, 1.0)?;

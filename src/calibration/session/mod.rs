@@ -22,11 +22,12 @@ use super::port::{Action, MotionEvent, Progress, Stage};
 use super::regression::Regression;
 use super::sample::Sample;
 use super::spread::Spread;
-use super::start_error::{StartError, within};
+use super::start_error::StartError;
 use super::visit::{Visit, VisitRules, Visited};
 use crate::frame::{Frame, SEGMENTS};
 use crate::math::sqrt;
 use crate::model::ErrorModel;
+use crate::range::within;
 
 /// Poses between two looks at the predicted deviation.
 const LOOK_EVERY: u32 = 8;

@@ -2,6 +2,7 @@
 
 use super::{at, raw};
 use courier_sensor::model::{ErrorModel, TermTable};
+use courier_sensor::range::OutOfRange;
 use courier_sensor::settings::{ConfigError, Settings};
 use courier_sensor::step::{StepConfig, StepState, isr_step, step};
 
@@ -24,7 +25,7 @@ fn settings_that_cannot_work_are_refused_by_name() {
         StepConfig::build(&settings).unwrap_err()
     };
     let named = |change: &dyn Fn(&mut Settings)| match refuse(change) {
-        ConfigError::Range { name, .. } => name,
+        ConfigError::Range(OutOfRange { name, .. }) => name,
         other => panic!("{other:?}"),
     };
     assert_eq!(named(&|s| s.geometry.pitch_m = 1.016), "pitch_m");
