@@ -135,10 +135,28 @@ pub fn middle<T: Number>(p: &[T; SEGMENTS]) -> [T; 2] {
     [half * (p[0] + p[2]), half * (p[1] + p[3])]
 }
 
+/// Outputs of the segments where the platen sensor is at `middle` and turned by `theta`: equation (4) the other way round.
+#[inline(always)]
+pub fn outputs<T: Number>(middle: [T; 2], theta: T, span: T) -> [T; SEGMENTS] {
+    let ([x, y], arm) = (middle, T::from(0.5) * span * theta);
+    [x + arm, y + arm, x - arm, y - arm]
+}
+
 /// The argument of each segment's lateral term, equation (9): the place across, shifted by the angle times l_o (`lateral`).
 #[inline(always)]
 pub fn lateral_arguments<T: Number>(middle: [T; 2], theta: T, lateral: T) -> [T; SEGMENTS] {
     core::array::from_fn(|i| middle[1 - i % 2] + T::from(LATERAL_SIGN[i]) * lateral * theta)
+}
+
+/// Where each segment is over the platen, along its own direction and across it, by the outputs p and their [`lateral_arguments`].
+#[inline(always)]
+pub fn places<T: Number>(
+    p: &[T; SEGMENTS],
+    lateral_arguments: &[T; SEGMENTS],
+    span: T,
+) -> [[T; 2]; SEGMENTS] {
+    let half = T::from(0.5) * span;
+    core::array::from_fn(|i| [p[i], lateral_arguments[i] + T::from(LATERAL_SIGN[i]) * half])
 }
 
 /// Equations (10) and (11) at one pose.
@@ -311,12 +329,19 @@ mod tests {
     #[test]
     fn a_turn_alone_has_no_parity_and_its_own_angle() {
         let turn = 0.01;
-        let p: [f64; SEGMENTS] =
-            core::array::from_fn(|i| f64::from(ANGLE_SIGN[i]) * 0.5 * SPAN * turn);
+        let p = outputs([0.0; 2], turn, SPAN);
+        assert_eq!(
+            p,
+            ANGLE_SIGN.map(|sign| f64::from(sign) * 0.5 * SPAN * turn)
+        );
         assert!(parity(&p).abs() < 1e-18);
         assert!((theta(&p, SPAN) - turn).abs() < 1e-15);
         assert_eq!(middle(&p), [0.0, 0.0]);
         let shifted = lateral_arguments(middle(&p), turn, 3.0e-3);
         assert_eq!(shifted, [-3.0e-5, 3.0e-5, 3.0e-5, -3.0e-5]);
+        // Segments 1 and 3 are half a span to either side along y, 2 and 4 along x.
+        let across = places(&p, &lateral_arguments([2.0, 3.0], 0.0, 1.0), SPAN).map(|at| at[1]);
+        let half = 0.5 * SPAN;
+        assert_eq!(across, [3.0 - half, 2.0 + half, 3.0 + half, 2.0 - half]);
     }
 }

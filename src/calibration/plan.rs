@@ -13,6 +13,7 @@
 use super::gate::PlatenEstimator;
 use super::regression::Regression;
 use super::sample::Sample;
+use crate::equations::outputs;
 use crate::math::round;
 use rand_pcg::Lcg64Xsh32;
 use rand_pcg::rand_core::Rng;
@@ -58,13 +59,7 @@ pub struct Range {
 #[must_use]
 pub fn foreseen(regression: &Regression, start: &Sample, pose: &RelativePose) -> Sample {
     let geometry = regression.geometry();
-    let arm = 0.5 * geometry.span_m * pose.theta_rad;
-    let moved = [
-        pose.x_m + arm,
-        pose.y_m + arm,
-        pose.x_m - arm,
-        pose.y_m - arm,
-    ];
+    let moved = outputs([pose.x_m, pose.y_m], pose.theta_rad, geometry.span_m);
     let mut sample = *start;
     for (output, moved) in sample.unmodified.iter_mut().zip(moved) {
         let turns = output.fraction_turns + moved / geometry.pitch_m;

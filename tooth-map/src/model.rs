@@ -4,7 +4,7 @@
 use super::pose::{Setup, TeethPose};
 use super::unknowns::{Unknowns, WAVES};
 use courier_sensor::equations::{
-    ANGLE_SIGN, LATERAL_SIGN, PARITY_SIGN, lateral_arguments, middle, own_functions, theta,
+    self, ANGLE_SIGN, PARITY_SIGN, lateral_arguments, middle, own_functions, theta,
 };
 use courier_sensor::frame::SEGMENTS;
 use std::f64::consts::TAU;
@@ -32,11 +32,8 @@ fn lateral_m(setup: &Setup, p: &[f64; SEGMENTS]) -> [f64; SEGMENTS] {
 
 /// Places of a segment in its direction's field, pitches, from outputs.
 pub fn places(setup: &Setup, p: &[f64; SEGMENTS]) -> [[f64; 2]; SEGMENTS] {
-    let lateral = lateral_m(setup, p);
-    std::array::from_fn(|i| {
-        let across_m = lateral[i] + f64::from(LATERAL_SIGN[i]) * 0.5 * setup.span_m;
-        [p[i] / setup.pitch_m, across_m / setup.pitch_m]
-    })
+    let places_m = equations::places(p, &lateral_m(setup, p), setup.span_m);
+    places_m.map(|place| place.map(|p| p / setup.pitch_m))
 }
 
 /// Everything of one pose. A place outside the lattice has no field. The waves' phases are those of the places that fields and

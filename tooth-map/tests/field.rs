@@ -1,8 +1,6 @@
 //! A platen with a known field of displaced teeth: the map is that field.
 
-use courier_sensor::equations::{
-    ANGLE_SIGN, Angle, LATERAL_SIGN, beacon, lateral_arguments, middle, theta,
-};
+use courier_sensor::equations::{self, Angle, beacon, lateral_arguments, middle, outputs, theta};
 use courier_sensor::geometry::Geometry;
 use courier_sensor::teeth::Grid;
 use rand_chacha::ChaCha8Rng;
@@ -30,10 +28,8 @@ fn field_m(direction: usize, [along, across]: [f64; 2]) -> f64 {
 /// Places of the segments in their fields, pitches.
 fn places(setup: &Setup, p: &[f64; 4]) -> [[f64; 2]; 4] {
     let lateral = lateral_arguments(middle(p), theta(p, setup.span_m), setup.lateral_m);
-    std::array::from_fn(|i| {
-        let across_m = lateral[i] + f64::from(LATERAL_SIGN[i]) * 0.5 * setup.span_m;
-        [p[i] / setup.pitch_m, across_m / setup.pitch_m]
-    })
+    let places_m = equations::places(p, &lateral, setup.span_m);
+    places_m.map(|place| place.map(|p| p / setup.pitch_m))
 }
 
 /// Readings at a true place: the teeth hide part of it.
@@ -41,9 +37,7 @@ fn pose(setup: &Setup, rng: &mut ChaCha8Rng) -> TeethPose {
     let travel = Uniform::new(-TRAVEL, TRAVEL).unwrap();
     let centre_m = [0, 1].map(|_| setup.pitch_m * travel.sample(rng));
     let turn_rad = Uniform::new(-TURN_RAD, TURN_RAD).unwrap().sample(rng);
-    let truth: [f64; 4] = std::array::from_fn(|i| {
-        centre_m[i % 2] + 0.5 * f64::from(ANGLE_SIGN[i]) * setup.span_m * turn_rad
-    });
+    let truth = outputs(centre_m, turn_rad, setup.span_m);
     let mut outputs_m = truth;
     for _ in 0..4 {
         let places = places(setup, &outputs_m);

@@ -7,7 +7,7 @@
 
 use super::row::{Row, USUAL_ANGLE_RAD};
 use anyhow::{Context, Result};
-use courier_sensor::equations::{lateral_arguments, middle, theta};
+use courier_sensor::equations::{lateral_arguments, middle, outputs, theta};
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::model::{Multiplier, Term};
@@ -156,8 +156,7 @@ fn pose(diagnosed: &Diagnosed, geometry: &Geometry, k: usize) -> Pose {
         pitch_m * unit(2),
         USUAL_ANGLE_RAD * (2.0 * unit(3) - 1.0),
     );
-    let arm = 0.5 * f64::from(geometry.span_m) * theta;
-    let corrected = [x + arm, y + arm, x - arm, y - arm];
+    let corrected = outputs([x, y], theta, f64::from(geometry.span_m));
     let phases = Phases::new(&corrected, geometry);
     let effects = std::array::from_fn::<f64, SEGMENTS, _>(|s| {
         diagnosed.constants_m[s] + phases.sum_m(diagnosed.effects, s)

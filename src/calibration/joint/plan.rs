@@ -6,6 +6,7 @@ use super::sample::JointSample;
 use super::solver::JointSolver;
 use crate::calibration::plan::{Planner, RelativePose};
 use crate::calibration::sample::Sample;
+use crate::equations::outputs;
 use crate::frame::SEGMENTS;
 use crate::math::{round, sincos_turns, sqrt};
 use core::f32::consts::TAU;
@@ -40,13 +41,7 @@ pub fn foreseen_under_beacon(
     pose: &RelativePose,
 ) -> JointSample {
     let geometry = &constraints.geometry;
-    let arm = 0.5 * geometry.span_m * pose.theta_rad;
-    let moved = [
-        pose.x_m + arm,
-        pose.y_m + arm,
-        pose.x_m - arm,
-        pose.y_m - arm,
-    ];
+    let moved = outputs([pose.x_m, pose.y_m], pose.theta_rad, geometry.span_m);
     let mut sample = JointSample::ZERO;
     for i in 0..SEGMENTS {
         let turns = start.unmodified[i].fraction_turns + moved[i] / geometry.pitch_m;

@@ -1,7 +1,7 @@
 //! What the sensor knows at a sample, from calibrated readings.
 
 use super::LinearizedRecording;
-use courier_signal::equations::{LATERAL_SIGN, lateral_arguments};
+use courier_signal::equations::{lateral_arguments, places, theta};
 use effects::sensor::{Covariates, LATERAL_ORDERS, LoggedColumn, ORDERS};
 use std::f64::consts::TAU;
 
@@ -13,9 +13,7 @@ impl LinearizedRecording<'_> {
 
     fn theta_of(&self, i: usize, p: impl Fn(usize) -> Option<f64>) -> f64 {
         match (p(0), p(1), p(2), p(3)) {
-            (Some(a), Some(b), Some(c), Some(d)) => {
-                (a - c + b - d) / (2.0 * self.observations.span_m)
-            }
+            (Some(a), Some(b), Some(c), Some(d)) => theta(&[a, b, c, d], self.observations.span_m),
             (Some(a), _, Some(c), _) => (a - c) / self.observations.span_m,
             (_, Some(b), _, Some(d)) => (b - d) / self.observations.span_m,
             _ => self.observations.reference[2]
@@ -72,7 +70,6 @@ impl LinearizedRecording<'_> {
         let centre = self.centre_of(i, |s| self.refined_m(s, i));
         let own_m: [f64; 4] = std::array::from_fn(|s| finite(self.refined_m(s, i).as_ref()));
         let across_m = lateral_arguments(centre.map(|c| finite(Some(&c))), theta, o.lateral_m);
-        let side = LATERAL_SIGN.map(|sign| 0.5 * f64::from(sign));
         let at = |list: &[Vec<f64>; 4]| std::array::from_fn(|s| finite(list[s].get(i)));
         let tan_psi = [0, 1].map(|axis: usize| finite(o.tan_psi[axis].get(i)));
         let start = o.t_s[0];
@@ -89,7 +86,7 @@ impl LinearizedRecording<'_> {
             }),
             own: of_segments::<{ ORDERS + 1 }>(|s| f * own_m[s]),
             lateral: of_segments::<{ LATERAL_ORDERS + 1 }>(|s| f * across_m[s]),
-            place_m: std::array::from_fn(|s| [own_m[s], across_m[s] + side[s] * o.span_m]),
+            place_m: places(&own_m, &across_m, o.span_m),
             centre_m: [0, 1].map(|axis| finite(Some(&centre[axis]))),
             from_middle_m: [0, 1]
                 .map(|axis| finite(Some(&centre[axis])) - self.inputs.middle_m[axis]),
