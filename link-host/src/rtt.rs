@@ -18,6 +18,8 @@ const MOST_RINGS: u32 = 16;
 const LARGEST_RING: u32 = 1 << 17;
 /// Bytes read at a time while searching.
 const SEARCH_BYTES: usize = 4096;
+/// Bytes of a word.
+const WORD_BYTES: usize = 4;
 
 /// Up and down rings of a running image.
 #[derive(Clone, Debug)]
@@ -88,11 +90,13 @@ impl Rtt {
         while at < from + bytes {
             let length = window.len().min((from + bytes - at) as usize);
             memory.read(at, &mut window[..length])?;
+            // The block holds words, and so lies at a word's place.
             if let Some(place) = window[..length]
                 .windows(IDENTIFIER.len())
+                .step_by(WORD_BYTES)
                 .position(|w| w == IDENTIFIER)
             {
-                return Ok(Some(at + place as u32));
+                return Ok(Some(at + (place * WORD_BYTES) as u32));
             }
             at += SEARCH_BYTES as u32;
         }

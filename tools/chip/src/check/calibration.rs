@@ -1,6 +1,6 @@
 //! A calibration with a commit, a power cut, and a start from what was stored.
 
-use super::fixture::{judge, start};
+use super::fixture::{judge, start_in};
 use crate::image::Image;
 use crate::peripheral::flash::Start;
 use crate::wire::Board;
@@ -9,17 +9,32 @@ use board_link::Link;
 use courier_sensor::calibration::record::Calibration;
 use courier_sensor::link::message::{Action, CalibrateOrder, InForce, Reply, Source};
 use courier_sensor::link::report::Ending;
-
+use hal_sim::board::SharedFlash;
+use hal_sim::presets;
+use hal_sim::wire::motion::ControllerConfig;
+use hal_sim::world::World;
 use std::time::Duration;
 
+/// The courier's number.
+const SEED: u64 = 3;
 /// The shortest session that can be accepted, stored at its end.
 const POSES: u16 = 60;
 const HELD_OUT: u16 = 10;
-/// A pose takes 0.3 s; with as much again for what is slow.
-const PATIENCE_S: u64 = 45;
+/// A motor that stands at once, and how fast it moves, m/s: nothing is tried while the courier is on its way.
+const QUICK: ControllerConfig = ControllerConfig {
+    decay_s: 1.5e-3,
+    settle_s: 10.0e-3,
+    acceleration_m_per_s2: 40.0,
+    ..ControllerConfig::TYPICAL
+};
+const SPEED_M_PER_S: f32 = 1.0;
+/// A pose takes 0.06 s; with as much again for what is slow.
+const PATIENCE_S: u64 = 10;
 
 pub fn run(image: &Image) -> Result<String> {
-    let board = Board::new(start(image, 3, Start::default())?);
+    let world = World::new(presets::ideal(SEED), QUICK, Default::default(), SEED)?;
+    let processor = start_in(image, world, SharedFlash::erased(SEED), Start::default())?;
+    let board = Board::new(processor);
     let result = calibrate(&board);
     judge(&mut board.processor.borrow_mut(), result)
 }
@@ -29,6 +44,7 @@ fn calibrate(board: &Board) -> Result<String> {
     let order = CalibrateOrder {
         poses: POSES,
         held_out_poses: HELD_OUT,
+        speed_m_per_s: SPEED_M_PER_S,
         ..CalibrateOrder::default()
     };
     ensure!(
