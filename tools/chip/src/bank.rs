@@ -12,6 +12,9 @@ use std::rc::Rc;
 /// What an erased byte reads as.
 const ERASED: u8 = 0xFF;
 
+/// Steps of `hal-sim`'s flash to an operation.
+const STEPS: u64 = 8;
+
 /// What is done to a bank.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Operation {
@@ -119,6 +122,11 @@ impl Bank {
     /// All bytes, as they are.
     pub fn bytes(&self) -> Vec<u8> {
         self.here.0.borrow().bytes().to_vec()
+    }
+
+    /// Operations that it has carried out.
+    pub fn operations(&self) -> u64 {
+        self.here.0.borrow().steps() / STEPS
     }
 
     /// Offsets of the double words whose check bits are wrong.

@@ -162,6 +162,11 @@ impl Flash {
         std::mem::take(&mut self.double_error)
     }
 
+    /// Operations of both banks so far, resets or not.
+    pub fn operations(&self) -> u64 {
+        self.banks.iter().map(Bank::operations).sum()
+    }
+
     /// Until when the bank does not answer.
     pub fn busy_until(&self) -> Ticks {
         self.work.map_or(0, |(_, end)| end)

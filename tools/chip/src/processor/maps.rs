@@ -5,6 +5,7 @@ use super::system::Wish;
 use crate::memory::{BANK_BYTES, FLASH, RAM, RAM_BYTES};
 use crate::rule::Rule;
 use anyhow::{Result, anyhow};
+use std::sync::LazyLock;
 use unicorn_engine::{HookType, Prot, Unicorn, uc_error};
 
 /// Where the bank lies that code runs from: the chip boots from address 0.
@@ -120,6 +121,9 @@ pub fn map_registers(uc: &mut Unicorn<'static, Shared>) -> Result<()> {
         let address = PERIPHERALS.0 + offset as u32;
         let held_up = shared.held_up_at(address);
         let value = shared.chip.read(address, width);
+        if address == *FLASH_STATUS {
+            shared.wait_for_flash();
+        }
         store(uc);
         after_read(uc.get_data_mut(), held_up);
         u64::from(value)
@@ -212,6 +216,8 @@ pub fn store(uc: &mut Unicorn<Shared>) {
     }
 }
 
+/// The flash controller's status register (RM0440, 3.7.5).
+static FLASH_STATUS: LazyLock<u32> = LazyLock::new(|| crate::registers::address("FLASH") + 0x10);
 /// DMA1's registers (stm32-metapac).
 const DMA1: std::ops::Range<u32> = 0x4002_0000..0x4002_0400;
 

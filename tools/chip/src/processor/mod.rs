@@ -86,6 +86,7 @@ impl Processor {
             resumed: false,
             wait_states: false,
             waits_for_dma: false,
+            looked_at: 0,
             watched: vec![],
         };
         let mode = Mode::THUMB | Mode::MCLASS;

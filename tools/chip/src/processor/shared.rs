@@ -11,6 +11,9 @@ use unicorn_engine::UcHookId;
 /// Code below it lies in flash, above it in a RAM.
 const CODE_END: u32 = 0x1000_0000;
 
+/// Operations of the flash before waits for it are cut short: a commit has some forty, its page's erase among them.
+const OPERATIONS_IN_FULL: u64 = 64;
+
 /// Why the processor has stopped between two blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
@@ -54,6 +57,8 @@ pub struct Shared {
     pub wait_states: bool,
     /// Whether all accesses wait that DMA may hold up.
     pub waits_for_dma: bool,
+    /// The block of instructions that looked at the flash controller's status last.
+    pub looked_at: u32,
     /// Hooks on pages of the bank that code runs from in which a double word is torn.
     pub watched: Vec<UcHookId>,
 }
@@ -92,6 +97,20 @@ impl Shared {
     pub fn held_up_at(&self, address: u32) -> u64 {
         let serves = self.waits_for_dma && self.chip.transfers.serves();
         contention::of_access(address, serves)
+    }
+
+    /// Code has looked at the flash controller's status. If it waits there, nothing else happens until the next instant: time goes on to
+    /// that. The first operations are waited for look by look, so that a wait that gives up too early is seen.
+    pub fn wait_for_flash(&mut self) {
+        let before = std::mem::replace(&mut self.looked_at, self.chip.running_at);
+        let end = self.next.min(self.chip.flash.busy_until());
+        if before == self.looked_at
+            && !self.is_due()
+            && end > self.chip.now
+            && self.chip.flash.operations() >= OPERATIONS_IN_FULL
+        {
+            self.pass((end - self.chip.now) / self.cycle);
+        }
     }
 
     /// Lets time pass.
