@@ -90,6 +90,9 @@ pub mod sensor_side {
     const PAIR_ORDERS: [usize; 2] = [1, 2];
     /// Prior size of each: it completes the drift.
     const PAIR_SIZE_M: f64 = 1.0e-6;
+    /// The same where the counts show that the pair wanders: offsets of 0.3 to 0.5 % of the amplitude are usual (ESS resolver) and 6 % has
+    /// been seen (lib_sincos_enc); 1 % makes 1.6 µm.
+    const WANDER_SIZE_M: f64 = 3.0e-6;
 
     /// Prior of what a mount's drift is behind the board's: as much as the drift itself (5.6 um/K has been seen).
     const DRIFT_M_PER_K: f64 = 3.0e-6;
@@ -104,7 +107,8 @@ pub mod sensor_side {
         }
     }
 
-    /// Sensor side: each segment's offset, the scale of both axes, and the coordination sensor's offset and gain.
+    /// Sensor side: each segment's offset, the scale of both axes, and the coordination sensor's offset and gain; of a pair that wanders, as
+    /// its counts show, its own offsets, gain and angle.
     pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         let mut list = Vec::new();
         let (range, goes_on) = (inputs.warmths_k, inputs.bend_goes_on);
@@ -122,8 +126,10 @@ pub mod sensor_side {
                 let behind = Regressor::reading(name, "m/K", 0.7e-6, s, move |m| m.behind_k[lag]);
                 list.push(behind.of_deviation(DRIFT_M_PER_K));
             }
-            for order in PAIR_ORDERS.into_iter().filter(|_| inputs.forms.pairs_warm) {
-                let label = ("warmth times ", "m/K", PAIR_SIZE_M, Factor::Warmth);
+            let wanders = inputs.counts && inputs.pair_wanders[s];
+            let size_m = if wanders { WANDER_SIZE_M } else { PAIR_SIZE_M };
+            for order in PAIR_ORDERS.into_iter().filter(|_| wanders || inputs.forms.pairs_warm) {
+                let label = ("warmth times ", "m/K", size_m, Factor::Warmth);
                 Regressor::free_harmonic(inputs, &mut list, (s, order), label, |m| m.warmth_k);
             }
         }

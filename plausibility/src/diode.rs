@@ -19,25 +19,25 @@ const PAIRINGS: [([[usize; 2]; 2], Option<[usize; 2]>); 5] = [
 ];
 
 /// Motion under the beacon below this, rms, says nothing.
-const MOVED_M: f64 = 60.0e-6;
+const EXCITATION_M: f64 = 60.0e-6;
 /// The diode explains a motion if less than this share of it is left: the lever arm of 90 mm turns 4 µm of a pair's error into 40.
-const LEFT: f64 = 0.15;
+const UNEXPLAINED_SHARE: f64 = 0.15;
 /// No coefficient is known better than with this error of the readings, m.
-const LEAST_M: f64 = 5.0e-6;
+const ERROR_FLOOR_M: f64 = 5.0e-6;
 /// A drawing may be off by this share (the joint calibration's limit is twice that).
-const DRAWING: f64 = 0.2;
+const DRAWING_TOLERANCE: f64 = 0.2;
 /// What a bracket adds to that, m.
-const BRACKET_M: f64 = 2.0e-3;
-/// Standard errors within which two values are the same.
-const ERRORS: f64 = 1.0;
-/// A main coefficient is known to this share of itself, or nothing is told.
-const KNOWN: f64 = 0.1;
+const BRACKET_TOLERANCE_M: f64 = 2.0e-3;
+/// Standard errors within which two values are the same. A prior: the errors are bounds of what equation (3) leaves, not deviations of noise.
+const COVERAGE_FACTOR: f64 = 1.0;
+/// A main coefficient is known to this share of itself, or nothing is told: units and axes that are taken for each other differ by more.
+const RELATIVE_ERROR: f64 = 0.1;
 /// What the other axis of the diode may do beside the main one, as a share: a mount turned by 17 degrees.
-const BESIDE: f64 = 0.3;
+const CROSS_AXIS_SHARE: f64 = 0.3;
 /// An angle that moves by itself by so many times its own error tells the lever arms: less, and the error makes them too short by a tenth.
-const TURNED: f64 = 3.0;
+const TURN_SIGNAL_TO_NOISE: f64 = 3.0;
 /// Zero of the angle that tooth counts may have by chance, rad: half a pitch over the span.
-const ZERO_RAD: f64 = 0.05;
+const ANGLE_ORIGIN_RAD: f64 = 0.05;
 
 /// Electrodes beside all recorded segments, for every pairing.
 #[derive(Clone, Debug)]
@@ -147,21 +147,24 @@ impl Diode {
         regressors.extend(view.response(2, width));
         let fit = fit(&self.products.projected, &weights, &regressors);
         // By what was measured, whatever the view's scale: no view makes a motion too small to be looked at.
-        if fit.was * view.lengths < MOVED_M {
+        if fit.was * view.lengths < EXCITATION_M {
             return None;
         }
         judged.told += 1;
-        if fit.left > LEFT * fit.was {
+        if fit.left > UNEXPLAINED_SHARE * fit.was {
             judged.unexplained += 1;
             return None;
         }
-        let turned = |rad: &f64| *rad > TURNED * view.angle_error_rad(self.products.periodic_m);
+        let turned = |rad: &f64| {
+            *rad > TURN_SIGNAL_TO_NOISE * view.angle_error_rad(self.products.periodic_m)
+        };
         let by_angle = fit
             .alone
             .get(2)
             .is_some_and(turned)
             .then(|| [fit.coefficients[2], error(&fit, 2)]);
-        let known = |axis: &usize| error(&fit, *axis) < KNOWN * fit.coefficients[*axis].abs();
+        let known =
+            |axis: &usize| error(&fit, *axis) < RELATIVE_ERROR * fit.coefficients[*axis].abs();
         let size = |axis: &usize| fit.coefficients[*axis].abs();
         let main = [0, 1]
             .into_iter()
@@ -177,7 +180,7 @@ impl Diode {
             });
         };
         let other = 1 - main;
-        let told = error(&fit, other) < BESIDE / ERRORS * size(&main);
+        let told = error(&fit, other) < CROSS_AXIS_SHARE / COVERAGE_FACTOR * size(&main);
         Some(Row {
             main,
             factor: fit.coefficients[main],
@@ -195,7 +198,7 @@ impl Diode {
         for row in told.iter().flatten() {
             if row
                 .beside
-                .is_some_and(|b| b.abs() > BESIDE * row.factor.abs())
+                .is_some_and(|b| b.abs() > CROSS_AXIS_SHARE * row.factor.abs())
             {
                 judged.unexplained += 1;
             }
@@ -227,16 +230,15 @@ impl Diode {
             .iter()
             .copied()
             .min_by(|a, b| a[1].total_cmp(&b[1]))?;
-        if scales
-            .iter()
-            .any(|s| (s[0] / scale - 1.0).abs() > DRAWING + ERRORS * s[1] / scale)
-        {
+        if scales.iter().any(|s| {
+            (s[0] / scale - 1.0).abs() > DRAWING_TOLERANCE + COVERAGE_FACTOR * s[1] / scale
+        }) {
             judged.unexplained += 1;
         }
         judged.height = Some([scale, error]);
-        if (scale - 1.0).abs() > DRAWING + ERRORS * error {
+        if (scale - 1.0).abs() > DRAWING_TOLERANCE + COVERAGE_FACTOR * error {
             let degrees = unit_of(1.0 / scale, &ANGLES[..1], FULL_SCALE_SHARE);
-            let length = unit_of(1.0 / scale, &LENGTHS, DRAWING / 10.0);
+            let length = unit_of(1.0 / scale, &LENGTHS, DRAWING_TOLERANCE / 10.0);
             let factor = degrees.or(length).map_or(scale, |_| scale);
             judged.faults.push(Fault::Height(factor));
         }
@@ -263,11 +265,18 @@ impl Diode {
             (x[0], y[0]) = (cosine * x[0] + sine * y[0], cosine * y[0] - sine * x[0]);
         }
         judged.lever_m = found;
-        let zero = if turn_rad.is_some() { 0.0 } else { ZERO_RAD };
+        let zero = if turn_rad.is_some() {
+            0.0
+        } else {
+            ANGLE_ORIGIN_RAD
+        };
         let near = |axis: usize, wanted: f64| {
             found[axis].is_none_or(|[value, error]| {
                 let other = self.lever_m[1 - axis].abs();
-                let allowed = DRAWING * wanted.abs() + BRACKET_M + ERRORS * error + zero * other;
+                let allowed = DRAWING_TOLERANCE * wanted.abs()
+                    + BRACKET_TOLERANCE_M
+                    + COVERAGE_FACTOR * error
+                    + zero * other;
                 (value - wanted).abs() <= allowed
             })
         };
@@ -293,7 +302,7 @@ impl Diode {
 }
 
 fn error(fit: &Fit, regressor: usize) -> f64 {
-    fit.error(regressor, LEAST_M)
+    fit.error(regressor, ERROR_FLOOR_M)
 }
 
 /// What a crossing of the axes and the signs of x and y are the result of.

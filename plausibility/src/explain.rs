@@ -14,24 +14,24 @@ use recording::Recording;
 
 /// Parity of a right wiring, rms, as a share of the pitch: what effects of 20 noise floors (0.3 µm each) leave once the periodic errors of
 /// equation (3) are out.
-const PARITY: f64 = 0.006;
+const PARITY_TOLERANCE: f64 = 0.006;
 /// Up to this share a parity is right if no other wiring's is far smaller.
-const PARITY_AT_MOST: f64 = 0.1;
+const LARGEST_PARITY: f64 = 0.1;
 /// What "far smaller" is.
-const FAR: f64 = 3.0;
+const PARITY_RATIO: f64 = 3.0;
 /// A platen sensor sees no teeth at more than its pitch over its length (some six teeth: 0.15 rad); a pair's angle beyond this, rms, rad,
 /// is no angle.
 const ANGLE_RAD: f64 = 0.06;
 /// Nothing on a platen is faster, m/s: ten times a planar motor's speed.
 const SPEED_M_S: f64 = 20.0;
 /// No segment is more exact than this, m: what is left of a calibrated one (paper, table of 3.2.1).
-const LEAST_M: f64 = 2.0e-6;
+const ERROR_FLOOR_M: f64 = 2.0e-6;
 /// What a response that nothing explains costs: more than one fault, less than two.
-const UNEXPLAINED: f64 = 1.5;
+const UNEXPLAINED_COST: f64 = 1.5;
 /// A lever arm that is known to this share of itself suggests a span.
-const KNOWN: f64 = 0.1;
-/// Explanations whose costs differ by less are equally good.
-const ALIKE: f64 = 0.15;
+const RELATIVE_ERROR: f64 = 0.1;
+/// Explanations whose costs differ by less are equally good: below the least cost of a fault.
+const COST_TOLERANCE: f64 = 0.15;
 
 /// Faults that together make the readings agree.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,13 +123,13 @@ impl Relations {
         let longer = if logged { view.lengths.max(1.0) } else { 1.0 };
         let parity_m = self.parity_m(view.wiring);
         let pitch_m = self.readings.pitch_m * longer;
-        let least =
-            parity_m <= FAR * self.smallest_parity_m && parity_m <= PARITY_AT_MOST * pitch_m;
-        if parity_m > PARITY * pitch_m && !least {
+        let least = parity_m <= PARITY_RATIO * self.smallest_parity_m
+            && parity_m <= LARGEST_PARITY * pitch_m;
+        if parity_m > PARITY_TOLERANCE * pitch_m && !least {
             return false;
         }
         // A sine in the place of its cosine makes an error as wide as the tooth, which follows the tooth phase as well.
-        if self.periodic_m(view.wiring) > PARITY_AT_MOST * pitch_m {
+        if self.periodic_m(view.wiring) > LARGEST_PARITY * pitch_m {
             return false;
         }
         if self.speed_m_s / view.lengths > SPEED_M_S {
@@ -173,14 +173,14 @@ impl Relations {
                 .extend(judged.height.map(|[scale, _]| scale));
             let stated = self.readings.coordination.map_or(0.0, |c| c.lever_x_m);
             if let Some([lever_m, error_m]) = judged.lever_m[0]
-                && error_m < KNOWN * lever_m.abs()
+                && error_m < RELATIVE_ERROR * lever_m.abs()
             {
                 // A span u times too short makes every angle u times too large and the arm u times too short.
                 suggested.span.push(stated / lever_m);
             }
             all.extend(judged.faults);
         }
-        let cost = all.iter().map(Fault::cost).sum::<f64>() + UNEXPLAINED * unexplained as f64;
+        let cost = all.iter().map(Fault::cost).sum::<f64>() + UNEXPLAINED_COST * unexplained as f64;
         let explanation = Explanation {
             faults: all,
             cost,
@@ -197,7 +197,7 @@ impl Relations {
         View {
             wiring,
             has: self.has(),
-            inexact_m: self.parity_m(wiring).max(LEAST_M * lengths),
+            inexact_m: self.parity_m(wiring).max(ERROR_FLOOR_M * lengths),
             logged,
             span_m: self.readings.span_m,
             tooth_m: self.readings.pitch_m / if logged { 1.0 } else { lengths },
@@ -351,13 +351,13 @@ fn best(mut list: Vec<Explanation>) -> Vec<Explanation> {
         let nothing = usize::from(scaled(e) && e.explained == 0 && most > 0);
         let untold = most - e.told;
         e.unexplained += nothing;
-        e.cost += UNEXPLAINED * (untold + nothing) as f64;
+        e.cost += UNEXPLAINED_COST * (untold + nothing) as f64;
     }
     list.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let Some(first) = list.first() else {
         return Vec::new();
     };
-    let limit = first.cost + ALIKE;
+    let limit = first.cost + COST_TOLERANCE;
     let mut kept: Vec<Explanation> = Vec::new();
     for e in list.into_iter().filter(|e| e.cost < limit) {
         // What is unexplained is no wire's or unit's doing.

@@ -102,7 +102,7 @@ const fn unit(name: &'static str, factor: f64) -> Unit {
 }
 
 /// A factor within this share of a unit's is that unit's: a scale error of the reading comes beside it.
-const UNIT_SHARE: f64 = 0.02;
+const UNIT_TOLERANCE: f64 = 0.02;
 
 /// The unit whose factor this is.
 pub(crate) fn unit_of(factor: f64, units: &[Unit], share: f64) -> Option<Unit> {
@@ -116,7 +116,7 @@ impl Fault {
     /// wires, since nothing depends on them.
     pub fn cost(&self) -> f64 {
         let scaled = |factor: f64, units: &[Unit]| {
-            if unit_of(factor, units, UNIT_SHARE).is_some() {
+            if unit_of(factor, units, UNIT_TOLERANCE).is_some() {
                 1.0
             } else {
                 1.4
@@ -143,7 +143,7 @@ impl Fault {
             Self::Span(_) => 1.15,
             Self::Height(factor) => {
                 let full_scale = unit_of(1.0 / factor, &ANGLES[..1], FULL_SCALE_SHARE);
-                let height = unit_of(1.0 / factor, &LENGTHS, UNIT_SHARE);
+                let height = unit_of(1.0 / factor, &LENGTHS, UNIT_TOLERANCE);
                 if full_scale.or(height).is_some() {
                     1.0
                 } else {
@@ -171,12 +171,12 @@ impl Fault {
 pub(crate) const FULL_SCALE_SHARE: f64 = 0.05;
 
 /// Values within this share of one another are one value, as far as a sentence goes.
-const ALIKE: f64 = 0.05;
+const VALUE_TOLERANCE: f64 = 0.05;
 
 impl Fault {
     /// True of the same fault with about the same value.
     pub fn alike(&self, other: &Self) -> bool {
-        let near = |a: f64, b: f64| (a - b).abs() <= ALIKE * a.abs().max(b.abs());
+        let near = |a: f64, b: f64| (a - b).abs() <= VALUE_TOLERANCE * a.abs().max(b.abs());
         match (self, other) {
             (Self::Pitch(a), Self::Pitch(b))
             | (Self::Span(a), Self::Span(b))

@@ -7,27 +7,27 @@ use crate::view::View;
 use nalgebra::DVector;
 
 /// A segment that moves by less than this, rms, says nothing: the errors of equation (3) reach some 30 µm (paper, 3.1.2).
-const MOVED_M: f64 = 60.0e-6;
+const EXCITATION_M: f64 = 60.0e-6;
 /// Arm at which an angle counts as a length: half of what the paper's lever arm is.
 const ARM_M: f64 = 0.05;
 /// An angle moves if it does so by this many times its own error.
-const TURNED: f64 = 3.0;
+const TURN_SIGNAL_TO_NOISE: f64 = 3.0;
 /// Pose columns explain a motion if less than this share of it is left.
-const LEFT: f64 = 0.2;
+const UNEXPLAINED_SHARE: f64 = 0.2;
 /// What is left against a reference and is of this share of the pitch is no error of a sensor.
-const OF_THE_PITCH: f64 = 0.1;
+const GROSS_ERROR_PITCHES: f64 = 0.1;
 /// What is known of no coefficient better than this error of the readings, m: a fifth of what equation (3) leaves at most.
-const LEAST_M: f64 = 5.0e-6;
+const ERROR_FLOOR_M: f64 = 5.0e-6;
 /// A reference's scale is right within this share: ten times thermal growth (22 ppm/K) over 20 K. Half the smallest fault that is known, 1 %.
-const REFERENCE_SHARE: f64 = 0.005;
+const REFERENCE_SCALE_TOLERANCE: f64 = 0.005;
 /// Commands lag and miss: their scale is looked at no more closely than this.
-const COMMANDED_SHARE: f64 = 0.03;
+const COMMANDED_SCALE_TOLERANCE: f64 = 0.03;
 /// An angle's scale is the span's, and a drawing may be off by this share: within it the diagnosis tells it as an effect.
-const DRAWING: f64 = 0.2;
+const DRAWING_TOLERANCE: f64 = 0.2;
 /// A unit's factor is told from another scale within this share.
-const UNIT_SHARE: f64 = 0.01;
-/// Standard errors within which two values are the same.
-const ERRORS: f64 = 1.5;
+const UNIT_TOLERANCE: f64 = 0.01;
+/// Standard errors within which two values are the same. A prior: the errors are bounds of what equation (3) leaves, not deviations of noise.
+const COVERAGE_FACTOR: f64 = 1.5;
 
 /// Pose columns beside all recorded segments.
 #[derive(Clone, Debug)]
@@ -133,21 +133,23 @@ impl Poses {
         } else {
             fit.was
         };
-        let moves = was * arm * view.lengths >= MOVED_M && was >= TURNED * inexact;
+        let moves =
+            was * arm * view.lengths >= EXCITATION_M && was >= TURN_SIGNAL_TO_NOISE * inexact;
         // However inexact the segments' angle is: errors of theirs do not turn as an instrument of its own says.
-        let turns_with_it = response == 2 && axes[main] == 2 && fit.left <= LEFT * fit.was;
+        let turns_with_it =
+            response == 2 && axes[main] == 2 && fit.left <= UNEXPLAINED_SHARE * fit.was;
         if !moves && !turns_with_it {
             return None;
         }
         judged.told += 1;
         let of_the_pitch = self.source == Source::Reference
             && response < 2
-            && fit.left > OF_THE_PITCH * view.tooth_m;
-        if fit.left > (LEFT * fit.was).max(inexact) || of_the_pitch {
-            judged.unexplained += usize::from(fit.was * arm > MOVED_M || !view.logged);
+            && fit.left > GROSS_ERROR_PITCHES * view.tooth_m;
+        if fit.left > (UNEXPLAINED_SHARE * fit.was).max(inexact) || of_the_pitch {
+            judged.unexplained += usize::from(fit.was * arm > EXCITATION_M || !view.logged);
             return None;
         }
-        let error = fit.error(main, LEAST_M / arm);
+        let error = fit.error(main, ERROR_FLOOR_M / arm);
         Some(Followed {
             axis: axes[main],
             factor: fit.coefficients[main],
@@ -197,11 +199,11 @@ impl Poses {
 
     fn scales(&self, followed: &[Option<Followed>; 3], crossed: bool, judged: &mut Judged) {
         let share = match self.source {
-            Source::Reference => REFERENCE_SHARE,
-            Source::Commanded => COMMANDED_SHARE,
+            Source::Reference => REFERENCE_SCALE_TOLERANCE,
+            Source::Commanded => COMMANDED_SCALE_TOLERANCE,
         };
         let beyond = |f: &Followed, around: f64, share: f64| {
-            (f.factor.abs() - around).abs() > share * around + ERRORS * f.error
+            (f.factor.abs() - around).abs() > share * around + COVERAGE_FACTOR * f.error
         };
         let off = |f: &Followed, around: f64| beyond(f, around, share);
         let push = |judged: &mut Judged, axes: Axes, f: Followed, units: &[Unit]| {
@@ -209,7 +211,7 @@ impl Poses {
             let known = unit_of(
                 factor,
                 units,
-                UNIT_SHARE.max(ERRORS * f.error / f.factor.abs()),
+                UNIT_TOLERANCE.max(COVERAGE_FACTOR * f.error / f.factor.abs()),
             );
             let factor = known.map_or(factor, |unit| unit.factor);
             let fault = Fault::PoseScale(self.source, axes, factor);
@@ -235,7 +237,7 @@ impl Poses {
         }
         if let Some(angle) = followed[2] {
             judged.scales[1] = Some([angle.factor.abs(), angle.error]);
-            if beyond(&angle, 1.0, DRAWING) {
+            if beyond(&angle, 1.0, DRAWING_TOLERANCE) {
                 push(judged, Axes::Angle, angle, &ANGLES);
             }
         }

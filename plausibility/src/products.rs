@@ -6,11 +6,11 @@ use std::f64::consts::TAU;
 /// Orders of the tooth phase that are taken out: those of equation (3) that are largest.
 const ORDERS: [f64; 3] = [1.0, 2.0, 4.0];
 /// Directions of less than this share of the largest eigenvalue are not told by the rows.
-const SINGULAR: f64 = 1.0e-9;
+const SINGULAR_SHARE: f64 = 1.0e-9;
 /// Parity of an uncalibrated sensor, rms, m (paper, 3.1.2).
 const PERIODIC_M: f64 = 30.0e-6;
 /// Steps of the eigenvalue iteration: some three a column are usual.
-const STEPS: usize = 10_000;
+const MOST_STEPS: usize = 10_000;
 /// Rows for each column that is taken out; with fewer nothing but zeros is taken out.
 const ROWS_A_COLUMN: usize = 8;
 
@@ -68,7 +68,7 @@ fn shared(
 ) -> (DMatrix<f64>, DMatrix<f64>) {
     let own = nuisance.tr_mul(nuisance) * per_row;
     let cross = nuisance.tr_mul(wanted) * per_row;
-    (pseudo_inverse(own, SINGULAR), cross)
+    (pseudo_inverse(own, SINGULAR_SHARE), cross)
 }
 
 /// Sines and cosines of the tooth phases; none if there are too few rows for them.
@@ -110,7 +110,7 @@ fn pseudo_inverse(matrix: DMatrix<f64>, singular: f64) -> DMatrix<f64> {
     if matrix.is_empty() || matrix.iter().any(|v| !v.is_finite()) {
         return zeros;
     }
-    let Some(eigen) = matrix.try_symmetric_eigen(f64::EPSILON, STEPS) else {
+    let Some(eigen) = matrix.try_symmetric_eigen(f64::EPSILON, MOST_STEPS) else {
         return zeros;
     };
     let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);

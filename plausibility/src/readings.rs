@@ -4,13 +4,13 @@ use crate::quadrature::Reading;
 use recording::{Column, Coordination, Recording};
 
 /// At most so many rows are looked at; of more, every second, third and so on.
-const ROWS: usize = 4_000;
+const MOST_ROWS: usize = 4_000;
 /// A row is an outlier beyond so many times the median size of the residual: nine standard deviations of noise.
-const OUTLIER: f64 = 6.0;
+const OUTLIER_RATIO: f64 = 6.0;
 /// Outliers are at most one row in so many; more are no disturbances but the motion itself.
 const OUTLIERS_OF: usize = 20;
 /// Light below this share of the brightest row's is that of no beacon.
-const DARK: f64 = 0.2;
+const DARK_SHARE: f64 = 0.2;
 
 /// Columns of a recording in SI, NaN where not measured.
 #[derive(Clone, Debug)]
@@ -41,7 +41,7 @@ impl Readings {
     /// From a recording whose quadrature channels are read in the way of `reading`.
     pub fn new(recording: &Recording, reading: Reading) -> Self {
         let samples = &recording.samples;
-        let stride = samples.len().div_ceil(ROWS).max(1);
+        let stride = samples.len().div_ceil(MOST_ROWS).max(1);
         let rows: Vec<usize> = (0..samples.len()).step_by(stride).collect();
         let pitch_m = recording.meta.geometry.pitch_m;
         let take = |column: Column| -> Vec<f64> {
@@ -100,7 +100,7 @@ impl Readings {
         let light = |i: usize| self.electrodes.iter().map(|e| e[i]).sum::<f64>();
         let brightest = (0..self.len()).map(light).fold(0.0, f64::max);
         let dark: Vec<usize> = (0..self.len())
-            .filter(|&i| !(light(i) > DARK * brightest))
+            .filter(|&i| !(light(i) > DARK_SHARE * brightest))
             .collect();
         for electrode in &mut self.electrodes {
             dark.iter().for_each(|&i| electrode[i] = f64::NAN);
@@ -115,7 +115,7 @@ impl Readings {
         }
         let middle = sizes.len() / 2;
         let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-        let limit = OUTLIER * *median;
+        let limit = OUTLIER_RATIO * *median;
         let far: Vec<usize> = residual_m
             .iter()
             .filter(|r| r.1.abs() > limit)

@@ -4,9 +4,9 @@ use crate::fault::Fault;
 use recording::{Column, Recording};
 
 /// Two instruments never agree to this share of the pitch: the best interpolation of a period shows noise of a hundred thousandth.
-const THE_SAME: f64 = 1.0e-6;
+const IDENTITY_TOLERANCE: f64 = 1.0e-6;
 /// Fewer rows are no evidence.
-const ROWS: usize = 30;
+const FEWEST_ROWS: usize = 30;
 
 /// Segments whose readings a reference column holds.
 pub(crate) fn copied(recording: &Recording) -> Vec<Fault> {
@@ -39,5 +39,7 @@ fn same(recording: &Recording, segment: usize, axis: usize) -> bool {
         let squares = pairs.iter().map(|p| (p[k] - mean).powi(2)).sum::<f64>();
         (squares / count).sqrt()
     };
-    pairs.len() >= ROWS && deviation(1) > pitch_m && deviation(0) < THE_SAME * pitch_m
+    pairs.len() >= FEWEST_ROWS
+        && deviation(1) > pitch_m
+        && deviation(0) < IDENTITY_TOLERANCE * pitch_m
 }

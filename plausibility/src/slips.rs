@@ -7,7 +7,7 @@
 use crate::readings::Readings;
 
 /// More steps of whole teeth than this are no slips of a counter: then the rows are simply far apart.
-const SLIPS: usize = 12;
+const MOST_SLIPS: usize = 12;
 /// Signs of the four outputs, up to a common one.
 const SIGNS: [[f64; 4]; 8] = [
     [1.0, -1.0, -1.0, 1.0],
@@ -20,9 +20,9 @@ const SIGNS: [[f64; 4]; 8] = [
     [1.0, -1.0, -1.0, -1.0],
 ];
 /// One step in so many is a large one: slips are rarer.
-const RARE: usize = 100;
+const LARGE_STEP_RARITY: usize = 100;
 /// Where a tooth's length in the log is not known, a slip is a step of so many times the large ones.
-const FAR: f64 = 4.0;
+const SLIP_RATIO: f64 = 4.0;
 
 impl Readings {
     /// Groups, cut where a counter steps by whole teeth from one row to the next, whatever the wires and units are.
@@ -78,7 +78,9 @@ impl Steps {
             .collect();
         let mut sizes: Vec<f64> = list.iter().map(|(_, step)| step.abs()).collect();
         sizes.sort_unstable_by(f64::total_cmp);
-        let place = sizes.len().saturating_sub(1 + sizes.len() / RARE);
+        let place = sizes
+            .len()
+            .saturating_sub(1 + sizes.len() / LARGE_STEP_RARITY);
         let large = sizes.get(place).copied().unwrap_or(0.0);
         Self { list, large }
     }
@@ -87,13 +89,17 @@ impl Steps {
     /// far above all others.
     fn slips(&self, readings: &Readings) -> Vec<usize> {
         let least = if readings.logged.iter().any(|l| *l) {
-            FAR * self.large
+            SLIP_RATIO * self.large
         } else {
             0.5 * readings.pitch_m
         };
         let far = self.list.iter().filter(|(_, step)| step.abs() > least);
         let rows: Vec<usize> = far.map(|(row, _)| *row).collect();
-        if rows.len() > SLIPS { Vec::new() } else { rows }
+        if rows.len() > MOST_SLIPS {
+            Vec::new()
+        } else {
+            rows
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use crate::wiring::Wiring;
 use nalgebra::DVector;
 
 /// Rows that a relation needs.
-const ROWS: usize = 30;
+const FEWEST_ROWS: usize = 30;
 
 /// A hypothesis about the segments.
 #[derive(Clone, Debug)]
@@ -81,7 +81,7 @@ impl View<'_> {
 impl Readings {
     /// Products of columns over rows; the first four are the segments (empty where not recorded: a column of zeros). `None` with too few rows.
     pub fn products(&self, rows: &[usize], columns: &[&Vec<f64>]) -> Option<Products> {
-        if rows.len() < ROWS {
+        if rows.len() < FEWEST_ROWS {
             return None;
         }
         let columns: Vec<Vec<f64>> = columns.iter().map(|c| over(rows, c)).collect();
@@ -91,7 +91,7 @@ impl Readings {
 
     /// What is left of a combination of the segments over rows once zeros and periodic errors are out: row and metres.
     pub fn residual(&self, rows: &[usize], weights: [f64; 4]) -> Vec<(usize, f64)> {
-        if rows.len() < ROWS {
+        if rows.len() < FEWEST_ROWS {
             return Vec::new();
         }
         let value = |&i: &usize| {

@@ -2,7 +2,7 @@
 
 use crate::Insufficient;
 use crate::algebra::statistics::{deviation, median};
-use crate::data::coverage::{PHASES, RUNS, TURNED_MRAD, phases, runs};
+use crate::data::coverage::{PHASES, TURNED_MRAD, phases};
 use crate::data::lacking::motions;
 use crate::data::motion::{LOUD_MISFIT, Motion};
 use crate::data::observations::{MINIMUM_SAMPLES, Observations};
@@ -58,17 +58,11 @@ fn frozen_thermometer(o: &Observations) -> Option<String> {
     })
 }
 
-/// Checks runs, motion and channels.
+/// Checks motion and channels. One run will do: what is held out are pieces of runs ([`crate::data::folds::folds`]).
 ///
 /// # Errors
 /// The first limit that is violated.
 pub fn check(o: &Observations) -> Result<(), Insufficient> {
-    let parts = runs(o);
-    if parts < RUNS {
-        return Err(
-            Insufficient::new("runs of motion", parts as f64, RUNS as f64, "").lacking(motions(o)),
-        );
-    }
     for segment in (0..4).filter(|s| o.has_segment(*s)) {
         crate::data::channels::pair(o, segment)?;
         let seen = phases(o, segment);

@@ -1,10 +1,10 @@
 //! Which motion a recording lacks, from what its readings leave undetermined.
 //!
 //! Equation (3) of a segment wants its tooth phase seen all round, which a run along the segment's own direction does. The two segments of
-//! an axis are told apart by turning, where neither a beacon nor a reference tells them. What is held out wants a run of its own.
+//! an axis are told apart by turning, where neither a beacon nor a reference tells them.
 
 use crate::algebra::statistics::{deviation, median};
-use crate::data::coverage::{LEG_PITCHES, PHASES, RUNS, SIXTEENTHS, TURNED_MRAD, phases, runs};
+use crate::data::coverage::{PHASES, SIXTEENTHS, TURNED_MRAD, phases};
 use crate::data::observations::Observations;
 
 /// Samples of each sixteenth of a tooth that a run should see: twice what a single one would need, for a start in the middle of one.
@@ -26,12 +26,6 @@ pub fn motions(o: &Observations) -> Vec<String> {
         if !dark.is_empty() {
             list.push(along(o, name, TEETH));
         }
-    }
-    if list.is_empty() && runs(o) < RUNS {
-        list.push(format!(
-            "{}, labelled as a run of its own",
-            along(o, "the same way back", LEG_PITCHES)
-        ));
     }
     list.extend(turn(o));
     list
@@ -56,13 +50,8 @@ fn along(o: &Observations, direction: &str, teeth: f64) -> String {
                 figure(way_m / speed_m_s)
             )
         });
-    let direction = if direction.len() == 1 {
-        format!("along {direction}")
-    } else {
-        direction.into()
-    };
     format!(
-        "a run {direction} over {} mm or more{slowly}",
+        "a run along {direction} over {} mm or more{slowly}",
         figure(1e3 * way_m)
     )
 }
@@ -119,19 +108,11 @@ mod tests {
             along_x[0].starts_with("a run along y over 2.0 mm or more, at 32 mm/s or less"),
             "{along_x:?}"
         );
-        // A slanted way with a turn shows everything, but there is one run of it.
+        // A slanted way with a turn shows everything.
         let turned = [
             Pose::new(-5.0e-3, -5.0e-3, -0.01),
             Pose::new(5.0e-3, 5.0e-3, 0.01),
         ];
-        let one = lacking(|plan| plan.sweep("slanted", turned, 0.02));
-        assert!(
-            one.len() == 1 && one[0].starts_with("a run the same way back over 3.0 mm"),
-            "{one:?}"
-        );
-        assert_eq!(
-            lacking(|plan| plan.sweep_both_ways("slanted", turned, 0.02)),
-            [""; 0]
-        );
+        assert_eq!(lacking(|plan| plan.sweep("slanted", turned, 0.02)), [""; 0]);
     }
 }

@@ -13,6 +13,7 @@ pub(crate) mod lacking;
 pub(crate) mod local_fit;
 pub mod motion;
 pub mod observations;
+pub(crate) mod one_way;
 pub mod outliers;
 pub mod play_operator;
 pub mod prepare;

@@ -42,7 +42,9 @@ impl MeanSquares {
     fn needed(&self, small: &MinimumShares, margin: f64) -> bool {
         let gain = self.without - self.with;
         let share = 1.0 - (1.0 - NEEDED_SHARE_OF_REST) / margin;
+        // Where less is left without it than the stated noise, nothing lacks.
         let completes = small.may_complete
+            && self.without > 0.0
             && gain > small.completes * self.without
             && gain * self.rows > margin * COMPLETING_SQUARES;
         let shows = self.without > margin * (CLOSE_RATIO * CLOSE_RATIO - 1.0) * self.noise;

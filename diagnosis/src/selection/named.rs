@@ -3,6 +3,7 @@
 use super::ModelSelection;
 use crate::algebra::statistics::NORMAL_97_5;
 use crate::data::channel_names::CHANNEL_NAMES;
+use crate::data::one_way::is_one_way;
 use crate::data::slips::Slip;
 use crate::design::assembly::complexity_penalty;
 use crate::inference::cross_validation::CrossValidation;
@@ -42,7 +43,9 @@ impl ModelSelection<'_> {
             let others: Vec<usize> = blocks.iter().copied().filter(|b| *b != block).collect();
             let without = unexplained_fraction(validation, &others, self.selected.base);
             let name = self.design.columns.blocks[block].name.clone();
-            let rivals = self.rivals(validation, block, &others, &candidates);
+            let mut rivals = self.rivals(validation, block, &others, &candidates);
+            let unlogged = self.unlogged_causes(&name);
+            rivals.extend(unlogged.iter().map(|cause| ((*cause).into(), 1.0)));
             let sum: f64 = 1.0 + rivals.iter().map(|r| r.1).sum::<f64>();
             let aliases: Vec<String> = rivals
                 .iter()
@@ -57,8 +60,12 @@ impl ModelSelection<'_> {
                 probability: (1.0 / sum).min(0.999),
                 break_alias: if aliases.is_empty() {
                     None
-                } else {
+                } else if unlogged.is_empty() {
                     telling_motion(&name)
+                } else {
+                    telling_motion(&name).map(|motion| {
+                        format!("{motion}, with the board's temperature logged beside it (temp_c)")
+                    })
                 },
                 aliases,
                 share: ((without - all) * part).clamp(0.0, 1.0),
@@ -67,6 +74,20 @@ impl ModelSelection<'_> {
             });
         }
         out
+    }
+
+    /// What an effect that keeps its own time may as well follow, and this recording does not log.
+    fn unlogged_causes(&self, name: &str) -> Vec<&'static str> {
+        let card = effects::card(name).filter(|card| card.keeps_its_own_time());
+        let logged = &self.prepared.observations.temperature_c;
+        let is_logged = logged.iter().any(|t| t.is_finite());
+        let confusable = card.map_or(&[][..], |card| card.confusable).iter();
+        let follows =
+            |with: &&str| effects::has(with, Card::follows_temperature) && self.allowed(with);
+        confusable
+            .map(|other| other.with)
+            .filter(|with| !is_logged && follows(with))
+            .collect()
     }
 
     /// Largest channel's held-out rms with one effect alone, m.
@@ -136,7 +157,12 @@ impl ModelSelection<'_> {
             let theirs = unexplained_fraction(validation, &set, self.selected.base);
             // The model is never exact: what differs by less than a few percent of the effect is not told apart by fit.
             // Shapes and flexible effects give way here as they do in the search.
-            let complexity_penalty = (complexity_penalty(name(c)) - own) * without.max(0.0);
+            let more = if self.same_by_clock(name(c), name(block)) {
+                0.0
+            } else {
+                complexity_penalty(name(c)) - own
+            };
+            let complexity_penalty = more * without.max(0.0);
             let behind = (theirs + complexity_penalty - mine) / (without - mine).max(1e-9);
             let fit = (-behind.max(0.0) / 0.01).exp();
             let occam = (validation.score(&set).log_evidence - evidence)
@@ -152,6 +178,16 @@ impl ModelSelection<'_> {
         }
         list.sort_by(|a, b| b.1.total_cmp(&a.1));
         list
+    }
+
+    /// True if one of two effects keeps its own time, the other follows the temperature, and the temperature only rises or only falls: a
+    /// course of its own that happens to be the temperature's is no coincidence then, and gives way to nothing.
+    fn same_by_clock(&self, one: &str, other: &str) -> bool {
+        let either = |a: &str, b: &str| {
+            effects::has(a, Card::keeps_its_own_time) && effects::has(b, Card::follows_temperature)
+        };
+        (either(one, other) || either(other, one))
+            && is_one_way(&self.prepared.observations.temperature_c)
     }
 
     /// The largest amounts of the effect at a place of the answer, with their units: what is added to the readings.

@@ -197,10 +197,13 @@ fn worth(validation: &mut CrossValidation, set: &[usize], chosen: &[usize], floo
     if !steady(&new, &old) || new.log_evidence <= old.log_evidence {
         return false;
     }
-    let (before, after) = (
-        unexplained_fraction(validation, chosen, floor).max(1e-6),
-        unexplained_fraction(validation, set, floor),
-    );
+    let before = unexplained_fraction(validation, chosen, floor);
+    // Where less is left than the stated noise, nobody can tell what of it is an effect and what is noise that is stated too high.
+    if before <= 0.0 && !chosen.is_empty() {
+        return false;
+    }
+    let before = before.max(1e-6);
+    let after = unexplained_fraction(validation, set, floor);
     let gain = before - after;
     if chosen.is_empty() && gain > FIRST_SHARE {
         return true;

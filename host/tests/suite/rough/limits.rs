@@ -1,4 +1,4 @@
-//! Too little motion, too few samples, one run, dead and clipped channels: `insufficient_data` with the limit.
+//! Too little motion, too few samples, dead and clipped channels: `insufficient_data` with the limit.
 
 use super::field::{diagnose, sound, with_lateral};
 use recording::{Recording, Row};
@@ -11,12 +11,8 @@ fn insufficient(change: impl Fn(usize, &mut Row) -> bool, words: &[&str]) {
 }
 
 #[test]
-fn too_few_samples_and_runs() {
+fn too_few_samples() {
     insufficient(|i, _| i % 20 == 0, &["samples", "200"]);
-    insufficient(
-        |_, row| row.run == "scatter",
-        &["runs of motion: 1", "2", "what lacks: a run"],
-    );
     // Shorter than one block of the comparison.
     insufficient(
         |i, _| i < 7,
