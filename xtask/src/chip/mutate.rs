@@ -95,7 +95,7 @@ fn run(tools: Tools<'_>, files: &Files, batches: Vec<Batch>) -> Result<Score> {
         }
     }
     let Score { tried, caught } = score;
-    println!(
+    eprintln!(
         "mutate: {caught} of {tried} found; processor time: {:.0} s for {builds} images, {:.0} s for the checks",
         building.as_secs_f64(),
         running.as_secs_f64()
@@ -111,7 +111,7 @@ fn named(batch: &Batch) -> String {
 fn tell(mutation: &Mutation, outcome: Result<String>) {
     let Mutation { name, what, .. } = mutation;
     match outcome {
-        Ok(line) => println!("mutate: {name}: {what}: found: {line}"),
+        Ok(line) => eprintln!("mutate: {name}: {what}: found: {line}"),
         Err(error) => eprintln!("mutate: {name}: {what}: NOT FOUND: {error:#}"),
     }
 }
