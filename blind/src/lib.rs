@@ -9,6 +9,7 @@ mod detection;
 mod figure;
 mod judged;
 mod page;
+pub mod paired;
 mod seal;
 mod tally;
 mod verdicts;

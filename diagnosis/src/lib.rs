@@ -75,6 +75,8 @@ pub mod design;
 
 pub mod inference;
 
+pub mod posterior;
+
 pub mod selection;
 
 pub mod verdict;

@@ -4,6 +4,7 @@ use crate::data::folds::FOLDS;
 use crate::design::errors_in_variables::ErrorsInVariables;
 use crate::design::gram::{Columns, Gram};
 use crate::inference::cross_validation::CrossValidation;
+use crate::posterior::reduced::Reduced;
 use effects::random::{ChaCha8Rng, SeedableRng};
 use effects::sensor::Regressor;
 use normal_equations::symmetric::Symmetric;
@@ -34,12 +35,17 @@ impl SyntheticProblem {
         let width = columns.regressors.len();
         let mut rng = ChaCha8Rng::seed_from_u64(7);
         let fold: Vec<Symmetric> = (0..FOLDS).map(|_| products(width, row, &mut rng)).collect();
+        Self::of(columns, fold, vec![ROWS; FOLDS])
+    }
+
+    fn of(columns: Columns, fold: Vec<Symmetric>, rows: Vec<usize>) -> Self {
+        let width = columns.regressors.len();
         let mut total = Symmetric::zeros(width + 1);
         fold.iter().for_each(|fold| total += fold);
         let gram = Gram {
             total,
             fold,
-            rows: vec![ROWS; FOLDS],
+            rows,
             scale: vec![1.0; width],
             centre: vec![0.0; width],
             shrunk: vec![1.0; width],
@@ -52,6 +58,36 @@ impl SyntheticProblem {
             gram,
             errors_in_variables,
         }
+    }
+
+    /// Rows that are known: baseline columns, then blocks, then the target. Prior deviations are one.
+    pub fn of_rows(baseline: usize, blocks: &[(&str, usize)], rows: &[Vec<f64>]) -> Self {
+        let mut columns = Columns::default();
+        let column = |name: &str| Regressor::channel(name, "m", 1.0, 0, |_| 1.0);
+        let of = |name: &str, count: usize| (0..count).map(|_| column(name)).collect();
+        columns.push("baseline", of("baseline", baseline));
+        for (name, count) in blocks {
+            columns.push(*name, of(name, *count));
+        }
+        let width = columns.regressors.len();
+        let mut fold = vec![Symmetric::zeros(width + 1); FOLDS];
+        let mut counts = vec![0; FOLDS];
+        for (k, row) in rows.iter().enumerate() {
+            add(row, &mut fold[k % FOLDS]);
+            counts[k % FOLDS] += 1;
+        }
+        Self::of(columns, fold, counts)
+    }
+
+    /// Prior means of the columns, the baseline's first.
+    pub fn about(mut self, centre: &[f64]) -> Self {
+        self.gram.centre = centre.to_vec();
+        self
+    }
+
+    /// Normal equations of some blocks without the baseline.
+    pub fn reduced(&self, blocks: &[usize]) -> Reduced {
+        Reduced::new(&self.gram, &self.errors_in_variables, &self.columns, blocks)
     }
 
     /// The same, each column of the blocks carrying noise of this variance.
@@ -74,11 +110,14 @@ fn products(
 ) -> Symmetric {
     let mut sum = Symmetric::zeros(width + 1);
     for _ in 0..ROWS {
-        let row = row(rng);
-        for (column, value) in row.iter().enumerate() {
-            let below = sum.below_mut(column).iter_mut().zip(&row[column..]);
-            below.for_each(|(sum, other)| *sum += value * other);
-        }
+        add(&row(rng), &mut sum);
     }
     sum
+}
+
+fn add(row: &[f64], sum: &mut Symmetric) {
+    for (column, value) in row.iter().enumerate() {
+        let below = sum.below_mut(column).iter_mut().zip(&row[column..]);
+        below.for_each(|(sum, other)| *sum += value * other);
+    }
 }

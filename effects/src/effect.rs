@@ -77,6 +77,8 @@ pub struct Card {
     pub carries_over: &'static str,
     /// A cause, or a shape that may stand in for one.
     pub nature: Nature,
+    /// Share of its amplitude that its form may lack on a real sensor: what else shows beside it may be that.
+    pub inexactness: f64,
     /// Share of the gap by which it must do better than a rival: the more shapes its unknowns can take, the more it does by chance.
     pub complexity_penalty: f64,
     /// It makes a pattern over the tooth: harmonics of the own phase beside it may be what its own form lacks.
@@ -127,6 +129,8 @@ impl Card {
         transfer: Transfer::Whole,
         carries_over: "its amounts",
         nature: Nature::Cause,
+        // Published models of such errors leave a twentieth of them or less.
+        inexactness: 0.05,
         complexity_penalty: 0.0,
         patterned: false,
         either_phase: false,

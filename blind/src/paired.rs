@@ -1,0 +1,157 @@
+//! The same couriers answered by the rules of `selection` and by the posterior: which of them either alone has right.
+
+use crate::judged::Judged;
+use diagnosis::posterior::diagnosed::{Answer, diagnosed};
+use diagnosis::verdict::answer::{Diagnosis, Named, Share, Unexplained, Verdict};
+use diagnosis::{Options, diagnose};
+use rayon::prelude::*;
+use specimens::{Case, Conditions, Kind};
+use std::fmt;
+use std::time::Instant;
+
+/// A case with both answers.
+pub struct Pair {
+    /// By the rules.
+    pub rules: Judged,
+    /// By the posterior.
+    pub posterior: Judged,
+    /// The posterior's answer; none where the recording cannot answer.
+    pub answer: Option<Answer>,
+    /// Time that both took, s: the rules, the posterior.
+    pub took_s: [f64; 2],
+}
+
+impl Pair {
+    /// Whether each of them is exactly right: what is there and nothing else, in any order; an alias class that holds it.
+    #[must_use]
+    pub fn right(&self) -> [bool; 2] {
+        [exactly(&self.rules), exactly(&self.posterior)]
+    }
+}
+
+/// Whether an answer names what is there and nothing else, where each name may stand for one of its aliases.
+fn exactly(judged: &Judged) -> bool {
+    let truth = judged.truth();
+    if matches!(judged.case.kind, Kind::None | Kind::Unlisted) {
+        return judged.right();
+    }
+    let in_class = |name: &&str| {
+        let own = judged.named.iter().any(|n| n == name);
+        own || judged.verdict == Verdict::Alias && judged.aliases.iter().any(|n| n == name)
+    };
+    judged.named.len() == truth.len() && truth.iter().all(in_class)
+}
+
+/// Answers some cases of a campaign by both; `told` is given each as it is done.
+pub fn paired(
+    cases: impl Iterator<Item = usize>,
+    seed: u64,
+    conditions: Conditions,
+    told: impl Fn(&Pair) + Sync,
+) -> Vec<Pair> {
+    let cases: Vec<Case> = cases
+        .map(|number| Case::draw(number, seed, conditions))
+        .collect();
+    let both = |case: &Case| {
+        let recording = case.recorded(0);
+        let options = Options::default();
+        let start = Instant::now();
+        let rules = diagnose(&recording, "paired", &options);
+        let middle = Instant::now();
+        let answer = diagnosed(&recording, &options).ok();
+        let pair = Pair {
+            took_s: [
+                (middle - start).as_secs_f64(),
+                middle.elapsed().as_secs_f64(),
+            ],
+            rules: Judged::new(case, &rules, None, None),
+            posterior: Judged::new(case, &worded(answer.as_ref()), None, None),
+            answer,
+        };
+        told(&pair);
+        pair
+    };
+    cases.par_iter().map(both).collect()
+}
+
+/// An answer of the posterior in the words of the other.
+fn worded(answer: Option<&Answer>) -> Diagnosis {
+    let Some(answer) = answer else {
+        return Diagnosis {
+            verdict: Verdict::InsufficientData,
+            ..Diagnosis::default()
+        };
+    };
+    let named = answer.effects.iter().map(|e| Named {
+        name: e.name.clone(),
+        probability: e.probability,
+        aliases: e.aliases.clone(),
+        ..Named::default()
+    });
+    let place = answer.places.iter().map(|(coordinate, share)| Share {
+        coordinate: coordinate.clone(),
+        share: *share,
+        ..Share::default()
+    });
+    Diagnosis {
+        verdict: answer.verdict,
+        effects: named.collect(),
+        unexplained: Unexplained {
+            place: place.collect(),
+            ..Unexplained::default()
+        },
+        ..Diagnosis::default()
+    }
+}
+
+/// Cases of a kind: all, right by both, by the rules alone, by the posterior alone, by neither.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// All.
+    pub cases: usize,
+    /// Right by both.
+    pub both: usize,
+    /// Right by the rules alone.
+    pub rules_only: usize,
+    /// Right by the posterior alone.
+    pub posterior_only: usize,
+    /// With something named that is not there: by the rules, and by the posterior.
+    pub wrong_names: [usize; 2],
+}
+
+impl Counts {
+    /// Of some cases.
+    pub fn of<'p>(pairs: impl Iterator<Item = &'p Pair>) -> Self {
+        let mut out = Self::default();
+        for pair in pairs {
+            out.cases += 1;
+            match pair.right() {
+                [true, true] => out.both += 1,
+                [true, false] => out.rules_only += 1,
+                [false, true] => out.posterior_only += 1,
+                [false, false] => {}
+            }
+            out.wrong_names[0] += usize::from(pair.rules.wrong_culprit());
+            out.wrong_names[1] += usize::from(pair.posterior.wrong_culprit());
+        }
+        out
+    }
+}
+
+impl fmt::Display for Counts {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self {
+            cases,
+            both,
+            rules_only,
+            posterior_only,
+            wrong_names: [rules, posterior],
+        } = self;
+        let neither = cases - both - rules_only - posterior_only;
+        write!(
+            f,
+            "{cases} cases: right by both {both}, by the rules alone {rules_only}, by the posterior alone {posterior_only}, by neither \
+             {neither}; wrong names by the rules {rules}, by the posterior {posterior}"
+        )
+    }
+}

@@ -1,0 +1,127 @@
+//! Sets that predict the same on this motion are one class, whatever Occam's factor says of them: no further recording of the same motion
+//! would tell which it is.
+
+use super::sets::{Problem, Weighed};
+use nalgebra::DVector;
+
+/// 95 % of normal numbers are below so many standard deviations.
+const BELOW_95: f64 = 1.645;
+/// A set is no rival if one of its effects is a trifle with more than this probability.
+const TRIFLE: f64 = 0.95;
+
+/// How far the predictions of two sets are apart, in whitened squares over the noise, and how far they may be for the same cause.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Divergence {
+    /// Squares of the difference of both predictions over all rows: twice the divergence of the predictive distributions.
+    pub squares: f64,
+    /// What noise and the effects' own inexactness make of one cause, to 95 %.
+    pub limit: f64,
+}
+
+impl Divergence {
+    /// True if the two cannot be told apart.
+    pub fn is_alias(&self) -> bool {
+        self.squares <= self.limit
+    }
+}
+
+/// Divergence of two sets.
+pub fn divergence(problem: &Problem, one: &Weighed, other: &Weighed) -> Divergence {
+    let reduced = problem.reduced;
+    let mut amounts = DVector::zeros(reduced.centre.len());
+    for (weighed, sign) in [(one, 1.0), (other, -1.0)] {
+        let columns = reduced.columns(weighed.set());
+        for (c, a) in columns
+            .into_iter()
+            .zip(weighed.fitted.given.coefficients.iter())
+        {
+            amounts[c] += sign * a;
+        }
+    }
+    let acting: Vec<usize> = (0..amounts.len()).filter(|c| amounts[*c] != 0.0).collect();
+    let own = DVector::from_fn(acting.len(), |k, _| amounts[acting[k]]);
+    let told = one.fitted.given.told + other.fitted.given.told;
+    Divergence {
+        squares: own.dot(&(reduced.square(&acting) * &own)) / problem.stated,
+        limit: told + BELOW_95 * (2.0 * told).sqrt() + one.lacking + other.lacking,
+    }
+}
+
+/// Places, among all weighed sets, of those that predict what one of them does, with no more effects, none of them a trifle, and none
+/// beside those of another such set.
+pub fn class(problem: &Problem, all: &[Weighed], of: usize) -> Vec<(usize, Divergence)> {
+    let best = &all[of];
+    if best.set().is_empty() {
+        return Vec::new();
+    }
+    let rival = |k: &usize| {
+        let other = &all[*k];
+        *k != of
+            && !other.set().is_empty()
+            && other.set().len() <= best.set().len()
+            && other.log_least > (1.0 - TRIFLE).ln()
+    };
+    let far = (0..all.len())
+        .filter(rival)
+        .map(|k| (k, divergence(problem, best, &all[k])));
+    let mut out: Vec<(usize, Divergence)> = far.filter(|(_, d)| d.is_alias()).collect();
+    let within = |a: &Weighed, b: &Weighed| {
+        a.set().len() < b.set().len() && a.set().iter().all(|e| b.set().contains(e))
+    };
+    let smaller: Vec<usize> = out.iter().map(|(k, _)| *k).collect();
+    out.retain(|(k, _)| !smaller.iter().any(|s| within(&all[*s], &all[*k])));
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::posterior::sets::{Prior, Problem, weigh};
+    use crate::synthetic_problem::SyntheticProblem;
+    use effects::random::normal;
+
+    /// Whether an effect of one column and one of three, which holds that column to a part, are told apart.
+    fn told_apart(apart: f64, inexactness: f64) -> bool {
+        let blocks = [("one", &[1.0][..]), ("three", &[1.0; 3])];
+        let problem = SyntheticProblem::new(&blocks, &|rng| {
+            let mut draw = || normal(rng);
+            let (one, other, third, fourth, noise) = (draw(), draw(), draw(), draw(), draw());
+            vec![
+                1.0,
+                one,
+                one + apart * fourth,
+                other,
+                third,
+                2.0 * one + noise,
+            ]
+        });
+        let reduced = problem.reduced(&[1, 2]);
+        let prior = |block| Prior {
+            block,
+            log_odds: -2.0,
+            inexactness,
+        };
+        let problem = Problem {
+            reduced: &reduced,
+            stated: 1.0,
+            effects: vec![prior(0), prior(1)],
+            coordinates: Vec::new(),
+            log_odds: -2.0,
+        };
+        let all = weigh(&problem);
+        assert_eq!(
+            all[0].set(),
+            [0],
+            "fewer columns that do the same are likelier"
+        );
+        super::class(&problem, &all, 0).is_empty()
+    }
+
+    /// The effect of three columns pays for its freedom, and is an alias all the same.
+    #[test]
+    fn what_predicts_the_same_is_one_class_whatever_its_columns() {
+        assert!(!told_apart(0.0, 0.0));
+        assert!(told_apart(0.3, 0.0));
+        // Of forms that may lack three tenths, the same difference tells nothing.
+        assert!(!told_apart(0.3, 0.3));
+    }
+}

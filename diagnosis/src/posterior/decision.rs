@@ -1,0 +1,365 @@
+//! From weighed sets to the verdict: ordered reasons, each with its number.
+
+use super::alias::class;
+use super::least_size::least_squares;
+use super::sets::{Problem, Weighed};
+use crate::verdict::answer::Verdict;
+use std::fmt;
+
+/// A share of the gap that a named set may leave: the contract calls a gap `unknown` that no effect explains, and nine tenths are an
+/// explanation.
+const LEFT_SHARE: f64 = 0.1;
+/// Noise that is louder than stated by less than this in rms is no gap (`docs/reading-a-diagnosis.md`).
+const VISIBLE: f64 = 1.05;
+
+/// One step of the decision.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reason {
+    /// What was asked.
+    pub asked: &'static str,
+    /// What was found.
+    pub found: f64,
+    /// From where on the answer is yes.
+    pub limit: f64,
+    /// The answer.
+    pub yes: bool,
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let answer = if self.yes { "yes" } else { "no" };
+        write!(
+            f,
+            "{} {answer} ({:.3}, limit {:.3})",
+            self.asked, self.found, self.limit
+        )
+    }
+}
+
+/// How the probability is shared.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Masses {
+    /// Nothing that is worth a name.
+    pub no_gap: f64,
+    /// A set of effects, or louder noise, that leaves little.
+    pub named: f64,
+    /// A gap that no set explains.
+    pub unknown: f64,
+}
+
+/// An effect, or louder noise, of the answer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inclusion {
+    /// Its block; none for louder noise.
+    pub block: Option<usize>,
+    /// Probability that it acts, where anything is named.
+    pub probability: f64,
+    /// Whitened squares over the noise that it does.
+    pub power: f64,
+    /// Blocks that would do in its place.
+    pub aliases: Vec<usize>,
+}
+
+/// The decision.
+#[derive(Clone, Debug)]
+pub struct Decision {
+    /// Verdict.
+    pub verdict: Verdict,
+    /// What is named, the largest first.
+    pub named: Vec<Inclusion>,
+    /// Blocks of the set with the largest weight, whatever the verdict.
+    pub best: Vec<usize>,
+    /// Share of the gap that this set leaves.
+    pub left_share: f64,
+    /// Blocks of coordinates that hold what it leaves, with their share of it.
+    pub places: Vec<(usize, f64)>,
+    /// How the probability is shared.
+    pub masses: Masses,
+    /// Steps.
+    pub reasons: Vec<Reason>,
+    /// Logarithm of the sum of all weights: the evidence of the whole comparison.
+    pub log_evidence: f64,
+}
+
+/// What a hypothesis says of the gap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Says {
+    NoGap,
+    Named,
+    Unknown,
+}
+
+/// A set under one of the four hypotheses about what it leaves.
+struct Hypothesis {
+    /// Place among the sets.
+    set: usize,
+    /// Logarithm of its weight.
+    log_weight: f64,
+    says: Says,
+    /// White noise above the stated one is part of it.
+    noise: bool,
+    /// Whitened squares that nothing named explains.
+    left: f64,
+}
+
+/// Decides. `all` is ordered by weight; `noise_is_white` tells whether what the best set leaves has been shown to be noise.
+pub fn decide(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Decision {
+    let hypotheses = hypotheses(problem, all, noise_is_white);
+    let total = super::noise_scale::log_sum(hypotheses.iter().map(|h| h.log_weight));
+    let probability = |h: &Hypothesis| (h.log_weight - total).exp();
+    let mass = |says: Says| {
+        hypotheses
+            .iter()
+            .filter(|h| h.says == says)
+            .map(probability)
+            .sum()
+    };
+    let masses = Masses {
+        no_gap: mass(Says::NoGap),
+        named: mass(Says::Named),
+        unknown: mass(Says::Unknown),
+    };
+    let of_set = |k: usize| hypotheses.iter().filter(move |h| h.set == k);
+    let best = &all[0];
+    let left: f64 = {
+        let whole: f64 = of_set(0).map(probability).sum();
+        of_set(0).map(|h| probability(h) * h.left).sum::<f64>() / whole.max(f64::MIN_POSITIVE)
+    };
+    let explained: f64 = best.powers.iter().sum();
+    let mut reasons = vec![
+        reason("Is a gap likelier than none?", 1.0 - masses.no_gap, 0.5),
+        reason(
+            "Is it likelier that a set of effects explains it than that none does?",
+            masses.named,
+            masses.unknown,
+        ),
+    ];
+    let mut out = Decision {
+        verdict: Verdict::NoGap,
+        named: Vec::new(),
+        best: best.set().to_vec(),
+        left_share: left / (left + explained).max(f64::MIN_POSITIVE),
+        places: places(problem, best),
+        masses,
+        reasons: Vec::new(),
+        log_evidence: total,
+    };
+    if reasons[0].yes {
+        out.verdict = Verdict::Unknown;
+        if reasons[1].yes {
+            let by_set = |k: usize| {
+                let named = of_set(k).filter(|h| h.says == Says::Named);
+                named.map(probability).sum::<f64>()
+            };
+            let first = (0..all.len())
+                .max_by(|a, b| by_set(*a).total_cmp(&by_set(*b)))
+                .unwrap_or(0);
+            let rivals = class(problem, all, first);
+            let nearest = rivals
+                .iter()
+                .map(|(_, d)| d.squares / d.limit)
+                .fold(f64::INFINITY, f64::min);
+            let alias = Reason {
+                asked: "Does another set predict the same on this motion?",
+                found: nearest,
+                limit: 1.0,
+                yes: !rivals.is_empty(),
+            };
+            out.verdict = if alias.yes {
+                Verdict::Alias
+            } else {
+                Verdict::Named
+            };
+            reasons.push(alias);
+            let rivals: Vec<usize> = rivals.into_iter().map(|r| r.0).collect();
+            out.named = named(all, first, &rivals, &hypotheses, total, masses.named);
+        }
+    }
+    out.reasons = reasons;
+    out
+}
+
+fn reason(asked: &'static str, found: f64, limit: f64) -> Reason {
+    Reason {
+        asked,
+        found,
+        limit,
+        yes: found > limit,
+    }
+}
+
+/// All sets under all hypotheses.
+fn hypotheses(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Vec<Hypothesis> {
+    let least = least_squares(problem.reduced.rows);
+    let mut out = Vec::new();
+    for (k, weighed) in all.iter().enumerate() {
+        let explained: f64 = weighed.powers.iter().sum();
+        let shapes = weighed.nameless.as_ref();
+        let open = weighed.open(problem.log_odds);
+        let closed = weighed.closed(problem.log_odds);
+        let in_shapes: f64 = shapes.map_or(0.0, |(shapes, _)| shapes.powers.iter().sum());
+        let noise_with = shapes.map_or(weighed.noise, |(_, noise)| *noise);
+        let forms = [
+            (closed[0], 0.0, None),
+            (closed[1], 0.0, Some(weighed.noise)),
+            (open[0], in_shapes, None),
+            (open[1], in_shapes, Some(noise_with)),
+        ];
+        for (log_weight, shaped, louder) in forms {
+            let excess = louder.map_or(0.0, |noise| noise.log_variance.exp_m1().max(0.0));
+            let visible = excess > VISIBLE * VISIBLE - 1.0;
+            let noise = visible && noise_is_white;
+            let unlocated = if visible && !noise {
+                excess * weighed.left.degrees
+            } else {
+                0.0
+            };
+            let left = shaped + unlocated;
+            let share = left / (left + explained).max(f64::MIN_POSITIVE);
+            let trifle = left < least + weighed.lacking;
+            let says = match (weighed.set().is_empty(), noise) {
+                (true, false) if trifle => Says::NoGap,
+                (true, false) => Says::Unknown,
+                _ if share > LEFT_SHARE && !trifle => Says::Unknown,
+                _ => Says::Named,
+            };
+            out.push(Hypothesis {
+                set: k,
+                log_weight,
+                says,
+                noise,
+                left,
+            });
+        }
+    }
+    out
+}
+
+/// The effects of a set, and louder noise, with their probabilities and aliases.
+fn named(
+    all: &[Weighed],
+    first: usize,
+    rivals: &[usize],
+    hypotheses: &[Hypothesis],
+    total: f64,
+    mass: f64,
+) -> Vec<Inclusion> {
+    let among = |of_it: &dyn Fn(&Hypothesis) -> bool| {
+        let list = hypotheses
+            .iter()
+            .filter(|h| h.says == Says::Named && of_it(h));
+        let sum: f64 = list.map(|h| (h.log_weight - total).exp()).sum();
+        sum / mass.max(f64::MIN_POSITIVE)
+    };
+    let set = all[first].set();
+    let mut out: Vec<Inclusion> = Vec::new();
+    for (block, power) in set.iter().zip(&all[first].powers) {
+        let without = rivals.iter().filter(|r| !all[**r].set().contains(block));
+        let mut aliases: Vec<usize> = without
+            .flat_map(|r| all[*r].set())
+            .filter(|b| !set.contains(b))
+            .copied()
+            .collect();
+        aliases.sort_unstable();
+        aliases.dedup();
+        out.push(Inclusion {
+            block: Some(*block),
+            probability: among(&|h| all[h.set].set().contains(block)),
+            power: *power,
+            aliases,
+        });
+    }
+    let noise = among(&|h| h.noise);
+    if noise > 0.5 {
+        let power = all[first].noise.log_variance.exp_m1().max(0.0) * all[first].left.degrees;
+        out.push(Inclusion {
+            block: None,
+            probability: noise,
+            power,
+            aliases: Vec::new(),
+        });
+    }
+    out.sort_by(|a, b| b.power.total_cmp(&a.power));
+    out
+}
+
+/// Coordinates that hold what a set leaves.
+fn places(problem: &Problem, best: &Weighed) -> Vec<(usize, f64)> {
+    let Some((shapes, _)) = &best.nameless else {
+        return Vec::new();
+    };
+    let sum: f64 = shapes.powers.iter().sum();
+    let each = shapes.coordinates.iter().zip(&shapes.powers);
+    let mut out: Vec<(usize, f64)> = each
+        .map(|(c, power)| (problem.coordinates[*c], power / sum.max(f64::MIN_POSITIVE)))
+        .collect();
+    out.sort_by(|a, b| b.1.total_cmp(&a.1));
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::posterior::sets::{Prior, weigh};
+    use crate::synthetic_problem::SyntheticProblem;
+    use effects::random::normal;
+
+    /// Decides on two effects and one coordinate that act by these amounts.
+    fn decided(amounts: [f64; 3], louder: f64, white: bool) -> Decision {
+        let blocks = [("one", &[1.0][..]), ("other", &[1.0]), ("place", &[1.0])];
+        let problem = SyntheticProblem::new(&blocks, &|rng| {
+            let mut draw = || normal(rng);
+            let columns = [draw(), draw(), draw()];
+            let sum: f64 = columns.iter().zip(amounts).map(|(c, a)| c * a).sum();
+            let noise = louder * draw();
+            vec![1.0, columns[0], columns[1], columns[2], sum + noise]
+        });
+        let reduced = problem.reduced(&[1, 2, 3]);
+        let prior = |block| Prior {
+            block,
+            log_odds: -2.0,
+            inexactness: 0.02,
+        };
+        let problem = Problem {
+            reduced: &reduced,
+            stated: 1.0,
+            effects: vec![prior(0), prior(1)],
+            coordinates: vec![2],
+            log_odds: -2.0,
+        };
+        decide(&problem, &weigh(&problem), white)
+    }
+
+    fn blocks(decision: &Decision) -> Vec<Option<usize>> {
+        decision.named.iter().map(|n| n.block).collect()
+    }
+
+    #[test]
+    fn verdicts_follow_from_what_acts() {
+        assert_eq!(decided([0.0; 3], 1.0, true).verdict, Verdict::NoGap);
+        let one = decided([1.0, 0.0, 0.0], 1.0, true);
+        assert_eq!((one.verdict, blocks(&one)), (Verdict::Named, vec![Some(0)]));
+        let both = decided([1.0, 0.5, 0.0], 1.0, true);
+        assert_eq!(
+            (both.verdict, blocks(&both)),
+            (Verdict::Named, vec![Some(0), Some(1)])
+        );
+        let place = decided([0.0, 0.0, 1.0], 1.0, true);
+        assert_eq!(
+            (place.verdict, &place.places[..]),
+            (Verdict::Unknown, &[(2, 1.0)][..])
+        );
+        let noise = decided([0.0; 3], 1.5, true);
+        assert_eq!(
+            (noise.verdict, blocks(&noise)),
+            (Verdict::Named, vec![None])
+        );
+        // What is louder and has not been shown to be noise is a gap without a place.
+        assert_eq!(decided([0.0; 3], 1.5, false).verdict, Verdict::Unknown);
+        // An effect beside something as large that has no name explains nothing.
+        assert_eq!(
+            decided([1.0, 0.0, 1.0], 1.0, true).verdict,
+            Verdict::Unknown
+        );
+    }
+}

@@ -1,0 +1,243 @@
+//! A recording, decided by the posterior: decide, linearise about what was found, decide again.
+
+use super::decision::{Masses, Reason};
+use super::explained::Row;
+use super::weighing::{Effect, Weighing};
+use crate::Insufficient;
+use crate::data::prepare::{Prepared, prepare};
+use crate::design::assembly::{Design, DesignOptions, Options, assemble};
+use crate::linearization::point::LinearizationPoint;
+use crate::linearization::relinearized::RelinearizedFit;
+use crate::selection::measured::{Measured, measured};
+use crate::verdict::answer::Verdict;
+use effects::Detection;
+use effects::effect::Form;
+use recording::Recording;
+
+/// Times that all is compared about what was found, as long as that finds something else.
+const ROUNDS: usize = 3;
+/// What leaves more than this share of the gap may be wrong, and nothing is moved by it: at half, the wrong places would be as far off as
+/// those of the baseline alone.
+const TRUSTED_BELOW: f64 = 0.5;
+
+/// The answer.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// Verdict.
+    pub verdict: Verdict,
+    /// What is named, the largest first.
+    pub effects: Vec<Effect>,
+    /// Where what is left lies, most of it first, with shares of it.
+    pub places: Vec<(String, f64)>,
+    /// Whitened squares, over the noise, that the best set's effects do and that it leaves, as shares of both.
+    pub left_share: f64,
+    /// Steps of the decision.
+    pub reasons: Vec<Reason>,
+    /// How the probability is shared.
+    pub masses: Masses,
+    /// The likeliest sets.
+    pub sets: Vec<Row>,
+    /// Times that all was compared.
+    pub rounds: usize,
+}
+
+/// Decides on a recording.
+///
+/// # Errors
+/// [`Insufficient`] where it cannot answer.
+pub fn diagnosed(recording: &Recording, options: &Options) -> Result<Answer, Insufficient> {
+    let mut prepared = prepare(recording)?;
+    let first = look(
+        &prepared,
+        options,
+        &prepared.point(),
+        DesignOptions::default(),
+    );
+    if let Some(mask) = first.leave(&prepared, options).1.mask {
+        prepared.use_only(mask);
+    }
+    Ok(settled(&prepared, options))
+}
+
+/// A design with its sets weighed.
+struct Look<'a> {
+    design: Design<'a>,
+    weighing: Weighing,
+}
+
+fn look<'a>(
+    prepared: &'a Prepared,
+    options: &Options,
+    point: &LinearizationPoint,
+    design_options: DesignOptions,
+) -> Look<'a> {
+    let design = assemble(prepared, options, point, design_options);
+    let weighing = Weighing::of(&design);
+    Look { design, weighing }
+}
+
+impl<'a> Look<'a> {
+    /// The best set, fitted about itself.
+    fn fit(&self) -> RelinearizedFit<'a> {
+        let start = LinearizationPoint {
+            baseline: self.design.linearized.baseline.clone(),
+            displacement: self.design.linearized.displacement.clone(),
+            noise: None,
+        };
+        RelinearizedFit::new(&self.design.linearized, start, &self.weighing.found())
+    }
+
+    /// What the best set leaves. The look is used up.
+    fn leave(self, prepared: &'a Prepared, options: &'a Options) -> (Weighing, Measured) {
+        let fit = self.fit();
+        (
+            self.weighing,
+            measured(prepared, options, (self.design, fit)),
+        )
+    }
+}
+
+/// Decides about what was found, until that stays.
+fn settled(prepared: &Prepared, options: &Options) -> Answer {
+    let mut point = prepared.point();
+    let mut here = look(prepared, options, &point, DesignOptions::default());
+    // Until it is measured, what is louder is taken to be a gap.
+    let mut seen = Measured::default();
+    let mut count = 1;
+    while count <= ROUNDS {
+        let decision = here.weighing.decide(seen.white);
+        if decision.verdict == Verdict::NoGap {
+            break;
+        }
+        let fit = here.fit();
+        let trusted = decision.left_share < TRUSTED_BELOW;
+        point = if trusted {
+            fit.point.clone()
+        } else {
+            prepared.point()
+        };
+        let again = DesignOptions {
+            line_residuals: Some(fit.residuals()),
+            search_deflection_waves: decision.verdict == Verdict::Unknown,
+            previous_inputs: Some(&here.design.linearized.inputs),
+            ..DesignOptions::default()
+        };
+        let next = look(prepared, options, &point, again);
+        let known = here.weighing.found();
+        seen = measured(prepared, options, (here.design, fit));
+        here = next;
+        count += 1;
+        if here.weighing.found() == known {
+            break;
+        }
+    }
+    if here.weighing.decide(seen.white).verdict != Verdict::NoGap {
+        here = fuller(prepared, options, &point, here);
+        here = by_field(prepared, options, &point, here, seen.white);
+    }
+    let (weighing, seen) = here.leave(prepared, options);
+    answer(prepared, options, &weighing, &seen, count)
+}
+
+/// The same with all that may be told of the effects of the best set, where that is likelier altogether: both are of the same rows about
+/// the same point.
+fn fuller<'a>(
+    prepared: &'a Prepared,
+    options: &Options,
+    point: &LinearizationPoint,
+    here: Look<'a>,
+) -> Look<'a> {
+    let found = here.weighing.found();
+    let mut inputs = here.design.linearized.inputs.clone();
+    for card in effects::cards() {
+        let of_it = |form: &&Form| {
+            let name = form.found_as.unwrap_or(card.name);
+            found.iter().any(|f| f == name)
+        };
+        card.forms
+            .iter()
+            .filter(of_it)
+            .for_each(|form| (form.tell)(&mut inputs.forms));
+    }
+    if inputs == here.design.linearized.inputs {
+        return here;
+    }
+    let told = DesignOptions {
+        previous_inputs: Some(&inputs),
+        ..DesignOptions::default()
+    };
+    likelier(here, look(prepared, options, point, told))
+}
+
+/// The same with a field over the platen, where nothing explains the gap.
+fn by_field<'a>(
+    prepared: &'a Prepared,
+    options: &Options,
+    point: &LinearizationPoint,
+    here: Look<'a>,
+    white: bool,
+) -> Look<'a> {
+    if here.weighing.decide(white).verdict != Verdict::Unknown {
+        return here;
+    }
+    let told = DesignOptions {
+        previous_inputs: Some(&here.design.linearized.inputs),
+        field: true,
+        ..DesignOptions::default()
+    };
+    let with = look(prepared, options, point, told);
+    likelier(here, with)
+}
+
+fn likelier<'a>(one: Look<'a>, other: Look<'a>) -> Look<'a> {
+    let evidence = |look: &Look| look.weighing.decide(true).log_evidence;
+    if evidence(&other) > evidence(&one) {
+        other
+    } else {
+        one
+    }
+}
+
+fn answer(
+    prepared: &Prepared,
+    options: &Options,
+    weighing: &Weighing,
+    seen: &Measured,
+    rounds: usize,
+) -> Answer {
+    let decision = weighing.decide(seen.white);
+    let allowed = |name: &str| !options.without.iter().any(|w| w == name);
+    let mut named: Vec<Effect> = decision.named.iter().map(|n| weighing.effect(n)).collect();
+    let directly = [
+        (Detection::AsSlips, !prepared.slips.is_empty()),
+        (Detection::AsBursts, seen.bursts),
+    ];
+    let mut verdict = decision.verdict;
+    for (way, there) in directly {
+        let name = effects::name_of(way);
+        if there && allowed(name) && verdict != Verdict::Unknown {
+            named.push(Effect::directly(name));
+            verdict = if verdict == Verdict::NoGap {
+                Verdict::Named
+            } else {
+                verdict
+            };
+        } else if there && !allowed(name) {
+            verdict = Verdict::Unknown;
+        }
+    }
+    if verdict == Verdict::Unknown || named.iter().any(|e| !allowed(&e.name)) {
+        verdict = Verdict::Unknown;
+        named.clear();
+    }
+    Answer {
+        verdict,
+        effects: named,
+        places: weighing.places(&decision),
+        reasons: decision.reasons,
+        masses: decision.masses,
+        left_share: decision.left_share,
+        sets: weighing.explained(),
+        rounds,
+    }
+}

@@ -1,0 +1,162 @@
+//! The noise, integrated out: near the stated one, or louder by a factor that nothing is known of.
+
+use super::evidence::Fitted;
+use super::reduced::Reduced;
+
+/// Standard deviation of the logarithm of the noise's variance about the stated one: a recording whose rms is within 5 % of the stated
+/// noise shows no gap (`docs/reading-a-diagnosis.md`), which is two standard deviations of the rms, and a variance's is twice that.
+pub(crate) const STATED_TO: f64 = 0.05;
+/// Loudest noise that is looked for, as a logarithm of the variance: thirty times the stated noise is more than readings have.
+pub(crate) const LOUDEST: f64 = 6.8;
+/// Points of the grid to a standard deviation: many, since the density of louder noise may be cut off where it is steep.
+const POINTS: f64 = 16.0;
+
+/// What a set leaves, and how its density goes with the noise.
+#[derive(Clone, Copy, Debug)]
+pub struct Left {
+    /// Logarithm of the density at the stated noise, integrated over the sizes.
+    pub log_density: f64,
+    /// Whitened squares over the stated noise that the set leaves.
+    pub squares: f64,
+    /// The same, taken to be so many fewer since the columns are formed of noisy readings.
+    pub allowance: f64,
+    /// Rows less the coefficients that they tell.
+    pub degrees: f64,
+}
+
+impl Left {
+    /// Of a set.
+    pub fn of(reduced: &Reduced, fitted: &Fitted, stated: f64) -> Self {
+        Self {
+            log_density: fitted.given.log_density + fitted.log_widths,
+            squares: fitted.given.squares / stated,
+            allowance: fitted.allowance,
+            degrees: reduced.rows - reduced.baseline as f64 - fitted.given.told,
+        }
+    }
+}
+
+/// The noise under a set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoiseScale {
+    /// Logarithm of the likeliest variance over the stated one.
+    pub log_variance: f64,
+    /// Logarithm of the evidence, by noise near the stated one.
+    pub stated: f64,
+    /// The same, by noise that is louder by any factor.
+    pub louder: f64,
+}
+
+/// Integrates over the noise. The coefficients are taken to stay as the noise changes, and each that the data tell takes a row: exact to
+/// first order in the share of the data that the prior tells. `inexact` is the share of the noise, in squares, that the set's own effects
+/// may leave because their forms are not exact: the noise seems so much louder.
+pub fn integrate(left: &Left, inexact: f64) -> NoiseScale {
+    let degrees = left.degrees.max(1.0);
+    // Noise of the columns may be why too much is left, and no reason for less than the noise.
+    let squares = (left.squares - left.allowance).max(left.squares.min(degrees));
+    // The density at the stated noise, less how it goes with the variance there.
+    let constant = left.log_density + 0.5 * left.squares;
+    let likelihood = |at: f64| constant - 0.5 * degrees * at - 0.5 * squares * (-at).exp();
+    let near = STATED_TO.hypot(inexact);
+    let gauss = |at: f64| -0.5 * (at / near).powi(2) - (near * std::f64::consts::TAU.sqrt()).ln();
+    let flat = |at: f64| {
+        if (0.0..LOUDEST).contains(&at) {
+            -LOUDEST.ln()
+        } else {
+            f64::NEG_INFINITY
+        }
+    };
+    let integral = |precision: f64, log_prior: &dyn Fn(f64) -> f64| {
+        let (middle, deviation) = top(degrees, squares, precision);
+        let step = deviation / POINTS;
+        let points = (-SIDE..=SIDE).map(|k| middle + step * f64::from(k));
+        (
+            middle,
+            log_sum(points.map(|at| likelihood(at) + log_prior(at))) + step.ln(),
+        )
+    };
+    let (log_variance, louder) = integral(0.0, &flat);
+    NoiseScale {
+        log_variance,
+        louder,
+        stated: integral(near.powi(-2), &gauss).1,
+    }
+}
+
+/// Points of the grid to either side: six standard deviations.
+const SIDE: i32 = 96;
+
+/// Where the density of the logarithm of a variance is largest, and its standard deviation there: of squares over degrees of freedom, with
+/// a normal prior of this precision about zero. Newton's method on a concave function.
+fn top(degrees: f64, squares: f64, precision: f64) -> (f64, f64) {
+    let bend = |at: f64| 0.5 * squares * (-at).exp() + precision;
+    let mut at = if precision > 0.0 {
+        0.0
+    } else {
+        (squares / degrees).max(f64::MIN_POSITIVE).ln()
+    };
+    for _ in 0..NEWTON_STEPS {
+        let slope = -0.5 * degrees + 0.5 * squares * (-at).exp() - precision * at;
+        at += (slope / bend(at).max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0);
+    }
+    (at, bend(at).max(f64::MIN_POSITIVE).sqrt().recip())
+}
+
+/// Steps of Newton's method: more than the largest noise is away, a step being at most one.
+const NEWTON_STEPS: usize = 16;
+
+/// Logarithm of a sum of numbers that are told by their logarithms.
+pub fn log_sum(logarithms: impl Iterator<Item = f64>) -> f64 {
+    let all: Vec<f64> = logarithms.collect();
+    let top = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if top == f64::NEG_INFINITY {
+        return top;
+    }
+    top + all.iter().map(|v| (v - top).exp()).sum::<f64>().ln()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::posterior::evidence::{fitted, given};
+    use crate::synthetic_problem::SyntheticProblem;
+    use effects::random::normal;
+
+    /// Against the exact density at each point of a fine grid over the noise: the coefficients stay, to first order.
+    #[test]
+    fn the_integral_is_that_of_the_exact_densities() {
+        for louder in [1.0, 1.2, 3.0] {
+            let problem = SyntheticProblem::new(&[("block", &[1.0, 1.0][..])], &|rng| {
+                let (one, other, noise) = (normal(rng), normal(rng), louder * normal(rng));
+                vec![1.0, one, other, 0.2 * one + noise]
+            });
+            let reduced = problem.reduced(&[1]);
+            let set = fitted(&reduced, &[0], &[0.0], 1.0).unwrap();
+            let found = integrate(&Left::of(&reduced, &set, 1.0), 0.0);
+            let step = 0.002;
+            let density = |at: f64| {
+                given(&reduced, &[0], &set.log_variances, at.exp())
+                    .unwrap()
+                    .log_density
+                    + set.log_widths
+            };
+            let grid: Vec<f64> = (-200..1500).map(|k| step * f64::from(k)).collect();
+            let near = |at: f64| {
+                -0.5 * (at / STATED_TO).powi(2) - (STATED_TO * std::f64::consts::TAU.sqrt()).ln()
+            };
+            let stated = log_sum(grid.iter().map(|at| density(*at) + near(*at))) + step.ln();
+            let any = grid.iter().filter(|at| **at >= 0.0);
+            let any = log_sum(any.map(|at| density(*at) - LOUDEST.ln())) + step.ln();
+            assert!(
+                (found.stated - stated).abs() < 0.2,
+                "{louder}: {found:?} {stated}"
+            );
+            assert!(
+                (found.louder - any).abs() < 0.2,
+                "{louder}: {found:?} {any}"
+            );
+            // Noise that is as stated is told so, and noise that is not is not.
+            assert_eq!(found.stated > found.louder, louder == 1.0, "{found:?}");
+        }
+    }
+}

@@ -1,0 +1,26 @@
+//! What is supposed of an effect before the data.
+
+use super::sets::Prior;
+use effects::Card;
+
+/// Probability that any one cause acts: of about twenty effects and as many coordinates that may hold an effect without a name, a courier
+/// whose gap is looked into is expected to have one or two.
+const ACTS: f64 = 0.05;
+/// A shape describes a gap and is no cause: nine gaps in ten that it describes have a cause in the catalogue (`docs/effects.md`: it is
+/// named only where no cause explains the gap better).
+const SHAPE: f64 = 0.1;
+
+/// Logarithm of the odds that a cause acts.
+pub fn log_odds() -> f64 {
+    (ACTS / (1.0 - ACTS)).ln()
+}
+
+/// An effect before the data, whose columns are a block.
+pub fn prior(name: &str, block: usize) -> Prior {
+    let shape = effects::has(name, Card::is_shape);
+    Prior {
+        block,
+        log_odds: log_odds() + if shape { SHAPE.ln() } else { 0.0 },
+        inexactness: effects::card(name).map_or(0.0, |card| card.inexactness),
+    }
+}

@@ -1,0 +1,222 @@
+//! Normal equations without the baseline: its coefficients are in every set, with a flat prior, and are eliminated once.
+//!
+//! Flat, because an effect must not be paid for relieving the baseline: with a proper prior, an effect that lets the baseline's
+//! coefficients be smaller would gain by that alone.
+
+use crate::design::errors_in_variables::ErrorsInVariables;
+use crate::design::gram::{Columns, Gram};
+use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+
+/// A baseline column of which less than this share of its squares is its own is another's sum, to rounding: products carry sixteen
+/// digits, and a good part of them is lost in a chain of a hundred eliminations.
+const DEPENDENT_SHARE: f64 = 1.0e-10;
+
+/// Normal equations of the blocks after the baseline, `[columns, columns]`, in prior deviations.
+#[derive(Clone, Debug)]
+pub struct Reduced {
+    /// `XᵀPX`: products of the columns, the baseline projected out of them.
+    pub normal: DMatrix<f64>,
+    /// `XᵀPy`: products with the target.
+    pub right: DVector<f64>,
+    /// `yᵀPy`: whitened squares that the baseline alone leaves.
+    pub squares: f64,
+    /// Prior means.
+    pub centre: DVector<f64>,
+    /// Columns of each block, counted without the baseline.
+    pub blocks: Vec<Range<usize>>,
+    /// Rows.
+    pub rows: f64,
+    /// Baseline columns that the data tell better than their priors do.
+    pub baseline: usize,
+    /// Half the logarithm of the determinant of their products.
+    pub half_log_determinant: f64,
+    /// Mean products, a row, of the noise that the columns carry, that of the baseline with it; none where they carry none.
+    carried: Option<DMatrix<f64>>,
+}
+
+impl Reduced {
+    /// Of the blocks that are asked for, by their numbers among those of the columns; the baseline is block 0. Cost: the square of the
+    /// columns for each of the baseline's.
+    pub fn new(
+        gram: &Gram,
+        errors_in_variables: &ErrorsInVariables,
+        columns: &Columns,
+        blocks: &[usize],
+    ) -> Self {
+        let base = columns.blocks[0].columns.clone();
+        let asked = |b: &usize| columns.blocks[*b].columns.clone();
+        let list: Vec<usize> = base
+            .clone()
+            .chain(blocks.iter().flat_map(asked))
+            .chain([gram.width()])
+            .collect();
+        let training = gram.training(None);
+        let mut whole = training.square(&list);
+        let mut carried = errors_in_variables.products().block(&list, &list);
+        let last = list.len() - 1;
+        let rows = gram.total_rows() as f64;
+        // What columns and target have in common because both are formed of the same noise explains nothing: amounts that nearly
+        // cancel could rebuild the residual's own noise of it. Their true products stay (Fuller 1987's correction, of the products with
+        // the target alone, so that the matrix stays positive).
+        for c in 0..last {
+            let common = rows * carried[(c, last)];
+            whole[(c, last)] -= common;
+            whole[(last, c)] -= common;
+        }
+        let (baseline, half_log_determinant) =
+            eliminate(&mut whole, Some(&mut carried), base.len(), TOLD);
+        let (first, width) = (base.len(), list.len() - 1 - base.len());
+        Self {
+            blocks: ranges(blocks.iter().map(|b| columns.blocks[*b].columns.len())),
+            normal: whole.view((first, first), (width, width)).into_owned(),
+            right: whole.view((first, last), (width, 1)).column(0).into_owned(),
+            squares: whole[(last, last)],
+            centre: DVector::from_iterator(
+                width,
+                list[first..last].iter().map(|c| gram.centre[*c]),
+            ),
+            rows,
+            baseline,
+            half_log_determinant,
+            carried: Some(carried.view((first, first), (width, width)).into_owned()),
+        }
+    }
+
+    /// Columns of a set of blocks.
+    pub fn columns(&self, set: &[usize]) -> Vec<usize> {
+        set.iter().flat_map(|b| self.blocks[*b].clone()).collect()
+    }
+
+    /// Whitened squares that coefficients of some columns add to the noise, over all rows, since the columns are formed of noisy
+    /// readings.
+    pub fn allowance(&self, list: &[usize], coefficients: &DVector<f64>) -> f64 {
+        let Some(carried) = &self.carried else {
+            return 0.0;
+        };
+        let noise = DMatrix::from_fn(list.len(), list.len(), |a, b| carried[(list[a], list[b])]);
+        self.rows * coefficients.dot(&(noise * coefficients))
+    }
+
+    /// What is left of some blocks when the columns of a set are eliminated with their priors (the logarithm of each block's variance), at
+    /// a variance of the noise. What the data tell of the set's columns is theirs, and shapes beside them explain the rest. They carry no
+    /// noise, and their means are zero.
+    pub fn beside(
+        &self,
+        set: &[usize],
+        log_variances: &[f64],
+        blocks: &[usize],
+        noise: f64,
+    ) -> Self {
+        let (list, own) = (self.columns(set), self.columns(blocks));
+        let all: Vec<usize> = list.iter().chain(&own).copied().collect();
+        let (first, last) = (list.len(), all.len());
+        let means = DVector::from_fn(
+            last,
+            |k, _| if k < first { self.centre[all[k]] } else { 0.0 },
+        );
+        let normal = self.square(&all);
+        let explained = &normal * &means;
+        let mut whole = normal.resize(last + 1, last + 1, 0.0);
+        for (k, c) in all.iter().enumerate() {
+            let right = self.right[*c] - explained[k];
+            whole[(k, last)] = right;
+            whole[(last, k)] = right;
+        }
+        whole[(last, last)] = self.about_the_means(&list).2;
+        let sizes = set.iter().zip(log_variances);
+        let sizes = sizes.flat_map(|(b, v)| self.blocks[*b].clone().map(move |_| *v));
+        for (k, size) in sizes.enumerate() {
+            whole[(k, k)] += noise * (-size).exp();
+        }
+        eliminate(&mut whole, None, first, 0.0);
+        Self {
+            blocks: ranges(blocks.iter().map(|b| self.blocks[*b].len())),
+            centre: DVector::zeros(own.len()),
+            carried: None,
+            normal: whole
+                .view((first, first), (own.len(), own.len()))
+                .into_owned(),
+            right: whole
+                .view((first, last), (own.len(), 1))
+                .column(0)
+                .into_owned(),
+            squares: whole[(last, last)],
+            ..*self
+        }
+    }
+
+    /// Products of some columns among each other.
+    pub fn square(&self, list: &[usize]) -> DMatrix<f64> {
+        self.across(list, list)
+    }
+
+    /// Products of some columns with others.
+    pub fn across(&self, rows: &[usize], columns: &[usize]) -> DMatrix<f64> {
+        DMatrix::from_fn(rows.len(), columns.len(), |a, b| {
+            self.normal[(rows[a], columns[b])]
+        })
+    }
+
+    /// Products of some columns with the target, and its squares, both less what the prior means explain.
+    pub fn about_the_means(&self, list: &[usize]) -> (DMatrix<f64>, DVector<f64>, f64) {
+        let normal = self.square(list);
+        let right = DVector::from_fn(list.len(), |a, _| self.right[list[a]]);
+        let means = DVector::from_fn(list.len(), |a, _| self.centre[list[a]]);
+        let explained = &normal * &means;
+        let squares = self.squares - 2.0 * means.dot(&right) + means.dot(&explained);
+        (normal, right - explained, squares)
+    }
+}
+
+/// Places of blocks of these lengths, one after the other.
+fn ranges(lengths: impl Iterator<Item = usize>) -> Vec<Range<usize>> {
+    let mut end = 0;
+    let next = |length| {
+        let start = end;
+        end += length;
+        start..end
+    };
+    lengths.map(next).collect()
+}
+
+/// Whitened squares of a prior deviation below which the prior tells a baseline's column better than the data: it stays at its mean.
+const TOLD: f64 = 1.0;
+
+/// Eliminates the first columns one after the other from the products, those with fewer squares of their own than asked aside, and applies the same combinations of columns to the carried
+/// noise. Number of columns eliminated, and half the logarithm of the determinant of their products.
+fn eliminate(
+    whole: &mut DMatrix<f64>,
+    mut carried: Option<&mut DMatrix<f64>>,
+    first: usize,
+    least: f64,
+) -> (usize, f64) {
+    let own: Vec<f64> = (0..first).map(|k| whole[(k, k)]).collect();
+    let (mut count, mut half_log_determinant) = (0, 0.0);
+    for k in 0..first {
+        let pivot = whole[(k, k)];
+        if pivot <= (DEPENDENT_SHARE * own[k]).max(least) {
+            continue;
+        }
+        count += 1;
+        half_log_determinant += 0.5 * pivot.ln();
+        let mut share = whole.column(k) / pivot;
+        (0..=k).for_each(|a| share[a] = 0.0);
+        let products = share.clone() * pivot;
+        whole.ger(-1.0, &products, &share, 1.0);
+        if let Some(carried) = carried.as_deref_mut() {
+            combine(carried, k, &share);
+        }
+    }
+    (count, half_log_determinant)
+}
+
+/// Takes a share of one column off each other one, in a matrix of their products.
+fn combine(products: &mut DMatrix<f64>, which: usize, share: &DVector<f64>) {
+    let own = products.column(which).into_owned();
+    products.ger(-1.0, share, &own, 1.0);
+    let rest = &own - share * own[which];
+    for (mut column, by) in products.column_iter_mut().zip(share.iter()) {
+        column.axpy(-by, &rest, 1.0);
+    }
+}

@@ -1,0 +1,173 @@
+//! Simulation-based calibration: problems drawn from the prior itself, whose posterior must be right as often as it says (Talts and others
+//! 2018, arXiv 1804.06788; of the probabilities of sets: Schad and others 2023, Psychological Methods 28, 1404).
+
+use super::evidence::given;
+use super::least_size::{least_squares, log_normal};
+use super::reduced::Reduced;
+use super::scale::{RANGE, draw};
+use super::sets::{Prior, Problem, weigh};
+use crate::synthetic_problem::SyntheticProblem;
+use effects::random::{ChaCha8Rng, SeedableRng, normal, uniform};
+use nalgebra::DVector;
+
+const ROWS: usize = 200;
+const BLOCKS: [(&str, usize); 3] = [("one", 2), ("other", 3), ("third", 4)];
+/// Probability that each acts: often enough that a few hundred problems show it.
+const ACTS: f64 = 0.3;
+/// Probability that the noise is louder than stated by any factor, and the standard deviation of what is near the stated one.
+const LOUDER: f64 = 0.1;
+
+/// What one problem shows.
+struct Drawn {
+    /// Of each effect: the probability that it acts, and whether it does.
+    acts: Vec<(f64, bool)>,
+    /// Of each coefficient of the true set: its error in standard deviations.
+    errors: Vec<f64>,
+}
+
+/// Draws a problem from the prior and weighs it.
+fn drawn(rng: &mut ChaCha8Rng) -> Drawn {
+    let width: usize = BLOCKS.iter().map(|b| b.1).sum();
+    let mut rows: Vec<Vec<f64>> = (0..ROWS)
+        .map(|_| {
+            let common = normal(rng);
+            let columns = (0..width).map(|_| 0.5 * common + normal(rng));
+            [1.0].into_iter().chain(columns).chain([0.0]).collect()
+        })
+        .collect();
+    let stated = uniform(rng, 0.0, 1.0) > LOUDER;
+    let log_noise = if stated {
+        super::noise_scale::STATED_TO * normal(rng)
+    } else {
+        uniform(rng, 0.0, super::noise_scale::LOUDEST)
+    };
+    let there: Vec<bool> = BLOCKS
+        .iter()
+        .map(|_| uniform(rng, 0.0, 1.0) < ACTS)
+        .collect();
+    let exact = SyntheticProblem::of_rows(1, &BLOCKS, &rows).reduced(&[1, 2, 3]);
+    let mut truth = vec![0.0; width];
+    let mut sizes = Vec::new();
+    for (block, there) in there.iter().enumerate().filter(|b| *b.1) {
+        let (size, amounts) = worth_naming(&exact, block, rng);
+        truth[exact.blocks[block].clone()].copy_from_slice(&amounts);
+        sizes.push(size);
+        assert!(there);
+    }
+    for row in &mut rows {
+        let sum: f64 = row[1..=width].iter().zip(&truth).map(|(c, a)| c * a).sum();
+        row[width + 1] = sum + (0.5 * log_noise).exp() * normal(rng);
+    }
+    let reduced = SyntheticProblem::of_rows(1, &BLOCKS, &rows).reduced(&[1, 2, 3]);
+    let odds = |p: f64| (p / (1.0 - p)).ln();
+    let prior = |block| Prior {
+        block,
+        log_odds: odds(ACTS),
+        inexactness: 0.0,
+    };
+    let problem = Problem {
+        reduced: &reduced,
+        stated: 1.0,
+        effects: (0..BLOCKS.len()).map(prior).collect(),
+        coordinates: Vec::new(),
+        log_odds: odds(LOUDER),
+    };
+    let all = weigh(&problem);
+    let weights: Vec<f64> = all.iter().map(|w| w.log_weight(problem.log_odds)).collect();
+    let total = super::noise_scale::log_sum(weights.iter().copied());
+    let acts = |block: usize| {
+        let with = all
+            .iter()
+            .zip(&weights)
+            .filter(|(w, _)| w.set().contains(&block));
+        (
+            with.map(|(_, weight)| (weight - total).exp()).sum::<f64>(),
+            there[block],
+        )
+    };
+    let set: Vec<usize> = (0..BLOCKS.len()).filter(|b| there[*b]).collect();
+    let fit = given(&reduced, &set, &sizes, log_noise.exp()).unwrap();
+    let columns = reduced.columns(&set);
+    let error = |(k, c): (usize, &usize)| {
+        (truth[*c] - fit.coefficients[k]) / fit.factor_inverse.column(k).norm()
+    };
+    Drawn {
+        acts: (0..BLOCKS.len()).map(acts).collect(),
+        errors: columns.iter().enumerate().map(error).collect(),
+    }
+}
+
+/// The logarithm of an effect's variance and its amounts, from the prior cut off below the least size.
+fn worth_naming(reduced: &Reduced, block: usize, rng: &mut ChaCha8Rng) -> (f64, Vec<f64>) {
+    let columns: Vec<usize> = reduced.blocks[block].clone().collect();
+    let products = reduced.square(&columns);
+    loop {
+        let size = draw(rng);
+        let amounts = DVector::from_fn(columns.len(), |_, _| (0.5 * size).exp() * normal(rng));
+        let inside = (2.0 * RANGE[0]..2.0 * RANGE[1]).contains(&size);
+        if inside && amounts.dot(&(&products * &amounts)) > least_squares(reduced.rows) {
+            return (size, amounts.as_slice().to_vec());
+        }
+    }
+}
+
+/// Checks so many problems: an effect acts as often as its probability says, over all and in each part of the scale, and coefficients
+/// scatter about their means as their covariance says.
+fn check(problems: u64) {
+    let all: Vec<Drawn> = (0..problems)
+        .map(|seed| drawn(&mut ChaCha8Rng::seed_from_u64(seed)))
+        .collect();
+    let acts: Vec<(f64, bool)> = all.iter().flat_map(|d| d.acts.iter().copied()).collect();
+    for [low, high] in [
+        [0.0, 1.1],
+        [0.0, 0.05],
+        [0.05, 0.5],
+        [0.5, 0.95],
+        [0.95, 1.1],
+    ] {
+        let within: Vec<_> = acts.iter().filter(|a| (low..high).contains(&a.0)).collect();
+        let expected: f64 = within.iter().map(|a| a.0).sum();
+        let variance: f64 = within.iter().map(|a| a.0 * (1.0 - a.0)).sum();
+        let found = within.iter().filter(|a| a.1).count() as f64;
+        let off = (found - expected) / variance.max(1.0).sqrt();
+        println!(
+            "{low} to {high}: {} effects, {expected:.1} expected, {found} act, {off:.2} deviations off",
+            within.len()
+        );
+        assert!(off.abs() < 4.0, "{low} to {high}: {found} of {expected}");
+    }
+    let errors: Vec<f64> = all.iter().flat_map(|d| d.errors.iter().copied()).collect();
+    let count = errors.len() as f64;
+    let squares: f64 = errors.iter().map(|e| e * e).sum::<f64>() / count;
+    // Those of one problem go together, and a prior that is cut off is no normal one: the tolerance is of a tenth besides chance.
+    assert!(
+        (squares - 1.0).abs() < 0.1 + 4.0 * (2.0 / count).sqrt(),
+        "{squares}"
+    );
+    // Ranks of the truth among the posterior's draws are even: a tenth of them in each tenth.
+    let mut tenths = [0.0; 10];
+    for e in &errors {
+        tenths[((log_normal(*e).exp() * 10.0) as usize).min(9)] += 1.0;
+    }
+    let chi_square: f64 = tenths
+        .iter()
+        .map(|t| (t - 0.1 * count).powi(2) / (0.1 * count))
+        .sum();
+    println!(
+        "{count} coefficients: mean square {squares:.3}, ranks {tenths:?}, chi square {chi_square:.1}"
+    );
+    // One draw in ten thousand of a chi-square with 9 degrees of freedom is above, as tables have it.
+    assert!(chi_square < 33.7, "{tenths:?}");
+}
+
+#[test]
+fn the_posterior_is_right_as_often_as_it_says() {
+    check(150);
+}
+
+/// The same of many more: `cargo test -p diagnosis --release --lib posterior::tests -- --ignored --nocapture`.
+#[test]
+#[ignore = "a minute"]
+fn the_posterior_is_right_as_often_as_it_says_of_many() {
+    check(4000);
+}

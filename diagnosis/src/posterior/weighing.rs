@@ -1,0 +1,151 @@
+//! The sets of a design, weighed, with their names.
+
+use super::decision::{Decision, Inclusion, decide};
+use super::explained::{Row, rows};
+use super::prior::{log_odds, prior};
+use super::reduced::Reduced;
+use super::sets::{Problem, Weighed, weigh};
+use crate::design::assembly::{BlockKind, Design};
+use effects::Detection;
+
+/// An effect of the answer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Effect {
+    /// Its name.
+    pub name: String,
+    /// Probability that it acts.
+    pub probability: f64,
+    /// Whitened squares over the noise that it does; none where it is not fitted.
+    pub power: Option<f64>,
+    /// What would do in its place.
+    pub aliases: Vec<String>,
+    /// What parts it from those.
+    pub break_alias: Option<String>,
+}
+
+impl Effect {
+    /// What is found directly: samples that a repair, or a comparison with their neighbours, shows.
+    pub fn directly(name: &str) -> Self {
+        Self {
+            name: name.into(),
+            probability: 1.0,
+            power: None,
+            aliases: Vec::new(),
+            break_alias: None,
+        }
+    }
+}
+
+/// Sets that are told.
+const TOLD: usize = 20;
+
+/// The sets of a design.
+pub struct Weighing {
+    reduced: Reduced,
+    stated: f64,
+    names: Vec<String>,
+    effects: Vec<usize>,
+    coordinates: Vec<usize>,
+    weighed: Vec<Weighed>,
+    rows: Vec<Row>,
+}
+
+impl Weighing {
+    /// Weighs the sets of a design.
+    pub fn of(design: &Design) -> Self {
+        let blocks: Vec<usize> = (1..design.columns.blocks.len()).collect();
+        let reduced = Reduced::new(
+            &design.gram,
+            &design.errors_in_variables,
+            &design.columns,
+            &blocks,
+        );
+        let effect = |k: &usize| matches!(design.kinds[*k], BlockKind::Effect(_));
+        let (effects, coordinates) = (0..blocks.len()).partition(effect);
+        let mut out = Self {
+            names: blocks
+                .iter()
+                .map(|b| design.columns.blocks[*b].name.clone())
+                .collect(),
+            stated: design.floor.white_square,
+            reduced,
+            effects,
+            coordinates,
+            weighed: Vec::new(),
+            rows: Vec::new(),
+        };
+        out.weighed = weigh(&out.problem());
+        let mut validation = design.cross_validation();
+        let held_out = |set: &[usize]| {
+            let blocks: Vec<usize> = set.iter().map(|b| blocks[*b]).collect();
+            validation.score(&blocks).squares
+        };
+        let told = &out.weighed[..out.weighed.len().min(TOLD)];
+        out.rows = rows(&out.problem(), told, &out.names, held_out);
+        out
+    }
+
+    fn problem(&self) -> Problem<'_> {
+        let name = |b: &usize| self.names[*b].as_str();
+        Problem {
+            reduced: &self.reduced,
+            stated: self.stated,
+            effects: self.effects.iter().map(|b| prior(name(b), *b)).collect(),
+            coordinates: self.coordinates.clone(),
+            log_odds: log_odds(),
+        }
+    }
+
+    /// Decides.
+    pub fn decide(&self, noise_is_white: bool) -> Decision {
+        decide(&self.problem(), &self.weighed, noise_is_white)
+    }
+
+    /// Names of the effects of the likeliest set.
+    pub fn found(&self) -> Vec<String> {
+        let best = self.weighed.first().map_or(&[][..], Weighed::set);
+        best.iter().map(|b| self.names[*b].clone()).collect()
+    }
+
+    /// The likeliest sets.
+    pub fn explained(&self) -> Vec<Row> {
+        self.rows.clone()
+    }
+
+    /// Coordinates that hold what the best set leaves.
+    pub fn places(&self, decision: &Decision) -> Vec<(String, f64)> {
+        let each = decision.places.iter();
+        each.map(|(b, share)| (self.names[*b].clone(), *share))
+            .collect()
+    }
+
+    /// An effect of a decision, by name.
+    pub fn effect(&self, inclusion: &Inclusion) -> Effect {
+        let name = |b: usize| self.names[b].clone();
+        let own = inclusion
+            .block
+            .map_or_else(|| effects::name_of(Detection::AsNoise).into(), name);
+        let aliases: Vec<String> = inclusion.aliases.iter().map(|b| name(*b)).collect();
+        Effect {
+            break_alias: parting(&own, &aliases),
+            probability: inclusion.probability,
+            power: Some(inclusion.power),
+            name: own,
+            aliases,
+        }
+    }
+}
+
+/// The motion that parts an effect from those that would do in its place: what the cards say of the pair, or else the motion that tells
+/// the effect.
+fn parting(name: &str, aliases: &[String]) -> Option<String> {
+    let first = aliases.first()?;
+    let of = |one: &str, other: &str| {
+        let all = effects::card(one)?.confusable.iter();
+        let pair = all.clone().find(|pair| pair.with == other);
+        pair.map(|pair| pair.parted_by.to_owned())
+    };
+    of(name, first)
+        .or_else(|| of(first, name))
+        .or_else(|| effects::telling_motion(name).map(Into::into))
+}

@@ -1,0 +1,71 @@
+//! What is measured of the residuals that a set of effects leaves, and is no matter of columns: for a decision that is made elsewhere.
+
+use super::ModelSelection;
+use super::selected::SelectedModel;
+use crate::data::prepare::Prepared;
+use crate::design::assembly::{Design, Options};
+use crate::inference::residuals::Residuals;
+use crate::linearization::relinearized::RelinearizedFit;
+use crate::selection::limits::VISIBLE_GAP_RATIO;
+use crate::selection::search::SearchResult;
+
+/// Of the squares that are left and of the whole gap's, what bursts must hold.
+const BURST_SHARES: [f64; 2] = [0.05, 0.005];
+
+/// What is measured.
+#[derive(Default)]
+pub(crate) struct Measured {
+    /// What is left beyond the stated noise is shown to be white noise.
+    pub(crate) white: bool,
+    /// Short disturbances stand out of it.
+    pub(crate) bursts: bool,
+    /// Samples in use, where the set shows others to be disturbed than was thought.
+    pub(crate) mask: Option<Vec<bool>>,
+}
+
+/// Measures what a fit of some effects leaves.
+pub(crate) fn measured<'a>(
+    prepared: &'a Prepared,
+    options: &'a Options,
+    (design, relinearized): (Design<'a>, RelinearizedFit<'a>),
+) -> Measured {
+    let names = &relinearized.hypothesis.effects;
+    let of_it = |b: &usize| names.contains(&design.columns.blocks[*b].name);
+    let found = SearchResult {
+        blocks: design.effects().into_iter().filter(of_it).collect(),
+        unexplained_fraction: 0.0,
+    };
+    let selected = SelectedModel {
+        base: design.floor.white_square * design.gram.total_rows() as f64,
+        shaped: found.clone(),
+        found,
+    };
+    let selection = ModelSelection {
+        prepared,
+        options,
+        floor: design.floor,
+        noise: None,
+        before: design.residuals(&[]),
+        after: relinearized.residuals().clone(),
+        transfer_residuals: None,
+        without_beats: None,
+        leading_effect: None,
+        before_by_folds: Residuals::default(),
+        design,
+        selected,
+        relinearized,
+    };
+    let left = &selection.after;
+    let white = selection.rough(left) && selection.is_noise(left);
+    let squares = |r: &Residuals| (r.white_rms().powi(2) - 1.0).max(0.0) * r.white.len() as f64;
+    let bursts = selection.bursts();
+    let [of_left, of_all] = BURST_SHARES;
+    let shows = !white && selection.ratio() > VISIBLE_GAP_RATIO;
+    let least = if shows { of_left * squares(left) } else { 0.0 };
+    let whole = of_all * (squares(&selection.before) + bursts.energy);
+    Measured {
+        white: white && (bursts.are_few() || selection.in_the_middle(left)),
+        bursts: bursts.hold(least.max(whole)),
+        mask: selection.revised_mask(),
+    }
+}
