@@ -100,7 +100,7 @@ fn figures(judged: &[Judged]) -> Vec<Figure> {
         ),
         Figure::new(
             "no effect: a false alarm",
-            of(Kind::None).map(|j| !j.right()),
+            of(Kind::None).map(Judged::detected),
             0.01,
             false,
         ),
