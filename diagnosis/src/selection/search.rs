@@ -406,6 +406,25 @@ mod tests {
         assert_eq!(found(1.15), [1]);
     }
 
+    /// Beside an effect that leaves less than the stated noise nothing is found: it may be the statement that is too high.
+    #[test]
+    fn below_the_stated_noise_nothing_is_put_beside_an_effect() {
+        let blocks = [("there", &[1.0][..]), ("small", &[1.0])];
+        let synthetic_problem = SyntheticProblem::new(&blocks, &|rng| {
+            let mut draw = || normal(rng);
+            let (there, small, noise) = (draw(), draw(), draw());
+            let target = 2.0 * there + 0.3 * small + noise;
+            vec![1.0, there, small, target]
+        });
+        let found = |noise: f64| {
+            let mut validation = synthetic_problem.cross_validation();
+            let floor = noise * validation.rows();
+            search(&mut validation, &[1, 2], &|_| 0.0, floor).blocks
+        };
+        assert_eq!(found(1.0), [1, 2]);
+        assert_eq!(found(1.2), [1]);
+    }
+
     /// A cause that a shape gives way to keeps its place unless it leaves a gap that shows where the shape leaves none.
     #[test]
     fn a_shape_gives_way_to_a_cause_unless_the_cause_leaves_a_gap() {

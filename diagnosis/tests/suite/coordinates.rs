@@ -1,4 +1,4 @@
-//! What follows the temperature, the clock, or neither: a pair's offset, and a second effect that is not there.
+//! A pair's offset that follows the temperature or the clock.
 
 use diagnosis::{Diagnosis, Options, Verdict, diagnose};
 use recording::Recording;
@@ -79,27 +79,5 @@ fn where_the_temperature_only_rises_or_is_not_logged_it_is_either() {
             answer.verdict,
             answer.effects
         );
-    }
-}
-
-/// The noise is stated a twentieth too high, so that the first effect leaves less than it: nothing is put beside it.
-#[test]
-fn beside_an_effect_that_leaves_less_than_the_noise_nothing_is_named() {
-    for (name, size_m) in [("velocity_lag", 3.0e-6), ("angle_dependence", 2.0e-6)] {
-        let options = rig::Options {
-            samples: 6000,
-            counts: true,
-            ..rig::Options::default()
-        };
-        let mut recording = rig::record_as(7, 7, &[(name, size_m)], &options).0;
-        let electronics = &mut recording.meta.electronics;
-        for noise in [
-            &mut electronics.quadrature_noise_counts,
-            &mut electronics.psd_noise_counts,
-        ] {
-            *noise = noise.map(|counts| 1.05 * counts);
-        }
-        let answer = answer(&recording);
-        assert_eq!(names(&answer), [name], "{:?}", answer.verdict);
     }
 }
