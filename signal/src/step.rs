@@ -398,7 +398,8 @@ const AWAY_FROM_ZERO_COUNTS: u16 = 2048;
 
 /// Sets the bits where a channel did not change: the converter is frozen, but for a channel that stands away from zero beside one that
 /// changes. That one is at its amplifier's rail.
-#[inline(always)] // as a function it would take twenty cycles more of the longest sample
+#[cold]
+#[inline(never)] // what every sample pays for is the sample's
 fn judge_still(config: &StepConfig, state: &mut StepState, halves: u32, still: u32) -> u32 {
     let Watch {
         segment, counts, ..
