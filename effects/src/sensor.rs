@@ -40,8 +40,6 @@ pub struct NestedForms {
     pub pairs_warm: bool,
     /// What lags with speed lags more here than there over a tooth.
     pub lag_waves: bool,
-    /// What lags may lag by as much as a sampling interval, over which the speed changes.
-    pub lag_lasts: bool,
     /// One channel of a pair turns against the other with the angle, and shifts the pair by its mean over a tooth.
     pub turns_with_theta: Option<Channel>,
 }
@@ -101,9 +99,6 @@ pub struct BasisInputs {
     pub tan_full_scale: f64,
     /// Length of the recording, s.
     pub duration_s: f64,
-    /// Time from sample to sample within a run, median, s.
-    #[serde(default)]
-    pub interval_s: f64,
     /// Lowest and highest board temperature less its mean, K: beyond them nothing was measured.
     #[serde(default)]
     pub warmths_k: [f64; 2],

@@ -80,26 +80,17 @@ pub mod sensor_side {
     const WAVES_SIZE_M: f64 = 0.6e-6;
 
     /// Sensor side: a delay of each segment, and a part that grows with the square of speed. Told more fully, a delay that changes over
-    /// a tooth, and one that is as long as a sampling interval: a reading that is taken from the sample before.
+    /// a tooth.
     pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         let mut list = Vec::new();
         for s in (0..4).filter(|s| inputs.segments[*s]) {
             let name = format!("delay, segment {}", s + 1);
             let delay = Regressor::reading(name, "s", DELAY_SIZE_M, s, move |m| m.speed_m_s[s]);
-            // Where any fuller form is asked for, the simple one has left a gap.
-            let lasts = (inputs.forms.lag_lasts || inputs.forms.lag_waves) && inputs.interval_s > 0.0;
-            let delay = if lasts { delay.of_deviation(inputs.interval_s) } else { delay };
             list.push(delay.identified(Identity::Wave(Wave::constant(s, Factor::Speed))));
             let name = format!("square of speed, segment {}", s + 1);
             list.push(Regressor::reading(name, "s²/m", SATURATION_SIZE_M, s, move |m| {
                 m.speed_m_s[s] * m.speed_m_s[s].abs()
             }));
-            if lasts {
-                // Within a delay of so many seconds the speed changes: x(t - d) = x - d v + d² a / 2.
-                let name = format!("half the delay's square, segment {}", s + 1);
-                let square = Regressor::reading(name, "s²", SATURATION_SIZE_M, s, move |m| -m.acceleration_m_s2[s]);
-                list.push(square.of_deviation(0.5 * inputs.interval_s * inputs.interval_s));
-            }
             for order in WAVES.into_iter().filter(|_| inputs.forms.lag_waves) {
                 let label = ("delay times ", "s", WAVES_SIZE_M, Factor::Speed);
                 Regressor::free_harmonic(inputs, &mut list, (s, order), label, move |m| {
@@ -113,7 +104,7 @@ pub mod sensor_side {
 
 // --- what is known of it ---
 
-use crate::effect::{Card, Confusable, Cost, Effect, Form, Need, Quantity};
+use crate::effect::{Card, Confusable, Effect, Form, Need, Quantity};
 use crate::sensor::{Regressor, BasisInputs};
 
 /// The effect.
@@ -123,7 +114,7 @@ pub struct Definition;
 pub static CARD: Card = Card {
     name: "velocity_lag",
     summary: "a segment's output lags with speed: eddy currents, filter or sampling delay",
-    sizes: "5 µm at the recording's speeds, 1 µm for what grows with the square: 50 µs of a filter at 0.1 m/s; 1 µs is 1.5 µm at 1.5 m/s. Where that leaves a gap, a sampling interval: a reading that is taken from the sample before",
+    sizes: "5 µm at the recording's speeds, 1 µm for what grows with the square: 50 µs of a filter at 0.1 m/s; 1 µs is 1.5 µm at 1.5 m/s",
     telling_motion: "fly-bys at several speeds, with samples while the speed changes",
     needs: &[Need::Moving],
     follows: Quantity::Speed,
@@ -131,10 +122,7 @@ pub static CARD: Card = Card {
     patterned: true,
     delays: true,
     rigid: true,
-    forms: &[
-        Form { cost: Cost::Few, ..Form::new("a delay as long as a sampling interval", |told| told.lag_lasts = true) },
-        Form::new("a delay that changes over a tooth", |told| told.lag_waves = true),
-    ],
+    forms: &[Form::new("a delay that changes over a tooth", |told| told.lag_waves = true)],
     on_board: "each segment's delay, and how it changes over a tooth; what grows with the square of speed is left",
     confusable: &[
         Confusable { with: "psd_latency", parted_by: "what all segments' delays have in common is the coordination sensor's, the other way round: no motion parts these; different delays of the segments show in every fly-by" },

@@ -477,7 +477,6 @@ fn what_cannot_answer_says_so() {
         good.with_rows(|i, row| change(i, row))
     };
     assert!(told(&with(&|i, _| i < 150)).contains("samples"));
-    assert!(told(&with(&|_, row| row.run == "scatter")).contains("runs"));
     let dead = with(&|_, row| {
         row.quadrature_counts[1] = row.quadrature_counts[1].map(|pair| [0.0, pair[1]]);
         true

@@ -30,7 +30,7 @@ pub fn recording(number: u64) -> Recording {
 /// One that a tooth map can mostly be made of.
 ///
 /// # Panics
-/// As [`recording`].
+/// As [`recording()`].
 #[must_use]
 pub fn under_beacon(number: u64) -> Recording {
     valid(number, under_beacon::drawn)

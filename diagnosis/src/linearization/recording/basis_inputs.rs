@@ -1,7 +1,7 @@
 //! What a recording offers: which effects its data can speak about.
 
 use super::LinearizedRecording;
-use crate::algebra::statistics::{median, quantile};
+use crate::algebra::statistics::quantile;
 use crate::data::observations::Observations;
 use effects::sensor::{BasisInputs, LoggedColumn, MOST_LOGGED};
 use recording::Logged;
@@ -69,7 +69,6 @@ impl LinearizedRecording<'_> {
             pitch_m: o.pitch_m,
             tan_full_scale: o.tan_full_scale,
             duration_s: o.t_s[n - 1] - o.t_s[0],
-            interval_s: interval_s(o),
             warmths_k: crate::linearization::recording::range(temperatures)
                 .map_or([0.0; 2], |r| r.map(|t| t - self.normal.temperature_c)),
             beacon_stretches,
@@ -77,13 +76,6 @@ impl LinearizedRecording<'_> {
             ..BasisInputs::default()
         }
     }
-}
-
-/// Time from sample to sample within a run, median, s; zero where no run has two.
-fn interval_s(o: &Observations) -> f64 {
-    let within = (1..o.len()).filter(|i| o.run[*i] == o.run[i - 1]);
-    let mut steps: Vec<f64> = within.map(|i| o.t_s[i] - o.t_s[i - 1]).collect();
-    median(&mut steps).unwrap_or(0.0)
 }
 
 /// Logged columns that change.
