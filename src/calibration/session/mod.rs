@@ -307,4 +307,3 @@ fn valid(config: &SessionConfig) -> Result<(), StartError> {
 fn enough(poses: u32, least: u32) -> Result<(), StartError> {
     Ok(within("poses", poses as f32, least as f32, 1.0e6)?)
 }
-
