@@ -67,7 +67,7 @@ pub struct Checked {
 /// to a stretch from a way that is not recorded, and the angle between the two sensors where mounts drift with temperature. Whole
 /// teeth between the segments of a pair are told before ([`align_pairs`]). A wander is followed by what
 /// the counts' amplitudes show of it ([`LinearizedRecording::amplitudes_explained`]); without counts it does not carry over and is left out,
-/// so is what the model's recording showed too little of ([`TrainingSupport`], [`PosteriorCovariance`]); how a vibration swells is not in the model.
+/// so is what the model's recording showed too little of (`TrainingSupport`, `PosteriorCovariance`); how a vibration swells is not in the model.
 ///
 /// # Errors
 /// [`Insufficient`] where the recording gives no residuals, or nearly all of it lies where the model does not know what it speaks of.
