@@ -51,7 +51,7 @@ pub struct Checked {
     /// Samples that residuals could be formed of.
     pub samples: usize,
     /// Those of them of which the model's recording showed too little: over places that it did not visit, where there is a field, or
-    /// where the uncertainty of the amounts counts ([`PosteriorCovariance::extrapolates`]), or beyond the amplitudes that a gap had (`AmplitudeSupport`). Left out
+    /// where the uncertainty of the amounts counts (`PosteriorCovariance::extrapolates`), or beyond the amplitudes that a gap had (`AmplitudeSupport`). Left out
     /// of the figures.
     pub unknown: usize,
     /// What the model leaves at these, rms over the simulator's own scatter.
