@@ -381,7 +381,7 @@ fn judge_frozen(config: &StepConfig, state: &mut StepState) {
         state.frame.status.remove(WATCHED);
         0
     } else {
-        judge_still(config, state, halves, still)
+        judge_still(config.frozen_bit, state, halves, still)
     };
     let segment = state.watch.segment.wrapping_add(1);
     let counts = word(state.frame.raw.quadrature_counts[segment as usize & 3]);
@@ -396,33 +396,61 @@ fn judge_frozen(config: &StepConfig, state: &mut StepState) {
 /// A channel that stands this far from zero is no dead input, whose offset is some percent of the converter's range, counts.
 const AWAY_FROM_ZERO_COUNTS: u16 = 2048;
 
+/// Bit of [`Watch::still`] that tells of this window's channel that it stands at its amplifier's rail.
+const RAIL: u32 = 1 << 4;
+
+/// From the bit of frozen channels, which is none where nothing is watched, to that of the first segment's rail.
+const FROZEN_TO_RAIL: u32 =
+    Status::RAIL_1.bits().trailing_zeros() - Status::FROZEN.bits().trailing_zeros();
+
 /// Sets the bits where a channel did not change: the converter is frozen, but for a channel that stands away from zero beside one that
 /// changes. That one is at its amplifier's rail.
 #[cold]
 #[inline(never)] // what every sample pays for is the sample's
-fn judge_still(config: &StepConfig, state: &mut StepState, halves: u32, still: u32) -> u32 {
-    let Watch {
-        segment, counts, ..
-    } = state.watch;
+fn judge_still(frozen_bit: u32, state: &mut StepState, halves: u32, still: u32) -> u32 {
+    // Of the one channel that stood still; zero where it is both.
     let count = match halves {
-        0x8000 => counts as u16,
-        0x8000_0000 => (counts >> 16) as u16,
+        0x8000 => state.watch.counts,
+        0x8000_0000 => state.watch.counts >> 16,
         _ => 0,
     };
-    let rail = count.cast_signed().unsigned_abs() >= AWAY_FROM_ZERO_COUNTS;
-    let still = still | u32::from(rail) << 4;
-    let rail_bit = Status::RAIL_1.bits() << (segment & 3);
-    let mut bits = state.frame.status.bits() & !(Status::FROZEN.bits() | rail_bit);
-    if config.frozen_bit != 0 {
-        bits |= if rail { rail_bit } else { 0 };
-        let frozen = still & !(still >> 4) & 0b1111 != 0;
-        bits |= if frozen { config.frozen_bit } else { 0 };
+    let mut still = still;
+    if is_away_from_zero(count as u16) {
+        still |= RAIL;
+    }
+    let mut bits = state.frame.status.bits() & !Status::FROZEN.bits();
+    if still & !(still >> 4) & 0b1111 != 0 {
+        bits |= frozen_bit;
+    }
+    let segment = state.watch.segment & 3;
+    bits &= !(Status::RAIL_1.bits() << segment);
+    if still & RAIL != 0 {
+        bits |= frozen_bit << FROZEN_TO_RAIL << segment;
     }
     state.frame.status = Status::from_bits_retain(bits);
     still
 }
 
+/// Whether counts in two's complement are [`AWAY_FROM_ZERO_COUNTS`] or more, either way, by one comparison.
+#[inline(always)]
+const fn is_away_from_zero(counts: u16) -> bool {
+    counts.wrapping_add(AWAY_FROM_ZERO_COUNTS - 1) >= 2 * AWAY_FROM_ZERO_COUNTS - 1
+}
+
 #[inline(always)]
 fn word(counts: [i16; 2]) -> u32 {
     u32::from(counts[0] as u16) | u32::from(counts[1] as u16) << 16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rail_is_as_far_from_zero_either_way() {
+        for counts in 0..=u16::MAX {
+            let away = counts.cast_signed().unsigned_abs() >= AWAY_FROM_ZERO_COUNTS;
+            assert_eq!(is_away_from_zero(counts), away, "{counts}");
+        }
+    }
 }

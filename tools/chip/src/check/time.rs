@@ -75,8 +75,6 @@ impl Figures {
     }
 }
 
-/// A sample that tells of a channel that stands still, one in 256 at most while one does, is told and not held to the limit: it takes
-/// 9 cycles more. Inlined it would keep to it, and every sample would take longer (`judge_still` in `signal/src/step.rs`).
 pub fn run(image: &Image) -> Result<String> {
     let figures = measure(image)?;
     let Figures {
@@ -96,7 +94,7 @@ pub fn run(image: &Image) -> Result<String> {
         missed.worst, still.worst
     );
     ensure!(
-        waiting.worst.max(missed.worst) <= WANTED_CYCLES && mapped.worst <= WANTED_MAPPED_CYCLES,
+        figures.worst() <= WANTED_CYCLES && mapped.worst <= WANTED_MAPPED_CYCLES,
         "{said}; wanted {WANTED_CYCLES} and {WANTED_MAPPED_CYCLES} cycles or fewer"
     );
     let allowed = SAMPLE_CYCLES - BACKGROUND_CYCLES as u64;
