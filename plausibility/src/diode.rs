@@ -34,8 +34,9 @@ const COVERAGE_FACTOR: f64 = 1.0;
 const RELATIVE_ERROR: f64 = 0.1;
 /// What the other axis of the diode may do beside the main one, as a share: a mount turned by 17 degrees.
 const CROSS_AXIS_SHARE: f64 = 0.3;
-/// An angle that moves by itself by so many times its own error tells the lever arms: less, and the error makes them too short by a tenth.
-const TURN_SIGNAL_TO_NOISE: f64 = 3.0;
+/// Least share of an angle's own movement, by its square, that must be turning and not its error for it to tell the lever arms.
+/// A prior: an error in the regressor makes them too short by the rest, which is added to their own errors.
+const TURN_SHARE: f64 = 0.5;
 /// Zero of the angle that tooth counts may have by chance, rad: half a pitch over the span.
 const ANGLE_ORIGIN_RAD: f64 = 0.05;
 
@@ -155,14 +156,7 @@ impl Diode {
             judged.unexplained += 1;
             return None;
         }
-        let turned = |rad: &f64| {
-            *rad > TURN_SIGNAL_TO_NOISE * view.angle_error_rad(self.products.periodic_m)
-        };
-        let by_angle = fit
-            .alone
-            .get(2)
-            .is_some_and(turned)
-            .then(|| [fit.coefficients[2], error(&fit, 2)]);
+        let by_angle = by_angle(&fit, view.angle_error_rad(self.products.periodic_m));
         let known =
             |axis: &usize| error(&fit, *axis) < RELATIVE_ERROR * fit.coefficients[*axis].abs();
         let size = |axis: &usize| fit.coefficients[*axis].abs();
@@ -299,6 +293,15 @@ impl Diode {
             }
         }
     }
+}
+
+/// The coefficient of theta and its standard error, where theta turns by more than its own error.
+fn by_angle(fit: &Fit, error_rad: f64) -> Option<[f64; 2]> {
+    let alone_rad = *fit.alone.get(2)?;
+    let turned = 1.0 - (error_rad / alone_rad.max(1.0e-300)).powi(2);
+    let value = fit.coefficients[2];
+    let too_short = value.abs() * (1.0 - turned) / turned;
+    (turned > TURN_SHARE).then(|| [value, error(fit, 2) + too_short])
 }
 
 fn error(fit: &Fit, regressor: usize) -> f64 {

@@ -75,6 +75,27 @@ impl Relations {
         Self::of(first.readings.without_outliers(&residual))
     }
 
+    /// Of the columns as they stand. Where another way to read sine and cosine has a far smaller parity, no wiring of these is right: errors
+    /// of a tooth's width are small over a recording that rests most of the time.
+    pub fn of_stated(recording: &Recording) -> Self {
+        let mut stated = Self::new(recording, Reading::Stated);
+        let pitch_m = stated.readings.pitch_m;
+        if stated.has() != [true; 4]
+            || stated.parity_m(&Wiring::stated()) <= PARITY_TOLERANCE * pitch_m
+        {
+            return stated;
+        }
+        let others = Reading::others(|s| !stated.readings.logged[s]).into_iter();
+        let parities_m = others.map(|other| {
+            let readings = Readings::new(recording, other);
+            let all: Vec<&Vec<f64>> = readings.position_m.iter().collect();
+            let products = readings.products(&readings.rows_with(&all), &all);
+            products.map_or(f64::INFINITY, |p| parity_m(&p, &Wiring::stated()))
+        });
+        stated.smallest_parity_m = parities_m.fold(stated.smallest_parity_m, f64::min);
+        stated
+    }
+
     fn of(readings: Readings) -> Self {
         let all: Vec<&Vec<f64>> = readings.position_m.iter().collect();
         let parity = readings.products(&readings.rows_with(&all), &all);
@@ -101,11 +122,7 @@ impl Relations {
         let Some(products) = self.parity.as_ref().filter(|_| self.has() == [true; 4]) else {
             return 0.0;
         };
-        let weights = DVector::from_row_slice(&wiring.parity());
-        (&products.projected * &weights)
-            .dot(&weights)
-            .max(0.0)
-            .sqrt()
+        parity_m(products, wiring)
     }
 
     /// What periodic errors that were taken out make of a wiring's parity, rms, m.
@@ -274,6 +291,13 @@ impl Relations {
         }
         list
     }
+}
+
+/// Parity of a wiring by the products of all four segments, rms, m.
+fn parity_m(products: &Products, wiring: &Wiring) -> f64 {
+    let weights = DVector::from_row_slice(&wiring.parity());
+    let square = (&products.projected * &weights).dot(&weights);
+    square.max(0.0).sqrt()
 }
 
 /// Scales that would make relations agree.

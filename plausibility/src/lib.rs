@@ -46,7 +46,7 @@ pub fn check(recording: &Recording) -> Vec<Finding> {
 /// The same with the geometry by the data.
 #[must_use]
 pub fn look(recording: &Recording) -> Plausibility {
-    let relations = explain::Relations::new(recording, quadrature::Reading::Stated);
+    let relations = explain::Relations::of_stated(recording);
     let geometry = relations.geometry();
     let copied = same::copied(recording);
     if !copied.is_empty() {
