@@ -162,6 +162,25 @@ impl Effect {
             }
         })
     }
+    /// Current of the drive, A, whose field `stray_field` is in every other courier; in the others a magnet's beside the platen.
+    pub(super) fn current_a(&self, q: &Truth, all: f64) -> Option<f64> {
+        (self.seed % 2 == 0).then(|| 0.4 + 0.8 * eval(&self.waves[20], 9.0 * q.t / all))
+    }
+    /// Field at a segment: of the drive by its current, else of a magnet some centimetres away.
+    fn field(&self, u: &Courier, q: &Truth, s: usize, all: f64) -> f64 {
+        self.current_a(q, all).unwrap_or_else(|| {
+            let place = [u.own(q.pose)[s], u.across(q.pose)[s]];
+            let magnet = [0, 1].map(|d| 0.09 + 0.02 * self.c[140 + d]);
+            let [x, y] = if s % 2 == 0 { [0, 1] } else { [1, 0] };
+            let away = [place[x] - magnet[0], place[y] - magnet[1]].map(|d| (d / 0.035).powi(2));
+            3.0 / (1.0 + away[0] + away[1]).powf(1.5)
+        })
+    }
+    /// What a stray field adds to a segment's sine and cosine, of the amplitude.
+    pub(super) fn stray(&self, u: &Courier, q: &Truth, s: usize, all: f64) -> [f64; 2] {
+        let turn = self.size * TAU / u.pitch * self.field(u, q, s, all);
+        [0, 1].map(|channel| turn * self.c[24 * s + 8 + channel])
+    }
     pub(super) fn gap(&self, u: &Courier, q: &Truth, s: usize) -> f64 {
         let w = u.own(q.pose);
         let a = u.across(q.pose);

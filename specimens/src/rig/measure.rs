@@ -4,7 +4,7 @@ use super::courier::{Courier, Truth};
 use super::dice::{Dice, eval};
 use super::effect::Effect;
 use super::motion::Options;
-use recording::{Row, Samples};
+use recording::{Logged, Row, Samples};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
@@ -87,6 +87,11 @@ pub(super) fn measure(
                 sn = (1.0 + z * g) * (f * raw + z * ps).sin() + z * os;
                 cs += z * oc;
             }
+            if let Some(e) = find("stray_field") {
+                let [os, oc] = e.stray(u, q0, s, all);
+                sn += os;
+                cs += oc;
+            }
             let noise = u.noise.hypot(find("excess_noise").map_or(0.0, |e| {
                 if e.seed % 2 == 0 || s == (e.seed / 2 % 4) as usize {
                     e.size * f * amp
@@ -163,6 +168,14 @@ pub(super) fn measure(
             row.reference = q0.pose.map(Some);
         }
         out.push(&row);
+    }
+    let current = find("stray_field").map(|e| truth.iter().filter_map(|q| e.current_a(q, all)));
+    let values: Vec<f64> = current.into_iter().flatten().collect();
+    if !values.is_empty() {
+        out.log(Logged {
+            name: "aux_drive_a".into(),
+            values,
+        });
     }
     out
 }
