@@ -4,12 +4,14 @@
 //! and says in its commit which they are.
 //!
 //! [`specimen`]: what is diagnosed, stated in full, so that a longer catalogue draws no other courier. [`answer`]: what is kept
-//! of a diagnosis. [`mod@compare`]: how two answers may differ. [`list`]: the set. [`mod@file`]: one line a specimen.
+//! of a diagnosis. [`mod@compare`]: how two answers may differ. [`list`]: the set. [`short`]: the many of it that are
+//! answered in half a second each. [`mod@file`]: one line a specimen.
 
 pub mod answer;
 pub mod compare;
 pub mod file;
 pub mod list;
+pub mod short;
 pub mod specimen;
 
 pub use answer::Answer;

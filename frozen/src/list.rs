@@ -1,18 +1,20 @@
-//! The set of specimens: small ones for the ordinary tests first, then the independent simulator's, the project's own, and real ones.
+//! The set of specimens: small ones for the ordinary tests first, then the independent simulator's, the project's own, real ones,
+//! and [`crate::short`] ones by the hundred.
 
-use crate::Specimen;
 use crate::specimen::Rigged;
+use crate::{Specimen, short};
 use specimens::rig::{CATALOGUE, Dice, UNLISTED};
 use specimens::{Case, Conditions, Drawn, SIZES_M};
 
 /// The ordinary tests answer so many from the front.
 pub const SAMPLE: usize = 12;
 /// Samples asked of the small ones.
-const SMALL: usize = 600;
+pub(crate) const SMALL: usize = 600;
 /// Samples asked of the independent simulator's others, as its tests ask.
 const USUAL: usize = 6000;
-/// Couriers of the project's own simulator, and the seed that they were drawn from: any would do.
-const DRAWN: usize = 100;
+/// Couriers of the project's own simulator: a whole survey each, which takes ten times as long as a short specimen.
+const DRAWN: usize = 20;
+/// The seed that they were drawn from: any would do.
 const SEED: u64 = 37;
 /// Real recordings, where the shared folder has them.
 const REAL: [&str; 9] = [
@@ -44,7 +46,8 @@ const SMALL_ONES: [(&[&str], bool); SAMPLE] = [
     (&["warm_harmonics"], false),
 ];
 
-fn rigged(seed: u64, effects: &[(&str, f64)], samples: usize) -> Rigged {
+/// One with all channels and no reference.
+pub(crate) fn rigged(seed: u64, effects: &[(&str, f64)], samples: usize) -> Rigged {
     let drawn = |(name, size_m): &(&str, f64)| Drawn {
         name: (*name).into(),
         size_m: *size_m,
@@ -73,7 +76,8 @@ pub fn list() -> Vec<Specimen> {
     });
     let own = (0..DRAWN).map(|number| Specimen::Drawn(Case::draw(number, SEED, Conditions::Usual)));
     let real = REAL.into_iter().map(|name| Specimen::Real(name.into()));
-    small.chain(independent()).chain(own).chain(real).collect()
+    let first = small.chain(independent()).chain(own).chain(real);
+    first.chain(short::specimens().map(Specimen::Rig)).collect()
 }
 
 /// Of the independent simulator: each effect alone, pairs, nothing; in turn with all channels, without a beacon, without counts and

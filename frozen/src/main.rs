@@ -4,9 +4,11 @@ use anyhow::{Result, ensure};
 use clap::{Parser, Subcommand};
 use frozen::answer::answer;
 use frozen::{Answer, Kept, RELATIVE, Specimen, compare, list};
+use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 use recording::{Recording, Samples};
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// Keeps the diagnosis' answers to a set of specimens and compares today's with them.
 #[derive(Debug, Parser)]
@@ -22,6 +24,9 @@ struct Args {
     /// Only so many, from the front.
     #[arg(long, global = true)]
     first: Option<usize>,
+    /// Threads: the same number on every machine.
+    #[arg(long, global = true, default_value_t = 2)]
+    threads: usize,
 }
 
 #[derive(Debug, Subcommand)]
@@ -44,6 +49,9 @@ enum Command {
 
 fn main() -> Result<std::process::ExitCode> {
     let args = Args::parse();
+    ThreadPoolBuilder::new()
+        .num_threads(args.threads)
+        .build_global()?;
     let differ = match args.command {
         Command::Write { missing } => keep(&args, missing)?,
         Command::Compare { exact } => compared(&args, if exact { 0.0 } else { RELATIVE })?,
@@ -79,6 +87,35 @@ fn answered(specimen: &Specimen) -> Result<Option<Answer>> {
     Ok(Some(answer(&first, specimen.second().as_ref())))
 }
 
+/// How far a long set is: a line on standard error after every so many.
+struct Progress {
+    done: AtomicUsize,
+    count: usize,
+}
+
+impl Progress {
+    /// Specimens from line to line: about half a minute.
+    const TOLD_EVERY: usize = 50;
+
+    fn of(count: usize) -> Self {
+        let done = AtomicUsize::new(0);
+        Self { done, count }
+    }
+
+    /// The answer to a further specimen.
+    fn answered(&self, specimen: &Specimen) -> Result<Option<Answer>> {
+        let answer = answered(specimen);
+        let done = self.done.fetch_add(1, Relaxed) + 1;
+        if done % Self::TOLD_EVERY == 0 || done == self.count {
+            eprintln!("{done} of {} answered", self.count);
+        }
+        answer
+    }
+}
+
+/// Specimens after which the file is written.
+const WRITTEN_EVERY: usize = 20;
+
 fn keep(args: &Args, missing: bool) -> Result<bool> {
     let all = args.only.is_empty() && args.first.is_none() && !missing;
     let mut kept = if all || !args.file.exists() {
@@ -92,8 +129,12 @@ fn keep(args: &Args, missing: bool) -> Result<bool> {
         chosen.retain(|specimen| place(&kept, specimen).is_none());
     }
     // Written after every few: a long set that is broken off goes on with `--missing`.
-    for few in chosen.chunks(rayon::current_num_threads()) {
-        let new = few.par_iter().map(answered).collect::<Result<Vec<_>>>()?;
+    let progress = Progress::of(chosen.len());
+    for few in chosen.chunks(WRITTEN_EVERY) {
+        let new: Vec<_> = few
+            .par_iter()
+            .map(|specimen| progress.answered(specimen))
+            .collect::<Result<_>>()?;
         for (specimen, answer) in few.iter().zip(new) {
             let Some(answer) = answer else { continue };
             let specimen = specimen.clone();
@@ -110,10 +151,11 @@ fn keep(args: &Args, missing: bool) -> Result<bool> {
 
 fn compared(args: &Args, relative: f64) -> Result<bool> {
     let kept = args.kept()?;
+    let progress = Progress::of(kept.len());
     let differ: Vec<bool> = kept
         .par_iter()
         .map(|one| {
-            let Some(now) = answered(&one.specimen)? else {
+            let Some(now) = progress.answered(&one.specimen)? else {
                 return Ok(false);
             };
             let found = compare(&one.answer, &now, relative);
