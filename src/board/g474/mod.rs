@@ -18,7 +18,7 @@ use self::clocks::Delay;
 use self::flash::Flash;
 pub(super) use self::last_look::put_back as at_look;
 use self::pins::Pin;
-use self::reading::{Incomplete, Reading};
+use self::reading::{NoFrames, Reading};
 use self::serial::Serial;
 use self::spi::Device;
 use super::interrupt::{BELOW_SAMPLING, Owned, SAMPLING as SAMPLING_PRIORITY};
@@ -55,8 +55,6 @@ struct Sampling {
     served: u32,
     /// The instant of the reading that is under way.
     instant: u32,
-    /// Whether the interrupt has been called since it began.
-    overtaken: bool,
 }
 
 static SAMPLING: Owned<Sampling> = Owned::empty();
@@ -66,6 +64,9 @@ static SERIAL: Owned<serial::Interrupt> = Owned::empty();
 /// Instants without an interrupt after which the converter counts as silent.
 const SILENT_INSTANTS: u32 = 4;
 
+/// Instants after its own at which a reading that has not ended will not end any more: it takes 6.8 us.
+const HUNG_INSTANTS: u32 = 2;
+
 /// BUSY has fallen: one sampling instant, whose reading is started. Above it is only what ends in a restart.
 #[interrupt]
 fn EXTI9_5() {
@@ -74,7 +75,7 @@ fn EXTI9_5() {
     let Some(own) = (unsafe { SAMPLING.get() }) else {
         return;
     };
-    if asked && own.converter.in_service() && !own.reading.is_under_way() {
+    if asked && own.converter.in_service() && own.reading.is_ready() {
         own.instant = sampling::instants();
         own.reading.begin();
     } else {
@@ -105,45 +106,55 @@ impl Sampling {
     #[inline(always)]
     fn isr_compute(&mut self) {
         let frames = self.reading.finish();
-        self.overtaken = false;
+        // Called for a transfer that was given up meanwhile.
+        if matches!(frames, Err(NoFrames::NotBegun)) {
+            return;
+        }
         let Some(missed) = missed_between(self.served, self.instant) else {
             return;
         };
         self.served = self.instant;
         let raw = self.sampler.isr_raw();
-        let result = match frames {
+        let is_good = match frames {
             Ok(frames) => self.converter.receive(frames, checksum::of, raw),
-            Err(Incomplete) => Err(self.converter.refuse(UNREAD, raw)),
+            Err(_) => {
+                self.converter.refuse(UNREAD, raw);
+                false
+            }
         };
-        if result.is_err() {
-            // A byte that was left over would shift the frames that follow.
-            self.reading.disarm();
+        if !is_good {
+            self.reading.doubt();
         }
         self.sampler.isr_compute(missed, |_| {});
         intake::isr_call();
     }
 
-    /// An instant without frames: called by hand, since BUSY made no edge; while the chips are set again, a piece at a time; or when a
-    /// reading does not end. One call during a reading is no error: a debugger's halt may leave one, and its instant counts as missed.
+    /// An instant without frames: called by hand, since BUSY made no edge; while the chips are set again, a piece at a time; when a
+    /// reading does not end; or after one that had a byte too many or too few, while the buses are made ready again. A call during a
+    /// reading that has just begun is no error: a debugger's halt may leave some, and their instants count as missed.
     #[cold]
     #[inline(never)]
     fn isr_without_reading(&mut self, asked: bool) {
         let entered = DWT::cycle_count();
-        let under_way = self.reading.is_under_way();
-        if under_way && !core::mem::replace(&mut self.overtaken, true) {
+        let now = sampling::instants();
+        if self.reading.is_under_way() && now.wrapping_sub(self.instant) < HUNG_INSTANTS {
             return;
         }
-        let now = sampling::instants();
         let Some(missed) = missed_between(self.served, now) else {
             return;
         };
         self.served = now;
-        self.reading.disarm();
         let raw = self.sampler.isr_raw();
-        if asked && under_way {
-            let _ = self.converter.refuse(UNREAD, raw);
+        if asked && self.converter.in_service() {
+            self.converter.refuse(UNREAD, raw);
         } else {
+            if !self.converter.in_service() {
+                self.reading.by_hand();
+            }
             store(Err(self.converter.silent()), raw);
+        }
+        if self.converter.in_service() {
+            self.reading.make_ready();
         }
         self.sampler.isr_compute(missed, |_| {});
         intake::isr_call();
@@ -300,7 +311,10 @@ fn set_up() -> Halves {
     report.health.converters = start::initialise(&mut converter, &mut Delay);
     pins::hand_to_timers();
     checksum::start();
-    let reading = Reading::start();
+    let mut reading = Reading::start();
+    if converter.in_service() {
+        reading.make_ready();
+    }
     let received =
         cortex_m::singleton!(: serial::ByteQueue = serial::ByteQueue::new()).expect("called once");
     let to_send =
@@ -322,7 +336,6 @@ fn set_up() -> Halves {
             sampler,
             served: sampling::FIRST.wrapping_sub(1),
             instant: sampling::FIRST,
-            overtaken: false,
         });
         SERIAL.put(serial_interrupt);
         let mut processor = cortex_m::Peripherals::steal();

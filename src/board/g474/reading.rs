@@ -20,6 +20,7 @@ use core::sync::atomic::{
 use stm32_metapac::bdma::Ch;
 use stm32_metapac::bdma::regs::{Cr, Isr, Ndtr};
 use stm32_metapac::bdma::vals::{Dir, Pl};
+use stm32_metapac::spi::Spi;
 use stm32_metapac::{DMA1, DMAMUX1, RCC};
 
 /// Channels of DMA1 that receive from chip 0 and chip 1. By plain numbers: at others the accessor can panic.
@@ -36,8 +37,9 @@ fn sending() -> [Ch; 2] {
 
 /// Request lines of these channels, in DMAMUX1's order: SPI1 and SPI2 receive, SPI1 and SPI2 send (RM0440, table 91; stm32-metapac).
 const REQUESTS: [u8; 4] = [10, 12, 11, 13];
-/// Looks at the other chip's channel at a transfer's end: both run at the same clock, and a byte takes 64 cycles.
-const PATIENCE: u32 = 64;
+/// Looks at the other chip's channel at a transfer's end: a byte takes 64 cycles and a look eight or more. Both buses run at the same clock, and
+/// the other chip's was started first.
+const PATIENCE: u32 = 8;
 
 /// Where the DMA controller puts a frame; at a multiple of four, so that it is read by words.
 #[repr(C, align(4))]
@@ -53,9 +55,14 @@ static FRAMES: [Place; 2] = [const { Place(UnsafeCell::new([0; FRAME_BYTES])) };
 #[unsafe(link_section = ".uninit.dma")]
 static ZERO: AtomicU8 = AtomicU8::new(0);
 
-/// A transfer did not come to its end.
+/// Why there are no frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Incomplete;
+pub enum NoFrames {
+    /// No transfer had been started.
+    NotBegun,
+    /// The transfer did not come to its end.
+    Incomplete,
+}
 
 /// The channels' state.
 #[derive(Debug)]
@@ -67,11 +74,13 @@ pub struct Reading {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
     /// The processor's.
-    Off,
+    ByHand,
     /// The DMA controller's, which waits.
     Ready,
     /// The DMA controller's, and a transfer has been started and not been finished.
     UnderWay,
+    /// The DMA controller's, which has a byte too many or too few: it would shift the frames that follow.
+    Shifted,
 }
 
 /// Set-up of the channels that receive, and of those that send.
@@ -110,7 +119,9 @@ impl Reading {
             sending()[chip].par().write_value(data);
             sending()[chip].mar().write_value(ZERO.as_ptr() as u32);
         }
-        Self { stage: Stage::Off }
+        Self {
+            stage: Stage::ByHand,
+        }
     }
 
     /// Whether a transfer has been started and not been finished.
@@ -119,12 +130,15 @@ impl Reading {
         self.stage == Stage::UnderWay
     }
 
+    /// Whether a transfer may be started.
+    #[inline(always)]
+    pub fn is_ready(&self) -> bool {
+        self.stage == Stage::Ready
+    }
+
     /// Selects both chips and starts a transfer from each.
     #[inline(always)]
     pub fn begin(&mut self) {
-        if self.stage == Stage::Off {
-            self.arm();
-        }
         self.stage = Stage::UnderWay;
         select(true);
         // Written out: the image is built for size, which leaves loops as they are. Both are ready before one starts: from then on DMA takes
@@ -139,18 +153,19 @@ impl Reading {
     /// Ends a transfer: both chips are deselected. The frames stay until the next [`Reading::begin`].
     ///
     /// # Errors
-    /// [`Incomplete`]: not all of both frames is there.
+    /// [`NoFrames`].
     #[inline(always)]
-    pub fn finish(&mut self) -> Result<[&FrameBytes; 2], Incomplete> {
-        if !self.is_under_way() || !both_complete() {
+    pub fn finish(&mut self) -> Result<[&FrameBytes; 2], NoFrames> {
+        if !self.is_under_way() {
             release();
-            if self.stage == Stage::UnderWay {
-                self.stage = Stage::Ready;
-            }
-            return Err(Incomplete);
+            return Err(NoFrames::NotBegun);
         }
+        let complete = both_complete();
         release();
         self.stage = Stage::Ready;
+        if !complete {
+            return Err(NoFrames::Incomplete);
+        }
         // The reads that follow are of what the controller has written.
         compiler_fence(SeqCst);
         let [first, second] = &FRAMES;
@@ -158,50 +173,64 @@ impl Reading {
         Ok(unsafe { [&*first.0.get(), &*second.0.get()] })
     }
 
-    /// The buses become the DMA controller's.
-    #[cold]
-    #[inline(never)]
-    fn arm(&mut self) {
-        self.stage = Stage::Ready;
-        DMA1.ifcr().write_value(Isr(0x1111));
-        let set_ups = [RECEIVING, INTERRUPTS];
-        for ((bus, channel), set_up) in spi::BUS.into_iter().zip(receiving()).zip(set_ups) {
-            spi::drain(bus);
-            bus.cr2().modify(|w| w.set_rxdmaen(true));
-            channel.ndtr().write_value(Ndtr(FRAME_BYTES as u32));
-            channel.cr().write_value(set_up);
-            channel.cr().write_value(Cr(set_up.0 | ENABLE));
-            bus.cr2().modify(|w| w.set_txdmaen(true));
+    /// Frames were not as the chips send them: if that is for a byte too many or too few, no transfer may be started before
+    /// [`Reading::make_ready`]. That takes as long as the check of both frames, so it waits for the next instant.
+    #[inline(always)]
+    pub fn doubt(&mut self) {
+        // A channel that receives begins anew by itself: between two frames it has a whole one before it.
+        let left = |channel: Ch| channel.ndtr().read().0;
+        let [first, second] = receiving();
+        if left(first) & left(second) != FRAME_BYTES as u32 || left(first) != left(second) {
+            self.stage = Stage::Shifted;
         }
     }
 
-    /// The buses become the processor's again, whatever went on there.
-    #[cold]
+    /// The buses become the DMA controller's, whatever went on there: a transfer may be started.
     #[inline(never)]
-    pub fn disarm(&mut self) {
-        let before = core::mem::replace(&mut self.stage, Stage::Off);
-        if before == Stage::Off {
-            return;
+    pub fn make_ready(&mut self) {
+        match self.stage {
+            Stage::Ready => return,
+            // Both buses are at rest, and what was left over is in memory or in a receiver.
+            Stage::Shifted => {}
+            Stage::ByHand | Stage::UnderWay => stop(),
         }
-        for channel in receiving() {
-            channel.cr().write_value(RECEIVING);
-        }
-        for channel in sending() {
-            channel.cr().write_value(SENDING);
-        }
-        select(false);
-        for bus in spi::BUS {
-            bus.cr2().modify(|w| {
-                w.set_rxdmaen(false);
-                w.set_txdmaen(false);
-            });
-            spi::drain(bus);
-        }
-        if before == Stage::UnderWay {
-            spi::set_anew();
-        }
+        self.stage = Stage::Ready;
+        let [first, second] = receiving();
+        receive(first, spi::BUS[0], RECEIVING);
+        receive(second, spi::BUS[1], INTERRUPTS);
         DMA1.ifcr().write_value(Isr(0x1111));
     }
+
+    /// The buses become the processor's, whatever went on there.
+    #[inline(never)]
+    pub fn by_hand(&mut self) {
+        if self.stage != Stage::ByHand {
+            self.stage = Stage::ByHand;
+            stop();
+        }
+    }
+}
+
+/// Switches all channels off, deselects both chips and sets both buses anew: nothing is known of their state.
+#[inline(never)]
+fn stop() {
+    let ([first, second], [third, fourth]) = (receiving(), sending());
+    first.cr().write_value(RECEIVING);
+    second.cr().write_value(RECEIVING);
+    third.cr().write_value(SENDING);
+    fourth.cr().write_value(SENDING);
+    select(false);
+    spi::set_anew();
+}
+
+/// A channel receives a whole frame from now on, and then the next.
+#[inline(always)]
+fn receive(channel: Ch, bus: Spi, set_up: Cr) {
+    channel.cr().write_value(set_up);
+    spi::drain(bus);
+    channel.ndtr().write_value(Ndtr(FRAME_BYTES as u32));
+    channel.cr().write_value(Cr(set_up.0 | ENABLE));
+    spi::serve_by_dma(bus);
 }
 
 /// Selects both chips, or neither.

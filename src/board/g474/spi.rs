@@ -4,6 +4,7 @@
 use super::pins::{self, Pin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use stm32_metapac::spi::Spi;
+use stm32_metapac::spi::regs::Cr2;
 use stm32_metapac::spi::vals::{Br, Cpha, Cpol, Ds, Frxth, Mstr};
 use stm32_metapac::{RCC, SPI1, SPI2};
 
@@ -31,15 +32,19 @@ pub fn start() {
 }
 
 /// Resets both peripherals and sets them again: after a transfer that did not end nothing is known of their state.
-#[cold]
 #[inline(never)]
 pub fn set_anew() {
     RCC.apb2rstr().modify(|w| w.set_spi1rst(true));
     RCC.apb2rstr().modify(|w| w.set_spi1rst(false));
     RCC.apb1rstr1().modify(|w| w.set_spi2rst(true));
     RCC.apb1rstr1().modify(|w| w.set_spi2rst(false));
-    BUS.into_iter().for_each(configure);
+    let [first, second] = BUS;
+    configure(first);
+    configure(second);
 }
+
+/// Bytes of 8 bits, each of which is told: DS from bit 8, FRXTH at bit 12 (RM0440, 39.9.2).
+const BYTES: Cr2 = Cr2((Ds::BITS8 as u32) << 8 | (Frxth::QUARTER as u32) << 12);
 
 /// Bytes that the receiver holds at most.
 const RECEIVER_BYTES: u32 = 4;
@@ -55,11 +60,18 @@ pub fn drain(bus: Spi) {
     }
 }
 
+/// Bytes are moved by DMA from now on, until the peripheral is [set anew](set_anew).
+#[inline(always)]
+pub fn serve_by_dma(bus: Spi) {
+    let mut cr2 = BYTES;
+    cr2.set_rxdmaen(true);
+    cr2.set_txdmaen(true);
+    bus.cr2().write_value(cr2);
+}
+
+#[inline(always)]
 fn configure(bus: Spi) {
-    bus.cr2().write(|w| {
-        w.set_ds(Ds::BITS8);
-        w.set_frxth(Frxth::QUARTER);
-    });
+    bus.cr2().write_value(BYTES);
     bus.cr1().write(|w| {
         w.set_cpol(Cpol::IDLE_HIGH);
         w.set_cpha(Cpha::FIRST_EDGE);

@@ -162,18 +162,15 @@ where
     }
 
     /// Takes both chips' frames of one conversion, which something else has fetched, straight into a raw frame: counts and no
-    /// fault, or the previous counts and the fault's bit. `checksum` computes [`CRC16`](super::ad7606c::CRC16) over the data's
+    /// fault, or the previous counts and the fault's bit. Returns whether they are what the chips have sent. `checksum` computes [`CRC16`](super::ad7606c::CRC16) over the data's
     /// [`words`](super::ad7606c::words). After some failures in a row the chips are out of service.
-    ///
-    /// # Errors
-    /// [`ConverterError::Chip`].
     #[inline(always)]
     pub fn receive(
         &mut self,
         frames: [&FrameBytes; 2],
         checksum: impl Fn([u32; CHANNELS / 2]) -> u16,
         raw: &mut RawFrame,
-    ) -> Result<(), ConverterError> {
+    ) -> bool {
         let [first, second] = frames;
         let checked = check_frame(first, &checksum)
             .map_err(chip(0))
@@ -185,18 +182,21 @@ where
                 raw.quadrature_counts = pairs(first);
                 let [[x_plus, x_minus], [y_plus, y_minus], ..] = pairs(second);
                 raw.electrode_counts = [x_plus, x_minus, y_plus, y_minus];
-                Ok(())
+                true
             }
-            Err(error) => Err(self.refuse(error, raw)),
+            Err(error) => {
+                self.refuse(error, raw);
+                false
+            }
         }
     }
 
-    /// A conversion whose frames could not be fetched, or were not what the chips have sent: as [`Converter::receive`]'s error.
+    /// A conversion whose frames could not be fetched, or were not what the chips have sent: the previous counts and the fault's bit.
     #[cold]
     #[inline(never)]
-    pub fn refuse(&mut self, error: ConverterError, raw: &mut RawFrame) -> ConverterError {
-        store(Err(self.fail(error)), raw);
-        error
+    pub fn refuse(&mut self, error: ConverterError, raw: &mut RawFrame) {
+        raw.fault = error.status();
+        self.revival.failed(error);
     }
 
     /// Start, wait for BUSY with a bound, read.

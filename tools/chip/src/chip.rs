@@ -266,8 +266,9 @@ impl Chip {
             chip.tim2.count_triggers(triggers);
             for (index, spi) in chip.spi.iter_mut().enumerate() {
                 spi.advance(access);
-                if let Some(byte) = spi.take_gone() {
-                    let answer = chip.around.exchange(index, byte);
+                if let Some(byte) = spi.take_gone()
+                    && let Some(answer) = chip.around.exchange(index, byte)
+                {
                     spi.answer(answer, access);
                 }
             }

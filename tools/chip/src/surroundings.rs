@@ -43,6 +43,15 @@ impl Beyond for Near {
     }
 }
 
+/// What happens to a byte on its way from a converter to its bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ByteFault {
+    /// A bit of it changes.
+    Changed,
+    /// The bus does not get it.
+    Lost,
+}
+
 /// The parts at the chip's pins.
 pub struct Surroundings {
     /// Both converters.
@@ -55,6 +64,8 @@ pub struct Surroundings {
     pub silent: bool,
     /// So many of the next conversions have no pulse of BUSY.
     pub lost_pulses: u32,
+    /// What happens to the next bytes that a converter sends: which of the two, what, and to how many.
+    pub byte_fault: Option<(usize, ByteFault, u32)>,
     convst: Convst,
     reset: Reset,
     clock: Clock,
@@ -110,6 +121,7 @@ impl Surroundings {
             lamp: false,
             silent: false,
             lost_pulses: 0,
+            byte_fault: None,
             busy_until: 0,
             selected: [false; 2],
         }
@@ -188,12 +200,23 @@ impl Surroundings {
         });
     }
 
-    /// A byte on a converter's bus; an undriven data line reads as ones.
-    pub fn exchange(&mut self, chip: usize, byte: u8) -> u8 {
-        match self.selected[chip] {
+    /// A byte on a converter's bus, and what the bus gets for it; an undriven data line reads as ones.
+    pub fn exchange(&mut self, chip: usize, byte: u8) -> Option<u8> {
+        let answer = match self.selected[chip] {
             true => self.converter.with_chip(chip, |part| part.exchange(byte)),
             false => 0xFF,
+        };
+        match self.byte_fault_of(chip) {
+            None => Some(answer),
+            Some(ByteFault::Changed) => Some(answer ^ 1),
+            Some(ByteFault::Lost) => None,
         }
+    }
+
+    fn byte_fault_of(&mut self, chip: usize) -> Option<ByteFault> {
+        let (of, fault, left) = self.byte_fault.filter(|(of, ..)| *of == chip)?;
+        self.byte_fault = (left > 1).then(|| (of, fault, left - 1));
+        Some(fault)
     }
 
     /// The board sends a byte to the motion controller: its start bit is at `now`.

@@ -31,11 +31,9 @@ pub struct Image {
 
 /// What the sensor board's sampling interrupts call in flash, and with it all that these call.
 const RARE: &[&str] = &[
-    // A reading that failed or did not come, and chips that are set up anew.
-    "courier_sensor::board::g474::reading::Reading::arm",
-    "courier_sensor::board::g474::reading::Reading::disarm",
-    "courier_sensor::board::g474::Sampling::isr_without_reading",
-    "courier_sensor::drivers::converter::Converter<A,B,Convst,Reset,Busy>::refuse",
+    // Chips that are set up anew.
+    "courier_sensor::drivers::converter::Converter<A,B,Convst,Reset,Busy>::silent",
+    "courier_sensor::drivers::converter::Converter<A,B,Convst,Reset,Busy>::revive",
 ];
 
 /// Both images. A further board is a line here.

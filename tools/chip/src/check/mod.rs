@@ -1,6 +1,7 @@
 //! What `cargo xtask chip` runs, one check a file.
 
 mod boot;
+mod bus;
 mod calibration;
 pub mod control;
 mod cuts;
@@ -8,6 +9,7 @@ mod fixture;
 mod hang;
 mod health;
 mod link;
+mod parity;
 mod restart;
 mod stream;
 mod time;
@@ -70,6 +72,11 @@ pub const CHECKS: &[Check] = &[
         health::run,
     ),
     (
+        "parity",
+        "raw counts give the same bits on the chip and here",
+        parity::run,
+    ),
+    (
         "time",
         "cycles of the sampling interrupts with wait states, plain and with a tooth map; the fastest rate",
         time::run,
@@ -94,7 +101,12 @@ pub const CHECKS: &[Check] = &[
         "a debugger halts the processor for 10 ms",
         variants::halted,
     ),
-    ("stale", "a stale byte in the bus's FIFO", variants::stale),
+    ("stale", "a stale byte in the bus's FIFO", bus::stale),
+    (
+        "check-sums",
+        "wrong check sums of the converters' frames: each costs its own sample",
+        bus::check_sums,
+    ),
     ("code", "wrong check bits in the code", variants::code),
     (
         "restart",

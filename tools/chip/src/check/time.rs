@@ -1,6 +1,8 @@
 //! What the sampling interrupts take of a sample, without and with the flash's wait states: plain, with a tooth map, and with as many further
 //! terms besides as the board has room for; and the sampling rate up to which no instant is missed.
 
+mod failed;
+
 use super::fixture::{judge, start};
 use crate::image::Image;
 use crate::peripheral::flash::Start;
@@ -56,6 +58,8 @@ struct Figures {
     waiting: Cycles,
     missed: Cycles,
     still: Cycles,
+    /// The longest sample whose reading fails, or that comes after one, and how it fails.
+    failed: (u64, &'static str),
     mapped: Cycles,
     fullest: Cycles,
     rate_max_hz: u32,
@@ -69,9 +73,11 @@ impl Figures {
             waiting,
             missed,
             still,
+            failed,
             ..
         } = self;
-        waiting.worst.max(missed.worst).max(still.worst)
+        let cycles = [waiting.worst, missed.worst, still.worst, failed.0];
+        cycles.into_iter().fold(0, u64::max)
     }
 }
 
@@ -83,13 +89,14 @@ pub fn run(image: &Image) -> Result<String> {
         waiting,
         missed,
         still,
+        failed: (failed, how),
         mapped,
         fullest,
         rate_max_hz,
     } = &figures;
     let terms = most_rows_beside_a_map(OWN_HZ);
     let said = format!(
-        "the sampling interrupts take {plain_without} cycles a sample; with wait states {plain}, where all wait for DMA that can {waiting}, after an instant that was missed {} at most, with a channel that stands still {} at most; with a map of {MAX_NODES} nodes {mapped}, \
+        "the sampling interrupts take {plain_without} cycles a sample; with wait states {plain}, where all wait for DMA that can {waiting}, after an instant that was missed {} at most, with a channel that stands still {} at most, with a reading that fails {failed} at most, by {how}; with a map of {MAX_NODES} nodes {mapped}, \
          with {terms} further terms besides {fullest}; no instant is missed up to {rate_max_hz} Hz",
         missed.worst, still.worst
     );
@@ -141,14 +148,15 @@ fn look(board: &Board) -> Result<Figures> {
     };
     let (plain_without, plain) = (with_states(false)?, with_states(true)?);
     let before = link.status()?.missed;
-    let (waiting, missed, still) = {
+    let (waiting, missed, still, failed) = {
         let mut processor = board.processor.borrow_mut();
         processor.set_waiting_for_dma(true);
         let waiting = spent(&mut processor)?;
         let missed = after_a_missed_instant(&mut processor)?;
         let still = while_a_channel_stands_still(&mut processor)?;
+        let failed = failed::longest(&mut processor)?;
         processor.set_waiting_for_dma(false);
-        (waiting, missed, still)
+        (waiting, missed, still, failed)
     };
     ensure!(
         link.status()?.missed > before,
@@ -165,6 +173,7 @@ fn look(board: &Board) -> Result<Figures> {
         waiting,
         missed,
         still,
+        failed,
         mapped,
         fullest: with_states(true)?,
         rate_max_hz,
@@ -230,14 +239,19 @@ fn fullest_map() -> MapHeader {
 fn after_a_missed_instant(processor: &mut Processor) -> Result<Cycles> {
     processor.times.restart();
     processor.run(from_us(LOOK_US / 2))?;
+    settle(processor)?;
+    processor.chip().halt(from_us(MISSED_US));
+    so_far(processor, LOOK_US / 2)
+}
+
+/// Runs until [`AFTER_A_SAMPLE_US`] after a sample.
+fn settle(processor: &mut Processor) -> Result<()> {
     let ends = 16 + registers::interrupt(SAMPLING[1]);
     let before = processor.times.of(ends).count;
     while processor.times.of(ends).count == before {
         processor.run(from_us(1))?;
     }
-    processor.run(from_us(AFTER_A_SAMPLE_US))?;
-    processor.chip().halt(from_us(MISSED_US));
-    so_far(processor, LOOK_US / 2)
+    processor.run(from_us(AFTER_A_SAMPLE_US)).map(drop)
 }
 
 /// The same with a channel that does not change, at its amplifier's rail: what is said of it at a window's end takes longest.

@@ -4,13 +4,11 @@ use super::fixture::{judge, start, start_in, world};
 use crate::image::Image;
 use crate::peripheral::flash::Start;
 use crate::processor::Processor;
-use crate::rule::Rule;
 use crate::time::from_us;
 use crate::wire::Board;
 use anyhow::{Context, Result, bail, ensure};
 use board_link::Link;
 use courier_sensor::calibration::record::Calibration;
-use courier_sensor::frame::Status;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::link::message::{Action, Reply, ResetCause};
 use courier_sensor::link::telemetry::Channels;
@@ -23,7 +21,7 @@ const PROGRAM_SEQUENCE_ERROR: u32 = 1 << 7;
 const HALT_US: u64 = 10_000;
 /// Instants of 50 us in them.
 const INSTANTS: u32 = 200;
-/// So long the converters may take until they are in service again.
+/// So long the board may take until it has started again.
 const RECOVERY: Duration = Duration::from_millis(50);
 /// Every other frame is looked at: all of them are too many for the ring.
 const EVERY: u16 = 2;
@@ -100,38 +98,6 @@ fn count_missed(
     let board = Board::new(start_in(image, world.clone(), flash, Start::default())?);
     let result = disturbed(&board, least, disturb, || world.conversions());
     judge(&mut board.processor.borrow_mut(), result)
-}
-
-/// A byte that nobody asked for lies in the bus's FIFO, as after a transfer that was given up: it is found and thrown away.
-pub fn stale(image: &Image) -> Result<String> {
-    let board = Board::new(start(image, 8, Start::default())?);
-    let result = recovers(&board);
-    judge(&mut board.processor.borrow_mut(), result)
-}
-
-fn recovers(board: &Board) -> Result<String> {
-    let mut link = Link::connect(Box::new(board.clone()))?;
-    let faulty = |link: &mut Link| -> Result<bool> {
-        link.pass(RECOVERY)?;
-        let status = Status::from_bits_retain(link.status()?.status);
-        Ok(status.intersects(Status::CONVERTER_CRC | Status::CONVERTER_TIMEOUT))
-    };
-    ensure!(!faulty(&mut link)?, "the converters are not in service");
-    board.processor.borrow_mut().chip().disturb_bus(0xA5);
-    let begun = faulty(&mut link)?;
-    // What the byte itself does is no fault of the image; what is left of it after that time is.
-    for rule in [Rule::SpiStale, Rule::SpiSelect, Rule::SpiFifo] {
-        board.processor.borrow_mut().findings().forgive(rule);
-    }
-    ensure!(
-        !(begun && faulty(&mut link)?),
-        "a stale byte in the FIFO shifts every frame since {} ms",
-        2 * RECOVERY.as_millis()
-    );
-    Ok(format!(
-        "a stale byte is gone within {} ms",
-        RECOVERY.as_millis()
-    ))
 }
 
 /// Check bits that are wrong in the code: the image may not go on over it as if a slot were torn.
