@@ -174,6 +174,10 @@ pub fn assemble<'a>(
     linearized.inputs.forms = design_options
         .previous_inputs
         .map_or_else(Default::default, |inputs| inputs.forms);
+    if let Some(inputs) = design_options.previous_inputs {
+        linearized.inputs.gap_told = inputs.gap_told;
+        linearized.inputs.growth_told = inputs.growth_told;
+    }
     linearized.inputs.lines_wind = design_options
         .previous_inputs
         .is_some_and(|inputs| inputs.lines_wind);

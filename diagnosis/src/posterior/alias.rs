@@ -1,7 +1,8 @@
 //! Sets that predict the same on this motion are one class, whatever Occam's factor says of them: no further recording of the same motion
 //! would tell which it is.
 
-use super::sets::{Problem, Weighed};
+use super::problem::Problem;
+use super::weighed::Weighed;
 use nalgebra::DVector;
 
 /// 95 % of normal numbers are below so many standard deviations.
@@ -40,9 +41,10 @@ pub fn divergence(problem: &Problem, one: &Weighed, other: &Weighed) -> Divergen
     }
     let acting: Vec<usize> = (0..amounts.len()).filter(|c| amounts[*c] != 0.0).collect();
     let own = DVector::from_fn(acting.len(), |k, _| amounts[acting[k]]);
+    let noise = problem.stated * one.left.log_noise.exp();
     let told = one.fitted.given.told + other.fitted.given.told;
     Divergence {
-        squares: own.dot(&(reduced.square(&acting) * &own)) / problem.stated,
+        squares: own.dot(&(reduced.square(&acting) * &own)) / noise,
         limit: told + BELOW_95 * (2.0 * told).sqrt() + one.lacking + other.lacking,
     }
 }
@@ -56,7 +58,8 @@ pub fn class(problem: &Problem, all: &[Weighed], of: usize) -> Vec<(usize, Diver
     }
     let rival = |k: &usize| {
         let other = &all[*k];
-        *k != of
+        other.set() != best.set()
+            && other.left.log_noise == best.left.log_noise
             && !other.set().is_empty()
             && other.set().len() <= best.set().len()
             && other.log_least > (1.0 - TRIFLE).ln()
@@ -75,7 +78,8 @@ pub fn class(problem: &Problem, all: &[Weighed], of: usize) -> Vec<(usize, Diver
 
 #[cfg(test)]
 mod tests {
-    use crate::posterior::sets::{Prior, Problem, weigh};
+    use crate::posterior::problem::{Prior, Problem};
+    use crate::posterior::sets::weigh;
     use crate::synthetic_problem::SyntheticProblem;
     use effects::random::normal;
 
@@ -103,8 +107,9 @@ mod tests {
         let problem = Problem {
             reduced: &reduced,
             stated: 1.0,
-            effects: vec![prior(0), prior(1)],
-            coordinates: Vec::new(),
+            noise: 1.0,
+            effects: &[prior(0), prior(1)],
+            coordinates: &[],
             log_odds: -2.0,
         };
         let all = weigh(&problem);

@@ -2,7 +2,8 @@
 
 use super::alias::class;
 use super::least_size::least_squares;
-use super::sets::{Problem, Weighed};
+use super::problem::Problem;
+use super::weighed::Weighed;
 use crate::verdict::answer::Verdict;
 use std::fmt;
 
@@ -125,7 +126,7 @@ pub fn decide(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Decis
         let whole: f64 = of_set(0).map(probability).sum();
         of_set(0).map(|h| probability(h) * h.left).sum::<f64>() / whole.max(f64::MIN_POSITIVE)
     };
-    let explained: f64 = best.powers.iter().sum();
+    let explained = best.explained(problem.reduced);
     let mut reasons = vec![
         reason("Is a gap likelier than none?", 1.0 - masses.no_gap, 0.5),
         reason(
@@ -193,11 +194,11 @@ fn hypotheses(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Vec<H
     let least = least_squares(problem.reduced.rows);
     let mut out = Vec::new();
     for (k, weighed) in all.iter().enumerate() {
-        let explained: f64 = weighed.powers.iter().sum();
+        let explained = weighed.explained(problem.reduced);
         let shapes = weighed.nameless.as_ref();
         let open = weighed.open(problem.log_odds);
         let closed = weighed.closed(problem.log_odds);
-        let in_shapes: f64 = shapes.map_or(0.0, |(shapes, _)| shapes.powers.iter().sum());
+        let in_shapes: f64 = shapes.map_or(0.0, |(shapes, _)| shapes.explained);
         let noise_with = shapes.map_or(weighed.noise, |(_, noise)| *noise);
         let forms = [
             (closed[0], 0.0, None),
@@ -210,7 +211,7 @@ fn hypotheses(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Vec<H
             let visible = excess > VISIBLE * VISIBLE - 1.0;
             let noise = visible && noise_is_white;
             let unlocated = if visible && !noise {
-                excess * weighed.left.degrees
+                excess * weighed.left.degrees * (-weighed.left.log_noise).exp()
             } else {
                 0.0
             };
@@ -271,7 +272,9 @@ fn named(
     }
     let noise = among(&|h| h.noise);
     if noise > 0.5 {
-        let power = all[first].noise.log_variance.exp_m1().max(0.0) * all[first].left.degrees;
+        let left = &all[first].left;
+        let excess = all[first].noise.log_variance.exp_m1().max(0.0);
+        let power = excess * left.degrees * (-left.log_noise).exp();
         out.push(Inclusion {
             block: None,
             probability: noise,
@@ -300,7 +303,8 @@ fn places(problem: &Problem, best: &Weighed) -> Vec<(usize, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::posterior::sets::{Prior, weigh};
+    use crate::posterior::problem::Prior;
+    use crate::posterior::sets::weigh;
     use crate::synthetic_problem::SyntheticProblem;
     use effects::random::normal;
 
@@ -323,8 +327,9 @@ mod tests {
         let problem = Problem {
             reduced: &reduced,
             stated: 1.0,
-            effects: vec![prior(0), prior(1)],
-            coordinates: vec![2],
+            noise: 1.0,
+            effects: &[prior(0), prior(1)],
+            coordinates: &[2],
             log_odds: -2.0,
         };
         decide(&problem, &weigh(&problem), white)

@@ -2,6 +2,7 @@
 
 use super::decision::{Masses, Reason};
 use super::explained::Row;
+use super::fuller;
 use super::weighing::{Effect, Weighing};
 use crate::Insufficient;
 use crate::data::prepare::{Prepared, prepare};
@@ -11,7 +12,6 @@ use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::measured::{Measured, measured};
 use crate::verdict::answer::Verdict;
 use effects::Detection;
-use effects::effect::Form;
 use recording::Recording;
 
 /// Times that all is compared about what was found, as long as that finds something else.
@@ -132,52 +132,50 @@ fn settled(prepared: &Prepared, options: &Options) -> Answer {
         }
     }
     if here.weighing.decide(seen.white).verdict != Verdict::NoGap {
-        here = fuller(prepared, options, &point, here);
-        here = by_field(prepared, options, &point, here, seen.white);
+        here = by_field(prepared, options, &point, here);
+        here = told_more(prepared, options, &point, here);
     }
+    let sets = here.weighing.explained(&here.design);
     let (weighing, seen) = here.leave(prepared, options);
-    answer(prepared, options, &weighing, &seen, count)
+    let mut out = answer(prepared, options, &weighing, &seen);
+    (out.sets, out.rounds) = (sets, count);
+    out
 }
 
-/// The same with all that may be told of the effects of the best set, where that is likelier altogether: both are of the same rows about
-/// the same point.
-fn fuller<'a>(
+/// The same with more told of the effects of the best set, one after the other, where that is likelier altogether: both are of the same
+/// rows about the same point. Of one effect that leaves nothing no more is asked.
+fn told_more<'a>(
     prepared: &'a Prepared,
     options: &Options,
     point: &LinearizationPoint,
-    here: Look<'a>,
+    mut here: Look<'a>,
 ) -> Look<'a> {
-    let found = here.weighing.found();
-    let mut inputs = here.design.linearized.inputs.clone();
-    for card in effects::cards() {
-        let of_it = |form: &&Form| {
-            let name = form.found_as.unwrap_or(card.name);
-            found.iter().any(|f| f == name)
+    for way in fuller::ways() {
+        if here.weighing.one_explains_all() {
+            break;
+        }
+        let inputs = &here.design.linearized.inputs;
+        let Some(inputs) = way.of(&here.weighing.found(), inputs) else {
+            continue;
         };
-        card.forms
-            .iter()
-            .filter(of_it)
-            .for_each(|form| (form.tell)(&mut inputs.forms));
+        let told = DesignOptions {
+            previous_inputs: Some(&inputs),
+            field: inputs.knots.iter().any(|k| !k.is_empty()),
+            ..DesignOptions::default()
+        };
+        here = likelier(here, look(prepared, options, point, told));
     }
-    if inputs == here.design.linearized.inputs {
-        return here;
-    }
-    let told = DesignOptions {
-        previous_inputs: Some(&inputs),
-        ..DesignOptions::default()
-    };
-    likelier(here, look(prepared, options, point, told))
+    here
 }
 
-/// The same with a field over the platen, where nothing explains the gap.
+/// The same with a field over the platen, unless one effect explains all.
 fn by_field<'a>(
     prepared: &'a Prepared,
     options: &Options,
     point: &LinearizationPoint,
     here: Look<'a>,
-    white: bool,
 ) -> Look<'a> {
-    if here.weighing.decide(white).verdict != Verdict::Unknown {
+    if here.weighing.one_explains_all() {
         return here;
     }
     let told = DesignOptions {
@@ -198,13 +196,7 @@ fn likelier<'a>(one: Look<'a>, other: Look<'a>) -> Look<'a> {
     }
 }
 
-fn answer(
-    prepared: &Prepared,
-    options: &Options,
-    weighing: &Weighing,
-    seen: &Measured,
-    rounds: usize,
-) -> Answer {
+fn answer(prepared: &Prepared, options: &Options, weighing: &Weighing, seen: &Measured) -> Answer {
     let decision = weighing.decide(seen.white);
     let allowed = |name: &str| !options.without.iter().any(|w| w == name);
     let mut named: Vec<Effect> = decision.named.iter().map(|n| weighing.effect(n)).collect();
@@ -237,7 +229,7 @@ fn answer(
         reasons: decision.reasons,
         masses: decision.masses,
         left_share: decision.left_share,
-        sets: weighing.explained(),
-        rounds,
+        sets: Vec::new(),
+        rounds: 0,
     }
 }

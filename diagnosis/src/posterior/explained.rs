@@ -1,7 +1,8 @@
 //! The likeliest sets, each with its numbers and with why it lost.
 
 use super::alias::divergence;
-use super::sets::{Problem, Weighed};
+use super::problem::Problem;
+use super::weighed::Weighed;
 use std::fmt;
 
 /// A set of effects as it is told. Logarithms are natural.

@@ -1,19 +1,21 @@
 //! The least size worth naming, as a prior and not as a threshold afterwards.
 //!
-//! A set says that each of its effects does more than so many whitened squares on this motion. The prior of its coefficients is cut off
-//! below (a truncated, and so a non-local, prior: Rossell and Telesca 2017, J. Am. Stat. Assoc. 112, 254). The evidence of a cut prior is
-//! that of the whole one times the probability of what stays after the data, over the same before them.
+//! A set says that each of its effects does more than so many whitened squares on this motion which the others of the set cannot do. The
+//! prior of its coefficients is cut off below (a truncated, and so a non-local, prior: Rossell and Telesca 2017, J. Am. Stat. Assoc. 112,
+//! 254). The evidence of a cut prior is that of the whole one times the probability of what stays after the data, over the same before
+//! them.
 
 use super::evidence::Fitted;
 use super::reduced::Reduced;
 use super::scale;
+use nalgebra::{DMatrix, DVector};
 
 /// Share of the noise, in squares over all rows, below which an effect is not worth a name: it changes the rms of what is left by a
-/// hundredth, which is what the rms of twelve thousand rows scatters by (their root, halved).
+/// hundredth. The rms of `n` rows scatters by `1/√(2n)`, which is two thirds of that for twelve thousand rows.
 const LEAST_SHARE_OF_NOISE: f64 = 0.02;
 
-/// What shows on a motion with less than this probability before the data gains no more by being cut off: one in twenty, below which the
-/// prior's own tail is not known.
+/// What shows on a motion with less than this probability before the data gains no more by being cut off. A prior: below one in twenty
+/// the prior's own tail is a guess.
 const SELDOM: f64 = 0.05;
 
 /// Whitened squares below which no effect is worth a name.
@@ -23,7 +25,7 @@ pub fn least_squares(rows: f64) -> f64 {
 
 /// What each effect of a set does on this motion, in whitened squares over the noise, the baseline projected out.
 pub fn powers(reduced: &Reduced, fitted: &Fitted, noise: f64) -> Vec<f64> {
-    let each = parts(reduced, fitted);
+    let each = parts(reduced, &fitted.set);
     each.into_iter()
         .map(|(columns, at)| {
             let own = fitted.given.coefficients.rows(at, columns.len());
@@ -32,41 +34,98 @@ pub fn powers(reduced: &Reduced, fitted: &Fitted, noise: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Logarithm of what cutting the priors off adds to the evidence of a set. `inexactness` is, for each effect, the share of its amplitude
-/// that its form may lack: a companion must do more than the others may lack.
-pub fn log_ratio(
-    reduced: &Reduced,
-    fitted: &Fitted,
-    powers: &[f64],
-    inexactness: &[f64],
-    noise: f64,
-) -> f64 {
-    let lacking: Vec<f64> = powers
-        .iter()
-        .zip(inexactness)
-        .map(|(q, e)| e * e * q)
-        .collect();
+/// Whitened squares that the forms of a set's effects may lack, each: their inexactness is a share of the amplitude.
+pub fn lacking(powers: &[f64], inexactness: &[f64]) -> Vec<f64> {
+    let each = powers.iter().zip(inexactness);
+    each.map(|(q, e)| e * e * q).collect()
+}
+
+/// A set at known sizes and noise, of which it is asked what each of its effects does that the others cannot.
+pub struct Shared<'a> {
+    /// Normal equations.
+    pub reduced: &'a Reduced,
+    /// Blocks.
+    pub set: &'a [usize],
+    /// Logarithm of each block's variance over the stated one.
+    pub log_variances: &'a [f64],
+    /// Inverse of the Cholesky factor of the precision of all coefficients.
+    pub factor_inverse: &'a DMatrix<f64>,
+    /// Variance of the noise.
+    pub noise: f64,
+}
+
+impl Shared<'_> {
+    /// Precision of each effect's coefficients by the data alone, the others fitted with their priors. None where a covariance cannot be
+    /// inverted. Cost: the cube of the columns of all but the largest effect.
+    pub fn own_precisions(&self) -> Option<Vec<DMatrix<f64>>> {
+        let parts = parts(self.reduced, self.set);
+        let all = self.factor_inverse.ncols();
+        let one = |(k, (columns, at)): (usize, &(Vec<usize>, usize))| {
+            if 2 * columns.len() > all {
+                return self.beside_the_others(k);
+            }
+            let inverse = self.factor_inverse.columns(*at, columns.len());
+            let covariance = inverse.tr_mul(&inverse);
+            let mut precision = covariance.cholesky()?.inverse();
+            (0..columns.len()).for_each(|c| precision[(c, c)] -= (-self.log_variances[k]).exp());
+            Some(precision)
+        };
+        parts.iter().enumerate().map(one).collect()
+    }
+
+    /// The same of one effect that has more columns than all others, which are then eliminated.
+    fn beside_the_others(&self, which: usize) -> Option<DMatrix<f64>> {
+        let others = |k: &usize| *k != which;
+        let rest: Vec<usize> = (0..self.set.len()).filter(others).collect();
+        let set: Vec<usize> = rest.iter().map(|k| self.set[*k]).collect();
+        let sizes: Vec<f64> = rest.iter().map(|k| self.log_variances[*k]).collect();
+        let own = [self.set[which]];
+        let left = self.reduced.beside(&set, &sizes, &own, self.noise)?;
+        Some(left.normal / self.noise)
+    }
+}
+
+/// Whitened squares over the noise that these coefficients do and the others of the set cannot.
+pub fn own_power(precision: &DMatrix<f64>, amounts: &DVector<f64>) -> f64 {
+    amounts.dot(&(precision * amounts)).max(0.0)
+}
+
+/// Logarithm of what cutting the priors off adds to the evidence of a set. `lacking` is what each effect's form may lack: a companion must
+/// do more than the others may lack.
+pub fn log_ratio(reduced: &Reduced, fitted: &Fitted, lacking: &[f64], noise: f64) -> f64 {
     let whole: f64 = lacking.iter().sum();
-    let parts = parts(reduced, fitted);
-    let one = |(k, (columns, at)): (usize, &(Vec<usize>, usize))| {
-        let least = least_squares(reduced.rows) + whole - lacking[k];
-        let products = reduced.square(columns) / noise;
-        let own = fitted.given.coefficients.rows(*at, columns.len());
-        let slope = &products * own;
-        // The root of the squares scatters by about one, and more where another effect can take them.
-        let inverse = fitted.given.factor_inverse.columns(*at, columns.len());
-        let deviation = ((inverse * slope).norm_squared() / powers[k].max(f64::MIN_POSITIVE))
-            .sqrt()
-            .max(1.0);
-        let after = log_normal((powers[k].sqrt() - least.sqrt()) / deviation);
-        let before = scale::prior_beyond(least / products.trace().max(f64::MIN_POSITIVE));
-        after - before.max(SELDOM).ln()
+    let inverse = &fitted.given.factor_inverse;
+    let shared = Shared {
+        reduced,
+        set: &fitted.set,
+        log_variances: &fitted.log_variances,
+        factor_inverse: inverse,
+        noise,
     };
-    parts.iter().enumerate().map(one).sum()
+    let Some(precisions) = shared.own_precisions() else {
+        return f64::NEG_INFINITY;
+    };
+    let parts = parts(reduced, &fitted.set);
+    let one = |(k, precision): (usize, DMatrix<f64>)| {
+        let (columns, at) = &parts[k];
+        let least = least_squares(reduced.rows) + whole - lacking[k];
+        let amounts = fitted.given.coefficients.rows(*at, columns.len());
+        let amounts = amounts.into_owned();
+        let power = own_power(&precision, &amounts);
+        // The root of the squares scatters by about one, and more where the prior tells part of the coefficients.
+        let slope = &precision * amounts;
+        let scattered = inverse.columns(*at, columns.len()) * slope;
+        let variance = scattered.norm_squared() / power.max(f64::MIN_POSITIVE);
+        let deviation = variance.sqrt().max(1.0);
+        let after = log_normal((power.sqrt() - least.sqrt()) / deviation);
+        let typical = precision.trace().max(f64::MIN_POSITIVE);
+        after - scale::prior_beyond(least / typical).max(SELDOM).ln()
+    };
+    precisions.into_iter().enumerate().map(one).sum()
 }
 
 /// Columns of each effect of a set, and the place of the first among the set's.
-fn parts(reduced: &Reduced, fitted: &Fitted) -> Vec<(Vec<usize>, usize)> {
+fn parts(reduced: &Reduced, set: &[usize]) -> Vec<(Vec<usize>, usize)> {
     let mut at = 0;
     let part = |b: &usize| {
         let columns: Vec<usize> = reduced.blocks[*b].clone().collect();
@@ -74,7 +133,7 @@ fn parts(reduced: &Reduced, fitted: &Fitted) -> Vec<(Vec<usize>, usize)> {
         let first = at - columns.len();
         (columns, first)
     };
-    fitted.set.iter().map(part).collect()
+    set.iter().map(part).collect()
 }
 
 /// From so many standard deviations below on, the probability of a normal number is that of its tail's first term, to 4 % of it.
@@ -122,7 +181,7 @@ mod tests {
             let set = fitted(&reduced, &[0, 1], &[0.0, 0.0], 1.0).unwrap();
             let powers = powers(&reduced, &set, 1.0);
             assert!((powers[0] / reduced.rows - 9.0).abs() < 0.9, "{powers:?}");
-            log_ratio(&reduced, &set, &powers, &[inexactness, 0.0], 1.0)
+            log_ratio(&reduced, &set, &lacking(&powers, &[inexactness, 0.0]), 1.0)
         };
         // 2000 rows: 0.03 of an amplitude is 2 squares, 0.3 is 180, and a tenth of 3 is 180 as well.
         assert!(ratio(0.03, 0.0) < -3.0, "{}", ratio(0.03, 0.0));

@@ -14,7 +14,9 @@ const POINTS: f64 = 16.0;
 /// What a set leaves, and how its density goes with the noise.
 #[derive(Clone, Copy, Debug)]
 pub struct Left {
-    /// Logarithm of the density at the stated noise, integrated over the sizes.
+    /// Logarithm of the variance of the noise at which the set was fitted, over the stated one.
+    pub log_noise: f64,
+    /// Logarithm of the density at that noise, integrated over the sizes.
     pub log_density: f64,
     /// Whitened squares over the stated noise that the set leaves.
     pub squares: f64,
@@ -25,12 +27,13 @@ pub struct Left {
 }
 
 impl Left {
-    /// Of a set.
-    pub fn of(reduced: &Reduced, fitted: &Fitted, stated: f64) -> Self {
+    /// Of a set, fitted at a variance of the noise.
+    pub fn of(reduced: &Reduced, fitted: &Fitted, noise: f64, stated: f64) -> Self {
         Self {
+            log_noise: (noise / stated).ln(),
             log_density: fitted.given.log_density + fitted.log_widths,
             squares: fitted.given.squares / stated,
-            allowance: fitted.allowance,
+            allowance: fitted.allowance / stated,
             degrees: reduced.rows - reduced.baseline as f64 - fitted.given.told,
         }
     }
@@ -54,8 +57,9 @@ pub fn integrate(left: &Left, inexact: f64) -> NoiseScale {
     let degrees = left.degrees.max(1.0);
     // Noise of the columns may be why too much is left, and no reason for less than the noise.
     let squares = (left.squares - left.allowance).max(left.squares.min(degrees));
-    // The density at the stated noise, less how it goes with the variance there.
-    let constant = left.log_density + 0.5 * left.squares;
+    // The density where it is known, less how it goes with the variance there.
+    let there = 0.5 * (degrees * left.log_noise + left.squares * (-left.log_noise).exp());
+    let constant = left.log_density + there;
     let likelihood = |at: f64| constant - 0.5 * degrees * at - 0.5 * squares * (-at).exp();
     let near = STATED_TO.hypot(inexact);
     let gauss = |at: f64| -0.5 * (at / near).powi(2) - (near * std::f64::consts::TAU.sqrt()).ln();
@@ -132,7 +136,7 @@ mod tests {
             });
             let reduced = problem.reduced(&[1]);
             let set = fitted(&reduced, &[0], &[0.0], 1.0).unwrap();
-            let found = integrate(&Left::of(&reduced, &set, 1.0), 0.0);
+            let found = integrate(&Left::of(&reduced, &set, 1.0, 1.0), 0.0);
             let step = 0.002;
             let density = |at: f64| {
                 given(&reduced, &[0], &set.log_variances, at.exp())

@@ -1,6 +1,6 @@
 //! What is supposed of an effect before the data.
 
-use super::sets::Prior;
+use super::problem::Prior;
 use effects::Card;
 
 /// Probability that any one cause acts: of about twenty effects and as many coordinates that may hold an effect without a name, a courier

@@ -6,6 +6,7 @@
 use crate::design::errors_in_variables::ErrorsInVariables;
 use crate::design::gram::{Columns, Gram};
 use nalgebra::{DMatrix, DVector};
+use normal_equations::cholesky::Factor;
 use std::ops::Range;
 
 /// A baseline column of which less than this share of its squares is its own is another's sum, to rounding: products carry sixteen
@@ -65,7 +66,7 @@ impl Reduced {
             whole[(last, c)] -= common;
         }
         let (baseline, half_log_determinant) =
-            eliminate(&mut whole, Some(&mut carried), base.len(), TOLD);
+            eliminate(&mut whole, &mut carried, base.len(), TOLD);
         let (first, width) = (base.len(), list.len() - 1 - base.len());
         Self {
             blocks: ranges(blocks.iter().map(|b| columns.blocks[*b].columns.len())),
@@ -99,51 +100,47 @@ impl Reduced {
     }
 
     /// What is left of some blocks when the columns of a set are eliminated with their priors (the logarithm of each block's variance), at
-    /// a variance of the noise. What the data tell of the set's columns is theirs, and shapes beside them explain the rest. They carry no
-    /// noise, and their means are zero.
+    /// a variance of the noise. What the data tell of the set's columns is theirs, and shapes beside them explain the rest. Cost: the square
+    /// of the set's columns for each of the others.
     pub fn beside(
         &self,
         set: &[usize],
         log_variances: &[f64],
         blocks: &[usize],
         noise: f64,
-    ) -> Self {
+    ) -> Option<Self> {
         let (list, own) = (self.columns(set), self.columns(blocks));
-        let all: Vec<usize> = list.iter().chain(&own).copied().collect();
-        let (first, last) = (list.len(), all.len());
-        let means = DVector::from_fn(
-            last,
-            |k, _| if k < first { self.centre[all[k]] } else { 0.0 },
-        );
-        let normal = self.square(&all);
-        let explained = &normal * &means;
-        let mut whole = normal.resize(last + 1, last + 1, 0.0);
-        for (k, c) in all.iter().enumerate() {
-            let right = self.right[*c] - explained[k];
-            whole[(k, last)] = right;
-            whole[(last, k)] = right;
-        }
-        whole[(last, last)] = self.about_the_means(&list).2;
+        let (mut precision, target, squares) = self.about_the_means(&list);
         let sizes = set.iter().zip(log_variances);
         let sizes = sizes.flat_map(|(b, v)| self.blocks[*b].clone().map(move |_| *v));
         for (k, size) in sizes.enumerate() {
-            whole[(k, k)] += noise * (-size).exp();
+            precision[(k, k)] += noise * (-size).exp();
         }
-        eliminate(&mut whole, None, first, 0.0);
-        Self {
+        // The set's means are taken off the target, the blocks' own are not.
+        let means = DVector::from_fn(list.len(), |k, _| self.centre[list[k]]);
+        let across = self.across(&list, &own);
+        let right = DVector::from_fn(own.len(), |k, _| self.right[own[k]]) - across.tr_mul(&means);
+        let half = Factor::new(precision)?.lower_inverse();
+        let (across_half, target_half) = (&half * &across, &half * target);
+        // What each block's column takes of the set's.
+        let share = half.tr_mul(&across_half);
+        let carried = self.carried.as_ref().map(|carried| {
+            let part = |a: &[usize], b: &[usize]| {
+                DMatrix::from_fn(a.len(), b.len(), |i, j| carried[(a[i], b[j])])
+            };
+            let mixed = part(&own, &list) * &share;
+            part(&own, &own) - &mixed - mixed.transpose()
+                + share.tr_mul(&(part(&list, &list) * &share))
+        });
+        Some(Self {
             blocks: ranges(blocks.iter().map(|b| self.blocks[*b].len())),
-            centre: DVector::zeros(own.len()),
-            carried: None,
-            normal: whole
-                .view((first, first), (own.len(), own.len()))
-                .into_owned(),
-            right: whole
-                .view((first, last), (own.len(), 1))
-                .column(0)
-                .into_owned(),
-            squares: whole[(last, last)],
+            centre: DVector::from_fn(own.len(), |k, _| self.centre[own[k]]),
+            carried,
+            normal: self.square(&own) - across_half.tr_mul(&across_half),
+            right: right - across_half.tr_mul(&target_half),
+            squares: squares - target_half.norm_squared(),
             ..*self
-        }
+        })
     }
 
     /// Products of some columns among each other.
@@ -183,11 +180,12 @@ fn ranges(lengths: impl Iterator<Item = usize>) -> Vec<Range<usize>> {
 /// Whitened squares of a prior deviation below which the prior tells a baseline's column better than the data: it stays at its mean.
 const TOLD: f64 = 1.0;
 
-/// Eliminates the first columns one after the other from the products, those with fewer squares of their own than asked aside, and applies the same combinations of columns to the carried
-/// noise. Number of columns eliminated, and half the logarithm of the determinant of their products.
+/// Eliminates the first columns one after the other from the products, those with fewer squares of their own than asked aside, and applies
+/// the same combinations of columns to the carried noise. Number of columns eliminated, and half the logarithm of the determinant of their
+/// products.
 fn eliminate(
     whole: &mut DMatrix<f64>,
-    mut carried: Option<&mut DMatrix<f64>>,
+    carried: &mut DMatrix<f64>,
     first: usize,
     least: f64,
 ) -> (usize, f64) {
@@ -204,9 +202,7 @@ fn eliminate(
         (0..=k).for_each(|a| share[a] = 0.0);
         let products = share.clone() * pivot;
         whole.ger(-1.0, &products, &share, 1.0);
-        if let Some(carried) = carried.as_deref_mut() {
-            combine(carried, k, &share);
-        }
+        combine(carried, k, &share);
     }
     (count, half_log_determinant)
 }

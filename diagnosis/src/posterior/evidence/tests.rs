@@ -116,7 +116,7 @@ fn nameless_shapes_add_what_the_whole_covariance_says() {
         &baseline,
         covariance(noise, &[(&one, size), (&shapes, of_shapes)]),
     );
-    let left = reduced.beside(&[0], &[size], &[2], noise);
+    let left = reduced.beside(&[0], &[size], &[2], noise).unwrap();
     let density = |set: &[usize]| {
         given(&left, set, &[of_shapes][..set.len()], noise)
             .unwrap()

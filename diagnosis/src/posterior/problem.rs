@@ -1,0 +1,31 @@
+//! What is asked of the posterior: columns with their priors, and the noise.
+
+use super::reduced::Reduced;
+
+/// What is asked: columns with their priors.
+#[derive(Clone, Copy)]
+pub struct Problem<'r> {
+    /// Normal equations.
+    pub reduced: &'r Reduced,
+    /// Variance of the whitened residuals by the stated noise.
+    pub stated: f64,
+    /// Variance at which sets are fitted.
+    pub noise: f64,
+    /// Effects.
+    pub effects: &'r [Prior],
+    /// Blocks of shapes over a coordinate.
+    pub coordinates: &'r [usize],
+    /// Logarithm of the prior odds of each coordinate, and of louder noise.
+    pub log_odds: f64,
+}
+
+/// An effect before the data.
+#[derive(Clone, Copy, Debug)]
+pub struct Prior {
+    /// Its block.
+    pub block: usize,
+    /// Logarithm of its prior odds.
+    pub log_odds: f64,
+    /// Share of its amplitude that its form may lack.
+    pub inexactness: f64,
+}

@@ -1,0 +1,126 @@
+//! A set of effects with its weight under four hypotheses: with nameless shapes or without, by noise near the stated one or louder.
+
+use super::evidence::{Fitted, fitted};
+use super::least_size::{lacking, log_ratio, powers};
+use super::nameless::{Nameless, beside};
+use super::noise_scale::{Left, NoiseScale, integrate, log_sum};
+use super::problem::Problem;
+use super::reduced::Reduced;
+
+/// The two kinds of noise.
+#[derive(Clone, Copy)]
+pub enum Noise {
+    /// Near the stated one.
+    Stated,
+    /// Louder by any factor.
+    Louder,
+}
+
+/// A set with its weight.
+#[derive(Clone, Debug)]
+pub struct Weighed {
+    /// The fit.
+    pub fitted: Fitted,
+    /// What each effect does, in whitened squares over the noise at which it was fitted.
+    pub powers: Vec<f64>,
+    /// Whitened squares that the effects' own forms may lack.
+    pub lacking: f64,
+    /// What the set leaves.
+    pub left: Left,
+    /// Variance of the whitened residuals by the stated noise.
+    pub stated: f64,
+    /// What cutting off trifles adds.
+    pub log_least: f64,
+    /// Logarithm of the prior odds of its effects.
+    pub log_prior: f64,
+    /// The noise.
+    pub noise: NoiseScale,
+    /// Nameless shapes beside it, and the noise with them.
+    pub nameless: Option<(Nameless, NoiseScale)>,
+}
+
+impl Weighed {
+    /// Blocks of the set.
+    pub fn set(&self) -> &[usize] {
+        &self.fitted.set
+    }
+
+    /// Whitened squares, over the noise at which it was fitted, that it takes off what the baseline leaves.
+    pub fn explained(&self, reduced: &Reduced) -> f64 {
+        (reduced.squares / self.stated - self.left.squares) * (-self.left.log_noise).exp()
+    }
+
+    /// Logarithm of its weight without nameless shapes, by noise near the stated one and by louder noise.
+    pub fn closed(&self, log_odds: f64) -> [f64; 2] {
+        let common = self.log_least + self.log_prior;
+        [
+            common + self.noise.stated,
+            common + self.noise.louder + log_odds,
+        ]
+    }
+
+    /// The same with nameless shapes.
+    pub fn open(&self, log_odds: f64) -> [f64; 2] {
+        let Some((shapes, noise)) = &self.nameless else {
+            return [f64::NEG_INFINITY; 2];
+        };
+        let common = self.log_least + self.log_prior + shapes.log_prior;
+        [common + noise.stated, common + noise.louder + log_odds]
+    }
+
+    /// Leaves it the weight by one of the two kinds of noise.
+    pub fn keep(&mut self, noise: Noise) {
+        let with_shapes = self.nameless.iter_mut().map(|n| &mut n.1);
+        for scale in with_shapes.chain([&mut self.noise]) {
+            match noise {
+                Noise::Stated => scale.louder = f64::NEG_INFINITY,
+                Noise::Louder => scale.stated = f64::NEG_INFINITY,
+            }
+        }
+    }
+
+    /// Logarithm of its whole weight.
+    pub fn log_weight(&self, log_odds: f64) -> f64 {
+        log_sum(self.closed(log_odds).into_iter().chain(self.open(log_odds)))
+    }
+}
+
+/// Sorts, the likeliest first.
+pub fn sort(all: &mut [Weighed], log_odds: f64) {
+    all.sort_by(|a, b| b.log_weight(log_odds).total_cmp(&a.log_weight(log_odds)));
+}
+
+/// A set's weight from its fit.
+pub fn weighed(problem: &Problem, fitted: Fitted) -> Weighed {
+    let Problem { reduced, noise, .. } = *problem;
+    let of = |b: &usize| problem.effects.iter().find(|e| e.block == *b);
+    let priors = || fitted.set.iter().filter_map(of);
+    let powers = powers(reduced, &fitted, noise);
+    let inexactness: Vec<f64> = priors().map(|e| e.inexactness).collect();
+    let lacking = lacking(&powers, &inexactness);
+    let whole: f64 = lacking.iter().sum();
+    let left = Left::of(reduced, &fitted, noise, problem.stated);
+    Weighed {
+        log_least: log_ratio(reduced, &fitted, &lacking, noise),
+        log_prior: priors().map(|e| e.log_odds).sum(),
+        noise: integrate(&left, whole / reduced.rows),
+        nameless: None,
+        fitted,
+        powers,
+        lacking: whole,
+        stated: problem.stated,
+        left,
+    }
+}
+
+/// A set of blocks with its sizes found together, from where they are thought to be, and with the best nameless shapes beside it.
+pub fn exactly(problem: &Problem, set: &[usize], log_variances: &[f64]) -> Option<Weighed> {
+    let fitted = fitted(problem.reduced, set, log_variances, problem.noise)?;
+    let mut out = weighed(problem, fitted);
+    let shapes = beside(problem, &out.fitted, &out.left);
+    out.nameless = shapes.map(|shapes| {
+        let noise = integrate(&shapes.left, out.lacking / problem.reduced.rows);
+        (shapes, noise)
+    });
+    Some(out)
+}
