@@ -126,7 +126,7 @@ pub fn decide(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Decis
         let whole: f64 = of_set(0).map(probability).sum();
         of_set(0).map(|h| probability(h) * h.left).sum::<f64>() / whole.max(f64::MIN_POSITIVE)
     };
-    let explained = best.explained(problem.reduced);
+    let explained = best.explained;
     let mut reasons = vec![
         reason("Is a gap likelier than none?", 1.0 - masses.no_gap, 0.5),
         reason(
@@ -194,7 +194,7 @@ fn hypotheses(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Vec<H
     let least = least_squares(problem.reduced.rows);
     let mut out = Vec::new();
     for (k, weighed) in all.iter().enumerate() {
-        let explained = weighed.explained(problem.reduced);
+        let explained = weighed.explained;
         let shapes = weighed.nameless.as_ref();
         let open = weighed.open(problem.log_odds);
         let closed = weighed.closed(problem.log_odds);

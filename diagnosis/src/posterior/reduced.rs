@@ -34,6 +34,17 @@ pub struct Reduced {
     pub half_log_determinant: f64,
     /// Mean products, a row, of the noise that the columns carry, that of the baseline with it; none where they carry none.
     carried: Option<DMatrix<f64>>,
+    /// What columns and target have in common because both are formed of the same noise, at the stated noise.
+    common: Common,
+}
+
+/// Products with the target that noise alone makes.
+#[derive(Clone, Debug)]
+struct Common {
+    /// Of the columns.
+    right: DVector<f64>,
+    /// What the target's squares lose for each share of it, and for its square: the baseline's columns have such products as well.
+    squares: [f64; 2],
 }
 
 impl Reduced {
@@ -59,19 +70,27 @@ impl Reduced {
         let rows = gram.total_rows() as f64;
         // What columns and target have in common because both are formed of the same noise explains nothing: amounts that nearly
         // cancel could rebuild the residual's own noise of it. Their true products stay (Fuller 1987's correction, of the products with
-        // the target alone, so that the matrix stays positive).
+        // the target alone, so that the matrix stays positive). It is carried along as a target of its own.
+        let common = last + 1;
+        whole = whole.resize(common + 1, common + 1, 0.0);
+        carried = carried.resize(common + 1, common + 1, 0.0);
         for c in 0..last {
-            let common = rows * carried[(c, last)];
-            whole[(c, last)] -= common;
-            whole[(last, c)] -= common;
+            let product = rows * carried[(c, last)];
+            (whole[(c, common)], whole[(common, c)]) = (product, product);
         }
         let (baseline, half_log_determinant) =
             eliminate(&mut whole, &mut carried, base.len(), TOLD);
         let (first, width) = (base.len(), list.len() - 1 - base.len());
-        Self {
+        let right = |target| {
+            whole
+                .view((first, target), (width, 1))
+                .column(0)
+                .into_owned()
+        };
+        let by_stated_noise = Self {
             blocks: ranges(blocks.iter().map(|b| columns.blocks[*b].columns.len())),
             normal: whole.view((first, first), (width, width)).into_owned(),
-            right: whole.view((first, last), (width, 1)).column(0).into_owned(),
+            right: right(last),
             squares: whole[(last, last)],
             centre: DVector::from_iterator(
                 width,
@@ -81,6 +100,35 @@ impl Reduced {
             baseline,
             half_log_determinant,
             carried: Some(carried.view((first, first), (width, width)).into_owned()),
+            common: Common {
+                right: right(common),
+                squares: [2.0 * whole[(last, common)], -whole[(common, common)]],
+            },
+        };
+        by_stated_noise.less_common(1.0)
+    }
+
+    /// The same by noise whose variance is so many times the one that it was formed by: the columns carry as much more of it.
+    pub fn at_noise(&self, times: f64) -> Self {
+        let mut out = self.less_common(times - 1.0);
+        out.carried = out.carried.map(|carried| carried * times);
+        out
+    }
+
+    /// Takes a share of what noise makes common off the products with the target.
+    fn less_common(&self, share: f64) -> Self {
+        let Common {
+            right,
+            squares: [once, twice],
+        } = &self.common;
+        Self {
+            right: &self.right - right * share,
+            squares: self.squares - share * once - share * share * twice,
+            common: Common {
+                right: right.clone(),
+                squares: [once + 2.0 * share * twice, *twice],
+            },
+            ..self.clone()
         }
     }
 
@@ -139,6 +187,11 @@ impl Reduced {
             normal: self.square(&own) - across_half.tr_mul(&across_half),
             right: right - across_half.tr_mul(&target_half),
             squares: squares - target_half.norm_squared(),
+            // It is at its noise for good.
+            common: Common {
+                right: DVector::zeros(own.len()),
+                squares: [0.0; 2],
+            },
             ..*self
         })
     }

@@ -5,37 +5,48 @@ use super::problem::Problem;
 use super::walk::walk;
 use super::weighed::{Noise, Weighed, sort};
 
-/// Times that the louder noise is found: it follows from the squares that the best set leaves, of which the set's own choice is a small
-/// part, so that it stays from the second time on.
-const NOISE_ROUNDS: usize = 3;
+/// Times that louder noise is found anew: from what the baseline leaves, each time from what the best set then leaves, which is less, until
+/// it stays. Where it has not stayed by then, it is still above the noise.
+const NOISE_ROUNDS: usize = 5;
 
 /// Weighs the sets, the likeliest first. Noise that is louder than stated has sets of its own, fitted at that noise: sizes that are found
-/// at less than the true noise follow it. It is shared by all sets, since each set's own would be paid for by the effects that lower it.
+/// at less than the true noise follow it, and columns carry as much more of it as it is louder. It is shared by all sets, since each set's
+/// own would be paid for by the effects that lower it. It is come to from above: at less than the true noise, what columns and target have
+/// in common is taken for an effect.
 pub fn weigh(problem: &Problem) -> Vec<Weighed> {
-    let mut stated = walk(problem);
-    let mut louder: Option<(f64, Vec<Weighed>)> = None;
-    for _ in 0..NOISE_ROUNDS {
-        let (at, latest) = louder
-            .as_ref()
-            .map_or((0.0, &stated), |(at, all)| (*at, all));
-        let Some(next) = louder_noise(latest, problem.log_odds) else {
+    let mut all = walk(problem);
+    let Some(found) = louder_noise(&all, problem.log_odds) else {
+        return all;
+    };
+    let of_nothing = all.iter().find(|w| w.set().is_empty());
+    let mut at = of_nothing.map_or(found, |w| w.noise.log_variance.max(found));
+    let mut louder = at_noise(problem, at);
+    for _ in 1..NOISE_ROUNDS {
+        let Some(next) = louder_noise(&louder, problem.log_odds) else {
             break;
         };
-        if (next - at).abs() < STATED_TO {
+        if at - next < STATED_TO {
             break;
         }
-        let noise = problem.stated * next.exp();
-        louder = Some((next, walk(&Problem { noise, ..*problem })));
+        at = next;
+        louder = at_noise(problem, at);
     }
-    if let Some((_, louder)) = louder {
-        stated.iter_mut().for_each(|w| w.keep(Noise::Stated));
-        stated.extend(louder.into_iter().map(|mut w| {
-            w.keep(Noise::Louder);
-            w
-        }));
-        sort(&mut stated, problem.log_odds);
-    }
-    stated
+    all.iter_mut().for_each(|w| w.keep(Noise::Stated));
+    louder.iter_mut().for_each(|w| w.keep(Noise::Louder));
+    all.extend(louder);
+    sort(&mut all, problem.log_odds);
+    all
+}
+
+/// Weighs the sets at louder noise, told by the logarithm of its variance over the stated one.
+fn at_noise(problem: &Problem, log_noise: f64) -> Vec<Weighed> {
+    let times = log_noise.exp();
+    let reduced = problem.reduced.at_noise(times);
+    walk(&Problem {
+        reduced: &reduced,
+        noise: problem.stated * times,
+        ..*problem
+    })
 }
 
 /// Logarithm of the likeliest variance of the noise over the stated one, where louder noise is likelier than the stated one.

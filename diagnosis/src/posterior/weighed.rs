@@ -5,7 +5,6 @@ use super::least_size::{lacking, log_ratio, powers};
 use super::nameless::{Nameless, beside};
 use super::noise_scale::{Left, NoiseScale, integrate, log_sum};
 use super::problem::Problem;
-use super::reduced::Reduced;
 
 /// The two kinds of noise.
 #[derive(Clone, Copy)]
@@ -27,8 +26,8 @@ pub struct Weighed {
     pub lacking: f64,
     /// What the set leaves.
     pub left: Left,
-    /// Variance of the whitened residuals by the stated noise.
-    pub stated: f64,
+    /// Whitened squares, over the noise at which it was fitted, that it takes off what the baseline leaves.
+    pub explained: f64,
     /// What cutting off trifles adds.
     pub log_least: f64,
     /// Logarithm of the prior odds of its effects.
@@ -43,11 +42,6 @@ impl Weighed {
     /// Blocks of the set.
     pub fn set(&self) -> &[usize] {
         &self.fitted.set
-    }
-
-    /// Whitened squares, over the noise at which it was fitted, that it takes off what the baseline leaves.
-    pub fn explained(&self, reduced: &Reduced) -> f64 {
-        (reduced.squares / self.stated - self.left.squares) * (-self.left.log_noise).exp()
     }
 
     /// Logarithm of its weight without nameless shapes, by noise near the stated one and by louder noise.
@@ -105,10 +99,10 @@ pub fn weighed(problem: &Problem, fitted: Fitted) -> Weighed {
         log_prior: priors().map(|e| e.log_odds).sum(),
         noise: integrate(&left, whole / reduced.rows),
         nameless: None,
+        explained: (reduced.squares - fitted.given.squares) / noise,
         fitted,
         powers,
         lacking: whole,
-        stated: problem.stated,
         left,
     }
 }
