@@ -20,7 +20,7 @@ pub struct Left {
     pub log_density: f64,
     /// Whitened squares over the stated noise that the set leaves.
     pub squares: f64,
-    /// The same, taken to be so many fewer since the columns are formed of noisy readings.
+    /// Those among them, in the mean, that the fit adds to the noise, since its columns are formed of noisy readings.
     pub allowance: f64,
     /// Rows less the coefficients that they tell.
     pub degrees: f64,
@@ -51,16 +51,20 @@ pub struct NoiseScale {
 }
 
 /// Integrates over the noise. The coefficients are taken to stay as the noise changes, and each that the data tell takes a row: exact to
-/// first order in the share of the data that the prior tells. `inexact` is the share of the noise, in squares, that the set's own effects
+/// first order in the share of the data that the prior tells. A fit whose columns carry noise leaves more than the target's own
+/// (the likelihood of errors in variables: Fuller 1987). `inexact` is the share of the noise, in squares, that the set's own effects
 /// may leave because their forms are not exact: the noise seems so much louder.
 pub fn integrate(left: &Left, inexact: f64) -> NoiseScale {
     let degrees = left.degrees.max(1.0);
-    // Noise of the columns may be why too much is left, and no reason for less than the noise.
-    let squares = (left.squares - left.allowance).max(left.squares.min(degrees));
+    // Noise of the columns is there beside that of the target, and costs as much as any other noise.
+    let added = left.allowance.max(0.0) / degrees;
     // The density where it is known, less how it goes with the variance there.
     let there = 0.5 * (degrees * left.log_noise + left.squares * (-left.log_noise).exp());
     let constant = left.log_density + there;
-    let likelihood = |at: f64| constant - 0.5 * degrees * at - 0.5 * squares * (-at).exp();
+    let likelihood = |at: f64| {
+        let variance = at.exp() + added;
+        constant - 0.5 * degrees * variance.ln() - 0.5 * left.squares / variance
+    };
     let near = STATED_TO.hypot(inexact);
     let gauss = |at: f64| -0.5 * (at / near).powi(2) - (near * std::f64::consts::TAU.sqrt()).ln();
     let flat = |at: f64| {
@@ -71,7 +75,7 @@ pub fn integrate(left: &Left, inexact: f64) -> NoiseScale {
         }
     };
     let integral = |precision: f64, log_prior: &dyn Fn(f64) -> f64| {
-        let (middle, deviation) = top(degrees, squares, precision);
+        let (middle, deviation) = top(left, added, precision);
         let step = deviation / POINTS;
         let points = (-SIDE..=SIDE).map(|k| middle + step * f64::from(k));
         (
@@ -90,24 +94,23 @@ pub fn integrate(left: &Left, inexact: f64) -> NoiseScale {
 /// Points of the grid to either side: six standard deviations.
 const SIDE: i32 = 96;
 
-/// Where the density of the logarithm of a variance is largest, and its standard deviation there: of squares over degrees of freedom, with
-/// a normal prior of this precision about zero. Newton's method on a concave function.
-fn top(degrees: f64, squares: f64, precision: f64) -> (f64, f64) {
-    let bend = |at: f64| 0.5 * squares * (-at).exp() + precision;
-    let mut at = if precision > 0.0 {
-        0.0
-    } else {
-        (squares / degrees).max(f64::MIN_POSITIVE).ln()
-    };
-    for _ in 0..NEWTON_STEPS {
-        let slope = -0.5 * degrees + 0.5 * squares * (-at).exp() - precision * at;
-        at += (slope / bend(at).max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0);
+/// Where the density of the logarithm of the target's own variance is largest, and its standard deviation there: `added` is the variance
+/// that is there besides, and the logarithm has a normal prior of this precision about zero. Fisher's scoring.
+fn top(left: &Left, added: f64, precision: f64) -> (f64, f64) {
+    let degrees = left.degrees.max(1.0);
+    let share = |at: f64| at.exp() / (at.exp() + added);
+    let bend = |at: f64| (0.5 * degrees * share(at).powi(2) + precision).max(f64::MIN_POSITIVE);
+    let mut at = 0.0_f64;
+    for _ in 0..STEPS {
+        let squares = left.squares / (at.exp() + added);
+        let slope = 0.5 * (squares - degrees) * share(at) - precision * at;
+        at = (at + (slope / bend(at)).clamp(-1.0, 1.0)).clamp(-LOUDEST, LOUDEST);
     }
-    (at, bend(at).max(f64::MIN_POSITIVE).sqrt().recip())
+    (at, bend(at).sqrt().recip())
 }
 
-/// Steps of Newton's method: more than the largest noise is away, a step being at most one.
-const NEWTON_STEPS: usize = 16;
+/// Steps of that: more than the largest noise is away, a step being at most one.
+const STEPS: usize = 16;
 
 /// Logarithm of a sum of numbers that are told by their logarithms.
 pub fn log_sum(logarithms: impl Iterator<Item = f64>) -> f64 {
@@ -162,5 +165,23 @@ mod tests {
             // Noise that is as stated is told so, and noise that is not is not.
             assert_eq!(found.stated > found.louder, louder == 1.0, "{found:?}");
         }
+    }
+
+    /// Three times as much noise in the columns as in the target is no louder noise, and costs what four times the noise costs.
+    #[test]
+    fn noise_of_the_columns_costs_as_any_other() {
+        let left = |squares: f64, allowance: f64| Left {
+            log_noise: 0.0,
+            log_density: -0.5 * squares,
+            squares,
+            allowance,
+            degrees: 1000.0,
+        };
+        let plain = integrate(&left(1000.0, 0.0), 0.0);
+        let carried = integrate(&left(4000.0, 3000.0), 0.0);
+        let cost = plain.stated - carried.stated;
+        assert!((cost - 500.0 * 4.0_f64.ln()).abs() < 1.0, "{cost}");
+        assert!(carried.stated > carried.louder, "{carried:?}");
+        assert!(integrate(&left(4000.0, 0.0), 0.0).louder > carried.stated - 10.0);
     }
 }
