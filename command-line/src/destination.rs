@@ -19,12 +19,20 @@ impl Destination {
     /// # Errors
     /// The folder cannot be written or holds something.
     pub fn create(&self, meta: &Meta) -> Result<Writer> {
+        self.create_logging(meta, &[])
+    }
+
+    /// The same with quantities beside the layout's columns: `aux_` and a name each.
+    ///
+    /// # Errors
+    /// As [`Destination::create`].
+    pub fn create_logging(&self, meta: &Meta, logged: &[&str]) -> Result<Writer> {
         let existing = if self.force {
             Existing::ReplaceRecording
         } else {
             Existing::Refuse
         };
-        Writer::create(&self.folder, meta, existing).map_err(|error| {
+        Writer::create_logging(&self.folder, meta, existing, logged).map_err(|error| {
             let hint = if self.force {
                 ""
             } else {

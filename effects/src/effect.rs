@@ -15,6 +15,16 @@ pub trait Effect: Send + Sync {
     /// Draws a realisation of the plant's side: `size_rms_m` is the rms of the main channel, m, over the motion that the file states.
     fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect>;
 
+    /// The same, but following a quantity that the machine logs ([`PlantEffect::logged`]); none of an effect that follows no such one.
+    fn draw_logged(
+        &self,
+        _scene: &Scene,
+        _rng: &mut ChaCha8Rng,
+        _size_rms_m: f64,
+    ) -> Option<Box<dyn PlantEffect>> {
+        None
+    }
+
     /// The sensor's side: what it could add to the readings of a recording that offers what [`Card::needs`] lists. Nothing for what
     /// is judged directly ([`Detection::is_fitted`]).
     fn shapes(&self, _survey: &BasisInputs) -> Vec<Regressor> {

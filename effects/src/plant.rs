@@ -201,6 +201,11 @@ pub trait PlantEffect: Send {
 
     /// What the interferometer reads in excess of the truth (an effect on the reference, not on the courier).
     fn reference(&mut self, _at: &Instant, _pose: &mut Pose) {}
+
+    /// A quantity that the machine logs and this effect follows: name of its column, and its value as it is logged.
+    fn logged(&self, _at: &Instant) -> Option<(&'static str, f64)> {
+        None
+    }
 }
 
 /// What a realisation is drawn for.

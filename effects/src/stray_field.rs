@@ -106,6 +106,74 @@ impl PlantEffect for StrayField {
     }
 }
 
+/// Current of a driver that holds the courier, A, and what it adds in motion, which is the usual way to keep a motor at rest cool. A prior.
+const HOLD_A: f64 = 0.5;
+/// See [`HOLD_A`].
+const RUN_A: f64 = 0.7;
+/// Speed at which half of that is added, m/s. A prior: below it nobody would say that it moves.
+const RUN_M_S: f64 = 1.0e-3;
+/// Courier's mass over the motor's force for an ampere, A s²/m. A prior: half a kilogram at 10 N/A.
+const MASS: f64 = 0.05;
+/// The same of the force by eddy currents, A s/m. A prior: 10 N s/m at 10 N/A.
+const DRAG: f64 = 1.0;
+/// Half of the time over which a change of speed is an acceleration, s. A prior for the driver's own filter.
+const HALF_STEP_S: f64 = 1.0e-3;
+/// What the driver's own measurement resolves, steps an ampere. A prior: ten bits over 5 A.
+const STEPS_AN_AMPERE: f64 = 200.0;
+/// Column that it is logged in.
+const COLUMN: &str = "aux_motor_a";
+
+/// Plant side, of the drive's own field: offsets in proportion to its current, which is logged. Size: rms of the displacement over the own
+/// phase for a change of the current by one ampere, pooled over the segments.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DriveField {
+    /// What an ampere does to the sine and the cosine of each segment, of the amplitude.
+    pulls: [[f64; 2]; SEGMENTS],
+}
+
+impl DriveField {
+    /// Every channel picks the field up by its own share.
+    pub fn draw(scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Self {
+        let pulls = [(); SEGMENTS].map(|()| [(); 2].map(|()| normal(rng)));
+        let rms_rad = root_mean_square(pulls.as_flattened());
+        let mut effect = Self { pulls };
+        effect.scale(size_rms_m * scene.geometry.wavenumber() / rms_rad.max(1.0e-12));
+        effect
+    }
+
+    /// Current of the drive, A: held at rest, more in motion, and what mass and eddy currents ask for.
+    fn current_a(at: &Instant) -> f64 {
+        let velocity = |time_s: f64| {
+            let v = at.motion.velocity(time_s);
+            [v.x_m, v.y_m]
+        };
+        let length = |v: [f64; 2]| v[0].hypot(v[1]);
+        let [before, now, after] = [-HALF_STEP_S, 0.0, HALF_STEP_S].map(|step| velocity(at.time_s + step));
+        let acceleration = [0, 1].map(|d| 0.5 * (after[d] - before[d]) / HALF_STEP_S);
+        let speed_m_s = length(now);
+        HOLD_A + RUN_A * speed_m_s / (speed_m_s + RUN_M_S) + DRAG * speed_m_s + MASS * length(acceleration)
+    }
+}
+
+impl PlantEffect for DriveField {
+    fn scale(&mut self, factor: f64) {
+        self.pulls.iter_mut().flatten().for_each(|pull| *pull *= factor);
+    }
+
+    fn signal(&mut self, at: &Instant, signals: &mut [Signal; SEGMENTS]) {
+        // What the usual current of a motion does is a pair's own, which equation (3) holds: in motion a sensor is calibrated.
+        let more_a = Self::current_a(at) - HOLD_A - RUN_A;
+        for (signal, [sine, cosine]) in signals.iter_mut().zip(self.pulls) {
+            signal.sine += sine * more_a;
+            signal.cosine += cosine * more_a;
+        }
+    }
+
+    fn logged(&self, at: &Instant) -> Option<(&'static str, f64)> {
+        Some((COLUMN, (Self::current_a(at) * STEPS_AN_AMPERE).round() / STEPS_AN_AMPERE))
+    }
+}
+
 // --- sensor side: order one of the own phase that changes with the place, or with a logged column ---
 
 /// What a sensor can know of it: shares nothing with the plant side above.
@@ -236,6 +304,10 @@ impl Effect for Definition {
 
     fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
         StrayField::draw(scene, rng, size_rms_m)
+    }
+
+    fn draw_logged(&self, scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Option<Box<dyn PlantEffect>> {
+        Some(Box::new(DriveField::draw(scene, rng, size_rms_m)))
     }
 
     fn shapes(&self, inputs: &BasisInputs) -> Vec<Regressor> {

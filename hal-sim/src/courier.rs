@@ -222,6 +222,26 @@ impl Courier {
         pose
     }
 
+    /// What the machine logs beside the readings at the last sample: name of the column and its value.
+    #[must_use]
+    pub fn logged(&self, motion: &dyn Motion) -> Option<(&'static str, f64)> {
+        self.logged_at(motion, self.time_s)
+    }
+
+    /// The same at any time of the motion, s.
+    #[must_use]
+    pub fn logged_at(&self, motion: &dyn Motion, time_s: f64) -> Option<(&'static str, f64)> {
+        let at = Instant {
+            time_s,
+            pose: motion.pose(time_s),
+            temperature_delta_k: self.spec.temperature.at_c(time_s) - self.spec.temperature.start_c,
+            motion,
+            geometry: &self.spec.geometry,
+        };
+        let mut effects = self.spec.effects.iter();
+        effects.find_map(|effect| effect.logged(&at))
+    }
+
     /// Tooth counts of the last sample: `n` of `n * pitch + pitch / (2 pi) * atan2(sine, cosine)`, slips included.
     #[must_use]
     pub fn teeth(&self) -> [i32; SEGMENTS] {

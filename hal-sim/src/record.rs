@@ -4,7 +4,7 @@ use crate::courier::{Courier, Sample, Truth};
 use crate::spec::CourierSpec;
 use crate::trajectory::Plan;
 use effects::motion::Pose;
-use recording::{Coordination, Electronics, Geometry, Meta, Recording, Row, Samples};
+use recording::{Coordination, Electronics, Geometry, Logged, Meta, Recording, Row, Samples};
 
 /// One row of a recording, with the truth that no recording holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +21,8 @@ pub struct Observation {
     pub commanded: Pose,
     /// Interferometer.
     pub reference: Pose,
+    /// What the machine logs beside the readings.
+    pub logged: Option<(&'static str, f64)>,
     /// Truth: for tests and scores.
     pub truth: Truth,
 }
@@ -38,6 +40,7 @@ pub fn observe(courier: &mut Courier, plan: &Plan) -> Vec<Observation> {
                 teeth: courier.teeth(),
                 commanded: plan.schedule.commanded(time_s),
                 reference: courier.reference(&plan.schedule),
+                logged: courier.logged(&plan.schedule),
                 truth: *courier.truth(),
             });
         }
@@ -74,15 +77,23 @@ pub fn meta(spec: &CourierSpec) -> Meta {
     }
 }
 
-/// A whole recording: counts, tooth counts, temperature, commands and, if asked for, the reference.
+/// A whole recording: counts, tooth counts, temperature, commands, what the machine logs beside them and, if asked for, the reference.
 pub fn record(courier: &mut Courier, plan: &Plan, with_reference: bool) -> Recording {
     let mut samples = Samples::default();
-    for observation in observe(courier, plan) {
+    let observations = observe(courier, plan);
+    for observation in &observations {
         samples.push(&row(
-            &observation,
+            observation,
             &plan.runs[observation.run].name,
             with_reference,
         ));
+    }
+    if let Some((name, _)) = observations.first().and_then(|first| first.logged) {
+        let value = |o: &Observation| o.logged.map_or(f64::NAN, |(_, value)| value);
+        samples.log(Logged {
+            name: name.into(),
+            values: observations.iter().map(value).collect(),
+        });
     }
     Recording {
         meta: meta(courier.spec()),

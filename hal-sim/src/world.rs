@@ -115,6 +115,16 @@ impl World {
         f(&mut self.plant.borrow_mut().courier)
     }
 
+    /// What the machine logs beside the readings at a time that is not far back: name of the column and its value. None where the courier
+    /// has no effect that follows such a quantity.
+    #[must_use]
+    pub fn logged(&self, time_ns: u64) -> Option<(&'static str, f64)> {
+        let plant = self.plant.borrow();
+        plant
+            .courier
+            .logged_at(&plant.motion, time_ns as f64 * 1.0e-9)
+    }
+
     /// The truth at the last conversion: for tests.
     #[must_use]
     pub fn truth(&self) -> Truth {

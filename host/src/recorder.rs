@@ -10,6 +10,7 @@ use courier_sensor::frame::{Coordinate, Status};
 use courier_sensor::geometry::Geometry;
 use courier_sensor::link::message::{Action, BoardStatus, Reply, Source};
 use courier_sensor::link::telemetry::{Channels, Sample, StreamOrder};
+use hal_sim::world::World;
 use indicatif::ProgressBar;
 use recording::noise::at_rest::{self, CHANNELS, Noise, Reading, Unmeasured};
 use recording::{Coordination, Electronics, Meta, Row, Writer};
@@ -71,11 +72,16 @@ pub const WANTED: Channels = Channels::STATUS
     .union(Channels::UNMODIFIED)
     .union(Channels::TEMPERATURE);
 
-/// Records.
+/// Records. `world` is what is around a simulated board: what its machine logs beside the readings stands in the recording as well.
 ///
 /// # Errors
 /// The board cannot be reached or refuses; the noise cannot be measured; the folder cannot be written. Nothing is left of it then.
-pub fn record(link: &mut Link, order: &Order, progress: &ProgressBar) -> Result<Recorded> {
+pub fn record(
+    link: &mut Link,
+    world: Option<&World>,
+    order: &Order,
+    progress: &ProgressBar,
+) -> Result<Recorded> {
     let Reply::Status(status) = link.ask(Action::Status)? else {
         bail!("the board: wanted a status")
     };
@@ -86,8 +92,11 @@ pub fn record(link: &mut Link, order: &Order, progress: &ProgressBar) -> Result<
             .max(2.0) as u32
     };
     let meta = meta(link);
+    let logged = world.and_then(Logged::new);
+    let names: Vec<&str> = logged.iter().map(|logged| logged.name).collect();
     let mut tape = Tape {
-        writer: order.to.create(&meta)?,
+        writer: order.to.create_logging(&meta, &names)?,
+        logged,
         decimation: order.decimation,
         run: String::new(),
         rate_hz,
@@ -255,9 +264,33 @@ fn shortest(value: f32) -> f64 {
     value.to_string().parse().unwrap_or(f64::from(value))
 }
 
+/// A quantity that a simulated machine logs beside the readings.
+struct Logged {
+    name: &'static str,
+    world: World,
+}
+
+impl Logged {
+    fn new(world: &World) -> Option<Self> {
+        let [_, last_ns] = world.sampled_ns();
+        let (name, _) = world.logged(last_ns)?;
+        let world = world.clone();
+        Some(Self { name, world })
+    }
+
+    /// Its value at a sample of the board.
+    fn value(&self, sequence: u32, rate_hz: f64) -> f64 {
+        let [first_ns, _] = self.world.sampled_ns();
+        let since_ns = f64::from(sequence) / rate_hz * 1.0e9;
+        let logged = self.world.logged(first_ns + since_ns as u64);
+        logged.map_or(f64::NAN, |(_, value)| value)
+    }
+}
+
 /// A recording under way.
 struct Tape {
     writer: Writer,
+    logged: Option<Logged>,
     decimation: u16,
     run: String,
     rate_hz: f64,
@@ -277,14 +310,17 @@ impl Tape {
         };
         let delta_k = sample.temperature_delta_k.unwrap_or_default();
         let delta_0_k = *self.temperature_0_k.get_or_insert(delta_k);
-        self.writer.push(&Row {
+        let value = |logged: &Logged| logged.value(sample.sequence, self.rate_hz);
+        let beside: Vec<f64> = self.logged.iter().map(value).collect();
+        let row_of_run = Row {
             run: &self.run,
             temperature_c: self
                 .status
                 .temperature_c
                 .map(|start_c| shortest(start_c + delta_k - delta_0_k)),
             ..row
-        })?;
+        };
+        self.writer.push_logging(&row_of_run, &beside)?;
         self.measured.add(&row);
         self.samples += 1;
         Ok(())

@@ -176,6 +176,36 @@ fn effects_of_place_and_phase_have_their_stated_rms() {
     });
 }
 
+/// The drive's own field by what the drive logs: its current at rest is below that of a motion, and the size is that of an ampere.
+#[test]
+fn the_drive_s_field_has_its_stated_rms_for_an_ampere_of_what_is_logged() {
+    let field = effects::effect("stray_field").expect("an effect");
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let mut drawn = field
+        .draw_logged(&SCENE, &mut rng, SIZE_M)
+        .expect("it follows a current");
+    let current_a = |motion: &dyn Motion| {
+        let logged = drawn.logged(&instant(motion, 1.0, 0.0));
+        assert_eq!(logged.map(|l| l.0), Some("aux_motor_a"));
+        logged.map_or(0.0, |l| l.1)
+    };
+    let [rest_a, slow_a, fast_a] =
+        [0.0, 0.01, 0.2].map(|speed| current_a(&Cruise(Pose::new(speed, 0.0, 0.0))));
+    assert!(
+        rest_a < slow_a && slow_a < fast_a,
+        "{rest_a}, {slow_a}, {fast_a}"
+    );
+    // At rest 0.7 A are missing of the current about which the field is told.
+    let rest_m = still_rms_m(&mut *drawn, PLATEN, 0.0, false);
+    let stated_m = SIZE_M * 0.7;
+    assert!((rest_m / stated_m - 1.0).abs() < 0.03, "{rest_m}");
+    let others = CATALOGUE.iter().filter(|entry| entry.name != "stray_field");
+    for entry in others {
+        let effect = effects::effect(entry.name).expect("an effect");
+        assert!(effect.draw_logged(&SCENE, &mut rng, SIZE_M).is_none());
+    }
+}
+
 #[test]
 fn effects_of_time_and_temperature_have_their_stated_rms() {
     assert_sizes("excess_noise", 0.03, |mut effect| {

@@ -11,7 +11,7 @@ use clap::ValueEnum;
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::update::layout::{PAGE_BYTES, SLOTS_START};
 use effects::motion::Pose;
-use effects::plant::{PlantEffect, Scene};
+use effects::plant::{Geometry, PlantEffect, Scene};
 use effects::random::{ChaCha8Rng, SeedableRng};
 use embedded_storage::nor_flash::NorFlash;
 use hal_sim::beacon_fault::{BeaconFault, FaultyBeacon};
@@ -46,8 +46,9 @@ pub struct Choice {
     /// Its seed [default: 1].
     #[arg(long, global = true, value_name = "N")]
     sim_seed: Option<u64>,
-    /// Give it a catalogued effect of that size, µm rms: `velocity_lag=2`; may be repeated.
-    #[arg(long, global = true, value_name = "EFFECT=UM", value_parser = flaw)]
+    /// Give it a catalogued effect of that size, µm rms: `velocity_lag=2`; may be repeated. `stray_field:logged=2` is the drive's own field,
+    /// by µm an ampere of a current that `record` logs as aux_motor_a; without the word it is a magnet's beside the platen.
+    #[arg(long, global = true, value_name = "EFFECT[:logged]=UM", value_parser = flaw)]
     sim_effect: Vec<Flaw>,
     /// Something wrong with its beacon, the light around it or its wires; may be repeated.
     #[arg(long, global = true, value_enum, value_name = "FAULT")]
@@ -89,10 +90,28 @@ impl Fault {
 }
 
 /// What `--sim-effect` names.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 struct Flaw {
-    entry: &'static effects::Entry,
+    effect: &'static dyn effects::Effect,
+    /// It follows a quantity that is logged.
+    logged: bool,
     rms_m: f64,
+}
+
+impl Flaw {
+    fn draw(&self, scene: &Scene, rng: &mut ChaCha8Rng) -> Option<Box<dyn PlantEffect>> {
+        if self.logged {
+            self.effect.draw_logged(scene, rng, self.rms_m)
+        } else {
+            Some(self.effect.draw(scene, rng, self.rms_m))
+        }
+    }
+}
+
+impl std::fmt::Debug for Flaw {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}={} m", self.effect.name(), self.rms_m)
+    }
 }
 
 /// What of a simulated board's flash is kept in a file: the slots, and two pages behind them.
@@ -106,18 +125,39 @@ fn flaw(text: &str) -> Result<Flaw, String> {
         let first = effects::CATALOGUE.first().map_or("EFFECT", |e| e.name);
         format!("wanted EFFECT=UM, such as {first}=2")
     })?;
-    let entry = effects::entry(name).ok_or_else(|| {
+    let (name, logged) = match name.split_once(':') {
+        Some((name, LOGGED)) => (name, true),
+        Some((_, other)) => return Err(format!("{other}: wanted {LOGGED} behind the colon")),
+        None => (name, false),
+    };
+    let effect = effects::effect(name).ok_or_else(|| {
         let names: Vec<&str> = effects::CATALOGUE.iter().map(|entry| entry.name).collect();
         format!("{name}: no effect, wanted one of {}", names.join(", "))
     })?;
-    match size.parse::<f64>() {
-        Ok(size_um) if size_um > 0.0 && size_um <= 100.0 => Ok(Flaw {
-            entry,
-            rms_m: 1.0e-6 * size_um,
-        }),
-        _ => Err(format!("{size}: wanted a size above 0 and up to 100 µm")),
+    let rms_m = match size.parse::<f64>() {
+        Ok(size_um) if size_um > 0.0 && size_um <= 100.0 => 1.0e-6 * size_um,
+        _ => return Err(format!("{size}: wanted a size above 0 and up to 100 µm")),
+    };
+    let flaw = Flaw {
+        effect,
+        logged,
+        rms_m,
+    };
+    let scene = Scene {
+        geometry: Geometry::PAPER,
+        duration_s: SIM_DURATION_S,
+        amplitude_counts: 1.0,
+    };
+    match flaw.draw(&scene, &mut ChaCha8Rng::seed_from_u64(0)) {
+        Some(_) => Ok(flaw),
+        None => Err(format!(
+            "{name}: follows nothing that is logged, wanted {name}={size}"
+        )),
     }
 }
+
+/// Behind an effect's name: it follows a quantity that is logged.
+const LOGGED: &str = "logged";
 
 /// A board that was opened. [`Opened::close`] keeps a simulated one's flash.
 pub struct Opened {
@@ -125,6 +165,8 @@ pub struct Opened {
     pub link: Link,
     /// Where a simulated courier stands under its beacon.
     pub beacon: Option<Target>,
+    /// Everything around a simulated board.
+    pub world: Option<World>,
     flash: Option<Kept>,
     /// What no other command may have meanwhile.
     _claim: Option<Claim>,
@@ -209,8 +251,7 @@ impl Choice {
         for (stream, flaw) in self.sim_effect.iter().enumerate() {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             rng.set_stream(1 + stream as u64);
-            spec.effects
-                .push((flaw.entry.draw)(&scene, &mut rng, flaw.rms_m));
+            spec.effects.extend(flaw.draw(&scene, &mut rng));
         }
         for fault in &self.sim_fault {
             spec.effects.push(fault.effect());
@@ -226,20 +267,20 @@ impl Choice {
             Some(path) => Some(claim_and_restore(&flash, path)?),
             None => None,
         };
+        let home = spec.places.scatter_corner;
+        let world = World::new(spec, ControllerConfig::TYPICAL, home, seed)?;
+        let outside = Some(world.clone());
         let wire: Box<dyn Wire> = match self.kind() {
-            Kind::Emulated => Box::new(emulated::start(spec, seed, flash.clone())?),
-            Kind::Chip => {
-                let home = spec.places.scatter_corner;
-                let world = World::new(spec, ControllerConfig::TYPICAL, home, seed)?;
-                Box::new(chip::start(world, flash.clone())?)
-            }
-            _ => Box::new(SimWire::start(spec, seed, flash.clone())?),
+            Kind::Emulated => Box::new(emulated::start(world, flash.clone())?),
+            Kind::Chip => Box::new(chip::start(world, flash.clone())?),
+            _ => Box::new(SimWire::around(world, flash.clone())?),
         };
         let link = Link::connect(wire)?;
         let flash = self.sim_flash.clone().map(|path| Kept { flash, path });
         Ok(Opened {
             link,
             beacon,
+            world: outside,
             flash,
             _claim: claim,
         })
@@ -327,6 +368,7 @@ fn probe(selector: &str) -> Result<Opened> {
     Ok(Opened {
         link: Link::connect(Box::new(wire))?,
         beacon: None,
+        world: None,
         flash: None,
         _claim: Some(claim),
     })

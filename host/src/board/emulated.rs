@@ -3,8 +3,6 @@
 use anyhow::{Context, Result, bail, ensure};
 use board_link::Starter;
 use hal_sim::board::SharedFlash;
-use hal_sim::spec::CourierSpec;
-use hal_sim::wire::motion::ControllerConfig;
 use hal_sim::world::World;
 use link_host::emulated::{Emulated, Images, Parts};
 use std::io::{BufRead, BufReader};
@@ -16,21 +14,16 @@ const STEP: &str = "arm: ";
 /// Its exit code where something has to be installed first.
 const NOT_SET_UP: i32 = 2;
 
-/// Builds what is missing or old and switches a courier's board on.
+/// Builds what is missing or old and switches the board of a courier that is there already on.
 ///
 /// # Errors
 /// The images cannot be built, QEMU cannot be had, or the image does not come up.
-pub fn start(spec: CourierSpec, seed: u64, flash: SharedFlash) -> Result<Emulated> {
-    let home = spec.places.scatter_corner;
-    let world = World::new(spec, ControllerConfig::TYPICAL, home, seed)?;
+pub fn start(world: World, flash: SharedFlash) -> Result<Emulated> {
     Emulated::start(&images()?, Parts::new(world, flash))
 }
 
-/// Switches the emulated board of a courier that is there already on.
-pub const STARTER: Starter = Starter(|world, flash| {
-    let parts = Parts::new(world, flash);
-    Ok(Box::new(Emulated::start(&images()?, parts)?))
-});
+/// The same for a [`board_link::Simulated`].
+pub const STARTER: Starter = Starter(|world, flash| Ok(Box::new(start(world, flash)?)));
 
 /// Image and plugin, built where they are missing or old: cargo decides.
 ///

@@ -108,7 +108,8 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         runs,
     };
     interrupt::watch()?;
-    let recorded = record(&mut board.link, &order, &progress(0, "recording: samples"));
+    let bar = progress(0, "recording: samples");
+    let recorded = record(&mut board.link, board.world.as_ref(), &order, &bar);
     board.close()?;
     let recorded = match recorded {
         Err(error) if error.is::<Interrupted>() => {

@@ -141,7 +141,7 @@ fn an_uncalibrated_board_says_so() {
 }
 
 /// Each wrong command, and what its one line must hold.
-const WRONG: [(&str, &str); 23] = [
+const WRONG: [(&str, &str); 25] = [
     ("--sim --emulated status", "cannot be used with"),
     ("--sim replay x", "needs no board"),
     (
@@ -157,6 +157,14 @@ const WRONG: [(&str, &str); 23] = [
     (
         "--sim-effect velocity_lag=-1 status",
         "-1: wanted a size above 0",
+    ),
+    (
+        "--sim-effect velocity_lag:logged=1 status",
+        "follows nothing that is logged, wanted velocity_lag=1",
+    ),
+    (
+        "--sim-effect stray_field:drive=1 status",
+        "drive: wanted logged behind the colon",
     ),
     ("--sim-flash short.bin status", "found 1 bytes, wanted"),
     (

@@ -28,6 +28,34 @@ fn a_flight_is_recorded() {
     assert!(steps.fold(0.0, f64::max) < 5.0e-6, "a tooth was lost");
 }
 
+/// What a simulated machine logs stands beside the readings, and only where an effect follows it.
+#[test]
+fn the_current_of_a_simulated_drive_is_recorded() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let flight = "record flight --seconds 0.3 --go-to 5,0,0 --decimation 20 --force";
+    asked(
+        folder,
+        &format!("--sim-effect stray_field:logged=2 {flight}"),
+    )
+    .quiet();
+    let read = Recording::read(folder.join("flight")).unwrap();
+    let [logged] = read.samples.logged() else {
+        panic!("one column");
+    };
+    assert_eq!(logged.name, "aux_motor_a");
+    let most = logged
+        .values
+        .iter()
+        .copied()
+        .fold(f64::NEG_INFINITY, f64::max);
+    let least = logged.values.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!(least < 0.6 && most > 1.1 && most < 3.0, "{least} to {most}");
+    asked(folder, &format!("--sim-effect stray_field=2 {flight}")).quiet();
+    let read = Recording::read(folder.join("flight")).unwrap();
+    assert!(read.samples.logged().is_empty());
+}
+
 /// The noise of a recording does not depend on how fast the courier goes in it and how few samples are kept. It can be stated instead.
 #[test]
 fn the_noise_is_the_boards_whatever_is_recorded() {
