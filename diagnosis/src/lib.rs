@@ -52,7 +52,8 @@
 //! The modules stand in the order of the data. [`data`] reads, repairs and marks; [`linearization`] has the residuals of a recording about a point, their
 //! derivatives and the baseline; [`spectra`] finds lines in what is left, [`noise`] is what the stated noise alone leaves;
 //! [`design`] lays out the columns of the baseline, of every effect of the catalogue and of shapes over the coordinates, with their
-//! products fold by fold; [`inference`] fits them; [`selection`] compares sets of effects on held-out folds and makes the verdict;
+//! products fold by fold; [`inference`] fits them; [`posterior`] tells how probable each set of effects is, for now beside the answer;
+//! [`selection`] compares sets of effects on held-out folds and makes the verdict;
 //! [`verdict`] is the answer's data; [`transfer`] writes the model and checks it on another recording. [`algebra`] knows no sensor.
 //!
 //! Telling an answer to a reader, and checking the whole on couriers whose effects are withheld, are crates of their own:
