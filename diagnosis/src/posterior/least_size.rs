@@ -34,10 +34,10 @@ pub fn powers(reduced: &Reduced, fitted: &Fitted, noise: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Whitened squares that the forms of a set's effects may lack, each: their inexactness is a share of the amplitude.
-pub fn lacking(powers: &[f64], inexactness: &[f64]) -> Vec<f64> {
-    let each = powers.iter().zip(inexactness);
-    each.map(|(q, e)| e * e * q).collect()
+/// Whitened squares that the forms of some effects may lack of what they explain together: the largest share of an amplitude that any of
+/// them may lack, squared. Not of what each does alone: effects that nearly cancel do much, and could excuse anything.
+pub fn lacking(explained: f64, inexactness: impl Iterator<Item = f64>) -> f64 {
+    explained.max(0.0) * inexactness.map(|e| e * e).fold(0.0, f64::max)
 }
 
 /// A set at known sizes and noise, of which it is asked what each of its effects does that the others cannot.
@@ -90,10 +90,15 @@ pub fn own_power(precision: &DMatrix<f64>, amounts: &DVector<f64>) -> f64 {
     amounts.dot(&(precision * amounts)).max(0.0)
 }
 
-/// Logarithm of what cutting the priors off adds to the evidence of a set. `lacking` is what each effect's form may lack: a companion must
-/// do more than the others may lack.
-pub fn log_ratio(reduced: &Reduced, fitted: &Fitted, lacking: &[f64], noise: f64) -> f64 {
-    let whole: f64 = lacking.iter().sum();
+/// Logarithm of what cutting the priors off adds to the evidence of a set that explains so many whitened squares over the noise.
+/// `inexactness` is, for each effect, the share of its amplitude that its form may lack: a companion must do more than the others may lack.
+pub fn log_ratio(
+    reduced: &Reduced,
+    fitted: &Fitted,
+    explained: f64,
+    inexactness: &[f64],
+    noise: f64,
+) -> f64 {
     let inverse = &fitted.given.factor_inverse;
     let shared = Shared {
         reduced,
@@ -108,10 +113,12 @@ pub fn log_ratio(reduced: &Reduced, fitted: &Fitted, lacking: &[f64], noise: f64
     let parts = parts(reduced, &fitted.set);
     let one = |(k, precision): (usize, DMatrix<f64>)| {
         let (columns, at) = &parts[k];
-        let least = least_squares(reduced.rows) + whole - lacking[k];
         let amounts = fitted.given.coefficients.rows(*at, columns.len());
         let amounts = amounts.into_owned();
         let power = own_power(&precision, &amounts);
+        let others = (0..inexactness.len()).filter(|other| *other != k);
+        let lacking = lacking(explained - power, others.map(|other| inexactness[other]));
+        let least = least_squares(reduced.rows) + lacking;
         // The root of the squares scatters by about one, and more where the prior tells part of the coefficients.
         let slope = &precision * amounts;
         let scattered = inverse.columns(*at, columns.len()) * slope;
@@ -181,7 +188,8 @@ mod tests {
             let set = fitted(&reduced, &[0, 1], &[0.0, 0.0], 1.0).unwrap();
             let powers = powers(&reduced, &set, 1.0);
             assert!((powers[0] / reduced.rows - 9.0).abs() < 0.9, "{powers:?}");
-            log_ratio(&reduced, &set, &lacking(&powers, &[inexactness, 0.0]), 1.0)
+            let explained = reduced.squares - set.given.squares;
+            log_ratio(&reduced, &set, explained, &[inexactness, 0.0], 1.0)
         };
         // 2000 rows: 0.03 of an amplitude is 2 squares, 0.3 is 180, and a tenth of 3 is 180 as well.
         assert!(ratio(0.03, 0.0) < -3.0, "{}", ratio(0.03, 0.0));

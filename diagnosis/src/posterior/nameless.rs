@@ -71,6 +71,7 @@ pub fn beside(problem: &Problem, set: &Fitted, alone: &Left) -> Option<Nameless>
             log_density: alone.log_density + gain,
             squares: (alone.squares - (without.squares - f.given.squares) / stated).max(0.0),
             degrees: alone.degrees - f.given.told,
+            allowance: alone.allowance + f.allowance / stated,
             ..*alone
         },
         coordinates: f.set,

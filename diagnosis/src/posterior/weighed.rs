@@ -91,18 +91,18 @@ pub fn weighed(problem: &Problem, fitted: Fitted) -> Weighed {
     let priors = || fitted.set.iter().filter_map(of);
     let powers = powers(reduced, &fitted, noise);
     let inexactness: Vec<f64> = priors().map(|e| e.inexactness).collect();
-    let lacking = lacking(&powers, &inexactness);
-    let whole: f64 = lacking.iter().sum();
+    let explained = (reduced.squares - fitted.given.squares) / noise;
+    let lacking = lacking(explained, inexactness.iter().copied());
     let left = Left::of(reduced, &fitted, noise, problem.stated);
     Weighed {
-        log_least: log_ratio(reduced, &fitted, &lacking, noise),
+        log_least: log_ratio(reduced, &fitted, explained, &inexactness, noise),
         log_prior: priors().map(|e| e.log_odds).sum(),
-        noise: integrate(&left, whole / reduced.rows),
+        noise: integrate(&left, lacking / reduced.rows),
         nameless: None,
-        explained: (reduced.squares - fitted.given.squares) / noise,
+        explained,
         fitted,
         powers,
-        lacking: whole,
+        lacking,
         left,
     }
 }
