@@ -181,12 +181,51 @@ pub struct BasisInputs {
     pub beneath: [Option<[f64; 8]>; 4],
 }
 
+/// What a unit amount is at a sample.
+pub type Value = dyn Fn(&Covariates) -> f64 + Send + Sync;
+
 /// A unit amount added to the readings or, for shapes that no reading owns, to the channels.
 pub enum Action {
+    /// Adds to the one reading of this number.
+    Reading(usize, Box<Value>),
+    /// Adds to the one channel of this number.
+    Channel(usize, Box<Value>),
     /// Adds to the readings.
     Readings(Box<dyn Fn(&Covariates, &mut [f64; READINGS]) + Send + Sync>),
     /// Adds to the channels.
     Channels(Box<dyn Fn(&Covariates, &mut [f64; CHANNELS]) + Send + Sync>),
+}
+
+impl Action {
+    /// True if it adds to readings, and not to channels.
+    #[must_use]
+    pub fn is_on_readings(&self) -> bool {
+        matches!(self, Self::Reading(..) | Self::Readings(_))
+    }
+
+    /// What it adds to the readings; zeros if it adds to channels.
+    #[must_use]
+    pub fn on_readings(&self, covariates: &Covariates) -> [f64; READINGS] {
+        let mut out = [0.0; READINGS];
+        match self {
+            Self::Reading(reading, value) => out[*reading] = value(covariates),
+            Self::Readings(add) => add(covariates, &mut out),
+            Self::Channel(..) | Self::Channels(_) => (),
+        }
+        out
+    }
+
+    /// What it adds to the channels; zeros if it adds to readings.
+    #[must_use]
+    pub fn on_channels(&self, covariates: &Covariates) -> [f64; CHANNELS] {
+        let mut out = [0.0; CHANNELS];
+        match self {
+            Self::Channel(channel, value) => out[*channel] = value(covariates),
+            Self::Channels(add) => add(covariates, &mut out),
+            Self::Reading(..) | Self::Readings(_) => (),
+        }
+        out
+    }
 }
 
 /// A regressor that acts throughout.
@@ -217,53 +256,8 @@ pub struct Regressor {
 }
 
 impl Regressor {
-    /// Adds to several readings at once.
-    pub fn readings(
-        name: impl Into<String>,
-        unit: &'static str,
-        size_m: f64,
-        add: impl Fn(&Covariates, &mut [f64; READINGS]) + Send + Sync + 'static,
-    ) -> Self {
-        Self {
-            name: name.into(),
-            unit,
-            size_m,
-            deviation: None,
-            mean: 0.0,
-            during: ALWAYS,
-            over: None,
-            course: None,
-            identity: None,
-            action: Action::Readings(Box::new(add)),
-        }
-    }
-
-    /// Adds to one reading.
-    pub fn reading(
-        name: impl Into<String>,
-        unit: &'static str,
-        size_m: f64,
-        reading: usize,
-        value: impl Fn(&Covariates) -> f64 + Send + Sync + 'static,
-    ) -> Self {
-        Self::readings(name, unit, size_m, move |covariates, out| {
-            out[reading] += value(covariates)
-        })
-    }
-
-    /// Adds to one channel.
-    pub fn channel(
-        name: impl Into<String>,
-        unit: &'static str,
-        size_m: f64,
-        channel: usize,
-        value: impl Fn(&Covariates) -> f64 + Send + Sync + 'static,
-    ) -> Self {
-        let action = Action::Channels(Box::new(
-            move |covariates: &Covariates, out: &mut [f64; CHANNELS]| {
-                out[channel] += value(covariates);
-            },
-        ));
+    /// Of an action: throughout, of its physical size alone.
+    fn of(name: impl Into<String>, unit: &'static str, size_m: f64, action: Action) -> Self {
         Self {
             name: name.into(),
             unit,
@@ -276,6 +270,48 @@ impl Regressor {
             identity: None,
             action,
         }
+    }
+
+    /// Adds to several readings at once.
+    pub fn readings(
+        name: impl Into<String>,
+        unit: &'static str,
+        size_m: f64,
+        add: impl Fn(&Covariates, &mut [f64; READINGS]) + Send + Sync + 'static,
+    ) -> Self {
+        Self::of(name, unit, size_m, Action::Readings(Box::new(add)))
+    }
+
+    /// Adds to one reading.
+    pub fn reading(
+        name: impl Into<String>,
+        unit: &'static str,
+        size_m: f64,
+        reading: usize,
+        value: impl Fn(&Covariates) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        Self::of(
+            name,
+            unit,
+            size_m,
+            Action::Reading(reading, Box::new(value)),
+        )
+    }
+
+    /// Adds to one channel.
+    pub fn channel(
+        name: impl Into<String>,
+        unit: &'static str,
+        size_m: f64,
+        channel: usize,
+        value: impl Fn(&Covariates) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        Self::of(
+            name,
+            unit,
+            size_m,
+            Action::Channel(channel, Box::new(value)),
+        )
     }
 
     /// The same, which adds nothing outside some progress of the recording.

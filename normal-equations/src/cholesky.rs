@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DMatrixViewMut, DVector};
 
 /// Columns of a block.
-const BLOCK: usize = 96;
+pub(crate) const BLOCK: usize = 96;
 
 /// The factor of a symmetric matrix.
 pub struct Factor {

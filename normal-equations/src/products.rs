@@ -17,7 +17,7 @@ pub struct RowBuffer {
 }
 
 /// A product by itself costs this many times one among those of whole matrices.
-const SCATTERED: usize = 6;
+pub(crate) const SCATTERED: usize = 6;
 /// Columns whose products are formed at once.
 const PANEL: usize = 160;
 

@@ -74,6 +74,17 @@ impl Symmetric {
         sum
     }
 
+    /// The matrix of which row and column `k` are those of number `place[k]` here. Cost: one look at each element.
+    #[must_use]
+    pub fn reordered(&self, place: &[usize]) -> Self {
+        let mut out = Self::zeros(place.len());
+        for (column, at) in place.iter().enumerate() {
+            let slots = out.below_mut(column).iter_mut().zip(&place[column..]);
+            slots.for_each(|(slot, row)| *slot = self[(*row, *at)]);
+        }
+        out
+    }
+
     /// All elements zero again.
     pub fn clear(&mut self) {
         self.values.fill(0.0);
@@ -103,12 +114,12 @@ impl Symmetric {
     }
 }
 
-/// Places of a sorted list whose numbers follow one another.
-fn consecutive(sorted: &[usize]) -> Vec<Range<usize>> {
+/// Places of a list whose numbers follow one another.
+pub(crate) fn consecutive(list: &[usize]) -> Vec<Range<usize>> {
     let mut runs: Vec<Range<usize>> = Vec::new();
-    for (k, number) in sorted.iter().enumerate() {
+    for (k, number) in list.iter().enumerate() {
         match runs.last_mut() {
-            Some(run) if sorted[run.end - 1] + 1 == *number => run.end = k + 1,
+            Some(run) if list[run.end - 1] + 1 == *number => run.end = k + 1,
             _ => runs.push(k..k + 1),
         }
     }
@@ -190,6 +201,15 @@ mod tests {
             assert!((found - wanted).abs() < 1e-12 * wanted.abs(), "{list:?}");
         }
         assert_eq!(packed.quadratic([]), 0.0);
+    }
+
+    #[test]
+    fn rows_and_columns_are_reordered_together() {
+        let (packed, whole) = filled(5);
+        let place = [3, 0, 4, 1, 2];
+        let all: Vec<usize> = (0..5).collect();
+        let wanted = DMatrix::from_fn(5, 5, |a, b| whole[(place[a], place[b])]);
+        assert_eq!(packed.reordered(&place).block(&all, &all), wanted);
     }
 
     #[test]

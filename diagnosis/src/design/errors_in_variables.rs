@@ -3,11 +3,14 @@
 //! constraint fit). What such a set leaves is told apart by the noise that it would leave: errors in variables, as in Fuller
 //! 1987's corrected score.
 
+use crate::design::column_values::{by_source, in_order_of_sources, places, product};
 use crate::design::gram::Columns;
-use crate::linearization::recording::{LatentDisplacement, LinearizedRecording, ROWS};
+use crate::linearization::recording::{
+    LatentDisplacement, LinearizedRecording, ROWS, SOURCES, SampleRows, TARGET,
+};
 use effects::over::Extent;
 use effects::sensor::Covariates;
-use normal_equations::products::RowBuffer;
+use normal_equations::by_source::SourceBuffer;
 use normal_equations::symmetric::Symmetric;
 use rayon::prelude::*;
 
@@ -37,9 +40,10 @@ impl ErrorsInVariables {
         let step = (in_use.len() / PRODUCT_SAMPLES).max(1);
         let list: Vec<usize> = in_use.into_iter().step_by(step).collect();
         let stepped = std::array::from_fn(|s| stepped(linearized, s));
+        let in_order = in_order_of_sources(&columns.regressors);
         let parts: Vec<(Symmetric, usize)> = list
             .par_chunks(list.len().div_ceil(LANES).max(1))
-            .map(|samples| products_of(linearized, &stepped, columns, scale, samples))
+            .map(|samples| products_of(linearized, &stepped, columns, &in_order, scale, samples))
             .collect();
         let mut sum = Symmetric::zeros(width);
         let mut count = 0;
@@ -48,7 +52,7 @@ impl ErrorsInVariables {
             count += rows;
         }
         sum.divide(count.max(1) as f64);
-        Self(sum)
+        Self(sum.reordered(&places(&in_order)))
     }
 
     /// None: columns that are known without noise.
@@ -102,60 +106,87 @@ fn products_of(
     linearized: &LinearizedRecording,
     stepped: &[LinearizedRecording; 4],
     columns: &Columns,
+    in_order: &[usize],
     scale: &[f64],
     samples: &[usize],
 ) -> (Symmetric, usize) {
-    let width = scale.len() + 1;
-    let mut upright = RowBuffer::new(width, CHUNK_SAMPLES * ROWS * 4);
-    let mut sum = Symmetric::zeros(width);
+    let mut buffer = SourceBuffer::new(SOURCES);
+    let mut sum = Symmetric::zeros(scale.len() + 1);
     let mut count = 0;
     for chunk in samples.chunks(CHUNK_SAMPLES) {
-        upright.clear();
-        for &i in chunk {
-            count += add_rows(linearized, stepped, columns, scale, i, &mut upright);
-        }
-        upright.add_products(&mut sum);
+        let rows: Vec<SampleRows> = chunk.iter().map(|i| linearized.rows(*i)).collect();
+        count += rows.iter().map(|rows| rows.count).sum::<usize>();
+        let changes = Changes::new(linearized, stepped, chunk, &rows);
+        changes.add_products(columns, in_order, scale, &mut buffer, &mut sum);
     }
     (sum, count)
 }
 
-/// Adds the changes of a sample's rows with each segment's reading; the sample's number of rows.
-fn add_rows(
-    linearized: &LinearizedRecording,
-    stepped: &[LinearizedRecording; 4],
-    columns: &Columns,
-    scale: &[f64],
-    i: usize,
-    upright: &mut RowBuffer,
-) -> usize {
-    let rows = linearized.rows(i);
-    let by_reading = rows.white_by_reading();
-    let variance = linearized.reading_variance(i);
-    let here = linearized.covariates(i);
-    let segments: Vec<usize> = (0..4).filter(|s| linearized.scope.segments[*s]).collect();
-    let there: Vec<Covariates> = segments.iter().map(|s| stepped[*s].covariates(i)).collect();
-    let extent = Extent::of(there.iter().chain([&here]));
-    let acting: Vec<usize> = (0..scale.len())
-        .filter(|c| columns.regressors[*c].may_act(&extent))
-        .collect();
-    let response = |c: usize, covariates: &Covariates| {
-        rows.white_response(&by_reading, &columns.regressors[c], covariates)
-    };
-    let before: Vec<Option<[f64; ROWS]>> = acting.iter().map(|c| response(*c, &here)).collect();
-    for (&s, there) in segments.iter().zip(&there) {
-        let noise = linearized.noise[s] * linearized.observations.position_noise_m[s][i] / STEP_M;
-        upright.extend(rows.count);
-        for (&c, before) in acting.iter().zip(&before) {
-            let after = response(c, there);
-            if after != *before {
-                let (a, b) = (before.unwrap_or_default(), after.unwrap_or_default());
-                let change: [f64; ROWS] = std::array::from_fn(|row| b[row] - a[row]);
-                upright.set(c, &change[..rows.count], noise * scale[c]);
+/// What a step of each segment's reading changes at some samples: segment by segment, sample by sample.
+struct Changes {
+    here: Vec<Covariates>,
+    there: Vec<Vec<Covariates>>,
+    /// Each source's vector, times the reading's noise over the step; the target's is that of its derivative.
+    vectors: Vec<[[f64; ROWS]; SOURCES]>,
+}
+
+impl Changes {
+    fn new(
+        linearized: &LinearizedRecording,
+        stepped: &[LinearizedRecording; 4],
+        samples: &[usize],
+        rows: &[SampleRows],
+    ) -> Self {
+        let segments: Vec<usize> = (0..4).filter(|s| linearized.scope.segments[*s]).collect();
+        let vectors = |s: usize| {
+            samples.iter().zip(rows).map(move |(&i, rows)| {
+                let noise =
+                    linearized.noise[s] * linearized.observations.position_noise_m[s][i] / STEP_M;
+                let mut vectors = rows.white_sources();
+                vectors.iter_mut().flatten().for_each(|v| *v *= noise);
+                let variance = linearized.reading_variance(i)[s];
+                let target = std::array::from_fn(|row| -rows.by_reading[row][s] * variance.sqrt());
+                vectors[TARGET] = rows.whitened(&target);
+                vectors
+            })
+        };
+        let at = |of: &LinearizedRecording| samples.iter().map(|i| of.covariates(*i)).collect();
+        Self {
+            here: at(linearized),
+            there: segments.iter().map(|s| at(&stepped[*s])).collect(),
+            vectors: segments.iter().flat_map(|s| vectors(*s)).collect(),
+        }
+    }
+
+    /// Adds the products of the columns' changes.
+    fn add_products(
+        &self,
+        columns: &Columns,
+        in_order: &[usize],
+        scale: &[f64],
+        buffer: &mut SourceBuffer,
+        sum: &mut Symmetric,
+    ) {
+        let extent = Extent::of(self.there.iter().flatten().chain(&self.here));
+        let here: Vec<&Covariates> = self.here.iter().collect();
+        let there: Vec<&Covariates> = self.there.iter().flatten().collect();
+        buffer.begin(there.len());
+        let in_use = in_order.iter().take(scale.len()).enumerate();
+        for (place, &c) in in_use {
+            let regressor = &columns.regressors[c];
+            if !regressor.may_act(&extent) {
+                continue;
+            }
+            let before = by_source(regressor, &here);
+            let after = by_source(regressor, &there);
+            for ((source, before), (_, after)) in before.into_iter().zip(after) {
+                let before = before.iter().cycle();
+                let change = after.iter().zip(before).map(|(b, a)| (b - a) * scale[c]);
+                buffer.push(source, place, change);
             }
         }
-        let target = std::array::from_fn(|row| -rows.by_reading[row][s] * variance[s].sqrt());
-        let target = rows.whitened(&target);
-        upright.set(scale.len(), &target[..rows.count], 1.0);
+        buffer.push(TARGET, scale.len(), there.iter().map(|_| 1.0));
+        let product = |i: usize, s: usize, t: usize| product(&self.vectors[i], [s, t]);
+        buffer.add_products(product, sum);
     }
-    rows.count
 }

@@ -1,12 +1,13 @@
 //! One pass over the samples: products of all columns, by fold, so that every later comparison is small algebra.
 
 use crate::data::folds::FOLDS;
+use crate::design::column_values::{by_source, in_order_of_sources, places, product};
 use crate::design::training::Training;
 use crate::linearization::groups::{GROUP_SAMPLES, Group, Sample};
-use crate::linearization::recording::{LinearizedRecording, ROWS};
-use effects::sensor::{CHANNELS, READINGS, Regressor};
+use crate::linearization::recording::{LinearizedRecording, SOURCES, TARGET};
+use effects::sensor::{CHANNELS, Covariates, READINGS, Regressor};
 use nalgebra::DVector;
-use normal_equations::products::RowBuffer;
+use normal_equations::by_source::SourceBuffer;
 use normal_equations::symmetric::Symmetric;
 use normal_equations::unit_priors::{self, Solution};
 use rayon::prelude::*;
@@ -283,11 +284,16 @@ struct Sums<'s, 'a> {
     columns: &'s Columns,
     lanes: Vec<PartialSums>,
     order: Option<Vec<u64>>,
+    /// Columns in the order in which their products are formed.
+    in_order: Vec<usize>,
+    /// Place of each column in it.
+    place: Vec<usize>,
 }
 
 /// Sums that are formed beside others.
 struct PartialSums {
-    upright: RowBuffer,
+    buffer: SourceBuffer,
+    /// Of the columns in their order.
     sum: Symmetric,
     rows: usize,
 }
@@ -295,7 +301,7 @@ struct PartialSums {
 impl PartialSums {
     fn new(width: usize) -> Self {
         Self {
-            upright: RowBuffer::new(width, CHUNK * ROWS),
+            buffer: SourceBuffer::new(SOURCES),
             sum: Symmetric::zeros(width),
             rows: 0,
         }
@@ -306,7 +312,10 @@ impl<'s, 'a> Sums<'s, 'a> {
     fn new(linearized: &'s LinearizedRecording<'a>, columns: &'s Columns) -> Self {
         let width = columns.regressors.len() + 1;
         let lanes = if width > WIDE { FEWER_LANES } else { LANES };
+        let in_order = in_order_of_sources(&columns.regressors);
         Self {
+            place: places(&in_order),
+            in_order,
             linearized,
             columns,
             lanes: (0..lanes).map(|_| PartialSums::new(width)).collect(),
@@ -337,6 +346,7 @@ impl<'s, 'a> Sums<'s, 'a> {
     /// Products over the samples that are asked for, and their rows, by lanes side by side.
     fn over(&mut self, scale: &[f64], asked: impl Fn(usize) -> bool) -> (Symmetric, usize) {
         let (linearized, columns) = (self.linearized, self.columns);
+        let in_order = &self.in_order;
         let mut samples: Vec<usize> = (0..linearized.len())
             .filter(|&i| linearized.mask[i] && asked(i))
             .collect();
@@ -349,7 +359,7 @@ impl<'s, 'a> Sums<'s, 'a> {
                 let chunks = samples.chunks(CHUNK).skip(number).step_by(every);
                 scope.spawn(move || {
                     for chunk in chunks {
-                        lane.rows += accumulate(linearized, columns, scale, chunk, lane);
+                        lane.rows += accumulate(linearized, columns, in_order, scale, chunk, lane);
                     }
                 });
             }
@@ -361,7 +371,7 @@ impl<'s, 'a> Sums<'s, 'a> {
             lane.sum.clear();
             rows += std::mem::take(&mut lane.rows);
         }
-        (sum, rows)
+        (sum.reordered(&self.place), rows)
     }
 }
 
@@ -370,31 +380,31 @@ impl<'s, 'a> Sums<'s, 'a> {
 fn accumulate(
     linearized: &LinearizedRecording,
     columns: &Columns,
+    in_order: &[usize],
     scale: &[f64],
     samples: &[usize],
     lane: &mut PartialSums,
 ) -> usize {
-    let upright = &mut lane.upright;
-    upright.clear();
-    let last = scale.len();
-    let regressors = &columns.regressors;
+    let (regressors, last) = (&columns.regressors, scale.len());
     let group = Group::new(linearized, regressors, 0..last, samples.iter().copied());
-    for Sample {
-        rows, covariates, ..
-    } in &group.samples
-    {
-        let by_reading = rows.white_by_reading();
-        upright.extend(rows.count);
-        for &c in &group.acting {
-            if let Some(white) = rows.white_response(&by_reading, &regressors[c], covariates) {
-                upright.set(c, &white[..rows.count], scale[c]);
-            }
+    let covariates: Vec<&Covariates> = group.samples.iter().map(|s| &s.covariates).collect();
+    let vectors: Vec<_> = group
+        .samples
+        .iter()
+        .map(|s| s.rows.white_sources())
+        .collect();
+    let buffer = &mut lane.buffer;
+    buffer.begin(covariates.len());
+    let mut acting = vec![false; last + 1];
+    group.acting.iter().for_each(|c| acting[*c] = true);
+    for (place, &c) in in_order.iter().enumerate().filter(|(_, c)| acting[**c]) {
+        for (source, values) in by_source(&regressors[c], &covariates) {
+            buffer.push(source, place, values.into_iter().map(|v| v * scale[c]));
         }
-        let white = rows.whitened(&rows.residual_m);
-        upright.set(last, &white[..rows.count], -1.0);
     }
-    upright.add_products(&mut lane.sum);
-    upright.rows()
+    buffer.push(TARGET, last, covariates.iter().map(|_| 1.0));
+    buffer.add_products(|i, s, t| product(&vectors[i], [s, t]), &mut lane.sum);
+    group.samples.iter().map(|s| s.rows.count).sum()
 }
 
 /// Fit of some columns with their priors, on a training Gram.

@@ -1,6 +1,7 @@
 //! Columns of the baseline, of the effects and of shapes over coordinates, and their products.
 
 pub mod assembly;
+mod column_values;
 pub mod coordinate_basis;
 pub mod errors_in_variables;
 pub(crate) mod fine_basis;

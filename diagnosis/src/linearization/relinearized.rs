@@ -12,7 +12,7 @@ use crate::linearization::recording::{LatentDisplacement, LinearizedRecording};
 use crate::trace::log;
 use effects::effect::Acts;
 use effects::over::Extent;
-use effects::sensor::{Action, BasisInputs, Covariates, READINGS, Regressor};
+use effects::sensor::{BasisInputs, Covariates, READINGS, Regressor};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -366,8 +366,7 @@ fn part_way<const N: usize>(
 }
 
 /// A regressor on readings, what it adds, its amount, and whether it acts on the pair.
-type ActiveRegressor<'r> = (&'r Regressor, &'r AddReadings, f64, bool);
-type AddReadings = Box<dyn Fn(&Covariates, &mut [f64; READINGS]) + Send + Sync>;
+type ActiveRegressor<'r> = (&'r Regressor, f64, bool);
 
 /// What some columns with given amounts add to the four readings' places over the teeth, and where one remembers its way, to the
 /// channels beside.
@@ -388,11 +387,10 @@ pub fn displacement(
     for (c, coefficient) in acts {
         let regressor = &columns.regressors[*c];
         let moves = linearized.inputs.skew_moves || !acts_on(Acts::Teeth, *c);
-        match &regressor.action {
-            Action::Readings(add) if moves => {
-                acting.push((regressor, add, *coefficient, acts_on(Acts::Electronics, *c)));
-            }
-            _ => beside.push((regressor, *coefficient)),
+        if moves && regressor.action.is_on_readings() {
+            acting.push((regressor, *coefficient, acts_on(Acts::Electronics, *c)));
+        } else {
+            beside.push((regressor, *coefficient));
         }
     }
     let mut out = LatentDisplacement::default();
@@ -402,12 +400,11 @@ pub fn displacement(
     let estimate = remembers(columns) && !linearized.scope.reference;
     let one = |i: usize, covariates: &Covariates, acting: &[&ActiveRegressor]| {
         let (mut total, mut early) = ([0.0; READINGS], [0.0; READINGS]);
-        for (regressor, add, coefficient, electronic) in acting {
+        for (regressor, coefficient, electronic) in acting {
             if !regressor.acts(covariates) {
                 continue;
             }
-            let mut readings = [0.0; READINGS];
-            add(covariates, &mut readings);
+            let readings = regressor.action.on_readings(covariates);
             for (reading, value) in readings.iter().enumerate().filter(|r| *r.1 != 0.0) {
                 total[reading] += coefficient * value;
                 if *electronic {

@@ -3,7 +3,7 @@
 use crate::design::assembly::Design;
 use crate::inference::cross_validation::CrossValidation;
 use crate::inference::residuals::Residuals;
-use effects::sensor::{Action, CHANNELS, READINGS, Regressor};
+use effects::sensor::{CHANNELS, Regressor};
 
 /// A segment is told if without its shapes this share of what all of them take is lost.
 const OWN_SHAPES_SHARE: f64 = 0.1;
@@ -93,15 +93,14 @@ fn needed(
 /// Segments whose reading a shape moves at some moment.
 fn moved(design: &Design, regressor: &Regressor) -> [bool; 4] {
     let mut out = [false; 4];
-    let Action::Readings(add) = &regressor.action else {
+    if !regressor.action.is_on_readings() {
         return out;
-    };
+    }
     let step = (design.linearized.len() / SAMPLES_LOOKED_AT).max(1);
     for i in (0..design.linearized.len()).step_by(step) {
         let covariates = design.linearized.covariates(i);
         if regressor.acts(&covariates) {
-            let mut readings = [0.0; READINGS];
-            add(&covariates, &mut readings);
+            let readings = regressor.action.on_readings(&covariates);
             out.iter_mut()
                 .zip(readings)
                 .for_each(|(o, r)| *o |= r != 0.0);

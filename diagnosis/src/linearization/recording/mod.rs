@@ -20,7 +20,7 @@ mod wander;
 mod warmth;
 
 pub use explained::Amplitudes;
-pub use rows::{ROWS, SampleRows};
+pub use rows::{ROWS, SOURCES, SampleRows, TARGET};
 pub use scope::scope;
 
 use crate::data::motion::Motion;

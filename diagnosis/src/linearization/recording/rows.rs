@@ -6,6 +6,10 @@ use effects::sensor::{Action, CHANNELS, Covariates, READINGS, Regressor};
 
 /// Most rows that a sample gives: g_p, g_x, g_y, or four segments against a reference.
 pub const ROWS: usize = 4;
+/// What a column may act by, and the target: [`SampleRows::white_sources`].
+pub const SOURCES: usize = READINGS + CHANNELS + 1;
+/// The last of them.
+pub const TARGET: usize = SOURCES - 1;
 
 /// The residual channels of one sample and how to whiten them.
 #[derive(Clone, Copy, Debug)]
@@ -62,24 +66,46 @@ impl SampleRows {
         regressor: &Regressor,
         covariates: &Covariates,
     ) -> Option<[f64; ROWS]> {
-        let Action::Readings(add) = &regressor.action else {
+        if !regressor.action.is_on_readings() {
             let response = self.response(regressor, covariates);
             let any = response.iter().any(|r| *r != 0.0);
             return any.then(|| self.whitened(&response));
-        };
+        }
         if !regressor.acts(covariates) {
             return None;
         }
-        let mut readings = [0.0; READINGS];
-        add(covariates, &mut readings);
         let mut out = [0.0; ROWS];
-        // Most act on one reading.
-        for (reading, value) in readings.iter().enumerate().filter(|r| *r.1 != 0.0) {
+        let mut add = |reading: usize, value: f64| {
             for (out, slope) in out.iter_mut().zip(by_reading) {
                 *out += slope[reading] * value;
             }
+        };
+        if let Action::Reading(reading, value) = &regressor.action {
+            add(*reading, value(covariates));
+        } else {
+            let readings = regressor.action.on_readings(covariates);
+            let acting = readings.into_iter().enumerate().filter(|r| r.1 != 0.0);
+            acting.for_each(|(reading, value)| add(reading, value));
         }
         out.iter().any(|o| *o != 0.0).then_some(out)
+    }
+
+    /// The vector over the whitened rows of each source that a column may act by: the readings, the channels, and the target (minus the
+    /// residual) as the last one.
+    pub fn white_sources(&self) -> [[f64; ROWS]; SOURCES] {
+        let mut out = [[0.0; ROWS]; SOURCES];
+        for (row, slopes) in self.white_by_reading().iter().enumerate() {
+            for (out, slope) in out.iter_mut().zip(slopes) {
+                out[row] = *slope;
+            }
+        }
+        for row in 0..self.count {
+            for below in row..self.count {
+                out[READINGS + self.channel[row]][below] = self.whiten[below][row];
+            }
+        }
+        out[TARGET] = self.whitened(&self.residual_m).map(|white| -white);
+        out
     }
 
     /// What a unit amount of a regressor adds to the rows, m.
@@ -88,20 +114,20 @@ impl SampleRows {
         if !regressor.acts(covariates) {
             return out;
         }
-        match &regressor.action {
-            Action::Readings(add) => {
-                let mut readings = [0.0; READINGS];
-                add(covariates, &mut readings);
-                // Most act on one reading, and single teeth on few samples.
-                for (reading, value) in readings.iter().enumerate().filter(|r| *r.1 != 0.0) {
-                    for (out, slopes) in out.iter_mut().zip(&self.by_reading).take(self.count) {
-                        *out += slopes[reading] * value;
-                    }
-                }
+        let mut add = |reading: usize, value: f64| {
+            for (out, slopes) in out.iter_mut().zip(&self.by_reading).take(self.count) {
+                *out += slopes[reading] * value;
             }
-            Action::Channels(add) => {
-                let mut channels = [0.0; CHANNELS];
-                add(covariates, &mut channels);
+        };
+        match &regressor.action {
+            Action::Reading(reading, value) => add(*reading, value(covariates)),
+            Action::Readings(_) => {
+                let readings = regressor.action.on_readings(covariates);
+                let acting = readings.into_iter().enumerate().filter(|r| r.1 != 0.0);
+                acting.for_each(|(reading, value)| add(reading, value));
+            }
+            Action::Channel(..) | Action::Channels(_) => {
+                let channels = regressor.action.on_channels(covariates);
                 for row in 0..self.count {
                     out[row] = channels[self.channel[row]];
                 }
