@@ -35,10 +35,18 @@ impl Sums {
         }
     }
 
-    fn add(&mut self, entries: &[(usize, f64)], value: f64) {
-        for &(a, x) in entries {
-            for &(b, y) in entries.iter().filter(|b| b.0 <= a) {
-                self.normal[a][b] += x * y;
+    /// Adds a row; several of its entries may be of one column. In the order of the columns every product is formed once.
+    fn add(&mut self, mut entries: Vec<(usize, f64)>, value: f64) {
+        entries.sort_unstable_by_key(|entry| entry.0);
+        entries.dedup_by(|next, kept| {
+            let same = next.0 == kept.0;
+            kept.1 += if same { next.1 } else { 0.0 };
+            same
+        });
+        for (k, &(a, x)) in entries.iter().enumerate() {
+            let row = &mut self.normal[a];
+            for &(b, y) in &entries[..=k] {
+                row[b] += x * y;
             }
             self.right[a] += x * value;
         }
@@ -79,7 +87,7 @@ impl Pieces {
         let mut folds = vec![Sums::new(columns); FOLDS];
         let mut count = 0;
         for row in rows {
-            folds[row.fold].add(&row.entries, row.value);
+            folds[row.fold].add(row.entries, row.value);
             count += 1;
         }
         let mut all = Sums::new(columns);
@@ -111,7 +119,9 @@ impl Pieces {
 /// Amounts of unit prior, and bonds of unit size, against noise of this variance.
 fn solved(sums: &Sums, noise: f64, penalties: &[Penalty]) -> Option<Vec<f64>> {
     let mut prior = Sums::new(sums.right.len());
-    penalties.iter().for_each(|bond| prior.add(bond, 0.0));
+    penalties
+        .iter()
+        .for_each(|bond| prior.add(bond.clone(), 0.0));
     (0..sums.right.len()).for_each(|k| prior.normal[k][k] += 1.0);
     let mut normal = sums.clone();
     normal.add_sums(&prior, noise);
@@ -140,6 +150,26 @@ mod tests {
         assert!((coefficients[1] - 0.3).abs() < 1e-6 && line.held_out(1e-9, &[]).unwrap() < 1e-9);
         let other = Pieces::new(2, rows(|x| (300.0 * x).sin(), |x| 0.3 * x));
         assert!(other.held_out(1e-9, &[]).unwrap() > 0.029);
+    }
+
+    /// A row's entries in any order, two of them of one column.
+    #[test]
+    fn entries_of_one_column_add_up() {
+        let line = |apart: bool| {
+            Pieces::new(
+                2,
+                rows(|x| x, |x| 0.3 * x).map(move |mut row| {
+                    let (_, x) = row.entries[1];
+                    if apart {
+                        row.entries = vec![(1, 0.75 * x), (0, 1.0), (1, 0.25 * x)];
+                    }
+                    row
+                }),
+            )
+        };
+        let [whole, parts] = [false, true].map(|apart| line(apart).coefficients(1.0, &[]));
+        let (whole, parts) = (whole.expect("regular"), parts.expect("regular"));
+        assert!(whole.iter().zip(&parts).all(|(a, b)| (a - b).abs() < 1e-12));
     }
 
     /// A bond between two columns makes them what it says, where the rows leave it open.
