@@ -66,6 +66,7 @@ fn bursts_beside_heavy_noise_are_named() {
 
 /// Noise of thirty times the stated one, of each segment another: whose it is what three residuals have in common tells.
 #[test]
+#[ignore = "nightly: a quarter of a minute"]
 fn a_span_beside_heavy_noise_is_named() {
     both_named(&pair(
         1_104_464_569_517_575,
@@ -94,6 +95,7 @@ fn what_stands_out_at_the_largest_angles_is_no_burst() {
 
 /// A delay follows the motion, whatever the teeth.
 #[test]
+#[ignore = "nightly: a quarter of a minute"]
 fn a_delay_beside_a_field_is_named() {
     both_named(&pair(
         2_776_932_950_560_546,

@@ -194,22 +194,27 @@ fn a_drift_is_told_by_a_temperature_that_is_read_now_and_then() {
 /// Noise of micrometres is in the angle as well as in what is left, and a shape over the angle holds a part of it.
 #[test]
 fn noise_far_above_the_stated_one_is_no_change_with_the_angle() {
-    for (seed, size_m) in [
-        (1_421_181_756_487_423, 2.4e-6),
-        (598_875_653_595_145, 3.9e-6),
-    ] {
-        let noise = Drawn {
-            name: effects::name_of(Detection::AsNoise).into(),
-            size_m,
-        };
-        let case = Case {
-            number: 0,
-            seed,
-            kind: Kind::Single,
-            effects: vec![noise],
-            conditions: Conditions::Usual,
-        };
-        let d = diagnose(&case.recorded(0), "noisy", &Options::default());
-        assert_eq!(names(&d), ["excess_noise"], "{:?}", d.held_out);
-    }
+    great_noise(1_421_181_756_487_423, 2.4e-6);
+}
+
+#[test]
+#[ignore = "nightly: a quarter of a minute"]
+fn noise_far_above_the_stated_one_of_another_courier_is_none_either() {
+    great_noise(598_875_653_595_145, 3.9e-6);
+}
+
+fn great_noise(seed: u64, size_m: f64) {
+    let noise = Drawn {
+        name: effects::name_of(Detection::AsNoise).into(),
+        size_m,
+    };
+    let case = Case {
+        number: 0,
+        seed,
+        kind: Kind::Single,
+        effects: vec![noise],
+        conditions: Conditions::Usual,
+    };
+    let d = diagnose(&case.recorded(0), "noisy", &Options::default());
+    assert_eq!(names(&d), ["excess_noise"], "{:?}", d.held_out);
 }
