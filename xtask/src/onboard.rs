@@ -6,10 +6,12 @@ use crate::{firmware, plugin};
 use anyhow::{Context, Result, ensure};
 use std::process::Command;
 
-/// The demonstration and the long run at full length: minutes, where the tests have 120 poses and 12 s.
-const FULL: [(&str, &str); 2] = [
+/// The tests at full length: minutes, where they have 120 poses, 12 s, a megabyte, and every fifth power cut.
+const FULL: [(&str, &str); 4] = [
     ("COURIER_EMULATED_POSES", "1000"),
     ("COURIER_EMULATED_SECONDS", "60"),
+    ("COURIER_FUZZ_BYTES", "10000000"),
+    ("COURIER_CUT_EVERY", "1"),
 ];
 
 /// The tests, for an image and a plugin that are built first; `words` go to the test program.
@@ -45,10 +47,7 @@ pub fn run(words: &[String]) -> Result<()> {
 pub fn figures() -> Result<()> {
     println!("\nthe image on the emulated board:");
     let words = ["--nocapture", "--test-threads=1", "long", "speed", "fuzzed"];
-    let output = command(&words)?
-        .envs([FULL[1]])
-        .output()
-        .context("cargo test")?;
+    let output = command(&words)?.envs(FULL).output().context("cargo test")?;
     let text = String::from_utf8_lossy(&output.stdout);
     text.lines()
         .filter_map(figure)
