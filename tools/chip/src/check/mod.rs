@@ -9,6 +9,7 @@ mod fixture;
 mod hang;
 mod health;
 mod link;
+mod overflow;
 mod parity;
 mod restart;
 mod stream;
@@ -85,6 +86,11 @@ pub const CHECKS: &[Check] = &[
         "hang",
         "a hang of background or sampling interrupt leaves its place; three in a row are safe mode",
         hang::run,
+    ),
+    (
+        "overflow",
+        "a stack that runs over is told and loses nothing",
+        overflow::run,
     ),
     (
         "flags",

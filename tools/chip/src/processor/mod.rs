@@ -38,6 +38,8 @@ const CHAIN_CYCLES: u64 = 6;
 /// Where code that hangs is put: the end of RAM, which no image uses; and that code, a branch to itself.
 const HANG: u32 = RAM + RAM_BYTES - 8;
 const ROUND_AND_ROUND: [u8; 2] = [0xFE, 0xE7];
+/// Code that needs stack: push {r0}; a branch to itself.
+const RUNS_OVER: [u8; 4] = [0x01, 0xB4, 0xFE, 0xE7];
 /// Cycles of a millisecond: at least as many blocks of instructions.
 const MILLISECOND_CYCLES: u32 = 170_000;
 
@@ -156,12 +158,29 @@ impl Processor {
     /// # Errors
     /// It does not get there within a millisecond.
     pub fn hang(&mut self, exception: u16) -> Result<u32> {
+        self.get_into(exception)?;
+        self.write_memory(HANG, &ROUND_AND_ROUND)?;
+        set(&mut self.uc, Reg::PC, HANG | 1);
+        Ok(HANG)
+    }
+
+    /// Runs until the processor is in this exception, 0 for none, and makes its stack run over.
+    ///
+    /// # Errors
+    /// As [`hang`](Self::hang).
+    pub fn spend_stack(&mut self, exception: u16) -> Result<()> {
+        self.get_into(exception)?;
+        self.write_memory(HANG, &RUNS_OVER)?;
+        set(&mut self.uc, Reg::SP, RAM);
+        set(&mut self.uc, Reg::PC, HANG | 1);
+        Ok(())
+    }
+
+    fn get_into(&mut self, exception: u16) -> Result<()> {
         for _ in 0..MILLISECOND_CYCLES {
             let in_exception = (get(&self.uc, Reg::IPSR) & 0xFF) as u16;
             if in_exception == exception {
-                self.write_memory(HANG, &ROUND_AND_ROUND)?;
-                set(&mut self.uc, Reg::PC, HANG | 1);
-                return Ok(HANG);
+                return Ok(());
             }
             self.run(1)?;
         }
@@ -422,8 +441,12 @@ impl Processor {
         let pc = self.program_counter();
         let system = &mut self.uc.get_data_mut().system;
         system.fault_address = address;
-        // BFARVALID and PRECISERR.
-        system.cfsr |= 0x8200;
+        system.cfsr |= match system.protects(address) {
+            // MMARVALID and DACCVIOL.
+            true => 0x82,
+            // BFARVALID and PRECISERR.
+            false => 0x8200,
+        };
         self.hard_fault(&format!("{address:#010x} is accessed at {pc:#010x}"));
     }
 

@@ -271,17 +271,29 @@ impl System {
                 self.plain.insert(offset, value);
             }
         }
-        if self.plain.get(&0xED94).copied().unwrap_or(0) & 1 == 0 {
-            return;
-        }
-        for (base, size) in self.regions.values().filter(|(_, size)| size & 1 == 1) {
-            let end = u64::from(*base) + (2u64 << (size >> 1 & 0x1F));
-            let over = |(first, last): &(u32, u32)| u64::from(*first) < end && *base < *last;
+        for (base, end) in self.protected() {
+            let over = |(first, last): &(u32, u32)| u64::from(*first) < end && base < *last;
             if MEMORY.iter().any(over) {
                 let detail = format!("protection of {base:#010x} to {end:#010x}, which is memory");
                 findings.add(Rule::Unmodelled, now, detail);
             }
         }
+    }
+
+    /// The regions that are on, `[first, end)`; none while the unit is off.
+    fn protected(&self) -> impl Iterator<Item = (u32, u64)> + '_ {
+        let is_on = self.plain.get(&0xED94).copied().unwrap_or(0) & 1 == 1;
+        let regions = self
+            .regions
+            .values()
+            .filter(move |(_, size)| is_on && size & 1 == 1);
+        regions.map(|(base, size)| (*base, u64::from(*base) + (2u64 << (size >> 1 & 0x1F))))
+    }
+
+    /// Whether a region forbids an access there.
+    pub fn protects(&self, address: u32) -> bool {
+        self.protected()
+            .any(|(base, end)| address >= base && u64::from(address) < end)
     }
 }
 
@@ -370,5 +382,20 @@ mod tests {
         assert_eq!(write(0xEDA0, 13 << 1 | 1), 0);
         assert_eq!(write(0xED94, 5), 0);
         assert_eq!(write(0xED9C, 0x2000_0010), 1);
+    }
+
+    #[test]
+    fn a_region_forbids_its_own_addresses_while_the_unit_is_on() {
+        let (mut system, mut findings) = system();
+        for (offset, value) in [(0xED9C, 0x1FFF_C010), (0xEDA0, 13 << 1 | 1)] {
+            let _ = system.write(offset, 4, value, 0, 0, 8, &mut findings);
+        }
+        assert!(!system.protects(0x1FFF_FFFC), "the unit is off");
+        let _ = system.write(0xED94, 4, 5, 0, 0, 8, &mut findings);
+        let found = [0x1FFF_BFFC, 0x1FFF_C000, 0x1FFF_FFFC, 0x2000_0000];
+        assert_eq!(
+            found.map(|at| system.protects(at)),
+            [false, true, true, false]
+        );
     }
 }

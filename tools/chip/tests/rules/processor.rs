@@ -55,6 +55,53 @@ fn floating_point_registers_come_back() {
     assert_eq!(processor.register(13), STACK);
 }
 
+/// mov r4,sp; mov r5,lr
+const FRAME: [u16; 2] = [0x466C, 0x4675];
+
+#[test]
+fn a_frame_is_as_long_as_what_is_in_use() {
+    // Without floating-point registers: 8 words, and one of padding since the stack is not at a multiple of eight.
+    let handler = [FRAME[0], FRAME[1], RETURN];
+    let mut processor = start(&[0xDF00, STAY], 11, &handler);
+    run_us(&mut processor, 10);
+    let found = [4, 5, 13].map(|number| processor.register(number));
+    assert_eq!(found, [STACK - 36, 0xFFFF_FFF9, STACK]);
+    // vmov.f32 s0,#1.0; svc #0: 26 words.
+    let mut processor = start(&[0xEEB7, 0x0A00, 0xDF00, STAY], 11, &handler);
+    run_us(&mut processor, 10);
+    let found = [4, 5, 13].map(|number| processor.register(number));
+    assert_eq!(found, [STACK - 108, 0xFFFF_FFE9, STACK]);
+}
+
+#[test]
+fn a_handler_follows_another_without_the_frame_between_them() {
+    // The vector table in RAM: movw r0,#0xED08; movt r0,#0xE000; movw r1,#0x8000; movt r1,#0x2001; str r1,[r0]. PendSV waits, of lower
+    // priority than the supervisor call: movw r0,#0xED20; movt r0,#0xE000; movs r1,#0xFF; strb r1,[r0,#2]; svc #0.
+    let program = [
+        0xF64E, 0x5008, 0xF2CE, 0x0000, 0xF248, 0x0100, 0xF2C2, 0x0101, 0x6001, 0xF64E, 0x5020,
+        0xF2CE, 0x0000, 0x21FF, 0x7081, 0xDF00, STAY,
+    ];
+    // movw r0,#0xED04; movt r0,#0xE000; mov r1,#0x10000000; str r1,[r0]; mov r4,sp; bx lr
+    let calls = [
+        0xF64E, 0x5004, 0xF2CE, 0x0000, 0xF04F, 0x5180, 0x6001, 0x466C, RETURN,
+    ];
+    let mut processor = start(&program, 11, &calls);
+    // PendSV's: mov r6,sp; mov r5,lr; bx lr.
+    let second = [0x466E, 0x4675, RETURN].map(u16::to_le_bytes).concat();
+    let (table, place) = (0x2001_8000, 0x2001_C000);
+    let vector = |address: u32| (address + 1).to_le_bytes();
+    for (at, bytes) in [
+        (place, &second[..]),
+        (table + 4 * 11, &vector(FLASH + HANDLER_AT)),
+        (table + 4 * 14, &vector(place)),
+    ] {
+        processor.write_memory(at, bytes).expect("it is RAM");
+    }
+    run_us(&mut processor, 20);
+    let found = [4, 6, 5, 13].map(|number| processor.register(number));
+    assert_eq!(found, [STACK - 36, STACK - 36, 0xFFFF_FFF9, STACK]);
+}
+
 /// movw r0,#0xE010; movt r0,#0xE000; movs r1,#99; str r1,[r0,#4]; movs r1,#7; str r1,[r0]: the timer, every 100 cycles.
 const TIMER: [u16; 8] = [
     0xF24E, 0x0010, 0xF2CE, 0x0000, 0x2163, 0x6041, 0x2107, 0x6001,
