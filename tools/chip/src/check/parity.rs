@@ -89,7 +89,7 @@ fn compared(board: &Board, model: Option<ErrorModel>) -> Result<usize> {
     let mut here = Here::default();
     for _ in 0..LISTEN_MS {
         link.pass(Duration::from_millis(1))?;
-        link.listen(|sample| here.compare(&config, &sample))?;
+        link.listen(|sample| here.compare(&config, sample))?;
     }
     ensure!(
         here.compared >= LEAST,
