@@ -11,6 +11,7 @@ pub mod answer;
 pub mod compare;
 pub mod file;
 pub mod list;
+mod rigged;
 pub mod short;
 pub mod specimen;
 

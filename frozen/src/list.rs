@@ -1,15 +1,13 @@
 //! The set of specimens: small ones for the ordinary tests first, then the independent simulator's, the project's own, real ones,
 //! and [`crate::short`] ones by the hundred.
 
-use crate::specimen::Rigged;
+use crate::rigged::{SMALL, rigged};
 use crate::{Specimen, short};
 use specimens::rig::{CATALOGUE, Dice, UNLISTED};
-use specimens::{Case, Conditions, Drawn, SIZES_M};
+use specimens::{Case, Conditions, SIZES_M};
 
 /// The ordinary tests answer so many from the front.
 pub const SAMPLE: usize = 12;
-/// Samples asked of the small ones.
-pub(crate) const SMALL: usize = 600;
 /// Samples asked of the independent simulator's others, as its tests ask.
 const USUAL: usize = 6000;
 /// Couriers of the project's own simulator: a whole survey each, which takes ten times as long as a short specimen.
@@ -45,23 +43,6 @@ const SMALL_ONES: [(&[&str], bool); SAMPLE] = [
     (&["extra_harmonics", "hysteresis"], false),
     (&["warm_harmonics"], false),
 ];
-
-/// One with all channels and no reference.
-pub(crate) fn rigged(seed: u64, effects: &[(&str, f64)], samples: usize) -> Rigged {
-    let drawn = |(name, size_m): &(&str, f64)| Drawn {
-        name: (*name).into(),
-        size_m: *size_m,
-    };
-    Rigged {
-        seed,
-        effects: effects.iter().map(drawn).collect(),
-        samples,
-        beacon: true,
-        counts: true,
-        reference: false,
-        segments: 4,
-    }
-}
 
 /// The whole set, drawn anew.
 #[must_use]

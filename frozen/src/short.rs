@@ -3,7 +3,7 @@
 //! A whole survey shows more of an effect. What a change of the code alters shows in short ones as well, and there are enough of them
 //! to meet most of its ways.
 
-use crate::list::{SMALL, rigged};
+use crate::rigged::{SMALL, rigged};
 use crate::specimen::Rigged;
 use specimens::SIZES_M;
 use specimens::rig::{CATALOGUE, Dice, LATER, UNLISTED};

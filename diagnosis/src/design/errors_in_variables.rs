@@ -142,6 +142,10 @@ impl Changes {
             samples.iter().zip(rows).map(move |(&i, rows)| {
                 let noise =
                     linearized.noise[s] * linearized.observations.position_noise_m[s][i] / STEP_M;
+                // A reading that is not there has no noise, and its rows no part of it.
+                if !noise.is_finite() {
+                    return [[0.0; ROWS]; SOURCES];
+                }
                 let mut vectors = rows.white_sources();
                 vectors.iter_mut().flatten().for_each(|v| *v *= noise);
                 let variance = linearized.reading_variance(i)[s];

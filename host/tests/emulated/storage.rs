@@ -9,7 +9,7 @@ use std::time::Duration;
 /// So long the reply to a commit is waited for: an erase and the programming take 30 ms.
 const COMMIT: Duration = Duration::from_millis(100);
 
-/// Every fifth step of it, the first and the last; each of them in `cargo xtask bench`, and at every change on the simulated flash
+/// Every fifth step of it, the first and the last; each of them in `cargo xtask emulated`, and at every change on the simulated flash
 /// (`tests/suite/slots/power_cuts.rs`).
 #[test]
 fn a_power_cut_in_a_commit_leaves_the_old_calibration_or_the_new_one() {

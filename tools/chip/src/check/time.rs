@@ -2,6 +2,7 @@
 //! terms besides as the board has room for; and the sampling rate up to which no instant is missed.
 
 mod failed;
+mod sampling;
 
 use super::fixture::{judge, start};
 use crate::image::Image;
@@ -21,17 +22,12 @@ use courier_sensor::model::{
 };
 use courier_sensor::teeth::{Grid, MAX_NODES, MapHeader, TRUST_WORDS, Wave};
 use hal_sim::wire::fault::{InputFault, When};
+use sampling::{LOOK_US, SAMPLING, settle};
 use std::fmt;
 use std::time::Duration;
 
-/// So long is looked at each time.
-const LOOK_US: u64 = 20_000;
 /// Two and a half intervals at 20 kHz: at least one instant is missed.
 const MISSED_US: u64 = 125;
-/// After a sample's end: the intake has taken it up, and the next reading has not begun.
-const AFTER_A_SAMPLE_US: u64 = 20;
-/// The interrupts of a sample: BUSY's edge, which starts the reading, and the end of the reading.
-const SAMPLING: [&str; 2] = ["EXTI9_5", "DMA1_CHANNEL2"];
 /// What they may take together, with wait states, of [`SAMPLE_CYCLES`]: plain, and with a map.
 const WANTED_CYCLES: u64 = 1500;
 const WANTED_MAPPED_CYCLES: u64 = 4000;
@@ -242,16 +238,6 @@ fn after_a_missed_instant(processor: &mut Processor) -> Result<Cycles> {
     settle(processor)?;
     processor.chip().halt(from_us(MISSED_US));
     so_far(processor, LOOK_US / 2)
-}
-
-/// Runs until [`AFTER_A_SAMPLE_US`] after a sample.
-fn settle(processor: &mut Processor) -> Result<()> {
-    let ends = 16 + registers::interrupt(SAMPLING[1]);
-    let before = processor.times.of(ends).count;
-    while processor.times.of(ends).count == before {
-        processor.run(from_us(1))?;
-    }
-    processor.run(from_us(AFTER_A_SAMPLE_US)).map(drop)
 }
 
 /// The same with a channel that does not change, at its amplifier's rail: what is said of it at a window's end takes longest.

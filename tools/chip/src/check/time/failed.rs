@@ -1,6 +1,6 @@
 //! What a sample takes whose reading fails, and those after it, until all is well again.
 
-use super::{AFTER_A_SAMPLE_US, LOOK_US, SAMPLING, settle};
+use super::sampling::{AFTER_A_SAMPLE_US, LOOK_US, SAMPLING, settle};
 use crate::processor::Processor;
 use crate::registers;
 use crate::rule::Rule;
