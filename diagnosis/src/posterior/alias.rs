@@ -108,6 +108,7 @@ mod tests {
             reduced: &reduced,
             stated: 1.0,
             noise: 1.0,
+            lacking: 0.0,
             effects: &[prior(0), prior(1)],
             coordinates: &[],
             log_odds: -2.0,

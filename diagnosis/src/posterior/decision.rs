@@ -7,11 +7,11 @@ use super::weighed::Weighed;
 use crate::verdict::answer::Verdict;
 use std::fmt;
 
-/// A share of the gap that a named set may leave: the contract calls a gap `unknown` that no effect explains, and nine tenths are an
-/// explanation.
+/// A share of the gap that a named set may leave. A prior: the contract calls a gap `unknown` that no effect explains, and nine tenths
+/// are taken to be an explanation.
 const LEFT_SHARE: f64 = 0.1;
-/// Noise that is louder than stated by less than this in rms is no gap (`docs/reading-a-diagnosis.md`).
-const VISIBLE: f64 = 1.05;
+/// Noise that is louder than stated by less than this in rms is no gap.
+const VISIBLE: f64 = crate::selection::limits::VISIBLE_GAP_RATIO;
 
 /// One step of the decision.
 #[derive(Clone, Debug, PartialEq)]
@@ -328,6 +328,7 @@ mod tests {
             reduced: &reduced,
             stated: 1.0,
             noise: 1.0,
+            lacking: 0.0,
             effects: &[prior(0), prior(1)],
             coordinates: &[2],
             log_odds: -2.0,

@@ -47,16 +47,19 @@ pub struct Answer {
 /// [`Insufficient`] where it cannot answer.
 pub fn diagnosed(recording: &Recording, options: &Options) -> Result<Answer, Insufficient> {
     let mut prepared = prepare(recording)?;
-    let first = look(
-        &prepared,
-        options,
-        &prepared.point(),
-        DesignOptions::default(),
-    );
-    if let Some(mask) = first.leave(&prepared, options).1.mask {
-        prepared.use_only(mask);
-    }
-    Ok(settled(&prepared, options))
+    let (first, seen) = first_look(&prepared, options);
+    let Some(mask) = seen.mask else {
+        return Ok(settled(&prepared, options, first, seen));
+    };
+    drop(first);
+    prepared.use_only(mask);
+    let (first, seen) = first_look(&prepared, options);
+    Ok(settled(&prepared, options, first, seen))
+}
+
+fn first_look<'a>(prepared: &'a Prepared, options: &'a Options) -> (Look<'a>, Measured) {
+    let point = prepared.point();
+    look(prepared, options, &point, DesignOptions::default()).measured(prepared, options)
 }
 
 /// A design with its sets weighed.
@@ -87,26 +90,29 @@ impl<'a> Look<'a> {
         RelinearizedFit::new(&self.design.linearized, start, &self.weighing.found())
     }
 
-    /// What the best set leaves. The look is used up.
-    fn leave(self, prepared: &'a Prepared, options: &'a Options) -> (Weighing, Measured) {
+    /// With what the best set leaves.
+    fn measured(self, prepared: &'a Prepared, options: &'a Options) -> (Self, Measured) {
         let fit = self.fit();
-        (
-            self.weighing,
-            measured(prepared, options, (self.design, fit)),
-        )
+        let (seen, design) = measured(prepared, options, (self.design, fit));
+        let weighing = self.weighing;
+        (Self { design, weighing }, seen)
     }
 }
 
 /// Decides about what was found, until that stays.
-fn settled(prepared: &Prepared, options: &Options) -> Answer {
+fn settled<'a>(
+    prepared: &'a Prepared,
+    options: &'a Options,
+    mut here: Look<'a>,
+    mut seen: Measured,
+) -> Answer {
     let mut point = prepared.point();
-    let mut here = look(prepared, options, &point, DesignOptions::default());
-    // Until it is measured, what is louder is taken to be a gap.
-    let mut seen = Measured::default();
     let mut count = 1;
     while count <= ROUNDS {
         let decision = here.weighing.decide(seen.white);
-        if decision.verdict == Verdict::NoGap {
+        let known = here.weighing.found();
+        let by_noise_alone = decision.verdict == Verdict::Named && known.is_empty();
+        if decision.verdict == Verdict::NoGap || by_noise_alone {
             break;
         }
         let fit = here.fit();
@@ -123,22 +129,20 @@ fn settled(prepared: &Prepared, options: &Options) -> Answer {
             ..DesignOptions::default()
         };
         let next = look(prepared, options, &point, again);
-        let known = here.weighing.found();
-        seen = measured(prepared, options, (here.design, fit));
-        here = next;
+        (here, seen) = next.measured(prepared, options);
         count += 1;
         if here.weighing.found() == known {
             break;
         }
     }
-    if here.weighing.decide(seen.white).verdict != Verdict::NoGap {
+    let found = !here.weighing.found().is_empty();
+    if found || here.weighing.decide(seen.white).verdict == Verdict::Unknown {
         here = by_field(prepared, options, &point, here);
         here = told_more(prepared, options, &point, here);
+        (here, seen) = here.measured(prepared, options);
     }
-    let sets = here.weighing.explained(&here.design);
-    let (weighing, seen) = here.leave(prepared, options);
-    let mut out = answer(prepared, options, &weighing, &seen);
-    (out.sets, out.rounds) = (sets, count);
+    let mut out = answer(prepared, options, &here.weighing, &seen);
+    (out.sets, out.rounds) = (here.weighing.explained(&here.design), count);
     out
 }
 

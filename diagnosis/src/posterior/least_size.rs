@@ -6,6 +6,7 @@
 //! them.
 
 use super::evidence::Fitted;
+use super::problem::Problem;
 use super::reduced::Reduced;
 use super::scale;
 use nalgebra::{DMatrix, DVector};
@@ -92,13 +93,8 @@ pub fn own_power(precision: &DMatrix<f64>, amounts: &DVector<f64>) -> f64 {
 
 /// Logarithm of what cutting the priors off adds to the evidence of a set that explains so many whitened squares over the noise.
 /// `inexactness` is, for each effect, the share of its amplitude that its form may lack: a companion must do more than the others may lack.
-pub fn log_ratio(
-    reduced: &Reduced,
-    fitted: &Fitted,
-    explained: f64,
-    inexactness: &[f64],
-    noise: f64,
-) -> f64 {
+pub fn log_ratio(problem: &Problem, fitted: &Fitted, explained: f64, inexactness: &[f64]) -> f64 {
+    let Problem { reduced, noise, .. } = *problem;
     let inverse = &fitted.given.factor_inverse;
     let shared = Shared {
         reduced,
@@ -118,7 +114,7 @@ pub fn log_ratio(
         let power = own_power(&precision, &amounts);
         let others = (0..inexactness.len()).filter(|other| *other != k);
         let lacking = lacking(explained - power, others.map(|other| inexactness[other]));
-        let least = least_squares(reduced.rows) + lacking;
+        let least = least_squares(reduced.rows) + problem.lacking + lacking;
         // The root of the squares scatters by about one, and more where the prior tells part of the coefficients.
         let slope = &precision * amounts;
         let scattered = inverse.columns(*at, columns.len()) * slope;
@@ -189,7 +185,16 @@ mod tests {
             let powers = powers(&reduced, &set, 1.0);
             assert!((powers[0] / reduced.rows - 9.0).abs() < 0.9, "{powers:?}");
             let explained = reduced.squares - set.given.squares;
-            log_ratio(&reduced, &set, explained, &[inexactness, 0.0], 1.0)
+            let problem = Problem {
+                reduced: &reduced,
+                stated: 1.0,
+                noise: 1.0,
+                lacking: 0.0,
+                effects: &[],
+                coordinates: &[],
+                log_odds: 0.0,
+            };
+            log_ratio(&problem, &set, explained, &[inexactness, 0.0])
         };
         // 2000 rows: 0.03 of an amplitude is 2 squares, 0.3 is 180, and a tenth of 3 is 180 as well.
         assert!(ratio(0.03, 0.0) < -3.0, "{}", ratio(0.03, 0.0));

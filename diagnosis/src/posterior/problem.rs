@@ -11,6 +11,8 @@ pub struct Problem<'r> {
     pub stated: f64,
     /// Variance at which sets are fitted.
     pub noise: f64,
+    /// Whitened squares over the noise that effects which were eliminated may lack.
+    pub lacking: f64,
     /// Effects.
     pub effects: &'r [Prior],
     /// Blocks of shapes over a coordinate.

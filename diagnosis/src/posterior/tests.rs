@@ -84,6 +84,7 @@ fn drawn(kind: Kind, rng: &mut ChaCha8Rng) -> Drawn {
         reduced: &reduced,
         stated: 1.0,
         noise: 1.0,
+        lacking: 0.0,
         effects: &effects,
         coordinates: &[],
         log_odds: odds(kind.louder),

@@ -1,6 +1,7 @@
 //! The walk through the sets of up to four effects at one noise: all single effects, all pairs, and larger sets built upon the likeliest.
 
 use super::evidence::{fitted, roughly};
+use super::least_size::lacking;
 use super::problem::{Prior, Problem};
 use super::weighed::{Weighed, exactly, sort, weighed};
 use rayon::prelude::*;
@@ -63,15 +64,21 @@ fn with_large(problem: &Problem, effect: Prior, small: &[Prior]) -> Vec<Weighed>
         let Some(beside) = reduced.beside(&[effect.block], &[size], &blocks, noise) else {
             break;
         };
+        let explained = (reduced.squares - beside.squares) / noise;
         let inner = Problem {
             reduced: &beside,
             effects: &effects,
             coordinates: &[],
+            lacking: lacking(explained, [effect.inexactness].into_iter()),
             ..*problem
         };
-        let candidates: Vec<_> = among(&inner, MOST - 1)
-            .into_iter()
+        let all = among(&inner, MOST - 1);
+        let alone = all.iter().filter(|w| w.set().is_empty());
+        let candidates: Vec<_> = all
+            .iter()
+            .filter(|w| !w.set().is_empty())
             .take(BUILT_UPON)
+            .chain(alone)
             .map(|w| {
                 let own = w.set().iter().map(|b| blocks[*b]);
                 let mut each: Vec<(usize, f64)> =

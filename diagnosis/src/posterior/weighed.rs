@@ -92,10 +92,10 @@ pub fn weighed(problem: &Problem, fitted: Fitted) -> Weighed {
     let powers = powers(reduced, &fitted, noise);
     let inexactness: Vec<f64> = priors().map(|e| e.inexactness).collect();
     let explained = (reduced.squares - fitted.given.squares) / noise;
-    let lacking = lacking(explained, inexactness.iter().copied());
+    let lacking = problem.lacking + lacking(explained, inexactness.iter().copied());
     let left = Left::of(reduced, &fitted, noise, problem.stated);
     Weighed {
-        log_least: log_ratio(reduced, &fitted, explained, &inexactness, noise),
+        log_least: log_ratio(problem, &fitted, explained, &inexactness),
         log_prior: priors().map(|e| e.log_odds).sum(),
         noise: integrate(&left, lacking / reduced.rows),
         nameless: None,

@@ -84,6 +84,7 @@ impl Weighing {
             reduced: &self.reduced,
             stated: self.stated,
             noise: self.stated,
+            lacking: 0.0,
             effects: &self.effects,
             coordinates: &self.coordinates,
             log_odds: log_odds(),

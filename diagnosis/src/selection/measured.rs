@@ -9,7 +9,8 @@ use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::limits::VISIBLE_GAP_RATIO;
 use crate::selection::search::SearchResult;
 
-/// Of the squares that are left and of the whole gap's, what bursts must hold.
+/// Of the squares that are left and of the whole gap's, what bursts must hold to be named. Priors without data; the second is the rules'
+/// (`selection/verdict.rs`).
 const BURST_SHARES: [f64; 2] = [0.05, 0.005];
 
 /// What is measured.
@@ -23,12 +24,12 @@ pub(crate) struct Measured {
     pub(crate) mask: Option<Vec<bool>>,
 }
 
-/// Measures what a fit of some effects leaves.
+/// Measures what a fit of some effects leaves; the design comes back.
 pub(crate) fn measured<'a>(
     prepared: &'a Prepared,
     options: &'a Options,
     (design, relinearized): (Design<'a>, RelinearizedFit<'a>),
-) -> Measured {
+) -> (Measured, Design<'a>) {
     let names = &relinearized.hypothesis.effects;
     let of_it = |b: &usize| names.contains(&design.columns.blocks[*b].name);
     let found = SearchResult {
@@ -63,9 +64,10 @@ pub(crate) fn measured<'a>(
     let shows = !white && selection.ratio() > VISIBLE_GAP_RATIO;
     let least = if shows { of_left * squares(left) } else { 0.0 };
     let whole = of_all * (squares(&selection.before) + bursts.energy);
-    Measured {
+    let measured = Measured {
         white: white && (bursts.are_few() || selection.in_the_middle(left)),
         bursts: bursts.hold(least.max(whole)),
         mask: selection.revised_mask(),
-    }
+    };
+    (measured, selection.design)
 }
