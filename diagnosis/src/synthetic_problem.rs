@@ -97,6 +97,13 @@ impl SyntheticProblem {
         self
     }
 
+    /// The same, of which the target has a share as well.
+    pub fn with_shared_errors(mut self, variance: f64, share: f64) -> Self {
+        self.errors_in_variables =
+            ErrorsInVariables::shared(self.columns.regressors.len(), variance, share);
+        self
+    }
+
     /// For the comparison of sets of blocks.
     pub fn cross_validation(&self) -> CrossValidation<'_> {
         CrossValidation::new(&self.gram, &self.columns, &self.errors_in_variables)

@@ -195,8 +195,8 @@ impl Card {
     }
 }
 
-/// [`Card::inexactness`] of an effect whose form is a mesh, a smooth course or a memory, and so lacks what is finer. A prior: a sketch of
-/// this posterior was right with a sixth, on couriers of other simulators.
+/// [`Card::inexactness`] of an effect whose form is a mesh, a smooth course or a memory, and so lacks what is finer. A prior
+/// without data: about a sixth.
 pub const COARSE_FORM: f64 = 0.16;
 
 /// Which recordings tell an effect from others.

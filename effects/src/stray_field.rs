@@ -113,9 +113,9 @@ const RUN_A: f64 = 0.7;
 /// Speed at which half of that is added, m/s. A prior: below it nobody would say that it moves.
 const RUN_M_S: f64 = 1.0e-3;
 /// Courier's mass over the motor's force for an ampere, A s²/m. A prior: half a kilogram at 10 N/A.
-const MASS: f64 = 0.05;
+const INERTIA_A_S2_PER_M: f64 = 0.05;
 /// The same of the force by eddy currents, A s/m. A prior: 10 N s/m at 10 N/A.
-const DRAG: f64 = 1.0;
+const DRAG_A_S_PER_M: f64 = 1.0;
 /// Half of the time over which a change of speed is an acceleration, s. A prior for the driver's own filter.
 const HALF_STEP_S: f64 = 1.0e-3;
 /// What the driver's own measurement resolves, steps an ampere. A prior: ten bits over 5 A.
@@ -151,7 +151,7 @@ impl DriveField {
         let [before, now, after] = [-HALF_STEP_S, 0.0, HALF_STEP_S].map(|step| velocity(at.time_s + step));
         let acceleration = [0, 1].map(|d| 0.5 * (after[d] - before[d]) / HALF_STEP_S);
         let speed_m_s = length(now);
-        HOLD_A + RUN_A * speed_m_s / (speed_m_s + RUN_M_S) + DRAG * speed_m_s + MASS * length(acceleration)
+        HOLD_A + RUN_A * speed_m_s / (speed_m_s + RUN_M_S) + DRAG_A_S_PER_M * speed_m_s + INERTIA_A_S2_PER_M * length(acceleration)
     }
 }
 

@@ -9,8 +9,8 @@ const BY_READING: Range<usize> = 0..READINGS;
 /// The channels.
 const BY_CHANNEL: Range<usize> = READINGS..READINGS + CHANNELS;
 
-/// What a unit amount is at some samples, for each source that the column may act by: the same ones for all samples. Sample after sample of one column: its function
-/// and what it looks at stay at hand.
+/// What a unit amount is at some samples, for each source that the column may act by; the sources are the same for all samples. The
+/// samples of one column follow one another, so that its function and what it looks at stay at hand.
 pub fn by_source(regressor: &Regressor, samples: &[&Covariates]) -> Vec<(usize, Vec<f64>)> {
     let one = |value: &dyn Fn(&Covariates) -> f64| {
         let at = |sample: &&Covariates| {

@@ -69,6 +69,14 @@ impl ErrorsInVariables {
         Self(products)
     }
 
+    /// The same, of which the target has a share as well.
+    #[cfg(test)]
+    pub fn shared(width: usize, variance: f64, share: f64) -> Self {
+        let mut out = Self::alike(width, variance);
+        (1..width).for_each(|c| out.0.below_mut(c)[width - c] = share * variance);
+        out
+    }
+
     /// The mean products; the target's derivatives are in the last row and column.
     pub fn products(&self) -> &Symmetric {
         &self.0

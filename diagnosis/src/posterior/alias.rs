@@ -7,7 +7,7 @@ use nalgebra::DVector;
 
 /// 95 % of normal numbers are below so many standard deviations.
 const BELOW_95: f64 = 1.645;
-/// A set is no rival if one of its effects is a trifle with more than this probability.
+/// A set is no rival if one of its effects is a trifle with more than this probability: the same 95 %.
 const TRIFLE: f64 = 0.95;
 
 /// How far the predictions of two sets are apart, in whitened squares over the noise, and how far they may be for the same cause.

@@ -141,9 +141,7 @@ fn settled<'a>(
         here = told_more(prepared, options, &point, here);
         (here, seen) = here.measured(prepared, options);
     }
-    let mut out = answer(prepared, options, &here.weighing, &seen);
-    (out.sets, out.rounds) = (here.weighing.explained(&here.design), count);
-    out
+    answer(prepared, options, &here, &seen, count)
 }
 
 /// The same with more told of the effects of the best set, one after the other, where that is likelier altogether: both are of the same
@@ -200,7 +198,14 @@ fn likelier<'a>(one: Look<'a>, other: Look<'a>) -> Look<'a> {
     }
 }
 
-fn answer(prepared: &Prepared, options: &Options, weighing: &Weighing, seen: &Measured) -> Answer {
+fn answer(
+    prepared: &Prepared,
+    options: &Options,
+    here: &Look,
+    seen: &Measured,
+    rounds: usize,
+) -> Answer {
+    let weighing = &here.weighing;
     let decision = weighing.decide(seen.white);
     let allowed = |name: &str| !options.without.iter().any(|w| w == name);
     let mut named: Vec<Effect> = decision.named.iter().map(|n| weighing.effect(n)).collect();
@@ -233,7 +238,7 @@ fn answer(prepared: &Prepared, options: &Options, weighing: &Weighing, seen: &Me
         reasons: decision.reasons,
         masses: decision.masses,
         left_share: decision.left_share,
-        sets: Vec::new(),
-        rounds: 0,
+        sets: weighing.explained(&here.design),
+        rounds,
     }
 }

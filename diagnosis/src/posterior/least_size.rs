@@ -42,7 +42,7 @@ pub fn lacking(explained: f64, inexactness: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// A set at known sizes and noise, of which it is asked what each of its effects does that the others cannot.
-pub struct Shared<'a> {
+pub struct SetAtSizes<'a> {
     /// Normal equations.
     pub reduced: &'a Reduced,
     /// Blocks.
@@ -55,7 +55,7 @@ pub struct Shared<'a> {
     pub noise: f64,
 }
 
-impl Shared<'_> {
+impl SetAtSizes<'_> {
     /// Precision of each effect's coefficients by the data alone, the others fitted with their priors. None where a covariance cannot be
     /// inverted. Cost: the cube of the columns of all but the largest effect.
     pub fn own_precisions(&self) -> Option<Vec<DMatrix<f64>>> {
@@ -96,14 +96,14 @@ pub fn own_power(precision: &DMatrix<f64>, amounts: &DVector<f64>) -> f64 {
 pub fn log_ratio(problem: &Problem, fitted: &Fitted, explained: f64, inexactness: &[f64]) -> f64 {
     let Problem { reduced, noise, .. } = *problem;
     let inverse = &fitted.given.factor_inverse;
-    let shared = Shared {
+    let set_at_sizes = SetAtSizes {
         reduced,
         set: &fitted.set,
         log_variances: &fitted.log_variances,
         factor_inverse: inverse,
         noise,
     };
-    let Some(precisions) = shared.own_precisions() else {
+    let Some(precisions) = set_at_sizes.own_precisions() else {
         return f64::NEG_INFINITY;
     };
     let parts = parts(reduced, &fitted.set);

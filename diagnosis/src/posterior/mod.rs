@@ -1,11 +1,14 @@
 //! One posterior over sets of effects: how probable each set is, given the recording, and what follows for the verdict.
 //!
-//! The equations stand in `docs/formulation.md`, each with the function that computes it. The modules stand in the order of the work:
-//! [`problem`] is what is asked; [`reduced`] eliminates the baseline from the normal equations; [`scale`] integrates over a size that is known by its order of
-//! magnitude; [`evidence`] is the probability of the data under a set; [`noise_scale`] integrates over the noise; [`least_size`] asks
-//! that an effect be worth naming; [`nameless`] adds shapes that no effect owns; [`weighed`] is a set with its weight, [`walk`] goes through the sets at one noise, and [`sets`] finds the noise;
-//! [`alias`] finds those that predict the same; [`decision`] makes the verdict; [`explained`] tells the likeliest sets; [`prior`] and
-//! [`weighing`] join all that to the catalogue and a design, and [`diagnosed`] to a recording, of whose effects [`fuller`] tells more.
+//! The equations stand in `docs/formulation.md`, each with the function that computes it. The modules, in the order of the work:
+//!
+//! - [`problem`]: what is asked. [`reduced`]: normal equations without the baseline. [`prior`]: what is supposed of an effect.
+//! - [`scale`]: the integral over a size that is known by its order of magnitude. [`evidence`]: the probability of the data under a set.
+//!   [`noise_scale`]: the integral over the noise. [`least_size`]: what makes an effect worth a name. [`nameless`]: shapes that no effect
+//!   owns.
+//! - [`weighed`]: a set with its weight. [`walk`]: the way through the sets at one noise. [`sets`]: the noise, and all sets.
+//! - [`alias`]: sets that predict the same. [`decision`]: the verdict. [`explained`]: the likeliest sets, told.
+//! - [`weighing`]: all that of a design. [`diagnosed`]: of a recording, of whose effects [`fuller`] tells more.
 
 pub mod alias;
 pub mod decision;

@@ -269,3 +269,53 @@ fn combine(products: &mut DMatrix<f64>, which: usize, share: &DVector<f64>) {
         column.axpy(-by, &rest, 1.0);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::synthetic_problem::SyntheticProblem;
+    use effects::random::{ChaCha8Rng, SeedableRng, normal};
+    use nalgebra::{DMatrix, DVector};
+
+    const ROWS: usize = 500;
+    const VARIANCE: f64 = 0.01;
+    const SHARE: f64 = 0.5;
+
+    /// At four times the noise, products with the target are those that are left when four times what noise makes common is taken off, the
+    /// baseline's included: by whole matrices.
+    #[test]
+    fn louder_noise_makes_more_common() {
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let row = |_| {
+            let (one, other) = (normal(&mut rng), normal(&mut rng));
+            let target = one - 2.0 * other + normal(&mut rng);
+            vec![1.0, one, 0.3 * one + other, target]
+        };
+        let rows: Vec<Vec<f64>> = (0..ROWS).map(row).collect();
+        let problem = SyntheticProblem::of_rows(2, &[("block", 1)], &rows);
+        let stated = problem.with_shared_errors(VARIANCE, SHARE).reduced(&[1]);
+        let part = |columns: std::ops::Range<usize>| {
+            DMatrix::from_fn(ROWS, columns.len(), |r, c| rows[r][columns.start + c])
+        };
+        let (baseline, block, target) = (part(0..2), part(2..3), part(3..4));
+        let inverse = (baseline.transpose() * &baseline).try_inverse().unwrap();
+        let amounts = DVector::from_element(1, 1.0);
+        for times in [1.0, 4.0] {
+            let common = times * ROWS as f64 * SHARE * VARIANCE;
+            let mut of_baseline = baseline.transpose() * &target;
+            of_baseline[1] -= common;
+            let across = block.transpose() * &baseline;
+            let right =
+                (block.transpose() * &target)[0] - common - (across * &inverse * &of_baseline)[0];
+            let squares =
+                target.norm_squared() - (of_baseline.transpose() * &inverse * &of_baseline)[0];
+            let found = stated.at_noise(times);
+            assert!((found.right[0] - right).abs() < 1e-8, "{found:?} {right}");
+            assert!(
+                (found.squares - squares).abs() < 1e-8,
+                "{found:?} {squares}"
+            );
+            let ratio = found.allowance(&[0], &amounts) / stated.allowance(&[0], &amounts);
+            assert!((ratio - times).abs() < 1e-9, "{ratio}");
+        }
+    }
+}

@@ -2,7 +2,7 @@
 //! 2018, arXiv 1804.06788; of the probabilities of sets: Schad and others 2023, Psychological Methods 28, 1404).
 
 use super::evidence::given;
-use super::least_size::{Shared, least_squares, log_normal, own_power};
+use super::least_size::{SetAtSizes, least_squares, log_normal, own_power};
 use super::problem::{Prior, Problem};
 use super::reduced::Reduced;
 use super::scale::{RANGE, draw};
@@ -133,14 +133,14 @@ fn worth_naming(
             }
         }
         let fit = given(reduced, set, &sizes, noise).unwrap();
-        let shared = Shared {
+        let set_at_sizes = SetAtSizes {
             reduced,
             set,
             log_variances: &sizes,
             factor_inverse: &fit.factor_inverse,
             noise,
         };
-        let own = shared.own_precisions().unwrap();
+        let own = set_at_sizes.own_precisions().unwrap();
         let worth = |(block, precision): (&usize, &DMatrix<f64>)| {
             let amounts = truth[reduced.blocks[*block].clone()].to_vec();
             own_power(precision, &DVector::from_vec(amounts)) > least_squares(reduced.rows)

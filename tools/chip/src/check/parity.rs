@@ -24,6 +24,7 @@ const TARGET: Target = Target {
     y_m: -0.1,
     theta_rad: 2.0e-3,
 };
+/// So fast that a tooth passes in some milliseconds, and every phase is met many times.
 const SPEED_M_PER_S: f32 = 0.2;
 /// Samples that must have been compared, of 20 a millisecond.
 const LEAST: usize = 1_000;
