@@ -127,9 +127,12 @@ impl Poses {
         };
         let moved = |i: usize| fit.coefficients[i].abs() * self.rms(axes[i]);
         let main = (0..axes.len()).max_by(|a, b| moved(*a).total_cmp(&moved(*b)))?;
-        // An angle that only the pose column shows is as much of a contradiction.
+        // An angle that only the pose column shows is as much of a contradiction, and so is one against which the segments turn: of two
+        // angles that are small against their errors the difference may be large.
         let was = if response == 2 {
-            fit.was.max(self.rms(2))
+            let against = &weights - unit(&2);
+            let difference = (&self.products.projected * &against).dot(&against);
+            fit.was.max(self.rms(2)).max(difference.max(0.0).sqrt())
         } else {
             fit.was
         };
