@@ -53,6 +53,8 @@ pub struct Covariates {
     pub steady_theta_rad: f64,
     /// tan(psi) as those neighbours tell it.
     pub steady_tan_psi: [f64; 2],
+    /// Commanded angle, rad.
+    pub commanded_theta_rad: f64,
     /// Speed of each segment along its own direction, m/s.
     pub speed_m_s: [f64; 4],
     /// Its derivative, m/s².

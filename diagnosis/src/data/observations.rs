@@ -12,6 +12,8 @@ pub struct Observations {
     pub pitch_m: f64,
     /// Nominal distance between the segments of a pair, m.
     pub span_m: f64,
+    /// False if the span is not stated and [`Self::span_m`] is a usual one.
+    pub span_is_stated: bool,
     /// Nominal lateral offset, m.
     pub lateral_m: f64,
     /// Nominal `h`, `l_x`, `l_y`, m.
@@ -93,6 +95,7 @@ impl Observations {
         let mut this = Self {
             pitch_m: meta.geometry.pitch_m,
             span_m: meta.geometry.span_m.unwrap_or(10.0 * meta.geometry.pitch_m),
+            span_is_stated: meta.geometry.span_m.is_some(),
             lateral_m: meta.geometry.lateral_m.unwrap_or(0.0),
             coordination_m: [
                 coordination.height_m,

@@ -5,6 +5,8 @@ use crate::data::observations::Observations;
 use crate::design::gram::{Columns, Gram, solve};
 use crate::linearization::baseline::Baseline;
 use crate::linearization::recording::{LatentDisplacement, LinearizedRecording};
+use crate::linearization::unknown_angle;
+use effects::sensor::Regressor;
 
 /// Steps of Gauss-Newton; the model is linear but for the products of h, l and theta.
 const CALIBRATION_STEPS: usize = 5;
@@ -37,13 +39,25 @@ pub fn calibrate(observations: &Observations, mask: &[bool]) -> Baseline {
     baseline
 }
 
-/// The baseline's columns, with its priors about nominal values.
+/// The baseline's columns, with its priors about nominal values, and after them what an angle that is not known may do.
 pub fn baseline_columns(linearized: &LinearizedRecording) -> Columns {
+    with_baseline_and(linearized, unknown_angle::regressors(linearized))
+}
+
+/// The same of the equations alone.
+pub fn equation_columns(linearized: &LinearizedRecording) -> Columns {
+    with_baseline_and(linearized, Vec::new())
+}
+
+fn with_baseline_and(linearized: &LinearizedRecording, others: Vec<Regressor>) -> Columns {
     let nominal = Baseline::nominal(linearized.observations);
     let mut columns = Columns::default();
-    let (regressors, values) = linearized.baseline.regressors(linearized.scope);
+    let (mut regressors, values) = linearized.baseline.regressors(linearized.scope);
     let (_, wanted) = nominal.regressors(linearized.scope);
+    regressors.extend(others);
     columns.push("baseline", regressors);
-    columns.centre = wanted.iter().zip(&values).map(|(w, v)| w - v).collect();
+    for (centre, (wanted, value)) in columns.centre.iter_mut().zip(wanted.iter().zip(&values)) {
+        *centre = wanted - value;
+    }
     columns
 }

@@ -8,3 +8,4 @@ pub mod point;
 pub mod recording;
 pub mod relinearized;
 pub mod stop_operator;
+pub mod unknown_angle;

@@ -3,6 +3,7 @@
 
 use crate::data::channel_names::CHANNEL_NAMES;
 use crate::linearization::recording::LinearizedRecording;
+use crate::linearization::unknown_angle;
 use courier_signal::equations::ANGLE_SIGN;
 use effects::identity::Identity;
 use effects::sensor::Regressor;
@@ -35,6 +36,8 @@ pub(super) fn zeros(linearized: &LinearizedRecording) -> Vec<Regressor> {
                 |_| 1.0,
             ));
         }
+        // How the courier turned where nothing tells it is its own on each recording as well.
+        list.extend(unknown_angle::regressors(linearized));
         return list;
     }
     for channel in 0..if linearized.scope.beacon { 3 } else { 1 } {

@@ -9,7 +9,7 @@ use crate::data::slips::repair_slips;
 use crate::data::tooth_counts::align_pairs;
 use crate::data::{adequacy, commanded, faint, restarts};
 use crate::inference::residuals::Residuals;
-use crate::linearization::calibrate::baseline_columns;
+use crate::linearization::calibrate::equation_columns;
 use crate::linearization::recording::{LinearizedRecording, range};
 use crate::noise::simulated::floor;
 use crate::progress::{Stage, Watch, unwatched};
@@ -223,7 +223,7 @@ fn doubtful(model: &Model, observations: &Observations, usable: &[bool]) -> Vec<
         return beyond;
     };
     linearized.noise = certainty.noise;
-    let mut columns = baseline_columns(&linearized);
+    let mut columns = equation_columns(&linearized);
     columns.append(effects);
     let extrapolates = certainty.extrapolates(&linearized, &columns);
     extrapolates

@@ -100,6 +100,7 @@ impl LinearizedRecording<'_> {
                 let estimate = self.steady.tan_psi[axis].get(i);
                 estimate.map_or(tan_psi[axis], |t| finite(Some(t)))
             }),
+            commanded_theta_rad: finite(o.commanded[2].get(i)),
             speed_m_s: at(&self.motion.speed_m_s),
             acceleration_m_s2: at(&self.motion.acceleration_m_s2),
             direction: at(&self.motion.direction),
