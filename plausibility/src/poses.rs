@@ -127,12 +127,16 @@ impl Poses {
         };
         let moved = |i: usize| fit.coefficients[i].abs() * self.rms(axes[i]);
         let main = (0..axes.len()).max_by(|a, b| moved(*a).total_cmp(&moved(*b)))?;
-        // An angle that only the pose column shows is as much of a contradiction, and so is one against which the segments turn: of two
-        // angles that are small against their errors the difference may be large.
+        // An angle that only the pose column shows is as much of a contradiction. Two angles that are small against the segments' errors may
+        // still show whether they turn alike: one of their sum and difference is then large, whichever sign is right.
         let was = if response == 2 {
-            let against = &weights - unit(&2);
-            let difference = (&self.products.projected * &against).dot(&against);
-            fit.was.max(self.rms(2)).max(difference.max(0.0).sqrt())
+            let together = [-1.0, 1.0].map(|sign| {
+                let sum = &weights + unit(&2) * sign;
+                (&self.products.projected * &sum).dot(&sum).max(0.0).sqrt()
+            });
+            together
+                .into_iter()
+                .fold(fit.was.max(self.rms(2)), f64::max)
         } else {
             fit.was
         };

@@ -121,6 +121,7 @@ fn much_rest_and_little_turning_hide_no_mistake() {
         ("column q1c inverted", 26_112_647),
         ("lever_x of the wrong sign", 26_112_644),
         ("reference's angle of the wrong sign", 31_415_928),
+        ("segments 2 and 4 reversed", 71_828_182),
     ] {
         assert_eq!(found(kind(name), seed..seed + 1), 1, "{name}, {seed}");
     }
