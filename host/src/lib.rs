@@ -2,7 +2,7 @@
 //!
 //! `cli` takes the command line apart, `commands` holds one file a command, `board` is the board that a user named, `board_model`
 //! turns a diagnosis into terms that a board has, `calibration_file` keeps a calibration, `conversion` tells what became of a log, `isolability` foretells what a motion can
-//! identify, `provenance` says where a report comes from, `recorder` keeps a board's samples, `noise` tells their noise, `interrupt` that the user wants no more, `survey` lists the motions that a diagnosis wants, `findings` tells what readings contradict, `witness` looks for it while a board calibrates, `replay` runs the firmware's
+//! identify, `provenance` says where a report comes from, `recorder` keeps a board's samples, `noise` tells their noise, `interrupt` that the user wants no more, `trace` judges what a logic analyser saw at a board's pins, `survey` lists the motions that a diagnosis wants, `findings` tells what readings contradict, `witness` looks for it while a board calibrates, `replay` runs the firmware's
 //! signal path and estimator on recordings; `kinds` are the files that commands write, `live` shows what a board says as it comes. Packages of their
 //! own, so that `cargo demo` need not build the rest: `demo`, `teeth` (the map of a platen's teeth), and what commands print with and
 //! where what they write goes (`terminal`, `json`, `output`, `destination`).
@@ -23,6 +23,7 @@ pub mod provenance;
 pub mod recorder;
 pub mod replay;
 pub mod survey;
+pub mod trace;
 pub mod witness;
 
 pub use command_line::{destination, json, output, terminal};

@@ -6,14 +6,13 @@ use super::{fault, hang};
 use crate::app::background::Background;
 use crate::app::console::Console;
 use crate::app::restarts::SERVICE_S;
+pub use crate::drivers::converter::timing::RATE_HZ;
 use crate::frame::Status;
 use crate::link::message::ResetCause;
 use core::sync::atomic::Ordering::Relaxed;
 use embedded_io::{Read, ReadReady, Write, WriteReady};
 use embedded_storage::nor_flash::NorFlash;
 
-/// Sampling rate, hertz.
-pub const RATE_HZ: u32 = 20_000;
 /// Samples between two looks at what changes slowly: 100 ms.
 const SLOW_SAMPLES: u32 = RATE_HZ / 10;
 

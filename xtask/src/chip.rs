@@ -23,8 +23,8 @@ use anyhow::Result;
 use std::process::Command;
 
 /// The command. Words: names of checks; none: all, and the model's own tests before them. `--mutate` and names of mutations, each tried
-/// alone; none: all, and what trips each rule. `--tests` and names of tests of the emulated board, none: those of [`TESTS`].
-/// `control`: embassy's image.
+/// alone; none: all, and what trips each rule. `--tests` and names of tests of the emulated board or of `host/tests/chip`, none: those of
+/// [`TESTS`]. `control`: embassy's image. `trace FILE.vcd [SECONDS]`: what a logic analyser sees at the pins.
 ///
 /// # Errors
 /// The image or the model cannot be built, or a check fails.
@@ -34,6 +34,7 @@ pub fn run_command(arguments: &[String]) -> Result<()> {
         Some((first, names)) if first == "--mutate" => mutate_all(names),
         Some((first, [])) if first == "control" => control::check(),
         Some((first, names)) if first == "--tests" => boards_tests(&TESTS, names),
+        Some((first, words)) if first == "trace" => trace(words),
         _ => check(arguments),
     }
 }
@@ -50,6 +51,14 @@ fn check(names: &[String]) -> Result<()> {
     timed("the checks", || {
         run(Command::new(program).arg(image).args(names))
     })
+}
+
+fn trace(words: &[String]) -> Result<()> {
+    let image = firmware::build(&arm::ensure()?, "g474")?;
+    run(Command::new(model::build()?)
+        .arg("trace")
+        .arg(image)
+        .args(words))
 }
 
 fn mutate_all(names: &[String]) -> Result<()> {
@@ -71,8 +80,8 @@ fn mutate_all(names: &[String]) -> Result<()> {
 
 /// Faults that `cargo xtask test` brings in again, in one image: one that the peripherals show, one of the signal path.
 const SAMPLE: [&str; 2] = ["1-data-cache", "3-missed-instants"];
-/// Tests of the emulated board that `cargo xtask test` runs on the model.
-const SAMPLE_TESTS: [&str; 2] = ["bytes::", "log::what_is_no_image"];
+/// Tests of the emulated board and of the commands that `cargo xtask test` runs on the model.
+const SAMPLE_TESTS: [&str; 4] = ["bytes::", "log::what_is_no_image", "commands::", "trace::"];
 
 /// What `cargo xtask test` asks of the model: all checks, that it still sees faults, and that it is a board of `courier`. Says what each part
 /// took of processor time.
@@ -92,7 +101,7 @@ pub fn test() -> Result<()> {
     timed("faults brought in again", || {
         mutate::together(tools, &SAMPLE.map(Into::into))?.judge()
     })?;
-    timed("tests of the emulated board", || {
+    timed("tests of the emulated board and of the commands", || {
         boards_tests(&SAMPLE_TESTS, &[])
     })
 }
@@ -107,8 +116,12 @@ fn timed<R>(what: &str, work: impl FnOnce() -> Result<R>) -> Result<R> {
     result
 }
 
-/// Tests of the emulated board (`host/tests/emulated`) that need nothing which only that board has.
-const TESTS: [&str; 9] = [
+/// Tests of the commands (`host/tests/chip`), and those of the emulated board (`host/tests/emulated`) that need nothing which only that board
+/// has.
+const TESTS: [&str; 12] = [
+    "commands::",
+    "trace::",
+    "calibration::",
     "bytes::",
     "parts::a_silent_converter",
     "parts::a_stuck_channel",
@@ -125,7 +138,7 @@ fn boards_tests(usual: &[&str], names: &[String]) -> Result<()> {
     let image = firmware::build(&arm::ensure()?, "g474")?;
     let model = model::build()?;
     let mut command = cargo(&["test", "--profile", "checked", "--package", "courier"]);
-    command.args(["--test", "emulated", "--"]);
+    command.args(["--test", "emulated", "--test", "chip", "--"]);
     match names {
         [] => command.args(usual),
         names => command.args(names),

@@ -134,7 +134,7 @@ const TASKS: &[Task] = &[
     ),
     (
         "chip",
-        "the sensor board's image as it ships on a model of its chip (NAMES OF CHECKS; control: embassy's image; --mutate: each mended fault brought in again; --tests: tests of the emulated board on it)",
+        "the sensor board's image as it ships on a model of its chip (NAMES OF CHECKS; control: embassy's image; --mutate: each mended fault brought in again; --tests: tests of the emulated board and of the commands on it; trace FILE.vcd [SECONDS]: what a logic analyser sees at its pins)",
         Work::With(chip::run_command),
     ),
     (

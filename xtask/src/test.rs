@@ -192,8 +192,8 @@ fn lints() -> Tally {
     );
     // Not among all targets, since a bare `cargo test` leaves it out.
     total.add(step(
-        "lints of the emulated board's tests",
-        clippy("--workspace --test emulated --features courier/probe"),
+        "lints of the emulated board's and the chip's tests",
+        clippy("--workspace --test emulated --test chip --features courier/probe"),
     ));
     total
 }

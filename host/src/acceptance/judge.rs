@@ -24,10 +24,13 @@ pub struct Step {
     pub found: String,
     /// What was wanted.
     pub wanted: String,
+    /// Where in a trace that was found, seconds of its own time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_s: Option<f64>,
 }
 
 impl Step {
-    pub(super) fn new(
+    pub(crate) fn new(
         step: &'static str,
         passed: bool,
         found: String,
@@ -38,15 +41,25 @@ impl Step {
             passed: Some(passed),
             found,
             wanted: wanted.into(),
+            at_s: None,
         }
     }
 
-    fn not_measured(step: &'static str, why: &str, wanted: impl Into<String>) -> Self {
+    pub(crate) fn not_measured(step: &'static str, why: &str, wanted: impl Into<String>) -> Self {
         Self {
             step,
             passed: None,
             found: why.to_owned(),
             wanted: wanted.into(),
+            at_s: None,
+        }
+    }
+
+    /// The same, found at this instant of a trace.
+    pub(crate) fn at(self, at_s: f64) -> Self {
+        Self {
+            at_s: Some(at_s),
+            ..self
         }
     }
 }

@@ -129,11 +129,13 @@ fn text(report: &Report) -> String {
     format!("{}\n{verdict}", pairs(&rows))
 }
 
-fn told(step: &Step) -> String {
-    let Step { passed, found, wanted, .. } = step;
+/// A step's verdict on one line.
+pub(super) fn told(step: &Step) -> String {
+    let Step { passed, found, wanted, at_s, .. } = step;
+    let at = at_s.map_or(String::new(), |at_s| format!(" at {:.6} ms", 1.0e3 * at_s));
     match passed {
         Some(true) => format!("passed: {found}"),
-        Some(false) => format!("FAILED: found {found}, wanted {wanted}"),
+        Some(false) => format!("FAILED: found {found}{at}, wanted {wanted}"),
         None => format!("not measured: {found}"),
     }
 }

@@ -85,6 +85,7 @@ commands! {
         Check => check,
         Isolability => isolability,
         Map => map,
+        Trace => trace,
         Completions => completions,
         Man => man,
     }

@@ -1,7 +1,7 @@
-//! The demonstration with the firmware in QEMU beside the one with the firmware in this process.
+//! The demonstration with the firmware's image beside the one with the firmware in this process.
 
-use crate::rig::amount;
-use courier::board::{Starter, emulated::STARTER};
+use crate::rig::{amount, starter};
+use courier::board::Starter;
 use courier::demo::joint::{JointOptions, JointReport, run as run_jointly};
 use courier::demo::{Options, Report, run};
 use indicatif::ProgressBar;
@@ -21,12 +21,12 @@ fn demonstrate(board: Starter) -> Report {
 /// that the courier reaches to 2 µm.
 #[test]
 fn demonstrates_the_same_as_the_simulated_board() {
-    let (here, there) = (demonstrate(Starter::default()), demonstrate(STARTER));
+    let (here, there) = (demonstrate(Starter::default()), demonstrate(starter()));
     assert!(here.accepted && there.accepted, "{there:?}");
     assert_eq!(here.poses, there.poses);
     for (row, other) in here.rows.iter().zip(&there.rows) {
         let (a, b) = (row.here.expect("a figure"), other.here.expect("a figure"));
-        println!("{}: {a:.4} simulated, {b:.4} emulated", row.name);
+        println!("{}: {a:.4} simulated, {b:.4} on the image", row.name);
         assert!((b / a - 1.0).abs() < 0.05, "{}: {a} and {b}", row.name);
     }
 }
@@ -47,7 +47,7 @@ fn demonstrate_jointly(board: Starter) -> JointReport {
 fn the_joint_demonstration_runs_on_the_image() {
     let (here, there) = (
         demonstrate_jointly(Starter::default()),
-        demonstrate_jointly(STARTER),
+        demonstrate_jointly(starter()),
     );
     assert!(here.accepted && there.accepted, "{there:?}");
     assert!(here.map.is_some() && there.map.is_some(), "{there:?}");
@@ -56,13 +56,13 @@ fn the_joint_demonstration_runs_on_the_image() {
         steps.filter(|s| s.accepted).map(|s| s.step).collect()
     };
     println!(
-        "{:?} simulated, {:?} emulated",
+        "{:?} simulated, {:?} on the image",
         accepted(&here),
         accepted(&there)
     );
     for (row, other) in here.rows.iter().zip(&there.rows) {
         let (a, b) = (row.here.expect("a figure"), other.here.expect("a figure"));
-        println!("{}: {a:.4} simulated, {b:.4} emulated", row.name);
+        println!("{}: {a:.4} simulated, {b:.4} on the image", row.name);
         assert!(row.paper_method.is_some() && other.paper_method.is_some());
         let is_raw = row.name.contains("uncalibrated");
         assert!(

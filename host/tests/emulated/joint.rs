@@ -1,7 +1,6 @@
 //! The joint calibration under the beacon: the steps' solving shares the processor with everything else.
 
-use crate::rig::{Rig, amount};
-use courier::board::emulated::STARTER;
+use crate::rig::{Rig, amount, starter};
 use courier::board::{Simulated, Starter, motion, session};
 use courier::demo::Preset;
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
@@ -13,8 +12,8 @@ use courier_sensor::link::message::{Action, CalibrateOrder, InForce, Reply, Sour
 use courier_sensor::link::report::{Ending, Progress};
 use indicatif::ProgressBar;
 
-/// Name of the emulated board in what is printed.
-const EMULATED: &str = "emulated";
+/// Name of the image's board in what is printed.
+const IMAGE: &str = "image";
 /// A reply may be late by a solution for all unknowns; the host gives up after 2 s.
 const LATEST_REPLY_NS: u64 = 500_000_000;
 
@@ -80,7 +79,7 @@ fn calibrated(name: &str, board: Starter) -> (Progress, Calibration) {
     );
     assert_eq!(status.missed, 0);
     assert!(matches!(status.in_force, InForce::Stored(_)), "{status:?}");
-    if name == EMULATED {
+    if name == IMAGE {
         assert!(latest_ns < LATEST_REPLY_NS, "{latest_ns}");
         assert_eq!(seen, [0, 1, 2, 3, 4], "each step is seen under way");
     }
@@ -95,7 +94,7 @@ fn calibrated(name: &str, board: Starter) -> (Progress, Calibration) {
 #[test]
 fn both_sensors_are_calibrated_as_on_the_simulated_board() {
     let (progress, here) = calibrated("simulated", Starter::default());
-    let (other, there) = calibrated(EMULATED, STARTER);
+    let (other, there) = calibrated(IMAGE, starter());
     let (steps, others) = (progress.steps, other.steps);
     for (a, b) in steps
         .iter()

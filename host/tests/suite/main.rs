@@ -17,6 +17,7 @@ mod outputs;
 mod record;
 mod replay;
 mod rough;
+mod trace;
 mod two_hosts;
 mod update;
 mod wires;

@@ -20,7 +20,7 @@ const fn line(words: &'static str, inputs: &'static [&'static str]) -> Line {
 const RECORDING: &[&str] = &["v/samples.csv", "v/recording.toml"];
 
 /// Every command that writes a file. None gets as far as its work.
-const LINES: [Line; 26] = [
+const LINES: [Line; 27] = [
     line("demo --record new", &[]),
     line("demo --preset measured --waveforms w.csv", &["w.csv"]),
     line("convert w.csv new", &["w.csv"]),
@@ -32,6 +32,7 @@ const LINES: [Line; 26] = [
     line("check m.json v", &["m.json", "v/samples.csv"]),
     line("isolability", &[]),
     line("map v", RECORDING),
+    line("trace w.csv", &["w.csv"]),
     line("status", &[]),
     line("calibrate", &[]),
     line("abort", &[]),

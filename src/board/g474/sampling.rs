@@ -7,19 +7,24 @@
 //! one is known. A converter that is silent makes no edge of BUSY; the background then calls the interrupt by hand.
 
 use super::clocks::CLOCK_HZ;
+use crate::drivers::converter::timing::{BUSY_BELOW_NS, CONVST_HIGH_NS};
 use stm32_metapac::timer::vals::{CcmrInputCcs, Mms, Ocm, Sms, Ti1s, Ts};
 use stm32_metapac::{EXTI, RCC, SYSCFG, TIM2, TIM3, TIM8};
 
 /// EXTI line of BUSY (PC8), and port C's number in SYSCFG.
 const BUSY_LINE: usize = 8;
 const PORT_C: u8 = 2;
-/// CONVST is high so long: 0.5 us (data sheet: 10 ns at least).
-const PULSE_CYCLES: u16 = (CLOCK_HZ / 2_000_000) as u16;
+/// CONVST is high so long.
+const PULSE_CYCLES: u16 = cycles(CONVST_HIGH_NS);
 
-/// BUSY's pulse is over so long after its conversion's start: 4 us (AD7606C data sheet: 2 us at most without oversampling, which is off).
-const SETTLED_CYCLES: u16 = (CLOCK_HZ / 250_000) as u16;
+/// BUSY's pulse is over so long after its conversion's start: twice what it may take.
+const SETTLED_CYCLES: u16 = cycles(2 * BUSY_BELOW_NS);
 /// Looks at both counts until none falls into a pulse or over an instant: each takes some twenty cycles, a pulse 680 at most.
 const LOOKS: u32 = 100;
+
+const fn cycles(ns: u32) -> u16 {
+    (CLOCK_HZ / 1_000_000 * ns / 1000) as u16
+}
 
 /// Number of the first instant: its pulse begins with the timer, before the first period that TIM2 counts.
 pub const FIRST: u32 = 0;

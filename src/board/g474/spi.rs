@@ -1,7 +1,9 @@
 //! SPI1 to converter chip 0 and SPI2 to chip 1: 21.25 MHz, chip select by software. Here byte by byte, for the chips' registers and the
 //! self-test; conversions are fetched by DMA (`reading`). Every wait is bounded.
 
+use super::clocks::CLOCK_HZ;
 use super::pins::{self, Pin};
+use crate::drivers::converter::timing::SCLK_HZ;
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use stm32_metapac::spi::Spi;
 use stm32_metapac::spi::regs::Cr2;
@@ -23,6 +25,9 @@ impl spi::Error for Timeout {
         spi::ErrorKind::Other
     }
 }
+
+// What `Br::DIV8` makes of the clock.
+const _: () = assert!(CLOCK_HZ / 8 == SCLK_HZ);
 
 /// Switches both peripherals on: mode 2, 8 bits, 170 MHz / 8.
 pub fn start() {

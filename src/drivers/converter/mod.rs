@@ -11,6 +11,7 @@
 mod error;
 mod revival;
 mod settings;
+pub mod timing;
 
 pub use error::ConverterError;
 pub use settings::{Settings, WITNESS_COUNTS};

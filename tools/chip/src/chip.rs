@@ -23,6 +23,7 @@ use crate::peripheral::usart::Usart;
 use crate::peripheral::watchdog::{Iwdg, LSI};
 use crate::peripheral::window::Wwdg;
 use crate::peripheral::{Access, Peripheral, Unit};
+use crate::recorder::Recorder;
 use crate::registers;
 use crate::rule::{Findings, Rule};
 use crate::surroundings::Surroundings;
@@ -54,6 +55,8 @@ pub struct Chip {
     pub around: Surroundings,
     /// Where the block of instructions begins that runs.
     pub running_at: u32,
+    /// What the board's lines do, if it is recorded.
+    pub recorder: Option<Recorder>,
     remapped: bool,
     /// Whether a read may have changed anything.
     changed: bool,
@@ -107,6 +110,7 @@ impl Chip {
             now: 0,
             findings: Findings::default(),
             running_at: 0,
+            recorder: None,
             remapped: false,
             changed: false,
             start,
@@ -266,10 +270,14 @@ impl Chip {
             chip.tim2.count_triggers(triggers);
             for (index, spi) in chip.spi.iter_mut().enumerate() {
                 spi.advance(access);
-                if let Some(byte) = spi.take_gone()
-                    && let Some(answer) = chip.around.exchange(index, byte)
-                {
-                    spi.answer(answer, access);
+                if let Some(byte) = spi.take_gone() {
+                    let answer = chip.around.exchange(index, byte);
+                    if let Some(recorder) = &mut chip.recorder {
+                        recorder.byte(index, spi.gone_between(), answer.unwrap_or(0));
+                    }
+                    if let Some(answer) = answer {
+                        spi.answer(answer, access);
+                    }
                 }
             }
             let looks = chip.usart1.next() <= access.now;

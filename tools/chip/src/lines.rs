@@ -56,6 +56,9 @@ impl Lines {
         let (port, pin) = LAMP;
         chip.around.lamp = chip.gpio[port].drive(pin) == Drive::Level(true);
         Self::settle_busy(chip);
+        if let Some(recorder) = &mut chip.recorder {
+            recorder.levels(chip.now, &chip.lines);
+        }
     }
 
     fn settle_convst(chip: &mut Chip) {

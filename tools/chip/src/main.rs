@@ -1,5 +1,5 @@
 //! `chip IMAGE [CHECK…]`: runs the image on the modelled chip; without names of checks, all of them. `chip serve IMAGE`: the chip is a
-//! board for the program that started this one. `chip rules`: the rules, by name. `chip control IMAGE`: an image of somebody else's drivers.
+//! board for the program that started this one. `chip trace IMAGE FILE.vcd [SECONDS]`: what a logic analyser sees at its pins. `chip rules`: the rules, by name. `chip control IMAGE`: an image of somebody else's drivers.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -18,6 +18,9 @@ fn main() -> ExitCode {
             Ok(())
         }
         [serve, image] if serve == "serve" => chip::serve::run(Path::new(image)),
+        [trace, image, file, seconds @ ..] if trace == "trace" && seconds.len() < 2 => {
+            chip::trace::run(Path::new(image), Path::new(file), seconds.first())
+        }
         [control, image] if control == "control" => chip::check::control::run(Path::new(image)),
         [image, name, json] if json == "--json" => {
             chip::check::print_figures(Path::new(image), name)

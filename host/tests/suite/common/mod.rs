@@ -43,6 +43,13 @@ impl Ran {
             assert!(err.contains(word), "{asked}: wanted {word:?} in {err}");
         }
     }
+
+    /// The command line must have been refused for these words: exit code 2, nothing on standard output.
+    pub fn refused_usage(&self, wanted: &str) {
+        let Self { asked, err, .. } = self;
+        assert_eq!((self.code, self.out.as_str()), (2, ""), "{asked}: {err}");
+        assert!(err.contains(wanted), "{asked}: wanted {wanted:?} in {err}");
+    }
 }
 
 /// JSON, or a failed test that shows the text.

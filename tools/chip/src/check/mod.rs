@@ -5,7 +5,7 @@ mod bus;
 mod calibration;
 pub mod control;
 mod cuts;
-mod fixture;
+pub(crate) mod fixture;
 mod hang;
 mod health;
 mod link;

@@ -28,6 +28,8 @@ pub struct Spi {
     overrun: bool,
     /// A byte that has gone through and waits for its answer.
     gone: Option<u8>,
+    /// When the newest of them began and ended.
+    gone_between: [Ticks; 2],
 }
 
 impl Spi {
@@ -41,6 +43,7 @@ impl Spi {
             shifting: None,
             overrun: false,
             gone: None,
+            gone_between: [0; 2],
         }
     }
 
@@ -57,6 +60,11 @@ impl Spi {
     /// A byte that has gone out; [`Spi::answer`] is what came meanwhile.
     pub fn take_gone(&mut self) -> Option<u8> {
         self.gone.take()
+    }
+
+    /// When the newest byte that has gone out began, and when it ended.
+    pub fn gone_between(&self) -> [Ticks; 2] {
+        self.gone_between
     }
 
     /// What came in.
@@ -225,6 +233,7 @@ impl Peripheral for Spi {
             && access.now >= end
         {
             self.gone = Some(byte);
+            self.gone_between = [end - self.byte_ticks(access), end];
             let next = self.to_send.pop_front();
             self.shifting = next.map(|byte| (byte, end + self.byte_ticks(access)));
         }
