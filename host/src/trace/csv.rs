@@ -1,7 +1,7 @@
 //! A table of levels: sigrok's CSV, a row a look of the instrument's, or one with a column of times, a row a change, as Saleae's program
 //! exports it.
 
-use super::file::{Contents, frequency_hz};
+use super::contents::{Contents, frequency_hz};
 use anyhow::{Context, Result, bail, ensure};
 
 /// Units of the file: picoseconds.

@@ -1,6 +1,6 @@
 //! A value change dump (VCD), as sigrok and many instruments write it.
 
-use super::file::{Contents, frequency_hz};
+use super::contents::{Contents, frequency_hz};
 use anyhow::{Context, Result, bail, ensure};
 use std::collections::HashMap;
 use std::io::{BufRead, Read};

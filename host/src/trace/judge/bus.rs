@@ -4,7 +4,7 @@ use super::super::Line;
 use super::super::clock::{Frame, astray, frames, frequencies_hz};
 use super::super::limits::{CLOCK_SHARE, FRAME_BITS, SCLK_HZ};
 use super::super::measure::{MHZ, Wanted, all_there, told, within};
-use super::{CLOCKS_S, Check, View};
+use super::view::{CLOCKS_S, Check, View};
 use crate::acceptance::Step;
 
 const CLOCK0: &[Line] = &[Line::Select(0), Line::Clock(0)];

@@ -3,7 +3,7 @@
 use super::super::Line;
 use super::super::limits::{BUSY_BELOW_S, BUSY_RISES_WITHIN_S};
 use super::super::measure::{Measured, NS, US, Wanted, all_there, told, within};
-use super::{Check, PULSES_S, View};
+use super::view::{Check, PULSES_S, View};
 use crate::acceptance::Step;
 
 const LINES: &[Line] = &[Line::Convst, Line::Busy];

@@ -3,7 +3,7 @@
 use super::super::Line;
 use super::super::limits::{CLOCK_SHARE, CONVST_HIGH_S, EDGE_S, PERIOD_S};
 use super::super::measure::{Measured, NS, US, Wanted, all_there, told, within};
-use super::{Check, PULSES_S, View};
+use super::view::{Check, PULSES_S, View};
 use crate::acceptance::Step;
 
 /// Its steps.

@@ -1,7 +1,7 @@
 //! Both resets, at rest while the board samples.
 
 use super::super::Line;
-use super::{Check, PULSES_S, View};
+use super::view::{Check, PULSES_S, View};
 use crate::acceptance::Step;
 
 /// Their steps.

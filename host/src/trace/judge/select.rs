@@ -3,7 +3,7 @@
 use super::super::Line;
 use super::super::limits::{SELECTED_S, SELECTED_WITHIN_S};
 use super::super::measure::{Measured, US, Wanted, all_there, told, within};
-use super::{Check, PULSES_S, View};
+use super::view::{Check, PULSES_S, View};
 use crate::acceptance::Step;
 
 /// Their steps.

@@ -1,5 +1,6 @@
 //! Lines as the board makes them, seen by an instrument, and with one fault each.
 
+use super::super::Signal;
 use super::super::limits::FRAME_BITS;
 use super::*;
 
