@@ -25,7 +25,9 @@ fn main() -> Result<(), String> {
         return Err(format!("found {words:?}, {wanted}"));
     };
     let cases = *first as usize..*last as usize + 1;
-    let pairs = paired(cases, *seed, conditions, |pair| tell(pair, explain));
+    let pairs = paired(cases, *seed, conditions, explain, |pair| {
+        tell(pair, explain)
+    });
     for kind in [
         Kind::None,
         Kind::Single,

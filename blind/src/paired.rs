@@ -42,11 +42,12 @@ fn exactly(judged: &Judged) -> bool {
     judged.named.len() == truth.len() && truth.iter().all(in_class)
 }
 
-/// Answers some cases of a campaign by both; `told` is given each as it is done.
+/// Answers some cases of a campaign by both; `told` is given each as it is done, with the likeliest sets if `explain`.
 pub fn paired(
     cases: impl Iterator<Item = usize>,
     seed: u64,
     conditions: Conditions,
+    explain: bool,
     told: impl Fn(&Pair) + Sync,
 ) -> Vec<Pair> {
     let cases: Vec<Case> = cases
@@ -58,7 +59,7 @@ pub fn paired(
         let start = Instant::now();
         let rules = diagnose(&recording, "paired", &options);
         let middle = Instant::now();
-        let answer = diagnosed(&recording, &options).ok();
+        let answer = diagnosed(&recording, &options, explain).ok();
         let pair = Pair {
             took_s: [
                 (middle - start).as_secs_f64(),

@@ -9,6 +9,7 @@ use crate::data::prepare::{Prepared, prepare};
 use crate::design::assembly::{Design, DesignOptions, Options, assemble};
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
+use crate::selection::limits::FIELD_COORDINATES;
 use crate::selection::measured::{Measured, measured};
 use crate::verdict::answer::Verdict;
 use effects::Detection;
@@ -35,26 +36,36 @@ pub struct Answer {
     pub reasons: Vec<Reason>,
     /// How the probability is shared.
     pub masses: Masses,
-    /// The likeliest sets.
+    /// The likeliest sets, where they were asked for.
     pub sets: Vec<Row>,
     /// Times that all was compared.
     pub rounds: usize,
 }
 
-/// Decides on a recording.
+/// Decides on a recording. With `explain` the answer holds the likeliest sets. Cost of that: twenty cross-validations.
 ///
 /// # Errors
 /// [`Insufficient`] where it cannot answer.
-pub fn diagnosed(recording: &Recording, options: &Options) -> Result<Answer, Insufficient> {
+pub fn diagnosed(
+    recording: &Recording,
+    options: &Options,
+    explain: bool,
+) -> Result<Answer, Insufficient> {
     let mut prepared = prepare(recording)?;
-    let (first, seen) = first_look(&prepared, options);
-    let Some(mask) = seen.mask else {
-        return Ok(settled(&prepared, options, first, seen));
+    let (mut first, mut seen) = first_look(&prepared, options);
+    if let Some(mask) = seen.mask.take() {
+        drop(first);
+        prepared.use_only(mask);
+        (first, seen) = first_look(&prepared, options);
+    }
+    let (here, seen, rounds) = settled(&prepared, options, first, seen);
+    let sets = if explain {
+        here.weighing.explained(&here.design)
+    } else {
+        Vec::new()
     };
-    drop(first);
-    prepared.use_only(mask);
-    let (first, seen) = first_look(&prepared, options);
-    Ok(settled(&prepared, options, first, seen))
+    let answer = answer(&prepared, options, &here, &seen, rounds);
+    Ok(Answer { sets, ..answer })
 }
 
 fn first_look<'a>(prepared: &'a Prepared, options: &'a Options) -> (Look<'a>, Measured) {
@@ -90,6 +101,12 @@ impl<'a> Look<'a> {
         RelinearizedFit::new(&self.design.linearized, start, &self.weighing.found())
     }
 
+    /// True where the best set holds a field over the platen.
+    fn holds_a_field(&self) -> bool {
+        let is_field = |name: &String| effects::is(name, Detection::AsField);
+        self.weighing.found().iter().any(is_field)
+    }
+
     /// With what the best set leaves.
     fn measured(self, prepared: &'a Prepared, options: &'a Options) -> (Self, Measured) {
         let fit = self.fit();
@@ -99,14 +116,17 @@ impl<'a> Look<'a> {
     }
 }
 
-/// Decides about what was found, until that stays.
+/// Decides about what was found, until that stays, with the times that it took.
 fn settled<'a>(
     prepared: &'a Prepared,
     options: &'a Options,
     mut here: Look<'a>,
     mut seen: Measured,
-) -> Answer {
+) -> (Look<'a>, Measured, usize) {
     let mut point = prepared.point();
+    if lies_over_the_platen(&here, &seen) {
+        (here, seen) = by_field(prepared, options, &point, here).measured(prepared, options);
+    }
     let mut count = 1;
     while count <= ROUNDS {
         let decision = here.weighing.decide(seen.white);
@@ -126,6 +146,7 @@ fn settled<'a>(
             line_residuals: Some(fit.residuals()),
             search_deflection_waves: decision.verdict == Verdict::Unknown,
             previous_inputs: Some(&here.design.linearized.inputs),
+            field: here.holds_a_field(),
             ..DesignOptions::default()
         };
         let next = look(prepared, options, &point, again);
@@ -137,11 +158,22 @@ fn settled<'a>(
     }
     let found = !here.weighing.found().is_empty();
     if found || here.weighing.decide(seen.white).verdict == Verdict::Unknown {
-        here = by_field(prepared, options, &point, here);
+        if !here.holds_a_field() {
+            here = by_field(prepared, options, &point, here);
+        }
         here = told_more(prepared, options, &point, here);
         (here, seen) = here.measured(prepared, options);
     }
-    answer(prepared, options, &here, &seen, count)
+    (here, seen, count)
+}
+
+/// True where what the best set leaves lies over coordinates that a field shows in: what else is found before the field is, is made of it.
+fn lies_over_the_platen(here: &Look, seen: &Measured) -> bool {
+    let decision = here.weighing.decide(seen.white);
+    let places = here.weighing.places(&decision);
+    places
+        .iter()
+        .any(|(name, _)| FIELD_COORDINATES.contains(&name.as_str()))
 }
 
 /// The same with more told of the effects of the best set, one after the other, where that is likelier altogether: both are of the same
@@ -170,7 +202,7 @@ fn told_more<'a>(
     here
 }
 
-/// The same with a field over the platen, unless one effect explains all.
+/// The same with a field over the platen, where the likeliest set holds it. None is looked for where one effect explains all.
 fn by_field<'a>(
     prepared: &'a Prepared,
     options: &Options,
@@ -186,7 +218,11 @@ fn by_field<'a>(
         ..DesignOptions::default()
     };
     let with = look(prepared, options, point, told);
-    likelier(here, with)
+    if with.holds_a_field() {
+        likelier(here, with)
+    } else {
+        here
+    }
 }
 
 fn likelier<'a>(one: Look<'a>, other: Look<'a>) -> Look<'a> {
@@ -238,7 +274,7 @@ fn answer(
         reasons: decision.reasons,
         masses: decision.masses,
         left_share: decision.left_share,
-        sets: weighing.explained(&here.design),
+        sets: Vec::new(),
         rounds,
     }
 }

@@ -6,10 +6,6 @@ use nalgebra::{DMatrix, DVector};
 use normal_equations::cholesky::Factor;
 use std::f64::consts::TAU;
 
-/// Times that the sizes of a set's effects are found, each with the others where they are: of effects that share little the first time
-/// is exact, and the second follows what they share.
-const SWEEPS: usize = 2;
-
 /// A set at given sizes and noise.
 #[derive(Clone, Debug)]
 pub struct Given {
@@ -68,23 +64,20 @@ pub fn given(reduced: &Reduced, set: &[usize], log_variances: &[f64], noise: f64
     })
 }
 
-/// Finds the sizes of a set from where they are thought to be, and integrates over them one by one. Cost: some fifteen times the cube of
-/// each effect's columns and twice that of all.
+/// Finds the sizes of a set from where they are thought to be, each with the others where they are, and integrates over them one by one.
+/// Cost: some three times the cube of each effect's columns and that of all.
 pub fn fitted(reduced: &Reduced, set: &[usize], start: &[f64], noise: f64) -> Option<Fitted> {
     let mut log_variances = start.to_vec();
     let mut widths = vec![0.0; set.len()];
-    let sweeps = if set.len() > 1 { SWEEPS } else { 1 };
-    for _ in 0..sweeps {
-        for k in 0..set.len() {
-            let (normal, right) = beside(reduced, set, &log_variances, k, noise)?;
-            let likelihood = |log_variance: f64| log_ratio(&normal, &right, log_variance);
-            let found = if set.len() == 1 {
-                scale::integrate(right.len(), likelihood)
-            } else {
-                scale::about(log_variances[k], right.len(), likelihood)
-            };
-            (log_variances[k], widths[k]) = (found.mode, found.log_width);
-        }
+    for k in 0..set.len() {
+        let (normal, right) = beside(reduced, set, &log_variances, k, noise)?;
+        let likelihood = |log_variance: f64| log_ratio(&normal, &right, log_variance);
+        let found = if set.len() == 1 {
+            scale::integrate(right.len(), likelihood)
+        } else {
+            scale::about(log_variances[k], right.len(), likelihood)
+        };
+        (log_variances[k], widths[k]) = (found.mode, found.log_width);
     }
     at_sizes(reduced, set, log_variances, widths.iter().sum(), noise)
 }

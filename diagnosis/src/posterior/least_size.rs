@@ -66,7 +66,7 @@ impl SetAtSizes<'_> {
                 return self.beside_the_others(k);
             }
             let inverse = self.factor_inverse.columns(*at, columns.len());
-            let covariance = inverse.tr_mul(&inverse);
+            let covariance = inverse.transpose() * inverse;
             let mut precision = covariance.cholesky()?.inverse();
             (0..columns.len()).for_each(|c| precision[(c, c)] -= (-self.log_variances[k]).exp());
             Some(precision)

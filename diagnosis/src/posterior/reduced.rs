@@ -171,20 +171,20 @@ impl Reduced {
         let half = Factor::new(precision)?.lower_inverse();
         let (across_half, target_half) = (&half * &across, &half * target);
         // What each block's column takes of the set's.
-        let share = half.tr_mul(&across_half);
+        let share = half.transpose() * &across_half;
         let carried = self.carried.as_ref().map(|carried| {
             let part = |a: &[usize], b: &[usize]| {
                 DMatrix::from_fn(a.len(), b.len(), |i, j| carried[(a[i], b[j])])
             };
             let mixed = part(&own, &list) * &share;
             part(&own, &own) - &mixed - mixed.transpose()
-                + share.tr_mul(&(part(&list, &list) * &share))
+                + share.transpose() * (part(&list, &list) * &share)
         });
         Some(Self {
             blocks: ranges(blocks.iter().map(|b| self.blocks[*b].len())),
             centre: DVector::from_fn(own.len(), |k, _| self.centre[own[k]]),
             carried,
-            normal: self.square(&own) - across_half.tr_mul(&across_half),
+            normal: self.square(&own) - across_half.transpose() * &across_half,
             right: right - across_half.tr_mul(&target_half),
             squares: squares - target_half.norm_squared(),
             // It is at its noise for good.

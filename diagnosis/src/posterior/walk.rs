@@ -1,9 +1,9 @@
 //! The walk through the sets of up to four effects at one noise: all single effects, all pairs, and larger sets built upon the likeliest.
 
-use super::evidence::{fitted, roughly};
+use super::evidence::{Fitted, fitted, roughly};
 use super::least_size::lacking;
 use super::problem::{Prior, Problem};
-use super::weighed::{Weighed, exactly, sort, weighed};
+use super::weighed::{Weighed, sort, weighed};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ pub const MOST: usize = 4;
 /// Sets of each number of effects that are built upon: a bound on the work.
 const BUILT_UPON: usize = 6;
 /// Sets whose sizes are found together, with nameless shapes besides: a bound on the work.
-const WITH_SHAPES: usize = 12;
+const WITH_SHAPES: usize = 5;
 /// An effect of more columns than this is eliminated before its companions are sought: a bound on the work. Two such effects are in no set
 /// together.
 const LARGE: usize = 120;
@@ -36,7 +36,7 @@ pub fn walk(problem: &Problem) -> Vec<Weighed> {
         .collect();
     let exact: Vec<_> = shown
         .par_iter()
-        .map(|k| exactly(problem, all[*k].set(), &all[*k].fitted.log_variances))
+        .map(|k| exactly(problem, &all[*k].fitted))
         .collect();
     for (k, exact) in shown.into_iter().zip(exact) {
         if let Some(exact) = exact {
@@ -48,6 +48,19 @@ pub fn walk(problem: &Problem) -> Vec<Weighed> {
     }
     sort(&mut all, problem.log_odds);
     all
+}
+
+/// A set with its sizes found together, from where they are thought to be, and with the best nameless shapes beside it.
+fn exactly(problem: &Problem, near: &Fitted) -> Option<Weighed> {
+    let fitted = fitted(
+        problem.reduced,
+        &near.set,
+        &near.log_variances,
+        problem.noise,
+    )?;
+    let mut out = weighed(problem, fitted);
+    out.look_for_shapes(problem);
+    Some(out)
 }
 
 /// The likeliest sets that hold an effect of many columns. It is eliminated once, at its size, and the others are sought beside it; then
@@ -94,12 +107,16 @@ fn with_large(problem: &Problem, effect: Prior, small: &[Prior]) -> Vec<Weighed>
             .par_iter()
             .filter_map(|each| {
                 let (set, sizes): (Vec<usize>, Vec<f64>) = each.iter().copied().unzip();
-                exactly(problem, &set, &sizes)
+                Some(weighed(problem, fitted(reduced, &set, &sizes, noise)?))
             })
             .collect();
         sort(&mut out, problem.log_odds);
         best = out.first().map(|w| w.fitted.clone());
     }
+    let shown = out.len().min(WITH_SHAPES);
+    out[..shown]
+        .par_iter_mut()
+        .for_each(|w| w.look_for_shapes(problem));
     out
 }
 

@@ -1,6 +1,6 @@
 //! A set of effects with its weight under four hypotheses: with nameless shapes or without, by noise near the stated one or louder.
 
-use super::evidence::{Fitted, fitted};
+use super::evidence::Fitted;
 use super::least_size::{lacking, log_ratio, powers};
 use super::nameless::{Nameless, beside};
 use super::noise_scale::{Left, NoiseScale, integrate, log_sum};
@@ -62,6 +62,15 @@ impl Weighed {
         [common + noise.stated, common + noise.louder + log_odds]
     }
 
+    /// Finds the best nameless shapes beside it.
+    pub fn look_for_shapes(&mut self, problem: &Problem) {
+        let shapes = beside(problem, &self.fitted, &self.left);
+        self.nameless = shapes.map(|shapes| {
+            let noise = integrate(&shapes.left, self.lacking / problem.reduced.rows);
+            (shapes, noise)
+        });
+    }
+
     /// Leaves it the weight by one of the two kinds of noise.
     pub fn keep(&mut self, noise: Noise) {
         let with_shapes = self.nameless.iter_mut().map(|n| &mut n.1);
@@ -105,16 +114,4 @@ pub fn weighed(problem: &Problem, fitted: Fitted) -> Weighed {
         lacking,
         left,
     }
-}
-
-/// A set of blocks with its sizes found together, from where they are thought to be, and with the best nameless shapes beside it.
-pub fn exactly(problem: &Problem, set: &[usize], log_variances: &[f64]) -> Option<Weighed> {
-    let fitted = fitted(problem.reduced, set, log_variances, problem.noise)?;
-    let mut out = weighed(problem, fitted);
-    let shapes = beside(problem, &out.fitted, &out.left);
-    out.nameless = shapes.map(|shapes| {
-        let noise = integrate(&shapes.left, out.lacking / problem.reduced.rows);
-        (shapes, noise)
-    });
-    Some(out)
 }
