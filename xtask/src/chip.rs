@@ -24,7 +24,7 @@ use std::process::Command;
 
 /// The command. Words: names of checks; none: all, and the model's own tests before them. `--mutate` and names of mutations, each tried
 /// alone; none: all, and what trips each rule. `--tests` and names of tests of the emulated board or of `host/tests/chip`, none: those of
-/// [`TESTS`]. `control`: embassy's image. `trace FILE.vcd [SECONDS]`: what a logic analyser sees at the pins.
+/// [`TESTS`]. `control`: embassy's images. `trace FILE.vcd [SECONDS]`: what a logic analyser sees at the pins.
 ///
 /// # Errors
 /// The image or the model cannot be built, or a check fails.
@@ -83,7 +83,7 @@ const SAMPLE: [&str; 2] = ["1-data-cache", "3-missed-instants"];
 /// Tests of the emulated board and of the commands that `cargo xtask test` runs on the model.
 const SAMPLE_TESTS: [&str; 4] = ["bytes::", "log::what_is_no_image", "commands::", "trace::"];
 
-/// What `cargo xtask test` asks of the model: all checks, that it still sees faults, and that it is a board of `courier`. Says what each part
+/// What `cargo xtask test` asks of the model: all checks, somebody else's images, that it still sees faults, and that it is a board of `courier`. Says what each part
 /// took of processor time.
 ///
 /// # Errors
@@ -94,6 +94,7 @@ pub fn test() -> Result<()> {
     timed("building the image", || firmware::build(&arm, "g474"))?;
     let model = timed("building the model", model::build)?;
     check(&[])?;
+    timed("the control", control::check)?;
     let tools = Tools {
         arm: &arm,
         model: &model,

@@ -1,5 +1,6 @@
 //! `chip IMAGE [CHECK…]`: runs the image on the modelled chip; without names of checks, all of them. `chip serve IMAGE`: the chip is a
-//! board for the program that started this one. `chip trace IMAGE FILE.vcd [SECONDS]`: what a logic analyser sees at its pins. `chip rules`: the rules, by name. `chip control IMAGE`: an image of somebody else's drivers.
+//! board for the program that started this one. `chip trace IMAGE FILE.vcd [SECONDS]`: what a logic analyser sees at its pins. `chip rules`:
+//! the rules, by name. `chip control IMAGE IMAGE`: two images of somebody else's drivers, the second at the fastest clock.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -21,7 +22,9 @@ fn main() -> ExitCode {
         [trace, image, file, seconds @ ..] if trace == "trace" && seconds.len() < 2 => {
             chip::trace::run(Path::new(image), Path::new(file), seconds.first())
         }
-        [control, image] if control == "control" => chip::check::control::run(Path::new(image)),
+        [control, normal, boosted] if control == "control" => {
+            chip::check::control::run(Path::new(normal), Path::new(boosted))
+        }
         [image, name, json] if json == "--json" => {
             chip::check::print_figures(Path::new(image), name)
         }

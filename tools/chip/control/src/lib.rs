@@ -1,9 +1,9 @@
-//! Somebody else's drivers on the modelled chip: embassy sets the clock to 170 MHz with the boosted regulator, drives CONVST's pin by a
-//! timer at 20 kHz, and erases and programs two double words of the flash's second bank.
+//! Somebody else's drivers on the modelled chip: embassy sets the clock, drives CONVST's pin by a timer at 20 kHz, and erases and programs
+//! two double words of the flash's second bank.
 //!
-//! The check `control` of the chip's model looks at what comes of it: so the model does not merely share our reading of the manual.
+//! The check `control` of the chip's model looks at what comes of it: so the model does not merely share our reading of the manual. Each
+//! image in `src/bin` is another clock.
 #![no_std]
-#![no_main]
 
 use embassy_stm32::Config;
 use embassy_stm32::flash::Flash;
@@ -20,19 +20,19 @@ const PAGE_BYTES: u32 = 2048;
 /// What the check finds there.
 const PATTERN: [u8; 16] = *b"control control.";
 
-#[cortex_m_rt::entry]
-fn main() -> ! {
+/// Runs at 2 MHz times `multiplier`, from the internal oscillator's 16 MHz; `boost`: with the regulator that more than 150 MHz need.
+pub fn run(multiplier: PllMul, boost: bool) -> ! {
     let mut config = Config::default();
     config.rcc.pll = Some(Pll {
         source: PllSource::HSI,
         prediv: PllPreDiv::DIV4,
-        mul: PllMul::MUL85,
+        mul: multiplier,
         divp: None,
         divq: None,
         divr: Some(PllRDiv::DIV2),
     });
     config.rcc.sys = Sysclk::PLL1_R;
-    config.rcc.boost = true;
+    config.rcc.boost = boost;
     config.rcc.hsi48 = None;
     let chip = embassy_stm32::init(config);
     let pulse = PwmPin::new(chip.PC6, OutputType::PushPull);
