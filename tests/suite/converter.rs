@@ -1,8 +1,8 @@
 //! The converter driver against the simulated chips, bit for bit.
 
-use courier_sensor::drivers::ad7606c::{ChipError, Oversampling, Range};
+use courier_sensor::drivers::ad7606c::{ChipError, Oversampling, Range, Script};
 use courier_sensor::drivers::converter::{
-    Converter, ConverterError, Counts, Settings, WITNESS_COUNTS,
+    Converter, ConverterError, Counts, Settings, WITNESS_COUNTS, scripts,
 };
 use courier_sensor::frame::{RawFrame, Status};
 use hal_sim::wire::clock::Clock;
@@ -47,8 +47,9 @@ fn reads_what_stands_at_the_inputs() {
 
 #[test]
 fn range_and_oversampling_reach_the_chips() {
+    static SCRIPTS: [Script; 2] = scripts(Range::Bipolar10V, Oversampling::X8);
     let settings = Settings {
-        range: Range::Bipolar10V,
+        scripts: &SCRIPTS,
         oversampling: Oversampling::X8,
         ..Settings::BOARD
     };

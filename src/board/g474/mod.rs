@@ -30,7 +30,7 @@ use crate::app::console::Console;
 use crate::app::sampler::{Sampler, missed_between};
 use crate::app::updates::Updater;
 use crate::drivers::ad7606c::ChipError;
-use crate::drivers::converter::{Converter, ConverterError, Settings, store};
+use crate::drivers::converter::{Converter, ConverterError, Settings};
 use crate::selftest::Answers;
 use crate::update::install::Rules;
 use crate::update::version::Version;
@@ -95,11 +95,15 @@ fn DMA1_CHANNEL2() {
     own.note_cycles(entered);
 }
 
+/// A bus's peripheral did not answer.
+const BUS_SILENT: ChipError = ChipError::Bus(ErrorKind::Other);
 /// A reading did not end as it should.
 const UNREAD: ConverterError = ConverterError::Chip {
     index: 1,
-    error: ChipError::Bus(ErrorKind::Other),
+    error: BUS_SILENT,
 };
+/// BUSY made no edge.
+const SILENT: ConverterError = ConverterError::BusyStuck { polls: 0 };
 
 impl Sampling {
     /// Checks and decodes both frames and computes the sample.
@@ -136,6 +140,10 @@ impl Sampling {
     #[inline(never)]
     fn isr_without_reading(&mut self, asked: bool) {
         let entered = DWT::cycle_count();
+        // By hand while a conversion may be under way: its own edge is still to come, and would be served a second time.
+        if !asked && !sampling::is_settled() {
+            return;
+        }
         let now = sampling::instants();
         if self.reading.is_under_way() && now.wrapping_sub(self.instant) < HUNG_INSTANTS {
             return;
@@ -144,21 +152,39 @@ impl Sampling {
             return;
         };
         self.served = now;
-        let raw = self.sampler.isr_raw();
-        if asked && self.converter.in_service() {
-            self.converter.refuse(UNREAD, raw);
-        } else {
-            if !self.converter.in_service() {
-                self.reading.by_hand();
-            }
-            store(Err(self.converter.silent()), raw);
+        if !self.converter.in_service() {
+            self.isr_set_anew(missed);
+            return self.note_cycles(entered);
         }
+        let error = if asked { UNREAD } else { SILENT };
+        self.converter.refuse(error, self.sampler.isr_raw());
         if self.converter.in_service() {
             self.reading.make_ready();
         }
+        self.isr_conclude(missed);
+        self.note_cycles(entered);
+    }
+
+    /// A piece of setting the chips again: the bus exchanges a frame while the sample is computed.
+    #[cold]
+    #[inline(never)]
+    fn isr_set_anew(&mut self, missed: u32) {
+        self.reading.by_hand();
+        self.sampler.isr_raw().fault = self.converter.error().status();
+        let Some(exchange) = self.converter.begin_piece() else {
+            return self.isr_conclude(missed);
+        };
+        let begun = spi::begin(exchange.chip, exchange.command.bytes());
+        self.isr_conclude(missed);
+        let reply = begun.end().map_err(|_| BUS_SILENT);
+        self.converter.end_piece(&exchange, reply);
+    }
+
+    /// Computes the sample of an instant without frames.
+    #[inline(never)]
+    fn isr_conclude(&mut self, missed: u32) {
         self.sampler.isr_compute(missed, |_| {});
         intake::isr_call();
-        self.note_cycles(entered);
     }
 
     /// Notes how long an interrupt took that has entered at this count. What only starts a reading is not counted: it always takes the same.
@@ -203,7 +229,7 @@ impl Board for G474 {
         if samples != self.samples_seen {
             self.samples_seen = samples;
             self.seen_at = now;
-        } else if now.wrapping_sub(self.seen_at) >= SILENT_INSTANTS {
+        } else if now.wrapping_sub(self.seen_at) >= SILENT_INSTANTS && sampling::is_settled() {
             self.seen_at = now;
             NVIC::pend(Interrupt::EXTI9_5);
         }

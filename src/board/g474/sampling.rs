@@ -74,12 +74,18 @@ fn count_answers() {
 pub fn asked_and_answered() -> Option<[u16; 2]> {
     let look = |_| {
         let asked = instants();
-        let is_settled = TIM3.cnt().read().cnt() >= SETTLED_CYCLES;
+        let is_settled = is_settled();
         let answered = TIM8.cnt().read().cnt();
         let conversions = asked.wrapping_sub(FIRST).wrapping_add(1) as u16;
         (is_settled && asked == instants()).then_some([conversions, answered])
     };
     (0..LOOKS).find_map(look)
+}
+
+/// Whether the newest instant's conversion is over, and BUSY with it.
+#[inline(always)]
+pub fn is_settled() -> bool {
+    TIM3.cnt().read().cnt() >= SETTLED_CYCLES
 }
 
 /// Number of the newest sampling instant, from [`FIRST`], modulo 2^32.

@@ -5,6 +5,7 @@ use super::clocks::CLOCK_HZ;
 use super::pins::{self, Pin};
 use crate::drivers::converter::timing::SCLK_HZ;
 use embedded_hal::spi::{self, Operation, SpiDevice};
+use stm32_metapac::rcc::regs::{Apb1rstr1, Apb2rstr};
 use stm32_metapac::spi::Spi;
 use stm32_metapac::spi::regs::Cr2;
 use stm32_metapac::spi::vals::{Br, Cpha, Cpol, Ds, Frxth, Mstr};
@@ -39,10 +40,11 @@ pub fn start() {
 /// Resets both peripherals and sets them again: after a transfer that did not end nothing is known of their state.
 #[inline(never)]
 pub fn set_anew() {
-    RCC.apb2rstr().modify(|w| w.set_spi1rst(true));
-    RCC.apb2rstr().modify(|w| w.set_spi1rst(false));
-    RCC.apb1rstr1().modify(|w| w.set_spi2rst(true));
-    RCC.apb1rstr1().modify(|w| w.set_spi2rst(false));
+    // No other peripheral is held in reset, so nothing is read first: this runs in the sampling interrupt.
+    RCC.apb2rstr().write(|w| w.set_spi1rst(true));
+    RCC.apb2rstr().write_value(Apb2rstr(0));
+    RCC.apb1rstr1().write(|w| w.set_spi2rst(true));
+    RCC.apb1rstr1().write_value(Apb1rstr1(0));
     let [first, second] = BUS;
     configure(first);
     configure(second);
@@ -51,13 +53,13 @@ pub fn set_anew() {
 /// Bytes of 8 bits, each of which is told: DS from bit 8, FRXTH at bit 12 (RM0440, 39.9.2).
 const BYTES: Cr2 = Cr2((Ds::BITS8 as u32) << 8 | (Frxth::QUARTER as u32) << 12);
 
-/// Bytes that the receiver holds at most.
-const RECEIVER_BYTES: u32 = 4;
+/// Bytes that the receiver holds at most, and so does the sender.
+const FIFO_BYTES: usize = 4;
 
 /// Empties a receiver: a byte that was left there would shift every transfer that follows.
 #[inline(always)]
 pub fn drain(bus: Spi) {
-    for _ in 0..RECEIVER_BYTES {
+    for _ in 0..FIFO_BYTES {
         if !bus.sr().read().rxne() {
             return;
         }
@@ -86,6 +88,65 @@ fn configure(bus: Spi) {
         w.set_ssi(true);
         w.set_spe(true);
     });
+}
+
+/// A chip-select frame that the peripheral works off by itself.
+pub struct UnderWay {
+    bus: Spi,
+    select: Pin,
+    bytes: usize,
+}
+
+/// Begins to exchange a frame with chip 0 or 1; its first four bytes, which is what the FIFO holds.
+#[inline(always)]
+pub fn begin(chip: u8, bytes: &[u8]) -> UnderWay {
+    let Device { bus, select } = Device::new(usize::from(chip));
+    drain(bus);
+    select.level(false);
+    let bytes = bytes.iter().take(FIFO_BYTES);
+    let count = bytes.len();
+    bytes.for_each(|byte| bus.dr8().write_value(*byte));
+    UnderWay {
+        bus,
+        select,
+        bytes: count,
+    }
+}
+
+impl UnderWay {
+    /// Waits for the rest of it and takes what came back, zeros after it.
+    ///
+    /// # Errors
+    /// The peripheral is silent.
+    #[inline(always)]
+    pub fn end<const N: usize>(self) -> Result<[u8; N], Timeout> {
+        let mut reply = [0; N];
+        let is_idle = |_| self.bus.sr().read().0 & UNDER_WAY == 0;
+        let has_ended = (0..PATIENCE).any(is_idle);
+        self.select.level(true);
+        if !has_ended {
+            set_anew();
+            return Err(Timeout);
+        }
+        for place in reply.iter_mut().take(self.bytes) {
+            *place = self.bus.dr8().read();
+        }
+        Ok(reply)
+    }
+}
+
+/// Bits of the status register while something is still to be sent: BSY, and FTLVL (RM0440, 39.9.3).
+const UNDER_WAY: u32 = 1 << 7 | 3 << 11;
+
+/// Waits for a byte.
+#[inline(always)]
+fn receive(bus: Spi) -> Result<u8, Timeout> {
+    for _ in 0..PATIENCE {
+        if bus.sr().read().rxne() {
+            return Ok(bus.dr8().read());
+        }
+    }
+    Err(Timeout)
 }
 
 /// One chip on its bus.
@@ -133,12 +194,7 @@ impl Device {
     /// One byte out and one in.
     fn exchange(&self, byte: u8) -> Result<u8, Timeout> {
         self.bus.dr8().write_value(byte);
-        for _ in 0..PATIENCE {
-            if self.bus.sr().read().rxne() {
-                return Ok(self.bus.dr8().read());
-            }
-        }
-        Err(Timeout)
+        receive(self.bus)
     }
 }
 

@@ -14,10 +14,12 @@
 //! Sources: AD7606C-16 data sheet (Analog Devices, Rev. 0); Analog Devices' no-OS driver `drivers/adc/ad7606/ad7606.c` (commands,
 //! both polynomials, reset and set-up times, conversion times) and Linux `drivers/iio/adc/ad7606_spi.c` (command word, delayed reply).
 
+mod configuration;
 mod error;
 mod frame;
 mod register;
 
+pub use configuration::{Script, Step};
 pub use error::ChipError;
 pub use frame::{
     CHANNELS, CRC16, FRAME_BYTES, FrameBytes, check_frame, decode_frame, pairs, words,
@@ -37,8 +39,53 @@ pub struct ChipSettings {
     pub offset_counts: [i8; CHANNELS],
 }
 
-/// Pieces of a configuration.
-pub const CONFIGURE_STEPS: u8 = 15;
+/// A chip-select frame of register access.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Command {
+    bytes: [u8; COMMAND_BYTES],
+    has_crc: bool,
+}
+
+/// Bytes of the longest: command, value and CRC.
+pub const COMMAND_BYTES: usize = 3;
+
+impl Command {
+    const fn new(command: u8, value: u8, has_crc: bool) -> Self {
+        Self {
+            bytes: [command, value, CRC8.checksum(&[command, value])],
+            has_crc,
+        }
+    }
+
+    /// What goes over the wire, and is as long as the reply.
+    #[inline(always)]
+    pub fn bytes(&self) -> &[u8] {
+        if self.has_crc {
+            &self.bytes
+        } else {
+            &self.bytes[..COMMAND_BYTES - 1]
+        }
+    }
+
+    /// Address of its register.
+    const fn register(&self) -> u8 {
+        self.bytes[0] & !register::READ
+    }
+
+    /// The register's value by what came back for it.
+    ///
+    /// # Errors
+    /// It fails its CRC.
+    fn value(&self, reply: [u8; COMMAND_BYTES]) -> Result<u8, ChipError> {
+        let [first, value, crc] = reply;
+        if self.has_crc && CRC8.checksum(&[first, value]) != crc {
+            return Err(ChipError::RegisterCrc {
+                register: self.register(),
+            });
+        }
+        Ok(value)
+    }
+}
 
 /// Driver of one chip. Keeps no copy of the registers but knows in which of its two modes the chip is.
 #[derive(Debug)]
@@ -64,46 +111,6 @@ impl<S: SpiDevice> Ad7606c<S> {
         self.crc = false;
     }
 
-    /// Checks the identity, turns the CRC on and sets everything, each register read back.
-    ///
-    /// # Errors
-    /// Every variant of [`ChipError`] but those of conversion frames.
-    pub fn configure(&mut self, settings: &ChipSettings) -> Result<(), ChipError> {
-        (0..CONFIGURE_STEPS).try_for_each(|step| self.configure_step(settings, step))
-    }
-
-    /// One of the [`CONFIGURE_STEPS`] pieces of [`Ad7606c::configure`], in order: at most five chip-select frames.
-    ///
-    /// # Errors
-    /// As [`Ad7606c::configure`].
-    pub fn configure_step(&mut self, settings: &ChipSettings, step: u8) -> Result<(), ChipError> {
-        const CHECKS: u8 = register::ROM_CRC_ERR_EN | register::INT_CRC_ERR_EN;
-        match step {
-            0 => {
-                self.identify()?;
-                // First of all: from here on every byte in either direction is covered.
-                self.write_register(Register::DigitalDiagnosticEnable, CHECKS)?;
-                self.crc = true;
-                self.verify(Register::DigitalDiagnosticEnable, CHECKS)
-            }
-            1 => self.write_verified(Register::Config, register::CONFIG_NORMAL_ONE_DOUT),
-            2..=5 => {
-                let both = settings.range.code() << 4 | settings.range.code();
-                self.write_verified(Register::Range { pair: step - 2 }, both)
-            }
-            6..=13 => {
-                let channel = step - 6;
-                let offset = settings
-                    .offset_counts
-                    .get(usize::from(channel))
-                    .copied()
-                    .unwrap_or(0);
-                self.write_verified(Register::Offset { channel }, (offset as u8) ^ 0x80)
-            }
-            _ => self.set_oversampling(settings.oversampling),
-        }
-    }
-
     /// Sets the oversampling ratio and reads it back; the chip stays in register mode.
     ///
     /// # Errors
@@ -118,7 +125,7 @@ impl<S: SpiDevice> Ad7606c<S> {
     /// Bus.
     pub fn leave_register_mode(&mut self) -> Result<(), ChipError> {
         if self.register_mode {
-            self.command(0, 0)?;
+            self.exchange(&self.command(0, 0))?;
             self.register_mode = false;
         }
         Ok(())
@@ -129,16 +136,11 @@ impl<S: SpiDevice> Ad7606c<S> {
     /// # Errors
     /// Bus, or a reply that fails its CRC.
     pub fn read_register(&mut self, register: Register) -> Result<u8, ChipError> {
-        let command = register::READ | register.address();
-        self.command(command, 0)?;
+        let command = self.command(register::READ | register.address(), 0);
+        self.exchange(&command)?;
         self.register_mode = true;
-        let [first, value, crc] = self.command(command, 0)?;
-        if self.crc && CRC8.checksum(&[first, value]) != crc {
-            return Err(ChipError::RegisterCrc {
-                register: register.address(),
-            });
-        }
-        Ok(value)
+        let reply = self.exchange(&command)?;
+        command.value(reply)
     }
 
     /// Writes one register, without reading it back.
@@ -149,7 +151,8 @@ impl<S: SpiDevice> Ad7606c<S> {
         if !self.register_mode {
             self.read_register(register)?;
         }
-        self.command(register.address(), value).map(|_| ())
+        self.exchange(&self.command(register.address(), value))
+            .map(|_| ())
     }
 
     /// Reads the eight channels of the last conversion: 144 clocks and 16 table look-ups. `counts` is untouched on error.
@@ -165,43 +168,39 @@ impl<S: SpiDevice> Ad7606c<S> {
         Ok(())
     }
 
-    fn identify(&mut self) -> Result<(), ChipError> {
-        match self.read_register(Register::Id)? {
-            level @ (0x00 | 0xFF) => Err(ChipError::Absent { level }),
-            id if register::DEVICES.contains(&(id >> 4)) => Ok(()),
-            id => Err(ChipError::WrongId { id }),
-        }
-    }
-
     fn write_verified(&mut self, register: Register, value: u8) -> Result<(), ChipError> {
         self.write_register(register, value)?;
-        self.verify(register, value)
-    }
-
-    fn verify(&mut self, register: Register, wrote: u8) -> Result<(), ChipError> {
         let read = self.read_register(register)?;
-        if read == wrote {
-            Ok(())
-        } else {
-            Err(ChipError::ReadBack {
-                register: register.address(),
-                wrote,
-                read,
-            })
-        }
+        compare(register.address(), value, read)
     }
 
     /// One chip-select frame of register access; returns what came back.
-    fn command(&mut self, command: u8, value: u8) -> Result<[u8; 3], ChipError> {
-        let mut bytes = [command, value, CRC8.checksum(&[command, value])];
-        let frame = if self.crc {
-            &mut bytes[..]
-        } else {
-            &mut bytes[..2]
-        };
+    ///
+    /// # Errors
+    /// Bus.
+    pub fn exchange(&mut self, command: &Command) -> Result<[u8; COMMAND_BYTES], ChipError> {
+        let mut bytes = command.bytes;
         self.spi
-            .transfer_in_place(frame)
+            .transfer_in_place(&mut bytes[..command.bytes().len()])
             .map_err(|error| ChipError::Bus(error.kind()))?;
         Ok(bytes)
+    }
+}
+
+impl<S> Ad7606c<S> {
+    fn command(&self, command: u8, value: u8) -> Command {
+        Command::new(command, value, self.crc)
+    }
+}
+
+const fn compare(register: u8, wrote: u8, read: u8) -> Result<(), ChipError> {
+    if read == wrote {
+        Ok(())
+    } else {
+        Err(ChipError::ReadBack {
+            register,
+            wrote,
+            read,
+        })
     }
 }

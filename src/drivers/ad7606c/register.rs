@@ -1,10 +1,10 @@
 //! Register map of the AD7606C-16, as far as the driver uses it (data sheet, Register Summary).
 
-use crc::{Algorithm, Crc, NoTable};
+use crc::{Algorithm, Crc};
 
 /// CRC of a register access: x^8 + x^2 + x + 1 from zero over command and value.
-// Without a table: registers are few, and set at start-up.
-pub static CRC8: Crc<u8, NoTable> = Crc::<u8, NoTable>::new(&Algorithm {
+// With a table: registers are set in the sampling interrupt too, when the chips come back in service.
+pub static CRC8: Crc<u8> = Crc::<u8>::new(&Algorithm {
     width: 8,
     poly: 0x07,
     init: 0,

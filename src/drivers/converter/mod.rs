@@ -14,17 +14,17 @@ mod settings;
 pub mod timing;
 
 pub use error::ConverterError;
-pub use settings::{Settings, WITNESS_COUNTS};
+pub use settings::{Settings, WITNESS_COUNTS, scripts};
 
 use super::ad7606c::{
-    Ad7606c, CHANNELS, ChipError, ChipSettings, FrameBytes, Oversampling, check_frame, pairs,
+    Ad7606c, CHANNELS, COMMAND_BYTES, ChipError, Command, FrameBytes, Oversampling, Step,
+    check_frame, pairs,
 };
 use crate::frame::{RawFrame, Status};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{self, InputPin, OutputPin};
 use embedded_hal::spi::SpiDevice;
 use revival::{Revival, Stage};
-use settings::chip_settings;
 
 /// Counts of one instant, `[chip][channel]`.
 pub type Counts = [[i16; CHANNELS]; 2];
@@ -40,6 +40,16 @@ const RISE_POLLS: u32 = 16;
 /// CONVST stays high so long in the self-test: the data sheet asks for 10 ns, and a pin's slow edges take 25 ns.
 const CONVST_PULSE_US: u32 = 1;
 
+/// A chip-select frame to be exchanged with a chip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Exchange {
+    /// 0 or 1.
+    pub chip: u8,
+    /// What is sent.
+    pub command: Command,
+    is_judged: bool,
+}
+
 /// Both chips and their lines.
 #[derive(Debug)]
 pub struct Converter<A, B, Convst, Reset, Busy> {
@@ -50,6 +60,8 @@ pub struct Converter<A, B, Convst, Reset, Busy> {
     busy: Busy,
     settings: Settings,
     revival: Revival,
+    /// What came back in [`Stage::Set`], for [`Stage::Judge`].
+    reply: [u8; COMMAND_BYTES],
 }
 
 impl<A, B, Convst, Reset, Busy> Converter<A, B, Convst, Reset, Busy>
@@ -77,6 +89,7 @@ where
             busy,
             settings,
             revival: Revival::new(),
+            reply: [0; COMMAND_BYTES],
         }
     }
 
@@ -103,20 +116,12 @@ where
         self.quadrature.after_reset();
         self.electrodes.after_reset();
         self.revival = Revival::new();
-        let slow = |chip| ChipSettings {
-            oversampling: SELF_TEST_RATIO,
-            ..chip_settings(&self.settings, chip)
-        };
-        let settings = [slow(0), slow(1)];
-        self.quadrature.configure(&settings[0]).map_err(chip(0))?;
-        self.electrodes.configure(&settings[1]).map_err(chip(1))?;
+        let [first, second] = self.settings.scripts;
+        self.quadrature.configure(first).map_err(chip(0))?;
+        self.electrodes.configure(second).map_err(chip(1))?;
+        self.set_oversampling(SELF_TEST_RATIO)?;
         self.self_test(delay)?;
-        self.quadrature
-            .set_oversampling(self.settings.oversampling)
-            .map_err(chip(0))?;
-        self.electrodes
-            .set_oversampling(self.settings.oversampling)
-            .map_err(chip(1))?;
+        self.set_oversampling(self.settings.oversampling)?;
         self.enter_conversion_mode()
     }
 
@@ -244,6 +249,51 @@ where
 
     /// One instant's piece of setting the chips again; tells why.
     fn revive(&mut self) -> ConverterError {
+        if let Some(exchange) = self.begin_piece() {
+            let reply = match exchange.chip {
+                0 => self.quadrature.exchange(&exchange.command),
+                _ => self.electrodes.exchange(&exchange.command),
+            };
+            self.end_piece(&exchange, reply);
+        }
+        self.revival.error
+    }
+
+    /// Begins an instant's piece of setting the chips again, for a board whose bus works beside the processor: a chip-select frame that it is
+    /// to exchange with a chip, whose reply is for [`Converter::end_piece`]; none if there is nothing to exchange at this instant.
+    #[inline(always)]
+    pub fn begin_piece(&mut self) -> Option<Exchange> {
+        let Stage::Set { chip, step } = self.revival.stage else {
+            self.piece_without_exchange();
+            return None;
+        };
+        let step = self.step(chip, step);
+        if step.is_none() {
+            self.set_chip(chip);
+        }
+        step.map(|step| Exchange {
+            chip,
+            command: step.command,
+            is_judged: step.is_judged(),
+        })
+    }
+
+    /// Ends the piece with what came back for [`Converter::begin_piece`]'s frame: as long as that, zeros after it. What counts of it is looked
+    /// at with the next piece.
+    #[inline(always)]
+    pub fn end_piece(&mut self, of: &Exchange, reply: Result<[u8; COMMAND_BYTES], ChipError>) {
+        match reply {
+            Ok(reply) => {
+                self.reply = reply;
+                self.revival.exchanged(of.is_judged);
+            }
+            Err(error) => self.revival.moved(Err(chip(of.chip)(error))),
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn piece_without_exchange(&mut self) {
         let result = match self.revival.stage {
             Stage::Reset { high: true } => self.reset.set_high().map_err(pin),
             Stage::Reset { high: false } => {
@@ -251,22 +301,35 @@ where
                 self.electrodes.after_reset();
                 self.reset.set_low().map_err(pin)
             }
-            Stage::Set { chip: 0, step } => {
-                let settings = chip_settings(&self.settings, 0);
-                self.quadrature
-                    .configure_step(&settings, step)
-                    .map_err(chip(0))
-            }
-            Stage::Set { step, .. } => {
-                let settings = chip_settings(&self.settings, 1);
-                self.electrodes
-                    .configure_step(&settings, step)
-                    .map_err(chip(1))
-            }
-            Stage::Leave => self.enter_conversion_mode(),
-            Stage::Service { .. } | Stage::Settle { .. } | Stage::Pause { .. } => Ok(()),
+            Stage::Judge { chip: index, step } => self
+                .step(index, step)
+                .map_or(Ok(()), |step| step.judge(self.reply))
+                .map_err(chip(index)),
+            _ => Ok(()),
         };
         self.revival.moved(result);
+    }
+
+    /// A frame of a chip's script; none after the last one.
+    #[inline(always)]
+    fn step(&self, chip: u8, step: u8) -> Option<&'static Step> {
+        self.settings.scripts[usize::from(chip & 1)].step(step)
+    }
+
+    /// A chip's script is at its end.
+    #[cold]
+    #[inline(never)]
+    fn set_chip(&mut self, chip: u8) {
+        match chip {
+            0 => self.quadrature.after_script(),
+            _ => self.electrodes.after_script(),
+        }
+        self.revival.set(chip);
+    }
+
+    /// Why the chips are set again.
+    #[inline(always)]
+    pub const fn error(&self) -> ConverterError {
         self.revival.error
     }
 
@@ -308,6 +371,11 @@ where
             }
         }
         Err(ConverterError::BusyNeverRose { polls: RISE_POLLS })
+    }
+
+    fn set_oversampling(&mut self, ratio: Oversampling) -> Result<(), ConverterError> {
+        self.quadrature.set_oversampling(ratio).map_err(chip(0))?;
+        self.electrodes.set_oversampling(ratio).map_err(chip(1))
     }
 
     fn enter_conversion_mode(&mut self) -> Result<(), ConverterError> {

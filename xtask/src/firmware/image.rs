@@ -31,9 +31,8 @@ pub struct Image {
 
 /// What the sensor board's sampling interrupts call in flash, and with it all that these call.
 const RARE: &[&str] = &[
-    // Chips that are set up anew.
-    "courier_sensor::drivers::converter::Converter<A,B,Convst,Reset,Busy>::silent",
-    "courier_sensor::drivers::converter::Converter<A,B,Convst,Reset,Busy>::revive",
+    // Once for each chip that has been set anew.
+    "courier_sensor::drivers::converter::Converter<A,B,Convst,Reset,Busy>::set_chip",
 ];
 
 /// Both images. A further board is a line here.

@@ -13,7 +13,7 @@ use courier_sensor::frame::Status;
 use courier_sensor::link::telemetry::Channels;
 use std::time::Duration;
 
-/// So long samples are looked at after a fault: the chips are set anew within 5 ms.
+/// So long samples are looked at after a fault: the chips are set anew within 10 ms.
 const LOOK_MS: u64 = 20;
 /// Samples that a byte too many costs: the one that it shifts, and the one at whose instant the buses are made ready again.
 const A_STRAY_BYTE_COSTS: usize = 2;

@@ -7,6 +7,7 @@ use crate::rule::Rule;
 use crate::surroundings::ByteFault;
 use crate::time::from_us;
 use anyhow::{Result, ensure};
+use courier_sensor::drivers::ad7606c::FRAME_BYTES;
 
 /// From one sampling instant to the next.
 const INTERVAL_US: u64 = 50;
@@ -17,6 +18,10 @@ const STILL_US: u64 = 90;
 const REST_US: u64 = 20;
 /// So many instants are looked at: the board calls the interrupt by hand at every fourth without an edge of BUSY.
 const INSTANTS: u32 = 12;
+/// So many readings in a row fail until the chips are set anew (`src/drivers/converter/revival.rs`, `FAILURES`).
+const IN_A_ROW: u32 = 20;
+/// The failures, twice as many instants as setting the chips anew takes, and some that are good again.
+const INSTANTS_ANEW: u32 = 300;
 /// A byte of no frame.
 const STRAY: u8 = 0xA5;
 
@@ -24,31 +29,49 @@ const STRAY: u8 = 0xA5;
 struct Failure {
     what: &'static str,
     begin: fn(&mut Processor),
+    /// Instants until all is well again.
+    instants: u32,
 }
 
 /// All of them. A further one is a line here.
-const FAILURES: [Failure; 5] = [
+const FAILURES: [Failure; 6] = [
     Failure {
         what: "a wrong check sum",
         begin: |processor| next_byte(processor, 1, ByteFault::Changed),
+        instants: INSTANTS,
     },
     Failure {
         what: "a byte of the first chip that is lost",
         begin: |processor| next_byte(processor, 0, ByteFault::Lost),
+        instants: INSTANTS,
     },
     Failure {
         what: "a byte of the second chip that is lost",
         begin: |processor| next_byte(processor, 1, ByteFault::Lost),
+        instants: INSTANTS,
     },
     Failure {
         what: "a byte too many",
         begin: |processor| processor.chip().disturb_bus(STRAY),
+        instants: INSTANTS,
     },
     Failure {
         what: "no edge of BUSY",
         begin: |processor| processor.chip().around.silent = true,
+        instants: INSTANTS,
     },
+    ANEW,
 ];
+
+/// So many wrong check sums in a row that the converters are set anew.
+const ANEW: Failure = Failure {
+    what: "converters that are set anew",
+    begin: |processor| {
+        let bytes = IN_A_ROW * FRAME_BYTES as u32;
+        processor.chip().around.byte_fault = Some((1, ByteFault::Changed, bytes));
+    },
+    instants: INSTANTS_ANEW,
+};
 
 fn next_byte(processor: &mut Processor, chip: usize, fault: ByteFault) {
     processor.chip().around.byte_fault = Some((chip, fault, 1));
@@ -60,10 +83,10 @@ fn next_byte(processor: &mut Processor, chip: usize, fault: ByteFault) {
 /// Unicorn's; or no reading failed.
 pub fn longest(processor: &mut Processor) -> Result<(u64, &'static str)> {
     let mut longest = (0, "");
-    for Failure { what, begin } in FAILURES {
+    for failure in &FAILURES {
         for missed in [false, true] {
-            let most = most(processor, begin, missed)?;
-            longest = longest.max((most, what));
+            let most = most(processor, failure, missed)?;
+            longest = longest.max((most, failure.what));
         }
     }
     // What the stray byte itself does is no fault of the image.
@@ -73,23 +96,32 @@ pub fn longest(processor: &mut Processor) -> Result<(u64, &'static str)> {
     Ok(longest)
 }
 
+/// The longest sample while the converters are set anew.
+///
+/// # Errors
+/// Unicorn's; or no reading failed.
+pub fn longest_anew(processor: &mut Processor) -> Result<u64> {
+    most(processor, &ANEW, false)
+}
+
 /// The longest of the samples after this.
-fn most(processor: &mut Processor, begin: fn(&mut Processor), missed: bool) -> Result<u64> {
+fn most(processor: &mut Processor, failure: &Failure, missed: bool) -> Result<u64> {
     settle(processor)?;
-    begin(processor);
+    (failure.begin)(processor);
     let mut most = 0;
     if missed {
         processor.chip().halt(from_us(STILL_US));
         most = taken(processor, REST_US)?;
     }
-    for _ in 0..INSTANTS {
+    for _ in 0..failure.instants {
         most = most.max(taken(processor, INTERVAL_US)?);
     }
     processor.chip().around.silent = false;
     let left = processor.chip().around.byte_fault;
     ensure!(
         left.is_none(),
-        "found {left:?} after {INSTANTS} instants, wanted a reading that fails"
+        "found {left:?} after {} instants, wanted a reading that fails",
+        failure.instants
     );
     processor.run(from_us(LOOK_US))?;
     Ok(most)
