@@ -101,6 +101,8 @@ rules! {
     FlashStaleCache = "flash-stale-cache",
     /// The bank that code runs from is neither erased nor programmed.
     FlashSameBank = "flash-same-bank",
+    /// A bank is not read while it is erased or programmed: the processor would stand still, up to 25 ms (RM0440, 5.3.4).
+    FlashReadWhileWrite = "flash-read-while-write",
     /// The banks change places only while code runs from RAM, with prefetch and both caches off and the controller idle.
     BankSwap = "bank-swap",
     /// Option bytes are written with their own keys, while the controller is idle, and take effect by a launch (RM0440, 3.4.2).

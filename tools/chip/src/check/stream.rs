@@ -18,9 +18,12 @@ use courier_sensor::geometry::Geometry;
 use courier_sensor::link::message::{Action, CalibrateOrder, Reply};
 use courier_sensor::link::telemetry::Channels;
 use courier_sensor::model::{BACKGROUND_CYCLES, ErrorModel, TermTable};
+use cpu_time::ThreadTime;
 use std::fmt;
 use std::time::Duration;
 
+/// Processor time that a virtual second of the board may cost, seconds: beyond that the checks would take minutes.
+const WANTED_COST: f64 = 20.0;
 /// Virtual time with sampling interrupts as long as they may be, with everything at once in the check, and in the minute.
 const STRETCHED_MS: u64 = 500;
 const CHECK_MS: u64 = 2_000;
@@ -51,9 +54,15 @@ pub fn minute(image: &Image) -> Result<String> {
 
 /// Everything for so long: what was counted, in words.
 fn everything(image: &Image, milliseconds: u64) -> Result<String> {
-    let (counts, orders) = at_once(image, milliseconds)?;
-    let said = format!("{orders}, {counts}");
+    let (counts, orders, cost) = at_once(image, milliseconds)?;
+    let said = format!(
+        "{orders}, {counts}; a virtual second of the board costs {cost:.1} s of processor time"
+    );
     counts.judge(&said)?;
+    ensure!(
+        cost <= WANTED_COST,
+        "{said}; wanted {WANTED_COST} s or less"
+    );
     Ok(said)
 }
 
@@ -62,7 +71,7 @@ fn everything(image: &Image, milliseconds: u64) -> Result<String> {
 /// # Errors
 /// The image does not do what it is told.
 pub fn json(image: &Image) -> Result<String> {
-    let (counts, orders) = at_once(image, MINUTE_MS)?;
+    let (counts, orders, _) = at_once(image, MINUTE_MS)?;
     eprintln!("chip: stream: {orders}, {counts}");
     Ok(format!(
         "{{\"frames_not_taken_up\": {}}}",
@@ -70,16 +79,21 @@ pub fn json(image: &Image) -> Result<String> {
     ))
 }
 
-/// A recording's stream, commits and calibrations.
-fn at_once(image: &Image, milliseconds: u64) -> Result<(Counts, Orders)> {
+/// A recording's stream, commits and calibrations; and the processor time that a virtual second costs, seconds.
+fn at_once(image: &Image, milliseconds: u64) -> Result<(Counts, Orders, f64)> {
     let mut orders = Orders::default();
-    let counts = on_a_board(image, |board, link| {
+    let (counts, cost) = on_a_board(image, |board, link| {
         load(link, 0)?;
-        stream(board, link, milliseconds, |link, look| {
+        let begin = ThreadTime::now();
+        let before = board.processor.borrow().now();
+        let counts = stream(board, link, milliseconds, |link, look| {
             orders.go_on(link, look)
-        })
+        })?;
+        let virtual_ticks = board.processor.borrow().now() - before;
+        let virtual_s = virtual_ticks as f64 / TICK_HZ as f64;
+        Ok((counts, begin.elapsed().as_secs_f64() / virtual_s))
     })?;
-    Ok((counts, orders))
+    Ok((counts, orders, cost))
 }
 
 /// What was counted.

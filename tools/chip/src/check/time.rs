@@ -49,6 +49,8 @@ const OWN_HZ: f32 = 20_000.0;
 struct Figures {
     plain_without: Cycles,
     plain: Cycles,
+    /// With the data cache off, as while bank 2 is written.
+    uncached: Cycles,
     /// Where every access waits that DMA may hold up: plain, with the first sample after instants that were missed, and with a channel that
     /// stands still.
     waiting: Cycles,
@@ -68,13 +70,20 @@ impl Figures {
     /// that the two never come together.
     fn worst(&self) -> u64 {
         let Self {
+            uncached,
             waiting,
             missed,
             still,
             failed,
             ..
         } = self;
-        let cycles = [waiting.worst, missed.worst, still.worst, failed.0];
+        let cycles = [
+            uncached.worst,
+            waiting.worst,
+            missed.worst,
+            still.worst,
+            failed.0,
+        ];
         cycles.into_iter().fold(0, u64::max)
     }
 }
@@ -84,6 +93,7 @@ pub fn run(image: &Image) -> Result<String> {
     let Figures {
         plain_without,
         plain,
+        uncached,
         waiting,
         missed,
         still,
@@ -95,7 +105,7 @@ pub fn run(image: &Image) -> Result<String> {
     } = &figures;
     let terms = most_rows_beside_a_map(OWN_HZ);
     let said = format!(
-        "the sampling interrupts take {plain_without} cycles a sample; with wait states {plain}, where all wait for DMA that can {waiting}, after an instant that was missed {} at most, with a channel that stands still {} at most, with a reading that fails {failed} at most, by {how}; with a map of {MAX_NODES} nodes {mapped}, \
+        "the sampling interrupts take {plain_without} cycles a sample; with wait states {plain}, and with the data cache off {uncached}; where all wait for DMA that can {waiting}, after an instant that was missed {} at most, with a channel that stands still {} at most, with a reading that fails {failed} at most, by {how}; with a map of {MAX_NODES} nodes {mapped}, \
          with {terms} further terms besides {fullest}, and while the converters are set anew {fullest_anew} at most, {missed_anew} instants missed; no instant is missed up to {rate_max_hz} Hz",
         missed.worst, still.worst
     );
@@ -146,10 +156,11 @@ fn look(board: &Board) -> Result<Figures> {
     let mut link = Link::connect(Box::new(board.clone()))?;
     let with_states = |counted| {
         let mut processor = board.processor.borrow_mut();
-        processor.set_wait_states(counted);
+        processor.set_wait_states(counted)?;
         spent(&mut processor)
     };
     let (plain_without, plain) = (with_states(false)?, with_states(true)?);
+    let uncached = without_data_cache(&mut board.processor.borrow_mut())?;
     let before = link.status()?.missed;
     let (waiting, missed, still, failed) = {
         let mut processor = board.processor.borrow_mut();
@@ -177,6 +188,7 @@ fn look(board: &Board) -> Result<Figures> {
     Ok(Figures {
         plain_without,
         plain,
+        uncached,
         waiting,
         missed,
         still,
@@ -240,6 +252,17 @@ fn fullest_map() -> MapHeader {
     }
     let _ = header.trusted.resize(TRUST_WORDS, u32::MAX);
     header
+}
+
+/// The same with the data cache off.
+fn without_data_cache(processor: &mut Processor) -> Result<Cycles> {
+    // ACR, and its bit DCEN (RM0440, 3.7.1).
+    let at = registers::address("FLASH");
+    let access = processor.chip().read(at, 4);
+    processor.chip().write(at, 4, access & !(1 << 10));
+    let spent = spent(processor)?;
+    processor.chip().write(at, 4, access);
+    Ok(spent)
 }
 
 /// The same with a sample before which the processor stood still for more than an instant, from between two readings on: an instant that

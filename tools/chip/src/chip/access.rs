@@ -156,7 +156,8 @@ impl Chip {
 
     /// A read of the bank that no code runs from, and how long it has to wait.
     pub fn read_far(&mut self, offset: u32, width: usize) -> u32 {
-        // Read while write: the bank answers when it is done (RM0440, 5.3.4).
+        // The bank answers when it is done (RM0440, 5.3.4).
+        self.note_read_while_written();
         let until = self.flash.busy_until();
         if until > self.now {
             self.advance_to(until);
@@ -164,6 +165,11 @@ impl Chip {
         let mut bytes = [0; 4];
         self.flash.read_far(offset, &mut bytes[..width]);
         u32::from_le_bytes(bytes)
+    }
+
+    /// Breaks a rule if the other bank is erased or programmed, and is read now.
+    pub fn note_read_while_written(&mut self) {
+        self.with(|chip, access| chip.flash.note_read_while_written(access));
     }
 
     /// A store into it.

@@ -54,6 +54,8 @@ pub fn map_memory(uc: &mut Unicorn<'static, Shared>) -> Result<()> {
     }
     let read = |uc: &mut Unicorn<Shared>, offset: u64, width: usize| {
         let shared = uc.get_data_mut();
+        shared.chip.note_read_while_written();
+        shared.wait_for_bank();
         let value = shared.chip.read_far(offset as u32, width);
         after_access(uc.get_data_mut());
         u64::from(value)
@@ -88,6 +90,7 @@ pub fn map_banks(uc: &mut Unicorn<Shared>) -> Result<(), uc_error> {
         }
         let shared = uc.get_data_mut();
         shared.costs.flash_changed(FLASH, &code);
+        shared.data_cache = Default::default();
         shared.chip.transfers.set_code(&code);
     }
     for hook in std::mem::take(&mut uc.get_data_mut().watched) {
@@ -112,6 +115,26 @@ pub fn map_banks(uc: &mut Unicorn<Shared>) -> Result<(), uc_error> {
         }
     }
     Ok(())
+}
+
+/// From now on loads from the bank that code runs from take time, or none. While they do, unicorn takes a long way round for each load.
+pub fn watch_loads(uc: &mut Unicorn<Shared>, watched: bool) -> Result<(), uc_error> {
+    for hook in std::mem::take(&mut uc.get_data_mut().loads_watched) {
+        uc.remove_hook(hook)?;
+    }
+    if watched {
+        for base in NEAR {
+            let (first, last) = (u64::from(base), u64::from(base + BANK_BYTES - 1));
+            let hook =
+                uc.add_mem_hook(HookType::MEM_READ, first, last, |uc, _, address, _, _| {
+                    uc.get_data_mut().load(address as u32 % FLASH);
+                    true
+                })?;
+            uc.get_data_mut().loads_watched.push(hook);
+        }
+    }
+    // What was translated before knows nothing of it.
+    uc.ctl_flush_tb()
 }
 
 /// Registers of the peripherals and of the processor.

@@ -5,6 +5,7 @@
 
 pub mod contention;
 pub mod cost;
+mod data_cache;
 mod fetch;
 pub mod frame;
 mod maps;
@@ -22,6 +23,7 @@ use crate::rule::{Findings, Rule};
 use crate::time::Ticks;
 use anyhow::{Result, anyhow, bail};
 use cost::Costs;
+use data_cache::DataCache;
 use frame::{get, set};
 use maps::{add_hooks, failed, map_memory, map_registers};
 use nvic::{Masks, number};
@@ -88,6 +90,8 @@ impl Processor {
             resumed: false,
             wait_states: false,
             waits_for_dma: false,
+            data_cache: DataCache::default(),
+            loads_watched: vec![],
             looked_at: 0,
             watched: vec![],
         };
@@ -120,9 +124,13 @@ impl Processor {
         &mut self.chip().findings
     }
 
-    /// From now on fetches wait for the flash, or not.
-    pub fn set_wait_states(&mut self, counted: bool) {
+    /// From now on fetches and loads wait for the flash, or not.
+    ///
+    /// # Errors
+    /// Unicorn's.
+    pub fn set_wait_states(&mut self, counted: bool) -> Result<()> {
         self.uc.get_data_mut().wait_states = counted;
+        maps::watch_loads(&mut self.uc, counted).map_err(failed)
     }
 
     /// From now on all accesses wait that DMA may hold up, or none.

@@ -2,6 +2,7 @@
 
 use super::contention;
 use super::cost::Costs;
+use super::data_cache::DataCache;
 use super::nvic::number;
 use super::system::System;
 use crate::chip::Chip;
@@ -57,6 +58,10 @@ pub struct Shared {
     pub wait_states: bool,
     /// Whether all accesses wait that DMA may hold up.
     pub waits_for_dma: bool,
+    /// What loads from the flash find.
+    pub data_cache: DataCache,
+    /// Hooks on loads from the bank that code runs from, while wait states count.
+    pub loads_watched: Vec<UcHookId>,
     /// The block of instructions that looked at the flash controller's status last.
     pub looked_at: u32,
     /// Hooks on pages of the bank that code runs from in which a double word is torn.
@@ -81,6 +86,23 @@ impl Shared {
         match self.wait_states {
             true => u32::from(self.chip.flash.acr().latency().to_bits()),
             false => 0,
+        }
+    }
+
+    /// The processor loads from the bank that code runs from.
+    pub fn load(&mut self, address: u32) {
+        let is_on = self.chip.flash.acr().dcen();
+        let waits = self.data_cache.load(address, self.states(), is_on);
+        if waits > 0 {
+            self.pass(u64::from(waits));
+        }
+    }
+
+    /// The processor waits for the bank that is erased or programmed, from which it reads.
+    pub fn wait_for_bank(&mut self) {
+        let until = self.chip.flash.busy_until();
+        if until > self.chip.now {
+            self.pass((until - self.chip.now).div_ceil(self.cycle));
         }
     }
 

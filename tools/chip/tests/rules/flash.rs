@@ -45,6 +45,20 @@ trips! {
             double_word(chip);
         };
     }
+    flash_read_while_write {
+        while_a_page_is_erased: |chip| {
+            program(chip, false);
+            chip.write(at!(FLASH.cr()), 4, ERASE);
+            chip.write(at!(FLASH.cr()), 4, ERASE | 1 << 16);
+            chip.read_far(0, 4);
+        };
+        while_a_double_word_is_programmed: |chip| {
+            program(chip, false);
+            chip.write_far(0, 4, 1);
+            chip.write_far(4, 4, 2);
+            chip.read_far(8, 4);
+        };
+    }
     flash_stale_cache {
         on_again_and_not_emptied: |chip| {
             program(chip, false);

@@ -1,6 +1,7 @@
 //! Exceptions as an ARMv7-M takes them, on programs of a few instructions.
 
-use crate::bench::around;
+use crate::bench::{around, clear};
+use crate::steps::unlock;
 use chip::chip::Chip;
 use chip::peripheral::flash::Start;
 use chip::processor::Processor;
@@ -197,4 +198,50 @@ fn waiting_for_an_interrupt_takes_time_and_no_instructions() {
     let mut processor = start(&program, 15, &COUNT);
     run_us(&mut processor, 12);
     assert_eq!(processor.register(6), 1);
+}
+
+/// movw r1,#0x400; movt r1,#0x0800; here: ldr r0,[r1]; adds r2,#1; b here
+const LOADS: [u16; 7] = [0xF240, 0x4100, 0xF6C0, 0x0100, 0x6808, 0x3201, 0xE7FC];
+/// Access control of the flash: four wait states, instruction cache; the data cache besides.
+const NO_DATA_CACHE: u32 = 4 | 1 << 9;
+const DATA_CACHE: u32 = NO_DATA_CACHE | 1 << 10;
+
+/// How often the loop that loads from flash goes round within 100 us.
+fn rounds(access: u32, counted: bool) -> u32 {
+    let mut processor = start(&LOADS, 11, &[RETURN]);
+    processor.chip().write(at!(FLASH.acr()), 4, access);
+    processor.set_wait_states(counted).expect("unicorn can");
+    run_us(&mut processor, 100);
+    processor.register(2)
+}
+
+#[test]
+fn a_load_from_flash_waits_unless_the_data_cache_holds_it() {
+    let without = rounds(DATA_CACHE, false);
+    let cached = rounds(DATA_CACHE, true);
+    assert!(
+        without.abs_diff(cached) <= 5,
+        "{without} rounds, {cached} with wait states"
+    );
+    // 16 MHz: 1,600 cycles. A round takes 6 (load 2, addition 1, branch 3), and four more.
+    let uncached = rounds(NO_DATA_CACHE, true);
+    assert!((155..=160).contains(&uncached), "{uncached} rounds");
+    assert!((260..=267).contains(&without), "{without} rounds");
+}
+
+#[test]
+fn a_read_of_the_bank_that_is_erased_holds_the_processor_up() {
+    // movw r1,#0; movt r1,#0x0804; ldr r0,[r1]; movs r2,#1
+    let program = [0xF240, 0x0100, 0xF6C0, 0x0104, 0x6808, 0x2201, STAY];
+    let mut processor = start(&program, 11, &[RETURN]);
+    let chip = processor.chip();
+    unlock(chip);
+    clear(chip, at!(FLASH.acr()), 1 << 10);
+    chip.write(at!(FLASH.cr()), 4, 1 << 1 | 1 << 11 | 1 << 16);
+    run_us(&mut processor, 100);
+    // An erase takes 22 ms: 352,000 cycles at 16 MHz.
+    assert!((352_000..352_100).contains(&processor.cycles()));
+    let found = processor.findings().list();
+    let rules: Vec<Rule> = found.iter().map(|violation| violation.rule).collect();
+    assert_eq!(rules, [Rule::FlashReadWhileWrite]);
 }

@@ -4,6 +4,7 @@ use super::{CR, ECCR, Flash, PROGRAM, Work};
 use crate::bank::Bank;
 use crate::peripheral::Access;
 use crate::rule::Rule;
+use crate::time::to_ns;
 use hal_sim::wire::flash::WORD_BYTES;
 use stm32_metapac::flash::regs::{Acr, Cr, Eccr};
 
@@ -53,6 +54,17 @@ impl Flash {
         eccr.set_addr_ecc(offset / WORD_BYTES as u32);
         self.words.put(ECCR, eccr.0);
         self.double_error = true;
+    }
+
+    /// The far bank is about to be read: if it is erased or programmed, the processor stands still until that ends.
+    pub fn note_read_while_written(&mut self, access: &mut Access) {
+        if let Some((Work::Erase { .. } | Work::Program { .. }, end)) = self.work {
+            let detail = format!(
+                "the bank that is written is read: the processor stands still for {} us",
+                to_ns(end.saturating_sub(access.now)) / 1000
+            );
+            access.broken(Rule::FlashReadWhileWrite, detail);
+        }
     }
 
     /// Reads the far bank; a torn double word reads as it is and is noted.
