@@ -83,8 +83,8 @@ const SAMPLE: [&str; 2] = ["1-data-cache", "3-missed-instants"];
 /// Tests of the emulated board and of the commands that `cargo xtask test` runs on the model.
 const SAMPLE_TESTS: [&str; 4] = ["bytes::", "log::what_is_no_image", "commands::", "trace::"];
 
-/// What `cargo xtask test` asks of the model: all checks, somebody else's images, that it still sees faults, and that it is a board of `courier`. Says what each part
-/// took of processor time.
+/// What `cargo xtask test` asks of the model: all checks, somebody else's images, that it still sees faults, and that it is a board of
+/// `courier`. Says what each part took of processor time.
 ///
 /// # Errors
 /// As [`run_command`].
