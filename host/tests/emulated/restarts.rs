@@ -91,6 +91,8 @@ fn a_restart_under_stream_and_session_starts_from_what_is_stored() {
     assert_eq!(status.in_force, before);
     assert_eq!(rig.mark(), Some(1));
     assert_afresh(&mut rig);
+    // Numbers of samples begin anew, by the courier's clock too.
+    rig.assert_every_instant_counted();
 }
 
 /// The review's fault 12: a record that the firmware fails on restarted the board for ever.

@@ -9,6 +9,9 @@
 //! | `parts::new_firmware_is_refused…` | the chip takes firmware over its link | checks `update…` |
 //! | `restarts::a_watchdog_reset…`, `restarts::the_courier_is_at_rest…` | a mailbox makes the image hang | check `hang`, `restart` |
 //! | `restarts::a_stack_that_runs_over…`, `restarts::three_faults…` | a mailbox makes it spend its stack | checks `overflow`, `hang` |
+//!
+//! Three more can run there and are left to who names them, since they take many minutes: `demo::` and
+//! `joint::both_sensors_are_calibrated…`.
 
 use board_link::Wire;
 use courier::board::{Link, Starter, chip, emulated};
@@ -188,7 +191,7 @@ impl Rig {
         assert!(counts.contains(&counted), "{counted}, wanted {counts:?}");
     }
 
-    /// Sampling instants so far, by the courier's clock; there was no restart.
+    /// Sampling instants since the last start, by the courier's clock.
     fn instants(&self) -> u64 {
         let [first_ns, _] = self.world.sampled_ns();
         let rate_hz = f64::from(self.link.hello().rate_hz);

@@ -137,8 +137,11 @@ impl Around {
             let _ = self.line.write(&[*byte]);
         }
         self.world.clock.advance_to_ns(now_ns);
-        if convst == Convst::ByTimer && std::mem::take(&mut self.fresh) {
-            self.world.begin_sampling();
+        match convst {
+            // The self-test of a start: also of one whose supply has not gone.
+            Convst::ByHand => self.fresh = true,
+            Convst::ByTimer if std::mem::take(&mut self.fresh) => self.world.begin_sampling(),
+            Convst::ByTimer | Convst::No => {}
         }
         let inputs = match convst {
             Convst::No => None,
@@ -261,6 +264,20 @@ mod tests {
         }
         let world = &around.world;
         assert_eq!((world.conversions(), world.first_conversion()), (3, 1));
+        assert_eq!(world.sampled_ns()[0], 3000);
+    }
+
+    /// A restart begins with conversions by hand again, whatever the supply did.
+    #[test]
+    fn the_timers_first_conversion_after_a_restart_is_number_zero_again() {
+        let mut around = around();
+        let by_hand_then_by_timer = [Convst::ByHand, Convst::ByTimer, Convst::ByTimer];
+        for (place, convst) in (1..).zip([by_hand_then_by_timer; 2].concat()) {
+            meet(&mut around, 1000 * place, vec![], convst);
+        }
+        let world = &around.world;
+        assert_eq!((world.conversions(), world.first_conversion()), (6, 4));
+        assert_eq!(world.sampled_ns(), [5000, 6000]);
     }
 
     #[test]
