@@ -1,5 +1,7 @@
 //! The search: which faults, if any, make the readings agree with one another and with what is stated.
 
+mod otherwise;
+
 use crate::diode::Diode;
 use crate::fault::{Fault, LENGTHS, Source};
 use crate::fitted::Fitted;
@@ -7,18 +9,13 @@ use crate::poses::Poses;
 use crate::products::Products;
 use crate::quadrature::Reading;
 use crate::readings::Readings;
-use crate::view::View;
+use crate::view::{CLOSURE_RATIO, CLOSURE_TOLERANCE, View};
 use crate::wiring::Wiring;
 use nalgebra::DVector;
 use recording::Recording;
 
-/// Parity of a right wiring, rms, as a share of the pitch: what effects of 20 noise floors (0.3 µm each) leave once the periodic errors of
-/// equation (3) are out.
-const PARITY_TOLERANCE: f64 = 0.006;
 /// Up to this share a parity is right if no other wiring's is far smaller.
 const LARGEST_PARITY: f64 = 0.1;
-/// What "far smaller" is.
-const PARITY_RATIO: f64 = 3.0;
 /// A platen sensor sees no teeth at more than its pitch over its length (some six teeth: 0.15 rad); a pair's angle beyond this, rms, rad,
 /// is no angle.
 const ANGLE_RAD: f64 = 0.06;
@@ -53,6 +50,8 @@ pub(crate) struct Relations {
     readings: Readings,
     parity: Option<Products>,
     smallest_parity_m: f64,
+    /// Another way to read sine and cosine leaves far less against the reference.
+    misread: bool,
     speed_m_s: f64,
     reference: Option<Poses>,
     commanded: Option<Poses>,
@@ -75,27 +74,6 @@ impl Relations {
         Self::of(first.readings.without_outliers(&residual))
     }
 
-    /// Of the columns as they stand. Where another way to read sine and cosine has a far smaller parity, no wiring of these is right: errors
-    /// of a tooth's width are small over a recording that rests most of the time.
-    pub fn of_stated(recording: &Recording) -> Self {
-        let mut stated = Self::new(recording, Reading::Stated);
-        let pitch_m = stated.readings.pitch_m;
-        if stated.has() != [true; 4]
-            || stated.parity_m(&Wiring::stated()) <= PARITY_TOLERANCE * pitch_m
-        {
-            return stated;
-        }
-        let others = Reading::others(|s| !stated.readings.logged[s]).into_iter();
-        let parities_m = others.map(|other| {
-            let readings = Readings::new(recording, other);
-            let all: Vec<&Vec<f64>> = readings.position_m.iter().collect();
-            let products = readings.products(&readings.rows_with(&all), &all);
-            products.map_or(f64::INFINITY, |p| parity_m(&p, &Wiring::stated()))
-        });
-        stated.smallest_parity_m = parities_m.fold(stated.smallest_parity_m, f64::min);
-        stated
-    }
-
     fn of(readings: Readings) -> Self {
         let all: Vec<&Vec<f64>> = readings.position_m.iter().collect();
         let parity = readings.products(&readings.rows_with(&all), &all);
@@ -107,6 +85,7 @@ impl Relations {
             readings,
             parity,
             smallest_parity_m: 0.0,
+            misread: false,
         };
         let parities = Wiring::all().into_iter().map(|w| relations.parity_m(&w));
         relations.smallest_parity_m = parities.fold(f64::INFINITY, f64::min);
@@ -136,13 +115,16 @@ impl Relations {
     }
 
     fn possible(&self, view: &View) -> bool {
+        if self.misread {
+            return false;
+        }
         let logged = self.readings.logged.iter().any(|l| *l);
         let longer = if logged { view.lengths.max(1.0) } else { 1.0 };
         let parity_m = self.parity_m(view.wiring);
         let pitch_m = self.readings.pitch_m * longer;
-        let least = parity_m <= PARITY_RATIO * self.smallest_parity_m
+        let least = parity_m <= CLOSURE_RATIO * self.smallest_parity_m
             && parity_m <= LARGEST_PARITY * pitch_m;
-        if parity_m > PARITY_TOLERANCE * pitch_m && !least {
+        if parity_m > CLOSURE_TOLERANCE * pitch_m && !least {
             return false;
         }
         // A sine in the place of its cosine makes an error as wide as the tooth, which follows the tooth phase as well.

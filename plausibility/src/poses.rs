@@ -1,7 +1,7 @@
 //! The segments against pose columns: an independent reference, or the commands.
 
 use crate::fault::{ANGLES, Axes, Fault, LENGTHS, Source, Unit, unit_of};
-use crate::products::{Products, fit};
+use crate::products::{Fit, Products, fit};
 use crate::readings::Readings;
 use crate::view::View;
 use nalgebra::DVector;
@@ -95,6 +95,31 @@ impl Poses {
         })
     }
 
+    /// What the pose columns leave of x and y, rms, m; infinite where nothing is told.
+    pub fn left_m(&self, view: &View) -> [f64; 2] {
+        [0, 1].map(|response| {
+            let fitted = self.fitted(view, response);
+            fitted.map_or(f64::INFINITY, |(_, _, fit)| fit.left)
+        })
+    }
+
+    /// A response's weights, the axes that move, and its fit by them.
+    fn fitted(&self, view: &View, response: usize) -> Option<(DVector<f64>, Vec<usize>, Fit)> {
+        let weights = view.response(response, self.width)?;
+        self.axis[response]?;
+        let axes: Vec<usize> = (0..3).filter(|k| self.moves(*k)).collect();
+        let regressors: Vec<DVector<f64>> = axes.iter().map(|k| self.unit(*k)).collect();
+        let fit = fit(&self.products.projected, &weights, &regressors);
+        Some((weights, axes, fit))
+    }
+
+    /// Weights that make an axis of the pose columns.
+    fn unit(&self, axis: usize) -> DVector<f64> {
+        let mut weights = DVector::zeros(self.width);
+        weights[self.axis[axis].unwrap_or(0)] = 1.0;
+        weights
+    }
+
     /// Judges the columns as a view of the segments sees them.
     pub fn judge(&self, view: &View) -> Judged {
         let mut judged = Judged::default();
@@ -108,16 +133,7 @@ impl Poses {
 
     /// The axis that a response (x, y or theta of the segments) follows; `None` where that is not told.
     fn followed(&self, view: &View, response: usize, judged: &mut Judged) -> Option<Followed> {
-        let weights = view.response(response, self.width)?;
-        self.axis[response]?;
-        let axes: Vec<usize> = (0..3).filter(|k| self.moves(*k)).collect();
-        let unit = |k: &usize| {
-            let mut weights = DVector::zeros(self.width);
-            weights[self.axis[*k].unwrap_or(0)] = 1.0;
-            weights
-        };
-        let regressors: Vec<DVector<f64>> = axes.iter().map(unit).collect();
-        let fit = fit(&self.products.projected, &weights, &regressors);
+        let (weights, axes, fit) = self.fitted(view, response)?;
         let arm = if response == 2 { ARM_M } else { 1.0 };
         // By what was measured, whatever the view's scale: no view makes a motion too small to be looked at.
         let inexact = if response == 2 {
@@ -131,7 +147,7 @@ impl Poses {
         // still show whether they turn alike: one of their sum and difference is then large, whichever sign is right.
         let was = if response == 2 {
             let together = [-1.0, 1.0].map(|sign| {
-                let sum = &weights + unit(&2) * sign;
+                let sum = &weights + self.unit(2) * sign;
                 (&self.products.projected * &sum).dot(&sum).max(0.0).sqrt()
             });
             together

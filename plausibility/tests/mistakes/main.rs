@@ -122,6 +122,18 @@ fn much_rest_and_little_turning_hide_no_mistake() {
         ("lever_x of the wrong sign", 26_112_644),
         ("reference's angle of the wrong sign", 31_415_928),
         ("segments 2 and 4 reversed", 71_828_182),
+        (
+            "one segment's sine and cosine columns exchanged",
+            57_721_567,
+        ),
+        (
+            "one segment's sine and cosine columns exchanged",
+            57_721_568,
+        ),
+        (
+            "one segment's sine and cosine columns exchanged",
+            14_142_138,
+        ),
     ] {
         assert_eq!(found(kind(name), seed..seed + 1), 1, "{name}, {seed}");
     }
