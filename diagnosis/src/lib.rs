@@ -89,6 +89,7 @@ pub mod progress;
 mod synthetic_problem;
 pub mod trace;
 
+pub use data::faint::WithoutSignal;
 pub use design::assembly::Options;
 pub use selection::{Answer, diagnose, diagnose_fully, diagnose_watched};
 pub use transfer::check::{Check, Checked, check, check_fully, check_watched};

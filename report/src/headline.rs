@@ -2,7 +2,8 @@
 
 use crate::advice::{alias_sets, joined, located};
 use crate::units::micrometres;
-use diagnosis::verdict::answer::{Diagnosis, HeldOutChannel, Verdict};
+use diagnosis::WithoutSignal;
+use diagnosis::verdict::answer::{Diagnosis, Gap, HeldOutChannel, Verdict};
 
 /// Resolution that a gap is held against where nobody states another, m: that of the sensor in the paper, 0.2 µm.
 pub const RESOLUTION_M: f64 = 0.2e-6;
@@ -78,9 +79,37 @@ pub fn headline(diagnosis: &Diagnosis, resolution_m: f64) -> Headline {
         tone: Tone::Good,
         text: String::new(),
     };
-    out.tone = out.tone_of(diagnosis.verdict);
+    out.tone = if only_signals_are_lost(diagnosis) {
+        Tone::Bad
+    } else {
+        out.tone_of(diagnosis.verdict)
+    };
     out.text = out.words(diagnosis);
     out
+}
+
+/// True if a segment gives no signal somewhere, and nothing else is amiss.
+fn only_signals_are_lost(diagnosis: &Diagnosis) -> bool {
+    let within_the_noise = |gap: &Gap| gap.excess_ci95_m[0] <= 0.0;
+    diagnosis.verdict == Verdict::Unknown
+        && !diagnosis.without_signal.is_empty()
+        && diagnosis.gap.iter().all(within_the_noise)
+}
+
+/// Where the signals are lost, and what that means.
+fn lost_signals(diagnosis: &Diagnosis) -> String {
+    let one = |lost: &WithoutSignal| {
+        let [from, to] = lost.place_m.map(|place_m| 1e3 * place_m);
+        format!(
+            "Segment {} gives no signal from {from:.2} to {to:.2} mm, so that its place is not known there.",
+            lost.segment
+        )
+    };
+    let lost: Vec<String> = diagnosis.without_signal.iter().map(one).collect();
+    format!(
+        "{} No effect of the catalogue does that. Elsewhere the recording and its simulation agree within the noise. Next: look for the platen's edge, dirt or a loose wire there.",
+        lost.join(" ")
+    )
 }
 
 /// What those do, m rms, that are taken out of the readings before residuals are formed, and so are not in their figures.
@@ -139,6 +168,7 @@ impl Headline {
                 alias_sets(diagnosis),
                 self.explain(names.len())
             ),
+            Verdict::Unknown if only_signals_are_lost(diagnosis) => lost_signals(diagnosis),
             Verdict::Unknown => format!(
                 "{} No effect of the catalogue explains it{}",
                 self.size(),
@@ -310,6 +340,20 @@ mod tests {
             told.contains("no coordinate holds most of it: theta holds 7 % (g_p)"),
             "{told}"
         );
+        let mut lost = answer(Verdict::Unknown, 0.0, 0.0, FLOOR_M);
+        lost.without_signal = vec![WithoutSignal {
+            segment: 2,
+            samples: 216,
+            place_m: [19.23e-3, 20.58e-3],
+        }];
+        let told = headline(&lost, RESOLUTION_M);
+        assert!(
+            told.text
+                .starts_with("Segment 2 gives no signal from 19.23 to 20.58 mm"),
+            "{}",
+            told.text
+        );
+        assert_eq!(told.tone, Tone::Bad);
         let nothing = headline(&Diagnosis::default(), RESOLUTION_M);
         assert_eq!(nothing.text, "The recording cannot answer.");
         assert_eq!(nothing.tone, Tone::Doubtful);

@@ -4,6 +4,7 @@
 
 use crate::algebra::statistics::median;
 use crate::data::observations::Observations;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Below this share of its usual amplitude a pair tells no place: offsets of one to two hundredths, as pairs have them before they are
@@ -12,14 +13,25 @@ const FAINT: f64 = 0.1;
 /// Fewer samples are a disturbance, which is looked for elsewhere.
 const HOLDS: usize = 20;
 
-/// Leaves the outputs aside where their amplitude is gone; what was left aside, a line for each segment.
-pub fn leave_aside(o: &mut Observations) -> Vec<String> {
+/// Samples of a segment whose amplitude is gone, so that they tell no place.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WithoutSignal {
+    /// The segment, 1 to 4.
+    pub segment: usize,
+    /// How many samples.
+    pub samples: usize,
+    /// Least and largest of its positions there, m.
+    pub place_m: [f64; 2],
+}
+
+/// Leaves the outputs aside where their amplitude is gone; what was left aside of each segment, with a line that tells it.
+pub fn leave_aside(o: &mut Observations) -> Vec<(WithoutSignal, String)> {
     (0..4)
         .filter_map(|segment| of_segment(o, segment))
         .collect()
 }
 
-fn of_segment(o: &mut Observations, segment: usize) -> Option<String> {
+fn of_segment(o: &mut Observations, segment: usize) -> Option<(WithoutSignal, String)> {
     let amplitudes = &o.amplitude_counts[segment];
     let mut known: Vec<f64> = amplitudes
         .iter()
@@ -39,10 +51,10 @@ fn of_segment(o: &mut Observations, segment: usize) -> Option<String> {
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], p| {
                 [a.min(p), b.max(p)]
             })
-            .map(|p| 1e3 * p)
     };
-    let [from, to] = ends(&mut faint.iter().map(|&i| position[i]));
-    let [first, last] = ends(&mut position.iter().copied());
+    let place_m = ends(&mut faint.iter().map(|&i| position[i]));
+    let [from, to] = place_m.map(|p| 1e3 * p);
+    let [first, last] = ends(&mut position.iter().copied()).map(|p| 1e3 * p);
     let noise_rad = o.pair_noise_counts / (FAINT * usual);
     let noise_um = 1e6 * noise_rad * o.pitch_m / TAU;
     let told = format!(
@@ -52,13 +64,18 @@ fn of_segment(o: &mut Observations, segment: usize) -> Option<String> {
         faint.len(),
         amplitudes.len()
     );
+    let without = WithoutSignal {
+        segment: segment + 1,
+        samples: faint.len(),
+        place_m,
+    };
     for i in faint {
         o.position_m[segment][i] = f64::NAN;
         o.position_noise_m[segment][i] = f64::NAN;
         o.amplitude_counts[segment][i] = f64::NAN;
         o.pair_counts[segment][i] = [f64::NAN; 2];
     }
-    Some(told)
+    Some((without, told))
 }
 
 #[cfg(test)]
@@ -78,18 +95,21 @@ mod tests {
         let mut courier = Courier::new(ideal(5), 5).unwrap();
         let recording = hal_sim::record::record(&mut courier, &plan, false);
         let mut o = Observations::new(&recording).unwrap();
-        assert_eq!(leave_aside(&mut o), [""; 0]);
+        assert_eq!(leave_aside(&mut o), []);
         for i in 0..o.len() {
             if o.position_m[1][i] > 4.0e-3 {
                 o.amplitude_counts[1][i] *= 0.05;
             }
         }
         let told = leave_aside(&mut o);
+        assert_eq!(told.len(), 1, "{told:?}");
+        let (without, line) = &told[0];
         assert!(
-            told.len() == 1 && told[0].starts_with("segment 2"),
-            "{told:?}"
+            line.starts_with("segment 2") && line.contains("from 4.0"),
+            "{line}"
         );
-        assert!(told[0].contains("from 4.0"), "{told:?}");
+        assert_eq!(without.segment, 2);
+        assert!(without.place_m[0] > 4.0e-3, "{without:?}");
         let left = o.position_m[1].iter().copied().filter(|p| p.is_finite());
         assert!(left.fold(0.0, f64::max) <= 4.0e-3);
     }

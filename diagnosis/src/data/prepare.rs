@@ -1,6 +1,7 @@
 //! A recording made ready: read, repaired, thinned, cleaned, calibrated.
 
 use crate::Insufficient;
+use crate::data::faint::WithoutSignal;
 use crate::data::observations::Observations;
 use crate::data::outliers::{astray, disturbed};
 use crate::data::slips::{Slip, repair_slips};
@@ -41,6 +42,8 @@ pub struct Prepared {
     pub beneath: [Option<[f64; 8]>; 4],
     /// The stated noise, where the readings show less.
     pub overstated: Option<Insufficient>,
+    /// Where segments gave no signal: left out.
+    pub without_signal: Vec<WithoutSignal>,
     /// What must be said of the recording.
     pub notes: Vec<String>,
 }
@@ -78,7 +81,11 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     notes.extend(crate::data::restarts::join(&mut observations, recording));
     let slips = repair_slips(&mut observations);
     align_pairs(&mut observations);
-    notes.extend(crate::data::faint::leave_aside(&mut observations));
+    let (without_signal, told): (Vec<WithoutSignal>, Vec<String>) =
+        crate::data::faint::leave_aside(&mut observations)
+            .into_iter()
+            .unzip();
+    notes.extend(told);
     notes.extend(crate::data::adequacy::remarks(&observations));
     let samples = observations.len();
     let (thinned, note) = thinning::thin(&mut observations);
@@ -144,6 +151,7 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
         clips,
         beneath,
         overstated,
+        without_signal,
         notes,
     })
 }

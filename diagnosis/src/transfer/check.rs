@@ -99,7 +99,11 @@ pub fn check_watched(
     let slips = repair_slips(&mut observations);
     notes.extend(slips.iter().map(|slip| aside::slip(slip, &observations)));
     align_pairs(&mut observations);
-    notes.extend(faint::leave_aside(&mut observations));
+    notes.extend(
+        faint::leave_aside(&mut observations)
+            .into_iter()
+            .map(|(_, told)| told),
+    );
     notes.extend(adequacy::remarks(&observations));
     let undisturbed = undisturbed(model, &observations, &mut notes);
     watch(Stage::Split);

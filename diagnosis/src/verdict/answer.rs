@@ -1,5 +1,6 @@
 //! What the diagnosis answers, as it is written in JSON.
 
+use crate::data::faint::WithoutSignal;
 use plausibility::{Finding, Fitted};
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +22,9 @@ pub struct Diagnosis {
     /// What is stated of the geometry and what the data say of it, as far as this motion tells it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub geometry: Vec<Fitted>,
+    /// Where segments gave no signal. These samples are left out of all else.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub without_signal: Vec<WithoutSignal>,
     /// Each channel's residual.
     pub gap: Vec<Gap>,
     /// Where the gap lies.

@@ -21,3 +21,4 @@ mod stray_field;
 mod wander;
 mod whole;
 mod winding;
+mod without_signal;
