@@ -160,11 +160,11 @@ pub fn tooth_count(o: &Observations, segment: usize) -> Result<(), Insufficient>
 
 /// Steps that are needed to see that a segment is frozen, the share of a pitch that counts as one, and the share of them in
 /// which it must have moved too.
-const FEWEST_STEPS: usize = 50;
+pub const FEWEST_STEPS: usize = 50;
 /// See [`FEWEST_STEPS`].
-const STEP_PITCHES: f64 = 0.02;
+pub const STEP_PITCHES: f64 = 0.02;
 /// See [`FEWEST_STEPS`].
-const MOVED: f64 = 0.7;
+pub const MOVED: f64 = 0.7;
 
 /// Checks that a segment's readings change while the other segment of its axis, or the reference, moves.
 ///

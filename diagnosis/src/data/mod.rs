@@ -8,6 +8,7 @@ pub mod commanded;
 pub(crate) mod coverage;
 pub(crate) mod faint;
 pub mod folds;
+pub(crate) mod held_reference;
 pub(crate) mod interpolation;
 pub(crate) mod lacking;
 pub(crate) mod local_fit;

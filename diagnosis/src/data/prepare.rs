@@ -78,6 +78,7 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     crate::data::adequacy::check(&observations)?;
     crate::data::channels::electrodes(recording)?;
     let mut notes = crate::data::commanded::repair(&mut observations);
+    notes.extend(crate::data::held_reference::leave_aside(&mut observations));
     notes.extend(crate::data::restarts::join(&mut observations, recording));
     let slips = repair_slips(&mut observations);
     align_pairs(&mut observations);

@@ -7,7 +7,7 @@ use crate::data::observations::{MINIMUM_SAMPLES, Observations};
 use crate::data::outliers::{among_bursts, astray, disturbed};
 use crate::data::slips::repair_slips;
 use crate::data::tooth_counts::align_pairs;
-use crate::data::{adequacy, commanded, faint, restarts};
+use crate::data::{adequacy, commanded, faint, held_reference, restarts};
 use crate::inference::residuals::Residuals;
 use crate::linearization::calibrate::equation_columns;
 use crate::linearization::recording::{LinearizedRecording, range};
@@ -95,6 +95,7 @@ pub fn check_watched(
     watch(Stage::Read);
     let mut observations = Observations::new(recording)?;
     let mut notes = commanded::repair(&mut observations);
+    notes.extend(held_reference::leave_aside(&mut observations));
     notes.extend(restarts::join(&mut observations, recording));
     let slips = repair_slips(&mut observations);
     notes.extend(slips.iter().map(|slip| aside::slip(slip, &observations)));
