@@ -63,17 +63,72 @@ pub fn beside(problem: &Problem, set: &Fitted, alone: &Left) -> Option<Nameless>
     }
     let f = best?;
     let gain = whole(&f);
+    let blocks: Vec<usize> = f.set.iter().map(|c| coordinates[*c]).collect();
+    let together = given(
+        problem.reduced,
+        &[&set.set[..], &blocks].concat(),
+        &[&set.log_variances[..], &f.log_variances].concat(),
+        noise,
+    )?;
     Some(Nameless {
         powers: super::least_size::powers(&without, &f, noise),
-        explained: (without.squares - f.given.squares) / noise,
+        explained: (set.given.squares - together.squares) / noise,
         log_prior: log_odds * f.set.len() as f64,
         left: Left {
             log_density: alone.log_density + gain,
-            squares: (alone.squares - (without.squares - f.given.squares) / stated).max(0.0),
-            degrees: alone.degrees - f.given.told,
+            // Of the fit of both: the shapes relieve the set's amounts as well, which what they take off the eliminated equations holds.
+            squares: together.squares / stated,
+            degrees: alone.degrees + set.given.told - together.told,
             allowance: alone.allowance + f.allowance / stated,
             ..*alone
         },
         coordinates: f.set,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthetic_problem::SyntheticProblem;
+    use effects::random::normal;
+
+    /// A set strained far beyond the size that it is given, and shapes that relieve it: what both leave is what their coefficients leave,
+    /// no less than the noise.
+    #[test]
+    fn what_shapes_leave_is_no_less_than_the_noise() {
+        let blocks = [("set", &[1.0][..]), ("shapes", &[1.0, 1.0])];
+        let problem = SyntheticProblem::new(&blocks, &|rng| {
+            let (one, other, third, noise) = (normal(rng), normal(rng), normal(rng), normal(rng));
+            let set = one + 0.3 * other;
+            vec![1.0, set, other, third, 30.0 * set - 9.0 * other + noise]
+        });
+        let reduced = problem.reduced(&[1, 2]);
+        // A size of a hundredth, where thirty is asked for.
+        let strained = fitted_at(&reduced, &[-9.2]);
+        let alone = Left::of(&reduced, &strained, 1.0, 1.0);
+        let problem = Problem {
+            reduced: &reduced,
+            stated: 1.0,
+            noise: 1.0,
+            lacking: 0.0,
+            effects: &[],
+            coordinates: &[1],
+            log_odds: -3.0,
+        };
+        let found = beside(&problem, &strained, &alone).unwrap();
+        assert_eq!(found.coordinates, [0]);
+        assert!(found.left.squares > 0.9 * reduced.rows, "{found:?}");
+        let all = strained.given.squares - found.explained;
+        assert!((found.left.squares - all).abs() < 1e-6, "{found:?} {all}");
+    }
+
+    fn fitted_at(reduced: &crate::posterior::reduced::Reduced, log_variances: &[f64]) -> Fitted {
+        Fitted {
+            set: vec![0],
+            log_variances: log_variances.to_vec(),
+            given: given(reduced, &[0], log_variances, 1.0).unwrap(),
+            log_widths: 0.0,
+            allowance: 0.0,
+        }
+    }
 }
