@@ -49,8 +49,8 @@
 //!
 //! # Order of the work
 //!
-//! The modules stand in the order of the data. [`data`] reads, repairs and marks; [`linearization`] has the residuals of a recording about a point, their
-//! derivatives and the baseline; [`spectra`] finds lines in what is left, [`noise`] is what the stated noise alone leaves;
+//! The modules stand in the order of the data. [`data`] reads, repairs and marks; [`linearization`] has the residuals of a recording
+//! about a point, their derivatives and the baseline; [`spectra`] finds lines in what is left, [`noise`] is what the stated noise alone leaves;
 //! [`design`] lays out the columns of the baseline, of every effect of the catalogue and of shapes over the coordinates, with their
 //! products fold by fold; [`inference`] fits them; [`posterior`] tells how probable each set of effects is, for now beside the answer;
 //! [`selection`] compares sets of effects on held-out folds and makes the verdict;

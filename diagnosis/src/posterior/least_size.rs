@@ -19,6 +19,24 @@ const LEAST_SHARE_OF_NOISE: f64 = 0.02;
 /// the prior's own tail is a guess.
 const SELDOM: f64 = 0.05;
 
+/// Directions that what a form lacks may lie in. A prior: the deviations of an effect from its form have a structure of their own, of a few
+/// amounts.
+const DIRECTIONS: f64 = 10.0;
+/// How seldom what a form lacks may pass for a companion by chance. A prior: one in a thousand, and the best of some twenty companions is
+/// looked at.
+const BY_CHANCE: f64 = 1.0e-3;
+
+/// Share of what a form lacks that so many columns take by chance that seldom: of a random direction the share that two columns take is more
+/// than `x` with the probability `(1 − x)^((d − 2) / 2)`, and with more columns a little more (a beta distribution).
+fn share_by_chance(columns: usize) -> f64 {
+    let others = (DIRECTIONS - columns as f64).max(0.0);
+    if others > 0.0 {
+        1.0 - BY_CHANCE.powf(2.0 / others)
+    } else {
+        1.0
+    }
+}
+
 /// Whitened squares below which no effect is worth a name.
 pub fn least_squares(rows: f64) -> f64 {
     LEAST_SHARE_OF_NOISE * rows
@@ -92,7 +110,8 @@ pub fn own_power(precision: &DMatrix<f64>, amounts: &DVector<f64>) -> f64 {
 }
 
 /// Logarithm of what cutting the priors off adds to the evidence of a set that explains so many whitened squares over the noise.
-/// `inexactness` is, for each effect, the share of its amplitude that its form may lack: a companion must do more than the others may lack.
+/// `inexactness` is, for each effect, the share of its amplitude that its form may lack: a companion must do more than the others may lack,
+/// or so large a share of what is left without it that its columns take what the others lack only by chance.
 pub fn log_ratio(problem: &Problem, fitted: &Fitted, explained: f64, inexactness: &[f64]) -> f64 {
     let Problem { reduced, noise, .. } = *problem;
     let inverse = &fitted.given.factor_inverse;
@@ -107,6 +126,10 @@ pub fn log_ratio(problem: &Problem, fitted: &Fitted, explained: f64, inexactness
         return f64::NEG_INFINITY;
     };
     let parts = parts(reduced, &fitted.set);
+    // What the set leaves above the stated noise, and a standard deviation of it.
+    let degrees = reduced.rows - reduced.baseline as f64 - fitted.given.told;
+    let expected = (degrees - (2.0 * degrees).sqrt()) * problem.stated + fitted.allowance;
+    let left = ((fitted.given.squares - expected) / noise).max(0.0);
     let one = |(k, precision): (usize, DMatrix<f64>)| {
         let (columns, at) = &parts[k];
         let amounts = fitted.given.coefficients.rows(*at, columns.len());
@@ -114,7 +137,8 @@ pub fn log_ratio(problem: &Problem, fitted: &Fitted, explained: f64, inexactness
         let power = own_power(&precision, &amounts);
         let others = (0..inexactness.len()).filter(|other| *other != k);
         let lacking = lacking(explained - power, others.map(|other| inexactness[other]));
-        let least = least_squares(reduced.rows) + problem.lacking + lacking;
+        let by_chance = share_by_chance(columns.len()) * (power + left);
+        let least = least_squares(reduced.rows) + (problem.lacking + lacking).min(by_chance);
         // The root of the squares scatters by about one, and more where the prior tells part of the coefficients.
         let slope = &precision * amounts;
         let scattered = inverse.columns(*at, columns.len()) * slope;
@@ -171,14 +195,15 @@ mod tests {
     }
 
     /// What hardly shows counts against a set that holds it, however certain it is; what shows does not. Beside a large effect that is known
-    /// to a tenth, a companion must be larger than what that lacks.
+    /// to a tenth, a companion must be larger than what that lacks, unless it leaves nothing.
     #[test]
     fn a_trifle_counts_against_a_set() {
-        let ratio = |companion: f64, inexactness: f64| {
+        let ratio = |companion: f64, inexactness: f64, more: f64| {
             let blocks = [("large", &[1.0][..]), ("small", &[1.0])];
             let problem = SyntheticProblem::new(&blocks, &|rng| {
                 let (one, other, noise) = (normal(rng), normal(rng), normal(rng));
-                vec![1.0, one, other, 3.0 * one + companion * other + noise]
+                let left = more * normal(rng) + noise;
+                vec![1.0, one, other, 3.0 * one + companion * other + left]
             });
             let reduced = problem.reduced(&[1, 2]);
             let set = fitted(&reduced, &[0, 1], &[0.0, 0.0], 1.0).unwrap();
@@ -197,9 +222,13 @@ mod tests {
             log_ratio(&problem, &set, explained, &[inexactness, 0.0])
         };
         // 2000 rows: 0.03 of an amplitude is 2 squares, 0.3 is 180, and a tenth of 3 is 180 as well.
-        assert!(ratio(0.03, 0.0) < -3.0, "{}", ratio(0.03, 0.0));
-        assert!(ratio(0.3, 0.0) > -0.1);
-        assert!(ratio(0.1, 0.1) < -10.0);
-        assert!(ratio(0.6, 0.1) > -0.1);
+        assert!(ratio(0.03, 0.0, 0.0) < -3.0, "{}", ratio(0.03, 0.0, 0.0));
+        assert!(ratio(0.3, 0.0, 0.0) > -0.1);
+        assert!(ratio(0.1, 0.1, 0.3) < -10.0);
+        assert!(ratio(0.2, 0.1, 0.3) < -3.0, "{}", ratio(0.2, 0.1, 0.3));
+        assert!(ratio(0.6, 0.1, 0.3) > -0.1);
+        // Beside twice as much that stays, 500 squares may be what the large one lacks; where nothing stays, they are the companion's.
+        assert!(ratio(0.5, 0.3, 0.7) < -10.0, "{}", ratio(0.5, 0.3, 0.7));
+        assert!(ratio(0.5, 0.3, 0.0) > -0.5, "{}", ratio(0.5, 0.3, 0.0));
     }
 }
