@@ -61,6 +61,15 @@ fn failed(lines: &Lines, span: Span) -> Vec<&'static str> {
         .collect()
 }
 
+/// The lines with two edges of one taken out: a change to a level, the fifth one, and the change back. Where a trace begins is chance.
+fn without(lines: &Lines, line: Line, level: bool) -> Lines {
+    let first = usize::from(lines.get(line).expect("it is recorded").first() == level);
+    let at = first + 8;
+    with(lines, line, |edges_s| {
+        [&edges_s[..at], &edges_s[at + 2..]].concat()
+    })
+}
+
 /// One line with other edges.
 fn with(lines: &Lines, line: Line, change: impl FnOnce(&[f64]) -> Vec<f64>) -> Lines {
     let signal = lines.get(line).expect("it is recorded");
@@ -86,27 +95,23 @@ fn the_image_passes_and_each_fault_that_is_put_into_its_trace_is_told() {
     assert_eq!(failed(&lines, span), [""; 0]);
 
     let short = with(&lines, Line::Convst, |edges_s| {
-        edges_s
+        let begins = usize::from(lines.get(Line::Convst).expect("it is recorded").first());
+        let (before, pulses) = edges_s.split_at(begins);
+        let short = pulses
             .chunks(2)
-            .flat_map(|pulse| [pulse[0], pulse[0] + 0.1 * US])
-            .collect()
+            .flat_map(|pulse| [pulse[0], pulse[0] + 0.1 * US]);
+        before.iter().copied().chain(short).collect()
     });
     assert_eq!(failed(&short, span), ["CONVST width"]);
     // A conversion that was not started has no pulse of BUSY and no frames either; here those stay, and are told.
-    let missing = with(&lines, Line::Convst, |edges_s| {
-        [&edges_s[..10], &edges_s[12..]].concat()
-    });
+    let missing = without(&lines, Line::Convst, true);
     assert_eq!(
         failed(&missing, span),
         ["CONVST pulses", "BUSY pulses", "CS0 frames", "CS1 frames"]
     );
-    let silent = with(&lines, Line::Busy, |edges_s| {
-        [&edges_s[..10], &edges_s[12..]].concat()
-    });
+    let silent = without(&lines, Line::Busy, true);
     assert_eq!(failed(&silent, span), ["BUSY pulses"]);
-    let low = with(&lines, Line::Select(0), |edges_s| {
-        [&edges_s[..9], &edges_s[11..]].concat()
-    });
+    let low = without(&lines, Line::Select(0), true);
     let low = failed(&low, span);
     assert!(low.starts_with(&["CS0 frames", "CS0 width"]), "{low:?}");
     let slow = with(&lines, Line::Clock(1), |edges_s| {
