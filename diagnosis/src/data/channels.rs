@@ -159,7 +159,8 @@ pub fn tooth_count(o: &Observations, segment: usize) -> Result<(), Insufficient>
 }
 
 /// Steps that are needed to see that a segment is frozen, the share of a pitch that counts as one, and the share of them in
-/// which it must have moved too.
+/// which it must have moved too. Priors: a fiftieth of a pitch is a hundred times the resolution of 0.2 µm, a segment that moves does so
+/// in nearly every step, and of fifty steps that share is known to 0.065 (binomial).
 pub const FEWEST_STEPS: usize = 50;
 /// See [`FEWEST_STEPS`].
 pub const STEP_PITCHES: f64 = 0.02;

@@ -15,7 +15,7 @@ const TURN_RAD: f64 = 0.026;
 /// Highest total order of its course over the places. Over 40 mm the next one of a bearing that winds over half a metre is a hundred
 /// thousandth: (2 pi 0.02 / 0.5)^4 / (4! 2^3).
 const HIGHEST_ORDER: usize = 3;
-/// Half ranges from the middle beyond which the course is not carried on.
+/// Half ranges from the middle beyond which the course is not carried on. A prior: farther out a polynomial of this order says nothing.
 const BEYOND: f64 = 1.5;
 
 /// The columns; none where the angle is known, or where no span is stated: then a segment is where the reference is.

@@ -104,15 +104,8 @@ mod tests {
             log_odds: -2.0,
             inexactness,
         };
-        let problem = Problem {
-            reduced: &reduced,
-            stated: 1.0,
-            noise: 1.0,
-            lacking: 0.0,
-            effects: &[prior(0), prior(1)],
-            coordinates: &[],
-            log_odds: -2.0,
-        };
+        let effects = [prior(0), prior(1)];
+        let problem = Problem::of_unit_noise(&reduced, &effects, -2.0);
         let all = weigh(&problem);
         assert_eq!(
             all[0].set(),

@@ -324,14 +324,10 @@ mod tests {
             log_odds: -2.0,
             inexactness: 0.02,
         };
+        let effects = [prior(0), prior(1)];
         let problem = Problem {
-            reduced: &reduced,
-            stated: 1.0,
-            noise: 1.0,
-            lacking: 0.0,
-            effects: &[prior(0), prior(1)],
             coordinates: &[2],
-            log_odds: -2.0,
+            ..Problem::of_unit_noise(&reduced, &effects, -2.0)
         };
         decide(&problem, &weigh(&problem), white)
     }

@@ -167,7 +167,8 @@ fn settled<'a>(
     (here, seen, count)
 }
 
-/// True where what the best set leaves lies over coordinates that a field shows in: what else is found before the field is, is made of it.
+/// True where what the best set leaves lies over coordinates in which a field over the platen shows. Such a field is looked for before the
+/// rounds begin: as long as it is not among the effects, others stand in for it.
 fn lies_over_the_platen(here: &Look, seen: &Measured) -> bool {
     let decision = here.weighing.decide(seen.white);
     let places = here.weighing.places(&decision);

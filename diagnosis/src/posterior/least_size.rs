@@ -110,8 +110,8 @@ pub fn own_power(precision: &DMatrix<f64>, amounts: &DVector<f64>) -> f64 {
 }
 
 /// Logarithm of what cutting the priors off adds to the evidence of a set that explains so many whitened squares over the noise.
-/// `inexactness` is, for each effect, the share of its amplitude that its form may lack: a companion must do more than the others may lack,
-/// or so large a share of what is left without it that its columns take what the others lack only by chance.
+/// `inexactness` is, for each effect, the share of its amplitude that its form may lack. A companion must do more than the others may lack.
+/// It need not where it takes so large a share of what is left without it that so few columns would do that only by chance.
 pub fn log_ratio(problem: &Problem, fitted: &Fitted, explained: f64, inexactness: &[f64]) -> f64 {
     let Problem { reduced, noise, .. } = *problem;
     let inverse = &fitted.given.factor_inverse;
@@ -210,15 +210,7 @@ mod tests {
             let powers = powers(&reduced, &set, 1.0);
             assert!((powers[0] / reduced.rows - 9.0).abs() < 0.9, "{powers:?}");
             let explained = reduced.squares - set.given.squares;
-            let problem = Problem {
-                reduced: &reduced,
-                stated: 1.0,
-                noise: 1.0,
-                lacking: 0.0,
-                effects: &[],
-                coordinates: &[],
-                log_odds: 0.0,
-            };
+            let problem = Problem::of_unit_noise(&reduced, &[], 0.0);
             log_ratio(&problem, &set, explained, &[inexactness, 0.0])
         };
         // 2000 rows: 0.03 of an amplitude is 2 squares, 0.3 is 180, and a tenth of 3 is 180 as well.

@@ -21,6 +21,22 @@ pub struct Problem<'r> {
     pub log_odds: f64,
 }
 
+#[cfg(test)]
+impl<'r> Problem<'r> {
+    /// Of unit noise, with effects and no coordinates.
+    pub fn of_unit_noise(reduced: &'r Reduced, effects: &'r [Prior], log_odds: f64) -> Self {
+        Self {
+            reduced,
+            stated: 1.0,
+            noise: 1.0,
+            lacking: 0.0,
+            effects,
+            coordinates: &[],
+            log_odds,
+        }
+    }
+}
+
 /// An effect before the data.
 #[derive(Clone, Copy, Debug)]
 pub struct Prior {

@@ -80,15 +80,7 @@ fn drawn(kind: Kind, rng: &mut ChaCha8Rng) -> Drawn {
         inexactness: 0.0,
     };
     let effects: Vec<Prior> = (0..BLOCKS.len()).map(prior).collect();
-    let problem = Problem {
-        reduced: &reduced,
-        stated: 1.0,
-        noise: 1.0,
-        lacking: 0.0,
-        effects: &effects,
-        coordinates: &[],
-        log_odds: odds(kind.louder),
-    };
+    let problem = Problem::of_unit_noise(&reduced, &effects, odds(kind.louder));
     let all = weigh(&problem);
     let weights: Vec<f64> = all.iter().map(|w| w.log_weight(problem.log_odds)).collect();
     let total = super::noise_scale::log_sum(weights.iter().copied());

@@ -235,15 +235,7 @@ mod tests {
             inexactness: 0.05,
         };
         let effects: Vec<Prior> = (0..3).map(prior).collect();
-        let all = walk(&Problem {
-            reduced: &reduced,
-            stated: 1.0,
-            noise: 1.0,
-            lacking: 0.0,
-            effects: &effects,
-            coordinates: &[],
-            log_odds: -2.0,
-        });
+        let all = walk(&Problem::of_unit_noise(&reduced, &effects, -2.0));
         all[0].set().to_vec()
     }
 

@@ -11,6 +11,7 @@ mod final_fit;
 mod intermodulation;
 pub mod limits;
 mod location;
+mod lost_signals;
 pub(crate) mod measured;
 mod missing_codes;
 mod named;

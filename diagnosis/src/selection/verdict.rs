@@ -3,9 +3,9 @@
 use super::ModelSelection;
 use super::bursts_and_noise::Bursts;
 use super::location::{Located, attribute, clock_first, merge, outside_first};
+use super::lost_signals;
 use super::named::slip_named;
 use crate::data::channel_names::CHANNEL_NAMES;
-use crate::data::faint::WithoutSignal;
 use crate::design::assembly::BlockKind;
 use crate::inference::cross_validation::CrossValidation;
 use crate::inference::fit_scatter;
@@ -132,31 +132,7 @@ impl ModelSelection<'_> {
             out.place.insert(0, over_time);
         }
         out.without_signal.clone_from(&self.prepared.without_signal);
-        self.locate_lost_signals(&mut out);
-        out
-    }
-
-    /// Where a signal is gone there is a gap, and nothing of the catalogue is its cause, though no other sample shows one.
-    fn locate_lost_signals(&self, out: &mut Diagnosis) {
-        if out.verdict != Verdict::NoGap || out.without_signal.is_empty() {
-            return;
-        }
-        let samples: usize = out.without_signal.iter().map(|lost| lost.samples).sum();
-        let place = |lost: &WithoutSignal| Share {
-            channel: if self.design.linearized.scope.reference {
-                format!("segment_{}", lost.segment)
-            } else {
-                CHANNEL_NAMES[0].into()
-            },
-            coordinate: format!("signal amplitude, segment {}", lost.segment),
-            share: lost.samples as f64 / samples as f64,
-        };
-        out.verdict = Verdict::Unknown;
-        out.place = out.without_signal.iter().map(place).collect();
-        out.unexplained = Unexplained {
-            share: 1.0,
-            place: out.place.clone(),
-        };
+        lost_signals::located(out, self.design.linearized.scope.reference)
     }
 
     /// What speaks against naming what was found.

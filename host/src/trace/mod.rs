@@ -1,7 +1,7 @@
 //! What a logic analyser has recorded at the sensor board's pins, and whether it is as it should be.
 //!
-//! `file` reads what the instrument's program has written (`vcd`, `csv`, into `contents`); `lines` tells which channel is which line of the board; `conversions`
-//! finds what belongs to one conversion; `judge` decides each step from that, by the `limits`.
+//! `file` reads what the instrument's program has written (`vcd`, `csv`, into `contents`). `lines` tells which channel is which line of the
+//! board. `conversions` finds what belongs to one conversion. `judge` decides each step from that, by the `limits`.
 
 mod clock;
 mod contents;

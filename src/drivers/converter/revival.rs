@@ -1,7 +1,8 @@
 //! Brings converters back that stopped answering in service: a chip whose supply dipped has forgotten its settings.
 //!
 //! Done in the sampling interrupt, a piece at each instant, so that no instant is missed for it: one chip-select frame of 24 clocks at a
-//! time, or the look at what a frame has brought; 173 instants in all (8.6 ms at 20 kHz). Until the first good frame every reading is the error that began it.
+//! time, or the look at what a frame has brought; 174 instants in all (8.7 ms at 20 kHz). Until the first good frame every reading is
+//! the error that began it.
 
 use super::error::ConverterError;
 use crate::drivers::ad7606c::ChipError;

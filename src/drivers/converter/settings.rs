@@ -2,7 +2,7 @@
 
 use crate::drivers::ad7606c::{CHANNELS, ChipSettings, Oversampling, Range, Script};
 
-/// Offset put on chip 1's plain channel 8.
+/// Offset put on chip 1's grounded channel 8.
 pub const WITNESS_COUNTS: i8 = 64;
 
 /// How the pair is run.

@@ -2,7 +2,7 @@
 
 use super::super::Line;
 use super::super::limits::{BUSY_BELOW_S, BUSY_RISES_WITHIN_S};
-use super::super::measure::{Measured, NS, US, Wanted, all_there, told, within};
+use super::super::measure::{Measured, NS, US, all_there, told};
 use super::view::{Check, PULSES_S, View};
 use crate::acceptance::Step;
 
@@ -52,18 +52,7 @@ fn delay(view: &View<'_>, step: &'static str, text: &str) -> Step {
             value,
         })
     });
-    let delays: Vec<Measured> = delays.collect();
-    let range = [0.0, BUSY_RISES_WITHIN_S];
-    within(
-        &delays,
-        Wanted {
-            step,
-            range,
-            slack: view.span.step_s,
-            unit: NS,
-            text,
-        },
-    )
+    view.within(delays, [0.0, BUSY_RISES_WITHIN_S], NS, (step, text))
 }
 
 fn width(view: &View<'_>, step: &'static str, text: &str) -> Step {
@@ -75,16 +64,5 @@ fn width(view: &View<'_>, step: &'static str, text: &str) -> Step {
             value,
         })
     });
-    let widths: Vec<Measured> = widths.collect();
-    let range = [0.0, BUSY_BELOW_S];
-    within(
-        &widths,
-        Wanted {
-            step,
-            range,
-            slack: view.span.step_s,
-            unit: US,
-            text,
-        },
-    )
+    view.within(widths, [0.0, BUSY_BELOW_S], US, (step, text))
 }

@@ -2,7 +2,7 @@
 
 use super::super::Line;
 use super::super::limits::{CLOCK_SHARE, CONVST_HIGH_S, EDGE_S, PERIOD_S};
-use super::super::measure::{Measured, NS, US, Wanted, all_there, told, within};
+use super::super::measure::{Measured, NS, US, all_there, told};
 use super::view::{Check, PULSES_S, View};
 use crate::acceptance::Step;
 
@@ -107,35 +107,18 @@ fn period(view: &View<'_>, step: &'static str, text: &str) -> Step {
         PERIOD_S * (1.0 - CLOCK_SHARE),
         PERIOD_S * (1.0 + CLOCK_SHARE),
     ];
-    within(
-        &periods(view),
-        Wanted {
-            step,
-            range,
-            slack: view.span.step_s,
-            unit: US,
-            text,
-        },
-    )
+    view.within(periods(view).into_iter(), range, US, (step, text))
 }
 
 /// The timer makes all periods alike: what they differ by is the instrument's, or another hand's than the timer's.
 fn jitter(view: &View<'_>, step: &'static str, text: &str) -> Step {
-    let mut periods = periods(view);
+    let periods = periods(view);
     let mean_s = periods.iter().map(|period| period.value).sum::<f64>() / periods.len() as f64;
-    for period in &mut periods {
-        period.value = (period.value - mean_s).abs();
-    }
-    within(
-        &periods,
-        Wanted {
-            step,
-            range: [0.0, EDGE_S],
-            slack: view.span.step_s,
-            unit: NS,
-            text,
-        },
-    )
+    let off = periods.into_iter().map(|period| Measured {
+        value: (period.value - mean_s).abs(),
+        ..period
+    });
+    view.within(off, [0.0, EDGE_S], NS, (step, text))
 }
 
 fn width(view: &View<'_>, step: &'static str, text: &str) -> Step {
@@ -149,15 +132,5 @@ fn width(view: &View<'_>, step: &'static str, text: &str) -> Step {
             value,
         })
     });
-    let widths: Vec<Measured> = widths.collect();
-    within(
-        &widths,
-        Wanted {
-            step,
-            range,
-            slack: view.span.step_s,
-            unit: US,
-            text,
-        },
-    )
+    view.within(widths, range, US, (step, text))
 }

@@ -2,7 +2,7 @@
 
 use super::super::Line;
 use super::super::limits::{SELECTED_S, SELECTED_WITHIN_S};
-use super::super::measure::{Measured, US, Wanted, all_there, told, within};
+use super::super::measure::{Measured, US, all_there, told};
 use super::view::{Check, PULSES_S, View};
 use crate::acceptance::Step;
 
@@ -99,18 +99,7 @@ fn after_busy<const CHIP: usize>(view: &View<'_>, step: &'static str, text: &str
             value,
         })
     });
-    let delays: Vec<Measured> = delays.collect();
-    let range = [0.0, SELECTED_WITHIN_S];
-    within(
-        &delays,
-        Wanted {
-            step,
-            range,
-            slack: view.span.step_s,
-            unit: US,
-            text,
-        },
-    )
+    view.within(delays, [0.0, SELECTED_WITHIN_S], US, (step, text))
 }
 
 fn apart(view: &View<'_>, step: &'static str, text: &str) -> Step {
@@ -122,18 +111,7 @@ fn apart(view: &View<'_>, step: &'static str, text: &str) -> Step {
             value,
         })
     });
-    let times: Vec<Measured> = times.collect();
-    let range = [0.0, SELECTED_WITHIN_S];
-    within(
-        &times,
-        Wanted {
-            step,
-            range,
-            slack: view.span.step_s,
-            unit: US,
-            text,
-        },
-    )
+    view.within(times, [0.0, SELECTED_WITHIN_S], US, (step, text))
 }
 
 fn width<const CHIP: usize>(view: &View<'_>, step: &'static str, text: &str) -> Step {
@@ -145,15 +123,5 @@ fn width<const CHIP: usize>(view: &View<'_>, step: &'static str, text: &str) -> 
             value,
         })
     });
-    let widths: Vec<Measured> = widths.collect();
-    within(
-        &widths,
-        Wanted {
-            step,
-            range: SELECTED_S,
-            slack: view.span.step_s,
-            unit: US,
-            text,
-        },
-    )
+    view.within(widths, SELECTED_S, US, (step, text))
 }

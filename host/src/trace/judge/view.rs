@@ -2,6 +2,7 @@
 
 use super::super::conversions::Conversion;
 use super::super::limits::{CONVST_HIGH_S, SCLK_HZ};
+use super::super::measure::{Measured, Wanted, within};
 use super::super::{Line, Lines, Pulse, Signal, Span};
 use crate::acceptance::Step;
 
@@ -37,6 +38,28 @@ pub const PULSES_S: f64 = CONVST_HIGH_S / 2.0;
 pub const CLOCKS_S: f64 = 0.5 / SCLK_HZ;
 
 impl View<'_> {
+    /// Judges values that must lie in a range, up to what the recording's step leaves open.
+    pub fn within(
+        &self,
+        values: impl Iterator<Item = Measured>,
+        range: [f64; 2],
+        unit: (f64, &str),
+        (step, text): (&'static str, &str),
+    ) -> Step {
+        let values: Vec<Measured> = values.collect();
+        let slack = self.span.step_s;
+        within(
+            &values,
+            Wanted {
+                step,
+                range,
+                slack,
+                unit,
+                text,
+            },
+        )
+    }
+
     /// A line that the step needs, so that it is there.
     pub fn line(&self, line: Line) -> &Signal {
         static NONE: std::sync::LazyLock<Signal> = std::sync::LazyLock::new(Signal::default);
