@@ -20,6 +20,7 @@ const FOLDERS: &[&str] = &[
     "tooth-map/src",
     "tooth-field/src",
     "normal-equations/src",
+    "comparison/src",
     "host/src/isolability",
     "host/src/replay",
     "host/src/board_model",
@@ -29,7 +30,7 @@ const FOLDERS: &[&str] = &[
 const PAGE: &str = "docs/notes/constants.md";
 
 /// What the head of the page says.
-const HEAD: &str = "# Constants\n\nEvery named numeric constant of the diagnosis, the effects, the check of wires and units, the tooth map, the tooth\nfield and the host's estimators, with what its documentation says of it. Made by `cargo xtask constants`; `cargo xtask test constants` fails where it is stale.\n";
+const HEAD: &str = "# Constants\n\nEvery named numeric constant of the diagnosis, the effects, the check of wires and units, the tooth map, the tooth\nfield, comparisons and the host's estimators, with what its documentation says of it. Made by `cargo xtask constants`; `cargo xtask test constants` fails where it is stale.\n";
 
 /// Where a value comes from, by what its documentation says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

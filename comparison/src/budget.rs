@@ -1,0 +1,455 @@
+//! What a calibrated position or angle is worth: an uncertainty budget as JCGM 100:2008 (the GUM) asks for, section 7 and annex G.
+//!
+//! `position = mean of a pair's calibrated outputs`, so each contribution is an output's or the position's own, with its sensitivity.
+//! Coefficients of one order are taken together: those of a pair are correlated, and a row each would hide that.
+
+use crate::COVERAGE;
+use crate::distribution::{MANY, coverage_factor, effective_freedom};
+use crate::estimate::{Estimate, term_name};
+use crate::workspace::{Pose, Quantity, Workspace, growth, mean_square_growth, row};
+use serde::Serialize;
+
+/// Linear expansion of steel, 1/K (domain of machine tools: 11.5 ppm/K).
+const EXPANSION_PER_K: f64 = 11.5e-6;
+/// Standard deviation of a value that lies within half a width to either side, over that half width (JCGM 100:2008, 4.3.7).
+const UNIFORM: f64 = 0.577_350_269_189_625_8;
+/// A contribution of less than this share of all is rounding, of terms that cancel.
+const ROUNDING: f64 = 1.0e-6;
+/// Tooth variation in the paper's section 4: the mean of seven teeth leaves 1.9 µm.
+pub const PAPER_TEETH_M: f64 = 1.9e-6;
+
+/// How an uncertainty was evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Kind {
+    /// By statistics of repeated readings.
+    A,
+    /// By anything else: data sheets, geometry, published values.
+    B,
+}
+
+/// What is known of the place and its conditions beside the calibration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conditions {
+    /// Displacement of teeth that a pair's segments share, standard deviation, metres: no parity tells it. Zero with a tooth map.
+    pub teeth_m: f64,
+    /// The temperature lies within so many kelvin of the calibration's, to either side.
+    pub within_k: f64,
+    /// How far the courier is from where its coordinates begin, along x and y, metres: what expands.
+    pub distance_m: [f64; 2],
+}
+
+impl Default for Conditions {
+    fn default() -> Self {
+        Self {
+            teeth_m: PAPER_TEETH_M,
+            within_k: 0.0,
+            distance_m: [0.0; 2],
+        }
+    }
+}
+
+/// One line of a budget.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Contribution {
+    /// Of what.
+    pub name: String,
+    /// How it was evaluated.
+    pub kind: Kind,
+    /// Standard uncertainty of the source, in its own unit.
+    pub uncertainty: f64,
+    /// Unit of that.
+    pub unit: &'static str,
+    /// How the quantity follows the source, root of the sum of squares where it has several.
+    pub sensitivity: f64,
+    /// What it contributes, m or rad: their product.
+    pub contribution: f64,
+    /// Degrees of freedom; none where infinite.
+    pub freedom: Option<f64>,
+}
+
+/// The budget of one quantity at one pose.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Budget {
+    /// Of what.
+    pub quantity: Quantity,
+    /// Where.
+    pub pose: Pose,
+    /// Its contributions, largest first.
+    pub contributions: Vec<Contribution>,
+    /// Combined standard uncertainty, m or rad.
+    pub combined: f64,
+    /// Effective degrees of freedom (Welch-Satterthwaite); none where infinite.
+    pub freedom: Option<f64>,
+    /// Coverage factor for 95 %.
+    pub factor: f64,
+    /// Expanded uncertainty: their product.
+    pub expanded: f64,
+}
+
+/// Of an estimate, for a quantity at a pose.
+///
+/// # Errors
+/// The estimate has no covariance, or does not tell what its readings leave.
+pub fn budget(
+    estimate: &Estimate,
+    conditions: &Conditions,
+    pose: &Pose,
+    quantity: Quantity,
+) -> Result<Budget, String> {
+    let Some((parity_m, freedom)) = estimate.parity else {
+        return Err("no residual of held-out readings is known".into());
+    };
+    let mut list = coefficients(estimate, pose, quantity)?;
+    list.push(readings(estimate, pose, quantity, parity_m, freedom));
+    list.extend(counts(estimate, pose, quantity));
+    list.extend(shared_teeth(conditions, quantity));
+    list.extend(expansion(conditions, quantity));
+    let combined = list
+        .iter()
+        .map(|of| of.contribution.powi(2))
+        .sum::<f64>()
+        .sqrt();
+    list.retain(|of| of.contribution > ROUNDING * combined);
+    let freedom = effective_freedom(
+        list.iter()
+            .map(|of| (of.contribution.powi(2), of.freedom.unwrap_or(f64::INFINITY))),
+    );
+    let factor = coverage_factor(COVERAGE, freedom);
+    list.sort_by(|a, b| b.contribution.total_cmp(&a.contribution));
+    Ok(Budget {
+        quantity,
+        pose: *pose,
+        contributions: list,
+        combined,
+        freedom: (freedom < MANY).then_some(freedom),
+        factor,
+        expanded: factor * combined,
+    })
+}
+
+/// At every pose of a workspace.
+///
+/// # Errors
+/// As [`budget`].
+pub fn map(
+    estimate: &Estimate,
+    conditions: &Conditions,
+    workspace: &Workspace,
+    quantity: Quantity,
+) -> Result<Vec<Budget>, String> {
+    let poses = workspace.poses(&estimate.unknowns, quantity);
+    poses
+        .iter()
+        .map(|pose| budget(estimate, conditions, pose, quantity))
+        .collect()
+}
+
+/// What no budget here holds, for people.
+#[must_use]
+pub fn not_counted(conditions: &Conditions) -> Vec<&'static str> {
+    let mut list = vec![
+        "where coordinates and angle begin: only changes of position and angle are told (gauge)",
+        "the span between segments, as it is drawn: a share of every angle",
+        "motion: delay, direction of travel and vibration, beyond the terms that the calibration has",
+    ];
+    if conditions.within_k == 0.0 {
+        list.push("temperature: none was given");
+    }
+    list
+}
+
+/// The coefficients, order by order, and what orders have in common.
+fn coefficients(
+    estimate: &Estimate,
+    pose: &Pose,
+    quantity: Quantity,
+) -> Result<Vec<Contribution>, String> {
+    let certainty = estimate.certainty.as_ref().map_err(Clone::clone)?;
+    let row = row(&estimate.unknowns, &estimate.geometry, pose, quantity);
+    let unit = if quantity == Quantity::Theta {
+        0.5 / f64::from(estimate.geometry.span_m)
+    } else {
+        0.5
+    };
+    let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
+    for (place, unknown) in estimate.unknowns.iter().enumerate() {
+        let (true, Some(wave)) = (
+            row[place] != 0.0 && estimate.is_estimated(place),
+            unknown.wave,
+        ) else {
+            continue;
+        };
+        let name = term_name(&wave.term);
+        match groups.iter_mut().find(|group| group.0 == name) {
+            Some((_, places)) => places.push(place),
+            None => groups.push((name, vec![place])),
+        }
+    }
+    let product = |a: &[usize], b: &[usize]| -> f64 {
+        let pairs = a.iter().flat_map(|&a| b.iter().map(move |&b| (a, b)));
+        pairs
+            .map(|(a, b)| row[a] * certainty.covariance[(a, b)] * row[b])
+            .sum()
+    };
+    let one = |name: String, square: f64| {
+        let contribution = square.max(0.0).sqrt();
+        Contribution {
+            name,
+            kind: Kind::A,
+            uncertainty: contribution / unit,
+            unit: "m",
+            sensitivity: unit,
+            contribution,
+            freedom: certainty.freedom.is_finite().then_some(certainty.freedom),
+        }
+    };
+    let own: Vec<f64> = groups
+        .iter()
+        .map(|(_, places)| product(places, places))
+        .collect();
+    let all: Vec<usize> = groups
+        .iter()
+        .flat_map(|(_, places)| places.iter().copied())
+        .collect();
+    let (total, sum) = (product(&all, &all), own.iter().sum::<f64>());
+    // Where orders are known together better than each by itself, one row tells them all.
+    if total < sum * (1.0 - 1.0e-9) {
+        return Ok(vec![one("coefficients, all orders together".into(), total)]);
+    }
+    let mut list: Vec<Contribution> = groups
+        .into_iter()
+        .zip(own)
+        .map(|((name, _), square)| one(format!("coefficients of {name}"), square))
+        .collect();
+    list.push(one("correlation between orders".into(), total - sum));
+    Ok(list)
+}
+
+/// What the parity of held-out readings left, as if each unmodified output had the same share: noise, and what no term describes. The
+/// parity has each grown by the slope of its correction, as the position has.
+fn readings(
+    estimate: &Estimate,
+    pose: &Pose,
+    quantity: Quantity,
+    parity_m: f64,
+    freedom: f64,
+) -> Contribution {
+    let growth = mean_square_growth(
+        &estimate.unknowns,
+        estimate.values.as_slice(),
+        &estimate.geometry,
+    );
+    let uncertainty = parity_m / growth.iter().sum::<f64>().sqrt();
+    let sensitivity = by_segments(estimate, pose, quantity);
+    Contribution {
+        name: "readings: noise, and what no term describes".into(),
+        kind: Kind::A,
+        uncertainty,
+        unit: "m",
+        sensitivity,
+        contribution: uncertainty * sensitivity,
+        freedom: freedom.is_finite().then_some(freedom),
+    }
+}
+
+/// Half a converter's count to either side, as a length along the tooth.
+fn counts(estimate: &Estimate, pose: &Pose, quantity: Quantity) -> Option<Contribution> {
+    let least = estimate
+        .amplitude_counts
+        .iter()
+        .fold(f64::INFINITY, |a, b| a.min(*b));
+    if least <= 0.0 {
+        return None;
+    }
+    let half_m = 0.5 * f64::from(estimate.geometry.pitch_m) / (std::f64::consts::TAU * least);
+    let sensitivity = by_segments(estimate, pose, quantity);
+    Some(Contribution {
+        name: "converter's count".into(),
+        kind: Kind::B,
+        uncertainty: UNIFORM * half_m,
+        unit: "m",
+        sensitivity,
+        contribution: UNIFORM * half_m * sensitivity,
+        freedom: None,
+    })
+}
+
+fn shared_teeth(conditions: &Conditions, quantity: Quantity) -> Option<Contribution> {
+    // Both segments of a pair are on the same teeth: the angle does not see them.
+    (quantity != Quantity::Theta).then(|| Contribution {
+        name: "teeth of the platen that a pair shares".into(),
+        kind: Kind::B,
+        uncertainty: conditions.teeth_m,
+        unit: "m",
+        sensitivity: 1.0,
+        contribution: conditions.teeth_m,
+        freedom: None,
+    })
+}
+
+fn expansion(conditions: &Conditions, quantity: Quantity) -> Option<Contribution> {
+    let distance_m = match quantity {
+        Quantity::X => conditions.distance_m[0],
+        Quantity::Y => conditions.distance_m[1],
+        Quantity::Theta => return None,
+    };
+    let (uncertainty, sensitivity) = (
+        UNIFORM * conditions.within_k,
+        EXPANSION_PER_K * distance_m.abs(),
+    );
+    Some(Contribution {
+        name: "temperature: the platen's expansion".into(),
+        kind: Kind::B,
+        uncertainty,
+        unit: "K",
+        sensitivity,
+        contribution: uncertainty * sensitivity,
+        freedom: None,
+    })
+}
+
+/// How the quantity follows independent errors of the unmodified outputs, all of one size.
+fn by_segments(estimate: &Estimate, pose: &Pose, quantity: Quantity) -> f64 {
+    let growth = growth(
+        &estimate.unknowns,
+        estimate.values.as_slice(),
+        &estimate.geometry,
+        pose,
+    );
+    let sensitivities = quantity
+        .sensitivities(&estimate.geometry)
+        .into_iter()
+        .zip(growth);
+    sensitivities
+        .map(|(s, growth)| (s * growth).powi(2))
+        .sum::<f64>()
+        .sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::difference::tests::of_order;
+
+    fn at_quarter() -> Pose {
+        Pose {
+            centre_m: [
+                0.25 * f64::from(courier_sensor::geometry::Geometry::PAPER.pitch_m),
+                0.0,
+            ],
+            theta_rad: 0.0,
+        }
+    }
+
+    #[test]
+    fn contributions_add_up_as_squares() {
+        let estimate = of_order(1, [0.0; 2], 0.2e-6);
+        let conditions = Conditions {
+            teeth_m: 0.3e-6,
+            within_k: 2.0,
+            distance_m: [0.1, 0.0],
+        };
+        let budget = budget(&estimate, &conditions, &at_quarter(), Quantity::X).unwrap();
+        let of = |name: &str| {
+            budget
+                .contributions
+                .iter()
+                .find(|c| c.name.contains(name))
+                .unwrap()
+                .contribution
+        };
+        // A sine of segment 1 at a quarter of a tooth; two readings of half a µm, halved; 16 bit of 20,000 counts; 2 K of 100 mm.
+        let wanted = [
+            ("order 1", 0.1e-6),
+            ("readings", 0.5e-6 / 2.0_f64.sqrt()),
+            (
+                "count",
+                1.016e-3 / (std::f64::consts::TAU * 20_000.0) / 12.0_f64.sqrt() / 2.0_f64.sqrt(),
+            ),
+            ("teeth", 0.3e-6),
+            ("temperature", 0.1 * 11.5e-6 * 2.0 / 3.0_f64.sqrt()),
+        ];
+        for (name, size) in wanted {
+            assert!(
+                (of(name) / size - 1.0).abs() < 1.0e-6,
+                "{name}: {:e}, {size:e}",
+                of(name)
+            );
+        }
+        let sum = wanted
+            .iter()
+            .map(|(_, size)| size * size)
+            .sum::<f64>()
+            .sqrt();
+        assert!(
+            (budget.combined / sum - 1.0).abs() < 1.0e-6
+                && (budget.expanded / budget.combined - budget.factor).abs() < 1e-9
+        );
+        // All but type B, which is the most of it here, have 100 degrees of freedom.
+        assert!(
+            budget.freedom.unwrap() > 100.0 && (1.96..1.99).contains(&budget.factor),
+            "{budget:?}"
+        );
+    }
+
+    #[test]
+    fn an_angle_sees_neither_shared_teeth_nor_expansion() {
+        let conditions = Conditions {
+            within_k: 5.0,
+            distance_m: [1.0; 2],
+            ..Conditions::default()
+        };
+        let budget = budget(
+            &of_order(1, [0.0; 2], 0.2e-6),
+            &conditions,
+            &at_quarter(),
+            Quantity::Theta,
+        )
+        .unwrap();
+        let names: Vec<&str> = budget
+            .contributions
+            .iter()
+            .map(|c| c.name.as_str())
+            .collect();
+        assert!(
+            names
+                .iter()
+                .all(|name| !name.contains("teeth") && !name.contains("temperature")),
+            "{names:?}"
+        );
+        // Four readings of half a µm over twice the span.
+        let readings = budget
+            .contributions
+            .iter()
+            .find(|c| c.name.contains("readings"))
+            .unwrap();
+        assert!(
+            (readings.contribution / (0.5e-6 / 9.7e-3) - 1.0).abs() < 1.0e-6,
+            "{readings:?}"
+        );
+    }
+
+    #[test]
+    fn what_is_not_known_gives_no_budget() {
+        let mut estimate = of_order(1, [0.0; 2], 0.2e-6);
+        estimate.parity = None;
+        let told = budget(
+            &estimate,
+            &Conditions::default(),
+            &at_quarter(),
+            Quantity::X,
+        )
+        .unwrap_err();
+        assert!(told.contains("held-out"), "{told}");
+        estimate.parity = Some((1.0e-6, 100.0));
+        estimate.certainty = Err("a gauge".into());
+        let told = budget(
+            &estimate,
+            &Conditions::default(),
+            &at_quarter(),
+            Quantity::X,
+        )
+        .unwrap_err();
+        assert_eq!(told, "a gauge");
+    }
+}
