@@ -94,7 +94,7 @@ impl Problem {
     }
 
     /// The same row in f64, from the recording's own numbers.
-    fn row_f64(&self, sample: &Sample, phase: Phase) -> Vec<f64> {
+    pub(super) fn row_f64(&self, sample: &Sample, phase: Phase) -> Vec<f64> {
         let mut row = vec![1.0];
         for (segment, sign) in self.segments() {
             let output_m = sample.unmodified_m[segment];

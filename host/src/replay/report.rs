@@ -114,12 +114,21 @@ struct Judged {
     held_out: Vec<Sample>,
 }
 
-fn judge(
+/// The samples of a channel, and which of them are fitted.
+pub(super) struct Seen {
+    /// In order of time.
+    pub(super) samples: Vec<Sample>,
+    /// Their indices.
+    pub(super) split: Split,
+}
+
+/// Runs the signal path over a recording for one channel.
+pub(super) fn seen(
     recording: &Recording,
     observer: &Observer,
     channel: Channel,
     progress: &ProgressBar,
-) -> Result<Judged> {
+) -> Seen {
     let pitch_m = recording.meta.geometry.pitch_m;
     let mut samples = Vec::new();
     let mut places = Vec::new();
@@ -134,17 +143,38 @@ fn judge(
         }
         progress.inc(1);
     }
-    let Split { fitted, held_out } = split(&places);
+    let split = split(&places);
+    Seen { samples, split }
+}
+
+/// Refuses a motion too short to hold samples out.
+///
+/// # Errors
+/// There are none.
+pub(super) fn enough_held_out(channel: Channel, split: &Split) -> Result<()> {
+    ensure!(
+        !split.held_out.is_empty(),
+        "{}: found no samples to hold out, wanted a longer motion",
+        channel.name()
+    );
+    Ok(())
+}
+
+fn judge(
+    recording: &Recording,
+    observer: &Observer,
+    channel: Channel,
+    progress: &ProgressBar,
+) -> Result<Judged> {
+    let pitch_m = recording.meta.geometry.pitch_m;
+    let Seen { samples, split } = seen(recording, observer, channel, progress);
+    let fitted = &split.fitted;
     let problem = Problem::new(channel, observer.geometry, pitch_m);
     let chosen = || fitted.iter().map(|index| &samples[*index]);
     let incremental = problem.incremental(chosen())?;
     let batch = problem.batch(chosen(), Phase::Output)?;
-    ensure!(
-        !held_out.is_empty(),
-        "{}: found no samples to hold out, wanted a longer motion",
-        channel.name()
-    );
-    let held_out: Vec<Sample> = held_out.into_iter().map(|index| samples[index]).collect();
+    enough_held_out(channel, &split)?;
+    let held_out: Vec<Sample> = split.held_out.iter().map(|index| samples[*index]).collect();
     let mean_m = chosen().map(|sample| channel.raw_m(sample)).sum::<f64>() / fitted.len() as f64;
     let rms = HeldOut {
         raw_rms_m: rms(held_out.iter().map(|sample| channel.raw_m(sample) - mean_m)),
@@ -215,7 +245,7 @@ impl Judged {
     }
 }
 
-fn rms(values: impl Iterator<Item = f64>) -> f64 {
+pub(super) fn rms(values: impl Iterator<Item = f64>) -> f64 {
     let (count, sum) = values.fold((0_u64, 0.0), |(count, sum), value| {
         (count + 1, sum + value * value)
     });
