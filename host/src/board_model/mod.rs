@@ -5,6 +5,7 @@ mod row;
 mod terms;
 
 use anyhow::{Result, ensure};
+use comparison::estimate::Wave;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::model::{
     ErrorModel, MAX_LATERAL_ORDER, MAX_TERMS, Term, TermTable, most_further_rows,
@@ -12,9 +13,23 @@ use courier_sensor::model::{
 use courier_sensor::settings::Settings;
 use diagnosis::Model;
 use diagnosis::linearization::baseline::ORDERS;
+use diagnosis::transfer::model::EffectAmounts;
 use refit::{Diagnosed, Refitted, refit};
 use row::Row;
+use std::collections::HashMap;
 use terms::{Place, on_board, places};
+
+/// What an effect's amounts add to a segment's correction, by the amounts' names; nothing of what the board has no term for.
+pub fn waves(diagnosed: &Model, effect: &EffectAmounts) -> HashMap<String, Wave> {
+    let wave = |place: Place| Wave {
+        segment: place.segment,
+        term: place.term,
+        cosine: place.part == 1,
+        share: place.share,
+    };
+    let places = places(diagnosed, effect).into_iter();
+    places.map(|(name, place)| (name, wave(place))).collect()
+}
 
 /// Most terms of the own phase alone that the board can recalibrate with (`calibration::StartError::Terms`).
 const MOST_OWN: usize = 6;

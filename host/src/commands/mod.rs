@@ -83,6 +83,7 @@ commands! {
         Diagnose => diagnose,
         Blind => blind,
         Check => check,
+        Compare => compare,
         Isolability => isolability,
         Map => map,
         Trace => trace,

@@ -7,6 +7,7 @@ mod board;
 mod cases;
 mod closed_loop;
 mod common;
+mod compare;
 mod demo;
 mod diagnose;
 mod examples;
