@@ -14,6 +14,7 @@ pub mod drivers;
 pub mod emulation;
 pub mod health;
 pub mod link;
+pub mod maps;
 pub mod selftest;
 mod sink;
 pub mod update;

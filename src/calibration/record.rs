@@ -9,6 +9,7 @@ pub use plausible::check_sensor;
 
 pub use bytes::{
     BODY_BYTES, HEADER_BYTES, Header, MAGIC, MAX_BYTES, decode, decode_into, encode, read_body,
+    read_model,
 };
 
 use crate::device::Device;

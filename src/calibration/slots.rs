@@ -160,6 +160,21 @@ impl<F: NorFlash> Slots<F> {
         &mut self.flash
     }
 
+    /// The flash and the slots' buffer, for what lies beside them: nothing in the buffer is kept.
+    pub fn parts_mut(&mut self) -> (&mut F, &mut [u8; MAX_BYTES]) {
+        (&mut self.flash, &mut self.buffer)
+    }
+
+    /// Check value of the record in a slot, by which records are told apart; none without a whole header.
+    pub fn check_value(&mut self, slot: u8) -> Option<u32> {
+        let (place, mut head, mut crc) = (self.offset(slot), [0; HEADER_BYTES], [0; 4]);
+        self.flash.read(place, &mut head).ok()?;
+        let record_bytes = Header::parse(&head).ok()?.record_bytes();
+        let behind = place + (record_bytes - crc.len()) as u32;
+        self.flash.read(behind, &mut crc).ok()?;
+        Some(u32::from_le_bytes(crc))
+    }
+
     /// Gives the flash back.
     pub fn release(self) -> F {
         self.flash

@@ -2,15 +2,17 @@
 //!
 //! ```text
 //! 0x00000 | first stage (bank 1; free in bank 2)                       8 KiB |
-//! 0x02000 | header 512 B | vectors, code, constants                  232 KiB |
+//! 0x02000 | header 512 B | vectors, code, constants                  216 KiB |
+//! 0x38000 | tooth maps                                                16 KiB |
 //! 0x3C000 | calibration slots                                          4 KiB |
 //! 0x3D000 | journal                                                    2 KiB |
 //! 0x3D800 | free                                                      10 KiB |
 //! ```
-//! An image uses the slots and the journal of the *other* bank: it never writes the bank that it runs from, so that no write stalls a
+//! An image uses the maps, the slots and the journal of the *other* bank: it never writes the bank that it runs from, so that no write stalls a
 //! fetch of the sampling interrupt.
 
 use crate::calibration::slots::{SLOT_BYTES, SLOTS};
+use crate::maps;
 
 /// Bytes of a bank of the STM32G474RE.
 pub const BANK_BYTES: u32 = 256 << 10;
@@ -27,13 +29,17 @@ pub const HEADER_ROOM: u32 = 512;
 pub const BODY_START: u32 = IMAGE_START + HEADER_ROOM;
 /// Where the number under which an image was installed stands: the last double word of the header's room.
 pub const NUMBER_START: u32 = BODY_START - WORD_BYTES;
-/// End of the image: the last 16 KiB of a bank hold no code.
-pub const IMAGE_END: u32 = 0x3_C000;
+/// End of the image: the last 32 KiB of a bank hold no code.
+pub const IMAGE_END: u32 = 0x3_8000;
 /// Longest body, bytes.
 pub const MOST_BODY_BYTES: u32 = IMAGE_END - BODY_START;
 
-/// Where the calibration slots lie.
-pub const SLOTS_START: u32 = IMAGE_END;
+/// Where the tooth maps lie.
+pub const MAPS_START: u32 = IMAGE_END;
+/// Their end.
+pub const MAPS_END: u32 = MAPS_START + maps::SLOTS as u32 * maps::SLOT_BYTES;
+/// Where the calibration slots lie: as before there were maps.
+pub const SLOTS_START: u32 = 0x3_C000;
 /// Their end.
 pub const SLOTS_END: u32 = SLOTS_START + (SLOTS * SLOT_BYTES) as u32;
 /// The journal's page.
@@ -42,7 +48,8 @@ pub const JOURNAL_START: u32 = SLOTS_END;
 pub const JOURNAL_END: u32 = JOURNAL_START + PAGE_BYTES;
 
 const _: () = assert!(
-    JOURNAL_END <= BANK_BYTES
+    MAPS_END <= SLOTS_START
+        && JOURNAL_END <= BANK_BYTES
         && IMAGE_START.is_multiple_of(PAGE_BYTES)
         && IMAGE_END.is_multiple_of(PAGE_BYTES)
         && BODY_START.is_multiple_of(512),

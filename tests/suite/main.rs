@@ -12,6 +12,7 @@ mod joint;
 mod joint_session;
 mod link;
 mod lsq;
+mod maps;
 mod model;
 mod motion;
 mod signal_faults;

@@ -11,7 +11,7 @@
 
 use super::{Calibration, RecordError, VERSION};
 use crate::geometry::Geometry;
-use crate::model::{MAX_TERMS, TermCoefficients};
+use crate::model::{ErrorModel, MAX_TERMS, TermCoefficients};
 use crate::sink;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use serde::de::{DeserializeSeed, Error as _, SeqAccess, Visitor};
@@ -175,14 +175,25 @@ pub fn read_body<'b>(bytes: &'b [u8], place: &mut Calibration) -> Option<&'b [u8
     read(&mut source, &mut place.amplitude_counts)?;
     read(&mut source, &mut place.geometry)?;
     read(&mut source, &mut place.pairs)?;
-    read(&mut source, &mut place.model.constants_m)?;
-    read(&mut source, &mut place.model.terms)?;
-    Rows(&mut place.model.coefficients)
-        .deserialize(&mut source)
-        .ok()?;
+    read_rows(&mut source, &mut place.model)?;
     read(&mut source, &mut place.beacon)?;
     read(&mut source, &mut place.quality)?;
     source.finalize().ok()
+}
+
+/// Reads an error model's postcard bytes into its place, as [`read_body`] does. Returns the bytes behind it.
+pub fn read_model<'b>(bytes: &'b [u8], place: &mut ErrorModel) -> Option<&'b [u8]> {
+    let mut source = postcard::Deserializer::from_bytes(bytes);
+    read_rows(&mut source, place)?;
+    source.finalize().ok()
+}
+
+#[inline(never)]
+fn read_rows(source: &mut Source<'_>, place: &mut ErrorModel) -> Option<()> {
+    read(source, &mut place.constants_m)?;
+    read(source, &mut place.terms)?;
+    let rows = Rows(&mut place.coefficients);
+    rows.deserialize(source).ok()
 }
 
 type Source<'b> = postcard::Deserializer<'b, postcard::de_flavors::Slice<'b>>;

@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// Limits of both images, bytes. Flash: bank 1 of the STM32G474RE without 16 KiB, since an image that is to lie in bank 2
 /// lies there beside the calibration slots. RAM: SRAM1 and SRAM2 (80 and 16 KiB), and the CCM RAM by itself (data sheet DS12288).
-pub const FLASH_LIMIT: u32 = 240 << 10;
+pub const FLASH_LIMIT: u32 = 224 << 10;
 pub const RAM_LIMIT: u32 = 96 << 10;
 pub const CCM_LIMIT: u32 = 32 << 10;
 /// Where the CCM RAM and the others begin (RM0440, memory map).
