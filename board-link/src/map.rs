@@ -3,7 +3,8 @@
 use crate::Link;
 use anyhow::{Result, bail};
 use courier_sensor::calibration::record::Calibration;
-use courier_sensor::link::message::{Action, MAP_NODES_A_COMMAND, Reply, Source};
+use courier_sensor::link::message::{Action, MAP_NODES_A_COMMAND, MapPlace, Reply, Source};
+use courier_sensor::maps::MapSlot;
 use courier_sensor::teeth::MapHeader;
 use std::time::Duration;
 
@@ -40,6 +41,38 @@ pub fn load_map(link: &mut Link, header: MapHeader, nodes_nm: &[i16]) -> Result<
         done(link, Action::MapNodes(nodes.iter().copied().collect()))?;
     }
     done(link, Action::MapApply)
+}
+
+/// Stores a tooth map with the error model in force, for the stored calibration, which is in force then; the board looks for the map's
+/// beacon. Its slot.
+///
+/// # Errors
+/// The board refuses it or cannot be reached.
+pub fn store_map(
+    link: &mut Link,
+    place: MapPlace,
+    header: MapHeader,
+    nodes_nm: &[i16],
+) -> Result<MapSlot> {
+    done(link, Action::MapStore { place, header })?;
+    for nodes in nodes_nm.chunks(MAP_NODES_A_COMMAND) {
+        done(link, Action::MapStoreNodes(nodes.iter().copied().collect()))?;
+    }
+    match link.ask(Action::MapStoreEnd)? {
+        Reply::MapSlot(slot) => Ok(slot),
+        _ => bail!("the board: found a strange reply to a map that was stored"),
+    }
+}
+
+/// What a slot for tooth maps holds.
+///
+/// # Errors
+/// The board cannot be reached.
+pub fn slot(link: &mut Link, slot: u8) -> Result<MapSlot> {
+    match link.ask(Action::MapSlot(slot))? {
+        Reply::MapSlot(slot) => Ok(slot),
+        _ => bail!("the board: found a strange reply to a question for a map"),
+    }
 }
 
 fn done(link: &mut Link, action: Action) -> Result<()> {

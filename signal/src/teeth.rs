@@ -5,7 +5,7 @@
 //! calibrated outputs, so that a map belongs to the calibration it was estimated with. One field a direction, shared by the two
 //! segments that measure it, over the place along it and across: cubic B-spline, a node a pitch, coefficients in nanometres
 //! (a segment averages over some teeth, so that nothing finer is left; de Boor 1978). Places count from the board's tooth count
-//! zero: a map does not outlive a restart. Gauge: each field's mean is zero.
+//! zero, so that a map is placed anew after each start. Gauge: each field's mean is zero.
 
 mod field;
 mod waves;
@@ -139,6 +139,15 @@ impl MapHeader {
             });
         }
         Ok(())
+    }
+
+    /// Moves the lattices by so many teeth along x and y.
+    pub fn move_by(&mut self, teeth: [i32; 2]) {
+        for (direction, grid) in self.grids.iter_mut().enumerate() {
+            for (side, first) in grid.first_teeth.iter_mut().enumerate() {
+                *first = first.wrapping_add(teeth[(direction + side) % 2]);
+            }
+        }
     }
 
     /// Nodes of both fields.

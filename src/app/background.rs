@@ -1,12 +1,14 @@
 //! The background's half: everything below the interrupt. [`Background::poll`] is called again and again by the board's main loop.
 //!
-//! Frames come from the intake, all that the session wants, otherwise the newest; the session's wishes go to the motion controller; an accepted calibration goes to flash first and then in force. What fails leaves the calibration in
+//! Frames come from the intake, all that the session wants, otherwise the newest; the session's wishes go to the motion controller; an accepted calibration goes to flash first and then in force; a stored tooth map comes in force under its beacon. What fails leaves the calibration in
 //! force where it was. Knows no clock: time is the number of samples taken.
 
 mod conclude;
+mod place_map;
 
 use super::frames::FrameReceiver;
 use super::guide::Guide;
+use super::homing::Homing;
 use super::keeper::Keeper;
 use super::sampler::Mailbox;
 use super::task::Task;
@@ -63,6 +65,9 @@ pub struct Background<'q, 'c, S, F> {
     keeper: Keeper<'q, 'c, F>,
     updates: Option<&'q mut dyn Updates<F>>,
     task: &'q mut Task,
+    homing: Homing,
+    /// Of the keeper, when the stored maps were last looked at.
+    changes_seen: Option<u8>,
     method: Method,
     errand: Errand,
     ended: Option<Ended>,
@@ -94,6 +99,8 @@ where
             keeper: Keeper::new(slots, swap, settings, device),
             updates: None,
             task,
+            homing: Homing::default(),
+            changes_seen: None,
             method: Method::Platen,
             errand: Errand {
                 speed_m_per_s: SELF_MOTION_M_PER_S,
@@ -125,6 +132,7 @@ where
     /// One turn of the main loop. Returns how many frames it took.
     pub fn poll(&mut self) -> usize {
         let taken = self.take_frames();
+        self.follow_maps(taken > 0);
         self.move_on();
         self.say_what_is_wanted();
         taken

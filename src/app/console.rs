@@ -154,7 +154,7 @@ impl<'q, P: Ports> Console<'q, P> {
                 let loaded = self.load(*other_device, background);
                 self.send_result(number, loaded.map(|()| None));
             }
-            other => self.send_act(number, other.clone(), background),
+            other => self.send_act(number, other, background),
         }
     }
 
@@ -187,7 +187,7 @@ impl<'q, P: Ports> Console<'q, P> {
     fn send_act<S, F>(
         &mut self,
         number: u16,
-        action: Action<()>,
+        action: &Action<()>,
         background: &mut Background<'_, '_, S, F>,
     ) where
         S: Read + ReadReady + Write + WriteReady,
@@ -237,7 +237,7 @@ impl<'q, P: Ports> Console<'q, P> {
     #[inline(never)]
     fn act<S, F>(
         &mut self,
-        action: Action<()>,
+        action: &Action<()>,
         background: &mut Background<'_, '_, S, F>,
     ) -> Result<Reply<&'static Calibration>, Refusal>
     where
@@ -251,37 +251,59 @@ impl<'q, P: Ports> Console<'q, P> {
             Action::GoTo {
                 target,
                 speed_m_per_s,
-            } => background.go_to(target, speed_m_per_s).map(done),
+            } => background.go_to(*target, *speed_m_per_s).map(done),
             Action::Read(_) | Action::Load { .. } | Action::Calibrate(_) | Action::RollBack => {
                 Err(Refusal::Unknown)
             }
-            Action::MapBegin(header) => background.keeper_mut()?.map_begin(&header).map(done),
-            Action::MapNodes(nodes) => background.keeper_mut()?.map_nodes(&nodes).map(done),
+            Action::MapBegin(header) => background.keeper_mut()?.map_begin(header).map(done),
+            Action::MapNodes(nodes) => background.keeper_mut()?.map_nodes(nodes).map(done),
             Action::MapApply => background.keeper_mut()?.map_apply().map(done),
             Action::MapDrop => {
-                background.keeper_mut()?.map_drop();
+                let keeper = background.keeper_mut()?;
+                keeper.map_drop();
+                keeper.map_ordered();
                 Ok(Reply::Done)
+            }
+            Action::MapStore { place, header } => {
+                let keeper = background.keeper_to_store()?;
+                keeper.map_store(place, header).map(done)
+            }
+            Action::MapStoreNodes(nodes) => {
+                let keeper = background.keeper_to_store()?;
+                keeper.map_store_nodes(nodes).map(done)
+            }
+            Action::MapStoreEnd => {
+                let keeper = background.keeper_to_store()?;
+                keeper.map_store_end().map(Reply::MapSlot)
+            }
+            Action::MapSlot(slot) => {
+                let keeper = background.keeper_mut()?;
+                keeper.map_slot(*slot).map(Reply::MapSlot)
+            }
+            Action::MapForget(slot) => {
+                let keeper = background.keeper_to_store()?;
+                keeper.map_forget(*slot).map(done)
             }
             Action::Commit { lose_unknown } => background
                 .keeper_to_store()?
-                .commit(lose_unknown)
+                .commit(*lose_unknown)
                 .map(Reply::Place),
             Action::Slots => Ok(Reply::Slots(
                 background.keeper_mut()?.list().map(Into::into),
             )),
-            Action::Stream(order) => self.stream(order).map(done),
+            Action::Stream(order) => self.stream(*order).map(done),
             Action::Record { samples } => self
                 .stream(StreamOrder {
                     channels: Channels::RECORDING.bits(),
                     decimation: 1,
-                    samples,
+                    samples: *samples,
                 })
                 .map(done),
             Action::SetTime { unix_s } => {
-                background.set_time(unix_s);
+                background.set_time(*unix_s);
                 Ok(Reply::Done)
             }
-            Action::Update(order) => background.update(&order).map(Reply::Update),
+            Action::Update(order) => background.update(order).map(Reply::Update),
             Action::LastFault => Ok(Reply::LastFault(self.started.fault.clone())),
             Action::Restart => {
                 self.restart = true;
@@ -319,6 +341,7 @@ impl<'q, P: Ports> Console<'q, P> {
             moving: background.is_moving(),
             in_force: background.keeper().source(),
             map: background.keeper().map(),
+            stored_map: background.stored_map(),
             pose: frame.pose,
             parity_m: frame.parity_m,
             amplitude_counts: frame.segments.map(|segment| segment.amplitude_counts),

@@ -3,6 +3,8 @@
 //! In force means: the interrupt applies it. Every change is checked first, stored second and handed to the interrupt
 //! third, so that a refusal at any step leaves both as they were.
 
+mod maps;
+
 use crate::beacon::BeaconSettings;
 use crate::calibration::record::{Calibration, check_sensor};
 use crate::calibration::slots::{Place, SLOTS, SlotError, SlotInfo, Slots};
@@ -10,6 +12,7 @@ use crate::device::Device;
 use crate::frame::SEGMENTS;
 use crate::geometry::Geometry;
 use crate::link::message::{InForce, RecordRefusal, Refusal};
+use crate::maps::Writing;
 use crate::model::{ErrorModel, TermTable, most_further_rows, most_rows_beside_a_map};
 use crate::quadrature::PairCorrection;
 use crate::settings::Settings;
@@ -32,6 +35,18 @@ pub struct Keeper<'q, 'c, F> {
     stored: Option<Place>,
     boot: Result<(), Refusal>,
     map: Option<[Grid; 2]>,
+    /// The map in force is a stored one, and the settings are its own above the calibration's.
+    is_layered: bool,
+    /// A host decides which map is in force, until another calibration comes in force or a map is stored.
+    is_map_ordered: bool,
+    /// A map that is being stored.
+    storing: Option<Writing>,
+    /// A map was stored, or was not: the stored calibration is to come back, for which the map's model stood in.
+    is_to_return: bool,
+    /// The settings in force are a map's that is gone: the calibration's are to come back.
+    is_to_restore: bool,
+    /// Counts changes of what is stored or in force.
+    changes: u8,
 }
 
 impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
@@ -53,6 +68,12 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
             stored: None,
             boot: Err(Refusal::NotCalibrated),
             map: None,
+            is_layered: false,
+            is_map_ordered: false,
+            storing: None,
+            is_to_return: false,
+            is_to_restore: false,
+            changes: 0,
         }
     }
 
@@ -69,9 +90,10 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
         self.boot
     }
 
-    /// Whether the interrupt has taken what was put in force last: one sample after it was. Until then nothing else can be.
+    /// Whether the interrupt has taken what was put in force last, one sample after it was, and nothing is to follow it. Until then nothing
+    /// else can be put in force.
     pub fn is_taken(&mut self) -> bool {
-        self.swap.taken()
+        !(self.is_to_return || self.is_to_restore) && self.swap.taken()
     }
 
     /// Settings in force.
@@ -160,6 +182,7 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
         }
         let place = self.slots.commit(calibration, lose_unknown)?;
         self.stored = Some(place);
+        self.note_change();
         Ok(place)
     }
 
@@ -191,6 +214,7 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
         }
         self.afford_map()?;
         self.map_drop();
+        self.is_map_ordered = true;
         let map = self.swap.map_mut().ok_or(Refusal::MapBusy)?;
         map.begin(header, &self.settings.geometry)
             .map_err(Refusal::Map)
@@ -213,6 +237,12 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
         self.afford_map()?;
         let map = self.swap.map_mut().ok_or(Refusal::MapBusy)?;
         map.complete().map_err(Refusal::Map)?;
+        self.map_in_force()
+    }
+
+    /// Hands the map to the interrupt.
+    fn map_in_force(&mut self) -> Result<(), Refusal> {
+        let map = self.swap.map_mut().ok_or(Refusal::MapBusy)?;
         let grids = *map.grids();
         self.swap.apply_map().map_err(|_| Refusal::MapBusy)?;
         self.map = Some(grids);
@@ -237,10 +267,36 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
         model.map_or(0, ErrorModel::further_rows)
     }
 
-    /// Takes the tooth map out of force.
+    /// Takes the tooth map out of force. If it was a stored one, the calibration's own settings come back by [`Keeper::go_on`].
     pub fn map_drop(&mut self) {
+        self.is_to_restore |= self.is_layered;
+        self.map_forget_in_force();
+    }
+
+    /// The same where settings follow.
+    fn map_forget_in_force(&mut self) {
         self.swap.recall_map();
-        self.map = None;
+        (self.map, self.is_layered) = (None, false);
+    }
+
+    /// Leaves it to a host which map is in force, until another calibration comes in force or a map is stored.
+    pub fn map_ordered(&mut self) {
+        self.is_map_ordered = true;
+    }
+
+    /// Whether it is left to a host.
+    pub fn is_map_ordered(&self) -> bool {
+        self.is_map_ordered
+    }
+
+    /// Counts changes of what is stored or in force: who follows the maps looks again when it differs.
+    pub fn changes(&self) -> u8 {
+        self.changes
+    }
+
+    fn note_change(&mut self) {
+        self.is_map_ordered = false;
+        self.changes = self.changes.wrapping_add(1);
     }
 
     fn load_stored(&mut self) -> Result<(), Refusal> {
@@ -248,7 +304,8 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
             Ok(result) => return result,
             Err(error) => error,
         };
-        self.map_drop();
+        self.map_forget_in_force();
+        self.note_change();
         self.in_force = None;
         self.restore_settings();
         self.build()?;
@@ -304,7 +361,9 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
         // The spare set was there when it was prepared, and only this end can have sent it.
         self.swap.send().map_err(|_| Refusal::SwapBusy)?;
         // A map was estimated with the calibration before.
-        self.map_drop();
+        self.map_forget_in_force();
+        self.note_change();
+        self.is_to_restore = false;
         self.in_force = Some(calibration.clone());
         self.stored = stored;
         Ok(())

@@ -2,7 +2,7 @@
 //!
 //! `sampler` is the interrupt; `intake`, an interrupt below it, takes every frame; `frames` are the queues between them. `background` runs
 //! everything else: `guide` moves the courier,
-//! `keeper` holds what is in force and stored, `updates` takes a new firmware in, `console` speaks the debug link (`ordered`: what it says
+//! `keeper` holds what is in force and stored, `homing` finds the teeth of a stored tooth map, `updates` takes a new firmware in, `console` speaks the debug link (`ordered`: what it says
 //! of calibrations), `restarts`
 //! counts faults in a row.
 
@@ -10,6 +10,7 @@ pub mod background;
 pub mod console;
 pub mod frames;
 pub mod guide;
+pub mod homing;
 pub mod intake;
 pub mod keeper;
 mod ordered;

@@ -8,7 +8,7 @@ pub use super::health::{ConverterFault, ConverterTest, Health, MemoryTest};
 pub use super::refusal::{
     Field, RecordRefusal, Refusal, SlotContent, SlotRefusal, SlotReport, StartRefusal,
 };
-pub use super::status::{Activity, BoardStatus, FaultReport, InForce, ResetCause};
+pub use super::status::{Activity, BoardStatus, FaultReport, InForce, ResetCause, StoredMap};
 
 use crate::calibration::Plan;
 use crate::calibration::record::{self, Calibration};
@@ -18,13 +18,15 @@ use crate::drivers::motion::Target;
 use crate::link::framing;
 use crate::link::report::Progress;
 use crate::link::telemetry::StreamOrder;
+use crate::maps::homing::Anchor;
+use crate::maps::{MapSlot, Name};
 use crate::teeth::MapHeader;
 use crate::update::order::{UpdateOrder, UpdateStatus};
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
 /// Version of this file's types.
-pub const PROTOCOL: u16 = 5;
+pub const PROTOCOL: u16 = 6;
 /// Longest frame of the command and reply channel: a whole calibration with its tags.
 pub const FRAME_BYTES: usize = framing::encoded_bytes(record::BODY_BYTES + 8);
 /// Nodes of a tooth map that one command carries.
@@ -108,8 +110,23 @@ pub enum Action<C = Calibration> {
     MapNodes(Vec<i16, MAP_NODES_A_COMMAND>),
     /// Put it in force, until another calibration or map comes, or the board restarts.
     MapApply,
-    /// Take the tooth map out of force.
+    /// Take the tooth map out of force, and put none in force until another calibration or map comes, or the board restarts.
     MapDrop,
+    /// Begin to store a tooth map with the error model in force, for the stored calibration.
+    MapStore {
+        /// Where it lies.
+        place: MapPlace,
+        /// What comes before its nodes.
+        header: MapHeader,
+    },
+    /// Its next nodes, nanometres.
+    MapStoreNodes(Vec<i16, MAP_NODES_A_COMMAND>),
+    /// End it; the stored calibration is in force then, and the board looks for the map's beacon. [`Reply::MapSlot`].
+    MapStoreEnd,
+    /// What does a slot for maps hold, 0 to 3? [`Reply::MapSlot`].
+    MapSlot(u8),
+    /// Take a stored map out of use.
+    MapForget(u8),
     /// Store what is in force. [`Reply::Place`].
     Commit {
         /// Whether a later firmware's record may be overwritten.
@@ -155,6 +172,17 @@ impl Action {
             calibration,
         }
     }
+}
+
+/// Where a tooth map lies, and what it left.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MapPlace {
+    /// Name of the place: a map of the same name is replaced.
+    pub name: Name,
+    /// The beacon, in the tooth count of the map's recording.
+    pub anchor: Anchor,
+    /// g_p that was left on held-out poses with the map, metres rms.
+    pub parity_m: f32,
 }
 
 /// Which calibration to read.
@@ -233,6 +261,8 @@ pub enum Reply<C = Calibration> {
     LastFault(Option<FaultReport>),
     /// How an update stands.
     Update(UpdateStatus),
+    /// A slot for tooth maps.
+    MapSlot(MapSlot),
 }
 
 /// Who is there.

@@ -6,6 +6,7 @@ use super::telemetry::{Channels, StreamOrder};
 use crate::calibration::LEAST_POSES;
 use crate::calibration::record::Method;
 use crate::calibration::slots::SLOTS;
+use crate::maps;
 
 /// Poses that the joint calibration's buffer holds.
 pub const JOINT_POSES: u16 = 1000;
@@ -29,7 +30,12 @@ impl<C> Action<C> {
             Self::Read(Source::Slot(slot)) => {
                 range(Field::Slot, f32::from(*slot), 0.0, (SLOTS - 1) as f32)
             }
-            Self::MapBegin(header) => header.validate().map_err(Refusal::Map),
+            Self::MapBegin(header) | Self::MapStore { header, .. } => {
+                header.validate().map_err(Refusal::Map)
+            }
+            Self::MapSlot(slot) | Self::MapForget(slot) => {
+                range(Field::Slot, f32::from(*slot), 0.0, (maps::SLOTS - 1) as f32)
+            }
             Self::Stream(order) => order.validate(),
             Self::Record { samples } => {
                 range(Field::Samples, *samples as f32, 1.0, u32::MAX as f32)

@@ -3,6 +3,7 @@
 use crate::calibration::record::RecordError;
 use crate::calibration::slots::{Place, SlotError, SlotInfo, SlotState};
 use crate::device::Device;
+use crate::maps::MapStoreError;
 use crate::teeth::MapError;
 use crate::update::install::UpdateRefusal;
 use serde::{Deserialize, Serialize};
@@ -207,6 +208,9 @@ pub enum Refusal {
     /// See [`UpdateRefusal`].
     #[error("{0}")]
     Update(UpdateRefusal),
+    /// Storing, reading or forgetting a tooth map failed.
+    #[error("{0}")]
+    MapStore(#[from] MapStoreError),
 }
 
 /// Why a slot operation failed, on the wire.

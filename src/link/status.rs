@@ -2,10 +2,12 @@
 
 use crate::calibration::record::Instant;
 use crate::calibration::slots::Place;
-use crate::frame::{Pose, SEGMENTS};
+use crate::frame::{Coordinate, Pose, SEGMENTS};
 use crate::link::framing::FrameCounters;
 use crate::link::health::Health;
 use crate::link::refusal::Refusal;
+use crate::maps::fit::ParityOfMap;
+use crate::maps::homing::Unusable;
 use crate::teeth::Grid;
 use heapless::String;
 use serde::{Deserialize, Serialize};
@@ -34,6 +36,57 @@ pub enum InForce {
     Stored(Place),
 }
 
+/// What has become of the stored tooth maps since the board's start, or since the calibration in force came.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum StoredMap {
+    /// None is stored, or they are left alone as in safe mode.
+    #[default]
+    None,
+    /// A host decides which map is in force.
+    Ordered,
+    /// Those that are stored belong to another calibration than the one in force.
+    OtherCalibration {
+        /// One of them.
+        slot: u8,
+    },
+    /// A map waits for this.
+    Waits(Unusable),
+    /// A beacon is seen, and the teeth are being found.
+    Looking,
+    /// The beacon is not a whole number of teeth from where a map has it: it was moved, or it is another one.
+    NotWhole {
+        /// The map that comes nearest.
+        slot: u8,
+        /// What the board counts ahead of the map, along x and y.
+        ahead: [Coordinate; 2],
+    },
+    /// A map was in force and did not fit the platen: it is another one, or the beacon was moved by whole teeth.
+    OtherPlaten {
+        /// The map.
+        slot: u8,
+        /// What told it.
+        parity: ParityOfMap,
+    },
+    /// The map cannot be used.
+    Refused {
+        /// The map.
+        slot: u8,
+        /// Why.
+        refusal: Refusal,
+    },
+    /// In force.
+    InForce {
+        /// The map.
+        slot: u8,
+        /// What the board counts ahead of the map, along x and y.
+        ahead: [Coordinate; 2],
+        /// Seconds from the board's start until it came in force.
+        uptime_s: f32,
+        /// Whether it fits the platen, as far as the courier has moved.
+        parity: ParityOfMap,
+    },
+}
+
 /// State of the board.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BoardStatus {
@@ -59,6 +112,8 @@ pub struct BoardStatus {
     pub in_force: InForce,
     /// Tooth map in force: its two fields' lattices.
     pub map: Option<[Grid; 2]>,
+    /// What has become of the stored tooth maps.
+    pub stored_map: StoredMap,
     /// Last frame's pose.
     pub pose: Pose,
     /// Last frame's parity, metres.

@@ -35,10 +35,7 @@ impl MapFile {
     /// The lattices in the counts of a board that is so many teeth ahead of the recording's.
     pub fn header_for(&self, teeth_ahead: [i32; 2]) -> MapHeader {
         let mut header = self.map.header.clone();
-        for (direction, grid) in header.grids.iter_mut().enumerate() {
-            grid.first_teeth[0] += teeth_ahead[direction];
-            grid.first_teeth[1] += teeth_ahead[1 - direction];
-        }
+        header.move_by(teeth_ahead);
         header
     }
 

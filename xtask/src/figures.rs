@@ -8,25 +8,30 @@ use std::process::Command;
 const SOURCES: &[(&str, &str, &[&str])] = &[
     (
         "courier-sensor",
-        "calibration",
+        "suite",
         &[
             "parameter_errors_agree_with_the_predicted_covariance_over_200_seeds",
             "incremental_f32_agrees_with_batch_f64_on_the_same_rows",
             "one_bad_sample_of_any_size_hardly_moves_the_calibration",
             "optimal_plan_reaches_the_bound_at_half_a_degree_and_a_third_at_one_and_a_half",
+            "joint::synthetic::synthetic_problem_of_the_paper",
+            "joint::synthetic::lateral_terms",
+            "joint::synthetic::device_f32",
+            "maps::homing::ten_thousand_starts_find_the_right_teeth",
+            "maps::homing::a_beacon_that_was_moved_is_refused",
+            "maps::homing::another_platens_teeth_are_told",
         ],
     ),
     (
-        "courier-sensor",
-        "joint",
-        &[
-            "synthetic_problem_of_the_paper",
-            "lateral_terms",
-            "device_f32",
-        ],
+        "hal-sim",
+        "suite",
+        &["figures::", "maps::a_map_is_in_force_within_two_seconds"],
     ),
-    ("hal-sim", "figures", &["ideal", "measured"]),
-    ("courier", "replay", &["ess", "g_p"]),
+    (
+        "courier",
+        "suite",
+        &["replay::real_recordings", "replay::four_segments"],
+    ),
 ];
 
 /// Runs the tests and prints their figures.

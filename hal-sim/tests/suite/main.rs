@@ -7,5 +7,6 @@ mod board_faults;
 mod figures;
 mod health;
 mod joint_refusals;
+mod maps;
 mod plant;
 mod session;

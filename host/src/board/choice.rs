@@ -9,7 +9,7 @@ use board_link::session::Linked;
 use board_link::{Link, SimWire, Wire};
 use clap::ValueEnum;
 use courier_sensor::drivers::motion::Target;
-use courier_sensor::update::layout::{PAGE_BYTES, SLOTS_START};
+use courier_sensor::update::layout::{MAPS_END, MAPS_START, PAGE_BYTES, SLOTS_START};
 use effects::motion::Pose;
 use effects::plant::{Geometry, PlantEffect, Scene};
 use effects::random::{ChaCha8Rng, SeedableRng};
@@ -114,8 +114,12 @@ impl std::fmt::Debug for Flaw {
     }
 }
 
-/// What of a simulated board's flash is kept in a file: the slots, and two pages behind them.
-const KEPT: Range<usize> = SLOTS_START as usize..SLOTS_START as usize + 4 * PAGE_BYTES as usize;
+/// What of a simulated board's flash is kept in a file: the slots with two pages behind them, then the tooth maps. Files of earlier
+/// versions end before these.
+const KEPT: [Range<usize>; 2] = [
+    SLOTS_START as usize..SLOTS_START as usize + 4 * PAGE_BYTES as usize,
+    MAPS_START as usize..MAPS_END as usize,
+];
 
 /// Time over which effects of a simulated courier drift and slip, s: a survey's.
 const SIM_DURATION_S: f64 = 40.0;
@@ -335,17 +339,19 @@ fn restore(flash: &SharedFlash, path: &Path) -> Result<()> {
         }
     };
     let mut inner = flash.0.borrow_mut();
-    let wanted = KEPT.len();
+    let [slots, maps] = KEPT;
+    let wanted = slots.len() + maps.len();
     ensure!(
-        bytes.len() == wanted,
+        [slots.len(), wanted].contains(&bytes.len()),
         "--sim-flash: {}: found {} bytes, wanted {wanted}: the flash of a simulated board",
         path.display(),
         bytes.len()
     );
     // A double word that was never programmed must stay programmable.
-    for (place, word) in bytes.chunks(SharedFlash::WRITE_SIZE).enumerate() {
+    let places = KEPT.into_iter().flatten().step_by(SharedFlash::WRITE_SIZE);
+    for (place, word) in places.zip(bytes.chunks(SharedFlash::WRITE_SIZE)) {
         if word.iter().any(|byte| *byte != 0xFF) {
-            inner.force(KEPT.start + place * SharedFlash::WRITE_SIZE, word);
+            inner.force(place, word);
         }
     }
     Ok(())
@@ -353,11 +359,11 @@ fn restore(flash: &SharedFlash, path: &Path) -> Result<()> {
 
 fn keep(flash: &SharedFlash, path: &Path) -> Result<()> {
     let inner = flash.0.borrow();
-    let kept = &inner.bytes()[KEPT];
+    let kept = KEPT.map(|places| &inner.bytes()[places]).concat();
     if std::fs::read(path).is_ok_and(|bytes| bytes == kept) {
         return Ok(());
     }
-    replace_file(path, kept).context("--sim-flash")
+    replace_file(path, &kept).context("--sim-flash")
 }
 
 #[cfg(feature = "probe")]

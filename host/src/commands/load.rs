@@ -16,9 +16,9 @@ use std::process::ExitCode;
 
 /// Make a diagnosed model further terms of a board's error model, and store it; or load a tooth map.
 ///
-/// A map (of `courier map`) brings its own coefficients of equations (3) and (9), which are stored; the map itself stays in force until
-/// the board restarts or another calibration comes in force. Tooth counts begin anew at each start: the map is placed by the beacon
-/// under which it was made, so the courier must stand under that, or go there.
+/// A map (of `courier map`) is stored with its own coefficients of equations (3) and (9), which are in force together with it; the stored
+/// calibration stays as it is. Tooth counts begin anew at each start: the map is placed by the beacon under which it was made, so the
+/// courier must stand under that, or go there. After a restart the board places it by itself as soon as it sees that beacon.
 ///
 /// The board must have a calibration: its geometry and device stay, terms and coefficients become the model's. Recalibrate
 /// afterwards: `courier calibrate` fits equation (3) anew beside the further terms. Effects that the board has no terms for
@@ -29,7 +29,10 @@ use std::process::ExitCode;
 )]
 pub struct Args {
     /// The model, as `courier diagnose --model` wrote it, or the map of `courier map`.
-    model: PathBuf,
+    pub(super) model: PathBuf,
+    /// For a map, the name of its place: a stored map of the same name is replaced [default: the file's name].
+    #[arg(long, value_name = "NAME")]
+    pub(super) place: Option<String>,
     /// Put it in force, but do not store it.
     #[arg(long)]
     pub(super) dry_run: bool,

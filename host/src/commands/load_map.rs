@@ -3,77 +3,129 @@
 use super::load::Args;
 use crate::board::{Choice, Link, map, motion};
 use crate::teeth::MapFile;
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
-use courier_sensor::frame::{Pose, Status};
-use courier_sensor::link::message::{Action, Reply};
+use courier_sensor::calibration::record::Calibration;
+use courier_sensor::frame::Status;
+use courier_sensor::link::message::{BoardStatus, InForce, MapPlace, StoredMap};
 use courier_sensor::link::telemetry::Channels;
+use courier_sensor::maps::Name;
+use courier_sensor::maps::homing::{MOST_DEFLECTION, MOST_LEFT_TURNS, Mean, whole_teeth};
+use serde_json::{Value, json};
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
 /// One frame in so many is looked at under the beacon, and so many of them: a quarter of a second.
 const DECIMATION: u16 = 50;
-const LOOKS: usize = 100;
-/// Looks at the channels until they must have come.
-const PATIENCE: usize = 100;
+const LOOKS: u16 = 100;
+/// Looks at the channels, or at the board's status, until something must have come.
+const PATIENCE: usize = 150;
 /// Time between two.
 const LOOK: Duration = Duration::from_millis(20);
 const CHANNELS: Channels = Channels::STATUS
     .union(Channels::POSE)
     .union(Channels::TAN_PSI);
 
-/// Goes under the beacon, finds by it where the map lies in the board's counts, loads the map's coefficients and the beacon's place
-/// in these counts into the calibration in force, stores that unless `dry_run`, and puts the map in force.
+/// Goes under the beacon, makes sure that it is the map's, and stores the map, which the board then puts in force by itself; or, with
+/// `--dry-run`, puts it in force alone.
 ///
 /// # Errors
 /// The board has no calibration, sees no beacon or not the map's, or refuses; a map that was in force may be out of it then, which
 /// is told.
 pub fn run(file: &MapFile, args: &Args, choice: &Choice) -> Result<ExitCode> {
+    let name = name_of(args)?;
     let mut board = choice.open()?;
     let start = args.from.or(board.beacon);
     let link = &mut board.link;
-    let mut calibration = map::in_force(link)?;
+    let calibration = map::in_force(link)?;
+    check(file, &calibration, &link.status()?, args.dry_run)?;
     if let Some(target) = start {
         motion::go(link, target, SELF_MOTION_M_PER_S)?;
     }
-    let (pose, tan_psi) = stand(link)?;
-    let ahead = file.map.anchor.teeth_ahead(&pose, tan_psi)?;
-    calibration.model = file.map.model.clone();
-    if let Some(beacon) = &mut calibration.beacon {
-        let origin = file.map.anchor.origin(ahead, calibration.geometry.lever_m);
-        (beacon.origin_teeth, beacon.origin_m) = origin;
-    }
-    map::load(link, calibration)?;
-    let stored = if args.dry_run {
-        None
-    } else {
-        let Reply::Place(place) = link.ask(Action::Commit {
-            lose_unknown: false,
-        })?
-        else {
-            bail!(super::STRANGE_REPLY)
-        };
-        Some(place)
+    let ahead_teeth = teeth_ahead(link, file, &calibration)?;
+    let stored = match args.dry_run {
+        true => {
+            put_in_force(link, file, calibration, ahead_teeth)?;
+            None
+        }
+        false => Some(store(link, file, calibration, name)?),
     };
-    let header = file.header_for(ahead);
-    let grids = header.grids;
-    map::load_map(link, header, &file.map.nodes_nm)?;
+    let grids = link
+        .status()?
+        .map
+        .context("the board: found no tooth map in force, wanted the one that was loaded")?;
     board.close()?;
-    let told = serde_json::json!({ "map": grids, "teeth_ahead": ahead, "stored": stored });
+    let told = json!({ "map": grids, "teeth_ahead": ahead_teeth, "stored": stored });
     let [x, y] = grids.map(|grid| grid.nodes);
-    let place = stored.map_or("not stored".to_owned(), |place| {
-        format!("stored: slot {}, number {}", place.slot, place.sequence)
-    });
-    args.json.tell(super::load::ANSWER, &told, || format!(
-        "coefficients {place}\nby the beacon the board counts {} and {} teeth ahead of the map's recording\ntooth map of {} by {} and {} by {} nodes in force until the board restarts (load it again then) or is calibrated again",
-        ahead[0], ahead[1], x[0], x[1], y[0], y[1]
-    ))?;
+    let kept = match &stored {
+        Some(stored) => format!(
+            "stored: map slot {}, `{}`; after a restart the board puts it in force as soon as it sees the beacon",
+            stored["slot"],
+            stored["name"].as_str().unwrap_or_default()
+        ),
+        None => {
+            "not stored: it is lost when the board restarts or another calibration comes in force"
+                .to_owned()
+        }
+    };
+    args.json.tell(super::load::ANSWER, &told, || {
+        format!(
+            "tooth map of {} by {} and {} by {} nodes in force, with its own coefficients of equations (3) and (9)\nby the beacon the board counts {} and {} teeth ahead of the map's recording\n{kept}",
+            x[0], x[1], y[0], y[1], ahead_teeth[0], ahead_teeth[1]
+        )
+    })?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// The last pose of a standstill under the beacon, and the means of tan psi.
-fn stand(link: &mut Link) -> Result<(Pose, [f32; 2])> {
-    let (mut last, mut sums, mut seen) = (Pose::default(), [0.0; 2], 0);
+/// The place's name: as given, or the file's.
+fn name_of(args: &Args) -> Result<Name> {
+    let stem = |path: &Path| {
+        path.file_stem()
+            .map(|stem| stem.to_string_lossy().into_owned())
+    };
+    let text = args
+        .place
+        .clone()
+        .or_else(|| stem(&args.model))
+        .unwrap_or_default();
+    let is_good = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_graphic());
+    let name = Name::try_from(text.as_str()).ok().filter(|_| is_good);
+    name.with_context(|| {
+        format!("--place: found `{text}`, wanted the name of a place: 1 to 16 printable ASCII characters without spaces")
+    })
+}
+
+/// Whether the map can be this board's at all.
+fn check(
+    file: &MapFile,
+    calibration: &Calibration,
+    status: &BoardStatus,
+    dry_run: bool,
+) -> Result<()> {
+    let (anchor, own) = (&file.map.anchor, &calibration.geometry);
+    for (what, found, wanted) in [
+        ("pitch_m", anchor.pitch_m, own.pitch_m),
+        ("tan_full_scale", anchor.tan_full_scale, own.tan_full_scale),
+    ] {
+        let wanted = f64::from(wanted);
+        ensure!(
+            (found - wanted).abs() <= 1.0e-5 * wanted.abs(),
+            "the map: anchor.{what}: found {found:.6}, wanted the board's, {wanted:.6}: it is of another sensor"
+        );
+    }
+    ensure!(
+        dry_run || matches!(status.in_force, InForce::Stored(_)),
+        "the board: found a calibration in force that is not stored, wanted it stored: a map is kept beside it (`courier commit`)"
+    );
+    Ok(())
+}
+
+/// Whole teeth by which the board's count is ahead of the map's, by the beacon above it.
+fn teeth_ahead(link: &mut Link, file: &MapFile, calibration: &Calibration) -> Result<[i32; 2]> {
+    let geometry = &calibration.geometry;
+    let anchor = file.map.anchor.on_board();
+    let (mut mean, mut farthest) = (Mean::default(), 0.0_f32);
     link.stream(CHANNELS, DECIMATION)?;
     for _ in 0..PATIENCE {
         link.pass(LOOK)?;
@@ -83,20 +135,89 @@ fn stand(link: &mut Link) -> Result<(Pose, [f32; 2])> {
             if let (Some(pose), Some(tan_psi), false) =
                 (sample.pose, sample.tan_psi, status.intersects(doubtful))
             {
-                last = pose;
-                (0..2).for_each(|axis| sums[axis] += tan_psi[axis]);
-                seen += 1;
+                mean.add(&anchor.ahead(geometry, &pose, tan_psi));
+                farthest = tan_psi
+                    .into_iter()
+                    .map(|t| t.abs() / geometry.tan_full_scale)
+                    .fold(farthest, f32::max);
             }
             Ok(())
         })?;
-        if seen >= LOOKS {
+        if mean.frames() >= LOOKS {
             break;
         }
     }
     link.stream(Channels::empty(), 0)?;
+    let found = mean.frames();
     ensure!(
-        seen >= LOOKS,
-        "the board: found the beacon in {seen} frames, wanted {LOOKS}: a map is placed by its beacon (--from goes there)"
+        found >= LOOKS,
+        "the board: found the beacon in {found} frames, wanted {LOOKS}: a map is placed by its beacon (--from goes there)"
     );
-    Ok((last, sums.map(|sum| sum / seen as f32)))
+    ensure!(
+        farthest <= MOST_DEFLECTION,
+        "the board: found the beacon at {farthest:.2} of the diode's range, wanted {MOST_DEFLECTION} or less: stand under it"
+    );
+    let ahead = mean
+        .mean()
+        .context("the board: found places that disagree, wanted the courier at rest")?;
+    whole_teeth(&ahead).with_context(|| {
+        let [x, y] = ahead.map(|ahead| f64::from(ahead.teeth) + f64::from(ahead.fraction_turns));
+        let axis = match ahead[0].fraction_turns.abs() > MOST_LEFT_TURNS {
+            true => "x",
+            false => "y",
+        };
+        let found = if axis == "x" { x } else { y };
+        format!(
+            "the board: found its count {found:.2} teeth ahead of the map's along {axis}, wanted a whole number within {MOST_LEFT_TURNS}: is this the map's beacon, unmoved?"
+        )
+    })
+}
+
+/// The map's coefficients and the beacon's place in force, then the map; nothing is stored.
+fn put_in_force(
+    link: &mut Link,
+    file: &MapFile,
+    calibration: Calibration,
+    ahead_teeth: [i32; 2],
+) -> Result<()> {
+    let mut calibration = with_model(file, calibration);
+    let geometry = &calibration.geometry;
+    if let Some(beacon) = &mut calibration.beacon {
+        let origin = file.map.anchor.on_board().origin(ahead_teeth, geometry);
+        (beacon.origin_teeth, beacon.origin_m) = origin;
+    }
+    map::load(link, calibration)?;
+    map::load_map(link, file.header_for(ahead_teeth), &file.map.nodes_nm)
+}
+
+/// Stores the map with its coefficients, and waits until the board has put it in force: what is told of it.
+fn store(link: &mut Link, file: &MapFile, calibration: Calibration, name: Name) -> Result<Value> {
+    map::load(link, with_model(file, calibration))?;
+    let place = MapPlace {
+        name,
+        anchor: file.map.anchor.on_board(),
+        parity_m: file.map.evidence.after_m[0] as f32,
+    };
+    let stored = map::store_map(link, place, file.map.header.clone(), &file.map.nodes_nm)?;
+    let mut last = StoredMap::None;
+    for _ in 0..PATIENCE {
+        link.pass(LOOK)?;
+        last = link.status()?.stored_map;
+        if matches!(last, StoredMap::InForce { slot, .. } if slot == stored.slot) {
+            let name = stored.info.map(|info| info.name.to_string());
+            return Ok(json!({ "slot": stored.slot, "name": name }));
+        }
+    }
+    bail!(
+        "the board: found the map stored in slot {} and not in force ({}), wanted it in force",
+        stored.slot,
+        super::status_map::text(&last, None)
+    )
+}
+
+fn with_model(file: &MapFile, calibration: Calibration) -> Calibration {
+    Calibration {
+        model: file.map.model.clone(),
+        ..calibration
+    }
 }

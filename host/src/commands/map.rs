@@ -21,7 +21,7 @@ const PASSES: u64 = 24;
 ///
 /// The recording holds all four segments and the coordination sensor, over the area to be mapped and with rotation (±1.5° or so):
 /// 1000 still poses, or the sweeps of `courier record --under-beacon`. The map holds how far the teeth are displaced along x and y, where poses have told it, and lateral
-/// waves of mixed order; `courier load FILE` puts it into a board, until that restarts: places count from the board's own tooth count.
+/// waves of mixed order; `courier load FILE` stores it in a board, which places it by its beacon at each start.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Example, on the simulated courier and its own beacon:\n  courier --sim-flash board.bin calibrate\n  courier --sim-flash board.bin record beacon --under-beacon\n  courier map beacon --out teeth.json\n  courier --sim-flash board.bin load teeth.json"

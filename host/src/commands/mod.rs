@@ -9,6 +9,7 @@ use std::process::ExitCode;
 mod calibrate_joint;
 mod calibrate_text;
 mod load_map;
+mod status_map;
 mod status_next;
 
 /// What a reply of the wrong kind is told as.
@@ -97,6 +98,7 @@ commands! {
         Monitor => monitor,
         Record => record,
         Slots => slots,
+        Maps => maps,
         Commit => commit,
         Rollback => rollback,
         Export => export,

@@ -1,5 +1,6 @@
 //! `courier status`.
 
+use super::status_map;
 use super::status_next::next;
 use crate::json::Json;
 use crate::output::{Files, Kind};
@@ -48,6 +49,8 @@ struct Output {
     update: Option<UpdateStatus>,
     /// What is not as it should be of what the board has found out about itself, in words.
     troubles: Vec<String>,
+    /// What has become of the stored tooth maps, in words.
+    stored_map: String,
     /// What to do next, in sentences.
     next: Vec<String>,
 }
@@ -67,7 +70,13 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     // A board without a first stage refuses the question.
     let update = update::ask(&mut board.link, UpdateOrder::Status).ok();
     let joint = is_joint(&mut board.link, status.in_force)?;
+    let place = match status_map::slot(&status.stored_map) {
+        Some(slot) => map::slot(&mut board.link, slot).ok().and_then(|slot| slot.info),
+        None => None,
+    };
+    let place = place.as_ref().map(|info| info.name.as_str());
     let output = Output {
+        stored_map: status_map::text(&status.stored_map, place),
         next: next(&status, joint),
         troubles: troubles(&status.health)
             .iter()
@@ -113,6 +122,7 @@ fn text(output: &Output) -> String {
         ("last start", cause(status.reset).to_owned()),
         ("calibration", in_force(status.in_force)),
         ("tooth map", tooth_map(status.map)),
+        ("stored maps", output.stored_map.clone()),
         (
             "stored at start",
             status

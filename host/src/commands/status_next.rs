@@ -1,9 +1,10 @@
 //! What to do next with a board, from its state.
 
+use super::status_map;
 use courier_sensor::frame::Status;
 use courier_sensor::health::troubles;
 use courier_sensor::link::message::{
-    Activity, BoardStatus, InForce, RecordRefusal, Refusal, ResetCause, SlotRefusal,
+    Activity, BoardStatus, InForce, RecordRefusal, Refusal, ResetCause, SlotRefusal, StoredMap,
 };
 
 /// Bits that are states and no faults.
@@ -81,11 +82,13 @@ fn calibration(status: &BoardStatus, joint: bool) -> Vec<String> {
         ),
         InForce::Stored(_) => {}
     }
-    if joint && status.map.is_none() {
+    if joint && status.map.is_none() && status.stored_map == StoredMap::None {
         steps.push(
-            "no tooth map is in force; one is lost at each restart: if you have made one, `courier load MAP.json` puts it back".to_owned(),
+            "no tooth map is stored: if you have made one, `courier load MAP.json` stores it"
+                .to_owned(),
         );
     }
+    steps.extend(status_map::next(&status.stored_map));
     steps
 }
 

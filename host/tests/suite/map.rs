@@ -60,10 +60,49 @@ fn map_is_estimated_written_and_loaded() {
     assert_eq!(calibrated.code, 0, "{}", calibrated.err);
     let loaded = courier_in(folder, &["--sim-flash", "f.bin", "load", "teeth.json"]).quiet();
     assert!(
-        loaded.contains("stored: slot") && loaded.contains("in force until"),
+        loaded.contains("stored: map slot 0, `teeth`") && loaded.contains("nodes in force"),
         "{loaded}"
     );
+    a_map_is_kept(folder);
     a_map_outlives_the_tooth_count(folder);
+}
+
+/// The next start is away from the beacon: the map is listed and waits. A place's next map takes the place of the one before.
+fn a_map_is_kept(folder: &Path) {
+    let board = |words: &str| asked(folder, &format!("--sim-flash f.bin {words}"));
+    let status = board("status").quiet();
+    assert!(status.contains("map waits for a beacon"), "{status}");
+    assert!(status.contains("bring the courier under"), "{status}");
+    let status = board("status --json").json();
+    assert_eq!(status["status"]["stored_map"]["Waits"], "NoBeacon");
+    assert_eq!(status["stored_map"], "map waits for a beacon");
+    for (place, slot) in [("teeth", 1), ("bench-2", 0)] {
+        let told = board(&format!("load teeth.json --place {place} --json")).json();
+        assert_eq!(told["stored"]["slot"], slot);
+        assert_eq!(told["stored"]["name"], place);
+    }
+    let states = |told: Value| -> Vec<String> {
+        let slots = told.as_array().unwrap().iter();
+        slots.map(|slot| slot["state"].to_string()).collect()
+    };
+    let empty = "{\"Refused\":\"Empty\"}";
+    let told = states(board("maps --json").json());
+    assert_eq!(told, ["\"Current\"", "\"Current\"", empty, empty]);
+    let told = states(board("maps --forget 1 --json").json());
+    assert_eq!(told, ["\"Current\"", "\"Forgotten\"", empty, empty]);
+    board("maps --forget 2").refused(&["map slot 2: empty"]);
+    board("maps --forget 4").refused(&["--forget"]);
+    board("load teeth.json --place two,words-and-more-than-fit").refused(&["--place", "1 to 16"]);
+    // The same numbers, stored anew, are another calibration: nobody has said that the map goes with it.
+    for words in ["export calibration.json", "import calibration.json"] {
+        let ran = board(words);
+        assert_eq!(ran.code, 0, "{}", ran.err);
+    }
+    let status = board("status").quiet();
+    assert!(
+        status.contains("`bench-2` belongs to another calibration"),
+        "{status}"
+    );
 }
 
 /// The same map in the counts of another start of a board: the beacon tells the whole teeth between the two, and nothing else is

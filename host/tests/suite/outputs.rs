@@ -20,7 +20,7 @@ const fn line(words: &'static str, inputs: &'static [&'static str]) -> Line {
 const RECORDING: &[&str] = &["v/samples.csv", "v/recording.toml"];
 
 /// Every command that writes a file. None gets as far as its work.
-const LINES: [Line; 28] = [
+const LINES: [Line; 29] = [
     line("demo --record new", &[]),
     line("demo --preset measured --waveforms w.csv", &["w.csv"]),
     line("convert w.csv new", &["w.csv"]),
@@ -40,6 +40,7 @@ const LINES: [Line; 28] = [
     line("monitor", &[]),
     line("record new", &[]),
     line("slots", &[]),
+    line("maps", &[]),
     line("commit", &[]),
     line("rollback", &[]),
     line("export new.json", &[]),
@@ -214,6 +215,7 @@ fn an_output_replaces_one_of_its_kind() {
     let cheap = [
         ("status", "uptime"),
         ("slots", "slot"),
+        ("maps", "place"),
         ("isolability --poses 60", "condition number"),
         ("monitor --seconds 0.3", "g_p"),
         ("record rec --seconds 0.05 --force", "samples in"),

@@ -10,6 +10,9 @@ use courier_sensor::frame::Status;
 use courier_sensor::link::message::*;
 use courier_sensor::link::report::{Ending, Progress};
 use courier_sensor::link::telemetry::{Channels, StreamOrder};
+use courier_sensor::maps::homing::Anchor;
+use courier_sensor::maps::{MapInfo, MapSlot, MapSlotState, MapStoreError};
+use courier_sensor::teeth::{Grid, MAX_WAVES, MapHeader, TRUST_WORDS, Wave};
 use courier_sensor::update::install;
 use courier_sensor::update::order::{PIECE_BYTES, UpdateOrder, UpdateStatus};
 use courier_sensor::update::version::Version;
@@ -57,6 +60,21 @@ pub fn actions() -> Vec<Action> {
         Action::SetTime {
             unix_s: 1_700_000_000,
         },
+        Action::MapStore {
+            place: MapPlace {
+                name: "sixteen-letters.".try_into().unwrap(),
+                anchor: Anchor {
+                    beacon_teeth: [-600, 601],
+                    ..Anchor::default()
+                },
+                parity_m: 1.0e-6,
+            },
+            header: largest_header(),
+        },
+        Action::MapStoreNodes([-2047; MAP_NODES_A_COMMAND].into_iter().collect()),
+        Action::MapStoreEnd,
+        Action::MapSlot(3),
+        Action::MapForget(0),
         Action::LastFault,
         Action::Restart,
         Action::Update(UpdateOrder::Piece {
@@ -64,6 +82,24 @@ pub fn actions() -> Vec<Action> {
             bytes: heapless::Vec::from_slice(&[0x5A; PIECE_BYTES]).unwrap(),
         }),
     ]
+}
+
+/// With as many waves and trust bits as there can be.
+fn largest_header() -> MapHeader {
+    let grid = Grid {
+        first_teeth: [-300, 300],
+        nodes: [20, 20],
+    };
+    let wave = Wave {
+        own_order: 2,
+        lateral_order: -1,
+        coefficients_m: [[1.0e-6, -1.0e-6]; 4],
+    };
+    MapHeader {
+        grids: [grid; 2],
+        waves: [wave; MAX_WAVES].into_iter().collect(),
+        trusted: [u32::MAX; TRUST_WORDS].into_iter().collect(),
+    }
 }
 
 pub fn replies() -> Vec<Reply> {
@@ -135,6 +171,19 @@ pub fn replies() -> Vec<Reply> {
             found: 0,
             wanted: 384,
         })),
+        Reply::Refused(Refusal::MapStore(MapStoreError::Full)),
+        Reply::MapSlot(MapSlot {
+            slot: 1,
+            state: MapSlotState::Current,
+            info: Some(MapInfo::default()),
+        }),
+        Reply::Status(BoardStatus {
+            stored_map: StoredMap::OtherPlaten {
+                slot: 2,
+                parity: Default::default(),
+            },
+            ..BoardStatus::default()
+        }),
         Reply::Refused(Refusal::Busy),
         Reply::Refused(
             SlotError::WouldLoseUnknown {

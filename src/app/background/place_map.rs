@@ -1,0 +1,51 @@
+//! The stored tooth maps in the background: looked for under a beacon, put in force, and taken out of it where they do not fit.
+
+use super::Background;
+use crate::link::message::{Refusal, StoredMap};
+use embedded_io::{Read, ReadReady, Write, WriteReady};
+use embedded_storage::nor_flash::NorFlash;
+
+impl<S, F> Background<'_, '_, S, F>
+where
+    S: Read + ReadReady + Write + WriteReady,
+    F: NorFlash,
+{
+    /// Takes the last frame, if there is a new one; between calibrations only, which move the courier about.
+    #[inline(never)]
+    pub(super) fn follow_maps(&mut self, is_new: bool) {
+        self.keeper.go_on();
+        if !is_new {
+            return;
+        }
+        if self.changes_seen != Some(self.keeper.changes()) {
+            self.changes_seen = Some(self.keeper.changes());
+            let is_safe_mode = self.keeper.boot() == Err(Refusal::SafeMode);
+            let keeper = &mut self.keeper;
+            self.homing
+                .begin(is_safe_mode, |slot| keeper.map_info(slot));
+        }
+        if self.task.is_running() || !self.keeper.is_taken() {
+            return;
+        }
+        if self.keeper.is_map_ordered() {
+            self.homing.leave();
+        } else if self.keeper.map().is_some() {
+            if self.homing.watch(&self.last) {
+                self.keeper.map_drop();
+            }
+        } else {
+            let settings = self.keeper.settings();
+            let (geometry, rate_hz) = (&settings.geometry, settings.rate_hz);
+            if let Some(placed) = self.homing.look(&self.last, geometry, rate_hz) {
+                let result = self.keeper.map_place(placed.slot, placed.ahead_teeth);
+                let uptime_s = self.samples as f32 / rate_hz;
+                self.homing.placed(&placed, result, uptime_s);
+            }
+        }
+    }
+
+    /// What has become of the stored tooth maps.
+    pub fn stored_map(&self) -> StoredMap {
+        self.homing.state()
+    }
+}

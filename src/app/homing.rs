@@ -1,0 +1,222 @@
+//! Follows the stored tooth maps: waits for a beacon, finds the whole teeth by it, and watches whether the map that came in force fits.
+//! Pure: frames and what is stored in, one order out.
+
+use crate::frame::{Coordinate, Frame};
+use crate::geometry::Geometry;
+use crate::link::message::{Refusal, StoredMap};
+use crate::maps::fit::FitOfMap;
+use crate::maps::homing::{Anchor, Mean, check, moved, whole_teeth};
+use crate::maps::{MOST_PLACES, MapInfo, SLOTS};
+use heapless::Vec;
+
+/// A window's time, seconds: vibrations of 10 Hz and above average out. A prior.
+const WINDOW_S: f32 = 0.25;
+/// Frames in it at the least, of the thousands that there are: the background sees those that it has time for. A prior.
+const LEAST_FRAMES: u16 = 50;
+
+/// A map that may be put in force.
+#[derive(Clone, Debug)]
+struct Candidate {
+    slot: u8,
+    anchor: Anchor,
+    parity_m: f32,
+}
+
+impl Candidate {
+    fn ahead(&self, frame: &Frame, geometry: &Geometry) -> [Coordinate; 2] {
+        self.anchor.ahead(geometry, &frame.pose, frame.tan_psi)
+    }
+}
+
+/// Whole teeth that were found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placed {
+    /// The map.
+    pub slot: u8,
+    /// Teeth by which the board's count is ahead of its.
+    pub ahead_teeth: [i32; 2],
+    ahead: [Coordinate; 2],
+    parity_m: f32,
+}
+
+/// Owned by the background.
+#[derive(Clone, Debug, Default)]
+pub struct Homing {
+    candidates: Vec<Candidate, MOST_PLACES>,
+    /// Of what the board counts ahead of the first candidate.
+    mean: Mean,
+    /// Number of the window's first frame.
+    from: u32,
+    state: StoredMap,
+    /// Of the map in force.
+    fit: FitOfMap,
+    left_m: f32,
+}
+
+impl Homing {
+    /// Begins anew with what is stored. `map`: what a slot's map is of and whether it belongs to the calibration in force; `none`
+    /// leaves all maps alone.
+    #[inline(never)]
+    pub fn begin(&mut self, none: bool, mut map: impl FnMut(u8) -> Option<(MapInfo, bool)>) {
+        *self = Self::default();
+        for slot in (0..SLOTS as u8).filter(|_| !none) {
+            match map(slot) {
+                Some((info, true)) => {
+                    let candidate = Candidate {
+                        slot,
+                        anchor: info.anchor,
+                        parity_m: info.parity_m,
+                    };
+                    // There are no more places.
+                    let _ = self.candidates.push(candidate);
+                }
+                Some((_, false)) => self.state = StoredMap::OtherCalibration { slot },
+                None => {}
+            }
+        }
+        if !self.candidates.is_empty() {
+            self.state = StoredMap::Looking;
+        }
+    }
+
+    /// Leaves it to a host.
+    pub fn leave(&mut self) {
+        *self = Self {
+            state: StoredMap::Ordered,
+            ..Self::default()
+        };
+    }
+
+    /// State of the stored maps.
+    pub fn state(&self) -> StoredMap {
+        match self.state {
+            StoredMap::InForce {
+                slot,
+                ahead,
+                uptime_s,
+                ..
+            } => StoredMap::InForce {
+                slot,
+                ahead,
+                uptime_s,
+                parity: self.fit.parity(self.left_m),
+            },
+            other => other,
+        }
+    }
+
+    /// Takes a frame while no map is in force; the map whose teeth are found. `geometry`: the one in force, `rate_hz`: of sampling.
+    #[inline(never)]
+    pub fn look(&mut self, frame: &Frame, geometry: &Geometry, rate_hz: f32) -> Option<Placed> {
+        if self.candidates.is_empty() {
+            return None;
+        }
+        if let Err(lacks) = check(frame, geometry) {
+            self.mean = Mean::default();
+            self.wait(StoredMap::Waits(lacks));
+            return None;
+        }
+        self.wait(StoredMap::Looking);
+        if self.mean.frames() == 0 {
+            self.from = frame.sequence;
+        }
+        let first = self.candidates.first()?;
+        self.mean.add(&first.ahead(frame, geometry));
+        let passed = frame.sequence.wrapping_sub(self.from) as f32;
+        if passed < WINDOW_S * rate_hz || self.mean.frames() < LEAST_FRAMES {
+            return None;
+        }
+        let nearest = self.nearest(frame, geometry);
+        self.mean = Mean::default();
+        let placed = nearest?;
+        match whole_teeth(&placed.ahead) {
+            Some(_) => Some(placed),
+            None => {
+                self.state = StoredMap::NotWhole {
+                    slot: placed.slot,
+                    ahead: placed.ahead,
+                };
+                None
+            }
+        }
+    }
+
+    /// What was found, as far as one could look, stays told until a map is in force.
+    fn wait(&mut self, state: StoredMap) {
+        if matches!(self.state, StoredMap::Waits(_) | StoredMap::Looking) {
+            self.state = state;
+        }
+    }
+
+    /// The map that is nearest to whole teeth; none if the frames disagree. Maps differ by what they differ at the window's last frame,
+    /// whose noise they share.
+    fn nearest(&self, last: &Frame, geometry: &Geometry) -> Option<Placed> {
+        let mean = self.mean.mean()?;
+        let first = self.candidates.first()?.ahead(last, geometry);
+        let mut nearest: Option<(f32, Placed)> = None;
+        for candidate in &self.candidates {
+            let here = candidate.ahead(last, geometry);
+            let ahead = [0, 1].map(|axis| moved(mean[axis], here[axis], first[axis]));
+            let left = ahead.map(|ahead| ahead.fraction_turns.abs());
+            let left = left[0].max(left[1]);
+            if nearest.is_none_or(|(least, _)| left < least) {
+                let placed = Placed {
+                    slot: candidate.slot,
+                    ahead_teeth: ahead.map(|ahead| ahead.teeth),
+                    ahead,
+                    parity_m: candidate.parity_m,
+                };
+                nearest = Some((left, placed));
+            }
+        }
+        nearest.map(|(_, placed)| placed)
+    }
+
+    /// Notes how putting the map in force went; `uptime_s` since the board's start.
+    pub fn placed(&mut self, placed: &Placed, result: Result<(), Refusal>, uptime_s: f32) {
+        match result {
+            Ok(()) => {
+                self.fit = FitOfMap::default();
+                self.left_m = placed.parity_m;
+                self.state = StoredMap::InForce {
+                    slot: placed.slot,
+                    ahead: placed.ahead,
+                    uptime_s,
+                    parity: self.fit.parity(self.left_m),
+                };
+            }
+            // The interrupt has yet to give something back: again with the next window.
+            Err(Refusal::SwapBusy | Refusal::MapBusy) => {}
+            Err(refusal) => self.give_up(
+                placed.slot,
+                StoredMap::Refused {
+                    slot: placed.slot,
+                    refusal,
+                },
+            ),
+        }
+    }
+
+    /// Takes a frame while a stored map is in force; true once if the map does not fit the platen and is to go.
+    pub fn watch(&mut self, frame: &Frame) -> bool {
+        let StoredMap::InForce { slot, .. } = self.state else {
+            return false;
+        };
+        if self.fit.parity(self.left_m).fits().is_some() {
+            return false;
+        }
+        self.fit.add(frame);
+        let parity = self.fit.parity(self.left_m);
+        let is_wrong = parity.fits() == Some(false);
+        if is_wrong {
+            self.give_up(slot, StoredMap::OtherPlaten { slot, parity });
+        }
+        is_wrong
+    }
+
+    /// A map that is not tried again until the board restarts or something else is stored; others are.
+    fn give_up(&mut self, slot: u8, state: StoredMap) {
+        self.candidates.retain(|candidate| candidate.slot != slot);
+        self.state = state;
+    }
+}
