@@ -3,11 +3,11 @@
 use crate::budget::{self, Budget, Conditions};
 use crate::changes::{self, Change, Compared, EffectChange, is_change};
 use crate::difference::Difference;
-use crate::estimate::{Certainty, Estimate};
+use crate::estimate::{Certainty, Estimate, Unknown};
 use crate::largest::{Known, Largest, largest};
 use crate::significance::{JointTest, Root};
 use crate::trend::{Over, trend};
-use crate::workspace::{Pose, Quantity, Workspace};
+use crate::workspace::{Pose, Quantity, Workspace, row};
 use nalgebra::DVector;
 use serde::Serialize;
 
@@ -85,6 +85,17 @@ pub struct Pair {
     pub effects: Vec<EffectChange>,
     /// By term, the surest change first.
     pub terms: Vec<Change>,
+    /// The change over a tooth.
+    pub map: Vec<Cell>,
+}
+
+/// A place over a tooth at the angle zero, and a number of each quantity there.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Cell {
+    /// The platen sensor's place from the tooth's zero phase, metres.
+    pub centre_m: [f64; 2],
+    /// Of x and y, metres, and of the angle, radians.
+    pub values: [f64; 3],
 }
 
 /// The straight line.
@@ -117,6 +128,8 @@ pub struct Budgets {
     pub budgets: Vec<Budget>,
     /// Over the workspace.
     pub range: Vec<Range>,
+    /// Expanded uncertainties over a tooth.
+    pub map: Vec<Cell>,
     /// What is not counted.
     pub not_counted: Vec<&'static str>,
 }
@@ -207,7 +220,19 @@ fn pair(first: &Estimate, second: &Estimate, turn_rad: f64) -> Pair {
         largest: largest_of_all(&known, &workspace),
         effects: changes::effects(&compared),
         terms: changes::terms(&compared),
+        map: change_map(&apart.unknowns, &values, &workspace),
     }
+}
+
+fn change_map(unknowns: &[Unknown], values: &DVector<f64>, workspace: &Workspace) -> Vec<Cell> {
+    let at = |pose: Pose| Cell {
+        centre_m: pose.centre_m,
+        values: Quantity::ALL.map(|quantity| {
+            let row = row(unknowns, &workspace.geometry, &pose, quantity);
+            row.iter().zip(values.iter()).map(|(a, b)| a * b).sum()
+        }),
+    };
+    workspace.plane().into_iter().map(at).collect()
 }
 
 fn of_certainty(certainty: &Certainty) -> (&nalgebra::DMatrix<f64>, f64) {
@@ -283,10 +308,25 @@ fn budgets(
             None => largest.clone(),
         });
     }
+    let at = |pose: Pose| {
+        let mut values = [0.0; 3];
+        for (value, quantity) in values.iter_mut().zip(Quantity::ALL) {
+            *value = budget::budget(estimate, conditions, &pose, quantity)?.expanded;
+        }
+        Ok(Cell {
+            centre_m: pose.centre_m,
+            values,
+        })
+    };
     Ok(Budgets {
         of: estimate.name.clone(),
         budgets,
         range,
+        map: workspace
+            .plane()
+            .into_iter()
+            .map(at)
+            .collect::<Result<_, String>>()?,
         not_counted: budget::not_counted(conditions),
     })
 }
@@ -309,6 +349,15 @@ mod tests {
         assert_eq!((two.compared.len(), two.differences.len()), (2, 1));
         assert!(two.trend.is_none() && two.budgets.is_empty());
         assert_eq!(two.differences[0].changed, Some(true));
+        // Half of a segment's 1 µm, wherever y is.
+        let map = &two.differences[0].map;
+        let most = map
+            .iter()
+            .map(|cell| cell.values[0].abs())
+            .fold(0.0, f64::max);
+        assert!(
+            (most / 0.5e-6 - 1.0).abs() < 1.0e-6 && map.iter().all(|cell| cell.values[1] == 0.0)
+        );
         let three = answer(&list, &QUESTION);
         let Some(Told::Known(line)) = &three.trend else {
             panic!("{three:?}")

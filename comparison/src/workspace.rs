@@ -48,6 +48,8 @@ impl Quantity {
 
 /// Points of a tooth, along and across: four a period of order 6, as the board looks at its own prediction.
 const PHASES: usize = 24;
+/// Points of a tooth, along and across, of a map that is looked at: two a period of order 8.
+const MAP: usize = 16;
 /// Angles, from one end of the turn to the other.
 const ANGLES: usize = 5;
 
@@ -84,6 +86,19 @@ impl Workspace {
             }
         };
         (0..rows * PHASES * ANGLES).map(one).collect()
+    }
+}
+
+impl Workspace {
+    /// A tooth along x and y, at the angle zero.
+    #[must_use]
+    pub fn plane(&self) -> Vec<Pose> {
+        let step_m = f64::from(self.geometry.pitch_m) / MAP as f64;
+        let one = |k: usize| Pose {
+            centre_m: [k % MAP, k / MAP].map(|n| n as f64 * step_m),
+            theta_rad: 0.0,
+        };
+        (0..MAP * MAP).map(one).collect()
     }
 }
 

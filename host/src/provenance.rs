@@ -5,7 +5,7 @@ use recording::Recording;
 use report::advice::word;
 use report::html::{Origin, stated};
 use sha2::{Digest, Sha256};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
@@ -37,6 +37,25 @@ pub fn origin_of(folder: &Path, recording: &Recording, model: Option<&Path>) -> 
         hashes: FILES.into_iter().map(hash).collect::<Result<_>>()?,
         model: model.map(|path| path.display().to_string()),
         stated: stated(&recording.meta),
+        ..origin()
+    })
+}
+
+/// Of a report about files, and recordings in folders.
+///
+/// # Errors
+/// One can no longer be read.
+pub fn origin_of_files(paths: &[PathBuf]) -> Result<Origin> {
+    let of = |path: &PathBuf| {
+        if path.is_dir() {
+            FILES.map(|name| path.join(name)).to_vec()
+        } else {
+            vec![path.clone()]
+        }
+    };
+    let one = |file: PathBuf| Ok((file.display().to_string(), hash(&file)?));
+    Ok(Origin {
+        hashes: paths.iter().flat_map(of).map(one).collect::<Result<_>>()?,
         ..origin()
     })
 }

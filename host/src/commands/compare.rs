@@ -1,9 +1,11 @@
 //! `courier compare A B …`.
 
-use crate::compared::{self, Compared, check, text};
+use crate::compared::{self, Compared, check, page, text};
 use crate::findings::{self, SEGMENTS_AND_REFERENCE};
 use crate::json::Json;
-use crate::output::{Files, Kind};
+use crate::kinds;
+use crate::output::{self, Files, Kind};
+use crate::provenance::origin_of_files;
 use crate::terminal::warn;
 use anyhow::{Result, ensure};
 use comparison::answer::{Question, answer};
@@ -24,7 +26,7 @@ use std::process::ExitCode;
 /// to the Expression of Uncertainty in Measurement (JCGM 100:2008).
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  courier compare january.json june.json\n  courier compare courier7.json --budget --at 0.3,0.1,0"
+    after_help = "Examples:\n  courier compare january.json june.json\n  courier compare courier7.json --budget --at 0.3,0.1,0 --report budget.html"
 )]
 pub struct Args {
     /// Calibrations, models or recordings of one courier.
@@ -50,16 +52,32 @@ pub struct Args {
     other_device: bool,
     #[command(flatten)]
     json: Json,
+    /// Write a report with plots to this file: one HTML file that needs no network.
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
 }
 
 /// What `--json` writes.
-const ANSWER: Kind = Kind::json("an answer of `courier compare`", &["compared", "differences"]);
+const ANSWER: Kind = Kind::json(
+    "an answer of `courier compare`",
+    &["compared", "differences"],
+);
 
 impl Args {
     /// The files that it reads and writes.
     pub fn files(&self) -> Files {
-        let read = |files: Files, path: &PathBuf| if path.is_dir() { files.reads_recording(path) } else { files.reads(path) };
-        self.inputs.iter().fold(Files::default(), read).json(&self.json, ANSWER)
+        let read = |files: Files, path: &PathBuf| {
+            if path.is_dir() {
+                files.reads_recording(path)
+            } else {
+                files.reads(path)
+            }
+        };
+        self.inputs
+            .iter()
+            .fold(Files::default(), read)
+            .json(&self.json, ANSWER)
+            .writes(self.report.as_ref(), kinds::PAGE)
     }
 }
 
@@ -69,13 +87,23 @@ impl Args {
 /// Something that cannot be read or is of another courier, or a number out of range.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let question = args.question()?;
-    let mut list = args.inputs.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;
+    let mut list = args
+        .inputs
+        .iter()
+        .map(|path| read(path))
+        .collect::<Result<Vec<_>>>()?;
     check(&list, args.other_device)?;
     let geometry = geometry(&list);
-    list.iter_mut().for_each(|of| of.estimate.geometry = geometry);
+    list.iter_mut()
+        .for_each(|of| of.estimate.geometry = geometry);
     let estimates: Vec<Estimate> = list.into_iter().map(|of| of.estimate).collect();
     let answer = answer(&estimates, &question);
-    args.json.tell(ANSWER, &answer, || text::text(&answer, &geometry))?;
+    if let Some(path) = &args.report {
+        let page = page::page(&answer, &geometry, &origin_of_files(&args.inputs)?);
+        output::write(path, kinds::PAGE, page.as_bytes())?;
+    }
+    args.json
+        .tell(ANSWER, &answer, || text::text(&answer, &geometry))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -89,7 +117,10 @@ fn read(path: &Path) -> Result<Compared> {
 
 /// That of the first that states where its segments sit: a model does not.
 fn geometry(list: &[Compared]) -> Geometry {
-    let stated = list.iter().find(|of| of.stated[0].is_some()).or(list.first());
+    let stated = list
+        .iter()
+        .find(|of| of.stated[0].is_some())
+        .or(list.first());
     stated.map_or(Geometry::PAPER, |of| of.estimate.geometry)
 }
 
@@ -115,11 +146,18 @@ impl Args {
             within_k: within("--within-k", self.within_k.unwrap_or(0.0), 0.0, 200.0)?,
             distance_m: at.map_or([0.0; 2], |pose| pose.centre_m),
         };
-        Ok(Question { turn_rad, budget: self.budget.then_some(conditions), at })
+        Ok(Question {
+            turn_rad,
+            budget: self.budget.then_some(conditions),
+            at,
+        })
     }
 }
 
 fn within(name: &str, value: f64, low: f64, high: f64) -> Result<f64> {
-    ensure!((low..=high).contains(&value), "{name}: found {value}, wanted {low} to {high}");
+    ensure!(
+        (low..=high).contains(&value),
+        "{name}: found {value}, wanted {low} to {high}"
+    );
     Ok(value)
 }

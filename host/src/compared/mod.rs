@@ -1,10 +1,12 @@
 //! What `courier compare` compares: an exported calibration, a diagnosed model or a recording, each as an estimate.
 
 mod model;
+pub mod page;
 mod recording;
 mod same_courier;
 mod source;
 pub mod text;
+mod words;
 
 pub use same_courier::check;
 pub use source::{Compared, Device};

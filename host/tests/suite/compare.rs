@@ -149,6 +149,36 @@ fn a_budget_lists_its_contributions() {
     }
 }
 
+#[test]
+fn a_page_shows_the_change_and_the_budget() {
+    let folder = folder();
+    let words = "a.json c.json b.json --budget --report page.html";
+    compare(folder.path(), words).quiet();
+    let page = std::fs::read_to_string(folder.path().join("page.html")).unwrap();
+    for word in [
+        "c.json against a.json",
+        "Change of the position over a tooth",
+        "Terms that changed",
+        "Trend",
+        "Contributions to x",
+        "Expanded uncertainty over a tooth",
+        "SHA-256 of a.json",
+        "<svg role=\"img\"",
+    ] {
+        assert!(page.contains(word), "{word}");
+    }
+    // Every anchor once.
+    let anchors: Vec<&str> = page
+        .split(" id=\"")
+        .skip(1)
+        .filter_map(|rest| rest.split('"').next())
+        .collect();
+    let mut once = anchors.clone();
+    once.sort_unstable();
+    once.dedup();
+    assert_eq!(once.len(), anchors.len(), "{anchors:?}");
+}
+
 /// A joint calibration's record tells no covariance, nor does one over which a model was loaded: the difference stands alone.
 #[test]
 fn without_a_covariance_the_difference_alone_is_told() {

@@ -66,6 +66,16 @@ pub fn make(folder: &Path) -> Result<Vec<PathBuf>> {
         courier(folder, &[&["diagnose"], arguments].concat())?;
         list.extend(arguments.last().map(|page| folder.join(page)));
     }
+    let compared = [
+        "compare",
+        "late",
+        "even",
+        "--budget",
+        "--report",
+        "compared.html",
+    ];
+    courier(folder, &compared)?;
+    list.push(folder.join("compared.html"));
     Ok(list)
 }
 
