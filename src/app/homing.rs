@@ -33,10 +33,15 @@ impl Candidate {
 pub struct Placed {
     /// The map.
     pub slot: u8,
-    /// Teeth by which the board's count is ahead of its.
-    pub ahead_teeth: [i32; 2],
     ahead: [Coordinate; 2],
     parity_m: f32,
+}
+
+impl Placed {
+    /// Teeth by which the board's count is ahead of the map's.
+    pub fn ahead_teeth(&self) -> [i32; 2] {
+        self.ahead.map(|ahead| ahead.teeth)
+    }
 }
 
 /// Owned by the background.
@@ -48,6 +53,8 @@ pub struct Homing {
     /// Number of the window's first frame.
     from: u32,
     state: StoredMap,
+    /// To be put in force.
+    found: Option<Placed>,
     /// Of the map in force.
     fit: FitOfMap,
     left_m: f32,
@@ -105,18 +112,31 @@ impl Homing {
         }
     }
 
-    /// Takes a frame while no map is in force; the map whose teeth are found. `geometry`: the one in force, `rate_hz`: of sampling.
+    /// The map whose teeth were found, until [`Homing::placed`] has been told that it is in force or cannot be.
+    pub fn found(&self) -> Option<Placed> {
+        self.found
+    }
+
+    /// Takes a frame while no map is in force, or the courier is outside the one that is. `geometry`: the one in force, `rate_hz`: of
+    /// sampling.
     #[inline(never)]
-    pub fn look(&mut self, frame: &Frame, geometry: &Geometry, rate_hz: f32) -> Option<Placed> {
+    pub fn look(&mut self, frame: &Frame, geometry: &Geometry, rate_hz: f32) {
         if self.candidates.is_empty() {
-            return None;
+            return;
         }
         if let Err(lacks) = check(frame, geometry) {
             self.mean = Mean::default();
             self.wait(StoredMap::Waits(lacks));
-            return None;
+            return;
         }
         self.wait(StoredMap::Looking);
+        if let Some(nearest) = self.window(frame, geometry, rate_hz) {
+            self.decide(nearest);
+        }
+    }
+
+    /// Adds a frame to the window; at its end the map that is nearest to whole teeth.
+    fn window(&mut self, frame: &Frame, geometry: &Geometry, rate_hz: f32) -> Option<Placed> {
         if self.mean.frames() == 0 {
             self.from = frame.sequence;
         }
@@ -128,16 +148,24 @@ impl Homing {
         }
         let nearest = self.nearest(frame, geometry);
         self.mean = Mean::default();
-        let placed = nearest?;
-        match whole_teeth(&placed.ahead) {
-            Some(_) => Some(placed),
-            None => {
-                self.state = StoredMap::NotWhole {
-                    slot: placed.slot,
-                    ahead: placed.ahead,
-                };
-                None
-            }
+        nearest
+    }
+
+    fn decide(&mut self, nearest: Placed) {
+        let Placed { slot, ahead, .. } = nearest;
+        let in_force = self.in_force();
+        if whole_teeth(&ahead).is_some() {
+            self.found = Some(nearest).filter(|_| in_force != Some(slot));
+        } else if in_force.is_none() {
+            self.state = StoredMap::NotWhole { slot, ahead };
+        }
+    }
+
+    /// Slot of the map in force.
+    fn in_force(&self) -> Option<u8> {
+        match self.state {
+            StoredMap::InForce { slot, .. } => Some(slot),
+            _ => None,
         }
     }
 
@@ -162,7 +190,6 @@ impl Homing {
             if nearest.is_none_or(|(least, _)| left < least) {
                 let placed = Placed {
                     slot: candidate.slot,
-                    ahead_teeth: ahead.map(|ahead| ahead.teeth),
                     ahead,
                     parity_m: candidate.parity_m,
                 };
@@ -185,8 +212,8 @@ impl Homing {
                     parity: self.fit.parity(self.left_m),
                 };
             }
-            // The interrupt has yet to give something back: again with the next window.
-            Err(Refusal::SwapBusy | Refusal::MapBusy) => {}
+            // The interrupt has yet to give something back: again at the next turn.
+            Err(Refusal::SwapBusy | Refusal::MapBusy) => return,
             Err(refusal) => self.give_up(
                 placed.slot,
                 StoredMap::Refused {
@@ -195,11 +222,12 @@ impl Homing {
                 },
             ),
         }
+        self.found = None;
     }
 
     /// Takes a frame while a stored map is in force; true once if the map does not fit the platen and is to go.
     pub fn watch(&mut self, frame: &Frame) -> bool {
-        let StoredMap::InForce { slot, .. } = self.state else {
+        let Some(slot) = self.in_force() else {
             return false;
         };
         if self.fit.parity(self.left_m).fits().is_some() {

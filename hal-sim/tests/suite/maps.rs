@@ -5,6 +5,7 @@ use crate::bench::{Bench, marked};
 use courier_sensor::calibration::record::{Beacon, Calibration};
 use courier_sensor::device::Device;
 use courier_sensor::drivers::motion::Target;
+use courier_sensor::frame::Status;
 use courier_sensor::link::message::{
     Action, InForce, MapPlace, RecordRefusal, Refusal, Reply, SlotRefusal, Source, StoredMap,
 };
@@ -99,11 +100,14 @@ fn calibrate(bench: &mut Bench, mark: u32) {
     ));
 }
 
-/// Stores a map of equal nodes; what the board says at its end.
+/// Stores a map of these nodes; what the board says at its end.
 fn store(bench: &mut Bench, name: &str, node_nm: impl Fn(usize) -> i16) -> Reply {
+    store_at(bench, place(name), node_nm)
+}
+
+fn store_at(bench: &mut Bench, place: MapPlace, node_nm: impl Fn(usize) -> i16) -> Reply {
     let header = header();
     let nodes: Vec<i16> = (0..header.nodes()).map(node_nm).collect();
-    let place = place(name);
     let begun = bench.ask(Action::MapStore { place, header });
     if begun != Reply::Done {
         return begun;
@@ -214,6 +218,57 @@ fn a_map_waits_for_its_beacon_and_comes_in_force_when_the_courier_goes_there() {
         state_after(&mut bench, 1.5),
         StoredMap::InForce { slot: 0, .. }
     ));
+}
+
+/// Two places with a beacon each: the map of the one gives way to that of the other when the courier rests there, outside the first.
+#[test]
+fn each_place_has_its_map_when_the_courier_goes_there() {
+    let flash = with_map();
+    let there = at(60.37, 0.0);
+    let mut bench = start(at(0.3, 0.0), Some(ORIGIN), &flash);
+    let mut second = place("second");
+    second.anchor.beacon_m[0] = (0.37 * PITCH_M) as f32;
+    assert!(matches!(
+        store_at(&mut bench, second, |_| 0),
+        Reply::MapSlot(MapSlot { slot: 1, .. })
+    ));
+    let mut in_force = |place: Pose, wanted: u8| {
+        let (beacon, target) = (
+            Some(place),
+            Target {
+                x_m: place.x_m as f32,
+                y_m: 0.2e-3,
+                theta_rad: 0.0,
+            },
+        );
+        bench
+            .board
+            .world
+            .with_courier(|courier| courier.set_beacon(beacon));
+        assert_eq!(
+            bench.ask(Action::GoTo {
+                target,
+                speed_m_per_s: 0.2
+            }),
+            Reply::Done
+        );
+        let state = state_after(&mut bench, 1.5);
+        let StoredMap::InForce {
+            slot,
+            ahead: [x, _],
+            ..
+        } = state
+        else {
+            panic!("{state:?}")
+        };
+        assert_eq!(slot, wanted);
+        assert!(!bench.board.sample().status.contains(Status::OUTSIDE_MAP));
+        x.teeth
+    };
+    let first = in_force(ORIGIN, 0);
+    // Both beacons are at the same whole tooth of their maps' recordings.
+    assert_eq!(in_force(there, 1), first + 60);
+    assert_eq!(in_force(ORIGIN, 0), first);
 }
 
 #[test]

@@ -3,8 +3,10 @@
 use crate::rig::Rig;
 use courier::board::map;
 use courier_sensor::frame::Status;
-use courier_sensor::link::message::Action;
+use courier_sensor::geometry::Geometry;
+use courier_sensor::link::message::{Action, MapPlace, StoredMap};
 use courier_sensor::link::telemetry::Channels;
+use courier_sensor::maps::homing::Anchor;
 use courier_sensor::teeth::{Grid, MAX_NODES, MapHeader, TRUST_WORDS, Wave};
 use std::time::Duration;
 
@@ -54,6 +56,62 @@ fn streamed(rig: &mut Rig, decimation: u16) -> (u32, Duration) {
     }
     rig.link.stream(Channels::empty(), 0).expect("its end");
     (rig.status().dropped_frames - dropped, latest)
+}
+
+/// Asked: from the restart to the map in force, under its beacon.
+const MOST_S: f32 = 2.0;
+
+/// About tooth count zero, where the courier stands at its start, under its beacon.
+fn place() -> MapPlace {
+    let geometry = Geometry::PAPER;
+    MapPlace {
+        name: "origin".try_into().expect("short"),
+        anchor: Anchor {
+            beacon_teeth: [0; 2],
+            beacon_m: [0.0; 2],
+            height_m: geometry.height_m,
+            lever_m: geometry.lever_m,
+        },
+        parity_m: 1.0e-6,
+    }
+}
+
+/// Seconds from the board's start to the stored map in force.
+fn placed_s(rig: &mut Rig) -> f32 {
+    for _ in 0..20 {
+        rig.run(50);
+        if let StoredMap::InForce { uptime_s, .. } = rig.status().stored_map {
+            return uptime_s;
+        }
+    }
+    panic!("{:?}", rig.status().stored_map)
+}
+
+#[test]
+fn the_largest_map_is_in_force_soon_after_a_restart_and_outlasts_a_power_cut() {
+    let (mut rig, _) = Rig::stored(32);
+    let (header, nodes) = largest();
+    let before = rig.flash.0.borrow().steps();
+    let stored = map::store_map(&mut rig.link, place(), header.clone(), &nodes);
+    assert_eq!(stored.expect("it is stored").slot, 0);
+    let steps = rig.flash.0.borrow().steps() - before;
+    placed_s(&mut rig);
+    assert_eq!(rig.status().missed, 0);
+    rig.link.restart().expect("the board restarts");
+    let seconds = placed_s(&mut rig);
+    println!("from the restart to a map of 800 nodes in force: {seconds:.3} s");
+    assert!(seconds <= MOST_S);
+    assert_eq!(rig.status().missed, 0);
+    // In the middle of its next one, and in its last double word.
+    for cut in [steps / 2, steps - 1] {
+        rig.flash.0.borrow_mut().cut_after(cut);
+        map::store_map(&mut rig.link, place(), header.clone(), &nodes).expect_err("it was cut");
+        rig.link.reconnect().expect("the board is back");
+        placed_s(&mut rig);
+        let StoredMap::InForce { slot: 0, .. } = rig.status().stored_map else {
+            panic!("{:?}", rig.status().stored_map)
+        };
+    }
 }
 
 #[test]

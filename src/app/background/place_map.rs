@@ -1,6 +1,8 @@
 //! The stored tooth maps in the background: looked for under a beacon, put in force, and taken out of it where they do not fit.
 
 use super::Background;
+use crate::app::homing::Placed;
+use crate::frame::Status;
 use crate::link::message::{Refusal, StoredMap};
 use embedded_io::{Read, ReadReady, Write, WriteReady};
 use embedded_storage::nor_flash::NorFlash;
@@ -27,21 +29,28 @@ where
         if self.task.is_running() || !self.keeper.is_taken() {
             return;
         }
+        let has_map = self.keeper.map().is_some();
         if self.keeper.is_map_ordered() {
             self.homing.leave();
-        } else if self.keeper.map().is_some() {
-            if self.homing.watch(&self.last) {
-                self.keeper.map_drop();
-            }
-        } else {
+        } else if let Some(placed) = self.homing.found() {
+            self.place(&placed, has_map);
+        } else if has_map && self.homing.watch(&self.last) {
+            self.keeper.map_drop();
+        } else if !has_map || self.last.status.contains(Status::OUTSIDE_MAP) {
             let settings = self.keeper.settings();
             let (geometry, rate_hz) = (&settings.geometry, settings.rate_hz);
-            if let Some(placed) = self.homing.look(&self.last, geometry, rate_hz) {
-                let result = self.keeper.map_place(placed.slot, placed.ahead_teeth);
-                let uptime_s = self.samples as f32 / rate_hz;
-                self.homing.placed(&placed, result, uptime_s);
-            }
+            self.homing.look(&self.last, geometry, rate_hz);
         }
+    }
+
+    /// Puts a map in force whose teeth were found, at the turn after another one's end.
+    fn place(&mut self, placed: &Placed, has_map: bool) {
+        if has_map {
+            return self.keeper.map_drop();
+        }
+        let result = self.keeper.map_place(placed.slot, placed.ahead_teeth());
+        let uptime_s = self.samples as f32 / self.keeper.settings().rate_hz;
+        self.homing.placed(placed, result, uptime_s);
     }
 
     /// What has become of the stored tooth maps.
