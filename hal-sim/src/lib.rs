@@ -2,6 +2,7 @@
 //!
 //! spec -> courier (pose to counts) <- trajectory (motion); presets build specs, record makes whole recordings.
 
+pub mod ageing;
 pub mod banks;
 pub mod beacon_fault;
 pub mod board;

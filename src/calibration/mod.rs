@@ -2,6 +2,7 @@
 //!
 //! Of a session: `session` (state machine) -> `average` (one pose's frames) -> `gate` (outliers, rows) -> `regression` (equation 7)
 //! -> `outcome`. `plan` chooses the poses, `visits` says how many and how long. `record` and `slots`: what is stored, and where.
+//! `watch`: whether it stays true.
 
 mod average;
 mod config;
@@ -19,6 +20,7 @@ mod spread;
 mod start_error;
 mod visit;
 mod visits;
+pub mod watch;
 
 pub use average::{FRAMES as AVERAGED_FRAMES, UNUSABLE};
 pub use config::SessionConfig;

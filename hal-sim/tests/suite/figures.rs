@@ -18,10 +18,10 @@ use nalgebra::{DMatrix, DVector};
 /// Frames averaged at a pose.
 const FRAMES: usize = 4;
 /// Poses that are fitted, as in the paper.
-const POSES: usize = 1000;
+pub const POSES: usize = 1000;
 
 /// Random still poses over ten pitches and ±0.5°, seen by the firmware's signal path.
-fn scatter(spec: CourierSpec, count: usize, seed: u64) -> Vec<Sample> {
+pub fn scatter(spec: CourierSpec, count: usize, seed: u64) -> Vec<Sample> {
     let pitch_m = spec.geometry.pitch_m;
     let mut courier = Courier::new(spec, seed).expect("a sensor of unique phase");
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x005c_a77e);
@@ -68,7 +68,7 @@ fn mean(frames: &[Frame]) -> Sample {
 }
 
 /// Incremental f32 and batch f64 on the same rows.
-fn fits(regression: &Regression, samples: &[Sample]) -> (Vec<f64>, Vec<f64>) {
+pub fn fits(regression: &Regression, samples: &[Sample]) -> (Vec<f64>, Vec<f64>) {
     let unknowns = regression.unknowns();
     let mut estimator = PlatenEstimator::new(unknowns);
     let (mut matrix, mut rhs) = (Vec::new(), Vec::new());

@@ -10,3 +10,4 @@ mod joint_refusals;
 mod maps;
 mod plant;
 mod session;
+mod watch;

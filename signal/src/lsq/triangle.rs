@@ -140,6 +140,16 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         scaled / self.scale[column]
     }
 
+    /// Right-hand side of a row of the factor, in the unit of the right-hand sides as entered; zero outside the unknowns in use.
+    #[must_use]
+    pub fn right_hand_side(&self, row: usize) -> f32 {
+        if row >= self.unknowns {
+            return 0.0;
+        }
+        let factor = self.row(row);
+        sqrt(factor[0]) * factor[factor.len() - 1] * self.rhs_unit
+    }
+
     /// Enters the equation `row * x = rhs`. Weight an equation by multiplying both sides by 1 / standard deviation.
     ///
     /// Returns the part of `rhs` that the new row adds to the residual: its innovation divided by

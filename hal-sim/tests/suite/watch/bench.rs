@@ -1,0 +1,159 @@
+//! A courier that was calibrated and works on, and the watch over it, at the rate of its readings alone.
+
+use super::traffic::{Traffic, Work};
+use crate::figures::{POSES, fits, scatter};
+use core::f64::consts::TAU;
+use courier_sensor::calibration::record::Quality;
+use courier_sensor::calibration::watch::{Reading, Verdict, Watch, WatchConfig, Window};
+use courier_sensor::calibration::{Regression, Sample};
+use courier_sensor::equations::PARITY_SIGN;
+use courier_sensor::frame::{Coordinate, SEGMENTS};
+use courier_sensor::geometry::Geometry;
+use courier_sensor::model::{Basis, ErrorModel, Observation, TermTable};
+use effects::plant::PlantEffect;
+use hal_sim::courier::Courier;
+use hal_sim::spec::CourierSpec;
+
+/// A kind of courier and its calibration.
+pub struct Calibrated {
+    spec: Box<dyn Fn() -> CourierSpec>,
+    model: ErrorModel,
+    quality: Quality,
+}
+
+/// Poses that judge a calibration.
+const HELD_OUT: usize = 200;
+
+impl Calibrated {
+    /// By random poses, as the board does it, and judged by others.
+    pub fn new(spec: impl Fn() -> CourierSpec + 'static, seed: u64) -> Self {
+        let geometry = Geometry::PAPER;
+        let zero = ErrorModel::zero(TermTable::equation_3());
+        let regression = Regression::new(&geometry, &zero).expect("equation (3) can be fitted");
+        let (values, _) = fits(&regression, &scatter(spec(), POSES, seed));
+        let values: Vec<f32> = values.iter().map(|v| *v as f32).collect();
+        let residual = |sample: &Sample| {
+            let (row, rhs) = regression.row(sample);
+            let fitted: f32 = row.iter().zip(&values).map(|(r, k)| r * k).sum();
+            f64::from(rhs - fitted)
+        };
+        let held_out = scatter(spec(), HELD_OUT, seed + 1);
+        let residuals: Vec<f64> = held_out.iter().map(residual).collect();
+        let mean = residuals.iter().sum::<f64>() / HELD_OUT as f64;
+        let square: f64 = residuals.iter().map(|r| (r - mean).powi(2)).sum();
+        let residual_m = (square / HELD_OUT as f64).sqrt() as f32;
+        let quality = Quality {
+            residual_after_m: residual_m,
+            // Of one amount by so many poses: two columns of a wave have a variance of a half each.
+            predicted_worst_m: residual_m * (2.0 / POSES as f32).sqrt(),
+            ..Quality::default()
+        };
+        Self {
+            spec: Box::new(spec),
+            model: regression.model(&values),
+            quality,
+        }
+    }
+
+    /// Such a courier at work. `changes`: what happens to it.
+    pub fn serve(&self, changes: Vec<Box<dyn PlantEffect>>, work: Work, seed: u64) -> Service {
+        let mut spec = (self.spec)();
+        spec.effects.extend(changes);
+        Service {
+            start_c: spec.temperature.start_c,
+            courier: Courier::new(spec, seed).expect("a sensor of unique phase"),
+            traffic: Traffic::new(work, seed + 1),
+            watch: Watch::new(WatchConfig::of(&self.quality)),
+            window: Box::new(Window::new()),
+            model: self.model.clone(),
+            time_s: 0.0,
+        }
+    }
+}
+
+/// A courier at work.
+pub struct Service {
+    pub traffic: Traffic,
+    courier: Courier,
+    start_c: f64,
+    watch: Watch,
+    window: Box<Window>,
+    model: ErrorModel,
+    time_s: f64,
+}
+
+/// The firmware looks at a frame so often.
+const LOOK_S: f64 = 1.0e-3;
+/// The first of a rest is looked at; then nothing new is to be seen.
+const FIRST_OF_REST_S: f64 = 0.02;
+
+impl Service {
+    pub fn verdict(&self) -> Verdict {
+        self.watch.verdict()
+    }
+
+    /// Another configuration of the watch, before the first reading.
+    pub fn configure(&mut self, change: impl FnOnce(&mut WatchConfig)) {
+        let mut config = *self.watch.config();
+        change(&mut config);
+        self.watch = Watch::new(config);
+    }
+
+    /// Works until a time; whether `seen` says so after a window, which ends the work.
+    pub fn run(&mut self, until_s: f64, mut seen: impl FnMut(&Verdict) -> bool) -> bool {
+        self.run_watched(until_s, |watch| seen(&watch.verdict()))
+    }
+
+    pub fn run_watched(&mut self, until_s: f64, mut seen: impl FnMut(&Watch) -> bool) -> bool {
+        while self.time_s < until_s {
+            self.time_s += LOOK_S;
+            let time_ms = (self.time_s * 1.0e3).round() as u64;
+            if !self.window.is_due(time_ms) {
+                continue;
+            }
+            self.traffic.advance(self.time_s);
+            if let Some(end_s) = self.traffic.rests_until_s(self.time_s - FIRST_OF_REST_S) {
+                self.time_s = (end_s / LOOK_S).ceil() * LOOK_S;
+                continue;
+            }
+            let reading = self.reading(time_ms);
+            if self.watch.take(&mut self.window, &reading) && seen(&self.watch) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// As the signal path makes it: tooth counts, phases and the calibrated parity.
+    fn reading(&mut self, time_ms: u64) -> Reading {
+        let sample = self.courier.counts_at(&self.traffic, self.time_s);
+        let teeth = self.courier.teeth();
+        let unmodified: [Coordinate; SEGMENTS] = core::array::from_fn(|s| {
+            let [sine, cosine] = sample.quadrature[s].map(f64::from);
+            Coordinate {
+                teeth: teeth[s],
+                fraction_turns: (sine.atan2(cosine) / TAU) as f32,
+            }
+        });
+        let geometry = Geometry::PAPER;
+        let observation = Observation {
+            unmodified,
+            ..Observation::default()
+        };
+        let basis = Basis::new(&geometry, &observation);
+        let seen = Sample {
+            unmodified,
+            ..Sample::default()
+        };
+        let errors = PARITY_SIGN.iter().zip(0..);
+        let added_m: f32 = errors
+            .map(|(sign, s)| sign * self.model.error_m(&basis, s))
+            .sum();
+        Reading {
+            time_ms,
+            unmodified,
+            parity_m: seen.parity_m(geometry.pitch_m) + added_m,
+            temperature_delta_k: (sample.temperature_c - self.start_c) as f32,
+        }
+    }
+}

@@ -1,0 +1,6 @@
+//! The watch over a calibration in service: false alarms, changes that are told, and what motion does not show.
+
+mod bench;
+mod changes;
+mod service;
+mod traffic;
