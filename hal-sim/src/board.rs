@@ -106,7 +106,7 @@ impl SimBoard {
             Slots::new(flash, SLOTS_START),
             settings,
             world.number,
-            Box::leak(Box::default()),
+            (Box::leak(Box::default()), Box::leak(Box::default())),
         );
         if let Some(image) = image {
             let updater = Updater::new(&image.near, image.rules(), image.standing);

@@ -85,6 +85,8 @@ bitflags::bitflags! {
         const RAIL_3 = 1 << 28;
         #[allow(missing_docs)]
         const RAIL_4 = 1 << 29;
+        /// A segment's error has changed since the calibration in force was made: the status says which, and by how much.
+        const CALIBRATION_DRIFT = 1 << 30;
     }
 }
 
@@ -100,7 +102,7 @@ const OF_SEGMENTS: [(u32, &str); 5] = [
     ),
 ];
 /// What the other bits mean.
-const OF_ALL: [(Status, &str); 10] = [
+const OF_ALL: [(Status, &str); 11] = [
     (Status::BEACON_MISSING, "no beacon seen"),
     (
         Status::BEACON_SATURATED,
@@ -120,6 +122,7 @@ const OF_ALL: [(Status, &str); 10] = [
         "the two angles disagree by a wrong tooth count",
     ),
     (Status::OUTSIDE_MAP, "outside the tooth map"),
+    (Status::CALIBRATION_DRIFT, "the calibration has drifted"),
 ];
 
 /// In words, for people: `segment 2 clipped at the converter's end, samples missed`; `ok` without any bit.

@@ -26,6 +26,8 @@ pub struct Settings {
     pub beacon: Option<BeaconSettings>,
     /// The error model in force; none: frames say [`crate::frame::Status::UNCALIBRATED`].
     pub model: Option<ErrorModel>,
+    /// Frames say [`crate::frame::Status::CALIBRATION_DRIFT`].
+    pub drifted: bool,
 }
 
 impl Default for Settings {
@@ -39,6 +41,7 @@ impl Default for Settings {
             track_direction: false,
             beacon: None,
             model: None,
+            drifted: false,
         }
     }
 }

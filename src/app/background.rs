@@ -13,9 +13,11 @@ use super::keeper::Keeper;
 use super::sampler::Mailbox;
 use super::task::Task;
 use super::updates::Updates;
+use super::watcher::Watcher;
 use crate::calibration::joint::{JointConfig, StepReport};
 use crate::calibration::record::{Instant, Method};
 use crate::calibration::slots::{Place, Slots};
+use crate::calibration::watch::Verdict;
 use crate::calibration::{
     Action, Evidence, Progress, Refusal as SessionRefusal, SessionConfig, StartError,
 };
@@ -68,6 +70,7 @@ pub struct Background<'q, 'c, S, F> {
     homing: Homing,
     /// Of the keeper, when the stored maps were last looked at.
     changes_seen: Option<u8>,
+    watcher: &'q mut Watcher,
     method: Method,
     errand: Errand,
     ended: Option<Ended>,
@@ -82,14 +85,15 @@ where
     S: Read + ReadReady + Write + WriteReady,
     F: NorFlash,
 {
-    /// Nothing in force but the board's own settings. `task` is where sessions live. To be followed by [`Background::start`].
+    /// Nothing in force but the board's own settings. `task` and `watcher` are where sessions and the watch live. To be followed by
+    /// [`Background::start`].
     pub fn new(
         ends: (FrameReceiver<'q, 'c>, SwapSender<'q, 'c>, &'q Mailbox),
         motion: MotionPort<S>,
         slots: Slots<F>,
         settings: Settings,
         device: Device,
-        task: &'q mut Task,
+        (task, watcher): (&'q mut Task, &'q mut Watcher),
     ) -> Self {
         let (frames, swap, mailbox) = ends;
         Self {
@@ -101,6 +105,7 @@ where
             task,
             homing: Homing::default(),
             changes_seen: None,
+            watcher,
             method: Method::Platen,
             errand: Errand {
                 speed_m_per_s: SELF_MOTION_M_PER_S,
@@ -146,9 +151,36 @@ where
             // The last frame of a pose may keep the session busy for milliseconds: what comes meanwhile is of no use to it.
             self.mailbox.set_wants_all(false);
             self.task.frame(&self.last);
+            self.watch();
             self.say_what_is_wanted();
         }
         taken
+    }
+
+    /// Lets the watch over the calibration look at the frame.
+    fn watch(&mut self) {
+        let rate_hz = self.keeper.settings().rate_hz;
+        if self.watcher.is_due(self.samples, rate_hz) {
+            self.watch_frame(rate_hz);
+        }
+    }
+
+    #[inline(never)] // a row of the watch on the stack
+    fn watch_frame(&mut self, rate_hz: f32) {
+        let (keeper, task) = (&mut self.keeper, &mut *self.task);
+        self.watcher
+            .follow(keeper.in_force(), keeper.outputs(), task);
+        self.watcher.frame(&self.last, self.samples, rate_hz, task);
+        let has_told = self.watcher.has_told();
+        if has_told != keeper.says_drifted() && !task.is_running() {
+            // Where the interrupt has not taken the last settings yet, it is tried again at the next look.
+            let _ = keeper.say_drifted(has_told);
+        }
+    }
+
+    /// How the calibration in force stands.
+    pub fn verdict(&self) -> Verdict {
+        self.watcher.verdict()
     }
 
     fn say_what_is_wanted(&self) {

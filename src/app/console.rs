@@ -352,6 +352,7 @@ impl<'q, P: Ports> Console<'q, P> {
             boot: background.keeper().boot().err(),
             isr_cycles_worst: Some(mailbox.isr_cycles_worst()).filter(|cycles| *cycles > 0),
             health: self.started.health,
+            watch: background.verdict(),
         }
     }
 }

@@ -47,6 +47,8 @@ pub struct Keeper<'q, 'c, F> {
     is_to_restore: bool,
     /// Counts changes of what is stored or in force.
     changes: u8,
+    /// Counts changes of the calibrated outputs.
+    outputs: u8,
 }
 
 impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
@@ -73,6 +75,7 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
             storing: None,
             is_to_return: false,
             is_to_restore: false,
+            outputs: 0,
             changes: 0,
         }
     }
@@ -109,6 +112,23 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
     /// The board itself: only its calibrations can come in force.
     pub fn device(&self) -> Device {
         self.device
+    }
+
+    /// Lets frames say, from the next sample on, that the calibration in force has drifted, or no longer.
+    ///
+    /// # Errors
+    /// [`Refusal::SwapBusy`]: to be tried again.
+    pub fn say_drifted(&mut self, drifted: bool) -> Result<(), Refusal> {
+        let before = self.settings.drifted;
+        self.settings.drifted = drifted;
+        let built = self.build();
+        let sent = built.and_then(|()| self.swap.send().map_err(|_| Refusal::SwapBusy));
+        sent.inspect_err(|_| self.settings.drifted = before)
+    }
+
+    /// Whether frames say so.
+    pub fn says_drifted(&self) -> bool {
+        self.settings.drifted
     }
 
     /// Where the calibration in force is from.
@@ -246,6 +266,7 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
         let grids = *map.grids();
         self.swap.apply_map().map_err(|_| Refusal::MapBusy)?;
         self.map = Some(grids);
+        self.note_outputs();
         Ok(())
     }
 
@@ -276,6 +297,9 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
     /// The same where settings follow.
     fn map_forget_in_force(&mut self) {
         self.swap.recall_map();
+        if self.map.is_some() {
+            self.note_outputs();
+        }
         (self.map, self.is_layered) = (None, false);
     }
 
@@ -294,6 +318,15 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
         self.changes
     }
 
+    /// Counts what changes the calibrated outputs: another calibration in force, or none, or a tooth map that comes or goes.
+    pub fn outputs(&self) -> u8 {
+        self.outputs
+    }
+
+    fn note_outputs(&mut self) {
+        self.outputs = self.outputs.wrapping_add(1);
+    }
+
     fn note_change(&mut self) {
         self.is_map_ordered = false;
         self.changes = self.changes.wrapping_add(1);
@@ -310,6 +343,7 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
         self.restore_settings();
         self.build()?;
         self.stored = None;
+        self.note_outputs();
         self.swap.send().map_err(|_| Refusal::SwapBusy)?;
         match error {
             // A new board: nothing was lost.
@@ -366,6 +400,7 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
         self.is_to_restore = false;
         self.in_force = Some(calibration.clone());
         self.stored = stored;
+        self.note_outputs();
         Ok(())
     }
 
@@ -377,12 +412,14 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
                 (self.settings.geometry, self.settings.pairs) = self.board;
                 self.settings.model = None;
                 self.settings.beacon = None;
+                self.settings.drifted = false;
             }
         }
     }
 }
 
 fn apply(settings: &mut Settings, calibration: &Calibration) {
+    settings.drifted = false;
     settings.geometry = calibration.geometry;
     settings.pairs = calibration.pairs;
     settings.model = Some(calibration.model.clone());

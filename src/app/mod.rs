@@ -4,7 +4,7 @@
 //! everything else: `guide` moves the courier,
 //! `keeper` holds what is in force and stored, `homing` finds the teeth of a stored tooth map, `updates` takes a new firmware in, `console` speaks the debug link (`ordered`: what it says
 //! of calibrations), `restarts`
-//! counts faults in a row.
+//! counts faults in a row, `watcher` watches the calibration in force.
 
 pub mod background;
 pub mod console;
@@ -18,3 +18,4 @@ pub mod restarts;
 pub mod sampler;
 pub mod task;
 pub mod updates;
+pub mod watcher;

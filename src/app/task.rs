@@ -3,6 +3,7 @@
 #[cfg(target_os = "none")]
 use crate::board::room;
 use crate::calibration::joint::{JointConfig, JointSession, StepReport};
+use crate::calibration::watch::Window;
 use crate::calibration::{
     Action, MotionEvent, Progress, Session, SessionConfig, Stage, StartError,
 };
@@ -22,12 +23,14 @@ pub enum Task {
     Platen(Session) = 1,
     /// The joint calibration under a beacon.
     Joint(JointSession) = 2,
+    /// No session: the watch over the calibration in force.
+    Watch(Window) = 3,
 }
 
 /// How a session comes into its memory where the stack is large; `board::room` does it in place.
 #[cfg(not(target_os = "none"))]
 mod room {
-    use super::{JointSession, Session, Task};
+    use super::{JointSession, Session, Task, Window};
 
     pub fn platen(task: &mut Task) {
         *task = Task::Platen(Session::idle());
@@ -35,6 +38,10 @@ mod room {
 
     pub fn joint(task: &mut Task) {
         *task = Task::Joint(JointSession::idle());
+    }
+
+    pub fn watch(task: &mut Task) {
+        *task = Task::Watch(Window::new());
     }
 }
 
@@ -45,6 +52,9 @@ impl Task {
     /// Tag of [`Task::Joint`].
     #[cfg(target_os = "none")]
     pub(crate) const JOINT: u8 = 2;
+    /// Tag of [`Task::Watch`].
+    #[cfg(target_os = "none")]
+    pub(crate) const WATCH: u8 = 3;
 
     /// Makes room for a calibration of the platen sensor. Another kind of session that ran before is forgotten.
     pub fn make_platen(&mut self) {
@@ -71,6 +81,27 @@ impl Task {
         room::joint(self);
         if let Self::Joint(session) = self {
             session.make_idle();
+        }
+    }
+
+    /// The watch's window. What a session that has ended left is forgotten; to be called while none runs.
+    pub fn window(&mut self) -> Option<&mut Window> {
+        if self.is_running() {
+            return None;
+        }
+        if !matches!(self, Self::Watch(_)) {
+            room::watch(self);
+        }
+        match self {
+            Self::Watch(window) => Some(window),
+            _ => None,
+        }
+    }
+
+    /// Lets the watch begin anew.
+    pub fn forget_watch(&mut self) {
+        if let Self::Watch(window) = self {
+            window.forget();
         }
     }
 
@@ -101,7 +132,7 @@ impl Task {
     /// Whether there is an outcome.
     pub fn has_ended(&self) -> bool {
         match self {
-            Self::Idle => false,
+            Self::Idle | Self::Watch(_) => false,
             Self::Platen(session) => session.outcome().is_some(),
             Self::Joint(session) => session.outcome().is_some(),
         }
@@ -111,7 +142,7 @@ impl Task {
     #[inline(never)]
     pub fn frame(&mut self, frame: &Frame) {
         match self {
-            Self::Idle => {}
+            Self::Idle | Self::Watch(_) => {}
             Self::Platen(session) => session.frame(frame),
             Self::Joint(session) => session.frame(frame),
         }
@@ -121,7 +152,7 @@ impl Task {
     /// is skipped counts by the next one's number.
     pub fn wants_all_frames(&self) -> bool {
         match self {
-            Self::Idle => false,
+            Self::Idle | Self::Watch(_) => false,
             Self::Platen(session) => session.wants_all_frames(),
             Self::Joint(session) => session.wants_all_frames(),
         }
@@ -130,7 +161,7 @@ impl Task {
     /// Takes what the motion controller said.
     pub fn motion(&mut self, event: MotionEvent) {
         match self {
-            Self::Idle => {}
+            Self::Idle | Self::Watch(_) => {}
             Self::Platen(session) => session.motion(event),
             Self::Joint(session) => session.motion(event),
         }
@@ -139,7 +170,7 @@ impl Task {
     /// What is to be done now, once.
     pub fn poll(&mut self) -> Option<Action> {
         match self {
-            Self::Idle => None,
+            Self::Idle | Self::Watch(_) => None,
             Self::Platen(session) => session.poll(),
             Self::Joint(session) => session.poll(),
         }
@@ -157,7 +188,7 @@ impl Task {
     /// Ends it.
     pub fn abort(&mut self) {
         match self {
-            Self::Idle => {}
+            Self::Idle | Self::Watch(_) => {}
             Self::Platen(session) => session.abort(),
             Self::Joint(session) => session.abort(),
         }
@@ -166,7 +197,7 @@ impl Task {
     /// Whether a session is under way.
     pub fn is_running(&self) -> bool {
         match self {
-            Self::Idle => false,
+            Self::Idle | Self::Watch(_) => false,
             Self::Platen(session) => session.is_running(),
             Self::Joint(session) => session.is_running(),
         }
@@ -175,7 +206,7 @@ impl Task {
     /// How far it is.
     pub fn progress(&self) -> Progress {
         match self {
-            Self::Idle => Progress {
+            Self::Idle | Self::Watch(_) => Progress {
                 stage: Stage::Finished,
                 done: 0,
                 of: 0,

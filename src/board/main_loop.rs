@@ -96,12 +96,17 @@ fn restart() -> ! {
     cortex_m::peripheral::SCB::sys_reset()
 }
 
-/// LED: on when all is well, blinking without a calibration, dark at a fault. Changes are logged.
+/// LED: on when all is well, blinking without a calibration that holds, dark at a fault. Changes are logged.
 fn show(board: &mut impl Board, status: Status, said: Status, samples: u32) -> Status {
     let blink = samples / (5 * SLOW_SAMPLES) % 2 == 0;
     board.set_led(match status {
         s if s.is_empty() => true,
-        s if s == Status::UNCALIBRATED => blink,
+        s if Status::UNCALIBRATED
+            .union(Status::CALIBRATION_DRIFT)
+            .contains(s) =>
+        {
+            blink
+        }
         _ => false,
     });
     if status != said {

@@ -7,12 +7,15 @@
 use crate::app::task::Task;
 use crate::calibration::Session;
 use crate::calibration::joint::JointSession;
+use crate::calibration::watch::Window;
 use core::mem::MaybeUninit;
 
 // SAFETY: the compiler looks at every constant: one that is no valid value of its type is an error (E0080).
 const _: Session = unsafe { MaybeUninit::zeroed().assume_init() };
 // SAFETY: as above.
 const _: JointSession = unsafe { MaybeUninit::zeroed().assume_init() };
+// SAFETY: as above.
+const _: Window = unsafe { MaybeUninit::zeroed().assume_init() };
 
 /// A platen session of zeros.
 pub fn platen(task: &mut Task) {
@@ -22,6 +25,11 @@ pub fn platen(task: &mut Task) {
 /// A joint session of zeros.
 pub fn joint(task: &mut Task) {
     clear(task, Task::JOINT);
+}
+
+/// A window of zeros.
+pub fn watch(task: &mut Task) {
+    clear(task, Task::WATCH);
 }
 
 fn clear(task: &mut Task, tag: u8) {

@@ -1,7 +1,7 @@
 //! The debug link's rings in RAM: 0 up the log (defmt), 1 up telemetry, 2 up replies, 0 down commands.
 //!
 //! Telemetry of raw counts at 20 kHz is 0.6 MB/s: a host that looks every 12 ms loses none of it. Commands and replies longer than
-//! their rings pass in pieces. No ring ever makes the firmware wait: what finds no room is dropped and counted by who sends.
+//! their rings pass in pieces; the longest reply, 1,171 bytes, fits. No ring ever makes the firmware wait: what finds no room is dropped and counted by who sends.
 
 use crate::app::console::Ports;
 use crate::app::intake::Telemetry;
@@ -22,7 +22,7 @@ pub fn start() -> (Rings, Stream) {
         up: {
             0: { size: 1024, mode: ChannelMode::NoBlockSkip, name: "log" }
             1: { size: 8192, mode: ChannelMode::NoBlockSkip, name: "telemetry" }
-            2: { size: 2048, mode: ChannelMode::NoBlockTrim, name: "replies" }
+            2: { size: 1536, mode: ChannelMode::NoBlockTrim, name: "replies" }
         }
         down: {
             0: { size: 1024, name: "commands" }

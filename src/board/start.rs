@@ -11,6 +11,7 @@ use crate::app::frames::{FramePlaces, FrameQueue, QUEUE_FRAMES};
 use crate::app::intake::{Intake, OrderQueue};
 use crate::app::sampler::{Mailbox, Sampler};
 use crate::app::task::Task;
+use crate::app::watcher::Watcher;
 use crate::calibration::slots::Slots;
 use crate::device::Device;
 use crate::drivers::converter::{Converter, ConverterError};
@@ -36,6 +37,9 @@ const ATTEMPTS: u32 = 3;
 
 /// The sessions' memory.
 static TASK: Once<Task> = Once::new(Task::Idle);
+
+/// What the watch over the calibration keeps beside its window, which lies in the sessions' memory.
+static WATCHER: Once<Watcher> = Once::new(Watcher::new());
 
 /// Both sets of coefficients.
 static CONFIGS: Once<[MaybeUninit<StepConfig>; 2]> =
@@ -191,7 +195,10 @@ where
         Slots::new(flash, SLOTS_START),
         own_settings(),
         device,
-        TASK.take().expect("called once"),
+        (
+            TASK.take().expect("called once"),
+            WATCHER.take().expect("called once"),
+        ),
     ));
     Ends {
         sampler: Sampler::new(receiver, produce, mailbox),

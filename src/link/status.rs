@@ -2,6 +2,7 @@
 
 use crate::calibration::record::Instant;
 use crate::calibration::slots::Place;
+use crate::calibration::watch::Verdict;
 use crate::frame::{Coordinate, Pose, SEGMENTS};
 use crate::link::framing::FrameCounters;
 use crate::link::health::Health;
@@ -134,6 +135,8 @@ pub struct BoardStatus {
     pub isr_cycles_worst: Option<u32>,
     /// What the board has found out about itself.
     pub health: Health,
+    /// Whether the calibration in force stays true.
+    pub watch: Verdict,
 }
 
 /// Why the board started.

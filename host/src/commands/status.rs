@@ -121,6 +121,7 @@ fn text(output: &Output) -> String {
         ("uptime", format!("{} s", status.time.uptime_s)),
         ("last start", cause(status.reset).to_owned()),
         ("calibration", in_force(status.in_force)),
+        ("in service", status.watch.to_string()),
         ("tooth map", tooth_map(status.map)),
         ("stored maps", output.stored_map.clone()),
         (

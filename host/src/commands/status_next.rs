@@ -1,6 +1,7 @@
 //! What to do next with a board, from its state.
 
 use super::status_map;
+use courier_sensor::calibration::watch::Standing;
 use courier_sensor::frame::Status;
 use courier_sensor::health::troubles;
 use courier_sensor::link::message::{
@@ -8,7 +9,9 @@ use courier_sensor::link::message::{
 };
 
 /// Bits that are states and no faults.
-const STATES: Status = Status::UNCALIBRATED.union(Status::BEACON_MISSING);
+const STATES: Status = Status::UNCALIBRATED
+    .union(Status::BEACON_MISSING)
+    .union(Status::CALIBRATION_DRIFT);
 
 /// What to do next, the most urgent first; never empty. `joint`: whether the calibration in force is a joint one, with a beacon.
 pub fn next(status: &BoardStatus, joint: bool) -> Vec<String> {
@@ -81,6 +84,15 @@ fn calibration(status: &BoardStatus, joint: bool) -> Vec<String> {
                 .to_owned(),
         ),
         InForce::Stored(_) => {}
+    }
+    match status.watch.standing {
+        Standing::Drifting => steps.push(
+            "the calibration has drifted (line `in service`): plan a new one, `courier calibrate`".to_owned(),
+        ),
+        Standing::Stale => steps.push(
+            "the calibration is stale (line `in service`): `courier calibrate` makes a new one".to_owned(),
+        ),
+        _ => {}
     }
     if joint && status.map.is_none() && status.stored_map == StoredMap::None {
         steps.push(

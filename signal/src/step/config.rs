@@ -64,11 +64,9 @@ impl StepConfig {
         let extended = settings.track_direction || model.further.has_rows();
         let pair = |p: usize| PairCorrection::compile([&settings.pairs[p], &settings.pairs[p + 2]]);
         let square_bits = |amplitude: f32| (amplitude * amplitude).to_bits();
-        let standing = if settings.model.is_some() {
-            Status::empty()
-        } else {
-            Status::UNCALIBRATED
-        };
+        let mut standing = Status::empty();
+        standing.set(Status::UNCALIBRATED, settings.model.is_none());
+        standing.set(Status::CALIBRATION_DRIFT, settings.drifted);
         Ok(Self {
             pairs: [(pair(0), model.own[0]), (pair(1), model.own[1])],
             constants: Constants::VALUES,

@@ -35,7 +35,7 @@ where
     #[inline(never)]
     fn outcome(&self, record: &mut Calibration) -> Option<(Result<(), SessionRefusal>, Evidence)> {
         match &*self.task {
-            Task::Idle => None,
+            Task::Idle | Task::Watch(_) => None,
             Task::Platen(session) => session.outcome().map(|outcome| {
                 let result = outcome.result.as_ref().map_err(|refusal| *refusal);
                 let written = result.map(|model| self.record(model, &outcome.evidence, record));

@@ -17,8 +17,8 @@ use hal_sim::spec::CourierSpec;
 /// A kind of courier and its calibration.
 pub struct Calibrated {
     spec: Box<dyn Fn() -> CourierSpec>,
-    model: ErrorModel,
-    quality: Quality,
+    pub model: ErrorModel,
+    pub quality: Quality,
 }
 
 /// Poses that judge a calibration.

@@ -1,6 +1,7 @@
 //! The watch over a calibration in service: false alarms, changes that are told, and what motion does not show.
 
 mod bench;
+mod board;
 mod changes;
 mod service;
 mod traffic;
