@@ -4,7 +4,7 @@
 use crate::frame::{Coordinate, Frame};
 use crate::geometry::Geometry;
 use crate::link::message::{Refusal, StoredMap};
-use crate::maps::fit::FitOfMap;
+use crate::maps::fit::{FitOfMap, MOST_CELLS};
 use crate::maps::homing::{Anchor, Mean, check, moved, whole_teeth};
 use crate::maps::{MOST_PLACES, MapInfo, SLOTS};
 use heapless::Vec;
@@ -230,7 +230,7 @@ impl Homing {
         let Some(slot) = self.in_force() else {
             return false;
         };
-        if self.fit.parity(self.left_m).fits().is_some() {
+        if self.fit.parity(self.left_m).cells >= MOST_CELLS {
             return false;
         }
         self.fit.add(frame);

@@ -181,7 +181,7 @@ pub struct MapPlace {
     pub name: Name,
     /// The beacon, in the tooth count of the map's recording.
     pub anchor: Anchor,
-    /// g_p that was left on held-out poses with the map, metres rms.
+    /// g_p that was left with the map on held-out poses, their noise taken off, metres rms.
     pub parity_m: f32,
 }
 

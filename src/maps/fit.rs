@@ -2,22 +2,23 @@
 //!
 //! Whole teeth tell nothing of a beacon that was moved by whole teeth, or of another platen under the same beacon. There the map adds
 //! another platen's errors to the platen's own, and g_p shows it as soon as the courier moves: on the paper's platen 4 to 6 µm in place of 1 µm.
-//! Each cell of one tooth by one tooth that the courier comes through counts once, by the mean of its frames, since g_p in a cell's
-//! frames is one value and noise.
+//! Each visit to a cell of one tooth by one tooth counts once, by the mean of its frames, since g_p in a cell's frames is
+//! one value and noise.
 
 use crate::frame::{Frame, Status};
 use serde::{Deserialize, Serialize};
 
-/// Cells until the map is judged. A derivation: the mean square of 16 normal values is over four times its expectation once in 10^8.
-pub const CELLS: u16 = 16;
-/// g_p in rms may be so many times what the map's fit left. A prior: drift and single frames' noise are allowed for, another platen's
-/// teeth are four to ten times as much.
-pub const MOST_TIMES: f32 = 2.0;
+/// Visits to cells until the map is judged. A derivation: the mean square of 8 normal values is over 6.25 times its expectation once in
+/// 20 million. Neighbours are not independent, but the means of cells also have less noise than what they are compared with.
+pub const CELLS: u16 = 8;
+/// g_p in rms may be so many times what the map's fit left. A prior: for drift; another platen's teeth are four to ten times as much.
+pub const MOST_TIMES: f32 = 2.5;
+/// What a map leaves is at least so much. Data: what a position is known to with a map (docs/accuracy.md).
+pub const LEAST_PARITY_M: f32 = 0.3e-6;
+/// Visits after which the map is watched no longer: what comes later is drift, and no other platen. A prior.
+pub const MOST_CELLS: u16 = 64;
 /// Faster than this g_p has errors of its own: channels that are 10 µs apart are 0.5 µm. A prior.
 pub const FASTEST_M_S: f32 = 0.05;
-/// What a map leaves is at least so much: single frames have a noise of 0.33 µm in g_p (20 of 20,000 counts in each segment).
-pub const LEAST_PARITY_M: f32 = 0.5e-6;
-
 /// Frames after which a mean forgets half of what it has, so that its sum stays small; a derivation: noise is averaged long before.
 const LONGEST: u16 = 4096;
 
@@ -33,7 +34,7 @@ pub struct ParityOfMap {
 }
 
 impl ParityOfMap {
-    /// Whether there are enough cells to say that the map fits (true) or does not; none: not yet.
+    /// Whether the map fits (true) or does not; none: too few cells to say so.
     pub fn fits(&self) -> Option<bool> {
         (self.cells >= CELLS).then_some(self.parity_m <= self.wanted_m)
     }

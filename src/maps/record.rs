@@ -49,7 +49,7 @@ pub struct MapInfo {
     pub calibration: u32,
     /// The beacon in the tooth count of the map's recording.
     pub anchor: Anchor,
-    /// g_p that was left on held-out poses with the map, metres rms.
+    /// g_p that was left with the map on held-out poses, their noise taken off, metres rms.
     pub parity_m: f32,
 }
 

@@ -2,7 +2,7 @@
 
 use super::load::Args;
 use crate::board::{Choice, Link, map, motion};
-use crate::teeth::MapFile;
+use crate::teeth::{Evidence, MapFile};
 use anyhow::{Context, Result, bail, ensure};
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
 use courier_sensor::calibration::record::Calibration;
@@ -196,7 +196,7 @@ fn store(link: &mut Link, file: &MapFile, calibration: Calibration, name: Name) 
     let place = MapPlace {
         name,
         anchor: file.map.anchor.on_board(),
-        parity_m: file.map.evidence.after_m[0] as f32,
+        parity_m: parity_left_m(&file.map.evidence) as f32,
     };
     let stored = map::store_map(link, place, file.map.header.clone(), &file.map.nodes_nm)?;
     let mut last = StoredMap::None;
@@ -213,6 +213,14 @@ fn store(link: &mut Link, file: &MapFile, calibration: Calibration, name: Name) 
         stored.slot,
         super::status_map::text(&last, None)
     )
+}
+
+/// g_p that is left beyond the noise of four segments.
+fn parity_left_m(evidence: &Evidence) -> f64 {
+    let noise_m = 2.0 * evidence.segment_noise_m;
+    (evidence.after_m[0].powi(2) - noise_m.powi(2))
+        .max(0.0)
+        .sqrt()
 }
 
 fn with_model(file: &MapFile, calibration: Calibration) -> Calibration {

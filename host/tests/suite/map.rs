@@ -1,14 +1,24 @@
 //! `courier map` and `courier load` of what it writes: on a simulated courier under a beacon, and everything that is refused.
 
 use crate::common::{asked, courier_in, json_in};
+use board_link::{Link, SimWire, motion};
+use courier_sensor::drivers::motion::Target;
+use courier_sensor::link::message::StoredMap;
+use courier_sensor::update::layout::{MAPS_END, MAPS_START, SLOTS_START};
+use hal_sim::board::SharedFlash;
 use hal_sim::coordination::origin_under;
 use hal_sim::courier::Courier;
 use hal_sim::presets;
 use hal_sim::record::record;
 use hal_sim::trajectory::{OpenLoop, Plan};
+use hal_sim::wire::motion::ControllerConfig;
+use hal_sim::world::World;
 use recording::Existing;
 use serde_json::Value;
 use std::path::Path;
+use std::time::Duration;
+
+const PITCH_M: f64 = 1.016e-3;
 
 /// Still poses under the beacon of the `paper` courier, ±1 pitch and ±`turn_deg`, in a recording.
 fn write(folder: &Path, name: &str, poses: usize, turn_deg: f64) {
@@ -63,8 +73,69 @@ fn map_is_estimated_written_and_loaded() {
         loaded.contains("stored: map slot 0, `teeth`") && loaded.contains("nodes in force"),
         "{loaded}"
     );
+    a_map_fits_its_platen_and_no_other_place(folder);
     a_map_is_kept(folder);
     a_map_outlives_the_tooth_count(folder);
+}
+
+/// The board of `f.bin` under its beacon, which stands so many teeth beside where it stood.
+fn under_the_beacon(folder: &Path, moved_teeth: f64) -> Link {
+    let mut spec = presets::paper();
+    spec.number = presets::device_number("paper", 1);
+    let home = spec.places.beacon;
+    spec.beacon_over = Some(effects::motion::Pose::new(
+        home.x_m + moved_teeth * PITCH_M,
+        home.y_m,
+        0.0,
+    ));
+    let flash = SharedFlash::erased(1);
+    let bytes = std::fs::read(folder.join("f.bin")).unwrap();
+    let slots = SLOTS_START as usize..SLOTS_START as usize + 8192;
+    let places = slots.chain(MAPS_START as usize..MAPS_END as usize);
+    for (place, word) in places.step_by(8).zip(bytes.chunks(8)) {
+        if word != [0xFF; 8] {
+            flash.0.borrow_mut().force(place, word);
+        }
+    }
+    let home = effects::motion::Pose::new(home.x_m + moved_teeth * PITCH_M, home.y_m, 0.0);
+    let world = World::new(spec, ControllerConfig::TYPICAL, home, 1).unwrap();
+    let wire = SimWire::around(world, flash).unwrap();
+    Link::connect(Box::new(wire)).unwrap()
+}
+
+/// The map on its own platen is confirmed by g_p once the courier has moved about; one that lies whole teeth beside its place, since
+/// its beacon was moved by as many, is taken out of force.
+fn a_map_fits_its_platen_and_no_other_place(folder: &Path) {
+    let home = presets::paper().places.beacon;
+    for moved_teeth in [0.0, 7.0, -12.0, 30.0] {
+        let mut link = under_the_beacon(folder, moved_teeth);
+        link.pass(Duration::from_millis(500)).unwrap();
+        let state = link.status().unwrap().stored_map;
+        assert!(matches!(state, StoredMap::InForce { .. }), "{state:?}");
+        // To and fro over the middle of the map.
+        let mut legs = [(-1.0, 0.0), (-1.0, 1.0), (0.0, 0.5), (-0.5, 1.0)]
+            .into_iter()
+            .cycle();
+        let parity = loop {
+            let (x, y) = legs.next().unwrap();
+            let target = Target {
+                x_m: (home.x_m + (moved_teeth + x) * PITCH_M) as f32,
+                y_m: (home.y_m + y * PITCH_M) as f32,
+                theta_rad: 0.0,
+            };
+            motion::go(&mut link, target, 0.03).unwrap();
+            match link.status().unwrap().stored_map {
+                StoredMap::InForce { parity, .. } if parity.fits().is_none() => {}
+                StoredMap::InForce { parity, .. } | StoredMap::OtherPlaten { parity, .. } => {
+                    break parity;
+                }
+                other => panic!("{other:?}"),
+            }
+        };
+        println!("a map {moved_teeth} teeth beside its place: {parity:?}");
+        assert_eq!(parity.fits(), Some(moved_teeth == 0.0));
+        assert_eq!(link.status().unwrap().map.is_some(), moved_teeth == 0.0);
+    }
 }
 
 /// The next start is away from the beacon: the map is listed and waits. A place's next map takes the place of the one before.
@@ -108,7 +179,6 @@ fn a_map_is_kept(folder: &Path) {
 /// The same map in the counts of another start of a board: the beacon tells the whole teeth between the two, and nothing else is
 /// taken for them.
 fn a_map_outlives_the_tooth_count(folder: &Path) {
-    const PITCH_M: f64 = 1.016e-3;
     let counted = |name: &str, teeth: [f64; 2]| {
         let mut file = json_in(folder.join("teeth.json"));
         let add = |value: &mut Value, more: f64| {
