@@ -167,14 +167,33 @@ where
 
     #[inline(never)] // a row of the watch on the stack
     fn watch_frame(&mut self, rate_hz: f32) {
-        let (keeper, task) = (&mut self.keeper, &mut *self.task);
-        self.watcher
-            .follow(keeper.in_force(), keeper.outputs(), task);
-        self.watcher.frame(&self.last, self.samples, rate_hz, task);
+        let task = &mut *self.task;
+        let (in_force, outputs) = (self.keeper.in_force(), self.keeper.outputs());
+        if self.watcher.follow(in_force, outputs, task)
+            && let Some(kept) = self.keeper.kept()
+        {
+            self.watcher.restore(&kept);
+        }
+        if self.watcher.frame(&self.last, self.samples, rate_hz, task) {
+            self.keep_watch();
+        }
         let has_told = self.watcher.has_told();
-        if has_told != keeper.says_drifted() && !task.is_running() {
+        if has_told != self.keeper.says_drifted() && !self.task.is_running() {
             // Where the interrupt has not taken the last settings yet, it is tried again at the next look.
-            let _ = keeper.say_drifted(has_told);
+            let _ = self.keeper.say_drifted(has_told);
+        }
+    }
+
+    /// Keeps what the watch has found, over a restart: 1 ms of flash. Nothing is stored before a new image was accepted.
+    #[inline(never)]
+    fn keep_watch(&mut self) {
+        if !self.keeper.is_stored() || self.may_store().is_err() {
+            return;
+        }
+        if let Some(kept) = self.watcher.to_keep() {
+            // Without room, or where the flash does not take it, the next restart finds what was kept before.
+            self.keeper.keep(&kept);
+            self.watcher.has_kept();
         }
     }
 

@@ -6,7 +6,7 @@
 use super::task::Task;
 use crate::calibration::UNUSABLE;
 use crate::calibration::record::Calibration;
-use crate::calibration::watch::{Reading, Verdict, Watch, WatchConfig};
+use crate::calibration::watch::{Kept, Reading, Standing, Verdict, Watch, WatchConfig};
 use crate::frame::Frame;
 
 /// After a session's end its memory is left alone for so long, seconds: a host asks how it went.
@@ -22,6 +22,8 @@ pub struct Watcher {
     watching: bool,
     /// [`super::keeper::Keeper::outputs`] that it is for.
     of: u8,
+    /// How it stood when it was kept last, [`Watcher::stand`].
+    kept: u8,
     /// Samples at which the next look is due.
     next: u64,
     /// Samples until which the sessions' memory is left alone.
@@ -41,6 +43,7 @@ impl Watcher {
             watch: Watch::blank(),
             watching: false,
             of: 0,
+            kept: 0,
             next: 0,
             free_at: 0,
         }
@@ -56,17 +59,48 @@ impl Watcher {
         }
     }
 
-    /// Begins anew where other outputs are in force than before; `outputs` counts them.
-    pub fn follow(&mut self, in_force: Option<&Calibration>, outputs: u8, task: &mut Task) {
+    /// Begins anew where other outputs are in force than before; `outputs` counts them. Whether it watches
+    /// other ones now: what was kept of them can be put back by [`Watcher::restore`].
+    pub fn follow(&mut self, in_force: Option<&Calibration>, outputs: u8, task: &mut Task) -> bool {
         if self.of == outputs {
-            return;
+            return false;
         }
+        self.kept = 0;
         self.of = outputs;
         self.watching = in_force.is_some();
         if let Some(calibration) = in_force {
             self.watch.start(WatchConfig::of(&calibration.quality));
         }
         task.forget_watch();
+        self.watching
+    }
+
+    /// Goes on from what was kept of the outputs in force.
+    pub fn restore(&mut self, kept: &Kept) {
+        self.watch.restore(kept);
+        self.kept = self.stand();
+    }
+
+    /// What is to be kept, if that has changed in kind since it was kept last: the reference is known, a change is told or taken back, the
+    /// calibration is stale. To be followed by [`Watcher::has_kept`].
+    #[must_use]
+    pub fn to_keep(&self) -> Option<Kept> {
+        let is_new = self.watching && self.kept != self.stand();
+        self.watch.kept().filter(|_| is_new)
+    }
+
+    /// It is kept, or cannot be: not again until it changes.
+    pub fn has_kept(&mut self) {
+        self.kept = self.stand();
+    }
+
+    fn stand(&self) -> u8 {
+        match self.watch.verdict().standing {
+            Standing::Unwatched | Standing::Learning => 0,
+            Standing::Healthy | Standing::NotObservable => 1,
+            Standing::Drifting => 2,
+            Standing::Stale => 3,
+        }
     }
 
     /// Whether a frame is to be looked at, at so many samples, and when is the next. Cheap: it is asked for every frame.
@@ -92,7 +126,7 @@ impl Watcher {
         window.is_some_and(|window| self.watch.take(window, &Reading::of(frame, time_ms)))
     }
 
-    /// Whether frames are to say so.
+    /// Whether frames are to say that the calibration has drifted.
     #[must_use]
     pub fn has_told(&self) -> bool {
         self.watching && self.watch.has_told()

@@ -1,7 +1,7 @@
 //! Two slots in NOR flash, used in turn: the newest valid record is in force, a torn write leaves the other.
 //!
 //! ```text
-//!  slot 0: | record (see `record`) ... 0xFF ... | mark, 8 bytes |   slot 1: the same, right behind
+//!  slot 0: | record (see `record`) | kept by the watch ... 0xFF ... | mark, 8 bytes |   slot 1: the same, right behind
 //! ```
 //! A commit erases and writes the slot that is not in force and reads it back. Rolling back programs the mark of the slot in force: it
 //! stays readable but no longer counts, and the other is in force. No operation touches the slot that stays or comes in force, so a
@@ -10,6 +10,7 @@
 use super::record::{self, Calibration, HEADER_BYTES, Header, MAX_BYTES, RecordError};
 use crate::device::Device;
 use crate::geometry::Geometry;
+use core::ops::Range;
 use embedded_storage::nor_flash::{NorFlash, NorFlashError, NorFlashErrorKind};
 use serde::{Deserialize, Serialize};
 
@@ -173,6 +174,15 @@ impl<F: NorFlash> Slots<F> {
         let behind = place + (record_bytes - crc.len()) as u32;
         self.flash.read(behind, &mut crc).ok()?;
         Some(u32::from_le_bytes(crc))
+    }
+
+    /// What is free behind the record in a slot, addresses in flash, up to the mark; none without a whole header.
+    pub fn room_behind(&mut self, slot: u8) -> Option<Range<u32>> {
+        let (place, mut head) = (self.offset(slot), [0; HEADER_BYTES]);
+        self.flash.read(place, &mut head).ok()?;
+        let record_bytes = Header::parse(&head).ok()?.record_bytes();
+        let written = record_bytes.next_multiple_of(F::WRITE_SIZE).min(MAX_BYTES);
+        Some(place + written as u32..place + MAX_BYTES as u32)
     }
 
     /// Gives the flash back.

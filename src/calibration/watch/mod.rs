@@ -14,6 +14,7 @@
 //! Pure: no clock, no allocation, no panic. Memory: a window 6.5 KiB, what outlives it 0.7 KiB.
 
 mod config;
+mod kept;
 mod places;
 mod row;
 mod scores;
@@ -24,6 +25,7 @@ mod window;
 mod windowed;
 
 pub use config::WatchConfig;
+pub use kept::{KEPT_BYTES, Kept};
 pub use places::{PLACES, Place};
 pub use row::Reading;
 pub use state::Watch;

@@ -14,6 +14,11 @@ impl Place {
     /// Segment 1's order 1.
     pub(super) const FIRST: Self = Self(0);
 
+    /// The place of a number; none of one that there is not.
+    pub(super) fn from_index(index: u8) -> Option<Self> {
+        (usize::from(index) < PLACES).then_some(Self(index))
+    }
+
     /// All, in their order.
     pub(super) fn all() -> impl Iterator<Item = Self> {
         (0..PLACES as u8).map(Self)

@@ -59,6 +59,11 @@ impl Scores {
         }
     }
 
+    /// As when a change was told, of which the direction is not known any more.
+    pub const fn told(score: f32) -> Self {
+        Self([(score * UNIT) as u8; DIRECTIONS])
+    }
+
     /// The largest sum.
     #[must_use]
     pub fn largest(&self) -> f32 {

@@ -1,6 +1,7 @@
 //! What outlives a window: the reference, the sums of the tests, and what has been told.
 
 use super::config::WatchConfig;
+use super::kept::Kept;
 use super::places::{PLACES, Place};
 use super::row::{OWN_COLUMNS, Reading};
 use super::scores::Scores;
@@ -132,6 +133,34 @@ impl Watch {
     #[must_use]
     pub const fn has_told(&self) -> bool {
         self.has_told
+    }
+
+    /// What is kept over a restart; none while the reference is being learned.
+    #[must_use]
+    pub fn kept(&self) -> Option<Kept> {
+        (!self.learning).then_some(Kept {
+            reference_m: self.reference_m,
+            sigma_m: self.sigma_m,
+            correlation: self.correlation,
+            temperature_k: self.reference_temperature_k,
+            told: self.has_told.then_some(self.told),
+        })
+    }
+
+    /// Goes on from what was kept, after [`Watch::start`] for the same calibration. Times are then of before this start: zero.
+    pub fn restore(&mut self, kept: &Kept) {
+        (self.learning, self.seen) = (false, u16::MAX);
+        self.reference_m = kept.reference_m;
+        self.sigma_m = kept.sigma_m;
+        self.correlation = kept.correlation;
+        self.temperature_k = kept.temperature_k;
+        self.reference_temperature_k = kept.temperature_k;
+        if let Some(told) = kept.told {
+            (self.has_told, self.told) = (true, told);
+            if let Some(scores) = self.scores.get_mut(told.now.place.index()) {
+                *scores = Scores::told(self.config.score);
+            }
+        }
     }
 
     /// What is known.

@@ -28,10 +28,10 @@ pub(super) struct Told {
 /// Where a change is, its size and that size's deviation, metres rms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Present {
-    place: Place,
-    or_segment: Option<u8>,
+    pub place: Place,
+    pub or_segment: Option<u8>,
     pub size_m: f32,
-    deviation_m: f32,
+    pub deviation_m: f32,
 }
 
 impl Told {
@@ -84,6 +84,17 @@ impl Told {
 }
 
 impl Present {
+    /// As it was kept.
+    pub const fn kept(place: Place, of_either: bool, size_m: f32, deviation_m: f32) -> Self {
+        let other = place.other().segment() as u8;
+        Self {
+            place,
+            or_segment: if of_either { Some(other) } else { None },
+            size_m,
+            deviation_m,
+        }
+    }
+
     /// The wave that lowers the sum of squares most.
     pub fn of(sums: &[Windowed; PLACES]) -> Self {
         let gains = Place::all()

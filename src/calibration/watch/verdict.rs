@@ -95,6 +95,9 @@ impl core::fmt::Display for Verdict {
                 Ok(())
             }
             (_, Some(change)) => write!(f, "{change}"),
+            (_, None) if self.windows == 0 => {
+                f.write_str("as calibrated, as it was found before this start")
+            }
             (_, None) => write!(
                 f,
                 "as calibrated, by {} windows of motion up to {} s",

@@ -22,7 +22,7 @@ const CHANGE_S: f64 = 60.0;
 const SIZE_M: f64 = 1.0e-6;
 
 /// A board whose courier's calibration is in force.
-fn calibrated_board() -> Bench {
+fn calibrated_board() -> (Bench, SharedFlash) {
     let calibrated = Calibrated::new(|| presets::ideal(7), 1);
     let mut spec = presets::ideal(7);
     spec.effects.push(Box::new(OwnWave {
@@ -32,7 +32,8 @@ fn calibrated_board() -> Bench {
         course: Course::step(CHANGE_S),
     }));
     let world = World::new(spec, ControllerConfig::TYPICAL, Pose::default(), 7);
-    let mut bench = Bench::start(world.expect("monotonic"), SharedFlash::erased(7));
+    let flash = SharedFlash::erased(7);
+    let mut bench = Bench::start(world.expect("monotonic"), flash.clone());
     assert_eq!(
         bench.status().watch,
         Verdict::default(),
@@ -43,7 +44,7 @@ fn calibrated_board() -> Bench {
     calibration.quality = calibrated.quality;
     assert_eq!(bench.ask(Action::take_over(calibration)), Reply::Done);
     bench.run(50);
-    bench
+    (bench, flash)
 }
 
 /// Sends the courier from place to place until a time, or until `seen` says so of the status; whether it has.
@@ -77,7 +78,7 @@ fn work(
 
 #[test]
 fn the_board_tells_of_a_change_in_its_status_and_in_every_frame() {
-    let mut bench = calibrated_board();
+    let (mut bench, _) = calibrated_board();
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     assert_eq!(bench.status().watch.standing, Standing::Learning);
     let healthy = |verdict: &Verdict| verdict.standing == Standing::Healthy;
@@ -135,4 +136,41 @@ fn the_board_tells_of_a_change_in_its_status_and_in_every_frame() {
             .status
             .contains(Status::CALIBRATION_DRIFT)
     );
+}
+
+#[test]
+fn a_restart_forgets_neither_the_reference_nor_a_change() {
+    let (mut bench, flash) = calibrated_board();
+    let commit = Action::Commit {
+        lose_unknown: false,
+    };
+    assert!(matches!(bench.ask(commit), Reply::Place(_)));
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    let healthy = |verdict: &Verdict| verdict.standing == Standing::Healthy;
+    assert!(work(&mut bench, &mut rng, CHANGE_S as u32, healthy));
+    // The reference is there at once, and what changes after it is told.
+    let mut bench = Bench::start(bench.board.stop(), flash.clone());
+    bench.run(50);
+    assert_eq!(bench.status().watch.standing, Standing::Healthy);
+    let told = |verdict: &Verdict| verdict.change.is_some();
+    assert!(work(&mut bench, &mut rng, CHANGE_S as u32 + 60, told));
+    let before = bench.status().watch.change.expect("told");
+    assert_eq!((before.segment, before.order), (1, 2));
+    let mut bench = Bench::start(bench.board.stop(), flash);
+    bench.run(50);
+    let change = bench.status().watch.change.expect("told before");
+    assert_eq!((change.segment, change.order), (1, 2));
+    assert_eq!(change.size_m, before.size_m);
+    bench.run(50);
+    assert!(
+        bench
+            .board
+            .sample()
+            .status
+            .contains(Status::CALIBRATION_DRIFT)
+    );
+    // It is still there, and not taken back.
+    work(&mut bench, &mut rng, 40, |_| false);
+    let change = bench.status().watch.change.expect("told");
+    assert_eq!((change.segment, change.order), (1, 2));
 }

@@ -3,5 +3,6 @@
 mod bench;
 mod board;
 mod changes;
+mod kept;
 mod service;
 mod traffic;

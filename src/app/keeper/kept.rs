@@ -1,0 +1,62 @@
+//! What the watch over a calibration keeps, in flash: behind the calibration's record, in the page of its slot.
+//!
+//! Entries of [`KEPT_BYTES`] follow each other; the last whole one counts. A page has room for nine, and none is erased for them: they go
+//! with the calibration. A write that was cut short leaves an entry that does not count, and takes one place.
+
+use super::Keeper;
+use crate::calibration::watch::{KEPT_BYTES, Kept};
+use core::ops::Range;
+use embedded_storage::nor_flash::NorFlash;
+
+impl<F: NorFlash> Keeper<'_, '_, F> {
+    /// The last entry of the stored calibration in force, of the same kind of outputs: with a tooth map, or without.
+    #[inline(never)]
+    pub fn kept(&mut self) -> Option<Kept> {
+        let with_map = self.map().is_some();
+        let room = self.slots.room_behind(self.stored?.slot)?;
+        last(self.slots.flash_mut(), &room, with_map)
+    }
+
+    /// Adds an entry, if the calibration in force is stored and there is room; whether it was added.
+    #[inline(never)]
+    pub fn keep(&mut self, kept: &Kept) -> bool {
+        let with_map = self.map().is_some();
+        let stored = self.stored;
+        let room = stored.and_then(|place| self.slots.room_behind(place.slot));
+        room.is_some_and(|room| add(self.slots.flash_mut(), &room, kept, with_map))
+    }
+
+    /// Whether the calibration in force is stored: otherwise nothing is kept of it.
+    pub fn is_stored(&self) -> bool {
+        self.stored.is_some()
+    }
+}
+
+/// The last whole entry in a place of the flash that was kept with a tooth map in force, or without.
+pub fn last<F: NorFlash>(flash: &mut F, room: &Range<u32>, with_map: bool) -> Option<Kept> {
+    places(room).fold(None, |last, place| {
+        let mut bytes = [0; KEPT_BYTES];
+        let read = flash.read(place, &mut bytes).ok();
+        read.and_then(|()| Kept::from_bytes(&bytes, with_map))
+            .or(last)
+    })
+}
+
+/// Adds an entry behind the last place that anything was written to, so that nothing is programmed twice; whether there was room and the
+/// flash took it.
+pub fn add<F: NorFlash>(flash: &mut F, room: &Range<u32>, kept: &Kept, with_map: bool) -> bool {
+    let mut free = None;
+    for place in places(room).rev() {
+        let mut bytes = [0; KEPT_BYTES];
+        if flash.read(place, &mut bytes).is_err() || bytes != [0xFF; KEPT_BYTES] {
+            break;
+        }
+        free = Some(place);
+    }
+    free.is_some_and(|place| flash.write(place, &kept.bytes(with_map)).is_ok())
+}
+
+fn places(room: &Range<u32>) -> impl DoubleEndedIterator<Item = u32> + use<> {
+    let (start, entries) = (room.start, (room.end - room.start) / KEPT_BYTES as u32);
+    (0..entries).map(move |entry| start + entry * KEPT_BYTES as u32)
+}

@@ -1,0 +1,186 @@
+//! What of the watch is kept over a restart, as bytes: the reference, and what has been told.
+//!
+//! ```text
+//!  byte  0      2       3       4            68      72            76            80     84         88      92
+//!       | 57 02 | flags | place | 32 amounts | sigma | correlation | temperature | size | deviation | warmer | CRC-32 |
+//!                                i16, nm      f32     f32           f32, K        f32 m  f32 m       f32 K    ISO-HDLC
+//! ```
+//! Little endian. Flags: bit 0, a tooth map was in force; bit 1, a change had been told; bit 2, of either segment of its pair.
+
+use super::places::Place;
+use super::row::OWN_COLUMNS;
+use super::told::{Present, Told};
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+
+/// How many bytes: whole double words of flash.
+pub const KEPT_BYTES: usize = 96;
+const MAGIC: [u8; 2] = [0x57, 2];
+const WITH_MAP: u8 = 1;
+const HAS_TOLD: u8 = 2;
+const OF_EITHER: u8 = 4;
+const AMOUNTS: usize = 4;
+const NUMBERS: usize = AMOUNTS + 2 * OWN_COLUMNS;
+const CHECK: usize = KEPT_BYTES - 4;
+const _: () = assert!(NUMBERS + 6 * 4 == CHECK);
+
+/// Nanometres in a metre: an amount is kept to the nearest, up to 32 µm.
+const PER_M: f32 = 1.0e9;
+
+static CRC32: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+
+/// What is kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Kept {
+    /// Equation (3)'s amounts of the reference, metres.
+    pub reference_m: [f32; OWN_COLUMNS],
+    /// Deviation of a row, metres.
+    pub sigma_m: f32,
+    /// Correlation of a pair.
+    pub correlation: f32,
+    /// Of the reference, over the calibration's, kelvin.
+    pub temperature_k: f32,
+    /// What has been told; its times are of a start before.
+    pub(super) told: Option<Told>,
+}
+
+impl Kept {
+    /// As bytes. `with_map`: whether a tooth map is in force.
+    #[must_use]
+    pub fn bytes(&self, with_map: bool) -> [u8; KEPT_BYTES] {
+        let mut bytes = [0; KEPT_BYTES];
+        bytes[..2].copy_from_slice(&MAGIC);
+        let told = self.told.unwrap_or(Told::ZERO);
+        let or_segment = told.now.or_segment.is_some();
+        let flags = [
+            (with_map, WITH_MAP),
+            (self.told.is_some(), HAS_TOLD),
+            (or_segment, OF_EITHER),
+        ];
+        bytes[2] = flags
+            .iter()
+            .map(|(is_set, bit)| u8::from(*is_set) * bit)
+            .sum();
+        bytes[3] = told.now.place.index() as u8;
+        let amounts = bytes[AMOUNTS..NUMBERS].as_chunks_mut().0;
+        for (place, amount_m) in amounts.iter_mut().zip(self.reference_m) {
+            // The conversion saturates.
+            *place = ((amount_m * PER_M) as i16).to_le_bytes();
+        }
+        let numbers = [
+            self.sigma_m,
+            self.correlation,
+            self.temperature_k,
+            told.now.size_m,
+            told.now.deviation_m,
+            told.warmer_k,
+        ];
+        let places = bytes[NUMBERS..CHECK].as_chunks_mut().0;
+        for (place, number) in places.iter_mut().zip(numbers) {
+            *place = number.to_le_bytes();
+        }
+        let check = CRC32.checksum(&bytes[..CHECK]);
+        bytes[CHECK..].copy_from_slice(&check.to_le_bytes());
+        bytes
+    }
+
+    /// From bytes that were kept with a tooth map in force, or without; none if they are no such bytes, or hold what cannot be.
+    #[must_use]
+    pub fn from_bytes(bytes: &[u8; KEPT_BYTES], with_map: bool) -> Option<Self> {
+        let (message, check) = bytes.split_at(CHECK);
+        let flags = bytes[2];
+        if CRC32.checksum(message).to_le_bytes() != *check
+            || bytes[..2] != MAGIC
+            || (flags & WITH_MAP != 0) != with_map
+        {
+            return None;
+        }
+        let mut reference_m = [0.0; OWN_COLUMNS];
+        let amounts = bytes[AMOUNTS..NUMBERS].as_chunks().0;
+        for (amount_m, kept) in reference_m.iter_mut().zip(amounts) {
+            *amount_m = f32::from(i16::from_le_bytes(*kept)) / PER_M;
+        }
+        let mut numbers = [0.0; 6];
+        let kept = bytes[NUMBERS..CHECK].as_chunks().0;
+        for (number, kept) in numbers.iter_mut().zip(kept) {
+            *number = f32::from_le_bytes(*kept);
+        }
+        let [
+            sigma_m,
+            correlation,
+            temperature_k,
+            size_m,
+            deviation_m,
+            warmer_k,
+        ] = numbers;
+        let is_possible = sigma_m > 0.0
+            && (0.0..1.0).contains(&correlation)
+            && numbers.iter().all(|number| number.is_finite());
+        let place = Place::from_index(bytes[3])?;
+        let told = Told {
+            now: Present::kept(place, flags & OF_EITHER != 0, size_m, deviation_m),
+            warmer_k,
+            ..Told::ZERO
+        };
+        is_possible.then_some(Self {
+            reference_m,
+            sigma_m,
+            correlation,
+            temperature_k,
+            told: (flags & HAS_TOLD != 0).then_some(told),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn kept(told: Option<Told>) -> Kept {
+        Kept {
+            reference_m: core::array::from_fn(|i| (i as f32 - 16.0) * 0.25e-6),
+            sigma_m: 0.9e-6,
+            correlation: 0.95,
+            temperature_k: -1.5,
+            told,
+        }
+    }
+
+    #[test]
+    fn what_is_kept_comes_back_and_a_changed_byte_does_not() {
+        let place = Place::of(2, 4).unwrap();
+        let told = Told {
+            now: Present::kept(place, true, 0.6e-6, 0.02e-6),
+            warmer_k: 3.0,
+            ..Told::ZERO
+        };
+        for (told, with_map) in [(None, false), (Some(told), true)] {
+            let kept = kept(told);
+            let bytes = kept.bytes(with_map);
+            let back = Kept::from_bytes(&bytes, with_map).unwrap();
+            assert_eq!((back.told, back.sigma_m), (kept.told, kept.sigma_m));
+            for (back, kept) in back.reference_m.iter().zip(kept.reference_m) {
+                assert!((back - kept).abs() <= 1.0e-9, "{back} {kept}");
+            }
+            assert_eq!(Kept::from_bytes(&bytes, !with_map), None);
+            for i in 0..KEPT_BYTES {
+                let mut changed = bytes;
+                changed[i] ^= 0x10;
+                assert_eq!(Kept::from_bytes(&changed, with_map), None, "byte {i}");
+            }
+        }
+        assert_eq!(Kept::from_bytes(&[0xFF; KEPT_BYTES], false), None);
+        assert_eq!(Kept::from_bytes(&[0; KEPT_BYTES], false), None);
+    }
+
+    #[test]
+    fn what_cannot_be_is_not_taken() {
+        for sigma_m in [f32::NAN, 0.0, -1.0e-6, f32::INFINITY] {
+            let bytes = Kept {
+                sigma_m,
+                ..kept(None)
+            }
+            .bytes(false);
+            assert_eq!(Kept::from_bytes(&bytes, false), None, "{sigma_m}");
+        }
+    }
+}
