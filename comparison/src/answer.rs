@@ -87,6 +87,8 @@ pub struct Pair {
     pub terms: Vec<Change>,
     /// The change over a tooth.
     pub map: Vec<Cell>,
+    /// What one of them has alone, or held: it is not compared.
+    pub left_out: Vec<String>,
 }
 
 /// A place over a tooth at the angle zero, and a number of each quantity there.
@@ -113,6 +115,8 @@ pub struct Line {
     pub straying: JointTest,
     /// Whether the chance of that is below 5 %.
     pub strays: bool,
+    /// By how much each ± is raised for it.
+    pub raised: f64,
     /// The largest slope of x, y and the angle over the workspace, a day or a step.
     pub largest: Vec<Largest>,
     /// Slopes by term: the change is that of a day or a step.
@@ -221,6 +225,7 @@ fn pair(first: &Estimate, second: &Estimate, turn_rad: f64) -> Pair {
         effects: changes::effects(&compared),
         terms: changes::terms(&compared),
         map: change_map(&apart.unknowns, &values, &workspace),
+        left_out: apart.left_out,
     }
 }
 
@@ -269,6 +274,7 @@ fn line(estimates: &[Estimate], turn_rad: f64) -> Result<Line, String> {
         over: trend.over,
         changes: is_change(trend.slope_test.chance),
         strays: is_change(trend.straying.chance),
+        raised: trend.raised,
         largest: largest_of_all(&known, &workspace),
         terms: changes::terms(&compared),
         at: trend.at,

@@ -12,7 +12,7 @@
 //! uniform over a turn to either side that is `sin(n d) / (n d)` at the largest d. That is not in the record; the worst predicted
 //! deviation, `noise^2 2/N sum 1 / (1 - C_n^2)` (`courier_sensor::calibration::Planner`), tells it.
 
-use courier_sensor::calibration::record::{Calibration, Gauge, Method};
+use courier_sensor::calibration::record::Calibration;
 use courier_sensor::equations::PARITY_SIGN;
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::model::{Multiplier, Term};
@@ -47,12 +47,6 @@ pub struct Design {
 /// Why it cannot be told.
 pub fn of(calibration: &Calibration) -> Result<Design, String> {
     let quality = &calibration.quality;
-    if calibration.method == Method::Joint || calibration.gauge != Gauge::OffsetsSpread {
-        return Err(
-            "a joint calibration's record does not tell how well its unknowns are known together"
-                .into(),
-        );
-    }
     let orders: Vec<u8> = calibration
         .model
         .terms
@@ -194,7 +188,6 @@ mod tests {
             change(&mut calibration);
             of(&calibration).unwrap_err()
         };
-        assert!(told(|c| c.method = Method::Joint).contains("joint"));
         assert!(told(|c| c.quality.poses = 0).contains("not made by"));
         assert!(told(|c| c.quality.unknowns = 41).contains("loaded over"));
         assert!(told(|c| c.model.constants_m = [1.0e-6, 2.0e-6, 0.0, 0.0]).contains("loaded over"));

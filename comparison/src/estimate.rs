@@ -32,6 +32,10 @@ pub struct Unknown {
 
 /// What the own orders of equation (3) belong to.
 pub const EQUATION_3: &str = "equation (3)";
+/// What height and lever arm belong to.
+pub const EQUATION_11: &str = "equation (11)";
+/// What the diode's own errors of a joint calibration belong to.
+pub const COORDINATION_SENSOR: &str = "coordination sensor";
 
 impl Unknown {
     /// A coefficient of the error model, named as the diagnosis names it.
@@ -48,6 +52,12 @@ impl Unknown {
             unit: unit(&wave.term),
             wave: Some(wave),
         }
+    }
+
+    /// Whether it belongs to an effect of the catalogue, which may be there or not.
+    #[must_use]
+    pub fn is_of_an_effect(&self) -> bool {
+        ![EQUATION_3, EQUATION_11, COORDINATION_SENSOR].contains(&self.effect.as_str())
     }
 
     /// Whether it is the same as another: of two estimates.
@@ -149,6 +159,8 @@ pub struct Estimate {
     pub parity: Option<(f64, f64)>,
     /// Amplitude of each segment, counts; zero where not known.
     pub amplitude_counts: [f64; 4],
+    /// Whether effects that it does not have were looked for and not found: a diagnosis looks for all, a calibration fits what it is told.
+    pub looked_for_all: bool,
     /// What is left out of it, and why.
     pub left_out: Vec<String>,
 }

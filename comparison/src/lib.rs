@@ -1,17 +1,19 @@
 //! Calibrations compared: whether their difference is more than chance, which terms changed, by how many micrometres and where; how
 //! several of them go with time; and what a calibrated position or angle is worth, as an uncertainty budget.
 //!
-//! `estimate` (values and covariance of one calibration; `record` makes it of what a board stores, by `design`) -> `difference` ->
+//! `estimate` (values and covariance of one calibration; `record` makes it of what a board stores, by `design` or, under a beacon, `joint`) -> `difference` ->
 //! `significance` (all together), `changes` (term by term), `largest` (over the `workspace`), `trend` (over several); `budget` is of
 //! one estimate. `answer` puts together what is asked. `distribution` has the quantiles. Values in, values out: no file, no clock.
 
 pub mod answer;
 pub mod budget;
 pub mod changes;
+mod coefficients;
 mod design;
 pub mod difference;
 pub mod distribution;
 pub mod estimate;
+mod joint;
 pub mod largest;
 pub mod record;
 pub mod significance;

@@ -1,32 +1,127 @@
 //! The estimate of a calibration that a board stores.
 
+use crate::coefficients::coefficients;
 use crate::design::{self, Design};
-use crate::estimate::{Certainty, Estimate, Unknown, Wave};
+use crate::estimate::{COORDINATION_SENSOR, Certainty, EQUATION_11, Estimate, Unknown};
+use crate::joint::{self, JointDesign};
 use courier_sensor::calibration::record::{Calibration, Method};
-use courier_sensor::frame::SEGMENTS;
 use nalgebra::{DMatrix, DVector};
 
 /// Of a record that is called `name`.
 #[must_use]
 pub fn estimate(name: &str, calibration: &Calibration) -> Estimate {
-    let (unknowns, values) = coefficients(calibration);
-    let design = design::of(calibration);
-    let parity = design
-        .as_ref()
-        .ok()
-        .map(|design| (design.noise_m, design.freedom));
+    let (mut unknowns, mut values) = coefficients(calibration);
     let left_m = f64::from(calibration.quality.residual_after_m);
+    let by_itself = (left_m > 0.0).then_some((left_m, f64::INFINITY));
+    let (certainty, parity) = match calibration.method {
+        Method::Platen => {
+            let design = design::of(calibration);
+            let parity = design.as_ref().ok().map(|of| (of.noise_m, of.freedom));
+            (
+                design.map(|of| platen(&of, &unknowns)),
+                parity.or(by_itself),
+            )
+        }
+        Method::Joint => {
+            let (further, lengths) = beacon_unknowns(calibration);
+            unknowns.extend(further);
+            values.extend(lengths);
+            let design = joint::of(calibration);
+            (design.map(|of| under_beacon(&of, &unknowns)), by_itself)
+        }
+    };
     Estimate {
         name: name.into(),
         about: about(calibration),
         made_s: calibration.made.unix_s.map(|unix_s| unix_s as f64),
         geometry: calibration.geometry,
-        certainty: design.map(|design| certainty(&design, &unknowns)),
-        parity: parity.or((left_m > 0.0).then_some((left_m, f64::INFINITY))),
+        certainty,
+        parity,
         amplitude_counts: calibration.amplitude_counts.map(f64::from),
+        looked_for_all: false,
         left_out: left_out(calibration),
         unknowns,
         values: DVector::from_vec(values),
+    }
+}
+
+/// Height, lever arm and the diode's own errors where any was found, named as the diagnosis names the first three.
+fn beacon_unknowns(calibration: &Calibration) -> (Vec<Unknown>, Vec<f64>) {
+    let geometry = &calibration.geometry;
+    let lengths = [geometry.height_m, geometry.lever_m[0], geometry.lever_m[1]];
+    let named = |fitted: joint::Fitted| Unknown {
+        effect: if joint::LENGTHS.contains(&fitted) {
+            EQUATION_11
+        } else {
+            COORDINATION_SENSOR
+        }
+        .into(),
+        name: beacon_name(fitted),
+        unit: beacon_unit(fitted).into(),
+        wave: None,
+    };
+    let mut list: Vec<(Unknown, f64)> = joint::LENGTHS
+        .into_iter()
+        .map(named)
+        .zip(lengths.map(f64::from))
+        .collect();
+    let sensor = calibration
+        .beacon
+        .iter()
+        .flat_map(|beacon| beacon.sensor.iter().zip(joint::sensor_unknowns()));
+    list.extend(
+        sensor
+            .filter(|(value, _)| **value != 0.0)
+            .map(|(value, of)| (named(of), f64::from(*value))),
+    );
+    list.into_iter().unzip()
+}
+
+fn beacon_name(fitted: joint::Fitted) -> String {
+    match fitted {
+        joint::Fitted::Height => "height h".into(),
+        joint::Fitted::Lever(axis) => format!("lever l_{}", ['x', 'y'][axis]),
+        other => other.to_string(),
+    }
+}
+
+fn beacon_unit(fitted: joint::Fitted) -> &'static str {
+    match fitted {
+        joint::Fitted::Height | joint::Fitted::Lever(_) => "m",
+        joint::Fitted::Turn => "rad",
+        _ => "1",
+    }
+}
+
+/// The joint fit's covariance for a list of unknowns.
+fn under_beacon(design: &JointDesign, unknowns: &[Unknown]) -> Certainty {
+    let place = |unknown: &Unknown| {
+        design
+            .unknowns
+            .iter()
+            .position(|fitted| match (*fitted, unknown.wave) {
+                (
+                    joint::Fitted::Coefficient {
+                        segment,
+                        term,
+                        part,
+                    },
+                    Some(wave),
+                ) => (segment, term, part == 1) == (wave.segment, wave.term, wave.cosine),
+                (joint::Fitted::Coefficient { .. }, None) => false,
+                (fitted, None) => beacon_name(fitted) == unknown.name,
+                _ => false,
+            })
+    };
+    let places: Vec<Option<usize>> = unknowns.iter().map(place).collect();
+    let element = |a: usize, b: usize| match (places[a], places[b]) {
+        (Some(a), Some(b)) => design.covariance[(a, b)],
+        _ => 0.0,
+    };
+    Certainty {
+        covariance: DMatrix::from_fn(unknowns.len(), unknowns.len(), element),
+        freedom: design.freedom,
+        source: design.source.clone(),
     }
 }
 
@@ -41,31 +136,8 @@ fn about(calibration: &Calibration) -> String {
     )
 }
 
-/// Every coefficient of the error model but the constants.
-fn coefficients(calibration: &Calibration) -> (Vec<Unknown>, Vec<f64>) {
-    let mut list = Vec::new();
-    for (term, rows) in calibration
-        .model
-        .terms
-        .iter()
-        .zip(&calibration.model.coefficients)
-    {
-        for segment in 0..SEGMENTS {
-            for part in usize::from(!term.periodic())..2 {
-                let wave = Wave {
-                    segment,
-                    term: *term,
-                    cosine: part == 1,
-                    share: 1.0,
-                };
-                list.push((Unknown::of_wave(wave), f64::from(rows[segment][part])));
-            }
-        }
-    }
-    list.into_iter().unzip()
-}
-
-fn certainty(design: &Design, unknowns: &[Unknown]) -> Certainty {
+/// The platen fit's covariance for a list of unknowns.
+fn platen(design: &Design, unknowns: &[Unknown]) -> Certainty {
     let of = |unknown: &Unknown| {
         let wave = unknown.wave.filter(|wave| design::fitted(&wave.term))?;
         let order = design

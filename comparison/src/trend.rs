@@ -38,12 +38,14 @@ pub struct Trend {
     pub unknowns: Vec<Unknown>,
     /// Slope of each, its unit a day or a step.
     pub slope: DVector<f64>,
-    /// Covariance of the slopes.
+    /// Covariance of the slopes, raised where the estimates stray.
     pub certainty: Certainty,
     /// Whether there is a slope at all.
     pub slope_test: JointTest,
-    /// Whether estimates stray from the line more than their covariances allow: then the slopes' ± are too small.
+    /// Whether estimates stray from the line more than their covariances allow.
     pub straying: JointTest,
+    /// By how much the slopes' ± are raised for that: the Birge ratio (Birge 1932, Physical Review 40, 207), not below one.
+    pub raised: f64,
 }
 
 /// Seconds a day.
@@ -75,12 +77,22 @@ pub fn trend(estimates: &[Estimate]) -> Result<Trend, String> {
     let (over, at) = places(estimates);
     let lines = Lines::new(estimates, &certainties, &unknowns, &at);
     let freedom = effective_freedom(certainties.iter().map(|of| (1.0, of.freedom)));
-    let slope_covariance = lines.covariance_of_slopes();
+    let straying = lines.straying(freedom);
+    let raised = straying.mean_square.max(1.0).sqrt();
+    let slope_covariance = raised * raised * lines.covariance_of_slopes();
+    // What was raised is known as well as the straying is.
+    let known = if raised > 1.0 {
+        straying.directions as f64
+    } else {
+        f64::INFINITY
+    };
+    let freedom = freedom.min(known);
     let slope_test = Root::of(&slope_covariance).test(&lines.slope, freedom);
     Ok(Trend {
         over,
         slope_test,
-        straying: lines.straying(freedom),
+        straying,
+        raised,
         slope: lines.slope,
         certainty: Certainty {
             covariance: slope_covariance,
@@ -251,6 +263,17 @@ mod tests {
     fn what_strays_from_a_line_is_told() {
         let trend = trend(&series(&[0.0, 3.0e-6, 0.0, 3.0e-6])).unwrap();
         assert!(trend.straying.chance < 1.0e-6, "{trend:?}");
+        // 0, 3, 0 and 3 µm leave 7.2 µm² beside their line, of 0.01 µm² each, in two of the four directions left.
+        assert!(
+            (trend.raised / (720.0_f64 / 4.0).sqrt() - 1.0).abs() < 1.0e-6,
+            "{trend:?}"
+        );
+        let deviation = trend.certainty.covariance[(0, 0)].sqrt();
+        let alone = 0.1e-6 / 20.0_f64.sqrt();
+        assert!(
+            (deviation / (trend.raised * alone) - 1.0).abs() < 1.0e-9,
+            "{deviation:e}"
+        );
     }
 
     #[test]

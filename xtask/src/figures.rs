@@ -32,6 +32,9 @@ const SOURCES: &[(&str, &str, &[&str])] = &[
         "suite",
         &["replay::real_recordings", "replay::four_segments"],
     ),
+    // The nightly forms, of 1,000 pairs, print the same.
+    ("comparison", "coverage", &["told_as_often_as_is_said"]),
+    ("comparison", "joint", &["tells_its_covariance"]),
 ];
 
 /// Runs the tests and prints their figures.

@@ -3,7 +3,7 @@
 use super::source::Compared;
 use crate::board_model::waves;
 use anyhow::{Result, ensure};
-use comparison::estimate::{Certainty, EQUATION_3, Estimate, Unknown, Wave};
+use comparison::estimate::{Certainty, EQUATION_3, EQUATION_11, Estimate, Unknown, Wave};
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::model::Term;
@@ -64,6 +64,7 @@ pub fn estimate(name: &str, model: &Model) -> Result<Compared> {
         certainty,
         parity: parity.map(|channel| (channel.after_rms_m, f64::INFINITY)),
         amplitude_counts: [0.0; SEGMENTS],
+        looked_for_all: true,
         left_out: vec![
             "offsets, and the beacon's place: they go with where the tooth counts began (gauge)"
                 .to_owned(),
@@ -88,7 +89,7 @@ fn amounts(model: &Model) -> Vec<Amount> {
         ];
         list.extend(lengths.map(|(name, value)| Amount {
             unknown: Unknown {
-                effect: "equation (11)".into(),
+                effect: EQUATION_11.into(),
                 name: name.into(),
                 unit: "m".into(),
                 wave: None,

@@ -119,6 +119,7 @@ fn pair(pair: &Pair, pitch_m: f64, place: usize) -> Markup {
             p { (words::verdict(pair)) }
             @for line in words::effects(pair) { p { (line) } }
             (table(&header, &rows))
+            @for line in &pair.left_out { p.note { (line) } }
         }
         @if let (Some(change), Some(terms)) = (CHANGES.get(place), TERM_CHANGES.get(place)) {
             (drawn(&change_map(pair, change)))

@@ -42,6 +42,7 @@ pub fn estimate(name: &str, recording: &Recording) -> Result<Compared> {
         values: DVector::from_vec(values),
         parity: parity(&fits),
         amplitude_counts: [meta.electronics.amplitude_counts.unwrap_or(0.0); SEGMENTS],
+        looked_for_all: false,
         left_out: vec![
             "offsets: they go with where the tooth counts, or the reference, began (gauge)"
                 .to_owned(),

@@ -65,6 +65,7 @@ fn pair(pair: &Pair, pitch_m: f64) -> String {
     let mut parts = vec![first, drawn(&words::largest(&pair.largest, pitch_m, ""))];
     parts.extend(words::effects(pair));
     parts.extend(terms(&pair.terms, ""));
+    parts.extend(pair.left_out.iter().cloned());
     parts.join("\n")
 }
 

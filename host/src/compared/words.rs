@@ -79,8 +79,9 @@ pub fn slope(line: &Line) -> Vec<String> {
     };
     let straying = line.strays.then(|| {
         format!(
-            "they stray from the line beyond chance ({}): it is no steady change, and the ± are too small",
-            of_test(&line.straying)
+            "they stray from the line beyond chance ({}): each ± is raised by {}",
+            of_test(&line.straying),
+            figure(line.raised)
         )
     });
     let first = format!(

@@ -179,7 +179,7 @@ fn a_page_shows_the_change_and_the_budget() {
     assert_eq!(once.len(), anchors.len(), "{anchors:?}");
 }
 
-/// A joint calibration's record tells no covariance, nor does one over which a model was loaded: the difference stands alone.
+/// A joint calibration that did not fit all together tells no covariance, nor does one over which a model was loaded: the difference stands alone.
 #[test]
 fn without_a_covariance_the_difference_alone_is_told() {
     let folder = folder();
@@ -197,7 +197,7 @@ fn without_a_covariance_the_difference_alone_is_told() {
     loaded.model.coefficients.push([[0.0; 2]; 4]).unwrap();
     write(folder.path(), "loaded.json", loaded);
     for (name, why) in [
-        ("joint.json", "joint calibration"),
+        ("joint.json", "33 unknowns were fitted last"),
         ("loaded.json", "a model was loaded over it"),
     ] {
         let text = compare(folder.path(), &format!("a.json {name}")).quiet();
