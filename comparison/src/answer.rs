@@ -6,7 +6,7 @@ use crate::difference::Difference;
 use crate::estimate::{Certainty, Estimate, Unknown};
 use crate::largest::{Known, Largest, largest};
 use crate::significance::{JointTest, Root};
-use crate::trend::{Over, trend};
+use crate::trend::{Over, scatter, trend};
 use crate::workspace::{Pose, Quantity, Workspace, row};
 use nalgebra::DVector;
 use serde::Serialize;
@@ -20,6 +20,8 @@ pub struct Question {
     pub budget: Option<Conditions>,
     /// Where; where it is largest if not said.
     pub at: Option<Pose>,
+    /// So many of the first are repeats of one state, whose scatter tells what chance is; 0 or 1 where none are.
+    pub repeats: usize,
 }
 
 /// All that is told.
@@ -27,6 +29,9 @@ pub struct Question {
 pub struct Answer {
     /// What was compared.
     pub compared: Vec<Input>,
+    /// How far the repeats scatter, where there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub repeats: Option<Told<Repeats>>,
     /// Each but the first, against the first.
     pub differences: Vec<Pair>,
     /// The straight line through three or more.
@@ -66,6 +71,15 @@ pub struct Input {
     pub certainty: Told<String>,
     /// What is left out of it, and why.
     pub left_out: Vec<String>,
+}
+
+/// Repeats of one state.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Repeats {
+    /// How far they scatter about their mean.
+    pub test: JointTest,
+    /// By how much each ± is raised for it: the Birge ratio (Birge 1932, Physical Review 40, 207), not below one.
+    pub raised: f64,
 }
 
 /// One against another.
@@ -156,23 +170,46 @@ pub struct Range {
 /// Of one estimate or more of one courier.
 #[must_use]
 pub fn answer(estimates: &[Estimate], question: &Question) -> Answer {
-    let pairs = estimates
-        .iter()
-        .skip(1)
-        .map(|second| pair(&estimates[0], second, question.turn_rad));
+    let repeats = (question.repeats > 1).then(|| repeats(estimates, question.repeats));
+    let raised: Vec<Estimate> = match &repeats {
+        Some(Ok(repeats)) => estimates.iter().map(|of| raise(of, repeats)).collect(),
+        _ => estimates.to_vec(),
+    };
+    let pairs = raised.iter().skip(1);
+    let pairs = pairs.map(|second| pair(&raised[0], second, question.turn_rad));
     let budgets = question.budget.map(|conditions| {
         let one = |of: &Estimate| {
-            budgets(of, &conditions, question)
-                .map_err(|why| format!("{}: {why}", of.name))
-                .into()
+            let told = budgets(of, &conditions, question);
+            told.map_err(|why| format!("{}: {why}", of.name)).into()
         };
-        estimates.iter().map(one).collect()
+        raised.iter().map(one).collect()
     });
     Answer {
         compared: estimates.iter().map(input).collect(),
+        repeats: repeats.map(Told::from),
         differences: pairs.collect(),
-        trend: (estimates.len() > 2).then(|| line(estimates, question.turn_rad).into()),
+        trend: (raised.len() > 2).then(|| line(&raised, question.turn_rad).into()),
         budgets: budgets.unwrap_or_default(),
+    }
+}
+
+fn repeats(estimates: &[Estimate], count: usize) -> Result<Repeats, String> {
+    let test = scatter(&estimates[..count.min(estimates.len())])?;
+    let raised = test.mean_square.max(1.0).sqrt();
+    Ok(Repeats { test, raised })
+}
+
+/// The same with a covariance that explains the repeats' scatter. A pair shares the one scale, so each side has half of its degrees of
+/// freedom.
+fn raise(estimate: &Estimate, repeats: &Repeats) -> Estimate {
+    let raise = |certainty: &Certainty| Certainty {
+        covariance: repeats.raised * repeats.raised * &certainty.covariance,
+        freedom: certainty.freedom.min(0.5 * repeats.test.directions as f64),
+        source: certainty.source.clone(),
+    };
+    Estimate {
+        certainty: estimate.certainty.as_ref().map(raise).map_err(Clone::clone),
+        ..estimate.clone()
     }
 }
 
@@ -346,6 +383,7 @@ mod tests {
         turn_rad: 8.727e-3,
         budget: None,
         at: None,
+        repeats: 0,
     };
 
     #[test]
@@ -374,6 +412,32 @@ mod tests {
             (line.largest[0].value.abs() / 0.5e-6 - 1.0).abs() < 1.0e-6,
             "{line:?}"
         );
+    }
+
+    /// Three repeats that scatter by ten deviations: what was a change is none.
+    #[test]
+    fn repeats_tell_what_chance_is() {
+        let list = [0.0, 1.0e-6, 2.0e-6, 3.0e-6].map(|value| of_order(1, [value, 0.0], 0.1e-6));
+        let told = answer(
+            &list,
+            &Question {
+                repeats: 3,
+                ..QUESTION
+            },
+        );
+        let Some(Told::Known(repeats)) = &told.repeats else {
+            panic!("{told:?}")
+        };
+        // 2 µm² about their mean, of 0.01 each, over four directions.
+        assert!(
+            (repeats.raised / 50.0_f64.sqrt() - 1.0).abs() < 1.0e-6,
+            "{repeats:?}"
+        );
+        let changed = |told: &Answer| -> Vec<Option<bool>> {
+            told.differences.iter().map(|pair| pair.changed).collect()
+        };
+        assert_eq!(changed(&told)[..2], [Some(false); 2]);
+        assert_eq!(changed(&answer(&list, &QUESTION)), [Some(true); 3]);
     }
 
     #[test]

@@ -62,22 +62,11 @@ pub fn trend(estimates: &[Estimate]) -> Result<Trend, String> {
             estimates.len()
         ));
     }
-    let certainties: Vec<&Certainty> = estimates
-        .iter()
-        .map(|of| {
-            of.certainty
-                .as_ref()
-                .map_err(|why| format!("{}: {why}", of.name))
-        })
-        .collect::<Result<_, _>>()?;
-    let unknowns = common(estimates);
-    if unknowns.is_empty() {
-        return Err("no unknown that all calibrations have estimated".into());
-    }
+    let (certainties, unknowns) = shared(estimates)?;
     let (over, at) = places(estimates);
     let lines = Lines::new(estimates, &certainties, &unknowns, &at);
     let freedom = effective_freedom(certainties.iter().map(|of| (1.0, of.freedom)));
-    let straying = lines.straying(freedom);
+    let straying = lines.straying(freedom, 2);
     let raised = straying.mean_square.max(1.0).sqrt();
     let slope_covariance = raised * raised * lines.covariance_of_slopes();
     // What was raised is known as well as the straying is.
@@ -102,6 +91,45 @@ pub fn trend(estimates: &[Estimate]) -> Result<Trend, String> {
         unknowns,
         at,
     })
+}
+
+/// How far estimates of one state scatter about their mean, in their own deviations: about one where their covariances are right.
+///
+/// # Errors
+/// Fewer than two, one without a covariance, or nothing that all have estimated.
+pub fn scatter(estimates: &[Estimate]) -> Result<JointTest, String> {
+    if estimates.len() < 2 {
+        return Err(format!("{} repeats, wanted 2 or more", estimates.len()));
+    }
+    let (certainties, unknowns) = shared(estimates)?;
+    let lines = Lines::new(
+        estimates,
+        &certainties,
+        &unknowns,
+        &vec![0.0; estimates.len()],
+    );
+    let freedom = effective_freedom(certainties.iter().map(|of| (1.0, of.freedom)));
+    Ok(lines.straying(freedom, 1))
+}
+
+/// Each one's covariance, and the unknowns that all have estimated.
+fn shared(estimates: &[Estimate]) -> Result<(Vec<&Certainty>, Vec<Unknown>), String> {
+    let known = |of: &'_ Estimate| {
+        of.certainty
+            .as_ref()
+            .map_err(|why| format!("{}: {why}", of.name))
+            .map(|_| ())
+    };
+    estimates.iter().try_for_each(known)?;
+    let certainties = estimates
+        .iter()
+        .filter_map(|of| of.certainty.as_ref().ok())
+        .collect();
+    let unknowns = common(estimates);
+    if unknowns.is_empty() {
+        return Err("no unknown that all calibrations have estimated".into());
+    }
+    Ok((certainties, unknowns))
 }
 
 /// Unknowns that every estimate has estimated.
@@ -197,14 +225,14 @@ impl Lines {
         0.5 * (&block + block.transpose())
     }
 
-    /// What estimates leave beside the line, over the directions that the line has not taken.
-    fn straying(&self, freedom: f64) -> JointTest {
+    /// What estimates leave beside the line, over the directions that it has not taken: of as many estimates as it has `points` that fix it.
+    fn straying(&self, freedom: f64, points: usize) -> JointTest {
         let left = |(values, weight, at): &(DVector<f64>, DMatrix<f64>, f64)| {
             let off = values - &self.middle - *at * &self.slope;
             (off.transpose() * weight * &off)[(0, 0)]
         };
         let square: f64 = self.parts.iter().map(left).sum();
-        let line = 2 * self.directions / self.parts.len();
+        let line = points * self.directions / self.parts.len();
         let directions = self.directions.saturating_sub(line);
         let mean_square = square / directions.max(1) as f64;
         JointTest {
@@ -286,6 +314,15 @@ mod tests {
             (Over::Order, &[0.0, 1.0, 2.0][..])
         );
         assert!((trend.slope[0] / 1.0e-6 - 1.0).abs() < 1.0e-9);
+    }
+
+    /// Means of 1 µm and zero: 2 µm² beside them, of 0.01 µm² each, over four directions.
+    #[test]
+    fn repeats_scatter_about_their_mean() {
+        let test = scatter(&series(&[0.0, 1.0e-6, 2.0e-6])).unwrap();
+        assert_eq!(test.directions, 4);
+        assert!((test.mean_square / 50.0 - 1.0).abs() < 1.0e-6, "{test:?}");
+        assert!(scatter(&series(&[0.0])).unwrap_err().contains("1 repeats"));
     }
 
     #[test]

@@ -47,6 +47,9 @@ pub struct Args {
     /// Largest angle of the workspace, degrees.
     #[arg(long, value_name = "DEG", default_value_t = 0.5)]
     turn_deg: f64,
+    /// So many of the first are repeats of one state, whose scatter tells what chance is.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    repeats: usize,
     /// Compare them though they are of different boards.
     #[arg(long)]
     other_device: bool,
@@ -131,6 +134,12 @@ impl Args {
             "{}: found it alone, wanted two or more to compare, or --budget",
             self.inputs[0].display()
         );
+        let most = self.inputs.len();
+        ensure!(
+            self.repeats == 0 || (2..=most).contains(&self.repeats),
+            "--repeats: found {}, wanted 2 to {most}, as many as there are",
+            self.repeats
+        );
         // Beyond three degrees the lateral phases are ambiguous (`signal/src/model/basis.rs`).
         let turn_rad = within("--turn-deg", self.turn_deg, 0.0, 2.8)?.to_radians();
         let teeth_m = match self.teeth_um {
@@ -150,6 +159,7 @@ impl Args {
             turn_rad,
             budget: self.budget.then_some(conditions),
             at,
+            repeats: self.repeats,
         })
     }
 }

@@ -35,6 +35,7 @@ pub fn page(answer: &Answer, geometry: &Geometry, origin: &Origin) -> String {
         }
         main {
             (inputs(answer))
+            @if let Some(repeats) = &answer.repeats { p.note { (words::repeats(repeats)) } }
             @for (place, of) in answer.differences.iter().enumerate() { (pair(of, pitch_m, place)) }
             @match &answer.trend {
                 Some(Told::Known(of)) => { (line(of, pitch_m)) }

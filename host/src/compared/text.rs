@@ -19,6 +19,7 @@ pub fn text(answer: &Answer, geometry: &Geometry) -> String {
         .iter()
         .map(|of| format!("{}: {}", of.name, input(of)));
     let mut parts = vec![inputs.collect::<Vec<_>>().join("\n")];
+    parts.extend(answer.repeats.as_ref().map(words::repeats));
     parts.extend(answer.differences.iter().map(|of| pair(of, pitch_m)));
     match &answer.trend {
         Some(Told::Known(of)) => parts.push(line(of, pitch_m)),

@@ -1,7 +1,7 @@
 //! What an answer of `courier compare` is told in: words, units and tables, for the terminal and for the page.
 
 use crate::terminal::{figure, micrometres};
-use comparison::answer::{Budgets, Input, Line, Pair, Told};
+use comparison::answer::{Budgets, Input, Line, Pair, Repeats, Told};
 use comparison::budget::{Budget, Contribution, Kind};
 use comparison::changes::Change;
 use comparison::largest::Largest;
@@ -50,6 +50,19 @@ pub fn verdict(pair: &Pair) -> String {
         (Told::Known(test), Some(true)) => format!("changed beyond chance ({})", of_test(test)),
         (Told::Known(test), _) => format!("no change beyond chance ({})", of_test(test)),
         (Told::Unknown(why), _) => format!("whether that is more than chance is not told: {why}"),
+    }
+}
+
+/// How far repeats scatter, and what follows of it.
+#[must_use]
+pub fn repeats(repeats: &Told<Repeats>) -> String {
+    match repeats {
+        Told::Known(of) => format!(
+            "repeats scatter about their mean ({}): each ± is raised by {}",
+            of_test(&of.test),
+            figure(of.raised)
+        ),
+        Told::Unknown(why) => format!("repeats: not told: {why}"),
     }
 }
 

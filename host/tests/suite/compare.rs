@@ -106,6 +106,23 @@ fn three_have_a_trend() {
 }
 
 #[test]
+fn repeats_tell_what_chance_is() {
+    let folder = folder();
+    let text = compare(folder.path(), "a.json b.json c.json --repeats 2").quiet();
+    assert!(
+        text.contains("repeats scatter about their mean") && text.contains("raised by 1.00"),
+        "{text}"
+    );
+    // With all three as repeats of one state nothing has changed.
+    let told = compare(folder.path(), "a.json b.json c.json --repeats 3 --json").json();
+    assert!(
+        told["repeats"]["known"]["raised"].as_f64().unwrap() > 2.0,
+        "{told}"
+    );
+    assert_eq!(told["differences"][1]["changed"], false, "{told}");
+}
+
+#[test]
 fn a_budget_lists_its_contributions() {
     let folder = folder();
     let words = "a.json --budget --at 50.8,0,0 --within-k 2 --teeth-um 0.5 --json";
@@ -258,7 +275,11 @@ fn what_cannot_be_compared_is_refused_in_one_line() {
     std::fs::write(at.join("map.json"), "{\"courier_tooth_map\": 3}").unwrap();
     std::fs::write(at.join("text.json"), "hello").unwrap();
     std::fs::create_dir(at.join("empty")).unwrap();
-    let cases: [(&str, &[&str]); 12] = [
+    let cases: [(&str, &[&str]); 13] = [
+        (
+            "a.json b.json --repeats 3",
+            &["--repeats", "found 3", "2 to 2"],
+        ),
         (
             "a.json board.json",
             &[
