@@ -87,10 +87,12 @@ fn calibration(status: &BoardStatus, joint: bool) -> Vec<String> {
     }
     match status.watch.standing {
         Standing::Drifting => steps.push(
-            "the calibration has drifted (line `in service`): plan a new one, `courier calibrate`".to_owned(),
+            "the calibration has drifted (line `in service`): plan a new one, `courier calibrate`"
+                .to_owned(),
         ),
         Standing::Stale => steps.push(
-            "the calibration is stale (line `in service`): `courier calibrate` makes a new one".to_owned(),
+            "the calibration is stale (line `in service`): `courier calibrate` makes a new one"
+                .to_owned(),
         ),
         _ => {}
     }
