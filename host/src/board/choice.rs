@@ -1,5 +1,6 @@
 //! The options by which a user names a board.
 
+use super::ageing::{Ageing, ageing};
 use super::claim::Claim;
 use super::{chip, emulated};
 use crate::demo::Preset;
@@ -50,6 +51,11 @@ pub struct Choice {
     /// by µm an ampere of a current that `record` logs as aux_motor_a; without the word it is a magnet's beside the platen.
     #[arg(long, global = true, value_name = "EFFECT[:logged]=UM", value_parser = flaw)]
     sim_effect: Vec<Flaw>,
+    /// What changes of it in service, at a second since it was switched on or between two: `wave:2:4=0.6@30` (segment, order, µm rms),
+    /// `weak-magnets:3=10@0..600` (segment, percent lost), `knock:1=2@30` (segment, µm), `platen=2@30` (another one, teeth of so many µm); may
+    /// be repeated.
+    #[arg(long, global = true, value_name = "CHANGE@SECONDS", value_parser = ageing)]
+    sim_age: Vec<Ageing>,
     /// Something wrong with its beacon, the light around it or its wires; may be repeated.
     #[arg(long, global = true, value_enum, value_name = "FAULT")]
     sim_fault: Vec<Fault>,
@@ -120,6 +126,9 @@ const KEPT: [Range<usize>; 2] = [
     SLOTS_START as usize..SLOTS_START as usize + 4 * PAGE_BYTES as usize,
     MAPS_START as usize..MAPS_END as usize,
 ];
+
+/// Streams of random numbers from here on are those of changes in service: far behind the effects' own.
+const AGEING_STREAM: u64 = 1 << 32;
 
 /// Time over which effects of a simulated courier drift and slip, s: a survey's.
 const SIM_DURATION_S: f64 = 40.0;
@@ -216,6 +225,7 @@ impl Choice {
             || self.sim_seed.is_some()
             || self.sim_flash.is_some()
             || !self.sim_effect.is_empty()
+            || !self.sim_age.is_empty()
             || !self.sim_fault.is_empty()
     }
 
@@ -256,6 +266,11 @@ impl Choice {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             rng.set_stream(1 + stream as u64);
             spec.effects.extend(flaw.draw(&scene, &mut rng));
+        }
+        for (stream, change) in self.sim_age.iter().enumerate() {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(AGEING_STREAM + stream as u64);
+            spec.effects.push(change.effect(&mut rng));
         }
         for fault in &self.sim_fault {
             spec.effects.push(fault.effect());

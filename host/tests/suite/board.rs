@@ -141,7 +141,7 @@ fn an_uncalibrated_board_says_so() {
 }
 
 /// Each wrong command, and what its one line must hold.
-const WRONG: [(&str, &str); 25] = [
+const WRONG: [(&str, &str); 27] = [
     ("--sim --emulated status", "cannot be used with"),
     ("--sim replay x", "needs no board"),
     (
@@ -165,6 +165,14 @@ const WRONG: [(&str, &str); 25] = [
     (
         "--sim-effect stray_field:drive=1 status",
         "drive: wanted logged behind the colon",
+    ),
+    (
+        "--sim-age wave:2=1@0 status",
+        "wave:2=1@0: wanted wave:SEGMENT:ORDER=UM",
+    ),
+    (
+        "--sim-age weak-magnets:5=10@0 status",
+        "5: no segment, wanted 1 to 4",
     ),
     ("--sim-flash short.bin status", "found 1 bytes, wanted"),
     (
@@ -329,6 +337,25 @@ fn a_clipped_channel_is_told_as_clipped() {
         "{}",
         ran.out
     );
+}
+
+/// Magnets that have lost half of their strength give half of the signal, beside the offset that stays.
+#[test]
+fn a_simulated_courier_ages_as_it_is_told() {
+    let temporary = tempfile::tempdir().unwrap();
+    let ran = asked(
+        temporary.path(),
+        "--sim-preset ideal --sim-age weak-magnets:2=50@0 status --json",
+    );
+    let answer: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
+    let counts = |segment: usize| {
+        answer["status"]["amplitude_counts"][segment]
+            .as_f64()
+            .unwrap()
+    };
+    let share = counts(1) / counts(0);
+    // Half, and at most the offset's 6 % either way.
+    assert!((share - 0.5).abs() < 0.07, "{share}");
 }
 
 /// However long the way between two poses is, there is time for it.
