@@ -5,7 +5,7 @@ use crate::frame::{Coordinate, Frame};
 use crate::geometry::Geometry;
 use crate::link::message::{Refusal, StoredMap};
 use crate::maps::fit::{FitOfMap, MOST_CELLS};
-use crate::maps::homing::{Anchor, Mean, check, moved, whole_teeth};
+use crate::maps::homing::{Anchor, Mean, Unusable, check, moved, whole_teeth};
 use crate::maps::{MOST_PLACES, MapInfo, SLOTS};
 use heapless::Vec;
 
@@ -125,7 +125,11 @@ impl Homing {
             return;
         }
         if let Err(lacks) = check(frame, geometry) {
-            self.mean = Mean::default();
+            // What a board counts ahead is the same at every place: frames before and after a motion go together, and those at the ends of
+            // a vibration. After a doubtful count or another beacon they do not.
+            if matches!(lacks, Unusable::NoBeacon | Unusable::Doubtful) {
+                self.mean = Mean::default();
+            }
             self.wait(StoredMap::Waits(lacks));
             return;
         }

@@ -1,7 +1,9 @@
 //! Whole teeth by the beacon, 10,000 starts: never wrong ones, and refused where a beacon was moved.
 
+use courier_sensor::app::homing::Homing;
 use courier_sensor::frame::{Coordinate, Frame, Pose, Status};
 use courier_sensor::geometry::Geometry;
+use courier_sensor::link::message::StoredMap;
 use courier_sensor::maps::fit::{CELLS, FitOfMap, LEAST_PARITY_M};
 use courier_sensor::maps::homing::{
     Anchor, FASTEST_M_S, MOST_DEFLECTION, MOST_LEFT_TURNS, Mean, Unusable, check, whole_teeth,
@@ -215,6 +217,59 @@ fn frames_that_disagree_have_no_mean() {
     assert_eq!(y, coordinate(-7.0));
     mean.add(&ahead(5.5));
     assert_eq!(mean.mean(), None, "a slip");
+}
+
+/// A frame under the beacon of [`super::info`], 5 and -3 teeth ahead.
+fn under_the_beacon(sequence: u32, speed_m_s: f32) -> Frame {
+    let mut frame = Frame {
+        sequence,
+        speed_m_s: [speed_m_s, 0.0],
+        ..Frame::default()
+    };
+    let anchor = super::info("a", 1).anchor;
+    let pitch_m = Geometry::PAPER.pitch_m;
+    let place = |axis: usize, ahead| Coordinate {
+        teeth: anchor.beacon_teeth[axis] + ahead,
+        fraction_turns: anchor.beacon_m[axis] / pitch_m,
+    };
+    (frame.pose.x, frame.pose.y) = (place(0, 5), place(1, -3));
+    frame
+}
+
+/// Frames at 20 kHz, of which the background sees every tenth: what is found after so long.
+fn looked(seconds: f32, frame: impl Fn(u32) -> Frame) -> (Option<[i32; 2]>, StoredMap) {
+    let (mut homing, rate_hz) = (Homing::default(), 20_000.0);
+    homing.begin(false, |slot| {
+        (slot == 2).then(|| (super::info("a", 1), true))
+    });
+    for sequence in (0..(seconds * rate_hz) as u32).step_by(10) {
+        homing.look(&frame(sequence), &Geometry::PAPER, rate_hz);
+    }
+    let found = homing.found();
+    assert!(found.is_none_or(|found| found.slot == 2));
+    (found.map(|found| found.ahead_teeth()), homing.state())
+}
+
+#[test]
+fn a_vibration_is_averaged_and_a_motion_waited_for() {
+    let still = |sequence| under_the_beacon(sequence, 0.0);
+    assert_eq!(looked(0.24, still).0, None, "not yet a window");
+    assert_eq!(looked(0.26, still).0, Some([5, -3]));
+    let vibrates =
+        |sequence| under_the_beacon(sequence, if sequence % 40 < 20 { 0.05 } else { 0.0 });
+    assert_eq!(looked(0.26, vibrates).0, Some([5, -3]));
+    let moves = |sequence| under_the_beacon(sequence, 0.05);
+    let waits = StoredMap::Waits(Unusable::TooFast);
+    assert_eq!(looked(1.0, moves), (None, waits));
+    // A slip in the middle of each window: nothing of before counts.
+    let slips = |sequence: u32| {
+        let mut frame = still(sequence);
+        if sequence % 4000 == 0 {
+            frame.status = Status::SLIP_2;
+        }
+        frame
+    };
+    assert_eq!(looked(1.0, slips).0, None);
 }
 
 /// What a map leaves of g_p, at the least that is taken.
