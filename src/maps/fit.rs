@@ -19,6 +19,8 @@ pub const LEAST_PARITY_M: f32 = 0.3e-6;
 pub const MOST_CELLS: u16 = 64;
 /// Faster than this g_p has errors of its own: channels that are 10 µs apart are 0.5 µm. A prior.
 pub const FASTEST_M_S: f32 = 0.05;
+/// Bits that are no faults and say nothing against g_p.
+const STATES: Status = Status::BEACON_MISSING.union(Status::CALIBRATION_DRIFT);
 /// Frames after which a mean forgets half of what it has, so that its sum stays small; a derivation: noise is averaged long before.
 const LONGEST: u16 = 4096;
 
@@ -53,7 +55,7 @@ pub struct FitOfMap {
 impl FitOfMap {
     /// Takes a frame. Outside the map's trusted cells, with a fault and in fast motion it counts for nothing.
     pub fn add(&mut self, frame: &Frame) {
-        let is_well = (frame.status - Status::BEACON_MISSING).is_empty();
+        let is_well = (frame.status - STATES).is_empty();
         // Not a number fails as well.
         let is_slow = frame
             .speed_m_s

@@ -123,6 +123,7 @@ pub enum Unusable {
 const DOUBTFUL: Status = Status::all().difference(
     Status::UNCALIBRATED
         .union(Status::OUTSIDE_MAP)
+        .union(Status::CALIBRATION_DRIFT)
         .union(Status::BEACON_MISSING)
         .union(Status::BEACON_SATURATED),
 );

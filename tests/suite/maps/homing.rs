@@ -149,7 +149,7 @@ fn a_quarter_of_a_tooth_is_the_limit() {
 fn frames_that_tell_nothing_say_what_they_lack() {
     let geometry = Geometry::PAPER;
     let good = Frame {
-        status: Status::UNCALIBRATED,
+        status: Status::UNCALIBRATED | Status::CALIBRATION_DRIFT,
         ..Frame::default()
     };
     assert_eq!(check(&good, &geometry), Ok(()));
@@ -281,6 +281,7 @@ fn judged(rng: &mut impl Rng, parity_sd_m: f64, cells: i32) -> Option<bool> {
     for teeth in 0..=cells {
         let sample: f64 = StandardNormal.sample(rng);
         let mut frame = Frame {
+            status: Status::CALIBRATION_DRIFT | Status::BEACON_MISSING,
             parity_m: (parity_sd_m * sample) as f32,
             ..Frame::default()
         };
