@@ -115,7 +115,8 @@ pub fn budget(
             .map(|of| (of.contribution.powi(2), of.freedom.unwrap_or(f64::INFINITY))),
     );
     let factor = coverage_factor(COVERAGE, freedom);
-    list.sort_by(|a, b| b.contribution.total_cmp(&a.contribution));
+    // What is equal but for rounding keeps its order.
+    list.sort_by_key(|of| -(of.contribution / (ROUNDING * combined)) as i64);
     Ok(Budget {
         quantity,
         pose: *pose,

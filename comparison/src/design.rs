@@ -90,9 +90,10 @@ pub fn of(calibration: &Calibration) -> Result<Design, String> {
         .iter()
         .map(|&order| sinc(f64::from(order) * difference_rad))
         .collect();
-    let variance = correlation
-        .iter()
-        .map(|c| noise_m * noise_m * 2.0 / poses * scatter / (1.0 - c * c));
+    // Chosen poses do better than random ones: where no turn of these is as good, all variances are as much less.
+    let better = (wanted / orders.len() as f64).min(1.0);
+    let alone_m2 = noise_m * noise_m * 2.0 / poses * scatter * better;
+    let variance = correlation.iter().map(|c| alone_m2 / (1.0 - c * c));
     Ok(Design {
         variance: variance.collect(),
         correlation,
@@ -179,6 +180,21 @@ mod tests {
             design.correlation[0] > 0.9 && design.correlation[3].abs() < 0.1,
             "{design:?}"
         );
+    }
+
+    /// Half of what random poses leave at the best: half the variance.
+    #[test]
+    fn chosen_poses_are_as_good_as_their_record_says() {
+        let of_worst = |worst_m: f32| {
+            let mut calibration = record();
+            calibration.quality.predicted_worst_m = worst_m;
+            of(&calibration).unwrap().variance
+        };
+        // The least of random poses: four orders, 8 / N in squares of the noise, some more for their scatter.
+        let (low, lower) = (of_worst(0.06e-6), of_worst(0.06e-6 / 2.0_f32.sqrt()));
+        for (low, lower) in low.iter().zip(&lower) {
+            assert!((low / lower - 2.0).abs() < 1.0e-4, "{low:e} {lower:e}");
+        }
     }
 
     #[test]

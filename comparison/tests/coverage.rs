@@ -106,8 +106,8 @@ struct Motion {
     plan: Plan,
 }
 
-/// The paper's, the optimal plan's, and a short one that turns in between.
-const MOTIONS: [Motion; 3] = [
+/// The paper's, the optimal plan's, one that turns in between, and a short one.
+const MOTIONS: [Motion; 4] = [
     Motion {
         poses: 1000,
         turn_rad: 8.727e-3,
@@ -122,6 +122,11 @@ const MOTIONS: [Motion; 3] = [
         poses: 250,
         turn_rad: 15.0e-3,
         plan: Plan::Random,
+    },
+    Motion {
+        poses: 60,
+        turn_rad: 26.18e-3,
+        plan: Plan::Optimal,
     },
 ];
 
