@@ -5,6 +5,7 @@
 
 mod conclude;
 mod place_map;
+mod watch;
 
 use super::frames::FrameReceiver;
 use super::guide::Guide;
@@ -17,7 +18,6 @@ use super::watcher::Watcher;
 use crate::calibration::joint::{JointConfig, StepReport};
 use crate::calibration::record::{Instant, Method};
 use crate::calibration::slots::{Place, Slots};
-use crate::calibration::watch::Verdict;
 use crate::calibration::{
     Action, Evidence, Progress, Refusal as SessionRefusal, SessionConfig, StartError,
 };
@@ -155,51 +155,6 @@ where
             self.say_what_is_wanted();
         }
         taken
-    }
-
-    /// Lets the watch over the calibration look at the frame.
-    fn watch(&mut self) {
-        let rate_hz = self.keeper.settings().rate_hz;
-        if self.watcher.is_due(self.samples, rate_hz) {
-            self.watch_frame(rate_hz);
-        }
-    }
-
-    #[inline(never)] // a row of the watch on the stack
-    fn watch_frame(&mut self, rate_hz: f32) {
-        let task = &mut *self.task;
-        let (in_force, outputs) = (self.keeper.in_force(), self.keeper.outputs());
-        if self.watcher.follow(in_force, outputs, task)
-            && let Some(kept) = self.keeper.kept()
-        {
-            self.watcher.restore(&kept);
-        }
-        if self.watcher.frame(&self.last, self.samples, rate_hz, task) {
-            self.keep_watch();
-        }
-        let has_told = self.watcher.has_told();
-        if has_told != self.keeper.says_drifted() && !self.task.is_running() {
-            // Where the interrupt has not taken the last settings yet, it is tried again at the next look.
-            let _ = self.keeper.say_drifted(has_told);
-        }
-    }
-
-    /// Keeps what the watch has found, over a restart: 1 ms of flash. Nothing is stored before a new image was accepted.
-    #[inline(never)]
-    fn keep_watch(&mut self) {
-        if !self.keeper.is_stored() || self.may_store().is_err() {
-            return;
-        }
-        if let Some(kept) = self.watcher.to_keep() {
-            // Without room, or where the flash does not take it, the next restart finds what was kept before.
-            self.keeper.keep(&kept);
-            self.watcher.has_kept();
-        }
-    }
-
-    /// How the calibration in force stands.
-    pub fn verdict(&self) -> Verdict {
-        self.watcher.verdict()
     }
 
     fn say_what_is_wanted(&self) {

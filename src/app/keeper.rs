@@ -115,23 +115,6 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
         self.device
     }
 
-    /// Lets frames say, from the next sample on, that the calibration in force has drifted, or no longer.
-    ///
-    /// # Errors
-    /// [`Refusal::SwapBusy`]: to be tried again.
-    pub fn say_drifted(&mut self, drifted: bool) -> Result<(), Refusal> {
-        let before = self.settings.drifted;
-        self.settings.drifted = drifted;
-        let built = self.build();
-        let sent = built.and_then(|()| self.swap.send().map_err(|_| Refusal::SwapBusy));
-        sent.inspect_err(|_| self.settings.drifted = before)
-    }
-
-    /// Whether frames say so.
-    pub fn says_drifted(&self) -> bool {
-        self.settings.drifted
-    }
-
     /// Where the calibration in force is from.
     pub fn source(&self) -> InForce {
         match (&self.in_force, self.stored) {

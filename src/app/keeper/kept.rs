@@ -1,14 +1,32 @@
-//! What the watch over a calibration keeps, in flash: behind the calibration's record, in the page of its slot.
+//! What the watch over a calibration lets frames say, and what it keeps in flash: behind the calibration's record, in the page of its slot.
 //!
 //! Entries of [`KEPT_BYTES`] follow each other; the last whole one counts. A page has room for nine, and none is erased for them: they go
 //! with the calibration. A write that was cut short leaves an entry that does not count, and takes one place.
 
 use super::Keeper;
 use crate::calibration::watch::{KEPT_BYTES, Kept};
+use crate::link::message::Refusal;
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
 
 impl<F: NorFlash> Keeper<'_, '_, F> {
+    /// Lets frames say, from the next sample on, that the calibration in force has drifted, or no longer.
+    ///
+    /// # Errors
+    /// [`Refusal::SwapBusy`]: to be tried again.
+    pub fn say_drifted(&mut self, drifted: bool) -> Result<(), Refusal> {
+        let before = self.settings.drifted;
+        self.settings.drifted = drifted;
+        let built = self.build();
+        let sent = built.and_then(|()| self.swap.send().map_err(|_| Refusal::SwapBusy));
+        sent.inspect_err(|_| self.settings.drifted = before)
+    }
+
+    /// Whether frames say so.
+    pub fn says_drifted(&self) -> bool {
+        self.settings.drifted
+    }
+
     /// The last entry of the stored calibration in force, of the same kind of outputs: with a tooth map, or without.
     #[inline(never)]
     pub fn kept(&mut self) -> Option<Kept> {

@@ -3,7 +3,7 @@
 use crate::calibration::record::Quality;
 use crate::math::sqrt;
 
-/// What is left alone, of what is told: what a reference of eight windows does not know, five deviations of it.
+/// What is left alone, of what is told: what a reference of eight windows does not know, nearly eight deviations of it.
 const LEFT_ALONE: f32 = 0.3;
 /// What is taken for the held-out residual of a calibration that states none: the paper's, 4.1 µm.
 const UNSTATED_RESIDUAL_M: f32 = 4.1e-6;
@@ -29,7 +29,7 @@ impl WatchConfig {
     /// A window counts once its amounts are known so well. What a window's readings have in common with each other alone, as where a courier
     /// goes over the same teeth again and again, is then told once in a thousand million windows.
     pub const APART: f32 = 6.0;
-    /// Windows of 2 s or more; one false alarm in 10,000 hours of motion, ten times fewer than asked (issue 39: one in 1,000):
+    /// Windows of about 2 s or more; one false alarm in 10,000 hours of motion, ten times fewer than asked (issue 39: one in 1,000):
     /// ln(192 * 10,000 * 3,600 / 2) = 22.0.
     pub const SCORE: f32 = 22.0;
 

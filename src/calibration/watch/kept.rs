@@ -1,11 +1,13 @@
 //! What of the watch is kept over a restart, as bytes: the reference, and what has been told.
 //!
 //! ```text
-//!  byte  0      2       3       4            68      72            76            80     84         88      92
-//!       | 57 02 | flags | place | 32 amounts | sigma | correlation | temperature | size | deviation | warmer | CRC-32 |
-//!                                i16, nm      f32     f32           f32, K        f32 m  f32 m       f32 K    ISO-HDLC
+//!  byte  0    1              2       4            68      72            76            80     84         88      92
+//!       | 58 | place, flags | known | 32 amounts | sigma | correlation | temperature | size | deviation | apart  | CRC-32 |
+//!         u8   u8             u16     i16, nm      f32     f32           f32, K        f32 m  f32 m       u16, 0   ISO-HDLC
 //! ```
-//! Little endian. Flags: bit 0, a tooth map was in force; bit 1, a change had been told; bit 2, of either segment of its pair.
+//! Little endian. Bits 0 to 3 are the place; bit 4: a tooth map was in force; bit 5: a change had been told; bit 6: of either segment of its
+//! pair. Known, apart: a bit for each place that the reference knows, and tells from the other
+//! segment's.
 
 use super::places::Place;
 use super::row::OWN_COLUMNS;
@@ -14,14 +16,16 @@ use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
 /// How many bytes: whole double words of flash.
 pub const KEPT_BYTES: usize = 96;
-const MAGIC: [u8; 2] = [0x57, 2];
-const WITH_MAP: u8 = 1;
-const HAS_TOLD: u8 = 2;
-const OF_EITHER: u8 = 4;
+const MAGIC: u8 = 0x58;
+const PLACE: u8 = 0x0F;
+const WITH_MAP: u8 = 1 << 4;
+const HAS_TOLD: u8 = 1 << 5;
+const OF_EITHER: u8 = 1 << 6;
 const AMOUNTS: usize = 4;
 const NUMBERS: usize = AMOUNTS + 2 * OWN_COLUMNS;
 const CHECK: usize = KEPT_BYTES - 4;
-const _: () = assert!(NUMBERS + 6 * 4 == CHECK);
+const APART: usize = NUMBERS + 5 * 4;
+const _: () = assert!(APART + 4 == CHECK);
 
 /// Nanometres in a metre: an amount is kept to the nearest, up to 32 µm.
 const PER_M: f32 = 1.0e9;
@@ -33,6 +37,10 @@ static CRC32: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 pub struct Kept {
     /// Equation (3)'s amounts of the reference, metres.
     pub reference_m: [f32; OWN_COLUMNS],
+    /// Places that it knows, a bit each.
+    pub known: u16,
+    /// Places that it tells from those of the other segment.
+    pub apart: u16,
     /// Deviation of a row, metres.
     pub sigma_m: f32,
     /// Correlation of a pair.
@@ -48,7 +56,8 @@ impl Kept {
     #[must_use]
     pub fn bytes(&self, with_map: bool) -> [u8; KEPT_BYTES] {
         let mut bytes = [0; KEPT_BYTES];
-        bytes[..2].copy_from_slice(&MAGIC);
+        bytes[0] = MAGIC;
+        bytes[2..AMOUNTS].copy_from_slice(&self.known.to_le_bytes());
         let told = self.told.unwrap_or(Told::ZERO);
         let or_segment = told.now.or_segment.is_some();
         let flags = [
@@ -56,11 +65,10 @@ impl Kept {
             (self.told.is_some(), HAS_TOLD),
             (or_segment, OF_EITHER),
         ];
-        bytes[2] = flags
-            .iter()
-            .map(|(is_set, bit)| u8::from(*is_set) * bit)
-            .sum();
-        bytes[3] = told.now.place.index() as u8;
+        let place = told.now.place.index() as u8;
+        bytes[1] = flags.iter().fold(place, |byte, (is_set, bit)| {
+            byte | (u8::from(*is_set) * bit)
+        });
         let amounts = bytes[AMOUNTS..NUMBERS].as_chunks_mut().0;
         for (place, amount_m) in amounts.iter_mut().zip(self.reference_m) {
             // The conversion saturates.
@@ -72,9 +80,9 @@ impl Kept {
             self.temperature_k,
             told.now.size_m,
             told.now.deviation_m,
-            told.warmer_k,
         ];
-        let places = bytes[NUMBERS..CHECK].as_chunks_mut().0;
+        bytes[APART..APART + 2].copy_from_slice(&self.apart.to_le_bytes());
+        let places = bytes[NUMBERS..APART].as_chunks_mut().0;
         for (place, number) in places.iter_mut().zip(numbers) {
             *place = number.to_le_bytes();
         }
@@ -87,9 +95,9 @@ impl Kept {
     #[must_use]
     pub fn from_bytes(bytes: &[u8; KEPT_BYTES], with_map: bool) -> Option<Self> {
         let (message, check) = bytes.split_at(CHECK);
-        let flags = bytes[2];
+        let flags = bytes[1];
         if CRC32.checksum(message).to_le_bytes() != *check
-            || bytes[..2] != MAGIC
+            || bytes[0] != MAGIC
             || (flags & WITH_MAP != 0) != with_map
         {
             return None;
@@ -99,30 +107,24 @@ impl Kept {
         for (amount_m, kept) in reference_m.iter_mut().zip(amounts) {
             *amount_m = f32::from(i16::from_le_bytes(*kept)) / PER_M;
         }
-        let mut numbers = [0.0; 6];
-        let kept = bytes[NUMBERS..CHECK].as_chunks().0;
+        let mut numbers = [0.0; 5];
+        let kept = bytes[NUMBERS..APART].as_chunks().0;
         for (number, kept) in numbers.iter_mut().zip(kept) {
             *number = f32::from_le_bytes(*kept);
         }
-        let [
-            sigma_m,
-            correlation,
-            temperature_k,
-            size_m,
-            deviation_m,
-            warmer_k,
-        ] = numbers;
+        let [sigma_m, correlation, temperature_k, size_m, deviation_m] = numbers;
         let is_possible = sigma_m > 0.0
             && (0.0..1.0).contains(&correlation)
             && numbers.iter().all(|number| number.is_finite());
-        let place = Place::from_index(bytes[3])?;
+        let place = Place::from_index(flags & PLACE)?;
         let told = Told {
             now: Present::kept(place, flags & OF_EITHER != 0, size_m, deviation_m),
-            warmer_k,
             ..Told::ZERO
         };
         is_possible.then_some(Self {
             reference_m,
+            known: u16::from_le_bytes([bytes[2], bytes[3]]),
+            apart: u16::from_le_bytes([bytes[APART], bytes[APART + 1]]),
             sigma_m,
             correlation,
             temperature_k,
@@ -138,6 +140,8 @@ mod tests {
     fn kept(told: Option<Told>) -> Kept {
         Kept {
             reference_m: core::array::from_fn(|i| (i as f32 - 16.0) * 0.25e-6),
+            known: 0xA5C3,
+            apart: 0x3C5A,
             sigma_m: 0.9e-6,
             correlation: 0.95,
             temperature_k: -1.5,
@@ -150,7 +154,6 @@ mod tests {
         let place = Place::of(2, 4).unwrap();
         let told = Told {
             now: Present::kept(place, true, 0.6e-6, 0.02e-6),
-            warmer_k: 3.0,
             ..Told::ZERO
         };
         for (told, with_map) in [(None, false), (Some(told), true)] {
@@ -158,6 +161,7 @@ mod tests {
             let bytes = kept.bytes(with_map);
             let back = Kept::from_bytes(&bytes, with_map).unwrap();
             assert_eq!((back.told, back.sigma_m), (kept.told, kept.sigma_m));
+            assert_eq!((back.known, back.apart), (kept.known, kept.apart));
             for (back, kept) in back.reference_m.iter().zip(kept.reference_m) {
                 assert!((back - kept).abs() <= 1.0e-9, "{back} {kept}");
             }

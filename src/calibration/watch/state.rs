@@ -21,6 +21,8 @@ const KEPT: f32 = 0.8;
 /// A window of which the variance is so many times the one before's is broken off: twice the scatter, where that of one place and another
 /// differs by a third.
 const JUMP: f32 = 4.0;
+/// Share of the information on a place that is left beside the other segment's, below which a motion shows the two as one.
+const AS_ONE: f32 = 0.02;
 /// Windows after which a change's size is taken for that from which it goes on: what is older counts a tenth.
 const SETTLED: u32 = 10;
 /// Share of the sum that a change is told at below which it is taken back.
@@ -36,6 +38,12 @@ pub struct Watch {
     /// No window can be made of this motion.
     stalled: bool,
     reference_m: [f32; OWN_COLUMNS],
+    /// The reference is not the first of this calibration: all that it saw counts as told apart, so that none follows by the same motion.
+    again: bool,
+    /// Places that the reference knows, and those of them that it tells from the other segment's. Where a window shows more, that is learned
+    /// before it is judged.
+    known: u16,
+    apart: u16,
     scores: [Scores; PLACES],
     /// When each place's test was last at zero, seconds.
     zero_s: [u32; PLACES],
@@ -68,6 +76,9 @@ impl Watch {
             learning: false,
             stalled: false,
             reference_m: [0.0; OWN_COLUMNS],
+            again: false,
+            known: 0,
+            apart: 0,
             scores: [Scores::ZERO; PLACES],
             zero_s: [0; PLACES],
             seen: 0,
@@ -140,6 +151,8 @@ impl Watch {
     pub fn kept(&self) -> Option<Kept> {
         (!self.learning).then_some(Kept {
             reference_m: self.reference_m,
+            known: self.known,
+            apart: self.apart,
             sigma_m: self.sigma_m,
             correlation: self.correlation,
             temperature_k: self.reference_temperature_k,
@@ -151,6 +164,7 @@ impl Watch {
     pub fn restore(&mut self, kept: &Kept) {
         (self.learning, self.seen) = (false, u16::MAX);
         self.reference_m = kept.reference_m;
+        (self.known, self.apart) = (kept.known, kept.apart);
         self.sigma_m = kept.sigma_m;
         self.correlation = kept.correlation;
         self.temperature_k = kept.temperature_k;
@@ -224,27 +238,37 @@ impl Watch {
         if seen != u16::MAX && !is_last {
             return false;
         }
-        let is_as_calibrated = self.is_as_calibrated(&told, window.variance());
+        let variance = window.variance();
+        self.seen = self.determined(&told, variance);
+        let is_as_calibrated = self.is_as_calibrated(&told, variance, self.seen);
+        let separated = self.separated(window, variance);
         self.note(window);
         if is_as_calibrated {
             self.reference_m = window.solve(self.config.residual_m);
+            self.known = self.seen;
+            self.apart = self.seen & if self.again { u16::MAX } else { separated };
+        } else {
+            (self.known, self.apart) = (u16::MAX, u16::MAX);
         }
         self.learning = false;
-        self.seen = seen;
         self.zero_s = [self.now_s; PLACES];
         self.reference_temperature_k = self.temperature_k;
         self.begin(window);
         true
     }
 
-    /// Whether nothing differs from the calibration by more than it, and what a window does not know, explain. What differs more is no
-    /// reference, and is told by the windows that follow.
-    fn is_as_calibrated(&self, told: &[Windowed; PLACES], variance: f32) -> bool {
+    /// Whether none of these places differs from the calibration by more than it, and what a window does not know, explain. What differs more
+    /// is no reference, and is told by the windows that follow. A place that the motion does not show is none: its amounts are those of the
+    /// reading's own noise, which its phase has too.
+    fn is_as_calibrated(&self, told: &[Windowed; PLACES], variance: f32, seen: u16) -> bool {
         let (bounds, uncertainty_m) = (self.config.bounds(), self.config.uncertainty_m);
-        let mut estimates = told.iter().filter_map(Windowed::estimate);
-        estimates.all(|([a, b], least)| {
-            let deviation_m = sqrt(variance / least + uncertainty_m * uncertainty_m);
-            sqrt(a * a + b * b) < bounds.left_alone_m + self.config.apart * deviation_m
+        let places = Place::all().zip(told);
+        let mut shown = places.filter(|(place, _)| seen & place.bit() != 0);
+        shown.all(|(_, told)| {
+            told.estimate().is_none_or(|([a, b], least)| {
+                let deviation_m = sqrt(variance / least + uncertainty_m * uncertainty_m);
+                sqrt(a * a + b * b) < bounds.left_alone_m + self.config.apart * deviation_m
+            })
         })
     }
 
@@ -261,14 +285,23 @@ impl Watch {
         if seen != u16::MAX && !is_last {
             return false;
         }
-        self.seen = seen;
+        let separated = self.separated(window, variance / REFERENCE_WINDOWS);
+        let new = seen & (!self.known | separated & !self.apart);
+        if new != 0 && self.known & !seen == 0 && !self.has_told {
+            // This motion shows all that the reference knows and more: another is learned, from the start.
+            self.begin_anew(window);
+            return true;
+        }
+        // What the reference does not tell apart is judged by motion alone that does not either.
+        let judged = seen & self.known & (self.apart | !turns_apart(window, &told));
+        self.seen = judged;
         let (bounds, now_s) = (self.config.bounds(), self.now_s);
         let tests = self.scores.iter_mut().zip(&mut self.zero_s);
         for ((place, told), (scores, zero_s)) in Place::all().zip(&told).zip(tests) {
             let Some((amounts_m, least)) = told.estimate() else {
                 continue;
             };
-            if seen & place.bit() == 0 {
+            if judged & !new & place.bit() == 0 {
                 continue;
             }
             scores.add(amounts_m, variance / least, bounds);
@@ -288,6 +321,15 @@ impl Watch {
         true
     }
 
+    /// Forgets the reference, and what windows have found.
+    fn begin_anew(&mut self, window: &mut Window) {
+        let now_s = self.now_s;
+        self.start(self.config);
+        (self.again, self.now_s) = (true, now_s);
+        window.forget();
+        self.begin(window);
+    }
+
     /// Places whose amounts are known well enough.
     fn determined(&self, told: &[Windowed; PLACES], variance: f32) -> u16 {
         let precision_m = self.config.precision_m();
@@ -295,6 +337,17 @@ impl Watch {
         let known = |told: &Windowed| told.estimate().is_some_and(|(_, least)| least >= wanted);
         let places = Place::all().zip(told).filter(|(_, told)| known(told));
         places.fold(0, |seen, (place, _)| seen | place.bit())
+    }
+
+    /// Places whose amounts are known beside those of the other segment to what is left alone.
+    fn separated(&self, window: &Window, variance: f32) -> u16 {
+        let left_alone_m = self.config.bounds().left_alone_m;
+        let wanted = variance / (left_alone_m * left_alone_m);
+        let least = window.separated();
+        let places = Place::all()
+            .zip(least)
+            .filter(|(_, least)| *least >= wanted);
+        places.fold(0, |set, (place, _)| set | place.bit())
     }
 
     /// What the next window begins with.
@@ -326,4 +379,14 @@ impl Watch {
             }
         }
     }
+}
+
+/// Places of which this motion tells the segment from the other of its pair, be it a little.
+fn turns_apart(window: &Window, told: &[Windowed; PLACES]) -> u16 {
+    let least = told
+        .iter()
+        .map(|told| told.estimate().map_or(0.0, |(_, least)| least));
+    let places = Place::all().zip(window.separated()).zip(least);
+    let apart = places.filter(|((_, left), least)| *left > AS_ONE * least);
+    apart.fold(0, |set, ((place, _), _)| set | place.bit())
 }

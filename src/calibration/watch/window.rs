@@ -15,7 +15,7 @@ use crate::frame::{Coordinate, SEGMENTS};
 use crate::lsq::{Triangle, packed_len};
 use crate::math::sqrt;
 
-/// Words of the set of cells, a bit each. Twice as many as [`LONGEST`] rows of a reference: a quarter of them is taken at most.
+/// Words of the set of cells, a bit each: four times as many cells as the longest window has pairs.
 const CELL_WORDS: usize = 512;
 /// Between two pairs, milliseconds: at least, and a random rest below a power of two. Ten on average with the way
 /// between the readings of a pair: a row costs the background of the board some 16,000 cycles, 1 % of its time.
@@ -34,7 +34,7 @@ const MEAN_READINGS: f32 = 64.0;
 const EXHAUSTED: u32 = 20_000;
 /// Fewest readings of a window: four for each unknown.
 pub(super) const SHORTEST: u32 = 4 * COLUMNS as u32;
-/// Most of a window, and of the reference four times as many: 41 s of motion at 10 ms.
+/// Most of a window, and of the reference: 41 s of motion at 10 ms.
 pub(super) const LONGEST: u32 = 4096;
 
 /// The readings so far. To live in memory that is shared with the calibrations: a window that is lost is begun anew.
@@ -290,6 +290,40 @@ impl Window {
         self.amounts_m = amounts;
     }
 
+    /// For each place the information on its amounts, times the variance, where those of the other segment of its pair are not known either:
+    /// what is left of it is told by the courier's turning.
+    pub(super) fn separated(&self) -> [f32; PLACES] {
+        let mut own = [Windowed::default(); PLACES];
+        let mut cross = [[[0.0; 2]; 2]; PLACES / 2];
+        for i in 0..OWN_COLUMNS {
+            let row: [f32; OWN_COLUMNS] = self.own_row(i);
+            let pairs = row.as_chunks::<2>().0;
+            for (own, [sine, cosine]) in own.iter_mut().zip(pairs) {
+                let [a, b, d] = &mut own.matrix;
+                *a += sine * sine;
+                *b += sine * cosine;
+                *d += cosine * cosine;
+            }
+            let others = pairs.iter().skip(PLACES / 2);
+            for ((cross, first), second) in cross.iter_mut().zip(pairs).zip(others) {
+                for (line, f) in cross.iter_mut().zip(first) {
+                    line.iter_mut().zip(second).for_each(|(c, s)| *c += f * s);
+                }
+            }
+        }
+        let mut least = [0.0; PLACES];
+        let (firsts, seconds) = own.split_at(PLACES / 2);
+        let (least_firsts, least_seconds) = least.split_at_mut(PLACES / 2);
+        let pairs = firsts.iter().zip(seconds).zip(cross);
+        let leasts = least_firsts.iter_mut().zip(least_seconds);
+        for (((first, second), c), (of_first, of_second)) in pairs.zip(leasts) {
+            let turned = [[c[0][0], c[1][0]], [c[0][1], c[1][1]]];
+            *of_first = first.without(second, c);
+            *of_second = second.without(first, turned);
+        }
+        least
+    }
+
     /// Equation (3)'s amounts, metres, by all readings and a prior of `prior_m` on each. The window cannot be used any more.
     #[must_use]
     pub fn solve(&mut self, prior_m: f32) -> [f32; OWN_COLUMNS] {
@@ -326,8 +360,8 @@ impl Window {
         core::array::from_fn(|j| self.rows.entry(FIRST_OWN + i, FIRST_OWN + j))
     }
 
-    /// Notes a cell; whether it was not known. Two cells in a thousand of a quarter full set are taken for known: less is lost by that than
-    /// by a larger set.
+    /// Notes a cell; whether it was not known. Cells share bits: of those that are new as many are taken for known as the set is full, a
+    /// quarter at the end of the longest window.
     fn is_new(&mut self, [x, y]: [i32; 2]) -> bool {
         // Fibonacci hashing (Knuth, volume 3, section 6.4), a multiplier for each direction.
         let hash = x

@@ -28,14 +28,43 @@ impl Windowed {
     pub fn estimate(&self) -> Option<([f32; 2], f32)> {
         let [a, b, d] = self.matrix;
         let determinant = a * d - b * b;
-        let (half, apart) = (0.5 * (a + d), 0.5 * (a - d));
-        let least = half - sqrt(apart * apart + b * b);
+        let (half, least) = (0.5 * (a + d), self.least());
         let [v, w] = self.vector;
         // Below f32's digits beside the larger one it is rounding.
         (least > 1.0e-5 * half).then(|| {
             let amounts = [(d * v - b * w) / determinant, (a * w - b * v) / determinant];
             (amounts, least)
         })
+    }
+
+    /// The smaller eigenvalue of the information that is left where another's amounts are not known either; `cross` are their common products.
+    pub(super) fn without(&self, other: &Self, [[p, q], [r, s]]: [[f32; 2]; 2]) -> f32 {
+        let [a, b, d] = other.matrix;
+        let determinant = a * d - b * b;
+        if determinant <= 0.0 {
+            return self.least();
+        }
+        // The quadratic form of the other's inverse.
+        let form = |[u, v]: [f32; 2], [w, x]: [f32; 2]| {
+            (d * u * w - b * (u * x + v * w) + a * v * x) / determinant
+        };
+        let [e, f, g] = self.matrix;
+        let left = Self {
+            matrix: [
+                e - form([p, q], [p, q]),
+                f - form([p, q], [r, s]),
+                g - form([r, s], [r, s]),
+            ],
+            vector: [0.0; 2],
+        };
+        left.least()
+    }
+
+    /// The smaller eigenvalue of the information.
+    fn least(&self) -> f32 {
+        let [a, b, d] = self.matrix;
+        let (half, apart) = (0.5 * (a + d), 0.5 * (a - d));
+        half - sqrt(apart * apart + b * b)
     }
 
     /// By how much it lowers the sum of squares, if there is nothing else: twice the logarithm of the likelihood ratio, times the variance.

@@ -220,6 +220,29 @@ fn another_platen_is_no_change_of_a_segment() {
 }
 
 #[test]
+fn what_the_reference_did_not_show_is_learned_where_it_shows() {
+    let courier = Calibrated::new(presets::paper, 2);
+    let along_x = Work {
+        half_m: [100.0e-3, 0.0],
+        turn_rad: 0.0,
+        ..Work::ORDINARY
+    };
+    let mut service = courier.serve(vec![], along_x, 14);
+    assert!(service.run(900.0, |verdict| verdict.standing == Standing::NotObservable));
+    service.traffic.set_work(Work::ORDINARY);
+    let told = service.run(2400.0, |verdict| verdict.change.is_some());
+    assert!(!told, "{:?}", service.verdict());
+    assert_eq!(service.verdict().standing, Standing::Healthy);
+    // From then on a change there is told.
+    let change = wave(1, 1, SIZE_M, 1.0, Course::step(1000.0));
+    let mut service = courier.serve(vec![change], along_x, 14);
+    service.run(600.0, |_| false);
+    service.traffic.set_work(Work::ORDINARY);
+    assert!(!service.run(1000.0, |verdict| verdict.change.is_some()));
+    assert!(service.run(1000.0 + 2.0 * WITHIN_S, |verdict| verdict.change.is_some()));
+}
+
+#[test]
 fn what_the_motion_does_not_show_is_said() {
     let courier = Calibrated::new(ideal, 1);
     // Along x alone, without turning: segments 2 and 4 stand still, and what products of both phases do to 1 and 3 looks like their own

@@ -9,6 +9,7 @@ use hal_sim::wire::flash::Flash;
 fn entry(mark: f32) -> Kept {
     let mut kept = Kept::default();
     kept.reference_m = [mark * 1.0e-7; 32];
+    (kept.known, kept.apart) = (u16::MAX, u16::MAX);
     kept.sigma_m = mark * 1.0e-6;
     kept
 }

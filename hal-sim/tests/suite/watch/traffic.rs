@@ -66,6 +66,12 @@ impl Traffic {
         }
     }
 
+    /// This work from now on.
+    pub fn set_work(&mut self, work: Work) {
+        self.work = work;
+        self.stops.clear();
+    }
+
     /// Other work from now on: anywhere on 0.1 m of the platen, within 5 to 40 mm and 0.2° to 0.5°, at 50 to 500 mm/s, with rests of up to
     /// 2 to 10 s; every third goes over the same three to eight stops again and again.
     pub fn change_work(&mut self) {
