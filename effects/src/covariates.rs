@@ -57,7 +57,9 @@ pub struct Covariates {
     pub commanded_theta_rad: f64,
     /// Speed of each segment along its own direction, m/s.
     pub speed_m_s: [f64; 4],
-    /// Its derivative, m/s².
+    /// The same, of a segment whose delay is known beforehand to be long (`BasisInputs::late_s`) its mean over that delay, from the sample on.
+    pub speed_ahead_m_s: [f64; 4],
+    /// Derivative of the speed, m/s².
     pub acceleration_m_s2: [f64; 4],
     /// Direction of travel while moving: -1, 0 or 1.
     pub direction: [f64; 4],

@@ -69,6 +69,11 @@ fn is_none(of_segments: &[bool; 4]) -> bool {
     *of_segments == [false; 4]
 }
 
+/// True if it is zero of all segments.
+fn is_zero(of_segments: &[f64; 4]) -> bool {
+    *of_segments == [0.0; 4]
+}
+
 /// What a recording offers: an effect without the data that it needs is not judged.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BasisInputs {
@@ -86,6 +91,9 @@ pub struct BasisInputs {
     pub moving: bool,
     /// Lateral phases are known (both axes were recorded).
     pub lateral: bool,
+    /// Delay of a segment that comes so late that it shows before anything is fitted, s; zero of others.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub late_s: [f64; 4],
     /// Highest speed of each segment (99th percentile), m/s.
     pub top_speed_m_s: [f64; 4],
     /// Distance over which each segment moved, m.
@@ -243,6 +251,8 @@ pub struct Regressor {
     pub deviation: Option<f64>,
     /// Prior mean of the amount: zero, unless something else than the residuals tells it.
     pub mean: f64,
+    /// So much of the amount is in the readings' places already: those of late segments are laid together.
+    pub laid: f64,
     /// It adds nothing outside this progress of the recording; asked before it is evaluated.
     pub during: [f64; 2],
     /// Nor outside this part of the platen.
@@ -264,6 +274,7 @@ impl Regressor {
             size_m,
             deviation: None,
             mean: 0.0,
+            laid: 0.0,
             during: ALWAYS,
             over: None,
             course: None,
@@ -314,6 +325,16 @@ impl Regressor {
         )
     }
 
+    /// Adds to several channels at once.
+    pub fn channels(
+        name: impl Into<String>,
+        unit: &'static str,
+        size_m: f64,
+        add: impl Fn(&Covariates, &mut [f64; CHANNELS]) + Send + Sync + 'static,
+    ) -> Self {
+        Self::of(name, unit, size_m, Action::Channels(Box::new(add)))
+    }
+
     /// The same, which adds nothing outside some progress of the recording.
     #[must_use]
     pub fn within(mut self, during: [f64; 2]) -> Self {
@@ -347,6 +368,16 @@ impl Regressor {
     pub fn of_deviation(mut self, deviation: f64) -> Self {
         self.deviation = Some(deviation);
         self
+    }
+
+    /// The same with an amount about which the readings are laid together already; how far from it is told by its size.
+    #[must_use]
+    pub fn laid_by(self, amount: f64) -> Self {
+        Self {
+            mean: amount,
+            laid: amount,
+            ..self
+        }
     }
 
     /// The same with an amount that something else than the residuals tells.

@@ -72,11 +72,7 @@ pub fn draw(number: u64, with_effect: bool) -> Cut {
     let mut rng = ChaCha8Rng::seed_from_u64(number);
     let kind = KINDS[index(&mut rng, KINDS.len())];
     let decimation = DECIMATIONS[index(&mut rng, DECIMATIONS.len())];
-    let mut plan = survey(number, &mut rng);
-    for run in &mut plan.runs {
-        let kept = run.times_s.iter().copied().step_by(decimation);
-        run.times_s = kept.collect();
-    }
+    let plan = survey(number, &mut rng);
     let mut spec = ideal(number);
     spec.beacon_over = (index(&mut rng, 4) > 0).then(|| Pose::new(0.0, 0.0, 0.0));
     let mut effect = None;
@@ -92,7 +88,9 @@ pub fn draw(number: u64, with_effect: bool) -> Cut {
         effect = Some((entry.name, size_m));
     }
     let mut courier = Courier::new(spec, number).unwrap_or_else(|error| panic!("{error}"));
+    // As a board does: teeth are counted at every sample, and some of these are sent.
     let whole = hal_sim::record::record(&mut courier, &plan, false);
+    let whole = whole.with_rows(|sample, _| sample % decimation == 0);
     let mut recording = kept(&whole, kind, &mut rng);
     let electronics = &mut recording.meta.electronics;
     for noise in [

@@ -11,6 +11,8 @@ pub mod folds;
 pub(crate) mod held_reference;
 pub(crate) mod interpolation;
 pub(crate) mod lacking;
+pub mod late;
+pub mod late_segment;
 pub(crate) mod local_fit;
 pub mod motion;
 pub mod observations;

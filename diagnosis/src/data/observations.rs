@@ -2,6 +2,7 @@
 
 use crate::Insufficient;
 use crate::data::interpolation::filled;
+use crate::data::late_segment::Late;
 use recording::{Column, Logged, Recording, Samples};
 use std::f64::consts::TAU;
 
@@ -30,6 +31,8 @@ pub struct Observations {
     pub unbroken: Vec<usize>,
     /// Unmodified outputs, m.
     pub position_m: [Vec<f64>; 4],
+    /// Segments that come late: [`Self::position_m`] holds what they read a delay later.
+    pub late: [Option<Late>; 4],
     /// Stated noise of the unmodified outputs, m.
     pub position_noise_m: [Vec<f64>; 4],
     /// What positions were rounded to, m; zero where counts were logged or all digits.
@@ -108,6 +111,7 @@ impl Observations {
             stretch: Vec::new(),
             unbroken: Vec::new(),
             position_m: Default::default(),
+            late: Default::default(),
             position_noise_m: Default::default(),
             position_step_m: [0.0; 4],
             amplitude_counts: Default::default(),
@@ -155,6 +159,8 @@ impl Observations {
         let lists = [&mut self.t_s, &mut self.temperature_c].into_iter();
         let lists = lists.chain(&mut self.position_m);
         let lists = lists.chain(&mut self.position_noise_m);
+        let late = self.late.iter_mut().flatten();
+        let lists = lists.chain(late.map(|late| &mut late.ahead_m));
         let lists = lists.chain(&mut self.amplitude_counts);
         let lists = lists
             .chain(&mut self.tan_psi)
@@ -162,6 +168,16 @@ impl Observations {
         let lists = lists.chain(self.logged.iter_mut().map(|logged| &mut logged.values));
         for list in lists.chain(&mut self.commanded).chain(&mut self.reference) {
             only(list, stays);
+        }
+    }
+
+    /// Puts what late segments read a delay later in the place of their readings, so that the readings of a moment are together; or takes it
+    /// back, by a `sign` of -1. Where none tells it a segment is not measured from then on.
+    pub fn lay_together(&mut self, late: &[Option<Late>; 4], sign: f64) {
+        for (position_m, late) in self.position_m.iter_mut().zip(late) {
+            let ahead_m = late.iter().flat_map(|late| &late.ahead_m);
+            let laid = position_m.iter_mut().zip(ahead_m);
+            laid.for_each(|(position_m, ahead_m)| *position_m += sign * ahead_m);
         }
     }
 

@@ -77,6 +77,8 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     let mut observations = Observations::new(recording)?;
     crate::data::adequacy::check(&observations)?;
     crate::data::channels::electrodes(recording)?;
+    let late = crate::data::late::late(&observations);
+    observations.lay_together(&late, 1.0);
     let mut notes = crate::data::commanded::repair(&mut observations);
     notes.extend(crate::data::held_reference::leave_aside(&mut observations));
     notes.extend(crate::data::restarts::join(&mut observations, recording));
@@ -89,6 +91,7 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     notes.extend(told);
     notes.extend(crate::data::adequacy::remarks(&observations));
     let samples = observations.len();
+    observations.late = late;
     let (thinned, note) = thinning::thin(&mut observations);
     notes.extend(note);
     let mut mask = vec![true; observations.len()];
@@ -101,11 +104,12 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     mask.copy_from_slice(&usable);
     let mut baseline = calibrate(&observations, &mask);
     for _ in 0..2 {
-        let linearized = LinearizedRecording::new(
+        let mut linearized = LinearizedRecording::new(
             &observations,
             baseline.clone(),
             vec![true; observations.len()],
         );
+        linearized.laid_together = true;
         let rows = white_rows(&linearized);
         let marked = disturbed(&rows, observations.len(), &observations.stretch);
         let astray = astray(&rows, &observations);
@@ -116,6 +120,10 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
             break;
         }
         mask = next;
+        baseline = calibrate(&observations, &mask);
+    }
+    if observations.late.iter().any(Option::is_some) {
+        crate::data::late::lay_together_again(&mut observations, &baseline);
         baseline = calibrate(&observations, &mask);
     }
     let linearized = LinearizedRecording::new(&observations, baseline.clone(), mask.clone());

@@ -2,7 +2,7 @@
 
 use crate::design::frequency_basis::lines;
 use crate::design::nameless::{CHANNEL, SIZE_M};
-use effects::sensor::{Action, BasisInputs, Covariates, Regressor};
+use effects::sensor::{BasisInputs, Covariates, Regressor};
 use std::f64::consts::TAU;
 
 /// A family of shapes over one coordinate of diagnosis.md.
@@ -280,21 +280,11 @@ fn reference_phase(inputs: &BasisInputs) -> Vec<Regressor> {
                     let phase = 0.5 * (m.reference_phase[s] + m.reference_phase[s + 2]);
                     (f64::from(order) * phase + quarter).sin()
                 };
-                list.push(Regressor {
-                    name: format!("order {order} {part}, segments {} and {}", s + 1, s + 3),
-                    unit: "m",
-                    size_m: SIZE_M,
-                    deviation: None,
-                    mean: 0.0,
-                    during: effects::sensor::ALWAYS,
-                    over: None,
-                    course: None,
-                    identity: None,
-                    action: Action::Readings(Box::new(move |m, out| {
-                        out[s] += wave(m);
-                        out[s + 2] += wave(m);
-                    })),
-                });
+                let name = format!("order {order} {part}, segments {} and {}", s + 1, s + 3);
+                list.push(Regressor::readings(name, "m", SIZE_M, move |m, out| {
+                    out[s] += wave(m);
+                    out[s + 2] += wave(m);
+                }));
             }
         }
     }

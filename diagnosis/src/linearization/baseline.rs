@@ -174,24 +174,13 @@ impl Baseline {
 }
 
 fn beacon_regressors() -> Vec<Regressor> {
-    use effects::sensor::{ALWAYS, Action, CHANNELS, Covariates};
-    let both = |name: &str, add: fn(&Covariates) -> [f64; 2]| Regressor {
-        name: name.into(),
-        unit: "m",
-        size_m: FREE_M,
-        deviation: None,
-        mean: 0.0,
-        during: ALWAYS,
-        over: None,
-        course: None,
-        identity: None,
-        action: Action::Channels(Box::new(
-            move |m: &Covariates, out: &mut [f64; CHANNELS]| {
-                let [x, y] = add(m);
-                out[1] += x;
-                out[2] += y;
-            },
-        )),
+    use effects::sensor::Covariates;
+    let both = |name: &str, add: fn(&Covariates) -> [f64; 2]| {
+        Regressor::channels(name, "m", FREE_M, move |m, out| {
+            let [x, y] = add(m);
+            out[1] += x;
+            out[2] += y;
+        })
     };
     vec![
         both("height h", |m| {

@@ -386,11 +386,12 @@ pub fn displacement(
     let mut beside = Vec::new();
     for (c, coefficient) in acts {
         let regressor = &columns.regressors[*c];
+        let coefficient = coefficient - regressor.laid;
         let moves = linearized.inputs.skew_moves || !acts_on(Acts::Teeth, *c);
         if moves && regressor.action.is_on_readings() {
-            acting.push((regressor, *coefficient, acts_on(Acts::Electronics, *c)));
+            acting.push((regressor, coefficient, acts_on(Acts::Electronics, *c)));
         } else {
-            beside.push((regressor, *coefficient));
+            beside.push((regressor, coefficient));
         }
     }
     let mut out = LatentDisplacement::default();

@@ -12,6 +12,7 @@ mod errors_in_variables;
 mod field;
 mod forms;
 mod hypothesis;
+mod late;
 mod leftout;
 mod motion;
 mod one_run;

@@ -46,6 +46,10 @@ impl LinearizedRecording<'_> {
         beacon_stretches.dedup();
         BasisInputs {
             segments: self.scope.segments,
+            late_s: o
+                .late
+                .each_ref()
+                .map(|late| late.as_ref().map_or(0.0, |late| late.delay_s)),
             reference: self.scope.reference,
             beacon: self.scope.beacon,
             counts: o.amplitude_counts.iter().any(|a| !a.is_empty()),

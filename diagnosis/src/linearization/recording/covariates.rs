@@ -102,6 +102,10 @@ impl LinearizedRecording<'_> {
             }),
             commanded_theta_rad: finite(o.commanded[2].get(i)),
             speed_m_s: at(&self.motion.speed_m_s),
+            speed_ahead_m_s: std::array::from_fn(|s| match &o.late[s] {
+                Some(late) => finite(late.ahead_m.get(i)) / late.delay_s,
+                None => finite(self.motion.speed_m_s[s].get(i)),
+            }),
             acceleration_m_s2: at(&self.motion.acceleration_m_s2),
             direction: at(&self.motion.direction),
             approach: at(&self.motion.approach),

@@ -160,8 +160,23 @@ impl LinearizedRecording<'_> {
         } else {
             self.constraint_rows(i, &mut rows);
         }
+        if !self.laid_together {
+            self.take_back(i, &mut rows);
+        }
         self.fill_whitener(i, &mut rows);
         rows
+    }
+
+    /// Takes back, to first order, by what late segments were laid together: that they are late is for an effect to explain.
+    fn take_back(&self, i: usize, rows: &mut SampleRows) {
+        for (segment, late) in self.observations.late.iter().enumerate() {
+            let ahead_m = late.as_ref().map(|late| late.ahead_m[i]);
+            if let Some(ahead_m) = ahead_m.filter(|m| m.is_finite()) {
+                for row in 0..rows.count {
+                    rows.residual_m[row] -= rows.by_reading[row][segment] * ahead_m;
+                }
+            }
+        }
     }
 
     fn reference_rows(&self, i: usize, rows: &mut SampleRows) {
