@@ -5,6 +5,8 @@
 //! is [`crate::spec::Temperature`]'s swing with a period of a day, accelerated alike.
 
 use effects::plant::{Geometry, Instant, PlantEffect, SEGMENTS, SegmentPoint, Signal};
+use effects::random::ChaCha8Rng;
+use effects::tooth_variation::ToothVariation;
 
 /// How far a change has gone at a time: 0 before, 1 after, in proportion between.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -159,7 +161,24 @@ pub struct ExchangedPlaten {
     pub at_s: f64,
 }
 
+/// Aperture of a segment either way, teeth: a segment is somewhat shorter than the pair's span (the preset `paper`).
+const APERTURE: [f64; 2] = [3.0, 3.0];
+
 impl ExchangedPlaten {
+    /// Two platens whose teeth are off by as much, rms, m.
+    pub fn drawn(rng: &mut ChaCha8Rng, size_rms_m: f64, at_s: f64) -> Self {
+        let mut teeth = || {
+            let field =
+                ToothVariation::new(&Geometry::PAPER, rng, APERTURE, [1.0, 0.0], size_rms_m);
+            Box::new(field)
+        };
+        Self {
+            before: teeth(),
+            after: teeth(),
+            at_s,
+        }
+    }
+
     fn present(&mut self, at: &Instant) -> &mut dyn PlantEffect {
         if at.time_s < self.at_s {
             &mut *self.before

@@ -1,9 +1,8 @@
 //! `--sim-age`: what changes of a simulated courier while a command runs.
 
 use core::f64::consts::{SQRT_2, TAU};
-use effects::plant::{Geometry, PlantEffect};
+use effects::plant::PlantEffect;
 use effects::random::{ChaCha8Rng, uniform};
-use effects::tooth_variation::ToothVariation;
 use hal_sim::ageing::{Course, ExchangedPlaten, Knock, OwnWave, WeakMagnets};
 
 /// One change, as it is named: `wave:2:4=0.6@30`.
@@ -30,9 +29,6 @@ const OFFSET: f64 = 0.06;
 /// A knocked segment is shifted so many times as far as its waves change. A choice of the simulation: a bent mount shifts more than it
 /// tilts.
 const KNOCK_SHIFT: f64 = 10.0;
-/// Aperture of a segment either way, teeth: a segment is somewhat shorter than the pair's span (the preset `paper`).
-const APERTURE: [f64; 2] = [3.0, 3.0];
-
 impl Ageing {
     /// The effect; what is not stated of it is drawn.
     pub fn effect(self, rng: &mut ChaCha8Rng) -> Box<dyn PlantEffect> {
@@ -64,19 +60,7 @@ impl Ageing {
                     ],
                 })
             }
-            Kind::Platen => {
-                let mut teeth = || -> Box<dyn PlantEffect> {
-                    let geometry = Geometry::PAPER;
-                    let field =
-                        ToothVariation::new(&geometry, rng, APERTURE, [1.0, 0.0], 1.0e-6 * size);
-                    Box::new(field)
-                };
-                Box::new(ExchangedPlaten {
-                    before: teeth(),
-                    after: teeth(),
-                    at_s: course.from_s,
-                })
-            }
+            Kind::Platen => Box::new(ExchangedPlaten::drawn(rng, 1.0e-6 * size, course.from_s)),
         }
     }
 }
