@@ -5,7 +5,7 @@
 //! directions' phases together (products of an own and a lateral order, which no calibration by the parity fits), and noise that is not
 //! white, which is whitened by its own correlation (Cochrane and Orcutt 1949). What windows say is compared with a *reference*, which the
 //! first ones after a calibration determine (phase I of a control chart; Montgomery 2012, section 5.3), and summed by Page's test for each
-//! segment, order and direction of the wave ([`scores`]; Page 1954, Biometrika 41, 100). Its rate of false alarms is stated by Lorden's bound
+//! segment, order and direction of the wave (`scores`; Page 1954, Biometrika 41, 100). Its rate of false alarms is stated by Lorden's bound
 //! (1971, Annals of Mathematical Statistics 42, 1897).
 //!
 //! What is watched is seen by the parity alone. A change that both segments of a pair share exactly, phase for phase, leaves none in it
