@@ -42,7 +42,9 @@ fn demonstrate_jointly(board: Starter) -> JointReport {
 }
 
 /// Platen calibration, joint calibration, further poses, tooth map and fly-bys by the image. With few poses the map is poor and each
-/// figure moves with the noise, the paper's method's most; what the flights show before any calibration does not.
+/// figure moves with the noise, the paper's method's most. What the flights show before any calibration does so by less: over 60, 61, 62,
+/// 63, 64 and 66 poses on the simulated board the position and θ_y by 0.4 %, θ_x, which the flight hardly moves, by 2.2 % (standard
+/// deviation). A difference of two of them may be five times that.
 #[test]
 fn the_joint_demonstration_runs_on_the_image() {
     let (here, there) = (
@@ -65,8 +67,13 @@ fn the_joint_demonstration_runs_on_the_image() {
         println!("{}: {a:.4} simulated, {b:.4} on the image", row.name);
         assert!(row.paper_method.is_some() && other.paper_method.is_some());
         let is_raw = row.name.contains("uncalibrated");
+        let share = if row.name.starts_with("theta_x") {
+            0.16
+        } else {
+            0.05
+        };
         assert!(
-            !is_raw || (b / a - 1.0).abs() < 0.05,
+            !is_raw || (b / a - 1.0).abs() < share,
             "{}: {a} and {b}",
             row.name
         );
