@@ -4,7 +4,8 @@
 //! A block after ```` ```console ```` holds commands after `$ `, each with its output; a block after ```` ```sh ```` holds
 //! commands to copy, which must succeed. `[..]` in an output stands for what changes from run to run or machine to machine,
 //! a line `...` for lines that are left out. `exit-1` after the fence: the block's last command ends with exit code 1.
-//! `not-run` after the fence: the block is not run, for the reason in `NOT_RUN`.
+//! `nightly` after the fence: the block is run by the nightly checks alone, in a shell of its own. `not-run` after the
+//! fence: the block is not run, for the reason in `NOT_RUN`.
 //!
 //! `COURIER_DOCS=overwrite cargo test -p courier --test docs` writes what the commands print now into the pages;
 //! `COURIER_DOCS_PAGES=tutorial` runs those pages only whose names hold this word.
@@ -55,6 +56,18 @@ fn each_page(pages: &[Page], work: impl Fn(&Page) + Sync) {
 #[cfg(unix)]
 #[test]
 fn every_command_prints_what_its_page_says() {
+    run_pages(false);
+}
+
+#[cfg(unix)]
+#[test]
+#[ignore = "nightly: a minute"]
+fn every_long_command_prints_what_its_page_says() {
+    run_pages(true);
+}
+
+#[cfg(unix)]
+fn run_pages(nightly: bool) {
     let root = root();
     let courier = Path::new(env!("CARGO_BIN_EXE_courier"));
     let overwrite = std::env::var_os("COURIER_DOCS").is_some_and(|value| value == "overwrite");
@@ -64,7 +77,7 @@ fn every_command_prints_what_its_page_says() {
     let wrong = Mutex::new(vec![]);
     each_page(&pages, |page| {
         let begin = Instant::now();
-        let compared = run::compare(&root, courier, page);
+        let compared = run::compare(&root, courier, page, nightly);
         if compared.ran > 0 {
             let took_s = begin.elapsed().as_secs();
             println!("{}: {} commands, {took_s} s", page.name, compared.ran);

@@ -47,6 +47,11 @@ pub fn is_left_out(block: &Block) -> bool {
     block.info.split_whitespace().any(|word| word == "not-run")
 }
 
+/// Whether the page says that a block is run at night alone.
+pub fn is_nightly(block: &Block) -> bool {
+    block.info.split_whitespace().any(|word| word == "nightly")
+}
+
 /// Whether a block's commands are run.
 pub fn is_run(block: &Block) -> bool {
     kind(block).is_some() && !is_left_out(block)
@@ -190,9 +195,10 @@ pub struct Compared {
     pub ran: usize,
 }
 
-/// Runs every block of a page that is to be run and compares what comes with what the page says.
-pub fn compare(root: &Path, courier: &Path, page: &Page) -> Compared {
-    let blocks: Vec<&Block> = page.blocks.iter().filter(|block| is_run(block)).collect();
+/// Runs every block of a page that is to be run, by day or at night, and compares what comes with what the page says.
+pub fn compare(root: &Path, courier: &Path, page: &Page, nightly: bool) -> Compared {
+    let chosen = |block: &&Block| is_run(block) && is_nightly(block) == nightly;
+    let blocks: Vec<&Block> = page.blocks.iter().filter(chosen).collect();
     let by_block: Vec<Vec<Step>> = blocks.iter().map(|block| steps(page, block)).collect();
     let all: Vec<Step> = by_block.into_iter().flatten().collect();
     let mut compared = Compared {
