@@ -114,6 +114,12 @@ impl Relations {
         (removed * &weights).dot(&weights).max(0.0).sqrt()
     }
 
+    /// What periodic errors may do to the parity where there were too few rows to take them out, m: over few phases the rms may be as much
+    /// as the peak, which of orders that add up is twice the rms over all.
+    fn left_in_m(&self) -> f64 {
+        2.0 * self.parity.as_ref().map_or(0.0, |p| p.periodic_m)
+    }
+
     fn possible(&self, view: &View) -> bool {
         if self.misread {
             return false;
@@ -124,7 +130,7 @@ impl Relations {
         let pitch_m = self.readings.pitch_m * longer;
         let least = parity_m <= CLOSURE_RATIO * self.smallest_parity_m
             && parity_m <= LARGEST_PARITY * pitch_m;
-        if parity_m > CLOSURE_TOLERANCE * pitch_m && !least {
+        if parity_m > CLOSURE_TOLERANCE * pitch_m + self.left_in_m() && !least {
             return false;
         }
         // A sine in the place of its cosine makes an error as wide as the tooth, which follows the tooth phase as well.

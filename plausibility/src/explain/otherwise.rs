@@ -29,7 +29,8 @@ impl Relations {
     }
 
     fn beside_other_parities(mut self, recording: &Recording) -> Self {
-        if self.parity_m(&Wiring::stated()) <= CLOSURE_TOLERANCE * self.readings.pitch_m {
+        let closes_m = CLOSURE_TOLERANCE * self.readings.pitch_m + self.left_in_m();
+        if self.parity_m(&Wiring::stated()) <= closes_m {
             return self;
         }
         let parities_m = self.otherwise(recording).into_iter().map(|readings| {
