@@ -15,7 +15,7 @@ const EXPANSION_PER_K: f64 = 11.5e-6;
 const UNIFORM: f64 = 0.577_350_269_189_625_8;
 /// A contribution of less than this share of all is rounding, of terms that cancel.
 const ROUNDING: f64 = 1.0e-6;
-/// Tooth variation in the paper's section 4: the mean of seven teeth leaves 1.9 µm.
+/// Tooth variation in the paper's section 4, by an interferometer over seven teeth.
 pub const PAPER_TEETH_M: f64 = 1.9e-6;
 
 /// How an uncertainty was evaluated.

@@ -17,8 +17,8 @@ use courier_sensor::equations::PARITY_SIGN;
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::model::{Multiplier, Term};
 
-/// Poses held out unless that was asked otherwise (`Visits::paper`): the record does not say.
-const HELD_OUT: f64 = 200.0;
+/// Poses held out unless that was asked otherwise (`Visits::paper`), by which the noise is known: the record does not say.
+pub(crate) const HELD_OUT: f64 = 200.0;
 /// Largest of four independent standard normal numbers, expected (Harter 1961, Biometrika 48, 151): of four segments the worst is kept.
 const LARGEST_OF_FOUR: f64 = 1.029;
 /// Constants of a self-calibration are equal but for their signs, to rounding of f32.

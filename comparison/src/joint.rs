@@ -6,6 +6,7 @@
 //! is not in the record; the worst predicted deviation tells it.
 
 use crate::coefficients::coefficients;
+use crate::design::HELD_OUT;
 use crate::workspace::mean_square_growth;
 pub use courier_sensor::calibration::joint::Unknown as Fitted;
 use courier_sensor::calibration::joint::{
@@ -19,8 +20,6 @@ use std::f64::consts::TAU;
 
 /// Poses that stand for the expectation: as many as a calibration has, whose products scatter by 3 %.
 const POSES: u32 = 1000;
-/// Poses held out unless that was asked otherwise (`Visits::paper`), by which the noise is known: the record does not say.
-const HELD_OUT: f64 = 200.0;
 /// Noise that held-out poses show is less than the board's if it is below this share of it: by two of its own standard errors, of 5 %.
 const LESS: f32 = 0.9;
 /// Any.

@@ -57,7 +57,7 @@ pub struct Covariates {
     pub commanded_theta_rad: f64,
     /// Speed of each segment along its own direction, m/s.
     pub speed_m_s: [f64; 4],
-    /// The same, of a segment whose delay is known beforehand to be long (`BasisInputs::late_s`) its mean over that delay, from the sample on.
+    /// The same; of a segment that comes late (`BasisInputs::late_s`) the mean speed over its delay, from the sample on, m/s.
     pub speed_ahead_m_s: [f64; 4],
     /// Derivative of the speed, m/s².
     pub acceleration_m_s2: [f64; 4],

@@ -251,8 +251,8 @@ pub struct Regressor {
     pub deviation: Option<f64>,
     /// Prior mean of the amount: zero, unless something else than the residuals tells it.
     pub mean: f64,
-    /// So much of the amount is in the readings' places already: those of late segments are laid together.
-    pub laid: f64,
+    /// So much of the amount is in the readings' places already: late segments are aligned in time with the others before the fit.
+    pub aligned_by: f64,
     /// It adds nothing outside this progress of the recording; asked before it is evaluated.
     pub during: [f64; 2],
     /// Nor outside this part of the platen.
@@ -274,7 +274,7 @@ impl Regressor {
             size_m,
             deviation: None,
             mean: 0.0,
-            laid: 0.0,
+            aligned_by: 0.0,
             during: ALWAYS,
             over: None,
             course: None,
@@ -370,12 +370,12 @@ impl Regressor {
         self
     }
 
-    /// The same with an amount about which the readings are laid together already; how far from it is told by its size.
+    /// The same with a prior mean by which the readings are aligned in time already. Its size is the prior deviation about that mean.
     #[must_use]
-    pub fn laid_by(self, amount: f64) -> Self {
+    pub fn aligned_by(self, amount: f64) -> Self {
         Self {
             mean: amount,
-            laid: amount,
+            aligned_by: amount,
             ..self
         }
     }

@@ -86,7 +86,7 @@ pub mod sensor_side {
         for s in (0..4).filter(|s| inputs.segments[*s]) {
             let name = format!("delay, segment {}", s + 1);
             let delay = Regressor::reading(name, "s", DELAY_SIZE_M, s, move |m| m.speed_ahead_m_s[s]);
-            let delay = delay.laid_by(inputs.late_s[s]);
+            let delay = delay.aligned_by(inputs.late_s[s]);
             list.push(delay.identified(Identity::Wave(Wave::constant(s, Factor::Speed))));
             let name = format!("square of speed, segment {}", s + 1);
             list.push(Regressor::reading(name, "s²/m", SATURATION_SIZE_M, s, move |m| {

@@ -1,17 +1,17 @@
 //! Segments whose readings come so late that it shows before anything is fitted: by a good part of a tooth while the courier is fast.
 //!
-//! Such a delay is no small displacement that a speed tells: over it the courier speeds up, stops and passes teeth. The reading that
-//! belongs to a sample is the one that comes a delay later, found here between the readings. How late a segment is, is found by what the
-//! segments (or a segment and its reference) contradict one another.
+//! Such a delay is no small displacement, proportional to the speed: during it the courier speeds up, stops and passes teeth. The reading
+//! that belongs to a sample is the one that comes a delay later; it is interpolated here between the readings. The delay is the one that
+//! leaves the smallest residual: the parity g_p, or a segment's position less the reference's where there is a reference.
 
-mod together;
+mod alignment;
 
 use crate::algebra::statistics::{median, quantile};
-use crate::data::late_segment::Late;
+use crate::data::late_segment::LateSegment;
 use crate::data::observations::Observations;
 use crate::linearization::baseline::Baseline;
 use crate::trace::log;
-use together::{Together, stretches};
+use alignment::{Alignment, stretches};
 
 /// Longest delay that is looked for, s: 34 ms over a field bus is the longest that was met (Encoder Signal Simulation's rotary drive), and
 /// half as much again.
@@ -22,69 +22,73 @@ const TRIED: usize = 102;
 const FINER: usize = 6;
 /// Steps of Gauss-Newton from there.
 const STEPS: usize = 4;
-/// What is contradicted beside equation (3) must fall to this share of what it was: a prior. What is a delay and nothing else leaves a
-/// hundredth; of one beside other gaps half its square is enough to be worth a look.
+/// The residual beside equation (3) must fall to this share of its mean size, or the segment is not late: a prior. A delay alone leaves a
+/// hundredth of it; one that is as large as all other gaps together leaves about half.
 const LEFT: f64 = 0.5;
 /// A delay moves a segment by at least this share of a pitch at its highest speed: the sine of a phase that is off by less is off by less
 /// than a tenth of it, so that smaller ones are told by the speed.
 const LEAST_PITCHES: f64 = 0.05;
-/// Where the segments contradict one another by less than this share of that, in the mean, none is late: the fastest run of a survey is
+/// Where the residual's mean size is below this share of that, no segment is late: the fastest run of a survey is
 /// twenty times as fast as the slowest, which has most of the samples.
 const LEAST_MEAN: f64 = 0.05;
-/// Readings between which a later one is told must tell it alike to so many times their noise, by those before and by those after it.
+/// An interpolated reading is used if the parabolas by the readings before and after it agree to so many times the stated noise: a prior,
+/// four standard deviations.
 const ALIKE_NOISES: f64 = 4.0;
-
 /// Readings that tell what lies between them to no better than this follow no path, m: as in [`crate::data::motion`].
 const POSES_M: f64 = 15.0e-6;
 
-/// Late segments of a recording. Cost: about a thousand sums over 1,500 samples where the segments contradict one another much, else one.
-pub fn late(o: &Observations) -> [Option<Late>; 4] {
-    let mut found = Together::new(o);
+/// Late segments of a recording. Cost: about a thousand sums over 1,500 samples where the residual is large, else four.
+pub fn late(o: &Observations) -> [Option<LateSegment>; 4] {
+    let mut found = Alignment::new(o);
     while let Some(next) = one_more(&found) {
         found = next;
     }
     std::array::from_fn(|s| {
-        (found.delays_s[s] > 0.0).then(|| Late {
+        (found.delays_s[s] > 0.0).then(|| LateSegment {
             delay_s: found.delays_s[s],
             ahead_m: ahead_m(&found, s, f64::INFINITY, &|_| 0.0),
         })
     })
 }
 
-/// Lays late segments together once more, now that equation (3) is known: a fast courier passes a period of it within a sample, and what
-/// lies between is told by the readings without it.
-pub fn lay_together_again(o: &mut Observations, baseline: &Baseline) {
-    let late: [Option<Late>; 4] = std::mem::take(&mut o.late);
-    o.lay_together(&late, -1.0);
+/// Aligns late segments once more, now that equation (3) is known. A fast courier passes a period of equation (3) within a sample, so that
+/// readings are interpolated better without it.
+pub fn realign(o: &mut Observations, baseline: &Baseline) {
+    let late: [Option<LateSegment>; 4] = std::mem::take(&mut o.late);
+    o.align_in_time(&late, -1.0);
     let pitch_m = o.pitch_m;
     let error_m = |s: usize, position_m: f64| baseline.error_m(s, position_m, pitch_m).0;
-    let mut found = Together::new(o);
-    for (s, place_m) in found.place_m.iter_mut().enumerate() {
-        place_m
-            .iter_mut()
-            .for_each(|place_m| *place_m += error_m(s, *place_m));
-        found.delays_s[s] = late[s].as_ref().map_or(0.0, |late| late.delay_s);
-    }
+    let place_m: [Vec<f64>; 4] = std::array::from_fn(|s| {
+        let read_m = o.position_m[s].iter();
+        read_m.map(|read_m| read_m + error_m(s, *read_m)).collect()
+    });
+    let mut found = Alignment {
+        observations: o,
+        delays_s: late
+            .each_ref()
+            .map(|late| late.as_ref().map_or(0.0, |late| late.delay_s)),
+        place_m: &place_m,
+    };
     for s in (0..4).filter(|s| late[*s].is_some()) {
-        let of = |delay_s: f64| contradiction_m(&found.with(s, delay_s), s);
+        let of = |delay_s: f64| mean_residual_m(&found.with(s, delay_s), s);
         found.delays_s[s] = finer(of, found.delays_s[s]);
     }
     let late = std::array::from_fn(|s| {
-        late[s].as_ref().map(|_| Late {
+        late[s].as_ref().map(|_| LateSegment {
             delay_s: found.delays_s[s],
             ahead_m: ahead_m(&found, s, ALIKE_NOISES, &|place_m| error_m(s, place_m)),
         })
     });
-    o.lay_together(&late, 1.0);
+    o.align_in_time(&late, 1.0);
     o.late = late;
 }
 
-/// The segments laid together with one more that is late, if there is one.
-fn one_more<'a>(known: &Together<'a>) -> Option<Together<'a>> {
+/// The alignment with one more late segment, if there is one.
+fn one_more<'a>(known: &Alignment<'a>) -> Option<Alignment<'a>> {
     let o = known.observations;
     let least_m = LEAST_MEAN * LEAST_PITCHES * o.pitch_m;
     let one = |segment: usize| {
-        let of = |delay_s: f64| contradiction_m(&known.with(segment, delay_s), segment);
+        let of = |delay_s: f64| mean_residual_m(&known.with(segment, delay_s), segment);
         let first_m = of(0.0);
         if first_m < least_m {
             return None;
@@ -97,7 +101,7 @@ fn one_more<'a>(known: &Together<'a>) -> Option<Together<'a>> {
     let (segment, delay_s, _) = candidates
         .filter_map(one)
         .min_by(|a, b| a.2.total_cmp(&b.2))?;
-    let of = |delay_s: f64| contradiction_m(&known.with(segment, delay_s), segment);
+    let of = |delay_s: f64| mean_residual_m(&known.with(segment, delay_s), segment);
     let mut next = known.with(segment, finer(of, delay_s));
     for _ in 0..STEPS {
         let delay_s = next.delays_s[segment] + next.fit(segment, true)?.more_s;
@@ -107,7 +111,7 @@ fn one_more<'a>(known: &Together<'a>) -> Option<Together<'a>> {
     let [before_m, left_m] = [known, &next].map(|of| of.fit(segment, false).map(|fit| fit.left_m));
     let (before_m, left_m) = (before_m?, left_m?);
     log(&format!(
-        "segment {} late by {:.3} ms: {:.3} of {:.3} µm are contradicted",
+        "segment {} late by {:.3} ms: a residual of {:.3} of {:.3} µm is left",
         segment + 1,
         1e3 * delay_s,
         1e6 * left_m,
@@ -117,7 +121,7 @@ fn one_more<'a>(known: &Together<'a>) -> Option<Together<'a>> {
 }
 
 /// True if a delay moves a segment far enough at its highest speed.
-fn is_far(found: &Together, segment: usize) -> bool {
+fn is_far(found: &Alignment, segment: usize) -> bool {
     let moved =
         |i: usize| (found.later_m(segment, i).0 - found.observations.position_m[segment][i]).abs();
     let all = found.sample_numbers().map(moved);
@@ -139,9 +143,9 @@ fn finer(of: impl Fn(f64) -> f64, about_s: f64) -> f64 {
     best.0
 }
 
-/// What a segment contradicts: mean size, m, about one zero, or about one in each stretch if that leaves less.
-fn contradiction_m(found: &Together, segment: usize) -> f64 {
-    let column = found.contradictions(segment);
+/// Mean size of a segment's residual, m, about one zero, or about one in each stretch if that leaves less.
+fn mean_residual_m(found: &Alignment, segment: usize) -> f64 {
+    let column = found.residuals(segment);
     let stretch = |of: &(usize, f64)| found.observations.stretch[of.0];
     let stretches = column.chunk_by(|a, b| stretch(a) == stretch(b));
     let apart_m: f64 = stretches.map(spread_m).sum();
@@ -159,7 +163,7 @@ fn spread_m(part: &[(usize, f64)]) -> f64 {
 /// unsure to more than so many noises it is not told. The samples of a stretch in which most readings tell nothing of those between them are
 /// separate poses, at rest.
 fn ahead_m(
-    found: &Together,
+    found: &Alignment,
     segment: usize,
     alike_noises: f64,
     error_m: &dyn Fn(f64) -> f64,
@@ -259,13 +263,13 @@ mod tests {
         }
     }
 
-    /// What is laid together is where it would have been in time, but for what lies between two samples.
+    /// An aligned segment is where it would have been without the delay, but for what lies between two samples.
     #[test]
-    fn laid_together_the_segments_agree() {
+    fn aligned_in_time_the_segments_agree() {
         let mut o = observations([0.0, 0.0, 5.0e-3, 0.0], false);
         let in_time = observations([0.0; 4], false);
         let found = late(&o);
-        o.lay_together(&found, 1.0);
+        o.align_in_time(&found, 1.0);
         let off = o.position_m[2].iter().zip(&in_time.position_m[2]);
         let mut off_m: Vec<f64> = off.map(|(a, b)| (a - b).abs()).collect();
         off_m.retain(|m| m.is_finite());

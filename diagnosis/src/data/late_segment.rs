@@ -2,7 +2,7 @@
 
 /// How late, and what it reads then.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Late {
+pub struct LateSegment {
     /// How late, s.
     pub delay_s: f64,
     /// What the reading of a delay later is above each sample's, m; not finite where no reading tells it.

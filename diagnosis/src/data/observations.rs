@@ -2,7 +2,7 @@
 
 use crate::Insufficient;
 use crate::data::interpolation::filled;
-use crate::data::late_segment::Late;
+use crate::data::late_segment::LateSegment;
 use recording::{Column, Logged, Recording, Samples};
 use std::f64::consts::TAU;
 
@@ -32,7 +32,7 @@ pub struct Observations {
     /// Unmodified outputs, m.
     pub position_m: [Vec<f64>; 4],
     /// Segments that come late: [`Self::position_m`] holds what they read a delay later.
-    pub late: [Option<Late>; 4],
+    pub late: [Option<LateSegment>; 4],
     /// Stated noise of the unmodified outputs, m.
     pub position_noise_m: [Vec<f64>; 4],
     /// What positions were rounded to, m; zero where counts were logged or all digits.
@@ -171,13 +171,12 @@ impl Observations {
         }
     }
 
-    /// Puts what late segments read a delay later in the place of their readings, so that the readings of a moment are together; or takes it
-    /// back, by a `sign` of -1. Where none tells it a segment is not measured from then on.
-    pub fn lay_together(&mut self, late: &[Option<Late>; 4], sign: f64) {
+    /// Aligns late segments in time: puts what each reads a delay later in the place of its readings. A `sign` of -1 takes that back. Where none tells it a segment is not measured from then on.
+    pub fn align_in_time(&mut self, late: &[Option<LateSegment>; 4], sign: f64) {
         for (position_m, late) in self.position_m.iter_mut().zip(late) {
             let ahead_m = late.iter().flat_map(|late| &late.ahead_m);
-            let laid = position_m.iter_mut().zip(ahead_m);
-            laid.for_each(|(position_m, ahead_m)| *position_m += sign * ahead_m);
+            let pairs = position_m.iter_mut().zip(ahead_m);
+            pairs.for_each(|(position_m, ahead_m)| *position_m += sign * ahead_m);
         }
     }
 

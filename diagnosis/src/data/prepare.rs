@@ -78,7 +78,7 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     crate::data::adequacy::check(&observations)?;
     crate::data::channels::electrodes(recording)?;
     let late = crate::data::late::late(&observations);
-    observations.lay_together(&late, 1.0);
+    observations.align_in_time(&late, 1.0);
     let mut notes = crate::data::commanded::repair(&mut observations);
     notes.extend(crate::data::held_reference::leave_aside(&mut observations));
     notes.extend(crate::data::restarts::join(&mut observations, recording));
@@ -109,7 +109,7 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
             baseline.clone(),
             vec![true; observations.len()],
         );
-        linearized.laid_together = true;
+        linearized.aligned_in_time = true;
         let rows = white_rows(&linearized);
         let marked = disturbed(&rows, observations.len(), &observations.stretch);
         let astray = astray(&rows, &observations);
@@ -123,7 +123,7 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
         baseline = calibrate(&observations, &mask);
     }
     if observations.late.iter().any(Option::is_some) {
-        crate::data::late::lay_together_again(&mut observations, &baseline);
+        crate::data::late::realign(&mut observations, &baseline);
         baseline = calibrate(&observations, &mask);
     }
     let linearized = LinearizedRecording::new(&observations, baseline.clone(), mask.clone());

@@ -16,7 +16,7 @@ pub fn calibrate(observations: &Observations, mask: &[bool]) -> Baseline {
     let fold = folds(&observations.stretch);
     let mut baseline = Baseline::nominal(observations);
     let mut linearized = LinearizedRecording::new(observations, baseline.clone(), mask.to_vec());
-    linearized.laid_together = true;
+    linearized.aligned_in_time = true;
     for _ in 0..CALIBRATION_STEPS {
         let columns = baseline_columns(&linearized);
         let gram = Gram::new(&linearized, &columns, &fold);

@@ -386,7 +386,7 @@ pub fn displacement(
     let mut beside = Vec::new();
     for (c, coefficient) in acts {
         let regressor = &columns.regressors[*c];
-        let coefficient = coefficient - regressor.laid;
+        let coefficient = coefficient - regressor.aligned_by;
         let moves = linearized.inputs.skew_moves || !acts_on(Acts::Teeth, *c);
         if moves && regressor.action.is_on_readings() {
             acting.push((regressor, coefficient, acts_on(Acts::Electronics, *c)));

@@ -47,6 +47,7 @@ pub(super) fn apply<'a>(
         beacon: own.beacon,
         temperature: own.temperature,
         counts: own.counts,
+        late_s: own.late_s,
         beacon_stretches: own.beacon_stretches.clone(),
         middle_m: middle_m(&model.inputs, &own),
         ..model.inputs.clone()

@@ -7,7 +7,7 @@ use crate::data::observations::{MINIMUM_SAMPLES, Observations};
 use crate::data::outliers::{among_bursts, astray, disturbed};
 use crate::data::slips::repair_slips;
 use crate::data::tooth_counts::align_pairs;
-use crate::data::{adequacy, commanded, faint, held_reference, restarts};
+use crate::data::{adequacy, commanded, faint, held_reference, late, restarts};
 use crate::inference::residuals::Residuals;
 use crate::linearization::calibrate::equation_columns;
 use crate::linearization::recording::{LinearizedRecording, range};
@@ -94,6 +94,8 @@ pub fn check_watched(
 ) -> Result<Checked, Insufficient> {
     watch(Stage::Read);
     let mut observations = Observations::new(recording)?;
+    let late = late::late(&observations);
+    observations.align_in_time(&late, 1.0);
     let mut notes = commanded::repair(&mut observations);
     notes.extend(held_reference::leave_aside(&mut observations));
     notes.extend(restarts::join(&mut observations, recording));
@@ -107,6 +109,8 @@ pub fn check_watched(
     );
     notes.extend(adequacy::remarks(&observations));
     let undisturbed = undisturbed(model, &observations, &mut notes);
+    observations.late = late;
+    late::realign(&mut observations, &model.baseline_with_effects);
     watch(Stage::Split);
     let (known, elsewhere) = split(model, &observations, undisturbed);
     let doubtful = doubtful(model, &observations, &known);

@@ -53,8 +53,8 @@ pub struct LinearizedRecording<'a> {
     pub normal: ReferenceValues,
     /// What the effects found so far add to the readings.
     pub displacement: LatentDisplacement,
-    /// True if late segments are taken as laid together, and not as late as they came.
-    pub laid_together: bool,
+    /// True if residuals are those of late segments as aligned in time, and not as late as they came.
+    pub aligned_in_time: bool,
     /// Noise of each reading over the stated one: 1, or what was found.
     pub noise: [f64; READINGS],
     gain: [Vec<f64>; 4],
@@ -150,7 +150,7 @@ impl<'a> LinearizedRecording<'a> {
             calibrated_m,
             mask,
             displacement: LatentDisplacement::default(),
-            laid_together: false,
+            aligned_in_time: false,
             noise: [1.0; READINGS],
             gain,
             ln_amplitude: Default::default(),
@@ -206,7 +206,7 @@ impl<'a> LinearizedRecording<'a> {
             mask: self.mask.clone(),
             normal: self.normal.clone(),
             displacement,
-            laid_together: self.laid_together,
+            aligned_in_time: self.aligned_in_time,
             noise,
             gain,
             ln_amplitude: self.ln_amplitude.clone(),

@@ -160,14 +160,14 @@ impl LinearizedRecording<'_> {
         } else {
             self.constraint_rows(i, &mut rows);
         }
-        if !self.laid_together {
+        if !self.aligned_in_time {
             self.take_back(i, &mut rows);
         }
         self.fill_whitener(i, &mut rows);
         rows
     }
 
-    /// Takes back, to first order, by what late segments were laid together: that they are late is for an effect to explain.
+    /// Takes the alignment of late segments back, to first order: that they are late is for an effect to explain.
     fn take_back(&self, i: usize, rows: &mut SampleRows) {
         for (segment, late) in self.observations.late.iter().enumerate() {
             let ahead_m = late.as_ref().map(|late| late.ahead_m[i]);

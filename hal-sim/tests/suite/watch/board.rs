@@ -76,6 +76,12 @@ fn work(
     }
 }
 
+/// Whether the next frame's status says that the calibration has drifted.
+fn drift_is_told(bench: &mut Bench) -> bool {
+    let status = bench.board.sample().status;
+    status.contains(Status::CALIBRATION_DRIFT)
+}
+
 #[test]
 fn the_board_tells_of_a_change_in_its_status_and_in_every_frame() {
     let (mut bench, _) = calibrated_board();
@@ -83,26 +89,14 @@ fn the_board_tells_of_a_change_in_its_status_and_in_every_frame() {
     assert_eq!(bench.status().watch.standing, Standing::Learning);
     let healthy = |verdict: &Verdict| verdict.standing == Standing::Healthy;
     assert!(work(&mut bench, &mut rng, CHANGE_S as u32, healthy));
-    assert!(
-        !bench
-            .board
-            .sample()
-            .status
-            .contains(Status::CALIBRATION_DRIFT)
-    );
+    assert!(!drift_is_told(&mut bench));
     let told = |verdict: &Verdict| verdict.change.is_some();
     assert!(work(&mut bench, &mut rng, CHANGE_S as u32 + 60, told));
     let verdict = bench.status().watch;
     let change = verdict.change.expect("told");
     assert_eq!((change.segment, change.order), (1, 2), "{verdict}");
     bench.run(50);
-    assert!(
-        bench
-            .board
-            .sample()
-            .status
-            .contains(Status::CALIBRATION_DRIFT)
-    );
+    assert!(drift_is_told(&mut bench));
     // A calibration that is given up leaves what was told; one that comes in force begins anew.
     let order = CalibrateOrder {
         poses: 60,
@@ -114,13 +108,7 @@ fn the_board_tells_of_a_change_in_its_status_and_in_every_frame() {
     assert_eq!(bench.ask(Action::Abort), Reply::Done);
     bench.run(2000);
     assert_eq!(bench.status().watch.change, Some(change));
-    assert!(
-        bench
-            .board
-            .sample()
-            .status
-            .contains(Status::CALIBRATION_DRIFT)
-    );
+    assert!(drift_is_told(&mut bench));
     let Reply::Calibration(calibration) =
         bench.ask(Action::Read(courier_sensor::link::message::Source::InForce))
     else {
@@ -129,13 +117,7 @@ fn the_board_tells_of_a_change_in_its_status_and_in_every_frame() {
     assert_eq!(bench.ask(Action::load(calibration)), Reply::Done);
     bench.run(50);
     assert_eq!(bench.status().watch.standing, Standing::Learning);
-    assert!(
-        !bench
-            .board
-            .sample()
-            .status
-            .contains(Status::CALIBRATION_DRIFT)
-    );
+    assert!(!drift_is_told(&mut bench));
 }
 
 #[test]
@@ -162,13 +144,7 @@ fn a_restart_forgets_neither_the_reference_nor_a_change() {
     assert_eq!((change.segment, change.order), (1, 2));
     assert_eq!(change.size_m, before.size_m);
     bench.run(50);
-    assert!(
-        bench
-            .board
-            .sample()
-            .status
-            .contains(Status::CALIBRATION_DRIFT)
-    );
+    assert!(drift_is_told(&mut bench));
     // It is still there, and not taken back.
     work(&mut bench, &mut rng, 40, |_| false);
     let change = bench.status().watch.change.expect("told");

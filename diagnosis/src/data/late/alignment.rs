@@ -1,6 +1,7 @@
-//! Readings of late segments laid together, and what the segments then contradict one another.
+//! Late segments aligned in time with the others, and the residual that is left then.
 
 use crate::data::observations::Observations;
+use courier_signal::equations::{OWN_ORDERS, PARITY_SIGN};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -9,29 +10,25 @@ use std::ops::Range;
 const SAMPLES: usize = 1500;
 /// Half the time over which a segment's speed is told, s.
 const SPEED_S: f64 = 1.0e-3;
-/// Orders of equation (3).
-const ORDERS: [f64; 4] = [1.0, 2.0, 4.0, 6.0];
-/// Sines and cosines of those.
-const PERIODIC: usize = 2 * ORDERS.len();
-/// Signs of the segments in the parity.
-const PARITY: [f64; 4] = [1.0, -1.0, -1.0, 1.0];
+/// Sines and cosines of equation (3)'s orders.
+const PERIODIC: usize = 2 * OWN_ORDERS.len();
 /// Size of the periodic errors, m: of the paper's uncalibrated segments (figure 5 and section 3.1.2), some micrometres an order.
 const PERIODIC_M: f64 = 5.0e-6;
-/// What is contradicted besides, m: some noise floors of 0.3 µm.
+/// Residual beside the periodic errors, m: some noise floors of 0.3 µm.
 const NOISE_M: f64 = 1.0e-6;
 
-/// Segments, some of them late.
-#[derive(Clone)]
-pub struct Together<'a> {
+/// Segments, each with its delay.
+#[derive(Clone, Copy)]
+pub struct Alignment<'a> {
     /// The recording.
     pub observations: &'a Observations,
     /// How late each segment is, s.
     pub delays_s: [f64; 4],
     /// Where each segment is, m: what it reads, or that without equation (3).
-    pub place_m: [Vec<f64>; 4],
+    pub place_m: &'a [Vec<f64>; 4],
 }
 
-/// What equation (3), and a longer delay, make of what is contradicted.
+/// A fit of equation (3), and of a longer delay, to the residual.
 pub struct Fitted {
     /// By how much longer the delay is, s.
     pub more_s: f64,
@@ -39,27 +36,26 @@ pub struct Fitted {
     pub left_m: f64,
 }
 
-/// Number of a sample, what is contradicted at it, and what a unit of each amount makes of that.
+/// Number of a sample, its residual, and its row of the design matrix.
 type Told = (usize, f64, Vec<f64>);
 
-/// Numbers of samples, and what is contradicted at each, m.
-pub type Contradictions = Vec<(usize, f64)>;
+/// Numbers of samples, and the residual of each, m.
+pub type Residuals = Vec<(usize, f64)>;
 
-impl<'a> Together<'a> {
+impl<'a> Alignment<'a> {
     /// All in time.
     pub fn new(observations: &'a Observations) -> Self {
         Self {
             observations,
             delays_s: [0.0; 4],
-            place_m: observations.position_m.clone(),
+            place_m: &observations.position_m,
         }
     }
 
     /// The same with another delay of one segment.
-    pub fn with(&self, segment: usize, delay_s: f64) -> Self {
-        let mut out = self.clone();
-        out.delays_s[segment] = delay_s;
-        out
+    pub fn with(mut self, segment: usize, delay_s: f64) -> Self {
+        self.delays_s[segment] = delay_s;
+        self
     }
 
     /// Samples that are looked at.
@@ -74,17 +70,17 @@ impl<'a> Together<'a> {
         later_m(o, &self.place_m[segment], i, self.delays_s[segment])
     }
 
-    /// Segments whose readings together contradict something, with their signs in it: a segment and the reference, or all four.
+    /// Segments that a segment's residual is formed of, with their signs: itself alone against a reference, else all four.
     fn parts(&self, segment: usize) -> Vec<(usize, f64)> {
         if self.observations.reference.iter().any(|r| !r.is_empty()) {
             vec![(segment, 1.0)]
         } else {
-            PARITY.into_iter().enumerate().collect()
+            PARITY_SIGN.map(f64::from).into_iter().enumerate().collect()
         }
     }
 
-    /// What a segment contradicts the reference, or the other segments; empty where there is neither.
-    pub fn contradictions(&self, segment: usize) -> Contradictions {
+    /// A segment's position less the reference's, or the parity; empty where there is neither.
+    pub fn residuals(&self, segment: usize) -> Residuals {
         let o = self.observations;
         let parts = self.parts(segment);
         if !parts.iter().all(|(s, _)| o.has_segment(*s)) {
@@ -104,8 +100,8 @@ impl<'a> Together<'a> {
         all.filter(|(_, value)| value.is_finite()).collect()
     }
 
-    /// Fits equation (3)'s orders, and by how much a segment is later still, to what it contradicts within each stretch. `None` where nothing
-    /// is told.
+    /// Fits equation (3)'s orders, and by how much a segment is later still, to its residual within each stretch. `None` where there
+    /// are too few samples.
     pub fn fit(&self, segment: usize, later: bool) -> Option<Fitted> {
         let parts = self.parts(segment);
         let row = |i: usize| {
@@ -118,7 +114,7 @@ impl<'a> Together<'a> {
             row.extend(own.map(|(s, sign)| -sign * self.speed_m_s(*s, i)));
             row
         };
-        let told = self.contradictions(segment).into_iter();
+        let told = self.residuals(segment).into_iter();
         let told: Vec<Told> = told
             .map(|(i, value)| (i, value, row(i)))
             .filter(|t| t.2.iter().all(|v| v.is_finite()))
@@ -195,11 +191,11 @@ pub fn later_m(o: &Observations, place_m: &[f64], i: usize, delay_s: f64) -> (f6
     }
 }
 
-/// Sines and cosines of [`ORDERS`] at a place.
+/// Sines and cosines of equation (3)'s orders at a place.
 fn shapes(pitch_m: f64, place_m: f64) -> [f64; PERIODIC] {
     let phase = TAU * place_m / pitch_m;
     std::array::from_fn(|k| {
-        let (sine, cosine) = (ORDERS[k / 2] * phase).sin_cos();
+        let (sine, cosine) = (f64::from(OWN_ORDERS[k / 2]) * phase).sin_cos();
         if k % 2 == 0 { sine } else { cosine }
     })
 }
