@@ -9,7 +9,7 @@ use super::patch::{Patch, crop};
 use super::pose::{Setup, TeethPose};
 use super::predict;
 use super::unknowns::{NODE_M, Unknowns, WAVES};
-use anyhow::{Result, ensure};
+use anyhow::{Result, anyhow, ensure};
 use courier_sensor::equations::{OWN_ORDERS, theta};
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::model::{ErrorModel, TermTable};
@@ -162,7 +162,16 @@ fn lattices(setup: &Setup, poses: &[TeethPose]) -> Result<[Grid; 2]> {
             }
         }
     }
-    let grids = bounds.map(lattice::covering);
+    let covering = |bound| {
+        lattice::covering(bound).map_err(|far| {
+            anyhow!(
+                "the recording: found places that reach {far:.0} teeth, wanted at most {}: --within takes the middle; or pitch_m, \
+                 span_m or lever arms of its recording.toml are not in metres",
+                u8::MAX
+            )
+        })
+    };
+    let grids = [covering(bounds[0])?, covering(bounds[1])?];
     let nodes: usize = grids.iter().map(Grid::count).sum();
     ensure!(
         nodes <= MOST_NODES,

@@ -9,14 +9,21 @@ pub const FIELD: Lattice<CubicSpline> = Lattice::of_teeth(CubicSpline);
 /// Nodes about a place, either way.
 pub const SUPPORT: usize = 4;
 
-/// Smallest lattice that holds places within these bounds, pitches: `[lowest, highest]` along and across.
-pub fn covering(bounds: [[f64; 2]; 2]) -> Grid {
-    let first = bounds.map(|[low, _]| low.floor() as i32 - 1);
-    let nodes = bounds.map(|[low, high]| (high.floor() - low.floor()) as i64 + 4);
-    Grid {
-        first_teeth: first,
-        nodes: nodes.map(|n| u8::try_from(n).unwrap_or(u8::MAX)),
+/// Smallest lattice that holds places within these bounds, pitches: `[lowest, highest]` along and across. How far the places reach
+/// instead, where that is more than a [`Grid`] can count.
+pub fn covering(bounds: [[f64; 2]; 2]) -> Result<Grid, f64> {
+    let first = bounds.map(|[low, _]| low.floor() - 1.0);
+    let nodes = bounds.map(|[low, high]| high.floor() - low.floor() + SUPPORT as f64);
+    for k in 0..2 {
+        let counted = nodes[k] <= f64::from(u8::MAX) && first[k].abs() <= f64::from(i32::MAX / 2);
+        if !counted {
+            return Err(nodes[k].max(first[k].abs()));
+        }
     }
+    Ok(Grid {
+        first_teeth: first.map(|first| first as i32),
+        nodes: nodes.map(|nodes| nodes as u8),
+    })
 }
 
 /// The cell that a place is in, numbered as its first node; none where the lattice does not reach about it.
@@ -55,7 +62,7 @@ mod tests {
 
     #[test]
     fn lattice_covers_its_bounds_and_nothing_else() {
-        let grid = covering([[-3.2, 4.9], [10.0, 12.5]]);
+        let grid = covering([[-3.2, 4.9], [10.0, 12.5]]).unwrap();
         assert_eq!(grid.first_teeth, [-5, 9]);
         assert_eq!(grid.nodes, [12, 6]);
         for place in [[-3.2, 10.0], [4.9, 12.5], [0.3, 11.0]] {
@@ -71,6 +78,9 @@ mod tests {
         assert_eq!(number(&grid, [-5, 9]), Some((0, 0)));
         assert_eq!(number(&grid, [6, 14]), Some((71, 11)));
         assert!(number(&grid, [7, 9]).is_none() && number(&grid, [-5, 15]).is_none());
+        assert_eq!(covering([[0.0, 252.0], [0.0, 1.0]]), Err(256.0));
+        assert_eq!(covering([[-4.0e9, -4.0e9], [0.0, 1.0]]), Err(4.0e9 + 1.0));
+        assert!(covering([[f64::NAN, 1.0], [0.0, 1.0]]).is_err());
         let [i, j] = middle(&grid, cell(&grid, [0.3, 11.2]).unwrap()).unwrap();
         assert!((i - 0.5).abs() < 1e-12 && (j - 11.5).abs() < 1e-12);
     }
