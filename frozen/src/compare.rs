@@ -32,15 +32,27 @@ impl std::fmt::Display for Difference {
 
 /// Every place where the answers differ by more than `relative`; with zero, every place where their bits do.
 ///
+/// An effect's amounts are compared from the least to the largest: the diagnosis tells them by size, and where two segments share
+/// one displacement, with opposite signs, rounding alone decides which of the two comes first.
+///
 /// # Panics
 /// Never: an answer is JSON.
 #[must_use]
 pub fn compare(kept: &Answer, now: &Answer, relative: f64) -> Vec<Difference> {
-    let value = |answer: &Answer| serde_json::to_value(answer).unwrap_or_default();
+    let value = |answer: &Answer| serde_json::to_value(in_order(answer)).unwrap_or_default();
     let mut found = Vec::new();
     walk(&value(kept), &value(now), "", 0.0, &mut found);
     found.retain(|d| d.relative > relative);
     found
+}
+
+/// The same answer with each effect's amounts from the least to the largest.
+fn in_order(answer: &Answer) -> Answer {
+    let mut answer = answer.clone();
+    for effect in &mut answer.effects {
+        effect.amounts.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    }
+    answer
 }
 
 fn walk(kept: &Value, now: &Value, at: &str, beside: f64, found: &mut Vec<Difference>) {
@@ -104,6 +116,15 @@ mod tests {
             compare(&kept, &other, RELATIVE)[0].at,
             "/effects/0/probability"
         );
+    }
+
+    #[test]
+    fn two_amounts_of_one_size_may_come_in_either_order() {
+        let kept = named("a", 0.9, vec![[2.0, 0.1], [-2.0, 0.1], [1.0, 0.1]]);
+        let other = named("a", 0.9, vec![[-2.0, 0.1], [2.0, 0.1], [1.0, 0.1]]);
+        assert!(compare(&kept, &other, RELATIVE).is_empty());
+        let turned = named("a", 0.9, vec![[2.0, 0.1], [-2.0, 0.1], [-1.0, 0.1]]);
+        assert!(!compare(&kept, &turned, RELATIVE).is_empty());
     }
 
     #[test]

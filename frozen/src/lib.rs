@@ -4,7 +4,8 @@
 //! and says in its commit which they are.
 //!
 //! [`specimen`]: what is diagnosed, stated in full, so that a longer catalogue draws no other courier. [`answer`]: what is kept
-//! of a diagnosis. [`mod@compare`]: how two answers may differ. [`list`]: the set. [`short`]: the many of it that are
+//! of a diagnosis. [`mod@compare`]: how two answers may differ. [`rounding`]: what
+//! another processor's arithmetic may do to an answer. [`list`]: the set. [`short`]: the many of it that are
 //! answered in half a second each. [`mod@file`]: one line a specimen.
 
 pub mod answer;
@@ -12,6 +13,7 @@ pub mod compare;
 pub mod file;
 pub mod list;
 mod rigged;
+pub mod rounding;
 pub mod short;
 pub mod specimen;
 

@@ -3,10 +3,10 @@
 use anyhow::{Result, ensure};
 use clap::{Parser, Subcommand};
 use frozen::answer::answer;
+use frozen::rounding::{shaken, what_rounding_does};
 use frozen::{Answer, Kept, RELATIVE, Specimen, compare, list};
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
-use recording::{Recording, Samples};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
@@ -159,10 +159,20 @@ fn compared(args: &Args, relative: f64) -> Result<bool> {
                 return Ok(false);
             };
             let found = compare(&one.answer, &now, relative);
-            for difference in &found {
-                println!("{}: {difference}", one.specimen.name());
+            // Told to the last bit, nothing is put down to rounding.
+            let (rounded, other) = if relative > 0.0 && !found.is_empty() {
+                what_rounding_does(&one.specimen, &now, found)?
+            } else {
+                (Vec::new(), found)
+            };
+            let name = one.specimen.name();
+            for difference in &rounded {
+                println!("{name}: rounding alone does as much: {difference}");
             }
-            Ok(!found.is_empty())
+            for difference in &other {
+                println!("{name}: {difference}");
+            }
+            Ok(!other.is_empty())
         })
         .collect::<Result<_>>()?;
     let count = differ.iter().filter(|differs| **differs).count();
@@ -178,7 +188,7 @@ fn shake(args: &Args) -> Result<bool> {
             let Some(first) = one.specimen.first()? else {
                 return Ok(0.0);
             };
-            let now = answer(&shaken(&first), one.specimen.second().as_ref());
+            let now = answer(&shaken(&first, 0), one.specimen.second().as_ref());
             let found = compare(&one.answer, &now, 0.0);
             let Some(most) = found
                 .iter()
@@ -195,23 +205,4 @@ fn shake(args: &Args) -> Result<bool> {
         moved.iter().fold(0.0, |most: f64, x| most.max(*x))
     );
     Ok(false)
-}
-
-/// Every other position and pair of a recording made larger by one unit of its last place.
-fn shaken(recording: &Recording) -> Recording {
-    let mut samples = Samples::default();
-    for i in 0..recording.samples.len() {
-        let mut row = recording.samples.row(i);
-        if i % 2 == 0 {
-            row.position_m = row.position_m.map(|p| p.map(f64::next_up));
-            row.quadrature_counts = row
-                .quadrature_counts
-                .map(|q| q.map(|pair| pair.map(f64::next_up)));
-        }
-        samples.push(&row);
-    }
-    Recording {
-        samples,
-        ..recording.clone()
-    }
 }
