@@ -3,8 +3,11 @@
 //! Frames come from the intake, all that the session wants, otherwise the newest; the session's wishes go to the motion controller; an accepted calibration goes to flash first and then in force; a stored tooth map comes in force under its beacon. What fails leaves the calibration in
 //! force where it was. Knows no clock: time is the number of samples taken.
 
+mod begin;
+mod clock;
 mod conclude;
 mod place_map;
+mod update;
 mod watch;
 
 use super::frames::FrameReceiver;
@@ -15,22 +18,16 @@ use super::sampler::Mailbox;
 use super::task::Task;
 use super::updates::Updates;
 use super::watcher::Watcher;
-use crate::calibration::joint::{JointConfig, StepReport};
-use crate::calibration::record::{Instant, Method};
+use crate::calibration::joint::StepReport;
+use crate::calibration::record::Method;
 use crate::calibration::slots::{Place, Slots};
-use crate::calibration::{
-    Action, Evidence, Progress, Refusal as SessionRefusal, SessionConfig, StartError,
-};
+use crate::calibration::{Action, Evidence, Progress, Refusal as SessionRefusal};
 use crate::device::Device;
 use crate::drivers::motion::{MotionPort, PortCounters, Target};
-use crate::frame::{Frame, Status};
-use crate::link::message::{Field, Refusal, StartRefusal};
-use crate::model::TermTable;
-use crate::range::OutOfRange;
+use crate::frame::Frame;
+use crate::link::message::Refusal;
 use crate::settings::Settings;
 use crate::swap::SwapSender;
-use crate::update::install::UpdateRefusal;
-use crate::update::order::{UpdateOrder, UpdateStatus};
 use embedded_io::{Read, ReadReady, Write, WriteReady};
 use embedded_storage::nor_flash::NorFlash;
 
@@ -126,7 +123,7 @@ where
     }
 
     /// Starts from what is stored: the newest valid record comes in force; without one frames say
-    /// [`Status::UNCALIBRATED`] and [`Keeper::boot`] why. In safe mode what is stored is left alone ([`super::restarts`]).
+    /// [`UNCALIBRATED`](crate::frame::Status::UNCALIBRATED) and [`Keeper::boot`] why. In safe mode what is stored is left alone ([`super::restarts`]).
     ///
     /// The motion controller is told to stop: what was under way before a restart is nobody's any more.
     pub fn start(&mut self, safe_mode: bool) {
@@ -194,126 +191,6 @@ where
             None => false,
         };
         self.task.work() || checked
-    }
-
-    /// Carries out what a host orders of an update. One is begun only while nothing else is under way: each page that it erases keeps the
-    /// background from taking frames for some 22 ms, which a calibration that averages a pose would lose.
-    ///
-    /// # Errors
-    /// [`Refusal::Busy`], [`Refusal::Update`].
-    #[inline(never)]
-    pub fn update(&mut self, order: &UpdateOrder) -> Result<UpdateStatus, Refusal> {
-        if matches!(order, UpdateOrder::Begin { .. }) {
-            self.idle()?;
-            if self.is_moving() {
-                return Err(Refusal::Update(UpdateRefusal::Moving));
-            }
-        }
-        let uptime_s = self.time().uptime_s;
-        let updates = self.updates.as_mut();
-        let updates = updates.ok_or(Refusal::Update(UpdateRefusal::NotOffered))?;
-        let done = updates.act(self.keeper.flash_mut(), order, uptime_s);
-        done.map_err(Refusal::Update)
-    }
-
-    /// Whether the image that runs was on trial and nobody accepted it: the board is to restart, and the one before comes back.
-    pub fn is_trial_over(&mut self) -> bool {
-        let uptime_s = self.time().uptime_s;
-        let flash = self.keeper.flash_mut();
-        let updates = self.updates.as_mut();
-        updates.is_some_and(|updates| updates.is_over(flash, uptime_s))
-    }
-
-    /// An image on trial stores nothing: if it went back, what it stored would be lost.
-    fn may_store(&self) -> Result<(), Refusal> {
-        match &self.updates {
-            Some(updates) if updates.is_on_trial() => Err(Refusal::Update(UpdateRefusal::OnTrial)),
-            _ => Ok(()),
-        }
-    }
-
-    /// A calibration begins only while no update is taken in, for the same reason as the other way round ([`Background::update`]).
-    fn may_calibrate(&self) -> Result<(), Refusal> {
-        self.idle()?;
-        self.may_store()?;
-        match &self.updates {
-            Some(updates) if updates.is_under_way() => {
-                Err(Refusal::Update(UpdateRefusal::UnderWay))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    /// Slots and what is in force, to change what is stored.
-    ///
-    /// # Errors
-    /// [`Refusal::Busy`], [`Refusal::Update`] while the image that runs is on trial.
-    pub fn keeper_to_store(&mut self) -> Result<&mut Keeper<'q, 'c, F>, Refusal> {
-        self.may_store()?;
-        self.keeper_mut()
-    }
-
-    /// Starts a self-calibration from where the courier stands. Geometry and model of `config` are replaced by those
-    /// in force.
-    ///
-    /// # Errors
-    /// [`Refusal`]; nothing is changed.
-    #[inline(never)]
-    pub fn calibrate(&mut self, mut config: SessionConfig, errand: Errand) -> Result<(), Refusal> {
-        self.may_calibrate()?;
-        config.geometry = self.keeper.settings().geometry;
-        config.validate().map_err(out_of_range)?;
-        self.task.make_platen();
-        self.keeper
-            .model_to_fit(&mut config.model, TermTable::equation_3);
-        self.task.start(config).map_err(not_started)?;
-        self.begin(Method::Platen, errand);
-        Ok(())
-    }
-
-    /// Starts a joint calibration of both sensors from where the courier stands, under a beacon. Geometry and model of
-    /// `config` are replaced by those in force.
-    ///
-    /// # Errors
-    /// [`Refusal`]; nothing is changed.
-    #[inline(never)]
-    pub fn calibrate_joint(
-        &mut self,
-        mut config: JointConfig,
-        errand: Errand,
-    ) -> Result<(), Refusal> {
-        self.may_calibrate()?;
-        let status = self.last.status;
-        if status.contains(Status::BEACON_MISSING) {
-            return Err(Refusal::Start(StartRefusal::NoBeacon));
-        }
-        config.geometry = self.keeper.settings().geometry;
-        config.validate().map_err(out_of_range)?;
-        self.task.make_joint();
-        self.keeper
-            .model_to_fit(&mut config.model, TermTable::equation_9);
-        self.task.start_joint(config).map_err(not_started)?;
-        self.begin(Method::Joint, errand);
-        Ok(())
-    }
-
-    fn begin(&mut self, method: Method, errand: Errand) {
-        self.method = method;
-        self.errand = errand;
-        self.guide.forget_origin();
-        self.ended = None;
-    }
-
-    /// Ends the session; the calibration in force stays.
-    ///
-    /// # Errors
-    /// [`Refusal::NothingUnderWay`].
-    pub fn abort(&mut self) -> Result<(), Refusal> {
-        if !self.is_calibrating() {
-            return Err(Refusal::NothingUnderWay);
-        }
-        self.task.abort();
-        Ok(())
     }
 
     /// Moves the courier, when no session does.
@@ -390,46 +267,6 @@ where
         self.mailbox
     }
 
-    /// Tells the board's temperature, from which the temperature terms count.
-    pub fn set_temperature_c(&mut self, temperature_c: f32) {
-        self.temperature_c = Some(temperature_c);
-        let reference_c = self.reference_c();
-        self.mailbox
-            .set_temperature_delta_k(temperature_c - reference_c);
-    }
-
-    /// Board temperature, if it is measured.
-    pub fn temperature_c(&self) -> Option<f32> {
-        self.temperature_c
-    }
-
-    /// Tells the time of day, seconds since 1970 UTC.
-    pub fn set_time(&mut self, unix_s: u64) {
-        self.unix_offset_s = Some(unix_s.saturating_sub(self.uptime_s()));
-    }
-
-    /// Uptime, by the samples that came up the queue, and the date if it was told.
-    pub fn time(&self) -> Instant {
-        let uptime_s = self.uptime_s();
-        Instant {
-            unix_s: self
-                .unix_offset_s
-                .map(|offset| offset.saturating_add(uptime_s)),
-            uptime_s: u32::try_from(uptime_s).unwrap_or(u32::MAX),
-        }
-    }
-
-    fn uptime_s(&self) -> u64 {
-        (self.samples as f32 / self.keeper.settings().rate_hz) as u64
-    }
-
-    fn reference_c(&self) -> f32 {
-        let measured = self.temperature_c.unwrap_or_default();
-        self.keeper
-            .in_force()
-            .map_or(measured, |calibration| calibration.temperature_c)
-    }
-
     fn idle(&self) -> Result<(), Refusal> {
         if self.is_calibrating() {
             Err(Refusal::Busy)
@@ -438,37 +275,3 @@ where
         }
     }
 }
-
-fn not_started(error: StartError) -> Refusal {
-    match error {
-        StartError::Busy => Refusal::Busy,
-        StartError::Terms => Refusal::Start(StartRefusal::Terms),
-        StartError::Range(number) => out_of_range(number),
-    }
-}
-
-fn out_of_range(number: OutOfRange) -> Refusal {
-    let OutOfRange {
-        name,
-        value,
-        low,
-        high,
-    } = number;
-    match FIELDS.iter().find(|(known, _)| *known == name) {
-        Some((_, field)) => Refusal::Range {
-            field: *field,
-            value,
-            low,
-            high,
-        },
-        None => Refusal::Start(StartRefusal::Settings),
-    }
-}
-
-/// What a host can order, as a session names it.
-const FIELDS: [(&str, Field); 4] = [
-    ("poses", Field::Poses),
-    ("held_out_poses", Field::HeldOutPoses),
-    ("travel_m", Field::TravelM),
-    ("turn_rad", Field::TurnRad),
-];
