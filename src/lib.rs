@@ -12,6 +12,7 @@ pub mod calibration;
 pub mod device;
 pub mod drivers;
 pub mod emulation;
+pub mod event_log;
 pub mod health;
 pub mod link;
 pub mod maps;

@@ -10,9 +10,10 @@ use crate::wire::link::LinkWire;
 use crate::wire::motion::Line;
 use crate::world::World;
 use courier_sensor::app::background::Background;
-use courier_sensor::app::console::{Console, StartReport};
+use courier_sensor::app::console::Console;
 use courier_sensor::app::frames::{FrameQueue, QUEUE_FRAMES};
 use courier_sensor::app::intake::{Intake, OrderQueue};
+use courier_sensor::app::restarts::StartReport;
 use courier_sensor::app::sampler::{Mailbox, Sampler};
 use courier_sensor::app::updates::Updater;
 use courier_sensor::calibration::slots::Slots;
@@ -41,6 +42,8 @@ pub struct SimBoard {
     sampler: Sampler<'static, 'static>,
     period_ns: u64,
     next_ns: u64,
+    /// Between two looks at what changes slowly: 100 ms, as on a board.
+    slow_samples: u32,
 }
 
 impl SimBoard {
@@ -127,6 +130,7 @@ impl SimBoard {
             background,
             converter,
             period_ns,
+            slow_samples: (rate_hz / 10.0) as u32,
             world,
         })
     }
@@ -152,6 +156,9 @@ impl SimBoard {
         self.intake.run();
         self.background.poll();
         self.console.serve(&mut self.background);
+        if frame.sequence % self.slow_samples == 0 {
+            self.background.keep_events(self.console.started());
+        }
         frame
     }
 

@@ -6,10 +6,12 @@
 mod begin;
 mod clock;
 mod conclude;
+mod events;
 mod place_map;
 mod update;
 mod watch;
 
+use super::events::Events;
 use super::frames::FrameReceiver;
 use super::guide::Guide;
 use super::homing::Homing;
@@ -68,6 +70,7 @@ pub struct Background<'q, 'c, S, F> {
     /// Of the keeper, when the stored maps were last looked at.
     changes_seen: Option<u8>,
     watcher: &'q mut Watcher,
+    events: Events,
     method: Method,
     errand: Errand,
     ended: Option<Ended>,
@@ -103,6 +106,7 @@ where
             homing: Homing::default(),
             changes_seen: None,
             watcher,
+            events: Events::default(),
             method: Method::Platen,
             errand: Errand {
                 speed_m_per_s: SELF_MOTION_M_PER_S,
@@ -145,6 +149,7 @@ where
         let mut taken = 0;
         while taken < FRAMES_A_POLL && self.take() {
             taken += 1;
+            self.events.see(self.last.status);
             // The last frame of a pose may keep the session busy for milliseconds: what comes meanwhile is of no use to it.
             self.mailbox.set_wants_all(false);
             self.task.frame(&self.last);

@@ -6,12 +6,13 @@ use super::background::Background;
 use super::intake::OrderSender;
 use super::keeper::Keeper;
 use super::ordered::{calibrate, calibrate_joint, progress};
+use super::restarts::StartReport;
 use crate::calibration::record::{Calibration, Method};
 use crate::calibration::slots::Place;
+use crate::event_log::page::Page;
 use crate::link::framing;
 use crate::link::message::{
-    Action, Activity, BoardStatus, FRAME_BYTES, FaultReport, Health, Hello, Refusal, Reply,
-    ResetCause, Source,
+    Action, Activity, BoardStatus, FRAME_BYTES, Hello, Refusal, Reply, Source,
 };
 use crate::link::server::{Event, Server};
 use crate::link::telemetry::{Channels, StreamOrder};
@@ -27,17 +28,6 @@ pub trait Ports {
     fn read_commands(&mut self, bytes: &mut [u8]) -> usize;
     /// Gives reply bytes; how many the channel took.
     fn write_replies(&mut self, bytes: &[u8]) -> usize;
-}
-
-/// Why the board started, and what was kept from before.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct StartReport {
-    /// Cause of the last reset.
-    pub cause: ResetCause,
-    /// Fault record, if there is one.
-    pub fault: Option<FaultReport>,
-    /// What was tested before.
-    pub health: Health,
 }
 
 /// The board's end of the link. Owned by the background's loop.
@@ -73,6 +63,11 @@ impl<'q, P: Ports> Console<'q, P> {
     /// Notes how many conversions BUSY has not answered since start.
     pub fn note_unanswered(&mut self, conversions: i32) {
         self.started.health.unanswered = Some(conversions);
+    }
+
+    /// Why the board started.
+    pub fn started(&self) -> &StartReport {
+        &self.started
     }
 
     /// Whether the board leaves alone what is stored.
@@ -144,6 +139,7 @@ impl<'q, P: Ports> Console<'q, P> {
                 self.send_result(number, place.map(Some));
             }
             Action::Calibrate(order) => {
+                background.keep_start(&self.started);
                 let started = match order.method {
                     Method::Platen => calibrate(order, background),
                     Method::Joint => calibrate_joint(order, background),
@@ -305,6 +301,11 @@ impl<'q, P: Ports> Console<'q, P> {
             }
             Action::Update(order) => background.update(order).map(Reply::Update),
             Action::LastFault => Ok(Reply::LastFault(self.started.fault.clone())),
+            Action::KeptLog { skip } => {
+                let mut page = Page::default();
+                background.kept_log(*skip, &mut page)?;
+                Ok(Reply::KeptLog(page))
+            }
             Action::Restart => {
                 self.restart = true;
                 Ok(Reply::Done)

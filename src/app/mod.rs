@@ -4,10 +4,11 @@
 //! everything else: `guide` moves the courier,
 //! `keeper` holds what is in force and stored, `homing` finds the teeth of a stored tooth map, `updates` takes a new firmware in, `console` speaks the debug link (`ordered`: what it says
 //! of calibrations), `restarts`
-//! counts faults in a row, `watcher` watches the calibration in force.
+//! counts faults in a row, `events` tells what is new for the log, `watcher` watches the calibration in force.
 
 pub mod background;
 pub mod console;
+pub mod events;
 pub mod frames;
 pub mod guide;
 pub mod homing;

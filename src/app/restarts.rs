@@ -3,13 +3,24 @@
 //! A stored calibration that the firmware fails on would restart the board for ever. After [`SAFE_AFTER`] such starts without a minute of
 //! service between them it samples and speaks, with nothing in force, until it is restarted by order or by its supply.
 
-use crate::link::message::ResetCause;
+use crate::link::message::{FaultReport, Health, ResetCause};
 
 /// Faults in a row after which a start leaves alone what is stored: once may be a bit that fell over, twice a coincidence.
 pub const SAFE_AFTER: u8 = 3;
 /// Service without a fault after which the row begins anew, seconds: a record that is faulty shows within the first samples, a session that
 /// is faulty within its first poses.
 pub const SERVICE_S: u32 = 60;
+
+/// Why the board started, and what was kept from before.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StartReport {
+    /// Cause of the last reset.
+    pub cause: ResetCause,
+    /// Fault record, if there is one.
+    pub fault: Option<FaultReport>,
+    /// What was tested before.
+    pub health: Health,
+}
 
 /// Faults in a row at a start, this one included. `before`: what was kept from the start before; none if memory lost it.
 pub const fn faults_in_a_row(before: Option<u8>, cause: ResetCause) -> u8 {

@@ -8,6 +8,7 @@ use crate::update::key;
 use crate::update::order::{UpdateOrder, UpdateStatus};
 use crate::update::standing::{self, Bank};
 use crate::update::trial::{self, Standing, TRIAL_S};
+use crate::update::version::Version;
 use embedded_storage::nor_flash::NorFlash;
 
 /// What the background needs of updates. `F` is the bank that no code runs from.
@@ -31,6 +32,12 @@ pub trait Updates<F> {
 
     /// Whether the image that runs is on trial: it stores nothing.
     fn is_on_trial(&self) -> bool;
+
+    /// The version that runs.
+    fn running(&self) -> Version;
+
+    /// The version that was taken in and is tried at the next start.
+    fn taken(&self) -> Option<Version>;
 
     /// Whether its time to be accepted is over. It is refused then, once, and the board is to restart.
     fn is_over(&mut self, flash: &mut F, uptime_s: u32) -> bool;
@@ -142,6 +149,17 @@ impl<F: NorFlash> Updates<F> for Updater {
 
     fn is_on_trial(&self) -> bool {
         self.is_trying()
+    }
+
+    fn running(&self) -> Version {
+        self.rules.version
+    }
+
+    fn taken(&self) -> Option<Version> {
+        match self.install {
+            Install::Installed(version) => Some(version),
+            _ => None,
+        }
     }
 
     fn is_over(&mut self, flash: &mut F, uptime_s: u32) -> bool {

@@ -2,8 +2,7 @@
 #![allow(unsafe_code)] // memory outside the language's view, and exception handlers
 
 use super::RAM_START;
-use crate::app::console::StartReport;
-use crate::app::restarts::{faults_in_a_row, is_safe_mode, kept_row, own_row};
+use crate::app::restarts::{StartReport, faults_in_a_row, is_safe_mode, kept_row, own_row};
 use crate::link::message::{FaultReport, Health, ResetCause};
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;

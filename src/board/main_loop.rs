@@ -82,6 +82,7 @@ where
             if let Some(conversions) = board.unanswered() {
                 console.note_unanswered(conversions);
             }
+            background.keep_events(console.started());
             said = show(&mut board, background.last_frame().status, said, samples);
         }
         board.wake_silent_converter();

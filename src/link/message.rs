@@ -15,6 +15,7 @@ use crate::calibration::record::{self, Calibration};
 use crate::calibration::slots::Place;
 use crate::device::Device;
 use crate::drivers::motion::Target;
+use crate::event_log::page::Page;
 use crate::link::framing;
 use crate::link::report::Progress;
 use crate::link::telemetry::StreamOrder;
@@ -26,7 +27,7 @@ use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
 /// Version of this file's types.
-pub const PROTOCOL: u16 = 7;
+pub const PROTOCOL: u16 = 8;
 /// Longest frame of the command and reply channel: a whole calibration with its tags.
 pub const FRAME_BYTES: usize = framing::encoded_bytes(record::BODY_BYTES + 8);
 /// Nodes of a tooth map that one command carries.
@@ -154,6 +155,11 @@ pub enum Action<C = Calibration> {
     Restart,
     /// Take a new firmware in, or tell how that stands. [`Reply::Update`].
     Update(UpdateOrder),
+    /// What does the log in flash hold, behind so many of its entries? [`Reply::KeptLog`].
+    KeptLog {
+        /// Entries that the host has.
+        skip: u16,
+    },
 }
 
 impl Action {
@@ -263,6 +269,8 @@ pub enum Reply<C = Calibration> {
     Update(UpdateStatus),
     /// A slot for tooth maps.
     MapSlot(MapSlot),
+    /// A part of the log in flash.
+    KeptLog(Page),
 }
 
 /// Who is there.

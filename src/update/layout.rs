@@ -6,9 +6,10 @@
 //! 0x38000 | tooth maps                                                16 KiB |
 //! 0x3C000 | calibration slots                                          4 KiB |
 //! 0x3D000 | journal                                                    2 KiB |
-//! 0x3D800 | free                                                      10 KiB |
+//! 0x3D800 | log                                                        8 KiB |
+//! 0x3F800 | free                                                       2 KiB |
 //! ```
-//! An image uses the maps, the slots and the journal of the *other* bank: it never writes the bank that it runs from, so that no write stalls a
+//! An image uses the maps, the slots, the journal and the log of the *other* bank: it never writes the bank that it runs from, so that no write stalls a
 //! fetch of the sampling interrupt.
 
 use crate::calibration::slots::{SLOT_BYTES, SLOTS};
@@ -47,9 +48,14 @@ pub const JOURNAL_START: u32 = SLOTS_END;
 /// Its end.
 pub const JOURNAL_END: u32 = JOURNAL_START + PAGE_BYTES;
 
+/// Where the log of the board's story lies.
+pub const LOG_START: u32 = JOURNAL_END;
+/// Its end: four pages.
+pub const LOG_END: u32 = LOG_START + 4 * PAGE_BYTES;
+
 const _: () = assert!(
     MAPS_END <= SLOTS_START
-        && JOURNAL_END <= BANK_BYTES
+        && LOG_END <= BANK_BYTES
         && IMAGE_START.is_multiple_of(PAGE_BYTES)
         && IMAGE_END.is_multiple_of(PAGE_BYTES)
         && BODY_START.is_multiple_of(512),

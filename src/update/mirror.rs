@@ -1,10 +1,10 @@
-//! What is stored moves with the image: both calibration slots and the tooth maps, from the bank that code now runs from into the one that it
+//! What is stored moves with the image: both calibration slots, the tooth maps and the log, from the bank that code now runs from into the one that it
 //! may write.
 //!
 //! Until a new image is accepted, what lies beside it is in force: the old image goes on with that if the new one is refused. So the copy
 //! is made at every start on trial, and nothing is stored before the image was accepted. Slots that hold the same already are left alone.
 
-use super::layout::{MAPS_START, SLOTS_START, WORD_BYTES};
+use super::layout::{LOG_END, LOG_START, MAPS_START, SLOTS_START, WORD_BYTES};
 use crate::calibration::slots::{self, Slots};
 use crate::device::Device;
 use crate::maps::{self, Maps};
@@ -45,7 +45,11 @@ pub fn mirror<N: NorFlash, F: NorFlash>(
     let is_due = on_trial || newest_map.map(number) > self::newest_map(far).map(number);
     let last = newest_map.map_or(0, |(_, slot)| u32::from(slot));
     let maps = [1, 2, 3, 4].map(|behind| map_slot((last + behind) % maps::SLOTS as u32));
-    Ok(move_slots(near, far, is_due, &maps)? || moved)
+    let moved = move_slots(near, far, is_due, &maps)? || moved;
+    // The story goes on where it was; without it the image works as well.
+    let log = LOG_START..LOG_END;
+    let log = core::slice::from_ref(&log);
+    Ok(move_slots(near, far, on_trial, log).unwrap_or(false) || moved)
 }
 
 /// Makes these places in `far` those in `near`. Whether anything was written.

@@ -7,6 +7,7 @@ mod calibration_refusals;
 mod common;
 mod condition;
 mod converter;
+mod event_log;
 mod faults;
 mod joint;
 mod joint_session;

@@ -4,6 +4,7 @@
 
 mod bench;
 mod board_faults;
+mod events;
 mod figures;
 mod health;
 mod joint_refusals;

@@ -10,7 +10,7 @@ use board_link::session::Linked;
 use board_link::{Link, SimWire, Wire};
 use clap::ValueEnum;
 use courier_sensor::drivers::motion::Target;
-use courier_sensor::update::layout::{MAPS_END, MAPS_START, PAGE_BYTES, SLOTS_START};
+use courier_sensor::update::layout::{LOG_END, MAPS_END, MAPS_START, PAGE_BYTES, SLOTS_START};
 use effects::motion::Pose;
 use effects::plant::{Geometry, PlantEffect, Scene};
 use effects::random::{ChaCha8Rng, SeedableRng};
@@ -120,11 +120,12 @@ impl std::fmt::Debug for Flaw {
     }
 }
 
-/// What of a simulated board's flash is kept in a file: the slots with two pages behind them, then the tooth maps. Files of earlier
-/// versions end before these.
-const KEPT: [Range<usize>; 2] = [
+/// What of a simulated board's flash is kept in a file: the slots with two pages behind them, then the tooth maps, then the rest of the log.
+/// Files of earlier versions end before one of these.
+const KEPT: [Range<usize>; 3] = [
     SLOTS_START as usize..SLOTS_START as usize + 4 * PAGE_BYTES as usize,
     MAPS_START as usize..MAPS_END as usize,
+    SLOTS_START as usize + 4 * PAGE_BYTES as usize..LOG_END as usize,
 ];
 
 /// Streams of random numbers from here on are those of changes in service: far behind the effects' own.
@@ -354,10 +355,10 @@ fn restore(flash: &SharedFlash, path: &Path) -> Result<()> {
         }
     };
     let mut inner = flash.0.borrow_mut();
-    let [slots, maps] = KEPT;
-    let wanted = slots.len() + maps.len();
+    let lengths = [1, 2, 3].map(|parts| KEPT[..parts].iter().map(Range::len).sum::<usize>());
+    let wanted = lengths[2];
     ensure!(
-        [slots.len(), wanted].contains(&bytes.len()),
+        lengths.contains(&bytes.len()),
         "--sim-flash: {}: found {} bytes, wanted {wanted}: the flash of a simulated board",
         path.display(),
         bytes.len()

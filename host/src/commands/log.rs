@@ -14,10 +14,14 @@ use std::process::ExitCode;
 
 /// Show a board's log: start-up, faults, changes of state.
 ///
-/// The board sends numbers for texts; the texts are in its image, which has to be the one that it runs.
+/// As it comes, the board sends numbers for texts; the texts are in its image, which has to be the one that it runs. With --kept, what it
+/// has kept in flash over its restarts: their causes, faults, calibrations, tooth maps, what the watch has found, new firmware.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  courier --emulated log --seconds 1")]
+#[command(after_help = "Examples:\n  courier --emulated log --seconds 1\n  courier --sim-flash board.bin log --kept")]
 pub struct Args {
+    /// Show what the board has kept in flash, oldest first.
+    #[arg(long, conflicts_with_all = ["elf", "seconds"])]
+    kept: bool,
     /// The image that the board runs [default: the one that `cargo xtask firmware` builds].
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
@@ -50,10 +54,13 @@ struct Line {
 /// # Errors
 /// The board has no log or cannot be reached, or the image is none or has no texts.
 pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
+    if args.kept {
+        return super::log_kept::run(&args.live.json, choice);
+    }
     args.live.seconds()?;
     let path = match (&args.elf, choice.kind()) {
         (_, Kind::Sim) => bail!(
-            "log: found the simulated board, which has none: its firmware runs in this process; wanted --emulated, --chip or --probe"
+            "log: found the simulated board, which has none that goes by: its firmware runs in this process; wanted --emulated, --chip or --probe, or --kept for what it keeps in flash"
         ),
         (Some(path), _) => path.clone(),
         (None, Kind::Emulated) => emulated::images()?.firmware,

@@ -9,6 +9,8 @@ use std::process::ExitCode;
 mod calibrate_joint;
 mod calibrate_text;
 mod load_map;
+mod log_kept;
+mod log_words;
 mod status_map;
 mod status_next;
 

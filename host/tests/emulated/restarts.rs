@@ -3,6 +3,7 @@
 use crate::rig::{Rig, short};
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::emulation::Operation;
+use courier_sensor::event_log::entry::{Event, Read, decode};
 use courier_sensor::health::{Trouble, troubles};
 use courier_sensor::link::message::{Action, InForce, MemoryTest, Refusal, Reply, ResetCause};
 use courier_sensor::link::telemetry::Channels;
@@ -54,7 +55,35 @@ fn a_watchdog_reset_in_the_middle_of_a_session_is_told_and_loses_nothing() {
     assert!(!status.health.safe_mode, "{status:?}");
     assert_eq!(rig.mark(), Some(1));
     assert_afresh(&mut rig);
+    // It is kept in flash, beyond the next start, with what was under way.
+    rig.run(200);
+    let story = story(&mut rig);
+    let is_told = |event: &Event| match event {
+        Event::Started {
+            cause: ResetCause::Watchdog,
+            fault: Some(kept),
+            in_force,
+            ..
+        } => kept.program_counter == fault.program_counter && *in_force == before,
+        _ => false,
+    };
+    assert!(
+        matches!(&story[..], [_, Event::CalibrationBegun(_), started] if is_told(started)),
+        "{story:?}"
+    );
     assert_eq!(rig.ask(Action::Calibrate(short())), Reply::Done);
+}
+
+/// What the board has kept of its story.
+fn story(rig: &mut Rig) -> Vec<Event> {
+    let Reply::KeptLog(page) = rig.ask(Action::KeptLog { skip: 0 }) else {
+        panic!("wanted the log")
+    };
+    let events = page.entries().map(|entry| match decode(entry) {
+        Some(Read::Known(_, event)) => event,
+        other => panic!("{other:?}"),
+    });
+    events.collect()
 }
 
 #[test]

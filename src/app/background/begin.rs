@@ -4,6 +4,7 @@ use super::{Background, Errand};
 use crate::calibration::joint::JointConfig;
 use crate::calibration::record::Method;
 use crate::calibration::{SessionConfig, StartError};
+use crate::event_log::entry::Event;
 use crate::frame::Status;
 use crate::link::message::{Field, Refusal, StartRefusal};
 use crate::model::TermTable;
@@ -65,6 +66,8 @@ where
         self.errand = errand;
         self.guide.forget_origin();
         self.ended = None;
+        self.events.session_begun();
+        self.log_event(&Event::CalibrationBegun(method));
     }
 
     /// Ends the session; the calibration in force stays.

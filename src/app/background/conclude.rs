@@ -14,9 +14,14 @@ where
     S: Read + ReadReady + Write + WriteReady,
     F: NorFlash,
 {
-    /// Keeps what the session came to.
-    #[inline(never)] // a calibration on the stack, and only here for a moment
+    /// Keeps what the session came to, and writes that down.
     pub(super) fn conclude_task(&mut self) {
+        self.keep_outcome();
+        self.keep_event(None, false);
+    }
+
+    #[inline(never)] // a calibration on the stack, and only here for a moment
+    fn keep_outcome(&mut self) {
         let mut calibration = Calibration::identity(self.keeper.settings().geometry);
         let Some((result, evidence)) = self.outcome(&mut calibration) else {
             return;

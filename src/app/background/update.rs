@@ -2,6 +2,7 @@
 
 use super::Background;
 use crate::app::keeper::Keeper;
+use crate::event_log::entry::Event;
 use crate::link::message::Refusal;
 use crate::update::install::UpdateRefusal;
 use crate::update::order::{UpdateOrder, UpdateStatus};
@@ -30,6 +31,9 @@ where
         let updates = self.updates.as_mut();
         let updates = updates.ok_or(Refusal::Update(UpdateRefusal::NotOffered))?;
         let done = updates.act(self.keeper.flash_mut(), order, uptime_s);
+        if let (UpdateOrder::Accept, Ok(status)) = (order, &done) {
+            self.log_event(&Event::ImageAccepted(status.running));
+        }
         done.map_err(Refusal::Update)
     }
 

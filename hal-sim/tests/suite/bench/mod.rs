@@ -1,6 +1,7 @@
 //! A simulated board and the host's end of its debug link, for tests.
 #![allow(dead_code)] // each test program uses a part
 
+use courier_sensor::event_log::entry::{Event, Head, Read, decode};
 use courier_sensor::link::client::Client;
 use courier_sensor::link::message::{
     Action, BoardStatus, CalibrateOrder, FRAME_BYTES, InForce, Reply, Source,
@@ -107,6 +108,25 @@ impl Bench {
         match self.ask(Action::Progress) {
             Reply::Progress(progress) => progress,
             other => panic!("{other:?}"),
+        }
+    }
+
+    /// What the board has kept of its story.
+    pub fn story(&mut self) -> Vec<(Head, Event)> {
+        let mut story = Vec::new();
+        loop {
+            let skip = story.len() as u16;
+            let Reply::KeptLog(page) = self.ask(Action::KeptLog { skip }) else {
+                panic!("no log");
+            };
+            story.extend(page.entries().map(|entry| match decode(entry) {
+                Some(Read::Known(head, event)) => (head, event),
+                other => panic!("{other:?}"),
+            }));
+            assert_eq!(page.damaged_bytes, 0);
+            if !page.more {
+                return story;
+            }
         }
     }
 
