@@ -15,6 +15,8 @@ pub const CHECK: Kind = Kind::json("a check", &["schema", "recording", "model", 
 pub const CALIBRATION: Kind = Kind::json("a calibration", &["courier_calibration"]);
 /// What `courier map --out` writes.
 pub const MAP: Kind = Kind::json("a tooth map", &["courier_tooth_map"]);
+/// What `courier maps --learn-mark` writes.
+pub const MARK: Kind = Kind::json("a mark", &["courier_mark", "place", "mark"]);
 /// What `courier diagnose --report`, `courier compare --report` and `courier blind --report` write.
 pub const PAGE: Kind = Kind::Page {
     made_by: report::html::MADE_BY,

@@ -138,6 +138,10 @@ impl<'q, P: Ports> Console<'q, P> {
                 let place = background.keeper_to_store().and_then(Keeper::roll_back);
                 self.send_result(number, place.map(Some));
             }
+            Action::MapAtMark { slot, mark } => {
+                let placed = background.map_at_mark(*slot, mark);
+                self.send_result(number, placed.map(|()| None));
+            }
             Action::Calibrate(order) => {
                 background.keep_start(&self.started);
                 let started = match order.method {
@@ -248,9 +252,11 @@ impl<'q, P: Ports> Console<'q, P> {
                 target,
                 speed_m_per_s,
             } => background.go_to(*target, *speed_m_per_s).map(done),
-            Action::Read(_) | Action::Load { .. } | Action::Calibrate(_) | Action::RollBack => {
-                Err(Refusal::Unknown)
-            }
+            Action::Read(_)
+            | Action::Load { .. }
+            | Action::Calibrate(_)
+            | Action::RollBack
+            | Action::MapAtMark { .. } => Err(Refusal::Unknown),
             Action::MapBegin(header) => background.keeper_mut()?.map_begin(header).map(done),
             Action::MapNodes(nodes) => background.keeper_mut()?.map_nodes(nodes).map(done),
             Action::MapApply => background.keeper_mut()?.map_apply().map(done),

@@ -38,6 +38,15 @@ pub struct Placed {
 }
 
 impl Placed {
+    /// By a mark: what the board counts ahead of the map, a whole number of teeth, and g_p that the map left.
+    pub fn by_mark(slot: u8, ahead: [Coordinate; 2], parity_m: f32) -> Self {
+        Self {
+            slot,
+            ahead,
+            parity_m,
+        }
+    }
+
     /// Teeth by which the board's count is ahead of the map's.
     pub fn ahead_teeth(&self) -> [i32; 2] {
         self.ahead.map(|ahead| ahead.teeth)

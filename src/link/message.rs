@@ -16,6 +16,7 @@ use crate::calibration::slots::Place;
 use crate::device::Device;
 use crate::drivers::motion::Target;
 use crate::event_log::page::Page;
+use crate::frame::Coordinate;
 use crate::link::framing;
 use crate::link::report::Progress;
 use crate::link::telemetry::StreamOrder;
@@ -128,6 +129,13 @@ pub enum Action<C = Calibration> {
     MapSlot(u8),
     /// Take a stored map out of use.
     MapForget(u8),
+    /// The courier stands at a reference mark or an end stop: put the map in this slot in force by it.
+    MapAtMark {
+        /// The map.
+        slot: u8,
+        /// The mark's place in the map's count, along x and y.
+        mark: [Coordinate; 2],
+    },
     /// Store what is in force. [`Reply::Place`].
     Commit {
         /// Whether a later firmware's record may be overwritten.

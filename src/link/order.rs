@@ -33,7 +33,7 @@ impl<C> Action<C> {
             Self::MapBegin(header) | Self::MapStore { header, .. } => {
                 header.validate().map_err(Refusal::Map)
             }
-            Self::MapSlot(slot) | Self::MapForget(slot) => {
+            Self::MapSlot(slot) | Self::MapForget(slot) | Self::MapAtMark { slot, .. } => {
                 range(Field::Slot, f32::from(*slot), 0.0, (maps::SLOTS - 1) as f32)
             }
             Self::Stream(order) => order.validate(),

@@ -4,6 +4,7 @@ use crate::calibration::record::RecordError;
 use crate::calibration::slots::{Place, SlotError, SlotInfo, SlotState};
 use crate::device::Device;
 use crate::maps::MapStoreError;
+use crate::maps::mark::MarkRefusal;
 use crate::teeth::MapError;
 use crate::update::install::UpdateRefusal;
 use serde::{Deserialize, Serialize};
@@ -211,6 +212,9 @@ pub enum Refusal {
     /// Storing, reading or forgetting a tooth map failed.
     #[error("{0}")]
     MapStore(#[from] MapStoreError),
+    /// A map was not put in force by a mark.
+    #[error("{0}")]
+    Mark(#[from] MarkRefusal),
 }
 
 /// Why a slot operation failed, on the wire.

@@ -128,6 +128,11 @@ const DOUBTFUL: Status = Status::all().difference(
         .union(Status::BEACON_SATURATED),
 );
 
+/// Whether a frame's tooth count or reading is not to be believed.
+pub fn is_doubtful(frame: &Frame) -> bool {
+    frame.status.intersects(DOUBTFUL)
+}
+
 /// Whether a frame tells of the place.
 ///
 /// # Errors
@@ -139,7 +144,7 @@ pub fn check(frame: &Frame, geometry: &Geometry) -> Result<(), Unusable> {
     let within = |values: [f32; 2], most: f32| values.iter().all(|value| value.abs() <= most);
     if frame.status.intersects(blind) {
         Err(Unusable::NoBeacon)
-    } else if frame.status.intersects(DOUBTFUL) {
+    } else if is_doubtful(frame) {
         Err(Unusable::Doubtful)
     } else if !within(frame.speed_m_s, FASTEST_M_S) {
         Err(Unusable::TooFast)

@@ -5,6 +5,7 @@
 
 pub mod fit;
 pub mod homing;
+pub mod mark;
 mod record;
 mod store;
 

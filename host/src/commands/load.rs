@@ -8,6 +8,7 @@ use crate::teeth::MapFile;
 use crate::terminal::warn;
 use anyhow::{Context, Result, bail, ensure};
 use courier_sensor::drivers::motion::Target;
+use courier_sensor::calibration::record::Quality;
 use courier_sensor::link::message::{Action, Reply, Source};
 use diagnosis::Model;
 use std::collections::BTreeMap;
@@ -85,6 +86,8 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     };
     let translated = BoardModel::new(&model, &calibration.geometry).context(name)?;
     calibration.model = translated.model;
+    // What the model before left is not what this one leaves, which nobody has measured on the board yet.
+    calibration.quality = Quality::default();
     let Reply::Done = board.link.ask(Action::load(calibration))? else {
         bail!(super::STRANGE_REPLY)
     };

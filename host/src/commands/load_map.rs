@@ -5,7 +5,7 @@ use crate::board::{Choice, Link, map, motion};
 use crate::teeth::{Evidence, MapFile};
 use anyhow::{Context, Result, bail, ensure};
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
-use courier_sensor::calibration::record::Calibration;
+use courier_sensor::calibration::record::{Calibration, Quality};
 use courier_sensor::frame::Status;
 use courier_sensor::link::message::{BoardStatus, InForce, MapPlace, StoredMap};
 use courier_sensor::link::telemetry::Channels;
@@ -226,6 +226,7 @@ fn parity_left_m(evidence: &Evidence) -> f64 {
 fn with_model(file: &MapFile, calibration: Calibration) -> Calibration {
     Calibration {
         model: file.map.model.clone(),
+        quality: Quality::default(),
         ..calibration
     }
 }

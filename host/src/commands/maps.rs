@@ -1,12 +1,15 @@
 //! `courier maps`.
 
+use super::maps_mark;
 use crate::board::{Choice, map};
 use crate::json::Json;
+use crate::kinds;
 use crate::output::{Files, Kind};
 use crate::terminal::{micrometres, table};
 use anyhow::{Result, bail};
 use courier_sensor::link::message::{Action, Reply};
 use courier_sensor::maps::{MapRecordError, MapSlot, MapSlotState, SLOTS};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// List the tooth maps that a board keeps, or forget one.
@@ -18,6 +21,12 @@ pub struct Args {
     /// Forget the map in this slot. One that is in force stays so until the board restarts.
     #[arg(long, value_name = "SLOT", value_parser = clap::value_parser!(u8).range(0..SLOTS as i64))]
     forget: Option<u8>,
+    /// Write where the courier stands, at a reference mark or an end stop, in the count of the stored map that is in force by its beacon.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["forget", "at_mark"])]
+    learn_mark: Option<PathBuf>,
+    /// The courier stands at that mark, turned as it was: put the map in force by it, where no beacon is.
+    #[arg(long, value_name = "FILE", conflicts_with = "forget")]
+    at_mark: Option<PathBuf>,
     #[command(flatten)]
     json: Json,
 }
@@ -28,7 +37,8 @@ const ANSWER: Kind = Kind::json("an answer of `courier maps`", &["slot", "state"
 impl Args {
     /// The files that it reads and writes.
     pub fn files(&self) -> Files {
-        Files::default().json(&self.json, ANSWER)
+        let files = Files::default().json(&self.json, ANSWER).writes(self.learn_mark.as_ref(), kinds::MARK);
+        match &self.at_mark { Some(path) => files.reads(path), None => files }
     }
 }
 
@@ -43,11 +53,17 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
             bail!(super::STRANGE_REPLY)
         };
     }
+    let marked = match (&args.learn_mark, &args.at_mark) {
+        (Some(path), _) => Some(maps_mark::learn(&mut board.link, path)?),
+        (None, Some(path)) => Some(maps_mark::home(&mut board.link, path)?),
+        (None, None) => None,
+    };
     let slots = (0..SLOTS as u8).map(|slot| map::slot(&mut board.link, slot));
     let slots: Vec<MapSlot> = slots.collect::<Result<_>>()?;
     board.close()?;
     let rows: Vec<Vec<String>> = slots.iter().map(row).collect();
-    args.json.tell(ANSWER, &slots, || table(&["slot", "place", "g_p left", "state"], &rows))?;
+    let marked = marked.map_or(String::new(), |line| line + "\n");
+    args.json.tell(ANSWER, &slots, || marked + &table(&["slot", "place", "g_p left", "state"], &rows))?;
     Ok(ExitCode::SUCCESS)
 }
 

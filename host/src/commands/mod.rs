@@ -11,6 +11,7 @@ mod calibrate_text;
 mod load_map;
 mod log_kept;
 mod log_words;
+mod maps_mark;
 mod status_map;
 mod status_next;
 

@@ -2,11 +2,12 @@
 
 use crate::rig::Rig;
 use courier::board::map;
-use courier_sensor::frame::Status;
+use courier_sensor::frame::{Coordinate, Status};
 use courier_sensor::geometry::Geometry;
-use courier_sensor::link::message::{Action, MapPlace, StoredMap};
+use courier_sensor::link::message::{Action, MapPlace, Reply, StoredMap};
 use courier_sensor::link::telemetry::Channels;
 use courier_sensor::maps::homing::Anchor;
+use courier_sensor::maps::mark;
 use courier_sensor::teeth::{Grid, MAX_NODES, MapHeader, TRUST_WORDS, Wave};
 use std::time::Duration;
 
@@ -112,6 +113,32 @@ fn the_largest_map_is_in_force_soon_after_a_restart_and_outlasts_a_power_cut() {
             panic!("{:?}", rig.status().stored_map)
         };
     }
+    // Where no beacon is, a mark does: where the courier stands, in the map's count.
+    let status = rig.status();
+    let StoredMap::InForce { ahead, .. } = status.stored_map else {
+        panic!("{:?}", status.stored_map)
+    };
+    let mark = mark::place([status.pose.x, status.pose.y], ahead);
+    rig.world.with_courier(|courier| courier.set_beacon(None));
+    rig.link.restart().expect("the board restarts");
+    rig.run(500);
+    assert_eq!(rig.status().map, None);
+    let at_mark = |mark| Action::MapAtMark { slot: 0, mark };
+    let beside = mark.map(|place| Coordinate {
+        fraction_turns: place.fraction_turns + 0.4,
+        ..place
+    });
+    let refused = rig.link.ask(at_mark(beside)).expect_err("no whole teeth");
+    assert!(
+        refused
+            .to_string()
+            .contains("wanted whole numbers within 0.25"),
+        "{refused}"
+    );
+    assert_eq!(rig.ask(at_mark(mark)), Reply::Done);
+    rig.run(10);
+    assert!(rig.status().map.is_some());
+    assert_eq!(rig.status().missed, 0);
 }
 
 #[test]

@@ -67,6 +67,17 @@ fn close_the_loop(effect: &str, seed: &str) -> Ended {
         ],
     );
     let left = json(&board(&["load", "model.json", "--json"]));
+    board(&["export", "loaded.json"]);
+    let quality = |file: &str| {
+        json_in(folder.join(file))["calibration"]["quality"]["poses"]
+            .as_u64()
+            .unwrap()
+    };
+    assert_eq!(
+        [quality("before.json"), quality("loaded.json")],
+        [600, 0],
+        "what the model before left is not this one's"
+    );
     // The board refuses what is no better than the model that was loaded, and keeps that.
     let again = courier_in(
         folder,

@@ -14,7 +14,7 @@ use hal_sim::trajectory::{OpenLoop, Plan};
 use hal_sim::wire::motion::ControllerConfig;
 use hal_sim::world::World;
 use recording::Existing;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Duration;
 
@@ -138,6 +138,38 @@ fn a_map_fits_its_platen_and_no_other_place(folder: &Path) {
     }
 }
 
+/// Where no beacon is, a mark of the motion controller puts the map in force, if its place is whole teeth from the board's count.
+fn by_a_mark(folder: &Path) {
+    let maps = |words: &str| asked(folder, &format!("--sim-flash f.bin maps {words}"));
+    maps("--learn-mark mark.json").refused(&["no stored tooth map in force", "by its beacon"]);
+    // The courier starts at the count's zero.
+    let write = |place: &str, left: f64| {
+        let at = json!({ "teeth": 3, "fraction_turns": left });
+        let file = json!({ "courier_mark": 1, "place": place, "mark": [at, at] });
+        std::fs::write(folder.join("mark.json"), file.to_string()).unwrap();
+    };
+    write("teeth", 0.0);
+    let told = maps("--at-mark mark.json").quiet();
+    assert!(
+        told.contains("tooth map of teeth in force by its mark"),
+        "{told}"
+    );
+    write("teeth", 0.4);
+    maps("--at-mark mark.json").refused(&[
+        "teeth ahead of the mark's place",
+        "wanted whole numbers within 0.25",
+    ]);
+    write("nowhere", 0.0);
+    maps("--at-mark mark.json").refused(&["mark.json", "no tooth map of nowhere"]);
+    write("teeth", 7.0);
+    maps("--at-mark mark.json").refused(&["mark.json", "beyond one tooth"]);
+    std::fs::write(folder.join("mark.json"), "{}").unwrap();
+    maps("--at-mark mark.json").refused(&[
+        "mark.json",
+        "a mark by `courier maps --learn-mark` was wanted",
+    ]);
+}
+
 /// The next start is away from the beacon: the map is listed and waits. A place's next map takes the place of the one before.
 fn a_map_is_kept(folder: &Path) {
     let board = |words: &str| asked(folder, &format!("--sim-flash f.bin {words}"));
@@ -147,6 +179,7 @@ fn a_map_is_kept(folder: &Path) {
     let status = board("status --json").json();
     assert_eq!(status["status"]["stored_map"]["Waits"], "NoBeacon");
     assert_eq!(status["stored_map"], "map waits for a beacon");
+    by_a_mark(folder);
     for (place, slot) in [("teeth", 1), ("bench-2", 0)] {
         let told = board(&format!("load teeth.json --place {place} --json")).json();
         assert_eq!(told["stored"]["slot"], slot);

@@ -2,8 +2,10 @@
 
 use super::Background;
 use crate::app::homing::Placed;
-use crate::frame::Status;
+use crate::frame::{Coordinate, Status};
 use crate::link::message::{Refusal, StoredMap};
+use crate::maps::homing::whole_teeth;
+use crate::maps::mark::{self, MarkRefusal};
 use embedded_io::{Read, ReadReady, Write, WriteReady};
 use embedded_storage::nor_flash::NorFlash;
 
@@ -51,6 +53,31 @@ where
         let result = self.keeper.map_place(placed.slot, placed.ahead_teeth());
         let uptime_s = self.samples as f32 / self.keeper.settings().rate_hz;
         self.homing.placed(placed, result, uptime_s);
+    }
+
+    /// Puts a stored map in force where the courier stands at a mark, whose place in the map's count is given.
+    ///
+    /// # Errors
+    /// [`Refusal::Busy`], [`Refusal::Mark`], or as [`crate::app::keeper::Keeper::map_place`]; what was in force still is.
+    #[inline(never)]
+    pub fn map_at_mark(&mut self, slot: u8, place: &[Coordinate; 2]) -> Result<(), Refusal> {
+        let (info, belongs) = self
+            .keeper_mut()?
+            .map_info(slot)
+            .ok_or(MarkRefusal::NoMap(slot))?;
+        if !belongs {
+            return Err(MarkRefusal::OtherCalibration(slot).into());
+        }
+        if self.keeper.map().is_some() {
+            return Err(MarkRefusal::InForce.into());
+        }
+        let ahead = mark::ahead(&self.last, place)?;
+        let ahead_teeth = whole_teeth(&ahead).ok_or(MarkRefusal::NotWhole { ahead })?;
+        self.keeper.map_place(slot, ahead_teeth)?;
+        let placed = Placed::by_mark(slot, ahead, info.parity_m);
+        let uptime_s = self.samples as f32 / self.keeper.settings().rate_hz;
+        self.homing.placed(&placed, Ok(()), uptime_s);
+        Ok(())
     }
 
     /// What has become of the stored tooth maps.
