@@ -87,8 +87,6 @@ pub struct Card {
     pub carries_over: &'static str,
     /// A cause, or a shape that may stand in for one.
     pub nature: Nature,
-    /// Share of its amplitude that its form may lack on a real sensor: what else shows beside it may be that.
-    pub inexactness: f64,
     /// Share of the gap by which it must do better than a rival: the more shapes its unknowns can take, the more it does by chance.
     pub complexity_penalty: f64,
     /// It makes a pattern over the tooth: harmonics of the own phase beside it may be what its own form lacks.
@@ -140,7 +138,6 @@ impl Card {
         carries_over: "its amounts",
         nature: Nature::Cause,
         // A prior without data: a twentieth of an error that is calibrated by such a model is taken to be left.
-        inexactness: 0.05,
         complexity_penalty: 0.0,
         patterned: false,
         either_phase: false,
@@ -194,10 +191,6 @@ impl Card {
         self.follows == Quantity::Temperature
     }
 }
-
-/// [`Card::inexactness`] of an effect whose form is a mesh, a smooth course or a memory, and so lacks what is finer. A prior
-/// without data: about a sixth.
-pub const COARSE_FORM: f64 = 0.16;
 
 /// Which recordings tell an effect from others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

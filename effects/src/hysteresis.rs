@@ -200,7 +200,6 @@ pub static CARD: Card = Card {
     confusable: &[
         Confusable { with: "velocity_lag", parted_by: "at one speed a delay is a direction: the same fly-by there and back at two speeds tells" },
     ],
-    inexactness: crate::effect::COARSE_FORM,
     ..Card::PLAIN
 };
 

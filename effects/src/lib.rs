@@ -8,6 +8,7 @@ pub mod basis;
 pub mod covariates;
 pub mod effect;
 pub mod identity;
+mod inexactness;
 pub mod motion;
 pub mod over;
 pub mod page;
@@ -21,6 +22,7 @@ pub mod unlisted;
 
 pub use effect::{Card, Detection, Effect};
 use effect::{KnownBy, Subsumption};
+pub use inexactness::inexactness;
 use plant::Draw;
 
 /// What the simulator needs of an effect.

@@ -150,7 +150,6 @@ Without them, and on the board, the wander stays",
     confusable: &[
         Confusable { with: "thermal_drift", parted_by: "a temperature that only rises is a clock: the same poses at two temperatures and again at the first tell" },
     ],
-    inexactness: crate::effect::COARSE_FORM,
     ..Card::PLAIN
 };
 

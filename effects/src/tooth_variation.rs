@@ -238,7 +238,6 @@ pub static CARD: Card = Card {
         Confusable { with: "lateral_dependence", parted_by: "both are patterns across the teeth: what comes back at other teeth is the segment's; poses over other teeth tell" },
         Confusable { with: "axis_skew", parted_by: "both go with the place: rulings askew are straight over the whole platen; fly-bys over a wide range tell" },
     ],
-    inexactness: crate::effect::COARSE_FORM,
     ..Card::PLAIN
 };
 

@@ -26,27 +26,73 @@ impl Divergence {
     }
 }
 
-/// Divergence of two sets.
-pub fn divergence(problem: &Problem, one: &Weighed, other: &Weighed) -> Divergence {
-    let reduced = problem.reduced;
-    let mut amounts = DVector::zeros(reduced.centre.len());
-    for (weighed, sign) in [(one, 1.0), (other, -1.0)] {
-        let columns = reduced.columns(weighed.set());
-        for (c, a) in columns
-            .into_iter()
-            .zip(weighed.fitted.given.coefficients.iter())
-        {
-            amounts[c] += sign * a;
+/// Whitened squares below which 95 of 100 differences lie that noise makes of predictions with so many coefficients: a chi-square, by its
+/// normal approximation.
+pub fn limit(told: f64) -> f64 {
+    told + BELOW_95 * (2.0 * told).sqrt()
+}
+
+/// True unless one of its effects is likely to be a trifle.
+pub fn is_no_trifle(weighed: &Weighed) -> bool {
+    weighed.log_least > (1.0 - TRIFLE).ln()
+}
+
+/// What a set predicts on this motion.
+struct Prediction<'a> {
+    problem: &'a Problem<'a>,
+    weighed: &'a Weighed,
+    /// Products of every column with the prediction, over all rows.
+    products: DVector<f64>,
+    /// Squares of the prediction.
+    squares: f64,
+}
+
+impl<'a> Prediction<'a> {
+    /// Cost: all columns for each of the set's.
+    fn of(problem: &'a Problem<'a>, weighed: &'a Weighed) -> Self {
+        let normal = &problem.reduced.normal;
+        let amounts = weighed.fitted.given.coefficients.iter();
+        let mut products = DVector::zeros(normal.nrows());
+        for (c, amount) in problem.reduced.columns(weighed.set()).iter().zip(amounts) {
+            products.axpy(*amount, &normal.column(*c), 1.0);
+        }
+        let squares = along(problem, weighed, &products);
+        Self {
+            problem,
+            weighed,
+            products,
+            squares,
         }
     }
-    let acting: Vec<usize> = (0..amounts.len()).filter(|c| amounts[*c] != 0.0).collect();
-    let own = DVector::from_fn(acting.len(), |k, _| amounts[acting[k]]);
-    let noise = problem.stated * one.left.log_noise.exp();
-    let told = one.fitted.given.told + other.fitted.given.told;
-    Divergence {
-        squares: own.dot(&(reduced.square(&acting) * &own)) / noise,
-        limit: told + BELOW_95 * (2.0 * told).sqrt() + one.lacking + other.lacking,
+
+    /// How far another set's prediction is from it. Cost: the square of the other's columns.
+    fn divergence(&self, other: &Weighed) -> Divergence {
+        let Self {
+            problem, weighed, ..
+        } = *self;
+        let columns = problem.reduced.columns(other.set());
+        let amounts = &other.fitted.given.coefficients;
+        let own = amounts.dot(&(problem.reduced.square(&columns) * amounts));
+        let squares = self.squares + own - 2.0 * along(problem, other, &self.products);
+        let noise = problem.stated * weighed.left.log_noise.exp();
+        let told = weighed.fitted.given.told + other.fitted.given.told;
+        Divergence {
+            squares: squares.max(0.0) / noise,
+            limit: limit(told) + weighed.lacking + other.lacking,
+        }
     }
+}
+
+/// A set's amounts times some products of the columns.
+fn along(problem: &Problem, weighed: &Weighed, products: &DVector<f64>) -> f64 {
+    let columns = problem.reduced.columns(weighed.set());
+    let each = columns.iter().zip(weighed.fitted.given.coefficients.iter());
+    each.map(|(c, amount)| amount * products[*c]).sum()
+}
+
+/// Divergence of two sets.
+pub fn divergence(problem: &Problem, one: &Weighed, other: &Weighed) -> Divergence {
+    Prediction::of(problem, one).divergence(other)
 }
 
 /// Places, among all weighed sets, of those that predict what one of them does, with no more effects, none of them a trifle, and none
@@ -62,11 +108,12 @@ pub fn class(problem: &Problem, all: &[Weighed], of: usize) -> Vec<(usize, Diver
             && other.left.log_noise == best.left.log_noise
             && !other.set().is_empty()
             && other.set().len() <= best.set().len()
-            && other.log_least > (1.0 - TRIFLE).ln()
+            && is_no_trifle(other)
     };
+    let prediction = Prediction::of(problem, best);
     let far = (0..all.len())
         .filter(rival)
-        .map(|k| (k, divergence(problem, best, &all[k])));
+        .map(|k| (k, prediction.divergence(&all[k])));
     let mut out: Vec<(usize, Divergence)> = far.filter(|(_, d)| d.is_alias()).collect();
     let within = |a: &Weighed, b: &Weighed| {
         a.set().len() < b.set().len() && a.set().iter().all(|e| b.set().contains(e))

@@ -1,15 +1,12 @@
 //! From weighed sets to the verdict: ordered reasons, each with its number.
 
-use super::alias::class;
+use super::alias::{class, is_no_trifle, limit};
 use super::least_size::least_squares;
 use super::problem::Problem;
 use super::weighed::Weighed;
 use crate::verdict::answer::Verdict;
 use std::fmt;
 
-/// A share of the gap that a named set may leave. A prior: the contract calls a gap `unknown` that no effect explains, and nine tenths
-/// are taken to be an explanation.
-const LEFT_SHARE: f64 = 0.1;
 /// Noise that is louder than stated by less than this in rms is no gap.
 const VISIBLE: f64 = crate::selection::limits::VISIBLE_GAP_RATIO;
 
@@ -68,9 +65,13 @@ pub struct Decision {
     pub verdict: Verdict,
     /// What is named, the largest first.
     pub named: Vec<Inclusion>,
-    /// Blocks of the set with the largest weight, whatever the verdict.
-    pub best: Vec<usize>,
-    /// Share of the gap that this set leaves.
+    /// Place, among all sets, of the one that is told: of the named ones the likeliest, or else the likeliest of all.
+    pub first: usize,
+    /// Whitened squares over the noise that the first set explains.
+    pub explained: f64,
+    /// Whitened squares over the noise that it leaves, and nothing named explains.
+    pub left: f64,
+    /// The same as a share of both.
     pub left_share: f64,
     /// Blocks of coordinates that hold what it leaves, with their share of it.
     pub places: Vec<(usize, f64)>,
@@ -105,7 +106,8 @@ struct Hypothesis {
 
 /// Decides. `all` is ordered by weight; `noise_is_white` tells whether what the best set leaves has been shown to be noise.
 pub fn decide(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Decision {
-    let hypotheses = hypotheses(problem, all, noise_is_white);
+    let mut hypotheses = hypotheses(problem, all, noise_is_white);
+    give_way_to_causes(problem, all, &mut hypotheses);
     let total = super::noise_scale::log_sum(hypotheses.iter().map(|h| h.log_weight));
     let probability = |h: &Hypothesis| (h.log_weight - total).exp();
     let mass = |says: Says| {
@@ -137,8 +139,10 @@ pub fn decide(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Decis
     ];
     let mut out = Decision {
         verdict: Verdict::NoGap,
+        first: 0,
         named: Vec::new(),
-        best: best.set().to_vec(),
+        explained,
+        left,
         left_share: left / (left + explained).max(f64::MIN_POSITIVE),
         places: places(problem, best),
         masses,
@@ -155,6 +159,7 @@ pub fn decide(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Decis
             let first = (0..all.len())
                 .max_by(|a, b| by_set(*a).total_cmp(&by_set(*b)))
                 .unwrap_or(0);
+            out.first = first;
             let rivals = class(problem, all, first);
             let nearest = rivals
                 .iter()
@@ -194,7 +199,6 @@ fn hypotheses(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Vec<H
     let least = least_squares(problem.reduced.rows);
     let mut out = Vec::new();
     for (k, weighed) in all.iter().enumerate() {
-        let explained = weighed.explained;
         let shapes = weighed.nameless.as_ref();
         let open = weighed.open(problem.log_odds);
         let closed = weighed.closed(problem.log_odds);
@@ -216,12 +220,11 @@ fn hypotheses(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Vec<H
                 0.0
             };
             let left = shaped + unlocated;
-            let share = left / (left + explained).max(f64::MIN_POSITIVE);
             let trifle = left < least + weighed.lacking;
             let says = match (weighed.set().is_empty(), noise) {
                 (true, false) if trifle => Says::NoGap,
                 (true, false) => Says::Unknown,
-                _ if share > LEFT_SHARE && !trifle => Says::Unknown,
+                _ if !trifle => Says::Unknown,
                 _ => Says::Named,
             };
             out.push(Hypothesis {
@@ -234,6 +237,39 @@ fn hypotheses(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Vec<H
         }
     }
     out
+}
+
+/// A shape describes a gap and is no cause. What a set with nameless shapes predicts, a set of causes may predict as well: then it is these
+/// that the hypothesis tells of, whatever Occam's factor says of the two. Such causes leave what the shapes leave, as far as noise and
+/// their own inexactness go (9), and none is a trifle. Whatever the coordinates that it shows in, what has no name is one cause, and one
+/// stands in for it.
+fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [Hypothesis]) {
+    let rows = problem.reduced.rows - problem.reduced.baseline as f64;
+    let causes: Vec<(usize, f64)> = hypotheses
+        .iter()
+        .filter(|h| h.says == Says::Named && !h.noise && h.left == 0.0)
+        .filter(|h| !all[h.set].set().is_empty() && is_no_trifle(&all[h.set]))
+        .map(|h| (h.set, h.log_weight))
+        .collect();
+    for h in hypotheses.iter_mut().filter(|h| h.says == Says::Unknown) {
+        let own = &all[h.set];
+        let Some((shapes, _)) = &own.nameless else {
+            continue;
+        };
+        let told = rows - shapes.left.degrees;
+        let many = own.set().len() + 1;
+        let predicts_the_same = |k: usize| {
+            let other = &all[k];
+            let more = (other.left.squares - shapes.left.squares) * (-own.left.log_noise).exp();
+            other.set().len() <= many
+                && other.left.log_noise == own.left.log_noise
+                && more <= limit(told) + other.lacking
+        };
+        let same = causes.iter().filter(|(k, _)| predicts_the_same(*k));
+        if let Some((k, _)) = same.max_by(|a, b| a.1.total_cmp(&b.1)) {
+            (h.set, h.says, h.left) = (*k, Says::Named, 0.0);
+        }
+    }
 }
 
 /// The effects of a set, and louder noise, with their probabilities and aliases.
@@ -363,5 +399,46 @@ mod tests {
             decided([1.0, 0.0, 1.0], 1.0, true).verdict,
             Verdict::Unknown
         );
+    }
+
+    /// A cause of five columns pays for its freedom beside a shape of one, which predicts the same: the cause is told all the same. It is
+    /// not where the shape predicts what the cause cannot.
+    #[test]
+    fn a_shape_gives_way_to_a_cause_that_predicts_the_same() {
+        let verdict = |apart: f64| {
+            let blocks = [("cause", &[1.0; 5][..]), ("place", &[1.0])];
+            let problem = SyntheticProblem::new(&blocks, &|rng| {
+                let mut draw = || normal(rng);
+                let (shared, own) = (draw(), draw());
+                let place = shared + apart * own;
+                let noise = draw();
+                vec![
+                    1.0,
+                    shared,
+                    draw(),
+                    draw(),
+                    draw(),
+                    draw(),
+                    place,
+                    place + noise,
+                ]
+            });
+            let reduced = problem.reduced(&[1, 2]);
+            let cause = Prior {
+                block: 0,
+                log_odds: -2.0,
+                inexactness: 0.02,
+            };
+            let effects = [cause];
+            let problem = Problem {
+                coordinates: &[1],
+                ..Problem::of_unit_noise(&reduced, &effects, -2.0)
+            };
+            let all = weigh(&problem);
+            assert!(all[0].set().is_empty(), "the shape is the likelier");
+            decide(&problem, &all, true).verdict
+        };
+        assert_eq!(verdict(0.0), Verdict::Named);
+        assert_eq!(verdict(1.0), Verdict::Unknown);
     }
 }

@@ -30,7 +30,11 @@ pub struct Answer {
     pub effects: Vec<Effect>,
     /// Where what is left lies, most of it first, with shares of it.
     pub places: Vec<(String, f64)>,
-    /// Whitened squares, over the noise, that the best set's effects do and that it leaves, as shares of both.
+    /// Whitened squares over the noise that the best set's effects do.
+    pub explained: f64,
+    /// Whitened squares over the noise that it leaves, and nothing named explains.
+    pub left: f64,
+    /// The same as a share of both.
     pub left_share: f64,
     /// Steps of the decision.
     pub reasons: Vec<Reason>,
@@ -274,6 +278,8 @@ fn answer(
         places: weighing.places(&decision),
         reasons: decision.reasons,
         masses: decision.masses,
+        explained: decision.explained,
+        left: decision.left,
         left_share: decision.left_share,
         sets: Vec::new(),
         rounds,

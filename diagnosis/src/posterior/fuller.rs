@@ -10,6 +10,8 @@ pub enum Fuller {
     Subsumes(&'static Card, &'static Subsumption, fn(&mut BasisInputs)),
     /// A fuller form of an effect.
     Form(&'static Card, &'static Form),
+    /// One that the rules look for by itself as well.
+    Searched(&'static Card, fn(&mut BasisInputs)),
 }
 
 /// All ways, in the order in which they are tried: first what makes one effect of two, then the fuller forms.
@@ -29,7 +31,8 @@ pub fn ways() -> Vec<Fuller> {
     let forms = forms
         .into_iter()
         .map(|(card, form)| Fuller::Form(card, form));
-    subsumptions.chain(forms).collect()
+    let searched = effects::cards().filter_map(|card| Some(Fuller::Searched(card, card.searched?)));
+    subsumptions.chain(forms).chain(searched).collect()
 }
 
 impl Fuller {
@@ -50,6 +53,12 @@ impl Fuller {
                 }
                 (form.tell)(&mut told.forms);
             }
+            Self::Searched(card, tell) => {
+                if !has(card.name) {
+                    return None;
+                }
+                tell(&mut told);
+            }
         }
         (told != *inputs).then_some(told)
     }
@@ -68,6 +77,7 @@ mod tests {
             let names: Vec<String> = match way {
                 Fuller::Subsumes(card, s, _) => vec![card.name.into(), s.other.into()],
                 Fuller::Form(card, form) => vec![form.found_as.unwrap_or(card.name).into()],
+                Fuller::Searched(card, _) => vec![card.name.into()],
             };
             let told = way.of(&names, &inputs);
             let told = told.unwrap_or_else(|| panic!("{names:?} tell nothing"));

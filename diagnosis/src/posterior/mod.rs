@@ -8,7 +8,7 @@
 //!   owns.
 //! - [`weighed`]: a set with its weight. [`walk`]: the way through the sets at one noise. [`sets`]: the noise, and all sets.
 //! - [`alias`]: sets that predict the same. [`decision`]: the verdict. [`explained`]: the likeliest sets, told.
-//! - [`weighing`]: all that of a design. [`diagnosed`]: of a recording, of whose effects [`fuller`] tells more.
+//! - [`held_out`]: what pieces that were not fitted say of a set. [`weighing`]: all that of a design. [`diagnosed`]: of a recording, of whose effects [`fuller`] tells more.
 
 pub mod alias;
 pub mod decision;
@@ -16,6 +16,7 @@ pub mod diagnosed;
 pub mod evidence;
 pub mod explained;
 pub mod fuller;
+pub mod held_out;
 pub mod least_size;
 pub mod nameless;
 pub mod noise_scale;

@@ -21,6 +21,6 @@ pub fn prior(name: &str, block: usize) -> Prior {
     Prior {
         block,
         log_odds: log_odds() + if shape { SHAPE.ln() } else { 0.0 },
-        inexactness: effects::card(name).map_or(0.0, |card| card.inexactness),
+        inexactness: effects::inexactness(name),
     }
 }

@@ -203,9 +203,18 @@ impl Reduced {
 
     /// Products of some columns with others.
     pub fn across(&self, rows: &[usize], columns: &[usize]) -> DMatrix<f64> {
-        DMatrix::from_fn(rows.len(), columns.len(), |a, b| {
-            self.normal[(rows[a], columns[b])]
-        })
+        let mut out = DMatrix::zeros(rows.len(), columns.len());
+        let runs: Vec<&[usize]> = rows.chunk_by(|a, b| a + 1 == *b).collect();
+        for (column, mut to) in columns.iter().zip(out.column_iter_mut()) {
+            let from = self.normal.column(*column);
+            let mut at = 0;
+            for run in &runs {
+                to.rows_mut(at, run.len())
+                    .copy_from(&from.rows(run[0], run.len()));
+                at += run.len();
+            }
+        }
+        out
     }
 
     /// Products of some columns with the target, and its squares, both less what the prior means explain.

@@ -1,0 +1,82 @@
+//! How far each effect's form is from what sensors do, measured on couriers that no figure is published from.
+//!
+//! `inexactness.csv` has, courier by courier, the whitened squares that the true effect alone explains of a recording and those that it
+//! leaves above the noise. `cargo run --release -p blind --example inexactness -- SEED COUNT` writes it.
+
+use std::collections::HashMap;
+use std::sync::OnceLock;
+
+/// The measurements: effect, simulator, number, size in µm rms, samples, squares explained, squares left.
+const MEASURED: &str = include_str!("../inexactness.csv");
+/// Standard deviation of the share of its amplitude that a form lacks, before anything is measured. A prior without data: a few percent.
+const BEFORE: f64 = 0.05;
+/// Couriers that the prior counts for. A prior: a few measured ones say more.
+const PRIOR_COURIERS: f64 = 2.0;
+/// Squares from which on a courier tells: what is left shows from some fifty squares on, and that is then a share of the amplitude of
+/// less than 0.07.
+const EXPLAINED_FROM: f64 = 1.0e4;
+/// A courier that leaves more of its squares was not described by the form at all, and tells nothing of how exact it is: half of the
+/// amplitude.
+const LEFT_TO: f64 = 0.25;
+/// 95 % of normal numbers are within so many standard deviations.
+const WITHIN: f64 = 1.96;
+
+/// Share of its amplitude that an effect's form may lack, with 95 % probability.
+#[must_use]
+pub fn inexactness(effect: &str) -> f64 {
+    static SHARES: OnceLock<HashMap<&str, Vec<f64>>> = OnceLock::new();
+    let shares = SHARES.get_or_init(|| shares(MEASURED));
+    WITHIN * deviation(shares.get(effect).map_or(&[], Vec::as_slice))
+}
+
+/// Standard deviation of the share of the amplitude, of measured shares of the squares and the prior.
+fn deviation(shares: &[f64]) -> f64 {
+    let sum: f64 = shares.iter().sum();
+    ((sum + PRIOR_COURIERS * BEFORE * BEFORE) / (shares.len() as f64 + PRIOR_COURIERS)).sqrt()
+}
+
+/// Shares of the squares that are left, by effect.
+fn shares(text: &str) -> HashMap<&str, Vec<f64>> {
+    let mut out: HashMap<&str, Vec<f64>> = HashMap::new();
+    for line in text.lines() {
+        let cells: Vec<&str> = line.split(',').collect();
+        let number = |k: usize| cells.get(k).and_then(|cell| cell.parse::<f64>().ok());
+        // The header and comments have no numbers there.
+        let (Some(explained), Some(left)) = (number(5), number(6)) else {
+            continue;
+        };
+        if explained >= EXPLAINED_FROM && left <= LEFT_TO * explained {
+            out.entry(cells[0]).or_default().push(left / explained);
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fitted_effect_was_measured() {
+        let found = shares(MEASURED);
+        for card in crate::cards().filter(|card| card.detection.is_fitted()) {
+            let count = found.get(card.name).map_or(0, Vec::len);
+            assert!(count >= 3, "{}: {count} couriers", card.name);
+        }
+    }
+
+    #[test]
+    fn measured_shares_take_the_place_of_the_prior() {
+        assert!((deviation(&[]) - BEFORE).abs() < 1e-12);
+        let coarse = deviation(&[0.04; 8]);
+        assert!((0.17..0.2).contains(&coarse), "{coarse}");
+        let exact = deviation(&[0.0; 30]);
+        assert!(exact < 0.015, "{exact}");
+    }
+
+    #[test]
+    fn what_tells_nothing_is_left_out() {
+        let text = "effect,simulator,number,size_um,samples,explained,left\na,x,0,1,9,2e4,200\na,x,1,1,9,5e3,0\na,x,2,1,9,2e4,9e3";
+        assert_eq!(shares(text).get("a"), Some(&vec![0.01]));
+    }
+}
