@@ -35,7 +35,11 @@ const SOURCES: &[(&str, &str, &[&str])] = &[
     (
         "courier",
         "suite",
-        &["replay::real_recordings", "replay::four_segments"],
+        &[
+            "replay::real_recordings",
+            "replay::four_segments",
+            "guided::some_answers",
+        ],
     ),
     // The nightly forms, of 1,000 pairs, 1,000 hours and 320 changes, print the same.
     ("comparison", "coverage", &["told_as_often_as_is_said"]),

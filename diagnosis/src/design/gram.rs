@@ -33,6 +33,15 @@ pub struct Block {
     pub columns: Range<usize>,
 }
 
+/// Products of all columns over some rows; the last column is the target.
+#[derive(Clone, Debug)]
+pub struct Products {
+    /// `[columns + 1, columns + 1]`, of columns of one prior deviation each, in deviations of the noise.
+    pub sum: Symmetric,
+    /// Samples of them that saw the beacon.
+    pub in_sight: usize,
+}
+
 /// All columns of a comparison.
 #[derive(Default)]
 pub struct Columns {
@@ -405,6 +414,24 @@ fn accumulate(
     buffer.push(TARGET, last, covariates.iter().map(|_| 1.0));
     buffer.add_products(|i, s, t| product(&vectors[i], [s, t]), &mut lane.sum);
     group.samples.iter().map(|s| s.rows.count).sum()
+}
+
+/// Products of each of some parts of the samples, and the prior deviation of each amount. `part` is one number a sample.
+pub fn products_by_part(
+    linearized: &LinearizedRecording,
+    columns: &Columns,
+    part: &[u16],
+    parts: usize,
+) -> (Vec<Products>, Vec<f64>) {
+    let mut sums = Sums::new(linearized, columns);
+    let deviations = sums.priors();
+    let mut products = |number: usize| {
+        let (sum, _) = sums.over(&deviations, |i| usize::from(part[i]) == number);
+        let of_it = (0..part.len()).filter(|i| usize::from(part[*i]) == number);
+        let in_sight = of_it.filter(|i| linearized.channels(*i)[1]).count();
+        Products { sum, in_sight }
+    };
+    ((0..parts).map(&mut products).collect(), deviations)
 }
 
 /// Fit of some columns with their priors, on a training Gram.

@@ -4,6 +4,7 @@ pub mod assembly;
 mod column_values;
 pub mod coordinate_basis;
 pub mod errors_in_variables;
+pub mod excitation;
 pub(crate) mod fine_basis;
 pub(crate) mod frequency_basis;
 pub mod gram;

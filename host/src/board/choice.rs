@@ -216,6 +216,11 @@ impl Choice {
         }
     }
 
+    /// Seed of the simulated courier.
+    pub fn seed(&self) -> u64 {
+        self.sim_seed.unwrap_or(1)
+    }
+
     /// True if the user named a board.
     pub fn is_given(&self) -> bool {
         self.sim || self.emulated || self.chip || self.probe.is_some() || self.simulated_options()
@@ -255,7 +260,7 @@ impl Choice {
     }
 
     fn courier(&self) -> Result<(CourierSpec, u64)> {
-        let seed = self.sim_seed.unwrap_or(1);
+        let seed = self.seed();
         let preset = self.sim_preset.unwrap_or(Preset::Paper);
         let mut spec = preset.courier(seed, None, DEFAULT_RMS_M)?;
         let scene = Scene {

@@ -1,19 +1,20 @@
 //! `courier calibrate`.
 
+use super::calibrate_guided::Guide;
 use super::calibrate_joint::{Found, steps_table};
 use super::calibrate_text;
 use crate::json::Json;
 use crate::output::{Files, Kind};
 use crate::board::session::{self, LOOK};
 use crate::board::{Choice, Link, motion};
-use crate::terminal::{progress, warn};
+use crate::terminal::{print, progress, warn};
 use crate::witness::Witness;
 use anyhow::{Result, bail};
 use clap::ValueEnum;
 use courier_sensor::app::background::SELF_MOTION_M_PER_S;
 use courier_sensor::calibration::joint::JointConfig;
 use courier_sensor::calibration::record::Method;
-use courier_sensor::calibration::{self, SessionConfig};
+use courier_sensor::calibration::{self, SessionConfig, Stage};
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::link::message::{Action, CalibrateOrder, Reply, Source};
 use courier_sensor::link::{JOINT_POSES, LEAST_JOINT_POSES, LEAST_PLATEN_POSES, PLATEN_POSES};
@@ -67,6 +68,10 @@ pub struct Args {
     /// Both sensors together, under a beacon: the platen sensor, then the coordination sensor's place, then all.
     #[arg(long)]
     joint: bool,
+    /// Tell before the first pose what this motion determines and how well, move to as many chosen poses as that takes and no more, and
+    /// tell what is determined meanwhile. Wanted is --target-um, or 0.2 µm.
+    #[arg(long, conflicts_with = "plan")]
+    guided: bool,
     /// Go there first: mm, mm and degrees in the motion controller's frame [default for a simulated courier with --joint:
     /// under its beacon].
     #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, value_parser = super::target)]
@@ -88,6 +93,8 @@ impl Args {
     }
 }
 
+/// Deviation that a guided calibration wants unless told otherwise, µm: the sensor's resolution (the paper, section 1).
+const GUIDED_UM: f32 = 0.2;
 /// Largest angle of a planned motion, 1.5 degrees.
 const OPTIMAL_TURN_RAD: f32 = 0.026_18;
 
@@ -98,6 +105,8 @@ struct Told<'a> {
     progress: &'a Progress,
     #[serde(skip_serializing_if = "Option::is_none")]
     found: Option<Found>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    guided: Option<Guide>,
 }
 
 /// Orders, waits, prints.
@@ -105,13 +114,18 @@ struct Told<'a> {
 /// # Errors
 /// The board cannot be reached, does not start, or its readings cannot be right.
 pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
+    let mut order = order(args);
+    let mut guide = args.guide(&mut order)?;
     let mut board = choice.open()?;
+    if let Some(guide) = guide.as_ref().filter(|_| !args.json.is_printed()) {
+        print(&guide.plan())?;
+    }
     let start = args.from.or(if args.joint { board.beacon } else { None });
     if let Some(target) = start {
         motion::go(&mut board.link, target, SELF_MOTION_M_PER_S)?;
     }
     let mapped = board.link.status()?.map.is_some();
-    let (progress, plausible) = wait(&mut board.link, &order(args))?;
+    let (progress, plausible) = wait(&mut board.link, &order, &mut guide, args.json.is_printed())?;
     if mapped && board.link.status()?.map.is_none() {
         warn(
             "the tooth map is out of force: it belongs to the calibration before; map again, or load that one",
@@ -126,13 +140,14 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         bail!("the board: found a session without an ending, wanted a result")
     };
     if let Ending::Accepted { evidence, .. } = ending
-        && let Some(missed) = calibrate_text::missed_target(evidence, args.target_um * 1.0e-6)
+        && let Some(missed) = calibrate_text::missed_target(evidence, order.target_deviation_m)
     {
         warn(&missed);
     }
     let told = Told {
         progress: &progress,
         found,
+        guided: guide,
     };
     args.json.tell(ANSWER, &told, || {
         let mut parts = Vec::new();
@@ -147,6 +162,22 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         Ending::Accepted { .. } if plausible => ExitCode::SUCCESS,
         _ => ExitCode::FAILURE,
     })
+}
+
+impl Args {
+    /// With --guided: as many poses as are needed.
+    fn guide(&self, order: &mut CalibrateOrder) -> Result<Option<Guide>> {
+        if !self.guided {
+            return Ok(None);
+        }
+        let wanted_um = if self.target_um > 0.0 { self.target_um } else { GUIDED_UM };
+        let least = if self.joint { LEAST_JOINT_POSES } else { LEAST_PLATEN_POSES };
+        let guide = Guide::new(order, 1.0e-6 * f64::from(wanted_um), least)?;
+        order.poses = guide.poses();
+        // The poses are counted out: the board's own limit is for those that are not.
+        order.target_deviation_m = 0.0;
+        Ok(Some(guide))
+    }
 }
 
 /// How it ended, in a sentence.
@@ -179,7 +210,8 @@ fn order(args: &Args) -> CalibrateOrder {
     } else {
         SessionConfig::default().visits.range
     };
-    let (plan, poses, turn_rad) = match args.plan {
+    let named = if args.guided { Plan::Optimal } else { args.plan };
+    let (plan, poses, turn_rad) = match named {
         Plan::Random => (calibration::Plan::Random, 1000, paper.turn_rad),
         Plan::Optimal => (calibration::Plan::Optimal, 333, OPTIMAL_TURN_RAD),
     };
@@ -212,10 +244,27 @@ fn found(link: &mut Link) -> Result<Found> {
 }
 
 /// How the session ended, and whether its readings can be right.
-fn wait(link: &mut Link, order: &CalibrateOrder) -> Result<(Progress, bool)> {
+fn wait(
+    link: &mut Link,
+    order: &CalibrateOrder,
+    guide: &mut Option<Guide>,
+    quiet: bool,
+) -> Result<(Progress, bool)> {
     let bar = progress(0, "calibrating: poses");
     let mut witness = Witness::start(link)?;
-    let ended = session::run(link, order, LOOK, &bar, |link, now| witness.look(link, now));
+    let ended = session::run(link, order, LOOK, &bar, |link, now| {
+        let done = match now.stage {
+            Stage::Origin => 0,
+            Stage::Fit => now.done,
+            Stage::HeldOut | Stage::Solving | Stage::Finished => order.poses.into(),
+        };
+        let lines = guide.iter_mut().flat_map(|guide| guide.look(done));
+        let lines: Vec<String> = lines.collect();
+        if !lines.is_empty() && !quiet {
+            bar.suspend(|| print(&lines.join("\n")))?;
+        }
+        witness.look(link, now)
+    });
     bar.finish_and_clear();
     Ok((ended?, witness.end(link)?))
 }

@@ -6,12 +6,14 @@ use courier_sensor::calibration::slots::Place;
 use courier_sensor::drivers::motion::Target;
 use std::process::ExitCode;
 
+mod calibrate_guided;
 mod calibrate_joint;
 mod calibrate_text;
 mod load_map;
 mod log_kept;
 mod log_words;
 mod maps_mark;
+mod record_guided;
 mod status_map;
 mod status_next;
 

@@ -5,6 +5,7 @@ use crate::output::{Files, Kind};
 use crate::board::Choice;
 use crate::destination::Destination;
 use crate::findings::{self, NOTHING};
+use guided::question::Question;
 use crate::interrupt::{self, EXIT_INTERRUPTED, Interrupted};
 use recording::noise::at_rest::Noise;
 use crate::recorder::{Order, Run, record};
@@ -28,13 +29,13 @@ use std::process::ExitCode;
 )]
 pub struct Args {
     /// Folder to make. A recording that is there already is not replaced without --force.
-    folder: PathBuf,
+    pub(super) folder: PathBuf,
     /// How long, s.
     #[arg(long, default_value_t = 1.0, value_name = "S")]
     seconds: f64,
     /// One sample in so many [default: 1, or 20 for a survey].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    decimation: Option<u16>,
+    pub(super) decimation: Option<u16>,
     /// Name of the motion.
     #[arg(long, default_value = "recorded")]
     run: String,
@@ -52,14 +53,26 @@ pub struct Args {
     /// simulated courier's beacon need not be named.
     #[arg(long, value_name = "X,Y,THETA", num_args = 0..=1, require_equals = true, allow_hyphen_values = true, value_parser = super::target, conflicts_with_all = ["seconds", "run", "go_to", "speed_mm_s", "survey"])]
     under_beacon: Option<Option<Target>>,
+    /// Move until the recording answers WHAT, and no longer: `platen`, `joint`, the name of an effect, or `all`.
+    #[arg(long, value_name = "WHAT", value_parser = Question::of, conflicts_with_all = ["seconds", "run", "go_to", "speed_mm_s", "survey", "under_beacon"])]
+    until_answers: Option<Question>,
+    /// Place that those motions are about: mm, mm and degrees in the motion controller's frame.
+    #[arg(long, value_name = "X,Y,THETA", default_value = "0,0,0", allow_hyphen_values = true, value_parser = super::target, requires = "until_answers")]
+    pub(super) about: Target,
+    /// The courier is moved by hand: each motion is told in words. A simulated courier is pushed by a simulated hand.
+    #[arg(long, requires = "until_answers")]
+    pub(super) by_hand: bool,
+    /// End when so much is recorded, s, answered or not.
+    #[arg(long, value_name = "S", default_value_t = 25.0, requires = "until_answers")]
+    pub(super) most_seconds: f64,
     /// Noise of a quadrature channel and of an electrode, rms counts, for a courier that cannot rest [default: measured].
     #[arg(long, value_name = "QUADRATURE,ELECTRODE", allow_hyphen_values = true, value_parser = noise)]
-    noise_counts: Option<Noise>,
+    pub(super) noise_counts: Option<Noise>,
     /// Replace the recording in the folder.
     #[arg(long)]
-    force: bool,
+    pub(super) force: bool,
     #[command(flatten)]
-    json: Json,
+    pub(super) json: Json,
 }
 
 /// What `--json` writes.
@@ -73,7 +86,7 @@ impl Args {
 }
 
 /// A survey's samples at 20 kHz: one a millisecond.
-const SURVEY_DECIMATION: u16 = 20;
+pub(super) const SURVEY_DECIMATION: u16 = 20;
 
 /// Records and says how many samples there are and how many are not.
 ///
@@ -85,6 +98,9 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         "--seconds: found {}, wanted 0.001 to 86400",
         args.seconds
     );
+    if let Some(question) = args.until_answers {
+        return super::record_guided::run(args, question, choice);
+    }
     let mut board = choice.open()?;
     let (runs, decimation) = match (args.survey, args.under_beacon) {
         (Some(centre), _) => (survey::runs(centre), SURVEY_DECIMATION),

@@ -2,15 +2,18 @@
 //!
 //! The firmware's own rows (whitened, `Constraints::rows`) at the poses to be visited, with errors of zero; from their triangle in
 //! f64: each unknown's predicted standard deviation, directions that stay undetermined, groups whose columns span nearly
-//! the same space (principal angles; Björck and Golub 1973), and which change of motion parts them.
+//! the same space (principal angles), and which change of motion parts them. The algebra is [`guided::triangle`]'s, which guided
+//! calibration uses as well.
 
 mod angles;
+mod course;
 mod needed;
 mod poses;
 mod problem;
 mod question;
 
 pub use angles::Angle;
+pub use course::{Course, Told};
 pub use needed::Needed;
 pub use problem::Parameter;
 pub use question::{Motion, Question};
@@ -87,7 +90,7 @@ pub fn analyse(question: &Question) -> Isolability {
             });
         }
     }
-    let (condition_number, undetermined_directions) = problem.condition();
+    let (condition_number, undetermined_directions) = problem.triangle.condition();
     Isolability {
         motion: question.motion,
         condition_number,

@@ -57,7 +57,7 @@ pub(super) fn of(question: &Question, planned: &Problem) -> Option<Needed> {
 impl Problem {
     /// Rms of the predicted deviations of all coefficients; none if one is undetermined.
     fn coefficients_m(&self) -> Option<f64> {
-        let variances = self.variances();
+        let variances = self.triangle.variances();
         let of_coefficients: Vec<f64> = (0..self.free.len())
             .filter(|&c| {
                 let unknown = self.layout.unknown(self.free[c]);

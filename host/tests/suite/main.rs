@@ -11,6 +11,7 @@ mod compare;
 mod demo;
 mod diagnose;
 mod examples;
+mod guided;
 mod isolability;
 mod joint_refusals;
 mod map;
