@@ -12,7 +12,7 @@ use recording::{Recording, Samples};
 
 /// What is recorded and asked.
 #[derive(Clone, Copy, Debug)]
-pub struct So<'a> {
+pub struct Recorded<'a> {
     /// The samples.
     pub recording: &'a Recording,
     /// The motions that they were taken on, in order.
@@ -50,12 +50,12 @@ impl Outlook {
     ///
     /// # Errors
     /// Too little is recorded for a first calibration.
-    pub fn new(so: &So) -> Result<Self, Insufficient> {
-        let moves = available(so.at, so.area);
+    pub fn new(recorded: &Recorded) -> Result<Self, Insufficient> {
+        let moves = available(recorded.at, recorded.area);
         let paths: Vec<Path> = moves.iter().map(Move::path).collect();
-        let samples = &so.recording.samples;
+        let samples = &recorded.recording.samples;
         let thinned = samples.len().div_ceil(LOOKED_AT).max(1) as f64;
-        let excitation = excitation(&every(so.recording, thinned as usize), &paths)?;
+        let excitation = excitation(&every(recorded.recording, thinned as usize), &paths)?;
         let step_s = samples.sample_interval_s().unwrap_or(1.0e-3);
         let samples_a_step: Vec<f64> = paths.iter().map(|path| path.step_s / step_s).collect();
         let totals = Totals::new(&excitation, thinned);
@@ -65,18 +65,18 @@ impl Outlook {
             .fold(totals.clone(), |all, (k, weight)| {
                 all.with(&excitation, k, MANY_TIMES * weight)
             });
-        let mut groups = groups(so.question, &excitation);
+        let mut groups = groups(recorded.question, &excitation);
         let asked: Vec<usize> = groups.iter().flat_map(|g| g.columns.clone()).collect();
         for group in &mut groups {
             group.look(&excitation, &all, &asked);
         }
         let sight = |products: &Products, step_s: f64| products.in_sight as f64 * step_s / SIGHT_S;
         let now = Seen {
-            cover: covered(so.made, so.area),
+            cover: covered(recorded.made, recorded.area),
             sight: sight(&excitation.so_far, thinned * step_s),
         };
         let with = |(k, go): (usize, &Move)| Seen {
-            cover: covered(&[so.made, &[*go]].concat(), so.area),
+            cover: covered(&[recorded.made, &[*go]].concat(), recorded.area),
             sight: now.sight + sight(&excitation.paths[k], paths[k].step_s),
         };
         let then = moves.iter().enumerate().map(with).collect();

@@ -14,7 +14,7 @@ use crate::interrupt::Interrupted;
 use crate::recorder::Recorder;
 use anyhow::Result;
 use diagnosis::{Diagnosis, Options, Verdict};
-use guided::choice::{Outlook, So};
+use guided::choice::{Outlook, Recorded};
 use guided::known::Known;
 use guided::motion::{Area, Move, Pose, opening};
 use guided::question::Question;
@@ -93,7 +93,7 @@ impl<'a> Capture<'a> {
         }
         loop {
             let recording = self.recorder.so_far();
-            let outlook = Outlook::new(&So {
+            let outlook = Outlook::new(&Recorded {
                 recording: &recording,
                 made: &self.made,
                 at: self.at,

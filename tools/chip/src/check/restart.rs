@@ -6,7 +6,7 @@ use crate::peripheral::flash::Start;
 use crate::wire::Board;
 use anyhow::{Result, ensure};
 use board_link::Link;
-use courier_sensor::drivers::motion::Target;
+use courier_sensor::drivers::motion::{HEARTBEAT_LIMIT_MS, Target};
 use courier_sensor::link::message::{Action, Reply};
 use effects::motion::{Motion, Pose};
 use hal_sim::world::World;
@@ -17,8 +17,10 @@ const WAY_M: f32 = 0.2;
 const SPEED_M_PER_S: f32 = 0.2;
 /// It is on its way after this time, far from the end of it.
 const UNDER_WAY: Duration = Duration::from_millis(300);
-/// Start-up takes some 16 ms, a stop's frame 0.3 ms, braking from that speed 40 ms.
-const STOPPED: Duration = Duration::from_millis(150);
+/// By then it stands because it was told to: without a word it would begin to brake after [`HEARTBEAT_LIMIT_MS`] only. The restart follows the
+/// reply by 20 ms; the first stage's check of the whole image, start-up and the stop's frame take 82 ms, braking from that speed 40 ms, and a
+/// swing is left.
+const STOPPED: Duration = Duration::from_millis(HEARTBEAT_LIMIT_MS as u64 - 20);
 /// So long is looked at whether it stands, and so far a courier that swings out may be off, metres.
 const LOOK: Duration = Duration::from_millis(20);
 const STILL_M: f64 = 20e-6;
