@@ -1,7 +1,9 @@
 //! True motion of the courier: a pose at any time, so that a delay is a pose at another time and not a formula.
 
+use serde::Serialize;
+
 /// Planar pose of the platen sensor's centre in the platen's frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Pose {
     /// Along the direction that segments 1 and 3 measure, metres.
     pub x_m: f64,

@@ -13,9 +13,9 @@ use recording::{Recording, Samples};
 /// none of them is 1 in 256.
 const DRAWS: u64 = 8;
 
-/// How much farther than the farthest draw a kept number may lie. The farthest of eight draws of a normal error lies at 1.4 standard
-/// deviations or more, so that this allows seven standard deviations and more. A change of the code that matters moves a number by
-/// many orders of magnitude more than rounding does.
+/// How much farther than the farthest draw a kept number may lie. In 19 sets of 20 the farthest of eight draws of a normal error lies at
+/// one standard deviation or more, so that this allows five and more. A change of the code that matters moves a number by many orders of
+/// magnitude more than rounding does.
 const BEYOND_THE_DRAWS: f64 = 5.0;
 
 /// A recording whose positions, pairs and diode readings are changed in their last places, otherwise for each `draw`.

@@ -2,12 +2,13 @@
 
 use crate::cover::covered;
 use crate::known::{Group, Known, SIGHT_S, Seen, ToldBy, groups, known};
-use crate::motion::{Area, Move, Pose, SPEEDS_M_S, available};
+use crate::motion::{Area, Move, SPEEDS_M_S, available};
 use crate::products::Totals;
 use crate::question::Question;
 use diagnosis::Insufficient;
-use diagnosis::design::excitation::{Excitation, Path, excitation};
+use diagnosis::design::excitation::{Excitation, PAUSE_S, Path, excitation};
 use diagnosis::design::gram::Products;
+use effects::motion::Pose;
 use recording::{Recording, Samples};
 
 /// What is recorded and asked.
@@ -40,10 +41,9 @@ pub struct Outlook {
 
 /// Samples of a recording that are looked at, at most: of longer ones, evenly spread.
 const LOOKED_AT: usize = 3000;
-/// Times that each motion may be made before its information counts as all that it can give.
+/// Times that each motion may be made before its information counts as all that it can give: a bound that one recording keeps to, since a
+/// survey's time has room for some ten motions.
 const MANY_TIMES: f64 = 20.0;
-/// Pause between two motions, s: an order, its reply, and the board's stream.
-const PAUSE_S: f64 = 0.1;
 
 impl Outlook {
     /// Looks at what is recorded. Cost: some thousand samples by the square of some hundred columns.

@@ -2,11 +2,11 @@
 
 use crate::motion::{Area, Move};
 
-/// Share of the area's width that counts as gone over: what lies beyond is as near to it as its ends' slow parts.
+/// Share of the area's width that counts as gone over: a prior; what lies beyond is passed by the ends' slow parts alone.
 const WIDE: f64 = 0.8;
 /// Both ways along both axes.
 const WAYS: usize = 4;
-/// Times that each way is gone: what is passed again at another time tells what goes with the place from what goes with the time.
+/// Times that each way is gone, the fewest that part the two: what is passed again at another time tells what goes with the place from what goes with the time.
 const PASSES: usize = 2;
 
 /// How far the motions made so far go over their area in both directions of both axes: 1 is all.
@@ -31,7 +31,7 @@ pub fn covered(made: &[Move], area: &Area) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::Pose;
+    use effects::motion::Pose;
 
     #[test]
     fn an_area_is_covered_twice_there_and_back_along_both_axes() {

@@ -2,7 +2,7 @@
 
 use crate::motion::{Move, SPEEDS_M_S};
 
-/// Steps of less than this are not told, m and rad: no hand keeps to them.
+/// Steps of less than this are not told, m and rad: a prior, no hand keeps to them.
 const UNTOLD_M: f64 = 0.5e-3;
 /// See [`UNTOLD_M`].
 const UNTOLD_RAD: f64 = 1.0e-3;
@@ -70,7 +70,7 @@ fn pace(speed_m_s: f64) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::Pose;
+    use effects::motion::Pose;
 
     fn go(to: [f64; 3], speed_m_s: f64) -> Move {
         let [x_m, y_m, theta_rad] = to;

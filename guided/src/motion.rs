@@ -1,18 +1,9 @@
-//! Elementary motions: straight ways from where the courier stands, at three speeds, turned or not.
+//! Elementary motions: straight ways from where the courier stands, at three speeds, turned or not. Poses are in the frame that motions
+//! are told in.
 
 use diagnosis::design::excitation::Path;
+use effects::motion::Pose;
 use serde::Serialize;
-
-/// A pose in the frame that motions are told in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Pose {
-    /// Along x, m.
-    pub x_m: f64,
-    /// Along y, m.
-    pub y_m: f64,
-    /// Angle, rad.
-    pub theta_rad: f64,
-}
 
 /// Where motions may go.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,14 +44,14 @@ pub const SPEEDS_M_S: [f64; 3] = [0.2, 0.05, 0.01];
 /// Reach of short motions, m: four teeth to either side, which a diode with the beacon over the middle does not leave (5 mm).
 const SHORT_M: f64 = 4.0e-3;
 /// Arm at which an angle counts as a distance, m: the motion controller's.
-const ARM_M: f64 = 0.1;
+pub const ARM_M: f64 = 0.1;
 /// A move from rest to rest along a polynomial of fifth degree has this peak speed over the mean.
 const EASE: f64 = 1.875;
 /// Rest behind each motion, s: a controller settles in it.
 const REST_S: f64 = 0.05;
-/// Time for which the courier stands still where that is what is wanted, s.
+/// Time for which the courier stands still where that is what is wanted, s: a prior, ten periods of 20 Hz.
 const STILL_S: f64 = 0.5;
-/// Samples by which a motion is foreseen.
+/// Samples by which a motion is foreseen: a choice, one each half millimetre of the longest way.
 const FORESEEN: usize = 80;
 /// Ways that are shorter are none, m: a hundredth of a tooth.
 const NOWHERE_M: f64 = 1.0e-5;

@@ -46,10 +46,10 @@ pub struct Excitation {
     pub paths: Vec<Products>,
 }
 
-/// Beyond this share of full scale the spot is at the diode's edge.
+/// Beyond this share of full scale the spot is counted as at the diode's edge: a prior.
 const EDGE: f64 = 0.95;
-/// Time between the recording and what may follow, s: the wait between two motions.
-const PAUSE_S: f64 = 0.1;
+/// Time between two motions, s: an order, its reply, and the board's stream; a prior, about what the simulated board takes.
+pub const PAUSE_S: f64 = 0.1;
 
 /// What a recording and each of some paths shows.
 ///

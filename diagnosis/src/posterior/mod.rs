@@ -8,7 +8,8 @@
 //!   owns.
 //! - [`weighed`]: a set with its weight. [`walk`]: the way through the sets at one noise. [`sets`]: the noise, and all sets.
 //! - [`alias`]: sets that predict the same. [`decision`]: the verdict. [`explained`]: the likeliest sets, told.
-//! - [`held_out`]: what pieces that were not fitted say of a set. [`weighing`]: all that of a design. [`diagnosed`]: of a recording, of whose effects [`fuller`] tells more.
+//! - [`held_out`]: what pieces that were not fitted say of a set. [`weighing`]: all that of a design. [`diagnosed`]: of a recording, of whose
+//!   effects [`fuller`] tells more.
 
 pub mod alias;
 pub mod decision;

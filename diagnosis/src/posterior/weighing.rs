@@ -39,7 +39,7 @@ impl Effect {
     }
 }
 
-/// Sets that held-out pieces may veto: a bound on the work.
+/// Sets that held-out pieces may veto, one after the other: a bound on the work.
 const VETOES: usize = 40;
 /// Sets that are told.
 const TOLD: usize = 20;
@@ -95,7 +95,7 @@ impl Weighing {
             }
             self.weighed.remove(told);
         }
-        // What is confirmed is not among so many: no effect is known of.
+        // None of so many was confirmed: nothing is told but what needs no effect.
         self.weighed.retain(|w| w.set().is_empty());
     }
 

@@ -332,7 +332,7 @@ impl Opened {
 }
 
 /// A pose as the motion controller is told it.
-fn target(pose: Pose) -> Target {
+pub fn target(pose: Pose) -> Target {
     Target {
         x_m: pose.x_m as f32,
         y_m: pose.y_m as f32,

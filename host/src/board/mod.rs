@@ -10,4 +10,4 @@ pub mod emulated;
 
 pub use board_link::image::{DEVELOPMENT_SEED, Image};
 pub use board_link::{Link, SimWire, Simulated, Starter, map, motion, session, update};
-pub use choice::{Choice, Kind, Opened};
+pub use choice::{Choice, Kind, Opened, target};

@@ -14,9 +14,10 @@ use crate::interrupt::Interrupted;
 use crate::recorder::Recorder;
 use anyhow::Result;
 use diagnosis::{Diagnosis, Options, Verdict};
+use effects::motion::Pose;
 use guided::choice::{Outlook, Recorded};
 use guided::known::Known;
-use guided::motion::{Area, Move, Pose, opening};
+use guided::motion::{Area, Move, opening};
 use guided::question::Question;
 use indicatif::ProgressBar;
 use std::collections::BTreeSet;
@@ -46,7 +47,7 @@ pub struct Capture<'a> {
 
 /// Motions in a row that bring nothing nearer, after which no more are made for it: each way along each axis, and one turned.
 const STALLED: usize = 5;
-/// What counts as nearer.
+/// What counts as nearer: a prior, by more than a twentieth.
 const NO_NEARER: f64 = 1.05;
 /// Motions between two diagnoses: what the first says must stay on motions that it has not seen.
 const MOTIONS_A_DIAGNOSIS: usize = 2;

@@ -1,13 +1,14 @@
 //! How the courier is moved: by its motion controller, or by a hand that is told what to do.
 
-use crate::board::{Link, motion};
+use crate::board::{Link, motion, target};
 use crate::recorder::{Recorder, Run};
 use crate::terminal::print;
 use anyhow::Result;
 use courier_sensor::drivers::motion::Target;
+use effects::motion::Pose;
 use effects::random::{ChaCha8Rng, SeedableRng, normal};
 use guided::hand;
-use guided::motion::{Area, Move, Pose};
+use guided::motion::{ARM_M, Area, Move};
 use indicatif::ProgressBar;
 use recording::Samples;
 
@@ -67,15 +68,16 @@ pub struct ByHand {
     path: Followed,
 }
 
-/// A hand has so many times the time that a controller would take, and this much to begin, s.
+// Priors without data: what a person does who pushes a courier by hand.
+/// A hand has so many times the time that a controller would take, and [`REACTION_S`] to begin.
 const PATIENCE: f64 = 4.0;
-/// See [`PATIENCE`].
+/// Time in which a hand begins, s.
 const REACTION_S: f64 = 5.0;
 /// A motion by hand is over when nothing has moved for this long, s.
 const RESTED_S: f64 = 0.3;
 /// And when it has gone this share of its way.
 const MOST_OF_THE_WAY: f64 = 0.5;
-/// A courier at rest moves less than this in that time, m.
+/// A courier at rest moves less than this in that time, m: a fiftieth of a tooth, above the residual of a sensor that is not calibrated.
 const AT_REST_M: f64 = 20.0e-6;
 
 impl ByHand {
@@ -182,8 +184,6 @@ impl Followed {
     }
 
     fn is_over(&self, way_m: f64) -> bool {
-        /// Arm at which an angle counts as a distance, m: the motion controller's.
-        const ARM_M: f64 = 0.1;
         let gone = self.moved[0]
             .hypot(self.moved[1])
             .max(ARM_M * self.moved[2].abs());
@@ -236,14 +236,5 @@ impl SimulatedHand {
         let pace = (2.0 * CLUMSY * normal(&mut self.rng)).exp();
         let speed_m_s = (go.speed_m_s * pace).clamp(0.002, 0.4);
         Ok((target(self.at), speed_m_s as f32))
-    }
-}
-
-/// A pose as the motion controller is told it.
-fn target(pose: Pose) -> Target {
-    Target {
-        x_m: pose.x_m as f32,
-        y_m: pose.y_m as f32,
-        theta_rad: pose.theta_rad as f32,
     }
 }

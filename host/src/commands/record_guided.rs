@@ -12,7 +12,8 @@ use crate::output::Kind;
 use crate::recorder::{Recorded, Recorder};
 use crate::terminal::{print, progress};
 use anyhow::{Result, ensure};
-use guided::motion::{Area, Pose};
+use effects::motion::Pose;
+use guided::motion::Area;
 use guided::question::Question;
 use recording::Recording;
 use serde::Serialize;
@@ -65,15 +66,10 @@ pub fn run(args: &Args, question: Question, choice: &Choice) -> Result<ExitCode>
     recorder.know_noise(&mut board.link, args.noise_counts)?;
     let printed = args.json.is_printed();
     let mut mover: Box<dyn Mover> = if args.by_hand {
-        let hand = board.world.as_ref().map(|world| {
-            let pose = world.truth().pose;
-            let at = Pose {
-                x_m: pose.x_m,
-                y_m: pose.y_m,
-                theta_rad: pose.theta_rad,
-            };
-            SimulatedHand::new(at, choice.seed())
-        });
+        let hand = board
+            .world
+            .as_ref()
+            .map(|world| SimulatedHand::new(world.truth().pose, choice.seed()));
         Box::new(ByHand::new(hand, printed))
     } else {
         Box::<Commanded>::default()
