@@ -6,7 +6,7 @@ use super::calibrate_text;
 use crate::json::Json;
 use crate::output::{Files, Kind};
 use crate::board::session::{self, LOOK};
-use crate::board::{Choice, Link, motion};
+use crate::board::{Choice, Link, geometry, motion};
 use crate::terminal::{print, progress, warn};
 use crate::witness::Witness;
 use anyhow::{Result, bail};
@@ -115,8 +115,8 @@ struct Told<'a> {
 /// The board cannot be reached, does not start, or its readings cannot be right.
 pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let mut order = order(args);
-    let mut guide = args.guide(&mut order)?;
     let mut board = choice.open()?;
+    let mut guide = args.guide(&mut order, &mut board.link)?;
     if let Some(guide) = guide.as_ref().filter(|_| !args.json.is_printed()) {
         print(&guide.plan())?;
     }
@@ -166,13 +166,13 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
 
 impl Args {
     /// With --guided: as many poses as are needed.
-    fn guide(&self, order: &mut CalibrateOrder) -> Result<Option<Guide>> {
+    fn guide(&self, order: &mut CalibrateOrder, link: &mut Link) -> Result<Option<Guide>> {
         if !self.guided {
             return Ok(None);
         }
         let wanted_um = if self.target_um > 0.0 { self.target_um } else { GUIDED_UM };
         let least = if self.joint { LEAST_JOINT_POSES } else { LEAST_PLATEN_POSES };
-        let guide = Guide::new(order, 1.0e-6 * f64::from(wanted_um), least)?;
+        let guide = Guide::new(order, geometry::in_force(link), 1.0e-6 * f64::from(wanted_um), least)?;
         order.poses = guide.poses();
         // The poses are counted out: the board's own limit is for those that are not.
         order.target_deviation_m = 0.0;

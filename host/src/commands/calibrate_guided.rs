@@ -13,9 +13,19 @@ const NOISE_M: f32 = 1.0e-6;
 /// Poses of a motion without a choice, by which remedies are compared.
 const COMPARED_POSES: u32 = 200;
 
+/// The geometry that a course is foreseen with.
+#[derive(Serialize)]
+struct Foreseen {
+    /// Whether a calibration is in force whose geometry was read. Else it is the firmware's nominal one.
+    read: bool,
+    #[serde(flatten)]
+    geometry: Geometry,
+}
+
 /// A calibration's course, foreseen.
 #[derive(Serialize)]
 pub struct Guide {
+    geometry: Foreseen,
     /// Deviation that is wanted, m.
     wanted_m: f64,
     /// Poses after which every group that this motion tells is told to it.
@@ -31,12 +41,21 @@ pub struct Guide {
 }
 
 impl Guide {
-    /// Of an order, which says how many poses there may be at most.
+    /// Of an order, which says how many poses there may be at most, and the geometry of the calibration in force, if there is one.
     ///
     /// # Errors
     /// The motion tells no group as well as is wanted.
-    pub fn new(order: &CalibrateOrder, wanted_m: f64, least: u16) -> Result<Self> {
-        let question = question(order);
+    pub fn new(
+        order: &CalibrateOrder,
+        in_force: Option<Geometry>,
+        wanted_m: f64,
+        least: u16,
+    ) -> Result<Self> {
+        let geometry = Foreseen {
+            read: in_force.is_some(),
+            geometry: in_force.unwrap_or(Geometry::PAPER),
+        };
+        let question = question(order, geometry.geometry);
         let course = Course::new(&question);
         let most = u32::from(order.poses);
         let enough = course.enough(wanted_m).unwrap_or(most);
@@ -48,6 +67,7 @@ impl Guide {
             figure(1.0e6 * wanted_m)
         );
         Ok(Self {
+            geometry,
             remedies: remedies(&question, &course.missed(wanted_m)),
             wanted_m,
             poses,
@@ -65,11 +85,14 @@ impl Guide {
     /// What is planned, before anything moves.
     pub fn plan(&self) -> String {
         let missed = self.course.missed(self.wanted_m);
-        let mut lines = vec![format!(
-            "{} poses tell all that this motion tells to ± {} µm",
-            self.poses,
-            figure(1.0e6 * self.wanted_m)
-        )];
+        let mut lines = vec![
+            self.geometry.text(),
+            format!(
+                "{} poses tell all that this motion tells to ± {} µm",
+                self.poses,
+                figure(1.0e6 * self.wanted_m)
+            ),
+        ];
         lines.extend(
             missed
                 .iter()
@@ -96,6 +119,29 @@ impl Guide {
     }
 }
 
+impl Foreseen {
+    fn text(&self) -> String {
+        let Geometry {
+            span_m,
+            lateral_m,
+            height_m,
+            lever_m,
+            ..
+        } = self.geometry;
+        let [span, lateral, height, lever_x, lever_y] =
+            [span_m, lateral_m, height_m, lever_m[0], lever_m[1]]
+                .map(|m| figure(1.0e3 * f64::from(m)));
+        let whose = if self.read {
+            "of the calibration in force"
+        } else {
+            "of the drawing, since no calibration is in force"
+        };
+        format!(
+            "foreseen with the geometry {whose}: span {span} mm, lateral offset {lateral} mm, height {height} mm, lever arm {lever_x} and {lever_y} mm"
+        )
+    }
+}
+
 fn text(told: &Told) -> String {
     let deviation = told.deviation_m.map_or("undetermined".to_owned(), |m| {
         format!("± {} µm", figure(1.0e6 * m))
@@ -103,9 +149,9 @@ fn text(told: &Told) -> String {
     format!("{} {deviation}", told.group)
 }
 
-fn question(order: &CalibrateOrder) -> Question {
+fn question(order: &CalibrateOrder, geometry: Geometry) -> Question {
     Question {
-        geometry: Geometry::PAPER,
+        geometry,
         motion: Motion {
             poses: order.poses.into(),
             travel_m: order.travel_m,

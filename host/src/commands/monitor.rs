@@ -1,14 +1,13 @@
 //! `courier monitor`.
 
 use crate::output::{Files, Kind};
-use crate::board::{Choice, Link};
+use crate::board::{Choice, geometry};
 use crate::json::Lines;
 use crate::live::Live;
 use crate::terminal::{figure, warn};
 use anyhow::{Result, ensure};
 use courier_sensor::frame::Pose;
 use courier_sensor::geometry::Geometry;
-use courier_sensor::link::message::{Action, Reply, Source};
 use courier_sensor::link::telemetry::{Channels, Sample};
 use serde::Serialize;
 use std::process::ExitCode;
@@ -62,7 +61,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         args.rate_hz,
         board_hz / f64::from(u16::MAX)
     );
-    let pitch_m = pitch_m(&mut board.link);
+    let pitch_m = geometry::in_force(&mut board.link).unwrap_or(Geometry::PAPER).pitch_m;
     let channels = Channels::STATUS | Channels::POSE | Channels::PARITY;
     board.link.stream(channels, decimation as u16)?;
     let mut lines = args.live.json.lines()?;
@@ -76,14 +75,6 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     }
     board.close()?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// The pitch of the calibration in force; without one, of the firmware's own geometry.
-fn pitch_m(link: &mut Link) -> f32 {
-    match link.ask(Action::Read(Source::InForce)) {
-        Ok(Reply::Calibration(calibration)) => calibration.geometry.pitch_m,
-        _ => Geometry::PAPER.pitch_m,
-    }
 }
 
 fn line(sample: &Sample, board_hz: f64, pitch_m: f32, lines: &mut Lines) -> Result<()> {

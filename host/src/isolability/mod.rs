@@ -19,7 +19,6 @@ pub use problem::Parameter;
 pub use question::{Motion, Question};
 
 use angles::OTHERS;
-use courier_sensor::geometry::Geometry;
 use problem::Problem;
 use serde::Serialize;
 
@@ -72,7 +71,7 @@ pub fn analyse(question: &Question) -> Isolability {
         .iter()
         .filter(|a| a.other == OTHERS && a.angle_deg < CONFUSED_DEG)
         .collect();
-    let changes = changes(question.motion);
+    let changes = changes(question.motion, question.geometry.pitch_m);
     let mut remedies = Vec::new();
     for (change, motion) in &changes {
         let after = Problem::new(&Question {
@@ -104,8 +103,8 @@ pub fn analyse(question: &Question) -> Isolability {
 }
 
 /// Changes of a motion that may help: a larger angle, the beacon, both.
-fn changes(motion: Motion) -> Vec<(String, Motion)> {
-    let (turn_rad, travel_m) = (26.2e-3f32, 2.0 * Geometry::PAPER.pitch_m);
+fn changes(motion: Motion, pitch_m: f32) -> Vec<(String, Motion)> {
+    let (turn_rad, travel_m) = (26.2e-3f32, 2.0 * pitch_m);
     let mut changes = Vec::new();
     if motion.turn_rad < 0.9 * turn_rad {
         changes.push(("turn by ±1.5°".to_owned(), Motion { turn_rad, ..motion }));
@@ -157,6 +156,7 @@ fn gauge(beacon: bool) -> Vec<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use courier_sensor::geometry::Geometry;
 
     fn question(turn_deg: f32, beacon: bool, lateral_m: f32) -> Question {
         let geometry = Geometry {

@@ -1,11 +1,11 @@
 //! A recording under way: what the board sends becomes rows.
 
 use super::measured::{ADC_BITS, Measured};
-use crate::board::Link;
+use crate::board::{Link, geometry};
 use anyhow::Result;
 use courier_sensor::frame::{Coordinate, Status};
 use courier_sensor::geometry::Geometry;
-use courier_sensor::link::message::{Action, BoardStatus, Reply, Source};
+use courier_sensor::link::message::BoardStatus;
 use courier_sensor::link::telemetry::Sample;
 use hal_sim::world::World;
 use recording::noise::at_rest::Noise;
@@ -14,10 +14,7 @@ use std::f64::consts::TAU;
 
 /// What a recording of the board states: the geometry of the calibration in force; without one, the firmware's own.
 pub fn meta(link: &mut Link) -> Meta {
-    let geometry = match link.ask(Action::Read(Source::InForce)) {
-        Ok(Reply::Calibration(calibration)) => calibration.geometry,
-        _ => Geometry::PAPER,
-    };
+    let geometry = geometry::in_force(link).unwrap_or(Geometry::PAPER);
     let hello = link.hello();
     Meta {
         device: format!("{} board {}", hello.board, hello.device),

@@ -1,7 +1,7 @@
 //! `courier record --until-answers`: the same answers as a survey in a third of its time, by a controller and by hand, and what cannot be
 //! answered is told.
 
-use crate::common::{asked, courier_in, json_in};
+use crate::common::{CALIBRATE, asked, courier_in, json_in};
 use anyhow::Result;
 use courier::board::{Choice, Link};
 use courier::capture::{Capture, Commanded, Ending, Mover, Order};
@@ -264,6 +264,38 @@ fn an_interruption_keeps_what_is_recorded() {
     let read = Recording::read(&folder).unwrap();
     assert_eq!(read.samples.len(), recorded.samples as usize);
     assert_eq!(read.samples.run_names().len(), 3);
+}
+
+/// The next is foreseen with the height and the lever arm that the calibration in force has, not with those of the drawing.
+#[test]
+fn a_guided_calibration_is_foreseen_with_the_boards_own_geometry() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let guided = "--sim-preset ideal --sim-flash a.bin calibrate --guided --held-out 20 --dry-run --target-um 0.5 --json=g.json";
+    let told = asked(folder, guided).quiet();
+    assert!(
+        told.contains("of the drawing, since no calibration is in force: span 9.70 mm"),
+        "{told}"
+    );
+    assert_eq!(
+        json_in(folder.join("g.json"))["guided"]["geometry"]["read"],
+        false
+    );
+    asked(folder, CALIBRATE).quiet();
+    asked(folder, "--sim-preset ideal --sim-flash a.bin export c.json").quiet();
+    let mut stored = json_in(folder.join("c.json"));
+    stored["calibration"]["geometry"]["height_m"] = 0.0513.into();
+    std::fs::write(folder.join("d.json"), stored.to_string()).unwrap();
+    asked(folder, "--sim-preset ideal --sim-flash a.bin import d.json").quiet();
+    // The one in force is as good, so it may stay.
+    let told = asked(folder, guided).out;
+    for words in ["of the calibration in force", "height 51.30 mm"] {
+        assert!(told.contains(words), "{words}: {told}");
+    }
+    let geometry = json_in(folder.join("g.json"))["guided"]["geometry"].clone();
+    assert_eq!(geometry["read"], true);
+    let height_m = geometry["height_m"].as_f64().unwrap();
+    assert!((height_m - 0.0513).abs() < 1.0e-8, "{geometry}");
 }
 
 /// As many poses as its terms need: what is foreseen before the first is what the board then fits.
