@@ -4,6 +4,7 @@ use core::f64::consts::{SQRT_2, TAU};
 use effects::plant::PlantEffect;
 use effects::random::{ChaCha8Rng, uniform};
 use hal_sim::ageing::{Course, ExchangedPlaten, Knock, OwnWave, WeakMagnets};
+use hal_sim::spec::CourierSpec;
 
 /// One change, as it is named: `wave:2:4=0.6@30`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,21 +21,33 @@ enum Kind {
     WeakMagnets(usize),
     Knock(usize),
     Platen,
+    /// The temperature goes up and down; the course is the length of a day.
+    Days,
 }
 
 /// What is wanted, for refusals.
-const WANTED: &str = "wanted wave:SEGMENT:ORDER=UM, weak-magnets:SEGMENT=PERCENT, knock:SEGMENT=UM or platen=UM, each with @SECOND or @FROM..TO behind it";
+const WANTED: &str = "wanted wave:SEGMENT:ORDER=UM, weak-magnets:SEGMENT=PERCENT, knock:SEGMENT=UM or platen=UM, each with @SECOND or @FROM..TO behind it, or days=KELVIN@SECONDS";
 /// Offset of the electronics of a segment whose magnets weaken, of its amplitude: 6 % has been seen (lib_sincos_enc).
 const OFFSET: f64 = 0.06;
 /// A knocked segment is shifted so many times as far as its waves change. A choice of the simulation: a bent mount shifts more than it
 /// tilts.
 const KNOCK_SHIFT: f64 = 10.0;
 impl Ageing {
-    /// The effect; what is not stated of it is drawn.
-    pub fn effect(self, rng: &mut ChaCha8Rng) -> Box<dyn PlantEffect> {
+    /// Gives it to a courier; what is not stated of it is drawn.
+    pub fn give(self, spec: &mut CourierSpec, rng: &mut ChaCha8Rng) {
+        if self.kind == Kind::Days {
+            spec.temperature.swing_k = self.size;
+            spec.temperature.swing_period_s = self.course.to_s;
+        } else {
+            spec.effects.extend(self.effect(rng));
+        }
+    }
+
+    fn effect(self, rng: &mut ChaCha8Rng) -> Option<Box<dyn PlantEffect>> {
         let Self { kind, size, course } = self;
         let (sine, cosine) = uniform(rng, 0.0, TAU).sin_cos();
-        match kind {
+        Some(match kind {
+            Kind::Days => return None,
             Kind::Wave(segment, order) => Box::new(OwnWave {
                 segment,
                 order: f64::from(order),
@@ -61,7 +74,7 @@ impl Ageing {
                 })
             }
             Kind::Platen => Box::new(ExchangedPlaten::drawn(rng, 1.0e-6 * size, course.from_s)),
-        }
+        })
     }
 }
 
@@ -79,14 +92,19 @@ pub fn ageing(text: &str) -> Result<Ageing, String> {
         (Some("weak-magnets"), Some(s), None, None) => Kind::WeakMagnets(segment(s)?),
         (Some("knock"), Some(s), None, None) => Kind::Knock(segment(s)?),
         (Some("platen"), None, None, None) => Kind::Platen,
+        (Some("days"), None, None, None) => Kind::Days,
         _ => return Err(refuse()),
     };
-    let most = if matches!(kind, Kind::WeakMagnets(_)) {
-        90.0
-    } else {
-        100.0
+    let most = match kind {
+        Kind::WeakMagnets(_) => 90.0,
+        Kind::Days => MOST_K,
+        _ => 100.0,
     };
     let size = number(size, 0.0, most)?;
+    if kind == Kind::Days {
+        let course = Course::step(number(when, SHORTEST_DAY_S, LATEST_S)?);
+        return Ok(Ageing { kind, size, course });
+    }
     let (from, to) = when.split_once("..").unwrap_or((when, when));
     let from_s = number(from, 0.0, LATEST_S)?;
     let course = Course {
@@ -96,6 +114,10 @@ pub fn ageing(text: &str) -> Result<Ageing, String> {
     Ok(Ageing { kind, size, course })
 }
 
+/// Largest swing of the temperature, kelvin. A choice of the simulation, beyond what an unheated hall sees in a year.
+const MOST_K: f64 = 40.0;
+/// Shortest day, seconds. A choice of the simulation: what is faster is a vibration, and none of the temperature.
+const SHORTEST_DAY_S: f64 = 1.0;
 /// A simulated year.
 const LATEST_S: f64 = 3.2e7;
 
@@ -123,6 +145,7 @@ fn number(text: &str, low: f64, high: f64) -> Result<f64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use effects::random::SeedableRng;
 
     #[test]
     fn each_kind_is_read_and_what_is_none_is_refused_with_what_was_wanted() {
@@ -139,7 +162,13 @@ mod tests {
         );
         assert_eq!(ageing("knock:1=2@0").expect("a knock").kind, Kind::Knock(0));
         assert_eq!(ageing("platen=2@7").expect("a platen").kind, Kind::Platen);
+        let days = ageing("days=3@600").expect("days");
+        assert_eq!((days.kind, days.size), (Kind::Days, 3.0));
         for wrong in [
+            "days=3@0",
+            "days=3@10..20",
+            "days=50@600",
+            "days:1=3@600",
             "wave:2=1@0",
             "wave:5:1=1@0",
             "wave:0:1=1@0",
@@ -157,6 +186,21 @@ mod tests {
         ] {
             let error = ageing(wrong).expect_err(wrong);
             assert!(error.contains("wanted"), "{wrong}: {error}");
+        }
+    }
+
+    /// After a quarter of a day it is warmer by the swing, half a day later colder by as much, and so day after day.
+    #[test]
+    fn the_temperature_goes_with_the_days() {
+        let mut spec = CourierSpec::flawless();
+        spec.temperature.rise_k = 0.0;
+        let days = ageing("days=3@600").expect("days");
+        days.give(&mut spec, &mut ChaCha8Rng::seed_from_u64(1));
+        assert!(spec.effects.is_empty());
+        let start_c = spec.temperature.start_c;
+        for (time_s, wanted_k) in [(150.0, 3.0), (450.0, -3.0), (6150.0, 3.0)] {
+            let found_k = spec.temperature.at_c(time_s) - start_c;
+            assert!((found_k - wanted_k).abs() < 1.0e-9, "{time_s} s: {found_k}");
         }
     }
 }

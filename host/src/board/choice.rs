@@ -52,8 +52,8 @@ pub struct Choice {
     #[arg(long, global = true, value_name = "EFFECT[:logged]=UM", value_parser = flaw)]
     sim_effect: Vec<Flaw>,
     /// What changes of it in service, at a second since it was switched on or between two: `wave:2:4=0.6@30` (segment, order, µm rms),
-    /// `weak-magnets:3=10@0..600` (segment, percent lost), `knock:1=2@30` (segment, µm), `platen=2@30` (another one, teeth of so many µm); may
-    /// be repeated.
+    /// `weak-magnets:3=10@0..600` (segment, percent lost), `knock:1=2@30` (segment, µm), `platen=2@30` (another one, teeth of so many µm),
+    /// `days=3@600` (temperature, K either way, a day lasting so many seconds); may be repeated.
     #[arg(long, global = true, value_name = "CHANGE@SECONDS", value_parser = ageing)]
     sim_age: Vec<Ageing>,
     /// Something wrong with its beacon, the light around it or its wires; may be repeated.
@@ -276,7 +276,7 @@ impl Choice {
         for (stream, change) in self.sim_age.iter().enumerate() {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             rng.set_stream(AGEING_STREAM + stream as u64);
-            spec.effects.push(change.effect(&mut rng));
+            change.give(&mut spec, &mut rng);
         }
         for fault in &self.sim_fault {
             spec.effects.push(fault.effect());
