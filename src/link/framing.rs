@@ -8,13 +8,12 @@
 //! (Koopman 2002).
 
 use crate::sink;
+use crate::update::header::CRC32; // its table is 1 KiB, once for both
 use cobs::CobsEncoder;
 use core::ops::Range;
-use crc::{CRC_32_ISCSI, Crc};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-static CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 const CRC_BYTES: usize = 4;
 /// Longest head of [`encode_with_body`] and the length behind it.
 const HEAD_BYTES: usize = 32;
@@ -60,8 +59,9 @@ pub fn encode_with_body<'a, T: Serialize>(
 ) -> Result<&'a [u8], TooLong> {
     frame(buffer, |put| {
         let mut short = [0; HEAD_BYTES];
-        let head = sink::write(&(head, body.len()), &mut short);
-        head.is_some_and(|head| put(head) && put(body))
+        // Not by way of a sink: no call through a pointer, on a stack that is small.
+        let head = postcard::to_slice(&(head, body.len()), &mut short);
+        head.is_ok_and(|head| put(head) && put(body))
     })
 }
 

@@ -2,6 +2,9 @@
 //!
 //! A closure behind a reference takes the pieces, so that the image holds each type's serialiser once, wherever its bytes go.
 
+mod out_of_line;
+
+use self::out_of_line::OutOfLine;
 use postcard::ser_flavors::Flavor;
 use serde::Serialize;
 
@@ -32,7 +35,8 @@ impl Flavor for Sink<'_> {
 
 /// Gives `value` to `take`; false as soon as that has no room.
 pub(crate) fn pour(value: &(impl Serialize + ?Sized), take: Take<'_>) -> bool {
-    postcard::serialize_with_flavor(value, Sink(take)).is_ok()
+    let mut serializer = OutOfLine(postcard::Serializer { output: Sink(take) });
+    value.serialize(&mut serializer).is_ok()
 }
 
 /// Writes `value` to the start of `buffer`; returns its bytes, or none if there is no room.
