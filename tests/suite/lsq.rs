@@ -248,3 +248,26 @@ fn removing_a_row_is_as_if_it_had_not_been_entered() {
     let mut exact = incremental(&rows[..N].to_vec());
     assert!(!exact.rows.remove(&rows[0].0, rows[0].1));
 }
+
+#[test]
+fn unknowns_counted_from_another_point_are_less_by_it() {
+    let rows = problem(12, 40, 0.1);
+    let to: [f32; N] = std::array::from_fn(|i| 0.3 * i as f32 - 1.0);
+    let less = |(row, rhs): &([f32; N], f32)| {
+        let told: f32 = row.iter().zip(to).map(|(a, x)| a * x).sum();
+        (*row, rhs - told)
+    };
+    let wanted = incremental(&rows.iter().map(less).collect());
+    let mut shifted = incremental(&rows);
+    shifted.rows.shift(&to);
+    shifted.solve().unwrap();
+    for (a, b) in shifted
+        .solution()
+        .values
+        .iter()
+        .zip(wanted.solution().values)
+    {
+        assert!((a - b).abs() < 2e-5, "{a} {b}");
+    }
+    assert!((shifted.solution().noise / wanted.solution().noise - 1.0).abs() < 1e-4);
+}

@@ -6,7 +6,8 @@
 //! the same bits. No allocation, no panic on any input. Runs below the interrupt.
 //!
 //! * `packed`: where things lie; `rotate`: a row into the factor, four square-root-free rotations a pass;
-//! * `triangle`: the factor, its right-hand side, residual and count; `downdate` takes a row out, `predict` foretells one;
+//! * `triangle`: the factor, its right-hand side, residual and count; `downdate` takes a row out, `predict` foretells one,
+//!   `shift` counts the unknowns from another point;
 //! * `upper`: the factor as it is solved, with ordinary rotations (`givens`); `spectrum`: its singular values;
 //!   `null`: a direction it does not determine;
 //! * `solve`: rank, condition number, solution, covariance.
@@ -19,6 +20,7 @@ mod null;
 mod packed;
 mod predict;
 mod rotate;
+mod shift;
 mod solve;
 mod spectrum;
 mod triangle;
