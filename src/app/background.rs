@@ -8,6 +8,7 @@ mod clock;
 mod conclude;
 mod events;
 mod place_map;
+mod recalibrate;
 mod update;
 mod watch;
 
@@ -132,6 +133,7 @@ where
     /// The motion controller is told to stop: what was under way before a restart is nobody's any more.
     pub fn start(&mut self, safe_mode: bool) {
         self.keeper.start(safe_mode);
+        self.watcher.set_mode(self.keeper.mode());
         self.guide.halt();
     }
 

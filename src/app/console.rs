@@ -142,6 +142,10 @@ impl<'q, P: Ports> Console<'q, P> {
                 let placed = background.map_at_mark(*slot, mark);
                 self.send_result(number, placed.map(|()| None));
             }
+            Action::Recalibrate(order) => {
+                let result = background.recalibrate(*order);
+                self.send_result(number, result);
+            }
             Action::Calibrate(order) => {
                 background.keep_start(&self.started);
                 let started = match order.method {
@@ -255,6 +259,7 @@ impl<'q, P: Ports> Console<'q, P> {
             Action::Read(_)
             | Action::Load { .. }
             | Action::Calibrate(_)
+            | Action::Recalibrate(_)
             | Action::RollBack
             | Action::MapAtMark { .. } => Err(Refusal::Unknown),
             Action::MapBegin(header) => background.keeper_mut()?.map_begin(header).map(done),
@@ -360,6 +365,7 @@ impl<'q, P: Ports> Console<'q, P> {
             isr_cycles_worst: Some(mailbox.isr_cycles_worst()).filter(|cycles| *cycles > 0),
             health: self.started.health,
             watch: background.verdict(),
+            recalibration: background.recalibration(),
         }
     }
 }

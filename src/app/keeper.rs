@@ -6,6 +6,7 @@
 mod in_force_map;
 pub mod kept;
 mod maps;
+pub mod mode;
 
 use crate::beacon::BeaconSettings;
 use crate::calibration::record::{Calibration, check_sensor};

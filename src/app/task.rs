@@ -1,9 +1,9 @@
 //! The session that runs or ran last. Both kinds share one memory: never are both needed.
 
+use super::service::Service;
 #[cfg(target_os = "none")]
 use crate::board::room;
 use crate::calibration::joint::{JointConfig, JointSession, StepReport};
-use crate::calibration::watch::Window;
 use crate::calibration::{
     Action, MotionEvent, Progress, Session, SessionConfig, Stage, StartError,
 };
@@ -23,14 +23,14 @@ pub enum Task {
     Platen(Session) = 1,
     /// The joint calibration under a beacon.
     Joint(JointSession) = 2,
-    /// No session: the watch over the calibration in force.
-    Watch(Window) = 3,
+    /// No session: the watch over the calibration in force, and its recalibration.
+    Watch(Service) = 3,
 }
 
 /// How a session comes into its memory where the stack is large; `board::room` does it in place.
 #[cfg(not(target_os = "none"))]
 mod room {
-    use super::{JointSession, Session, Task, Window};
+    use super::{JointSession, Service, Session, Task};
 
     pub fn platen(task: &mut Task) {
         *task = Task::Platen(Session::idle());
@@ -41,7 +41,7 @@ mod room {
     }
 
     pub fn watch(task: &mut Task) {
-        *task = Task::Watch(Window::new());
+        *task = Task::Watch(Service::new());
     }
 }
 
@@ -84,8 +84,8 @@ impl Task {
         }
     }
 
-    /// The watch's window. What a session that has ended left is forgotten; to be called while none runs.
-    pub fn window(&mut self) -> Option<&mut Window> {
+    /// What runs between calibrations. What a session that has ended left is forgotten; to be called while none runs.
+    pub fn service(&mut self) -> Option<&mut Service> {
         if self.is_running() {
             return None;
         }
@@ -93,15 +93,24 @@ impl Task {
             room::watch(self);
         }
         match self {
-            Self::Watch(window) => Some(window),
+            Self::Watch(service) => Some(service),
             _ => None,
         }
     }
 
-    /// Lets the watch begin anew.
-    pub fn forget_watch(&mut self) {
-        if let Self::Watch(window) = self {
-            window.forget();
+    /// What runs between calibrations, if it does.
+    #[must_use]
+    pub fn running_service(&self) -> Option<&Service> {
+        match self {
+            Self::Watch(service) => Some(service),
+            _ => None,
+        }
+    }
+
+    /// Lets it begin anew.
+    pub fn forget_service(&mut self) {
+        if let Self::Watch(service) = self {
+            service.forget();
         }
     }
 

@@ -3,10 +3,12 @@
 //! The window lies in the memory of the calibration sessions, which none needs meanwhile. A calibration that is started takes it, and the
 //! next window is begun anew; what has been told, the reference and the tests' sums lie here and stay.
 
+use super::service::Service;
 use super::task::Task;
 use crate::calibration::UNUSABLE;
+use crate::calibration::recalibration::{Idle, Mode, Recalibration, State};
 use crate::calibration::record::Calibration;
-use crate::calibration::watch::{Kept, Reading, Standing, Verdict, Watch, WatchConfig};
+use crate::calibration::watch::{Amounts, Kept, Reading, Standing, Verdict, Watch, WatchConfig};
 use crate::frame::Frame;
 
 /// After a session's end its memory is left alone for so long, seconds: a host asks how it went.
@@ -24,6 +26,16 @@ pub struct Watcher {
     of: u8,
     /// How it stood when it was kept last, [`Watcher::stand`].
     kept: u8,
+    /// What becomes of candidates.
+    mode: Mode,
+    /// Whether none is looked for, beside what the background says, and why. No option, of which nothing would not be zeros.
+    rests: bool,
+    rests_why: Idle,
+    /// [`super::keeper::Keeper::changes`] at which the mode was kept.
+    mode_kept: u8,
+    /// Candidates that came in force, and when the last did.
+    adopted: u16,
+    adopted_s: u32,
     /// Samples at which the next look is due.
     next: u64,
     /// Samples until which the sessions' memory is left alone.
@@ -37,13 +49,19 @@ impl Default for Watcher {
 }
 
 impl Watcher {
-    /// Watches nothing.
+    /// Watches nothing, and looks for no candidates until a mode is set: all zeros, so that a static of it is no part of the image.
     pub const fn new() -> Self {
         Self {
             watch: Watch::blank(),
             watching: false,
             of: 0,
             kept: 0,
+            mode: Mode::Off,
+            rests: false,
+            rests_why: Idle::Off,
+            mode_kept: 0,
+            adopted: 0,
+            adopted_s: 0,
             next: 0,
             free_at: 0,
         }
@@ -67,11 +85,12 @@ impl Watcher {
         }
         self.kept = 0;
         self.of = outputs;
+        self.rests = false;
         self.watching = in_force.is_some();
         if let Some(calibration) = in_force {
             self.watch.start(WatchConfig::of(&calibration.quality));
         }
-        task.forget_watch();
+        task.forget_service();
         self.watching
     }
 
@@ -112,8 +131,15 @@ impl Watcher {
         true
     }
 
-    /// Takes a frame; whether the verdict may have changed. While a session runs, and for a while after it, none.
-    pub fn frame(&mut self, frame: &Frame, samples: u64, rate_hz: f32, task: &mut Task) -> bool {
+    /// Takes a frame, at so many samples of this rate; whether the verdict may have changed. While a session runs, and for a while after it,
+    /// none. `learns`: whether a candidate could come in force.
+    pub fn frame(
+        &mut self,
+        frame: &Frame,
+        (samples, rate_hz): (u64, f32),
+        learns: bool,
+        task: &mut Task,
+    ) -> bool {
         let rate_hz = (rate_hz as u64).max(1);
         if task.is_running() {
             self.free_at = samples + LEFT_ALONE_S * rate_hz;
@@ -122,8 +148,80 @@ impl Watcher {
             return false;
         }
         let time_ms = samples * 1000 / rate_hz;
-        let window = task.window();
-        window.is_some_and(|window| self.watch.take(window, &Reading::of(frame, time_ms)))
+        let learns = learns && self.mode != Mode::Off && !self.rests;
+        let (watch, reading) = (&mut self.watch, Reading::of(frame, time_ms));
+        let service = task.service();
+        service.is_some_and(|service| service.take(watch, &reading, learns))
+    }
+
+    /// What becomes of candidates.
+    pub fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// Sets it; a candidate may be looked for again.
+    pub fn set_mode(&mut self, mode: Mode) {
+        (self.mode, self.rests) = (mode, false);
+    }
+
+    /// No candidate is looked for, until another calibration comes in force or a mode is set.
+    pub fn rest(&mut self, why: Idle) {
+        (self.rests, self.rests_why) = (true, why);
+    }
+
+    /// Whether the mode is to be kept, as what is stored or in force has changed.
+    pub fn is_to_keep_mode(&mut self, changes: u8) -> bool {
+        core::mem::replace(&mut self.mode_kept, changes) != changes
+    }
+
+    /// Whether a candidate is proposed.
+    pub fn proposes(&self, task: &Task) -> bool {
+        self.changes_m(task).is_some()
+    }
+
+    /// What the candidate that is proposed takes off equation (3)'s corrections, metres.
+    pub fn changes_m<'t>(&self, task: &'t Task) -> Option<&'t Amounts> {
+        let learner = task.running_service().map(Service::learner)?;
+        let is_open = self.watching && !self.rests;
+        let is_believed = learner.proposal().is_some_and(|of| of.is_believed());
+        (is_open && is_believed).then(|| learner.candidate_m())
+    }
+
+    /// The candidate is in force, as the outputs of this number. What is to be kept of the watch.
+    pub fn adopted(&mut self, outputs: u8, uptime_s: u32, task: &mut Task) -> Option<Kept> {
+        self.of = outputs;
+        self.adopted = self.adopted.saturating_add(1);
+        self.adopted_s = uptime_s;
+        let kept = self.watch.kept().map(Kept::untold);
+        self.watch.start(*self.watch.config());
+        if let Some(kept) = &kept {
+            self.restore(kept);
+        }
+        if let Some(service) = task.service() {
+            service.adopt();
+        }
+        kept
+    }
+
+    /// How the recalibration stands, where this stands in its way.
+    pub fn recalibration(&self, task: &Task, hindered: Option<Idle>) -> Recalibration {
+        let off = (self.mode == Mode::Off).then_some(Idle::Off);
+        let proposal = task
+            .running_service()
+            .and_then(|service| service.learner().proposal());
+        let rests = self.rests.then_some(self.rests_why);
+        let state = match (off.or(hindered).or(rests), proposal) {
+            (Some(why), _) => State::Idle(why),
+            (None, Some(of)) if of.is_believed() => State::Proposed(of),
+            (None, Some(of)) => State::Testing(of),
+            (None, None) => State::Watching,
+        };
+        Recalibration {
+            mode: self.mode,
+            state,
+            adopted: self.adopted,
+            adopted_s: (self.adopted > 0).then_some(self.adopted_s),
+        }
     }
 
     /// Whether frames are to say that the calibration has drifted.

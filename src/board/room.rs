@@ -4,10 +4,10 @@
 //! asked below, so memory is cleared instead.
 #![allow(unsafe_code)] // the layout of an enum, and values made of zeros
 
+use crate::app::service::Service;
 use crate::app::task::Task;
 use crate::calibration::Session;
 use crate::calibration::joint::JointSession;
-use crate::calibration::watch::Window;
 use core::mem::MaybeUninit;
 
 // SAFETY: the compiler looks at every constant: one that is no valid value of its type is an error (E0080).
@@ -15,7 +15,7 @@ const _: Session = unsafe { MaybeUninit::zeroed().assume_init() };
 // SAFETY: as above.
 const _: JointSession = unsafe { MaybeUninit::zeroed().assume_init() };
 // SAFETY: as above.
-const _: Window = unsafe { MaybeUninit::zeroed().assume_init() };
+const _: Service = unsafe { MaybeUninit::zeroed().assume_init() };
 
 /// A platen session of zeros.
 pub fn platen(task: &mut Task) {
@@ -27,7 +27,7 @@ pub fn joint(task: &mut Task) {
     clear(task, Task::JOINT);
 }
 
-/// A window of zeros.
+/// What runs between calibrations, of zeros.
 pub fn watch(task: &mut Task) {
     clear(task, Task::WATCH);
 }

@@ -11,6 +11,7 @@ pub mod joint;
 mod outcome;
 mod plan;
 mod port;
+pub mod recalibration;
 pub mod record;
 mod regression;
 mod sample;

@@ -11,6 +11,7 @@ pub use super::refusal::{
 pub use super::status::{Activity, BoardStatus, FaultReport, InForce, ResetCause, StoredMap};
 
 use crate::calibration::Plan;
+use crate::calibration::recalibration;
 use crate::calibration::record::{self, Calibration};
 use crate::calibration::slots::Place;
 use crate::device::Device;
@@ -28,7 +29,7 @@ use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
 /// Version of this file's types.
-pub const PROTOCOL: u16 = 8;
+pub const PROTOCOL: u16 = 9;
 /// Longest frame of the command and reply channel: a whole calibration with its tags.
 pub const FRAME_BYTES: usize = framing::encoded_bytes(record::BODY_BYTES + 8);
 /// Nodes of a tooth map that one command carries.
@@ -168,6 +169,8 @@ pub enum Action<C = Calibration> {
         /// Entries that the host has.
         skip: u16,
     },
+    /// What is to become of candidates of the recalibration while working. [`Reply::Place`] where one came in force.
+    Recalibrate(recalibration::Order),
 }
 
 impl Action {

@@ -209,6 +209,14 @@ pub enum Refusal {
     /// See [`UpdateRefusal`].
     #[error("{0}")]
     Update(UpdateRefusal),
+    /// There is no candidate of the recalibration that is proposed.
+    #[error("no candidate is proposed")]
+    NoCandidate,
+    /// There is no room for the setting behind the stored calibration, or the flash does not take it.
+    #[error(
+        "the setting is not kept: behind the stored calibration there is room for 16 changes, until another one is stored"
+    )]
+    ModeNotKept,
     /// Storing, reading or forgetting a tooth map failed.
     #[error("{0}")]
     MapStore(#[from] MapStoreError),

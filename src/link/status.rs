@@ -1,5 +1,6 @@
 //! State of the board, as a host sees it.
 
+use crate::calibration::recalibration::Recalibration;
 use crate::calibration::record::Instant;
 use crate::calibration::slots::Place;
 use crate::calibration::watch::Verdict;
@@ -137,6 +138,8 @@ pub struct BoardStatus {
     pub health: Health,
     /// Whether the calibration in force stays true.
     pub watch: Verdict,
+    /// Whether ordinary motion tells of a better one.
+    pub recalibration: Recalibration,
 }
 
 /// Why the board started.

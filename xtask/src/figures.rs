@@ -30,6 +30,8 @@ const SOURCES: &[(&str, &str, &[&str])] = &[
             "maps::a_map_is_in_force_within_two_seconds",
             "watch::changes::a_change_of_half_a_micrometre",
             "watch::service::twenty_hours",
+            "recalibration::month::a_quarter",
+            "recalibration::tries::nothing_that_makes_the_position_worse_comes_in_force_in_twenty",
         ],
     ),
     (

@@ -10,5 +10,6 @@ mod health;
 mod joint_refusals;
 mod maps;
 mod plant;
+mod recalibration;
 mod session;
 mod watch;

@@ -106,6 +106,7 @@ commands! {
         Maps => maps,
         Commit => commit,
         Rollback => rollback,
+        Recalibrate => recalibrate,
         Export => export,
         Import => import,
         Load => load,

@@ -122,6 +122,7 @@ fn text(output: &Output) -> String {
         ("last start", cause(status.reset).to_owned()),
         ("calibration", in_force(status.in_force)),
         ("in service", status.watch.to_string()),
+        ("recalibration", status.recalibration.to_string()),
         ("tooth map", tooth_map(status.map)),
         ("stored maps", output.stored_map.clone()),
         (

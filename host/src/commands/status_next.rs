@@ -1,6 +1,7 @@
 //! What to do next with a board, from its state.
 
 use super::status_map;
+use courier_sensor::calibration::recalibration::State;
 use courier_sensor::calibration::watch::Standing;
 use courier_sensor::frame::Status;
 use courier_sensor::health::troubles;
@@ -86,6 +87,10 @@ fn calibration(status: &BoardStatus, joint: bool) -> Vec<String> {
         InForce::Stored(_) => {}
     }
     match status.watch.standing {
+        _ if matches!(status.recalibration.state, State::Proposed(_)) => steps.push(
+            "a better calibration is proposed (line `recalibration`): `courier recalibrate accept` puts it in force"
+                .to_owned(),
+        ),
         Standing::Drifting => steps.push(
             "the calibration has drifted (line `in service`): plan a new one, `courier calibrate`"
                 .to_owned(),

@@ -15,6 +15,7 @@ where
         let rate_hz = self.keeper.settings().rate_hz;
         if self.watcher.is_due(self.samples, rate_hz) {
             self.watch_frame(rate_hz);
+            self.recalibrate_by_itself();
         }
     }
 
@@ -27,8 +28,17 @@ where
         {
             self.watcher.restore(&kept);
         }
-        if self.watcher.frame(&self.last, self.samples, rate_hz, task) {
+        let learns = self.hinders().is_none();
+        let task = &mut *self.task;
+        if self
+            .watcher
+            .frame(&self.last, (self.samples, rate_hz), learns, task)
+        {
             self.keep_watch();
+        }
+        if self.watcher.is_to_keep_mode(self.keeper.changes()) && self.may_store().is_ok() {
+            // Where it is not kept, the other slot may tell it, and it holds until the next restart.
+            self.keeper.keep_mode(self.watcher.mode());
         }
         let has_told = self.watcher.has_told();
         if has_told != self.keeper.says_drifted() && !self.task.is_running() {

@@ -4,6 +4,7 @@
 //! with the calibration. A write that was cut short leaves an entry that does not count, and takes one place.
 
 use super::Keeper;
+use super::mode::MODE_BYTES;
 use crate::calibration::watch::{KEPT_BYTES, Kept};
 use crate::link::message::Refusal;
 use core::ops::Range;
@@ -75,6 +76,7 @@ pub fn add<F: NorFlash>(flash: &mut F, room: &Range<u32>, kept: &Kept, with_map:
 }
 
 fn places(room: &Range<u32>) -> impl DoubleEndedIterator<Item = u32> + use<> {
-    let (start, entries) = (room.start, (room.end - room.start) / KEPT_BYTES as u32);
+    let bytes = (room.end - room.start).saturating_sub(MODE_BYTES as u32);
+    let (start, entries) = (room.start, bytes / KEPT_BYTES as u32);
     (0..entries).map(move |entry| start + entry * KEPT_BYTES as u32)
 }

@@ -24,5 +24,5 @@ pub use outcome::{JointOutcome, JointResult};
 pub use plan::{about_sensor, foreseen_under_beacon};
 pub use sample::{FARTHEST_TEETH, JointBuffer, JointSample, POSES, Poses};
 pub use session::JointSession;
-pub use solver::{FitReport, JointEstimator, JointSolver, Priors};
+pub use solver::{FitReport, JointEstimator, JointRows, JointSolver, Priors};
 pub use steps::{HeldOut, JointProgress, Step, StepReport, Trial};

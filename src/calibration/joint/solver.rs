@@ -3,10 +3,12 @@
 use super::constraint::{Constraints, Misclosure};
 use super::layout::{Groups, JOINT_UNKNOWNS, Unknown, Values};
 use super::median::Median;
-use crate::lsq::{Estimator, SolveError, packed_len};
+use crate::lsq::{Estimator, SolveError, Triangle, packed_len};
 use crate::math::sqrt;
 use serde::{Deserialize, Serialize};
 
+/// Rows of a joint fit.
+pub type JointRows = Triangle<JOINT_UNKNOWNS, { packed_len(JOINT_UNKNOWNS) }>;
 /// Rows, workspace and solution of a joint fit; 20 KiB.
 pub type JointEstimator = Estimator<JOINT_UNKNOWNS, { packed_len(JOINT_UNKNOWNS) }>;
 

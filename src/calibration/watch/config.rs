@@ -58,8 +58,14 @@ impl WatchConfig {
         }
     }
 
+    /// Amplitude of a wave that is told, metres.
+    #[must_use]
+    pub fn told_m(&self) -> f32 {
+        core::f32::consts::SQRT_2 * self.told_rms_m
+    }
+
     pub(super) fn bounds(&self) -> Bounds {
-        let told_m = core::f32::consts::SQRT_2 * self.told_rms_m;
+        let told_m = self.told_m();
         Bounds {
             told_m,
             left_alone_m: LEFT_ALONE * told_m,

@@ -91,6 +91,12 @@ impl Kept {
         bytes
     }
 
+    /// The same without what has been told: the change is taken out of the outputs.
+    #[must_use]
+    pub fn untold(self) -> Self {
+        Self { told: None, ..self }
+    }
+
     /// From bytes that were kept with a tooth map in force, or without; none if they are no such bytes, or hold what cannot be.
     #[must_use]
     pub fn from_bytes(bytes: &[u8; KEPT_BYTES], with_map: bool) -> Option<Self> {

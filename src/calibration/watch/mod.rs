@@ -13,18 +13,23 @@
 //!
 //! Pure: no clock, no allocation, no panic. Memory: a window 10 KiB, what outlives it 0.5 KiB.
 
+mod cells;
 mod config;
+mod follow;
 mod kept;
+mod lag;
 mod places;
 mod row;
 mod scores;
 mod state;
 mod told;
+mod turning;
 mod verdict;
 mod window;
 mod windowed;
 
 pub use config::WatchConfig;
+pub use follow::{AMOUNTS, Amounts, Follower, Whole};
 pub use kept::{KEPT_BYTES, Kept};
 pub use places::{PLACES, Place};
 pub use row::Reading;

@@ -20,7 +20,7 @@ impl Place {
     }
 
     /// All, in their order.
-    pub(super) fn all() -> impl Iterator<Item = Self> {
+    pub fn all() -> impl Iterator<Item = Self> {
         (0..PLACES as u8).map(Self)
     }
 

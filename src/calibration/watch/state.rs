@@ -1,6 +1,7 @@
 //! What outlives a window: the reference, the sums of the tests, and what has been told.
 
 use super::config::WatchConfig;
+use super::follow::{Follower, Whole};
 use super::kept::Kept;
 use super::places::{PLACES, Place};
 use super::row::{OWN_COLUMNS, Reading};
@@ -117,12 +118,17 @@ impl Watch {
 
     /// Takes a reading into the window; whether a window is complete by it, and the verdict may have changed. Cost: a row of 57 unknowns
     /// for a reading that counts, all but nothing for the others; a complete window some ten rows'.
-    pub fn take(&mut self, window: &mut Window, reading: &Reading) -> bool {
+    pub fn take(
+        &mut self,
+        window: &mut Window,
+        reading: &Reading,
+        follower: &mut impl Follower,
+    ) -> bool {
         if !window.has_begun() {
             self.begin(window);
         }
         if !window.take(reading) {
-            return window.is_exhausted() && self.give_up(window);
+            return window.is_exhausted() && self.give_up(window, follower);
         }
         let taken = window.taken();
         self.now_s = (reading.time_ms / 1000) as u32;
@@ -130,7 +136,7 @@ impl Watch {
         if taken < SHORTEST || !taken.is_multiple_of(LOOK_EVERY) {
             return false;
         }
-        self.look(window, taken >= LONGEST)
+        self.look(window, taken >= LONGEST, follower)
     }
 
     /// The largest sum of all tests, of that at which a change is told.
@@ -202,21 +208,21 @@ impl Watch {
     }
 
     /// Ends a window that learns nothing new any more.
-    fn give_up(&mut self, window: &mut Window) -> bool {
+    fn give_up(&mut self, window: &mut Window, follower: &mut impl Follower) -> bool {
         let is_reference = !self.learning || self.windows >= FIRST_WINDOWS;
         if window.taken() >= SHORTEST && is_reference {
-            return self.look(window, true);
+            return self.look(window, true, follower);
         }
         (self.seen, self.stalled) = (0, true);
         self.begin(window);
         true
     }
 
-    fn look(&mut self, window: &mut Window, is_last: bool) -> bool {
+    fn look(&mut self, window: &mut Window, is_last: bool, follower: &mut impl Follower) -> bool {
         if self.learning {
             self.learn(window, is_last)
         } else {
-            self.compare(window, is_last)
+            self.compare(window, is_last, follower)
         }
     }
 
@@ -273,7 +279,12 @@ impl Watch {
     }
 
     /// Ends a window when what it has seen is known well enough, or as well as this motion tells it.
-    fn compare(&mut self, window: &mut Window, is_last: bool) -> bool {
+    fn compare(
+        &mut self,
+        window: &mut Window,
+        is_last: bool,
+        follower: &mut impl Follower,
+    ) -> bool {
         let (told, variance) = (window.told(&self.reference_m), window.variance());
         if variance > JUMP * self.sigma_m * self.sigma_m && !is_last {
             // Something has changed within it: what follows is a window of its own, and the measure of the next.
@@ -290,6 +301,8 @@ impl Watch {
         if new != 0 && self.known & !seen == 0 && !self.has_told {
             // This motion shows all that the reference knows and more: another is learned, from the start.
             self.begin_anew(window);
+            follower.forget();
+            window.forget_cells();
             return true;
         }
         // What the reference does not tell apart is judged by motion alone that does not either.
@@ -314,6 +327,16 @@ impl Watch {
             window.forget_sums();
         } else {
             window.sum(KEPT, &told, variance);
+        }
+        if self.known == u16::MAX && new == 0 {
+            let whole = Whole {
+                rows: window,
+                reference_m: &self.reference_m,
+                variance,
+            };
+            if follower.window(&whole) {
+                window.forget_cells();
+            }
         }
         self.note(window);
         self.tell(Present::of(window.sums()));

@@ -8,15 +8,20 @@
 //! courier comes by. So a pair counts only in a quarter of a tooth that the window has not seen, some milliseconds after the one before;
 //! intervals and ways are random, so that no speed falls in step with the teeth (Shapiro and Silverman 1960, SIAM J. 8, 225).
 
+use super::cells::Cells;
+use super::lag::Lag;
 use super::places::PLACES;
 use super::row::{COLUMNS, FIRST_OWN, OWN_COLUMNS, PRODUCT_COLUMNS, Reading, row};
+use super::turning::Turning;
 use super::windowed::Windowed;
+use crate::calibration::joint::JointRows;
 use crate::frame::{Coordinate, SEGMENTS};
-use crate::lsq::{Triangle, packed_len};
 use crate::math::sqrt;
 
-/// Words of the set of cells, a bit each: four times as many cells as the longest window has pairs.
+/// Words of the set of a window's cells: four times as many cells as the longest window has pairs.
 const CELL_WORDS: usize = 512;
+/// Words of the set of all cells: of 90 mm by 90 mm, more than couriers work on for long.
+const ALL_CELL_WORDS: usize = 4096;
 /// Between two pairs, milliseconds: at least, and a random rest below a power of two. Ten on average with the way
 /// between the readings of a pair: a row costs the background of the board some 16,000 cycles, 1 % of its time.
 const GAP_MS: u64 = 4;
@@ -26,10 +31,6 @@ const WAY_TURNS: f32 = 0.08;
 const RANDOM_WAY_TURNS: f32 = 0.42;
 /// A second reading that comes later than this begins another pair, teeth.
 const LATE_TURNS: f32 = 1.0;
-/// The most correlation that is taken out: above, what is left of the offset's column is rounding.
-const MOST_CORRELATION: f32 = 0.98;
-/// Readings over which the parity's mean is followed.
-const MEAN_READINGS: f32 = 64.0;
 /// Cells in a row that are known, after which nothing new is expected: a quarter of a tooth each, a way of 5 m.
 const EXHAUSTED: u32 = 20_000;
 /// Fewest readings of a window: four for each unknown.
@@ -40,9 +41,13 @@ pub(super) const LONGEST: u32 = 4096;
 /// The readings so far. To live in memory that is shared with the calibrations: a window that is lost is begun anew.
 #[derive(Clone, Debug)]
 pub struct Window {
-    rows: Triangle<COLUMNS, { packed_len(COLUMNS) }>,
-    cells: [u32; CELL_WORDS],
+    /// Of the joint calibration's size: one size is one copy of the code.
+    rows: JointRows,
+    cells: Cells<CELL_WORDS>,
+    all_cells: Cells<ALL_CELL_WORDS>,
     taken: u32,
+    /// Of them, in cells that none of the windows before had.
+    fresh: u32,
     /// Last cell, and how often the courier has come to one that is known since the last pair.
     cell: [i32; 2],
     known: u32,
@@ -53,6 +58,7 @@ pub struct Window {
     /// All columns' amounts by the window before, metres.
     amounts_m: [f32; COLUMNS],
     lag: Lag,
+    turning: Turning,
     /// What windows have told so far, over their variance, fading.
     sums: [Windowed; PLACES],
 }
@@ -68,14 +74,6 @@ struct First {
     way_turns: f32,
 }
 
-/// How what the window before leaves of a pair's parities goes together: waves that it knows are no structure.
-#[derive(Clone, Copy, Debug)]
-struct Lag {
-    mean_m: f32,
-    product: f32,
-    square: f32,
-}
-
 impl Default for Window {
     fn default() -> Self {
         Self::new()
@@ -87,9 +85,11 @@ impl Window {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            rows: Triangle::new(0),
-            cells: [0; CELL_WORDS],
+            rows: JointRows::new(0),
+            cells: Cells::EMPTY,
+            all_cells: Cells::EMPTY,
             taken: 0,
+            fresh: 0,
             cell: [0; 2],
             known: 0,
             next_ms: 0,
@@ -105,11 +105,8 @@ impl Window {
                 way_turns: 0.0,
             },
             amounts_m: [0.0; COLUMNS],
-            lag: Lag {
-                mean_m: 0.0,
-                product: 0.0,
-                square: 0.0,
-            },
+            lag: Lag::ZERO,
+            turning: Turning::ZERO,
             sums: [Windowed {
                 matrix: [0.0; 3],
                 vector: [0.0; 2],
@@ -121,11 +118,12 @@ impl Window {
     /// products.
     pub fn begin(&mut self, sigma_m: f32, correlation: f32, shape_m: f32) {
         self.rows.reset(COLUMNS);
-        self.cells.fill(0);
-        (self.taken, self.known) = (0, 0);
+        self.cells.clear();
+        (self.taken, self.fresh, self.known) = (0, 0, 0);
         self.correlation = correlation;
         self.first.waits = false;
-        (self.lag.product, self.lag.square) = (0.0, 0.0);
+        self.turning = Turning::ZERO;
+        self.lag.begin();
         for column in 1..=PRODUCT_COLUMNS {
             let mut row = [0.0; COLUMNS];
             row[column] = sigma_m / shape_m;
@@ -157,6 +155,23 @@ impl Window {
         self.taken
     }
 
+    /// Those of them that were taken in cells where none was before, since [`Window::forget_cells`].
+    #[must_use]
+    pub(super) fn fresh(&self) -> u32 {
+        self.fresh
+    }
+
+    /// All cells are new again.
+    pub fn forget_cells(&mut self) {
+        self.all_cells.clear();
+        self.fresh = 0;
+    }
+
+    /// How far the courier has turned: [`Whole::turning`](super::follow::Whole::turning).
+    pub(super) fn turning(&self) -> f32 {
+        self.turning.variance(self.taken)
+    }
+
     /// Whether the courier has long been where the window knows all.
     #[must_use]
     pub fn is_exhausted(&self) -> bool {
@@ -178,7 +193,7 @@ impl Window {
         if !self.first.waits || way_turns > LATE_TURNS {
             self.first.waits = false;
             let cell = reading.cell();
-            if self.is_new(cell) {
+            if self.cells.is_new(cell) {
                 self.begin_pair(reading);
             } else if cell != self.cell {
                 self.known = self.known.saturating_add(1);
@@ -221,7 +236,7 @@ impl Window {
         } = self.first;
         self.first.waits = false;
         let (before, mut entries) = (row(&unmodified), row(&reading.unmodified));
-        self.note_lag(
+        self.lag.note(
             parity_m - dot(&before, &self.amounts_m),
             reading.parity_m - dot(&entries, &self.amounts_m),
         );
@@ -231,7 +246,9 @@ impl Window {
         // Finite: frames with other numbers are not handed in.
         let rhs = reading.parity_m - self.correlation * parity_m;
         let _ = self.rows.enter(&entries, rhs);
+        self.turning.note(&reading.unmodified);
         self.taken += 1;
+        self.fresh += u32::from(self.all_cells.is_new(self.cell));
         self.known = 0;
     }
 
@@ -249,12 +266,7 @@ impl Window {
     /// Correlation of a pair, as this window showed it.
     #[must_use]
     pub fn correlation(&self) -> f32 {
-        let Lag {
-            product, square, ..
-        } = self.lag;
-        #[allow(clippy::manual_clamp)] // nothing over nothing counts as none
-        let bounded = (product / square).max(0.0).min(MOST_CORRELATION);
-        bounded
+        self.lag.correlation()
     }
 
     /// What it tells of every place against a reference, equation (3)'s amounts in metres. Cost: some thousand multiplications.
@@ -264,7 +276,7 @@ impl Window {
         for i in 0..OWN_COLUMNS {
             let row: [f32; OWN_COLUMNS] = self.own_row(i);
             let expected: f32 = row.iter().zip(reference_m).map(|(r, k)| r * k).sum();
-            let rest = self.rows.right_hand_side(FIRST_OWN + i) - expected;
+            let rest = self.own_right_hand_side(i) - expected;
             for (told, [sine, cosine]) in all.iter_mut().zip(row.as_chunks::<2>().0) {
                 let [a, b, d] = &mut told.matrix;
                 *a += sine * sine;
@@ -355,28 +367,14 @@ impl Window {
         &self.sums
     }
 
-    /// Row of the factor, of equation (3)'s columns alone.
-    fn own_row(&self, i: usize) -> [f32; OWN_COLUMNS] {
-        core::array::from_fn(|j| self.rows.entry(FIRST_OWN + i, FIRST_OWN + j))
+    /// Right-hand side of such a row, metres.
+    pub(super) fn own_right_hand_side(&self, i: usize) -> f32 {
+        self.rows.right_hand_side(FIRST_OWN + i)
     }
 
-    /// Notes a cell; whether it was not known. Cells share bits: of those that are new as many are taken for known as the set is full, a
-    /// quarter at the end of the longest window.
-    fn is_new(&mut self, [x, y]: [i32; 2]) -> bool {
-        // Fibonacci hashing (Knuth, volume 3, section 6.4), a multiplier for each direction.
-        let hash = x
-            .wrapping_mul(0x9E37_79B1_u32.cast_signed())
-            .wrapping_add(y.wrapping_mul(0x85EB_CA77_u32.cast_signed()))
-            .cast_unsigned();
-        let mixed = (hash ^ hash >> 15).wrapping_mul(0x2C1B_3C6D);
-        let bit = mixed >> 18;
-        let Some(word) = self.cells.get_mut(bit as usize / 32) else {
-            return false;
-        };
-        let mask = 1 << (bit % 32);
-        let is_new = *word & mask == 0;
-        *word |= mask;
-        is_new
+    /// Row of the factor, of equation (3)'s columns alone.
+    pub(super) fn own_row(&self, i: usize) -> [f32; OWN_COLUMNS] {
+        core::array::from_fn(|j| self.rows.entry(FIRST_OWN + i, FIRST_OWN + j))
     }
 
     /// Marsaglia's xorshift (2003, J. Stat. Softw. 8, 14).
@@ -387,14 +385,6 @@ impl Window {
         x ^= x << 5;
         self.dither = x;
         x >> 3
-    }
-
-    fn note_lag(&mut self, first_m: f32, second_m: f32) {
-        let lag = &mut self.lag;
-        lag.mean_m += (first_m - lag.mean_m) / MEAN_READINGS;
-        let (first, second) = (first_m - lag.mean_m, second_m - lag.mean_m);
-        lag.product += first * second;
-        lag.square += 0.5 * (first * first + second * second);
     }
 }
 

@@ -3,9 +3,10 @@
 use super::traffic::{Traffic, Work};
 use crate::figures::{POSES, fits, scatter};
 use core::f64::consts::TAU;
+use courier_sensor::calibration::recalibration::{Learner, RecalibrationConfig, amend};
 use courier_sensor::calibration::record::Quality;
 use courier_sensor::calibration::watch::{Reading, Verdict, Watch, WatchConfig, Window};
-use courier_sensor::calibration::{Regression, Sample};
+use courier_sensor::calibration::{PlatenEstimator, Regression, Sample};
 use courier_sensor::equations::PARITY_SIGN;
 use courier_sensor::frame::{Coordinate, SEGMENTS};
 use courier_sensor::geometry::Geometry;
@@ -30,7 +31,8 @@ impl Calibrated {
         let geometry = Geometry::PAPER;
         let zero = ErrorModel::zero(TermTable::equation_3());
         let regression = Regression::new(&geometry, &zero).expect("equation (3) can be fitted");
-        let (values, _) = fits(&regression, &scatter(spec(), POSES, seed));
+        let fitted = scatter(spec(), POSES, seed);
+        let (values, _) = fits(&regression, &fitted);
         let values: Vec<f32> = values.iter().map(|v| *v as f32).collect();
         let residual = |sample: &Sample| {
             let (row, rhs) = regression.row(sample);
@@ -44,8 +46,7 @@ impl Calibrated {
         let residual_m = (square / HELD_OUT as f64).sqrt() as f32;
         let quality = Quality {
             residual_after_m: residual_m,
-            // Of one amount by so many poses: two columns of a wave have a variance of a half each.
-            predicted_worst_m: residual_m * (2.0 / POSES as f32).sqrt(),
+            predicted_worst_m: residual_m * worst_deviation(&regression, &fitted),
             ..Quality::default()
         };
         Self {
@@ -53,6 +54,19 @@ impl Calibrated {
             model: regression.model(&values),
             quality,
         }
+    }
+
+    fn learner(&self) -> Box<Learner> {
+        let mut learner = Box::new(Learner::new());
+        learner.start(RecalibrationConfig::of(&WatchConfig::of(&self.quality)));
+        learner
+    }
+
+    /// The courier with these changes, for a look from outside.
+    pub fn spec(&self, changes: Vec<Box<dyn PlantEffect>>) -> CourierSpec {
+        let mut spec = (self.spec)();
+        spec.effects.extend(changes);
+        spec
     }
 
     /// Such a courier at work. `changes`: what happens to it.
@@ -65,11 +79,35 @@ impl Calibrated {
             traffic: Traffic::new(work, seed + 1),
             watch: Watch::new(WatchConfig::of(&self.quality)),
             window: Box::new(Window::new()),
+            learner: self.learner(),
             model: self.model.clone(),
             time_s: 0.0,
+            is_automatic: false,
+            adopted: 0,
+            judge: None,
         }
     }
 }
+
+/// Largest deviation of a correction over the pitch, of one pose's.
+fn worst_deviation(regression: &Regression, samples: &[Sample]) -> f32 {
+    let unknowns = regression.unknowns();
+    let mut estimator = PlatenEstimator::new(unknowns);
+    for sample in samples {
+        let (row, rhs) = regression.row(sample);
+        estimator.rows.enter(&row[..unknowns], rhs).expect("finite");
+    }
+    let places = (0..SEGMENTS).flat_map(|segment| (0..24).map(move |step| (segment, step)));
+    let leverages = places.map(|(segment, step)| {
+        let functional = regression.correction(segment, step as f32 / 24.0);
+        let prediction = estimator.rows.predict(&functional[..unknowns]);
+        prediction.expect("determined").leverage
+    });
+    leverages.fold(0.0, f32::max).sqrt()
+}
+
+/// Who looks at what comes in force.
+pub type Judge = Box<dyn FnMut(f64, &ErrorModel, &ErrorModel)>;
 
 /// A courier at work.
 pub struct Service {
@@ -78,8 +116,15 @@ pub struct Service {
     start_c: f64,
     watch: Watch,
     window: Box<Window>,
-    model: ErrorModel,
-    time_s: f64,
+    pub learner: Box<Learner>,
+    pub model: ErrorModel,
+    pub time_s: f64,
+    /// A candidate that is believed comes in force.
+    pub is_automatic: bool,
+    /// How often that was.
+    pub adopted: u32,
+    /// Is told when, the model before and the one after.
+    pub judge: Option<Judge>,
 }
 
 /// The firmware looks at a frame so often.
@@ -117,11 +162,35 @@ impl Service {
                 continue;
             }
             let reading = self.reading(time_ms);
-            if self.watch.take(&mut self.window, &reading) && seen(&self.watch) {
+            let is_new = self
+                .watch
+                .take(&mut self.window, &reading, &mut *self.learner);
+            if is_new && self.is_automatic {
+                self.adopt();
+            }
+            if is_new && seen(&self.watch) {
                 return true;
             }
         }
         false
+    }
+
+    /// As the background does it.
+    fn adopt(&mut self) {
+        if !self.learner.proposal().is_some_and(|of| of.is_believed()) {
+            return;
+        }
+        let before = self.model.clone();
+        assert!(amend(&mut self.model, self.learner.candidate_m()));
+        let kept = self.watch.kept().expect("there is a reference");
+        self.watch.start(*self.watch.config());
+        self.watch.restore(&kept.untold());
+        self.window.forget();
+        self.learner.adopt();
+        self.adopted += 1;
+        if let Some(judge) = &mut self.judge {
+            judge(self.time_s, &before, &self.model);
+        }
     }
 
     /// As the signal path makes it: tooth counts, phases and the calibrated parity.

@@ -8,7 +8,7 @@ use courier_sensor::calibration::watch::{Standing, Verdict};
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::frame::Status;
 use courier_sensor::geometry::Geometry;
-use courier_sensor::link::message::{Action, CalibrateOrder, Reply};
+use courier_sensor::link::message::{Action, BoardStatus, CalibrateOrder, Reply};
 use effects::motion::Pose;
 use effects::random::{ChaCha8Rng, SeedableRng, uniform};
 use hal_sim::ageing::{Course, OwnWave};
@@ -18,11 +18,11 @@ use hal_sim::wire::motion::ControllerConfig;
 use hal_sim::world::World;
 
 /// When segment 2's order 2 changes, by how much, metres rms.
-const CHANGE_S: f64 = 60.0;
+pub const CHANGE_S: f64 = 60.0;
 const SIZE_M: f64 = 1.0e-6;
 
 /// A board whose courier's calibration is in force.
-fn calibrated_board() -> (Bench, SharedFlash) {
+pub fn calibrated_board() -> (Bench, SharedFlash) {
     let calibrated = Calibrated::new(|| presets::ideal(7), 1);
     let mut spec = presets::ideal(7);
     spec.effects.push(Box::new(OwnWave {
@@ -48,16 +48,16 @@ fn calibrated_board() -> (Bench, SharedFlash) {
 }
 
 /// Sends the courier from place to place until a time, or until `seen` says so of the status; whether it has.
-fn work(
+pub fn work(
     bench: &mut Bench,
     rng: &mut ChaCha8Rng,
     until_s: u32,
-    seen: impl Fn(&Verdict) -> bool,
+    seen: impl Fn(&BoardStatus) -> bool,
 ) -> bool {
     loop {
         let status = bench.status();
-        if seen(&status.watch) || status.time.uptime_s >= until_s {
-            return seen(&status.watch);
+        if seen(&status) || status.time.uptime_s >= until_s {
+            return seen(&status);
         }
         if !status.moving {
             let mut within = |half: f64| uniform(rng, -half, half) as f32;
@@ -87,10 +87,10 @@ fn the_board_tells_of_a_change_in_its_status_and_in_every_frame() {
     let (mut bench, _) = calibrated_board();
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     assert_eq!(bench.status().watch.standing, Standing::Learning);
-    let healthy = |verdict: &Verdict| verdict.standing == Standing::Healthy;
+    let healthy = |status: &BoardStatus| status.watch.standing == Standing::Healthy;
     assert!(work(&mut bench, &mut rng, CHANGE_S as u32, healthy));
     assert!(!drift_is_told(&mut bench));
-    let told = |verdict: &Verdict| verdict.change.is_some();
+    let told = |status: &BoardStatus| status.watch.change.is_some();
     assert!(work(&mut bench, &mut rng, CHANGE_S as u32 + 60, told));
     let verdict = bench.status().watch;
     let change = verdict.change.expect("told");
@@ -128,13 +128,13 @@ fn a_restart_forgets_neither_the_reference_nor_a_change() {
     };
     assert!(matches!(bench.ask(commit), Reply::Place(_)));
     let mut rng = ChaCha8Rng::seed_from_u64(2);
-    let healthy = |verdict: &Verdict| verdict.standing == Standing::Healthy;
+    let healthy = |status: &BoardStatus| status.watch.standing == Standing::Healthy;
     assert!(work(&mut bench, &mut rng, CHANGE_S as u32, healthy));
     // The reference is there at once, and what changes after it is told.
     let mut bench = Bench::start(bench.board.stop(), flash.clone());
     bench.run(50);
     assert_eq!(bench.status().watch.standing, Standing::Healthy);
-    let told = |verdict: &Verdict| verdict.change.is_some();
+    let told = |status: &BoardStatus| status.watch.change.is_some();
     assert!(work(&mut bench, &mut rng, CHANGE_S as u32 + 60, told));
     let before = bench.status().watch.change.expect("told");
     assert_eq!((before.segment, before.order), (1, 2));

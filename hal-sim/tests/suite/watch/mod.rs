@@ -1,8 +1,8 @@
 //! The watch over a calibration in service: false alarms, changes that are told, and what motion does not show.
 
-mod bench;
-mod board;
+pub mod bench;
+pub mod board;
 mod changes;
 mod kept;
 mod service;
-mod traffic;
+pub mod traffic;

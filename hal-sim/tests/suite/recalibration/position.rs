@@ -1,0 +1,93 @@
+//! The error of the position, as an interferometer would see it.
+
+use core::f64::consts::TAU;
+use courier_sensor::frame::{Coordinate, SEGMENTS};
+use courier_sensor::geometry::Geometry;
+use courier_sensor::model::{Basis, ErrorModel, Observation};
+use effects::motion::Pose;
+use effects::random::{ChaCha8Rng, SeedableRng, uniform};
+use hal_sim::courier::Courier;
+use hal_sim::spec::CourierSpec;
+
+/// Poses that are looked at: a root of the mean square is known to 2 %.
+const POSES: usize = 1000;
+/// Readings of each, whose mean is taken: what is asked of is the calibration, not one reading's noise.
+const READINGS: usize = 16;
+
+/// Segments' unmodified outputs at still poses all over 0.1 m of the platen and within ±0.5°, at one time.
+pub struct Look {
+    poses: Vec<(Pose, [Coordinate; SEGMENTS])>,
+}
+
+impl Look {
+    pub fn new(spec: CourierSpec, time_s: f64, seed: u64) -> Self {
+        let mut courier = Courier::new(spec, seed).expect("a sensor of unique phase");
+        let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x100c);
+        let poses = (0..POSES)
+            .map(|_| {
+                let mut within = |low: f64, high: f64| uniform(&mut rng, low, high);
+                let pose = Pose::new(
+                    within(0.0, 0.1),
+                    within(0.0, 0.1),
+                    within(-8.727e-3, 8.727e-3),
+                );
+                let mut sums = [[0.0; 2]; SEGMENTS];
+                for _ in 0..READINGS {
+                    let seen = courier.counts_at(&pose, time_s);
+                    for (sum, pair) in sums.iter_mut().zip(seen.quadrature) {
+                        sum[0] += f64::from(pair[0]);
+                        sum[1] += f64::from(pair[1]);
+                    }
+                }
+                let outputs = sums.map(|[sine, cosine]| Coordinate {
+                    teeth: 0,
+                    fraction_turns: (sine.atan2(cosine) / TAU) as f32,
+                });
+                (pose, outputs)
+            })
+            .collect();
+        Self { poses }
+    }
+
+    /// Error of the position, metres rms along the worse axis, its mean aside: a calibration does not tell where zero is.
+    pub fn error_m(&self, model: &ErrorModel) -> f64 {
+        let [x, y] = self.errors_m(model);
+        x.max(y)
+    }
+
+    /// Root of the mean square along both axes.
+    pub fn mean_m(&self, model: &ErrorModel) -> f64 {
+        let [x, y] = self.errors_m(model);
+        (0.5 * (x * x + y * y)).sqrt()
+    }
+
+    pub fn errors_m(&self, model: &ErrorModel) -> [f64; 2] {
+        let geometry = Geometry::PAPER;
+        let pitch_m = f64::from(geometry.pitch_m);
+        let mut sums = [[0.0; 2]; 2];
+        for (pose, unmodified) in &self.poses {
+            let basis = Basis::new(
+                &geometry,
+                &Observation {
+                    unmodified: *unmodified,
+                    ..Observation::default()
+                },
+            );
+            let arm_m = 0.5 * f64::from(geometry.span_m) * pose.theta_rad;
+            let errors: [f64; SEGMENTS] = core::array::from_fn(|s| {
+                let place_m = [pose.x_m, pose.y_m][s % 2] + if s < 2 { arm_m } else { -arm_m };
+                let output_m = pitch_m * f64::from(unmodified[s].fraction_turns)
+                    + f64::from(model.error_m(&basis, s));
+                let off = (output_m - place_m) / pitch_m;
+                pitch_m * (off - off.round())
+            });
+            for (axis, [sum, square]) in sums.iter_mut().enumerate() {
+                let error = 0.5 * (errors[axis] + errors[axis + 2]);
+                *sum += error;
+                *square += error * error;
+            }
+        }
+        let count = self.poses.len() as f64;
+        sums.map(|[sum, square]| (square / count - (sum / count).powi(2)).sqrt())
+    }
+}

@@ -1,0 +1,152 @@
+//! What is believed of the changes: the windows' rows with the reference, the priors, and what the rows' variance leaves out.
+
+use super::config::{APART, RecalibrationConfig};
+use super::gain::{ANY_ANGLE, AS_CALIBRATED, weighted};
+use crate::calibration::joint::{JOINT_UNKNOWNS, JointRows};
+use crate::calibration::watch::{AMOUNTS, Amounts};
+use crate::math::sqrt;
+
+/// By so much a change must be larger than the prior was made for, to be solved for anew.
+const MUCH_LARGER: f32 = 1.5;
+/// Slope of a correction over its output: by a change of one wave every other correction is looked up beside its place. Corrections of 10 to
+/// 20 µm of orders 1 and 2, as effects of the front end make them (docs/effects.md).
+const SLOPE: f32 = 0.1;
+
+/// Unknowns: what the calibration left of each amount, and what has changed since.
+const BOTH: usize = 2 * AMOUNTS;
+const _: () = assert!(BOTH <= JOINT_UNKNOWNS);
+/// What windows tell of the amounts. Of the joint calibration's size: one size is one copy of the code.
+pub type Rows = JointRows;
+
+/// Estimate and covariance of what was left and what has changed.
+#[derive(Clone, Debug)]
+pub struct Belief {
+    rows: Rows,
+    config: RecalibrationConfig,
+    /// What the calibration left, metres.
+    left_m: Amounts,
+    /// Prior deviation of a change, metres.
+    changed_m: f32,
+    /// What an amount may take for its own in one motion and not in another, metres.
+    apart_m: f32,
+}
+
+impl Belief {
+    /// Nothing.
+    pub const fn new() -> Self {
+        Self {
+            rows: Rows::new(0),
+            config: RecalibrationConfig::NONE,
+            left_m: [0.0; AMOUNTS],
+            changed_m: 0.0,
+            apart_m: 0.0,
+        }
+    }
+
+    /// Begins for a calibration, or with nothing for none.
+    pub fn start(&mut self, config: Option<RecalibrationConfig>) {
+        self.config = config.unwrap_or(RecalibrationConfig::NONE);
+        self.left_m = [0.0; AMOUNTS];
+    }
+
+    /// Whether it is for a calibration.
+    pub fn has_begun(&self) -> bool {
+        self.config.changed_m > 0.0
+    }
+
+    /// What the calibration left, metres.
+    pub fn left_m(&self) -> &Amounts {
+        &self.left_m
+    }
+
+    /// Solves for what the calibration left and what has changed, by rows of unit variance that tell their sum and are to count as `now` says,
+    /// by the reference, which tells the first alone and counts as the same rows do by `then`, and by the priors. Returns the changes.
+    pub fn solve(&mut self, rows: &Rows, [now, then]: [f32; 2], reference_m: &Amounts) -> Amounts {
+        self.changed_m = self.config.changed_m;
+        let mut changes_m = self.solve_once(rows, [now, then], reference_m);
+        let wanted_m = self.prior_m(&changes_m);
+        if wanted_m > MUCH_LARGER * self.changed_m {
+            // A prior that is too narrow for one change lets others take its part.
+            self.changed_m = wanted_m;
+            changes_m = self.solve_once(rows, [now, then], reference_m);
+        }
+        self.apart_m = self.apart_m(&changes_m);
+        changes_m
+    }
+
+    fn solve_once(&mut self, rows: &Rows, [now, then]: [f32; 2], reference_m: &Amounts) -> Amounts {
+        self.rows.reset(BOTH);
+        for i in 0..AMOUNTS {
+            let row: Amounts = core::array::from_fn(|j| rows.entry(i, j));
+            let rhs = rows.right_hand_side(i);
+            self.believe(&row, [then, 0.0], then * dot(&row, reference_m));
+            self.believe(&row, [now, now], now * rhs);
+            let mut row = [0.0; AMOUNTS];
+            row[i] = 1.0;
+            self.believe(&row, [1.0 / self.config.left_m, 0.0], 0.0);
+            self.believe(&row, [0.0, 1.0 / self.changed_m], 0.0);
+        }
+        let mut both = [0.0; BOTH];
+        for i in (0..BOTH).rev() {
+            let known: f32 = (i + 1..BOTH).map(|j| self.rows.entry(i, j) * both[j]).sum();
+            let amount = (self.rows.right_hand_side(i) - known) / self.rows.entry(i, i);
+            both[i] = if amount.is_finite() { amount } else { 0.0 };
+        }
+        let (left, changed) = both.split_at(AMOUNTS);
+        self.left_m.copy_from_slice(left);
+        core::array::from_fn(|i| changed[i])
+    }
+
+    /// Prior deviation of changes of which the largest is this one's: by what the segments of a pair differ in, since a motion that does not
+    /// tell them apart shows this alone.
+    fn prior_m(&self, changes_m: &Amounts) -> f32 {
+        let (firsts, seconds) = changes_m.split_at(AMOUNTS / 2);
+        let apart = firsts.iter().zip(seconds).map(|(a, b)| (a - b).abs());
+        apart.fold(self.config.changed_m, f32::max)
+    }
+
+    /// What an amount may take for its own in this motion and not in another, metres: of what the calibration left, and of what equation (3)
+    /// does not hold of these changes.
+    fn apart_m(&self, changes_m: &Amounts) -> f32 {
+        let square: f32 = changes_m.iter().map(|amount| 0.5 * amount * amount).sum();
+        let left_m = self.config.residual_m;
+        APART * sqrt(left_m * left_m + SLOPE * SLOPE * square)
+    }
+
+    /// Enters a row, times these, for what was left and what has changed.
+    #[inline(never)]
+    fn believe(&mut self, row: &Amounts, by: [f32; 2], rhs: f32) {
+        let mut both = [0.0; BOTH];
+        for (half, by) in both.as_chunks_mut::<AMOUNTS>().0.iter_mut().zip(by) {
+            *half = row.map(|entry| by * entry);
+        }
+        // Not finite where nothing is known: left out.
+        let _ = self.rows.enter(&both, rhs);
+    }
+
+    /// Deviations by which the mean square of the position's error becomes smaller by amounts of one group, on the motion that tells least.
+    pub fn gain(&self, amounts_m: &Amounts) -> f32 {
+        let of = |agree| {
+            let weighted_m = weighted(amounts_m, agree);
+            let gain: f32 = amounts_m.iter().zip(&weighted_m).map(|(a, w)| a * w).sum();
+            gain / (2.0 * self.deviation(&weighted_m))
+        };
+        let (as_calibrated, any_angle) = (of(&AS_CALIBRATED), of(&ANY_ANGLE));
+        // Not a number is no gain.
+        as_calibrated.min(any_angle).max(0.0)
+    }
+
+    /// Deviation of a functional of the changes.
+    pub fn deviation(&self, functional: &Amounts) -> f32 {
+        let mut both = [0.0; BOTH];
+        both[AMOUNTS..].copy_from_slice(functional);
+        let prediction = self.rows.predict(&both);
+        let apart = self.apart_m * self.apart_m * dot(functional, functional);
+        prediction.map_or(f32::INFINITY, |of| sqrt(of.leverage + apart))
+    }
+}
+
+/// Sum of products.
+pub fn dot(a: &Amounts, b: &Amounts) -> f32 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
