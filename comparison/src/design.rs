@@ -11,6 +11,17 @@
 //! where `C_n` is the mean of `cos(n d)` over the poses and d the difference of the pair's phases, `2 pi span theta / pitch`. With angles
 //! uniform over a turn to either side that is `sin(n d) / (n d)` at the largest d. That is not in the record; the worst predicted
 //! deviation, `noise^2 2/N sum 1 / (1 - C_n^2)` (`courier_sensor::calibration::Planner`), tells it.
+//!
+//! What is left in the parity is no noise that is another at each pose, but mostly displaced teeth, the same whenever the courier comes by.
+//! Over whole waves a smooth field has no part of order n, but the poses end somewhere: its mean r(x) over the way across has, over a way
+//! of L pitches along, the part
+//!
+//! ```text
+//! a_n = (r(0) - r(L)) / (pi n L),   by the first step of an integration by parts
+//! ```
+//! in a sine whose zero is at the edge, and none in the cosine. Both segments of a pair see it alike, so the fit puts it into their
+//! difference: `a_n B_n / (1 + C_n)` into one and the same with the other sign into the other, B_n the mean of `cos(n d / 2)`. No number
+//! of poses makes it smaller, and at another place it is another one.
 
 use courier_sensor::calibration::record::Calibration;
 use courier_sensor::equations::PARITY_SIGN;
@@ -19,6 +30,11 @@ use courier_sensor::model::{Multiplier, Term};
 
 /// Poses held out unless that was asked otherwise (`Visits::paper`), by which the noise is known: the record does not say.
 pub(crate) const HELD_OUT: f64 = 200.0;
+/// Way of the poses in x and y unless that was asked otherwise (`Visits::paper`), pitches: the record does not say.
+const TRAVEL_PITCHES: f64 = 10.0;
+/// Share of a tooth field's variance that its mean over that way across has: `2/L` times the integral of `(1 - y/L) rho(y)`, rho the
+/// correlation of what a segment reads that averages six teeth, as the paper's does, with weights `(1 - u^2)^2`.
+const MEAN_ACROSS: f64 = 0.365;
 /// Largest of four independent standard normal numbers, expected (Harter 1961, Biometrika 48, 151): of four segments the worst is kept.
 const LARGEST_OF_FOUR: f64 = 1.029;
 /// Constants of a self-calibration are equal but for their signs, to rounding of f32.
@@ -31,8 +47,10 @@ pub struct Design {
     pub orders: Vec<u8>,
     /// Variance of each coefficient, m^2, by order as in `orders`.
     pub variance: Vec<f64>,
-    /// Correlation of the same coefficients of both segments of a pair.
+    /// Correlation of the same coefficients of both segments of a pair, but for the teeth's part.
     pub correlation: Vec<f64>,
+    /// Variance of each coefficient by the teeth of the place, m^2; of opposite sign in both segments of a pair.
+    pub teeth: Vec<f64>,
     /// Standard deviation of the parity of one pose, metres.
     pub noise_m: f64,
     /// Degrees of freedom of the noise.
@@ -94,7 +112,12 @@ pub fn of(calibration: &Calibration) -> Result<Design, String> {
     let better = (wanted / orders.len() as f64).min(1.0);
     let alone_m2 = noise_m * noise_m * 2.0 / poses * scatter * better;
     let variance = correlation.iter().map(|c| alone_m2 / (1.0 - c * c));
+    let teeth = orders
+        .iter()
+        .zip(&correlation)
+        .map(|(&order, c)| teeth(order.into(), *c, difference_rad, noise_m));
     Ok(Design {
+        teeth: teeth.collect(),
         variance: variance.collect(),
         correlation,
         noise_m,
@@ -102,6 +125,14 @@ pub fn of(calibration: &Calibration) -> Result<Design, String> {
         poses: quality.poses,
         orders,
     })
+}
+
+/// Variance of a coefficient by the teeth of the place, the parity's rest being `left_m` of teeth: both ends of the way have fields of their
+/// own, and where in a wave they lie is not known.
+fn teeth(order: f64, correlation: f64, difference_rad: f64, left_m: f64) -> f64 {
+    let edge = 1.0 / (std::f64::consts::PI * order * TRAVEL_PITCHES);
+    let seen = sinc(0.5 * order * difference_rad) / (1.0 + correlation);
+    MEAN_ACROSS * (left_m * edge * seen).powi(2)
 }
 
 /// What the board fits by the parity alone.

@@ -149,8 +149,8 @@ fn platen(design: &Design, unknowns: &[Unknown]) -> Certainty {
     let element = |a: usize, b: usize| match (of(&unknowns[a]), of(&unknowns[b])) {
         (Some((one, order)), Some((two, other))) if order == other && one.cosine == two.cosine => {
             match one.segment.abs_diff(two.segment) {
-                0 => design.variance[order],
-                2 => design.variance[order] * design.correlation[order],
+                0 => design.variance[order] + design.teeth[order],
+                2 => design.variance[order] * design.correlation[order] - design.teeth[order],
                 _ => 0.0,
             }
         }

@@ -4,6 +4,9 @@
 //! coefficients are known, and which has changed between them by a known difference. What is asked of the stored record alone is held
 //! against the truth.
 
+mod common;
+
+use common::Motion;
 use comparison::budget::{Conditions, budget};
 use comparison::changes::is_change;
 use comparison::difference::Difference;
@@ -13,14 +16,10 @@ use comparison::largest::{Known, largest};
 use comparison::record::estimate;
 use comparison::significance::Root;
 use comparison::workspace::{Pose, Quantity, Workspace, row};
+use courier_sensor::calibration::Plan;
 use courier_sensor::calibration::record::Calibration;
-use courier_sensor::calibration::{
-    GatedFit, Plan, Planner, Range, Regression, RelativePose, Sample,
-};
 use courier_sensor::equations::{outputs, own_error};
-use courier_sensor::frame::Coordinate;
 use courier_sensor::geometry::Geometry;
-use courier_sensor::model::{ErrorModel, TermTable};
 use nalgebra::DVector;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -36,8 +35,6 @@ const NOISE_M: f64 = 0.5e-6;
 const COEFFICIENTS_M: [f64; 4] = [10.0e-6, 4.0e-6, 2.0e-6, 1.5e-6];
 /// How much they change between two sessions.
 const CHANGES_M: [f64; 4] = [0.3e-6; 4];
-/// Poses held out, as a session does unless asked otherwise.
-const HELD_OUT: u32 = 200;
 /// Share that is asked for, and how far off it may be.
 const WANTED: f64 = 0.95;
 const ALLOWED: f64 = 0.02;
@@ -85,27 +82,6 @@ fn correction(k: &[f64; 9], p: f64) -> f64 {
     own_error(k, &functions)
 }
 
-fn sample(p: &[f64; 4]) -> Sample {
-    let coordinate = |p: &f64| {
-        let turns = p / PITCH_M;
-        Coordinate {
-            teeth: turns.round() as i32,
-            fraction_turns: (turns - turns.round()) as f32,
-        }
-    };
-    let mut sample = Sample::ZERO;
-    (0..4).for_each(|i| sample.unmodified[i] = coordinate(&p[i]));
-    sample
-}
-
-/// A self-motion: poses, largest angle, how poses are chosen.
-#[derive(Clone, Copy)]
-struct Motion {
-    poses: u32,
-    turn_rad: f32,
-    plan: Plan,
-}
-
 /// The paper's, the optimal plan's, one that turns in between, and a short one.
 const MOTIONS: [Motion; 4] = [
     Motion {
@@ -130,57 +106,17 @@ const MOTIONS: [Motion; 4] = [
     },
 ];
 
-/// A session of the board, as far as it concerns the estimate: what its record would hold.
+/// A session on a courier with these coefficients: what its record would hold.
 fn session(k: &Coefficients, motion: Motion, rng: &mut ChaCha8Rng) -> Calibration {
-    let model = ErrorModel::zero(TermTable::equation_3());
-    let regression = Regression::new(&GEOMETRY, &model).unwrap();
-    let mut fit = Box::new(GatedFit::new());
-    fit.reset(regression.unknowns(), 0.2 * NOISE_M as f32);
-    let range = Range {
-        travel_m: 10.0 * GEOMETRY.pitch_m,
-        turn_rad: motion.turn_rad,
-    };
-    let mut planner = Planner::new(range, (1.0e9 * unit(rng)) as u64);
+    let seed = (1.0e9 * unit(rng)) as u64;
     let begin = [unit(rng), unit(rng)].map(|share| share * PITCH_M);
-    let visit = |pose: RelativePose, rng: &mut ChaCha8Rng| {
+    common::session(motion, 0.2 * NOISE_M, seed, |pose| {
         let centre_m = [
             begin[0] + f64::from(pose.x_m),
             begin[1] + f64::from(pose.y_m),
         ];
-        sample(&readings(k, centre_m, f64::from(pose.theta_rad), rng))
-    };
-    let origin = visit(RelativePose::default(), rng);
-    for _ in 0..motion.poses {
-        let pose = match motion.plan {
-            Plan::Random => planner.random(),
-            Plan::Optimal => planner.optimal(fit.estimator(), &regression, &origin),
-        };
-        let seen = visit(pose, rng);
-        fit.add(&regression, &seen);
-    }
-    fit.review_startup(&regression);
-    let worst_m = fit.worst_deviation_m(&regression);
-    fit.estimator_mut().solve().unwrap();
-    let innovations: Vec<f64> = (0..HELD_OUT)
-        .map(|_| {
-            let seen = visit(planner.random(), rng);
-            f64::from(fit.innovation(&regression, &seen).unwrap().0)
-        })
-        .collect();
-    let mean = innovations.iter().sum::<f64>() / f64::from(HELD_OUT);
-    let square =
-        innovations.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / f64::from(HELD_OUT - 1);
-    let mut calibration = Calibration::identity(GEOMETRY);
-    calibration.model = regression.model(&fit.estimator().solution().values);
-    calibration.amplitude_counts = [20_000.0; 4];
-    let quality = &mut calibration.quality;
-    (quality.residual_after_m, quality.predicted_worst_m) = (square.sqrt() as f32, worst_m);
-    quality.poses = fit.estimator().rows.rows() as u16;
-    (quality.rank, quality.unknowns) = (
-        fit.estimator().solution().rank as u16,
-        regression.unknowns() as u16,
-    );
-    calibration
+        readings(k, centre_m, f64::from(pose.theta_rad), rng)
+    })
 }
 
 /// The values of a set of coefficients in the order of an estimate's unknowns.

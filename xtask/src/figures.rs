@@ -46,6 +46,7 @@ const SOURCES: &[(&str, &str, &[&str])] = &[
     // The nightly forms, of 1,000 pairs, 1,000 hours and 320 changes, print the same.
     ("comparison", "coverage", &["told_as_often_as_is_said"]),
     ("comparison", "joint", &["tells_its_covariance"]),
+    ("comparison", "teeth", &["from_place_to_place"]),
 ];
 
 /// Runs the tests and prints their figures.

@@ -1,0 +1,106 @@
+//! The teeth that a calibration's poses happen to visit: repeated calibrations of the paper's courier at places of its platen.
+
+mod common;
+
+use common::Motion;
+use comparison::changes::is_change;
+use comparison::difference::Difference;
+use comparison::estimate::Estimate;
+use comparison::record::estimate;
+use comparison::significance::Root;
+use courier_sensor::calibration::Plan;
+use effects::motion::Pose;
+use hal_sim::courier::Courier;
+use hal_sim::presets;
+use hal_sim::spec::CourierSpec;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardUniform};
+
+/// The paper's motion with so many poses that their teeth count more than how few they are.
+const MOTION: Motion = Motion {
+    poses: 5000,
+    turn_rad: 8.727e-3,
+    plan: Plan::Random,
+};
+/// Places lie within so much, metres: five times the way of a calibration, and less than the table.
+const AREA_M: f64 = 50.0e-3;
+/// The least noise that the gate believes, metres: what the simulated courier leaves without teeth.
+const FLOOR_M: f64 = 0.1e-6;
+
+/// So many calibrations of a courier, each at another place.
+fn calibrated(spec: CourierSpec, count: u64, seed: u64) -> Vec<Estimate> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut courier = Courier::new(spec, seed).unwrap();
+    let mut unit = || -> f64 { StandardUniform.sample(&mut rng) };
+    let session = |number| {
+        let corner_m = [AREA_M * unit(), AREA_M * unit()];
+        let calibration = common::session(MOTION, FLOOR_M, seed + number, |pose| {
+            let [x_m, y_m] = [pose.x_m, pose.y_m].map(f64::from);
+            let theta_rad = f64::from(pose.theta_rad);
+            let there = Pose::new(corner_m[0] + x_m, corner_m[1] + y_m, theta_rad);
+            courier.counts_at(&there, 0.0);
+            courier.truth().unmodified_m
+        });
+        estimate("courier", &calibration)
+    };
+    (0..count).map(session).collect()
+}
+
+/// Without its lateral terms: displaced teeth are all that equation (3) leaves.
+fn of_teeth() -> CourierSpec {
+    let mut spec = presets::paper();
+    spec.effects.remove(1);
+    spec
+}
+
+/// What pairs of a courier's segments disagree by in order 1 from place to place, over what their records say. Half of it is the edge of
+/// the field: without that it would be twice as much as is said.
+#[test]
+fn a_pairs_difference_scatters_from_place_to_place_as_its_record_says() {
+    let list = calibrated(of_teeth(), 24, 390_221);
+    let (mut sum, mut count) = (0.0, 0);
+    for pair in list.chunks(2) {
+        let apart = Difference::between(&pair[0], &pair[1]);
+        let covariance = &apart.certainty.as_ref().unwrap().covariance;
+        let values = apart.values();
+        let of = |segment: usize, cosine: bool| {
+            let found = apart.unknowns.iter().position(|unknown| {
+                let wave = unknown.wave.unwrap();
+                (wave.segment, wave.cosine, wave.term.own_order) == (segment, cosine, 1)
+            });
+            found.unwrap()
+        };
+        for (segment, cosine) in [(0, false), (0, true), (1, false), (1, true)] {
+            let [a, b] = [of(segment, cosine), of(segment + 2, cosine)];
+            let variance = covariance[(a, a)] + covariance[(b, b)] - 2.0 * covariance[(a, b)];
+            sum += (values[a] - values[b]).powi(2) / variance;
+            count += 1;
+        }
+    }
+    let (mean, deviation) = (sum / f64::from(count), (2.0 / f64::from(count)).sqrt());
+    println!(
+        "a pair's difference of order 1 from place to place: mean square {mean:.2} of what is said"
+    );
+    assert!((mean - 1.0).abs() <= 3.0 * deviation, "{mean} {deviation}");
+}
+
+/// Calibrations of one state are called changed one time in twenty: within three deviations of so many.
+#[test]
+#[ignore = "nightly: a minute of processor time"]
+fn repeated_calibrations_are_called_changed_as_often_as_is_said() {
+    let list = calibrated(presets::paper(), 400, 640_917);
+    let changed = list.chunks(2).filter(|pair| {
+        let apart = Difference::between(&pair[0], &pair[1]);
+        let certainty = apart.certainty.as_ref().unwrap();
+        let test = Root::of(&certainty.covariance).test(&apart.values(), certainty.freedom);
+        is_change(test.chance)
+    });
+    let (changed, pairs) = (changed.count() as f64, list.len() as f64 / 2.0);
+    println!("repeated calibrations of the paper's courier: {changed} of {pairs} called changed");
+    let deviation = (0.05 * 0.95 * pairs).sqrt();
+    assert!(
+        (changed - 0.05 * pairs).abs() <= 3.0 * deviation,
+        "{changed}"
+    );
+}
