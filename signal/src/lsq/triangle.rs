@@ -162,6 +162,8 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
             self.check(row, rhs)?;
             self.rescale(row);
             self.rescale_rhs(rhs);
+            // Right sides that were all zero have no scale yet.
+            self.all_scaled &= self.rhs_scale != 0.0;
             self.load(row, rhs);
         }
         let rest = rotate(&mut self.packed, self.unknowns, 0);
@@ -340,5 +342,27 @@ fn rescaled(value: f32, old: f32, new: f32) -> f32 {
         0.0
     } else {
         value / old * new
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Right sides of zero, however many come first, give no scale that later ones are lost by.
+    #[test]
+    fn right_sides_that_begin_with_zero_are_not_all_zero() {
+        let mut triangle: Triangle<2, { packed_len(2) }> = Triangle::new(2);
+        for (row, rhs) in [
+            ([1.0, 1.0], 0.0),
+            ([2.0, 1.0], 0.0),
+            ([1.0, -1.0], 4.0),
+            ([1.0, 2.0], 1.0),
+        ] {
+            triangle.enter(&row, rhs).unwrap();
+        }
+        // A^T A = [7 4; 4 7] and A^T b = [5; -2]: x = (5 * 7 + 2 * 4) / 33.
+        let found = triangle.predict(&[1.0, 0.0]).unwrap().value;
+        assert!((found - 43.0 / 33.0).abs() < 1.0e-6, "{found}");
     }
 }
