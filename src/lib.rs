@@ -21,6 +21,6 @@ mod sink;
 pub mod update;
 
 pub use courier_signal::{
-    beacon, diode, equations, frame, geometry, lsq, math, model, psd, quadrature, queue, range,
-    settings, step, swap, teeth,
+    beacon, diode, encoder, equations, frame, geometry, lsq, math, model, psd, quadrature, queue,
+    range, settings, step, swap, teeth,
 };

@@ -8,6 +8,7 @@
 mod arm;
 pub mod beacon;
 pub mod diode;
+pub mod encoder;
 pub mod equations;
 pub mod frame;
 pub mod geometry;

@@ -2,6 +2,7 @@
 
 use crate::lanes::{Bits, Lanes};
 use crate::math::{self, Constants, Octants, sincos_turns};
+use crate::range::{OutOfRange, within};
 use core::f32::consts::TAU;
 use serde::{Deserialize, Serialize};
 
@@ -29,6 +30,19 @@ impl Default for PairCorrection {
 }
 
 impl PairCorrection {
+    /// Checks its numbers.
+    ///
+    /// # Errors
+    /// The first one that is out of range.
+    #[inline] // built with the image, for size
+    pub fn validate(&self) -> Result<(), OutOfRange> {
+        let [sine, cosine] = self.offset_counts;
+        within("offset_counts", sine, -32_768.0, 32_768.0)?;
+        within("offset_counts", cosine, -32_768.0, 32_768.0)?;
+        within("gain", self.gain, 0.1, 10.0)?;
+        within("angle_rad", self.angle_rad, -1.0, 1.0)
+    }
+
     /// Machine form of two segments' corrections.
     #[inline] // built with the image, for size
     pub(crate) fn compile(pairs: [&Self; 2]) -> CompiledPair {
@@ -49,6 +63,20 @@ pub(crate) struct CompiledPair {
     cosine_offset: Lanes,
     scale: Lanes,
     shear: Lanes,
+}
+
+impl CompiledPair {
+    /// The first pair's correction in both lanes: of two equal lanes the compiler computes one.
+    #[inline(always)]
+    pub fn first_twice(&self) -> Self {
+        let twice = |lanes: Lanes| Lanes([lanes.0[0]; 2]);
+        Self {
+            sine_offset: twice(self.sine_offset),
+            cosine_offset: twice(self.cosine_offset),
+            scale: twice(self.scale),
+            shear: twice(self.shear),
+        }
+    }
 }
 
 /// Two pairs of channels after correction and interpolation.

@@ -133,10 +133,7 @@ impl Settings {
         self.geometry_ranges()?;
         within("rate_hz", self.rate_hz, 1.0, 1.0e6)?;
         for pair in &self.pairs {
-            within("offset_counts", pair.offset_counts[0], -32_768.0, 32_768.0)?;
-            within("offset_counts", pair.offset_counts[1], -32_768.0, 32_768.0)?;
-            within("gain", pair.gain, 0.1, 10.0)?;
-            within("angle_rad", pair.angle_rad, -1.0, 1.0)?;
+            pair.validate()?;
         }
         self.limits.validate()?;
         if let Some(beacon) = &self.beacon {
