@@ -7,6 +7,7 @@ use anyhow::{Context, Result, ensure};
 use cases::parity::{INPUTS, ROWS, frames, rows, signal};
 use cases::setups::Setup;
 use cases::{PACKED, UNKNOWNS};
+use courier_sensor::encoder::Learner;
 use courier_sensor::lsq::Estimator;
 use std::path::Path;
 
@@ -27,8 +28,13 @@ fn generated(image: &Path) -> Result<()> {
     }
     let mut estimator: Box<Estimator<UNKNOWNS, PACKED>> = Box::new(Estimator::new(UNKNOWNS));
     compare(&there, "rows", rows(&mut estimator))?;
+    compare(
+        &there,
+        "encoder",
+        cases::encoder::digest(&mut Learner::new()),
+    )?;
     say(&format!(
-        "{INPUTS} inputs of the signal path and {ROWS} Givens rows with their solutions: the same bits"
+        "{INPUTS} inputs of the signal path and {ROWS} Givens rows with their solutions, one encoder by itself: the same bits"
     ));
     Ok(())
 }

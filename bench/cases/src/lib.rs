@@ -4,6 +4,7 @@
 #![no_std]
 
 pub mod digest;
+pub mod encoder;
 pub mod inputs;
 pub mod joint;
 pub mod parity;

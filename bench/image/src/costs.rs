@@ -2,11 +2,13 @@
 
 use crate::counter::{Statistics, measure};
 use crate::{estimator, peers};
+use cases::encoder::{SAMPLES, Turning};
 use cases::inputs::Inputs;
 use cases::rows::Rows;
 use cases::setups::Setup;
 use cases::{PACKED, UNKNOWNS};
 use core::hint::black_box;
+use courier_sensor::encoder::{Circle, Learner};
 use courier_sensor::frame::{Frame, RawFrame, Status};
 use courier_sensor::lsq::Estimator;
 use courier_sensor::step::{StepConfig, StepState, isr_step, isr_step_mapped};
@@ -28,6 +30,7 @@ pub fn run() {
     interrupt("interrupt_dearest", Setup::Dearest);
     mapped("interrupt_mapped");
     estimation(estimator::take());
+    encoder();
 }
 
 /// Prints the rows of the peers.
@@ -115,4 +118,28 @@ fn estimation(estimator: &mut Estimator<UNKNOWNS, PACKED>) {
     assert!(solved);
     solving.add(taken);
     solving.print("solve_33");
+}
+
+/// One pair by itself: a sample, a row of its circle (9 unknowns), and all that a reading teaches (that row and one of 20 unknowns; at the
+/// end of a stretch its 16 equations).
+fn encoder() {
+    let mut turning = Turning::new(99).expect("constants in range");
+    let circle = cortex_m::singleton!(: Circle = Circle::new()).expect("called once");
+    let learner = cortex_m::singleton!(: Learner = Learner::new()).expect("called once");
+    let [mut sample, mut row, mut learning] = [Statistics::default(); 3];
+    for n in 0..SAMPLES {
+        let counts = black_box(turning.counts());
+        let (taken, reading) = measure(|| turning.read(counts));
+        sample.add(taken);
+        let (taken, entered) = measure(|| circle.enter(black_box(&reading)));
+        assert!(entered.is_ok());
+        // The first rows fill the factor.
+        if n > 100 {
+            row.add(taken);
+        }
+        learning.add(measure(|| learner.enter(black_box(&reading))).0);
+    }
+    sample.print("encoder_sample");
+    row.print("encoder_row_9");
+    learning.print("encoder_learn");
 }

@@ -12,6 +12,7 @@ mod recorded;
 
 use cortex_m_rt::entry;
 use cortex_m_semihosting::{debug, hprintln};
+use courier_sensor::encoder::Learner;
 use panic_semihosting as _;
 
 #[entry]
@@ -38,4 +39,6 @@ fn parity() {
         hprintln!("signal {:?} {:016x}", setup, cases::parity::signal(setup));
     }
     hprintln!("rows {:016x}", cases::parity::rows(estimator::take()));
+    let learner = cortex_m::singleton!(: Learner = Learner::new()).expect("called once");
+    hprintln!("encoder {:016x}", cases::encoder::digest(learner));
 }
