@@ -30,7 +30,7 @@ pub use order::{Order, Stated};
 pub use runs::Runs;
 pub use source::{Asked, Target, quoted};
 pub use table::{Log, LogColumn};
-pub use told::{Assumed, Told, ToldColumn, ToldRun, Warning, figures};
+pub use told::{Assumed, Told, ToldColumn, ToldPair, ToldRun, Warning, figures};
 pub use units::{Quantity, Unit, length_m};
 
 use columns::Values;

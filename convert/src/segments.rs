@@ -6,7 +6,7 @@ use crate::pair::{Converter, NOISE_COUNTS_WANTED, Pair, bits_for, off_centre, sc
 use crate::suspect::Beside;
 use crate::table::Log;
 use crate::teeth::count;
-use crate::told::{Told, figures};
+use crate::told::{Told, ToldPair, figures};
 use recording::noise::ROUNDING_VARIANCE;
 use recording::noise::in_motion::{Scatter, scatter, step};
 use recording::{Column, Error};
@@ -144,6 +144,15 @@ impl Given<'_> {
                 "--adc-bits N",
             );
         }
+        let is_there = |segment: &usize| pairs[*segment].is_some();
+        told.pairs = (0..4)
+            .filter(is_there)
+            .map(|segment| ToldPair {
+                segment,
+                centre: centre(segment),
+                scale,
+            })
+            .collect();
         let made =
             std::array::from_fn(|segment| Some(Pair::new(pairs[segment]?, centre(segment), scale)));
         (made, Some(bits))

@@ -42,6 +42,17 @@ pub struct ToldRun {
     pub times_s: [f64; 2],
 }
 
+/// How a pair's counts came from the log's values: `counts = (value - centre) * scale`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ToldPair {
+    /// Segment, 0 to 3.
+    pub segment: usize,
+    /// Of sine and cosine, in the log's unit after its arithmetic.
+    pub centre: [f64; 2],
+    /// Counts per unit.
+    pub scale: f64,
+}
+
 /// All that was done.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Told {
@@ -55,6 +66,8 @@ pub struct Told {
     pub duration_s: f64,
     /// Columns of the recording in their order.
     pub columns: Vec<ToldColumn>,
+    /// Pairs of sine and cosine.
+    pub pairs: Vec<ToldPair>,
     /// Columns of the log that were left aside.
     pub left_aside: Vec<String>,
     /// What separates the runs.

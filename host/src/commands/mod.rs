@@ -85,6 +85,7 @@ commands! {
     alone {
         Demo => demo,
         Convert => convert,
+        Encoder => encoder,
         Replay => replay,
         Diagnose => diagnose,
         Blind => blind,

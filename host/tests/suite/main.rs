@@ -10,6 +10,7 @@ mod common;
 mod compare;
 mod demo;
 mod diagnose;
+mod encoder;
 mod examples;
 mod guided;
 mod isolability;

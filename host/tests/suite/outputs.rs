@@ -20,10 +20,11 @@ const fn line(words: &'static str, inputs: &'static [&'static str]) -> Line {
 const RECORDING: &[&str] = &["v/samples.csv", "v/recording.toml"];
 
 /// Every command that writes a file. None gets as far as its work.
-const LINES: [Line; 29] = [
+const LINES: [Line; 30] = [
     line("demo --record new", &[]),
     line("demo --preset measured --waveforms w.csv", &["w.csv"]),
     line("convert w.csv new", &["w.csv"]),
+    line("encoder w.csv", &["w.csv"]),
     line("replay v", RECORDING),
     line("replay v --calibration c.json", &["c.json"]),
     line("diagnose v", RECORDING),

@@ -1,0 +1,9 @@
+//! What `encoder::learn` learns, on simulated encoders and on recordings of real ones.
+
+mod forms;
+mod logs;
+mod rings;
+mod shared;
+mod simulated;
+mod spun;
+mod waveforms;

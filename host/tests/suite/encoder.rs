@@ -1,0 +1,82 @@
+//! `courier encoder`: the example's log without its reference, the forms, what it refuses.
+
+use crate::common::{asked, json};
+use std::path::Path;
+
+/// The example's log beside the working folder, with the options that name its columns.
+fn with_log(words: &str) -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let log = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/encoder-log/log.csv");
+    std::fs::copy(log, folder.path().join("log.csv")).unwrap();
+    (
+        folder,
+        format!(
+            "encoder log.csv --column t_s=time:ms --column q1s=sin --column q1c=cos --pitch 1.016mm {words}"
+        ),
+    )
+}
+
+/// What `courier replay` finds with the stage for a reference (docs/your-sensor.md: 7.34 µm raw), this finds without: orders 1, 2, 4, 6
+/// alone are in the simulated encoder.
+#[test]
+fn the_examples_log_tells_its_encoder_without_the_stage() {
+    let (folder, line) = with_log("--out e.json --json");
+    let answer = json(&asked(folder.path(), &line).quiet());
+    let size = |order: usize| {
+        let of = &answer["harmonics"][order - 1];
+        of["sine_m"]
+            .as_f64()
+            .unwrap()
+            .hypot(of["cosine_m"].as_f64().unwrap())
+    };
+    for order in [1, 2, 4, 6] {
+        assert!(size(order) > 1.0e-6, "{answer:#}");
+    }
+    for order in [3, 5, 7, 8] {
+        assert!(size(order) < 0.1e-6, "{answer:#}");
+    }
+    // The whole: the stage's 7.34 µm, of which the lag at both speeds takes a part.
+    let whole = (1..=8)
+        .map(|order| 0.5 * size(order).powi(2))
+        .sum::<f64>()
+        .sqrt();
+    assert!((whole / 7.34e-6 - 1.0).abs() < 0.1, "{whole}");
+    // The calibration can be read again, and told.
+    let worth = asked(folder.path(), "compare e.json --budget --json").quiet();
+    assert!(worth.contains("budget"), "{worth}");
+}
+
+#[test]
+fn constants_come_in_each_form() {
+    for (form, part) in [
+        ("c", "encoder_phase_rad"),
+        ("moteus", "compensation_table.255"),
+        ("simplefoc", "calibration_lut[200]"),
+    ] {
+        let (folder, line) = with_log(&format!("--form {form}"));
+        let text = asked(folder.path(), &line).quiet();
+        assert!(text.contains(part), "{form}: {text}");
+    }
+}
+
+#[test]
+fn what_cannot_be_learned_from_is_refused_in_one_line() {
+    let (folder, line) = with_log("--segment 2");
+    asked(folder.path(), &line).refused(&[
+        "log.csv",
+        "found no output of segment 2",
+        "q2s and q2c",
+    ]);
+    let (folder, line) = with_log("--form c --json");
+    asked(folder.path(), &line).refused(&["--form", "--json"]);
+    let short: String = std::fs::read_to_string(folder.path().join("log.csv"))
+        .unwrap()
+        .lines()
+        .take(500)
+        .map(|line| format!("{line}\n"))
+        .collect();
+    std::fs::write(folder.path().join("log.csv"), short).unwrap();
+    let (_, line) = with_log("--out e.json");
+    asked(folder.path(), &line).refused(&["log.csv", "no whole circle", "over several periods"]);
+    assert!(!folder.path().join("e.json").exists());
+}
