@@ -71,7 +71,7 @@ pub enum Which {
 
 impl Which {
     /// The words that choose them, for a test program.
-    fn words(self) -> &'static [&'static str] {
+    pub fn words(self) -> &'static [&'static str] {
         match self {
             Self::Ordinary => &[],
             Self::Nightly => &["--ignored"],

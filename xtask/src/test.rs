@@ -260,6 +260,8 @@ pub fn nightly() -> Result<()> {
     platforms::check()?;
     let (passed, failed) = runner::run(Which::Nightly)?;
     ensure!(passed > 0, "found no test that is left out for its length");
+    let emulated = on_emulated_board(Which::Nightly);
+    let failed = failed + emulated.failed;
     ensure!(failed == 0, "{failed} failed");
     Ok(())
 }
@@ -311,10 +313,15 @@ fn checked(name: &str, check: impl FnOnce() -> Result<()>) -> Tally {
 
 /// The firmware's image on the emulated board, under every fault.
 fn emulated() -> Tally {
+    on_emulated_board(Which::Ordinary)
+}
+
+/// The same, or its tests that every change leaves out.
+fn on_emulated_board(which: Which) -> Tally {
     say("the image on the emulated board: faults, power cuts, everything at once");
     let begin = Begin::now();
-    let outcome =
-        onboard::command(&["--test-threads=2"]).and_then(|mut command| counted(&mut command));
+    let words = [&["--test-threads=2"], which.words()].concat();
+    let outcome = onboard::command(&words).and_then(|mut command| counted(&mut command));
     if let Err(error) = &outcome {
         say(&format!("{error:#}"));
     }

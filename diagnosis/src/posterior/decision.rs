@@ -115,7 +115,7 @@ pub fn decide(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Decis
             .iter()
             .filter(|h| h.says == says)
             .map(probability)
-            .sum()
+            .fold(0.0, |a, b| a + b) // the sum of none is -0 otherwise
     };
     let masses = Masses {
         no_gap: mass(Says::NoGap),

@@ -1,5 +1,6 @@
 //! `courier diagnose RECORDING`.
 
+use super::diagnose_explained;
 use crate::json::Json;
 use crate::kinds;
 use crate::output::{self, Files};
@@ -7,6 +8,7 @@ use crate::provenance::origin_of;
 use crate::terminal::{begin, micrometres, one_line, stages, table, warn};
 use anyhow::{Result, bail, ensure};
 use report::headline::{RESOLUTION_M, headline};
+use diagnosis::posterior::diagnosed::diagnosed;
 use diagnosis::progress::Stage;
 use diagnosis::verdict::answer::{Magnitude, Named};
 use diagnosis::{Diagnosis, Options, Verdict, diagnose_watched};
@@ -41,6 +43,9 @@ pub struct Args {
     /// Take an effect out of the catalogue; may be given several times.
     #[arg(long, value_name = "EFFECT")]
     without: Vec<String>,
+    /// Add the twenty likeliest sets of effects with their evidence, and why each is not the first. Takes minutes.
+    #[arg(long, conflicts_with = "to")]
+    explain: bool,
 }
 
 impl Args {
@@ -79,16 +84,20 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let recording = Recording::read(&args.recording)?;
     recording.warnings.iter().for_each(|warning| warn(warning));
     let name = args.recording.display().to_string();
+    let options = Options {
+        without: args.without.clone(),
+    };
     let bar = stages();
-    let answer = diagnose_watched(
-        &recording,
-        &name,
-        &Options {
-            without: args.without.clone(),
-        },
-        &|stage: Stage| begin(&bar, stage.what(), stage.begins_at()),
-    );
+    let answer = diagnose_watched(&recording, &name, &options, &|stage: Stage| {
+        begin(&bar, stage.what(), stage.begins_at())
+    });
     bar.finish_and_clear();
+    // What cannot be answered has no sets, and its verdict says why.
+    let explained = match answer.diagnosis.verdict {
+        Verdict::InsufficientData => None,
+        _ if args.explain => explained(&recording, &options),
+        _ => None,
+    };
     match (&args.model, &answer.model) {
         (Some(path), Some(model)) => {
             let json = serde_json::to_string_pretty(model)?;
@@ -108,8 +117,20 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         output::write(path, kinds::PAGE, page.as_bytes())?;
     }
     args.json
-        .tell(kinds::DIAGNOSIS, &answer.diagnosis, || text(&answer.diagnosis, 1.0e-6 * args.resolution_um))?;
+        .tell(kinds::DIAGNOSIS, &answer.diagnosis, || {
+            let text = text(&answer.diagnosis, 1.0e-6 * args.resolution_um);
+            [Some(text), explained].into_iter().flatten().collect::<Vec<_>>().join("\n\n")
+        })?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The likeliest sets of effects, as text.
+fn explained(recording: &Recording, options: &Options) -> Option<String> {
+    let bar = stages();
+    begin(&bar, "weighing sets of effects", 0.0);
+    let answer = diagnosed(recording, options, true);
+    bar.finish_and_clear();
+    answer.ok().map(|answer| diagnose_explained::text(&answer))
 }
 
 /// No length is said to be known better than this, m: it is a first look.

@@ -9,6 +9,7 @@ use std::process::ExitCode;
 mod calibrate_guided;
 mod calibrate_joint;
 mod calibrate_text;
+mod diagnose_explained;
 mod load_map;
 mod log_kept;
 mod log_words;
