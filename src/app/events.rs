@@ -3,6 +3,7 @@
 //! States are compared, so nothing waits in a queue: what changes to and fro before it can be written is one entry, or none.
 
 use super::restarts::StartReport;
+use crate::calibration::recalibration::Proposal;
 use crate::calibration::record::Instant;
 use crate::calibration::watch::{Standing, Verdict};
 use crate::event_log::entry::{Ending, Event, Fault, Head, MESSAGE_BYTES, MapEvent};
@@ -42,6 +43,10 @@ pub struct Seen<'s> {
     pub ended: Option<(Ending, [f32; 2])>,
     /// A new firmware that was taken in.
     pub taken: Option<Version>,
+    /// A candidate that the recalibration proposes.
+    pub proposed: Option<Proposal>,
+    /// Candidates that came in force since the start.
+    pub adopted: u16,
 }
 
 /// Owned by the background.
@@ -55,6 +60,8 @@ pub struct Events {
     is_started: bool,
     is_ended_told: bool,
     is_taken_told: bool,
+    is_proposal_told: bool,
+    adopted: u16,
     pace: Pace,
     /// Status bits that were seen, and that were told.
     status_seen: u32,
@@ -159,6 +166,7 @@ impl Events {
     }
 
     fn change(&mut self, seen: &Seen<'_>) -> Option<Event> {
+        let is_adopted = core::mem::replace(&mut self.adopted, seen.adopted) != seen.adopted;
         if let Some((ending, held_out_m)) = seen.ended.filter(|_| !self.is_ended_told) {
             self.is_ended_told = true;
             // What came in force by it is told by it.
@@ -171,7 +179,10 @@ impl Events {
             let now = seen.in_force;
             let rolled_back = is_older(now, self.in_force);
             self.put_in_force(now);
-            return Some(Event::InForce { now, rolled_back });
+            return Some(match is_adopted {
+                true if !rolled_back => Event::Recalibrated(now),
+                _ => Event::InForce { now, rolled_back },
+            });
         }
         let is_taken = seen.taken.is_some();
         if core::mem::replace(&mut self.is_taken_told, is_taken) != is_taken
@@ -181,6 +192,7 @@ impl Events {
         }
         self.map(&seen.map)
             .or_else(|| self.watch(&seen.verdict))
+            .or_else(|| self.proposal(seen.proposed))
             .or_else(|| self.status())
     }
 
@@ -189,6 +201,7 @@ impl Events {
         // Maps are looked for anew, and it stands otherwise.
         self.map = (0, 0);
         self.standing = Standing::Unwatched;
+        self.is_proposal_told = false;
     }
 
     fn map(&mut self, map: &StoredMap) -> Option<Event> {
@@ -222,6 +235,13 @@ impl Events {
         // What an earlier start has told has no time in this one.
         let is_earlier = !was_told && change.is_some_and(|change| change.told_s == 0);
         (before != standing && !is_earlier).then_some(Event::Watch { standing, change })
+    }
+
+    /// The first candidate beside a calibration in force: what becomes of it shows by the next that is.
+    fn proposal(&mut self, proposed: Option<Proposal>) -> Option<Event> {
+        let proposal = proposed.filter(|_| !self.is_proposal_told)?;
+        self.is_proposal_told = true;
+        Some(Event::Proposed(proposal))
     }
 
     fn status(&mut self) -> Option<Event> {

@@ -8,6 +8,7 @@
 //! knows its [`LAYOUT`].
 
 use crate::calibration::Refusal as SessionRefusal;
+use crate::calibration::recalibration::Proposal;
 use crate::calibration::record::{Instant, Method};
 use crate::calibration::slots::Place;
 use crate::calibration::watch::{Change, Standing};
@@ -85,6 +86,10 @@ pub enum Event {
     ImageTaken(Version),
     /// The firmware that runs was accepted.
     ImageAccepted(Version),
+    /// The recalibration while working proposes a candidate.
+    Proposed(Proposal),
+    /// A candidate came in force.
+    Recalibrated(InForce),
 }
 
 /// A fault as it was kept over the reset.

@@ -79,6 +79,8 @@ pub fn what(event: &Event) -> String {
             format!("firmware {version} taken in; the next start tries it")
         }
         Event::ImageAccepted(version) => format!("firmware {version} accepted"),
+        Event::Proposed(candidate) => format!("recalibration proposed: {candidate}"),
+        Event::Recalibrated(now) => format!("recalibrated while working: {}", in_force(*now)),
     }
 }
 

@@ -33,6 +33,7 @@ where
             return;
         }
         let updates = self.updates.as_ref();
+        let recalibration = self.recalibration();
         let seen = Seen {
             time: self.time(),
             in_force: self.keeper.source(),
@@ -46,6 +47,8 @@ where
             map: self.stored_map(),
             ended: self.ended.as_ref().map(ending),
             taken: updates.and_then(|updates| updates.taken()),
+            proposed: recalibration.state.proposed(),
+            adopted: recalibration.adopted,
         };
         self.open_log();
         if let Some(event) = self.events.next(&seen) {

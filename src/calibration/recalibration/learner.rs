@@ -44,6 +44,8 @@ pub struct Learner {
     /// Pairs of readings, fading, and the same times their turning.
     pairs: f32,
     turning: f32,
+    /// Sum over windows of what a row of the reference is worth beside theirs, fading.
+    worth: f32,
     /// Pairs in new cells, of the last memory's windows and of those before them.
     fresh: [u32; 2],
     /// Windows of this memory so far.
@@ -69,6 +71,7 @@ impl Learner {
             windows: 0,
             pairs: 0.0,
             turning: 0.0,
+            worth: 0.0,
             fresh: [0; 2],
             in_memory: 0,
             proposal: Proposal::NONE,
@@ -140,12 +143,13 @@ impl Learner {
         self.pairs = kept * self.pairs + window.pairs() as f32;
         let turning = window.pairs() as f32 * window.turning();
         self.turning = kept * self.turning + turning;
+        self.worth = kept * self.worth + window.reference_worth();
         self.windows = self.windows.saturating_add(1);
         if self.enter_rows(window) > most && self.windows > 1 {
             // Something has happened, or the courier is at other work: what was before says nothing of it.
             self.forget();
             (self.pairs, self.windows) = (window.pairs() as f32, 1);
-            self.turning = turning;
+            (self.turning, self.worth) = (turning, window.reference_worth());
             self.enter_rows(window);
         }
     }
@@ -190,7 +194,8 @@ impl Learner {
     fn choose(&mut self, reference_m: &Amounts) {
         let (windows, scatter) = (self.remembered(), self.scatter());
         let now = sqrt(self.places() / (windows * scatter));
-        let then = sqrt(REFERENCE_WINDOWS / (windows * scatter));
+        let worth = self.worth / windows;
+        let then = sqrt(REFERENCE_WINDOWS * worth / (windows * scatter));
         let all = self.belief.solve(&self.rows, [now, then], reference_m);
         let (mut chosen, mut least) = ([0.0; AMOUNTS], f32::INFINITY);
         for number in 0..GROUPS {
@@ -265,7 +270,7 @@ impl Follower for Learner {
         self.rows.reset(AMOUNTS);
         self.candidate_m = [0.0; AMOUNTS];
         (self.evidence, self.windows) = (0.0, 0);
-        (self.pairs, self.turning) = (0.0, 0.0);
+        (self.pairs, self.turning, self.worth) = (0.0, 0.0, 0.0);
         (self.fresh, self.in_memory) = ([0; 2], 0);
         self.proposal = Proposal::NONE;
     }

@@ -32,6 +32,17 @@ pub enum State {
     Proposed(Proposal),
 }
 
+impl State {
+    /// The candidate that is proposed.
+    #[must_use]
+    pub const fn proposed(self) -> Option<Proposal> {
+        match self {
+            Self::Proposed(proposal) => Some(proposal),
+            _ => None,
+        }
+    }
+}
+
 /// What is told of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Recalibration {

@@ -32,6 +32,7 @@ pub struct Whole<'w> {
     pub(super) rows: &'w Window,
     pub(super) reference_m: &'w Amounts,
     pub(super) variance: f32,
+    pub(super) reference_variance: f32,
 }
 
 impl Whole<'_> {
@@ -48,6 +49,13 @@ impl Whole<'_> {
     #[must_use]
     pub fn reference_m(&self) -> &Amounts {
         self.reference_m
+    }
+
+    /// How many times as much a row of the reference tells as one of this window: what changes leave that equation (3) does not hold is
+    /// scatter now, and was none then.
+    #[must_use]
+    pub fn reference_worth(&self) -> f32 {
+        self.variance / self.reference_variance
     }
 
     /// Its pairs of readings.

@@ -59,6 +59,8 @@ pub struct Watch {
     correlation: f32,
     temperature_k: f32,
     reference_temperature_k: f32,
+    /// Deviation of a row of the windows that made the reference.
+    reference_sigma_m: f32,
 }
 
 impl Watch {
@@ -91,6 +93,7 @@ impl Watch {
             correlation: 0.0,
             temperature_k: 0.0,
             reference_temperature_k: 0.0,
+            reference_sigma_m: 0.0,
         }
     }
 
@@ -159,7 +162,7 @@ impl Watch {
             reference_m: self.reference_m,
             known: self.known,
             apart: self.apart,
-            sigma_m: self.sigma_m,
+            sigma_m: self.reference_sigma_m,
             correlation: self.correlation,
             temperature_k: self.reference_temperature_k,
             told: self.has_told.then_some(self.told),
@@ -171,7 +174,7 @@ impl Watch {
         (self.learning, self.seen) = (false, u16::MAX);
         self.reference_m = kept.reference_m;
         (self.known, self.apart) = (kept.known, kept.apart);
-        self.sigma_m = kept.sigma_m;
+        (self.sigma_m, self.reference_sigma_m) = (kept.sigma_m, kept.sigma_m);
         self.correlation = kept.correlation;
         self.temperature_k = kept.temperature_k;
         self.reference_temperature_k = kept.temperature_k;
@@ -259,6 +262,7 @@ impl Watch {
         self.learning = false;
         self.zero_s = [self.now_s; PLACES];
         self.reference_temperature_k = self.temperature_k;
+        self.reference_sigma_m = self.sigma_m;
         self.begin(window);
         true
     }
@@ -333,6 +337,7 @@ impl Watch {
                 rows: window,
                 reference_m: &self.reference_m,
                 variance,
+                reference_variance: self.reference_sigma_m * self.reference_sigma_m,
             };
             if follower.window(&whole) {
                 window.forget_cells();

@@ -2,6 +2,7 @@
 
 use super::head;
 use courier_sensor::calibration::Refusal as SessionRefusal;
+use courier_sensor::calibration::recalibration::Proposal;
 use courier_sensor::calibration::record::Method;
 use courier_sensor::calibration::slots::Place;
 use courier_sensor::calibration::watch::{Change, Standing};
@@ -45,6 +46,16 @@ fn events() -> Vec<(Event, &'static str)> {
         teeth: 5,
         fraction_turns: 0.5,
     }; 2];
+    let candidate = Proposal {
+        moves_m: 0.5,
+        deviation_m: 0.25,
+        gain: 5.0,
+        evidence: 1.0,
+        segment: 1,
+        order: 2,
+        size_m: 0.5,
+        windows: 200,
+    };
     vec![
         (
             Event::Started {
@@ -116,6 +127,14 @@ fn events() -> Vec<(Event, &'static str)> {
         (
             Event::ImageAccepted(version),
             "c801010180a4a7da06c80108000102",
+        ),
+        (
+            Event::Proposed(candidate),
+            "c801010180a4a7da06c801090000003f0000803e0000a0400000803f01020000003fc801",
+        ),
+        (
+            Event::Recalibrated(InForce::Stored(PLACE)),
+            "c801010180a4a7da06c8010a0201ac02",
         ),
     ]
 }

@@ -3,6 +3,7 @@
 use crate::bench::Bench;
 use crate::watch::board::{CHANGE_S, calibrated_board, work};
 use courier_sensor::calibration::recalibration::{Idle, Mode, Order, State};
+use courier_sensor::event_log::entry::Event;
 use courier_sensor::link::message::{Action, BoardStatus, InForce, Refusal, Reply, Source};
 use effects::random::{ChaCha8Rng, SeedableRng};
 
@@ -67,6 +68,14 @@ fn a_candidate_is_proposed_rejected_and_comes_in_force_by_itself_when_that_is_al
     assert!((0.5e-6..2.0e-6).contains(&amended_m), "{amended_m:e}");
     let status = bench.status();
     assert_eq!(slot(&status), 1 - slot_before);
+    // Half a second: the log looks ten times in one, and says both.
+    bench.run(10_000);
+    let story: Vec<Event> = bench.story().into_iter().map(|(_, event)| event).collect();
+    let is_proposed =
+        |event: &Event| matches!(event, Event::Proposed(of) if (of.segment, of.order) == (1, 2));
+    assert!(story.iter().any(is_proposed), "{story:?}");
+    let recalibrated = Event::Recalibrated(status.in_force);
+    assert!(story.contains(&recalibrated), "{story:?}");
     // The one before is one rollback away, and the mode outlives it and a restart.
     assert!(
         matches!(bench.ask(Action::RollBack), Reply::Place(place) if place.slot == slot_before)

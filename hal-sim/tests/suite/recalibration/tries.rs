@@ -5,6 +5,7 @@ use super::position::Look;
 use crate::watch::bench::Calibrated;
 use crate::watch::traffic::Work;
 use core::f64::consts::TAU;
+use core::ops::Range;
 use effects::cycle_slip::CycleSlip;
 use effects::motion::Pose;
 use effects::plant::PlantEffect;
@@ -64,8 +65,8 @@ fn fate(seed: u64) -> Vec<Box<dyn PlantEffect>> {
     }
 }
 
-/// Of so many tries of so many minutes each: how many candidates came in force, and how many of them made the position worse.
-fn tries(count: u64, minutes: u32) -> (u32, u32) {
+/// Of tries by these seeds, of so many minutes each: how many candidates came in force, and how many of them made the position worse.
+fn tries(seeds: Range<u64>, minutes: u32) -> (u32, u32) {
     let ideal = |noise: f64| {
         move || {
             let mut spec = presets::ideal(11);
@@ -86,7 +87,7 @@ fn tries(count: u64, minutes: u32) -> (u32, u32) {
         ),
     ];
     let (mut in_force, mut worse) = (0, 0);
-    for seed in 0..count {
+    for seed in seeds.clone() {
         let (courier, anywhere) = &couriers[(seed / 5 % 4) as usize];
         let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x3a11);
         let mut draw = |low: f64, high: f64| uniform(&mut rng, low, high);
@@ -130,22 +131,46 @@ fn tries(count: u64, minutes: u32) -> (u32, u32) {
         }
     }
     println!(
-        "{count} tries with knocks, slips and noise: {in_force} candidates came in force, {worse} made the position worse"
+        "{} tries with knocks, slips and noise: {in_force} candidates came in force, {worse} made the position worse",
+        seeds.count()
     );
     (in_force, worse)
 }
 
 #[test]
 fn nothing_that_makes_the_position_worse_comes_in_force_in_twenty_tries() {
-    let (in_force, worse) = tries(20, 30);
+    let (in_force, worse) = tries(0..20, 30);
     assert_eq!(worse, 0);
     assert!(in_force > 0, "nothing was tried");
 }
 
-#[test]
-#[ignore = "nightly: 1,000 couriers in service"]
-fn nothing_that_makes_the_position_worse_comes_in_force_in_a_thousand_tries() {
-    let (in_force, worse) = tries(1000, 40);
+/// A quarter of the thousand, a program's thread each.
+fn quarter_of_a_thousand(number: u64) {
+    let (in_force, worse) = tries(250 * number..250 * (number + 1), 40);
     assert_eq!(worse, 0);
     assert!(in_force > 50, "{in_force}");
+}
+
+#[test]
+#[ignore = "nightly: 250 couriers in service"]
+fn nothing_that_makes_the_position_worse_comes_in_force_in_the_first_quarter_of_a_thousand_tries() {
+    quarter_of_a_thousand(0);
+}
+
+#[test]
+#[ignore = "nightly: 250 couriers in service"]
+fn nothing_that_makes_the_position_worse_comes_in_force_in_the_second_quarter() {
+    quarter_of_a_thousand(1);
+}
+
+#[test]
+#[ignore = "nightly: 250 couriers in service"]
+fn nothing_that_makes_the_position_worse_comes_in_force_in_the_third_quarter() {
+    quarter_of_a_thousand(2);
+}
+
+#[test]
+#[ignore = "nightly: 250 couriers in service"]
+fn nothing_that_makes_the_position_worse_comes_in_force_in_the_last_quarter() {
+    quarter_of_a_thousand(3);
 }
