@@ -11,7 +11,7 @@ pub const AMOUNTS: usize = OWN_COLUMNS;
 
 /// Who learns from the windows beside the watch.
 pub trait Follower {
-    /// A window is complete, whose reference knows all places. Whether all cells are to be new again.
+    /// A window is complete, whose reference knows all places and tells them apart. Whether all cells are to be new again.
     fn window(&mut self, window: &Whole<'_>) -> bool;
     /// The reference is another one, or the outputs are: what came before does not count any more.
     fn forget(&mut self);

@@ -21,6 +21,7 @@ const PLACE: u8 = 0x0F;
 const WITH_MAP: u8 = 1 << 4;
 const HAS_TOLD: u8 = 1 << 5;
 const OF_EITHER: u8 = 1 << 6;
+const TELLS_APART: u8 = 1 << 7;
 const AMOUNTS: usize = 4;
 const NUMBERS: usize = AMOUNTS + 2 * OWN_COLUMNS;
 const CHECK: usize = KEPT_BYTES - 4;
@@ -41,6 +42,8 @@ pub struct Kept {
     pub known: u16,
     /// Places that it tells from those of the other segment.
     pub apart: u16,
+    /// It tells all of them from those of the other segment: no motion that does so is the first.
+    pub tells_apart: bool,
     /// Deviation of a row, metres.
     pub sigma_m: f32,
     /// Correlation of a pair.
@@ -64,6 +67,7 @@ impl Kept {
             (with_map, WITH_MAP),
             (self.told.is_some(), HAS_TOLD),
             (or_segment, OF_EITHER),
+            (self.tells_apart, TELLS_APART),
         ];
         let place = told.now.place.index() as u8;
         bytes[1] = flags.iter().fold(place, |byte, (is_set, bit)| {
@@ -131,6 +135,7 @@ impl Kept {
             reference_m,
             known: u16::from_le_bytes([bytes[2], bytes[3]]),
             apart: u16::from_le_bytes([bytes[APART], bytes[APART + 1]]),
+            tells_apart: flags & TELLS_APART != 0,
             sigma_m,
             correlation,
             temperature_k,
@@ -148,6 +153,7 @@ mod tests {
             reference_m: core::array::from_fn(|i| (i as f32 - 16.0) * 0.25e-6),
             known: 0xA5C3,
             apart: 0x3C5A,
+            tells_apart: true,
             sigma_m: 0.9e-6,
             correlation: 0.95,
             temperature_k: -1.5,
@@ -168,6 +174,7 @@ mod tests {
             let back = Kept::from_bytes(&bytes, with_map).unwrap();
             assert_eq!((back.told, back.sigma_m), (kept.told, kept.sigma_m));
             assert_eq!((back.known, back.apart), (kept.known, kept.apart));
+            assert!(back.tells_apart);
             for (back, kept) in back.reference_m.iter().zip(kept.reference_m) {
                 assert!((back - kept).abs() <= 1.0e-9, "{back} {kept}");
             }

@@ -45,6 +45,8 @@ pub struct Watch {
     /// before it is judged.
     known: u16,
     apart: u16,
+    /// The reference tells each segment's amounts from the other's of its pair: all that a recalibration may compare with.
+    tells_apart: bool,
     scores: [Scores; PLACES],
     /// When each place's test was last at zero, seconds.
     zero_s: [u32; PLACES],
@@ -82,6 +84,7 @@ impl Watch {
             again: false,
             known: 0,
             apart: 0,
+            tells_apart: false,
             scores: [Scores::ZERO; PLACES],
             zero_s: [0; PLACES],
             seen: 0,
@@ -162,6 +165,7 @@ impl Watch {
             reference_m: self.reference_m,
             known: self.known,
             apart: self.apart,
+            tells_apart: self.tells_apart,
             sigma_m: self.reference_sigma_m,
             correlation: self.correlation,
             temperature_k: self.reference_temperature_k,
@@ -174,6 +178,7 @@ impl Watch {
         (self.learning, self.seen) = (false, u16::MAX);
         self.reference_m = kept.reference_m;
         (self.known, self.apart) = (kept.known, kept.apart);
+        self.tells_apart = kept.tells_apart;
         (self.sigma_m, self.reference_sigma_m) = (kept.sigma_m, kept.sigma_m);
         self.correlation = kept.correlation;
         self.temperature_k = kept.temperature_k;
@@ -255,9 +260,11 @@ impl Watch {
         if is_as_calibrated {
             self.reference_m = window.solve(self.config.residual_m);
             self.known = self.seen;
+            self.tells_apart = self.seen & separated == u16::MAX;
             self.apart = self.seen & if self.again { u16::MAX } else { separated };
         } else {
             (self.known, self.apart) = (u16::MAX, u16::MAX);
+            self.tells_apart = false;
         }
         self.learning = false;
         self.zero_s = [self.now_s; PLACES];
@@ -332,7 +339,7 @@ impl Watch {
         } else {
             window.sum(KEPT, &told, variance);
         }
-        if self.known == u16::MAX && new == 0 {
+        if self.known == u16::MAX && new == 0 && self.tells_apart {
             let whole = Whole {
                 rows: window,
                 reference_m: &self.reference_m,

@@ -144,11 +144,18 @@ fn nothing_that_makes_the_position_worse_comes_in_force_in_twenty_tries() {
     assert!(in_force > 0, "nothing was tried");
 }
 
+/// A reference of a motion that turned too little knows only what two segments differ by. What they have in common was once taken for a
+/// change, and half a micrometre worse.
+#[test]
+fn a_reference_that_tells_no_segments_apart_is_no_measure_of_a_change() {
+    assert_eq!(tries(736..737, 40).1, 0);
+}
+
 /// A quarter of the thousand, a program's thread each.
 fn quarter_of_a_thousand(number: u64) {
     let (in_force, worse) = tries(250 * number..250 * (number + 1), 40);
     assert_eq!(worse, 0);
-    assert!(in_force > 50, "{in_force}");
+    assert!(in_force > 10, "{in_force}");
 }
 
 #[test]
