@@ -1,6 +1,7 @@
 //! Restarts in the middle of something.
 
 use crate::rig::{Rig, short};
+use courier_sensor::calibration::recalibration::{Mode, Order};
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::emulation::Operation;
 use courier_sensor::event_log::entry::{Event, Read, decode};
@@ -178,4 +179,21 @@ fn the_courier_is_at_rest_before_the_watchdog_restarts_a_board_that_hangs() {
     let later = rig.world.truth().pose.x_m;
     assert!((later - place).abs() < 1.0e-5, "{place} {later}");
     rig.hang.set(None);
+}
+
+#[test]
+fn what_becomes_of_candidates_outlives_a_restart() {
+    let (mut rig, before) = Rig::stored(39);
+    assert_eq!(rig.status().recalibration.mode, Mode::Propose);
+    let refusal = rig.link.ask(Action::Recalibrate(Order::Accept));
+    let refusal = refusal.expect_err("nothing is proposed");
+    assert!(refusal.to_string().contains("candidate"), "{refusal}");
+    let set = Action::Recalibrate(Order::Set(Mode::Automatic));
+    assert_eq!(rig.ask(set), Reply::Done);
+    rig.ask(Action::Restart);
+    rig.run(100);
+    rig.link.reconnect().expect("the board is back");
+    let status = rig.status();
+    assert_eq!(status.in_force, before);
+    assert_eq!(status.recalibration.mode, Mode::Automatic);
 }
