@@ -1,4 +1,4 @@
-//! The checks on the Cortex-M4F: the library builds for it, answers bit for bit as here, and costs no more than it may.
+//! The checks on the Cortex-M4F: the library compiles for it, answers bit for bit as here, and costs no more than it may.
 
 use crate::arm::{ensure, ensure_program, run, say};
 use crate::{bench, parity};
@@ -11,14 +11,10 @@ use anyhow::Result;
 pub fn check() -> Result<()> {
     let arm = ensure()?;
     ensure_program("qemu-system-arm", &["qemu-system-arm"])?;
-    say("the library builds for the target");
-    run(arm.cargo("build").args([
-        "--quiet",
-        "--release",
-        "--package",
-        "courier-sensor",
-        "--lib",
-    ]))?;
+    say("the library compiles for the target without any board's feature");
+    run(arm
+        .cargo("check")
+        .args(["--quiet", "--package", "courier-sensor", "--lib"]))?;
     parity::check()?;
     bench::check()
 }

@@ -261,7 +261,8 @@ pub fn nightly() -> Result<()> {
     let (passed, failed) = runner::run(Which::Nightly)?;
     ensure!(passed > 0, "found no test that is left out for its length");
     let emulated = on_emulated_board(Which::Nightly);
-    let failed = failed + emulated.failed;
+    let faults = checked("faults brought in again", chip::nightly);
+    let failed = failed + emulated.failed + faults.failed;
     ensure!(failed == 0, "{failed} failed");
     Ok(())
 }

@@ -20,7 +20,7 @@ const fn line(words: &'static str, inputs: &'static [&'static str]) -> Line {
 const RECORDING: &[&str] = &["v/samples.csv", "v/recording.toml"];
 
 /// Every command that writes a file. None gets as far as its work.
-const LINES: [Line; 30] = [
+const LINES: [Line; 31] = [
     line("demo --record new", &[]),
     line("demo --preset measured --waveforms w.csv", &["w.csv"]),
     line("convert w.csv new", &["w.csv"]),
@@ -42,6 +42,7 @@ const LINES: [Line; 30] = [
     line("record new", &[]),
     line("slots", &[]),
     line("maps", &[]),
+    line("recalibrate", &[]),
     line("commit", &[]),
     line("rollback", &[]),
     line("export new.json", &[]),
@@ -217,6 +218,7 @@ fn an_output_replaces_one_of_its_kind() {
         ("status", "uptime"),
         ("slots", "slot"),
         ("maps", "place"),
+        ("recalibrate propose", "waits for"),
         ("isolability --poses 60", "condition number"),
         ("monitor --seconds 0.3", "g_p"),
         ("record rec --seconds 0.05 --force", "samples in"),

@@ -121,8 +121,8 @@ pub const MUTATIONS: &[Mutation] = mutations! {
 
     "11-no-stop", "the courier is not told to stop at a start", "restart" => "goes on after the restart", [
         "src/app/background.rs":
-        "self.keeper.start(safe_mode);\n        self.guide.halt();" =>
-        "self.keeper.start(safe_mode);";
+        "self.guide.halt();\n    }\n\n    /// One turn" =>
+        "}\n\n    /// One turn";
     ];
 
     "11-no-heartbeat", "the motion controller is not told to go on", "restart" => "the courier is not on its way", [
