@@ -72,7 +72,7 @@ fn tell(pair: &Pair, explain: bool) {
             answer
                 .sets
                 .iter()
-                .for_each(|s| out += &format!("\n    {s}"));
+                .for_each(|s| out += &format!("\n    {}", s.cells().join("  ")));
         }
     }
     println!("{out}");

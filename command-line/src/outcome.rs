@@ -43,7 +43,10 @@ fn parse<P: Parser>() -> Result<P, clap::Error> {
     parsed(&arguments).or_else(|error| {
         let one_too_many = matches!(
             error.kind(),
-            ErrorKind::UnknownArgument | ErrorKind::InvalidSubcommand | ErrorKind::ArgumentConflict
+            ErrorKind::UnknownArgument
+                | ErrorKind::InvalidSubcommand
+                | ErrorKind::InvalidValue
+                | ErrorKind::ArgumentConflict
         );
         // `--json FILE`: the file is the word that is one too many.
         match json::in_one_word(&arguments).filter(|_| one_too_many) {

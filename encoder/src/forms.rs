@@ -11,7 +11,8 @@ const MOTEUS_LARGEST: f64 = 127.0;
 /// wave of order 2, which is linear between them to a tenth.
 const SIMPLEFOC_ENTRIES: usize = 200;
 const SIMPLEFOC_PER_PERIOD: usize = 16;
-/// Places at which a table is computed before it is read at its own.
+/// Places at which a table is computed before it is read at its own. A choice: sixteen for each of moteus' entries, so that the error of
+/// going straight between them is 256 times smaller than its own.
 const GRID: usize = 4096;
 
 /// C, for any compiler: constants, and a function that applies them.

@@ -7,12 +7,16 @@ use courier_signal::quadrature::PairCorrection;
 use recording::Recording;
 use std::ops::Range;
 
-/// A gap of over this many usual intervals ends a piece.
+/// A gap of over this many usual intervals ends a piece. A choice: one or two lost samples do not, a pause of the log does.
 const GAP_INTERVALS: f64 = 5.0;
-/// Largest change of a step, periods: beyond it the count is not sure, or the place begins anew.
+/// Largest change of a step, periods: from half a period on either way round is as near, so the count is not sure, or the place begins anew.
 const JUMP_TURNS: f64 = 0.5;
-/// Largest count that the signal path takes; larger ones are scaled to it.
+/// Largest count: the signal path takes an i16, 32,767 at most. Larger ones are scaled to it.
 const LARGEST_COUNT: f64 = 32_000.0;
+/// What the device's signal path is told beside the pair. Only its count of periods and its speed depend on them, and neither is used here:
+/// the recording has counted already.
+const SLIP_TURNS: f32 = 0.4;
+const SPEED_FILTER: f32 = 0.25;
 
 /// One segment's samples.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -99,7 +103,7 @@ impl Input {
     }
 
     fn corrected(&self, pair: &PairCorrection) -> Result<Vec<Sample>, Refusal> {
-        let config = EncoderConfig::new(pair, &Harmonics::default(), 0.4, 0.25)
+        let config = EncoderConfig::new(pair, &Harmonics::default(), SLIP_TURNS, SPEED_FILTER)
             .map_err(|error| Refusal::Pair(error.to_string()))?;
         let (mut encoder, scale) = (Encoder::new(config), self.scale());
         let sample = |(counts, place): (&[f64; 2], &f64)| {

@@ -18,8 +18,9 @@ use courier_signal::encoder::{ORDERS, PERIODS};
 use nalgebra::DMatrix;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-/// Shorter stretches for short recordings, periods: below one the lowest order is not told from a cubic of time.
-const SHORTER: [f64; 2] = [PERIODS as f64, 1.25];
+/// Lengths of a stretch that are tried, periods: the device's own, then a shorter one for short recordings. Below one period the lowest order
+/// is not told from a cubic of time; a quarter more is a choice.
+const LENGTHS: [f64; 2] = [PERIODS as f64, 1.25];
 /// Fewest stretches: their scatter is what says how well the errors are known.
 const LEAST_STRETCHES: usize = 4;
 /// Chance of naming a ripple or a part that reverses where there is none, for each order: 8 orders then err in 1 of 125 recordings.
@@ -108,7 +109,7 @@ pub(crate) fn motion(phases: &Phases) -> Result<Motion, Refusal> {
 
 fn cut(phases: &Phases) -> Result<(f64, Vec<Told>), Refusal> {
     let mut found = 0;
-    for periods in SHORTER {
+    for periods in LENGTHS {
         let stretches = without_loud(told(phases, &ranges(phases, periods)));
         found = stretches.len();
         if found >= LEAST_STRETCHES {
@@ -117,7 +118,7 @@ fn cut(phases: &Phases) -> Result<(f64, Vec<Told>), Refusal> {
     }
     Err(Refusal::Motion {
         found,
-        periods: SHORTER[1],
+        periods: LENGTHS[1],
         wanted: LEAST_STRETCHES,
     })
 }

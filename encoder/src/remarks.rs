@@ -4,7 +4,7 @@ use crate::answer::{Answer, Harmonic, Remark};
 use crate::asked::Question;
 use crate::motion::Motion;
 
-/// A second harmonic of the signals, or a third, of so many deviations beyond what the radius explains.
+/// Deviations from which on order 1 or 2 is told as a harmonic of the signals: by chance one recording in 3,000 (an F ratio of 8).
 const CLEAR: f64 = 4.0;
 
 fn remark(what: impl Into<String>, tell: impl Into<String>) -> Remark {

@@ -7,7 +7,8 @@ use courier_signal::encoder::{CIRCLE_UNKNOWNS, Circle};
 use courier_signal::quadrature::PairCorrection;
 use nalgebra::{DMatrix, DVector};
 
-/// Readings a period that are entered: alike from all of the period, also where the motion rests.
+/// Readings a period that are entered, as many as the device takes (`signal/src/encoder/learner.rs`): alike from all of the period, also
+/// where the motion rests.
 const PER_PERIOD: f64 = 64.0;
 /// Steps of the correction. Each leaves the square of what there was: an offset of half the amplitude is below a count after five.
 const STEPS: usize = 8;

@@ -3,7 +3,6 @@
 use super::alias::divergence;
 use super::problem::Problem;
 use super::weighed::Weighed;
-use std::fmt;
 
 /// A set of effects as it is told. Logarithms are natural.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,28 +27,39 @@ pub struct Row {
     pub lost: &'static str,
 }
 
-impl fmt::Display for Row {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let list = |names: &[String]| {
-            if names.is_empty() {
-                "-".into()
-            } else {
-                names.join(" + ")
-            }
+/// What [`Row::cells`] holds.
+pub const HEADER: [&str; 8] = [
+    "set of effects (what none holds, by)",
+    "probability",
+    "ln evidence",
+    "ln prior",
+    "ln size",
+    "held-out gain",
+    "alias",
+    "why it is not the first",
+];
+
+impl Row {
+    /// Its line of a table under [`HEADER`].
+    pub fn cells(&self) -> [String; HEADER.len()] {
+        let effects = match &self.effects[..] {
+            [] => "none".to_owned(),
+            effects => effects.join(" + "),
         };
-        write!(
-            f,
-            "{:6.3} {:10.1} {:7.1} {:7.1} {:11.0} {:5} {} | {} | {}",
-            self.probability,
-            self.log_evidence,
-            self.log_prior,
-            self.log_least,
-            self.held_out_gain,
-            if self.alias { "alias" } else { "" },
-            list(&self.effects),
-            list(&self.shapes),
-            self.lost
-        )
+        let set = match &self.shapes[..] {
+            [] => effects,
+            shapes => format!("{effects} ({})", shapes.join(", ")),
+        };
+        [
+            set,
+            format!("{:.3}", self.probability),
+            format!("{:.1}", self.log_evidence),
+            format!("{:.1}", self.log_prior),
+            format!("{:.1}", self.log_least),
+            format!("{:.0}", self.held_out_gain),
+            if self.alias { "yes" } else { "" }.to_owned(),
+            self.lost.to_owned(),
+        ]
     }
 }
 

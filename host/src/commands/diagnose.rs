@@ -43,7 +43,7 @@ pub struct Args {
     /// Take an effect out of the catalogue; may be given several times.
     #[arg(long, value_name = "EFFECT")]
     without: Vec<String>,
-    /// Add the twenty likeliest sets of effects with their evidence, and why each is not the first. Takes minutes.
+    /// Add the twenty likeliest sets of effects with their evidence, and why each is not the first. Takes from seconds to minutes.
     #[arg(long, conflicts_with = "to")]
     explain: bool,
 }

@@ -2,7 +2,7 @@
 
 use crate::terminal::table;
 use diagnosis::posterior::diagnosed::Answer;
-use diagnosis::posterior::explained::Row;
+use diagnosis::posterior::explained::HEADER;
 
 /// The posterior's steps and its likeliest sets, as text.
 pub fn text(answer: &Answer) -> String {
@@ -14,41 +14,6 @@ pub fn text(answer: &Answer) -> String {
     for reason in &answer.reasons {
         out += &format!("  {reason}\n");
     }
-    let rows: Vec<Vec<String>> = answer.sets.iter().map(row).collect();
-    out + &table(
-        &[
-            "set of effects (| what no effect holds, by)",
-            "probability",
-            "ln evidence",
-            "ln prior",
-            "ln size",
-            "held-out gain",
-            "alias",
-            "why it is not the first",
-        ],
-        &rows,
-    )
-}
-
-fn row(row: &Row) -> Vec<String> {
-    let effects = if row.effects.is_empty() {
-        "none".to_owned()
-    } else {
-        row.effects.join(" + ")
-    };
-    let set = if row.shapes.is_empty() {
-        effects
-    } else {
-        format!("{effects} | {}", row.shapes.join(", "))
-    };
-    vec![
-        set,
-        format!("{:.3}", row.probability),
-        format!("{:.1}", row.log_evidence),
-        format!("{:.1}", row.log_prior),
-        format!("{:.1}", row.log_least),
-        format!("{:.0}", row.held_out_gain),
-        if row.alias { "yes" } else { "" }.to_owned(),
-        row.lost.to_owned(),
-    ]
+    let rows: Vec<Vec<String>> = answer.sets.iter().map(|row| row.cells().into()).collect();
+    out + &table(&HEADER, &rows)
 }

@@ -218,7 +218,7 @@ fn an_output_replaces_one_of_its_kind() {
         ("status", "uptime"),
         ("slots", "slot"),
         ("maps", "place"),
-        ("recalibrate propose", "waits for"),
+        ("recalibrate", "waits for"),
         ("isolability --poses 60", "condition number"),
         ("monitor --seconds 0.3", "g_p"),
         ("record rec --seconds 0.05 --force", "samples in"),
