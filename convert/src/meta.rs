@@ -61,6 +61,7 @@ pub fn meta(
         geometry: geometry(file, order, pitch_m, segments)?,
         coordination,
         electronics,
+        ..Meta::default()
     })
 }
 

@@ -4,7 +4,9 @@ use crate::courier::{Courier, Sample, Truth};
 use crate::spec::CourierSpec;
 use crate::trajectory::Plan;
 use effects::motion::Pose;
-use recording::{Coordination, Electronics, Geometry, Logged, Meta, Recording, Row, Samples};
+use recording::{
+    Coordination, Electronics, Geometry, Logged, Meta, Names, Recording, Row, Samples,
+};
 
 /// One row of a recording, with the truth that no recording holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,6 +57,7 @@ pub fn meta(spec: &CourierSpec) -> Meta {
     Meta {
         device: spec.device.clone(),
         source: "hal-sim".into(),
+        names: Names::default(),
         geometry: Geometry {
             pitch_m: nominal.pitch_m,
             span_m: Some(nominal.span_m),

@@ -22,7 +22,7 @@ mod write;
 pub use column::{COLUMNS, Column};
 pub use error::{Error, excerpt};
 pub use layout::{META_FILE, SAMPLES_FILE, SCHEMA};
-pub use meta::{Coordination, Electronics, Geometry, Meta};
+pub use meta::{Coordination, Electronics, Geometry, Meta, Names};
 pub use recording::Recording;
 pub use samples::{Logged, Row, Samples, instants_between, unmodified_m};
 pub use unfinished::unfinished_file;

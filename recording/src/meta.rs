@@ -49,6 +49,19 @@ pub struct Electronics {
     pub position_noise_m: Option<f64>,
 }
 
+/// What was recorded with what: names by which recordings of several couriers and platens go together. Empty where none is stated.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Names {
+    /// The courier, as its board introduces itself.
+    pub courier_id: String,
+    /// The platen under it.
+    pub platen_id: String,
+    /// The beacon above it: one that has not moved over the platen keeps its name.
+    pub beacon_id: String,
+    /// Version of the board's firmware.
+    pub firmware: String,
+}
+
 /// `recording.toml`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Meta {
@@ -56,6 +69,8 @@ pub struct Meta {
     pub device: String,
     /// Where the recording comes from, free text.
     pub source: String,
+    /// Which courier, platen, beacon and firmware.
+    pub names: Names,
     /// Nominal geometry of the platen sensor.
     pub geometry: Geometry,
     /// Nominal geometry of the coordination sensor; there if any electrode was recorded.
@@ -96,6 +111,10 @@ impl Meta {
                 "schema",
                 "device",
                 "source",
+                "courier_id",
+                "platen_id",
+                "beacon_id",
+                "firmware",
                 "geometry",
                 "coordination",
                 "electronics",
@@ -104,6 +123,12 @@ impl Meta {
         let meta = Self {
             device: root.text("device")?,
             source: root.text("source")?,
+            names: Names {
+                courier_id: root.text("courier_id")?,
+                platen_id: root.text("platen_id")?,
+                beacon_id: root.text("beacon_id")?,
+                firmware: root.text("firmware")?,
+            },
             geometry: geometry(
                 &mut root
                     .table("geometry", &["pitch_m", "span_m", "lateral_m"])?
@@ -228,6 +253,17 @@ impl Meta {
         root.insert("schema".into(), Value::Integer(SCHEMA));
         root.insert("device".into(), Value::String(self.device.clone()));
         root.insert("source".into(), Value::String(self.source.clone()));
+        let names = &self.names;
+        for (key, name) in [
+            ("courier_id", &names.courier_id),
+            ("platen_id", &names.platen_id),
+            ("beacon_id", &names.beacon_id),
+            ("firmware", &names.firmware),
+        ] {
+            if !name.is_empty() {
+                root.insert(key.into(), Value::String(name.clone()));
+            }
+        }
         let geometry = &self.geometry;
         insert(
             &mut root,

@@ -2,13 +2,19 @@
 
 use proptest::prelude::*;
 use recording::{
-    Coordination, Electronics, Existing, Geometry, Logged, Meta, Recording, Row, Samples,
+    Coordination, Electronics, Existing, Geometry, Logged, Meta, Names, Recording, Row, Samples,
 };
 
 fn meta() -> Meta {
     Meta {
         device: "board \"7\"\nsecond line".into(),
         source: "ünïcode, commas".into(),
+        names: Names {
+            courier_id: "7 \"seven\"".into(),
+            platen_id: "granite = 2".into(),
+            beacon_id: String::new(),
+            firmware: "1.2.3".into(),
+        },
         geometry: Geometry {
             pitch_m: 1.016e-3,
             span_m: Some(9.7e-3),

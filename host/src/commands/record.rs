@@ -65,6 +65,12 @@ pub struct Args {
     /// End when so much is recorded, s, answered or not.
     #[arg(long, value_name = "S", default_value_t = 25.0, requires = "until_answers")]
     pub(super) most_seconds: f64,
+    /// Name of the platen: recordings over one platen go together by it.
+    #[arg(long, value_name = "NAME", default_value = "", hide_default_value = true)]
+    pub(super) platen_id: String,
+    /// Name of the beacon: one that has not been moved over the platen keeps it.
+    #[arg(long, value_name = "NAME", default_value = "", hide_default_value = true)]
+    pub(super) beacon_id: String,
     /// Noise of a quadrature channel and of an electrode, rms counts, for a courier that cannot rest [default: measured].
     #[arg(long, value_name = "QUADRATURE,ELECTRODE", allow_hyphen_values = true, value_parser = noise)]
     pub(super) noise_counts: Option<Noise>,
@@ -120,6 +126,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let order = Order {
         to,
         decimation: args.decimation.unwrap_or(decimation),
+        surroundings: [args.platen_id.clone(), args.beacon_id.clone()],
         noise: args.noise_counts,
         runs,
     };

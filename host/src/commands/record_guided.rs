@@ -63,6 +63,7 @@ pub fn run(args: &Args, question: Question, choice: &Choice) -> Result<ExitCode>
     let decimation = args.decimation.unwrap_or(SURVEY_DECIMATION);
     let mut recorder =
         Recorder::begin(&mut board.link, board.world.as_ref(), &to, decimation, true)?;
+    recorder.state_surroundings(&args.platen_id, &args.beacon_id);
     recorder.know_noise(&mut board.link, args.noise_counts)?;
     let printed = args.json.is_printed();
     let mut mover: Box<dyn Mover> = if args.by_hand {

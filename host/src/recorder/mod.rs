@@ -31,6 +31,8 @@ pub struct Order {
     pub to: Destination,
     /// One sample in so many.
     pub decimation: u16,
+    /// Names of the platen and of the beacon, empty where none is stated.
+    pub surroundings: [String; 2],
     /// Noise of the channels where it is known; none: measured before the first run, while the courier rests.
     pub noise: Option<Noise>,
     /// One after the other.
@@ -73,6 +75,8 @@ pub fn record(
     progress: &ProgressBar,
 ) -> Result<Recorded> {
     let mut recorder = Recorder::begin(link, world, &order.to, order.decimation, false)?;
+    let [platen_id, beacon_id] = &order.surroundings;
+    recorder.state_surroundings(platen_id, beacon_id);
     let all = order
         .runs
         .iter()
@@ -132,6 +136,14 @@ impl Recorder {
             temperature_0_k: None,
         };
         Ok(Self { tape, wanted: 0 })
+    }
+
+    /// States which platen and which beacon the courier is over and under; an empty name states nothing.
+    pub fn state_surroundings(&mut self, platen_id: &str, beacon_id: &str) {
+        for meta in [self.tape.writer.meta_mut(), &mut self.tape.seen.meta] {
+            meta.names.platen_id = platen_id.into();
+            meta.names.beacon_id = beacon_id.into();
+        }
     }
 
     /// Takes the noise of the channels as known, or measures it while the courier rests.

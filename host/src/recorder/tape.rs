@@ -9,7 +9,7 @@ use courier_sensor::link::message::BoardStatus;
 use courier_sensor::link::telemetry::Sample;
 use hal_sim::world::World;
 use recording::noise::at_rest::Noise;
-use recording::{Coordination, Electronics, Meta, Recording, Row, Writer};
+use recording::{Coordination, Electronics, Meta, Names, Recording, Row, Writer};
 use std::f64::consts::TAU;
 
 /// What a recording of the board states: the geometry of the calibration in force; without one, the firmware's own.
@@ -22,6 +22,11 @@ pub fn meta(link: &mut Link) -> Meta {
             "courier record, firmware {}; amplitudes measured from the recording, noise at rest before it",
             hello.firmware
         ),
+        names: Names {
+            courier_id: hello.device.to_string(),
+            firmware: hello.firmware.to_string(),
+            ..Names::default()
+        },
         geometry: recording::Geometry {
             pitch_m: shortest(geometry.pitch_m),
             span_m: Some(shortest(geometry.span_m)),

@@ -99,6 +99,7 @@ fn scatter(noise_counts: f64) -> Recording {
         meta: Meta {
             device: "made".into(),
             source: "test".into(),
+            names: recording::Names::default(),
             geometry,
             coordination: None,
             electronics,

@@ -122,6 +122,7 @@ pub fn record_as(
     let samples = measure(&u, &list, &truth, &names, all, &mut m, o);
     let meta = Meta {
         device: "rig".into(),
+        names: recording::Names::default(),
         source: format!("independent rig, seed {seed}"),
         geometry: Geometry {
             pitch_m: u.pitch,

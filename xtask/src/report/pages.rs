@@ -142,7 +142,7 @@ fn encoder(delay_s: f64, count: u32) -> Recording {
                 position_noise_m: Some(NOISE_M),
                 ..Electronics::default()
             },
-            coordination: None,
+            ..Meta::default()
         },
         samples,
         warnings: Vec::new(),
