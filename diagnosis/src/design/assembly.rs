@@ -6,6 +6,7 @@ use crate::data::prepare::Prepared;
 use crate::design::coordinate_basis::coordinate_bases;
 use crate::design::errors_in_variables::ErrorsInVariables;
 use crate::design::gram::{Columns, Gram};
+use crate::design::unlisted::unlisted;
 use crate::inference::cross_validation::CrossValidation;
 use crate::inference::residuals::Residuals;
 use crate::linearization::calibrate::baseline_columns;
@@ -111,6 +112,9 @@ pub struct DesignOptions<'a> {
     pub only: Option<&'a [String]>,
     /// Finer shapes are laid over the coordinates, and nothing else.
     pub fine_basis: bool,
+    /// Causes that are in no catalogue are compared as well. The rules do not ask for them: they look at products of patterns and at errors
+    /// of the reference after all else (`selection/intermodulation.rs`, `selection/reference.rs`).
+    pub unlisted: bool,
 }
 
 /// Builds all columns and their products.
@@ -191,11 +195,17 @@ pub fn assemble<'a>(
     };
     let wanted =
         |name: &str| listed(name) || design_options.field && effects::is(name, Detection::AsField);
-    let (columns, kinds) = if design_options.fine_basis {
+    let (mut columns, mut kinds) = if design_options.fine_basis {
         finer_columns(&linearized)
     } else {
         all_columns(&linearized, options, &wanted)
     };
+    if design_options.unlisted {
+        for (name, regressors) in unlisted(&linearized.inputs) {
+            let kind = BlockKind::Coordinate(name.into());
+            add(&mut columns, &mut kinds, kind, regressors);
+        }
+    }
     let folds = folds(&prepared.observations.stretch);
     let gram = Gram::new(&linearized, &columns, &folds);
     let errors_in_variables = ErrorsInVariables::new(&linearized, &columns, &gram.scale);

@@ -11,3 +11,4 @@ pub mod gram;
 pub mod knots;
 pub(crate) mod nameless;
 pub mod training;
+pub mod unlisted;

@@ -3,6 +3,7 @@
 
 use crate::data::folds::folds;
 use crate::design::gram::{Columns, Gram, solve};
+use crate::design::unlisted;
 use crate::hypothesis::Hypothesis;
 use crate::inference::residuals::Residuals;
 use crate::linearization::calibrate::baseline_columns;
@@ -304,6 +305,8 @@ fn linearize<'a>(
     for name in &hypothesis.effects {
         if let Some(side) = sides.iter().find(|side| side.name() == name) {
             columns.push(name.clone(), side.regressors(&linearized.inputs));
+        } else if let Some(regressors) = unlisted::regressors(name, &linearized.inputs) {
+            columns.push(name.clone(), regressors);
         }
     }
     (linearized, columns)

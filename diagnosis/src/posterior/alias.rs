@@ -105,6 +105,7 @@ pub fn class(problem: &Problem, all: &[Weighed], of: usize) -> Vec<(usize, Diver
     let rival = |k: &usize| {
         let other = &all[*k];
         other.set() != best.set()
+            && other.listed
             && other.left.log_noise == best.left.log_noise
             && !other.set().is_empty()
             && other.set().len() <= best.set().len()
@@ -150,6 +151,8 @@ mod tests {
             block,
             log_odds: -2.0,
             inexactness,
+            shape: false,
+            listed: true,
         };
         let effects = [prior(0), prior(1)];
         let problem = Problem::of_unit_noise(&reduced, &effects, -2.0);

@@ -200,6 +200,7 @@ fn hypotheses(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Vec<H
     let mut out = Vec::new();
     for (k, weighed) in all.iter().enumerate() {
         let shapes = weighed.nameless.as_ref();
+        let told = without_trifling_shapes(problem, all, k);
         let open = weighed.open(problem.log_odds);
         let closed = weighed.closed(problem.log_odds);
         let in_shapes: f64 = shapes.map_or(0.0, |(shapes, _)| shapes.explained);
@@ -222,13 +223,14 @@ fn hypotheses(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Vec<H
             let left = shaped + unlocated;
             let trifle = left < least + weighed.lacking;
             let says = match (weighed.set().is_empty(), noise) {
+                _ if !weighed.listed => Says::Unknown,
                 (true, false) if trifle => Says::NoGap,
                 (true, false) => Says::Unknown,
                 _ if !trifle => Says::Unknown,
                 _ => Says::Named,
             };
             out.push(Hypothesis {
-                set: k,
+                set: told,
                 log_weight,
                 says,
                 noise,
@@ -237,6 +239,18 @@ fn hypotheses(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Vec<H
         }
     }
     out
+}
+
+/// Place of the set that is told where a set is found. An effect that is a shape may describe what the forms of the set's causes lack, as
+/// nameless shapes may: where it does no more than that, the causes are told without it.
+fn without_trifling_shapes(problem: &Problem, all: &[Weighed], of: usize) -> usize {
+    let is_shape = |b: &usize| problem.effects.iter().any(|e| e.block == *b && e.shape);
+    let each = all[of].set().iter().zip(&all[of].shares);
+    let stays = each.filter(|(b, share)| !is_shape(b) || share.power > share.may_be_lacking);
+    let causes: Vec<usize> = stays.map(|(b, _)| *b).collect();
+    let same_noise = |w: &Weighed| w.left.log_noise == all[of].left.log_noise;
+    let place = all.iter().position(|w| w.set() == causes && same_noise(w));
+    place.filter(|_| !causes.is_empty()).unwrap_or(of)
 }
 
 /// A shape describes a gap and is no cause. What a set with nameless shapes predicts, a set of causes may predict as well: then it is these
@@ -324,14 +338,16 @@ fn named(
 
 /// Coordinates that hold what a set leaves.
 fn places(problem: &Problem, best: &Weighed) -> Vec<(usize, f64)> {
-    let Some((shapes, _)) = &best.nameless else {
-        return Vec::new();
-    };
-    let sum: f64 = shapes.powers.iter().sum();
-    let each = shapes.coordinates.iter().zip(&shapes.powers);
-    let mut out: Vec<(usize, f64)> = each
-        .map(|(c, power)| (problem.coordinates[*c], power / sum.max(f64::MIN_POSITIVE)))
-        .collect();
+    let unlisted = |b: &usize| problem.effects.iter().any(|e| e.block == *b && !e.listed);
+    let of_set = best.set().iter().copied().zip(best.powers.iter().copied());
+    let mut out: Vec<(usize, f64)> = of_set.filter(|(b, _)| unlisted(b)).collect();
+    if let Some((shapes, _)) = &best.nameless {
+        let each = shapes.coordinates.iter().zip(&shapes.powers);
+        out.extend(each.map(|(c, power)| (problem.coordinates[*c], *power)));
+    }
+    let sum: f64 = out.iter().map(|(_, power)| power).sum();
+    out.iter_mut()
+        .for_each(|(_, power)| *power /= sum.max(f64::MIN_POSITIVE));
     out.sort_by(|a, b| b.1.total_cmp(&a.1));
     out
 }
@@ -359,6 +375,8 @@ mod tests {
             block,
             log_odds: -2.0,
             inexactness: 0.02,
+            shape: false,
+            listed: true,
         };
         let effects = [prior(0), prior(1)];
         let problem = Problem {
@@ -401,6 +419,52 @@ mod tests {
         );
     }
 
+    /// The effects of the likeliest set, of one that does three times the noise and may lack so much of it, and another that does less.
+    fn told(inexactness: f64, shape: bool, listed: bool) -> Decision {
+        let blocks = [("one", &[1.0][..]), ("other", &[1.0; 3])];
+        let problem = SyntheticProblem::new(&blocks, &|rng| {
+            let mut row = vec![1.0];
+            row.extend((0..4).map(|_| normal(rng)));
+            row.push(3.0 * row[1] + 0.3 * row[2] + normal(rng));
+            row
+        });
+        let reduced = problem.reduced(&[1, 2]);
+        let one = Prior {
+            block: 0,
+            log_odds: -2.0,
+            inexactness,
+            shape: false,
+            listed: true,
+        };
+        let other = Prior {
+            block: 1,
+            inexactness: 0.0,
+            shape,
+            listed,
+            ..one
+        };
+        let effects = [one, other];
+        let problem = Problem::of_unit_noise(&reduced, &effects, -2.0);
+        let all = weigh(&problem);
+        assert_eq!(all[0].set(), [0, 1]);
+        decide(&problem, &all, true)
+    }
+
+    /// 3 times the noise in 2,000 rows are 18,000 squares: a fifth of the amplitude may lack 720 of them, and the companion does 180.
+    #[test]
+    fn a_shape_within_what_a_cause_may_lack_is_not_told() {
+        assert_eq!(blocks(&told(0.2, true, true)), [Some(0)]);
+        assert_eq!(blocks(&told(0.2, false, true)), [Some(0), Some(1)]);
+        assert_eq!(blocks(&told(0.0, true, true)), [Some(0), Some(1)]);
+    }
+
+    #[test]
+    fn what_is_in_no_catalogue_explains_and_is_not_named() {
+        let decision = told(0.0, false, false);
+        assert_eq!(decision.verdict, Verdict::Unknown);
+        assert_eq!(decision.places, [(1, 1.0)]);
+    }
+
     /// A cause of five columns pays for its freedom beside a shape of one, which predicts the same: the cause is told all the same. It is
     /// not where the shape predicts what the cause cannot.
     #[test]
@@ -428,6 +492,8 @@ mod tests {
                 block: 0,
                 log_odds: -2.0,
                 inexactness: 0.02,
+                shape: false,
+                listed: true,
             };
             let effects = [cause];
             let problem = Problem {

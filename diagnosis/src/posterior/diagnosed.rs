@@ -89,6 +89,10 @@ fn look<'a>(
     point: &LinearizationPoint,
     design_options: DesignOptions,
 ) -> Look<'a> {
+    let design_options = DesignOptions {
+        unlisted: true,
+        ..design_options
+    };
     let design = assemble(prepared, options, point, design_options);
     let weighing = Weighing::of(&design);
     Look { design, weighing }
@@ -136,7 +140,8 @@ fn settled<'a>(
         let decision = here.weighing.decide(seen.white);
         let known = here.weighing.found();
         let by_noise_alone = decision.verdict == Verdict::Named && known.is_empty();
-        if decision.verdict == Verdict::NoGap || by_noise_alone {
+        let told = by_noise_alone || seen.codes_explain_it().is_some();
+        if decision.verdict == Verdict::NoGap || told {
             break;
         }
         let fit = here.fit();
@@ -161,6 +166,9 @@ fn settled<'a>(
         }
     }
     let found = !here.weighing.found().is_empty();
+    if seen.codes_explain_it().is_some() {
+        return (here, seen, count);
+    }
     if found || here.weighing.decide(seen.white).verdict == Verdict::Unknown {
         if !here.holds_a_field() {
             here = by_field(prepared, options, &point, here);
@@ -272,10 +280,18 @@ fn answer(
         verdict = Verdict::Unknown;
         named.clear();
     }
+    let mut places = weighing.places(&decision);
+    if let Some((place, share)) = seen.codes_explain_it() {
+        if verdict != Verdict::NoGap {
+            verdict = Verdict::Unknown;
+            named.clear();
+        }
+        places.insert(0, (place.clone(), share));
+    }
     Answer {
         verdict,
         effects: named,
-        places: weighing.places(&decision),
+        places,
         reasons: decision.reasons,
         masses: decision.masses,
         explained: decision.explained,

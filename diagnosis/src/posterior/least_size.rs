@@ -5,11 +5,12 @@
 //! 254). The evidence of a cut prior is that of the whole one times the probability of what stays after the data, over the same before
 //! them.
 
+use super::eliminated::Eliminated;
 use super::evidence::Fitted;
 use super::problem::Problem;
 use super::reduced::Reduced;
 use super::scale;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// Share of the noise, in squares over all rows, below which an effect is not worth a name: it changes the rms of what is left by a
 /// hundredth. The rms of `n` rows scatters by `1/√(2n)`, which is two thirds of that for twelve thousand rows.
@@ -53,10 +54,16 @@ pub fn powers(reduced: &Reduced, fitted: &Fitted, noise: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Whitened squares that the forms of some effects may lack of what they explain together: the largest share of an amplitude that any of
-/// them may lack, squared. Not of what each does alone: effects that nearly cancel do much, and could excuse anything.
-pub fn lacking(explained: f64, inexactness: impl Iterator<Item = f64>) -> f64 {
-    explained.max(0.0) * inexactness.map(|e| e * e).fold(0.0, f64::max)
+/// Whitened squares that the forms of some effects may lack, told by what each does alone and by the share of its amplitude that its form
+/// may lack, beside what they explain together: effects that nearly cancel do much, and may lack no more than the least exact of them
+/// would of that.
+pub fn lacking(explained: f64, each: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let (mut sum, mut largest) = (0.0, 0.0_f64);
+    for (power, inexactness) in each {
+        sum += power * inexactness * inexactness;
+        largest = largest.max(inexactness * inexactness);
+    }
+    sum.min(explained.max(0.0) * largest)
 }
 
 /// A set at known sizes and noise, of which it is asked what each of its effects does that the others cannot.
@@ -67,88 +74,102 @@ pub struct SetAtSizes<'a> {
     pub set: &'a [usize],
     /// Logarithm of each block's variance over the stated one.
     pub log_variances: &'a [f64],
-    /// Inverse of the Cholesky factor of the precision of all coefficients.
-    pub factor_inverse: &'a DMatrix<f64>,
     /// Variance of the noise.
     pub noise: f64,
 }
 
+/// What an effect does that the others of its set cannot do, by its own amounts.
+pub struct OwnPower {
+    /// Whitened squares over the noise.
+    pub power: f64,
+    /// Half the slope of these squares by the amounts.
+    pub slope: DVector<f64>,
+    /// What amounts of the stated size do in the mean.
+    pub typical: f64,
+}
+
 impl SetAtSizes<'_> {
-    /// Precision of each effect's coefficients by the data alone, the others fitted with their priors. None where a covariance cannot be
-    /// inverted. Cost: the cube of the columns of all but the largest effect.
-    pub fn own_precisions(&self) -> Option<Vec<DMatrix<f64>>> {
-        let parts = parts(self.reduced, self.set);
-        let all = self.factor_inverse.ncols();
-        let one = |(k, (columns, at)): (usize, &(Vec<usize>, usize))| {
-            if 2 * columns.len() > all {
-                return self.beside_the_others(k);
-            }
-            let inverse = self.factor_inverse.columns(*at, columns.len());
-            let covariance = inverse.transpose() * inverse;
-            let mut precision = covariance.cholesky()?.inverse();
-            (0..columns.len()).for_each(|c| precision[(c, c)] -= (-self.log_variances[k]).exp());
-            Some(precision)
-        };
-        parts.iter().enumerate().map(one).collect()
-    }
-
-    /// The same of one effect that has more columns than all others, which are then eliminated.
-    fn beside_the_others(&self, which: usize) -> Option<DMatrix<f64>> {
-        let others = |k: &usize| *k != which;
-        let rest: Vec<usize> = (0..self.set.len()).filter(others).collect();
-        let set: Vec<usize> = rest.iter().map(|k| self.set[*k]).collect();
-        let sizes: Vec<f64> = rest.iter().map(|k| self.log_variances[*k]).collect();
-        let own = [self.set[which]];
-        let left = self.reduced.beside(&set, &sizes, &own, self.noise)?;
-        Some(left.normal / self.noise)
+    /// What one of the effects does by some amounts, by its precision by the data alone, the others fitted with their priors. None where
+    /// their equations cannot be solved. Cost: that of the evidence of the others.
+    pub fn own_power(&self, which: usize, amounts: &DVector<f64>) -> Option<OwnPower> {
+        let others = (0..self.set.len()).filter(|k| *k != which);
+        let (set, sizes): (Vec<usize>, Vec<f64>) =
+            others.map(|k| (self.set[k], self.log_variances[k])).unzip();
+        let (own, rest) = (
+            self.reduced.columns(&self.set[which..=which]),
+            self.reduced.columns(&set),
+        );
+        let across = self.reduced.across(&rest, &own) / self.noise;
+        let half = Eliminated::new(self.reduced, &set, &sizes, self.noise)?.half(&across);
+        let normal = self.reduced.square(&own) / self.noise;
+        let slope = &normal * amounts - half.tr_mul(&(&half * amounts));
+        Some(OwnPower {
+            power: amounts.dot(&slope).max(0.0),
+            typical: (normal.trace() - half.norm_squared()).max(f64::MIN_POSITIVE),
+            slope,
+        })
     }
 }
 
-/// Whitened squares over the noise that these coefficients do and the others of the set cannot.
-pub fn own_power(precision: &DMatrix<f64>, amounts: &DVector<f64>) -> f64 {
-    amounts.dot(&(precision * amounts)).max(0.0)
+/// What an effect of a set does that the others cannot, beside what is asked of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Share {
+    /// Whitened squares over the noise (6a).
+    pub power: f64,
+    /// What the forms of the others may lack of them, and what is not worth a name.
+    pub may_be_lacking: f64,
+    /// Logarithm of what cutting the effect's prior off adds to the evidence.
+    pub log_least: f64,
 }
 
-/// Logarithm of what cutting the priors off adds to the evidence of a set that explains so many whitened squares over the noise.
-/// `inexactness` is, for each effect, the share of its amplitude that its form may lack. A companion must do more than the others may lack.
+/// What each effect does of a set that explains so many whitened squares over the noise. None where its equations cannot be solved.
+/// `each` is, for each effect, what it does alone and the share of its amplitude that its form may lack. A companion must do more than the others may lack.
 /// It need not where it takes so large a share of what is left without it that so few columns would do that only by chance.
-pub fn log_ratio(problem: &Problem, fitted: &Fitted, explained: f64, inexactness: &[f64]) -> f64 {
+pub fn shares(
+    problem: &Problem,
+    fitted: &Fitted,
+    explained: f64,
+    each: &[(f64, f64)],
+) -> Option<Vec<Share>> {
     let Problem { reduced, noise, .. } = *problem;
-    let inverse = &fitted.given.factor_inverse;
     let set_at_sizes = SetAtSizes {
         reduced,
         set: &fitted.set,
         log_variances: &fitted.log_variances,
-        factor_inverse: inverse,
         noise,
-    };
-    let Some(precisions) = set_at_sizes.own_precisions() else {
-        return f64::NEG_INFINITY;
     };
     let parts = parts(reduced, &fitted.set);
     // What the set leaves above the stated noise, and a standard deviation of it.
     let degrees = reduced.rows - reduced.baseline as f64 - fitted.given.told;
     let expected = (degrees - (2.0 * degrees).sqrt()) * problem.stated + fitted.allowance;
     let left = ((fitted.given.squares - expected) / noise).max(0.0);
-    let one = |(k, precision): (usize, DMatrix<f64>)| {
-        let (columns, at) = &parts[k];
+    let all = fitted.given.coefficients.len();
+    let one = |(k, (columns, at)): (usize, &(Vec<usize>, usize))| {
         let amounts = fitted.given.coefficients.rows(*at, columns.len());
-        let amounts = amounts.into_owned();
-        let power = own_power(&precision, &amounts);
-        let others = (0..inexactness.len()).filter(|other| *other != k);
-        let lacking = lacking(explained - power, others.map(|other| inexactness[other]));
+        let OwnPower {
+            power,
+            slope,
+            typical,
+        } = set_at_sizes.own_power(k, &amounts.into_owned())?;
+        let others = (0..each.len()).filter(|other| *other != k);
+        let lacking = lacking(explained - power, others.map(|other| each[other]));
         let by_chance = share_by_chance(columns.len()) * (power + left);
-        let least = least_squares(reduced.rows) + (problem.lacking + lacking).min(by_chance);
+        let trifle = least_squares(reduced.rows);
+        let least = trifle + lacking.min(by_chance);
         // The root of the squares scatters by about one, and more where the prior tells part of the coefficients.
-        let slope = &precision * amounts;
-        let scattered = inverse.columns(*at, columns.len()) * slope;
-        let variance = scattered.norm_squared() / power.max(f64::MIN_POSITIVE);
+        let mut whole = DVector::zeros(all);
+        whole.rows_mut(*at, columns.len()).copy_from(&slope);
+        let scattered = fitted.given.eliminated.solve(&whole);
+        let variance = scattered.dot(&whole) / power.max(f64::MIN_POSITIVE);
         let deviation = variance.sqrt().max(1.0);
         let after = log_normal((power.sqrt() - least.sqrt()) / deviation);
-        let typical = precision.trace().max(f64::MIN_POSITIVE);
-        after - scale::prior_beyond(least / typical).max(SELDOM).ln()
+        Some(Share {
+            power,
+            may_be_lacking: trifle + lacking,
+            log_least: after - scale::prior_beyond(least / typical).max(SELDOM).ln(),
+        })
     };
-    precisions.into_iter().enumerate().map(one).sum()
+    parts.iter().enumerate().map(one).collect()
 }
 
 /// Columns of each effect of a set, and the place of the first among the set's.
@@ -211,7 +232,9 @@ mod tests {
             assert!((powers[0] / reduced.rows - 9.0).abs() < 0.9, "{powers:?}");
             let explained = reduced.squares - set.given.squares;
             let problem = Problem::of_unit_noise(&reduced, &[], 0.0);
-            log_ratio(&problem, &set, explained, &[inexactness, 0.0])
+            let each = [(powers[0], inexactness), (powers[1], 0.0)];
+            let shares = shares(&problem, &set, explained, &each).unwrap();
+            shares.iter().map(|share| share.log_least).sum::<f64>()
         };
         // 2000 rows: 0.03 of an amplitude is 2 squares, 0.3 is 180, and a tenth of 3 is 180 as well.
         assert!(ratio(0.03, 0.0, 0.0) < -3.0, "{}", ratio(0.03, 0.0, 0.0));

@@ -2,8 +2,9 @@
 //!
 //! The equations stand in `docs/formulation.md`, each with the function that computes it. The modules, in the order of the work:
 //!
-//! - [`problem`]: what is asked. [`reduced`]: normal equations without the baseline. [`prior`]: what is supposed of an effect.
-//! - [`scale`]: the integral over a size that is known by its order of magnitude. [`evidence`]: the probability of the data under a set.
+//! - [`problem`]: what is asked. [`reduced`]: normal equations without the baseline, [`own_axes`]: with each block in its own axes. [`prior`]:
+//!   what is supposed of an effect. [`eliminated`]: a set's equations solved, [`beside`]: what is left of others.
+//! - [`scale`]: the integral over a size that is known by its order of magnitude, [`size_likelihood`]: what is integrated. [`evidence`]: the probability of the data under a set.
 //!   [`noise_scale`]: the integral over the noise. [`least_size`]: what makes an effect worth a name. [`nameless`]: shapes that no effect
 //!   owns.
 //! - [`weighed`]: a set with its weight. [`walk`]: the way through the sets at one noise. [`sets`]: the noise, and all sets.
@@ -12,8 +13,10 @@
 //!   effects [`fuller`] tells more.
 
 pub mod alias;
+pub mod beside;
 pub mod decision;
 pub mod diagnosed;
+pub mod eliminated;
 pub mod evidence;
 pub mod explained;
 pub mod fuller;
@@ -21,11 +24,13 @@ pub mod held_out;
 pub mod least_size;
 pub mod nameless;
 pub mod noise_scale;
+pub mod own_axes;
 pub mod prior;
 pub mod problem;
 pub mod reduced;
 pub mod scale;
 pub mod sets;
+pub mod size_likelihood;
 pub mod walk;
 pub mod weighed;
 pub mod weighing;

@@ -1,8 +1,10 @@
 //! Shapes over a coordinate that no effect of a set owns: what the set leaves, and where.
 
+use super::eliminated::Eliminated;
 use super::evidence::{Fitted, fitted, gain, given};
 use super::noise_scale::Left;
 use super::problem::Problem;
+use nalgebra::DVector;
 
 /// Coordinates that may hold something at once: one that is the cause's, and two that it shows in besides. A bound on the work.
 const MOST: usize = 3;
@@ -32,9 +34,18 @@ pub fn beside(problem: &Problem, set: &Fitted, alone: &Left) -> Option<Nameless>
         log_odds,
         ..
     } = *problem;
-    let without = problem
-        .reduced
-        .beside(&set.set, &set.log_variances, coordinates, noise)?;
+    let reduced = problem.reduced;
+    let eliminated = Eliminated::new(reduced, &set.set, &set.log_variances, noise)?;
+    let left = |blocks: &[usize]| reduced.beside(&set.set, &eliminated, blocks, noise);
+    // Most sets leave nothing that any one of them describes: then their products with each other are not asked for.
+    let describes = |c: &usize| {
+        let alone = gain(&left(&[*c]), &[], &[], 0, noise);
+        alone.is_some_and(|(gain, _)| gain + log_odds > 0.0)
+    };
+    if !coordinates.iter().any(describes) {
+        return None;
+    }
+    let without = left(coordinates);
     let nothing = given(&without, &[], &[], noise)?.log_density;
     let whole = |f: &Fitted| f.given.log_density + f.log_widths - nothing;
     let mut best: Option<Fitted> = None;
@@ -79,11 +90,34 @@ pub fn beside(problem: &Problem, set: &Fitted, alone: &Left) -> Option<Nameless>
             // Of the fit of both: the shapes relieve the set's amounts as well, which what they take off the eliminated equations holds.
             squares: together.squares / stated,
             degrees: alone.degrees + set.given.told - together.told,
-            allowance: alone.allowance + f.allowance / stated,
+            allowance: alone.allowance + allowance(problem, set, &eliminated, &f, &blocks) / stated,
             ..*alone
         },
         coordinates: f.set,
     })
+}
+
+/// Whitened squares that shapes beside a set add to the noise, since all their columns are formed of noisy readings: those of what the set
+/// gives way by as well.
+fn allowance(
+    problem: &Problem,
+    set: &Fitted,
+    eliminated: &Eliminated,
+    shapes: &Fitted,
+    blocks: &[usize],
+) -> f64 {
+    let Problem { reduced, noise, .. } = *problem;
+    let (of_set, of_shapes) = (reduced.columns(&set.set), reduced.columns(blocks));
+    let amounts = &shapes.given.coefficients;
+    let across = reduced.across(&of_set, &of_shapes) * amounts / noise;
+    let gives_way = eliminated.solve(&across);
+    let both: Vec<f64> = gives_way
+        .iter()
+        .map(|g| -g)
+        .chain(amounts.iter().copied())
+        .collect();
+    let list = [of_set, of_shapes].concat();
+    reduced.allowance(&list, &DVector::from_vec(both))
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! What is supposed of an effect before the data.
 
 use super::problem::Prior;
+use crate::design::unlisted::is_unlisted;
 use effects::Card;
 
 /// Probability that any one cause acts: of about twenty effects and as many coordinates that may hold an effect without a name, a courier
@@ -22,5 +23,7 @@ pub fn prior(name: &str, block: usize) -> Prior {
         block,
         log_odds: log_odds() + if shape { SHAPE.ln() } else { 0.0 },
         inexactness: effects::inexactness(name),
+        shape,
+        listed: !is_unlisted(name),
     }
 }

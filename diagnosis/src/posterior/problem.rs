@@ -11,8 +11,6 @@ pub struct Problem<'r> {
     pub stated: f64,
     /// Variance at which sets are fitted.
     pub noise: f64,
-    /// Whitened squares over the noise that effects which were eliminated may lack.
-    pub lacking: f64,
     /// Effects.
     pub effects: &'r [Prior],
     /// Blocks of shapes over a coordinate.
@@ -29,7 +27,6 @@ impl<'r> Problem<'r> {
             reduced,
             stated: 1.0,
             noise: 1.0,
-            lacking: 0.0,
             effects,
             coordinates: &[],
             log_odds,
@@ -46,4 +43,8 @@ pub struct Prior {
     pub log_odds: f64,
     /// Share of its amplitude that its form may lack.
     pub inexactness: f64,
+    /// It describes a gap and is no cause of one.
+    pub shape: bool,
+    /// It is in the catalogue: what is not explains a gap, and is not named.
+    pub listed: bool,
 }

@@ -6,7 +6,6 @@
 use crate::design::errors_in_variables::ErrorsInVariables;
 use crate::design::gram::{Columns, Gram};
 use nalgebra::{DMatrix, DVector};
-use normal_equations::cholesky::Factor;
 use std::ops::Range;
 
 /// A baseline column of which less than this share of its squares is its own is another's sum, to rounding: products carry sixteen
@@ -26,6 +25,8 @@ pub struct Reduced {
     pub centre: DVector<f64>,
     /// Columns of each block, counted without the baseline.
     pub blocks: Vec<Range<usize>>,
+    /// True where the products of each block are a diagonal.
+    pub in_own_axes: bool,
     /// Rows.
     pub rows: f64,
     /// Baseline columns that the data tell better than their priors do.
@@ -33,18 +34,18 @@ pub struct Reduced {
     /// Half the logarithm of the determinant of their products.
     pub half_log_determinant: f64,
     /// Mean products, a row, of the noise that the columns carry, that of the baseline with it; none where they carry none.
-    carried: Option<DMatrix<f64>>,
+    pub(super) carried: Option<DMatrix<f64>>,
     /// What columns and target have in common because both are formed of the same noise, at the stated noise.
-    common: Common,
+    pub(super) common: Common,
 }
 
 /// Products with the target that noise alone makes.
 #[derive(Clone, Debug)]
-struct Common {
+pub(super) struct Common {
     /// Of the columns.
-    right: DVector<f64>,
+    pub(super) right: DVector<f64>,
     /// What the target's squares lose for each share of it, and for its square: the baseline's columns have such products as well.
-    squares: [f64; 2],
+    pub(super) squares: [f64; 2],
 }
 
 impl Reduced {
@@ -89,6 +90,7 @@ impl Reduced {
         };
         let by_stated_noise = Self {
             blocks: ranges(blocks.iter().map(|b| columns.blocks[*b].columns.len())),
+            in_own_axes: false,
             normal: whole.view((first, first), (width, width)).into_owned(),
             right: right(last),
             squares: whole[(last, last)],
@@ -106,6 +108,11 @@ impl Reduced {
             },
         };
         by_stated_noise.less_common(1.0)
+    }
+
+    /// Products with the target, and those among them that noise makes.
+    pub fn targets(&self) -> [&DVector<f64>; 2] {
+        [&self.right, &self.common.right]
     }
 
     /// The same by noise whose variance is so many times the one that it was formed by: the columns carry as much more of it.
@@ -147,55 +154,6 @@ impl Reduced {
         self.rows * coefficients.dot(&(noise * coefficients))
     }
 
-    /// What is left of some blocks when the columns of a set are eliminated with their priors (the logarithm of each block's variance), at
-    /// a variance of the noise. What the data tell of the set's columns is theirs, and shapes beside them explain the rest. Cost: the square
-    /// of the set's columns for each of the others.
-    pub fn beside(
-        &self,
-        set: &[usize],
-        log_variances: &[f64],
-        blocks: &[usize],
-        noise: f64,
-    ) -> Option<Self> {
-        let (list, own) = (self.columns(set), self.columns(blocks));
-        let (mut precision, target, squares) = self.about_the_means(&list);
-        let sizes = set.iter().zip(log_variances);
-        let sizes = sizes.flat_map(|(b, v)| self.blocks[*b].clone().map(move |_| *v));
-        for (k, size) in sizes.enumerate() {
-            precision[(k, k)] += noise * (-size).exp();
-        }
-        // The set's means are taken off the target, the blocks' own are not.
-        let means = DVector::from_fn(list.len(), |k, _| self.centre[list[k]]);
-        let across = self.across(&list, &own);
-        let right = DVector::from_fn(own.len(), |k, _| self.right[own[k]]) - across.tr_mul(&means);
-        let half = Factor::new(precision)?.lower_inverse();
-        let (across_half, target_half) = (&half * &across, &half * target);
-        // What each block's column takes of the set's.
-        let share = half.transpose() * &across_half;
-        let carried = self.carried.as_ref().map(|carried| {
-            let part = |a: &[usize], b: &[usize]| {
-                DMatrix::from_fn(a.len(), b.len(), |i, j| carried[(a[i], b[j])])
-            };
-            let mixed = part(&own, &list) * &share;
-            part(&own, &own) - &mixed - mixed.transpose()
-                + share.transpose() * (part(&list, &list) * &share)
-        });
-        Some(Self {
-            blocks: ranges(blocks.iter().map(|b| self.blocks[*b].len())),
-            centre: DVector::from_fn(own.len(), |k, _| self.centre[own[k]]),
-            carried,
-            normal: self.square(&own) - across_half.transpose() * &across_half,
-            right: right - across_half.tr_mul(&target_half),
-            squares: squares - target_half.norm_squared(),
-            // It is at its noise for good.
-            common: Common {
-                right: DVector::zeros(own.len()),
-                squares: [0.0; 2],
-            },
-            ..*self
-        })
-    }
-
     /// Products of some columns among each other.
     pub fn square(&self, list: &[usize]) -> DMatrix<f64> {
         self.across(list, list)
@@ -218,18 +176,23 @@ impl Reduced {
     }
 
     /// Products of some columns with the target, and its squares, both less what the prior means explain.
-    pub fn about_the_means(&self, list: &[usize]) -> (DMatrix<f64>, DVector<f64>, f64) {
-        let normal = self.square(list);
-        let right = DVector::from_fn(list.len(), |a, _| self.right[list[a]]);
-        let means = DVector::from_fn(list.len(), |a, _| self.centre[list[a]]);
-        let explained = &normal * &means;
-        let squares = self.squares - 2.0 * means.dot(&right) + means.dot(&explained);
-        (normal, right - explained, squares)
+    pub fn about_the_means(&self, list: &[usize]) -> (DVector<f64>, f64) {
+        let mut right = DVector::from_fn(list.len(), |a, _| self.right[list[a]]);
+        let mut squares = self.squares;
+        for c in list.iter().filter(|c| self.centre[**c] != 0.0) {
+            let (mean, column) = (self.centre[*c], self.normal.column(*c));
+            squares -= 2.0 * mean * self.right[*c];
+            for (a, right) in list.iter().zip(right.iter_mut()) {
+                *right -= mean * column[*a];
+                squares += mean * column[*a] * self.centre[*a];
+            }
+        }
+        (right, squares)
     }
 }
 
 /// Places of blocks of these lengths, one after the other.
-fn ranges(lengths: impl Iterator<Item = usize>) -> Vec<Range<usize>> {
+pub(super) fn ranges(lengths: impl Iterator<Item = usize>) -> Vec<Range<usize>> {
     let mut end = 0;
     let next = |length| {
         let start = end;

@@ -2,17 +2,17 @@
 
 use super::noise_scale::STATED_TO;
 use super::problem::Problem;
-use super::walk::walk;
+use super::walk::{among_these, likeliest, walk};
 use super::weighed::{Noise, Weighed, sort};
 
-/// Times that louder noise is found anew: from what the baseline leaves, each time from what the best set then leaves, which is less, until
-/// it stays. Where it has not stayed by then, it is still above the noise.
+/// Times that louder noise is found anew, by few sets and by all: from what the baseline leaves, each time from what the best set then
+/// leaves, which is less, until it stays. Where it has not stayed by then, it is still above the noise.
 const NOISE_ROUNDS: usize = 5;
 
 /// Weighs the sets, the likeliest first. Noise that is louder than stated has sets of its own, fitted at that noise: sizes that are found
 /// at less than the true noise follow it, and columns carry as much more of it as it is louder. It is shared by all sets, since each set's
 /// own would be paid for by the effects that lower it. It is come to from above: at less than the true noise, what columns and target have
-/// in common is taken for an effect.
+/// in common is taken for an effect. The way there takes only the sets that are the likeliest by the stated noise.
 pub fn weigh(problem: &Problem) -> Vec<Weighed> {
     let mut all = walk(problem);
     let Some(found) = louder_noise(&all, problem.log_odds) else {
@@ -20,16 +20,21 @@ pub fn weigh(problem: &Problem) -> Vec<Weighed> {
     };
     let of_nothing = all.iter().find(|w| w.set().is_empty());
     let mut at = of_nothing.map_or(found, |w| w.noise.log_variance.max(found));
-    let mut louder = at_noise(problem, at);
-    for _ in 1..NOISE_ROUNDS {
-        let Some(next) = louder_noise(&louder, problem.log_odds) else {
+    let likeliest = likeliest(problem, &all);
+    for _ in 0..NOISE_ROUNDS {
+        let few = at_noise(problem, at, |problem| among_these(problem, &likeliest));
+        let Some(next) = lower(&few, problem.log_odds, at) else {
             break;
         };
-        if at - next < STATED_TO {
-            break;
-        }
         at = next;
-        louder = at_noise(problem, at);
+    }
+    let mut louder = at_noise(problem, at, walk);
+    for _ in 1..NOISE_ROUNDS {
+        let Some(next) = lower(&louder, problem.log_odds, at) else {
+            break;
+        };
+        at = next;
+        louder = at_noise(problem, at, walk);
     }
     all.iter_mut().for_each(|w| w.keep(Noise::Stated));
     louder.iter_mut().for_each(|w| w.keep(Noise::Louder));
@@ -38,15 +43,24 @@ pub fn weigh(problem: &Problem) -> Vec<Weighed> {
     all
 }
 
-/// Weighs the sets at louder noise, told by the logarithm of its variance over the stated one.
-fn at_noise(problem: &Problem, log_noise: f64) -> Vec<Weighed> {
+/// Weighs sets at louder noise, told by the logarithm of its variance over the stated one.
+fn at_noise(
+    problem: &Problem,
+    log_noise: f64,
+    weigh: impl Fn(&Problem) -> Vec<Weighed>,
+) -> Vec<Weighed> {
     let times = log_noise.exp();
     let reduced = problem.reduced.at_noise(times);
-    walk(&Problem {
+    weigh(&Problem {
         reduced: &reduced,
         noise: problem.stated * times,
         ..*problem
     })
+}
+
+/// The noise that sets which were weighed at some noise ask for, where that is less by more than the stated noise is known to.
+fn lower(weighed: &[Weighed], log_odds: f64, at: f64) -> Option<f64> {
+    louder_noise(weighed, log_odds).filter(|next| at - next >= STATED_TO)
 }
 
 /// Logarithm of the likeliest variance of the noise over the stated one, where louder noise is likelier than the stated one.

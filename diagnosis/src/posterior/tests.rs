@@ -2,14 +2,14 @@
 //! 2018, arXiv 1804.06788; of the probabilities of sets: Schad and others 2023, Psychological Methods 28, 1404).
 
 use super::evidence::given;
-use super::least_size::{SetAtSizes, least_squares, log_normal, own_power};
+use super::least_size::{SetAtSizes, least_squares, log_normal};
 use super::problem::{Prior, Problem};
 use super::reduced::Reduced;
 use super::scale::{RANGE, draw};
 use super::sets::weigh;
 use crate::synthetic_problem::SyntheticProblem;
 use effects::random::{ChaCha8Rng, SeedableRng, normal, uniform};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 const ROWS: usize = 200;
 const BLOCKS: [(&str, usize); 3] = [("one", 2), ("other", 3), ("third", 4)];
@@ -78,6 +78,8 @@ fn drawn(kind: Kind, rng: &mut ChaCha8Rng) -> Drawn {
         block,
         log_odds: odds(ACTS),
         inexactness: 0.0,
+        shape: false,
+        listed: true,
     };
     let effects: Vec<Prior> = (0..BLOCKS.len()).map(prior).collect();
     let problem = Problem::of_unit_noise(&reduced, &effects, odds(kind.louder));
@@ -96,9 +98,8 @@ fn drawn(kind: Kind, rng: &mut ChaCha8Rng) -> Drawn {
     };
     let fit = given(&reduced, &set, &sizes, log_noise.exp()).unwrap();
     let columns = reduced.columns(&set);
-    let error = |(k, c): (usize, &usize)| {
-        (truth[*c] - fit.coefficients[k]) / fit.factor_inverse.column(k).norm()
-    };
+    let deviations = fit.eliminated.variances();
+    let error = |(k, c): (usize, &usize)| (truth[*c] - fit.coefficients[k]) / deviations[k].sqrt();
     Drawn {
         acts: (0..BLOCKS.len()).map(acts).collect(),
         errors: columns.iter().enumerate().map(error).collect(),
@@ -124,20 +125,18 @@ fn worth_naming(
                 truth[column] = (0.5 * size).exp() * normal(rng);
             }
         }
-        let fit = given(reduced, set, &sizes, noise).unwrap();
         let set_at_sizes = SetAtSizes {
             reduced,
             set,
             log_variances: &sizes,
-            factor_inverse: &fit.factor_inverse,
             noise,
         };
-        let own = set_at_sizes.own_precisions().unwrap();
-        let worth = |(block, precision): (&usize, &DMatrix<f64>)| {
-            let amounts = truth[reduced.blocks[*block].clone()].to_vec();
-            own_power(precision, &DVector::from_vec(amounts)) > least_squares(reduced.rows)
+        let worth = |k: usize| {
+            let amounts = truth[reduced.blocks[set[k]].clone()].to_vec();
+            let own = set_at_sizes.own_power(k, &DVector::from_vec(amounts));
+            own.unwrap().power > least_squares(reduced.rows)
         };
-        if set.iter().zip(&own).all(worth) {
+        if (0..set.len()).all(worth) {
             return (sizes, truth);
         }
     }

@@ -1,8 +1,7 @@
 //! The walk through the sets of up to four effects at one noise: all single effects, all pairs, and larger sets built upon the likeliest.
 
 use super::evidence::{Fitted, fitted, roughly};
-use super::least_size::lacking;
-use super::problem::{Prior, Problem};
+use super::problem::Problem;
 use super::weighed::{Weighed, sort, weighed};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -13,39 +12,40 @@ pub const MOST: usize = 4;
 const BUILT_UPON: usize = 6;
 /// Sets whose sizes are found together, with nameless shapes besides: a bound on the work.
 const WITH_SHAPES: usize = 5;
-/// An effect of more columns than this is eliminated before its companions are sought: a bound on the work. Two such effects are in no set
-/// together.
+/// Of an effect of more columns than this many are told by the prior, so that one step does not lead to its size.
 const LARGE: usize = 120;
-/// Times that such an effect is eliminated: at the size that it has alone, and at that beside the best of its companions.
-const ELIMINATIONS: usize = 2;
 
 /// Weighs the sets at one noise, the likeliest first.
 pub fn walk(problem: &Problem) -> Vec<Weighed> {
-    let is_large = |e: &Prior| problem.reduced.blocks[e.block].len() > LARGE;
-    let (large, small): (Vec<Prior>, Vec<Prior>) =
-        problem.effects.iter().partition(|e| is_large(e));
-    let few = Problem {
-        effects: &small,
-        ..*problem
-    };
-    let mut all = among(&few, MOST);
-    // The empty set always: without it nothing is said of a gap that no effect explains.
-    let place = all.iter().position(|w| w.set().is_empty()).unwrap_or(0);
-    let shown: Vec<usize> = (0..all.len())
-        .filter(|k| *k < WITH_SHAPES || *k == place)
-        .collect();
+    let mut all = among(problem);
+    let shown = shown(problem, &all);
     let exact: Vec<_> = shown
         .par_iter()
         .map(|k| exactly(problem, &all[*k].fitted))
         .collect();
-    for (k, exact) in shown.into_iter().zip(exact) {
+    for (k, exact) in shown.iter().zip(exact) {
         if let Some(exact) = exact {
-            all[k] = exact;
+            all[*k] = exact;
         }
     }
-    for effect in &large {
-        all.extend(with_large(problem, *effect, &small));
-    }
+    let mut place = 0..;
+    all.retain(|w| place.next().is_some_and(|k| shown.contains(&k)) || !holds_many(problem, w));
+    sort(&mut all, problem.log_odds);
+    all
+}
+
+/// Those of the sets that were weighed at one noise which were looked at closely, to be weighed at another.
+pub fn likeliest(problem: &Problem, all: &[Weighed]) -> Vec<Fitted> {
+    let shown = shown(problem, all).into_iter();
+    shown.map(|k| all[k].fitted.clone()).collect()
+}
+
+/// Weighs some sets closely, from sizes that they had at another noise; the likeliest first.
+pub fn among_these(problem: &Problem, near: &[Fitted]) -> Vec<Weighed> {
+    let mut all: Vec<Weighed> = near
+        .par_iter()
+        .filter_map(|f| exactly(problem, f))
+        .collect();
     sort(&mut all, problem.log_odds);
     all
 }
@@ -63,72 +63,38 @@ fn exactly(problem: &Problem, near: &Fitted) -> Option<Weighed> {
     Some(out)
 }
 
-/// The likeliest sets that hold an effect of many columns. It is eliminated once, at its size, and the others are sought beside it; then
-/// once more, at the size that it has beside the best of them, which may do much of what it did alone.
-fn with_large(problem: &Problem, effect: Prior, small: &[Prior]) -> Vec<Weighed> {
-    let Problem { reduced, noise, .. } = *problem;
-    let blocks: Vec<usize> = small.iter().map(|e| e.block).collect();
-    let renumbered = small.iter().enumerate();
-    let effects: Vec<Prior> = renumbered.map(|(block, e)| Prior { block, ..*e }).collect();
-    let mut best = fitted(reduced, &[effect.block], &[0.0], noise);
-    let mut out = Vec::new();
-    for _ in 0..ELIMINATIONS {
-        let Some(f) = &best else { break };
-        let own = f.set.iter().position(|b| *b == effect.block);
-        let size = f.log_variances[own.unwrap_or(0)];
-        let Some(beside) = reduced.beside(&[effect.block], &[size], &blocks, noise) else {
-            break;
-        };
-        let explained = (reduced.squares - beside.squares) / noise;
-        let inner = Problem {
-            reduced: &beside,
-            effects: &effects,
-            coordinates: &[],
-            lacking: lacking(explained, [effect.inexactness].into_iter()),
-            ..*problem
-        };
-        let all = among(&inner, MOST - 1);
-        let alone = all.iter().filter(|w| w.set().is_empty());
-        let candidates: Vec<_> = all
-            .iter()
-            .filter(|w| !w.set().is_empty())
-            .take(BUILT_UPON)
-            .chain(alone)
-            .map(|w| {
-                let own = w.set().iter().map(|b| blocks[*b]);
-                let mut each: Vec<(usize, f64)> =
-                    own.zip(w.fitted.log_variances.iter().copied()).collect();
-                each.push((effect.block, size));
-                each.sort_by_key(|e| e.0);
-                each
-            })
-            .collect();
-        out = candidates
-            .par_iter()
-            .filter_map(|each| {
-                let (set, sizes): (Vec<usize>, Vec<f64>) = each.iter().copied().unzip();
-                Some(weighed(problem, fitted(reduced, &set, &sizes, noise)?))
-            })
-            .collect();
-        sort(&mut out, problem.log_odds);
-        best = out.first().map(|w| w.fitted.clone());
-    }
-    let shown = out.len().min(WITH_SHAPES);
-    out[..shown]
-        .par_iter_mut()
-        .for_each(|w| w.look_for_shapes(problem));
+/// Places of the sets that are looked at closely: the likeliest of those that hold an effect of many columns, whose other sets are left
+/// out, and of those that do not. The empty set always: without it nothing is said of a gap that no effect explains.
+fn shown(problem: &Problem, all: &[Weighed]) -> Vec<usize> {
+    let likeliest = |many: bool| {
+        let of_it = (0..all.len()).filter(move |k| holds_many(problem, &all[*k]) == many);
+        of_it.take(WITH_SHAPES)
+    };
+    let empty = all.iter().position(|w| w.set().is_empty());
+    let mut out: Vec<usize> = likeliest(false)
+        .chain(likeliest(true))
+        .chain(empty)
+        .collect();
+    out.sort_unstable();
+    out.dedup();
     out
 }
 
-/// The sets of up to so many effects, their sizes found to first order; the likeliest first.
-fn among(problem: &Problem, most: usize) -> Vec<Weighed> {
+/// True if one of its effects has many columns.
+fn holds_many(problem: &Problem, weighed: &Weighed) -> bool {
+    let columns = |b: &usize| problem.reduced.blocks[*b].len();
+    weighed.set().iter().any(|b| columns(b) > LARGE)
+}
+
+/// The sets of up to [`MOST`] effects, their sizes found to first order; the likeliest first.
+fn among(problem: &Problem) -> Vec<Weighed> {
     let mut known: BTreeMap<Vec<usize>, Weighed> = BTreeMap::new();
     let count = problem.effects.len();
     add(problem, &mut known, vec![Vec::new()]);
     add(problem, &mut known, (0..count).map(|e| vec![e]).collect());
     let pairs = (0..count).flat_map(|a| (0..a).map(move |b| vec![b, a]));
     add(problem, &mut known, pairs.collect());
-    for size in 3..=most.min(count) {
+    for size in 3..=MOST.min(count) {
         let base = best(problem, &known, size - 1);
         add(problem, &mut known, with_one_more(&base, count));
         // An effect that was needed on the way may have become another one's.
@@ -212,6 +178,7 @@ fn one(problem: &Problem, set: &[usize], alone: Option<&[Alone]>) -> Option<Weig
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::posterior::problem::Prior;
     use crate::synthetic_problem::SyntheticProblem;
     use effects::random::normal;
 
@@ -233,6 +200,8 @@ mod tests {
             block,
             log_odds: -2.0,
             inexactness: 0.05,
+            shape: false,
+            listed: true,
         };
         let effects: Vec<Prior> = (0..3).map(prior).collect();
         let all = walk(&Problem::of_unit_noise(&reduced, &effects, -2.0));

@@ -1,7 +1,7 @@
 //! A set of effects with its weight under four hypotheses: with nameless shapes or without, by noise near the stated one or louder.
 
 use super::evidence::Fitted;
-use super::least_size::{lacking, log_ratio, powers};
+use super::least_size::{Share, lacking, powers, shares};
 use super::nameless::{Nameless, beside};
 use super::noise_scale::{Left, NoiseScale, integrate, log_sum};
 use super::problem::Problem;
@@ -20,8 +20,12 @@ pub enum Noise {
 pub struct Weighed {
     /// The fit.
     pub fitted: Fitted,
+    /// All its effects are in the catalogue.
+    pub listed: bool,
     /// What each effect does, in whitened squares over the noise at which it was fitted.
     pub powers: Vec<f64>,
+    /// What each does that the others cannot; nothing where that cannot be told.
+    pub shares: Vec<Share>,
     /// Whitened squares that the effects' own forms may lack.
     pub lacking: f64,
     /// What the set leaves.
@@ -99,12 +103,17 @@ pub fn weighed(problem: &Problem, fitted: Fitted) -> Weighed {
     let of = |b: &usize| problem.effects.iter().find(|e| e.block == *b);
     let priors = || fitted.set.iter().filter_map(of);
     let powers = powers(reduced, &fitted, noise);
-    let inexactness: Vec<f64> = priors().map(|e| e.inexactness).collect();
+    let inexactness = priors().map(|e| e.inexactness);
+    let each: Vec<(f64, f64)> = powers.iter().copied().zip(inexactness).collect();
     let explained = (reduced.squares - fitted.given.squares) / noise;
-    let lacking = problem.lacking + lacking(explained, inexactness.iter().copied());
+    let lacking = lacking(explained, each.iter().copied());
     let left = Left::of(reduced, &fitted, noise, problem.stated);
+    let shares = shares(problem, &fitted, explained, &each);
+    let log_least = |all: &Vec<Share>| all.iter().map(|share| share.log_least).sum();
     Weighed {
-        log_least: log_ratio(problem, &fitted, explained, &inexactness),
+        listed: priors().all(|e| e.listed),
+        log_least: shares.as_ref().map_or(f64::NEG_INFINITY, log_least),
+        shares: shares.unwrap_or_default(),
         log_prior: priors().map(|e| e.log_odds).sum(),
         noise: integrate(&left, lacking / reduced.rows),
         nameless: None,

@@ -9,6 +9,7 @@ use super::reduced::Reduced;
 use super::sets::weigh;
 use super::weighed::Weighed;
 use crate::design::assembly::{BlockKind, Design};
+use crate::design::unlisted::is_unlisted;
 use effects::Detection;
 
 /// An effect of the answer.
@@ -63,8 +64,11 @@ impl Weighing {
             &design.errors_in_variables,
             &design.columns,
             &blocks,
-        );
-        let effect = |k: &usize| matches!(design.kinds[*k], BlockKind::Effect(_));
+        )
+        .in_own_axes();
+        // A cause that is in no catalogue competes as one that is: it is fitted about itself, and what it explains is not told of others.
+        let unlisted = |k: &usize| is_unlisted(&design.columns.blocks[blocks[*k]].name);
+        let effect = |k: &usize| matches!(design.kinds[*k], BlockKind::Effect(_)) || unlisted(k);
         let (effects, coordinates): (Vec<usize>, _) = (0..blocks.len()).partition(effect);
         let names: Vec<String> = blocks
             .iter()
@@ -104,7 +108,6 @@ impl Weighing {
             reduced: &self.reduced,
             stated: self.stated,
             noise: self.stated,
-            lacking: 0.0,
             effects: &self.effects,
             coordinates: &self.coordinates,
             log_odds: log_odds(),

@@ -20,8 +20,22 @@ pub(crate) struct Measured {
     pub(crate) white: bool,
     /// Short disturbances stand out of it.
     pub(crate) bursts: bool,
+    /// Where codes are missing that a converter should give, and the share of the whole gap that rounding to the others makes.
+    pub(crate) missing_codes: Option<(String, f64)>,
     /// Samples in use, where the set shows others to be disturbed than was thought.
     pub(crate) mask: Option<Vec<bool>>,
+}
+
+/// Rounding to the codes that are left explains the gap if it makes more of it than all else.
+const MOST_OF_THE_GAP: f64 = 0.5;
+
+impl Measured {
+    /// The place of what missing codes make and its share of the gap, where that is most of it: it is measured at the codes themselves, and
+    /// no effect is asked for it.
+    pub(crate) fn codes_explain_it(&self) -> Option<(&String, f64)> {
+        let (place, share) = self.missing_codes.as_ref()?;
+        (*share > MOST_OF_THE_GAP).then_some((place, *share))
+    }
 }
 
 /// Measures what a fit of some effects leaves; the design comes back.
@@ -67,7 +81,27 @@ pub(crate) fn measured<'a>(
     let measured = Measured {
         white: white && (bursts.are_few() || selection.in_the_middle(left)),
         bursts: bursts.hold(least.max(whole)),
+        missing_codes: selection.missing_codes().map(|l| (l.coordinate, l.share)),
         mask: selection.revised_mask(),
     };
     (measured, selection.design)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Measured;
+
+    #[test]
+    fn missing_codes_explain_a_gap_that_they_make_most_of() {
+        let told = |share| {
+            let missing_codes = Some(("place".to_owned(), share));
+            let measured = Measured {
+                missing_codes,
+                ..Measured::default()
+            };
+            measured.codes_explain_it().is_some()
+        };
+        assert!(told(0.6) && !told(0.4));
+        assert!(Measured::default().codes_explain_it().is_none());
+    }
 }

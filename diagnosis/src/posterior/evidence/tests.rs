@@ -2,6 +2,7 @@ use super::*;
 use crate::posterior::scale::log_prior;
 use crate::synthetic_problem::SyntheticProblem;
 use effects::random::{ChaCha8Rng, SeedableRng, normal};
+use nalgebra::DMatrix;
 
 const ROWS: usize = 60;
 const BASELINE: usize = 3;
@@ -116,7 +117,8 @@ fn nameless_shapes_add_what_the_whole_covariance_says() {
         &baseline,
         covariance(noise, &[(&one, size), (&shapes, of_shapes)]),
     );
-    let left = reduced.beside(&[0], &[size], &[2], noise).unwrap();
+    let eliminated = Eliminated::new(&reduced, &[0], &[size], noise).unwrap();
+    let left = reduced.beside(&[0], &eliminated, &[2], noise);
     let density = |set: &[usize]| {
         given(&left, set, &[of_shapes][..set.len()], noise)
             .unwrap()
@@ -161,4 +163,37 @@ fn sizes_are_integrated_over() {
     let found = fitted(&reduced, &[0, 1], &[0.0, 0.0], 1.0).unwrap();
     let told = found.given.log_density + found.log_widths;
     assert!((told - wanted).abs() < 0.5, "{told} {wanted}");
+}
+
+/// The same set has the same density, sizes, squares and told coefficients whatever axes its blocks are in; a column that no row shows is
+/// left out.
+#[test]
+fn a_blocks_own_axes_change_nothing() {
+    let mut rows = rows(8);
+    rows.iter_mut().for_each(|row| row[7] = 0.0);
+    let centre = [0.0, 0.0, 0.0, 0.7, 0.0, 0.0, -0.4, 0.0, 0.3, 0.0, 0.0, 0.0];
+    let problem = SyntheticProblem::of_rows(BASELINE, &BLOCKS, &rows).about(&centre);
+    let plain = problem.reduced(&[1, 2, 3]);
+    let own = plain.clone().in_own_axes();
+    assert_eq!((plain.normal.nrows(), own.normal.nrows()), (9, 8));
+    for set in [&[0][..], &[1], &[0, 1], &[0, 1, 2]] {
+        let start = vec![0.0; set.len()];
+        let [a, b] = [&plain, &own].map(|reduced| fitted(reduced, set, &start, 1.1).unwrap());
+        let told = |f: &Fitted| {
+            [
+                f.given.log_density,
+                f.log_widths,
+                f.given.squares,
+                f.given.told,
+            ]
+        };
+        for (a, b) in told(&a).into_iter().zip(told(&b)) {
+            assert!((a - b).abs() < 1e-6, "{set:?}: {a} {b}");
+        }
+        let [a, b] = [&plain, &own].map(|r| gain(r, set, &start, (set[0] + 1) % 3, 1.1).unwrap());
+        assert!(
+            set.len() > 1 || (a.0 - b.0).abs() < 1e-6,
+            "{set:?}: {a:?} {b:?}"
+        );
+    }
 }
