@@ -1,13 +1,37 @@
 //! Symmetric matrices at half the memory: products of columns are the largest things that an estimation holds.
 
 use nalgebra::{DMatrix, DVectorView};
+use serde::{Deserialize, Serialize};
 use std::ops::{AddAssign, Index, IndexMut, Range, SubAssign};
 
-/// The lower triangle alone, column by column.
-#[derive(Clone, Debug, PartialEq)]
+/// The lower triangle alone, column by column. In a file it is the list of these numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<f64>", into = "Vec<f64>")]
 pub struct Symmetric {
     order: usize,
     values: Vec<f64>,
+}
+
+impl From<Symmetric> for Vec<f64> {
+    fn from(matrix: Symmetric) -> Self {
+        matrix.values
+    }
+}
+
+impl TryFrom<Vec<f64>> for Symmetric {
+    type Error = String;
+
+    /// Of a triangle's numbers.
+    fn try_from(values: Vec<f64>) -> Result<Self, String> {
+        let order = ((2.0 * values.len() as f64).sqrt()) as usize;
+        if order * (order + 1) / 2 == values.len() {
+            return Ok(Self { order, values });
+        }
+        Err(format!(
+            "found {} numbers, wanted those of a triangle: 1, 3, 6, 10, …",
+            values.len()
+        ))
+    }
 }
 
 impl Symmetric {
@@ -187,6 +211,20 @@ mod tests {
             let all: Vec<usize> = (0..order).collect();
             assert_eq!(packed.block(&all, &all), whole);
         }
+    }
+
+    #[test]
+    fn a_triangle_is_known_by_its_numbers() {
+        for order in 0..7 {
+            let (packed, _) = filled(order);
+            let values: Vec<f64> = packed.clone().into();
+            assert_eq!(Symmetric::try_from(values), Ok(packed));
+        }
+        assert!(
+            Symmetric::try_from(vec![1.0; 4])
+                .unwrap_err()
+                .contains("4 numbers")
+        );
     }
 
     #[test]

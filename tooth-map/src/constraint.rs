@@ -5,7 +5,7 @@ use super::pose::{Setup, TeethPose};
 use super::unknowns::Unknowns;
 use courier_sensor::equations::{Angle, beacon, by_outputs, middle, parity, theta};
 use courier_sensor::frame::SEGMENTS;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Readings' noise, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +24,7 @@ pub struct Linear {
     /// `(unknown, derivatives of the three)`.
     pub by: Vec<(usize, [f64; 3])>,
     /// Derivatives by the calibrated outputs, `[segment][constraint]`.
-    by_outputs: [[f64; 3]; SEGMENTS],
+    pub by_outputs: [[f64; 3]; SEGMENTS],
 }
 
 /// Displacement of the beacon in the sensor's frame: raw deflection to metres.
@@ -61,7 +61,8 @@ fn displacement(
     }
 }
 
-/// Linearises one pose.
+/// Linearises one pose at some values of the unknowns.
+#[must_use]
 pub fn linear(setup: &Setup, unknowns: &Unknowns, values: &[f64], pose: &TeethPose) -> Linear {
     let out = outputs(setup, unknowns, values, pose);
     let p = out.p_m;
@@ -79,11 +80,21 @@ pub fn linear(setup: &Setup, unknowns: &Unknowns, values: &[f64], pose: &TeethPo
     let rows = by_outputs(seen.by_theta, setup.span_m);
     let by_outputs: [[f64; 3]; SEGMENTS] = std::array::from_fn(|i| rows.map(|row| row[i]));
     let mut derivatives = Vec::with_capacity(256);
-    for (by_output, list) in by_outputs.iter().zip(&out.by) {
-        derivatives.extend(
-            list.iter()
-                .map(|(index, d)| (*index, by_output.map(|b| b * d))),
-        );
+
+    // What moves an output before the waves moves these as well.
+    let through: [[f64; 3]; SEGMENTS] = std::array::from_fn(|j| {
+        std::array::from_fn(|k| {
+            let by_waves = (0..SEGMENTS).map(|i| by_outputs[i][k] * out.waves_by_outputs[i][j]);
+            by_outputs[j][k] + by_waves.sum::<f64>()
+        })
+    });
+    for (by_output, list) in by_outputs.iter().zip(&out.by_waves) {
+        let each = list.iter();
+        derivatives.extend(each.map(|(index, d)| (*index, by_output.map(|b| b * d))));
+    }
+    for (by_output, list) in through.iter().zip(&out.by) {
+        let each = list.iter();
+        derivatives.extend(each.map(|(index, d)| (*index, by_output.map(|b| b * d))));
     }
     let of_beacon = |[x, y]: [f64; 2]| [0.0, x, y];
     let [by_lever_x, by_lever_y] = angle.by_lever();
@@ -109,13 +120,62 @@ pub fn linear(setup: &Setup, unknowns: &Unknowns, values: &[f64], pose: &TeethPo
     }
 }
 
+/// The noise that linearised poses show, not below the stated: segments by g_p, displacements by what of g_x these leave. `spent` is the
+/// share of the poses' equations that the unknowns took, 0 to below 1. There is at least one pose.
+#[must_use]
+pub fn noise_shown(setup: &Setup, lines: &[Linear], spent: f64) -> Noise {
+    let robust = |k: usize| {
+        let mut sizes: Vec<f64> = lines.iter().map(|line| line.g_m[k].abs()).collect();
+        let middle = sizes.len() / 2;
+        // Gaussian deviation over median absolute value.
+        1.4826 * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / (1.0 - spent).sqrt()
+    };
+    let segment_m = (0.5 * robust(0)).max(setup.segment_noise_m);
+    let share = lines.iter().map(Linear::segment_share_of_x).sum::<f64>() / lines.len() as f64;
+    let left = robust(1).powi(2) - share * segment_m.powi(2);
+    Noise {
+        segment_m,
+        displacement_m: left.max(0.0).sqrt().max(setup.displacement_noise_m),
+    }
+}
+
+/// Longer whitened misclosures count less (Huber 1964).
+const FULL_WEIGHT: f64 = 4.0;
+
 impl Linear {
     /// Share of the segments' variance in g_x.
-    pub fn segment_share_of_x(&self) -> f64 {
+    fn segment_share_of_x(&self) -> f64 {
         self.by_outputs.iter().map(|b| b[1] * b[1]).sum()
     }
 
+    /// The whitened misclosures, what whitens derivatives, and the root of the pose's weight.
+    #[must_use]
+    pub fn whitened(&self, noise: &Noise) -> (Vector3<f64>, Matrix3<f64>, f64) {
+        let whitening = self.whitening(noise);
+        let misclosure = whitening * Vector3::from(self.g_m);
+        let length = misclosure.norm();
+        let root = if length > FULL_WEIGHT {
+            (FULL_WEIGHT / length).sqrt()
+        } else {
+            1.0
+        };
+        (misclosure, whitening, root)
+    }
+
+    /// What the pose adds to the sum that a fit makes small: the square of its whitened misclosure, and beyond four deviations in proportion to it
+    /// (Huber 1964).
+    #[must_use]
+    pub fn squares(&self, noise: &Noise) -> f64 {
+        let length = self.whitened(noise).0.norm();
+        if length > FULL_WEIGHT {
+            FULL_WEIGHT * (2.0 * length - FULL_WEIGHT)
+        } else {
+            length * length
+        }
+    }
+
     /// Inverse of the Cholesky factor of the constraints' covariance.
+    #[must_use]
     pub fn whitening(&self, noise: &Noise) -> Matrix3<f64> {
         let mut covariance = Matrix3::zeros();
         for b in &self.by_outputs {

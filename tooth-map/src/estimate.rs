@@ -32,7 +32,7 @@ const TRUSTED_SHARE: f64 = 0.5;
 /// Times that the noise is measured and the fit repeated.
 const REWEIGHTINGS: usize = 2;
 /// Noise to begin with: bad teeth, and a diode not yet known.
-const FIRST: Noise = Noise {
+pub const FIRST_NOISE: Noise = Noise {
     segment_m: 2.0e-6,
     displacement_m: 3.0e-6,
 };
@@ -100,11 +100,11 @@ pub fn estimate(setup: &Setup, poses: &[TeethPose], tick: &mut dyn FnMut()) -> R
         unknowns: &unknowns,
         poses: &fitted,
     };
-    let mut fit = Fit::start(&problem, FIRST);
+    let mut fit = Fit::start(&problem, FIRST_NOISE);
     fit.improve(&problem, |i| unknowns.is_plain(i), tick)?;
-    let mut plain = Fit::start(&problem, FIRST);
+    let mut plain = Fit::start(&problem, FIRST_NOISE);
     plain.values.clone_from(&fit.values);
-    let spent = (unknowns.len() as f64 / (3.0 * fitted.len() as f64)).min(0.5);
+    let spent = (unknowns.count() as f64 / (3.0 * fitted.len() as f64)).min(0.5);
     for _ in 0..=REWEIGHTINGS {
         fit.improve(&problem, |_| true, tick)?;
         fit.show_noise(&problem, spent);
@@ -122,7 +122,9 @@ pub fn estimate(setup: &Setup, poses: &[TeethPose], tick: &mut dyn FnMut()) -> R
     Ok(result(&problem, &fit, &judged, held_out.len()))
 }
 
-fn split(poses: &[TeethPose]) -> (Vec<TeethPose>, Vec<TeethPose>) {
+/// Poses to fit, and one in so many that is held out.
+#[must_use]
+pub fn split(poses: &[TeethPose]) -> (Vec<TeethPose>, Vec<TeethPose>) {
     let part = |held: bool| {
         let chosen = poses
             .iter()
@@ -133,7 +135,11 @@ fn split(poses: &[TeethPose]) -> (Vec<TeethPose>, Vec<TeethPose>) {
     (part(false), part(true))
 }
 
-fn check_turn(setup: &Setup, poses: &[TeethPose]) -> Result<()> {
+/// That poses turn.
+///
+/// # Errors
+/// The rms of their angles is below what parts the fields from the coordination sensor's own errors.
+pub fn check_turn(setup: &Setup, poses: &[TeethPose]) -> Result<()> {
     let angles = poses
         .iter()
         .map(|pose| theta(&pose.outputs_m, setup.span_m));
@@ -148,8 +154,11 @@ fn check_turn(setup: &Setup, poses: &[TeethPose]) -> Result<()> {
     Ok(())
 }
 
-/// Lattices over all poses; calibration moves a place by some hundredths of a pitch.
-fn lattices(setup: &Setup, poses: &[TeethPose]) -> Result<[Grid; 2]> {
+/// Lattices of x's and y's field over all poses; calibration moves a place by some hundredths of a pitch.
+///
+/// # Errors
+/// An area that is larger than can be estimated.
+pub fn lattices(setup: &Setup, poses: &[TeethPose]) -> Result<[Grid; 2]> {
     const MARGIN_PITCHES: f64 = 0.05;
     let mut bounds = [[[f64::INFINITY, f64::NEG_INFINITY]; 2]; 2];
     for pose in poses {
@@ -237,7 +246,7 @@ fn result(problem: &Problem, fit: &Fit, judged: &Judged, held_out: usize) -> Map
     let evidence = Evidence {
         poses: problem.poses.len(),
         held_out_poses: held_out,
-        unknowns: unknowns.len(),
+        unknowns: unknowns.count(),
         before_m: judged.rms_m[0],
         after_m: judged.rms_m[1],
         significance: judged.significance,

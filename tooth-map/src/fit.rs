@@ -2,7 +2,7 @@
 //! in deviations of their priors. With columns brought to equal length the condition number is some 1e8 at most: half of f64's digits
 //! remain, whatever the columns' length, as a Cholesky factor does not depend on it (Demmel 1989).
 
-use super::constraint::{Linear, Noise, linear};
+use super::constraint::{Linear, Noise, linear, noise_shown};
 use super::pose::{Setup, TeethPose};
 use super::unknowns::Unknowns;
 use anyhow::{Context, Result};
@@ -19,8 +19,6 @@ use tooth_field::order_of_places;
 const PASSES: usize = 12;
 /// Settled when no unknown moves by more than this share of its deviation before the data.
 const SETTLED: f64 = 1.0e-6;
-/// Longer whitened misclosures count less (Huber 1964).
-const FULL_WEIGHT: f64 = 4.0;
 /// Equations of a pose: equation (5) and the two of equation (11).
 const ROWS: usize = 3;
 /// Poses that are turned into rows at once.
@@ -70,7 +68,7 @@ impl Fit {
     ) -> Result<()> {
         let sd = problem.unknowns.deviations(problem.setup);
         let start = problem.unknowns.start(problem.setup);
-        let free: Vec<usize> = (0..problem.unknowns.len()).filter(|i| free(*i)).collect();
+        let free: Vec<usize> = (0..problem.unknowns.count()).filter(|i| free(*i)).collect();
         let free_sd: Vec<f64> = free.iter().map(|i| sd[*i]).collect();
         for _ in 0..PASSES {
             let sum = self.accumulate(problem, &free, &free_sd);
@@ -95,84 +93,28 @@ impl Fit {
 
     /// Products of the free unknowns' columns, in prior deviations, with each other and with what is left, which is the last column.
     fn accumulate(&self, problem: &Problem, free: &[usize], sd: &[f64]) -> Symmetric {
-        let width = free.len() + 1;
-        let mut column = vec![None; problem.unknowns.len()];
+        let mut column = vec![None; problem.unknowns.count()];
         free.iter()
             .enumerate()
             .for_each(|(k, &i)| column[i] = Some(k));
-        let pitch_m = problem.setup.pitch_m;
-        let mut poses: Vec<&TeethPose> = problem.poses.iter().collect();
-        // Poses over the same teeth together: then few nodes act in a chunk.
-        poses.sort_by_cached_key(|pose| {
-            order_of_places(middle(&pose.outputs_m).map(|p| p / pitch_m))
-        });
-        let lane = |lane: usize| {
-            let mut sum = Symmetric::zeros(width);
-            let mut rows = RowBuffer::new(width, CHUNK * ROWS);
-            for chunk in poses.chunks(CHUNK).skip(lane).step_by(LANES) {
-                rows.clear();
-                for pose in chunk {
-                    self.add_rows(problem, pose, &column, sd, &mut rows);
-                }
-                rows.add_products(&mut sum);
-            }
-            sum
-        };
-        let lanes: Vec<Symmetric> = (0..LANES).into_par_iter().map(lane).collect();
-        let mut sum = Symmetric::zeros(width);
-        lanes.iter().for_each(|lane| sum += lane);
-        sum
+        products(
+            problem.setup,
+            problem.poses,
+            free.len() + 1,
+            |pose, rows| {
+                let at = linear(problem.setup, problem.unknowns, &self.values, pose);
+                let entries = at.by.iter().filter_map(|(i, by)| Some((column[*i]?, *by)));
+                let scaled = entries.map(|(k, by)| (k, by, sd[k]));
+                add_rows(&at, &self.noise, scaled, sd.len(), rows);
+            },
+        )
     }
 
-    /// A pose's whitened equations, weighted.
-    fn add_rows(
-        &self,
-        problem: &Problem,
-        pose: &TeethPose,
-        column: &[Option<usize>],
-        sd: &[f64],
-        rows: &mut RowBuffer,
-    ) {
-        let at = linear(problem.setup, problem.unknowns, &self.values, pose);
-        let whitening = at.whitening(&self.noise);
-        let misclosure = whitening * Vector3::from(at.g_m);
-        let length = misclosure.norm();
-        let root = if length > FULL_WEIGHT {
-            (FULL_WEIGHT / length).sqrt()
-        } else {
-            1.0
-        };
-        rows.extend(ROWS);
-        for (i, by) in &at.by {
-            if let Some(k) = column[*i] {
-                let white = whitening * Vector3::from(*by);
-                rows.add(k, white.as_slice(), root * sd[k]);
-            }
-        }
-        rows.set(sd.len(), misclosure.as_slice(), -root);
-    }
-
-    /// The noise that the poses show, not below the stated: segments by g_p, displacements by what of g_x these leave. `spent` is the
-    /// share of the poses' equations that the unknowns took.
+    /// The noise that the poses show. `spent` is the share of the poses' equations that the unknowns took.
     pub fn show_noise(&mut self, problem: &Problem, spent: f64) {
-        let lines: Vec<Linear> = problem
-            .poses
-            .iter()
-            .map(|pose| linear(problem.setup, problem.unknowns, &self.values, pose))
-            .collect();
-        let robust = |k: usize| {
-            let mut sizes: Vec<f64> = lines.iter().map(|line| line.g_m[k].abs()).collect();
-            let middle = sizes.len() / 2;
-            // Gaussian deviation over median absolute value.
-            1.4826 * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / (1.0 - spent).sqrt()
-        };
-        let segment_m = (0.5 * robust(0)).max(problem.setup.segment_noise_m);
-        let share = lines.iter().map(Linear::segment_share_of_x).sum::<f64>() / lines.len() as f64;
-        let left = robust(1).powi(2) - share * segment_m.powi(2);
-        self.noise = Noise {
-            segment_m,
-            displacement_m: left.max(0.0).sqrt().max(problem.setup.displacement_noise_m),
-        };
+        let line = |pose| linear(problem.setup, problem.unknowns, &self.values, pose);
+        let lines: Vec<Linear> = problem.poses.iter().map(line).collect();
+        self.noise = noise_shown(problem.setup, &lines, spent);
     }
 
     /// Predicted deviation of a linear function of the unknowns of the last fit, all of which were free.
@@ -186,4 +128,52 @@ impl Fit {
         }
         factor.deviation(&column)
     }
+}
+
+/// Products of the columns of all poses' rows, `width` of them, which `rows_of` appends for one pose. Poses are taken in the order of
+/// their places, in chunks, and the sums are the same on every machine.
+#[must_use]
+pub fn products(
+    setup: &Setup,
+    poses: &[TeethPose],
+    width: usize,
+    rows_of: impl Fn(&TeethPose, &mut RowBuffer) + Sync,
+) -> Symmetric {
+    let mut poses: Vec<&TeethPose> = poses.iter().collect();
+    // Poses over the same teeth together: then few nodes act in a chunk.
+    poses.sort_by_cached_key(|pose| {
+        order_of_places(middle(&pose.outputs_m).map(|p| p / setup.pitch_m))
+    });
+    let lane = |lane: usize| {
+        let mut sum = Symmetric::zeros(width);
+        let mut rows = RowBuffer::new(width, CHUNK * ROWS);
+        for chunk in poses.chunks(CHUNK).skip(lane).step_by(LANES) {
+            rows.clear();
+            chunk.iter().for_each(|pose| rows_of(pose, &mut rows));
+            rows.add_products(&mut sum);
+        }
+        sum
+    };
+    let lanes: Vec<Symmetric> = (0..LANES).into_par_iter().map(lane).collect();
+    let mut sum = Symmetric::zeros(width);
+    lanes.iter().for_each(|lane| sum += lane);
+    sum
+}
+
+/// Appends a linearised pose's whitened and weighted equations: `entries` are column, derivatives of g_p, g_x and g_y, and the unit of the
+/// column; what is left goes to the column `left`.
+pub fn add_rows(
+    at: &Linear,
+    noise: &Noise,
+    entries: impl Iterator<Item = (usize, [f64; 3], f64)>,
+    left: usize,
+    rows: &mut RowBuffer,
+) {
+    let (misclosure, whitening, root) = at.whitened(noise);
+    rows.extend(ROWS);
+    for (column, by, unit) in entries {
+        let white = whitening * Vector3::from(by);
+        rows.add(column, white.as_slice(), root * unit);
+    }
+    rows.set(left, misclosure.as_slice(), -root);
 }

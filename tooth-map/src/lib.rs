@@ -1,4 +1,4 @@
-//! The tooth map, estimated from a recording under a beacon: `courier map`.
+//! The tooth map, estimated from a recording under a beacon: `courier map`. `courier fleet` uses the same equations of a pose.
 //!
 //! Everything is fitted together in f64: equations (3) and (9), lateral waves of mixed order, h, l, o', the coordination sensor's own
 //! errors as a polynomial of ninth degree, and the two fields of displaced teeth as cubic B-splines with a node a pitch. The four
@@ -23,6 +23,11 @@ mod predict;
 mod unknowns;
 
 pub use anchor::Anchor;
-pub use estimate::{Evidence, Mapped, estimate};
+pub use constraint::{Linear, Noise, linear, noise_shown};
+pub use estimate::{Evidence, FIRST_NOISE, Mapped, check_turn, estimate, lattices, split};
 pub use file::MapFile;
+pub use fit::{Fit, Problem, add_rows, products};
+pub use lattice::FIELD;
+pub use model::places;
 pub use pose::{Setup, TeethPose, poses_of};
+pub use unknowns::{Unknowns, WAVES, field_prior_m};

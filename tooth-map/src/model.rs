@@ -14,11 +14,27 @@ use std::f64::consts::TAU;
 pub struct Outputs {
     /// Calibrated.
     pub p_m: [f64; SEGMENTS],
-    /// `(unknown, derivative)`.
+
+    /// `(unknown, derivative)` of the outputs as they are before the waves.
     pub by: [Vec<(usize, f64)>; SEGMENTS],
+    /// The same of the waves themselves.
+    pub by_waves: [Vec<(usize, f64)>; SEGMENTS],
+    /// Derivatives of the waves, `[segment]`, by the outputs before them.
+    pub waves_by_outputs: [[f64; SEGMENTS]; SEGMENTS],
 }
 
 impl Outputs {
+    /// Derivatives of an output by the unknowns, those that act through the places of waves included.
+    #[must_use]
+    pub fn all_by(&self, segment: usize) -> Vec<(usize, f64)> {
+        let own = self.by_waves[segment].iter().copied();
+        let through = (0..SEGMENTS).flat_map(|from| {
+            let moves = self.waves_by_outputs[segment][from] + f64::from(u8::from(from == segment));
+            self.by[from].iter().map(move |(at, by)| (*at, moves * by))
+        });
+        own.chain(through).collect()
+    }
+
     fn add(&mut self, segment: usize, values: &[f64], at: usize, derivative: f64) {
         self.p_m[segment] += values[at] * derivative;
         self.by[segment].push((at, derivative));
@@ -54,10 +70,44 @@ pub fn outputs(setup: &Setup, unknowns: &Unknowns, values: &[f64], pose: &TeethP
     wave_functions(setup, unknowns, &calibrated, |i, at, function| {
         moved[i] += values[at] * function;
     });
+
     wave_functions(setup, unknowns, &moved, |i, at, function| {
-        out.add(i, values, at, function);
+        out.p_m[i] += values[at] * function;
+        out.by_waves[i].push((at, function));
     });
+    out.waves_by_outputs = waves_by_outputs(setup, unknowns, values, &moved);
     out
+}
+
+/// Derivatives of each segment's waves by the outputs: of their own phase, and of the lateral one, which all outputs move.
+fn waves_by_outputs(
+    setup: &Setup,
+    unknowns: &Unknowns,
+    values: &[f64],
+    outputs_m: &[f64; SEGMENTS],
+) -> [[f64; SEGMENTS]; SEGMENTS] {
+    let lateral = lateral_m(setup, outputs_m);
+    let per_m = TAU / setup.pitch_m;
+    let mut by = [[0.0; SEGMENTS]; SEGMENTS];
+    for i in 0..SEGMENTS {
+        let (mut by_own, mut by_lateral) = (0.0, 0.0);
+        for (k, (own, across)) in WAVES.iter().enumerate() {
+            let orders = [f64::from(*own), f64::from(*across)];
+            let phase = per_m * (orders[0] * outputs_m[i] + orders[1] * lateral[i]);
+            let (sine, cosine) = phase.sin_cos();
+            let at = unknowns.wave(i, k);
+            let slope = per_m * (values[at] * cosine - values[at + 1] * sine);
+            by_own += orders[0] * slope;
+            by_lateral += orders[1] * slope;
+        }
+        by[i][i] = by_own;
+        // The lateral arguments are linear in the outputs.
+        for j in 0..SEGMENTS {
+            let unit = std::array::from_fn(|k| f64::from(u8::from(k == j)));
+            by[i][j] += by_lateral * lateral_m(setup, &unit)[i];
+        }
+    }
+    by
 }
 
 /// Hands over segment, unknown and value of each wave's sine and cosine at some outputs.

@@ -24,11 +24,14 @@ pub struct WayDeviation {
 pub fn of_way(problem: &Problem, fit: &Fit, direction: usize) -> WayDeviation {
     let places: Vec<_> = way(problem.poses, direction)
         .iter()
-        .map(|pose| outputs(problem.setup, problem.unknowns, &fit.values, pose).by)
+        .map(|pose| {
+            let out = outputs(problem.setup, problem.unknowns, &fit.values, pose);
+            [0, 1, 2, 3].map(|segment| out.all_by(segment))
+        })
         .collect();
     let of_pair = |pair: usize, weights: [f64; 2]| {
         let functions = places.iter().map(|by| {
-            let mut function = vec![0.0; problem.unknowns.len()];
+            let mut function = vec![0.0; problem.unknowns.count()];
             for (by, weight) in by.iter().skip(pair).step_by(2).zip(weights) {
                 for (at, derivative) in by {
                     function[*at] += weight * derivative;

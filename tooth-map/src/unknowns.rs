@@ -25,6 +25,12 @@ const BEND: f64 = 0.2;
 /// Of a node by itself, and of a whole line.
 pub const NODE_M: f64 = 4.0e-6;
 
+/// Deviation of a field at a place before the data: its nodes and its lines together, m.
+#[must_use]
+pub fn field_prior_m() -> f64 {
+    NODE_M * FIELD.deviation_by_nodes().hypot(FIELD.deviation_by_lines())
+}
+
 /// Where each unknown is.
 #[derive(Clone, Debug)]
 pub struct Unknowns {
@@ -112,7 +118,7 @@ impl Unknowns {
     }
 
     /// How many.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.line(2)
     }
 
@@ -123,7 +129,7 @@ impl Unknowns {
 
     /// Values to start from.
     pub fn start(&self, setup: &Setup) -> Vec<f64> {
-        let mut values = vec![0.0; self.len()];
+        let mut values = vec![0.0; self.count()];
         let mounting = self.mounting();
         values[mounting] = setup.height_m;
         values[mounting + 1..mounting + 3].copy_from_slice(&setup.lever_m);
@@ -132,7 +138,7 @@ impl Unknowns {
 
     /// Prior deviations.
     pub fn deviations(&self, setup: &Setup) -> Vec<f64> {
-        let mut sd = vec![NODE_M; self.len()];
+        let mut sd = vec![NODE_M; self.count()];
         sd[..self.parity()].fill(OWN_M);
         let mounting = self.mounting();
         let lever_m = setup.lever_m[0].hypot(setup.lever_m[1]);

@@ -80,7 +80,7 @@ const LATERAL_UM: [[[f64; 2]; 6]; 4] = [
 ];
 
 /// The platen's own draw.
-const FIELD_SEED: u64 = 124_168_844;
+pub(super) const FIELD_SEED: u64 = 124_168_844;
 
 /// Rms of single posts' displacements and of whole lines', as a segment averages them, metres.
 const POSTS_AND_LINES_M: [f64; 2] = [1.706e-6, 3.715e-6];
@@ -134,6 +134,33 @@ impl PlantEffect for LongWave {
     }
 }
 
+/// What parts one courier of the make from another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Build {
+    /// Equation (3), micrometres: `[segment]`, sine and cosine of orders 1, 2, 4 and 6.
+    pub(super) waveforms_um: [[f64; 8]; 4],
+    /// Lateral waves, micrometres: `[segment][order]`, sine and cosine.
+    pub(super) lateral_um: [[[f64; 2]; 6]; 4],
+    /// The coordination sensor's errors, as in [`PsdNonlinearity`].
+    pub(super) psd: [[f64; 8]; 2],
+    /// As built.
+    pub(super) geometry: Geometry,
+}
+
+impl Build {
+    /// The paper's courier.
+    pub(super) const PAPER: Self = Self {
+        waveforms_um: WAVEFORMS_UM,
+        lateral_um: LATERAL_UM,
+        psd: PSD,
+        geometry: Geometry {
+            height_m: BUILT_HEIGHT_M,
+            lever_m: BUILT_LEVER_M,
+            ..Geometry::PAPER
+        },
+    };
+}
+
 /// The paper's courier. It has no seed: poses and noise have.
 #[must_use]
 pub fn paper() -> CourierSpec {
@@ -143,41 +170,44 @@ pub fn paper() -> CourierSpec {
 /// The same courier on another platen of the same make: teeth of the same sizes, drawn by this seed.
 #[must_use]
 pub fn paper_on_platen(seed: u64) -> CourierSpec {
-    let geometry = Geometry {
-        height_m: BUILT_HEIGHT_M,
-        lever_m: BUILT_LEVER_M,
-        ..Geometry::PAPER
-    };
-    let waveforms = WAVEFORMS_UM.map(|k| {
+    built("simulated courier, paper".into(), &Build::PAPER, seed)
+}
+
+/// A courier of the make on a platen of the make: the beacon stands where it stands over the paper's, whoever moves under it.
+pub(super) fn built(device: String, build: &Build, platen: u64) -> CourierSpec {
+    let geometry = build.geometry;
+    let waveforms = build.waveforms_um.map(|k| {
         let um = |i: usize| if i == 0 { 0.0 } else { 1.0e-6 * k[i - 1] };
         Waveform::Equation3(core::array::from_fn(um))
     });
     let middle_m = 5.0 * geometry.pitch_m;
-    let beacon = Pose::new(BEACON_M[0], BEACON_M[1], 0.0);
+    let [beacon_x_m, beacon_y_m] =
+        [0, 1].map(|k| BEACON_M[k] + geometry.lever_m[k] - BUILT_LEVER_M[k]);
+    let beacon = Pose::new(beacon_x_m, beacon_y_m, 0.0);
     CourierSpec {
-        device: "simulated courier, paper".into(),
+        device,
         geometry,
         beacon_over: Some(beacon),
         places: Places {
             scatter_corner: Pose::default(),
             flyby: Pose::new(FLYBY_X_M, middle_m, 0.0),
             beacon,
-            beacon_sweep: Pose::new(BEACON_M[0] + SWEEP_OFFSET_M, BEACON_M[1], 0.0),
+            beacon_sweep: Pose::new(beacon_x_m + SWEEP_OFFSET_M, beacon_y_m, 0.0),
         },
         waveforms,
         effects: vec![
             Box::new(LongWave {
                 amplitude_m: LONG_WAVE_M,
             }),
-            Box::new(lateral()),
-            Box::new(teeth(&geometry, seed)),
-            Box::new(PsdNonlinearity::new(PSD)),
+            Box::new(lateral(&build.lateral_um)),
+            Box::new(teeth(&geometry, platen)),
+            Box::new(PsdNonlinearity::new(build.psd)),
         ],
         ..CourierSpec::flawless()
     }
 }
 
-fn lateral() -> LateralDependence {
+fn lateral(um: &[[[f64; 2]; 6]; 4]) -> LateralDependence {
     let wave =
         |(&[sine, cosine], (own_order, lateral_order)): (&[f64; 2], (f64, f64))| LateralWave {
             own_order,
@@ -185,7 +215,7 @@ fn lateral() -> LateralDependence {
             amplitude_m: [1.0e-6 * sine, 1.0e-6 * cosine],
         };
     LateralDependence {
-        waves: LATERAL_UM.map(|terms| terms.iter().zip(LATERAL_ORDERS).map(wave).collect()),
+        waves: um.map(|terms| terms.iter().zip(LATERAL_ORDERS).map(wave).collect()),
     }
 }
 

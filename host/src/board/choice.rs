@@ -17,7 +17,7 @@ use effects::random::{ChaCha8Rng, SeedableRng};
 use embedded_storage::nor_flash::NorFlash;
 use hal_sim::beacon_fault::{BeaconFault, FaultyBeacon};
 use hal_sim::board::SharedFlash;
-use hal_sim::presets::DEFAULT_RMS_M;
+use hal_sim::presets::{DEFAULT_RMS_M, of_the_make};
 use hal_sim::spec::CourierSpec;
 use hal_sim::wire::motion::ControllerConfig;
 use hal_sim::wire_fault::ExchangedSegments;
@@ -47,6 +47,12 @@ pub struct Choice {
     /// Its seed [default: 1].
     #[arg(long, global = true, value_name = "N")]
     sim_seed: Option<u64>,
+    /// Another courier of the paper's make, drawn by this number: its own waves, diode, mounts and place to be switched on.
+    #[arg(long, global = true, value_name = "N")]
+    sim_courier: Option<u64>,
+    /// Another platen of that make under it, drawn by this number.
+    #[arg(long, global = true, value_name = "N")]
+    sim_platen: Option<u64>,
     /// Give it a catalogued effect of that size, µm rms: `velocity_lag=2`; may be repeated. `stray_field:logged=2` is the drive's own field,
     /// by µm an ampere of a current that `record` logs as aux_motor_a; without the word it is a magnet's beside the platen.
     #[arg(long, global = true, value_name = "EFFECT[:logged]=UM", value_parser = flaw)]
@@ -229,6 +235,8 @@ impl Choice {
     fn simulated_options(&self) -> bool {
         self.sim_preset.is_some()
             || self.sim_seed.is_some()
+            || self.sim_courier.is_some()
+            || self.sim_platen.is_some()
             || self.sim_flash.is_some()
             || !self.sim_effect.is_empty()
             || !self.sim_age.is_empty()
@@ -262,7 +270,15 @@ impl Choice {
     fn courier(&self) -> Result<(CourierSpec, u64)> {
         let seed = self.seed();
         let preset = self.sim_preset.unwrap_or(Preset::Paper);
-        let mut spec = preset.courier(seed, None, DEFAULT_RMS_M)?;
+        let mut spec = if self.sim_courier.is_some() || self.sim_platen.is_some() {
+            ensure!(
+                preset == Preset::Paper,
+                "--sim-courier, --sim-platen: found another --sim-preset, wanted paper: they are of its make"
+            );
+            of_the_make(self.sim_courier, self.sim_platen)
+        } else {
+            preset.courier(seed, None, DEFAULT_RMS_M)?
+        };
         let scene = Scene {
             geometry: spec.geometry,
             duration_s: SIM_DURATION_S,

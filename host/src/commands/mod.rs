@@ -10,6 +10,7 @@ mod calibrate_guided;
 mod calibrate_joint;
 mod calibrate_text;
 mod diagnose_explained;
+mod fleet_text;
 mod load_map;
 mod log_kept;
 mod log_words;
@@ -94,6 +95,7 @@ commands! {
         Compare => compare,
         Isolability => isolability,
         Map => map,
+        Fleet => fleet,
         Trace => trace,
         Completions => completions,
         Man => man,

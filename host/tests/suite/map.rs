@@ -262,7 +262,8 @@ fn a_map_without_a_trusted_cell_is_refused_and_the_help_s_recipe_gives_one() {
         assert_eq!(ran.code, 0, "{}", ran.err);
     };
     record("survey --survey 22.13,25.08,0");
-    asked(folder, "map survey --within 3 --out teeth.json").refused(&["survey", "no cell", "1000"]);
+    asked(folder, "map survey --within 1.3 --out teeth.json")
+        .refused(&["survey", "no cell", "1000"]);
     assert!(!folder.join("teeth.json").exists());
     record("beacon --under-beacon");
     let told = asked(folder, "map beacon --out teeth.json").quiet();

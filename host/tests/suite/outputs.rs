@@ -20,7 +20,7 @@ const fn line(words: &'static str, inputs: &'static [&'static str]) -> Line {
 const RECORDING: &[&str] = &["v/samples.csv", "v/recording.toml"];
 
 /// Every command that writes a file. None gets as far as its work.
-const LINES: [Line; 31] = [
+const LINES: [Line; 32] = [
     line("demo --record new", &[]),
     line("demo --preset measured --waveforms w.csv", &["w.csv"]),
     line("convert w.csv new", &["w.csv"]),
@@ -34,6 +34,7 @@ const LINES: [Line; 31] = [
     line("compare c.json v", &["c.json", "v/samples.csv"]),
     line("isolability", &[]),
     line("map v", RECORDING),
+    line("fleet v", RECORDING),
     line("trace w.csv", &["w.csv"]),
     line("status", &[]),
     line("calibrate", &[]),

@@ -1,0 +1,49 @@
+//! Several couriers over shared platens under beacons, in one crossed least-squares problem: `courier fleet`.
+//!
+//! What one courier reads over one platen is the sum of the sensor's own errors and of the platen's displaced teeth. Another courier over
+//! the same teeth, and the same courier over other teeth, part the two. Unknowns belong to one of three owners:
+//!
+//! | owner | unknowns |
+//! |---|---|
+//! | courier | equation (3) of its segments, lateral waves, lever arms, the diode's own errors, both spans |
+//! | platen (with its beacon) | displaced teeth of x's and y's field, rulings out of square or of unequal pitch |
+//! | recording | what a restart sets anew: offsets of parity and angle, the beacon's height and place |
+//!
+//! The equations of a pose are those of the tooth map (`tooth-map`). Each recording gives sums of products of its columns, at one
+//! stated point of linearisation ([`Sums`]); sums of several recordings add, in any order and grouping. The platen's unknowns are
+//! eliminated platen by platen, the couriers' are solved together, and the platen's follow (Golub and Van Loan 2013, section 4.2;
+//! Wolf 1978 for geodetic blocks).
+//!
+//! `member` (recording -> poses) -> `begin` (a recording alone) -> `register` (whole teeth between recordings, by `field_information`) ->
+//! `sums` (at a `state`, by `linearised` poses) -> `solve` (posterior) -> `step` (the next state) -> `passes` (until settled) -> `judge` (held-out poses) ->
+//! `answer`. `part` is the same for an engine that forms sums on many computers.
+
+mod answer;
+mod begin;
+mod field_information;
+mod functions;
+mod judge;
+mod key;
+mod linearised;
+mod member;
+mod part;
+mod passes;
+mod register;
+mod solve;
+mod state;
+mod step;
+mod sums;
+
+pub use answer::{Answer, CourierAnswer, PlatenAnswer, RecordingAnswer, Told, answer};
+pub use begin::{Beginning, begin};
+pub use functions::{
+    Cells, Function, field_functions, off_plane, own_functions_of, value, visited,
+};
+pub use key::{Key, Name, Platen, Ruling, SPAN, SPANS_APART};
+pub use member::Member;
+pub use part::{Part, Progress};
+pub use passes::{Fitted, at, bound, fit};
+pub use register::register;
+pub use solve::{Posterior, Solution, solve};
+pub use state::State;
+pub use sums::{Sums, sums_of};

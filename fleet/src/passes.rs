@@ -1,0 +1,106 @@
+//! Gauss-Newton over all recordings: sums at a state, a step, and again until no unknown moves.
+
+use crate::begin::{Beginning, begin};
+use crate::key::Platen;
+use crate::member::Member;
+use crate::register::register;
+use crate::solve::{Posterior, Solution, solve};
+use crate::state::State;
+use crate::step::{advanced, is_settled, shown};
+use crate::sums::{Sums, sums_by_noise, sums_of};
+use anyhow::Result;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use tooth_map::Noise;
+
+/// Steps of one fit, at most.
+const STEPS: u32 = 60;
+
+/// A fit, and what it was made of at its last step.
+pub struct Fitted {
+    /// What each recording says by itself, in the order of the members.
+    pub beginnings: Vec<Beginning>,
+    /// Where the last sums were taken.
+    pub state: State,
+    /// Sums of each recording, in the order of the members.
+    pub sums: Vec<Sums>,
+    /// Noise that each recording shows.
+    pub noise: Vec<Noise>,
+    /// The last step and what it leaves open.
+    pub solution: Solution,
+}
+
+impl Fitted {
+    /// Whether the last step was too short to count.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        is_settled(&self.state, &self.solution)
+    }
+}
+
+/// Fits all recordings together; `tick` is called after each step.
+///
+/// # Errors
+/// Recordings that do not go together ([`register`]), or a reading that is no number.
+pub fn fit(members: &[Member], tick: &(dyn Fn() + Sync)) -> Result<Fitted> {
+    let beginnings: Vec<Beginning> = members.par_iter().map(begin).collect::<Result<_>>()?;
+    tick();
+    let mut fitted = at(members, beginnings, None)?;
+    tick();
+    while !fitted.is_settled() && fitted.state.steps < STEPS {
+        let noise = members.iter().zip(&fitted.noise).map(|(m, n)| shown(m, n));
+
+        let sums = by_platen(members, &fitted.sums);
+        let state = advanced(&sums, &fitted.state, &fitted.solution, noise)?;
+        fitted = at(members, fitted.beginnings, Some(state))?;
+        tick();
+    }
+    Ok(fitted)
+}
+
+/// Sums of all recordings at a state, and the step that they ask for. Without one, where the recordings lead by themselves.
+///
+/// # Errors
+/// As [`fit`].
+pub fn at(members: &[Member], beginnings: Vec<Beginning>, state: Option<State>) -> Result<Fitted> {
+    let state = match state {
+        Some(state) => state,
+        None => register(&beginnings)?,
+    };
+    let of_each: Vec<(Sums, Noise)> = members.par_iter().map(|m| sums_of(m, &state)).collect();
+    let (sums, noise): (Vec<Sums>, Vec<Noise>) = of_each.into_iter().unzip();
+    let solution = solve(&by_platen(members, &sums), &state, 0.0)?;
+    Ok(Fitted {
+        beginnings,
+        state,
+        sums,
+        noise,
+        solution,
+    })
+}
+
+/// The sums of all recordings over each platen.
+#[must_use]
+pub fn by_platen(members: &[Member], sums: &[Sums]) -> BTreeMap<Platen, Sums> {
+    let mut all: BTreeMap<Platen, Sums> = BTreeMap::new();
+    for (member, sums) in members.iter().zip(sums) {
+        let sum = match all.remove(&member.platen) {
+            Some(before) => before.plus(sums),
+            None => sums.clone(),
+        };
+        all.insert(member.platen.clone(), sum);
+    }
+    all
+}
+
+/// What no estimate can do better than: the posterior by the readings' noise alone.
+///
+/// # Errors
+/// A reading is no number.
+pub fn bound(members: &[Member], state: &State) -> Result<Posterior> {
+    let sums: Vec<Sums> = members
+        .par_iter()
+        .map(|m| sums_by_noise(m, state))
+        .collect();
+    Ok(solve(&by_platen(members, &sums), state, 0.0)?.posterior)
+}

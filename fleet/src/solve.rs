@@ -1,0 +1,241 @@
+//! The step that all platens' sums ask for, and what they leave open.
+//!
+//! With N the platen's own part of the normal equations (priors included), C its products with the couriers' columns and D those of
+//! the couriers alone, L the factor of N and W the inverse of L times C, the couriers' part of the precision is D less the product of W
+//! with itself, summed over the platens, plus the couriers' priors (Schur complement). The covariance of a function a of the platen's
+//! and c of the couriers' unknowns follows from h, the inverse of L times a: its variance is the square of h, plus that of c less W's
+//! transpose times h under the couriers' covariance.
+
+use crate::key::{Key, Platen};
+use crate::state::{Prior, State};
+use crate::sums::Sums;
+use anyhow::{Context, Result};
+use nalgebra::{DMatrix, DVector};
+use normal_equations::cholesky::Factor;
+use std::collections::BTreeMap;
+
+/// A platen with its unknowns eliminated.
+struct Eliminated {
+    /// Places of its own unknowns, by key.
+    own: BTreeMap<Key, (usize, f64)>,
+    /// Inverse of L.
+    half: DMatrix<f64>,
+    /// W, over all couriers' columns.
+    with_couriers: DMatrix<f64>,
+}
+
+/// What the data leave open.
+pub struct Posterior {
+    platens: BTreeMap<Platen, Eliminated>,
+    couriers: BTreeMap<Key, (usize, f64)>,
+    factor: Factor,
+}
+
+/// A solution.
+pub struct Solution {
+    /// Of each platen's unknowns and the couriers', by key, in their own units.
+    pub steps: Vec<(Platen, Key, f64)>,
+
+    /// The longest, in deviations of the prior.
+    pub longest: f64,
+
+    /// By how much the objective falls where nothing bends: the sum of squares of the step over the deviations that the data leave.
+    pub decrement: f64,
+    /// Squares of what is left at the state, and of the unknowns' distances from their priors: what the steps make small.
+    pub objective: f64,
+    /// What the data leave open.
+    pub posterior: Posterior,
+}
+
+/// Solves for the step from a state. `damping` is added to each prior's weight, toward the state (Levenberg 1944); the posterior holds
+/// of none.
+///
+/// # Errors
+/// The sums do not make a positive matrix: a reading that is no number.
+pub fn solve(sums: &BTreeMap<Platen, Sums>, state: &State, damping: f64) -> Result<Solution> {
+    let mut couriers: BTreeMap<Key, (usize, Prior)> = BTreeMap::new();
+    for (key, prior) in sums.values().flat_map(|sums| &sums.columns) {
+        if key.courier().is_some() {
+            couriers.insert(key.clone(), (0, *prior));
+        }
+    }
+    couriers
+        .values_mut()
+        .enumerate()
+        .for_each(|(k, slot)| slot.0 = k);
+    let count = couriers.len();
+    let mut precision = DMatrix::identity(count, count) * (1.0 + damping);
+    let mut objective = sums.values().map(|sums| sums.squares).sum::<f64>();
+    let mut right = DVector::zeros(count);
+    for (key, (at, prior)) in &couriers {
+        right[*at] = back(state, &Platen::default(), key, prior);
+        objective += right[*at].powi(2);
+    }
+    let mut platens = BTreeMap::new();
+    let mut forwards = Vec::new();
+    for (platen, sums) in sums {
+        let (eliminated, forward) = eliminate(
+            platen,
+            sums,
+            state,
+            1.0 + damping,
+            &couriers,
+            &mut precision,
+            &mut right,
+        )
+        .with_context(|| format!("{platen}: found a reading that is no number, wanted none"))?;
+
+        let own = sums
+            .columns
+            .iter()
+            .filter(|(key, _)| key.courier().is_none());
+        let own = own.map(|(key, prior)| back(state, platen, key, prior).powi(2));
+        objective += own.sum::<f64>();
+        platens.insert(platen.clone(), eliminated);
+        forwards.push(forward);
+    }
+    let factor = Factor::new(precision)
+        .context("the couriers: found a reading that is no number, wanted none")?;
+    let of_couriers = factor.solve(&right);
+
+    let mut longest = of_couriers.amax();
+    let mut decrement = right.dot(&of_couriers);
+    let unit = |prior: &Prior| prior.deviation;
+    let mut steps: Vec<(Platen, Key, f64)> = couriers
+        .iter()
+        .map(|(key, (at, prior))| {
+            (
+                Platen::default(),
+                key.clone(),
+                of_couriers[*at] * unit(prior),
+            )
+        })
+        .collect();
+    for ((platen, eliminated), forward) in platens.iter().zip(forwards) {
+        decrement += forward.norm_squared();
+        let left = forward - &eliminated.with_couriers * &of_couriers;
+        let own = eliminated.half.tr_mul(&left);
+        longest = longest.max(own.amax());
+        let step = eliminated.own.iter();
+        steps.extend(step.map(|(key, (at, unit))| (platen.clone(), key.clone(), own[*at] * unit)));
+    }
+    let couriers = couriers
+        .into_iter()
+        .map(|(key, (at, prior))| (key, (at, prior.deviation)));
+    Ok(Solution {
+        steps,
+
+        longest,
+        decrement,
+        objective,
+        posterior: Posterior {
+            platens,
+            couriers: couriers.collect(),
+            factor,
+        },
+    })
+}
+
+/// The step, in deviations, that would lead back to the prior's mean.
+fn back(state: &State, platen: &Platen, key: &Key, prior: &Prior) -> f64 {
+    (prior.mean - state.value(platen, key)) / prior.deviation
+}
+
+/// Takes a platen's own unknowns out: what is left of its sums is added to the couriers'. With it, the inverse of L times the platen's right side.
+fn eliminate(
+    platen: &Platen,
+    sums: &Sums,
+
+    state: &State,
+    prior_weight: f64,
+    couriers: &BTreeMap<Key, (usize, Prior)>,
+    precision: &mut DMatrix<f64>,
+    right: &mut DVector<f64>,
+) -> Option<(Eliminated, DVector<f64>)> {
+    // Keys ascend, and those of couriers are the last.
+    let count = sums
+        .columns
+        .iter()
+        .take_while(|(key, _)| key.courier().is_none())
+        .count();
+    let gram = &sums.gram;
+    let own = DMatrix::from_fn(count, count, |i, j| match i.cmp(&j) {
+        std::cmp::Ordering::Less => 0.0,
+        std::cmp::Ordering::Equal => gram[(i, j)] + prior_weight,
+        std::cmp::Ordering::Greater => gram[(i, j)],
+    });
+    let own_right = DVector::from_fn(count, |k, _| {
+        let (key, prior) = &sums.columns[k];
+        sums.right[k] + back(state, platen, key, prior)
+    });
+    let half = Factor::new(own)?.lower_inverse();
+    let of_couriers = &sums.columns[count..];
+    let places: Vec<usize> = of_couriers
+        .iter()
+        .filter_map(|(key, _)| Some(couriers.get(key)?.0))
+        .collect();
+    let products = DMatrix::from_fn(count, places.len(), |i, j| gram[(count + j, i)]);
+    let with = &half * products;
+    let forward = &half * own_right;
+    let taken = with.tr_mul(&with);
+    let taken_right = with.tr_mul(&forward);
+    let mut with_couriers = DMatrix::zeros(count, couriers.len());
+    for (j, at) in places.iter().enumerate() {
+        with_couriers.set_column(*at, &with.column(j));
+        right[*at] += sums.right[count + j] - taken_right[j];
+        for (i, other) in places.iter().enumerate() {
+            precision[(*other, *at)] += gram[(count + i, count + j)] - taken[(i, j)];
+        }
+    }
+    let keys = sums.columns[..count].iter().enumerate();
+    let own = keys
+        .map(|(k, (key, prior))| (key.clone(), (k, prior.deviation)))
+        .collect();
+    Some((
+        Eliminated {
+            own,
+            half,
+            with_couriers,
+        },
+        forward,
+    ))
+}
+
+impl Posterior {
+    /// Predicted deviation of a linear function of a platen's and the couriers' unknowns, in the function's unit. An unknown that is in no
+    /// sum adds nothing.
+    #[must_use]
+    pub fn deviation(&self, platen: &Platen, function: &[(Key, f64)]) -> f64 {
+        let mut of_couriers = DVector::zeros(self.couriers.len());
+        for (key, weight) in function {
+            if let Some((at, unit)) = self.couriers.get(key) {
+                of_couriers[*at] += weight * unit;
+            }
+        }
+        let mut own = 0.0;
+        if let Some(eliminated) = self.platens.get(platen) {
+            let mut half = DVector::zeros(eliminated.half.nrows());
+            for (key, weight) in function {
+                if let Some((at, unit)) = eliminated.own.get(key) {
+                    half.axpy(weight * unit, &eliminated.half.column(*at), 1.0);
+                }
+            }
+            own = half.norm_squared();
+            of_couriers -= eliminated.with_couriers.tr_mul(&half);
+        }
+        own.sqrt().hypot(self.factor.deviation(&of_couriers))
+    }
+}
+
+impl Solution {
+    /// The state behind the step.
+    #[must_use]
+    pub fn stepped(&self, state: &State) -> State {
+        let mut next = state.clone();
+        for (platen, key, step) in &self.steps {
+            next.add(platen, key, *step);
+        }
+        next.steps += 1;
+        next
+    }
+}

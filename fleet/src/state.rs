@@ -1,0 +1,233 @@
+//! Where the problem is linearised: values of all unknowns, what is known of them before the data, and whole teeth between recordings.
+
+use crate::key::{Key, Name, Platen, Ruling, SPAN, SPANS_APART};
+use crate::member::Member;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use tooth_map::{Setup, Unknowns};
+
+/// Prior deviation of what both spans are longer by, m: an assembly places each of four arms to a millimetre (`span_error`'s prior).
+pub const SPAN_M: f64 = 1.0e-3;
+/// The same of the difference of both, m: its 5 µm at the 15 mrad rms of a turn by ±1.5° (`span_error`'s prior).
+const SPANS_APART_M: f64 = 5.0e-6 / 15.0e-3;
+/// Prior deviation of a ruling's shape: 3 µm over ±5 mm (`axis_skew`'s prior).
+const RULING: f64 = 3.0e-6 / 5.0e-3;
+/// Prior deviation of a bow, 1/m: a field of teeth under an aperture, 3 µm, bends over the ±2.5 mm that a recording under a beacon crosses. Nodes that
+/// are independent of each other bend by less.
+const BOW_PER_M: f64 = 3.0e-6 / (2.5e-3 * 2.5e-3);
+
+/// Version of a state's file.
+pub const STATE_VERSION: u64 = 1;
+
+/// What is known of an unknown before the data, in its own unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Prior {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub deviation: f64,
+}
+
+/// A recording's place in the problem.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Placed {
+    /// Its courier.
+    pub courier: Name,
+    /// Its platen.
+    pub platen: Platen,
+    /// Teeth along x and y by which the platen's count is ahead of the recording's.
+    pub shift_teeth: [i32; 2],
+}
+
+/// The point of linearisation.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Version of the file.
+    pub courier_fleet_state: u64,
+
+    /// Steps taken so far.
+    pub steps: u32,
+    /// Weight by which the next step is held back.
+    pub damping: f64,
+    /// What was left at the state before, and that state, to go back to where a step made it more.
+    pub before: Option<(f64, Box<State>)>,
+
+    /// How often the noise was told.
+    pub noise_told: u32,
+    /// Noise of a segment and of a displacement that weighs each recording, m.
+    pub noise_m: BTreeMap<Name, [f64; 2]>,
+    /// Recordings by name.
+    pub recordings: BTreeMap<Name, Placed>,
+    /// Values of what belongs to couriers and recordings, with their priors.
+    #[serde(with = "pairs")]
+    pub sensors: BTreeMap<Key, (f64, Prior)>,
+    /// Values of what belongs to platens; what is not there is zero.
+    #[serde(with = "pairs")]
+    pub platens: BTreeMap<(Platen, Key), f64>,
+}
+
+/// A table whose keys are no text, as a list of pairs.
+mod pairs {
+    use serde::de::{Deserialize, Deserializer};
+    use serde::ser::{Serialize, Serializer};
+    use std::collections::BTreeMap;
+
+    pub fn serialize<K: Serialize, V: Serialize, S: Serializer>(
+        table: &BTreeMap<K, V>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(table)
+    }
+
+    pub fn deserialize<'de, K, V, D>(deserializer: D) -> Result<BTreeMap<K, V>, D::Error>
+    where
+        K: Deserialize<'de> + Ord,
+        V: Deserialize<'de>,
+        D: Deserializer<'de>,
+    {
+        let list: Vec<(K, V)> = Deserialize::deserialize(deserializer)?;
+        Ok(list.into_iter().collect())
+    }
+}
+
+impl State {
+    /// Value of an unknown; zero of one that nothing has been said of.
+    #[must_use]
+    pub fn value(&self, platen: &Platen, key: &Key) -> f64 {
+        match key {
+            Key::Courier(..) | Key::Recording(..) => {
+                self.sensors.get(key).map_or(0.0, |(value, _)| *value)
+            }
+            _ => {
+                let value = self.platens.get(&(platen.clone(), key.clone()));
+                value.copied().unwrap_or(0.0)
+            }
+        }
+    }
+
+    /// Adds to the value of an unknown.
+    pub fn add(&mut self, platen: &Platen, key: &Key, step: f64) {
+        match key {
+            Key::Courier(..) | Key::Recording(..) => {
+                if let Some((value, _)) = self.sensors.get_mut(key) {
+                    *value += step;
+                }
+            }
+            _ => {
+                let key = (platen.clone(), key.clone());
+                *self.platens.entry(key).or_default() += step;
+            }
+        }
+    }
+
+    /// Teeth by which a platen's count is ahead of a recording's.
+    #[must_use]
+    pub fn shift_teeth(&self, recording: &str) -> [i32; 2] {
+        let placed = self.recordings.get(recording);
+        placed.map_or([0; 2], |placed| placed.shift_teeth)
+    }
+
+    /// Recordings of a courier, and over a platen.
+    #[must_use]
+    pub fn counts(&self, member: &Member) -> [usize; 2] {
+        let of = |same: &dyn Fn(&Placed) -> bool| {
+            self.recordings
+                .values()
+                .filter(|placed| same(placed))
+                .count()
+                .max(1)
+        };
+        [
+            of(&|placed| placed.courier == member.courier),
+            of(&|placed| placed.platen == member.platen),
+        ]
+    }
+}
+
+/// The key of each of the tooth map's unknowns in a recording's problem.
+#[must_use]
+pub fn keys_of(member: &Member, unknowns: &Unknowns, shift_teeth: [i32; 2]) -> Vec<Key> {
+    let of_courier = |i: usize| Key::Courier(member.courier.clone(), i as u16);
+    let mut keys: Vec<Key> = (0..unknowns.field(0)).map(of_courier).collect();
+    let mounting = unknowns.mounting();
+    let of_recording = [
+        unknowns.parity(),
+        unknowns.angle(),
+        mounting,
+        mounting + 3,
+        mounting + 4,
+    ];
+    for (number, at) in of_recording.into_iter().enumerate() {
+        keys[at] = Key::Recording(member.recording.clone(), number as u16);
+    }
+    for direction in 0..2 {
+        let grid = &unknowns.grids[direction];
+        let shift = [shift_teeth[direction], shift_teeth[1 - direction]];
+        let [along, across] = grid.nodes.map(i32::from);
+        for i in 0..along {
+            for j in 0..across {
+                let node = [
+                    grid.first_teeth[0] + i + shift[0],
+                    grid.first_teeth[1] + j + shift[1],
+                ];
+                keys.push(Key::Node(direction as u8, node));
+            }
+        }
+    }
+    for direction in 0..2 {
+        let grid = &unknowns.grids[direction];
+        let first = grid.first_teeth[0] + shift_teeth[direction];
+        let lines = i32::from(grid.nodes[0]);
+        keys.extend((0..lines).map(|i| Key::Line(direction as u8, first + i)));
+    }
+    keys
+}
+
+/// Unknowns that the tooth map has not: their keys and deviations.
+#[must_use]
+pub fn further(member: &Member) -> [(Key, f64); 6] {
+    let of_courier = |which| Key::Courier(member.courier.clone(), which);
+    [
+        (Key::Ruling(Ruling::PitchDifference), RULING),
+        (Key::Ruling(Ruling::OutOfSquare), RULING),
+        (Key::Ruling(Ruling::BowOfX), BOW_PER_M),
+        (Key::Ruling(Ruling::BowOfY), BOW_PER_M),
+        (of_courier(SPAN), SPAN_M),
+        (of_courier(SPANS_APART), SPANS_APART_M),
+    ]
+}
+
+/// Values and priors of a recording's own and its courier's unknowns, by the values of a fit of this recording alone.
+#[must_use]
+pub fn sensors_of(
+    member: &Member,
+    unknowns: &Unknowns,
+    values: &[f64],
+) -> BTreeMap<Key, (f64, Prior)> {
+    let setup: &Setup = &member.setup;
+    let (start, mut deviations) = (unknowns.start(setup), unknowns.deviations(setup));
+    // An offset of the angle is one with a diode that is mounted turned and lever arms that are turned with it: gauge, but for the angle by
+    // which a platen's rulings, out of square, turn all that is over them.
+    deviations[unknowns.angle()] = 2.0 * setup.span_m * RULING;
+    let keys = keys_of(member, unknowns, [0; 2]);
+    let of_map = keys.into_iter().enumerate().take(unknowns.field(0));
+    let mut sensors: BTreeMap<Key, (f64, Prior)> = of_map
+        .map(|(i, key)| {
+            let prior = Prior {
+                mean: start[i],
+                deviation: deviations[i],
+            };
+            (key, (values[i], prior))
+        })
+        .collect();
+    for (key, deviation) in further(member) {
+        if key.courier().is_some() {
+            let prior = Prior {
+                mean: 0.0,
+                deviation,
+            };
+            sensors.insert(key, (0.0, prior));
+        }
+    }
+    sensors
+}

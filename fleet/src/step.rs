@@ -1,0 +1,76 @@
+//! From a state to the next: a step on, a shorter one, or the same with the noise that shows.
+
+use crate::key::{Name, Platen};
+use crate::member::Member;
+use crate::solve::{Solution, solve};
+use crate::state::State;
+use crate::sums::Sums;
+use anyhow::Result;
+use std::collections::BTreeMap;
+use tooth_map::Noise;
+
+/// Settled when the squares fall by no more than this: no combination of unknowns then moves by a tenth of the deviation that the data leave it.
+const SETTLED: f64 = 1.0e-2;
+/// Settled enough for the noise to be told from what is left: all within that deviation.
+const SETTLED_FOR_NOISE: f64 = 1.0;
+/// How often it is told: from a fit with too large a noise, and from one with the noise of that.
+const NOISE_TOLD: u32 = 2;
+
+/// Whether a step from a state is too short to count.
+#[must_use]
+pub fn is_settled(state: &State, solution: &Solution) -> bool {
+    solution.decrement < SETTLED && state.noise_told >= NOISE_TOLD
+}
+
+/// Factors of the damping where a step has made more of what is left, and where it has made less (Marquardt 1963).
+const MORE: f64 = 10.0;
+/// See [`MORE`].
+const LESS: f64 = 0.1;
+/// Damping of the first step that is damped, and the least that counts.
+const FIRST_DAMPING: f64 = 0.1;
+/// See [`FIRST_DAMPING`].
+const LEAST_DAMPING: f64 = 1.0e-3;
+
+/// The next state. Where all is settled but the noise, the same with the noise that the recordings show. Where the last step has made less of what is left, a step on; else back to before it, to a shorter one: angles, lever
+/// arms and spans may change together along a curve that no reading sees, and a straight step along it goes astray.
+///
+/// # Errors
+/// A reading is no number.
+pub fn advanced(
+    sums: &BTreeMap<Platen, Sums>,
+    state: &State,
+    solution: &Solution,
+    noise_m: impl IntoIterator<Item = (Name, [f64; 2])>,
+) -> Result<State> {
+    if solution.decrement < SETTLED_FOR_NOISE && state.noise_told < NOISE_TOLD {
+        let mut next = state.clone();
+        next.noise_m.extend(noise_m);
+        next.noise_told += 1;
+        next.steps += 1;
+        // Other weights make other squares.
+        next.before = None;
+        return Ok(next);
+    }
+    let mut next = match &state.before {
+        Some((left, before)) if solution.objective > *left => {
+            let mut again = State::clone(before);
+            // The step there was damped by what this state has let go.
+            again.damping = (state.damping / LESS * MORE).max(FIRST_DAMPING);
+            again.steps = state.steps + 1;
+            return Ok(again);
+        }
+        _ if state.damping < LEAST_DAMPING => solution.stepped(state),
+        _ => solve(sums, state, state.damping)?.stepped(state),
+    };
+    let mut before = state.clone();
+    before.before = None;
+    next.damping = LESS * state.damping;
+    next.before = Some((solution.objective, Box::new(before)));
+    Ok(next)
+}
+
+/// A recording's name and the noise that it showed: of a segment and of a displacement, m.
+pub(crate) fn shown(member: &Member, noise: &Noise) -> (Name, [f64; 2]) {
+    let noise_m = [noise.segment_m, noise.displacement_m];
+    (member.recording.clone(), noise_m)
+}

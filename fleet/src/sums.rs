@@ -1,0 +1,177 @@
+//! Sums of products of a recording's columns, by the names of the unknowns: sums of several recordings add.
+
+use crate::key::Key;
+use crate::linearised::AtState;
+use crate::member::Member;
+use crate::state::{Prior, State, further};
+use normal_equations::symmetric::Symmetric;
+use serde::{Deserialize, Serialize};
+
+use std::collections::BTreeSet;
+use tooth_map::{
+    FIRST_NOISE, Linear, Noise, add_rows, field_prior_m, noise_shown, places, products,
+};
+
+/// What a field of cubic B-splines a pitch apart cannot follow of independent teeth under a smooth aperture of five to seven, as a share of
+/// the field: 1.6 % along and across each, by a least-squares fit of drawn fields. Under an aperture with steep edges it is more.
+const INEXACTNESS: f64 = 0.023;
+/// Pitches over which that error stays the same: it changes its sign from a node to the middle between two.
+const PLACE_PITCHES: f64 = 0.5;
+/// Most of a recording's equations that its unknowns are taken to have spent.
+const MOST_SPENT: f64 = 0.5;
+
+/// Normal equations of some recordings over one platen, at one state. Columns are counted in the deviations of their priors, which
+/// are not in the sums.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sums {
+    /// The unknowns, ascending, and what is known of each before the data.
+    pub columns: Vec<(Key, Prior)>,
+    /// Products of the whitened columns with each other.
+    pub gram: Symmetric,
+    /// And with what is left.
+    pub right: Vec<f64>,
+    /// Squares of what is left, those of single poses that stand out counting less.
+    pub squares: f64,
+    /// Poses in it.
+    pub poses: usize,
+}
+
+/// Sums of one recording at a state, and the noise that is to weigh its poses once the fit has settled with that in force.
+#[must_use]
+pub fn sums_of(member: &Member, state: &State) -> (Sums, Noise) {
+    let at = AtState::new(member, state);
+    let lines: Vec<Linear> = member.poses.iter().map(|pose| at.linear(pose)).collect();
+    let weighing = with_inexactness(member, &noise_in_force(member, state));
+    let told = noise_told(member, state, &at, &lines);
+    (weighed(member, state, &at, &lines, &weighing), told)
+}
+
+/// The same sums as if nothing but the readings' noise were wrong: no estimate can be better than what they leave (the Cramér-Rao bound).
+#[must_use]
+pub fn sums_by_noise(member: &Member, state: &State) -> Sums {
+    let at = AtState::new(member, state);
+    let lines: Vec<Linear> = member.poses.iter().map(|pose| at.linear(pose)).collect();
+    weighed(member, state, &at, &lines, &noise_in_force(member, state))
+}
+
+/// Sums of a recording's poses, in ascending order of the unknowns' keys.
+fn weighed(
+    member: &Member,
+    state: &State,
+    at: &AtState,
+    lines: &[Linear],
+    weighing: &Noise,
+) -> Sums {
+    let priors = priors(member, state, at);
+    let mut order: Vec<usize> = (0..at.keys.len()).collect();
+    order.sort_unstable_by_key(|i| &at.keys[*i]);
+    let mut column = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(k, i)| column[*i] = k);
+    let left = order.len();
+    let whole = products(at.setup(), &member.poses, left + 1, |pose, rows| {
+        let line = at.linear(pose);
+        let entries = line.by.iter();
+        let entries = entries.map(|(i, by)| (column[*i], *by, priors[*i].deviation));
+        add_rows(&line, weighing, entries, left, rows);
+    });
+    let mut gram = Symmetric::zeros(left);
+    for k in 0..left {
+        gram.below_mut(k)
+            .copy_from_slice(&whole.below(k)[..left - k]);
+    }
+    let columns = order.iter().map(|i| (at.keys[*i].clone(), priors[*i]));
+    Sums {
+        columns: columns.collect(),
+        gram,
+        right: (0..left).map(|k| whole[(left, k)]).collect(),
+        squares: lines.iter().map(|line| line.squares(weighing)).sum(),
+        poses: member.poses.len(),
+    }
+}
+
+/// The noise by which a recording's poses are weighed: as it was told last, and until then large, since the teeth are in it.
+fn noise_in_force(member: &Member, state: &State) -> Noise {
+    match state.noise_m.get(&member.recording) {
+        Some([segment_m, displacement_m]) => Noise {
+            segment_m: *segment_m,
+            displacement_m: *displacement_m,
+        },
+        None => FIRST_NOISE,
+    }
+}
+
+/// The noise with what the field's form cannot follow. That error is the same for all poses over one place, so it does not average out: where
+/// so many of them are within a place, they tell as little as one with that many times its variance.
+fn with_inexactness(member: &Member, noise: &Noise) -> Noise {
+    let mut apart = BTreeSet::new();
+    for pose in &member.poses {
+        let seen = places(&member.setup, &pose.outputs_m);
+        let along = |s: usize| seen[s].map(|place| (place / PLACE_PITCHES).floor() as i32);
+        apart.extend((0..seen.len()).map(|s| (s, along(s))));
+    }
+    // Each pose has a place of each segment.
+    let together = (4 * member.poses.len()) as f64 / apart.len().max(1) as f64;
+    let inexact_m = INEXACTNESS * field_prior_m();
+    Noise {
+        segment_m: noise.segment_m.hypot(inexact_m * together.sqrt()),
+        displacement_m: noise.displacement_m,
+    }
+}
+
+/// The noise that what is left at a state shows.
+fn noise_told(member: &Member, state: &State, at: &AtState, lines: &[Linear]) -> Noise {
+    let [of_courier, over_platen] = state.counts(member).map(|count| count as f64);
+    let of_sensor = at.keys.iter().filter(|key| key.courier().is_some()).count() as f64;
+    let of_platen = at.keys.len() as f64 - of_sensor;
+    let unknowns = of_sensor / of_courier + of_platen / over_platen;
+    let spent = unknowns / (3.0 * member.poses.len() as f64);
+    noise_shown(at.setup(), lines, spent.min(MOST_SPENT))
+}
+
+/// Priors of a recording's unknowns: those of sensors stand in the state.
+fn priors(member: &Member, state: &State, at: &AtState) -> Vec<Prior> {
+    let further = further(member).map(|(_, deviation)| deviation);
+    let mut deviations = at.unknowns.deviations(&member.setup);
+    deviations.extend(further);
+    let of = |(key, deviation): (&Key, f64)| match state.sensors.get(key) {
+        Some((_, prior)) => *prior,
+        None => Prior {
+            mean: 0.0,
+            deviation,
+        },
+    };
+    at.keys.iter().zip(deviations).map(of).collect()
+}
+
+impl Sums {
+    /// Of both, over the same platen and at the same state: in any order, and in any grouping, but for the last digits.
+    #[must_use]
+    pub fn plus(self, other: &Self) -> Self {
+        let mut columns = self.columns.clone();
+        columns.extend(other.columns.iter().cloned());
+        columns.sort_by(|a, b| a.0.cmp(&b.0));
+        columns.dedup_by(|a, b| a.0 == b.0);
+        let mut gram = Symmetric::zeros(columns.len());
+        let mut right = vec![0.0; columns.len()];
+        for part in [&self, other] {
+            let place = |key: &Key| columns.binary_search_by(|(k, _)| k.cmp(key)).unwrap_or(0);
+            // Both lists ascend, and so do the places.
+            let places: Vec<usize> = part.columns.iter().map(|(key, _)| place(key)).collect();
+            for (k, at) in places.iter().enumerate() {
+                let slots = gram.below_mut(*at);
+                let values = part.gram.below(k);
+                for (row, value) in places[k..].iter().zip(values) {
+                    slots[row - at] += value;
+                }
+                right[*at] += part.right[k];
+            }
+        }
+        Self {
+            columns,
+            gram,
+            right,
+            squares: self.squares + other.squares,
+            poses: self.poses + other.poses,
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! A courier of the make at rest under its beacon, pose after pose.
+
+use courier_sensor::frame::SEGMENTS;
+use effects::motion::Pose;
+use effects::plant::{Instant, SegmentPoint};
+use fleet::{Member, Platen};
+use hal_sim::coordination::{origin_under, pose_under};
+use hal_sim::courier::Courier;
+use hal_sim::presets::of_the_make;
+use hal_sim::spec::CourierSpec;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, Uniform};
+use std::f64::consts::TAU;
+use tooth_map::{Setup, TeethPose};
+
+/// Samples of a standstill, and the angle either way.
+const SAMPLES: u32 = 16;
+const TURN_RAD: f64 = 0.026;
+
+/// A recording of a courier over a platen: poses within so many pitches of the beacon, in the count that begins where the courier was switched
+/// on.
+pub fn member(courier: u64, platen: u64, seed: u64, poses: usize, reach_pitches: f64) -> Member {
+    let spec = of_the_make(Some(courier), Some(platen));
+    let setup = setup(&spec);
+    let pitch_m = spec.geometry.pitch_m;
+    let home_teeth = home_teeth(&spec).map(f64::from);
+    let origin_m = origin_under(&spec.geometry, spec.beacon_over.expect("a beacon"));
+    let geometry = spec.geometry;
+    let mut plant = Courier::new(spec, seed).expect("errors with an inverse");
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let within = Uniform::new(-reach_pitches * pitch_m, reach_pitches * pitch_m).unwrap();
+    let turn = Uniform::new(-TURN_RAD, TURN_RAD).unwrap();
+    let mut time_s = 0.0;
+    let all: Vec<TeethPose> = (0..poses)
+        .map(|_| {
+            let offset_m = [0; 2].map(|_| within.sample(&mut rng));
+            let pose = pose_under(&geometry, origin_m, offset_m, turn.sample(&mut rng));
+            at_rest(&mut plant, pose, &mut time_s, pitch_m, home_teeth)
+        })
+        .collect();
+    let platen = Platen {
+        platen_id: format!("platen {platen}"),
+        beacon_id: String::new(),
+    };
+    let name = format!("courier {courier} on {platen}, {seed}");
+    Member::of_poses(&name, &format!("courier {courier}"), platen, setup, &all).unwrap()
+}
+
+/// The tooth along x and y from which a courier counts: all of its segments begin at the same.
+pub fn home_teeth(spec: &CourierSpec) -> [i32; 2] {
+    let home = spec.places.scatter_corner;
+    [home.x_m, home.y_m].map(|m| (m / spec.geometry.pitch_m).round() as i32)
+}
+
+fn setup(spec: &CourierSpec) -> Setup {
+    let (nominal, electronics) = (&spec.nominal, &spec.electronics);
+    let by_average = 1.0 / f64::from(SAMPLES).sqrt();
+    let segment = electronics.quadrature_noise_counts / electronics.amplitude_counts;
+    let deflection = 2.0_f64.sqrt() * electronics.psd_noise_counts / electronics.psd_sum_counts;
+    Setup {
+        pitch_m: nominal.pitch_m,
+        span_m: nominal.span_m,
+        lateral_m: nominal.lateral_m,
+        height_m: nominal.height_m,
+        lever_m: nominal.lever_m,
+        tan_full_scale: nominal.tan_full_scale,
+        segment_noise_m: by_average * segment * nominal.pitch_m / TAU,
+        displacement_noise_m: by_average * deflection * nominal.height_m * nominal.tan_full_scale,
+    }
+}
+
+fn at_rest(
+    plant: &mut Courier,
+    pose: Pose,
+    time_s: &mut f64,
+    pitch_m: f64,
+    home_teeth: [f64; 2],
+) -> TeethPose {
+    let share = 1.0 / f64::from(SAMPLES);
+    let mut mean = TeethPose {
+        outputs_m: [0.0; SEGMENTS],
+        deflection: [0.0; 2],
+    };
+    for _ in 0..SAMPLES {
+        *time_s += 1.0e-3;
+        let sample = plant.counts_at(&pose, *time_s);
+        for (s, teeth) in plant.teeth().into_iter().enumerate() {
+            let [sine, cosine] = sample.quadrature[s].map(f64::from);
+            let turns = f64::from(teeth) + sine.atan2(cosine) / TAU - home_teeth[s % 2];
+            mean.outputs_m[s] += share * turns * pitch_m;
+        }
+        let [xp, xn, yp, yn] = sample.electrodes.map(f64::from);
+        mean.deflection[0] += share * (xp - xn) / (xp + xn);
+        mean.deflection[1] += share * (yp - yn) / (yp + yn);
+    }
+    mean
+}
+
+/// What the teeth of a platen add to a segment's reading in the middle of a cell, m: the plant's displacement, the other way round. A long wave of its
+/// lines is there as well.
+pub fn field_m(platen: u64, direction: usize, cell: [i32; 2]) -> f64 {
+    let mut spec = of_the_make(None, Some(platen));
+    let geometry = spec.geometry;
+    let place_m = cell.map(|tooth| (f64::from(tooth) + 0.5) * geometry.pitch_m);
+    // Across is told from the sensor's centre: the segment of this direction that stands half a span aside.
+    let point = SegmentPoint {
+        own_m: place_m[0],
+        across_m: place_m[1] - geometry.across_offset_m(direction),
+    };
+    let pose = Pose::default();
+    let at = Instant {
+        time_s: 0.0,
+        pose,
+        temperature_delta_k: 0.0,
+        motion: &pose,
+        geometry: &geometry,
+    };
+    let mut sum_m = 0.0;
+    for effect in [0, 2] {
+        sum_m += spec.effects[effect].displacement_m(&at, &[point; SEGMENTS])[direction];
+    }
+    -sum_m
+}

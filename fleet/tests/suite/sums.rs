@@ -1,0 +1,123 @@
+//! Sums add in any grouping, parts are files, and recordings that do not go together are refused.
+
+use crate::simulated::member;
+use fleet::{Key, Member, Part, Platen, State, begin, fit, sums_of};
+
+fn three() -> [Member; 3] {
+    [(1, 5), (2, 5), (3, 5)].map(|(c, platen)| member(c, platen, 10 * platen + c, 130, 1.5))
+}
+
+/// Through its file: JSON.
+fn stored(part: &Part) -> Part {
+    serde_json::from_str(&serde_json::to_string(part).unwrap()).unwrap()
+}
+
+/// An engine's tree of parts leads to where the whole fit leads.
+#[test]
+fn parts_that_are_added_in_any_grouping_lead_to_the_same() {
+    let members = three();
+    let mut state: Option<State> = None;
+    loop {
+        let parts = members
+            .each_ref()
+            .map(|m| stored(&Part::of(m, state.as_ref()).unwrap()));
+        let [a, b, c] = parts;
+        let whole = Part::join([c, stored(&Part::join([b, a]).unwrap())]).unwrap();
+        let (next, progress) = whole.next(state.as_ref()).unwrap();
+        if progress.is_settled {
+            break;
+        }
+        assert!(progress.steps < 25);
+        state = Some(next);
+    }
+    let state = state.unwrap();
+    let fitted = fit(&members, &|| ()).unwrap();
+    assert_eq!(state.steps, fitted.state.steps);
+    let platen = &members[0].platen;
+    for (key, (value, prior)) in &fitted.state.sensors {
+        let difference = (state.value(platen, key) - value) / prior.deviation;
+        assert!(difference.abs() < 1e-6, "{key:?}: {difference:e}");
+    }
+}
+
+#[test]
+fn parts_that_do_not_go_together_are_refused() {
+    let members = three();
+    let start = Part::of(&members[0], None).unwrap();
+    let (state, _) = start.next(None).unwrap();
+    let there = Part::of(&members[0], Some(&state)).unwrap();
+    let wrong = |result: anyhow::Result<Part>| result.unwrap_err().to_string();
+    let told = wrong(Part::join([start.clone(), there.clone()]));
+    assert!(told.contains("no and 0 steps"), "{told}");
+    let told = wrong(Part::join([there.clone(), there.clone()]));
+    assert!(told.contains("in two parts"), "{told}");
+    let told = wrong(Part::of(&members[1], Some(&state)));
+    assert!(told.contains("no recording of the state"), "{told}");
+    let told = start.next(Some(&state)).unwrap_err().to_string();
+    assert!(told.contains("wanted them alike"), "{told}");
+}
+
+/// The derivatives by all kinds of unknowns, where fields and waves are in force, against a difference of what is left.
+#[test]
+fn derivatives_are_those_of_what_is_left() {
+    let member = member(1, 5, 1, 130, 1.5);
+    let beginning = begin(&member).unwrap();
+    let state = beginning.state.clone();
+    let (sums, _) = sums_of(&member, &state);
+    let (mut tried, platen) = (0, &member.platen);
+    for (k, (key, prior)) in sums.columns.iter().enumerate() {
+        // Of many nodes some; a beacon's place is told so well that its prior's step leaves the straight part.
+        let is_left_out = match key {
+            Key::Node(..) => k % 9 != 0,
+            Key::Recording(_, number) => *number >= 3,
+            _ => false,
+        };
+        if is_left_out {
+            continue;
+        }
+        tried += 1;
+        // With rows r + J d of unit noise the squares' difference over 2 d is -J r: the right side.
+        let unit = 1.0e-3 * prior.deviation;
+        let mut squares = [1.0, -1.0].map(|sign| {
+            let mut moved = state.clone();
+            moved.add(platen, key, sign * unit);
+            sums_of(&member, &moved).0.squares
+        });
+        squares.iter_mut().for_each(|s| *s *= 0.5);
+        let wanted = -(squares[0] - squares[1]) / 2.0e-3;
+        let found = sums.right[k];
+        let scale = (sums.gram[(k, k)] * sums.squares).sqrt();
+        assert!(
+            (found - wanted).abs() <= 0.01 * scale,
+            "{key:?}: {found} {wanted} of {scale}"
+        );
+    }
+    assert!(tried > 200, "{tried}");
+}
+
+#[test]
+fn another_platen_of_the_same_name_is_refused() {
+    let mut other = member(2, 6, 7, 200, 2.0);
+    let here = member(1, 5, 8, 200, 2.0);
+    other.platen = Platen::clone(&here.platen);
+    let told = fit(&[here, other], &|| ()).err().unwrap().to_string();
+    assert!(
+        told.contains("another platen") || told.contains("whole teeth"),
+        "{told}"
+    );
+}
+
+/// A beacon that was moved by part of a tooth leaves no shift under which the same courier's places are right.
+#[test]
+fn a_beacon_that_was_moved_is_refused() {
+    let here = member(1, 5, 8, 130, 1.5);
+    let mut moved = member(1, 5, 9, 130, 1.5);
+    // Everything along y is counted from elsewhere: by part of a tooth.
+    let part_m = 0.45 * here.setup.pitch_m;
+    for pose in &mut moved.poses {
+        pose.outputs_m[1] += part_m;
+        pose.outputs_m[3] += part_m;
+    }
+    let told = fit(&[here, moved], &|| ()).err().unwrap().to_string();
+    assert!(told.contains("off a whole number"), "{told}");
+}

@@ -1,0 +1,118 @@
+//! The answer of `courier fleet` for the terminal.
+
+use crate::terminal::{figure, micrometres, table};
+use fleet::{Answer, CourierAnswer, PlatenAnswer, RecordingAnswer, Told};
+
+/// All of it: held-out poses by recording, then couriers, platens, and what none of it tells.
+pub fn text(answer: &Answer) -> String {
+    let recordings = table(
+        &[
+            "recording",
+            "courier",
+            "platen",
+            "teeth",
+            "poses",
+            "held-out g_p, g_x, g_y, µm: plain",
+            "with its own map",
+            "fleet",
+        ],
+        &answer.recordings.iter().map(recording).collect::<Vec<_>>(),
+    );
+    let couriers = table(
+        &[
+            "courier",
+            "waves, µm",
+            "± alone",
+            "± fleet",
+            "span, µm",
+            "± alone",
+            "± fleet",
+            "spans apart, µm",
+            "± alone",
+            "± fleet",
+        ],
+        &answer.couriers.iter().map(courier).collect::<Vec<_>>(),
+    );
+    let platens = table(
+        &[
+            "platen",
+            "couriers",
+            "cells",
+            "field, µm",
+            "± alone",
+            "± fleet",
+            "out of square, mrad",
+            "± alone",
+            "± fleet",
+            "pitch x over y, 1e-3",
+            "± alone",
+            "± fleet",
+        ],
+        &answer.platens.iter().map(platen).collect::<Vec<_>>(),
+    );
+    let gauge: Vec<String> = answer
+        .gauge
+        .iter()
+        .map(|line| format!("  {line}"))
+        .collect();
+    format!(
+        "{recordings}\n\n{couriers}\n\n{platens}\n\n{} unknowns, {} steps\ntold by no recording of this kind:\n{}",
+        answer.unknowns,
+        answer.steps,
+        gauge.join("\n")
+    )
+}
+
+fn recording(of: &RecordingAnswer) -> Vec<String> {
+    let three = |g_m: [f64; 3]| g_m.map(micrometres).join(", ");
+    vec![
+        of.recording.clone(),
+        of.courier.clone(),
+        of.platen.to_string(),
+        of.shift_teeth.map(|teeth| format!("{teeth:+}")).join(", "),
+        of.poses.to_string(),
+        three(of.plain_m),
+        three(of.alone_m),
+        three(of.fleet_m),
+    ]
+}
+
+fn courier(of: &CourierAnswer) -> Vec<String> {
+    let mut row = vec![of.courier.clone()];
+    for told in [of.waves_m, of.span_m, of.spans_apart_m] {
+        row.extend(three(told, 1.0e6));
+    }
+    row
+}
+
+fn platen(of: &PlatenAnswer) -> Vec<String> {
+    let mut row = vec![
+        of.platen.to_string(),
+        of.couriers.to_string(),
+        format!("{} ({} by one)", of.cells, of.cells_alone),
+    ];
+    row.extend(three(of.field_m, 1.0e6));
+    row.extend(three(of.out_of_square_rad, 1.0e3));
+    row.extend(three(of.pitch_difference, 1.0e3));
+    row
+}
+
+/// Value, and both deviations: where the data leave more than nine tenths of what was known before, nothing is told.
+fn three(told: Told, per_unit: f64) -> [String; 3] {
+    let one = |deviation: f64| {
+        if deviation > UNTOLD * told.prior {
+            "not told".to_owned()
+        } else {
+            figure(per_unit * deviation)
+        }
+    };
+    let value = if told.deviation > UNTOLD * told.prior {
+        "not told".to_owned()
+    } else {
+        figure(per_unit * told.value)
+    };
+    [value, one(told.alone), one(told.deviation)]
+}
+
+/// Share of the deviation before the data from which on a number says nothing of its own.
+const UNTOLD: f64 = 0.9;
