@@ -1,14 +1,11 @@
 //! From weighed sets to the verdict: ordered reasons, each with its number.
 
-use super::alias::{class, is_no_trifle, limit};
-use super::least_size::least_squares;
+use super::alias::class;
+use super::hypotheses::{Hypothesis, Says, give_way_to_causes, hypotheses};
 use super::problem::Problem;
 use super::weighed::Weighed;
 use crate::verdict::answer::Verdict;
 use std::fmt;
-
-/// Noise that is louder than stated by less than this in rms is no gap.
-const VISIBLE: f64 = crate::selection::limits::VISIBLE_GAP_RATIO;
 
 /// One step of the decision.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,27 +78,6 @@ pub struct Decision {
     pub reasons: Vec<Reason>,
     /// Logarithm of the sum of all weights: the evidence of the whole comparison.
     pub log_evidence: f64,
-}
-
-/// What a hypothesis says of the gap.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Says {
-    NoGap,
-    Named,
-    Unknown,
-}
-
-/// A set under one of the four hypotheses about what it leaves.
-struct Hypothesis {
-    /// Place among the sets.
-    set: usize,
-    /// Logarithm of its weight.
-    log_weight: f64,
-    says: Says,
-    /// White noise above the stated one is part of it.
-    noise: bool,
-    /// Whitened squares that nothing named explains.
-    left: f64,
 }
 
 /// Decides. `all` is ordered by weight; `noise_is_white` tells whether what the best set leaves has been shown to be noise.
@@ -191,98 +167,6 @@ fn reason(asked: &'static str, found: f64, limit: f64) -> Reason {
         found,
         limit,
         yes: found > limit,
-    }
-}
-
-/// All sets under all hypotheses.
-fn hypotheses(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Vec<Hypothesis> {
-    let least = least_squares(problem.reduced.rows);
-    let mut out = Vec::new();
-    for (k, weighed) in all.iter().enumerate() {
-        let shapes = weighed.nameless.as_ref();
-        let told = without_trifling_shapes(problem, all, k);
-        let open = weighed.open(problem.log_odds);
-        let closed = weighed.closed(problem.log_odds);
-        let in_shapes: f64 = shapes.map_or(0.0, |(shapes, _)| shapes.explained);
-        let noise_with = shapes.map_or(weighed.noise, |(_, noise)| *noise);
-        let forms = [
-            (closed[0], 0.0, None),
-            (closed[1], 0.0, Some(weighed.noise)),
-            (open[0], in_shapes, None),
-            (open[1], in_shapes, Some(noise_with)),
-        ];
-        for (log_weight, shaped, louder) in forms {
-            let excess = louder.map_or(0.0, |noise| noise.log_variance.exp_m1().max(0.0));
-            let visible = excess > VISIBLE * VISIBLE - 1.0;
-            let noise = visible && noise_is_white;
-            let unlocated = if visible && !noise {
-                excess * weighed.left.degrees * (-weighed.left.log_noise).exp()
-            } else {
-                0.0
-            };
-            let left = shaped + unlocated;
-            let trifle = left < least + weighed.lacking;
-            let says = match (weighed.set().is_empty(), noise) {
-                _ if !weighed.listed => Says::Unknown,
-                (true, false) if trifle => Says::NoGap,
-                (true, false) => Says::Unknown,
-                _ if !trifle => Says::Unknown,
-                _ => Says::Named,
-            };
-            out.push(Hypothesis {
-                set: told,
-                log_weight,
-                says,
-                noise,
-                left,
-            });
-        }
-    }
-    out
-}
-
-/// Place of the set that is told where a set is found. An effect that is a shape may describe what the forms of the set's causes lack, as
-/// nameless shapes may: where it does no more than that, the causes are told without it.
-fn without_trifling_shapes(problem: &Problem, all: &[Weighed], of: usize) -> usize {
-    let is_shape = |b: &usize| problem.effects.iter().any(|e| e.block == *b && e.shape);
-    let each = all[of].set().iter().zip(&all[of].shares);
-    let stays = each.filter(|(b, share)| !is_shape(b) || share.power > share.may_be_lacking);
-    let causes: Vec<usize> = stays.map(|(b, _)| *b).collect();
-    let same_noise = |w: &Weighed| w.left.log_noise == all[of].left.log_noise;
-    let place = all.iter().position(|w| w.set() == causes && same_noise(w));
-    place.filter(|_| !causes.is_empty()).unwrap_or(of)
-}
-
-/// A shape describes a gap and is no cause. What a set with nameless shapes predicts, a set of causes may predict as well: then it is these
-/// that the hypothesis tells of, whatever Occam's factor says of the two. Such causes leave what the shapes leave, as far as noise and
-/// their own inexactness go (9), and none is a trifle. Whatever the coordinates that it shows in, what has no name is one cause, and one
-/// stands in for it.
-fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [Hypothesis]) {
-    let rows = problem.reduced.rows - problem.reduced.baseline as f64;
-    let causes: Vec<(usize, f64)> = hypotheses
-        .iter()
-        .filter(|h| h.says == Says::Named && !h.noise && h.left == 0.0)
-        .filter(|h| !all[h.set].set().is_empty() && is_no_trifle(&all[h.set]))
-        .map(|h| (h.set, h.log_weight))
-        .collect();
-    for h in hypotheses.iter_mut().filter(|h| h.says == Says::Unknown) {
-        let own = &all[h.set];
-        let Some((shapes, _)) = &own.nameless else {
-            continue;
-        };
-        let told = rows - shapes.left.degrees;
-        let many = own.set().len() + 1;
-        let predicts_the_same = |k: usize| {
-            let other = &all[k];
-            let more = (other.left.squares - shapes.left.squares) * (-own.left.log_noise).exp();
-            other.set().len() <= many
-                && other.left.log_noise == own.left.log_noise
-                && more <= limit(told) + other.lacking
-        };
-        let same = causes.iter().filter(|(k, _)| predicts_the_same(*k));
-        if let Some((k, _)) = same.max_by(|a, b| a.1.total_cmp(&b.1)) {
-            (h.set, h.says, h.left) = (*k, Says::Named, 0.0);
-        }
     }
 }
 

@@ -8,7 +8,7 @@
 //!   [`noise_scale`]: the integral over the noise. [`least_size`]: what makes an effect worth a name. [`nameless`]: shapes that no effect
 //!   owns.
 //! - [`weighed`]: a set with its weight. [`walk`]: the way through the sets at one noise. [`sets`]: the noise, and all sets.
-//! - [`alias`]: sets that predict the same. [`decision`]: the verdict. [`explained`]: the likeliest sets, told.
+//! - [`alias`]: sets that predict the same. [`hypotheses`]: what sets say of a gap. [`decision`]: the verdict. [`explained`]: the likeliest sets, told.
 //! - [`held_out`]: what pieces that were not fitted say of a set. [`weighing`]: all that of a design. [`diagnosed`]: of a recording, of whose
 //!   effects [`fuller`] tells more.
 
@@ -21,6 +21,7 @@ pub mod evidence;
 pub mod explained;
 pub mod fuller;
 pub mod held_out;
+pub mod hypotheses;
 pub mod least_size;
 pub mod nameless;
 pub mod noise_scale;
