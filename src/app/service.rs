@@ -45,7 +45,9 @@ impl Service {
         if learns != self.learner.has_begun() {
             if learns {
                 self.window.forget_cells();
-                self.learner.start(RecalibrationConfig::of(watch.config()));
+                let (config, amended_m) = (watch.config(), watch.amended_m());
+                self.learner
+                    .start(RecalibrationConfig::of(config, amended_m));
             } else {
                 self.learner.stop();
             }
@@ -53,9 +55,10 @@ impl Service {
         watch.take(&mut self.window, reading, &mut self.learner)
     }
 
-    /// The candidate has come in force: a window that was begun with the outputs before does not count, and changes are counted from it.
-    pub fn adopt(&mut self) {
+    /// The candidate has come in force: a window that was begun with the outputs before does not count, and changes are counted from it. By
+    /// how much the calibration has been amended in all, metres rms.
+    pub fn adopt(&mut self) -> f32 {
         self.window.forget();
-        self.learner.adopt();
+        self.learner.adopt()
     }
 }

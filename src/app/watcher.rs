@@ -88,7 +88,11 @@ impl Watcher {
         self.rests = false;
         self.watching = in_force.is_some();
         if let Some(calibration) = in_force {
-            self.watch.start(WatchConfig::of(&calibration.quality));
+            self.watch.start(WatchConfig::of(
+                &calibration.quality,
+                &calibration.model,
+                &calibration.geometry,
+            ));
         }
         task.forget_service();
         self.watching
@@ -192,13 +196,11 @@ impl Watcher {
         self.of = outputs;
         self.adopted = self.adopted.saturating_add(1);
         self.adopted_s = uptime_s;
-        let kept = self.watch.kept().map(Kept::untold);
+        let amended_m = task.service().map_or(0.0, Service::adopt);
+        let kept = self.watch.kept().map(|kept| kept.amended(amended_m));
         self.watch.start(*self.watch.config());
         if let Some(kept) = &kept {
             self.restore(kept);
-        }
-        if let Some(service) = task.service() {
-            service.adopt();
         }
         kept
     }

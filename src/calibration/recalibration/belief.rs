@@ -8,9 +8,10 @@ use crate::math::sqrt;
 
 /// By so much a change must be larger than the prior was made for, to be solved for anew.
 const MUCH_LARGER: f32 = 1.5;
-/// Slope of a correction over its output: by a change of one wave every other correction is looked up beside its place. Corrections of 10 to
-/// 20 µm of orders 1 and 2, as effects of the front end make them (docs/effects.md).
-const SLOPE: f32 = 0.1;
+/// Of what changes leave outside all columns of a window, what goes together with a function of equation (3), over the slope of the
+/// corrections: half of the power of what looking up beside the places makes has orders that equation (3) lacks (0.7), and the functions, which
+/// are taken beside their places too, have a quarter of the slope in one order.
+const TOGETHER: f32 = 0.7 * 0.25;
 
 /// Unknowns: what the calibration left of each amount, and what has changed since.
 const BOTH: usize = 2 * AMOUNTS;
@@ -25,10 +26,12 @@ pub struct Belief {
     config: RecalibrationConfig,
     /// What the calibration left, metres.
     left_m: Amounts,
+    /// What has changed since, metres.
+    changes_m: Amounts,
+    /// Changes that have come in force since it began, metres: the outputs are rid of them, not of what they leave.
+    amended_m: Amounts,
     /// Prior deviation of a change, metres.
     changed_m: f32,
-    /// What an amount may take for its own in one motion and not in another, metres.
-    apart_m: f32,
 }
 
 impl Belief {
@@ -38,8 +41,9 @@ impl Belief {
             rows: Rows::new(0),
             config: RecalibrationConfig::NONE,
             left_m: [0.0; AMOUNTS],
+            changes_m: [0.0; AMOUNTS],
+            amended_m: [0.0; AMOUNTS],
             changed_m: 0.0,
-            apart_m: 0.0,
         }
     }
 
@@ -47,6 +51,20 @@ impl Belief {
     pub fn start(&mut self, config: Option<RecalibrationConfig>) {
         self.config = config.unwrap_or(RecalibrationConfig::NONE);
         self.left_m = [0.0; AMOUNTS];
+        self.changes_m = [0.0; AMOUNTS];
+        self.amended_m = [0.0; AMOUNTS];
+    }
+
+    /// These changes come in force.
+    pub fn amend(&mut self, changes_m: &Amounts) {
+        let amended = self.amended_m.iter_mut().zip(changes_m);
+        amended.for_each(|(all, of)| *all += of);
+    }
+
+    /// By how much the calibration has been amended in all, metres rms.
+    pub fn amended_m(&self) -> f32 {
+        let square: f32 = self.amended_m.iter().map(|a| 0.5 * a * a).sum();
+        self.config.amended_m + sqrt(square)
     }
 
     /// Whether it is for a calibration.
@@ -59,19 +77,23 @@ impl Belief {
         &self.left_m
     }
 
+    /// What has changed since, metres.
+    pub fn changes_m(&self) -> &Amounts {
+        &self.changes_m
+    }
+
     /// Solves for what the calibration left and what has changed, by rows of unit variance that tell their sum and are to count as `now` says,
-    /// by the reference, which tells the first alone and counts as the same rows do by `then`, and by the priors. Returns the changes.
-    pub fn solve(&mut self, rows: &Rows, [now, then]: [f32; 2], reference_m: &Amounts) -> Amounts {
+    /// by the reference, which tells the first alone and counts as the same rows do by `then`, and by the priors.
+    pub fn solve(&mut self, rows: &Rows, [now, then]: [f32; 2], reference_m: &Amounts) {
         self.changed_m = self.config.changed_m;
-        let mut changes_m = self.solve_once(rows, [now, then], reference_m);
+        let changes_m = self.solve_once(rows, [now, then], reference_m);
         let wanted_m = self.prior_m(&changes_m);
         if wanted_m > MUCH_LARGER * self.changed_m {
             // A prior that is too narrow for one change lets others take its part.
             self.changed_m = wanted_m;
-            changes_m = self.solve_once(rows, [now, then], reference_m);
         }
-        self.apart_m = self.apart_m(&changes_m);
-        changes_m
+        let now = now / sqrt(1.0 + now * now * self.together(rows, &changes_m));
+        self.changes_m = self.solve_once(rows, [now, then], reference_m);
     }
 
     fn solve_once(&mut self, rows: &Rows, [now, then]: [f32; 2], reference_m: &Amounts) -> Amounts {
@@ -105,12 +127,26 @@ impl Belief {
         apart.fold(self.config.changed_m, f32::max)
     }
 
-    /// What an amount may take for its own in this motion and not in another, metres: of what the calibration left, and of what equation (3)
-    /// does not hold of these changes.
-    fn apart_m(&self, changes_m: &Amounts) -> f32 {
-        let square: f32 = changes_m.iter().map(|amount| 0.5 * amount * amount).sum();
-        let left_m = self.config.residual_m;
-        APART * sqrt(left_m * left_m + SLOPE * SLOPE * square)
+    /// What changes leave in the rows and no number of windows averages out, since it goes together with their functions: its variance over
+    /// that of an amount by all rows, if the others were known.
+    fn together(&self, rows: &Rows, changes_m: &Amounts) -> f32 {
+        let entries = (0..AMOUNTS).flat_map(|i| (i..AMOUNTS).map(move |j| rows.entry(i, j)));
+        // Information on an amount, 1/m^2.
+        let information = entries.map(|entry| entry * entry).sum::<f32>() / AMOUNTS as f32;
+        // A change of order n and a correction of order k make orders n + k and n - k. Windows have columns of orders 1 to 6: what is left are
+        // corrections of order 6 for changes of orders 1 and 2, of orders 4 and 6 for those of order 4, all for those of order 6.
+        let [sixth, fourth, all] = self.config.slopes;
+        let by_order = [sixth, sixth, fourth, all];
+        let changes = self.amended_m.iter().zip(changes_m).zip(0_usize..);
+        let left = changes.map(|((before, change), i)| {
+            let slope = by_order.get(i % 8 / 2).copied().unwrap_or(all);
+            let left = slope * (before + change);
+            0.5 * left * left
+        });
+        let left_m = sqrt(left.sum()) + sixth * self.config.amended_m;
+        let together_m = TOGETHER * all * left_m;
+        // Of an amplitude, twice the mean square.
+        2.0 * together_m * together_m * information
     }
 
     /// Enters a row, times these, for what was left and what has changed.
@@ -141,7 +177,8 @@ impl Belief {
         let mut both = [0.0; BOTH];
         both[AMOUNTS..].copy_from_slice(functional);
         let prediction = self.rows.predict(&both);
-        let apart = self.apart_m * self.apart_m * dot(functional, functional);
+        let apart_m = APART * self.config.residual_m;
+        let apart = apart_m * apart_m * dot(functional, functional);
         prediction.map_or(f32::INFINITY, |of| sqrt(of.leverage + apart))
     }
 }

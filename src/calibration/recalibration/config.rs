@@ -24,6 +24,10 @@ pub struct RecalibrationConfig {
     pub residual_m: f32,
     /// Prior deviation of what has changed of it since, metres.
     pub changed_m: f32,
+    /// Slopes of its corrections over the output, as the watch has them.
+    pub slopes: [f32; 3],
+    /// By how much it was amended before, metres rms.
+    pub amended_m: f32,
 }
 
 /// Of what is left in the parity, what one amount may take for its own in one motion and not in another: what is left is some six
@@ -37,17 +41,22 @@ impl RecalibrationConfig {
         left_m: 0.0,
         residual_m: 0.0,
         changed_m: 0.0,
+        slopes: [0.0; 3],
+        amended_m: 0.0,
     };
 
     /// Of a stored calibration, as the watch takes it. Its record keeps no covariance: poses are planned so that it is all but diagonal (condition number 8,
     /// paper 3.1.2), and its size follows from the worst predicted deviation of a correction. That is the sum of four waves of two amounts
     /// each, so that no amount's deviation is larger. What may have changed since is as much as the watch tells of one wave.
+    /// `amended_m`: by how much it was amended before, rms.
     #[must_use]
-    pub fn of(config: &WatchConfig) -> Self {
+    pub fn of(config: &WatchConfig, amended_m: f32) -> Self {
         Self {
             left_m: config.uncertainty_m,
             residual_m: config.residual_m,
             changed_m: config.told_m(),
+            slopes: config.slopes,
+            amended_m,
         }
     }
 }

@@ -102,18 +102,32 @@ impl Learner {
         (self.proposal.moves_m > 0.0).then_some(self.proposal)
     }
 
-    /// The candidate has come in force: what follows is counted from it.
-    pub fn adopt(&mut self) {
+    /// The candidate has come in force: what follows is counted from it. By how much the calibration has been amended in all, metres rms.
+    pub fn adopt(&mut self) -> f32 {
+        self.belief.amend(&self.candidate_m);
         self.rows.shift(&self.candidate_m);
         self.candidate_m = [0.0; AMOUNTS];
         self.evidence = 0.0;
         self.proposal = Proposal::NONE;
+        self.belief.amended_m()
     }
 
     /// What is to be taken off the corrections of equation (3): metres, zero where it stays.
     #[must_use]
     pub fn candidate_m(&self) -> &Amounts {
         &self.candidate_m
+    }
+
+    /// What is believed of the changes, metres, whether or not a gain is sure; zeros before the first complete windows.
+    #[must_use]
+    pub fn changes_m(&self) -> &Amounts {
+        self.belief.changes_m()
+    }
+
+    /// Standard deviation of a functional of them.
+    #[must_use]
+    pub fn deviation(&self, functional: &Amounts) -> f32 {
+        self.belief.deviation(functional)
     }
 
     /// Lets a window judge the candidate, which has not seen it.
@@ -196,10 +210,10 @@ impl Learner {
         let now = sqrt(self.places() / (windows * scatter));
         let worth = self.worth / windows;
         let then = sqrt(REFERENCE_WINDOWS * worth / (windows * scatter));
-        let all = self.belief.solve(&self.rows, [now, then], reference_m);
+        self.belief.solve(&self.rows, [now, then], reference_m);
         let (mut chosen, mut least) = ([0.0; AMOUNTS], f32::INFINITY);
         for number in 0..GROUPS {
-            let part = group(&all, number);
+            let part = group(self.belief.changes_m(), number);
             let gain = self.belief.gain(&part);
             let step = step(gain);
             if step >= LEAST_STEP {

@@ -1,7 +1,11 @@
 //! What is watched for.
 
 use crate::calibration::record::Quality;
+use crate::frame::SEGMENTS;
+use crate::geometry::Geometry;
 use crate::math::sqrt;
+use crate::model::ErrorModel;
+use core::f32::consts::TAU;
 
 /// What is left alone, of what is told: what a reference of eight windows does not know, nearly eight deviations of it.
 const LEFT_ALONE: f32 = 0.3;
@@ -19,6 +23,9 @@ pub struct WatchConfig {
     pub residual_m: f32,
     /// Predicted standard deviation of its corrections at the worst place, metres.
     pub uncertainty_m: f32,
+    /// Slopes of its corrections over the output, rms: of order 6, of orders 4 and 6, of all. Of so much of a change they are looked up beside
+    /// their places.
+    pub slopes: [f32; 3],
     /// Deviations of a window's amounts between what is told and the middle to what is left alone: [`WatchConfig::APART`].
     pub apart: f32,
     /// Sum of a test at which a change is told: [`WatchConfig::SCORE`].
@@ -35,7 +42,7 @@ impl WatchConfig {
 
     /// Half a micrometre is told (issue 39); stale is what adds as much as the calibration left, or four times what is told.
     #[must_use]
-    pub fn of(quality: &Quality) -> Self {
+    pub fn of(quality: &Quality, model: &ErrorModel, geometry: &Geometry) -> Self {
         let stated = quality.residual_after_m;
         let residual_m = if stated > 0.0 && stated < 1.0e-3 {
             stated
@@ -53,6 +60,7 @@ impl WatchConfig {
             } else {
                 residual_m
             },
+            slopes: [6, 4, 1].map(|from| slope(model, from, geometry.pitch_m)),
             apart: Self::APART,
             score: Self::SCORE,
         }
@@ -77,10 +85,24 @@ impl WatchConfig {
         self.bounds().middle_m() / self.apart
     }
 
-    /// Prior of the products' amounts: all of what is left, in six waves.
+    /// Prior of the shapes' amounts: all of what is left, in six waves.
     pub(super) fn shape_m(&self) -> f32 {
         self.residual_m / sqrt(6.0)
     }
+}
+
+/// Slope of corrections from an order on over the output, rms over a tooth and the segments.
+fn slope(model: &ErrorModel, from: u8, pitch_m: f32) -> f32 {
+    let terms = model.terms.iter().zip(&model.coefficients);
+    let terms = terms.filter(|(term, _)| term.own_order >= from);
+    let square: f32 = terms
+        .map(|(term, rows)| {
+            let order = f32::from(term.own_order);
+            let squares = rows.as_flattened().iter().map(|k| 0.5 * k * k);
+            order * order * squares.sum::<f32>()
+        })
+        .sum();
+    TAU / pitch_m * sqrt(square / SEGMENTS as f32)
 }
 
 /// What is told and what is left alone, amplitudes in metres.

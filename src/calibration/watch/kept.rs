@@ -1,13 +1,13 @@
 //! What of the watch is kept over a restart, as bytes: the reference, and what has been told.
 //!
 //! ```text
-//!  byte  0    1              2       4            68      72            76            80     84         88      92
-//!       | 58 | place, flags | known | 32 amounts | sigma | correlation | temperature | size | deviation | apart  | CRC-32 |
-//!         u8   u8             u16     i16, nm      f32     f32           f32, K        f32 m  f32 m       u16, 0   ISO-HDLC
+//!  byte  0    1              2       4            68      72            76            80     84         88              92
+//!       | 58 | place, flags | known | 32 amounts | sigma | correlation | temperature | size | deviation | apart, amended | CRC-32 |
+//!         u8   u8             u16     i16, nm      f32     f32           f32, K        f32 m  f32 m       u16, u16 nm      ISO-HDLC
 //! ```
 //! Little endian. Bits 0 to 3 are the place; bit 4: a tooth map was in force; bit 5: a change had been told; bit 6: of either segment of its
 //! pair. Known, apart: a bit for each place that the reference knows, and tells from the other
-//! segment's.
+//! segment's. Amended: by how much the calibration has been amended since the reference was learned, rms.
 
 use super::places::Place;
 use super::row::OWN_COLUMNS;
@@ -26,7 +26,8 @@ const AMOUNTS: usize = 4;
 const NUMBERS: usize = AMOUNTS + 2 * OWN_COLUMNS;
 const CHECK: usize = KEPT_BYTES - 4;
 const APART: usize = NUMBERS + 5 * 4;
-const _: () = assert!(APART + 4 == CHECK);
+const AMENDED: usize = APART + 2;
+const _: () = assert!(AMENDED + 2 == CHECK);
 
 /// Nanometres in a metre: an amount is kept to the nearest, up to 32 µm.
 const PER_M: f32 = 1.0e9;
@@ -50,6 +51,8 @@ pub struct Kept {
     pub correlation: f32,
     /// Of the reference, over the calibration's, kelvin.
     pub temperature_k: f32,
+    /// By how much the calibration has been amended since the reference was learned, metres rms; kept up to 65 µm.
+    pub amended_m: f32,
     /// What has been told; its times are of a start before.
     pub(super) told: Option<Told>,
 }
@@ -86,6 +89,9 @@ impl Kept {
             told.now.deviation_m,
         ];
         bytes[APART..APART + 2].copy_from_slice(&self.apart.to_le_bytes());
+        // The conversion saturates.
+        let amended = ((self.amended_m * PER_M) as u16).to_le_bytes();
+        bytes[AMENDED..CHECK].copy_from_slice(&amended);
         let places = bytes[NUMBERS..APART].as_chunks_mut().0;
         for (place, number) in places.iter_mut().zip(numbers) {
             *place = number.to_le_bytes();
@@ -95,10 +101,14 @@ impl Kept {
         bytes
     }
 
-    /// The same without what has been told: the change is taken out of the outputs.
+    /// The same once changes are taken out of the outputs, in all of so many metres rms: nothing is told.
     #[must_use]
-    pub fn untold(self) -> Self {
-        Self { told: None, ..self }
+    pub fn amended(self, amended_m: f32) -> Self {
+        Self {
+            told: None,
+            amended_m,
+            ..self
+        }
     }
 
     /// From bytes that were kept with a tooth map in force, or without; none if they are no such bytes, or hold what cannot be.
@@ -139,6 +149,7 @@ impl Kept {
             sigma_m,
             correlation,
             temperature_k,
+            amended_m: f32::from(u16::from_le_bytes([bytes[AMENDED], bytes[AMENDED + 1]])) / PER_M,
             told: (flags & HAS_TOLD != 0).then_some(told),
         })
     }
@@ -157,6 +168,7 @@ mod tests {
             sigma_m: 0.9e-6,
             correlation: 0.95,
             temperature_k: -1.5,
+            amended_m: 2.5e-6,
             told,
         }
     }
@@ -175,6 +187,7 @@ mod tests {
             assert_eq!((back.told, back.sigma_m), (kept.told, kept.sigma_m));
             assert_eq!((back.known, back.apart), (kept.known, kept.apart));
             assert!(back.tells_apart);
+            assert!((back.amended_m - kept.amended_m).abs() <= 1.0e-9);
             for (back, kept) in back.reference_m.iter().zip(kept.reference_m) {
                 assert!((back - kept).abs() <= 1.0e-9, "{back} {kept}");
             }

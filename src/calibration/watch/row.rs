@@ -11,9 +11,15 @@ pub(super) const OWN_COLUMNS: usize = 2 * OWN_ORDERS.len() * SEGMENTS;
 /// couriers have been seen with (docs/effects.md, lateral dependence).
 const PRODUCTS: [[i8; 2]; 6] = [[1, 1], [1, -1], [2, 1], [2, -1], [1, 2], [-1, 2]];
 /// Their columns: sine and cosine each, and the same times the courier's angle, by which a pair's two segments differ.
-pub(super) const PRODUCT_COLUMNS: usize = 4 * PRODUCTS.len();
-/// The offset comes first, then the products, then equation (3)'s columns: what is asked for last.
-pub(super) const FIRST_OWN: usize = 1 + PRODUCT_COLUMNS;
+const PRODUCT_COLUMNS: usize = 4 * PRODUCTS.len();
+/// Columns of orders 3 and 5 of each segment, sine and cosine each. A change of one wave moves the places at which all other
+/// corrections are looked up: of orders 1, 2, 4 and 6 that makes waves of these orders, which equation (3) lacks. Without columns of their
+/// own they pass for a change that both segments of a pair share, since that is what the parity tells least of.
+const BETWEEN_COLUMNS: usize = 4 * SEGMENTS;
+/// What the parity holds beside an offset and equation (3).
+pub(super) const SHAPE_COLUMNS: usize = PRODUCT_COLUMNS + BETWEEN_COLUMNS;
+/// The offset comes first, then the shapes, then equation (3)'s columns: what is asked for last.
+pub(super) const FIRST_OWN: usize = 1 + SHAPE_COLUMNS;
 /// All columns.
 pub(super) const COLUMNS: usize = FIRST_OWN + OWN_COLUMNS;
 
@@ -62,12 +68,20 @@ pub(super) fn row(unmodified: &[Coordinate; SEGMENTS]) -> [f32; COLUMNS] {
         Unit { sine, cosine }
     });
     let [x, y] = [mean(units[0], units[2]), mean(units[1], units[3])];
-    let (products, own) = row[1..].split_at_mut(PRODUCT_COLUMNS);
+    let (shapes, own) = row[1..].split_at_mut(SHAPE_COLUMNS);
+    let (products, between) = shapes.split_at_mut(PRODUCT_COLUMNS);
     let [p1, p2, p3, p4] = *unmodified;
     let angle_rad = core::f32::consts::PI * (p1.minus_turns(p3) + p2.minus_turns(p4));
     for (four, [i, j]) in products.as_chunks_mut::<4>().0.iter_mut().zip(PRODUCTS) {
         let Unit { sine, cosine } = multiple(x, i).plus(multiple(y, j));
         *four = [sine, cosine, angle_rad * sine, angle_rad * cosine];
+    }
+    let fours = between.as_chunks_mut::<4>().0.iter_mut();
+    for ((four, unit), sign) in fours.zip(units).zip(PARITY_SIGN) {
+        let two = unit.doubled();
+        let three = two.plus(unit);
+        let five = three.plus(two);
+        *four = [three.sine, three.cosine, five.sine, five.cosine].map(|value| sign * value);
     }
     let segments = own.as_chunks_mut::<{ 2 * OWN_ORDERS.len() }>().0;
     for ((columns, unit), sign) in segments.iter_mut().zip(units).zip(PARITY_SIGN) {

@@ -63,6 +63,8 @@ pub struct Watch {
     reference_temperature_k: f32,
     /// Deviation of a row of the windows that made the reference.
     reference_sigma_m: f32,
+    /// By how much the calibration has been amended since the reference was learned, metres rms.
+    amended_m: f32,
 }
 
 impl Watch {
@@ -75,6 +77,7 @@ impl Watch {
                 stale_rms_m: 0.0,
                 residual_m: 0.0,
                 uncertainty_m: 0.0,
+                slopes: [0.0; 3],
                 apart: 0.0,
                 score: 0.0,
             },
@@ -97,6 +100,7 @@ impl Watch {
             temperature_k: 0.0,
             reference_temperature_k: 0.0,
             reference_sigma_m: 0.0,
+            amended_m: 0.0,
         }
     }
 
@@ -122,7 +126,7 @@ impl Watch {
         &self.config
     }
 
-    /// Takes a reading into the window; whether a window is complete by it, and the verdict may have changed. Cost: a row of 57 unknowns
+    /// Takes a reading into the window; whether a window is complete by it, and the verdict may have changed. Cost: a row of 73 unknowns
     /// for a reading that counts, all but nothing for the others; a complete window some ten rows'.
     pub fn take(
         &mut self,
@@ -152,6 +156,12 @@ impl Watch {
         largest.fold(0.0, f32::max) / self.config.score
     }
 
+    /// By how much the calibration has been amended since the reference was learned, metres rms.
+    #[must_use]
+    pub const fn amended_m(&self) -> f32 {
+        self.amended_m
+    }
+
     /// Whether a change is told.
     #[must_use]
     pub const fn has_told(&self) -> bool {
@@ -169,6 +179,7 @@ impl Watch {
             sigma_m: self.reference_sigma_m,
             correlation: self.correlation,
             temperature_k: self.reference_temperature_k,
+            amended_m: self.amended_m,
             told: self.has_told.then_some(self.told),
         })
     }
@@ -183,6 +194,7 @@ impl Watch {
         self.correlation = kept.correlation;
         self.temperature_k = kept.temperature_k;
         self.reference_temperature_k = kept.temperature_k;
+        self.amended_m = kept.amended_m;
         if let Some(told) = kept.told {
             (self.has_told, self.told) = (true, told);
             if let Some(scores) = self.scores.get_mut(told.now.place.index()) {

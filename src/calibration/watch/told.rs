@@ -9,8 +9,9 @@ use crate::math::sqrt;
 const CLOSE: f32 = 5.9;
 /// A limit that is further away, seconds, is told as this: longer than there are samples to count.
 const LONGEST_S: f32 = 4.0e9;
-/// Deviations by which a change must have grown since it settled to be foreseen.
-const GROWN: f32 = 3.0;
+/// Deviations by which a change must have grown since it settled to be foreseen, so that its rate is known to 15 %: the growth is the
+/// difference of two sizes, each with a deviation, sqrt(2) / 0.15.
+const GROWN: f32 = 9.4;
 
 /// A change that has been told.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,11 +11,11 @@
 use super::cells::Cells;
 use super::lag::Lag;
 use super::places::PLACES;
-use super::row::{COLUMNS, FIRST_OWN, OWN_COLUMNS, PRODUCT_COLUMNS, Reading, row};
+use super::row::{COLUMNS, FIRST_OWN, OWN_COLUMNS, Reading, SHAPE_COLUMNS, row};
 use super::turning::Turning;
 use super::windowed::Windowed;
-use crate::calibration::joint::JointRows;
 use crate::frame::{Coordinate, SEGMENTS};
+use crate::lsq::{Triangle, packed_len};
 use crate::math::sqrt;
 
 /// Words of the set of a window's cells: four times as many cells as the longest window has pairs.
@@ -23,7 +23,7 @@ const CELL_WORDS: usize = 512;
 /// Words of the set of all cells: of 90 mm by 90 mm, more than couriers work on for long.
 const ALL_CELL_WORDS: usize = 4096;
 /// Between two pairs, milliseconds: at least, and a random rest below a power of two. Ten on average with the way
-/// between the readings of a pair: a row costs the background of the board some 16,000 cycles, 1 % of its time.
+/// between the readings of a pair: a row costs the background of the board some 25,000 cycles, 1.5 % of its time.
 const GAP_MS: u64 = 4;
 const RANDOM_GAP_MS: u32 = 8;
 /// Way between the readings of a pair, teeth: at least, and a random rest. Waves of orders 1 to 6 differ most over a half to a twelfth.
@@ -41,8 +41,7 @@ pub(super) const LONGEST: u32 = 4096;
 /// The readings so far. To live in memory that is shared with the calibrations: a window that is lost is begun anew.
 #[derive(Clone, Debug)]
 pub struct Window {
-    /// Of the joint calibration's size: one size is one copy of the code.
-    rows: JointRows,
+    rows: Triangle<COLUMNS, { packed_len(COLUMNS) }>,
     cells: Cells<CELL_WORDS>,
     all_cells: Cells<ALL_CELL_WORDS>,
     taken: u32,
@@ -85,7 +84,7 @@ impl Window {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            rows: JointRows::new(0),
+            rows: Triangle::new(0),
             cells: Cells::EMPTY,
             all_cells: Cells::EMPTY,
             taken: 0,
@@ -115,7 +114,7 @@ impl Window {
     }
 
     /// Begins anew, for noise of about `sigma_m` after `correlation` is taken out, with a prior of `shape_m` on each amount of the
-    /// products.
+    /// shapes.
     pub fn begin(&mut self, sigma_m: f32, correlation: f32, shape_m: f32) {
         self.rows.reset(COLUMNS);
         self.cells.clear();
@@ -124,10 +123,10 @@ impl Window {
         self.first.waits = false;
         self.turning = Turning::ZERO;
         self.lag.begin();
-        for column in 1..=PRODUCT_COLUMNS {
+        for column in 1..=SHAPE_COLUMNS {
             let mut row = [0.0; COLUMNS];
             row[column] = sigma_m / shape_m;
-            // Finite, or it is left out: the products are then free.
+            // Finite, or it is left out: the shapes are then free.
             let _ = self.rows.enter(&row, 0.0);
         }
     }
@@ -184,7 +183,7 @@ impl Window {
         self.first.waits || time_ms >= self.next_ms
     }
 
-    /// Takes a reading, if it is due; whether it has made a pair. Cost: one row of 57 unknowns for a pair, next to nothing otherwise.
+    /// Takes a reading, if it is due; whether it has made a pair. Cost: one row of 73 unknowns for a pair, next to nothing otherwise.
     pub fn take(&mut self, reading: &Reading) -> bool {
         if !self.is_due(reading.time_ms) {
             return false;

@@ -8,6 +8,7 @@ use effects::motion::Pose;
 use effects::random::{ChaCha8Rng, SeedableRng, uniform};
 use hal_sim::courier::Courier;
 use hal_sim::spec::CourierSpec;
+use nalgebra::{DMatrix, DVector};
 
 /// Poses that are looked at: a root of the mean square is known to 2 %.
 const POSES: usize = 1000;
@@ -61,26 +62,35 @@ impl Look {
         (0.5 * (x * x + y * y)).sqrt()
     }
 
-    pub fn errors_m(&self, model: &ErrorModel) -> [f64; 2] {
-        let geometry = Geometry::PAPER;
-        let pitch_m = f64::from(geometry.pitch_m);
-        let mut sums = [[0.0; 2]; 2];
-        for (pose, unmodified) in &self.poses {
-            let basis = Basis::new(
-                &geometry,
-                &Observation {
-                    unmodified: *unmodified,
-                    ..Observation::default()
-                },
-            );
-            let arm_m = 0.5 * f64::from(geometry.span_m) * pose.theta_rad;
-            let errors: [f64; SEGMENTS] = core::array::from_fn(|s| {
-                let place_m = [pose.x_m, pose.y_m][s % 2] + if s < 2 { arm_m } else { -arm_m };
-                let output_m = pitch_m * f64::from(unmodified[s].fraction_turns)
-                    + f64::from(model.error_m(&basis, s));
-                let off = (output_m - place_m) / pitch_m;
-                pitch_m * (off - off.round())
+    /// Amounts of equation (3) in each segment's error, sine and cosine of each order, beside which orders 3 and 5 are fitted too: metres.
+    pub fn amounts_m(&self, model: &ErrorModel) -> [f64; 32] {
+        let mut amounts = [0.0; 32];
+        for (segment, amounts) in amounts.as_chunks_mut::<8>().0.iter_mut().enumerate() {
+            let row = |i: usize| {
+                let turns = f64::from(self.poses[i].1[segment].fraction_turns);
+                [1.0, 2.0, 4.0, 6.0, 3.0, 5.0].map(|n| (TAU * n * turns).sin_cos())
+            };
+            let functions = DMatrix::from_fn(self.poses.len(), 13, |i, j| match j {
+                12 => 1.0,
+                j if j % 2 == 0 => row(i)[j / 2].0,
+                j => row(i)[j / 2].1,
             });
+            let errors = self.poses.iter().map(|pose| error_m(model, pose)[segment]);
+            let errors = DVector::from_iterator(self.poses.len(), errors);
+            let fit = functions.svd(true, true).solve(&errors, 1.0e-12);
+            let fit = fit.expect("poses at all phases");
+            amounts
+                .iter_mut()
+                .zip(fit.iter())
+                .for_each(|(a, b)| *a = *b);
+        }
+        amounts
+    }
+
+    pub fn errors_m(&self, model: &ErrorModel) -> [f64; 2] {
+        let mut sums = [[0.0; 2]; 2];
+        for pose in &self.poses {
+            let errors = error_m(model, pose);
             for (axis, [sum, square]) in sums.iter_mut().enumerate() {
                 let error = 0.5 * (errors[axis] + errors[axis + 2]);
                 *sum += error;
@@ -90,4 +100,28 @@ impl Look {
         let count = self.poses.len() as f64;
         sums.map(|[sum, square]| (square / count - (sum / count).powi(2)).sqrt())
     }
+}
+
+/// Errors of all segments' calibrated outputs at a pose.
+fn error_m(
+    model: &ErrorModel,
+    (pose, unmodified): &(Pose, [Coordinate; SEGMENTS]),
+) -> [f64; SEGMENTS] {
+    let geometry = Geometry::PAPER;
+    let pitch_m = f64::from(geometry.pitch_m);
+    let basis = Basis::new(
+        &geometry,
+        &Observation {
+            unmodified: *unmodified,
+            ..Observation::default()
+        },
+    );
+    let arm_m = 0.5 * f64::from(geometry.span_m) * pose.theta_rad;
+    core::array::from_fn(|s| {
+        let place_m = [pose.x_m, pose.y_m][s % 2] + if s < 2 { arm_m } else { -arm_m };
+        let output_m =
+            pitch_m * f64::from(unmodified[s].fraction_turns) + f64::from(model.error_m(&basis, s));
+        let off = (output_m - place_m) / pitch_m;
+        pitch_m * (off - off.round())
+    })
 }

@@ -56,9 +56,13 @@ impl Calibrated {
         }
     }
 
+    fn config(&self) -> WatchConfig {
+        WatchConfig::of(&self.quality, &self.model, &Geometry::PAPER)
+    }
+
     fn learner(&self) -> Box<Learner> {
         let mut learner = Box::new(Learner::new());
-        learner.start(RecalibrationConfig::of(&WatchConfig::of(&self.quality)));
+        learner.start(RecalibrationConfig::of(&self.config(), 0.0));
         learner
     }
 
@@ -77,7 +81,7 @@ impl Calibrated {
             start_c: spec.temperature.start_c,
             courier: Courier::new(spec, seed).expect("a sensor of unique phase"),
             traffic: Traffic::new(work, seed + 1),
-            watch: Watch::new(WatchConfig::of(&self.quality)),
+            watch: Watch::new(self.config()),
             window: Box::new(Window::new()),
             learner: self.learner(),
             model: self.model.clone(),
@@ -184,9 +188,9 @@ impl Service {
         assert!(amend(&mut self.model, self.learner.candidate_m()));
         let kept = self.watch.kept().expect("there is a reference");
         self.watch.start(*self.watch.config());
-        self.watch.restore(&kept.untold());
+        let amended_m = self.learner.adopt();
+        self.watch.restore(&kept.amended(amended_m));
         self.window.forget();
-        self.learner.adopt();
         self.adopted += 1;
         if let Some(judge) = &mut self.judge {
             judge(self.time_s, &before, &self.model);
