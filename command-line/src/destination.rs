@@ -1,13 +1,14 @@
-//! Where a command's recording goes.
+//! Where a command's recording goes: into a folder, or into one file.
 
+use crate::recordings;
 use anyhow::{Result, anyhow};
-use recording::{Existing, Meta, Writer};
+use recording::{Existing, Meta, Recording, Writer};
 use std::path::PathBuf;
 
-/// A folder for a recording.
+/// A place for a recording.
 #[derive(Clone, Debug)]
 pub struct Destination {
-    /// The folder, which is made if need be.
+    /// The folder, which is made if need be, or a file whose name ends in `.parquet`.
     pub folder: PathBuf,
     /// Whether a recording that is in it is replaced.
     pub force: bool,
@@ -22,6 +23,21 @@ impl Destination {
         self.create_logging(meta, &[])
     }
 
+    /// Writes a whole recording there.
+    ///
+    /// # Errors
+    /// As [`Destination::create`], or a failure to write; nothing is left behind.
+    pub fn write(&self, recording: &Recording) -> Result<()> {
+        let logged = recording.samples.logged();
+        let names: Vec<&str> = logged.iter().map(|logged| logged.name.as_str()).collect();
+        let mut writer = self.create_logging(&recording.meta, &names)?;
+        for index in 0..recording.samples.len() {
+            let beside: Vec<f64> = logged.iter().map(|logged| logged.values[index]).collect();
+            writer.push_logging(&recording.samples.row(index), &beside)?;
+        }
+        Ok(writer.finish()?)
+    }
+
     /// The same with quantities beside the layout's columns: `aux_` and a name each.
     ///
     /// # Errors
@@ -32,8 +48,12 @@ impl Destination {
         } else {
             Existing::Refuse
         };
-        Writer::create_logging(&self.folder, meta, existing, logged).map_err(|error| {
-            let hint = if self.force {
+        let created = match recordings::is_file(&self.folder) {
+            true => recordings::form::create(&self.folder, meta, existing, logged),
+            false => Writer::create_logging(&self.folder, meta, existing, logged),
+        };
+        created.map_err(|error| {
+            let hint = if self.force || !self.folder.exists() {
                 ""
             } else {
                 "; --force replaces a recording"

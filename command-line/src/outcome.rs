@@ -47,6 +47,8 @@ fn parse<P: Parser>() -> Result<P, clap::Error> {
                 | ErrorKind::InvalidSubcommand
                 | ErrorKind::InvalidValue
                 | ErrorKind::ArgumentConflict
+                // A second recording, which only `--out` takes.
+                | ErrorKind::MissingRequiredArgument
         );
         // `--json FILE`: the file is the word that is one too many.
         match json::in_one_word(&arguments).filter(|_| one_too_many) {

@@ -13,6 +13,8 @@ pub enum Separator {
     Tab,
     /// Any number of blanks.
     Blanks,
+    /// Nothing: the file is no text, and holds whole columns.
+    None,
 }
 
 impl Separator {
@@ -20,7 +22,7 @@ impl Separator {
     #[must_use]
     pub fn byte(self) -> u8 {
         match self {
-            Self::Comma => b',',
+            Self::Comma | Self::None => b',',
             Self::Semicolon => b';',
             Self::Tab | Self::Blanks => b'\t',
         }
@@ -34,6 +36,7 @@ impl fmt::Display for Separator {
             Self::Semicolon => "semicolons",
             Self::Tab => "tabs",
             Self::Blanks => "blanks",
+            Self::None => "nothing",
         })
     }
 }
@@ -57,6 +60,22 @@ pub struct Dialect {
     pub data_line: usize,
     /// Lines before the header that are neither names nor units.
     pub preamble: usize,
+}
+
+impl Dialect {
+    /// Of a file that holds so many whole columns.
+    pub(crate) fn of_columns(width: usize) -> Self {
+        Self {
+            separator: Separator::None,
+            decimal_comma: false,
+            width,
+            names: None,
+            units: None,
+            header_line: 0,
+            data_line: 1,
+            preamble: 0,
+        }
+    }
 }
 
 /// Lines that are looked at: more than any logger writes before its data.

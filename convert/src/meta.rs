@@ -4,7 +4,7 @@ use crate::order::Order;
 use crate::segments::Segment;
 use crate::told::{Told, figures};
 use recording::noise::{ROUNDING_VARIANCE, in_motion::scatter};
-use recording::{Coordination, Electronics, Error, Geometry, Meta};
+use recording::{Coordination, Electronics, Error, Geometry, Meta, Names};
 use std::path::Path;
 
 /// Electrodes x+, x-, y+, y- of every sample, where they were logged.
@@ -59,9 +59,13 @@ pub fn meta(
             .clone()
             .unwrap_or_else(|| format!("courier convert {name}")),
         geometry: geometry(file, order, pitch_m, segments)?,
+        names: Names {
+            courier_id: stated.courier_id.clone().unwrap_or_default(),
+            platen_id: stated.platen_id.clone().unwrap_or_default(),
+            ..Names::default()
+        },
         coordination,
         electronics,
-        ..Meta::default()
     })
 }
 

@@ -27,6 +27,10 @@ pub struct Stated {
     pub device: Option<String>,
     /// Where the log comes from, free text.
     pub source: Option<String>,
+    /// Number or name of the courier.
+    pub courier_id: Option<String>,
+    /// Number or name of the platen.
+    pub platen_id: Option<String>,
     /// `[geometry] span_m`.
     pub span_m: Option<f64>,
     /// `[geometry] lateral_m`.

@@ -40,6 +40,23 @@ impl Log {
         self.lines.len()
     }
 
+    /// A log of whole columns, all of one length, from a file that is no text; rows count from 1.
+    ///
+    /// # Errors
+    /// There is no row.
+    pub fn of_columns(file: &Path, columns: Vec<LogColumn>) -> Result<Self, Error> {
+        let rows = columns.first().map_or(0, |column| column.numbers.len());
+        if rows == 0 {
+            return Err(Error::new(file, "no rows of numbers or words", "a log"));
+        }
+        Ok(Self {
+            dialect: Dialect::of_columns(columns.len()),
+            columns,
+            lines: (1..=rows as u64).collect(),
+            cut_short: false,
+        })
+    }
+
     /// Reads a log.
     ///
     /// # Errors

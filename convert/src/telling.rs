@@ -1,5 +1,6 @@
 //! What a conversion tells of the log, its times, columns and runs.
 
+use crate::dialect::Separator;
 use crate::intervals::interval_s;
 use crate::source::{Source, Step, Target};
 use crate::table::Log;
@@ -11,6 +12,9 @@ use recording::{COLUMNS, Column, Recording};
 #[must_use]
 pub fn dialect(log: &Log) -> String {
     let dialect = &log.dialect;
+    if dialect.separator == Separator::None {
+        return "a file of columns".to_owned();
+    }
     let mut text = format!("columns separated by {}", dialect.separator);
     if dialect.decimal_comma {
         text += ", decimal commas";

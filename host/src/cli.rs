@@ -10,13 +10,11 @@ use std::process::ExitCode;
 
 /// What `courier --version` says beside the number: what this build can talk to and read.
 fn long_version() -> String {
-    let probes = if cfg!(feature = "probe") {
-        "built in"
-    } else {
-        "not built in"
-    };
+    let told = |is_in: bool| if is_in { "built in" } else { "not built in" };
+    let probes = told(cfg!(feature = "probe"));
+    let parquet = told(cfg!(feature = "parquet"));
     format!(
-        "{}\nlink protocol {PROTOCOL}, calibration records {RECORD}, recordings of schema {SCHEMA}\ndebug probes {probes}; {} on {}",
+        "{}\nlink protocol {PROTOCOL}, calibration records {RECORD}, recordings of schema {SCHEMA}\ndebug probes {probes}, Parquet {parquet}; {} on {}",
         env!("CARGO_PKG_VERSION"),
         std::env::consts::OS,
         std::env::consts::ARCH,

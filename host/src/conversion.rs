@@ -3,6 +3,7 @@
 use crate::terminal::table;
 use convert::listing::{listing, suggestion};
 use convert::{Log, Told, figures, quoted};
+use recording::{COLUMNS, Recording};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -99,16 +100,54 @@ pub fn told(file: &Path, told: &Told, written: Option<&str>) -> String {
     if !told.left_aside.is_empty() {
         text += &format!("\nleft aside: {}", told.left_aside.join(", "));
     }
-    match written {
-        None => text + "\nnothing written",
-        Some(folder) => {
-            let folder = quoted(folder);
-            text + &format!(
-                "\n{folder}: {} samples written; next: courier replay {folder}; courier diagnose {folder}",
-                told.rows
-            )
-        }
-    }
+    text + &last_line(written, told.rows)
+}
+
+/// What was written, and the next commands.
+fn last_line(written: Option<&str>, rows: usize) -> String {
+    let Some(place) = written.map(quoted) else {
+        return "\nnothing written".to_owned();
+    };
+    format!(
+        "\n{place}: {rows} samples written; next: courier replay {place}; courier diagnose {place}"
+    )
+}
+
+/// What a recording holds that is put into another form; `written` is where, if it is.
+#[must_use]
+pub fn reformed(from: &Path, recording: &Recording, written: Option<&str>) -> String {
+    let columns: Vec<&str> = held(recording).into_iter().map(|(name, _)| name).collect();
+    let rows = recording.samples.len();
+    format!(
+        "{}: a recording of {rows} samples, with {}{}",
+        from.display(),
+        columns.join(", "),
+        last_line(written, rows)
+    )
+}
+
+/// The same for programs.
+#[must_use]
+pub fn reformed_as_json(from: &Path, recording: &Recording, written: Option<&str>) -> Value {
+    let columns: Vec<Value> = held(recording)
+        .into_iter()
+        .map(|(name, values)| json!({"name": name, "values": values}))
+        .collect();
+    json!({"log": from.display().to_string(), "recording": written, "rows": recording.samples.len(), "columns": columns})
+}
+
+/// Columns with a value, and how many they have.
+fn held(recording: &Recording) -> Vec<(&str, usize)> {
+    let count = |values: &[f64]| values.iter().filter(|value| !value.is_nan()).count();
+    let samples = &recording.samples;
+    let layout = COLUMNS
+        .into_iter()
+        .filter(|(column, _)| samples.has(*column));
+    let layout = layout.map(|(column, name)| (name, count(samples.column(column))));
+    let beside = samples.logged().iter();
+    layout
+        .chain(beside.map(|logged| (logged.name.as_str(), count(&logged.values))))
+        .collect()
 }
 
 /// The same for programs.

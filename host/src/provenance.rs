@@ -27,14 +27,17 @@ pub fn origin() -> Origin {
     }
 }
 
-/// Of a report about a recording in a folder; `model` is where its model is written.
+/// Of a report about a recording; `model` is where its model is written.
 ///
 /// # Errors
 /// A file of the recording can no longer be read.
 pub fn origin_of(folder: &Path, recording: &Recording, model: Option<&Path>) -> Result<Origin> {
-    let hash = |name: &str| Ok((name.to_owned(), hash(&folder.join(name))?));
+    let one = |file: PathBuf| {
+        let name = file.file_name().unwrap_or(file.as_os_str());
+        Ok((name.to_string_lossy().into_owned(), hash(&file)?))
+    };
     Ok(Origin {
-        hashes: FILES.into_iter().map(hash).collect::<Result<_>>()?,
+        hashes: files(folder).into_iter().map(one).collect::<Result<_>>()?,
         model: model.map(|path| path.display().to_string()),
         stated: stated(&recording.meta),
         ..origin()
@@ -46,18 +49,24 @@ pub fn origin_of(folder: &Path, recording: &Recording, model: Option<&Path>) -> 
 /// # Errors
 /// One can no longer be read.
 pub fn origin_of_files(paths: &[PathBuf]) -> Result<Origin> {
-    let of = |path: &PathBuf| {
-        if path.is_dir() {
-            FILES.map(|name| path.join(name)).to_vec()
-        } else {
-            vec![path.clone()]
-        }
-    };
     let one = |file: PathBuf| Ok((file.display().to_string(), hash(&file)?));
     Ok(Origin {
-        hashes: paths.iter().flat_map(of).map(one).collect::<Result<_>>()?,
+        hashes: paths
+            .iter()
+            .flat_map(|path| files(path))
+            .map(one)
+            .collect::<Result<_>>()?,
         ..origin()
     })
+}
+
+/// The files of a recording in a folder, or the one file that there is.
+#[must_use]
+pub fn files(path: &Path) -> Vec<PathBuf> {
+    match path.is_dir() {
+        true => FILES.map(|name| path.join(name)).to_vec(),
+        false => vec![path.to_owned()],
+    }
 }
 
 /// SHA-256 of a file, in hexadecimal.

@@ -1,9 +1,12 @@
-//! A header row in another program's dialect: what is foreign about it, so that the refusal can say it.
+//! A header row in another program's dialect: what is foreign about it, so that the refusal can say it; and columns that are not known.
 
 use crate::column::Column;
 
 /// What takes a file that this reader refuses.
 const WAY_OUT: &str = "`courier convert` makes a recording of such a file";
+
+/// More unknown columns than these are only counted.
+const NAMED_UNKNOWN: usize = 10;
 
 /// What was found and what was wanted, where the header row would be the layout's in another dialect; none where it would not.
 ///
@@ -38,6 +41,21 @@ pub(crate) fn foreign_header(fields: &[&str]) -> Option<(String, String)> {
             format!("it in small letters, \"{small}\"; {WAY_OUT}"),
         )
     })
+}
+
+/// A line for each unknown column of `file`; many are counted.
+pub(crate) fn warn_of_unknown(file: &str, unknown: &[String], warnings: &mut Vec<String>) {
+    for name in unknown.iter().take(NAMED_UNKNOWN) {
+        warnings.push(format!(
+            "{file}: column \"{name}\" is not known and is left aside"
+        ));
+    }
+    if unknown.len() > NAMED_UNKNOWN {
+        warnings.push(format!(
+            "{file}: {} more columns are not known",
+            unknown.len() - NAMED_UNKNOWN
+        ));
+    }
 }
 
 /// True if the layout has a column of this name, letter by letter.

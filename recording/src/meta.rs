@@ -248,7 +248,8 @@ impl Meta {
     }
 
     /// The text of a `recording.toml` that parses to the same value.
-    pub(crate) fn to_toml(&self) -> String {
+    #[must_use]
+    pub fn to_toml(&self) -> String {
         let mut root = Table::new();
         root.insert("schema".into(), Value::Integer(SCHEMA));
         root.insert("device".into(), Value::String(self.device.clone()));

@@ -2,11 +2,12 @@
 
 use crate::column::{COLUMNS, COUNT, Column, CountLimits, is_logged};
 use crate::error::{Error, excerpt, one_line};
-use crate::foreign::foreign_header;
+use crate::foreign::{foreign_header, warn_of_unknown};
 use crate::layout::{META_FILE, SAMPLES_FILE};
 use crate::meta::Meta;
 use crate::rows::{Fields, Rows};
 use crate::samples::{Logged, Samples};
+use crate::together::lack;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -14,8 +15,6 @@ use std::path::Path;
 /// A `recording.toml` is a page of text.
 const META_LIMIT_BYTES: u64 = 1 << 20;
 const CHUNK_BYTES: usize = 1 << 16;
-/// More unknown columns than these are only counted.
-const NAMED_UNKNOWN: usize = 10;
 
 /// The table of units, the samples and the warnings of a folder.
 pub(crate) fn read(folder: &Path) -> Result<(Meta, Samples, Vec<String>), Error> {
@@ -208,58 +207,24 @@ impl<'a> Table<'a> {
         if let Some((found, wanted)) = foreign_header(&texts.flatten().collect::<Vec<_>>()) {
             return Err(self.error(line, found, wanted));
         }
-        for name in unknown.iter().take(NAMED_UNKNOWN) {
-            warnings.push(format!(
-                "{SAMPLES_FILE}: column \"{name}\" is not known and is left aside"
-            ));
-        }
-        if unknown.len() > NAMED_UNKNOWN {
-            warnings.push(format!(
-                "{SAMPLES_FILE}: {} more columns are not known",
-                unknown.len() - NAMED_UNKNOWN
-            ));
-        }
+        warn_of_unknown(SAMPLES_FILE, &unknown, warnings);
         self.check_header(line)
     }
 
     /// Columns that make sense only together must be there together.
     fn check_header(&self, line: u64) -> Result<(), Error> {
         let has = |column: Column| {
-            self.fields
-                .iter()
-                .any(|field| matches!(field, Field::Number(known) if *known == column))
+            let is_it = |field: &Field| matches!(field, Field::Number(known) if *known == column);
+            self.fields.iter().any(is_it)
         };
-        let missing =
-            |column: Column, why: &str| Err(self.error(line, "none", why).column(column.name()));
-        if !has(Column::Time) {
-            return missing(Column::Time, "the column of time, s");
-        }
-        for segment in 0..4 {
-            let trio = [
-                Column::Sine(segment),
-                Column::Cosine(segment),
-                Column::Teeth(segment),
-            ];
-            if trio.iter().any(|column| has(*column))
-                && let Some(absent) = trio.iter().find(|column| !has(**column))
-            {
-                return missing(*absent, "it beside the segment's other columns of counts");
-            }
-        }
-        let electrodes: [Column; 4] = std::array::from_fn(Column::Electrode);
-        if electrodes.iter().any(|column| has(*column))
-            && let Some(absent) = electrodes.iter().find(|column| !has(**column))
-        {
-            return missing(*absent, "all four electrodes");
-        }
-        if !(0..4).any(|segment| has(Column::Sine(segment)) || has(Column::Position(segment))) {
-            return Err(self.error(
-                line,
-                "no segment",
-                "q1s, q1c, n1 or p1_m, or those of segment 2, 3 or 4",
-            ));
-        }
-        Ok(())
+        let Some(lack) = lack(has) else {
+            return Ok(());
+        };
+        let error = self.error(line, lack.found, lack.wanted);
+        Err(match lack.column {
+            Some(column) => error.column(column.name()),
+            None => error,
+        })
     }
 
     /// At least one segment has at least one output.

@@ -1,10 +1,11 @@
 //! A whole recording in memory.
 
 use crate::error::Error;
+use crate::existing::Existing;
 use crate::meta::Meta;
 use crate::read::read;
 use crate::samples::{Row, Samples};
-use crate::write::{Existing, Writer, check};
+use crate::write::{Writer, check};
 use std::path::Path;
 
 /// A whole recording in memory: eight bytes a field of every column that holds anything.

@@ -222,6 +222,29 @@ impl Samples {
         }
     }
 
+    /// So many samples without a value, of these motions in order, each with its number of samples; further ones have none.
+    pub(crate) fn of_runs(length: usize, runs: &[(String, usize)]) -> Self {
+        let mut samples = Self::default();
+        for (name, count) in runs {
+            let number = samples.run_number_of(name.trim());
+            let end = length.min(samples.runs.len().saturating_add(*count));
+            samples.runs.resize(end, number);
+        }
+        if samples.runs.len() < length {
+            let number = samples.run_number_of("");
+            samples.runs.resize(length, number);
+        }
+        samples.length = length;
+        samples
+    }
+
+    /// A whole column, `[len()]` with NaN where not measured.
+    pub(crate) fn set_column(&mut self, column: Column, values: Vec<f64>) {
+        if values.iter().any(|value| !value.is_nan()) {
+            self.columns[column.index()] = values;
+        }
+    }
+
     fn run_number_of(&mut self, run: &str) -> u32 {
         if let Some(number) = self.run_numbers.get(run) {
             return *number;

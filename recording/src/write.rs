@@ -1,22 +1,30 @@
-//! Writing a recording row by row: checked like the reader checks, and gone unless finished.
+//! Writing a recording row by row: checked like the reader checks, and gone unless finished; into a folder, or into a file of another form.
 
 use crate::column::{COLUMNS, Column, CountLimits};
-use crate::error::{Error, excerpt, one_line};
+use crate::error::{Error, excerpt};
+use crate::existing::{Existing, check_existing};
 use crate::layout::{META_FILE, SAMPLES_FILE};
 use crate::meta::Meta;
-use crate::samples::{Row, Samples};
-use crate::unfinished::{Left, examine, locked_file, unfinished_file};
+use crate::samples::{Logged, Row, Samples};
+use crate::unfinished::{locked_file, unfinished_file};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
-/// What [`Writer::create`] does with a folder that is already there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Existing {
-    /// Nothing but an empty folder is written into.
-    Refuse,
-    /// A recording of this schema, and nothing beside it, is replaced when the new one is finished.
-    ReplaceRecording,
+/// Writes a whole recording into a file, in a form other than the folder.
+pub type WriteFile = fn(&Meta, &Samples, &Path, Existing) -> Result<(), Error>;
+
+/// Where rows go until the recording is finished.
+enum Rows {
+    /// Into the table of a folder.
+    Csv(Box<csv::Writer<NamedTempFile>>),
+    /// Into memory, for a form that is written whole.
+    Kept {
+        samples: Box<Samples>,
+        logged: Vec<Logged>,
+        existing: Existing,
+        write: WriteFile,
+    },
 }
 
 /// Writes a recording. Dropped before [`Writer::finish`], it leaves the folder as it was.
@@ -26,7 +34,7 @@ pub struct Writer {
     finished: bool,
     meta: Meta,
     limits: CountLimits,
-    rows: Option<csv::Writer<NamedTempFile>>,
+    rows: Option<Rows>,
     line: u64,
     last_time_s: f64,
     /// One row that has every column that any row had: what [`Meta`] is checked against.
@@ -62,18 +70,7 @@ impl Writer {
         let created = !folder.exists();
         std::fs::create_dir_all(&folder)
             .map_err(|error| Error::io(&folder, &error, "a folder to write into"))?;
-        let mut writer = Self {
-            created,
-            finished: false,
-            meta: meta.clone(),
-            limits: meta.count_limits(),
-            rows: None,
-            line: 1,
-            last_time_s: f64::NEG_INFINITY,
-            seen: Samples::default(),
-            seen_columns: [false; COLUMNS.len()],
-            folder,
-        };
+        let mut writer = Self::new(folder, created, meta);
         let file = locked_file(&writer.folder)
             .map_err(|error| Error::io(&writer.folder, &error, "a folder to write into"))?;
         let mut rows = csv::WriterBuilder::new()
@@ -84,8 +81,46 @@ impl Writer {
         let header = header.chain(logged.iter().copied());
         rows.write_record(header)
             .map_err(|error| writer.failed(&error.into()))?;
-        writer.rows = Some(rows);
+        writer.rows = Some(Rows::Csv(Box::new(rows)));
         Ok(writer)
+    }
+
+    /// Begins a recording in one file: its rows are kept in memory, and `write` writes them when it is finished. Errors count rows from 1.
+    #[must_use]
+    pub fn keeping(
+        file: impl AsRef<Path>,
+        meta: &Meta,
+        existing: Existing,
+        logged: &[&str],
+        write: WriteFile,
+    ) -> Self {
+        let mut writer = Self::new(file.as_ref().to_owned(), false, meta);
+        let named = |name: &&str| Logged {
+            name: (*name).to_owned(),
+            values: Vec::new(),
+        };
+        writer.rows = Some(Rows::Kept {
+            samples: Box::default(),
+            logged: logged.iter().map(named).collect(),
+            existing,
+            write,
+        });
+        writer
+    }
+
+    fn new(folder: PathBuf, created: bool, meta: &Meta) -> Self {
+        Self {
+            created,
+            finished: false,
+            meta: meta.clone(),
+            limits: meta.count_limits(),
+            rows: None,
+            line: 1,
+            last_time_s: f64::NEG_INFINITY,
+            seen: Samples::default(),
+            seen_columns: [false; COLUMNS.len()],
+            folder,
+        }
     }
 
     /// The table of units, which is written last: noise that is measured while recording may still be entered. The
@@ -109,19 +144,26 @@ impl Writer {
     pub fn push_logging(&mut self, row: &Row, logged: &[f64]) -> Result<(), Error> {
         self.line += 1;
         self.check(row)?;
-        let mut fields: Vec<String> = Vec::with_capacity(COLUMNS.len() + 1);
         for (place, (column, _)) in COLUMNS.iter().enumerate() {
-            let value = row.get(*column);
-            self.seen_columns[place] |= !value.is_nan();
-            fields.push(number(value));
+            self.seen_columns[place] |= !row.get(*column).is_nan();
         }
-        fields.insert(1, row.run.to_owned());
-        fields.extend(logged.iter().map(|value| number(*value)));
         let written = match self.rows.as_mut() {
-            Some(rows) => rows.write_record(&fields).map_err(std::io::Error::from),
+            Some(Rows::Csv(rows)) => rows.write_record(fields(row, logged)),
+            Some(Rows::Kept {
+                samples,
+                logged: kept,
+                ..
+            }) => {
+                samples.push(row);
+                for (place, one) in kept.iter_mut().enumerate() {
+                    let value = logged.get(place).copied();
+                    one.values.push(value.unwrap_or(f64::NAN));
+                }
+                Ok(())
+            }
             None => Ok(()),
         };
-        written.map_err(|error| self.failed(&error))
+        written.map_err(|error| self.failed(&error.into()))
     }
 
     /// Checks the whole and puts it in place.
@@ -129,7 +171,7 @@ impl Writer {
     /// # Errors
     /// No samples, a table without what the columns need, or a failure to write.
     pub fn finish(mut self) -> Result<(), Error> {
-        let samples_file = self.folder.join(SAMPLES_FILE);
+        let samples_file = self.table();
         if self.line == 1 {
             return Err(Error::new(&samples_file, "no samples", "at least one"));
         }
@@ -142,30 +184,54 @@ impl Writer {
         self.meta.check_against(&meta_file, &self.seen)?;
         let text = self.meta.to_toml();
         Meta::parse(&meta_file, &text, &mut Vec::new())?;
-        let failed = |error: std::io::Error| Error::io(&self.folder, &error, "room to write");
-        let mut meta = unfinished_file(&self.folder).map_err(failed)?;
-        meta.write_all(text.as_bytes())
-            .and_then(|()| meta.as_file().sync_all())
-            .map_err(failed)?;
-        if let Some(rows) = self.rows.take() {
-            let samples = rows
-                .into_inner()
-                .map_err(|error| failed(error.into_error()))?;
-            samples.as_file().sync_all().map_err(failed)?;
-            persist(samples, &samples_file)?;
+        match self.rows.take() {
+            Some(Rows::Csv(rows)) => self.put_in_place(*rows, &text)?,
+            Some(Rows::Kept {
+                mut samples,
+                logged,
+                existing,
+                write,
+            }) => {
+                logged.into_iter().for_each(|logged| samples.log(logged));
+                write(&self.meta, &samples, &self.folder, existing)?;
+            }
+            None => {}
         }
-        persist(meta, &meta_file)?;
         self.finished = true;
         Ok(())
     }
 
+    /// Moves both files of a folder to their places.
+    fn put_in_place(&self, rows: csv::Writer<NamedTempFile>, meta_text: &str) -> Result<(), Error> {
+        let failed = |error: std::io::Error| Error::io(&self.folder, &error, "room to write");
+        let mut meta = unfinished_file(&self.folder).map_err(failed)?;
+        meta.write_all(meta_text.as_bytes())
+            .and_then(|()| meta.as_file().sync_all())
+            .map_err(failed)?;
+        let samples = rows
+            .into_inner()
+            .map_err(|error| failed(error.into_error()))?;
+        samples.as_file().sync_all().map_err(failed)?;
+        persist(samples, &self.folder.join(SAMPLES_FILE))?;
+        persist(meta, &self.folder.join(META_FILE))
+    }
+
+    /// The file that errors of a row name.
+    fn table(&self) -> PathBuf {
+        match self.rows {
+            Some(Rows::Kept { .. }) => self.folder.clone(),
+            _ => self.folder.join(SAMPLES_FILE),
+        }
+    }
+
     fn failed(&self, error: &std::io::Error) -> Error {
-        Error::io(&self.folder.join(SAMPLES_FILE), error, "room to write")
+        Error::io(&self.table(), error, "room to write")
     }
 
     fn check(&mut self, row: &Row) -> Result<(), Error> {
-        let file = self.folder.join(SAMPLES_FILE);
-        check_row(&file, self.line, row, &self.limits, self.last_time_s)?;
+        let file = self.table();
+        let line = self.line - u64::from(matches!(self.rows, Some(Rows::Kept { .. })));
+        check_row(&file, line, row, &self.limits, self.last_time_s)?;
         self.last_time_s = row.t_s;
         Ok(())
     }
@@ -246,6 +312,15 @@ fn given(row: &Row, column: Column) -> bool {
     }
 }
 
+/// The fields of one row of `samples.csv`.
+fn fields(row: &Row, logged: &[f64]) -> Vec<String> {
+    let mut fields: Vec<String> = Vec::with_capacity(COLUMNS.len() + 1);
+    fields.extend(COLUMNS.iter().map(|(column, _)| number(row.get(*column))));
+    fields.insert(1, row.run.to_owned());
+    fields.extend(logged.iter().map(|value| number(*value)));
+    fields
+}
+
 /// Shortest text that reads back to the same number; empty for NaN.
 fn number(value: f64) -> String {
     if value.is_nan() {
@@ -264,55 +339,4 @@ fn persist(file: NamedTempFile, place: &Path) -> Result<(), Error> {
     file.persist(place)
         .map(drop)
         .map_err(|error| Error::io(place, &error.error, "room to write"))
-}
-
-fn check_existing(folder: &Path, existing: Existing) -> Result<(), Error> {
-    if !folder.exists() {
-        return Ok(());
-    }
-    let wanted = match existing {
-        Existing::Refuse => "a new or an empty folder",
-        Existing::ReplaceRecording => {
-            "a new or an empty folder, or one with a recording of schema 1 alone"
-        }
-    };
-    if !folder.is_dir() {
-        return Err(Error::new(folder, "a file", wanted));
-    }
-    let entries = std::fs::read_dir(folder).map_err(|error| Error::io(folder, &error, wanted))?;
-    let (mut ours, mut abandoned) = (false, Vec::new());
-    for entry in entries {
-        let name = entry
-            .map_err(|error| Error::io(folder, &error, wanted))?
-            .file_name();
-        match examine(folder, &name) {
-            Left::Abandoned => abandoned.push(folder.join(&name)),
-            Left::UnderWay => {
-                let found = "a recording that another command is writing";
-                return Err(Error::new(folder, found, wanted));
-            }
-            Left::Other => {
-                let known = name == META_FILE || name == SAMPLES_FILE;
-                if existing == Existing::Refuse || !known {
-                    return Err(Error::new(
-                        folder,
-                        format!("\"{}\" in it", one_line(&name.to_string_lossy(), 60)),
-                        wanted,
-                    ));
-                }
-                ours = true;
-            }
-        }
-    }
-    if ours {
-        let file = folder.join(META_FILE);
-        let text =
-            std::fs::read_to_string(&file).map_err(|error| Error::io(&file, &error, wanted))?;
-        Meta::parse(&file, &text, &mut Vec::new())?;
-    }
-    // Only once nothing stands in the way any more.
-    for file in abandoned {
-        std::fs::remove_file(&file).map_err(|error| Error::io(&file, &error, wanted))?;
-    }
-    Ok(())
 }

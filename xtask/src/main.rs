@@ -23,6 +23,7 @@ mod names;
 mod onboard;
 mod option_bytes;
 mod parity;
+mod parquet;
 mod permission;
 mod platforms;
 mod plugin;
@@ -61,6 +62,11 @@ const TASKS: &[Task] = &[
         "nightly",
         "the tests that `test` leaves out for their length, each for a change that others hold less closely",
         Work::Alone(test::nightly),
+    ),
+    (
+        "parquet",
+        "nightly: the command with its feature `parquet`, every kind of command, and DuckDB where Python has it",
+        Work::Alone(parquet::nightly),
     ),
     (
         "bench",

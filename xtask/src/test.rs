@@ -10,8 +10,8 @@
 use crate::cargo::cargo;
 use crate::runner::Which;
 use crate::{
-    arm, arm_checks, chip, circles, constants, firmware, manifests, names, onboard, platforms,
-    processor_time, report, runner,
+    arm, arm_checks, chip, circles, constants, firmware, manifests, names, onboard, parquet,
+    platforms, processor_time, report, runner,
 };
 use anyhow::{Context, Result, bail, ensure};
 use std::fs::File;
@@ -185,15 +185,15 @@ fn last_line(line: &str) -> Option<Tally> {
 /// Lints of all that compiles, a warning being a failure.
 fn lints() -> Tally {
     component("clippy", "clippy");
-    // With the debug probe's code, which nothing else compiles. What stands in for it without the feature is compiled by the tests.
+    // With the code of the features, which nothing else compiles. What stands in for it without them is compiled by the tests.
     let mut total = step(
         "lints",
-        clippy("--workspace --all-targets --features courier/probe"),
+        clippy("--workspace --all-targets --features courier/probe,courier/parquet"),
     );
     // Not among all targets, since a bare `cargo test` leaves it out.
     total.add(step(
         "lints of the emulated board's and the chip's tests",
-        clippy("--workspace --test emulated --test chip --features courier/probe"),
+        clippy("--workspace --test emulated --test chip --features courier/probe,courier/parquet"),
     ));
     total
 }
@@ -202,7 +202,12 @@ fn lints() -> Tally {
 /// dependencies it needs.
 fn documentation() -> Tally {
     let mut command = cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
-    command.args(["--profile", "checked", "--features", "courier/probe"]);
+    command.args([
+        "--profile",
+        "checked",
+        "--features",
+        "courier/probe,courier/parquet",
+    ]);
     command.env("RUSTDOCFLAGS", "-D warnings");
     step("documentation", command)
 }
@@ -262,7 +267,8 @@ pub fn nightly() -> Result<()> {
     ensure!(passed > 0, "found no test that is left out for its length");
     let emulated = on_emulated_board(Which::Nightly);
     let faults = checked("faults brought in again", chip::nightly);
-    let failed = failed + emulated.failed + faults.failed;
+    let parquet = checked("the command with Parquet", parquet::nightly);
+    let failed = failed + emulated.failed + faults.failed + parquet.failed;
     ensure!(failed == 0, "{failed} failed");
     Ok(())
 }

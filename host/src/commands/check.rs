@@ -4,12 +4,12 @@ use crate::findings::{self, ALL};
 use crate::json::Json;
 use crate::kinds;
 use crate::output::Files;
+use crate::recordings;
 use crate::terminal::{begin, micrometres, stages, table, warn};
 use anyhow::{Context, Result, bail};
 use diagnosis::verdict::confirmation::{ConfirmedChannel, Confirmation};
 use diagnosis::progress::Stage;
 use diagnosis::{Check, Checked, Model, check_watched};
-use recording::Recording;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -55,7 +55,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     if model.schema != 1 {
         bail!("{name}: schema {}, 1 was wanted", model.schema);
     }
-    let recording = Recording::read(&args.recording)?;
+    let recording = recordings::read(&args.recording)?;
     recording.warnings.iter().for_each(|warning| warn(warning));
     let path = args.recording.display().to_string();
     findings::check(&recording, &path, ALL)?;

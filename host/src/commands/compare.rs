@@ -6,6 +6,7 @@ use crate::json::Json;
 use crate::kinds;
 use crate::output::{self, Files, Kind};
 use crate::provenance::origin_of_files;
+use crate::recordings;
 use crate::terminal::warn;
 use anyhow::{Result, ensure};
 use comparison::answer::{Question, answer};
@@ -70,7 +71,7 @@ impl Args {
     /// The files that it reads and writes.
     pub fn files(&self) -> Files {
         let read = |files: Files, path: &PathBuf| {
-            if path.is_dir() {
+            if recordings::is_recording(path) {
                 files.reads_recording(path)
             } else {
                 files.reads(path)

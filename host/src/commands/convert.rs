@@ -1,16 +1,18 @@
 //! `courier convert LOG.csv OUT`.
 
-use crate::conversion::{as_json, columns, columns_as_json, told};
+use crate::conversion::{as_json, columns, columns_as_json, reformed, reformed_as_json, told};
 use crate::destination::Destination;
 use crate::json::Json;
+use crate::logs;
 use crate::output::{Files, Kind};
+use crate::recordings;
 use crate::terminal::warn;
 use anyhow::{Context, Result, ensure};
 use convert::{Asked, Order, Runs, Stated, Target, length_m};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Make a recording of any CSV log: columns by name, units, tooth counts, runs.
+/// Make a recording of any CSV log: columns by name, units, tooth counts, runs; or put a recording into its other form.
 ///
 /// Commas, semicolons, tabs or blanks between columns, decimal commas, a header behind a #, a row of units: recognised. Columns
 /// that have a recording's names already are taken as they are. Without --column, and without such names, it
@@ -18,9 +20,9 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// The log.
+    /// The log, or a recording.
     log: PathBuf,
-    /// Folder to make. Without one nothing is written: what the log holds is listed.
+    /// Folder to make, or a file whose name ends in .parquet. Without one nothing is written: what the log holds is listed.
     folder: Option<PathBuf>,
     /// Where a column of the recording comes from: TARGET=COLUMN[:UNIT][*FACTOR or /DIVISOR, +SUM or -DIFFERENCE]; may be repeated.
     /// #3 is the third column. Units: s ms us; m mm um nm inch; deg rad turn; C K F; counts V mV.
@@ -43,7 +45,7 @@ pub struct Args {
     /// Print what would be done and write nothing.
     #[arg(long)]
     dry_run: bool,
-    /// Replace the recording in the folder.
+    /// Replace the recording that is there.
     #[arg(long)]
     force: bool,
     #[command(flatten)]
@@ -56,7 +58,10 @@ const ANSWER: Kind = Kind::json("a conversion", &["log", "rows", "columns"]);
 impl Args {
     /// The files that it reads and writes.
     pub fn files(&self) -> Files {
-        let files = Files::default().reads(&self.log);
+        let files = match recordings::is_recording(&self.log) {
+            true => Files::default().reads_recording(&self.log),
+            false => Files::default().reads(&self.log),
+        };
         let files = match self.folder.as_ref().filter(|_| !self.dry_run) {
             Some(folder) => files.fills(folder),
             None => files,
@@ -120,6 +125,12 @@ struct Meta {
     /// Where the log comes from [default: this command and the log's name].
     #[arg(long, value_name = "TEXT")]
     source: Option<String>,
+    /// Number or name of the courier, to tell it from others.
+    #[arg(long, value_name = "NAME")]
+    courier_id: Option<String>,
+    /// Number or name of the platen that it moved on.
+    #[arg(long, value_name = "NAME")]
+    platen_id: Option<String>,
 }
 
 /// What `--runs` names.
@@ -145,9 +156,11 @@ fn runs(text: &str) -> Result<RunsBy, String> {
 /// A log that is no table, an option that does not fit it, a value that no recording holds, a folder that is not to be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
     check(args)?;
-    let bytes = std::fs::read(&args.log).with_context(|| format!("{}: wanted a readable CSV file", args.log.display()))?;
-    let log = convert::read(&args.log, &bytes)?;
     let order = order(args);
+    if recordings::is_recording(&args.log) {
+        return recording_to_form(args, &order);
+    }
+    let log = logs::read(&args.log)?;
     let named = log.columns.iter().any(|column| Target::by_name(&column.name).is_some_and(|target| target != Target::Run));
     if args.folder.is_none() && args.column.is_empty() && !(args.dry_run && named) {
         args.json.tell(ANSWER, &columns_as_json(&args.log, &log), || columns(&args.log, &log))?;
@@ -187,11 +200,25 @@ fn check(args: &Args) -> Result<()> {
 
 fn write(args: &Args, folder: &Path, recording: &recording::Recording) -> Result<()> {
     let to = Destination { folder: folder.to_owned(), force: args.force };
-    let mut writer = to.create(&recording.meta)?;
-    for index in 0..recording.samples.len() {
-        writer.push(&recording.samples.row(index))?;
+    to.write(recording)
+}
+
+/// A recording into the other form, or into the same.
+fn recording_to_form(args: &Args, order: &Order) -> Result<ExitCode> {
+    let told = args.log.display();
+    ensure!(*order == Order::default(), "{told}: found options of a log beside a recording, wanted none of them");
+    let recording = recordings::read(&args.log)?;
+    recording.warnings.iter().for_each(|line| warn(line));
+    let wanted = "wanted where to write it: a folder, or a file whose name ends in .parquet";
+    let folder = args.folder.as_ref().with_context(|| format!("{told}: found a recording, {wanted}"))?;
+    let folder = (!args.dry_run).then_some(folder);
+    if let Some(folder) = folder {
+        write(args, folder, &recording)?;
     }
-    Ok(writer.finish()?)
+    let written = folder.map(|folder| folder.display().to_string());
+    let value = reformed_as_json(&args.log, &recording, written.as_deref());
+    args.json.tell(ANSWER, &value, || reformed(&args.log, &recording, written.as_deref()))?;
+    Ok(ExitCode::SUCCESS)
 }
 
 fn order(args: &Args) -> Order {
@@ -214,6 +241,8 @@ fn order(args: &Args) -> Order {
         stated: Stated {
             device: meta.device.clone(),
             source: meta.source.clone(),
+            courier_id: meta.courier_id.clone(),
+            platen_id: meta.platen_id.clone(),
             span_m: meta.span,
             lateral_m: meta.lateral,
             adc_bits: meta.adc_bits,

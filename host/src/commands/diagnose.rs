@@ -1,10 +1,12 @@
 //! `courier diagnose RECORDING`.
 
-use super::diagnose_explained;
+use super::{diagnose_explained, diagnose_many};
 use crate::json::Json;
 use crate::kinds;
+use crate::many::Order;
 use crate::output::{self, Files};
 use crate::provenance::origin_of;
+use crate::recordings;
 use crate::terminal::{begin, micrometres, one_line, stages, table, warn};
 use anyhow::{Result, bail, ensure};
 use report::headline::{RESOLUTION_M, headline};
@@ -24,13 +26,23 @@ use std::process::ExitCode;
 /// unknown, insufficient_data. Wires, units and stated lengths that the readings contradict are named first, and nothing is diagnosed then.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Example:\n  courier diagnose examples/survey-lateral --json=answer.json --report gap.html"
+    after_help = "Example:\n  courier diagnose examples/survey-lateral --json=answer.json --report gap.html\n  courier diagnose recordings/* --out answers"
 )]
 pub struct Args {
-    /// Folder with recording.toml and samples.csv.
+    /// The recording: a folder with recording.toml and samples.csv, or a .parquet file.
     recording: PathBuf,
+    /// More of them, with --out.
+    #[arg(requires = "out")]
+    more: Vec<PathBuf>,
     #[command(flatten)]
     json: Json,
+    /// Diagnose many recordings into a table in this folder: a row each, as Parquet in a build with that, as lines of JSON
+    /// else. What has a row already is not done again, so that it goes on where it was ended; several programs may fill one table.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Recordings that are diagnosed at once [default: as many as there are processors].
+    #[arg(long, value_name = "N", requires = "out", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
     /// Write the diagnosed model to this file, for `courier check` and `courier load`.
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
@@ -49,11 +61,21 @@ pub struct Args {
 }
 
 impl Args {
+    /// All recordings, in order.
+    fn all(&self) -> impl Iterator<Item = &PathBuf> {
+        std::iter::once(&self.recording).chain(&self.more)
+    }
+
     /// The files that it reads and writes.
     pub fn files(&self) -> Files {
-        Files::default()
-            .reads_recording(&self.recording)
-            .json(&self.json, kinds::DIAGNOSIS)
+        let read = |files: Files, path: &PathBuf| files.reads_recording(path);
+        let files = self.all().fold(Files::default(), read);
+        let (files, kind) = match &self.out {
+            Some(table) => (files.fills(table), diagnose_many::ANSWER),
+            None => (files, kinds::DIAGNOSIS),
+        };
+        files
+            .json(&self.json, kind)
             .writes(self.model.as_ref(), kinds::MODEL)
             .writes(self.report.as_ref(), kinds::PAGE)
     }
@@ -81,9 +103,26 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         "--resolution-um: found {}, wanted above 0",
         args.resolution_um
     );
-    let recording = Recording::read(&args.recording)?;
+    let resolution_m = 1.0e-6 * args.resolution_um;
+    if let Some(table) = &args.out {
+        // Not told to clap, which then would not miss `--out` beside one of these.
+        ensure!(
+            args.model.is_none() && args.report.is_none() && !args.explain,
+            "--out: found --model, --report or --explain beside it, which are of one recording"
+        );
+        let order = Order {
+            recordings: args.all().cloned().collect(),
+            table: table.clone(),
+            without: args.without.clone(),
+            resolution_m,
+            jobs: args.jobs.map_or_else(processors, usize::from),
+        };
+        return diagnose_many::run(&order, &args.json);
+    }
+    let path = &args.recording;
+    let recording = recordings::read(path)?;
     recording.warnings.iter().for_each(|warning| warn(warning));
-    let name = args.recording.display().to_string();
+    let name = path.display().to_string();
     let options = Options {
         without: args.without.clone(),
     };
@@ -109,19 +148,24 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         )),
         _ => {}
     }
-    if let Some(path) = &args.report {
+    if let Some(page) = &args.report {
         let model = args.model.as_deref().filter(|_| answer.model.is_some());
-        let headline = headline(&answer.diagnosis, 1.0e-6 * args.resolution_um);
-        let origin = origin_of(&args.recording, &recording, model)?;
-        let page = html::page(&answer.diagnosis, &answer.evidence, &headline, &origin);
-        output::write(path, kinds::PAGE, page.as_bytes())?;
+        let headline = headline(&answer.diagnosis, resolution_m);
+        let origin = origin_of(path, &recording, model)?;
+        let text = html::page(&answer.diagnosis, &answer.evidence, &headline, &origin);
+        output::write(page, kinds::PAGE, text.as_bytes())?;
     }
     args.json
         .tell(kinds::DIAGNOSIS, &answer.diagnosis, || {
-            let text = text(&answer.diagnosis, 1.0e-6 * args.resolution_um);
+            let text = text(&answer.diagnosis, resolution_m);
             [Some(text), explained].into_iter().flatten().collect::<Vec<_>>().join("\n\n")
         })?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Processors of this machine.
+fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
 /// The likeliest sets of effects, as text.

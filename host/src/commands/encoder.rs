@@ -5,7 +5,9 @@ use crate::findings::{self, NOTHING};
 use crate::json::Json;
 use crate::kinds;
 use crate::learned;
+use crate::logs;
 use crate::output::{self, Files, Kind};
+use crate::recordings;
 use crate::terminal::{print, warn};
 use anyhow::{Context, Result, anyhow, ensure};
 use convert::{Asked, Order, Runs, length_m};
@@ -75,7 +77,7 @@ const ANSWER: Kind = Kind::json("an encoder's errors", &["log", "stretches", "ha
 impl Args {
     /// The files that it reads and writes.
     pub fn files(&self) -> Files {
-        let files = match self.log.is_dir() {
+        let files = match recordings::is_recording(&self.log) {
             true => Files::default().reads_recording(&self.log),
             false => Files::default().reads(&self.log),
         };
@@ -115,13 +117,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 /// The recording, and how its counts came from the log's values.
 fn read(args: &Args) -> Result<(Recording, [LogUnit; 4])> {
     let mut units = [LogUnit::default(); 4];
-    if args.log.is_dir() {
+    if recordings::is_recording(&args.log) {
         ensure!(
             args.column.is_empty() && args.rate_hz.is_none() && args.pitch.is_none(),
             "{}: found --column, --rate-hz or --pitch beside a recording, wanted them beside a log",
             args.log.display()
         );
-        let recording = Recording::read(&args.log)?;
+        let recording = recordings::read(&args.log)?;
         recording.warnings.iter().for_each(|line| warn(line));
         return Ok((recording, units));
     }
@@ -131,8 +133,7 @@ fn read(args: &Args) -> Result<(Recording, [LogUnit; 4])> {
     };
     above("--rate-hz", args.rate_hz)?;
     above("--pitch", args.pitch)?;
-    let bytes = std::fs::read(&args.log).with_context(|| format!("{}: wanted a readable CSV file or a recording's folder", args.log.display()))?;
-    let log = convert::read(&args.log, &bytes)?;
+    let log = logs::read(&args.log)?;
     let order = Order {
         columns: args.column.clone(),
         rate_hz: args.rate_hz,

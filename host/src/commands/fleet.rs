@@ -4,10 +4,10 @@ use super::fleet_text::text;
 use crate::findings::{self, BOTH_SENSORS};
 use crate::json::Json;
 use crate::output::{self, Files, Kind};
+use crate::recordings;
 use crate::terminal::{progress, warn};
 use anyhow::{Context, Result, ensure};
 use fleet::{Fitted, Member, Part, State, answer, at, begin, fit};
-use recording::Recording;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -146,7 +146,7 @@ fn fitted(members: &[Member], state: Option<State>, tick: &(dyn Fn() + Sync)) ->
 /// A recording's poses, under the name of its folder.
 fn member(folder: &Path) -> Result<Member> {
     let place = folder.display().to_string();
-    let recording = Recording::read(folder)?;
+    let recording = recordings::read(folder)?;
     recording.warnings.iter().for_each(|line| warn(line));
     findings::check(&recording, &place, BOTH_SENSORS)?;
     let name = folder.file_name().map(|name| name.to_string_lossy().into_owned());

@@ -4,11 +4,11 @@ use crate::findings::{self, BOTH_SENSORS};
 use crate::json::Json;
 use crate::kinds;
 use crate::output::{self, Files, Kind};
+use crate::recordings;
 use crate::teeth::{Evidence, MapFile, Mapped, TeethPose, estimate, poses_of};
 use crate::terminal::{figure, micrometres, pairs, progress, warn};
 use anyhow::{Result, ensure};
 use courier_sensor::frame::SEGMENTS;
-use recording::Recording;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -62,7 +62,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         within_mm > 0.0,
         "--within: found {within_mm}, wanted above 0"
     );
-    let recording = Recording::read(&args.recording)?;
+    let recording = recordings::read(&args.recording)?;
     recording.warnings.iter().for_each(|line| warn(line));
     findings::check(&recording, &args.recording.display().to_string(), BOTH_SENSORS)?;
     let (setup, mut poses) = poses_of(&recording)?;

@@ -2,6 +2,7 @@
 
 use crate::json::Json;
 use crate::output::{Files, Kind};
+use crate::recordings;
 use crate::board::Choice;
 use crate::destination::Destination;
 use crate::findings::{self, NOTHING};
@@ -14,7 +15,6 @@ use crate::terminal::{progress, warn};
 use anyhow::{Context, Result, ensure};
 use courier_sensor::drivers::motion::Target;
 use courier_sensor::geometry::Geometry;
-use recording::Recording;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -151,7 +151,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
         )
     })?;
     let place = args.folder.display().to_string();
-    findings::check(&Recording::read(&args.folder)?, &place, NOTHING)?;
+    findings::check(&recordings::read(&args.folder)?, &place, NOTHING)?;
     Ok(ExitCode::SUCCESS)
 }
 

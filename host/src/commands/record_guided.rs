@@ -10,12 +10,12 @@ use crate::findings::{self, NOTHING};
 use crate::interrupt::{self, EXIT_INTERRUPTED};
 use crate::output::Kind;
 use crate::recorder::{Recorded, Recorder};
+use crate::recordings;
 use crate::terminal::{print, progress};
 use anyhow::{Result, ensure};
 use effects::motion::Pose;
 use guided::motion::Area;
 use guided::question::Question;
-use recording::Recording;
 use serde::Serialize;
 use std::process::ExitCode;
 
@@ -101,7 +101,7 @@ pub fn run(args: &Args, question: Question, choice: &Choice) -> Result<ExitCode>
         )
     })?;
     let place = args.folder.display().to_string();
-    findings::check(&Recording::read(&args.folder)?, &place, NOTHING)?;
+    findings::check(&recordings::read(&args.folder)?, &place, NOTHING)?;
     Ok(match answer.ending {
         Ending::Answered | Ending::Partly => ExitCode::SUCCESS,
         Ending::Interrupted => ExitCode::from(EXIT_INTERRUPTED),

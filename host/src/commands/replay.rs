@@ -3,6 +3,7 @@
 use crate::findings::{self, SEGMENTS_AND_REFERENCE};
 use crate::json::Json;
 use crate::output::{Files, Kind};
+use crate::recordings;
 use crate::calibration_file::CalibrationFile;
 use crate::replay::{HeldOut, Remark, Report, applied, remarks, replay};
 use crate::terminal::{micrometres, progress, table, warn};
@@ -23,7 +24,7 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  courier replay examples/survey-lateral")]
 pub struct Args {
-    /// Folder with recording.toml and samples.csv.
+    /// The recording: a folder with recording.toml and samples.csv, or a .parquet file.
     recording: PathBuf,
     /// Fit nothing: apply this calibration, as `courier export` wrote it, and show g_p over the whole recording.
     #[arg(long, value_name = "FILE")]
@@ -66,7 +67,7 @@ struct Output<'a> {
 /// # Errors
 /// A bad recording, one whose segments or reference cannot be as they are stated, or one that cannot be calibrated on.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let recording = Recording::read(&args.recording)?;
+    let recording = recordings::read(&args.recording)?;
     recording.warnings.iter().for_each(|warning| warn(warning));
     let place = args.recording.display().to_string();
     let findings = findings::check(&recording, &place, SEGMENTS_AND_REFERENCE)?;

@@ -12,6 +12,7 @@ pub use same_courier::check;
 pub use source::{Compared, Device};
 
 use crate::calibration_file::CalibrationFile;
+use crate::recordings;
 use ::recording::Recording;
 use anyhow::{Context, Result, bail};
 use diagnosis::Model;
@@ -28,8 +29,8 @@ const LIMIT_BYTES: u64 = 1 << 28;
 /// It is none of these, or cannot be used.
 pub fn read(path: &Path, check: &dyn Fn(&Recording) -> Result<()>) -> Result<Compared> {
     let name = path.display().to_string();
-    if path.is_dir() {
-        let recording = Recording::read(path)?;
+    if recordings::is_recording(path) {
+        let recording = recordings::read(path)?;
         check(&recording)?;
         return recording::estimate(&name, &recording).context(name);
     }

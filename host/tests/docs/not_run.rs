@@ -28,6 +28,16 @@ const NOT_RUN: &[(&str, &str, &str)] = &[
         "a form to fill in: no such log is here",
     ),
     (
+        "docs/formats.md",
+        "courier convert examples/survey-lateral survey.parquet",
+        "needs a feature that the tests do not build: `cargo xtask parquet` does",
+    ),
+    (
+        "docs/many-recordings.md",
+        "ls -d recordings/* | parallel -j 2 courier diagnose {} --out answers --jobs 1",
+        "needs GNU parallel and Slurm",
+    ),
+    (
         "docs/bring-up.md",
         "courier trace board.vcd",
         "needs a recording of a logic analyser",

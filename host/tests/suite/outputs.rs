@@ -1,7 +1,7 @@
 //! An output never replaces an input, another output or a file of another kind: every command, every file that it writes.
 
 use crate::common::{asked, courier_in};
-use clap::CommandFactory;
+use clap::{Arg, CommandFactory};
 use courier::cli::Cli;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -111,9 +111,14 @@ fn outputs(line: &str) -> (String, Vec<&'static str>) {
     }
     let takes = |option: &&str| {
         let long = option.trim_start_matches('-');
+        // An option of the same name may take a folder.
+        let is_folder = |argument: &Arg| {
+            let names = argument.get_value_names().unwrap_or_default();
+            names.iter().any(|name| name == "DIR")
+        };
         command
             .get_arguments()
-            .any(|argument| argument.get_long() == Some(long))
+            .any(|argument| argument.get_long() == Some(long) && !is_folder(argument))
     };
     (name, OUTPUTS.into_iter().filter(takes).collect())
 }
@@ -297,5 +302,5 @@ fn a_recording_after_json_is_the_recording() {
         assert!(ran.out.contains("insufficient"), "{}", ran.out);
         std::fs::remove_file(folder.join("a.json")).unwrap();
     }
-    asked(folder, "diagnose v --json a.json b").refused(&["b"]);
+    asked(folder, "diagnose v --json a.json b").refused(&["--out"]);
 }

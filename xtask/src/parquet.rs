@@ -1,0 +1,141 @@
+//! The command built with its feature `parquet`, which the tests of every change leave out: recordings through every kind of command,
+//! and files to and from DuckDB where Python has it. Part of `cargo xtask nightly`, and alone `cargo xtask parquet`.
+
+use crate::arm;
+use crate::cargo::cargo;
+use anyhow::{Context, Result, ensure};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Command lines, in order, in a folder of their own: `survey` is the example's folder, `log.csv` its log. All of them succeed.
+const LINES: [&str; 16] = [
+    "convert survey s.parquet",
+    "convert s.parquet again",
+    "convert log.csv encoder.parquet --column t_s=time:ms --column q1s=sin --column q1c=cos --column ref_x_m=stage:mm --pitch 1.016mm",
+    "convert encoder.parquet encoder",
+    "replay s.parquet",
+    "replay encoder.parquet --json=by-file.json",
+    "replay encoder --json=by-folder.json",
+    "diagnose s.parquet --model model.json --report page.html",
+    "check model.json s.parquet",
+    "compare model.json s.parquet",
+    "encoder encoder.parquet",
+    "--sim-preset ideal record board.parquet --seconds 0.2 --platen-id west",
+    "demo --record demo.parquet --force",
+    "diagnose s.parquet survey missing --out answers",
+    "--sim-courier 1 record c1.parquet --under-beacon --platen-id west --decimation 60",
+    "map c1.parquet",
+];
+
+/// Builds the command with the feature and runs all of it.
+///
+/// # Errors
+/// It does not compile, or a command line fails or gives another answer than from a folder.
+pub fn nightly() -> Result<()> {
+    let command = built()?;
+    let folder = arm::root().join("target/parquet");
+    let folder = folder.as_path();
+    if folder.exists() {
+        std::fs::remove_dir_all(folder)?;
+    }
+    let examples = arm::root().join("examples");
+    std::fs::create_dir_all(folder.join("survey"))?;
+    for name in ["recording.toml", "samples.csv"] {
+        std::fs::copy(
+            examples.join("survey-lateral").join(name),
+            folder.join("survey").join(name),
+        )?;
+    }
+    std::fs::copy(examples.join("encoder-log/log.csv"), folder.join("log.csv"))?;
+    for line in LINES {
+        courier(&command, folder, line)?;
+    }
+    let same = |one: &str, other: &str| -> Result<()> {
+        let read = |name: &str| std::fs::read(folder.join(name)).with_context(|| name.to_owned());
+        ensure!(
+            read(one)? == read(other)?,
+            "{one} and {other}: found a difference, wanted none"
+        );
+        Ok(())
+    };
+    for name in ["recording.toml", "samples.csv"] {
+        same(&format!("survey/{name}"), &format!("again/{name}"))?;
+    }
+    let answer = |name: &str| -> Result<String> {
+        let text = std::fs::read_to_string(folder.join(name))?;
+        Ok(text.replace("encoder.parquet", "encoder"))
+    };
+    ensure!(
+        answer("by-file.json")? == answer("by-folder.json")?,
+        "replay: found another answer from the file than from the folder"
+    );
+    with_duckdb(&command, folder)
+}
+
+/// Builds the command and tells where it is.
+fn built() -> Result<PathBuf> {
+    let words = "build --quiet --profile checked --package courier --features parquet --message-format json-render-diagnostics";
+    let text = arm::output(&mut cargo(&words.split(' ').collect::<Vec<_>>()))?;
+    let named = |line: &str| {
+        let message: Value = serde_json::from_str(line).ok()?;
+        let is_it = message["target"]["name"] == "courier";
+        message["executable"]
+            .as_str()
+            .filter(|_| is_it)
+            .map(PathBuf::from)
+    };
+    text.lines()
+        .filter_map(named)
+        .next_back()
+        .context("cargo named no program")
+}
+
+fn courier(command: &Path, folder: &Path, line: &str) -> Result<()> {
+    arm::run(
+        Command::new(command)
+            .args(line.split(' '))
+            .stdout(Stdio::null())
+            .current_dir(folder),
+    )
+    .with_context(|| format!("courier {line}"))
+}
+
+/// What DuckDB does with the files of the lines before: it reads them, and writes one that is read.
+const BY_DUCKDB: &str = r#"
+import duckdb
+def one(question):
+    return duckdb.execute(question).fetchall()[0]
+got = one("SELECT count(*), avg(q1s) FROM 's.parquet'")
+wanted = one("SELECT count(*), avg(q1s) FROM 'survey/samples.csv'")
+assert got == wanted, (got, wanted)
+toml = open('survey/recording.toml').read().replace("'", "''")
+duckdb.execute(f"COPY (SELECT * FROM 'survey/samples.csv') TO 'duck.parquet' (KV_METADATA {{'recording.toml': '{toml}'}})")
+duckdb.execute("COPY (SELECT * FROM 'log.csv') TO 'ducklog.parquet'")
+platen = one("SELECT decode(value) FROM parquet_kv_metadata('board.parquet') WHERE decode(key) = 'platen_id'")
+assert platen == ('west',), platen
+"#;
+
+fn with_duckdb(command: &Path, folder: &Path) -> Result<()> {
+    let python = std::env::var_os("PYTHON").map_or_else(|| PathBuf::from("python3"), PathBuf::from);
+    let has = Command::new(&python).args(["-c", "import duckdb"]).output();
+    if !has.is_ok_and(|output| output.status.success()) {
+        arm::say(
+            "SKIPPED: DuckDB, which Python has not here; PYTHON names one that has it (pip install duckdb)",
+        );
+        return Ok(());
+    }
+    arm::run(
+        Command::new(&python)
+            .args(["-c", BY_DUCKDB])
+            .current_dir(folder),
+    )
+    .context("DuckDB")?;
+    courier(command, folder, "convert duck.parquet by-duck")?;
+    courier(command, folder, "replay duck.parquet")?;
+    courier(
+        command,
+        folder,
+        "convert ducklog.parquet ducklog --column t_s=time:ms --column q1s=sin --column q1c=cos --pitch 1.016mm",
+    )
+}
