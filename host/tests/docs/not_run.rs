@@ -38,6 +38,11 @@ const NOT_RUN: &[(&str, &str, &str)] = &[
         "needs GNU parallel and Slurm",
     ),
     (
+        "docs/fleet.md",
+        "courier fleet c1 --part c1.part                              # each recording by itself",
+        "half a minute; `fleet/tests/suite/sums.rs` holds that parts lead to the same",
+    ),
+    (
         "docs/bring-up.md",
         "courier trace board.vcd",
         "needs a recording of a logic analyser",

@@ -9,7 +9,6 @@ use effects::random::{ChaCha8Rng, SeedableRng, uniform};
 use hal_sim::ageing::{Course, OwnWave};
 use hal_sim::presets;
 
-const COURIERS: u64 = 40;
 /// When a wave changes, and when it is asked for: some ten windows later.
 const CHANGE_S: f64 = 300.0;
 const ASKED_S: f64 = 400.0;
@@ -17,12 +16,22 @@ const ASKED_S: f64 = 400.0;
 const CHANGE_M: f64 = 2.4e-6;
 
 /// Both segments of a pair together are told by the turning alone, and what equation (3) does not hold of a change must not pass for that.
-/// Two amounts of each order of 40 couriers: a mean of 80 normalised squares of 1.5 is three deviations above one (chi-square). It was 2.7 for
-/// both segments together before windows had columns of orders 3 and 5.
+/// Two amounts of each order of 10 couriers: a mean of 20 normalised squares is three deviations above one at 1.95 (chi-square).
 #[test]
 fn changes_are_known_as_well_as_is_said() {
+    known_within(10, 1.95);
+}
+
+/// The same of 40: 80 squares, 1.5. It was 2.7 for both segments together before windows had columns of orders 3 and 5.
+#[test]
+#[ignore = "nightly: ten seconds, and ten couriers tell most of it"]
+fn changes_of_many_couriers_are_known_as_well_as_is_said() {
+    known_within(40, 1.5);
+}
+
+fn known_within(couriers: u64, most: f64) {
     let mut squares = [[0.0_f64; 4]; 2];
-    for seed in 0..COURIERS {
+    for seed in 0..couriers {
         let ideal = move || presets::ideal(100 + seed);
         let courier = Calibrated::new(ideal, seed);
         let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x77);
@@ -54,13 +63,13 @@ fn changes_are_known_as_well_as_is_said() {
             }
         }
     }
-    let means = squares.map(|of| of.map(|sum| sum / (2 * COURIERS) as f64));
+    let means = squares.map(|of| of.map(|sum| sum / (2 * couriers) as f64));
     println!(
         "squares of errors over their variances, orders 1, 2, 4, 6: together {:.2?}, apart {:.2?}",
         means[0], means[1]
     );
     assert!(
-        means.as_flattened().iter().all(|mean| *mean < 1.5),
+        means.as_flattened().iter().all(|mean| *mean < most),
         "{means:?}"
     );
 }
