@@ -64,6 +64,8 @@ def fit(command, folder, recordings):
         if progress["is_settled"]:
             break
         state = following
+    else:
+        raise RuntimeError(f"not settled after {MOST_STEPS} steps")
     return courier(command, *recordings, "--at", state, "--json")
 
 
@@ -72,7 +74,7 @@ def main():
     folder = pathlib.Path(folder).resolve()
     folder.mkdir(parents=True, exist_ok=True)
     recordings = [pathlib.Path(recording).resolve() for recording in recordings]
-    ray.init(num_cpus=2, log_to_driver=False)
+    ray.init(log_to_driver=False)
     print(fit(command, folder, recordings))
 
 

@@ -1,10 +1,9 @@
-//! A recording by itself, without a field: where the crossed problem starts, and where the beacon stands in the recording's count.
+//! A recording by itself: without a field, where the crossed problem starts; with one, where the beacon stands in the recording's count.
 
 use crate::key::{Key, Name};
 use crate::member::Member;
 use crate::solve::solve;
 use crate::state::{Placed, State, sensors_of};
-
 use crate::step::{advanced, is_settled, shown};
 use crate::sums::{Sums, sums_of};
 use anyhow::{Context, Result};
@@ -24,7 +23,6 @@ pub struct Beginning {
     pub placed: Placed,
     /// Tooth pitch as entered, m.
     pub pitch_m: f64,
-
     /// Lever arms and span as entered, m.
     pub lever_m: [f64; 2],
     /// See [`Self::lever_m`].
@@ -70,7 +68,6 @@ pub fn begin(member: &Member) -> Result<Beginning> {
         let (sums, noise) = sums_of(member, &state);
         let of_it = BTreeMap::from([(member.platen.clone(), sums.clone())]);
         let solution = solve(&of_it, &state, 0.0).with_context(|| member.recording.clone())?;
-
         if is_settled(&state, &solution) || state.steps == STEPS_ALONE {
             break (sums, solution);
         }
@@ -93,7 +90,6 @@ pub fn begin(member: &Member) -> Result<Beginning> {
     Ok(Beginning {
         recording: member.recording.clone(),
         placed,
-
         pitch_m: member.setup.pitch_m,
         lever_m: member.setup.lever_m,
         span_m: member.setup.span_m,

@@ -6,13 +6,12 @@
 //! | owner | unknowns |
 //! |---|---|
 //! | courier | equation (3) of its segments, lateral waves, lever arms, the diode's own errors, both spans |
-//! | platen (with its beacon) | displaced teeth of x's and y's field, rulings out of square or of unequal pitch |
+//! | platen (with its beacon) | displaced teeth of x's and y's field, rulings out of square, of unequal pitch or bent |
 //! | recording | what a restart sets anew: offsets of parity and angle, the beacon's height and place |
 //!
 //! The equations of a pose are those of the tooth map (`tooth-map`). Each recording gives sums of products of its columns, at one
 //! stated point of linearisation ([`Sums`]); sums of several recordings add, in any order and grouping. The platen's unknowns are
-//! eliminated platen by platen, the couriers' are solved together, and the platen's follow (Golub and Van Loan 2013, section 4.2;
-//! Wolf 1978 for geodetic blocks).
+//! eliminated platen by platen, the couriers' are solved together, and the platen's follow (the Helmert block method: Wolf 1978).
 //!
 //! `member` (recording -> poses) -> `begin` (a recording alone) -> `register` (whole teeth between recordings, by `field_information`) ->
 //! `sums` (at a `state`, by `linearised` poses) -> `solve` (posterior) -> `step` (the next state) -> `passes` (until settled) -> `judge` (held-out poses) ->

@@ -19,7 +19,6 @@ pub struct AtState {
     pub keys: Vec<Key>,
     /// Geometry with the courier's spans as they are known.
     setup: Setup,
-
     /// Values of the tooth map's unknowns.
     values: Vec<f64>,
     /// Those that were entered, with the geometry that was: by these the poses are weighed throughout.
@@ -44,13 +43,11 @@ impl AtState {
         let mut setup = member.setup;
         setup.span_m += value(&spans);
         keys.extend(more);
-
         let entered = (member.setup, unknowns.start(&member.setup));
         Self {
             unknowns,
             keys,
             setup,
-
             values,
             entered,
             further,

@@ -150,7 +150,9 @@ impl Part {
             found == VERSION,
             "courier_fleet_part: found {found}, wanted {VERSION}: made by another version of this command"
         );
-        Ok(())
+        let of_beginnings = self.beginnings.iter().map(|beginning| &beginning.sums);
+        let mut all = of_beginnings.chain(self.sums.iter().map(|(_, sums)| sums));
+        all.try_for_each(Sums::check)
     }
 }
 

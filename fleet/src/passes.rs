@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use tooth_map::Noise;
 
-/// Steps of one fit, at most.
+/// Steps of one fit, at most: four times what the longest of the tests takes.
 const STEPS: u32 = 60;
 
 /// A fit, and what it was made of at its last step.
@@ -49,7 +49,6 @@ pub fn fit(members: &[Member], tick: &(dyn Fn() + Sync)) -> Result<Fitted> {
     tick();
     while !fitted.is_settled() && fitted.state.steps < STEPS {
         let noise = members.iter().zip(&fitted.noise).map(|(m, n)| shown(m, n));
-
         let sums = by_platen(members, &fitted.sums);
         let state = advanced(&sums, &fitted.state, &fitted.solution, noise)?;
         fitted = at(members, fitted.beginnings, Some(state))?;

@@ -8,22 +8,20 @@
 use crate::begin::Beginning;
 use crate::field_information::FieldInformation;
 use crate::key::Platen;
-
 use crate::state::{SPAN_M, STATE_VERSION, State};
 use anyhow::{Context, Result, ensure};
-
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Deviations of the beacon's place within which shifts are tried, and teeth beside them: the field under a segment is worth some µm.
+/// Deviations of the beacon's place within which shifts are tried: one in 16,000 is beyond.
 const WITHIN_DEVIATIONS: f64 = 4.0;
-/// See [`WITHIN_DEVIATIONS`].
+/// Teeth off a whole number within which a shift is tried even where its place is exact: half of what parts it from the next. A prior without data.
 const BESIDE_TEETH: f64 = 0.25;
-/// Most teeth to either side that are tried: beyond, nothing is known of the place.
+/// Most teeth to either side that are tried. A span that is a millimetre off puts the paper's arm of 90 mm off by 9 teeth; a prior besides.
 const MOST_TEETH: f64 = 16.0;
-/// Logarithm of the odds that a decision takes: a thousand to one.
+/// Logarithm of the odds that a decision takes: a thousand to one, a choice.
 const LOG_ODDS: f64 = 6.9;
-/// Share by which two pitches may differ: a ruling's tolerance and its growth over tens of kelvin.
+/// Share by which two statements of one platen's pitch may differ: what aluminium, 23e-6 a kelvin, grows by in 40 K.
 const PITCH_SHARE: f64 = 1.0e-3;
 
 /// A platen as it is known so far.
@@ -67,7 +65,6 @@ pub fn register(beginnings: &[Beginning]) -> Result<State> {
             before.is_none(),
             "{name}: found two recordings of this name, wanted one"
         );
-
         // Where each recording leads alone is no start: spans, arms and bows of lines are there as one recording likes them.
         for (key, value) in &beginning.plain.sensors {
             state.sensors.entry(key.clone()).or_insert(*value);
@@ -108,7 +105,6 @@ fn candidates(first: &Beginning, other: &Beginning, axis: usize) -> std::ops::Ra
 fn shift(known: &Known, other: &Beginning, field: &FieldInformation) -> Result<[i32; 2]> {
     let (name, first) = (&other.recording, &known.first.recording);
     let [x, y] = [0, 1].map(|axis| candidates(known.first, other, axis));
-
     let shifts: Vec<[i32; 2]> = x.flat_map(|x| y.clone().map(move |y| [x, y])).collect();
     let evidence = |shift: [i32; 2]| {
         known

@@ -2,7 +2,7 @@
 //!
 //! With N the platen's own part of the normal equations (priors included), C its products with the couriers' columns and D those of
 //! the couriers alone, L the factor of N and W the inverse of L times C, the couriers' part of the precision is D less the product of W
-//! with itself, summed over the platens, plus the couriers' priors (Schur complement). The covariance of a function a of the platen's
+//! with itself, summed over the platens, plus the couriers' priors (Schur complement; the Helmert block method of geodesy, Wolf 1978). The covariance of a function a of the platen's
 //! and c of the couriers' unknowns follows from h, the inverse of L times a: its variance is the square of h, plus that of c less W's
 //! transpose times h under the couriers' covariance.
 
@@ -35,10 +35,6 @@ pub struct Posterior {
 pub struct Solution {
     /// Of each platen's unknowns and the couriers', by key, in their own units.
     pub steps: Vec<(Platen, Key, f64)>,
-
-    /// The longest, in deviations of the prior.
-    pub longest: f64,
-
     /// By how much the objective falls where nothing bends: the sum of squares of the step over the deviations that the data leave.
     pub decrement: f64,
     /// Squares of what is left at the state, and of the unknowns' distances from their priors: what the steps make small.
@@ -47,8 +43,8 @@ pub struct Solution {
     pub posterior: Posterior,
 }
 
-/// Solves for the step from a state. `damping` is added to each prior's weight, toward the state (Levenberg 1944); the posterior holds
-/// of none.
+/// Solves for the step from a state. `damping` is added to each prior's weight, toward the state (Levenberg 1944); only the posterior of
+/// none of it is that of the data.
 ///
 /// # Errors
 /// The sums do not make a positive matrix: a reading that is no number.
@@ -84,7 +80,6 @@ pub fn solve(sums: &BTreeMap<Platen, Sums>, state: &State, damping: f64) -> Resu
             &mut right,
         )
         .with_context(|| format!("{platen}: found a reading that is no number, wanted none"))?;
-
         let own = sums
             .columns
             .iter()
@@ -97,8 +92,6 @@ pub fn solve(sums: &BTreeMap<Platen, Sums>, state: &State, damping: f64) -> Resu
     let factor = Factor::new(precision)
         .context("the couriers: found a reading that is no number, wanted none")?;
     let of_couriers = factor.solve(&right);
-
-    let mut longest = of_couriers.amax();
     let mut decrement = right.dot(&of_couriers);
     let unit = |prior: &Prior| prior.deviation;
     let mut steps: Vec<(Platen, Key, f64)> = couriers
@@ -115,7 +108,6 @@ pub fn solve(sums: &BTreeMap<Platen, Sums>, state: &State, damping: f64) -> Resu
         decrement += forward.norm_squared();
         let left = forward - &eliminated.with_couriers * &of_couriers;
         let own = eliminated.half.tr_mul(&left);
-        longest = longest.max(own.amax());
         let step = eliminated.own.iter();
         steps.extend(step.map(|(key, (at, unit))| (platen.clone(), key.clone(), own[*at] * unit)));
     }
@@ -124,8 +116,6 @@ pub fn solve(sums: &BTreeMap<Platen, Sums>, state: &State, damping: f64) -> Resu
         .map(|(key, (at, prior))| (key, (at, prior.deviation)));
     Ok(Solution {
         steps,
-
-        longest,
         decrement,
         objective,
         posterior: Posterior {
@@ -145,7 +135,6 @@ fn back(state: &State, platen: &Platen, key: &Key, prior: &Prior) -> f64 {
 fn eliminate(
     platen: &Platen,
     sums: &Sums,
-
     state: &State,
     prior_weight: f64,
     couriers: &BTreeMap<Key, (usize, Prior)>,

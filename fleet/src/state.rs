@@ -2,6 +2,7 @@
 
 use crate::key::{Key, Name, Platen, Ruling, SPAN, SPANS_APART};
 use crate::member::Member;
+use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use tooth_map::{Setup, Unknowns};
@@ -44,14 +45,12 @@ pub struct Placed {
 pub struct State {
     /// Version of the file.
     pub courier_fleet_state: u64,
-
     /// Steps taken so far.
     pub steps: u32,
     /// Weight by which the next step is held back.
     pub damping: f64,
     /// What was left at the state before, and that state, to go back to where a step made it more.
     pub before: Option<(f64, Box<State>)>,
-
     /// How often the noise was told.
     pub noise_told: u32,
     /// Noise of a segment and of a displacement that weighs each recording, m.
@@ -91,6 +90,19 @@ mod pairs {
 }
 
 impl State {
+    /// Checks a state that was read from a file.
+    ///
+    /// # Errors
+    /// It is of another version.
+    pub fn check(&self) -> Result<()> {
+        let found = self.courier_fleet_state;
+        ensure!(
+            found == STATE_VERSION,
+            "courier_fleet_state: found {found}, wanted {STATE_VERSION}: made by another version of this command"
+        );
+        Ok(())
+    }
+
     /// Value of an unknown; zero of one that nothing has been said of.
     #[must_use]
     pub fn value(&self, platen: &Platen, key: &Key) -> f64 {

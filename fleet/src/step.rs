@@ -26,13 +26,14 @@ pub fn is_settled(state: &State, solution: &Solution) -> bool {
 const MORE: f64 = 10.0;
 /// See [`MORE`].
 const LESS: f64 = 0.1;
-/// Damping of the first step that is damped, and the least that counts.
+/// Damping of the first step that is damped, in weights of a prior, and the least that counts: choices that cost steps, not results.
 const FIRST_DAMPING: f64 = 0.1;
 /// See [`FIRST_DAMPING`].
 const LEAST_DAMPING: f64 = 1.0e-3;
 
-/// The next state. Where all is settled but the noise, the same with the noise that the recordings show. Where the last step has made less of what is left, a step on; else back to before it, to a shorter one: angles, lever
-/// arms and spans may change together along a curve that no reading sees, and a straight step along it goes astray.
+/// The next state. Where all is settled but the noise, it is the same with the noise that the recordings show. Where the last step has made
+/// less of what is left, it is a step on; else it is the one before, for a shorter step: angles, lever arms and spans may change together
+/// along a curve that no reading sees, and a straight step along it goes astray.
 ///
 /// # Errors
 /// A reading is no number.

@@ -102,6 +102,7 @@ impl Fit {
             problem.poses,
             free.len() + 1,
             |pose, rows| {
+                let pose = &problem.poses[pose];
                 let at = linear(problem.setup, problem.unknowns, &self.values, pose);
                 let entries = at.by.iter().filter_map(|(i, by)| Some((column[*i]?, *by)));
                 let scaled = entries.map(|(k, by)| (k, by, sd[k]));
@@ -130,26 +131,26 @@ impl Fit {
     }
 }
 
-/// Products of the columns of all poses' rows, `width` of them, which `rows_of` appends for one pose. Poses are taken in the order of
-/// their places, in chunks, and the sums are the same on every machine.
+/// Products of the columns of all poses' rows, `width` of them; `rows_of` is told a pose's number and appends its rows. Poses are taken in the
+/// order of their places, in chunks, and the sums are the same on every machine.
 #[must_use]
 pub fn products(
     setup: &Setup,
     poses: &[TeethPose],
     width: usize,
-    rows_of: impl Fn(&TeethPose, &mut RowBuffer) + Sync,
+    rows_of: impl Fn(usize, &mut RowBuffer) + Sync,
 ) -> Symmetric {
-    let mut poses: Vec<&TeethPose> = poses.iter().collect();
+    let mut order: Vec<usize> = (0..poses.len()).collect();
     // Poses over the same teeth together: then few nodes act in a chunk.
-    poses.sort_by_cached_key(|pose| {
-        order_of_places(middle(&pose.outputs_m).map(|p| p / setup.pitch_m))
+    order.sort_by_cached_key(|pose| {
+        order_of_places(middle(&poses[*pose].outputs_m).map(|p| p / setup.pitch_m))
     });
     let lane = |lane: usize| {
         let mut sum = Symmetric::zeros(width);
         let mut rows = RowBuffer::new(width, CHUNK * ROWS);
-        for chunk in poses.chunks(CHUNK).skip(lane).step_by(LANES) {
+        for chunk in order.chunks(CHUNK).skip(lane).step_by(LANES) {
             rows.clear();
-            chunk.iter().for_each(|pose| rows_of(pose, &mut rows));
+            chunk.iter().for_each(|pose| rows_of(*pose, &mut rows));
             rows.add_products(&mut sum);
         }
         sum

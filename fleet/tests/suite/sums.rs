@@ -57,6 +57,35 @@ fn parts_that_do_not_go_together_are_refused() {
     assert!(told.contains("wanted them alike"), "{told}");
 }
 
+/// A file that was spoilt or made by another version is refused, and no panic.
+#[test]
+fn spoilt_parts_and_states_are_refused() {
+    let member = &three()[0];
+    let start = Part::of(member, None).unwrap();
+    let (mut state, _) = start.next(None).unwrap();
+    let there = serde_json::to_value(Part::of(member, Some(&state)).unwrap()).unwrap();
+    let told = |change: &dyn Fn(&mut serde_json::Value)| {
+        let mut value = there.clone();
+        change(&mut value);
+        let part: Part = serde_json::from_value(value).unwrap();
+        part.next(Some(&state)).err().unwrap().to_string()
+    };
+    let short = told(&|part| part["sums"][0][1]["right"] = [1.0].into());
+    assert!(short.contains("1 right sides"), "{short}");
+    let disordered = told(&|part| {
+        part["sums"][0][1]["columns"]
+            .as_array_mut()
+            .unwrap()
+            .reverse()
+    });
+    assert!(disordered.contains("out of order"), "{disordered}");
+    let older = told(&|part| part["courier_fleet_part"] = 0.into());
+    assert!(older.contains("another version"), "{older}");
+    state.check().unwrap();
+    state.courier_fleet_state += 1;
+    assert!(state.check().is_err());
+}
+
 /// The derivatives by all kinds of unknowns, where fields and waves are in force, against a difference of what is left.
 #[test]
 fn derivatives_are_those_of_what_is_left() {

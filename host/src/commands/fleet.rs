@@ -83,7 +83,7 @@ impl Args {
 /// # Errors
 /// A recording that cannot be read, or those that do not go together; nothing is written then.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let state = args.at.as_deref().map(read_json::<State>).transpose()?;
+    let state = args.at.as_deref().map(read_state).transpose()?;
     if let Some(path) = &args.part {
         let [folder] = args.inputs.as_slice() else {
             anyhow::bail!("--part: found {} recordings, wanted one", args.inputs.len());
@@ -156,6 +156,12 @@ fn member(folder: &Path) -> Result<Member> {
 fn joined(paths: &[PathBuf]) -> Result<Part> {
     let parts: Vec<Part> = paths.iter().map(|path| read_json(path)).collect::<Result<_>>()?;
     Part::join(parts)
+}
+
+fn read_state(path: &Path) -> Result<State> {
+    let state: State = read_json(path)?;
+    state.check().with_context(|| path.display().to_string())?;
+    Ok(state)
 }
 
 fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T> {
