@@ -6,14 +6,19 @@
 //! mean variance of the four corrections over a pitch (A-optimal; Pukelsheim 1993, sec. 6.5), which those weak directions
 //! make up.
 //!
-//! Bound: with phase differences `n d` of a pair at order n and `C_n = mean cos(n d)`, no design of M poses has a smaller
-//! worst variance than `2 / M * sum 1 / (1 - C_n^2)`, by the criterion's convexity and the invariance under shifts. At
+//! Where a segment will read is told by where it read at the start and by the fit so far: with waves of 40 µm its phases come to lie
+//! unevenly, and a plan that took them for even would spread its poses unevenly itself.
+//!
+//! Bound, for segments without waves: with phase differences `n d` of a pair at order n and `C_n = mean cos(n d)`, no design of M poses has
+//! a smaller worst variance than `2 / M * sum 1 / (1 - C_n^2)`, by the criterion's convexity and the invariance under shifts. Waves turn a
+//! pair's phases further apart or closer together, and so may leave somewhat less or more. At
 //! ±0.5° that is 18.3 / M, random poses have 33 / M: the best plan needs more than half as many. At ±1.5° it is 8 / M.
 
 use super::gate::PlatenEstimator;
-use super::regression::Regression;
+use super::regression::{PLATEN_UNKNOWNS, Regression};
 use super::sample::Sample;
 use crate::equations::outputs;
+use crate::frame::SEGMENTS;
 use crate::math::round;
 use rand_pcg::Lcg64Xsh32;
 use rand_pcg::rand_core::Rng;
@@ -21,6 +26,9 @@ use serde::{Deserialize, Serialize};
 
 /// Candidates per chosen pose. Cost of a choice: as many times two substitutions of 33 unknowns, some 50 rows' worth.
 const CANDIDATES: usize = 24;
+
+/// Looks at a reading's own error: each comes closer by the slope of the corrections, a half at most (waves of 40 µm of orders 1 and 2).
+const LOOKS: usize = 3;
 
 /// The generator's stream: any would do.
 const STREAM: u64 = 721_347_520_444_481_703;
@@ -55,19 +63,55 @@ pub struct Range {
     pub turn_rad: f32,
 }
 
-/// The sample to be expected at a pose, from the one at the start; equation (4).
+/// The sample to be expected at a pose, from the one at the start; equation (4). `values`: the unknowns by what is known so far, metres; none
+/// where that is nothing.
 #[must_use]
-pub fn foreseen(regression: &Regression, start: &Sample, pose: &RelativePose) -> Sample {
+pub fn foreseen(
+    regression: &Regression,
+    values: &[f32],
+    start: &Sample,
+    pose: &RelativePose,
+) -> Sample {
     let geometry = regression.geometry();
     let moved = outputs([pose.x_m, pose.y_m], pose.theta_rad, geometry.span_m);
+    let at_start = regression.corrections_m(values, start);
+    let mut sample = advanced(start, moved, geometry.pitch_m);
+    for _ in 0..LOOKS {
+        // The calibrated outputs are what moves so far.
+        let there = regression.corrections_m(values, &sample);
+        let by = core::array::from_fn(|i| moved[i] + at_start[i] - there[i]);
+        sample = advanced(start, by, geometry.pitch_m);
+    }
+    sample
+}
+
+/// Unmodified outputs that have gone on, metres.
+fn advanced(start: &Sample, by_m: [f32; SEGMENTS], pitch_m: f32) -> Sample {
     let mut sample = *start;
-    for (output, moved) in sample.unmodified.iter_mut().zip(moved) {
-        let turns = output.fraction_turns + moved / geometry.pitch_m;
+    for (output, by_m) in sample.unmodified.iter_mut().zip(by_m) {
+        let turns = output.fraction_turns + by_m / pitch_m;
         let (whole, teeth) = round(turns);
         output.fraction_turns = turns - whole;
         output.teeth = output.teeth.wrapping_add(teeth);
     }
     sample
+}
+
+/// The unknowns by the rows so far, metres; zeros while these are few: fewer than two for each unknown tell noise.
+fn known(estimator: &PlatenEstimator) -> [f32; PLATEN_UNKNOWNS] {
+    let (rows, mut values) = (&estimator.rows, [0.0; PLATEN_UNKNOWNS]);
+    let unknowns = rows.unknowns().min(PLATEN_UNKNOWNS);
+    if rows.effective_rows() < 2.0 * unknowns as f32 {
+        return values;
+    }
+    for i in (0..unknowns).rev() {
+        let others: f32 = (i + 1..unknowns)
+            .map(|j| rows.entry(i, j) * values[j])
+            .sum();
+        let value = (rows.right_hand_side(i) - others) / rows.entry(i, i);
+        values[i] = if value.is_finite() { value } else { 0.0 };
+    }
+    values
 }
 
 /// Draws poses.
@@ -118,13 +162,15 @@ impl Planner {
         start: &Sample,
     ) -> RelativePose {
         let mut best = (RelativePose::default(), -1.0);
+        let values = known(estimator);
         for candidate in 0..CANDIDATES {
             let pose = if candidate % 2 == 0 {
                 self.random()
             } else {
                 self.turned()
             };
-            let gain = variance_gain(estimator, regression, &foreseen(regression, start, &pose));
+            let sample = foreseen(regression, &values, start, &pose);
+            let gain = variance_gain(estimator, regression, &sample);
             if gain > best.1 {
                 best = (pose, gain);
             }

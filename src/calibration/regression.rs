@@ -89,6 +89,19 @@ impl Regression {
         (row, -parity_m)
     }
 
+    /// Corrections e of all segments at a sample, metres, without their constants; `unknowns` as [`Regression::row`] has them, none for zeros.
+    #[must_use]
+    pub fn corrections_m(&self, unknowns: &[f32], sample: &Sample) -> [f32; SEGMENTS] {
+        let basis = Basis::new(&self.geometry, &sample.observation());
+        let row = self.row(sample).0;
+        core::array::from_fn(|segment| {
+            let first = segment * self.columns();
+            let columns = row.iter().zip(unknowns).skip(first).take(self.columns());
+            let fitted: f32 = columns.map(|(function, k)| function * k).sum();
+            PARITY_SIGN[segment] * fitted + self.held.error_m(&basis, segment)
+        })
+    }
+
     /// One segment's correction without its constant as a functional of the unknowns, at a phase in turns.
     #[must_use]
     pub fn correction(&self, segment: usize, phase_turns: f32) -> [f32; PLATEN_UNKNOWNS] {

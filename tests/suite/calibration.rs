@@ -229,7 +229,7 @@ fn plan_until(seed: u64, plan: Plan, turn_rad: f32, stop: impl Fn(u32, f64) -> b
             Plan::Random => planner.random(),
             Plan::Optimal => planner.optimal(fit.estimator(), &regression, &origin),
         };
-        fit.add(&regression, &foreseen(&regression, &origin, &pose));
+        fit.add(&regression, &foreseen(&regression, &[], &origin, &pose));
         let worst = f64::from(fit.worst_deviation_m(&regression) / fit.noise_m());
         if stop(count, worst) {
             return (count, worst);
@@ -277,6 +277,48 @@ fn optimal_plan_reaches_the_bound_at_half_a_degree_and_a_third_at_one_and_a_half
             );
             assert!(f64::from(needed) < 1.1 * least, "{needed} {least}");
             assert!(turn == half || needed <= 333);
+        }
+    }
+}
+
+/// Waves of 40 µm, as the paper's courier has them: phases of a segment come to lie unevenly, and a plan must know where.
+#[test]
+fn optimal_plan_serves_both_pairs_alike_where_segments_read_unevenly() {
+    let turn_rad = SessionConfig::default().visits.range.turn_rad;
+    let poses = 500;
+    let least = 2.0 * bound(f64::from(turn_rad)) / f64::from(poses);
+    for seed in 0..6 {
+        let mut courier = Courier::new(seed, 3.0e-6, 0.3e-6);
+        for (segment, amounts) in courier.k.iter_mut().enumerate() {
+            let (sine, cosine) = (0.4 * TAU * (segment as f64 + seed as f64)).sin_cos();
+            // Of order 1 in the first pair, of order 2 in the second: half of that, for the same slope.
+            let (first, size) = [(0, 40.0e-6), (2, 20.0e-6)][segment % 2];
+            (amounts[first], amounts[first + 1]) = (size * sine, size * cosine);
+        }
+        let config = SessionConfig {
+            visits: Visits {
+                plan: Plan::Optimal,
+                seed,
+                ..short_session(poses).visits
+            },
+            ..short_session(poses)
+        };
+        let (_, _, session) = accepted(&mut courier, config);
+        let solution = session.fit().estimator();
+        let variances: Vec<f64> = (0..4)
+            .map(|segment| {
+                let own = 8 * segment..8 * segment + 8;
+                // Mean square of a correction over a pitch: half of its amounts' variances, as many as the worst has at one place.
+                own.map(|i| f64::from(solution.covariance(i, i)))
+                    .sum::<f64>()
+                    / 2.0
+            })
+            .collect();
+        println!(
+            "seed {seed}: {variances:.4?}; of segments that read evenly the worst is {least:.4} at least"
+        );
+        for variance in variances {
+            assert!(variance < 1.25 * least, "{variance} {least}");
         }
     }
 }

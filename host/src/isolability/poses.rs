@@ -62,7 +62,7 @@ fn chosen_for_platen(question: &Question, planner: &mut Planner) -> Vec<Relative
     (0..question.motion.poses)
         .map(|_| {
             let pose = planner.optimal(fit.estimator(), &regression, &start());
-            fit.add(&regression, &foreseen(&regression, &start(), &pose));
+            fit.add(&regression, &foreseen(&regression, &[], &start(), &pose));
             pose
         })
         .collect()
