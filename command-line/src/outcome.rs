@@ -69,8 +69,8 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
         .mut_subcommands(with_negative_numbers)
 }
 
-/// An error and its causes, outermost first; a cause that the one before it has told already is not told again.
-fn told(error: &anyhow::Error) -> String {
+/// An error and its causes on one line, outermost first; a cause that the one before it has told already is not told again.
+pub fn told(error: &anyhow::Error) -> String {
     let mut text = String::new();
     for cause in error.chain().map(ToString::to_string) {
         if text.is_empty() {
@@ -79,7 +79,7 @@ fn told(error: &anyhow::Error) -> String {
             text = format!("{text}: {cause}");
         }
     }
-    text
+    one_line(&text)
 }
 
 /// One line on standard error, and the exit code for bad input.
@@ -91,6 +91,14 @@ pub fn refuse(message: &str) -> ExitCode {
 /// One line on standard error; where that is closed, nobody listens.
 fn say(message: &str) {
     let _ = writeln!(std::io::stderr(), "courier: {}", one_line(message));
+}
+
+/// Takes the words of a command line apart that no process was started with; the first is the program's name.
+///
+/// # Errors
+/// Why they are none, in one line.
+pub fn parse_from<P: Parser>(words: &[OsString]) -> Result<P, String> {
+    parsed(words).map_err(|error| one_line(&usage_line(&error)))
 }
 
 /// Help and version as they are; a usage error as one line.
@@ -106,6 +114,10 @@ fn usage(error: &clap::Error) -> ExitCode {
     if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
         return refuse("no command given; `courier --help` lists them");
     }
+    refuse(&usage_line(error))
+}
+
+fn usage_line(error: &clap::Error) -> String {
     let text = error.render().to_string();
     let lines = text
         .lines()
@@ -114,7 +126,7 @@ fn usage(error: &clap::Error) -> ExitCode {
     let told: Vec<&str> = lines
         .filter(|line| !line.is_empty() && !line.starts_with("For more"))
         .collect();
-    refuse(told.join(" ").trim_start_matches("error: "))
+    told.join(" ").trim_start_matches("error: ").to_owned()
 }
 
 /// Whoever read our output has closed it: nothing is wrong.

@@ -59,7 +59,8 @@ fn from_package(path: &str) -> &str {
         .map_or(path, |(_, package)| package)
 }
 
-fn said(thrown: &(dyn Any + Send)) -> &str {
+/// What a panic said.
+pub fn said(thrown: &(dyn Any + Send)) -> &str {
     let text = thrown.downcast_ref::<String>().map(String::as_str);
     text.or_else(|| thrown.downcast_ref::<&str>().copied())
         .unwrap_or("no text")

@@ -31,8 +31,21 @@ pub const ALL: Uses = Uses(&[
 /// # Errors
 /// Something that is used cannot be right; the line says what would be.
 pub fn check(recording: &Recording, place: &str, uses: Uses) -> Result<Vec<Finding>> {
+    check_telling(recording, place, uses, &mut warn)
+}
+
+/// The same; what is wrong and is not used is told to `tell`, a line each.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_telling(
+    recording: &Recording,
+    place: &str,
+    uses: Uses,
+    tell: &mut dyn FnMut(&str),
+) -> Result<Vec<Finding>> {
     let (used, unused) = sorted(recording, uses);
-    unused.iter().for_each(|finding| warn(&finding.to_string()));
+    unused.iter().for_each(|finding| tell(&finding.to_string()));
     ensure!(used.is_empty(), "{}", refusal(place, &used));
     Ok(unused)
 }

@@ -10,6 +10,7 @@ use anyhow::{Context, Result, bail};
 use diagnosis::verdict::confirmation::{ConfirmedChannel, Confirmation};
 use diagnosis::progress::Stage;
 use diagnosis::{Check, Checked, Model, check_watched};
+use recording::Recording;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -50,36 +51,68 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let name = args.model.display().to_string();
     let text = std::fs::read_to_string(&args.model)
         .with_context(|| format!("{name}: a readable model was wanted"))?;
-    let model: Model = serde_json::from_str(&text)
+    let model = model(&name, &text)?;
+    let recording = recordings::read(&args.recording)?;
+    recording.warnings.iter().for_each(|warning| warn(warning));
+    let path = args.recording.display().to_string();
+    let bar = stages();
+    let watch = |stage: Stage| begin(&bar, stage.what(), stage.begins_at());
+    let answer = answer((&name, &model), (&path, &recording), &watch, &mut warn);
+    bar.finish_and_clear();
+    let answer = answer?;
+    args.json.tell(kinds::CHECK, &answer.check, || answer.text)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A model by its text; `name` is what errors name.
+///
+/// # Errors
+/// It is none, or one of another schema.
+pub fn model(name: &str, text: &str) -> Result<Model> {
+    let model: Model = serde_json::from_str(text)
         .with_context(|| format!("{name}: a model by `courier diagnose --model` was wanted"))?;
     if model.schema != 1 {
         bail!("{name}: schema {}, 1 was wanted", model.schema);
     }
-    let recording = recordings::read(&args.recording)?;
-    recording.warnings.iter().for_each(|warning| warn(warning));
-    let path = args.recording.display().to_string();
-    findings::check(&recording, &path, ALL)?;
-    let bar = stages();
-    let watch = |stage: Stage| begin(&bar, stage.what(), stage.begins_at());
-    let checked = check_watched(&model, &recording, &watch);
-    bar.finish_and_clear();
-    let checked = checked.with_context(|| path.clone())?;
+    Ok(model)
+}
+
+/// What a check tells.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// As JSON has it.
+    pub check: Check,
+    /// In words.
+    pub text: String,
+}
+
+/// Applies a model to another recording, each with the name that it is told by. What is wrong in what is not used goes to `tell`.
+///
+/// # Errors
+/// A recording that gives no residuals, or whose wires, units or geometry cannot be right.
+pub fn answer(
+    (name, model): (&str, &Model),
+    (path, recording): (&str, &Recording),
+    watch: &dyn Fn(Stage),
+    tell: &mut dyn FnMut(&str),
+) -> Result<Answer> {
+    findings::check_telling(recording, path, ALL, tell)?;
+    let checked = check_watched(model, recording, watch).with_context(|| path.to_owned())?;
     let held_out = checked.held_out.clone();
     let check = Check {
         schema: 1,
-        recording: path,
-        model: name,
+        recording: path.to_owned(),
+        model: name.to_owned(),
         notes: checked.notes.clone(),
         confirmation: Confirmation::new(&model.claimed, &held_out),
         held_out,
     };
     let notes = check.notes.iter().map(|note| format!("  {note}"));
-    let told = [
+    let text = [
         [confirmed(&check.confirmation)].into_iter().chain(notes).collect::<Vec<_>>().join("\n"),
-        told(&model, &check) + &left_out(&model, &checked),
+        told(model, &check) + &left_out(model, &checked),
     ];
-    args.json.tell(kinds::CHECK, &check, || told.join("\n"))?;
-    Ok(ExitCode::SUCCESS)
+    Ok(Answer { check, text: text.join("\n") })
 }
 
 /// Whether the claim is confirmed, and how sure that is.

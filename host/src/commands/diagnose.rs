@@ -13,10 +13,11 @@ use report::headline::{RESOLUTION_M, headline};
 use diagnosis::posterior::diagnosed::diagnosed;
 use diagnosis::progress::Stage;
 use diagnosis::verdict::answer::{Magnitude, Named};
-use diagnosis::{Diagnosis, Options, Verdict, diagnose_watched};
+use diagnosis::{Answer, Diagnosis, Model, Options, Verdict, diagnose_watched};
+use report::html::Origin;
 use report::{html, units};
 use recording::Recording;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Say where simulation and sensor part, which effect does it, and how far adding it closes the gap.
@@ -86,62 +87,32 @@ impl Args {
 /// # Errors
 /// A bad recording, an unknown effect, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let known: Vec<&str> = effects::CATALOGUE.iter().map(|entry| entry.name).collect();
-    if let Some(name) = args
-        .without
-        .iter()
-        .find(|name| !known.contains(&name.as_str()))
-    {
-        bail!(
-            "--without {}: not in the catalogue; one of {} was wanted",
-            one_line(name),
-            known.join(", ")
-        );
-    }
-    ensure!(
-        args.resolution_um > 0.0 && args.resolution_um.is_finite(),
-        "--resolution-um: found {}, wanted above 0",
-        args.resolution_um
-    );
-    let resolution_m = 1.0e-6 * args.resolution_um;
+    args.check()?;
+    let resolution_m = args.resolution_m();
     if let Some(table) = &args.out {
         // Not told to clap, which then would not miss `--out` beside one of these.
         ensure!(
             args.model.is_none() && args.report.is_none() && !args.explain,
             "--out: found --model, --report or --explain beside it, which are of one recording"
         );
-        let order = Order {
-            recordings: args.all().cloned().collect(),
-            table: table.clone(),
-            without: args.without.clone(),
-            resolution_m,
-            jobs: args.jobs.map_or_else(processors, usize::from),
-        };
-        return diagnose_many::run(&order, &args.json);
+        return diagnose_many::run(&args.order(table), &args.json);
     }
     let path = &args.recording;
     let recording = recordings::read(path)?;
     recording.warnings.iter().for_each(|warning| warn(warning));
-    let name = path.display().to_string();
-    let options = Options {
-        without: args.without.clone(),
-    };
     let bar = stages();
-    let answer = diagnose_watched(&recording, &name, &options, &|stage: Stage| {
+    let answer = answer(args, &recording, &|stage: Stage| {
         begin(&bar, stage.what(), stage.begins_at())
     });
     bar.finish_and_clear();
     // What cannot be answered has no sets, and its verdict says why.
     let explained = match answer.diagnosis.verdict {
         Verdict::InsufficientData => None,
-        _ if args.explain => explained(&recording, &options),
+        _ if args.explain => explained(&recording, &args.options()),
         _ => None,
     };
     match (&args.model, &answer.model) {
-        (Some(path), Some(model)) => {
-            let json = serde_json::to_string_pretty(model)?;
-            output::write(path, kinds::MODEL, json.as_bytes())?
-        }
+        (Some(path), Some(model)) => output::write(path, kinds::MODEL, model_text(model)?.as_bytes())?,
         (Some(path), None) => warn(&format!(
             "{}: not written, the data give no model",
             path.display()
@@ -150,9 +121,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     if let Some(page) = &args.report {
         let model = args.model.as_deref().filter(|_| answer.model.is_some());
-        let headline = headline(&answer.diagnosis, resolution_m);
         let origin = origin_of(path, &recording, model)?;
-        let text = html::page(&answer.diagnosis, &answer.evidence, &headline, &origin);
+        let text = args.page(&answer, &origin);
         output::write(page, kinds::PAGE, text.as_bytes())?;
     }
     args.json
@@ -161,6 +131,75 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             [Some(text), explained].into_iter().flatten().collect::<Vec<_>>().join("\n\n")
         })?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Diagnoses a recording, which is told by the path that the options name.
+pub fn answer(args: &Args, recording: &Recording, watch: &dyn Fn(Stage)) -> Answer {
+    let name = args.recording.display().to_string();
+    diagnose_watched(recording, &name, &args.options(), watch)
+}
+
+/// A model, as its file has it.
+///
+/// # Errors
+/// It has a number that JSON has not.
+pub fn model_text(model: &Model) -> Result<String> {
+    Ok(serde_json::to_string_pretty(model)?)
+}
+
+impl Args {
+    /// Refuses options that no recording can be diagnosed with.
+    ///
+    /// # Errors
+    /// An unknown effect; a resolution that is none.
+    pub fn check(&self) -> Result<()> {
+        let known: Vec<&str> = effects::CATALOGUE.iter().map(|entry| entry.name).collect();
+        let mut without = self.without.iter();
+        if let Some(name) = without.find(|name| !known.contains(&name.as_str())) {
+            bail!(
+                "--without {}: not in the catalogue; one of {} was wanted",
+                one_line(name),
+                known.join(", ")
+            );
+        }
+        ensure!(
+            self.resolution_um > 0.0 && self.resolution_um.is_finite(),
+            "--resolution-um: found {}, wanted above 0",
+            self.resolution_um
+        );
+        Ok(())
+    }
+
+    /// What the gap is held against in the headline, m rms.
+    #[must_use]
+    pub fn resolution_m(&self) -> f64 {
+        1.0e-6 * self.resolution_um
+    }
+
+    fn options(&self) -> Options {
+        Options {
+            without: self.without.clone(),
+        }
+    }
+
+    /// What becomes of many recordings in a table.
+    #[must_use]
+    pub fn order(&self, table: &Path) -> Order {
+        Order {
+            recordings: self.all().cloned().collect(),
+            table: table.to_owned(),
+            without: self.without.clone(),
+            resolution_m: self.resolution_m(),
+            jobs: self.jobs.map_or_else(processors, usize::from),
+        }
+    }
+
+    /// The report's page; `origin` says where it comes from.
+    #[must_use]
+    pub fn page(&self, answer: &Answer, origin: &Origin) -> String {
+        let headline = headline(&answer.diagnosis, self.resolution_m());
+        html::page(&answer.diagnosis, &answer.evidence, &headline, origin)
+    }
 }
 
 /// Processors of this machine.

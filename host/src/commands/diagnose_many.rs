@@ -31,7 +31,8 @@ pub fn run(order: &Order, json: &Json) -> Result<ExitCode> {
     })
 }
 
-fn text(order: &Order, done: &Done) -> String {
+/// What was done, in words.
+pub fn text(order: &Order, done: &Done) -> String {
     let one =
         |(verdict, count): (&String, &usize)| format!("{count} {}", verdict.replace('_', " "));
     let mut parts: Vec<String> = done.verdicts.iter().map(one).collect();

@@ -11,8 +11,8 @@ use crate::recordings;
 use crate::terminal::{print, warn};
 use anyhow::{Context, Result, anyhow, ensure};
 use convert::{Asked, Order, Runs, length_m};
-use encoder::{Input, LogUnit, Question, forms, learn};
-use recording::Recording;
+use encoder::{Answer, Input, LogUnit, Question, forms, learn};
+use recording::{Geometry, Recording};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -56,7 +56,7 @@ pub struct Args {
 
 /// Programs that constants are written for.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum Form {
+pub enum Form {
     /// C: constants and a function.
     C,
     /// Commands for moteus.
@@ -90,32 +90,67 @@ impl Args {
 /// # Errors
 /// A log or recording that cannot be read, has no such segment or too little motion, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let place = args.log.display().to_string();
     ensure!(args.form.is_none() || !args.json.is_printed() && args.json.file().is_none(), "--form: found --json beside it, wanted one of the two");
-    let (recording, units) = read(args)?;
-    findings::check(&recording, &place, NOTHING)?;
-    let segment = usize::from(args.segment - 1);
+    let Learned { place, answer, geometry } = answer(args, &mut warn)?;
+    if let Some(path) = &args.out {
+        let calibration = learned::calibration(&answer, args.segment(), &geometry)?;
+        output::write(path, kinds::CALIBRATION, CalibrationFile::new(calibration).to_json()?.as_bytes())?;
+    }
+    match args.form {
+        Some(form) => print(args.constants(form, &answer).trim_end())?,
+        None => args.json.tell(ANSWER, &learned::as_json(&place, &answer), || learned::text(&place, &answer))?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What was learned, and of what.
+#[derive(Clone, Debug)]
+pub struct Learned {
+    /// The log or recording, as it was named.
+    pub place: String,
+    /// The errors.
+    pub answer: Answer,
+    /// As stated, or as the options say.
+    pub geometry: Geometry,
+}
+
+/// Reads and learns. What is worth a word goes to `tell`.
+///
+/// # Errors
+/// As [`run`], but for what is written.
+pub fn answer(args: &Args, tell: &mut dyn FnMut(&str)) -> Result<Learned> {
+    let place = args.log.display().to_string();
+    let (recording, units) = read(args, tell)?;
+    findings::check_telling(&recording, &place, NOTHING, tell)?;
+    let segment = args.segment();
     let input = Input::of(&recording, segment);
     let number = args.segment;
     let mut input = input.ok_or_else(|| anyhow!("{place}: found no output of segment {number}, wanted q{number}s and q{number}c, or p{number}_m"))?;
     input.unit = units[segment];
     let question = Question { periods_per_turn: args.periods_per_turn };
     let answer = learn(&input, &question).with_context(|| place.clone())?;
-    if let Some(path) = &args.out {
-        let calibration = learned::calibration(&answer, segment, &recording.meta.geometry)?;
-        output::write(path, kinds::CALIBRATION, CalibrationFile::new(calibration).to_json()?.as_bytes())?;
+    Ok(Learned { place, answer, geometry: recording.meta.geometry })
+}
+
+impl Args {
+    /// The segment, from 0.
+    fn segment(&self) -> usize {
+        usize::from(self.segment - 1)
     }
-    match args.form {
-        Some(Form::C) => print(forms::c(&answer).trim_end())?,
-        Some(Form::Moteus) => print(forms::moteus(&answer).trim_end())?,
-        Some(Form::Simplefoc) => print(forms::simplefoc(&answer, args.periods_per_turn.unwrap_or(1)).trim_end())?,
-        None => args.json.tell(ANSWER, &learned::as_json(&place, &answer), || learned::text(&place, &answer))?,
+
+    /// The constants for another program.
+    #[must_use]
+    pub fn constants(&self, form: Form, answer: &Answer) -> String {
+        match form {
+            Form::C => forms::c(answer),
+            Form::Moteus => forms::moteus(answer),
+            Form::Simplefoc => forms::simplefoc(answer, self.periods_per_turn.unwrap_or(1)),
+        }
     }
-    Ok(ExitCode::SUCCESS)
 }
 
 /// The recording, and how its counts came from the log's values.
-fn read(args: &Args) -> Result<(Recording, [LogUnit; 4])> {
+fn read(args: &Args, tell: &mut dyn FnMut(&str)) -> Result<(Recording, [LogUnit; 4])> {
     let mut units = [LogUnit::default(); 4];
     if recordings::is_recording(&args.log) {
         ensure!(
@@ -124,7 +159,7 @@ fn read(args: &Args) -> Result<(Recording, [LogUnit; 4])> {
             args.log.display()
         );
         let recording = recordings::read(&args.log)?;
-        recording.warnings.iter().for_each(|line| warn(line));
+        recording.warnings.iter().for_each(|line| tell(line));
         return Ok((recording, units));
     }
     let above = |option: &str, value: Option<f64>| {
@@ -143,7 +178,7 @@ fn read(args: &Args) -> Result<(Recording, [LogUnit; 4])> {
         ..Order::default()
     };
     let converted = convert::convert(&args.log, &log, &order)?;
-    converted.told.warnings.iter().for_each(|warning| warn(&format!("{}; {}", warning.what, warning.mend)));
+    converted.told.warnings.iter().for_each(|warning| tell(&format!("{}; {}", warning.what, warning.mend)));
     for pair in &converted.told.pairs {
         units[pair.segment] = LogUnit { centre: pair.centre, scale: pair.scale };
     }

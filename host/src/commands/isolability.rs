@@ -66,9 +66,17 @@ enum PlanName {
 /// # Errors
 /// A number out of range.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let answer = analyse(&args.question()?);
+    let answer = answer(args)?;
     args.json.tell(ANSWER, &answer, || report(&answer))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Analyses.
+///
+/// # Errors
+/// As [`run`].
+pub fn answer(args: &Args) -> Result<Isolability> {
+    Ok(analyse(&args.question()?))
 }
 
 impl Args {
@@ -107,7 +115,8 @@ fn within(name: &str, value: f32, low: f32, high: f32) -> Result<f32> {
     Ok(value)
 }
 
-fn report(answer: &Isolability) -> String {
+/// The answer in words.
+pub fn report(answer: &Isolability) -> String {
     let parameters: Vec<Vec<String>> = answer
         .parameters
         .iter()

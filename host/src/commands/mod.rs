@@ -10,7 +10,7 @@ mod calibrate_guided;
 mod calibrate_joint;
 mod calibrate_text;
 mod diagnose_explained;
-mod diagnose_many;
+pub mod diagnose_many;
 mod fleet_text;
 mod load_map;
 mod log_kept;

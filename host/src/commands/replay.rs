@@ -5,9 +5,10 @@ use crate::json::Json;
 use crate::output::{Files, Kind};
 use crate::recordings;
 use crate::calibration_file::CalibrationFile;
-use crate::replay::{HeldOut, Remark, Report, applied, remarks, replay};
+use crate::replay::{Applied, HeldOut, Remark, Report, applied, remarks, replay};
 use crate::terminal::{micrometres, progress, table, warn};
 use anyhow::Result;
+use indicatif::ProgressBar;
 use plausibility::Finding;
 use recording::Recording;
 use serde::Serialize;
@@ -50,16 +51,55 @@ impl Args {
     }
 }
 
-/// What `--json` prints.
+/// What `--json` prints of what was fitted.
 #[derive(Serialize)]
-struct Output<'a> {
+struct Fitted {
     recording: String,
     #[serde(flatten)]
-    report: &'a Report,
-    #[serde(skip_serializing_if = "<[Remark]>::is_empty")]
-    remarks: &'a [Remark],
-    #[serde(skip_serializing_if = "<[Finding]>::is_empty")]
-    findings: &'a [Finding],
+    report: Report,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    remarks: Vec<Remark>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    findings: Vec<Finding>,
+}
+
+/// What `--json` prints of what was applied, keys in the order of the alphabet.
+#[derive(Serialize)]
+struct OfCalibration {
+    calibration: String,
+    findings: Vec<Finding>,
+    g_p: Applied,
+    recording: String,
+    remarks: Vec<Remark>,
+}
+
+/// Either, as it is printed.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Figures {
+    Fitted(Fitted),
+    OfCalibration(OfCalibration),
+}
+
+/// What a replay tells.
+#[derive(Serialize)]
+#[serde(transparent)]
+pub struct Answer {
+    figures: Figures,
+    /// In words.
+    #[serde(skip)]
+    pub text: String,
+}
+
+impl Answer {
+    /// What looks wrong about the figures.
+    #[must_use]
+    pub fn remarks(&self) -> &[Remark] {
+        match &self.figures {
+            Figures::Fitted(figures) => &figures.remarks,
+            Figures::OfCalibration(figures) => &figures.remarks,
+        }
+    }
 }
 
 /// Reads, calibrates, prints.
@@ -69,60 +109,70 @@ struct Output<'a> {
 pub fn run(args: &Args) -> Result<ExitCode> {
     let recording = recordings::read(&args.recording)?;
     recording.warnings.iter().for_each(|warning| warn(warning));
+    let answer = answer(args, &recording, &progress(0, "replaying"), &mut warn)?;
+    let kind = if args.calibration.is_some() { APPLIED } else { ANSWER };
+    args.json.tell(kind, &answer, || answer.text.clone())?;
+    Ok(warned(answer.remarks()))
+}
+
+/// The figures of a recording, as the options say. What is wrong in what is not used goes to `tell`.
+///
+/// # Errors
+/// As [`run`].
+pub fn answer(
+    args: &Args,
+    recording: &Recording,
+    bar: &ProgressBar,
+    tell: &mut dyn FnMut(&str),
+) -> Result<Answer> {
     let place = args.recording.display().to_string();
-    let findings = findings::check(&recording, &place, SEGMENTS_AND_REFERENCE)?;
+    let findings = findings::check_telling(recording, &place, SEGMENTS_AND_REFERENCE, tell)?;
     match recording.samples.missed_instants() {
         0 => {}
-        missed => warn(&format!(
+        missed => tell(&format!(
             "samples.csv: {missed} sampling instants have no row: each row stands at its own time, and time goes on between them"
         )),
     }
-    if let Some(path) = &args.calibration {
-        return apply(args, &recording, path, &findings);
+    match &args.calibration {
+        Some(path) => apply(recording, place, path, findings),
+        None => fit(recording, place, findings, bar),
     }
-    let report = replay(&recording, &progress(0, "replaying"))?;
+}
+
+fn fit(
+    recording: &Recording,
+    place: String,
+    findings: Vec<Finding>,
+    bar: &ProgressBar,
+) -> Result<Answer> {
+    let report = replay(recording, bar)?;
     let figures = report.channels.iter().map(|channel| {
         let HeldOut { raw_rms_m, calibrated_rms_m, .. } = channel.rms;
         (channel.channel.name(), [raw_rms_m, calibrated_rms_m])
     });
     let remarks = remarks(figures, recording.meta.geometry.pitch_m);
-    let told = Output {
-        recording: args.recording.display().to_string(),
-        report: &report,
-        remarks: &remarks,
-        findings: &findings,
-    };
-    args.json.tell(ANSWER, &told, || text(&recording, &report))?;
-    Ok(warned(&remarks))
+    let text = text(recording, &report);
+    let figures = Fitted { recording: place, report, remarks, findings };
+    Ok(Answer { figures: Figures::Fitted(figures), text })
 }
 
 fn apply(
-    args: &Args,
     recording: &Recording,
+    place: String,
     path: &Path,
-    findings: &[Finding],
-) -> Result<ExitCode> {
+    findings: Vec<Finding>,
+) -> Result<Answer> {
     let g_p = applied(recording, &CalibrationFile::read(path)?)?;
     let figures = [("g_p".to_owned(), [g_p.raw_rms_m, g_p.calibrated_rms_m])];
     let remarks = remarks(figures, recording.meta.geometry.pitch_m);
-    let told = serde_json::json!({
-        "recording": args.recording.display().to_string(),
-        "calibration": path.display().to_string(),
-        "g_p": g_p,
-        "remarks": remarks,
-        "findings": findings,
-    });
-    args.json.tell(APPLIED, &told, || {
-        let (raw, calibrated) = (
-            micrometres(g_p.raw_rms_m),
-            micrometres(g_p.calibrated_rms_m),
-        );
-        format!(
-            "{}: {} samples, g_p {raw} -> {calibrated} µm rms, nothing fitted",
-            recording.meta.device, g_p.samples
-        )
-    })?;
-    Ok(warned(&remarks))
+    let [raw, calibrated] = [g_p.raw_rms_m, g_p.calibrated_rms_m].map(micrometres);
+    let text = format!(
+        "{}: {} samples, g_p {raw} -> {calibrated} µm rms, nothing fitted",
+        recording.meta.device, g_p.samples
+    );
+    let calibration = path.display().to_string();
+    let figures = OfCalibration { calibration, findings, g_p, recording: place, remarks };
+    Ok(Answer { figures: Figures::OfCalibration(figures), text })
 }
 
 /// Says what looks wrong on standard error, and gives the exit code: 1 where the figures cannot be a sensor's.
