@@ -28,6 +28,7 @@ mod permission;
 mod platforms;
 mod plugin;
 mod processor_time;
+mod python;
 mod recordings;
 mod report;
 mod robustness;

@@ -149,12 +149,30 @@ fn built_twice() -> Result<Vec<String>> {
         "--edges",
         "normal,build",
     ])?);
-    let others = alone.difference(&tests);
+    let others = alone.difference(&tests).cloned();
+    // The extension of Python, whose own packages the tests have not.
+    let extension = ["--package", "courier-python", "--features", "module"];
+    let extension = features(&[&extension[..], &["--edges", "normal,build"]].concat())?;
+    let others = others.chain(otherwise(&extension, &tests));
     Ok(others
         .map(|package| {
-            format!("Cargo.toml: found {package} for `courier` alone, wanted the features that the tests of the workspace have")
+            format!("Cargo.toml: found {package} for `courier` or the package of Python alone, wanted the features that the tests of the workspace have")
         })
         .collect())
+}
+
+/// Packages that both builds have, and one with other features.
+fn otherwise(build: &BTreeSet<String>, tests: &BTreeSet<String>) -> Vec<String> {
+    let name = |line: &str| line.split(" with ").next().unwrap_or_default().to_owned();
+    let known: BTreeSet<String> = tests.iter().map(|line| name(line)).collect();
+    let differs = |line: &&String| known.contains(&name(line)) && !tests.contains(*line);
+    let with_its_feature = |line: &&String| !line.starts_with("courier-python ");
+    build
+        .iter()
+        .filter(differs)
+        .filter(with_its_feature)
+        .cloned()
+        .collect()
 }
 
 /// Every package of a build with its features.
@@ -162,7 +180,8 @@ fn features(selection: &[&str]) -> Result<BTreeSet<String>> {
     let mut command = cargo(&["tree", "--quiet", "--prefix", "none", "--no-dedupe"]);
     command.args(["--format", "{p} with {f}"]).args(selection);
     let text = arm::output(&mut command)?;
-    Ok(text.lines().map(str::to_owned).collect())
+    let plain = |line: &str| line.trim_end_matches(" (*)").to_owned();
+    Ok(text.lines().map(plain).collect())
 }
 
 /// The oldest compiler of a package, as numbers that can be compared.
@@ -192,6 +211,20 @@ mod tests {
             found,
             ["Cargo.toml", "bench/Cargo.toml", "tools/a/Cargo.toml"]
         );
+    }
+
+    #[test]
+    fn a_package_with_other_features_is_found_and_a_further_one_is_not() {
+        let lines = |lines: &[&str]| lines.iter().map(|line| (*line).to_owned()).collect();
+        let tests: BTreeSet<String> =
+            lines(&["a v1 with std", "b v1 with ", "courier-python v1 with "]);
+        let build = lines(&[
+            "a v1 with std",
+            "b v1 with full",
+            "c v1 with std",
+            "courier-python v1 with module",
+        ]);
+        assert_eq!(otherwise(&build, &tests), ["b v1 with full"]);
     }
 
     #[test]

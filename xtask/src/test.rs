@@ -11,7 +11,7 @@ use crate::cargo::cargo;
 use crate::runner::Which;
 use crate::{
     arm, arm_checks, chip, circles, constants, firmware, manifests, names, onboard, parquet,
-    platforms, processor_time, report, runner,
+    platforms, processor_time, python, report, runner,
 };
 use anyhow::{Context, Result, bail, ensure};
 use std::fs::File;
@@ -82,6 +82,9 @@ const CHECKS: &[Check] = &[
         step("examples in the documentation", cargo(&words))
     }),
     ("documentation", Lane::Beside, documentation),
+    ("python", Lane::Beside, || {
+        checked("the Python package, by its wheel", python::check)
+    }),
     ("report", Lane::Beside, || {
         checked("reports in a browser", || report::run(&[]))
     }),
@@ -188,12 +191,14 @@ fn lints() -> Tally {
     // With the code of the features, which nothing else compiles. What stands in for it without them is compiled by the tests.
     let mut total = step(
         "lints",
-        clippy("--workspace --all-targets --features courier/probe,courier/parquet"),
+        clippy(
+            "--workspace --all-targets --features courier/probe,courier/parquet,courier-python/module",
+        ),
     );
     // Not among all targets, since a bare `cargo test` leaves it out.
     total.add(step(
         "lints of the emulated board's and the chip's tests",
-        clippy("--workspace --test emulated --test chip --features courier/probe,courier/parquet"),
+        clippy("--workspace --test emulated --test chip --features courier/probe,courier/parquet,courier-python/module"),
     ));
     total
 }
@@ -206,7 +211,7 @@ fn documentation() -> Tally {
         "--profile",
         "checked",
         "--features",
-        "courier/probe,courier/parquet",
+        "courier/probe,courier/parquet,courier-python/module",
     ]);
     command.env("RUSTDOCFLAGS", "-D warnings");
     step("documentation", command)

@@ -38,6 +38,16 @@ const NOT_RUN: &[(&str, &str, &str)] = &[
         "needs GNU parallel and Slurm",
     ),
     (
+        "docs/python.md",
+        "pip install ./python                    # builds it; a few minutes the first time",
+        "installs; `cargo xtask test python` builds a wheel, installs and tests it",
+    ),
+    (
+        "docs/python.md",
+        "cargo build --profile checked --package courier",
+        "tells how long things take on the machine at hand",
+    ),
+    (
         "docs/fleet.md",
         "courier fleet c1 --part c1.part                              # each recording by itself",
         "half a minute; `fleet/tests/suite/sums.rs` holds that parts lead to the same",

@@ -1,0 +1,50 @@
+"""What is tested is the wheel, and it is typed and documented."""
+
+import doctest
+import inspect
+import pathlib
+import sys
+
+import courier
+
+
+def test_it_is_the_installed_wheel(command):
+    folder = pathlib.Path(courier.__file__).parent
+    assert folder.is_relative_to(sys.prefix)
+    assert (folder / "py.typed").exists()
+    assert (folder / "_native.pyi").exists()
+    assert [file.name for file in folder.glob("_native.*so")] == ["_native.abi3.so"], "one wheel for every interpreter"
+    assert command.says("--version").splitlines()[0] == f"courier {courier.__version__}"
+
+
+def test_everything_public_is_documented():
+    for name in courier.__all__:
+        one = getattr(courier, name)
+        assert one.__doc__ and not one.__doc__.startswith(f"{name}("), name
+
+
+def functions_of(one):
+    """The functions of a class that are written down in the package, or the function itself."""
+    functions = [one] if inspect.isfunction(one) else filter(inspect.isfunction, vars(one).values())
+    folder = str(pathlib.Path(courier.__file__).parent)
+    return [function for function in functions if function.__code__.co_filename.startswith(folder)]
+
+
+def test_everything_public_is_annotated():
+    seen = 0
+    for function in (function for name in courier.__all__ for function in functions_of(getattr(courier, name))):
+        arguments = [argument for argument in inspect.signature(function).parameters if argument != "self"]
+        missing = {*arguments, "return"} - set(function.__annotations__)
+        assert not missing, f"{function.__qualname__}: {missing}"
+        seen += 1
+    assert seen > len(courier.__all__) // 3, "few functions were looked at"
+
+
+def test_the_page_says_what_comes():
+    flags = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
+    for page in [pathlib.Path("docs/python.md"), pathlib.Path(courier.__file__)]:
+        text = page.read_text(encoding="utf-8")
+        test = doctest.DocTestParser().get_doctest(text, {}, page.name, str(page), 0)
+        assert test.examples, page
+        failed, _ = doctest.DocTestRunner(optionflags=flags).run(test)
+        assert failed == 0, page
