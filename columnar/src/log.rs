@@ -36,6 +36,7 @@ pub fn log(path: &Path) -> Result<Log, Error> {
                 unit,
                 numbers,
                 words,
+                ..LogColumn::default()
             });
         }
         Log::of_columns(path, columns)

@@ -1,6 +1,6 @@
-//! Any CSV log of an encoder to a [`recording::Recording`]: values in, values out.
+//! Any log of an encoder to a [`recording::Recording`]: values in, values out.
 //!
-//! [`convert`] goes this way: `text` (bytes to text), `dialect` and `table` (text to columns of numbers), `source` and `mapping`
+//! [`read`] takes tables of text and files of other programs (`readers`). [`convert`] goes this way: `text` (bytes to text), `dialect` and `table` (text to columns of numbers), `source` and `mapping`
 //! (which column is which), `columns` and `units` (values in SI units), `pair`, `teeth` and `segments` (counts, tooth
 //! counts, places), `intervals` (time from sample to sample), `suspect` (what looks wrong beside the reference), `noise` and `meta` (recording.toml), `runs` (names of
 //! motions). What it did, assumed and suspects is in [`Told`]. [`listing`] says what a log holds and suggests the options.
@@ -14,6 +14,7 @@ mod mapping;
 mod meta;
 mod order;
 mod pair;
+mod readers;
 mod runs;
 mod segments;
 mod source;
@@ -27,6 +28,7 @@ mod units;
 
 pub use columns::ROTARY_PITCH_M;
 pub use order::{Order, Stated};
+pub use readers::{Beside, Stream, together};
 pub use runs::Runs;
 pub use source::{Asked, Target, quoted};
 pub use table::{Log, LogColumn};
@@ -55,7 +57,15 @@ pub struct Converted {
 /// # Errors
 /// There is no table of numbers in it, or a row has more or fewer fields than the others.
 pub fn read(file: &Path, bytes: &[u8]) -> Result<Log, Error> {
-    Log::read(file, &text::decode(bytes))
+    read_with(file, bytes, &Beside::default())
+}
+
+/// The same with what the log needs and does not say itself.
+///
+/// # Errors
+/// As [`read`], or something that it needs is missing.
+pub fn read_with(file: &Path, bytes: &[u8], beside: &Beside) -> Result<Log, Error> {
+    readers::read(file, bytes, beside)
 }
 
 /// Converts a log. `file` is what it is called in errors.
@@ -69,6 +79,10 @@ pub fn convert(file: &Path, log: &Log, order: &Order) -> Result<Converted, Error
         ..Told::default()
     };
     let sources = mapping::sources(file, log, order, &mut told)?;
+    let noted = sources
+        .iter()
+        .filter_map(|source| log.columns[source.column].note.clone());
+    told.done = log.notes.iter().cloned().chain(noted).collect();
     let pitch_m = columns::pitch_m(file, &sources, order, &mut told)?;
     let values = columns::values(file, log, &sources, order, pitch_m, &mut told)?;
     let t_s = columns::times_s(file, log, &values, order, &mut told)?;

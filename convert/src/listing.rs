@@ -1,7 +1,7 @@
 //! What a log holds, and the options that a first conversion may have.
 
 use crate::mapping::named_as_time;
-use crate::source::{Target, quoted};
+use crate::source::{Asked, Target, quoted};
 use crate::table::{Log, LogColumn};
 use crate::units::{Quantity, name_without_unit, unit_in_name};
 use recording::Column;
@@ -82,6 +82,18 @@ fn guesses(log: &Log) -> Vec<Option<String>> {
         if let Some(target) = Target::by_name(&column.name) {
             taken.push(target);
             guesses[place] = Some(format!("is {}", target.name()));
+            continue;
+        }
+        if let Some(asked) = column
+            .hint
+            .as_deref()
+            .and_then(|hint| Asked::parse(hint).ok())
+        {
+            let hint = column.hint.as_deref().unwrap_or_default();
+            if !taken.contains(&asked.target) {
+                taken.push(asked.target);
+                guesses[place] = Some(format!("--column {}", quoted(hint)));
+            }
             continue;
         }
         let name = &column.name;

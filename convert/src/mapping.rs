@@ -104,7 +104,7 @@ fn by_name(log: &Log, sources: &mut Vec<Source>) {
 }
 
 /// Words with which names of columns of time begin.
-const TIMES: [&str; 5] = ["t", "time", "timestamp", "zeit", "seconds"];
+const TIMES: [&str; 6] = ["t", "time", "timestamp", "timestamps", "zeit", "seconds"];
 
 /// True if a column is one of time by its name: its first word is one of time.
 #[must_use]
@@ -128,7 +128,9 @@ fn time_by_name(
         Error::new(
             file,
             "no column of time",
-            "--column t_s=COLUMN:UNIT, or --rate-hz HZ where rows are evenly spaced",
+            log.no_time.unwrap_or(
+                "--column t_s=COLUMN:UNIT, or --rate-hz HZ where rows are evenly spaced",
+            ),
         )
         .row(log.dialect.header_line.max(1) as u64)
     };

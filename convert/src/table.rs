@@ -18,6 +18,10 @@ pub struct LogColumn {
     pub numbers: Vec<f64>,
     /// Words, each with its row's index, in order.
     pub words: Vec<(usize, String)>,
+    /// What it can be in a recording, as `--column` says it, where its program tells.
+    pub hint: Option<String>,
+    /// What a user of this column must know, one sentence.
+    pub note: Option<String>,
 }
 
 /// A whole log.
@@ -31,6 +35,12 @@ pub struct Log {
     pub lines: Vec<u64>,
     /// True if the last row was cut short and left out.
     pub cut_short: bool,
+    /// What it is, where it is no table of text.
+    pub form: &'static str,
+    /// What was done to read it, one sentence each.
+    pub notes: Vec<String>,
+    /// Why it has no times and what to do, where its program keeps none.
+    pub no_time: Option<&'static str>,
 }
 
 impl Log {
@@ -54,6 +64,9 @@ impl Log {
             columns,
             lines: (1..=rows as u64).collect(),
             cut_short: false,
+            form: "a file of columns",
+            notes: Vec::new(),
+            no_time: None,
         })
     }
 
@@ -89,6 +102,9 @@ impl Log {
             columns: columns(&dialect),
             lines: Vec::new(),
             cut_short: false,
+            form: "",
+            notes: Vec::new(),
+            no_time: None,
             dialect,
         };
         log.read_rows(file, body, text.ends_with(['\n', '\r']))?;

@@ -13,7 +13,12 @@ use recording::{COLUMNS, Column, Recording};
 pub fn dialect(log: &Log) -> String {
     let dialect = &log.dialect;
     if dialect.separator == Separator::None {
-        return "a file of columns".to_owned();
+        let cut = if log.cut_short {
+            ", last row cut short and left out"
+        } else {
+            ""
+        };
+        return format!("{}{cut}", log.form);
     }
     let mut text = format!("columns separated by {}", dialect.separator);
     if dialect.decimal_comma {

@@ -34,8 +34,13 @@ pub fn columns(file: &Path, log: &Log) -> String {
         "highest",
         "by its name",
     ];
+    let notes: String = log
+        .notes
+        .iter()
+        .map(|note| format!("\ndone: {note}"))
+        .collect();
     format!(
-        "{name}: {} rows\n{}\nto begin with:\n  {}",
+        "{name}: {} rows\n{}{notes}\nto begin with:\n  {}",
         log.rows(),
         table(&header, &rows),
         suggestion(log, &name)
@@ -197,5 +202,5 @@ pub fn columns_as_json(file: &Path, log: &Log) -> Value {
         .into_iter()
         .map(|column| json!({"name": column.name, "numbers": column.numbers, "words": column.words, "range": column.range, "guess": column.guess}))
         .collect();
-    json!({"log": file.display().to_string(), "rows": log.rows(), "columns": columns, "begin_with": suggestion(log, &file.display().to_string())})
+    json!({"log": file.display().to_string(), "rows": log.rows(), "columns": columns, "done": log.notes, "begin_with": suggestion(log, &file.display().to_string())})
 }

@@ -1,25 +1,65 @@
-//! Logs of other programs: texts, and Parquet files where this build has the feature.
+//! Logs of other programs: texts and the files that `convert` knows, and Parquet files where this build has the feature.
 
+use crate::output::Files;
 use crate::recordings;
 use anyhow::{Context, Result};
-use convert::Log;
-use std::path::Path;
+use convert::{Asked, Beside, Log};
+use std::path::{Path, PathBuf};
 
-/// Reads a log.
+/// What some logs need to be read.
+#[derive(Clone, Debug, Default, clap::Args)]
+#[command(next_help_heading = "How the log is read")]
+pub struct Reading {
+    /// DBC file of a bus: which bits of which frame of a candump log are which signal.
+    #[arg(long, value_name = "FILE")]
+    pub dbc: Option<PathBuf>,
+    /// Of a log with several kinds of messages the one that makes the rows; values of the others are interpolated to its times
+    /// [default: that of the sensor's output, or the most frequent].
+    #[arg(long, value_name = "NAME")]
+    pub rows_of: Option<String>,
+}
+
+impl Reading {
+    /// True if something is stated, which makes sense beside a log alone.
+    #[must_use]
+    pub fn is_stated(&self) -> bool {
+        self.dbc.is_some() || self.rows_of.is_some()
+    }
+
+    /// The files that it reads, added to others.
+    #[must_use]
+    pub fn files(&self, files: Files) -> Files {
+        match &self.dbc {
+            Some(dbc) => files.reads(dbc),
+            None => files,
+        }
+    }
+
+    fn beside(&self, asked: &[Asked]) -> Result<Beside> {
+        let text = |path: &PathBuf| {
+            let bytes = std::fs::read(path)
+                .with_context(|| format!("{}: wanted a readable DBC file", path.display()))?;
+            Ok::<_, anyhow::Error>((path.clone(), String::from_utf8_lossy(&bytes).into_owned()))
+        };
+        Ok(Beside {
+            dbc: self.dbc.as_ref().map(text).transpose()?,
+            rows_of: self.rows_of.clone(),
+            sensor: Beside::sensor_of(asked),
+        })
+    }
+}
+
+/// Reads a log, of which these columns were asked for.
 ///
 /// # Errors
-/// It cannot be read, or is no table.
-pub fn read(path: &Path) -> Result<Log> {
+/// It cannot be read, or is no table, or needs something that is not stated.
+pub fn read(path: &Path, reading: &Reading, asked: &[Asked]) -> Result<Log> {
     if recordings::is_file(path) {
         return columns(path);
     }
-    let bytes = std::fs::read(path).with_context(|| {
-        format!(
-            "{}: wanted a readable CSV file, or a recording",
-            path.display()
-        )
-    })?;
-    Ok(convert::read(path, &bytes)?)
+    let bytes = std::fs::read(path)
+        .with_context(|| format!("{}: wanted a readable log, or a recording", path.display()))?;
+    Ok(convert::read_with(path, &bytes, &reading.beside(asked)?)?)
 }
 
 #[cfg(feature = "parquet")]

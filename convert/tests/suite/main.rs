@@ -3,6 +3,7 @@
 
 mod dialects;
 mod log;
+mod programs;
 mod recordings;
 mod refusals;
 mod units;

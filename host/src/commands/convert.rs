@@ -3,7 +3,7 @@
 use crate::conversion::{as_json, columns, columns_as_json, reformed, reformed_as_json, told};
 use crate::destination::Destination;
 use crate::json::Json;
-use crate::logs;
+use crate::logs::{self, Reading};
 use crate::output::{Files, Kind};
 use crate::recordings;
 use crate::terminal::warn;
@@ -12,9 +12,9 @@ use convert::{Asked, Order, Runs, Stated, Target, length_m};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Make a recording of any CSV log: columns by name, units, tooth counts, runs; or put a recording into its other form.
+/// Make a recording of any log: columns by name, units, tooth counts, runs; or put a recording into its other form.
 ///
-/// Commas, semicolons, tabs or blanks between columns, decimal commas, a header behind a #, a row of units: recognised. Columns
+/// Tables of text, NumPy files, logs of candump, moteus, ODrive and SimpleFOC, lines of JSON: recognised by what stands in them. Of tables commas, semicolons, tabs or blanks between columns, decimal commas, a header behind a #, a row of units: recognised. Columns
 /// that have a recording's names already are taken as they are. Without --column, and without such names, it
 /// lists what the log holds and suggests the options.
 #[derive(Debug, clap::Args)]
@@ -41,6 +41,8 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     periods_per_turn: Option<f64>,
     #[command(flatten)]
+    reading: Reading,
+    #[command(flatten)]
     meta: Box<Meta>,
     /// Print what would be done and write nothing.
     #[arg(long)]
@@ -60,7 +62,7 @@ impl Args {
     pub fn files(&self) -> Files {
         let files = match recordings::is_recording(&self.log) {
             true => Files::default().reads_recording(&self.log),
-            false => Files::default().reads(&self.log),
+            false => self.reading.files(Files::default().reads(&self.log)),
         };
         let files = match self.folder.as_ref().filter(|_| !self.dry_run) {
             Some(folder) => files.fills(folder),
@@ -74,7 +76,7 @@ const EXAMPLES: &str = "Examples:
   courier convert examples/encoder-log/log.csv
   courier convert examples/encoder-log/log.csv my-encoder --column t_s=time:ms --column q1s=sin --column q1c=cos --column ref_x_m=stage:mm --column temp_c=board:C --pitch 1.016mm
 
-What each option means, by example: docs/your-sensor.md; what a recording is: docs/recording.md.";
+What each option means, by example: docs/your-sensor.md; logs of other programs: docs/other-logs.md; what a recording is: docs/recording.md.";
 
 /// What recording.toml says. What is measured where it is not stated is told.
 #[derive(Debug, clap::Args)]
@@ -160,7 +162,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     if recordings::is_recording(&args.log) {
         return recording_to_form(args, &order);
     }
-    let log = logs::read(&args.log)?;
+    let log = logs::read(&args.log, &args.reading, &args.column)?;
     let named = log.columns.iter().any(|column| Target::by_name(&column.name).is_some_and(|target| target != Target::Run));
     if args.folder.is_none() && args.column.is_empty() && !(args.dry_run && named) {
         args.json.tell(ANSWER, &columns_as_json(&args.log, &log), || columns(&args.log, &log))?;
@@ -206,7 +208,7 @@ fn write(args: &Args, folder: &Path, recording: &recording::Recording) -> Result
 /// A recording into the other form, or into the same.
 fn recording_to_form(args: &Args, order: &Order) -> Result<ExitCode> {
     let told = args.log.display();
-    ensure!(*order == Order::default(), "{told}: found options of a log beside a recording, wanted none of them");
+    ensure!(*order == Order::default() && !args.reading.is_stated(), "{told}: found options of a log beside a recording, wanted none of them");
     let recording = recordings::read(&args.log)?;
     recording.warnings.iter().for_each(|line| warn(line));
     let wanted = "wanted where to write it: a folder, or a file whose name ends in .parquet";

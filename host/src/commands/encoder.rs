@@ -5,7 +5,7 @@ use crate::findings::{self, NOTHING};
 use crate::json::Json;
 use crate::kinds;
 use crate::learned;
-use crate::logs;
+use crate::logs::{self, Reading};
 use crate::output::{self, Files, Kind};
 use crate::recordings;
 use crate::terminal::{print, warn};
@@ -38,6 +38,8 @@ pub struct Args {
     /// Signal periods of one turn of the shaft: single poles and eccentricity are learned too.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     periods_per_turn: Option<u32>,
+    #[command(flatten)]
+    reading: Reading,
     /// Which segment, where there are several.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=4))]
     segment: u8,
@@ -79,7 +81,7 @@ impl Args {
     pub fn files(&self) -> Files {
         let files = match recordings::is_recording(&self.log) {
             true => Files::default().reads_recording(&self.log),
-            false => Files::default().reads(&self.log),
+            false => self.reading.files(Files::default().reads(&self.log)),
         };
         files.writes_new(self.out.as_ref(), kinds::CALIBRATION, self.force).json(&self.json, ANSWER)
     }
@@ -154,8 +156,8 @@ fn read(args: &Args, tell: &mut dyn FnMut(&str)) -> Result<(Recording, [LogUnit;
     let mut units = [LogUnit::default(); 4];
     if recordings::is_recording(&args.log) {
         ensure!(
-            args.column.is_empty() && args.rate_hz.is_none() && args.pitch.is_none(),
-            "{}: found --column, --rate-hz or --pitch beside a recording, wanted them beside a log",
+            args.column.is_empty() && args.rate_hz.is_none() && args.pitch.is_none() && !args.reading.is_stated(),
+            "{}: found --column, --rate-hz, --pitch, --dbc or --rows-of beside a recording, wanted them beside a log",
             args.log.display()
         );
         let recording = recordings::read(&args.log)?;
@@ -168,7 +170,7 @@ fn read(args: &Args, tell: &mut dyn FnMut(&str)) -> Result<(Recording, [LogUnit;
     };
     above("--rate-hz", args.rate_hz)?;
     above("--pitch", args.pitch)?;
-    let log = logs::read(&args.log)?;
+    let log = logs::read(&args.log, &args.reading, &args.column)?;
     let order = Order {
         columns: args.column.clone(),
         rate_hz: args.rate_hz,

@@ -127,8 +127,10 @@ struct Gave {
 fn run(root: &Path, courier: &Path, steps: &[Step]) -> Vec<Gave> {
     let scratch = tempfile::tempdir().unwrap();
     let stand = scratch.path();
-    if steps.iter().any(|step| step.command.contains("examples/")) {
-        copy(&root.join("examples"), &stand.join("examples"));
+    for folder in ["examples", "convert/tests/files"] {
+        if steps.iter().any(|step| step.command.contains(folder)) {
+            copy(&root.join(folder), &stand.join(folder));
+        }
     }
     let mut script = format!("exec 2>&1\n{CARGO}");
     for step in steps {

@@ -1,0 +1,280 @@
+//! Which bits of which frame are which signal: the lines `BO_`, `SG_` and `SIG_VALTYPE_` of a DBC file.
+//!
+//! The crate for such files reads all of their forty kinds of lines and brings a parser generator and a C compiler's work with it; three
+//! kinds of lines are needed here.
+
+use recording::{Error, excerpt};
+use std::path::Path;
+
+/// A kind of frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Message {
+    /// Its name.
+    pub name: String,
+    /// Its identifier, bit 31 set where it is one of 29 bits.
+    pub id: u32,
+    /// Its signals.
+    pub signals: Vec<Signal>,
+}
+
+/// How a signal is multiplexed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Page {
+    /// It is in every frame.
+    Always,
+    /// It says which page a frame is.
+    Selector,
+    /// It is in frames of this page.
+    Only(u64),
+}
+
+/// What a signal's bits are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// A whole number without a sign.
+    Unsigned,
+    /// One with a sign.
+    Signed,
+    /// IEEE 754, of 32 or 64 bits.
+    Real,
+}
+
+/// A signal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Signal {
+    /// Its name.
+    pub name: String,
+    /// Its unit, as the file says it.
+    pub unit: String,
+    page: Page,
+    start: usize,
+    bits: usize,
+    big: bool,
+    kind: Kind,
+    factor: f64,
+    offset: f64,
+}
+
+/// All kinds of frames that a file describes.
+///
+/// # Errors
+/// A line that cannot be read, by its number.
+pub fn parse(file: &Path, text: &str) -> Result<Vec<Message>, Error> {
+    let mut messages: Vec<Message> = Vec::new();
+    for (place, line) in text.lines().enumerate() {
+        let wanted = match line.split_whitespace().next() {
+            Some("BO_") => message(line).map(|message| messages.push(message)).ok_or("BO_ ID NAME: BYTES SENDER"),
+            Some("SG_") => signal(line)
+                .and_then(|signal| messages.last_mut().map(|message| message.signals.push(signal)))
+                .ok_or("SG_ NAME : START|BITS@ORDER SIGN (FACTOR,OFFSET) [LOWEST|HIGHEST] \"UNIT\" RECEIVER, below a BO_"),
+            Some("SIG_VALTYPE_") => kind(line, &mut messages).ok_or("SIG_VALTYPE_ ID NAME : TYPE; of a signal above, with 32 or 64 bits"),
+            _ => Ok(()),
+        };
+        if let Err(wanted) = wanted {
+            return Err(
+                Error::new(file, excerpt(line.trim().as_bytes()), wanted).row(place as u64 + 1)
+            );
+        }
+    }
+    messages.retain(|message| !message.signals.is_empty());
+    match messages.is_empty() {
+        true => Err(Error::new(
+            file,
+            "no signals",
+            "a DBC file: lines BO_ and SG_",
+        )),
+        false => Ok(messages),
+    }
+}
+
+fn message(line: &str) -> Option<Message> {
+    let mut words = line.split_whitespace().skip(1);
+    let id = words.next()?.parse().ok()?;
+    let name = words.next()?.trim_end_matches(':').to_owned();
+    Some(Message {
+        name,
+        id,
+        signals: Vec::new(),
+    })
+}
+
+fn signal(line: &str) -> Option<Signal> {
+    let (head, rest) = line.split_once(':')?;
+    let mut words = head.split_whitespace().skip(1);
+    let name = words.next()?.to_owned();
+    let page = match words.next() {
+        None => Page::Always,
+        Some("M") => Page::Selector,
+        Some(page) => Page::Only(page.strip_prefix('m')?.trim_end_matches('M').parse().ok()?),
+    };
+    let (place, rest) = rest.trim_start().split_once(['(', ' '])?;
+    let (start, place) = place.split_once('|')?;
+    let (bits, how) = place.split_once('@')?;
+    let (bits, start): (usize, usize) = (bits.parse().ok()?, start.parse().ok()?);
+    let rest = rest.trim_start().trim_start_matches('(');
+    let (numbers, rest) = rest.split_once(')')?;
+    let (factor, offset) = numbers.split_once(',')?;
+    let unit = rest.split('"').nth(1).unwrap_or_default().to_owned();
+    let (order, sign) = how.split_at_checked(1)?;
+    let kind = if sign.trim() == "-" {
+        Kind::Signed
+    } else {
+        Kind::Unsigned
+    };
+    let number = |text: &str| {
+        text.trim()
+            .parse::<f64>()
+            .ok()
+            .filter(|number| number.is_finite())
+    };
+    // A frame of CAN FD has 64 bytes.
+    let fits = (1..=64).contains(&bits) && start < 512;
+    fits.then_some(Signal {
+        name,
+        unit,
+        page,
+        start,
+        bits,
+        big: order == "0",
+        kind,
+        factor: number(factor)?,
+        offset: number(offset)?,
+    })
+}
+
+fn kind(line: &str, messages: &mut [Message]) -> Option<()> {
+    let words: Vec<&str> = line
+        .split([' ', ':', ';', '\t'])
+        .filter(|word| !word.is_empty())
+        .collect();
+    let [_, id, name, kind] = words[..] else {
+        return None;
+    };
+    let id: u32 = id.parse().ok()?;
+    let signals = messages
+        .iter_mut()
+        .filter(|message| message.id == id)
+        .flat_map(|message| &mut message.signals);
+    let signal = signals.into_iter().find(|signal| signal.name == name)?;
+    match (kind, signal.bits) {
+        ("0", _) => Some(()),
+        ("1", 32) | ("2", 64) => {
+            signal.kind = Kind::Real;
+            Some(())
+        }
+        _ => None,
+    }
+}
+
+impl Message {
+    /// The values of its signals in a frame, in their units; NaN of one that the frame does not hold.
+    pub fn values(&self, data: &[u8]) -> Vec<f64> {
+        let selector = self
+            .signals
+            .iter()
+            .find(|signal| signal.page == Page::Selector);
+        let page = selector.and_then(|signal| signal.word(data));
+        let value = |signal: &Signal| match signal.page {
+            Page::Only(wanted) if page != Some(wanted) => f64::NAN,
+            _ => signal.value(data),
+        };
+        self.signals.iter().map(value).collect()
+    }
+
+    /// True if the frame is long enough for every signal that is in all of them.
+    pub fn fits(&self, data: &[u8]) -> bool {
+        self.signals
+            .iter()
+            .filter(|signal| signal.page == Page::Always)
+            .all(|signal| signal.word(data).is_some())
+    }
+}
+
+impl Signal {
+    fn value(&self, data: &[u8]) -> f64 {
+        let Some(word) = self.word(data) else {
+            return f64::NAN;
+        };
+        let unused = 64 - self.bits as u32;
+        let number = match (self.kind, self.bits) {
+            (Kind::Unsigned, _) => word as f64,
+            (Kind::Signed, _) => ((word << unused) as i64 >> unused) as f64,
+            (Kind::Real, 32) => f64::from(f32::from_bits(word as u32)),
+            (Kind::Real, _) => f64::from_bits(word),
+        };
+        number * self.factor + self.offset
+    }
+
+    /// Its bits, the most significant first; none where the frame ends before them.
+    fn word(&self, data: &[u8]) -> Option<u64> {
+        // Of the order of Intel `start` is the least significant bit, and bits count on; of Motorola's it is the most significant one, and
+        // they count down within a byte, then on in the next.
+        let mut at = self.start;
+        let mut word = 0;
+        for step in 0..self.bits {
+            let place = if self.big {
+                at
+            } else {
+                self.start + self.bits - 1 - step
+            };
+            let byte = data.get(place / 8)?;
+            word = word << 1 | u64::from(byte >> (place % 8) & 1);
+            at = if at % 8 == 0 { at + 15 } else { at - 1 };
+        }
+        Some(word)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(signal: &str, data: &[u8]) -> f64 {
+        let text = format!("BO_ 1 M: 8 X\n SG_ {signal}\n");
+        parse(Path::new("a.dbc"), &text).unwrap()[0].values(data)[0]
+    }
+
+    #[test]
+    fn bits_of_both_orders() {
+        let data = [0x12, 0x34, 0x56, 0x78, 0x9a, 0xbc, 0xde, 0xf0];
+        for (signal, wanted) in [
+            ("a : 0|8@1+ (1,0) [0|0] \"\" X", f64::from(0x12)),
+            ("a : 0|16@1+ (1,0) [0|0] \"\" X", f64::from(0x3412)),
+            ("a : 7|16@0+ (1,0) [0|0] \"\" X", f64::from(0x1234)),
+            ("a : 4|8@1+ (1,0) [0|0] \"\" X", f64::from(0x41)),
+            ("a : 3|8@0+ (1,0) [0|0] \"\" X", f64::from(0x23)),
+            (
+                "a : 32|8@1- (0.5,10)[0|0] \"\" X",
+                f64::from(0x9a - 0x100) * 0.5 + 10.0,
+            ),
+            ("a m3 : 7|64@0+ (1,0) [0|0] \"\" X", f64::NAN),
+        ] {
+            let found = value(signal, &data);
+            assert!(
+                found == wanted || found.is_nan() && wanted.is_nan(),
+                "{signal}: {found}"
+            );
+        }
+        assert!(value("a : 0|16@1+ (1,0) [0|0] \"\" X", &data[..1]).is_nan());
+    }
+
+    #[test]
+    fn lines_that_cannot_be_meant_are_told_by_their_number() {
+        for (text, told) in [
+            ("VERSION \"\"\n", "found no signals"),
+            ("BO_ x Y: 8 Z\n", "row 1, found \"BO_ x Y: 8 Z\""),
+            (" SG_ a : 0|8@1+ (1,0) [0|0] \"\" X\n", "row 1, found"),
+            (
+                "BO_ 1 M: 8 X\n SG_ a : 0|65@1+ (1,0) [0|0] \"\" X\n",
+                "row 2, found",
+            ),
+            (
+                "BO_ 1 M: 8 X\n SG_ a : 0|8@1+ (1,0) [0|0] \"\" X\nSIG_VALTYPE_ 1 a : 1;\n",
+                "row 3, found",
+            ),
+        ] {
+            let error = parse(Path::new("a.dbc"), text).unwrap_err().to_string();
+            assert!(error.contains(told) && !error.contains('\n'), "{error}");
+        }
+    }
+}

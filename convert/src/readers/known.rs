@@ -1,0 +1,111 @@
+//! Units of columns by the names that programs give them, where the names tell the program.
+
+use crate::table::{Log, LogColumn};
+
+/// Control cycles of an ODrive a second; its `HighRateCapturer` counts times in them where it is told to.
+const ODRIVE_HZ: f64 = 8_000.0;
+
+/// Of an ODrive's tree of properties the last part of a name, its unit, and what it can be in a recording.
+const ODRIVE: [(&str, &str, &str); 7] = [
+    ("pos_estimate", "turn", "p1_m"),
+    ("pos_circular", "turn", "p1_m"),
+    ("pos_rel", "turn", "p1_m"),
+    ("pos_abs", "turn", "p1_m"),
+    ("pos_setpoint", "turn", "cmd_x_m"),
+    ("input_pos", "turn", "cmd_x_m"),
+    ("temperature", "C", "temp_c"),
+];
+
+/// Names of moteus' registers in logs of its Python library, and of the values that tview logs.
+const MOTEUS: [(&str, &str, &str); 8] = [
+    ("POSITION", "turn", "p1_m"),
+    ("ABS_POSITION", "turn", "p1_m"),
+    ("TEMPERATURE", "C", "temp_c"),
+    ("MOTOR_TEMPERATURE", "C", "temp_c"),
+    ("position", "turn", "p1_m"),
+    ("abs_position", "turn", "p1_m"),
+    ("fet_temp_C", "C", "temp_c"),
+    ("motor_temp_C", "C", "temp_c"),
+];
+
+/// Gives columns their units where neither the log nor its reader did, and hints at what they are.
+pub fn name_units(log: &mut Log) {
+    let has = |wanted: &str| {
+        log.columns
+            .iter()
+            .any(|column| last_part(&column.name) == wanted)
+    };
+    let odrive = log.columns.iter().any(|column| {
+        column
+            .name
+            .split('.')
+            .any(|part| matches!(part, "axis0" | "axis1"))
+    });
+    let moteus = has("MODE") && has("POSITION")
+        || has("timestamp") && has("position") && (has("abs_position") || has("d_A"))
+        || log.form == "lines of JSON" && has("position") && (has("abs_position") || has("d_A"));
+    if odrive {
+        log.columns
+            .iter_mut()
+            .for_each(|column| name(column, &ODRIVE));
+        odrive_times(log);
+        log.notes.push("positions of an ODrive are in turns since its firmware 0.5.1, in counts before (--column TARGET=COLUMN:turn/CPR)".into());
+    } else if moteus {
+        log.columns
+            .iter_mut()
+            .for_each(|column| name(column, &MOTEUS));
+        let time = log
+            .columns
+            .iter_mut()
+            .find(|column| column.name == "timestamp" && column.unit.is_none());
+        time.into_iter()
+            .for_each(|column| column.unit = Some("s".into()));
+    }
+}
+
+fn name(column: &mut LogColumn, known: &[(&str, &str, &str)]) {
+    let Some((_, unit, target)) = known
+        .iter()
+        .find(|(name, ..)| *name == last_part(&column.name))
+    else {
+        return;
+    };
+    if column.unit.is_none() {
+        column.unit = Some((*unit).to_owned());
+        column
+            .hint
+            .get_or_insert(format!("{target}={}:{unit}", column.name));
+    }
+}
+
+fn last_part(name: &str) -> &str {
+    name.rsplit('.').next().unwrap_or(name)
+}
+
+/// Times of `HighRateCapturer` and `Recorder` are nanoseconds or control cycles, and do not say which: cycles follow each other by one.
+fn odrive_times(log: &mut Log) {
+    let is_time = |column: &&mut LogColumn| {
+        matches!(column.name.as_str(), "timestamps" | "timestamp") && column.unit.is_none()
+    };
+    let Some(column) = log.columns.iter_mut().find(is_time) else {
+        return;
+    };
+    let mut steps: Vec<f64> = column
+        .numbers
+        .windows(2)
+        .map(|pair| pair[1] - pair[0])
+        .collect();
+    steps.sort_by(f64::total_cmp);
+    let step = steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN);
+    let (factor, told) = match step {
+        1.0 => (1.0 / ODRIVE_HZ, "control cycles, 8000 a second"),
+        _ => (1e-9, "nanoseconds"),
+    };
+    let first = column.numbers.first().copied().unwrap_or(0.0);
+    column
+        .numbers
+        .iter_mut()
+        .for_each(|number| *number = (*number - first) * factor);
+    column.unit = Some("s".into());
+    column.note = Some(format!("{} were taken as {told}", column.name));
+}

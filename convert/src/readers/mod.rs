@@ -1,0 +1,71 @@
+//! Logs of other programs, told apart by what their bytes say.
+//!
+//! Each reader is a file here and a line of [`READERS`]. What none of them knows is a table of text. `streams` brings together what came
+//! in messages of several kinds, `known` knows the units of columns by their programs' names.
+
+mod archive;
+mod beside;
+mod candump;
+mod dbc;
+mod json;
+mod known;
+mod literal;
+mod moteus;
+mod numpy;
+mod simplefoc;
+mod streams;
+
+pub use beside::Beside;
+pub use streams::{Stream, together};
+
+use crate::table::Log;
+use crate::text::decode;
+use recording::Error;
+use std::path::Path;
+
+/// One program's logs.
+struct Reader {
+    is_it: fn(&[u8]) -> bool,
+    read: fn(&Path, &[u8], &Beside) -> Result<Log, Error>,
+}
+
+/// All of them; the first that takes a file reads it.
+const READERS: [Reader; 6] = [
+    Reader {
+        is_it: numpy::is_it,
+        read: |file, bytes, _| numpy::read(file, bytes),
+    },
+    Reader {
+        is_it: archive::is_it,
+        read: |file, bytes, _| archive::read(file, bytes),
+    },
+    Reader {
+        is_it: candump::is_it,
+        read: candump::read,
+    },
+    Reader {
+        is_it: moteus::is_it,
+        read: |file, bytes, _| moteus::read(file, bytes),
+    },
+    Reader {
+        is_it: json::is_it,
+        read: json::read,
+    },
+    Reader {
+        is_it: simplefoc::is_it,
+        read: |file, bytes, _| simplefoc::read(file, bytes),
+    },
+];
+
+/// The log in a file's bytes.
+///
+/// # Errors
+/// No program that is known wrote it whole, or what it needs beside it is missing.
+pub fn read(file: &Path, bytes: &[u8], beside: &Beside) -> Result<Log, Error> {
+    let mut log = match READERS.iter().find(|reader| (reader.is_it)(bytes)) {
+        Some(reader) => (reader.read)(file, bytes, beside)?,
+        None => Log::read(file, &decode(bytes))?,
+    };
+    known::name_units(&mut log);
+    Ok(log)
+}
