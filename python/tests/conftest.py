@@ -3,6 +3,7 @@
 COURIER_COMMAND names the command; the examples are looked for from the folder that the tests are run in, the project's root.
 """
 
+import doctest
 import os
 import pathlib
 import subprocess
@@ -47,9 +48,31 @@ def survey():
     return courier.read(SURVEY)
 
 
+def tried(path):
+    """Runs the examples of a page: how many there are, how many are wrong, and what they leave behind."""
+    text = pathlib.Path(path).read_text(encoding="utf-8")
+    test = doctest.DocTestParser().get_doctest(text, {}, str(path), str(path), 0)
+    runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS)
+    failed, _ = runner.run(test, clear_globs=False)
+    return len(test.examples), failed, test.globs
+
+
 @pytest.fixture(scope="session")
-def diagnosis(survey):
-    return courier.diagnose(survey, report=True)
+def page():
+    """The documentation's page, run once: what it leaves is used by other tests as well, since a diagnosis takes seconds."""
+    return tried("docs/python.md")
+
+
+@pytest.fixture(scope="session")
+def diagnosis(page):
+    """Of the survey, with its report."""
+    return page[2]["answer"]
+
+
+@pytest.fixture(scope="session")
+def checked(page):
+    """The survey's model on the survey."""
+    return page[2]["check"]
 
 
 @pytest.fixture(scope="session")

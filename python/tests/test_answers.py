@@ -15,12 +15,12 @@ from conftest import LOG, LOG_COLUMNS, SURVEY
 
 
 @pytest.fixture(scope="module")
-def answers(diagnosis, stage, command, tmp_path_factory):
+def answers(diagnosis, checked, stage, command, tmp_path_factory):
     file = tmp_path_factory.mktemp("answers") / "calibration.json"
     command("encoder", SURVEY, "--out", file)
     return [
         diagnosis,
-        courier.check(diagnosis.model, SURVEY),
+        checked,
         courier.replay(stage),
         courier.replay(SURVEY, file),
         courier.isolability(),

@@ -1,11 +1,11 @@
 """What is tested is the wheel, and it is typed and documented."""
 
-import doctest
 import inspect
 import pathlib
 import sys
 
 import courier
+from conftest import tried
 
 
 def test_it_is_the_installed_wheel(command):
@@ -40,11 +40,11 @@ def test_everything_public_is_annotated():
     assert seen > len(courier.__all__) // 3, "few functions were looked at"
 
 
-def test_the_page_says_what_comes():
-    flags = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
-    for page in [pathlib.Path("docs/python.md"), pathlib.Path(courier.__file__)]:
-        text = page.read_text(encoding="utf-8")
-        test = doctest.DocTestParser().get_doctest(text, {}, page.name, str(page), 0)
-        assert test.examples, page
-        failed, _ = doctest.DocTestRunner(optionflags=flags).run(test)
-        assert failed == 0, page
+def test_the_page_says_what_comes(page):
+    examples, failed, _ = page
+    assert examples > 20 and failed == 0
+
+
+def test_the_packages_own_example():
+    examples, failed, _ = tried(courier.__file__)
+    assert examples > 1 and failed == 0
