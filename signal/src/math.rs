@@ -18,6 +18,13 @@ pub(crate) struct Constants {
 }
 
 impl Constants {
+    /// For a static, before [`Constants::VALUES`] are put there.
+    pub const ZERO: Self = Self {
+        inverse_sqrt: [0.0; 4],
+        phase: [0.0; 3],
+        round: 0.0,
+    };
+
     pub const VALUES: Self = Self {
         inverse_sqrt: [-0.313_070_83, 1.315_490_9, -2.191_769_7, 2.189_349],
         phase: [0.014_032_675, 0.026_364_435, 0.159_158],

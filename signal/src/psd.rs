@@ -31,6 +31,15 @@ pub(crate) struct CompiledBeacon {
     full_scale: f32,
 }
 
+impl CompiledBeacon {
+    /// Zeros, for a static.
+    pub const ZERO: Self = Self {
+        sum_low_counts: 0,
+        clip_square: 0,
+        full_scale: 0.0,
+    };
+}
+
 impl BeaconLimits {
     /// With tan(psi) at a normalised deflection of 1.
     #[inline] // built with the image, for size

@@ -66,6 +66,14 @@ pub(crate) struct CompiledPair {
 }
 
 impl CompiledPair {
+    /// Zeros, which are no correction: for a static.
+    pub const ZERO: Self = Self {
+        sine_offset: Lanes([0.0; 2]),
+        cosine_offset: Lanes([0.0; 2]),
+        scale: Lanes([0.0; 2]),
+        shear: Lanes([0.0; 2]),
+    };
+
     /// The first pair's correction in both lanes: of two equal lanes the compiler computes one.
     #[inline(always)]
     pub fn first_twice(&self) -> Self {
@@ -128,6 +136,12 @@ pub(crate) struct CounterLimits {
 }
 
 impl CounterLimits {
+    /// For a static.
+    pub const ZERO: Self = Self {
+        slip: 0.0,
+        speed_filter: 0.0,
+    };
+
     /// For the first sample, which cannot slip and has no speed.
     pub const FIRST: Self = Self {
         slip: f32::INFINITY,

@@ -19,7 +19,6 @@ use crate::maps::Writing;
 use crate::model::{ErrorModel, TermTable, most_further_rows};
 use crate::quadrature::PairCorrection;
 use crate::settings::Settings;
-use crate::step::StepConfig;
 use crate::swap::SwapSender;
 use crate::teeth::Grid;
 use embedded_storage::nor_flash::NorFlash;
@@ -278,13 +277,7 @@ impl<'q, 'c, F: NorFlash> Keeper<'q, 'c, F> {
             return Err(Refusal::TooDear { found, most });
         }
         let spare = self.swap.spare().map_err(|_| Refusal::SwapBusy)?;
-        match StepConfig::build(&self.settings) {
-            Ok(config) => {
-                *spare = config;
-                Ok(())
-            }
-            Err(_) => Err(INVALID),
-        }
+        spare.set(&self.settings).map_err(|_| INVALID)
     }
 
     /// Hands the prepared set to the interrupt.

@@ -23,7 +23,7 @@ where
     let mut config = SessionConfig::default();
     set_visits(order, &mut config.visits, rate_hz(background));
     config.target_deviation_m = order.target_deviation_m;
-    background.calibrate(config, errand_of(order))
+    background.calibrate(&mut config, errand_of(order))
 }
 
 /// A joint session as ordered, over the defaults of [`JointConfig`].
@@ -39,7 +39,7 @@ where
 {
     let mut config = JointConfig::default();
     set_visits(order, &mut config.visits, rate_hz(background));
-    background.calibrate_joint(config, errand_of(order))
+    background.calibrate_joint(&mut config, errand_of(order))
 }
 
 fn errand_of(order: &CalibrateOrder) -> Errand {

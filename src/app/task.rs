@@ -119,7 +119,7 @@ impl Task {
     /// # Errors
     /// [`StartError`]; no session runs then.
     #[inline(never)]
-    pub fn start(&mut self, config: SessionConfig) -> Result<(), StartError> {
+    pub fn start(&mut self, config: &SessionConfig) -> Result<(), StartError> {
         match self {
             Self::Platen(session) => session.start(config),
             _ => Err(StartError::Busy),
@@ -131,7 +131,7 @@ impl Task {
     /// # Errors
     /// [`StartError`]; no session runs then.
     #[inline(never)]
-    pub fn start_joint(&mut self, config: JointConfig) -> Result<(), StartError> {
+    pub fn start_joint(&mut self, config: &mut JointConfig) -> Result<(), StartError> {
         match self {
             Self::Joint(session) => session.start(config),
             _ => Err(StartError::Busy),

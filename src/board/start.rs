@@ -43,8 +43,10 @@ static TASK: Once<Task> = Once::new(Task::Idle);
 static WATCHER: Once<Watcher> = Once::new(Watcher::new());
 
 /// Both sets of coefficients.
-static CONFIGS: Once<[MaybeUninit<StepConfig>; 2]> =
-    Once::new([const { MaybeUninit::uninit() }; 2]);
+static CONFIGS: Once<Configurations> = Once::new([StepConfig::UNSET; 2]);
+
+/// In force, and spare.
+pub type Configurations = [StepConfig; 2];
 
 /// The firmware's parts, connected.
 pub struct Ends<S: 'static, F: 'static> {
@@ -117,8 +119,8 @@ pub fn connect<S, F>(
     place: BackgroundPlace<S, F>,
     parts: (S, F),
     (rings, stream): (Rings, Stream),
-    board: &str,
-    device: Device,
+    sets: &'static mut Configurations,
+    (board, device): (&str, Device),
     mut report: StartReport,
 ) -> Ends<S, F>
 where
@@ -129,7 +131,21 @@ where
     if report.health.memory != MemoryTest::Passed {
         defmt::error!("memory does not keep what is written");
     }
-    let sets = configurations();
+    let (console, orders) = introduced(rings, board, device, report);
+    assemble(place, parts, sets, (console, orders, stream), device)
+}
+
+/// The console of a board that says who it is, in its place, and the orders that it passes to the intake.
+#[inline(never)]
+fn introduced(
+    rings: Rings,
+    board: &str,
+    device: Device,
+    report: StartReport,
+) -> (
+    &'static mut Console<'static, Rings>,
+    Consumer<'static, StreamOrder>,
+) {
     let hello = Hello {
         protocol: PROTOCOL,
         firmware: String::try_from(env!("CARGO_PKG_VERSION")).unwrap_or_default(),
@@ -145,7 +161,7 @@ where
     let console = console
         .expect("called once")
         .write(Console::new(rings, streams, hello, report));
-    assemble(place, parts, sets, (console, orders, stream), device)
+    (console, orders)
 }
 
 /// The console, and what the intake needs of the link.
@@ -162,11 +178,11 @@ fn own_settings() -> Settings {
     }
 }
 
-#[inline(never)] // what this takes of the stack, `configurations` may take as well
+#[inline(never)] // what this takes of the stack, `introduced` may take as well
 fn assemble<S, F>(
     place: BackgroundPlace<S, F>,
     (serial, flash): (S, F),
-    [active, spare]: [&'static mut StepConfig; 2],
+    [active, spare]: &'static mut Configurations,
     (console, orders, stream): LinkEnds,
     device: Device,
 ) -> Ends<S, F>
@@ -208,21 +224,20 @@ where
     }
 }
 
+/// Both sets of coefficients by the board's own settings. To be called once, and before [`connect`]: what it takes of the stack does not
+/// come on top of that.
+///
+/// # Panics
+/// On a second call.
 #[inline(never)]
-fn configurations() -> [&'static mut StepConfig; 2] {
+pub fn configurations() -> &'static mut Configurations {
     let settings = own_settings();
-    let places = CONFIGS.take().expect("called once").each_mut();
-    places.map(|place| configure(place, &settings))
-}
-
-#[inline(never)] // one set on the stack at a time
-fn configure<'p>(
-    place: &'p mut MaybeUninit<StepConfig>,
-    settings: &Settings,
-) -> &'p mut StepConfig {
-    // Without the error's own text: its numbers would bring float formatting into the image.
-    match StepConfig::build(settings) {
-        Ok(set) => place.write(set),
-        Err(_) => panic!("the board's own settings are out of range"),
+    let sets = CONFIGS.take().expect("called once");
+    for set in &mut *sets {
+        // Without the error's own text: its numbers would bring float formatting into the image.
+        if set.set(&settings).is_err() {
+            panic!("the board's own settings are out of range");
+        }
     }
+    sets
 }

@@ -24,6 +24,7 @@ pub struct SessionConfig {
 
 impl Default for SessionConfig {
     /// The paper's 3.1.2: 1000 poses over ten pitches and ±0.5°.
+    #[inline(never)] // as for the joint calibration's
     fn default() -> Self {
         let geometry = Geometry::PAPER;
         Self {

@@ -28,20 +28,20 @@ impl Regression {
     /// Fits what can be fitted of `model`'s terms; `None` if these are more than six, or none.
     #[must_use]
     pub fn new(geometry: &Geometry, model: &ErrorModel) -> Option<Self> {
-        let mut held = model.clone();
-        held.constants_m = [0.0; SEGMENTS];
-        let mut fitted = heapless::Vec::new();
-        for (index, (term, rows)) in model.terms.iter().zip(&mut held.coefficients).enumerate() {
+        let mut new = Self {
+            geometry: *geometry,
+            held: model.clone(),
+            fitted: heapless::Vec::new(),
+        };
+        new.held.constants_m = [0.0; SEGMENTS];
+        let rows = &mut new.held.coefficients;
+        for (index, (term, rows)) in model.terms.iter().zip(rows).enumerate() {
             if of_own_phase(term) {
-                fitted.push(index as u8).ok()?;
+                new.fitted.push(index as u8).ok()?;
                 *rows = [[0.0; 2]; SEGMENTS];
             }
         }
-        (!fitted.is_empty()).then_some(Self {
-            geometry: *geometry,
-            held,
-            fitted,
-        })
+        (!new.fitted.is_empty()).then_some(new)
     }
 
     /// Number of unknowns.

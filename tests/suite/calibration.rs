@@ -16,7 +16,7 @@ fn seeded(poses: u32, seed: u64) -> SessionConfig {
 /// those alone that it wants.
 fn run_settling(all: bool) -> (Outcome, u32) {
     let (mut courier, mut session) = (Courier::new(3, 3.0e-6, 0.5e-6), Box::new(Session::idle()));
-    session.start(seeded(60, 3)).unwrap();
+    session.start(&seeded(60, 3)).unwrap();
     let (mut outputs, mut left, mut given) = ([0.0; 4], 0, 0);
     while session.is_running() {
         if let Some(Action::Go(pose)) = session.poll() {

@@ -160,7 +160,7 @@ fn motion_that_cannot_determine_the_coefficients_is_refused() {
 fn too_few_poses_are_refused() {
     let few = short_session(LEAST_POSES - 1);
     assert_eq!(
-        Session::idle().start(few),
+        Session::idle().start(&few),
         Err(StartError::Range(OutOfRange {
             name: "poses",
             value: 48.0,
@@ -230,17 +230,17 @@ fn what_cannot_be_started_is_named_and_a_running_session_goes_on() {
     bad.visits.frame_noise_m = f32::NAN;
     assert!(
         session
-            .start(bad)
+            .start(&bad)
             .unwrap_err()
             .to_string()
             .starts_with("frame_noise_m is NaN, wanted")
     );
     assert!(!session.is_running());
-    session.start(short_session(100)).unwrap();
-    assert_eq!(session.start(short_session(100)), Err(StartError::Busy));
+    session.start(&short_session(100)).unwrap();
+    assert_eq!(session.start(&short_session(100)), Err(StartError::Busy));
     session.abort();
     assert_eq!(session.outcome().unwrap().result, Err(Refusal::Aborted));
     assert_eq!(session.poll(), Some(Action::Stop));
-    session.start(short_session(100)).unwrap();
+    session.start(&short_session(100)).unwrap();
     assert!(session.outcome().is_none());
 }

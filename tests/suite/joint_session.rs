@@ -229,11 +229,11 @@ fn motion_and_geometry_refusals() {
     }
     let mut millimetres = config();
     millimetres.geometry.lever_m[0] = 90.0;
-    let error = JointSession::idle().start(millimetres).unwrap_err();
+    let error = JointSession::idle().start(&mut millimetres).unwrap_err();
     assert_eq!(error.to_string(), "lever_m[0] is 90, wanted -1 to 1");
     let mut session = Box::new(JointSession::idle());
-    session.start(config()).unwrap();
-    assert_eq!(session.start(config()), Err(StartError::Busy));
+    session.start(&mut config()).unwrap();
+    assert_eq!(session.start(&mut config()), Err(StartError::Busy));
     session.abort();
     assert_eq!(session.outcome().unwrap().result, Err(Refusal::Aborted));
 }

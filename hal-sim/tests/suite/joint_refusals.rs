@@ -51,7 +51,10 @@ fn run(
         speed_m_per_s: SELF_MOTION_M_PER_S,
         commit: false,
     };
-    board.background.calibrate_joint(config, errand).unwrap();
+    board
+        .background
+        .calibrate_joint(&mut config, errand)
+        .unwrap();
     for sample in 0..2_000_000 {
         board.world.with_courier(|courier| change(sample, courier));
         board.sample();

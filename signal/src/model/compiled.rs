@@ -31,7 +31,7 @@ pub(crate) struct OwnPolynomial {
 
 impl OwnPolynomial {
     /// No errors.
-    const ZERO: Self = Self {
+    pub const ZERO: Self = Self {
         even: [Lanes([0.0; 2]); 4],
         odd: [Lanes([0.0; 2]); 3],
         sine: Lanes([0.0; 2]),
@@ -68,40 +68,31 @@ impl OwnPolynomial {
     }
 }
 
-/// An [`ErrorModel`] as the interrupt applies it.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct CompiledModel {
-    /// Equation (3): segments 1 and 3, 2 and 4.
-    pub own: [OwnPolynomial; 2],
-    pub further: Further,
-}
-
-impl CompiledModel {
-    /// Sorts the rows into the dense part and the list; coefficients in turns.
+impl Further {
+    /// Takes up a model's rows beyond equation (3), coefficients in turns, in place of what was there: a list is a kilobyte. Returns
+    /// equation (3), segments 1 and 3, 2 and 4. Without a model there are no errors.
     #[inline] // built with the image, for size
-    pub fn new(model: &ErrorModel, pitch_m: f32) -> Self {
+    pub fn set(&mut self, model: Option<&ErrorModel>, pitch_m: f32) -> [OwnPolynomial; 2] {
+        self.clear();
+        let Some(model) = model else {
+            return [OwnPolynomial::ZERO; 2];
+        };
         let per_pitch = 1.0 / pitch_m;
         let mut harmonics = [[[0.0; 2]; 4]; SEGMENTS];
-        // Filled in its place: a list is a kilobyte.
-        let mut compiled = Self {
-            own: [OwnPolynomial::ZERO; 2],
-            further: Further::default(),
-        };
         for (term, rows) in model.terms.iter().zip(&model.coefficients) {
             let rows = rows.map(|row| row.map(|k| k * per_pitch));
             match OWN_ORDERS.iter().position(|&n| *term == Term::own(n)) {
                 Some(order) => (0..SEGMENTS).for_each(|i| harmonics[i][order] = rows[i]),
-                None => compiled.further.add(*term, rows),
+                None => self.add(*term, rows),
             }
         }
-        for (p, own) in compiled.own.iter_mut().enumerate() {
+        from_fn(|p| {
             let lanes = |of: &dyn Fn(usize) -> f32| Lanes([of(p), of(p + 2)]);
-            *own = OwnPolynomial::new(
+            OwnPolynomial::new(
                 lanes(&|i| model.constants_m[i] * per_pitch),
                 from_fn(|order| from_fn(|part| lanes(&|i| harmonics[i][order][part]))),
-            );
-        }
-        compiled
+            )
+        })
     }
 }
 

@@ -108,6 +108,20 @@ pub(crate) struct Further {
 }
 
 impl Further {
+    /// No terms.
+    pub const NONE: Self = Self {
+        has_lateral: false,
+        lateral: [[0.0; 2]; SEGMENTS],
+        rows: Vec::new(),
+    };
+
+    /// Forgets all of them.
+    pub fn clear(&mut self) {
+        self.has_lateral = false;
+        self.lateral = [[0.0; 2]; SEGMENTS];
+        self.rows.clear();
+    }
+
     /// Adds a row that is not of equation (3); coefficients in turns.
     #[inline] // built with the image, for size
     pub fn add(&mut self, term: Term, rows: TermCoefficients) {

@@ -11,7 +11,7 @@ mod terms;
 
 pub use basis::{Basis, Observation, SegmentBasis, Unit};
 pub(crate) use basis::{lateral_units, mean_angle_turns};
-pub(crate) use compiled::{CompiledModel, OwnPolynomial};
+pub(crate) use compiled::OwnPolynomial;
 pub use cost::{BACKGROUND_CYCLES, most_further_rows, most_rows_beside_a_map};
 pub(crate) use further::{Further, Phases};
 pub use terms::{

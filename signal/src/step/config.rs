@@ -3,7 +3,7 @@
 use crate::beacon::CompiledBeaconPose;
 use crate::frame::Status;
 use crate::math::{Constants, OCTANTS, Octants};
-use crate::model::{CompiledModel, ErrorModel, Further, OwnPolynomial};
+use crate::model::{Further, OwnPolynomial};
 use crate::psd::CompiledBeacon;
 use crate::quadrature::{CompiledPair, CounterLimits, PairCorrection};
 use crate::settings::{ConfigError, Settings};
@@ -47,66 +47,91 @@ pub struct StepConfig {
 }
 
 impl StepConfig {
+    /// Of zeros, so that a static of it lies in .bss and not in flash; of no use before [`StepConfig::set`].
+    pub const UNSET: Self = Self {
+        pairs: [(CompiledPair::ZERO, OwnPolynomial::ZERO); 2],
+        constants: Constants::ZERO,
+        counter: [CounterLimits::ZERO; 2],
+        square_low: 0,
+        square_high: 0,
+        clip_square: 0,
+        dead_band_m_s: 0.0,
+        parity_turns: 0.0,
+        gap_samples: 0,
+        reach: Reach(0),
+        frozen_mask: 0,
+        frozen_bit: 0,
+        beacon: CompiledBeacon::ZERO,
+        octants: [[0.0; 4]; 8],
+        pitch_m: 0.0,
+        pitch_over_span: 0.0,
+        lateral_over_span: 0.0,
+        beyond_own: false,
+        extended: false,
+        standing_bits: 0,
+        beacon_pose: None,
+        further: Further::NONE,
+    };
+
     /// Checks settings and converts them.
     ///
     /// # Errors
     /// The first setting that is out of range; nothing the interrupt computes with can then overflow.
     #[inline] // built with the image, for size
     pub fn build(settings: &Settings) -> Result<Self, ConfigError> {
+        let mut set = Self::UNSET;
+        set.set(settings)?;
+        Ok(set)
+    }
+
+    /// The same in its place: a set is more than a kilobyte of stack.
+    ///
+    /// # Errors
+    /// As [`StepConfig::build`]; nothing is changed.
+    #[inline] // built with the image, for size
+    pub fn set(&mut self, settings: &Settings) -> Result<(), ConfigError> {
         settings.validate()?;
         let (geometry, limits) = (&settings.geometry, &settings.limits);
         let speed_m_s = geometry.pitch_m * settings.rate_hz;
-        let model = match &settings.model {
-            Some(model) => CompiledModel::new(model, geometry.pitch_m),
-            None => without_model(),
-        };
-        let beacon_pose = settings.beacon.map(|beacon| beacon.compile(geometry));
-        let extended = settings.track_direction || model.further.has_rows();
-        let pair = |p: usize| PairCorrection::compile([&settings.pairs[p], &settings.pairs[p + 2]]);
         let square_bits = |amplitude: f32| (amplitude * amplitude).to_bits();
+        let own = self.further.set(settings.model.as_ref(), geometry.pitch_m);
+        for (p, (pair, polynomial)) in self.pairs.iter_mut().enumerate() {
+            *pair = PairCorrection::compile([&settings.pairs[p], &settings.pairs[p + 2]]);
+            *polynomial = own[p];
+        }
+        (self.constants, self.octants) = (Constants::VALUES, OCTANTS);
+        self.counter = [
+            CounterLimits {
+                slip: limits.slip_turns,
+                speed_filter: 0.5 * limits.speed_filter * speed_m_s,
+            },
+            CounterLimits::FIRST,
+        ];
+        self.square_low = square_bits(limits.amplitude_low_counts);
+        self.square_high = square_bits(limits.amplitude_high_counts);
+        self.clip_square = i32::from(limits.clip_counts) * i32::from(limits.clip_counts) - 1;
+        self.dead_band_m_s = limits.direction_dead_band_m_s;
+        self.parity_turns = limits.parity_turns;
+        self.gap_samples = limits.gap_samples.into();
+        self.reach = Reach::new(1.0 / speed_m_s);
+        self.frozen_mask = u32::from(limits.frozen_samples / 4).wrapping_sub(1);
+        self.frozen_bit = match limits.frozen_samples {
+            0 => 0,
+            _ => Status::FROZEN.bits(),
+        };
+        self.beacon = limits.beacon.compile(geometry.tan_full_scale);
         let mut standing = Status::empty();
         standing.set(Status::UNCALIBRATED, settings.model.is_none());
         standing.set(Status::CALIBRATION_DRIFT, settings.drifted);
-        Ok(Self {
-            pairs: [(pair(0), model.own[0]), (pair(1), model.own[1])],
-            constants: Constants::VALUES,
-            counter: [
-                CounterLimits {
-                    slip: limits.slip_turns,
-                    speed_filter: 0.5 * limits.speed_filter * speed_m_s,
-                },
-                CounterLimits::FIRST,
-            ],
-            octants: OCTANTS,
-            square_low: square_bits(limits.amplitude_low_counts),
-            square_high: square_bits(limits.amplitude_high_counts),
-            clip_square: i32::from(limits.clip_counts) * i32::from(limits.clip_counts) - 1,
-            dead_band_m_s: limits.direction_dead_band_m_s,
-            parity_turns: limits.parity_turns,
-            gap_samples: limits.gap_samples.into(),
-            reach: Reach::new(1.0 / speed_m_s),
-            frozen_mask: u32::from(limits.frozen_samples / 4).wrapping_sub(1),
-            frozen_bit: if limits.frozen_samples == 0 {
-                0
-            } else {
-                Status::FROZEN.bits()
-            },
-            beacon: limits.beacon.compile(geometry.tan_full_scale),
-            standing_bits: standing.bits(),
-            beacon_pose,
-            beyond_own: extended || model.further.has_lateral || beacon_pose.is_some(),
-            extended,
-            further: model.further,
-            pitch_m: geometry.pitch_m,
-            pitch_over_span: geometry.pitch_m / geometry.span_m,
-            lateral_over_span: geometry.lateral_m / geometry.span_m,
-        })
+        self.standing_bits = standing.bits();
+        self.beacon_pose = settings.beacon.map(|beacon| beacon.compile(geometry));
+        self.extended = settings.track_direction || self.further.has_rows();
+        self.beyond_own = self.extended || self.further.has_lateral || self.beacon_pose.is_some();
+        self.pitch_m = geometry.pitch_m;
+        self.pitch_over_span = geometry.pitch_m / geometry.span_m;
+        self.lateral_over_span = geometry.lateral_m / geometry.span_m;
+        Ok(())
     }
-}
-
-#[inline(never)] // the empty model is a kilobyte of stack
-fn without_model() -> CompiledModel {
-    CompiledModel::new(&ErrorModel::default(), 1.0)
 }
 
 /// How far 1 m/s goes between the last good sample and this one, in turns, as bits; negative for the first sample.

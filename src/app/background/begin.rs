@@ -23,7 +23,7 @@ where
     /// # Errors
     /// [`Refusal`]; nothing is changed.
     #[inline(never)]
-    pub fn calibrate(&mut self, mut config: SessionConfig, errand: Errand) -> Result<(), Refusal> {
+    pub fn calibrate(&mut self, config: &mut SessionConfig, errand: Errand) -> Result<(), Refusal> {
         self.may_calibrate()?;
         config.geometry = self.keeper.settings().geometry;
         config.validate().map_err(out_of_range)?;
@@ -43,7 +43,7 @@ where
     #[inline(never)]
     pub fn calibrate_joint(
         &mut self,
-        mut config: JointConfig,
+        config: &mut JointConfig,
         errand: Errand,
     ) -> Result<(), Refusal> {
         self.may_calibrate()?;

@@ -144,7 +144,9 @@ impl Board for Emulated {
 /// Start-up and main loop.
 pub fn main() -> ! {
     let post = Post::new(BACKGROUND);
-    let (background, console) = set_up(post);
+    guard::start();
+    let sets = start::configurations();
+    let (background, console) = set_up(post, sets);
     clock::start_sampling(RATE_HZ);
     hang::start(TICK_HZ);
     main_loop::run(Emulated { post }, background, console)
@@ -157,8 +159,7 @@ type Halves = (
 
 /// Everything but the sampling instants. A function of its own: the main loop's stack begins where this one's began.
 #[inline(never)]
-fn set_up(post: Post) -> Halves {
-    guard::start();
+fn set_up(post: Post, sets: &'static mut start::Configurations) -> Halves {
     clock::start_counter();
     let mut number = *b"emulated\0\0\0\0"; // unless the host says another
     let _ = post.ask(Operation::Boot, 0, &[], &mut number);
@@ -185,7 +186,14 @@ fn set_up(post: Post) -> Halves {
         sampler,
         background,
         console,
-    } = start::connect(place, parts, rings, "emulated", Device(number), report);
+    } = start::connect(
+        place,
+        parts,
+        rings,
+        sets,
+        ("emulated", Device(number)),
+        report,
+    );
     clock::start_watchdog(WATCHDOG_MS * 1000);
     // SAFETY: the interrupt is enabled afterwards.
     unsafe {

@@ -262,7 +262,12 @@ type Ends = start::Ends<Serial, Flash>;
 /// On a second call.
 pub fn main() -> ! {
     ccm::load();
-    let (background, console, running) = set_up();
+    guard::start();
+    // The first stage has started it; without one, first of all: from here to the main loop are some milliseconds.
+    watchdog::start(WATCHDOG_MS as u16);
+    clocks::start();
+    let sets = start::configurations();
+    let (background, console, running) = set_up(sets);
     offer_updates(background, running);
     let board = G474 {
         samples_seen: 0,
@@ -310,11 +315,7 @@ fn updates(running: &mut Flash, other: &mut Flash) -> &'static mut Updater {
 
 /// Everything but the sampling instants. A function of its own: the main loop's stack begins where this one's began.
 #[inline(never)]
-fn set_up() -> Halves {
-    guard::start();
-    // The first stage has started it; without one, first of all: from here to the main loop are some milliseconds.
-    watchdog::start(WATCHDOG_MS as u16);
-    clocks::start();
+fn set_up(sets: &'static mut start::Configurations) -> Halves {
     pins::start();
     let rings = rtt::start();
     let (mut running, other) = flash::take();
@@ -353,7 +354,14 @@ fn set_up() -> Halves {
         sampler,
         background,
         console,
-    } = start::connect(place, parts, rings, NAME, supervision::device(), report);
+    } = start::connect(
+        place,
+        parts,
+        rings,
+        sets,
+        (NAME, supervision::device()),
+        report,
+    );
     // SAFETY: the interrupts are enabled afterwards.
     unsafe {
         SAMPLING.put(Sampling {

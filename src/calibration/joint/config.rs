@@ -66,6 +66,7 @@ pub struct JointConfig {
 
 impl Default for JointConfig {
     /// The paper's 3.2.1: 1000 poses over two pitches and ±1.5°.
+    #[inline(never)] // a kilobyte is put together, on whose stack the caller's work does not come
     fn default() -> Self {
         let geometry = Geometry::PAPER;
         Self {

@@ -95,11 +95,11 @@ impl Session {
     ///
     /// # Errors
     /// [`StartError`]; nothing is changed.
-    pub fn start(&mut self, config: SessionConfig) -> Result<(), StartError> {
+    pub fn start(&mut self, config: &SessionConfig) -> Result<(), StartError> {
         if self.is_running() {
             return Err(StartError::Busy);
         }
-        valid(&config)?;
+        valid(config)?;
         let regression =
             Regression::new(&config.geometry, &config.model).ok_or(StartError::Terms)?;
         let least = least_poses::least_poses(regression.unknowns() as u32);
@@ -109,7 +109,7 @@ impl Session {
         // The stated noise is an upper bound; a tenth of it is the least that is believed.
         self.fit.reset(regression.unknowns(), 0.1 * parity_noise_m);
         self.planner = Planner::new(config.visits.range, config.visits.seed);
-        self.config = Some((config, regression));
+        self.config = Some((config.clone(), regression));
         self.forget_numbers();
         self.stage = Stage::Origin;
         self.visit.go(RelativePose::default(), 0);

@@ -262,10 +262,10 @@ impl BeaconCourier {
     pub fn run(
         &mut self,
         session: &mut JointSession,
-        config: JointConfig,
+        mut config: JointConfig,
         trouble: &Trouble,
     ) -> JointOutcome {
-        session.start(config).unwrap();
+        session.start(&mut config).unwrap();
         let start = [
             self.origin_m[0] + self.lever_m[0],
             self.origin_m[1] + self.lever_m[1],

@@ -119,7 +119,7 @@ impl Courier {
 
     /// Runs a session to its end; returns the outcome and the number of poses asked for.
     pub fn run(&mut self, session: &mut Session, config: SessionConfig) -> (Outcome, u32) {
-        session.start(config).unwrap();
+        session.start(&config).unwrap();
         let mut outputs = [0.0; 4];
         let mut count = 0;
         while session.is_running() {

@@ -102,7 +102,7 @@ impl JointSession {
     ///
     /// # Errors
     /// [`StartError`]; nothing is changed.
-    pub fn start(&mut self, mut config: JointConfig) -> Result<(), StartError> {
+    pub fn start(&mut self, config: &mut JointConfig) -> Result<(), StartError> {
         if self.is_running() {
             return Err(StartError::Busy);
         }
@@ -116,7 +116,7 @@ impl JointSession {
             values,
             accepted: Groups::empty(),
         };
-        self.config = Some((config, constraints));
+        self.keep(config, constraints);
         self.buffer.clear();
         self.reports.clear();
         (self.done, self.lost, self.is_trying) = (0, 0, false);
@@ -126,6 +126,11 @@ impl JointSession {
         self.stage = Stage::Origin;
         self.visit.go(RelativePose::default(), 0);
         Ok(())
+    }
+
+    #[inline(never)] // a copy is a kilobyte of stack
+    fn keep(&mut self, config: &JointConfig, constraints: Constraints) {
+        self.config = Some((config.clone(), constraints));
     }
 
     /// Nothing under way, whatever there was: in place, and of use also where the memory was just cleared.
