@@ -20,7 +20,7 @@ def courier(command, *words):
     """Runs the command; its one line of refusal is the error."""
     ran = subprocess.run([command, "fleet", *map(str, words)], capture_output=True, text=True)
     if ran.returncode != 0:
-        raise RuntimeError(ran.stderr.strip())
+        raise RuntimeError(ran.stderr.strip() or f"courier fleet ended with {ran.returncode}")
     return ran.stdout
 
 

@@ -178,11 +178,14 @@ def encoder(
     pitch_m: Optional[float] = None,
     periods_per_turn: Optional[int] = None,
     segment: Optional[int] = None,
+    dbc: Optional[Path] = None,
+    rows_of: Optional[str] = None,
 ) -> Encoder:
     """The errors of one encoder from its own log, without a reference.
 
-    ``log`` is a CSV log or a recording. ``columns`` says where a column comes from, as ``{"t_s": "time:ms", "q1s": "sin"}``;
+    ``log`` is a log as ``courier convert`` reads it, or a recording. ``columns`` says where a column comes from, as ``{"t_s": "time:ms", "q1s": "sin"}``;
     ``rate_hz`` is for logs without time, ``pitch_m`` the length of a signal period, ``periods_per_turn`` that of a shaft.
+    ``dbc`` names the signals of a candump log, ``rows_of`` the messages that make the rows.
     """
     words = _words(
         column=[f"{target}={source}" for target, source in (columns or {}).items()],
@@ -190,6 +193,8 @@ def encoder(
         pitch=None if pitch_m is None else f"{pitch_m!r}m",
         periods_per_turn=periods_per_turn,
         segment=segment,
+        dbc=None if dbc is None else os.fspath(dbc),
+        rows_of=rows_of,
     )
     text, told, constants = _native.encoder(words + ["--", os.fspath(log)])
     return made(Encoder, text, told, constants=Constants(*constants))

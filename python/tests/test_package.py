@@ -2,6 +2,7 @@
 
 import inspect
 import pathlib
+import re
 import sys
 
 import courier
@@ -21,6 +22,33 @@ def test_everything_public_is_documented():
     for name in courier.__all__:
         one = getattr(courier, name)
         assert one.__doc__ and not one.__doc__.startswith(f"{name}("), name
+
+
+# Options of the command that a function has under another name, or in another way.
+OTHERWISE = {
+    "--json": "to_json()",
+    "--help": "help()",
+    "--model": "the answer's model",
+    "--report": "report",
+    "--out": "diagnose_many; to_json()",
+    "--force": "nothing is written",
+    "--jobs": "diagnose_many",
+    "--form": "the answer's constants",
+    "--explain": "not there yet",
+    "--column": "columns",
+    "--pitch": "pitch_m",
+    "--travel": "travel_pitches",
+}
+
+
+def test_every_option_of_the_commands_is_there(command):
+    for name in ("diagnose", "check", "replay", "isolability", "encoder"):
+        options = set(re.findall(r"^ +(?:-\w, )?(--[\w-]+)", command.says(name, "--help"), re.MULTILINE))
+        # Which board: of commands that need one.
+        options -= set(re.findall(r"--(?:sim|probe|emulated|chip)[\w-]*", " ".join(options)))
+        here = {"--" + argument.replace("_", "-") for argument in inspect.signature(getattr(courier, name)).parameters}
+        assert "--json" in options
+        assert options - here - set(OTHERWISE) == set(), name
 
 
 def functions_of(one):

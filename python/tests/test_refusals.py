@@ -56,6 +56,7 @@ def test_options(command):
         (lambda: courier.isolability(poses=0), ["isolability", "--poses", "0"]),
         (lambda: courier.isolability(plan="good"), ["isolability", "--plan", "good"]),
         (lambda: courier.encoder(LOG, segment=5), ["encoder", LOG, "--segment", "5"]),
+        (lambda: courier.encoder(LOG, dbc="none.dbc"), ["encoder", LOG, "--dbc", "none.dbc"]),
         (lambda: courier.encoder(LOG, columns={"q1s": "none"}), ["encoder", LOG, "--column", "q1s=none"]),
     ]:
         with pytest.raises(courier.InputError) as refused:

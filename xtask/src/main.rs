@@ -70,6 +70,11 @@ const TASKS: &[Task] = &[
         Work::Alone(parquet::nightly),
     ),
     (
+        "ray",
+        "nightly: the examples on Ray, on two workers of which one is killed",
+        Work::Alone(python::on_ray),
+    ),
+    (
         "bench",
         "the cost table, measured on the emulated Cortex-M4F (--json), then accuracy figures and throughput on this host",
         Work::With(bench::run),

@@ -14,73 +14,97 @@ use std::process::{Command, Stdio};
 /// What builds the wheel and what tests it. The oldest that are meant to work stand in `python/pyproject.toml`.
 const PACKAGES: [&str; 5] = ["maturin>=1.8,<2", "numpy", "pandas", "pyarrow", "pytest"];
 
+/// What is done in an environment: its name, the packages beside [`PACKAGES`], and the tests.
+struct Job {
+    name: &'static str,
+    packages: &'static [&'static str],
+    tests: &'static str,
+}
+
 /// Builds, installs and tests the wheel.
 ///
 /// # Errors
 /// It does not compile, a test fails, or Python or its packages cannot be had where CI is set.
 pub fn check() -> Result<()> {
-    let folder = root().join("target/python");
-    if folder.exists() {
-        std::fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    Job {
+        name: "python",
+        packages: &[],
+        tests: "python/tests",
     }
-    std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
-    let python = match environment(&folder) {
-        Ok(python) => python,
-        Err(error) => {
-            ensure!(std::env::var_os("CI").is_none(), "{error:#}");
-            eprintln!("python: SKIPPED, nothing of the package was tested: {error:#}");
-            return Ok(());
-        }
-    };
-    let wheel = wheel(&python, &folder)?;
-    run(pip(&python).args(["--no-deps", "--no-index"]).arg(wheel))?;
-    run(&mut cargo(&[
-        "build",
-        "--quiet",
-        "--profile",
-        "checked",
-        "--package",
-        "courier",
-    ]))?;
-    run(Command::new(&python)
-        .args([
-            "-m",
-            "pytest",
-            "--rootdir",
-            "python",
-            "--config-file",
-            "python/pyproject.toml",
-        ])
-        .arg("python/tests")
-        .current_dir(root())
-        .env("COURIER_COMMAND", root().join("target/checked/courier"))
-        .env("PYTHONDONTWRITEBYTECODE", "1"))
+    .run()
 }
 
-/// A fresh environment with the packages; its interpreter.
-fn environment(folder: &Path) -> Result<PathBuf> {
-    let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
-    let place = folder.join("environment");
-    let make = || {
-        let made = Command::new(&python)
-            .args(["-m", "venv"])
-            .arg(&place)
-            .stdout(Stdio::null())
-            .status();
-        made.is_ok_and(|status| status.success())
-    };
-    if !make() {
-        // Debian's Python comes without.
-        arm::install(&["python3-venv"])?;
-        ensure!(
-            make(),
-            "{}: found no way to make a virtual environment",
-            python.display()
-        );
+/// The examples on Ray, with a worker that is killed. Part of `cargo xtask nightly`, and alone `cargo xtask ray`.
+///
+/// # Errors
+/// As [`check`].
+pub fn on_ray() -> Result<()> {
+    crate::permission::grant();
+    Job {
+        name: "ray",
+        packages: &["ray"],
+        tests: "python/nightly",
     }
-    let python = place.join("bin/python");
-    run(pip(&python).args(PACKAGES)).context("packages of Python")?;
-    Ok(python)
+    .run()
+}
+
+impl Job {
+    fn run(&self) -> Result<()> {
+        let folder = root().join("target").join(self.name);
+        if folder.exists() {
+            std::fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
+        }
+        std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+        let python = match self.environment(&folder) {
+            Ok(python) => python,
+            Err(error) => {
+                ensure!(std::env::var_os("CI").is_none(), "{error:#}");
+                let name = self.name;
+                eprintln!("{name}: SKIPPED, nothing of it was tested: {error:#}");
+                return Ok(());
+            }
+        };
+        let wheel = wheel(&python, &folder)?;
+        run(pip(&python).args(["--no-deps", "--no-index"]).arg(wheel))?;
+        let words = "build --quiet --profile checked --package courier";
+        run(&mut cargo(&words.split(' ').collect::<Vec<_>>()))?;
+        let words = "-m pytest --rootdir python --config-file python/pyproject.toml";
+        run(Command::new(&python)
+            .args(words.split(' '))
+            .arg(self.tests)
+            .current_dir(root())
+            .env("COURIER_COMMAND", root().join("target/checked/courier"))
+            // Ray keeps a token there.
+            .env("HOME", &folder)
+            .env("PYTHONDONTWRITEBYTECODE", "1"))
+    }
+
+    /// A fresh environment with the packages; its interpreter.
+    fn environment(&self, folder: &Path) -> Result<PathBuf> {
+        let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
+        let place = folder.join("environment");
+        let make = || {
+            let made = Command::new(&python)
+                .args(["-m", "venv"])
+                .arg(&place)
+                .stdout(Stdio::null())
+                .status();
+            made.is_ok_and(|status| status.success())
+        };
+        if !make() {
+            // Debian's Python comes without.
+            arm::install(&["python3-venv"])?;
+            ensure!(
+                make(),
+                "{}: found no way to make a virtual environment",
+                python.display()
+            );
+        }
+        let python = place.join("bin/python");
+        let packages = PACKAGES.iter().chain(self.packages);
+        run(pip(&python).args(packages)).context("packages of Python")?;
+        Ok(python)
+    }
 }
 
 /// `pip install` of an environment. What is installed is used a few times, and is not compiled beforehand.

@@ -273,7 +273,8 @@ pub fn nightly() -> Result<()> {
     let emulated = on_emulated_board(Which::Nightly);
     let faults = checked("faults brought in again", chip::nightly);
     let parquet = checked("the command with Parquet", parquet::nightly);
-    let failed = failed + emulated.failed + faults.failed + parquet.failed;
+    let ray = checked("the examples on Ray", python::on_ray);
+    let failed = failed + emulated.failed + faults.failed + parquet.failed + ray.failed;
     ensure!(failed == 0, "{failed} failed");
     Ok(())
 }

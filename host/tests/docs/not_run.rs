@@ -48,6 +48,11 @@ const NOT_RUN: &[(&str, &str, &str)] = &[
         "tells how long things take on the machine at hand",
     ),
     (
+        "docs/many-recordings.md",
+        "python examples/diagnose-on-ray/diagnose.py answers recordings/*",
+        "needs Ray; `cargo xtask ray` runs the script",
+    ),
+    (
         "docs/fleet.md",
         "courier fleet c1 --part c1.part                              # each recording by itself",
         "half a minute; `fleet/tests/suite/sums.rs` holds that parts lead to the same",
