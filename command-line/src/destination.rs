@@ -8,7 +8,7 @@ use std::path::PathBuf;
 /// A place for a recording.
 #[derive(Clone, Debug)]
 pub struct Destination {
-    /// The folder, which is made if need be, or a file whose name ends in `.parquet`.
+    /// The folder, which is made if need be, or a file whose name ends in `.parquet` or `.mcap`.
     pub folder: PathBuf,
     /// Whether a recording that is in it is replaced.
     pub force: bool,
@@ -48,9 +48,9 @@ impl Destination {
         } else {
             Existing::Refuse
         };
-        let created = match recordings::is_file(&self.folder) {
-            true => recordings::form::create(&self.folder, meta, existing, logged),
-            false => Writer::create_logging(&self.folder, meta, existing, logged),
+        let created = match recordings::form(&self.folder) {
+            Some(form) => recordings::create(form, &self.folder, meta, existing, logged),
+            None => Writer::create_logging(&self.folder, meta, existing, logged),
         };
         created.map_err(|error| {
             let hint = if self.force || !self.folder.exists() {

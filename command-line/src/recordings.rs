@@ -1,87 +1,133 @@
-//! A recording by its path, whichever form it has: a folder, or one Parquet file where this build has the feature `parquet`.
+//! A recording by its path, whichever form it has: a folder, or one Parquet or MCAP file where this build has the feature `parquet` or
+//! `mcap`.
 
-use recording::{Error, Recording};
+use recording::{Error, Existing, Meta, Recording, Writer};
 use std::path::Path;
 
-/// What the name of a recording in one file ends in.
-const EXTENSION: &str = "parquet";
-
-/// True of a path that names one file and no folder.
-#[must_use]
-pub fn is_file(path: &Path) -> bool {
-    let ending = path.extension().and_then(|ending| ending.to_str());
-    ending.is_some_and(|ending| ending.eq_ignore_ascii_case(EXTENSION)) && !path.is_dir()
+/// What a recording in one file is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// Its name ends in `.parquet`.
+    Parquet,
+    /// Its name ends in `.mcap`.
+    Mcap,
 }
 
-/// True of a path where a recording is, and no log of another program's. Without the feature a Parquet file is taken for one, so
+/// The form of a path that names one file and no folder, by the end of its name.
+#[must_use]
+pub fn form(path: &Path) -> Option<Form> {
+    let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+    let form = match ending.as_str() {
+        "parquet" => Form::Parquet,
+        "mcap" => Form::Mcap,
+        _ => return None,
+    };
+    (!path.is_dir()).then_some(form)
+}
+
+/// True of a path where a recording is, and no log of another program's. Without its feature a file of one of the forms is taken for one, so
 /// that reading it says what is missing.
 #[must_use]
 pub fn is_recording(path: &Path) -> bool {
-    path.is_dir() || is_file(path) && form::is_recording(path)
+    path.is_dir()
+        || match form(path) {
+            Some(Form::Parquet) => parquet::is_recording(path),
+            Some(Form::Mcap) => mcap::is_recording(path),
+            None => false,
+        }
 }
 
 /// Reads and checks the recording at `path`.
 ///
 /// # Errors
-/// As [`Recording::read`]; a Parquet file and a build that reads none.
+/// As [`Recording::read`]; a file of a form and a build that does not read it.
 pub fn read(path: &Path) -> Result<Recording, Error> {
-    match is_file(path) {
-        true => form::read(path),
-        false => Recording::read(path),
+    match form(path) {
+        Some(Form::Parquet) => parquet::read(path),
+        Some(Form::Mcap) => mcap::read(path),
+        None => Recording::read(path),
     }
 }
 
-/// The file's form, in a build that has it.
-#[cfg(feature = "parquet")]
-pub(crate) mod form {
-    use recording::{Error, Existing, Meta, Writer};
-    use std::path::Path;
-
-    pub(crate) use columnar::{is_recording, read};
-
-    pub(crate) fn create(
-        path: &Path,
-        meta: &Meta,
-        existing: Existing,
-        logged: &[&str],
-    ) -> Result<Writer, Error> {
-        columnar::check_existing(path, existing)?;
-        Ok(Writer::keeping(
-            path,
-            meta,
-            existing,
-            logged,
-            columnar::write,
-        ))
+/// Begins a recording in one file.
+pub(crate) fn create(
+    form: Form,
+    path: &Path,
+    meta: &Meta,
+    existing: Existing,
+    logged: &[&str],
+) -> Result<Writer, Error> {
+    match form {
+        Form::Parquet => parquet::create(path, meta, existing, logged),
+        Form::Mcap => mcap::create(path, meta, existing, logged),
     }
 }
 
-/// What stands in its place where the build has it not.
-#[cfg(not(feature = "parquet"))]
-pub(crate) mod form {
-    use recording::{Error, Existing, Meta, Recording, Writer};
-    use std::path::Path;
+/// One form: that of a crate where the build has its feature, and refusals that say how to have it where not.
+macro_rules! form {
+    ($module:ident, $feature:literal, $library:ident, $named:literal, $with:literal) => {
+        #[cfg(feature = $feature)]
+        mod $module {
+            use recording::{Error, Existing, Meta, Writer};
+            use std::path::Path;
 
-    fn missing(path: &Path) -> Error {
-        Error::new(
-            path,
-            "the name of a Parquet file",
-            "a folder, or a courier with Parquet: `cargo install --path host --features parquet`",
-        )
-    }
+            pub(super) use $library::{is_recording, read};
 
-    pub(crate) fn is_recording(_: &Path) -> bool {
-        true
-    }
+            pub(super) fn create(
+                path: &Path,
+                meta: &Meta,
+                existing: Existing,
+                logged: &[&str],
+            ) -> Result<Writer, Error> {
+                $library::check_existing(path, existing)?;
+                Ok(Writer::keeping(
+                    path,
+                    meta,
+                    existing,
+                    logged,
+                    $library::write,
+                ))
+            }
+        }
 
-    pub(crate) fn read(path: &Path) -> Result<Recording, Error> {
-        Err(missing(path))
-    }
+        #[cfg(not(feature = $feature))]
+        mod $module {
+            use recording::{Error, Existing, Meta, Recording, Writer};
+            use std::path::Path;
 
-    pub(crate) fn create(path: &Path, _: &Meta, _: Existing, _: &[&str]) -> Result<Writer, Error> {
-        Err(missing(path))
-    }
+            fn missing(path: &Path) -> Error {
+                let wanted = concat!(
+                    "a folder, or a courier with ",
+                    $with,
+                    ": `cargo install --path host --features ",
+                    $feature,
+                    "`"
+                );
+                Error::new(path, concat!("the name of ", $named), wanted)
+            }
+
+            pub(super) fn is_recording(_: &Path) -> bool {
+                true
+            }
+
+            pub(super) fn read(path: &Path) -> Result<Recording, Error> {
+                Err(missing(path))
+            }
+
+            pub(super) fn create(
+                path: &Path,
+                _: &Meta,
+                _: Existing,
+                _: &[&str],
+            ) -> Result<Writer, Error> {
+                Err(missing(path))
+            }
+        }
+    };
 }
+
+form!(parquet, "parquet", columnar, "a Parquet file", "Parquet");
+form!(mcap, "mcap", bag, "an MCAP file", "MCAP");
 
 #[cfg(test)]
 mod tests {
@@ -91,16 +137,17 @@ mod tests {
     fn a_name_tells_the_form_and_a_folder_stays_a_folder() {
         let folder = tempfile::tempdir().unwrap();
         for (name, wanted) in [
-            ("a.parquet", true),
-            ("a.PARQUET", true),
-            ("parquet", false),
-            ("a.parquet.csv", false),
+            ("a.parquet", Some(Form::Parquet)),
+            ("a.PARQUET", Some(Form::Parquet)),
+            ("a.mcap", Some(Form::Mcap)),
+            ("parquet", None),
+            ("a.parquet.csv", None),
         ] {
-            assert_eq!(is_file(&folder.path().join(name)), wanted, "{name}");
+            assert_eq!(form(&folder.path().join(name)), wanted, "{name}");
         }
         let odd = folder.path().join("b.parquet");
         std::fs::create_dir(&odd).unwrap();
-        assert!(!is_file(&odd) && is_recording(&odd));
+        assert!(form(&odd).is_none() && is_recording(&odd));
     }
 
     #[test]

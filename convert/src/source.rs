@@ -188,13 +188,20 @@ pub fn names(log: &Log) -> String {
     names.join(", ")
 }
 
-/// The column of this name: as it stands, else capitals or not, else without a unit in brackets; `#3` is the third.
+/// The column of this name: as it stands, else capitals or not, else without a unit in brackets, else by what
+/// stands behind a point, as `angle` for `axis0.angle`; `#3` is the third.
 fn column_named(log: &Log, name: &str) -> Result<Option<usize>, (String, String)> {
     let name = name.trim();
-    let ways: [&dyn Fn(&str) -> bool; 3] = [
+    let ends = |known: &str| {
+        let before = known.len().checked_sub(name.len() + 1)?;
+        let end = known.get(before..)?.strip_prefix('.')?;
+        end.eq_ignore_ascii_case(name).then_some(())
+    };
+    let ways: [&dyn Fn(&str) -> bool; 4] = [
         &|known| known == name,
         &|known| known.eq_ignore_ascii_case(name),
         &|known| name_without_unit(known).eq_ignore_ascii_case(name) && !name.is_empty(),
+        &|known| ends(known).is_some() && !name.is_empty(),
     ];
     for way in ways {
         let mut found = (0..log.columns.len()).filter(|place| way(&log.columns[*place].name));
@@ -321,7 +328,7 @@ mod tests {
     fn log() -> Log {
         Log::read(
             Path::new("log.csv"),
-            "t;stage [mm];a-b:c;twice;twice;V_1\n0;1;2;3;4;5\n1;1;2;3;4;5\n",
+            "t;stage [mm];a-b:c;twice;twice;V_1;axis0.angle\n0;1;2;3;4;5;6\n1;1;2;3;4;5;6\n",
         )
         .unwrap()
     }
@@ -346,6 +353,7 @@ mod tests {
             ("q1s=a-b:c:V-2", 2, "V", 0.0),
             ("q1s=#4", 3, "counts", 3.0),
             ("ref_x_m=stage:turn/2", 1, "turn", 0.5),
+            ("q1s=angle*2", 6, "counts", 12.0),
         ] {
             let (at, name, values) = found(text).unwrap();
             assert_eq!((at, name), (column, unit), "{text}");

@@ -13,8 +13,9 @@ fn long_version() -> String {
     let told = |is_in: bool| if is_in { "built in" } else { "not built in" };
     let probes = told(cfg!(feature = "probe"));
     let parquet = told(cfg!(feature = "parquet"));
+    let mcap = told(cfg!(feature = "mcap"));
     format!(
-        "{}\nlink protocol {PROTOCOL}, calibration records {RECORD}, recordings of schema {SCHEMA}\ndebug probes {probes}, Parquet {parquet}; {} on {}",
+        "{}\nlink protocol {PROTOCOL}, calibration records {RECORD}, recordings of schema {SCHEMA}\ndebug probes {probes}, Parquet {parquet}, MCAP {mcap}; {} on {}",
         env!("CARGO_PKG_VERSION"),
         std::env::consts::OS,
         std::env::consts::ARCH,

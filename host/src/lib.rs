@@ -24,6 +24,7 @@ pub mod learned;
 pub mod live;
 pub mod logs;
 pub mod many;
+mod monitor_file;
 pub mod provenance;
 pub mod recorder;
 pub mod replay;

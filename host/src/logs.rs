@@ -1,7 +1,7 @@
-//! Logs of other programs: texts and the files that `convert` knows, and Parquet files where this build has the feature.
+//! Logs of other programs: texts and the files that `convert` knows, and Parquet and MCAP files where this build has their features.
 
 use crate::output::Files;
-use crate::recordings;
+use crate::recordings::{self, Form};
 use anyhow::{Context, Result};
 use convert::{Asked, Beside, Log};
 use std::path::{Path, PathBuf};
@@ -54,22 +54,40 @@ impl Reading {
 /// # Errors
 /// It cannot be read, or is no table, or needs something that is not stated.
 pub fn read(path: &Path, reading: &Reading, asked: &[Asked]) -> Result<Log> {
-    if recordings::is_file(path) {
-        return columns(path);
+    let beside = reading.beside(asked)?;
+    match recordings::form(path) {
+        Some(Form::Parquet) => return parquet(path),
+        Some(Form::Mcap) => return mcap(path, &beside),
+        None => {}
     }
     let bytes = std::fs::read(path)
         .with_context(|| format!("{}: wanted a readable log, or a recording", path.display()))?;
-    Ok(convert::read_with(path, &bytes, &reading.beside(asked)?)?)
+    Ok(convert::read_with(path, &bytes, &beside)?)
 }
 
 #[cfg(feature = "parquet")]
-fn columns(path: &Path) -> Result<Log> {
+fn parquet(path: &Path) -> Result<Log> {
     Ok(columnar::log(path)?)
 }
 
-/// Such a file is taken for a recording, which this build does not read either.
 #[cfg(not(feature = "parquet"))]
-fn columns(path: &Path) -> Result<Log> {
+fn parquet(path: &Path) -> Result<Log> {
+    unread(path)
+}
+
+#[cfg(feature = "mcap")]
+fn mcap(path: &Path, beside: &Beside) -> Result<Log> {
+    Ok(bag::log(path, beside)?)
+}
+
+#[cfg(not(feature = "mcap"))]
+fn mcap(path: &Path, _: &Beside) -> Result<Log> {
+    unread(path)
+}
+
+/// Such a file is taken for a recording, which this build does not read either.
+#[cfg(not(all(feature = "parquet", feature = "mcap")))]
+fn unread(path: &Path) -> Result<Log> {
     Err(recordings::read(path).err().map_or_else(
         || anyhow::anyhow!("{}: wanted a log", path.display()),
         Into::into,

@@ -18,6 +18,7 @@ mod flash;
 mod functions;
 mod image_body;
 mod manifests;
+mod mcap;
 mod mistakes;
 mod names;
 mod onboard;
@@ -73,6 +74,11 @@ const TASKS: &[Task] = &[
         "ray",
         "nightly: the examples on Ray, on two workers of which one is killed",
         Work::Alone(python::on_ray),
+    ),
+    (
+        "mcap",
+        "nightly: the command with its feature `mcap`, a bag of ROS 2, a monitor that is cut, and Python's readers where Python has them",
+        Work::Alone(mcap::nightly),
     ),
     (
         "bench",

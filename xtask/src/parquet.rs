@@ -34,20 +34,8 @@ const LINES: [&str; 16] = [
 /// It does not compile, or a command line fails or gives another answer than from a folder.
 pub fn nightly() -> Result<()> {
     let command = built()?;
-    let folder = arm::root().join("target/parquet");
+    let folder = example("parquet")?;
     let folder = folder.as_path();
-    if folder.exists() {
-        std::fs::remove_dir_all(folder)?;
-    }
-    let examples = arm::root().join("examples");
-    std::fs::create_dir_all(folder.join("survey"))?;
-    for name in ["recording.toml", "samples.csv"] {
-        std::fs::copy(
-            examples.join("survey-lateral").join(name),
-            folder.join("survey").join(name),
-        )?;
-    }
-    std::fs::copy(examples.join("encoder-log/log.csv"), folder.join("log.csv"))?;
     for line in LINES {
         courier(&command, folder, line)?;
     }
@@ -73,9 +61,33 @@ pub fn nightly() -> Result<()> {
     with_duckdb(&command, folder)
 }
 
-/// Builds the command and tells where it is.
-fn built() -> Result<PathBuf> {
-    let words = "build --quiet --profile checked --package courier --features parquet --message-format json-render-diagnostics";
+/// A new folder of this name below `target`, with the example's recording `survey` and its log `log.csv`.
+///
+/// # Errors
+/// It cannot be made.
+pub fn example(name: &str) -> Result<PathBuf> {
+    let folder = arm::root().join("target").join(name);
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder)?;
+    }
+    let examples = arm::root().join("examples");
+    std::fs::create_dir_all(folder.join("survey"))?;
+    for name in ["recording.toml", "samples.csv"] {
+        std::fs::copy(
+            examples.join("survey-lateral").join(name),
+            folder.join("survey").join(name),
+        )?;
+    }
+    std::fs::copy(examples.join("encoder-log/log.csv"), folder.join("log.csv"))?;
+    Ok(folder)
+}
+
+/// Builds the command with the features `parquet` and `mcap`, once for both checks, and tells where it is.
+///
+/// # Errors
+/// It does not compile.
+pub fn built() -> Result<PathBuf> {
+    let words = "build --quiet --profile checked --package courier --features parquet,mcap --message-format json-render-diagnostics";
     let text = arm::output(&mut cargo(&words.split(' ').collect::<Vec<_>>()))?;
     let named = |line: &str| {
         let message: Value = serde_json::from_str(line).ok()?;
@@ -91,7 +103,11 @@ fn built() -> Result<PathBuf> {
         .context("cargo named no program")
 }
 
-fn courier(command: &Path, folder: &Path, line: &str) -> Result<()> {
+/// Runs a command line in a folder.
+///
+/// # Errors
+/// It fails.
+pub fn courier(command: &Path, folder: &Path, line: &str) -> Result<()> {
     arm::run(
         Command::new(command)
             .args(line.split(' '))

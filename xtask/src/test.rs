@@ -10,7 +10,7 @@
 use crate::cargo::cargo;
 use crate::runner::Which;
 use crate::{
-    arm, arm_checks, chip, circles, constants, firmware, manifests, names, onboard, parquet,
+    arm, arm_checks, chip, circles, constants, firmware, manifests, mcap, names, onboard, parquet,
     platforms, processor_time, python, report, runner,
 };
 use anyhow::{Context, Result, bail, ensure};
@@ -274,7 +274,9 @@ pub fn nightly() -> Result<()> {
     let faults = checked("faults brought in again", chip::nightly);
     let parquet = checked("the command with Parquet", parquet::nightly);
     let ray = checked("the examples on Ray", python::on_ray);
-    let failed = failed + emulated.failed + faults.failed + parquet.failed + ray.failed;
+    let mcap = checked("the command with MCAP", mcap::nightly);
+    let failed =
+        failed + emulated.failed + faults.failed + parquet.failed + ray.failed + mcap.failed;
     ensure!(failed == 0, "{failed} failed");
     Ok(())
 }

@@ -12,6 +12,7 @@ mod known;
 mod literal;
 mod moteus;
 mod numpy;
+mod refused;
 mod simplefoc;
 mod streams;
 
@@ -30,7 +31,7 @@ struct Reader {
 }
 
 /// All of them; the first that takes a file reads it.
-const READERS: [Reader; 6] = [
+const READERS: [Reader; 7] = [
     Reader {
         is_it: numpy::is_it,
         read: |file, bytes, _| numpy::read(file, bytes),
@@ -54,6 +55,10 @@ const READERS: [Reader; 6] = [
     Reader {
         is_it: simplefoc::is_it,
         read: |file, bytes, _| simplefoc::read(file, bytes),
+    },
+    Reader {
+        is_it: refused::is_it,
+        read: |file, bytes, _| refused::read(file, bytes),
     },
 ];
 

@@ -35,16 +35,22 @@ impl Stream {
                     .next()
                     .is_none_or(|next| ":*/+-".contains(next))
         };
-        self.columns.iter().any(|column| {
-            !column.name.is_empty()
-                && (means(&column.name) || means(&format!("{}.{}", self.name, column.name)))
-        })
+        // A column by its whole name, or by its end behind a point.
+        let ends = |name: &str| {
+            let points = name.match_indices('.').map(|(at, _)| at + 1);
+            std::iter::once(0)
+                .chain(points)
+                .any(|at| at < name.len() && means(&name[at..]))
+        };
+        self.columns
+            .iter()
+            .any(|column| ends(&format!("{}.{}", self.name, column.name)))
     }
 }
 
 /// One table, whose rows are the messages of one kind: those of `rows_of`, or that with the sensor's output, or else the most frequent. Values of the other kinds are
 /// interpolated to its times, straight between the message before and the one after; nothing is where one of them is missing or far away.
-/// The column `time` holds seconds since the first row. Columns bear their own names, behind that of their kind where two kinds have one.
+/// The column `time` holds seconds since the first row. Columns are named by their kind of message, a point, and their own names.
 ///
 /// # Errors
 /// No messages, or none of the kind `rows_of`.
@@ -104,24 +110,8 @@ pub fn together(
             told.join(", ")
         ));
     }
-    let often: Vec<String> = streams
-        .iter()
-        .flat_map(|stream| &stream.columns)
-        .map(|column| column.name.clone())
-        .collect();
-    let is_twice = |name: &str| {
-        often
-            .iter()
-            .filter(|other| other.eq_ignore_ascii_case(name))
-            .count()
-            > 1
-    };
-    for stream in &mut streams {
-        for column in stream
-            .columns
-            .iter_mut()
-            .filter(|column| is_twice(&column.name))
-        {
+    for stream in streams.iter_mut().filter(|stream| !stream.name.is_empty()) {
+        for column in &mut stream.columns {
             column.name = format!("{}.{}", stream.name, column.name);
         }
     }
@@ -321,7 +311,10 @@ mod tests {
             (other.rows(), other.lines[0], other.columns[0].numbers[1]),
             (5, 2, 1.0)
         );
-        assert_eq!(other.columns[2].numbers[0], 0.5);
+        assert_eq!(
+            (other.columns[2].name.as_str(), other.columns[2].numbers[0]),
+            ("fast.y", 0.5)
+        );
         let error = together(
             Path::new("a"),
             "a test",

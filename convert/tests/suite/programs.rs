@@ -182,7 +182,7 @@ fn signals_of_a_bus_by_its_dbc_file() {
         .told
         .done
         .iter()
-        .find(|done| done.starts_with("Place was interpolated"))
+        .find(|done| done.starts_with("Place.Place was interpolated"))
         .unwrap();
     let told: f64 = note
         .rsplit_once("off by ")
@@ -225,7 +225,7 @@ fn signals_of_a_bus_by_its_dbc_file() {
     let temperature = log
         .columns
         .iter()
-        .find(|column| column.name == "Temp")
+        .find(|column| column.name == "Raw.Temp")
         .unwrap();
     assert_eq!(
         temperature
@@ -271,8 +271,8 @@ fn tview_of_moteus_as_lines_and_as_a_table() {
     assert!(
         [
             "time",
-            "abs_position",
-            "sources[0].raw",
+            "1.servo_stats.abs_position",
+            "1.motor_position.sources[0].raw",
             "1.motor_position.position"
         ]
         .iter()
@@ -492,6 +492,17 @@ fn what_a_file_lacks_is_told_with_the_way_to_get_it() {
             error.contains(wanted) && error.contains("numpy.save(FILE, TABLE)"),
             "{error}"
         );
+    }
+    for (bytes, wanted) in [
+        (
+            b"SQLite format 3\0".as_slice(),
+            "a bag in MCAP: `ros2 bag convert`",
+        ),
+        (b"#ROSBAG V2.0\n", "a bag of ROS 2 in MCAP: rosbags-convert"),
+        (b"\x89MCAP0\r\n", "a name that ends in .mcap"),
+        (b"\x89HDF\r\n\x1a\n", "numpy.savez"),
+    ] {
+        assert!(told("a.bag", bytes, &bare).contains(wanted), "{wanted}");
     }
     assert!(told("a.npz", b"PK\x03\x04rest", &bare).contains("a ZIP archive that cannot be read"));
 }

@@ -22,7 +22,7 @@ use std::process::ExitCode;
 pub struct Args {
     /// The log, or a recording.
     log: PathBuf,
-    /// Folder to make, or a file whose name ends in .parquet. Without one nothing is written: what the log holds is listed.
+    /// Folder to make, or a file whose name ends in .parquet or .mcap. Without one nothing is written: what the log holds is listed.
     folder: Option<PathBuf>,
     /// Where a column of the recording comes from: TARGET=COLUMN[:UNIT][*FACTOR or /DIVISOR, +SUM or -DIFFERENCE]; may be repeated.
     /// #3 is the third column. Units: s ms us; m mm um nm inch; deg rad turn; C K F; counts V mV.
@@ -211,7 +211,7 @@ fn recording_to_form(args: &Args, order: &Order) -> Result<ExitCode> {
     ensure!(*order == Order::default() && !args.reading.is_stated(), "{told}: found options of a log beside a recording, wanted none of them");
     let recording = recordings::read(&args.log)?;
     recording.warnings.iter().for_each(|line| warn(line));
-    let wanted = "wanted where to write it: a folder, or a file whose name ends in .parquet";
+    let wanted = "wanted where to write it: a folder, or a file whose name ends in .parquet or .mcap";
     let folder = args.folder.as_ref().with_context(|| format!("{told}: found a recording, {wanted}"))?;
     let folder = (!args.dry_run).then_some(folder);
     if let Some(folder) = folder {

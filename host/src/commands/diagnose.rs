@@ -30,7 +30,7 @@ use std::process::ExitCode;
     after_help = "Example:\n  courier diagnose examples/survey-lateral --json=answer.json --report gap.html\n  courier diagnose recordings/* --out answers"
 )]
 pub struct Args {
-    /// The recording: a folder with recording.toml and samples.csv, or a .parquet file.
+    /// The recording: a folder with recording.toml and samples.csv, or a .parquet or .mcap file.
     recording: PathBuf,
     /// More of them, with --out.
     #[arg(requires = "out")]

@@ -4,21 +4,27 @@ use crate::output::{Files, Kind};
 use crate::board::{Choice, geometry};
 use crate::json::Lines;
 use crate::live::Live;
+use crate::monitor_file::{MonitorFile, Seen};
 use crate::terminal::{figure, warn};
 use anyhow::{Result, ensure};
 use courier_sensor::frame::Pose;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::link::telemetry::{Channels, Sample};
 use serde::Serialize;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Watch a board's pose, parity and status as they come.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  courier monitor --rate-hz 50 --seconds 10")]
+#[command(after_help = "Examples:\n  courier monitor --rate-hz 50 --seconds 10\n  courier monitor --rate-hz 200 --mcap watched.mcap")]
 pub struct Args {
     /// Lines a second.
     #[arg(long, default_value_t = 10.0, value_name = "HZ")]
     rate_hz: f64,
+    /// Write what comes into this new MCAP file as well, for Foxglove and PlotJuggler: all but the last second is there even if this
+    /// command is ended.
+    #[arg(long, value_name = "FILE")]
+    mcap: Option<PathBuf>,
     #[command(flatten)]
     live: Live,
 }
@@ -52,6 +58,7 @@ struct Line {
 /// The board cannot be reached, or a rate that it cannot send.
 pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     args.live.seconds()?;
+    let mut file = args.mcap.as_deref().map(MonitorFile::new).transpose()?;
     let mut board = choice.open()?;
     let board_hz = f64::from(board.link.hello().rate_hz);
     let decimation = (board_hz / args.rate_hz).round();
@@ -66,8 +73,11 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     board.link.stream(channels, decimation as u16)?;
     let mut lines = args.live.json.lines()?;
     args.live.watch(&mut board.link, |link| {
-        link.listen(|sample| line(sample, board_hz, pitch_m, &mut lines))
+        link.listen(|sample| line(sample, board_hz, pitch_m, &mut lines, file.as_mut()))
     })?;
+    if let Some(file) = file {
+        file.end()?;
+    }
     let lost = board.link.lost();
     board.link.stream(Channels::empty(), 0)?;
     if lost > 0 {
@@ -77,7 +87,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn line(sample: &Sample, board_hz: f64, pitch_m: f32, lines: &mut Lines) -> Result<()> {
+fn line(sample: &Sample, board_hz: f64, pitch_m: f32, lines: &mut Lines, file: Option<&mut MonitorFile>) -> Result<()> {
     let Pose {
         x,
         y,
@@ -97,6 +107,16 @@ fn line(sample: &Sample, board_hz: f64, pitch_m: f32, lines: &mut Lines) -> Resu
         status: bits.iter_names().map(|(name, _)| name).collect(),
     };
     let parity_um = figure(1.0e6 * f64::from(line.parity_m));
+    if let Some(file) = file {
+        let names = line.status.join(" ");
+        file.push(&Seen {
+            t_s: line.t_s,
+            place_m: [line.x_m, line.y_m],
+            theta_rad: [theta_x_rad, theta_y_rad].map(f64::from),
+            parity_m: f64::from(line.parity_m),
+            status: (bits.bits(), &names),
+        })?;
+    }
     lines.push(&line, || format!(
         "{:10.3} s  x {:10.4} mm  y {:10.4} mm  θ {:8.4} mrad  g_p {parity_um:>7} µm  {}",
         line.t_s,

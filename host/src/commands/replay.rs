@@ -25,7 +25,7 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  courier replay examples/survey-lateral")]
 pub struct Args {
-    /// The recording: a folder with recording.toml and samples.csv, or a .parquet file.
+    /// The recording: a folder with recording.toml and samples.csv, or a .parquet or .mcap file.
     recording: PathBuf,
     /// Fit nothing: apply this calibration, as `courier export` wrote it, and show g_p over the whole recording.
     #[arg(long, value_name = "FILE")]

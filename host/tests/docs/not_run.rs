@@ -33,6 +33,16 @@ const NOT_RUN: &[(&str, &str, &str)] = &[
         "needs a feature that the tests do not build: `cargo xtask parquet` does",
     ),
     (
+        "docs/formats.md",
+        "courier convert examples/survey-lateral survey.mcap",
+        "needs a feature that the tests do not build: `cargo xtask mcap` does",
+    ),
+    (
+        "docs/other-logs.md",
+        "courier convert my-bag.mcap my-joint --column p1_m=position[elbow]:rad --column ref_x_m=/stage.data:deg",
+        "needs a feature that the tests do not build: `cargo xtask mcap` does",
+    ),
+    (
         "docs/many-recordings.md",
         "ls -d recordings/* | parallel -j 2 courier diagnose {} --out answers --jobs 1",
         "needs GNU parallel and Slurm",

@@ -33,7 +33,7 @@ fn what_cannot_be_done_with_a_recording_is_told_in_a_line() {
     for (line, wanted) in [
         (
             "convert s",
-            "courier: s: found a recording, wanted where to write it: a folder, or a file whose name ends in .parquet",
+            "courier: s: found a recording, wanted where to write it: a folder, or a file whose name ends in .parquet or .mcap",
         ),
         (
             "convert s again --pitch 1mm",
@@ -46,6 +46,25 @@ fn what_cannot_be_done_with_a_recording_is_told_in_a_line() {
     ] {
         asked(folder.path(), line).refused(&[wanted]);
     }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+/// The same of MCAP, and a monitor's file.
+#[test]
+#[cfg(not(feature = "mcap"))]
+fn a_build_without_mcap_says_how_to_have_it() {
+    let folder = with_survey();
+    let wanted =
+        "wanted a folder, or a courier with MCAP: `cargo install --path host --features mcap`";
+    for line in [
+        "convert s a.mcap",
+        "convert a.mcap again",
+        "replay a.mcap",
+        "record a.mcap",
+    ] {
+        asked(folder.path(), line).refused(&["a.mcap: found the name of an MCAP file", wanted]);
+    }
+    asked(folder.path(), "monitor --seconds 1 --mcap a.mcap").refused(&["a.mcap: found --mcap, wanted a courier with MCAP: `cargo install --path host --features mcap`"]);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
