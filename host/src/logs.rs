@@ -2,7 +2,7 @@
 
 use crate::output::Files;
 use crate::recordings::{self, Form};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use convert::{Asked, Beside, Log};
 use std::path::{Path, PathBuf};
 
@@ -56,8 +56,22 @@ impl Reading {
 pub fn read(path: &Path, reading: &Reading, asked: &[Asked]) -> Result<Log> {
     let beside = reading.beside(asked)?;
     match recordings::form(path) {
-        Some(Form::Parquet) => return parquet(path),
-        Some(Form::Mcap) => return mcap(path, &beside),
+        Some(Form::Parquet) => {
+            ensure!(
+                !reading.is_stated(),
+                "{}: found --dbc or --rows-of beside a Parquet file, wanted neither",
+                path.display()
+            );
+            return parquet(path);
+        }
+        Some(Form::Mcap) => {
+            ensure!(
+                reading.dbc.is_none(),
+                "{}: found --dbc beside an MCAP file, wanted none",
+                path.display()
+            );
+            return mcap(path, &beside);
+        }
         None => {}
     }
     let bytes = std::fs::read(path)

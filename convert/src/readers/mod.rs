@@ -67,6 +67,23 @@ const READERS: [Reader; 7] = [
 /// # Errors
 /// No program that is known wrote it whole, or what it needs beside it is missing.
 pub fn read(file: &Path, bytes: &[u8], beside: &Beside) -> Result<Log, Error> {
+    let refuse = |option: &str, wanted: &str| {
+        Err(Error::new(
+            file,
+            format!("a log that {option} says nothing of"),
+            wanted,
+        ))
+    };
+    let is_bus = candump::is_it(bytes);
+    if beside.dbc.is_some() && !is_bus {
+        return refuse("--dbc", "--dbc beside frames of candump alone");
+    }
+    if beside.rows_of.is_some() && !is_bus && !json::is_it(bytes) {
+        return refuse(
+            "--rows-of",
+            "--rows-of beside a log with several kinds of messages alone",
+        );
+    }
     let mut log = match READERS.iter().find(|reader| (reader.is_it)(bytes)) {
         Some(reader) => (reader.read)(file, bytes, beside)?,
         None => Log::read(file, &decode(bytes))?,

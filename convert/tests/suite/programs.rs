@@ -21,6 +21,15 @@ fn file(name: &str) -> PathBuf {
         .join(name)
 }
 
+/// What a file of this folder needs beside itself.
+fn beside_of(name: &str) -> Beside {
+    if name == "can-utils.log" {
+        beside()
+    } else {
+        Beside::default()
+    }
+}
+
 fn beside() -> Beside {
     let dbc = file("bus.dbc");
     let text = std::fs::read_to_string(&dbc).unwrap();
@@ -51,7 +60,7 @@ fn converted(name: &str, columns: &[&str], rate_hz: Option<f64>) -> Converted {
     let order = order(columns, rate_hz);
     let beside = Beside {
         sensor: Beside::sensor_of(&order.columns),
-        ..beside()
+        ..beside_of(name)
     };
     let log = log_of(name, &beside).unwrap();
     convert(Path::new(name), &log, &order).unwrap()
@@ -262,7 +271,7 @@ fn tview_of_moteus_as_lines_and_as_a_table() {
             off,
         );
     }
-    let log = log_of("tview.jsonl", &beside()).unwrap();
+    let log = log_of("tview.jsonl", &Beside::default()).unwrap();
     let names: Vec<&str> = log
         .columns
         .iter()
@@ -300,7 +309,7 @@ fn monitors_of_simplefoc() {
             off,
         );
     }
-    let log = log_of("simplefoc.log", &beside()).unwrap();
+    let log = log_of("simplefoc.log", &Beside::default()).unwrap();
     let error = convert(
         Path::new("simplefoc.log"),
         &log,
@@ -416,6 +425,16 @@ fn what_a_file_lacks_is_told_with_the_way_to_get_it() {
     assert!(told("bus.log", &bus, &elsewhere).ends_with(
         "found no messages \"Axis\", wanted --rows-of one of Encoder_Estimates, Raw, Place"
     ));
+    let table = b"t_s,p1_m\n0,1\n1,2\n";
+    assert_eq!(
+        told("t.csv", table, &beside()),
+        "t.csv: found a log that --dbc says nothing of, wanted --dbc beside frames of candump alone"
+    );
+    let rows_of = Beside {
+        rows_of: Some("Raw".into()),
+        ..Beside::default()
+    };
+    assert!(told("t.csv", table, &rows_of).contains("found a log that --rows-of says nothing of"));
     let two = [
         bus.as_slice(),
         b"(1795785169.0) can1 009#0000000000000000\n",
@@ -531,7 +550,7 @@ fn files_that_are_cut_or_spoilt_end_in_a_log_or_in_one_line() {
                 0 => bytes.truncate(place),
                 _ => bytes[place] ^= (state >> 20) as u8 | 1,
             }
-            if let Err(error) = read_with(Path::new(name), &bytes, &beside()) {
+            if let Err(error) = read_with(Path::new(name), &bytes, &beside_of(name)) {
                 let error = error.to_string();
                 assert!(error.starts_with(name) && !error.contains('\n'), "{error}");
             }
@@ -543,7 +562,12 @@ fn files_that_are_cut_or_spoilt_end_in_a_log_or_in_one_line() {
 fn the_last_line_of_a_log_that_was_cut_is_left_out() {
     for name in ["can-utils.log", "tview.jsonl"] {
         let whole = std::fs::read(file(name)).unwrap();
-        let log = read_with(Path::new(name), &whole[..whole.len() - 20], &beside()).unwrap();
+        let log = read_with(
+            Path::new(name),
+            &whole[..whole.len() - 20],
+            &beside_of(name),
+        )
+        .unwrap();
         assert!(log.cut_short, "{name}");
     }
 }
@@ -561,7 +585,7 @@ fn a_first_command_is_suggested_from_what_the_program_is_known_for() {
         ),
         ("tview_1_servo_stats.csv", "--column p1_m=abs_position:turn"),
     ] {
-        let log = log_of(name, &beside()).unwrap();
+        let log = log_of(name, &beside_of(name)).unwrap();
         let found = convert::listing::suggestion(&log, name);
         assert!(found.contains(wanted), "{found}");
     }
