@@ -14,10 +14,11 @@ use std::process::{Command, Stdio};
 /// What builds the wheel and what tests it. The oldest that are meant to work stand in `python/pyproject.toml`.
 const PACKAGES: [&str; 5] = ["maturin>=1.8,<2", "numpy", "pandas", "pyarrow", "pytest"];
 
-/// What is done in an environment: its name, the packages beside [`PACKAGES`], and the tests.
+/// What is done in an environment: its name, the packages beside [`PACKAGES`], the features of the wheel and the tests.
 struct Job {
     name: &'static str,
     packages: &'static [&'static str],
+    features: &'static str,
     tests: &'static str,
 }
 
@@ -29,12 +30,13 @@ pub fn check() -> Result<()> {
     Job {
         name: "python",
         packages: &[],
+        features: "module",
         tests: "python/tests",
     }
     .run()
 }
 
-/// The examples on Ray, with a worker that is killed. Part of `cargo xtask nightly`, and alone `cargo xtask ray`.
+/// The examples on Ray, with a worker that is killed, and recordings in Parquet. Part of `cargo xtask nightly`, and alone `cargo xtask ray`.
 ///
 /// # Errors
 /// As [`check`].
@@ -43,6 +45,7 @@ pub fn on_ray() -> Result<()> {
     Job {
         name: "ray",
         packages: &["ray"],
+        features: "parquet",
         tests: "python/nightly",
     }
     .run()
@@ -64,7 +67,7 @@ impl Job {
                 return Ok(());
             }
         };
-        let wheel = wheel(&python, &folder)?;
+        let wheel = wheel(&python, &folder, self.features)?;
         run(pip(&python).args(["--no-deps", "--no-index"]).arg(wheel))?;
         let words = "build --quiet --profile checked --package courier";
         run(&mut cargo(&words.split(' ').collect::<Vec<_>>()))?;
@@ -115,27 +118,14 @@ fn pip(python: &Path) -> Command {
     command
 }
 
-/// Builds the wheel.
-fn wheel(python: &Path, folder: &Path) -> Result<PathBuf> {
+/// Builds the wheel with features of `python/Cargo.toml`.
+fn wheel(python: &Path, folder: &Path, features: &str) -> Result<PathBuf> {
     let wheels = folder.join("wheels");
     let mut command = Command::new(python);
+    let words = "-m maturin build --quiet --locked --profile checked --compatibility linux --manifest-path python/Cargo.toml";
     command
-        .args([
-            "-m",
-            "maturin",
-            "build",
-            "--quiet",
-            "--locked",
-            "--profile",
-            "checked",
-        ])
-        .args([
-            "--compatibility",
-            "linux",
-            "--manifest-path",
-            "python/Cargo.toml",
-            "--out",
-        ])
+        .args(words.split(' '))
+        .args(["--features", features, "--out"])
         .arg(&wheels)
         .current_dir(root());
     // Cargo's own variables of the running xtask are another package's.
