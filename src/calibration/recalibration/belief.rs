@@ -13,6 +13,12 @@ const MUCH_LARGER: f32 = 1.5;
 /// are taken beside their places too, have a quarter of the slope in one order.
 const TOGETHER: f32 = 0.7 * 0.25;
 
+/// Deviations by which the position must gain where every window draws them anew: one in three million that does not.
+const WANTED_RANDOM: f32 = 5.0;
+/// The same where they are drawn once, for a courier and what happens to it: one in 14,000, for eight groups of amounts in a thousand couriers
+/// and half as many again.
+const WANTED_ONCE: f32 = 3.8;
+
 /// Unknowns: what the calibration left of each amount, and what has changed since.
 const BOTH: usize = 2 * AMOUNTS;
 const _: () = assert!(BOTH <= JOINT_UNKNOWNS);
@@ -32,6 +38,8 @@ pub struct Belief {
     amended_m: Amounts,
     /// Prior deviation of a change, metres.
     changed_m: f32,
+    /// Variance that no number of windows averages out, over that which every window draws anew.
+    systematic: f32,
 }
 
 impl Belief {
@@ -44,6 +52,7 @@ impl Belief {
             changes_m: [0.0; AMOUNTS],
             amended_m: [0.0; AMOUNTS],
             changed_m: 0.0,
+            systematic: 0.0,
         }
     }
 
@@ -92,7 +101,8 @@ impl Belief {
             // A prior that is too narrow for one change lets others take its part.
             self.changed_m = wanted_m;
         }
-        let now = now / sqrt(1.0 + now * now * self.together(rows, &changes_m));
+        self.systematic = now * now * self.together(rows, &changes_m);
+        let now = now / sqrt(1.0 + self.systematic);
         self.changes_m = self.solve_once(rows, [now, then], reference_m);
     }
 
@@ -158,6 +168,12 @@ impl Belief {
         }
         // Not finite where nothing is known: left out.
         let _ = self.rows.enter(&both, rhs);
+    }
+
+    /// Deviations by which the position must gain.
+    pub fn wanted_gain(&self) -> f32 {
+        let [random, once] = [WANTED_RANDOM, WANTED_ONCE].map(|wanted| wanted * wanted);
+        sqrt((random + self.systematic * once) / (1.0 + self.systematic))
     }
 
     /// Deviations by which the mean square of the position's error becomes smaller by amounts of one group, on the motion that tells least.

@@ -20,11 +20,8 @@ const MOST_APART: f32 = AMOUNTS as f32 + 5.0 * 8.0;
 const WANTED_EVIDENCE: f32 = 16.7;
 /// It grows no further, so that what does not fit any more is not believed for long.
 const MOST_EVIDENCE: f32 = 2.0 * WANTED_EVIDENCE;
-/// Deviations by which the position must gain: one in three million that does not, since a candidate is looked for at every window.
-const WANTED_GAIN: f32 = 5.0;
-
 /// Smallest share of a change that is worth a write to flash.
-const LEAST_STEP: f32 = 0.5;
+const LEAST_STEP: f32 = 0.25;
 
 /// By so much the courier must turn, square of the phases' difference between the segments of a pair, turns: half as far as the paper's
 /// calibrations do, whose angles are uniform within ±0.5°, so 0.25° over the root of three times the span over the pitch, 9.55. Where it turns
@@ -215,7 +212,7 @@ impl Learner {
         for number in 0..GROUPS {
             let part = group(self.belief.changes_m(), number);
             let gain = self.belief.gain(&part);
-            let step = step(gain);
+            let step = step(gain, self.belief.wanted_gain());
             if step >= LEAST_STEP {
                 chosen
                     .iter_mut()
@@ -292,8 +289,8 @@ impl Follower for Learner {
 
 /// Share of a change that is to be made. A gain of so many deviations by all of it is, by a share `s` of it, one of `2 - s` times as
 /// many: it takes less to be sure that a part of it helps.
-fn step(gain: f32) -> f32 {
-    let step = 2.0 - WANTED_GAIN / gain;
+fn step(gain: f32, wanted: f32) -> f32 {
+    let step = 2.0 - wanted / gain;
     // Not a number is no step.
     if step < 1.0 { step } else { 1.0 }
 }

@@ -33,9 +33,20 @@ fn month(course: Course) -> Vec<Box<dyn PlantEffect>> {
     ]
 }
 
-/// Works through a share of a month that lasts so many hours; the largest position error at any of its looks, with and without automatic
-/// recalibration, and how often a candidate came in force. `seed`: of the courier; its calibration and its work have others.
-fn works(seed: u64, hours: f64, share: f64) -> (f64, f64, u32) {
+/// Largest position error at any look of a month, metres.
+struct Month {
+    /// With automatic recalibration.
+    with_m: f64,
+    /// Without it.
+    without_m: f64,
+    /// By the best amounts of equation (3) that there are.
+    least_m: f64,
+    /// How often a candidate came in force.
+    adopted: u32,
+}
+
+/// Works through a share of a month that lasts so many hours. `seed`: of the courier; its calibration and its work have others.
+fn works(seed: u64, hours: f64, share: f64) -> Month {
     let courier = Calibrated::new(move || presets::ideal(seed), seed + 1);
     let course = Course {
         from_s: BEGIN_S,
@@ -43,7 +54,7 @@ fn works(seed: u64, hours: f64, share: f64) -> (f64, f64, u32) {
     };
     let mut service = courier.serve(month(course), Work::ORDINARY, seed + 3);
     service.is_automatic = true;
-    let (mut with_m, mut without_m) = (0.0_f64, 0.0_f64);
+    let (mut with_m, mut without_m, mut least_m) = (0.0_f64, 0.0_f64, 0.0_f64);
     // Four looks in what is a day of the month.
     let looks = (120.0 * share) as u32;
     for look in 1..=looks {
@@ -52,32 +63,78 @@ fn works(seed: u64, hours: f64, share: f64) -> (f64, f64, u32) {
         let seen = Look::new(courier.spec(month(course)), time_s, 77);
         with_m = with_m.max(seen.error_m(&service.model));
         without_m = without_m.max(seen.error_m(&courier.model));
+        least_m = least_m.max(seen.least_m());
     }
     println!(
-        "courier {seed}: a slow change of 3 um, {:.0} % of a month in {:.1} h: position error {:.2} um with automatic recalibration, {:.2} without; \
-         {} candidates came in force",
+        "courier {seed}: a slow change of 3 um, {:.0} % of a month in {:.1} h: position error {:.2} um with automatic recalibration, {:.2} without, \
+         {:.2} by the best amounts of equation (3); {} candidates came in force",
         100.0 * share,
         hours * share,
         1.0e6 * with_m,
         1.0e6 * without_m,
+        1.0e6 * least_m,
         service.adopted
     );
-    (with_m, without_m, service.adopted)
+    Month {
+        with_m,
+        without_m,
+        least_m,
+        adopted: service.adopted,
+    }
+}
+
+/// What new calibrations leave of the position of a courier to which the whole month has happened, at the mean of so many and at the most:
+/// metres.
+fn anew_m(seed: u64, count: u64) -> (f64, f64) {
+    // Before the first reading.
+    let past = Course {
+        from_s: -2.0,
+        to_s: -1.0,
+    };
+    let aged = move || {
+        let mut spec = presets::ideal(seed);
+        spec.effects.extend(month(past));
+        spec
+    };
+    let seen = Look::new(aged(), 0.0, 77);
+    let left_m: Vec<f64> = (0..count)
+        .map(|number| seen.error_m(&Calibrated::new(aged, 1000 * seed + number).model))
+        .collect();
+    let mean_m = left_m.iter().sum::<f64>() / count as f64;
+    (mean_m, left_m.into_iter().fold(0.0, f64::max))
 }
 
 #[test]
 fn a_quarter_of_a_month_leaves_the_position_as_calibrated() {
-    let (with_m, without_m, adopted) = works(7, 12.0, 0.25);
-    assert!(with_m <= LEFT_M, "{with_m:e} with {adopted} candidates");
-    assert!(without_m >= 0.25 * MONTH_M, "{without_m:e}");
+    let quarter = works(7, 12.0, 0.25);
+    assert!(quarter.with_m <= LEFT_M, "{:e}", quarter.with_m);
+    assert!(quarter.without_m >= 0.25 * MONTH_M);
+    assert!(quarter.least_m < quarter.with_m);
 }
+
+/// New calibrations of a courier, of which the worst is the bound: nothing that works by the same readings is sure to leave less.
+const ANEW: u64 = 20;
+/// Where that is more than is asked: what may be left beside it, a few per cent (issue 39).
+const ABOVE: f64 = 1.05;
 
 #[test]
 #[ignore = "nightly: a month of three couriers in a day of service each, looked at 120 times"]
-fn a_month_leaves_the_position_as_calibrated() {
-    let months = [7, 8, 9].map(|seed| works(seed, 24.0, 1.0));
-    for (with_m, without_m, adopted) in months {
-        assert!(with_m <= LEFT_M, "{with_m:e} with {adopted} candidates");
-        assert!(without_m >= MONTH_M, "{without_m:e}");
+fn a_month_leaves_the_position_as_calibrated_or_as_a_new_calibration_would() {
+    for seed in [7, 8, 9] {
+        let (mean_m, most_m) = anew_m(seed, ANEW);
+        println!(
+            "courier {seed}: {ANEW} new calibrations after the month leave {:.2} um, {:.2} at the most",
+            1.0e6 * mean_m,
+            1.0e6 * most_m
+        );
+        let seen = works(seed, 24.0, 1.0);
+        let bound_m = LEFT_M.max(ABOVE * most_m);
+        assert!(
+            seen.with_m <= bound_m,
+            "{:e} {bound_m:e} with {} candidates",
+            seen.with_m,
+            seen.adopted
+        );
+        assert!(seen.without_m >= MONTH_M, "{:e}", seen.without_m);
     }
 }

@@ -56,6 +56,32 @@ impl Look {
         x.max(y)
     }
 
+    /// The least of [`Look::error_m`] that any amounts of equation (3) leave at these very poses: by least squares, knowing the truth.
+    pub fn least_m(&self) -> f64 {
+        let none = ErrorModel::default();
+        let axis = |axis: usize| {
+            let functions = DMatrix::from_fn(self.poses.len(), 17, |i, j| {
+                let segment = axis + 2 * (j / 8);
+                let turns = f64::from(self.poses[i].1[segment % SEGMENTS].fraction_turns);
+                let wave = TAU * [1.0, 2.0, 4.0, 6.0][j % 8 / 2] * turns;
+                match (j, j % 2) {
+                    (16, _) => 1.0,
+                    (_, 0) => wave.sin(),
+                    _ => wave.cos(),
+                }
+            });
+            let errors = self.poses.iter().map(|pose| {
+                let errors = error_m(&none, pose);
+                0.5 * (errors[axis] + errors[axis + 2])
+            });
+            let errors = DVector::from_iterator(self.poses.len(), errors);
+            let fit = functions.clone().svd(true, true).solve(&errors, 1.0e-12);
+            let left = functions * fit.expect("poses at all phases") - errors;
+            (left.norm_squared() / self.poses.len() as f64).sqrt()
+        };
+        axis(0).max(axis(1))
+    }
+
     /// Root of the mean square along both axes.
     pub fn mean_m(&self, model: &ErrorModel) -> f64 {
         let [x, y] = self.errors_m(model);
