@@ -4,7 +4,7 @@
 //! `mcap`: `open` walks through a file, `write` and `read` have a recording, `live` writes while something runs, `log` makes a log that
 //! `convert` takes.
 //!
-//! Messages are those of ROS 2 (definitions `ros2msg`, values in CDR): Foxglove and PlotJuggler draw them without being told anything, and
+//! Messages are those of ROS 2 (definitions `ros2msg`, values in CDR), as Foxglove and PlotJuggler draw them without being told anything, and
 //! numbers keep all their bits, which those of JSON need not.
 
 mod cdr;
