@@ -5,7 +5,7 @@ use crate::read::is_recording;
 use crate::{META_NAME, SAMPLES};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, McapResult, WriteOptions};
-use recording::{COLUMNS, Column, Error, Existing, Meta, Samples, unfinished_file};
+use recording::{COLUMNS, Column, Error, Existing, Meta, Samples, check_existing_file, write_file};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -23,23 +23,9 @@ const CHUNK_BYTES: u64 = 1 << 20;
 /// `existing` forbids it, or a failure to write; nothing is left behind.
 pub fn write(meta: &Meta, samples: &Samples, path: &Path, existing: Existing) -> Result<(), Error> {
     check_existing(path, existing)?;
-    let failed = |found: String| Error::new(path, found, "room to write");
-    let file = unfinished_file(folder_of(path)).map_err(|error| failed(error.to_string()))?;
-    let written = file
-        .as_file()
-        .try_clone()
-        .map_err(|error| failed(error.to_string()))?;
-    fill(written, meta, samples).map_err(|error| failed(error.to_string()))?;
-    file.as_file()
-        .sync_all()
-        .map_err(|error| failed(error.to_string()))?;
-    let placed = match existing {
-        Existing::ReplaceRecording => file.persist(path).map_err(|error| error.error),
-        Existing::Refuse => file.persist_noclobber(path).map_err(|error| error.error),
-    };
-    placed.map(drop).map_err(|error| match error.kind() {
-        std::io::ErrorKind::AlreadyExists => Error::new(path, "a file", "a new file"),
-        _ => failed(error.to_string()),
+    let replace = existing == Existing::ReplaceRecording;
+    write_file(path, replace, |file| {
+        fill(file, meta, samples).map_err(|error| error.to_string())
     })
 }
 
@@ -48,33 +34,7 @@ pub fn write(meta: &Meta, samples: &Samples, path: &Path, existing: Existing) ->
 /// # Errors
 /// Something else than a recording is there, or there is anything and nothing may be replaced.
 pub fn check_existing(path: &Path, existing: Existing) -> Result<(), Error> {
-    let folder = folder_of(path);
-    if !folder.is_dir() {
-        return Err(Error::new(
-            folder,
-            "no such folder",
-            "a folder to write into",
-        ));
-    }
-    let Ok(there) = std::fs::symlink_metadata(path) else {
-        return Ok(());
-    };
-    let (wanted, found) = match existing {
-        Existing::Refuse => ("a new file", "a file"),
-        Existing::ReplaceRecording if there.is_file() && is_recording(path) => return Ok(()),
-        Existing::ReplaceRecording => ("a new file, or a recording", "no recording"),
-    };
-    Err(Error::new(
-        path,
-        if there.is_dir() { "a folder" } else { found },
-        wanted,
-    ))
-}
-
-fn folder_of(path: &Path) -> &Path {
-    path.parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-        .unwrap_or(Path::new("."))
+    check_existing_file(path, existing, is_recording)
 }
 
 /// One value of each message.

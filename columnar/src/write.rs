@@ -8,7 +8,7 @@ use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int32Ty
 use parquet::errors::Result;
 use parquet::file::metadata::KeyValue;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
-use recording::{COLUMNS, Column, Error, Existing, Meta, Samples, unfinished_file};
+use recording::{COLUMNS, Column, Error, Existing, Meta, Samples, check_existing_file, write_file};
 use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
@@ -54,31 +54,7 @@ pub fn write(
 /// # Errors
 /// Something else than a recording is there, or there is anything and nothing may be replaced.
 pub fn check_existing(path: &Path, existing: Existing) -> std::result::Result<(), Error> {
-    let folder = folder_of(path);
-    if !folder.is_dir() {
-        return Err(Error::new(
-            folder,
-            "no such folder",
-            "a folder to write into",
-        ));
-    }
-    let Ok(there) = std::fs::symlink_metadata(path) else {
-        return Ok(());
-    };
-    let (wanted, found) = match existing {
-        Existing::Refuse => ("a new file", "a file"),
-        Existing::ReplaceRecording if there.is_file() && is_recording(path) => return Ok(()),
-        Existing::ReplaceRecording => ("a new file, or a recording", "no recording"),
-    };
-    let found = if there.is_dir() { "a folder" } else { found };
-    Err(Error::new(path, found, wanted))
-}
-
-fn folder_of(path: &Path) -> &Path {
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    folder.unwrap_or(Path::new("."))
+    check_existing_file(path, existing, is_recording)
 }
 
 /// Columns that hold a value, and those that must be there beside them.
@@ -126,23 +102,8 @@ pub(crate) fn write_columns(
     said: &[(&str, String)],
     replace: bool,
 ) -> std::result::Result<(), Error> {
-    let failed = |found: String| Error::new(path, found, "room to write");
-    let file = unfinished_file(folder_of(path)).map_err(|error| failed(error.to_string()))?;
-    let written = file
-        .as_file()
-        .try_clone()
-        .map_err(|error| failed(error.to_string()))?;
-    fill(written, name, columns, rows, said).map_err(|error| failed(error.to_string()))?;
-    file.as_file()
-        .sync_all()
-        .map_err(|error| failed(error.to_string()))?;
-    let placed = match replace {
-        true => file.persist(path).map_err(|error| error.error),
-        false => file.persist_noclobber(path).map_err(|error| error.error),
-    };
-    placed.map(drop).map_err(|error| match error.kind() {
-        std::io::ErrorKind::AlreadyExists => Error::new(path, "a file", "a new file"),
-        _ => failed(error.to_string()),
+    write_file(path, replace, |file| {
+        fill(file, name, columns, rows, said).map_err(|error| error.to_string())
     })
 }
 

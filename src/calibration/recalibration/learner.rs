@@ -20,7 +20,7 @@ const MOST_APART: f32 = AMOUNTS as f32 + 5.0 * 8.0;
 const WANTED_EVIDENCE: f32 = 16.7;
 /// It grows no further, so that what does not fit any more is not believed for long.
 const MOST_EVIDENCE: f32 = 2.0 * WANTED_EVIDENCE;
-/// Smallest share of a change that is worth a write to flash.
+/// Smallest share of a change that is worth a write to flash. A prior: what is left then shrinks by a quarter at least with each write.
 const LEAST_STEP: f32 = 0.25;
 
 /// By so much the courier must turn, square of the phases' difference between the segments of a pair, turns: half as far as the paper's
