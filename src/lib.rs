@@ -8,8 +8,6 @@
 pub mod app;
 #[cfg(target_os = "none")]
 pub mod board;
-pub mod calibration;
-pub mod device;
 pub mod drivers;
 pub mod emulation;
 pub mod event_log;
@@ -17,9 +15,11 @@ pub mod health;
 pub mod link;
 pub mod maps;
 pub mod selftest;
-mod sink;
 pub mod update;
 
+pub use courier_calibration as calibration;
+pub use courier_calibration::device;
+use courier_calibration::sink;
 pub use courier_signal::{
     beacon, diode, encoder, equations, frame, geometry, lsq, math, model, psd, quadrature, queue,
     range, settings, step, swap, teeth,

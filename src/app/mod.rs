@@ -4,8 +4,7 @@
 //! everything else: `guide` moves the courier,
 //! `keeper` holds what is in force and stored, `homing` finds the teeth of a stored tooth map, `updates` takes a new firmware in, `console` speaks the debug link (`ordered`: what it says
 //! of calibrations), `restarts`
-//! counts faults in a row, `events` tells what is new for the log, `watcher` watches the calibration in force, `service` is its window and the recalibration's
-//! estimator.
+//! counts faults in a row, `events` tells what is new for the log, `watcher` watches the calibration in force.
 
 pub mod background;
 pub mod console;
@@ -18,7 +17,6 @@ pub mod keeper;
 mod ordered;
 pub mod restarts;
 pub mod sampler;
-pub mod service;
 pub mod task;
 pub mod updates;
 pub mod watcher;

@@ -1,8 +1,8 @@
 //! The session that runs or ran last. Both kinds share one memory: never are both needed.
 
-use super::service::Service;
 #[cfg(target_os = "none")]
 use crate::board::room;
+use crate::calibration::Service;
 use crate::calibration::joint::{JointConfig, JointSession, StepReport};
 use crate::calibration::{
     Action, MotionEvent, Progress, Session, SessionConfig, Stage, StartError,

@@ -3,8 +3,8 @@
 //! The window lies in the memory of the calibration sessions, which none needs meanwhile. A calibration that is started takes it, and the
 //! next window is begun anew; what has been told, the reference and the tests' sums lie here and stay.
 
-use super::service::Service;
 use super::task::Task;
+use crate::calibration::Service;
 use crate::calibration::UNUSABLE;
 use crate::calibration::recalibration::{Idle, Mode, Recalibration, State};
 use crate::calibration::record::Calibration;

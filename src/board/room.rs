@@ -4,8 +4,8 @@
 //! asked below, so memory is cleared instead.
 #![allow(unsafe_code)] // the layout of an enum, and values made of zeros
 
-use crate::app::service::Service;
 use crate::app::task::Task;
+use crate::calibration::Service;
 use crate::calibration::Session;
 use crate::calibration::joint::JointSession;
 use core::mem::MaybeUninit;

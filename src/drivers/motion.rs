@@ -4,6 +4,8 @@
 //! older request is counted and dropped, so is nonsense. Nothing blocks: what the line does not take now goes out at the next
 //! [`MotionPort::poll`]. Time-outs are the caller's: this file knows no time.
 
+use crate::calibration::MotionEvent;
+pub use crate::calibration::motion::{FaultCode, Refusal};
 use crate::link::framing::{self, Decoder, FrameCounters};
 use embedded_io::{ErrorKind, Read, ReadReady, Write, WriteReady};
 use serde::{Deserialize, Serialize};
@@ -58,30 +60,6 @@ pub enum Phase {
     Settled,
 }
 
-/// What keeps the controller from moving.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub enum FaultCode {
-    /// A drive's current or temperature is over its limit.
-    Overload,
-    /// The courier left its area or lifted off.
-    Stalled,
-    /// Air bearing or supply is off.
-    NotReady,
-}
-
-/// Why a command was not taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub enum Refusal {
-    /// The pose is outside the platen or its angle too large.
-    OutOfReach,
-    /// The speed limit is not a positive number.
-    BadSpeed,
-    /// A fault stands.
-    Faulted(FaultCode),
-}
-
 /// What the controller answers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Reply {
@@ -96,6 +74,20 @@ pub enum Reply {
     Refused(Refusal),
     /// A fault stands; answers any command.
     Fault(FaultCode),
+}
+
+impl From<Reply> for MotionEvent {
+    fn from(reply: Reply) -> Self {
+        match reply {
+            Reply::State {
+                phase: Phase::Settled,
+                ..
+            } => Self::Settled,
+            Reply::State { .. } => Self::Underway,
+            Reply::Refused(refusal) => Self::Refused(refusal),
+            Reply::Fault(fault) => Self::Fault(fault),
+        }
+    }
 }
 
 /// A numbered command on the wire.
