@@ -4,6 +4,9 @@ use bag::{Live, State};
 use convert::Beside;
 use std::fs::File;
 
+/// Time zero of the board.
+const ZERO_NS: u64 = 1_764_248_400_000_000_000;
+
 fn state(row: u32) -> State<'static> {
     let t_s = f64::from(row) / 50.0;
     State {
@@ -20,13 +23,8 @@ fn state(row: u32) -> State<'static> {
 fn what_was_written_a_second_ago_is_there_before_the_end_and_all_of_it_after() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
-    let mut live = Live::begin(File::create(&path).unwrap(), 1_764_248_400_000_000_000).unwrap();
-    assert!(
-        bag::log(&path, &Beside::default())
-            .unwrap_err()
-            .found
-            .contains("no messages")
-    );
+    let mut live = Live::begin(File::create(&path).unwrap(), ZERO_NS).unwrap();
+    assert!(bag::log(&path, &Beside::default()).is_err());
     for row in 0..176 {
         live.push(&state(row)).unwrap();
     }
@@ -74,5 +72,26 @@ fn what_was_written_a_second_ago_is_there_before_the_end_and_all_of_it_after() {
             last("pose.orientation.z")
         ),
         (3.5, wanted.x_m, 1e-3_f64.sin())
+    );
+}
+
+/// Programs that draw begin where the first chunk does.
+#[test]
+fn no_part_of_the_file_lies_before_its_first_state() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.mcap");
+    let mut live = Live::begin(File::create(&path).unwrap(), ZERO_NS).unwrap();
+    (0..120).for_each(|row| live.push(&state(row)).unwrap());
+    live.end().unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let times: Vec<u64> = summary
+        .chunk_indexes
+        .iter()
+        .map(|chunk| chunk.message_start_time)
+        .collect();
+    assert!(
+        times.len() > 2 && times.iter().all(|time| *time >= ZERO_NS),
+        "{times:?}"
     );
 }
