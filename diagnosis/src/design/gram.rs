@@ -363,14 +363,11 @@ impl<'s, 'a> Sums<'s, 'a> {
             samples.sort_by_key(|i| order[*i]);
         }
         let every = self.lanes.len();
-        std::thread::scope(|scope| {
-            for (number, lane) in self.lanes.iter_mut().enumerate() {
-                let chunks = samples.chunks(CHUNK).skip(number).step_by(every);
-                scope.spawn(move || {
-                    for chunk in chunks {
-                        lane.rows += accumulate(linearized, columns, in_order, scale, chunk, lane);
-                    }
-                });
+        // On the threads of the caller's pool: one alone where recordings are diagnosed side by side.
+        let lanes = self.lanes.par_iter_mut().enumerate();
+        lanes.with_max_len(1).for_each(|(number, lane)| {
+            for chunk in samples.chunks(CHUNK).skip(number).step_by(every) {
+                lane.rows += accumulate(linearized, columns, in_order, scale, chunk, lane);
             }
         });
         let mut sum = Symmetric::zeros(scale.len() + 1);
