@@ -62,7 +62,10 @@ pub struct Signal {
 pub fn parse(file: &Path, text: &str) -> Result<Vec<Message>, Error> {
     let mut messages: Vec<Message> = Vec::new();
     for (place, line) in text.lines().enumerate() {
-        let wanted = match line.split_whitespace().next() {
+        let mut words = line.split_whitespace();
+        let wanted = match words.next() {
+            // A keyword alone is one of the list below `NS_`, which names those that the file may use.
+            Some(_) if words.next().is_none() => Ok(()),
             Some("BO_") => message(line).map(|message| messages.push(message)).ok_or("BO_ ID NAME: BYTES SENDER"),
             Some("SG_") => signal(line)
                 .and_then(|signal| messages.last_mut().map(|message| message.signals.push(signal)))
@@ -256,6 +259,13 @@ mod tests {
             );
         }
         assert!(value("a : 0|16@1+ (1,0) [0|0] \"\" X", &data[..1]).is_nan());
+    }
+
+    /// Most files begin with one, those of an ODrive's firmware among them.
+    #[test]
+    fn a_list_of_keywords_is_left_aside() {
+        let text = "VERSION \"\"\n\nNS_ :\n\tCM_\n\tSIG_VALTYPE_\n\tSG_MUL_VAL_\n\nBS_:\n\nBO_ 1 M: 8 X\n SG_ a : 0|8@1+ (1,0) [0|0] \"\" X\n";
+        assert_eq!(parse(Path::new("a.dbc"), text).unwrap().len(), 1);
     }
 
     #[test]
