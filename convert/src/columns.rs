@@ -4,7 +4,7 @@ use crate::order::Order;
 use crate::source::{Source, Target};
 use crate::table::Log;
 use crate::told::{Told, figures};
-use recording::{Column, Error};
+use recording::{Column, Error, INDEX, Logged};
 use std::path::Path;
 
 /// A column of the recording: where it comes from, and its values.
@@ -64,13 +64,7 @@ pub fn values(
             continue;
         };
         let logged = &log.columns[source.column];
-        if let Some((row, word)) = logged.words.first() {
-            return Err(
-                Error::new(file, recording::excerpt(word.as_bytes()), "a number")
-                    .row(log.lines[*row])
-                    .column(&logged.name),
-            );
-        }
+        of_numbers(file, log, source)?;
         let mut values = source.values(log);
         if let Some(turn) = source.unit.turn_in_it() {
             let turn = turn * source.unit.factor;
@@ -108,6 +102,31 @@ pub fn values(
     // Several angles say the same once.
     told.assumed.dedup();
     Ok(all)
+}
+
+/// Refuses a word where numbers are wanted.
+fn of_numbers(file: &Path, log: &Log, source: &Source) -> Result<(), Error> {
+    let logged = &log.columns[source.column];
+    let Some((row, word)) = logged.words.first() else {
+        return Ok(());
+    };
+    let error = Error::new(file, recording::excerpt(word.as_bytes()), "a number");
+    Err(error.row(log.lines[*row]).column(&logged.name))
+}
+
+/// The index, if one was asked for: as it was logged.
+///
+/// # Errors
+/// A word where a number is wanted.
+pub fn index(file: &Path, log: &Log, sources: &[Source]) -> Result<Option<Logged>, Error> {
+    let Some(source) = sources.iter().find(|source| source.target == Target::Index) else {
+        return Ok(None);
+    };
+    of_numbers(file, log, source)?;
+    Ok(Some(Logged {
+        name: INDEX.to_owned(),
+        values: log.columns[source.column].numbers.clone(),
+    }))
 }
 
 /// Joins angles that stay within one turn and jump by over half of it; gives the number of joints. `turn` is one turn in their unit.

@@ -125,7 +125,10 @@ pub fn convert(file: &Path, log: &Log, order: &Order) -> Result<Converted, Error
         (&segments, &values, pitch_m),
         &mut told,
     );
-    let samples = samples(&t_s, &runs, &segments, &values);
+    let mut samples = samples(&t_s, &runs, &segments, &values);
+    if let Some(index) = columns::index(file, log, &sources)? {
+        samples.log(index);
+    }
     let recording = Recording {
         meta,
         samples,

@@ -95,7 +95,7 @@ fn by_name(log: &Log, sources: &mut Vec<Source>) {
                     .as_deref()
                     .and_then(|unit| Quantity::of(of).unit(unit))
                     .unwrap_or_else(|| Quantity::of(of).default_unit()),
-                Target::Run => source.unit,
+                Target::Run | Target::Index => source.unit,
             };
             (source.unit_assumed, source.unit_from_log) = (false, false);
             sources.push(source);

@@ -2,7 +2,7 @@
 
 use crate::table::Log;
 use crate::units::{Quantity, Unit, name_without_unit, unit_in_name};
-use recording::Column;
+use recording::{Column, INDEX};
 
 /// A column of the recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,6 +11,8 @@ pub enum Target {
     Numbers(Column),
     /// `run`.
     Run,
+    /// The index of an encoder, which a recording keeps as [`recording::INDEX`].
+    Index,
 }
 
 impl Target {
@@ -20,6 +22,7 @@ impl Target {
         let name = name.trim().to_ascii_lowercase();
         match name.as_str() {
             "run" => Some(Self::Run),
+            INDEX => Some(Self::Index),
             _ => Column::by_name(&name).map(Self::Numbers),
         }
     }
@@ -30,6 +33,7 @@ impl Target {
         match self {
             Self::Numbers(column) => column.name(),
             Self::Run => "run",
+            Self::Index => INDEX,
         }
     }
 }
@@ -53,9 +57,16 @@ impl Asked {
             .split_once('=')
             .filter(|(_, source)| !source.trim().is_empty())
             .ok_or("wanted TARGET=COLUMN, as in q1s=sin or ref_x_m=stage:mm")?;
-        let target = Target::by_name(target).ok_or_else(|| {
+        // In a log such a name is as often that of a row's number.
+        let of_index = target.trim().eq_ignore_ascii_case("index");
+        let known = if of_index {
+            Some(Target::Index)
+        } else {
+            Target::by_name(target)
+        };
+        let target = known.ok_or_else(|| {
             format!(
-                "{target}: no column of a recording, wanted t_s, run, q1s, q1c, n1, p1_m (to q4s, …), psd_xp, psd_xn, psd_yp, \
+                "{target}: no column of a recording, wanted t_s, run, index, q1s, q1c, n1, p1_m (to q4s, …), psd_xp, psd_xn, psd_yp, \
                  psd_yn, temp_c, ref_x_m, ref_y_m, ref_theta_rad, cmd_x_m, cmd_y_m or cmd_theta_rad"
             )
         })?;
@@ -239,7 +250,7 @@ fn with_suffix(
                 steps: Vec::new(),
             }),
             _ => Err((
-                format!("\"{suffix}\" after a name of runs"),
+                format!("\"{suffix}\" after a column that is taken as it is"),
                 "the name of a column alone".into(),
             )),
         };

@@ -6,7 +6,7 @@ use crate::source::{Source, Step, Target};
 use crate::table::Log;
 use crate::told::{Told, ToldColumn, ToldRun, figures};
 use crate::units::Quantity;
-use recording::{COLUMNS, Column, Recording};
+use recording::{COLUMNS, Column, INDEX, Recording};
 
 /// How the log is written, in words.
 #[must_use]
@@ -105,16 +105,6 @@ pub fn temperature(log: &Log, sources: &[Source], recording: &Recording, told: &
 pub fn columns(log: &Log, sources: &[Source], recording: &Recording, told: &mut Told) {
     let samples = &recording.samples;
     for (column, name) in COLUMNS {
-        let values = samples
-            .column(column)
-            .iter()
-            .copied()
-            .filter(|value| value.is_finite());
-        let range = values
-            .clone()
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
-                [low.min(value), high.max(value)]
-            });
         let source = sources
             .iter()
             .find(|source| source.target == Target::Numbers(column));
@@ -123,14 +113,14 @@ pub fn columns(log: &Log, sources: &[Source], recording: &Recording, told: &mut 
             None if column == Column::Time => "the row's number".to_owned(),
             None => "the phase".to_owned(),
         };
-        if values.clone().next().is_some() {
-            told.columns.push(ToldColumn {
-                name,
-                from,
-                values: values.count(),
-                range,
-            });
-        }
+        told.columns
+            .extend(of_values(name, from, samples.column(column)));
+    }
+    let index = sources.iter().find(|source| source.target == Target::Index);
+    let logged = samples.logged().iter().find(|logged| logged.name == INDEX);
+    if let (Some(source), Some(logged)) = (index, logged) {
+        let from = log.columns[source.column].name.clone();
+        told.columns.extend(of_values(INDEX, from, &logged.values));
     }
     let used = |place: usize| sources.iter().any(|source| source.column == place);
     told.left_aside = (0..log.columns.len())
@@ -148,6 +138,22 @@ pub fn columns(log: &Log, sources: &[Source], recording: &Recording, told: &mut 
             times_s: [samples.t_s()[first], samples.t_s()[last]],
         });
     }
+}
+
+/// A column and its range; none of one without a value.
+fn of_values(name: &'static str, from: String, values: &[f64]) -> Option<ToldColumn> {
+    let values = values.iter().copied().filter(|value| value.is_finite());
+    let widened = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
+    let range = values
+        .clone()
+        .fold([f64::INFINITY, f64::NEG_INFINITY], widened);
+    let count = values.count();
+    (count > 0).then_some(ToldColumn {
+        name,
+        from,
+        values: count,
+        range,
+    })
 }
 
 /// `stage, mm, *-1`.

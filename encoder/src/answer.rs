@@ -1,5 +1,6 @@
 //! What is learned, for people and programs.
 
+use crate::index::Index;
 use crate::input::{LogUnit, error};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -49,8 +50,8 @@ pub struct Harmonic {
 pub struct Turn {
     /// Periods of a turn.
     pub periods: u32,
-    /// `[a_m, b_m]` of orders 1 and up of the turn, periods of the signal, added to the place; the angle is counted from the place zero of
-    /// the recording's count.
+    /// `[a_m, b_m]` of orders 1 and up of the turn, periods of the signal, added to the place; the angle is counted from where the index
+    /// says that a turn begins, without one from the place zero of the recording's count.
     pub orders: Vec<[f64; 2]>,
     /// What stretches show before, and what is left by orders fitted to the others, rms periods.
     pub before_turns: f64,
@@ -58,6 +59,32 @@ pub struct Turn {
     pub after_turns: f64,
     /// Stretches of one to two turns.
     pub stretches: usize,
+    /// Where a turn begins, if there is an index.
+    pub index: Option<Index>,
+}
+
+impl Turn {
+    /// The same counted from where the index says, where there is one.
+    pub(crate) fn counted_from(self, index: Option<Index>) -> Self {
+        let start = index.as_ref().map_or(0, |index| index.zero_periods);
+        let start = start.rem_euclid(i64::from(self.periods));
+        let angle = TAU * start as f64 / f64::from(self.periods);
+        let moved = |([a, b], order): (&[f64; 2], u32)| {
+            let (sine, cosine) = (f64::from(order) * angle).sin_cos();
+            [a * cosine - b * sine, a * sine + b * cosine]
+        };
+        Self {
+            orders: self.orders.iter().zip(1..).map(moved).collect(),
+            index,
+            ..self
+        }
+    }
+
+    /// What the orders add so far, periods of the signal, from where a turn begins, periods of the signal.
+    #[must_use]
+    pub fn at(&self, place: f64) -> f64 {
+        error(&self.orders, place / f64::from(self.periods))
+    }
 }
 
 /// Something that cannot be told, or that the motion tells beside the errors.
@@ -145,11 +172,12 @@ impl Answer {
         place + self.of_turn(place)
     }
 
-    /// What the orders of the turn add at a place, periods.
+    /// What the orders of the turn add at a place of the recording's count, periods.
     #[must_use]
     pub fn of_turn(&self, place: f64) -> f64 {
         self.turn.as_ref().map_or(0.0, |turn| {
-            error(&turn.orders, place / f64::from(turn.periods))
+            let start = turn.index.as_ref().map_or(0, |index| index.zero_periods);
+            turn.at(place - start as f64)
         })
     }
 }

@@ -1,6 +1,6 @@
 //! The constants in other programs' forms.
 
-use crate::answer::Answer;
+use crate::answer::{Answer, Turn};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
@@ -46,15 +46,32 @@ pub fn c(answer: &Answer) -> String {
     if let Some(turn) = &answer.turn {
         let _ = write!(
             text,
-            "\n/* of orders 1 to {} of the turn, {} periods; turn_rad is counted from the count's zero */\nstatic const float encoder_turn_rad[{0}][2] = {{\n    {}}};\n\n\
+            "\n/* of orders 1 to {} of the turn, {} periods; turn_rad is counted from {} */\nstatic const float encoder_turn_rad[{0}][2] = {{\n    {}}};\n\n\
              static float encoder_of_turn_rad(float turn_rad) {{\n    float sum = 0.0f;\n    for (int n = 0; n < {0}; n++)\n        \
              sum += encoder_turn_rad[n][0] * sinf((n + 1) * turn_rad) + encoder_turn_rad[n][1] * cosf((n + 1) * turn_rad);\n    return sum;\n}}\n",
             turn.orders.len(),
             turn.periods,
+            beginning(turn),
             list(&turn.orders)
         );
     }
     text
+}
+
+/// Where a turn begins, in words.
+fn beginning(turn: &Turn) -> String {
+    match &turn.index {
+        Some(index) => format!(
+            "the phase zero {:.2} periods {} the index",
+            index.after_periods.abs(),
+            if index.after_periods < 0.0 {
+                "after"
+            } else {
+                "before"
+            }
+        ),
+        None => "the count's zero".to_owned(),
+    }
 }
 
 /// Commands for moteus: the common offset of a sine/cosine source, and the compensation table of source 0, with cpr 65536, offset 0 and
@@ -130,6 +147,13 @@ pub fn simplefoc(answer: &Answer, periods_per_turn: u32) -> String {
         "float calibration_lut[{entries}] = {{{}}};",
         values.join(", ")
     );
+    if let Some(turn) = &answer.turn {
+        let _ = writeln!(
+            text,
+            "// the shaft's angle is counted from {}",
+            beginning(turn)
+        );
+    }
     let _ = writeln!(
         text,
         "// CalibratedSensor calibrated(sensor, {entries}, calibration_lut);"
@@ -151,7 +175,9 @@ impl Table {
             let read = base.map_or(phase, |base| answer.raw_phase(phase, base));
             let place = period as f64 + phase;
             let truth = place + crate::input::error(&answer.applied(), place);
-            let added = truth + answer.of_turn(truth) - period as f64 - read;
+            let added = truth + answer.turn.as_ref().map_or(0.0, |turn| turn.at(truth))
+                - period as f64
+                - read;
             [read - read.floor(), added - added.round()]
         };
         let mut nodes: Vec<[f64; 2]> = (0..GRID).map(of).collect();

@@ -4,7 +4,7 @@ use crate::asked::Refusal;
 use courier_signal::encoder::{Encoder, EncoderConfig, Harmonics};
 use courier_signal::model::Unit;
 use courier_signal::quadrature::PairCorrection;
-use recording::Recording;
+use recording::{INDEX, Recording};
 use std::ops::Range;
 
 /// A gap of over this many usual intervals ends a piece. A choice: one or two lost samples do not, a pause of the log does.
@@ -27,6 +27,8 @@ pub struct Input {
     pub place: Vec<f64>,
     /// `[sine, cosine]`, counts; empty where only places were logged.
     pub counts: Vec<[f64; 2]>,
+    /// Level of the index in any unit, NaN where it was not measured; empty where there is none.
+    pub index: Vec<f64>,
     /// Length of a period, m.
     pub pitch_m: f64,
     /// How the counts came from the log's values.
@@ -62,6 +64,8 @@ impl Input {
         let pitch_m = recording.meta.geometry.pitch_m;
         let by_counts =
             (0..samples.len()).any(|row| samples.quadrature_counts(segment, row).is_some());
+        let mut logged = samples.logged().iter();
+        let index = logged.find(|logged| logged.name == INDEX);
         let mut input = Self {
             pitch_m,
             ..Self::default()
@@ -75,6 +79,7 @@ impl Input {
                 input.t_s.push(samples.t_s()[row]);
                 input.place.push(place_m / pitch_m);
                 input.counts.extend(counts);
+                input.index.extend(index.map(|index| index.values[row]));
             }
         }
         Some(input)

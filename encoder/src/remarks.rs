@@ -101,10 +101,22 @@ pub(crate) fn remarks(answer: &Answer, question: &Question, motion: &Motion) -> 
         ));
     }
     match (&answer.turn, question.periods_per_turn) {
-        (Some(turn), _) => remarks.push(remark(
-            format!("the {} orders of the turn are counted from the place zero of this recording's count", turn.orders.len()),
-            "an index, or a count that is the same after each start",
-        )),
+        (Some(turn), _) => match &turn.index {
+            None => remarks.push(remark(
+                format!("the {} orders of the turn are counted from the place zero of this recording's count", turn.orders.len()),
+                "an index (--column index=COLUMN), or a count that is the same after each start",
+            )),
+            // Passes are as far apart as that within one recording already.
+            Some(index) if index.after_periods.abs() + index.spread_periods >= 0.5 => remarks.push(remark(
+                format!(
+                    "the index is {:.2} ± {:.2} periods from the phase zero that turns are counted from: another start may take the next one",
+                    index.after_periods.abs(),
+                    index.spread_periods
+                ),
+                "an index that is moved by a quarter of a period, or samples closer to each other",
+            )),
+            Some(_) => {}
+        },
         (None, Some(_)) => remarks.push(remark(
             "no order of the turn foretells a stretch that it was not fitted to: single poles and eccentricity are not told",
             "two turns or more, better five, without a stop",

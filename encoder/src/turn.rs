@@ -100,6 +100,7 @@ pub(crate) fn turn(phases: &Phases, periods: u32) -> Option<Turn> {
         before_turns: before,
         after_turns: after,
         stretches: stretches.len(),
+        index: None,
     })
 }
 

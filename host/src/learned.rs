@@ -41,6 +41,12 @@ pub fn text(place: &str, answer: &Answer) -> String {
             turn.periods,
             turn.orders.len()
         );
+        if let Some(index) = &turn.index {
+            text += &format!(
+                "; counted from the phase zero at the index, which came {} times, {:.2} ± {:.2} periods from it",
+                index.passes, index.after_periods, index.spread_periods
+            );
+        }
     }
     text += &format!(
         "\nleft within the median stretch: {} µm rms",

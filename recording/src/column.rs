@@ -23,6 +23,9 @@ pub enum Column {
     Reference(usize),
 }
 
+/// The quantity beside the layout's columns that is an encoder's index: a pulse once a turn, of any levels.
+pub const INDEX: &str = "aux_index";
+
 /// True for the name of a quantity that is logged beside the layout's columns: `aux_` and letters, digits or underscores.
 pub(crate) fn is_logged(name: &str) -> bool {
     let rest = name.strip_prefix("aux_").unwrap_or("");

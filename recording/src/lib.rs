@@ -24,7 +24,7 @@ mod together;
 mod unfinished;
 mod write;
 
-pub use column::{COLUMNS, Column};
+pub use column::{COLUMNS, Column, INDEX};
 pub use error::{Error, excerpt};
 pub use existing::Existing;
 pub use layout::{META_FILE, SAMPLES_FILE, SCHEMA};

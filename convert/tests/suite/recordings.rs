@@ -42,6 +42,45 @@ fn steps_of_over_half_a_pitch() {
     );
 }
 
+/// The index stands in the recording as it was logged; a column that is only called so is as often the number of a row.
+#[test]
+fn an_index_is_kept_where_it_was_asked_for() {
+    let mut named = String::from("t,sin,cos,index,name\n");
+    for (row, [t_s, sine, cosine, _]) in encoder().iter().enumerate() {
+        let level = ["0.1", "3.2", ""][row % 3];
+        named += &format!("{t_s},{sine},{cosine},{level},a\n");
+    }
+    let named = named.as_bytes();
+    let columns = ["t_s=t:s", "q1s=sin", "q1c=cos"];
+    let made = converted(named, &order(&columns)).unwrap();
+    assert_eq!(made.recording.samples.logged(), []);
+    assert_eq!(made.told.left_aside, ["index", "name"]);
+    let with =
+        |index: &'static str| converted(named, &order(&[columns.as_slice(), &[index]].concat()));
+    let made = with("index=index").unwrap();
+    let kept = &made.recording.samples.logged()[0];
+    assert_eq!(
+        (kept.name.as_str(), &kept.values[..2]),
+        ("aux_index", [0.1, 3.2].as_slice())
+    );
+    assert!(kept.values[2].is_nan());
+    let told = made.told.columns.last().unwrap();
+    assert_eq!(
+        (told.name, told.values, told.range),
+        ("aux_index", 2667, [0.1, 3.2])
+    );
+    let refused = with("index=name").unwrap_err();
+    assert!(
+        refused.contains("row 2, column name, found \"a\", wanted a number"),
+        "{refused}"
+    );
+    let refused = with("index=index*2").unwrap_err();
+    assert!(
+        refused.contains("wanted the name of a column alone"),
+        "{refused}"
+    );
+}
+
 /// A reference that stands still tells no reversal: the segment does.
 #[test]
 fn runs_are_told_by_what_travels() {

@@ -3,7 +3,7 @@
 use crate::Insufficient;
 use crate::data::interpolation::filled;
 use crate::data::late_segment::LateSegment;
-use recording::{Column, Logged, Recording, Samples};
+use recording::{Column, INDEX, Logged, Recording, Samples};
 use std::f64::consts::TAU;
 
 /// The recording in columns of f64, NaN where not measured. `N` samples.
@@ -122,7 +122,7 @@ impl Observations {
             temperature_c: filled(samples.t_s(), take(Column::Temperature)),
             commanded: [0, 1, 2].map(|axis| take(Column::Commanded(axis))),
             reference: [0, 1, 2].map(|axis| take(Column::Reference(axis))),
-            logged: samples.logged().to_vec(),
+            logged: quantities(samples),
             run_names: samples.run_names().to_vec(),
             pair_noise_counts: counts_noise,
             electrode_noise_counts: (electronics.psd_noise_counts.unwrap_or(0.0).powi(2)
@@ -366,4 +366,13 @@ fn stretches(t_s: &[f64], run: &[usize]) -> Vec<usize> {
         stretch.push(number);
     }
     stretch
+}
+
+/// What was logged beside the columns and may act on a segment: an index acts on nothing.
+fn quantities(samples: &Samples) -> Vec<Logged> {
+    let logged = samples.logged().iter();
+    logged
+        .filter(|logged| logged.name != INDEX)
+        .cloned()
+        .collect()
 }
