@@ -139,6 +139,7 @@ class Diagnosis(Answer):
     without_signal: Tuple[WithoutSignal, ...] = ()
     model: Optional[Model] = field(default=None, compare=False, metadata=BESIDE)
     report: Optional[Report] = field(default=None, repr=False, compare=False, metadata=BESIDE)
+    explained: Optional[str] = field(default=None, repr=False, compare=False, metadata=BESIDE)
 
     def _rows(self) -> Sequence[Any]:
         """A row a channel: the gap, and what is left of it."""
@@ -182,8 +183,7 @@ class Check(Answer):
     confirmation: Confirmation
     notes: Tuple[str, ...] = ()
 
-    def _rows(self) -> Sequence[Any]:
-        return self.held_out.channels
+    _main = "held_out.channels"
 
 
 @dataclass(frozen=True)
@@ -241,8 +241,7 @@ class Replay(Answer):
     remarks: Tuple[ReplayRemark, ...] = ()
     findings: Tuple[Finding, ...] = ()
 
-    def _rows(self) -> Sequence[Any]:
-        return self.channels
+    _main = "channels"
 
 
 @dataclass(frozen=True)
@@ -336,8 +335,7 @@ class Isolability(Answer):
     remedies: Tuple[Remedy, ...]
     needed: Optional[Needed]
 
-    def _rows(self) -> Sequence[Any]:
-        return self.parameters
+    _main = "parameters"
 
 
 @dataclass(frozen=True)
@@ -368,14 +366,25 @@ class Harmonic:
 
 
 @dataclass(frozen=True)
+class Index:
+    """Where turns begin, by the index: whole periods of the recording's count, how far behind it the index is, and how well that is known."""
+
+    zero_periods: int
+    after_periods: float
+    spread_periods: float
+    passes: int
+
+
+@dataclass(frozen=True)
 class Turn:
-    """Orders of the whole turn, each a sine and a cosine in metres."""
+    """Orders of the whole turn, each a sine and a cosine in periods of the signal."""
 
     periods: int
     orders: Tuple[Tuple[float, float], ...]
     before_turns: float
     after_turns: float
     stretches: int
+    index: Optional[Index]
 
 
 @dataclass(frozen=True)
@@ -423,8 +432,7 @@ class Encoder(Answer):
     remarks: Tuple[EncoderRemark, ...]
     constants: Optional[Constants] = field(default=None, compare=False, metadata=BESIDE)
 
-    def _rows(self) -> Sequence[Any]:
-        return self.harmonics
+    _main = "harmonics"
 
 
 @dataclass(frozen=True)

@@ -47,25 +47,27 @@ def diagnose(
     without: Sequence[str] = (),
     resolution_um: Optional[float] = None,
     report: bool = False,
+    explain: bool = False,
 ) -> Diagnosis:
     """Where recording and simulation part, which effect does it, and how far adding it closes the gap.
 
     ``without`` takes effects out of the catalogue. ``resolution_um`` is what the gap is held against in the report and the text.
-    With ``report`` the answer has the page that ``courier diagnose --report`` writes, which a notebook shows.
+    With ``report`` the answer has the page that ``courier diagnose --report`` writes, which a notebook shows. With ``explain`` it has the
+    twenty likeliest sets of effects, and why each is not the first, as text; that takes from seconds to minutes.
 
     Other threads run meanwhile. Raises :class:`courier.InputError` for a bad recording or an unknown effect.
     """
     read_recording = _recording(recording)
-    words = _words(without=list(without), resolution_um=resolution_um) + ["--", read_recording.path]
+    words = _words(without=list(without), resolution_um=resolution_um, explain=explain) + ["--", read_recording.path]
     called = f"courier.diagnose({read_recording.path!r}) in Python"
-    text, told, model, page = _native.diagnose(read_recording._native, words, called if report else None)
+    told, (model, page, explained) = _native.diagnose(read_recording._native, words, called if report else None)
     name = f"the model of {read_recording.path}"
     return made(
         Diagnosis,
-        text,
-        told,
+        *told,
         model=None if model is None else Model(model, name),
         report=None if page is None else Report(page),
+        explained=explained,
     )
 
 

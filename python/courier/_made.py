@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from operator import attrgetter
 from typing import (
     TYPE_CHECKING,
     Any,
@@ -34,6 +35,8 @@ class Answer:
 
     _json = ""
     _text = ""
+    # Which of its lists is the main table, where no method says otherwise.
+    _main = ""
 
     def to_json(self) -> str:
         """The JSON that the command prints with ``--json``, to the letter."""
@@ -43,7 +46,8 @@ class Answer:
         return self._text
 
     def _rows(self) -> Sequence[Any]:
-        raise NotImplementedError
+        rows: Sequence[Any] = attrgetter(self._main)(self)
+        return rows
 
     def to_pandas(self) -> "pandas.DataFrame":
         """The answer's main table; :func:`courier.table` makes one of any list in it."""

@@ -28,14 +28,14 @@ fn another() -> PyErr {
     PyRuntimeError::new_err("found the options of another command")
 }
 
-/// A diagnosis: JSON, text, the model's file where there is one, and the report's page where it was asked for.
+/// A diagnosis: JSON, text, the model's file where there is one, the report's page and the likeliest sets where they were asked for.
 #[pyfunction]
 pub fn diagnose(
     py: Python<'_>,
     recording: &Recording,
     words: Vec<OsString>,
     page_for: Option<String>,
-) -> PyResult<(String, String, Option<String>, Option<String>)> {
+) -> PyResult<(Told, [Option<String>; 3])> {
     let Command::Diagnose(args) = parsed(py, "diagnose", words)? else {
         return Err(another());
     };
@@ -43,7 +43,8 @@ pub fn diagnose(
     done(py, "diagnose", move |_| {
         args.check()?;
         let answer = commands::diagnose::answer(&args, &recording, &unwatched);
-        let text = commands::diagnose::text(&answer.diagnosis, args.resolution_m());
+        let explained = commands::diagnose::explained(&args, &recording, &answer);
+        let text = commands::diagnose::told(&args, &answer, explained.as_deref());
         let model = answer.model.as_ref().map(commands::diagnose::model_text);
         let page = |command: String| -> anyhow::Result<String> {
             let mut origin = origin_of(&path, &recording, None)?;
@@ -51,7 +52,8 @@ pub fn diagnose(
             Ok(args.page(&answer, &origin))
         };
         let page = page_for.map(page).transpose()?;
-        Ok((json(&answer.diagnosis)?, text, model.transpose()?, page))
+        let told = (json(&answer.diagnosis)?, text);
+        Ok((told, [model.transpose()?, page, explained]))
     })
 }
 

@@ -26,6 +26,13 @@ def test_options_of_a_diagnosis(command, stage):
     same(answer, command, "diagnose", stage, "--without", "velocity_lag", "--without", "hysteresis", "--resolution-um", "0.01")
 
 
+def test_the_likeliest_sets_of_effects(command, stage):
+    answer = courier.diagnose(stage, explain=True)
+    assert str(answer) == command.says("diagnose", stage, "--explain")
+    assert str(answer) == f"{courier.diagnose(stage)}\n\n{answer.explained}"
+    assert courier.diagnose(stage).explained is None
+
+
 def test_a_model_and_its_check(command, stage, tmp_path):
     answer = courier.diagnose(stage)
     own, theirs = tmp_path / "own.json", tmp_path / "theirs.json"

@@ -36,7 +36,7 @@ pub fn check() -> Result<()> {
     .run()
 }
 
-/// The examples on Ray, with a worker that is killed, and recordings in Parquet. Part of `cargo xtask nightly`, and alone `cargo xtask ray`.
+/// The examples on Ray, with a worker that is killed, and recordings in Parquet and MCAP. Part of `cargo xtask nightly`, and alone `cargo xtask ray`.
 ///
 /// # Errors
 /// As [`check`].
@@ -45,7 +45,7 @@ pub fn on_ray() -> Result<()> {
     Job {
         name: "ray",
         packages: &["ray"],
-        features: "parquet",
+        features: "parquet,mcap",
         tests: "python/nightly",
     }
     .run()

@@ -88,7 +88,6 @@ impl Args {
 /// A bad recording, an unknown effect, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
     args.check()?;
-    let resolution_m = args.resolution_m();
     if let Some(table) = &args.out {
         // Not told to clap, which then would not miss `--out` beside one of these.
         ensure!(
@@ -104,13 +103,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let answer = answer(args, &recording, &|stage: Stage| {
         begin(&bar, stage.what(), stage.begins_at())
     });
+    if args.explain {
+        begin(&bar, "weighing sets of effects", 0.0);
+    }
+    let explained = explained(args, &recording, &answer);
     bar.finish_and_clear();
-    // What cannot be answered has no sets, and its verdict says why.
-    let explained = match answer.diagnosis.verdict {
-        Verdict::InsufficientData => None,
-        _ if args.explain => explained(&recording, &args.options()),
-        _ => None,
-    };
     match (&args.model, &answer.model) {
         (Some(path), Some(model)) => output::write(path, kinds::MODEL, model_text(model)?.as_bytes())?,
         (Some(path), None) => warn(&format!(
@@ -126,10 +123,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         output::write(page, kinds::PAGE, text.as_bytes())?;
     }
     args.json
-        .tell(kinds::DIAGNOSIS, &answer.diagnosis, || {
-            let text = text(&answer.diagnosis, resolution_m);
-            [Some(text), explained].into_iter().flatten().collect::<Vec<_>>().join("\n\n")
-        })?;
+        .tell(kinds::DIAGNOSIS, &answer.diagnosis, || told(args, &answer, explained.as_deref()))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -207,13 +201,19 @@ fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
-/// The likeliest sets of effects, as text.
-fn explained(recording: &Recording, options: &Options) -> Option<String> {
-    let bar = stages();
-    begin(&bar, "weighing sets of effects", 0.0);
-    let answer = diagnosed(recording, options, true);
-    bar.finish_and_clear();
-    answer.ok().map(|answer| diagnose_explained::text(&answer))
+/// The likeliest sets of effects as text, where they were asked for. What cannot be answered has none, and its verdict says why.
+pub fn explained(args: &Args, recording: &Recording, answer: &Answer) -> Option<String> {
+    if !args.explain || answer.diagnosis.verdict == Verdict::InsufficientData {
+        return None;
+    }
+    let weighed = diagnosed(recording, &args.options(), true);
+    weighed.ok().map(|weighed| diagnose_explained::text(&weighed))
+}
+
+/// The whole text of an answer.
+pub fn told(args: &Args, answer: &Answer, explained: Option<&str>) -> String {
+    let text = text(&answer.diagnosis, args.resolution_m());
+    explained.map_or(text.clone(), |explained| format!("{text}\n\n{explained}"))
 }
 
 /// No length is said to be known better than this, m: it is a first look.
