@@ -1,40 +1,44 @@
 //! The covariance of a platen calibration by what its record keeps of it.
 //!
 //! The record has no covariance: 33 unknowns would take its room twice. It has the number of poses N, what the parity of held-out
-//! poses left, and the worst predicted deviation of a correction; the motion is uniform over phases. So the rows of equation (7) have
-//! the expected products
+//! poses left, the worst predicted deviation of a correction, and the waves themselves; the motion is even over true places. So the
+//! rows of equation (7) have known expected products ([`Phases`]). Those of segments without waves are
 //!
 //! ```text
 //! N/2 [ 1    -C_n ]     between the same function of order n of both segments of a pair, zero between all others,
 //!     [ -C_n    1 ]
 //! ```
 //! where `C_n` is the mean of `cos(n d)` over the poses and d the difference of the pair's phases, `2 pi span theta / pitch`. With angles
-//! uniform over a turn to either side that is `sin(n d) / (n d)` at the largest d. That is not in the record; the worst predicted
-//! deviation, `noise^2 2/N sum 1 / (1 - C_n^2)` (`courier_sensor::calibration::Planner`), tells it.
+//! even over a turn to either side that is `sin(n d) / (n d)` at the largest d. That is not in the record; the worst predicted
+//! deviation, which the same products give (`courier_sensor::calibration::GatedFit`), tells it. Waves of 30 µm make a segment's orders go
+//! together by tens of percent.
 //!
 //! What is left in the parity is no noise that is another at each pose, but mostly displaced teeth, the same whenever the courier comes by.
 //! Over whole waves a smooth field has no part of order n, but the poses end somewhere: its mean r(x) over the way across has, over a way
-//! of L pitches along, the part
+//! of L along, the mean product
 //!
 //! ```text
-//! a_n = (r(0) - r(L)) / (pi n L),   by the first step of an integration by parts
+//! (r(0) - r(L)) U(0) / L,   U' = u less its mean,   by the first step of an integration by parts
 //! ```
-//! in a sine whose zero is at the edge, and none in the cosine. Both segments of a pair see it alike, so the fit puts it into their
-//! difference: `a_n B_n / (1 + C_n)` into one and the same with the other sign into the other, B_n the mean of `cos(n d / 2)`. No number
+//! with a function u of the place. Both segments of a pair see it alike, so the fit puts most of it into their difference. No number
 //! of poses makes it smaller, and at another place it is another one.
 
+use crate::phases::{Phases, Waves, sinc};
 use courier_sensor::calibration::record::Calibration;
 use courier_sensor::equations::PARITY_SIGN;
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::model::{Multiplier, Term};
+use nalgebra::DMatrix;
+use std::f64::consts::TAU;
 
 /// Poses held out unless that was asked otherwise (`Visits::paper`), by which the noise is known: the record does not say.
 pub(crate) const HELD_OUT: f64 = 200.0;
 /// Way of the poses in x and y unless that was asked otherwise (`Visits::paper`), pitches: the record does not say.
 const TRAVEL_PITCHES: f64 = 10.0;
-/// Share of a tooth field's variance that its mean over that way across has: `2/L` times the integral of `(1 - y/L) rho(y)`, rho the
-/// correlation of what a segment reads that averages six teeth, as the paper's does, with weights `(1 - u^2)^2`.
-const MEAN_ACROSS: f64 = 0.365;
+/// Half of a segment that averages six teeth, as the paper's does, pitches: with weights `(1 - u^2)^2`.
+const HALF_PITCHES: f64 = 3.0;
+/// Steps of the midpoint rule over a segment or a way: the integrals are exact to a thousandth then.
+const STEPS: i32 = 200;
 /// Largest of four independent standard normal numbers, expected (Harter 1961, Biometrika 48, 151): of four segments the worst is kept.
 const LARGEST_OF_FOUR: f64 = 1.029;
 /// Constants of a self-calibration are equal but for their signs, to rounding of f32.
@@ -45,12 +49,10 @@ const ROUNDING: f32 = 1.0e-5;
 pub struct Design {
     /// Orders fitted, equal for all segments.
     pub orders: Vec<u8>,
-    /// Variance of each coefficient, m^2, by order as in `orders`.
-    pub variance: Vec<f64>,
-    /// Correlation of the same coefficients of both segments of a pair, but for the teeth's part.
+    /// Covariance of the coefficients, m^2: those of segment 1 first, of each order its sine and cosine.
+    pub covariance: DMatrix<f64>,
+    /// Correlation of a pair's coefficients of each order, of segments without waves and teeth.
     pub correlation: Vec<f64>,
-    /// Variance of each coefficient by the teeth of the place, m^2; of opposite sign in both segments of a pair.
-    pub teeth: Vec<f64>,
     /// Standard deviation of the parity of one pose, metres.
     pub noise_m: f64,
     /// Degrees of freedom of the noise.
@@ -102,24 +104,23 @@ pub fn of(calibration: &Calibration) -> Result<Design, String> {
     // A held-out parity has the fit's uncertainty beside its own noise.
     let noise_m = left_m / (1.0 + count / poses * scatter).sqrt();
     let of_four = 1.0 + LARGEST_OF_FOUR * (2.0 / (poses - count)).sqrt();
-    let wanted = (worst_m / noise_m).powi(2) * poses / (2.0 * scatter * of_four);
-    let difference_rad = difference(&orders, wanted);
-    let correlation: Vec<f64> = orders
-        .iter()
-        .map(|&order| sinc(f64::from(order) * difference_rad))
-        .collect();
+    let wanted = (worst_m / noise_m).powi(2) * poses / (scatter * of_four);
+    let (phases, difference_rad) = passed(&orders, calibration, wanted);
+    let inverse = inverse(&phases, difference_rad)
+        .ok_or("its waves are larger than an error that can be undone: they tell no covariance")?;
     // Chosen poses do better than random ones: where no turn of these is as good, all variances are as much less.
-    let better = (wanted / orders.len() as f64).min(1.0);
-    let alone_m2 = noise_m * noise_m * 2.0 / poses * scatter * better;
-    let variance = correlation.iter().map(|c| alone_m2 / (1.0 - c * c));
-    let teeth = orders
-        .iter()
-        .zip(&correlation)
-        .map(|(&order, c)| teeth(order.into(), *c, difference_rad, noise_m));
+    let better = (wanted / phases.largest(&inverse)).min(1.0);
+    let of_noise = &inverse * (noise_m * noise_m / poses * scatter * better);
+    let geometry = &calibration.geometry;
+    let step_m2 = 2.0 * noise_m * noise_m * ends(f64::from(geometry.span_m / geometry.pitch_m));
+    let of_wave = step_m2 / (TAU * TRAVEL_PITCHES).powi(2);
+    let teeth = &inverse * phases.at_edge(difference_rad) * &inverse * of_wave;
     Ok(Design {
-        teeth: teeth.collect(),
-        variance: variance.collect(),
-        correlation,
+        covariance: symmetric(&(of_noise + teeth)),
+        correlation: orders
+            .iter()
+            .map(|&order| sinc(f64::from(order) * difference_rad))
+            .collect(),
         noise_m,
         freedom: (HELD_OUT - 1.0).min(poses - count + 1.0),
         poses: quality.poses,
@@ -127,12 +128,82 @@ pub fn of(calibration: &Calibration) -> Result<Design, String> {
     })
 }
 
-/// Variance of a coefficient by the teeth of the place, the parity's rest being `left_m` of teeth: both ends of the way have fields of their
-/// own, and where in a wave they lie is not known.
-fn teeth(order: f64, correlation: f64, difference_rad: f64, left_m: f64) -> f64 {
-    let edge = 1.0 / (std::f64::consts::PI * order * TRAVEL_PITCHES);
-    let seen = sinc(0.5 * order * difference_rad) / (1.0 + correlation);
-    MEAN_ACROSS * (left_m * edge * seen).powi(2)
+/// How the poses passed the phases, and the largest difference of a pair's. Random poses are even over places, chosen ones over the phases that are
+/// read: with either there is a turn that gives the worst deviation, but another condition number, and that is in the record.
+fn passed(orders: &[u8], calibration: &Calibration, wanted: f64) -> (Phases, f64) {
+    let waves = waves(calibration);
+    let none = waves.each_ref().map(|waves| vec![[0.0; 2]; waves.len()]);
+    let condition = f64::from(calibration.quality.condition_number);
+    let [(random, off_random), (chosen, off_chosen)] = [waves, none].map(|waves| {
+        let phases = Phases::new(orders, &waves);
+        let difference_rad = difference(&phases, wanted);
+        let off = (phases.condition(difference_rad) / condition).ln().abs();
+        ((phases, difference_rad), off)
+    });
+    if off_chosen < off_random {
+        chosen
+    } else {
+        random
+    }
+}
+
+/// What was fitted, in shares of a radian.
+fn waves(calibration: &Calibration) -> [Waves; SEGMENTS] {
+    let per_m = TAU / f64::from(calibration.geometry.pitch_m);
+    let terms = calibration.model.terms.iter();
+    let terms = terms.zip(&calibration.model.coefficients);
+    let fitted: Vec<_> = terms.filter(|(term, _)| fitted(term)).collect();
+    std::array::from_fn(|segment| {
+        let of = fitted.iter().map(|(_, rows)| rows[segment]);
+        of.map(|pair| pair.map(|k| per_m * f64::from(k))).collect()
+    })
+}
+
+/// Without what rounding makes unlike.
+fn symmetric(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    0.5 * (matrix + matrix.transpose())
+}
+
+/// Inverse of the expected products of a pose's row with itself.
+fn inverse(phases: &Phases, difference_rad: f64) -> Option<DMatrix<f64>> {
+    let factor = phases.products(difference_rad).cholesky()?;
+    Some(factor.inverse())
+}
+
+/// How two readings of a tooth field go together that are so many pitches apart along or across: the weights' autocorrelation.
+fn alike(away_pitches: f64) -> f64 {
+    let weight = |u: f64| (1.0 - u * u).max(0.0).powi(2);
+    let away = away_pitches / HALF_PITCHES;
+    let sum = |away: f64| integral([-1.0, 1.0], |u| weight(u) * weight(u + away));
+    sum(away) / sum(0.0)
+}
+
+/// The same of two means over the way that are so many pitches apart.
+fn means_alike(away_pitches: f64) -> f64 {
+    let each = |t: f64| (1.0 - t.abs() / TRAVEL_PITCHES) * alike(away_pitches + t);
+    integral([-TRAVEL_PITCHES, TRAVEL_PITCHES], each) / TRAVEL_PITCHES
+}
+
+/// Half the variance of what the parity's mean across differs by between both ends of the way, over the parity's own.
+///
+/// The mean over y of the segments that measure x, of either side, is that of teeth of their own at either end. Those that measure y stand
+/// half a span to either side in x: where the span is about as long as the way, one comes at the end to the teeth at which the other began,
+/// and with the other sign, so that both ends see them alike in the difference.
+fn ends(span_pitches: f64) -> f64 {
+    let (span, way) = (span_pitches, TRAVEL_PITCHES);
+    let mean = means_alike(0.0);
+    let measured_along = 4.0 * (mean - means_alike(span)) * (1.0 - alike(way));
+    let apart = 2.0 * alike(way) + 2.0 * alike(span) - alike(way - span) - alike(way + span);
+    let measured_across = 2.0 * mean * (2.0 - apart);
+    0.5 * (measured_along + measured_across) / (4.0 * (1.0 - alike(span)))
+}
+
+/// By the midpoint rule.
+fn integral([from, to]: [f64; 2], of: impl Fn(f64) -> f64) -> f64 {
+    let width = (to - from) / f64::from(STEPS);
+    (0..STEPS)
+        .map(|k| width * of(from + (f64::from(k) + 0.5) * width))
+        .sum()
 }
 
 /// What the board fits by the parity alone.
@@ -150,27 +221,14 @@ fn spread(calibration: &Calibration) -> bool {
         .all(|(k, sign)| (k * sign - first * PARITY_SIGN[0]).abs() <= ROUNDING * size)
 }
 
-fn sinc(x: f64) -> f64 {
-    if x.abs() < 1.0e-6 {
-        1.0 - x * x / 6.0
-    } else {
-        x.sin() / x
-    }
-}
-
-/// Sum of `1 / (1 - C_n^2)`.
-fn weakness(orders: &[u8], difference_rad: f64) -> f64 {
-    let one = |&order: &u8| 1.0 / (1.0 - sinc(f64::from(order) * difference_rad).powi(2));
-    orders.iter().map(one).sum()
-}
-
-/// The largest difference of a pair's phases whose weakness is as wanted, by bisection; where none is as small, half a turn of the
-/// lowest order, from where on turning further gains nothing.
-fn difference(orders: &[u8], wanted: f64) -> f64 {
-    let (mut low, mut high) = (1.0e-4, std::f64::consts::PI);
-    for _ in 0..60 {
+/// The largest difference of a pair's phases with which the worst variance is as wanted, by bisection; where none is as small, half a turn
+/// of the lowest order, from where on turning further gains nothing.
+fn difference(phases: &Phases, wanted: f64) -> f64 {
+    let (mut low, mut high) = (1.0e-3, std::f64::consts::PI);
+    for _ in 0..40 {
         let middle = 0.5 * (low + high);
-        if weakness(orders, middle) > wanted {
+        let worst = inverse(phases, middle).map(|inverse| phases.largest(&inverse));
+        if worst.is_none_or(|worst| worst > wanted) {
             low = middle
         } else {
             high = middle
@@ -184,6 +242,9 @@ mod tests {
     use super::*;
     use courier_sensor::geometry::Geometry;
     use courier_sensor::model::{ErrorModel, TermTable};
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
 
     fn record() -> Calibration {
         let mut calibration = Calibration::identity(Geometry::PAPER);
@@ -197,10 +258,11 @@ mod tests {
     /// The paper's motion: 33.6 / N in squares of the noise.
     #[test]
     fn the_worst_deviation_tells_the_turn() {
-        let orders = [1, 2, 4, 6];
-        let paper_rad = std::f64::consts::TAU * 9.7 / 1.016 * 8.727e-3;
-        assert!((2.0 * weakness(&orders, paper_rad) - 33.6).abs() < 0.3);
-        assert!((difference(&orders, weakness(&orders, paper_rad)) - paper_rad).abs() < 1.0e-9);
+        let phases = Phases::new(&[1, 2, 4, 6], &waves(&record()));
+        let paper_rad = TAU * 9.7 / 1.016 * 8.727e-3;
+        let worst = phases.largest(&inverse(&phases, paper_rad).unwrap());
+        assert!((worst - 33.6).abs() < 0.3, "{worst}");
+        assert!((difference(&phases, worst) - paper_rad).abs() < 1.0e-9);
         let design = of(&record()).unwrap();
         let paper = sinc(paper_rad);
         assert!(
@@ -219,13 +281,79 @@ mod tests {
         let of_worst = |worst_m: f32| {
             let mut calibration = record();
             calibration.quality.predicted_worst_m = worst_m;
-            of(&calibration).unwrap().variance
+            of(&calibration).unwrap().covariance
         };
         // The least of random poses: four orders, 8 / N in squares of the noise, some more for their scatter.
-        let (low, lower) = (of_worst(0.06e-6), of_worst(0.06e-6 / 2.0_f32.sqrt()));
-        for (low, lower) in low.iter().zip(&lower) {
-            assert!((low / lower - 2.0).abs() < 1.0e-4, "{low:e} {lower:e}");
+        let [low, lower, lowest] =
+            [1.0, 0.5_f32, 0.25].map(|share| of_worst(0.06e-6 * share.sqrt()));
+        // The teeth's part is the same.
+        for k in 0..low.nrows() {
+            let ratio = (low[(k, k)] - lower[(k, k)]) / (lower[(k, k)] - lowest[(k, k)]);
+            assert!((ratio - 2.0).abs() < 1.0e-4, "{ratio}");
         }
+    }
+
+    /// Against drawn teeth: the parity's mean over y at both ends of the way, and its variance. A span as long as the way sees the same teeth at
+    /// both; a fifth more than with teeth of their own, which is what is told apart here.
+    #[test]
+    fn both_ends_differ_as_those_of_drawn_teeth_do() {
+        const TEETH: usize = 48;
+        const DRAWS: u32 = 1500;
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let span = TRAVEL_PITCHES;
+        let read = |field: &[f64], along: f64, across: f64| -> f64 {
+            let weights = |at: f64| {
+                let first = (at - HALF_PITCHES).ceil() as usize;
+                (first..first + 6).map(move |k| {
+                    (
+                        k,
+                        (1.0 - ((k as f64 - at) / HALF_PITCHES).powi(2))
+                            .max(0.0)
+                            .powi(2),
+                    )
+                })
+            };
+            let row = |i: usize| {
+                weights(across)
+                    .map(|(j, w)| w * field[i * TEETH + j])
+                    .sum::<f64>()
+            };
+            weights(along).map(|(i, w)| w * row(i)).sum()
+        };
+        let (mut differing, mut whole) = (0.0, 0.0);
+        for _ in 0..DRAWS {
+            let fields: [Vec<f64>; 2] = std::array::from_fn(|_| {
+                (0..TEETH * TEETH)
+                    .map(|_| StandardNormal.sample(&mut rng))
+                    .collect()
+            });
+            let parity = |x: f64, y: f64| {
+                let (x, y, half) = (x + 18.0, y + 18.0, 0.5 * span);
+                read(&fields[0], x, y + half)
+                    - read(&fields[0], x, y - half)
+                    - read(&fields[1], y, x - half)
+                    + read(&fields[1], y, x + half)
+            };
+            let mean = |x: f64| {
+                (0..20)
+                    .map(|k| parity(x, 0.5 * f64::from(k) + 0.25))
+                    .sum::<f64>()
+                    / 20.0
+            };
+            differing += (mean(0.0) - mean(TRAVEL_PITCHES)).powi(2);
+            whole += parity(0.3, 0.7).powi(2);
+        }
+        let (found, wanted) = (0.5 * differing / whole, ends(span));
+        // Two variances of so many draws.
+        let deviation = (4.0 / f64::from(DRAWS)).sqrt();
+        assert!(
+            (found / wanted - 1.0).abs() < 3.0 * deviation,
+            "{found} {wanted}"
+        );
+        assert!(
+            wanted > 1.19 * means_alike(0.0)
+                && (ends(40.0) / means_alike(0.0) - 1.0).abs() < 1.0e-6
+        );
     }
 
     #[test]

@@ -138,22 +138,16 @@ fn about(calibration: &Calibration) -> String {
 
 /// The platen fit's covariance for a list of unknowns.
 fn platen(design: &Design, unknowns: &[Unknown]) -> Certainty {
-    let of = |unknown: &Unknown| {
+    let place = |unknown: &Unknown| {
         let wave = unknown.wave.filter(|wave| design::fitted(&wave.term))?;
-        let order = design
-            .orders
-            .iter()
-            .position(|&order| order == wave.term.own_order)?;
-        Some((wave, order))
+        let order = wave.term.own_order;
+        let order = design.orders.iter().position(|&own| own == order)?;
+        let first = 2 * (wave.segment * design.orders.len() + order);
+        Some(first + usize::from(wave.cosine))
     };
-    let element = |a: usize, b: usize| match (of(&unknowns[a]), of(&unknowns[b])) {
-        (Some((one, order)), Some((two, other))) if order == other && one.cosine == two.cosine => {
-            match one.segment.abs_diff(two.segment) {
-                0 => design.variance[order] + design.teeth[order],
-                2 => design.variance[order] * design.correlation[order] - design.teeth[order],
-                _ => 0.0,
-            }
-        }
+    let places: Vec<Option<usize>> = unknowns.iter().map(place).collect();
+    let element = |a: usize, b: usize| match (places[a], places[b]) {
+        (Some(a), Some(b)) => design.covariance[(a, b)],
         _ => 0.0,
     };
     Certainty {

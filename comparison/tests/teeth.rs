@@ -29,13 +29,13 @@ const AREA_M: f64 = 50.0e-3;
 const FLOOR_M: f64 = 0.1e-6;
 
 /// So many calibrations of a courier, each at another place.
-fn calibrated(spec: CourierSpec, count: u64, seed: u64) -> Vec<Estimate> {
+fn calibrated(motion: Motion, spec: CourierSpec, count: u64, seed: u64) -> Vec<Estimate> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut courier = Courier::new(spec, seed).unwrap();
     let mut unit = || -> f64 { StandardUniform.sample(&mut rng) };
     let session = |number| {
         let corner_m = [AREA_M * unit(), AREA_M * unit()];
-        let calibration = common::session(MOTION, FLOOR_M, seed + number, |pose| {
+        let calibration = common::session(motion, FLOOR_M, seed + number, |pose| {
             let [x_m, y_m] = [pose.x_m, pose.y_m].map(f64::from);
             let theta_rad = f64::from(pose.theta_rad);
             let there = Pose::new(corner_m[0] + x_m, corner_m[1] + y_m, theta_rad);
@@ -58,7 +58,7 @@ fn of_teeth() -> CourierSpec {
 /// the field: without that it would be twice as much as is said.
 #[test]
 fn a_pairs_difference_scatters_from_place_to_place_as_its_record_says() {
-    let list = calibrated(of_teeth(), 24, 390_221);
+    let list = calibrated(MOTION, of_teeth(), 24, 390_221);
     let (mut sum, mut count) = (0.0, 0);
     for pair in list.chunks(2) {
         let apart = Difference::between(&pair[0], &pair[1]);
@@ -85,22 +85,22 @@ fn a_pairs_difference_scatters_from_place_to_place_as_its_record_says() {
     assert!((mean - 1.0).abs() <= 3.0 * deviation, "{mean} {deviation}");
 }
 
-/// Calibrations of one state are called changed one time in twenty: within three deviations of so many.
+/// Calibrations of one state are called changed one time in twenty: between 3 and 7 % of 1,000 pairs.
 #[test]
 #[ignore = "nightly: a minute of processor time"]
 fn repeated_calibrations_are_called_changed_as_often_as_is_said() {
-    let list = calibrated(presets::paper(), 400, 640_917);
+    let motion = Motion {
+        poses: 1000,
+        ..MOTION
+    };
+    let list = calibrated(motion, presets::paper(), 2000, 640_917);
     let changed = list.chunks(2).filter(|pair| {
         let apart = Difference::between(&pair[0], &pair[1]);
         let certainty = apart.certainty.as_ref().unwrap();
         let test = Root::of(&certainty.covariance).test(&apart.values(), certainty.freedom);
         is_change(test.chance)
     });
-    let (changed, pairs) = (changed.count() as f64, list.len() as f64 / 2.0);
+    let (changed, pairs) = (changed.count(), list.len() / 2);
     println!("repeated calibrations of the paper's courier: {changed} of {pairs} called changed");
-    let deviation = (0.05 * 0.95 * pairs).sqrt();
-    assert!(
-        (changed - 0.05 * pairs).abs() <= 3.0 * deviation,
-        "{changed}"
-    );
+    assert!((30..=70).contains(&changed), "{changed} of {pairs}");
 }

@@ -81,6 +81,7 @@ pub fn session(
     let quality = &mut calibration.quality;
     (quality.residual_after_m, quality.predicted_worst_m) = (square.sqrt() as f32, worst_m);
     quality.poses = fit.estimator().rows.rows() as u16;
+    quality.condition_number = fit.estimator().solution().condition;
     (quality.rank, quality.unknowns) = (
         fit.estimator().solution().rank as u16,
         regression.unknowns() as u16,
