@@ -28,6 +28,20 @@ fn main() -> Result<(), Failure> {
         columnar::write(&recording.meta, &recording.samples, &file, Existing::Refuse)
     })?;
     let (read, read_s) = timed(|| columnar::read(&file))?;
+    let compact = new.path().join("b.parquet");
+    let ((), compact_s) = timed(|| {
+        columnar::write_compact(
+            &recording.meta,
+            &recording.samples,
+            &compact,
+            Existing::Refuse,
+        )
+    })?;
+    let (again_read, compact_read_s) = timed(|| columnar::read(&compact))?;
+    assert!(
+        again_read.samples == recording.samples,
+        "the samples are the same"
+    );
     assert!(
         read.samples == recording.samples,
         "the samples are the same"
@@ -37,6 +51,11 @@ fn main() -> Result<(), Failure> {
     println!(
         "{} samples; {bytes} bytes against {csv_bytes}: 1/{:.1}; written in {write_s:.2} s against {csv_write_s:.2}; read in {read_s:.2} s against {csv_read_s:.2}",
         recording.samples.len(),
+        csv_bytes as f64 / bytes as f64
+    );
+    let bytes = std::fs::metadata(&compact)?.len();
+    println!(
+        "compact: {bytes} bytes: 1/{:.1}; written in {compact_s:.2} s, read in {compact_read_s:.2} s",
         csv_bytes as f64 / bytes as f64
     );
     Ok(())

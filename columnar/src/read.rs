@@ -59,7 +59,7 @@ fn table(file: &Opened) -> Result<Table, Error> {
 /// Values of a column of numbers. One of another type is taken where it holds nothing: programs guess at types of empty columns.
 fn numbers(file: &Opened, place: usize, name: &str, meaning: Meaning) -> Result<Vec<f64>, Error> {
     match meaning {
-        Meaning::Number | Meaning::Unsigned => match file.content(place)? {
+        Meaning::Number | Meaning::Unsigned | Meaning::Decimal(_) => match file.content(place)? {
             Content::Numbers(numbers) => Ok(numbers),
             Content::Texts(_) => Err(refused(file, place, name, "numbers")),
         },

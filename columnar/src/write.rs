@@ -4,7 +4,7 @@ use crate::META_KEY;
 use crate::read::is_recording;
 use crate::schema::{Stored, Values, properties, schema};
 use parquet::column::writer::ColumnWriterImpl;
-use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int32Type};
+use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int32Type, Int64Type};
 use parquet::errors::Result;
 use parquet::file::metadata::KeyValue;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
@@ -26,8 +26,32 @@ pub fn write(
     path: &Path,
     existing: Existing,
 ) -> std::result::Result<(), Error> {
+    put(meta, samples, path, existing, columns(samples))
+}
+
+/// The same in less place: numbers that a log wrote with few digits behind the point are DECIMAL, which SQL takes as numbers, and pandas as
+/// objects of Python's.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_compact(
+    meta: &Meta,
+    samples: &Samples,
+    path: &Path,
+    existing: Existing,
+) -> std::result::Result<(), Error> {
+    let columns = columns(samples).into_iter().map(Stored::compact).collect();
+    put(meta, samples, path, existing, columns)
+}
+
+fn put(
+    meta: &Meta,
+    samples: &Samples,
+    path: &Path,
+    existing: Existing,
+    columns: Vec<Stored<'_>>,
+) -> std::result::Result<(), Error> {
     check_existing(path, existing)?;
-    let columns = columns(samples);
     let said = [
         (META_KEY, meta.to_toml()),
         ("courier_id", meta.names.courier_id.clone()),
@@ -149,6 +173,9 @@ fn write_column(
     match &column.values {
         Values::Whole(values) => batch(writer.typed::<Int32Type>(), &values[range], levels)?,
         Values::Real(values) => batch(writer.typed::<DoubleType>(), &values[range], levels)?,
+        Values::Decimal(values, _) => {
+            batch(writer.typed::<Int64Type>(), &values[range], levels)?;
+        }
         Values::Text(values) => {
             let texts: Vec<ByteArray> = values[range]
                 .iter()

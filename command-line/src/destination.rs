@@ -2,7 +2,7 @@
 
 use crate::recordings;
 use anyhow::{Result, anyhow};
-use recording::{Existing, Meta, Recording, Writer};
+use recording::{Error, Existing, Meta, Recording, Writer};
 use std::path::PathBuf;
 
 /// A place for a recording.
@@ -43,22 +43,36 @@ impl Destination {
     /// # Errors
     /// As [`Destination::create`].
     pub fn create_logging(&self, meta: &Meta, logged: &[&str]) -> Result<Writer> {
-        let existing = if self.force {
-            Existing::ReplaceRecording
-        } else {
-            Existing::Refuse
-        };
+        let existing = self.existing();
         let created = match recordings::form(&self.folder) {
             Some(form) => recordings::create(form, &self.folder, meta, existing, logged),
             None => Writer::create_logging(&self.folder, meta, existing, logged),
         };
-        created.map_err(|error| {
-            let hint = if self.force || !self.folder.exists() {
-                ""
-            } else {
-                "; --force replaces a recording"
-            };
-            anyhow!("{error}{hint}")
-        })
+        created.map_err(|error| self.with_hint(&error))
+    }
+
+    /// Writes a whole recording there as a Parquet file that takes less.
+    ///
+    /// # Errors
+    /// As [`Destination::write`]; it is no Parquet file's name.
+    pub fn write_compact(&self, recording: &Recording) -> Result<()> {
+        let written = recordings::write_compact(&self.folder, recording, self.existing());
+        written.map_err(|error| self.with_hint(&error))
+    }
+
+    fn existing(&self) -> Existing {
+        match self.force {
+            true => Existing::ReplaceRecording,
+            false => Existing::Refuse,
+        }
+    }
+
+    fn with_hint(&self, error: &Error) -> anyhow::Error {
+        let hint = if self.force || !self.folder.exists() {
+            ""
+        } else {
+            "; --force replaces a recording"
+        };
+        anyhow!("{error}{hint}")
     }
 }

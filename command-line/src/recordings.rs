@@ -49,6 +49,30 @@ pub fn read(path: &Path) -> Result<Recording, Error> {
     }
 }
 
+/// Writes a recording as a Parquet file that takes less, with its numbers as decimals.
+///
+/// # Errors
+/// The path is no such file's, a build that does not write it, or a failure to write.
+pub fn write_compact(path: &Path, recording: &Recording, existing: Existing) -> Result<(), Error> {
+    if form(path) != Some(Form::Parquet) {
+        let wanted = "a file whose name ends in .parquet, which --compact is of";
+        return Err(Error::new(path, "another form", wanted));
+    }
+    parquet_compact(path, recording, existing)
+}
+
+#[cfg(feature = "parquet")]
+fn parquet_compact(path: &Path, recording: &Recording, existing: Existing) -> Result<(), Error> {
+    columnar::check_existing(path, existing)?;
+    recording.check(path)?;
+    columnar::write_compact(&recording.meta, &recording.samples, path, existing)
+}
+
+#[cfg(not(feature = "parquet"))]
+fn parquet_compact(path: &Path, recording: &Recording, existing: Existing) -> Result<(), Error> {
+    parquet::create(path, &recording.meta, existing, &[]).map(drop)
+}
+
 /// Begins a recording in one file.
 pub(crate) fn create(
     form: Form,

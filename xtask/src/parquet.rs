@@ -9,9 +9,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Command lines, in order, in a folder of their own: `survey` is the example's folder, `log.csv` its log. All of them succeed.
-const LINES: [&str; 16] = [
+const LINES: [&str; 18] = [
     "convert survey s.parquet",
     "convert s.parquet again",
+    "convert s.parquet compact.parquet --compact",
+    "convert compact.parquet of-compact",
     "convert log.csv encoder.parquet --column t_s=time:ms --column q1s=sin --column q1c=cos --column ref_x_m=stage:mm --pitch 1.016mm",
     "convert encoder.parquet encoder",
     "replay s.parquet",
@@ -49,6 +51,7 @@ pub fn nightly() -> Result<()> {
     };
     for name in ["recording.toml", "samples.csv"] {
         same(&format!("survey/{name}"), &format!("again/{name}"))?;
+        same(&format!("survey/{name}"), &format!("of-compact/{name}"))?;
     }
     let answer = |name: &str| -> Result<String> {
         let text = std::fs::read_to_string(folder.join(name))?;
@@ -125,6 +128,8 @@ def one(question):
 got = one("SELECT count(*), avg(q1s) FROM 's.parquet'")
 wanted = one("SELECT count(*), avg(q1s) FROM 'survey/samples.csv'")
 assert got == wanted, (got, wanted)
+last = one("SELECT max(t_s)::DOUBLE FROM 'compact.parquet'")
+assert last == one("SELECT max(t_s) FROM 's.parquet'"), last
 toml = open('survey/recording.toml').read().replace("'", "''")
 duckdb.execute(f"COPY (SELECT * FROM 'survey/samples.csv') TO 'duck.parquet' (KV_METADATA {{'recording.toml': '{toml}'}})")
 duckdb.execute("COPY (SELECT * FROM 'log.csv') TO 'ducklog.parquet'")

@@ -40,6 +40,10 @@ fn what_cannot_be_done_with_a_recording_is_told_in_a_line() {
             "courier: s: found options of a log beside a recording, wanted none of them",
         ),
         (
+            "convert s again --compact",
+            "courier: again: found another form, wanted a file whose name ends in .parquet, which --compact is of",
+        ),
+        (
             "convert s s",
             "s: found the log in it, wanted another folder for the recording",
         ),
@@ -75,6 +79,7 @@ fn a_build_without_parquet_says_how_to_have_it() {
     let folder = with_survey();
     for line in [
         "convert s a.parquet",
+        "convert s a.parquet --compact",
         "convert a.parquet again",
         "replay a.parquet",
         "diagnose a.parquet",
