@@ -1,12 +1,14 @@
 //! The command built with its feature `mcap`, which the tests of every change leave out: the tests and lints of the crate `bag`, recordings
-//! through the commands, a monitor that is cut, a bag of ROS 2, and Python's own readers of MCAP where Python has them. Part of
-//! `cargo xtask nightly`, and alone `cargo xtask mcap`.
+//! through the commands, a monitor that is cut, a bag of ROS 2, and what other programs' readers make of the files, where they are there.
+//! Part of `cargo xtask nightly`, and alone `cargo xtask mcap`.
+
+mod readers;
 
 use crate::arm;
 use crate::cargo::cargo;
 use crate::parquet::{built, courier, example};
 use anyhow::{Context, Result, ensure};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 /// Command lines, in order, in a folder of their own: `survey` is the example's folder, `log.csv` its log, `rosbags.mcap` a bag of ROS 2.
@@ -60,7 +62,9 @@ pub fn nightly() -> Result<()> {
         "replay: found another answer from the file than from the folder"
     );
     cut(&command, folder)?;
-    with_python(&command, folder)
+    readers::with_python(&command, folder)?;
+    readers::with_plotjuggler(folder)?;
+    readers::with_foxglove(folder)
 }
 
 /// A monitor's file without its end is read as far as it goes; a recording's is refused.
@@ -91,71 +95,4 @@ fn cut(command: &Path, folder: &Path) -> Result<()> {
         "s-cut.mcap: found\n{told}"
     );
     Ok(())
-}
-
-/// What Python's readers make of the files of the lines before, and a bag that it writes.
-const BY_PYTHON: &str = r#"
-import csv, tomllib
-from mcap.reader import make_reader, NonSeekingReader
-from mcap_ros2.decoder import DecoderFactory
-from mcap_ros2.writer import Writer
-rows = list(csv.DictReader(open('survey/samples.csv')))
-with open('s.mcap', 'rb') as file:
-    reader = make_reader(file, decoder_factories=[DecoderFactory()])
-    attachment, = reader.iter_attachments()
-    assert attachment.data.decode() == open('survey/recording.toml').read(), 'recording.toml'
-    messages = [message for *_, message in reader.iter_decoded_messages(topics=['/samples'])]
-assert len(messages) == len(rows), (len(messages), len(rows))
-for row, message in zip(rows, messages):
-    for name, text in row.items():
-        if name == 'run':
-            assert message.run == text, (message.run, text)
-        elif text == '':
-            value = getattr(message, name, float('nan'))
-            assert value != value, (name, value)
-        else:
-            assert getattr(message, name) == float(text), (name, text)
-with open('s.mcap', 'rb') as file:
-    summary = make_reader(file).get_summary()
-    assert summary.statistics.message_count == len(rows) and summary.chunk_indexes[0].message_index_offsets
-with open('board.mcap', 'rb') as file:
-    metadata, = make_reader(file).iter_metadata()
-    assert metadata.metadata['platen_id'] == 'west', metadata
-with open('watched.mcap', 'rb') as file:
-    seen = [(channel.topic, message) for _, channel, _, message in make_reader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages()]
-states = [message for topic, message in seen if topic == '/state']
-poses = [message for topic, message in seen if topic == '/pose']
-assert len(states) == len(poses) > 100, (len(states), len(poses))
-for state, pose in zip(states, poses):
-    assert pose.header.frame_id == 'platen' and pose.pose.position.x == state.x_m, (pose, state)
-with open('python.mcap', 'wb') as file:
-    writer = Writer(file)
-    schema = writer.register_msgdef('own_msgs/msg/Place', 'float64 x_m')
-    for row in range(200):
-        writer.write_message('/place', schema, {'x_m': row * 1e-5}, log_time=10**18 + row * 10**7)
-    writer.finish()
-"#;
-
-fn with_python(command: &Path, folder: &Path) -> Result<()> {
-    let python = std::env::var_os("PYTHON").map_or_else(|| PathBuf::from("python3"), PathBuf::from);
-    let has = Command::new(&python)
-        .args(["-c", "import mcap_ros2"])
-        .output();
-    if !has.is_ok_and(|output| output.status.success()) {
-        arm::say(
-            "SKIPPED: Python's readers of MCAP, which Python has not here; PYTHON names one that has them (pip install mcap mcap-ros2-support)",
-        );
-        return Ok(());
-    }
-    arm::run(
-        Command::new(&python)
-            .args(["-c", BY_PYTHON])
-            .current_dir(folder),
-    )
-    .context("Python")?;
-    courier(
-        command,
-        folder,
-        "convert python.mcap of-python --column p1_m=x_m --pitch 1mm",
-    )
 }

@@ -1,0 +1,192 @@
+//! What other programs' readers make of the files that [`super::nightly`] has written: Python's, the one that PlotJuggler is made with, and
+//! those that Foxglove and Lichtblick are made with. One that is not there is skipped, and said so.
+
+use crate::arm;
+use crate::parquet::courier;
+use anyhow::{Context, Result};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// What Python's readers make of the files of the lines before, and a bag that it writes.
+const BY_PYTHON: &str = r#"
+import csv, tomllib
+from mcap.reader import make_reader, NonSeekingReader
+from mcap_ros2.decoder import DecoderFactory
+from mcap_ros2.writer import Writer
+rows = list(csv.DictReader(open('survey/samples.csv')))
+with open('s.mcap', 'rb') as file:
+    reader = make_reader(file, decoder_factories=[DecoderFactory()])
+    attachment, = reader.iter_attachments()
+    assert attachment.data.decode() == open('survey/recording.toml').read(), 'recording.toml'
+    messages = [message for *_, message in reader.iter_decoded_messages(topics=['/samples'])]
+assert len(messages) == len(rows), (len(messages), len(rows))
+for row, message in zip(rows, messages):
+    for name, text in row.items():
+        if name == 'run':
+            assert message.run == text, (message.run, text)
+        elif text == '':
+            value = getattr(message, name, float('nan'))
+            assert value != value, (name, value)
+        else:
+            assert getattr(message, name) == float(text), (name, text)
+with open('s.mcap', 'rb') as file:
+    summary = make_reader(file).get_summary()
+    assert summary.statistics.message_count == len(rows) and summary.chunk_indexes[0].message_index_offsets
+with open('board.mcap', 'rb') as file:
+    metadata, = make_reader(file).iter_metadata()
+    assert metadata.metadata['platen_id'] == 'west', metadata
+with open('watched.mcap', 'rb') as file:
+    seen = [(channel.topic, message) for _, channel, _, message in make_reader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages()]
+states = [message for topic, message in seen if topic == '/state']
+poses = [message for topic, message in seen if topic == '/pose']
+assert len(states) == len(poses) > 100, (len(states), len(poses))
+for state, pose in zip(states, poses):
+    assert pose.header.frame_id == 'platen' and pose.pose.position.x == state.x_m, (pose, state)
+with open('python.mcap', 'wb') as file:
+    writer = Writer(file)
+    schema = writer.register_msgdef('own_msgs/msg/Place', 'float64 x_m')
+    for row in range(200):
+        writer.write_message('/place', schema, {'x_m': row * 1e-5}, log_time=10**18 + row * 10**7)
+    writer.finish()
+"#;
+
+/// The same of the library rosx_introspection, by which PlotJuggler turns messages into curves: a name and a number for each.
+const BY_PLOTJUGGLER: &str = r#"
+import csv, msgpack
+from mcap.reader import make_reader
+from rosx_introspection import Parser
+def curves(path, topic):
+    parser, found = None, []
+    with open(path, 'rb') as file:
+        for schema, channel, message in make_reader(file).iter_messages(topics=[topic]):
+            assert (schema.encoding, channel.message_encoding) == ('ros2msg', 'cdr'), (schema.encoding, channel.message_encoding)
+            parser = parser or Parser(topic, schema.name, schema.data.decode())
+            found.append(msgpack.unpackb(parser.parse_to_msgpack(message.data)))
+    return found
+rows = list(csv.DictReader(open('survey/samples.csv')))
+samples = curves('s.mcap', '/samples')
+assert len(samples) == len(rows), (len(samples), len(rows))
+for row, sample in zip(rows, samples):
+    for name, text in row.items():
+        value = sample.get('/samples/' + name, float('nan'))
+        wanted = text if name == 'run' else float(text or 'nan')
+        assert value == wanted or value != value and wanted != wanted, (name, text, value)
+states, poses = curves('watched.mcap', '/state'), curves('watched.mcap', '/pose')
+assert len(states) == len(poses) > 100, (len(states), len(poses))
+for state, pose in zip(states, poses):
+    assert pose['/pose/header/frame_id'] == 'platen' and pose['/pose/pose/position/x'] == state['/state/x_m'], (pose, state)
+"#;
+
+/// The same of Foxglove's own libraries, whose names Lichtblick's have as well.
+const BY_FOXGLOVE: &str = r#"
+const assert = require('node:assert');
+const { readFileSync } = require('node:fs');
+const { McapIndexedReader } = require('@mcap/core');
+const { loadDecompressHandlers } = require('@mcap/support');
+const { parse } = require('@foxglove/rosmsg');
+const { MessageReader } = require('@foxglove/rosmsg2-serialization');
+async function messages(path, topic) {
+    const bytes = readFileSync(path);
+    const readable = {
+        size: async () => BigInt(bytes.length),
+        read: async (start, length) => new Uint8Array(bytes.subarray(Number(start), Number(start + length))),
+    };
+    const reader = await McapIndexedReader.Initialize({ readable, decompressHandlers: await loadDecompressHandlers() });
+    const channel = [...reader.channelsById.values()].find((channel) => channel.topic === topic);
+    const schema = reader.schemasById.get(channel.schemaId);
+    assert.deepStrictEqual([schema.encoding, channel.messageEncoding], ['ros2msg', 'cdr']);
+    const decoder = new MessageReader(parse(new TextDecoder().decode(schema.data), { ros2: true }));
+    const found = [];
+    for await (const message of reader.readMessages({ topics: [topic] })) {
+        found.push({ ...decoder.readMessage(message.data), time: message.logTime });
+    }
+    return found;
+}
+(async () => {
+    const [names, ...rows] = readFileSync('survey/samples.csv', 'utf8').trimEnd().split('\n').map((line) => line.split(','));
+    const samples = await messages('s.mcap', '/samples');
+    assert.strictEqual(samples.length, rows.length);
+    rows.forEach((row, at) => row.forEach((text, column) => {
+        const wanted = names[column] === 'run' ? text : text === '' ? NaN : Number(text);
+        assert(Object.is(samples[at][names[column]] ?? NaN, wanted), `${names[column]} of ${at}: ${text}`);
+    }));
+    const [states, poses] = [await messages('watched.mcap', '/state'), await messages('watched.mcap', '/pose')];
+    assert(states.length > 100 && states.length === poses.length);
+    states.forEach((state, at) => {
+        assert.strictEqual(poses[at].header.frame_id, 'platen');
+        assert.strictEqual(poses[at].pose.position.x, state.x_m);
+    });
+})().catch((error) => { console.error(error); process.exit(1); });
+"#;
+
+/// Runs `program -OPTION script` in the folder where a first line of imports is understood.
+fn run(
+    program: &Path,
+    option: &str,
+    [imports, script]: [&str; 2],
+    missing: &str,
+    folder: &Path,
+) -> Result<bool> {
+    let has = Command::new(program).args([option, imports]).output();
+    if !has.is_ok_and(|output| output.status.success()) {
+        arm::say(&format!("SKIPPED: {missing}"));
+        return Ok(false);
+    }
+    arm::run(
+        Command::new(program)
+            .args([option, script])
+            .current_dir(folder),
+    )
+    .with_context(|| imports.to_owned())?;
+    Ok(true)
+}
+
+fn python() -> PathBuf {
+    std::env::var_os("PYTHON").map_or_else(|| PathBuf::from("python3"), PathBuf::from)
+}
+
+/// By Python's readers, and a bag that they write.
+pub fn with_python(command: &Path, folder: &Path) -> Result<()> {
+    let missing = "Python's readers of MCAP, which Python has not here; PYTHON names one that has them (pip install mcap mcap-ros2-support)";
+    match run(
+        &python(),
+        "-c",
+        ["import mcap_ros2", BY_PYTHON],
+        missing,
+        folder,
+    )? {
+        true => courier(
+            command,
+            folder,
+            "convert python.mcap of-python --column p1_m=x_m --pitch 1mm",
+        ),
+        false => Ok(()),
+    }
+}
+
+/// By PlotJuggler's decoder of messages.
+pub fn with_plotjuggler(folder: &Path) -> Result<()> {
+    let missing = "PlotJuggler's decoder of messages, which Python has not here; PYTHON names one that has it (pip install mcap-bag-parser, which holds rosx_introspection)";
+    run(
+        &python(),
+        "-c",
+        ["import mcap, msgpack, rosx_introspection", BY_PLOTJUGGLER],
+        missing,
+        folder,
+    )?;
+    Ok(())
+}
+
+/// By the libraries of Foxglove.
+pub fn with_foxglove(folder: &Path) -> Result<()> {
+    let missing = "Foxglove's readers, which node has not here; NODE_PATH names a node_modules that has them (npm install @mcap/core @mcap/support @foxglove/rosmsg @foxglove/rosmsg2-serialization)";
+    let imports = "require('@mcap/core'); require('@mcap/support'); require('@foxglove/rosmsg'); require('@foxglove/rosmsg2-serialization')";
+    run(
+        Path::new("node"),
+        "-e",
+        [imports, BY_FOXGLOVE],
+        missing,
+        folder,
+    )?;
+    Ok(())
+}
