@@ -1,7 +1,6 @@
 //! One encoder on any board with an SPI: a converter of two channels, the signal path, and what the encoder learns of itself.
 //!
-//! All but `main` is `no_std` and runs as it is on an RP2350, an STM32 or any other chip whose crate implements `embedded-hal`
-//! (`rp235x-hal`, `embassy-rp`, `embassy-stm32`). `main` runs it here, on a converter that is made up.
+//! All but `main` is `no_std` and is for any chip whose crate implements `embedded-hal` (`rp235x-hal`, `embassy-rp`, `embassy-stm32`). `main` runs it here, on a converter that is made up.
 
 use courier_signal::encoder::{Encoder, EncoderConfig, Harmonics, Learner, Reading};
 use courier_signal::quadrature::PairCorrection;

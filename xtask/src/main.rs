@@ -33,6 +33,7 @@ mod python;
 mod recordings;
 mod report;
 mod robustness;
+mod rp2350;
 mod runner;
 mod setup;
 mod sign;
@@ -77,8 +78,13 @@ const TASKS: &[Task] = &[
     ),
     (
         "mcap",
-        "nightly: the command with its feature `mcap`, a bag of ROS 2, a monitor that is cut, and Python's readers where Python has them",
+        "nightly: the command with its feature `mcap`, a bag of ROS 2, a monitor that is cut, and other programs' readers where they are there",
         Work::Alone(mcap::nightly),
+    ),
+    (
+        "rp2350",
+        "nightly: the example of one encoder on an RP2350, compiled",
+        Work::Alone(rp2350::check),
     ),
     (
         "bench",

@@ -39,7 +39,10 @@ fn check_for(targets: &[&str]) -> Result<()> {
 }
 
 /// Adds a target's standard library where it is missing.
-fn ensure_target(target: &str) -> Result<()> {
+///
+/// # Errors
+/// rustup is not there, or has it not.
+pub fn ensure_target(target: &str) -> Result<()> {
     let mut compiler = Command::new("rustc");
     compiler
         .args(["--print", "target-libdir", "--target", target])

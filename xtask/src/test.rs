@@ -11,7 +11,7 @@ use crate::cargo::cargo;
 use crate::runner::Which;
 use crate::{
     arm, arm_checks, chip, circles, constants, firmware, manifests, mcap, names, onboard, parquet,
-    platforms, processor_time, python, report, runner,
+    platforms, processor_time, python, report, rp2350, runner,
 };
 use anyhow::{Context, Result, bail, ensure};
 use std::fs::File;
@@ -275,8 +275,9 @@ pub fn nightly() -> Result<()> {
     let parquet = checked("the command with Parquet", parquet::nightly);
     let ray = checked("the examples on Ray", python::on_ray);
     let mcap = checked("the command with MCAP", mcap::nightly);
-    let failed =
-        failed + emulated.failed + faults.failed + parquet.failed + ray.failed + mcap.failed;
+    let rp2350 = checked("the example on an RP2350", rp2350::check);
+    let checks = [emulated, faults, parquet, ray, mcap, rp2350];
+    let failed = failed + checks.iter().map(|check| check.failed).sum::<u64>();
     ensure!(failed == 0, "{failed} failed");
     Ok(())
 }
