@@ -6,10 +6,11 @@
 //!
 //! Of a session: `session` (state machine) -> `average` (one pose's frames) -> `gate` (outliers, rows) -> `regression` (equation 7)
 //! -> `outcome`. `plan` chooses the poses, `visits` says how many and how long. `record` and `slots`: what is stored, and where.
-//! `watch`: whether it stays true.
+//! `watch`, `beacon_watch`: whether it stays true.
 #![no_std]
 
 mod average;
+pub mod beacon_watch;
 mod config;
 pub mod device;
 mod gate;

@@ -85,7 +85,7 @@ bitflags::bitflags! {
         const RAIL_3 = 1 << 28;
         #[allow(missing_docs)]
         const RAIL_4 = 1 << 29;
-        /// A segment's error has changed since the calibration in force was made: the status says which, and by how much.
+        /// A segment's error, or what the beacon shows, has changed since the calibration in force was made: the status says which, and by how much.
         const CALIBRATION_DRIFT = 1 << 30;
     }
 }

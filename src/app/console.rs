@@ -365,6 +365,7 @@ impl<'q, P: Ports> Console<'q, P> {
             isr_cycles_worst: Some(mailbox.isr_cycles_worst()).filter(|cycles| *cycles > 0),
             health: self.started.health,
             watch: background.verdict(),
+            beacon_watch: background.beacon_verdict(),
             recalibration: background.recalibration(),
         }
     }

@@ -3,6 +3,7 @@
 //! States are compared, so nothing waits in a queue: what changes to and fro before it can be written is one entry, or none.
 
 use super::restarts::StartReport;
+use crate::calibration::beacon_watch::BeaconVerdict;
 use crate::calibration::recalibration::Proposal;
 use crate::calibration::record::Instant;
 use crate::calibration::watch::{Standing, Verdict};
@@ -37,6 +38,8 @@ pub struct Seen<'s> {
     pub at_once: bool,
     /// How the calibration in force stands.
     pub verdict: Verdict,
+    /// How its beacon's part stands.
+    pub beacon: BeaconVerdict,
     /// What has become of the stored tooth maps.
     pub map: StoredMap,
     /// How the last session ended, and the held-out residuals.
@@ -70,6 +73,7 @@ pub struct Events {
     /// Kind and slot.
     map: (u8, u8),
     standing: Standing,
+    beacon: Standing,
 }
 
 impl Events {
@@ -192,6 +196,7 @@ impl Events {
         }
         self.map(&seen.map)
             .or_else(|| self.watch(&seen.verdict))
+            .or_else(|| self.watch_beacon(&seen.beacon))
             .or_else(|| self.proposal(seen.proposed))
             .or_else(|| self.status())
     }
@@ -200,7 +205,7 @@ impl Events {
         self.in_force = in_force;
         // Maps are looked for anew, and it stands otherwise.
         self.map = (0, 0);
-        self.standing = Standing::Unwatched;
+        (self.standing, self.beacon) = (Standing::Unwatched, Standing::Unwatched);
         self.is_proposal_told = false;
     }
 
@@ -226,15 +231,18 @@ impl Events {
         let Verdict {
             standing, change, ..
         } = *verdict;
-        let is_told = matches!(standing, Standing::Drifting | Standing::Stale);
-        let was_told = matches!(self.standing, Standing::Drifting | Standing::Stale);
-        if !(is_told || was_told && standing == Standing::Healthy) {
-            return None;
-        }
-        let before = core::mem::replace(&mut self.standing, standing);
-        // What an earlier start has told has no time in this one.
-        let is_earlier = !was_told && change.is_some_and(|change| change.told_s == 0);
-        (before != standing && !is_earlier).then_some(Event::Watch { standing, change })
+        let told_s = change.map(|change| change.told_s);
+        stands_otherwise(&mut self.standing, standing, told_s)
+            .then_some(Event::Watch { standing, change })
+    }
+
+    fn watch_beacon(&mut self, verdict: &BeaconVerdict) -> Option<Event> {
+        let BeaconVerdict {
+            standing, change, ..
+        } = *verdict;
+        let told_s = change.map(|change| change.told_s);
+        stands_otherwise(&mut self.beacon, standing, told_s)
+            .then_some(Event::BeaconWatch { standing, change })
     }
 
     /// The first candidate beside a calibration in force: what becomes of it shows by the next that is.
@@ -249,6 +257,19 @@ impl Events {
         self.status_told |= new;
         (new != 0).then_some(Event::Status(new))
     }
+}
+
+/// Whether what is watched stands so much otherwise than `last` that it is written: told, stale, or well again. What an earlier start has
+/// told has no time in this one.
+fn stands_otherwise(last: &mut Standing, standing: Standing, told_s: Option<u32>) -> bool {
+    let is_told = matches!(standing, Standing::Drifting | Standing::Stale);
+    let was_told = matches!(*last, Standing::Drifting | Standing::Stale);
+    if !(is_told || was_told && standing == Standing::Healthy) {
+        return false;
+    }
+    let before = core::mem::replace(last, standing);
+    let is_earlier = !was_told && told_s == Some(0);
+    before != standing && !is_earlier
 }
 
 /// Whether a stored calibration has come back for a newer one.

@@ -6,10 +6,12 @@
 use super::task::Task;
 use crate::calibration::Service;
 use crate::calibration::UNUSABLE;
+use crate::calibration::beacon_watch::{BeaconKept, BeaconVerdict, BeaconWatch, Glance, stated_m};
 use crate::calibration::recalibration::{Idle, Mode, Recalibration, State};
 use crate::calibration::record::Calibration;
 use crate::calibration::watch::{Amounts, Kept, Reading, Standing, Verdict, Watch, WatchConfig};
 use crate::frame::Frame;
+use crate::geometry::Geometry;
 
 /// After a session's end its memory is left alone for so long, seconds: a host asks how it went.
 const LEFT_ALONE_S: u64 = 60;
@@ -21,11 +23,14 @@ const LOOKS_A_SECOND: u64 = 1000;
 pub struct Watcher {
     /// Means something while there is a calibration in force.
     watch: Watch,
+    /// Over the beacon's part of it.
+    beacon: BeaconWatch,
     watching: bool,
     /// [`super::keeper::Keeper::outputs`] that it is for.
     of: u8,
     /// How it stood when it was kept last, [`Watcher::stand`].
     kept: u8,
+    beacon_kept: u8,
     /// What becomes of candidates.
     mode: Mode,
     /// Whether none is looked for, beside what the background says, and why. No option, of which nothing would not be zeros.
@@ -53,9 +58,11 @@ impl Watcher {
     pub const fn new() -> Self {
         Self {
             watch: Watch::blank(),
+            beacon: BeaconWatch::blank(),
             watching: false,
             of: 0,
             kept: 0,
+            beacon_kept: 0,
             mode: Mode::Off,
             rests: false,
             rests_why: Idle::Off,
@@ -77,13 +84,19 @@ impl Watcher {
         }
     }
 
+    /// What is known of the beacon's part.
+    #[must_use]
+    pub fn beacon_verdict(&self) -> BeaconVerdict {
+        self.beacon.verdict()
+    }
+
     /// Begins anew where other outputs are in force than before; `outputs` counts them. Whether it watches
     /// other ones now: what was kept of them can be put back by [`Watcher::restore`].
     pub fn follow(&mut self, in_force: Option<&Calibration>, outputs: u8, task: &mut Task) -> bool {
         if self.of == outputs {
             return false;
         }
-        self.kept = 0;
+        (self.kept, self.beacon_kept) = (0, 0);
         self.of = outputs;
         self.rests = false;
         self.watching = in_force.is_some();
@@ -94,6 +107,11 @@ impl Watcher {
                 &calibration.geometry,
             ));
         }
+        let beacon = in_force.and_then(|calibration| {
+            let beacon = calibration.beacon.as_ref()?;
+            Some(stated_m(beacon, &calibration.geometry))
+        });
+        self.beacon.start(beacon);
         task.forget_service();
         self.watching
     }
@@ -102,6 +120,24 @@ impl Watcher {
     pub fn restore(&mut self, kept: &Kept) {
         self.watch.restore(kept);
         self.kept = self.stand();
+    }
+
+    /// The same for the beacon's part.
+    pub fn restore_beacon(&mut self, kept: &BeaconKept) {
+        self.beacon.restore(kept);
+        self.beacon_kept = stand(self.beacon.verdict().standing);
+    }
+
+    /// What is to be kept of the beacon's part, as [`Watcher::to_keep`]. To be followed by [`Watcher::has_kept_beacon`].
+    #[must_use]
+    pub fn beacon_to_keep(&self) -> Option<BeaconKept> {
+        let is_new = self.beacon_kept != stand(self.beacon.verdict().standing);
+        self.beacon.kept().filter(|_| is_new)
+    }
+
+    /// It is kept, or cannot be: not again until it changes.
+    pub fn has_kept_beacon(&mut self) {
+        self.beacon_kept = stand(self.beacon.verdict().standing);
     }
 
     /// What is to be kept, if that has changed in kind since it was kept last: the reference is known, a change is told or taken back, the
@@ -118,12 +154,7 @@ impl Watcher {
     }
 
     fn stand(&self) -> u8 {
-        match self.watch.verdict().standing {
-            Standing::Unwatched | Standing::Learning => 0,
-            Standing::Healthy | Standing::NotObservable => 1,
-            Standing::Drifting => 2,
-            Standing::Stale => 3,
-        }
+        stand(self.watch.verdict().standing)
     }
 
     /// Whether a frame is to be looked at, at so many samples, and when is the next. Cheap: it is asked for every frame.
@@ -141,21 +172,28 @@ impl Watcher {
         &mut self,
         frame: &Frame,
         (samples, rate_hz): (u64, f32),
-        learns: bool,
+        (learns, geometry): (bool, &Geometry),
         task: &mut Task,
     ) -> bool {
         let rate_hz = (rate_hz as u64).max(1);
         if task.is_running() {
             self.free_at = samples + LEFT_ALONE_S * rate_hz;
         }
-        if !self.watching || samples < self.free_at || frame.status.intersects(UNUSABLE) {
+        if !self.watching || samples < self.free_at {
             return false;
         }
         let time_ms = samples * 1000 / rate_hz;
+        let glance = Glance::of(frame, geometry, UNUSABLE);
+        let of_beacon =
+            self.beacon
+                .take(glance.as_ref(), (time_ms / 1000) as u32, geometry.pitch_m);
+        if frame.status.intersects(UNUSABLE) {
+            return of_beacon;
+        }
         let learns = learns && self.mode != Mode::Off && !self.rests;
         let (watch, reading) = (&mut self.watch, Reading::of(frame, time_ms));
         let service = task.service();
-        service.is_some_and(|service| service.take(watch, &reading, learns))
+        service.is_some_and(|service| service.take(watch, &reading, learns)) || of_beacon
     }
 
     /// What becomes of candidates.
@@ -194,6 +232,8 @@ impl Watcher {
     /// The candidate is in force, as the outputs of this number. What is to be kept of the watch.
     pub fn adopted(&mut self, outputs: u8, uptime_s: u32, task: &mut Task) -> Option<Kept> {
         self.of = outputs;
+        // Another record, behind which nothing is kept yet.
+        self.beacon_kept = 0;
         self.adopted = self.adopted.saturating_add(1);
         self.adopted_s = uptime_s;
         let amended_m = task.service().map_or(0.0, Service::adopt);
@@ -229,6 +269,16 @@ impl Watcher {
     /// Whether frames are to say that the calibration has drifted.
     #[must_use]
     pub fn has_told(&self) -> bool {
-        self.watching && self.watch.has_told()
+        self.watching && (self.watch.has_told() || self.beacon.has_told())
+    }
+}
+
+/// What is kept anew when it changes.
+fn stand(standing: Standing) -> u8 {
+    match standing {
+        Standing::Unwatched | Standing::Learning => 0,
+        Standing::Healthy | Standing::NotObservable => 1,
+        Standing::Drifting => 2,
+        Standing::Stale => 3,
     }
 }

@@ -8,6 +8,7 @@
 //! knows its [`LAYOUT`].
 
 use crate::calibration::Refusal as SessionRefusal;
+use crate::calibration::beacon_watch::BeaconChange;
 use crate::calibration::recalibration::Proposal;
 use crate::calibration::record::{Instant, Method};
 use crate::calibration::slots::Place;
@@ -90,6 +91,13 @@ pub enum Event {
     Proposed(Proposal),
     /// A candidate came in force.
     Recalibrated(InForce),
+    /// The beacon's part of the calibration in force stands otherwise than before.
+    BeaconWatch {
+        /// How.
+        standing: Standing,
+        /// What has changed.
+        change: Option<BeaconChange>,
+    },
 }
 
 /// A fault as it was kept over the reset.

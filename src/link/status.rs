@@ -1,5 +1,6 @@
 //! State of the board, as a host sees it.
 
+use crate::calibration::beacon_watch::BeaconVerdict;
 use crate::calibration::recalibration::Recalibration;
 use crate::calibration::record::Instant;
 use crate::calibration::slots::Place;
@@ -138,6 +139,8 @@ pub struct BoardStatus {
     pub health: Health,
     /// Whether the calibration in force stays true.
     pub watch: Verdict,
+    /// Whether its beacon's part does.
+    pub beacon_watch: BeaconVerdict,
     /// Whether ordinary motion tells of a better one.
     pub recalibration: Recalibration,
 }

@@ -2,7 +2,7 @@
 
 /// A set of cells, a bit each. Of those that are new as many are taken for known as the set is full.
 #[derive(Clone, Debug)]
-pub(super) struct Cells<const WORDS: usize>([u32; WORDS]);
+pub(crate) struct Cells<const WORDS: usize>([u32; WORDS]);
 
 impl<const WORDS: usize> Cells<WORDS> {
     const IS_POWER: () = assert!(WORDS.is_power_of_two() && WORDS > 1);

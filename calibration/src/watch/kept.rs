@@ -34,6 +34,11 @@ const PER_M: f32 = 1.0e9;
 
 static CRC32: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
+/// The CRC of an entry, as bytes.
+pub(crate) fn check(message: &[u8]) -> [u8; 4] {
+    CRC32.checksum(message).to_le_bytes()
+}
+
 /// What is kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Kept {
@@ -60,6 +65,7 @@ pub struct Kept {
 impl Kept {
     /// As bytes. `with_map`: whether a tooth map is in force.
     #[must_use]
+    #[inline(never)] // or it is compiled as its caller is, for less smallness
     pub fn bytes(&self, with_map: bool) -> [u8; KEPT_BYTES] {
         let mut bytes = [0; KEPT_BYTES];
         bytes[0] = MAGIC;
@@ -96,8 +102,8 @@ impl Kept {
         for (place, number) in places.iter_mut().zip(numbers) {
             *place = number.to_le_bytes();
         }
-        let check = CRC32.checksum(&bytes[..CHECK]);
-        bytes[CHECK..].copy_from_slice(&check.to_le_bytes());
+        let sum = check(&bytes[..CHECK]);
+        bytes[CHECK..].copy_from_slice(&sum);
         bytes
     }
 
@@ -113,13 +119,11 @@ impl Kept {
 
     /// From bytes that were kept with a tooth map in force, or without; none if they are no such bytes, or hold what cannot be.
     #[must_use]
+    #[inline(never)]
     pub fn from_bytes(bytes: &[u8; KEPT_BYTES], with_map: bool) -> Option<Self> {
-        let (message, check) = bytes.split_at(CHECK);
+        let (message, sum) = bytes.split_at(CHECK);
         let flags = bytes[1];
-        if CRC32.checksum(message).to_le_bytes() != *check
-            || bytes[0] != MAGIC
-            || (flags & WITH_MAP != 0) != with_map
-        {
+        if check(message) != *sum || bytes[0] != MAGIC || (flags & WITH_MAP != 0) != with_map {
             return None;
         }
         let mut reference_m = [0.0; OWN_COLUMNS];

@@ -29,8 +29,10 @@ mod verdict;
 mod window;
 mod windowed;
 
+pub(crate) use cells::Cells;
 pub use config::WatchConfig;
 pub use follow::{AMOUNTS, Amounts, Follower, Whole};
+pub(crate) use kept::check;
 pub use kept::{KEPT_BYTES, Kept};
 pub use places::{PLACES, Place};
 pub use row::Reading;

@@ -2,6 +2,7 @@
 //!
 //! One program of many files: each further program would be linked, and its helpers compiled, once more.
 
+mod beacon_watch;
 mod bench;
 mod board_faults;
 mod events;

@@ -1,6 +1,7 @@
 //! Entries of a board's log, in words.
 
 use crate::terminal::micrometres;
+use courier_sensor::calibration::beacon_watch::BeaconChange;
 use courier_sensor::calibration::record::Method;
 use courier_sensor::calibration::slots::Place;
 use courier_sensor::calibration::watch::{Change, Standing};
@@ -75,6 +76,7 @@ pub fn what(event: &Event) -> String {
         },
         Event::Map(map) => of_map(map),
         Event::Watch { standing, change } => watched(*standing, change.as_ref()),
+        Event::BeaconWatch { standing, change } => watched_beacon(*standing, change.as_ref()),
         Event::ImageTaken(version) => {
             format!("firmware {version} taken in; the next start tries it")
         }
@@ -163,6 +165,15 @@ fn of_map(map: &MapEvent) -> String {
         MapEvent::Refused { refusal, .. } => {
             format!("tooth map of slot {slot} cannot be used: {refusal}")
         }
+    }
+}
+
+fn watched_beacon(standing: Standing, change: Option<&BeaconChange>) -> String {
+    let of = change.map_or(String::new(), |change| format!(": {change}"));
+    match standing {
+        Standing::Stale => format!("beacon's part of the calibration stale{of}"),
+        Standing::Drifting => format!("beacon's part of the calibration drifting{of}"),
+        _ => "beacon's part of the calibration as calibrated again".to_owned(),
     }
 }
 

@@ -7,6 +7,7 @@ use crate::output::{Files, Kind};
 use crate::board::{Choice, Link, map, update};
 use crate::terminal::{figure, pairs};
 use anyhow::{Result, bail};
+use courier_sensor::calibration::watch::Standing;
 use courier_sensor::frame::Status;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::health::{Trouble, option_faults, troubles};
@@ -143,6 +144,12 @@ fn text(output: &Output) -> String {
         ("status", bits(status.status)),
         ("since last asked", bits(status.status_seen)),
     ];
+    let of_beacon = &status.beacon_watch;
+    if of_beacon.standing != Standing::Unwatched {
+        let after = rows.iter().position(|(name, _)| *name == "in service");
+        let place = after.map_or(rows.len(), |after| after + 1);
+        rows.insert(place, ("beacon in service", of_beacon.to_string()));
+    }
     rows.extend(readings(status));
     if let Some(temperature_c) = status.temperature_c {
         rows.push(("temperature", format!("{temperature_c:.1} °C")));

@@ -101,6 +101,15 @@ fn calibration(status: &BoardStatus, joint: bool) -> Vec<String> {
         ),
         _ => {}
     }
+    if matches!(
+        status.beacon_watch.standing,
+        Standing::Drifting | Standing::Stale
+    ) {
+        steps.push(
+            "g_x or g_y has changed (line `beacon in service`): put back what has moved, or `courier calibrate --joint`"
+                .to_owned(),
+        );
+    }
     if joint && status.map.is_none() && status.stored_map == StoredMap::None {
         steps.push(
             "no tooth map is stored: if you have made one, `courier load MAP.json` stores it"

@@ -44,6 +44,7 @@ where
             started,
             at_once,
             verdict: self.verdict(),
+            beacon: self.beacon_verdict(),
             map: self.stored_map(),
             ended: self.ended.as_ref().map(ending),
             taken: updates.and_then(|updates| updates.taken()),

@@ -1,6 +1,7 @@
 //! The watch over the calibration in force in the background: its frames, what it says in every frame, and what it keeps.
 
 use super::Background;
+use crate::calibration::beacon_watch::BeaconVerdict;
 use crate::calibration::watch::Verdict;
 use embedded_io::{Read, ReadReady, Write, WriteReady};
 use embedded_storage::nor_flash::NorFlash;
@@ -23,17 +24,23 @@ where
     fn watch_frame(&mut self, rate_hz: f32) {
         let task = &mut *self.task;
         let (in_force, outputs) = (self.keeper.in_force(), self.keeper.outputs());
-        if self.watcher.follow(in_force, outputs, task)
-            && let Some(kept) = self.keeper.kept()
-        {
-            self.watcher.restore(&kept);
+        if self.watcher.follow(in_force, outputs, task) {
+            if let Some(kept) = self.keeper.kept() {
+                self.watcher.restore(&kept);
+            }
+            if let Some(kept) = self.keeper.beacon_kept() {
+                self.watcher.restore_beacon(&kept);
+            }
         }
+        let geometry = &self.keeper.settings().geometry;
         let learns = self.hinders().is_none();
         let task = &mut *self.task;
-        if self
-            .watcher
-            .frame(&self.last, (self.samples, rate_hz), learns, task)
-        {
+        if self.watcher.frame(
+            &self.last,
+            (self.samples, rate_hz),
+            (learns, geometry),
+            task,
+        ) {
             self.keep_watch();
         }
         if self.watcher.is_to_keep_mode(self.keeper.changes()) && self.may_store().is_ok() {
@@ -58,10 +65,19 @@ where
             self.keeper.keep(&kept);
             self.watcher.has_kept();
         }
+        if let Some(kept) = self.watcher.beacon_to_keep() {
+            self.keeper.keep_beacon(&kept);
+            self.watcher.has_kept_beacon();
+        }
     }
 
     /// How the calibration in force stands.
     pub fn verdict(&self) -> Verdict {
         self.watcher.verdict()
+    }
+
+    /// How the beacon's part of it stands.
+    pub fn beacon_verdict(&self) -> BeaconVerdict {
+        self.watcher.beacon_verdict()
     }
 }

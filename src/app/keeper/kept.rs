@@ -1,10 +1,12 @@
 //! What the watch over a calibration lets frames say, and what it keeps in flash: behind the calibration's record, in the page of its slot.
 //!
-//! Entries of [`KEPT_BYTES`] follow each other; the last whole one counts. A page has room for nine, and none is erased for them: they go
+//! Entries of [`KEPT_BYTES`] follow each other, of the watch over the segments and of that over the beacon; the last whole one of each
+//! counts. A page has room for nine, and none is erased for them: they go
 //! with the calibration. A write that was cut short leaves an entry that does not count, and takes one place.
 
 use super::Keeper;
 use super::mode::MODE_BYTES;
+use crate::calibration::beacon_watch::BeaconKept;
 use crate::calibration::watch::{KEPT_BYTES, Kept};
 use crate::link::message::Refusal;
 use core::ops::Range;
@@ -32,17 +34,38 @@ impl<F: NorFlash> Keeper<'_, '_, F> {
     #[inline(never)]
     pub fn kept(&mut self) -> Option<Kept> {
         let with_map = self.map().is_some();
+        self.last_kept(|bytes| Kept::from_bytes(bytes, with_map))
+    }
+
+    /// The same of the watch over the beacon.
+    pub fn beacon_kept(&mut self) -> Option<BeaconKept> {
+        let with_map = self.map().is_some();
+        self.last_kept(|bytes| BeaconKept::from_bytes(bytes, with_map))
+    }
+
+    fn last_kept<T>(&mut self, parse: impl Fn(&[u8; KEPT_BYTES]) -> Option<T>) -> Option<T> {
         let room = self.slots.room_behind(self.stored?.slot)?;
-        last(self.slots.flash_mut(), &room, with_map)
+        last(self.slots.flash_mut(), &room, parse)
     }
 
     /// Adds an entry, if the calibration in force is stored and there is room; whether it was added.
     #[inline(never)]
     pub fn keep(&mut self, kept: &Kept) -> bool {
-        let with_map = self.map().is_some();
+        let bytes = kept.bytes(self.map().is_some());
+        self.keep_bytes(&bytes)
+    }
+
+    /// The same of the watch over the beacon.
+    pub fn keep_beacon(&mut self, kept: &BeaconKept) -> bool {
+        let bytes = kept.bytes(self.map().is_some());
+        self.keep_bytes(&bytes)
+    }
+
+    #[inline(never)]
+    fn keep_bytes(&mut self, bytes: &[u8; KEPT_BYTES]) -> bool {
         let stored = self.stored;
         let room = stored.and_then(|place| self.slots.room_behind(place.slot));
-        room.is_some_and(|room| add(self.slots.flash_mut(), &room, kept, with_map))
+        room.is_some_and(|room| add(self.slots.flash_mut(), &room, bytes))
     }
 
     /// Whether the calibration in force is stored: otherwise nothing is kept of it.
@@ -51,19 +74,22 @@ impl<F: NorFlash> Keeper<'_, '_, F> {
     }
 }
 
-/// The last whole entry in a place of the flash that was kept with a tooth map in force, or without.
-pub fn last<F: NorFlash>(flash: &mut F, room: &Range<u32>, with_map: bool) -> Option<Kept> {
+/// The last entry in a place of the flash that `parse` takes for one.
+pub fn last<F: NorFlash, T>(
+    flash: &mut F,
+    room: &Range<u32>,
+    parse: impl Fn(&[u8; KEPT_BYTES]) -> Option<T>,
+) -> Option<T> {
     places(room).fold(None, |last, place| {
         let mut bytes = [0; KEPT_BYTES];
         let read = flash.read(place, &mut bytes).ok();
-        read.and_then(|()| Kept::from_bytes(&bytes, with_map))
-            .or(last)
+        read.and_then(|()| parse(&bytes)).or(last)
     })
 }
 
 /// Adds an entry behind the last place that anything was written to, so that nothing is programmed twice; whether there was room and the
 /// flash took it.
-pub fn add<F: NorFlash>(flash: &mut F, room: &Range<u32>, kept: &Kept, with_map: bool) -> bool {
+pub fn add<F: NorFlash>(flash: &mut F, room: &Range<u32>, entry: &[u8; KEPT_BYTES]) -> bool {
     let mut free = None;
     for place in places(room).rev() {
         let mut bytes = [0; KEPT_BYTES];
@@ -72,7 +98,7 @@ pub fn add<F: NorFlash>(flash: &mut F, room: &Range<u32>, kept: &Kept, with_map:
         }
         free = Some(place);
     }
-    free.is_some_and(|place| flash.write(place, &kept.bytes(with_map)).is_ok())
+    free.is_some_and(|place| flash.write(place, entry).is_ok())
 }
 
 fn places(room: &Range<u32>) -> impl DoubleEndedIterator<Item = u32> + use<> {

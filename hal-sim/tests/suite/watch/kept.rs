@@ -18,14 +18,16 @@ fn entry(mark: f32) -> Kept {
 fn counting(slots: &mut Slots<Flash>) -> [Option<u32>; 2] {
     let room = slots.room_behind(0).expect("a record is there");
     [false, true].map(|with_map| {
-        let kept = last(slots.flash_mut(), &room, with_map);
+        let kept = last(slots.flash_mut(), &room, |bytes| {
+            Kept::from_bytes(bytes, with_map)
+        });
         kept.map(|kept| (kept.sigma_m * 1.0e6).round() as u32)
     })
 }
 
 fn kept(slots: &mut Slots<Flash>, mark: f32, with_map: bool) -> bool {
     let room = slots.room_behind(0).expect("a record is there");
-    add(slots.flash_mut(), &room, &entry(mark), with_map)
+    add(slots.flash_mut(), &room, &entry(mark).bytes(with_map))
 }
 
 fn stored() -> Slots<Flash> {
@@ -50,7 +52,12 @@ fn nine_entries_have_room_and_the_last_of_its_kind_counts() {
     // Another calibration takes nothing over, and the one before has what it had.
     slots.commit(&marked(8), false).expect("stored");
     let room = slots.room_behind(1).expect("a record is there");
-    assert_eq!(last(slots.flash_mut(), &room, false), None);
+    assert_eq!(
+        last(slots.flash_mut(), &room, |bytes| Kept::from_bytes(
+            bytes, false
+        )),
+        None
+    );
     slots.roll_back().expect("the one before is there");
     assert_eq!(counting(&mut slots), [Some(plain), Some(mapped)]);
 }

@@ -4,5 +4,5 @@ pub mod bench;
 pub mod board;
 mod changes;
 mod kept;
-mod service;
+pub mod service;
 pub mod traffic;

@@ -9,8 +9,8 @@ use hal_sim::presets;
 use hal_sim::spec::CourierSpec;
 
 /// Two segments that hum by up to half a micrometre, and swell: what a machine beside them does.
-struct Hum {
-    amplitude_m: f64,
+pub struct Hum {
+    pub amplitude_m: f64,
 }
 
 /// Where a robot's structure rings (Bendat and Piersol 2010 call 20 to 200 Hz usual), and a swelling of ten minutes.

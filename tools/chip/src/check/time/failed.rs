@@ -12,8 +12,9 @@ use courier_sensor::drivers::ad7606c::FRAME_BYTES;
 /// From one sampling instant to the next.
 const INTERVAL_US: u64 = 50;
 /// The processor stands still for so long: the instant after [`AFTER_A_SAMPLE_US`] is missed and the next one too, and the sample that
-/// follows ends before the third.
-const STILL_US: u64 = 90;
+/// follows ends before the third: some 40 us of the first interval are over by then. With 90 the looks that follow began at an instant, and one
+/// that held the interrupts of two was told as one sample's.
+const STILL_US: u64 = 85;
 /// What is left then until that third one: that sample, and no other.
 const REST_US: u64 = 20;
 /// So many instants are looked at: the board calls the interrupt by hand at every fourth without an edge of BUSY.

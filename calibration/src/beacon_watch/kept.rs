@@ -1,0 +1,99 @@
+//! What of the watch over the beacon is kept over a restart, as bytes: the reference, and what has been told.
+//!
+//! ```text
+//!  byte  0    1       2      4                                                    92
+//!       | 59 | flags | zero | 7 numbers, f32                     | zeros         | CRC-32 |
+//! ```
+//! Little endian; the numbers: g_x and g_y, what is left of both at a rest, metres; temperature, kelvin;
+//! size and deviation of the change, metres. Flags: bit 0 the axis, bits 1 and 2 what the change goes with, bit 3: a tooth map was in force;
+//! bit 4: a change had been told. As long as the entries of the segments' watch, so that both lie in one row.
+
+use super::reference::Reference;
+use super::told::{BeaconChange, Goes};
+use crate::watch::{KEPT_BYTES, check};
+
+const MAGIC: u8 = 0x59;
+const WITH_MAP: u8 = 1 << 3;
+const HAS_TOLD: u8 = 1 << 4;
+const NUMBERS: usize = 4;
+const COUNT: usize = 7;
+const CHECK: usize = KEPT_BYTES - 4;
+const _: () = assert!(NUMBERS + 4 * COUNT <= CHECK);
+const WAYS: [Goes; 4] = [Goes::Alike, Goes::Temperature, Goes::AlongX, Goes::AlongY];
+
+/// What is kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BeaconKept {
+    pub(super) reference: Reference,
+    /// Its times are of a start before.
+    pub(super) change: Option<BeaconChange>,
+}
+
+impl BeaconKept {
+    /// As bytes. `with_map`: whether a tooth map is in force.
+    #[must_use]
+    #[inline(never)] // or it is compiled as its caller is, for less smallness
+    pub fn bytes(&self, with_map: bool) -> [u8; KEPT_BYTES] {
+        let mut bytes = [0; KEPT_BYTES];
+        let change = self.change.unwrap_or_default();
+        bytes[0] = MAGIC;
+        let flags = [(with_map, WITH_MAP), (self.change.is_some(), HAS_TOLD)];
+        let first = (change.axis & 1) | ((change.goes as u8) << 1);
+        bytes[1] = flags.iter().fold(first, |byte, (is_set, bit)| {
+            byte | (u8::from(*is_set) * bit)
+        });
+        let Reference {
+            offset_m: [gx, gy],
+            sigma_m: [sx, sy],
+            temperature_k,
+        } = self.reference;
+        let numbers: [f32; COUNT] = [
+            gx,
+            gy,
+            sx,
+            sy,
+            temperature_k,
+            change.size_m,
+            change.deviation_m,
+        ];
+        let places = bytes[NUMBERS..CHECK].as_chunks_mut().0;
+        for (place, number) in places.iter_mut().zip(numbers) {
+            *place = number.to_le_bytes();
+        }
+        let sum = check(&bytes[..CHECK]);
+        bytes[CHECK..].copy_from_slice(&sum);
+        bytes
+    }
+
+    /// From bytes that were kept with a tooth map in force, or without; none if they are no such bytes, or hold what cannot be.
+    #[must_use]
+    #[inline(never)]
+    pub fn from_bytes(bytes: &[u8; KEPT_BYTES], with_map: bool) -> Option<Self> {
+        let flags = bytes[1];
+        let is_one = bytes[0] == MAGIC && check(&bytes[..CHECK])[..] == bytes[CHECK..];
+        if !is_one || (flags & WITH_MAP != 0) != with_map {
+            return None;
+        }
+        let mut numbers = [0.0; COUNT];
+        for (number, kept) in numbers.iter_mut().zip(bytes[NUMBERS..CHECK].as_chunks().0) {
+            *number = f32::from_le_bytes(*kept);
+        }
+        let [gx, gy, sx, sy, temperature_k, size_m, deviation_m] = numbers;
+        let is_possible = sx > 0.0 && sy > 0.0 && numbers.iter().all(|number| number.is_finite());
+        let change = BeaconChange {
+            axis: flags & 1,
+            goes: WAYS[usize::from(flags >> 1 & 3)],
+            size_m,
+            deviation_m,
+            ..BeaconChange::default()
+        };
+        is_possible.then_some(Self {
+            reference: Reference {
+                offset_m: [gx, gy],
+                sigma_m: [sx, sy],
+                temperature_k,
+            },
+            change: (flags & HAS_TOLD != 0).then_some(change),
+        })
+    }
+}

@@ -1,0 +1,115 @@
+//! A rest under the beacon, as one observation.
+
+use crate::frame::{Frame, Status};
+use crate::geometry::Geometry;
+
+/// Faster than this a delay between the sensors is no longer small: a millisecond is a hundredth of a tooth. A prior, as for tooth maps.
+const FASTEST_M_S: f32 = 0.01;
+/// Beyond this deflection the diode's bending is no longer small. A prior, as for tooth maps.
+const MOST_DEFLECTION: f32 = 0.5;
+/// Looks that a rest takes: 32 ms at a look each millisecond, over which vibrations of some tens of hertz average out. A prior.
+const LOOKS: u16 = 32;
+
+/// What is taken of a frame at rest under the beacon.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Glance {
+    /// g_x and g_y, metres: the position by the segments less that by the coordination sensor, whole teeth included.
+    pub g_m: [f32; 2],
+    /// Deflection along x and y, of full scale.
+    pub deflection: [f32; 2],
+    /// Temperature over the calibration's, kelvin.
+    pub temperature_k: f32,
+    /// The quarter of a tooth that the courier stands in, along x and y.
+    pub cell: [i32; 2],
+}
+
+impl Glance {
+    /// Of a frame; none where it does not show the beacon, is in doubt, in motion or too far off. `unusable`: bits of doubtful frames.
+    #[must_use]
+    #[inline(never)] // or it is compiled as its caller is, for less smallness
+    pub fn of(frame: &Frame, geometry: &Geometry, unusable: Status) -> Option<Self> {
+        let within = |values: &[f32; 2], most: f32| values.iter().all(|value| value.abs() <= most);
+        let deflection = frame.tan_psi.map(|tan| tan / geometry.tan_full_scale);
+        let is_seen = frame.beacon.seen && !frame.status.intersects(unusable);
+        // Not a number fails as well.
+        let is_of_use = is_seen
+            && within(&frame.speed_m_s, FASTEST_M_S)
+            && within(&deflection, MOST_DEFLECTION);
+        let (platen, sensor) = (&frame.beacon.platen, &frame.beacon.sensor);
+        let cell = [frame.pose.x, frame.pose.y].map(|place| {
+            // Within a tooth either way: the conversion saturates.
+            let quarters = (4.0 * (place.fraction_turns + 8.0)) as i32;
+            place.teeth.wrapping_mul(4).wrapping_add(quarters)
+        });
+        is_of_use.then_some(Self {
+            g_m: [platen.x_m - sensor.x_m, platen.y_m - sensor.y_m],
+            deflection,
+            temperature_k: frame.raw.temperature_delta_k,
+            cell,
+        })
+    }
+}
+
+/// One rest: the mean of its glances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Visit {
+    /// g_x and g_y, metres.
+    pub g_m: [f32; 2],
+    /// Deflection along x and y, of full scale.
+    pub deflection: [f32; 2],
+    /// Temperature over the calibration's, kelvin.
+    pub temperature_k: f32,
+    /// The quarter of a tooth.
+    pub cell: [i32; 2],
+}
+
+/// The rest that is under way.
+#[derive(Clone, Copy, Debug)]
+pub struct Rest {
+    first: Glance,
+    /// Of what glances have beyond the first.
+    sum_m: [f32; 2],
+    looks: u16,
+}
+
+impl Rest {
+    /// None: all zeros.
+    pub const NONE: Self = Self {
+        first: Glance {
+            g_m: [0.0; 2],
+            deflection: [0.0; 2],
+            temperature_k: 0.0,
+            cell: [0; 2],
+        },
+        sum_m: [0.0; 2],
+        looks: 0,
+    };
+
+    /// Takes a glance, or that there was none; the rest, once, when it has lasted long enough in one quarter of a tooth.
+    pub fn take(&mut self, glance: Option<&Glance>) -> Option<Visit> {
+        let Some(glance) = glance else {
+            self.looks = 0;
+            return None;
+        };
+        if self.looks == 0 || self.first.cell != glance.cell {
+            (self.first, self.sum_m, self.looks) = (*glance, [0.0; 2], 0);
+        }
+        if self.looks >= LOOKS {
+            return None;
+        }
+        for (sum_m, (now_m, first_m)) in self
+            .sum_m
+            .iter_mut()
+            .zip(glance.g_m.iter().zip(self.first.g_m))
+        {
+            *sum_m += now_m - first_m;
+        }
+        self.looks += 1;
+        (self.looks == LOOKS).then(|| Visit {
+            g_m: [0, 1].map(|axis| self.first.g_m[axis] + self.sum_m[axis] / f32::from(LOOKS)),
+            deflection: self.first.deflection,
+            temperature_k: self.first.temperature_k,
+            cell: self.first.cell,
+        })
+    }
+}

@@ -1,0 +1,243 @@
+//! The watch over the beacon: reference, sums of the tests, what has been told.
+
+use super::kept::BeaconKept;
+use super::reference::Reference;
+use super::rest::{Glance, Rest};
+use super::scores::Scores;
+use super::sums::{ALONG, LEFT, Sums, WARMER};
+use super::told::{BeaconChange, BeaconVerdict, size};
+use crate::watch::{Cells, Standing};
+
+/// Rests that make the reference: eight windows' worth.
+pub const REFERENCE: u16 = 128;
+/// Rests of a window, each in a quarter of a tooth of its own.
+pub const WINDOW: u16 = 16;
+/// Words of the set of cells: eight times as many cells as the reference has rests.
+const CELL_WORDS: usize = 32;
+/// What is told, of what is left of a rest. A derivation: places that a work is confined to may differ by one sigma from those of the reference,
+/// all of it structure; the middle between what is told and what is left alone is then two sigma off.
+const TOLD_SIGMAS: f32 = 3.0;
+/// Less is not told, metres. A prior: a diode's drift of a working day.
+const LEAST_TOLD_M: f32 = 5.0e-6;
+/// Of what is told, at which the calibration is stale.
+const STALE: f32 = 2.0;
+/// Slopes at full scale: what is told of them is told at half of it.
+const SLOPES: f32 = 2.0;
+/// Rests must lie so far apart along an axis to tell of a slope, a deviation of full scale. A derivation: structure of one sigma over it is a
+/// slope of four sigma at full scale, the middle between what is told and what is left alone.
+const WIDE: f32 = 0.25;
+/// Rests of the reference must lie so far apart. A prior: some two teeth either way, so that the offset is not that of one place.
+const REFERENCE_WIDE: f32 = 0.15;
+/// What is left of a rest is at least so much, metres. A prior: what the diode's noise leaves.
+const LEAST_SIGMA_M: f32 = 0.5e-6;
+/// Of older windows' weight in the present estimate at each further one.
+const KEPT: f32 = 0.95;
+/// Share of the sum that a change is told at below which it is taken back.
+const TAKEN_BACK: f32 = 0.5;
+
+/// All that the watch over the beacon keeps.
+#[derive(Clone, Debug)]
+pub struct BeaconWatch {
+    watching: bool,
+    is_known: bool,
+    rest: Rest,
+    cells: Cells<CELL_WORDS>,
+    reference: Reference,
+    /// Of the window, or of the reference while that is learned.
+    sums: Sums,
+    /// Of windows since there was last no sign of a change, fading.
+    long: Sums,
+    scores: Scores,
+    zero_s: u32,
+    now_s: u32,
+    windows: u32,
+    has_told: bool,
+    change: BeaconChange,
+}
+
+impl BeaconWatch {
+    /// All zeros, so that a static of it is no part of the image: watches nothing.
+    #[must_use]
+    pub const fn blank() -> Self {
+        Self {
+            watching: false,
+            is_known: false,
+            rest: Rest::NONE,
+            cells: Cells::EMPTY,
+            reference: Reference::ZERO,
+            sums: Sums::ZERO,
+            long: Sums::ZERO,
+            scores: Scores::ZERO,
+            zero_s: 0,
+            now_s: 0,
+            windows: 0,
+            has_told: false,
+            change: BeaconChange {
+                axis: 0,
+                goes: super::told::Goes::Alike,
+                size_m: 0.0,
+                deviation_m: 0.0,
+                since_s: 0,
+                told_s: 0,
+                warmer_k: 0.0,
+                limit_m: 0.0,
+            },
+        }
+    }
+
+    /// Begins for a calibration that states these deviations of g_x and g_y ([`stated_m`](super::stated_m)), or watches nothing.
+    pub fn start(&mut self, stated_m: Option<[f32; 2]>) {
+        *self = Self::blank();
+        if let Some(stated_m) = stated_m {
+            self.watching = true;
+            // Not a number counts as nothing.
+            self.reference.sigma_m = stated_m.map(|sigma_m| LEAST_SIGMA_M.max(sigma_m));
+        }
+    }
+
+    /// Takes a look at a frame, or that it shows nothing, at so many seconds since the start; whether a window is complete by it, and the
+    /// verdict may have changed. Cost: some ten additions, and some hundred at a rest that counts.
+    #[inline(never)] // or it is compiled as its caller is, for less smallness
+    pub fn take(&mut self, glance: Option<&Glance>, now_s: u32, pitch_m: f32) -> bool {
+        let Some(visit) = self.rest.take(glance) else {
+            return false;
+        };
+        if !self.watching || !self.cells.is_new(visit.cell) {
+            return false;
+        }
+        if !self.is_known && self.sums == Sums::ZERO {
+            self.reference.offset_m = visit.g_m;
+            self.reference.temperature_k = visit.temperature_k;
+        }
+        let left_m = self.reference.left_m(&visit, pitch_m);
+        if !left_m.iter().all(|m| m.is_finite()) {
+            return false;
+        }
+        self.now_s = now_s;
+        let warmer_k = visit.temperature_k - self.reference.temperature_k;
+        let ([u, v], [x_m, y_m]) = (visit.deflection, left_m);
+        self.sums.add([1.0, u, v, warmer_k, x_m, y_m]);
+        let count = self.sums.count();
+        if !self.is_known {
+            let is_wide = ALONG
+                .iter()
+                .all(|axis| self.sums.spread(*axis) >= REFERENCE_WIDE);
+            if count < f32::from(REFERENCE) || !is_wide {
+                return false;
+            }
+            self.reference = self.reference.of(&self.sums);
+            (self.is_known, self.zero_s) = (true, now_s);
+        } else if count < f32::from(WINDOW) {
+            return false;
+        } else {
+            self.compare();
+        }
+        self.sums = Sums::ZERO;
+        self.cells.clear();
+        true
+    }
+
+    /// Whether a change is told.
+    #[must_use]
+    pub const fn has_told(&self) -> bool {
+        self.has_told
+    }
+
+    /// What is known.
+    #[must_use]
+    pub fn verdict(&self) -> BeaconVerdict {
+        let change = self.has_told.then_some(self.change);
+        let standing = match &change {
+            _ if !self.watching => Standing::Unwatched,
+            Some(change) if change.size_m.abs() >= change.limit_m => Standing::Stale,
+            Some(_) => Standing::Drifting,
+            None if !self.is_known => Standing::Learning,
+            None => Standing::Healthy,
+        };
+        BeaconVerdict {
+            standing,
+            windows: self.windows,
+            scatter_m: self.reference.sigma_m,
+            at_s: self.now_s,
+            change,
+        }
+    }
+
+    /// What is kept over a restart; none while the reference is being learned.
+    #[must_use]
+    #[inline(never)]
+    pub fn kept(&self) -> Option<BeaconKept> {
+        (self.watching && self.is_known).then_some(BeaconKept {
+            reference: self.reference,
+            change: self.has_told.then_some(self.change),
+        })
+    }
+
+    /// Goes on from what was kept, after [`BeaconWatch::start`] for the same calibration. Times are then of before this start: zero.
+    #[inline(never)]
+    pub fn restore(&mut self, kept: &BeaconKept) {
+        (self.is_known, self.reference) = (true, kept.reference);
+        if let Some(change) = kept.change {
+            (self.has_told, self.change) = (true, change);
+            self.change.limit_m = STALE * self.told_m(usize::from(change.axis));
+            self.scores = Scores::told(usize::from(change.axis));
+        }
+    }
+
+    fn told_m(&self, axis: usize) -> f32 {
+        let sigma_m = self.reference.sigma_m.get(axis).copied().unwrap_or(0.0);
+        (TOLD_SIGMAS * sigma_m).max(LEAST_TOLD_M)
+    }
+
+    fn compare(&mut self) {
+        self.windows = self.windows.saturating_add(1);
+        for (axis, sigma_m) in self.reference.sigma_m.into_iter().enumerate() {
+            let (told_m, square) = (self.told_m(axis), sigma_m * sigma_m);
+            let left = LEFT[axis];
+            let (mean_m, of_mean) = (self.sums.mean(left), square / self.sums.count());
+            self.scores.add(axis, 0, mean_m, of_mean, told_m);
+            let (slopes_m, of_slopes) = self.sums.slopes(left);
+            let slopes = ALONG.into_iter().zip(slopes_m).zip(of_slopes).zip(1..);
+            for (((along, slope_m), of), number) in slopes {
+                if self.sums.spread(along) >= WIDE {
+                    let (variance, told_m) = (of * square, SLOPES * told_m);
+                    self.scores.add(axis, number, slope_m, variance, told_m);
+                }
+            }
+        }
+        if self.scores == Scores::ZERO {
+            // No sign of any change: what is summed begins with the next.
+            (self.long, self.zero_s) = (Sums::ZERO, self.now_s);
+        } else {
+            self.long.fade_in(KEPT, &self.sums);
+        }
+        self.tell();
+    }
+
+    fn tell(&mut self) {
+        let [x, y] = [0, 1].map(|axis| self.scores.evidence(axis));
+        let axis = usize::from(y > x);
+        if x.max(y) < TAKEN_BACK {
+            self.has_told = false;
+        } else if x.max(y) >= 1.0 || self.has_told {
+            let told_s = if self.has_told {
+                self.change.told_s
+            } else {
+                self.now_s
+            };
+            let sigma_m = self.reference.sigma_m.get(axis).copied().unwrap_or(0.0);
+            let (goes, size_m, deviation_m) = size(&self.long, axis, sigma_m);
+            self.has_told = true;
+            self.change = BeaconChange {
+                axis: axis as u8,
+                goes,
+                size_m,
+                deviation_m,
+                since_s: self.zero_s,
+                told_s,
+                warmer_k: self.long.mean(WARMER),
+                limit_m: STALE * self.told_m(axis),
+            };
+        }
+    }
+}
