@@ -62,6 +62,8 @@ const REFERENCES: [&str; 8] = [
     "steps",
 ];
 const POSITIONS: [&str; 5] = ["encoder", "position", "pos", "angle", "enc"];
+/// Of an encoder's messages these are no positions.
+const RATES: [&str; 4] = ["vel", "velocity", "speed", "acceleration"];
 
 fn is_called(name: &str, words: &[&str]) -> bool {
     let small = name.to_lowercase();
@@ -107,7 +109,7 @@ fn guesses(log: &Log) -> Vec<Option<String>> {
             Column::Temperature
         } else if is_called(name, &REFERENCES) {
             Column::Reference(0)
-        } else if is_called(name, &POSITIONS) && !has_pair {
+        } else if is_called(name, &POSITIONS) && !is_called(name, &RATES) && !has_pair {
             Column::Position(0)
         } else {
             continue;

@@ -113,3 +113,17 @@ fn a_first_command_is_suggested_from_what_the_program_is_known_for() {
         assert!(found.contains(wanted), "{found}");
     }
 }
+
+/// A message of an encoder has a speed as well, often before the position.
+#[test]
+fn a_speed_is_not_suggested_as_a_position() {
+    let signals = " SG_ Vel : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ Pos : 8|8@1+ (1,0) [0|0] \"\" X\n";
+    let beside = Beside {
+        dbc: Some(("a.dbc".into(), format!("BO_ 1 Encoder: 8 X\n{signals}"))),
+        ..Beside::default()
+    };
+    let frames = b"(1.0) can0 001#0102\n(1.1) can0 001#0103\n(1.2) can0 001#0105\n";
+    let log = read_with(Path::new("a.log"), frames, &beside).unwrap();
+    let found = convert::listing::suggestion(&log, "a.log");
+    assert!(found.contains("--column p1_m=Encoder.Pos"), "{found}");
+}
