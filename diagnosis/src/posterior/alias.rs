@@ -1,6 +1,7 @@
 //! Sets that predict the same on this motion are one class, whatever Occam's factor says of them: no further recording of the same motion
 //! would tell which it is.
 
+use super::discrepancy::{excess, share_by_chance};
 use super::problem::Problem;
 use super::weighed::Weighed;
 use nalgebra::DVector;
@@ -78,8 +79,22 @@ impl<'a> Prediction<'a> {
         let told = weighed.fitted.given.told + other.fitted.given.told;
         Divergence {
             squares: squares.max(0.0) / noise,
-            limit: limit(told) + weighed.lacking + other.lacking,
+            limit: limit(told) + lacking_apart(problem, weighed, other),
         }
+    }
+}
+
+/// Whitened squares by which the forms of two sets' effects may make them differ. Of the lines that an effect in one of
+/// them alone makes, the forms of effects without lines lack nothing.
+fn lacking_apart(problem: &Problem, one: &Weighed, other: &Weighed) -> f64 {
+    let in_one_alone = |a: &Weighed, b: &Weighed| {
+        let of_lines = a.set().iter().filter(|e| problem.of_lines.contains(e));
+        of_lines.into_iter().any(|e| !b.set().contains(e))
+    };
+    if in_one_alone(one, other) || in_one_alone(other, one) {
+        one.lacking_of_lines + other.lacking_of_lines
+    } else {
+        one.lacking + other.lacking
     }
 }
 
@@ -124,6 +139,31 @@ pub fn class(problem: &Problem, all: &[Weighed], of: usize) -> Vec<(usize, Diver
     out
 }
 
+/// Place of the set that is told for one: the one of fewest of its effects that predicts what it does (9), if the effects besides take no
+/// more of what that one leaves than so many columns do by chance of what a form lacks; itself if there is none.
+pub fn simplest(problem: &Problem, all: &[Weighed], of: usize) -> usize {
+    let whole = &all[of];
+    if whole.set().len() < 2 {
+        return of;
+    }
+    let prediction = Prediction::of(problem, whole);
+    let left = excess(&whole.left);
+    let same = |k: &usize| {
+        let other = &all[*k];
+        let within = other.set().iter().all(|e| whole.set().contains(e));
+        let fewer = within && !other.set().is_empty() && other.set().len() < whole.set().len();
+        if !fewer || other.listed != whole.listed || other.left.log_noise != whole.left.log_noise {
+            return false;
+        }
+        let before = excess(&other.left);
+        let columns = whole.fitted.given.told - other.fitted.given.told;
+        let by_chance = before - left < share_by_chance(columns) * before;
+        by_chance && prediction.divergence(other).is_alias()
+    };
+    let rank = |k: &usize| (all[*k].set().len(), *k);
+    (0..all.len()).filter(same).min_by_key(rank).unwrap_or(of)
+}
+
 #[cfg(test)]
 mod tests {
     use crate::posterior::problem::{Prior, Problem};
@@ -163,6 +203,47 @@ mod tests {
             "fewer columns that do the same are likelier"
         );
         super::class(&problem, &all, 0).is_empty()
+    }
+
+    /// Effects of the set that is told where the second takes so much of what the first leaves, which may lack as much and more.
+    fn told_beside(companion: f64, left: f64, of_lines: &[usize]) -> Vec<usize> {
+        let blocks = [("one", &[1.0][..]), ("other", &[1.0])];
+        let problem = SyntheticProblem::new(&blocks, &|rng| {
+            let (one, other, noise) = (normal(rng), normal(rng), normal(rng));
+            let rest = left * normal(rng);
+            vec![
+                1.0,
+                one,
+                other,
+                3.0 * one + companion * other + rest + noise,
+            ]
+        });
+        let reduced = problem.reduced(&[1, 2]);
+        let prior = |block| Prior {
+            block,
+            log_odds: -2.0,
+            inexactness: 0.3,
+            shape: false,
+            listed: true,
+        };
+        let effects = [prior(0), prior(1)];
+        let problem = Problem {
+            of_lines,
+            ..Problem::of_unit_noise(&reduced, &effects, -2.0)
+        };
+        let all = weigh(&problem);
+        let both = all.iter().position(|w| w.set() == [0, 1]).unwrap();
+        all[super::simplest(&problem, &all, both)].set().to_vec()
+    }
+
+    /// 0.5 of an amplitude is 500 squares of 2,000 rows, and three tenths of 3 are 1,600.
+    #[test]
+    fn a_companion_that_takes_a_part_of_what_may_lack_is_not_told() {
+        assert_eq!(told_beside(0.5, 0.7, &[]), [0]);
+        assert_eq!(told_beside(0.5, 0.0, &[]), [0, 1]);
+        assert_eq!(told_beside(1.5, 0.7, &[]), [0, 1]);
+        // Lines in the spectrum are nothing that the form of the first lacks.
+        assert_eq!(told_beside(0.5, 0.7, &[1]), [0, 1]);
     }
 
     /// The effect of three columns pays for its freedom, and is an alias all the same.

@@ -1,6 +1,6 @@
 //! From weighed sets to the verdict: ordered reasons, each with its number.
 
-use super::alias::class;
+use super::alias::{class, simplest};
 use super::hypotheses::{Hypothesis, Says, give_way_to_causes, hypotheses};
 use super::problem::Problem;
 use super::weighed::Weighed;
@@ -135,6 +135,7 @@ pub fn decide(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Decis
             let first = (0..all.len())
                 .max_by(|a, b| by_set(*a).total_cmp(&by_set(*b)))
                 .unwrap_or(0);
+            let first = simplest(problem, all, first);
             out.first = first;
             let rivals = class(problem, all, first);
             let nearest = rivals

@@ -2,21 +2,25 @@
 
 use super::decision::{Masses, Reason};
 use super::explained::Row;
-use super::fuller;
 use super::weighing::{Effect, Weighing};
+use super::{fuller, prior};
 use crate::Insufficient;
 use crate::data::prepare::{Prepared, prepare};
 use crate::design::assembly::{Design, DesignOptions, Options, assemble};
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
-use crate::selection::limits::FIELD_COORDINATES;
-use crate::selection::measured::{Measured, measured};
+use crate::selection::limits::{FIELD_COORDINATES, VISIBLE_GAP_RATIO};
+use crate::selection::measured::{Measured, measured, noise_beneath_nothing};
 use crate::verdict::answer::Verdict;
 use effects::Detection;
+use effects::sensor::READINGS;
 use recording::Recording;
 
 /// Times that all is compared about what was found, as long as that finds something else.
 const ROUNDS: usize = 3;
+/// Single effects that are fitted about themselves where the best set leaves a gap: to first order the cause is among the first. A bound on
+/// the work.
+const ALONE: usize = 3;
 /// What leaves more than this share of the gap may be wrong, and nothing is moved by it: at half, the wrong places would be as far off as
 /// those of the baseline alone.
 const TRUSTED_BELOW: f64 = 0.5;
@@ -62,6 +66,7 @@ pub fn diagnosed(
         prepared.use_only(mask);
         (first, seen) = first_look(&prepared, options);
     }
+    (first, seen) = by_noise(&prepared, options, first, seen);
     let (here, seen, rounds) = settled(&prepared, options, first, seen);
     let sets = if explain {
         here.weighing.explained(&here.design)
@@ -75,6 +80,45 @@ pub fn diagnosed(
 fn first_look<'a>(prepared: &'a Prepared, options: &'a Options) -> (Look<'a>, Measured) {
     let point = prepared.point();
     look(prepared, options, &point, DesignOptions::default()).measured(prepared, options)
+}
+
+/// The same by the noise of each reading, as it is measured of what the best set leaves or of what nothing but the baseline does, where that
+/// makes the whole comparison likelier.
+fn by_noise<'a>(
+    prepared: &'a Prepared,
+    options: &'a Options,
+    mut here: Look<'a>,
+    seen: Measured,
+) -> (Look<'a>, Measured) {
+    let decided = here.weighing.decide(seen.white).verdict;
+    if decided == Verdict::NoGap {
+        return (here, seen);
+    }
+    let linearized = &here.design.linearized;
+    let about_the_set = LinearizationPoint {
+        baseline: linearized.baseline.clone(),
+        displacement: linearized.displacement.clone(),
+        noise: seen.noise,
+    };
+    let mut about_nothing = prepared.point();
+    if here.noise().is_none() {
+        (about_nothing.noise, here.design) = noise_beneath_nothing(prepared, options, here.design);
+    }
+    for point in [about_nothing, about_the_set] {
+        if point.noise.is_none() {
+            continue;
+        }
+        let told = DesignOptions {
+            previous_inputs: Some(&here.design.linearized.inputs),
+            field: here.holds_a_field(),
+            ..DesignOptions::default()
+        };
+        let with = look(prepared, options, &point, told);
+        if with.log_evidence() > here.log_evidence() {
+            return with.measured(prepared, options);
+        }
+    }
+    (here, seen)
 }
 
 /// A design with its sets weighed.
@@ -99,14 +143,58 @@ fn look<'a>(
 }
 
 impl<'a> Look<'a> {
+    /// Noise of each reading over the stated one, where it was found to be above.
+    fn noise(&self) -> Option<[f64; READINGS]> {
+        let linearized = &self.design.linearized;
+        (!linearized.is_by_stated_noise()).then_some(linearized.noise)
+    }
+
+    /// Logarithm of the evidence of the whole comparison, of the residuals in metres: designs of other noise are whitened in another way.
+    fn log_evidence(&self) -> f64 {
+        let odds = if self.noise().is_some() {
+            prior::log_odds()
+        } else {
+            0.0
+        };
+        let white = self.weighing.decide(true).log_evidence;
+        white + self.design.linearized.log_whitening() + odds
+    }
+
     /// The best set, fitted about itself.
     fn fit(&self) -> RelinearizedFit<'a> {
+        self.fit_of(&self.weighing.found())
+    }
+
+    /// Some effects, fitted about themselves.
+    fn fit_of(&self, names: &[String]) -> RelinearizedFit<'a> {
         let start = LinearizationPoint {
             baseline: self.design.linearized.baseline.clone(),
             displacement: self.design.linearized.displacement.clone(),
-            noise: None,
+            noise: self.noise(),
         };
-        RelinearizedFit::new(&self.design.linearized, start, &self.weighing.found())
+        RelinearizedFit::new(&self.design.linearized, start, names)
+    }
+
+    /// The fit about which all is compared next: of those effects of the best set that do more than the others' forms may lack, or of the
+    /// largest of them, or of another alone, if these leave less. About wrong places a large effect leaves a part of itself, which others
+    /// describe; fitted together with these it may stay at the wrong places, and alone it finds the right ones.
+    fn next_point(&self) -> RelinearizedFit<'a> {
+        let names = self.weighing.leading();
+        let left = |fit: &RelinearizedFit| fit.residuals().white_rms();
+        let mut best = self.fit_of(&names);
+        let nested = (2..names.len()).rev().map(|count| names[..count].to_vec());
+        let alone = self.weighing.largest_alone(ALONE);
+        let candidates = nested.chain(alone.map(|name| vec![name.to_owned()]));
+        for candidate in candidates.filter(|c| *c != names) {
+            if left(&best) <= VISIBLE_GAP_RATIO {
+                break;
+            }
+            let fit = self.fit_of(&candidate);
+            if left(&fit) < left(&best) {
+                best = fit;
+            }
+        }
+        best
     }
 
     /// True where the best set holds a field over the platen.
@@ -132,6 +220,7 @@ fn settled<'a>(
     mut seen: Measured,
 ) -> (Look<'a>, Measured, usize) {
     let mut point = prepared.point();
+    point.noise = here.noise();
     if lies_over_the_platen(&here, &seen) {
         (here, seen) = by_field(prepared, options, &point, here).measured(prepared, options);
     }
@@ -144,13 +233,14 @@ fn settled<'a>(
         if decision.verdict == Verdict::NoGap || told {
             break;
         }
-        let fit = here.fit();
+        let fit = here.next_point();
         let trusted = decision.left_share < TRUSTED_BELOW;
         point = if trusted {
             fit.point.clone()
         } else {
             prepared.point()
         };
+        point.noise = here.noise();
         let again = DesignOptions {
             line_residuals: Some(fit.residuals()),
             search_deflection_waves: decision.verdict == Verdict::Unknown,
@@ -160,6 +250,8 @@ fn settled<'a>(
         };
         let next = look(prepared, options, &point, again);
         (here, seen) = next.measured(prepared, options);
+        (here, seen) = by_noise(prepared, options, here, seen);
+        point.noise = here.noise();
         count += 1;
         if here.weighing.found() == known {
             break;
@@ -239,8 +331,7 @@ fn by_field<'a>(
 }
 
 fn likelier<'a>(one: Look<'a>, other: Look<'a>) -> Look<'a> {
-    let evidence = |look: &Look| look.weighing.decide(true).log_evidence;
-    if evidence(&other) > evidence(&one) {
+    if other.log_evidence() > one.log_evidence() {
         other
     } else {
         one
@@ -259,12 +350,16 @@ fn answer(
     let allowed = |name: &str| !options.without.iter().any(|w| w == name);
     let mut named: Vec<Effect> = decision.named.iter().map(|n| weighing.effect(n)).collect();
     let directly = [
+        (Detection::AsNoise, here.noise().is_some()),
         (Detection::AsSlips, !prepared.slips.is_empty()),
         (Detection::AsBursts, seen.bursts),
     ];
     let mut verdict = decision.verdict;
     for (way, there) in directly {
         let name = effects::name_of(way);
+        if named.iter().any(|effect| effect.name == name) {
+            continue;
+        }
         if there && allowed(name) && verdict != Verdict::Unknown {
             named.push(Effect::directly(name));
             verdict = if verdict == Verdict::NoGap {

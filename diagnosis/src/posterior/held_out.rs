@@ -3,22 +3,28 @@
 
 use crate::inference::cross_validation::CrossValidation;
 
-/// True if each effect of a set, told by its block, predicts pieces that it was not fitted to better than the others of the set do without
-/// it. Cost: a cross-validation for each effect and one of all; those that were asked for before are known.
-pub fn confirms(validation: &mut CrossValidation, set: &[usize]) -> bool {
+/// The effect of a set, told by its block, without which the others predict pieces that they were not fitted to best; none if each predicts
+/// them better than the others do without it. Cost: a cross-validation for each effect and one of all; those that were asked for before are
+/// known.
+pub fn refuted(validation: &mut CrossValidation, set: &[usize]) -> Option<usize> {
     // The baseline is block 0 of the columns and none of the sets.
     let mut left = |blocks: &mut dyn Iterator<Item = &usize>| {
         let blocks: Vec<usize> = blocks.map(|b| b + 1).collect();
         validation.score(&blocks).squares
     };
     let whole = left(&mut set.iter());
-    set.iter()
-        .all(|block| left(&mut set.iter().filter(|b| *b != block)) > whole)
+    let without = set
+        .iter()
+        .map(|block| (left(&mut set.iter().filter(|b| *b != block)), *block));
+    let least = without.min_by(|a, b| a.0.total_cmp(&b.0));
+    least
+        .filter(|(left, _)| *left <= whole)
+        .map(|(_, block)| block)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::confirms;
+    use super::refuted;
     use crate::synthetic_problem::SyntheticProblem;
     use effects::random::normal;
 
@@ -34,9 +40,9 @@ mod tests {
             row
         });
         let mut validation = problem.cross_validation();
-        assert!(confirms(&mut validation, &[]));
-        assert!(confirms(&mut validation, &[0]));
-        assert!(!confirms(&mut validation, &[1]));
-        assert!(!confirms(&mut validation, &[0, 1]));
+        assert_eq!(refuted(&mut validation, &[]), None);
+        assert_eq!(refuted(&mut validation, &[0]), None);
+        assert_eq!(refuted(&mut validation, &[1]), Some(1));
+        assert_eq!(refuted(&mut validation, &[0, 1]), Some(1));
     }
 }

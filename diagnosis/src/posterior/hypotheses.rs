@@ -43,6 +43,7 @@ pub fn hypotheses(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> V
         let open = weighed.open(problem.log_odds);
         let closed = weighed.closed(problem.log_odds);
         let in_shapes: f64 = shapes.map_or(0.0, |(shapes, _)| shapes.explained);
+        let lines = shapes.map_or(0.0, |(shapes, _)| shapes.of_lines(problem));
         let noise_with = shapes.map_or(weighed.noise, |(_, noise)| *noise);
         let forms = [
             (closed[0], 0.0, None),
@@ -53,14 +54,17 @@ pub fn hypotheses(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> V
         for (log_weight, shaped, louder) in forms {
             let excess = louder.map_or(0.0, |noise| noise.log_variance.exp_m1().max(0.0));
             let visible = excess > VISIBLE * VISIBLE - 1.0;
-            let noise = visible && noise_is_white;
-            let unlocated = if visible && !noise {
+            let unlocated = if visible {
                 excess * weighed.left.degrees * (-weighed.left.log_noise).exp()
             } else {
                 0.0
             };
-            let left = shaped + unlocated;
-            let trifle = left < least + weighed.lacking;
+            // What the effects' forms may lack is no noise, however white it looks.
+            let may_lack = least + weighed.lacking;
+            let noise = noise_is_white && unlocated > may_lack;
+            let left = shaped + if noise { 0.0 } else { unlocated };
+            let of_lines = if shaped > 0.0 { lines } else { 0.0 };
+            let trifle = left < may_lack && of_lines < least + weighed.lacking_of_lines;
             let says = match (weighed.set().is_empty(), noise) {
                 _ if !weighed.listed => Says::Unknown,
                 (true, false) if trifle => Says::NoGap,
@@ -92,10 +96,10 @@ fn without_trifling_shapes(problem: &Problem, all: &[Weighed], of: usize) -> usi
     place.filter(|_| !causes.is_empty()).unwrap_or(of)
 }
 
-/// A shape describes a gap and is no cause. What a set with nameless shapes predicts, a set of causes may predict as well: then it is these
-/// that the hypothesis tells of, whatever Occam's factor says of the two. Such causes leave what the shapes leave, as far as noise and
-/// their own inexactness go (9), and none is a trifle. Whatever the coordinates that it shows in, what has no name is one cause, and one
-/// stands in for it.
+/// What a set with nameless shapes predicts, or one with a cause that is in no catalogue, a set of causes with names may predict as well:
+/// then it is these that the hypothesis tells of, whatever Occam's factor says of the two. Such causes leave what the other set leaves, as far
+/// as noise and their own inexactness go (9), and none is a trifle. Lines give way to a cause that makes lines. Whatever the coordinates
+/// that it shows in, what has no name is one cause, and one stands in for it. Shapes beside a cause that is in no catalogue stay.
 pub fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [Hypothesis]) {
     let rows = problem.reduced.rows - problem.reduced.baseline as f64;
     let causes: Vec<(usize, f64)> = hypotheses
@@ -106,16 +110,21 @@ pub fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [
         .collect();
     for h in hypotheses.iter_mut().filter(|h| h.says == Says::Unknown) {
         let own = &all[h.set];
-        let Some((shapes, _)) = &own.nameless else {
-            continue;
+        let (left, many, lines) = match &own.nameless {
+            _ if !own.listed => (&own.left, own.set().len(), own.lines),
+            Some((shapes, _)) => (&shapes.left, own.set().len() + 1, shapes.of_lines(problem)),
+            None => continue,
         };
-        let told = rows - shapes.left.degrees;
-        let many = own.set().len() + 1;
+        let told = rows - left.degrees;
         let predicts_the_same = |k: usize| {
             let other = &all[k];
-            let more = (other.left.squares - shapes.left.squares) * (-own.left.log_noise).exp();
+            let more = (other.left.squares - left.squares) * (-own.left.log_noise).exp();
+            let has_more = |e: &usize| problem.of_lines.contains(e) && !own.set().contains(e);
+            let lines_are_told =
+                other.set().iter().any(has_more) || lines <= limit(told) + other.lacking_of_lines;
             other.set().len() <= many
                 && other.left.log_noise == own.left.log_noise
+                && lines_are_told
                 && more <= limit(told) + other.lacking
         };
         let same = causes.iter().filter(|(k, _)| predicts_the_same(*k));

@@ -24,6 +24,18 @@ pub struct Nameless {
     pub log_prior: f64,
 }
 
+impl Nameless {
+    /// Whitened squares over the noise that lines in the spectrum do among them, and not more than all explain.
+    pub fn of_lines(&self, problem: &Problem) -> f64 {
+        let each = self.coordinates.iter().zip(&self.powers);
+        let lines = each.filter(|(c, _)| problem.of_lines.contains(&problem.coordinates[**c]));
+        lines
+            .map(|(_, power)| power)
+            .sum::<f64>()
+            .min(self.explained)
+    }
+}
+
 /// Adds coordinate after coordinate to a set as long as the logarithm of the posterior rises by each; none where none does. `alone` is what
 /// the set leaves without.
 pub fn beside(problem: &Problem, set: &Fitted, alone: &Left) -> Option<Nameless> {

@@ -8,6 +8,8 @@ use super::reduced::Reduced;
 pub(crate) const STATED_TO: f64 = 0.05;
 /// Loudest noise that is looked for, as a logarithm of the variance: thirty times the stated noise is more than readings have.
 pub(crate) const LOUDEST: f64 = 6.8;
+/// 95 % of normal numbers are within so many standard deviations.
+const WITHIN: f64 = 1.96;
 /// Points of the grid to a standard deviation: many, since the density of louder noise may be cut off where it is steep.
 const POINTS: f64 = 16.0;
 
@@ -53,7 +55,7 @@ pub struct NoiseScale {
 /// Integrates over the noise. The coefficients are taken to stay as the noise changes, and each that the data tell takes a row: exact to
 /// first order in the share of the data that the prior tells. A fit whose columns carry noise leaves more than the target's own
 /// (the likelihood of errors in variables: Fuller 1987). `inexact` is the share of the noise, in squares, that the set's own effects
-/// may leave because their forms are not exact: the noise seems so much louder.
+/// may leave, with 95 % probability, because their forms are not exact: the noise seems so much louder.
 pub fn integrate(left: &Left, inexact: f64) -> NoiseScale {
     let degrees = left.degrees.max(1.0);
     // Noise of the columns is there beside that of the target, and costs as much as any other noise.
@@ -65,7 +67,7 @@ pub fn integrate(left: &Left, inexact: f64) -> NoiseScale {
         let variance = at.exp() + added;
         constant - 0.5 * degrees * variance.ln() - 0.5 * left.squares / variance
     };
-    let near = STATED_TO.hypot(inexact);
+    let near = STATED_TO.hypot(inexact.ln_1p() / WITHIN);
     let gauss = |at: f64| -0.5 * (at / near).powi(2) - (near * std::f64::consts::TAU.sqrt()).ln();
     let flat = |at: f64| {
         if (0.0..LOUDEST).contains(&at) {

@@ -2,7 +2,7 @@
 
 use super::problem::Prior;
 use crate::design::unlisted::is_unlisted;
-use effects::Card;
+use effects::{Card, Detection};
 
 /// Probability that any one cause acts: of about twenty effects and as many coordinates that may hold an effect without a name, a courier
 /// whose gap is looked into is expected to have one or two.
@@ -26,4 +26,13 @@ pub fn prior(name: &str, block: usize) -> Prior {
         shape,
         listed: !is_unlisted(name),
     }
+}
+
+/// Shapes of lines in the spectrum (`design/coordinate_basis.rs`).
+const FREQUENCY: &str = "frequency";
+
+/// True if a block is of lines in the spectrum, by its name. They follow the clock: what follows the motion does the same whenever it comes
+/// by, and what its form lacks does so too.
+pub fn is_of_lines(name: &str) -> bool {
+    name == FREQUENCY || effects::is(name, Detection::ByLines)
 }

@@ -15,6 +15,8 @@ pub struct Problem<'r> {
     pub effects: &'r [Prior],
     /// Blocks of shapes over a coordinate.
     pub coordinates: &'r [usize],
+    /// Blocks, of effects and of shapes, of lines in the spectrum: the forms of other effects lack nothing of these.
+    pub of_lines: &'r [usize],
     /// Logarithm of the prior odds of each coordinate, and of louder noise.
     pub log_odds: f64,
 }
@@ -29,6 +31,7 @@ impl<'r> Problem<'r> {
             noise: 1.0,
             effects,
             coordinates: &[],
+            of_lines: &[],
             log_odds,
         }
     }

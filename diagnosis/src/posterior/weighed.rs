@@ -1,9 +1,10 @@
 //! A set of effects with its weight under four hypotheses: with nameless shapes or without, by noise near the stated one or louder.
 
-use super::evidence::Fitted;
-use super::least_size::{Share, lacking, powers, shares};
+use super::discrepancy;
+use super::evidence::{Fitted, gain};
+use super::least_size::{Share, lacking, least_squares, powers, shares};
 use super::nameless::{Nameless, beside};
-use super::noise_scale::{Left, NoiseScale, integrate, log_sum};
+use super::noise_scale::{Left, NoiseScale, log_sum};
 use super::problem::Problem;
 
 /// The two kinds of noise.
@@ -28,6 +29,10 @@ pub struct Weighed {
     pub shares: Vec<Share>,
     /// Whitened squares that the effects' own forms may lack.
     pub lacking: f64,
+    /// Those of them that may be lines in the spectrum.
+    pub lacking_of_lines: f64,
+    /// Squares of lines in the spectrum that stand in what it leaves; 0 where none do, or none were looked for.
+    pub lines: f64,
     /// What the set leaves.
     pub left: Left,
     /// Whitened squares, over the noise at which it was fitted, that it takes off what the baseline leaves.
@@ -70,9 +75,32 @@ impl Weighed {
     pub fn look_for_shapes(&mut self, problem: &Problem) {
         let shapes = beside(problem, &self.fitted, &self.left);
         self.nameless = shapes.map(|shapes| {
-            let noise = integrate(&shapes.left, self.lacking / problem.reduced.rows);
+            let rows = problem.reduced.rows;
+            let lines = if shapes.of_lines(problem) > 0.0 {
+                0.0
+            } else {
+                self.lines
+            };
+            let noise = discrepancy::noise(&shapes.left, self.lacking, lines, rows);
             (shapes, noise)
         });
+    }
+
+    /// Finds the lines that stand in what it leaves: its effects' forms lack nothing of them.
+    pub fn look_for_lines(&mut self, problem: &Problem) {
+        let Fitted {
+            set, log_variances, ..
+        } = &self.fitted;
+        let others = problem.of_lines.iter().filter(|b| !set.contains(b));
+        let gains =
+            others.filter_map(|b| gain(problem.reduced, set, log_variances, *b, problem.noise));
+        let most = gains.map(|(gain, _)| gain).fold(0.0, f64::max);
+        let squares = 2.0 * most;
+        if squares > least_squares(problem.reduced.rows) {
+            self.lines = squares;
+            self.noise =
+                discrepancy::noise(&self.left, self.lacking, squares, problem.reduced.rows);
+        }
     }
 
     /// Leaves it the weight by one of the two kinds of noise.
@@ -106,6 +134,9 @@ pub fn weighed(problem: &Problem, fitted: Fitted) -> Weighed {
     let inexactness = priors().map(|e| e.inexactness);
     let each: Vec<(f64, f64)> = powers.iter().copied().zip(inexactness).collect();
     let explained = (reduced.squares - fitted.given.squares) / noise;
+    let makes_lines = |k: &usize| problem.of_lines.contains(&fitted.set[*k]);
+    let of_lines = (0..each.len()).filter(makes_lines).map(|k| each[k]);
+    let lacking_of_lines = lacking(explained, of_lines);
     let lacking = lacking(explained, each.iter().copied());
     let left = Left::of(reduced, &fitted, noise, problem.stated);
     let shares = shares(problem, &fitted, explained, &each);
@@ -115,12 +146,14 @@ pub fn weighed(problem: &Problem, fitted: Fitted) -> Weighed {
         log_least: shares.as_ref().map_or(f64::NEG_INFINITY, log_least),
         shares: shares.unwrap_or_default(),
         log_prior: priors().map(|e| e.log_odds).sum(),
-        noise: integrate(&left, lacking / reduced.rows),
+        noise: discrepancy::noise(&left, lacking, 0.0, reduced.rows),
         nameless: None,
+        lines: 0.0,
         explained,
         fitted,
         powers,
         lacking,
+        lacking_of_lines,
         left,
     }
 }

@@ -2,8 +2,8 @@
 
 use super::decision::{Decision, Inclusion, decide};
 use super::explained::{Row, rows};
-use super::held_out::confirms;
-use super::prior::{log_odds, prior};
+use super::held_out::refuted;
+use super::prior::{is_of_lines, log_odds, prior};
 use super::problem::{Prior, Problem};
 use super::reduced::Reduced;
 use super::sets::weigh;
@@ -11,6 +11,7 @@ use super::weighed::Weighed;
 use crate::design::assembly::{BlockKind, Design};
 use crate::design::unlisted::is_unlisted;
 use effects::Detection;
+use std::collections::HashMap;
 
 /// An effect of the answer.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +43,9 @@ impl Effect {
 
 /// Sets that held-out pieces may veto, one after the other: a bound on the work.
 const VETOES: usize = 40;
+/// Sets in which held-out pieces refute an effect from which on no set holds it: beside so many others it is not seen, and each further set
+/// costs as much. A bound on the work.
+const REFUTED: usize = 8;
 /// Sets that are told.
 const TOLD: usize = 20;
 
@@ -52,7 +56,10 @@ pub struct Weighing {
     names: Vec<String>,
     effects: Vec<Prior>,
     coordinates: Vec<usize>,
+    of_lines: Vec<usize>,
     weighed: Vec<Weighed>,
+    /// Single effects, the one that leaves least by the stated noise first.
+    alone: Vec<usize>,
 }
 
 impl Weighing {
@@ -75,14 +82,19 @@ impl Weighing {
             .map(|b| design.columns.blocks[*b].name.clone())
             .collect();
         let mut out = Self {
-            stated: design.floor.white_square,
+            stated: floor(design),
             reduced,
             effects: effects.into_iter().map(|b| prior(&names[b], b)).collect(),
             coordinates,
+            of_lines: (0..names.len())
+                .filter(|b| is_of_lines(&names[*b]))
+                .collect(),
             names,
             weighed: Vec::new(),
+            alone: Vec::new(),
         };
         out.weighed = weigh(&out.problem());
+        out.alone = alone(&out.weighed);
         out.put_first_what_is_told(design);
         out
     }
@@ -91,13 +103,19 @@ impl Weighing {
     /// held-out pieces do not confirm is none.
     fn put_first_what_is_told(&mut self, design: &Design) {
         let mut validation = design.cross_validation();
+        let mut refutations: HashMap<usize, usize> = HashMap::new();
         for _ in 0..VETOES {
             let told = self.decide(true).first;
-            if confirms(&mut validation, self.weighed[told].set()) {
+            let Some(effect) = refuted(&mut validation, self.weighed[told].set()) else {
                 self.weighed[..=told].rotate_right(1);
                 return;
-            }
+            };
             self.weighed.remove(told);
+            let times = refutations.entry(effect).or_default();
+            *times += 1;
+            if *times == REFUTED {
+                self.weighed.retain(|w| !w.set().contains(&effect));
+            }
         }
         // None of so many was confirmed: nothing is told but what needs no effect.
         self.weighed.retain(|w| w.set().is_empty());
@@ -110,6 +128,7 @@ impl Weighing {
             noise: self.stated,
             effects: &self.effects,
             coordinates: &self.coordinates,
+            of_lines: &self.of_lines,
             log_odds: log_odds(),
         }
     }
@@ -123,6 +142,41 @@ impl Weighing {
     pub fn found(&self) -> Vec<String> {
         let best = self.weighed.first().map_or(&[][..], Weighed::set);
         best.iter().map(|b| self.names[*b].clone()).collect()
+    }
+
+    /// Names of so many effects of which each alone leaves least to first order.
+    pub fn largest_alone(&self, count: usize) -> impl Iterator<Item = &str> {
+        self.alone
+            .iter()
+            .take(count)
+            .map(|b| self.names[*b].as_str())
+    }
+
+    /// Names of those effects of the likeliest set that do more than the forms of the others may lack, the one that does most first; of all
+    /// where none does.
+    pub fn leading(&self) -> Vec<String> {
+        let Some(best) = self.weighed.first() else {
+            return Vec::new();
+        };
+        let mut each: Vec<(f64, usize)> = best
+            .powers
+            .iter()
+            .copied()
+            .zip(best.set().iter().copied())
+            .collect();
+        let leads = |k: usize| {
+            best.shares
+                .get(k)
+                .is_none_or(|s| s.power > s.may_be_lacking)
+        };
+        if (0..each.len()).any(leads) {
+            let mut place = 0..;
+            each.retain(|_| place.next().is_some_and(leads));
+        }
+        each.sort_by(|a, b| b.0.total_cmp(&a.0));
+        each.into_iter()
+            .map(|(_, b)| self.names[b].clone())
+            .collect()
     }
 
     /// True where the likeliest set is one effect, beside which there is nothing but noise near the stated one.
@@ -168,6 +222,28 @@ impl Weighing {
             aliases,
         }
     }
+}
+
+/// Variance of the whitened residuals by the noise that the design is whitened by: as it is simulated where that is the stated one. Noise
+/// that was measured is white, and rounding is next to nothing beside it.
+pub fn floor(design: &Design) -> f64 {
+    if design.linearized.is_by_stated_noise() {
+        design.floor.white_square
+    } else {
+        1.0
+    }
+}
+
+/// Blocks of the effects that were weighed alone by the stated noise, the one that leaves least first.
+fn alone(weighed: &[Weighed]) -> Vec<usize> {
+    let one = |w: &&Weighed| w.set().len() == 1 && w.left.log_noise == 0.0;
+    let mut each: Vec<(f64, usize)> = weighed
+        .iter()
+        .filter(one)
+        .map(|w| (w.left.squares, w.set()[0]))
+        .collect();
+    each.sort_by(|a, b| a.0.total_cmp(&b.0));
+    each.into_iter().map(|(_, b)| b).collect()
 }
 
 /// The motion that parts an effect from those that would do in its place: what the cards say of the pair, or else the motion that tells

@@ -1,13 +1,16 @@
 //! What is measured of the residuals that a set of effects leaves, and is no matter of columns: for a decision that is made elsewhere.
 
 use super::ModelSelection;
+use super::bursts_and_noise::Bursts;
 use super::selected::SelectedModel;
 use crate::data::prepare::Prepared;
 use crate::design::assembly::{Design, Options};
 use crate::inference::residuals::Residuals;
 use crate::linearization::relinearized::RelinearizedFit;
+use crate::noise::simulated::Floor;
 use crate::selection::limits::VISIBLE_GAP_RATIO;
 use crate::selection::search::SearchResult;
+use effects::sensor::READINGS;
 
 /// Of the squares that are left and of the whole gap's, what bursts must hold to be named. Priors without data; the second is the rules'
 /// (`selection/verdict.rs`).
@@ -24,6 +27,8 @@ pub(crate) struct Measured {
     pub(crate) missing_codes: Option<(String, f64)>,
     /// Samples in use, where the set shows others to be disturbed than was thought.
     pub(crate) mask: Option<Vec<bool>>,
+    /// Noise of each reading over the stated one, where what is left is shown to be noise.
+    pub(crate) noise: Option<[f64; READINGS]>,
 }
 
 /// Rounding to the codes that are left explains the gap if it makes more of it than all else.
@@ -38,28 +43,34 @@ impl Measured {
     }
 }
 
-/// Measures what a fit of some effects leaves; the design comes back.
-pub(crate) fn measured<'a>(
+/// A design with a fit of some effects, as it is measured.
+fn selection<'a>(
     prepared: &'a Prepared,
     options: &'a Options,
     (design, relinearized): (Design<'a>, RelinearizedFit<'a>),
-) -> (Measured, Design<'a>) {
+) -> ModelSelection<'a> {
     let names = &relinearized.hypothesis.effects;
     let of_it = |b: &usize| names.contains(&design.columns.blocks[*b].name);
     let found = SearchResult {
         blocks: design.effects().into_iter().filter(of_it).collect(),
         unexplained_fraction: 0.0,
     };
+    let linearized = &design.linearized;
+    let noise = (!linearized.is_by_stated_noise()).then_some(linearized.noise);
+    let floor = Floor {
+        white_square: crate::posterior::weighing::floor(&design),
+        ..design.floor
+    };
     let selected = SelectedModel {
-        base: design.floor.white_square * design.gram.total_rows() as f64,
+        base: floor.white_square * design.gram.total_rows() as f64,
         shaped: found.clone(),
         found,
     };
-    let selection = ModelSelection {
+    ModelSelection {
         prepared,
         options,
-        floor: design.floor,
-        noise: None,
+        floor,
+        noise,
         before: design.residuals(&[]),
         after: relinearized.residuals().clone(),
         transfer_residuals: None,
@@ -69,7 +80,42 @@ pub(crate) fn measured<'a>(
         design,
         selected,
         relinearized,
+    }
+}
+
+/// Noise of each reading over the stated one, where what the baseline alone leaves is shown to be noise; the design comes back. Noise that is
+/// far above the stated one is rebuilt by columns that are formed of noisy readings, and what a set leaves then says nothing of it.
+pub(crate) fn noise_beneath_nothing<'a>(
+    prepared: &'a Prepared,
+    options: &'a Options,
+    design: Design<'a>,
+) -> (Option<[f64; READINGS]>, Design<'a>) {
+    let bare = RelinearizedFit::new(&design.linearized, prepared.point(), &[]);
+    let selection = selection(prepared, options, (design, bare));
+    (measured_noise(&selection), selection.design)
+}
+
+/// True unless what is louder than stated is in the tails alone: beside bursts, these are the ones that are too small to stand out.
+fn is_no_tail(selection: &ModelSelection, bursts: &Bursts) -> bool {
+    bursts.are_few() || selection.in_the_middle(&selection.after)
+}
+
+/// Noise of each reading over the stated one, where what is left is shown to be noise, or by which the design was whitened already.
+fn measured_noise(selection: &ModelSelection) -> Option<[f64; READINGS]> {
+    let noise = match selection.noise {
+        Some(_) => selection.noise_of_readings(),
+        None => selection.noise_left()?,
     };
+    is_no_tail(selection, &selection.bursts()).then_some(noise)
+}
+
+/// Measures what a fit of some effects leaves; the design comes back.
+pub(crate) fn measured<'a>(
+    prepared: &'a Prepared,
+    options: &'a Options,
+    (design, fit): (Design<'a>, RelinearizedFit<'a>),
+) -> (Measured, Design<'a>) {
+    let selection = selection(prepared, options, (design, fit));
     let left = &selection.after;
     let white = selection.rough(left) && selection.is_noise(left);
     let squares = |r: &Residuals| (r.white_rms().powi(2) - 1.0).max(0.0) * r.white.len() as f64;
@@ -79,10 +125,11 @@ pub(crate) fn measured<'a>(
     let least = if shows { of_left * squares(left) } else { 0.0 };
     let whole = of_all * (squares(&selection.before) + bursts.energy);
     let measured = Measured {
-        white: white && (bursts.are_few() || selection.in_the_middle(left)),
+        white: white && is_no_tail(&selection, &bursts),
         bursts: bursts.hold(least.max(whole)),
         missing_codes: selection.missing_codes().map(|l| (l.coordinate, l.share)),
         mask: selection.revised_mask(),
+        noise: measured_noise(&selection),
     };
     (measured, selection.design)
 }

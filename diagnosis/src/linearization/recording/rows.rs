@@ -167,6 +167,22 @@ impl LinearizedRecording<'_> {
         rows
     }
 
+    /// True if the rows are whitened by the stated noise, and not by one that was measured.
+    pub fn is_by_stated_noise(&self) -> bool {
+        self.noise == [1.0; READINGS]
+    }
+
+    /// Logarithm of the determinant of the whitening, over all rows in use: what the density of whitened residuals is multiplied with for
+    /// that of the residuals themselves, m⁻¹ a row.
+    pub fn log_whitening(&self) -> f64 {
+        let in_use = (0..self.len()).filter(|i| self.mask[*i]);
+        let of_sample = |i: usize| {
+            let rows = self.rows(i);
+            (0..rows.count).map(|k| rows.whiten[k][k].ln()).sum::<f64>()
+        };
+        in_use.map(of_sample).sum()
+    }
+
     /// Takes the alignment of late segments back, to first order: that they are late is for an effect to explain.
     fn take_back(&self, i: usize, rows: &mut SampleRows) {
         for (segment, late) in self.observations.late.iter().enumerate() {
