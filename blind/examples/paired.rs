@@ -51,10 +51,12 @@ fn tell(pair: &Pair, explain: bool) {
         .right()
         .map(|right| if right { "right" } else { "WRONG" });
     let mut out = format!(
-        "{:3} {truth:?}: rules {rules} {}, posterior {posterior} {}, {:.1} and {:.1} s",
+        "{:3} {truth:?}: rules {rules} {}, posterior {posterior} {}, bound {} {}, {:.1} and {:.1} s",
         pair.rules.case.number,
         words(&pair.rules),
         words(&pair.posterior),
+        if pair.can_be_told() { "right" } else { "WRONG" },
+        words(&pair.bound),
         pair.took_s[0],
         pair.took_s[1],
     );

@@ -26,6 +26,10 @@ pub struct Judged {
     pub without: Option<Vec<String>>,
     /// Of two effects, those that leave no gap by themselves: the baseline takes them, and nobody can tell them.
     pub hidden: Option<Vec<String>>,
+    /// Whether a diagnosis is right that is told which effects act, where that was looked at: what it gets wrong is no matter of telling these
+    /// from others.
+    #[serde(default)]
+    pub can_be_told: Option<bool>,
 }
 
 impl Judged {
@@ -54,6 +58,7 @@ impl Judged {
             claim,
             without,
             hidden: None,
+            can_be_told: None,
         }
     }
 

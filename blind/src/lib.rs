@@ -208,7 +208,8 @@ pub fn diagnose(within: &Path, tick: impl Fn() + Sync) -> Result<usize> {
 }
 
 /// Third step: opens the seal and scores. `thorough` also diagnoses each single effect's recording with that effect taken out
-/// of the catalogue, the same courier with its effects known exactly for the best possible gap, and with each of two effects alone.
+/// of the catalogue, the same courier with its effects known exactly for the best possible gap, with each of two effects alone, and what
+/// was not told rightly with all effects taken out of the catalogue but those that act.
 ///
 /// # Errors
 /// The seal is broken, or a step before is missing.
@@ -266,7 +267,27 @@ fn judge(within: &Path, case: &Case, thorough: bool) -> Result<Judged> {
     };
     let mut judged = Judged::new(case, &answer, claim, without);
     judged.hidden = (thorough && case.kind == Kind::Pair).then(|| hidden(case));
+    let listed = matches!(case.kind, Kind::Single | Kind::Pair | Kind::Triple);
+    if thorough && listed {
+        judged.can_be_told =
+            Some(judged.right() || told(case, &Recording::read(of("recordings"))?));
+    }
     Ok(judged)
+}
+
+/// Whether a diagnosis of a case is right that is told which effects act, all others taken out of the catalogue.
+fn told(case: &Case, recording: &Recording) -> bool {
+    let answer = diagnose_recording(recording, "told", &those_that_act(case));
+    Judged::new(case, &answer, None, None).right()
+}
+
+/// All effects withheld but those that act.
+fn those_that_act(case: &Case) -> Options {
+    let acts = |card: &&Card| case.effects.iter().any(|e| e.name == card.name);
+    let others = effects::cards().filter(|card| !acts(card));
+    Options {
+        without: others.map(|card| card.name.to_owned()).collect(),
+    }
 }
 
 /// Whether there is a best possible model that another recording could confirm: the course of a drift belongs to its own

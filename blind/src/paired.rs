@@ -1,6 +1,7 @@
 //! The same couriers answered by the rules of `selection` and by the posterior: which of them either alone has right.
 
 use crate::judged::Judged;
+use crate::those_that_act;
 use diagnosis::posterior::diagnosed::{Answer, diagnosed};
 use diagnosis::verdict::answer::{Diagnosis, Named, Share, Unexplained, Verdict};
 use diagnosis::{Options, diagnose};
@@ -15,6 +16,8 @@ pub struct Pair {
     pub rules: Judged,
     /// By the posterior.
     pub posterior: Judged,
+    /// By a posterior that is told which effects act: what it gets wrong is no matter of telling them from others.
+    pub bound: Judged,
     /// The posterior's answer; none where the recording cannot answer.
     pub answer: Option<Answer>,
     /// Time that both took, s: the rules, the posterior.
@@ -26,6 +29,12 @@ impl Pair {
     #[must_use]
     pub fn right(&self) -> [bool; 2] {
         [exactly(&self.rules), exactly(&self.posterior)]
+    }
+
+    /// Whether the posterior that is told which effects may act is exactly right.
+    #[must_use]
+    pub fn can_be_told(&self) -> bool {
+        exactly(&self.bound)
     }
 }
 
@@ -42,13 +51,13 @@ fn exactly(judged: &Judged) -> bool {
     judged.named.len() == truth.len() && truth.iter().all(in_class)
 }
 
-/// Answers some cases of a campaign by both; `told` is given each as it is done, with the likeliest sets if `explain`.
+/// Answers some cases of a campaign by both; `report` is given each as it is done, with the likeliest sets if `explain`.
 pub fn paired(
     cases: impl Iterator<Item = usize>,
     seed: u64,
     conditions: Conditions,
     explain: bool,
-    told: impl Fn(&Pair) + Sync,
+    report: impl Fn(&Pair) + Sync,
 ) -> Vec<Pair> {
     let cases: Vec<Case> = cases
         .map(|number| Case::draw(number, seed, conditions))
@@ -60,16 +69,19 @@ pub fn paired(
         let rules = diagnose(&recording, "paired", &options);
         let middle = Instant::now();
         let answer = diagnosed(&recording, &options, explain).ok();
+        let took_s = [
+            (middle - start).as_secs_f64(),
+            middle.elapsed().as_secs_f64(),
+        ];
+        let told = diagnosed(&recording, &those_that_act(case), false).ok();
         let pair = Pair {
-            took_s: [
-                (middle - start).as_secs_f64(),
-                middle.elapsed().as_secs_f64(),
-            ],
+            took_s,
+            bound: Judged::new(case, &worded(told.as_ref()), None, None),
             rules: Judged::new(case, &rules, None, None),
             posterior: Judged::new(case, &worded(answer.as_ref()), None, None),
             answer,
         };
-        told(&pair);
+        report(&pair);
         pair
     };
     cases.par_iter().map(both).collect()

@@ -61,6 +61,9 @@ impl Score {
     }
 }
 
+/// Of what can be told, this share is to be right: three in a hundred are left to chance.
+const WITHIN_BOUND: f64 = 0.97;
+
 /// What was asked for, as it came out.
 fn figures(judged: &[Judged]) -> Vec<Figure> {
     let of = |kind: Kind| judged.iter().filter(move |j| j.case.kind == kind);
@@ -172,6 +175,24 @@ fn figures(judged: &[Judged]) -> Vec<Figure> {
             false,
         ),
     ];
+    // What a diagnosis that is told which effects act gets wrong does not show on the recording, or not to it.
+    let looked_at = judged.iter().any(|j| j.can_be_told.is_some());
+    let kinds = [
+        (Kind::Single, "one effect that can be told: right"),
+        (Kind::Pair, "two effects that can be told: right"),
+        (Kind::Triple, "three effects that can be told: right"),
+    ];
+    for (kind, name) in kinds.into_iter().filter(|_| looked_at) {
+        let can_be_told = of(kind).filter(|j| j.can_be_told == Some(true));
+        if of(kind).next().is_some() {
+            figures.push(Figure::new(
+                name,
+                can_be_told.map(Judged::right),
+                WITHIN_BOUND,
+                true,
+            ));
+        }
+    }
     // Drawn under drawn conditions alone.
     if of(Kind::Triple).next().is_some() {
         figures.push(Figure::new(
@@ -188,6 +209,7 @@ fn figures(judged: &[Judged]) -> Vec<Figure> {
 mod tests {
     use super::*;
     use crate::{Case, Conditions, Drawn};
+    use diagnosis::verdict::answer::Diagnosis;
 
     /// A claim that came, and one of a pair that wanders, which did not.
     #[test]
@@ -215,6 +237,7 @@ mod tests {
                 }),
                 without: None,
                 hidden: None,
+                can_be_told: None,
             });
         let figures = figures(&judged);
         let of = |name: &str| {
@@ -223,5 +246,34 @@ mod tests {
         };
         assert_eq!(of("second recording"), Some((1, 2)));
         assert_eq!(of("no pair is named that wanders"), Some((1, 1)));
+    }
+
+    /// One that is right, one that nobody can tell, and one that can be told and was not.
+    #[test]
+    fn what_nobody_can_tell_is_left_out_of_the_share() {
+        let case = |number| Case {
+            number,
+            seed: 0,
+            kind: Kind::Single,
+            effects: vec![Drawn {
+                name: "velocity_lag".into(),
+                size_m: 1.0e-6,
+            }],
+            conditions: Conditions::Usual,
+        };
+        let judged = [(true, true), (false, false), (false, true)];
+        let judged: Vec<Judged> = judged
+            .into_iter()
+            .enumerate()
+            .map(|(number, (right, can_be_told))| {
+                let mut one = Judged::new(&case(number), &Diagnosis::default(), None, None);
+                one.named = right.then(|| "velocity_lag".into()).into_iter().collect();
+                one.can_be_told = Some(can_be_told);
+                one
+            })
+            .collect();
+        let figures = figures(&judged);
+        let figure = figures.iter().find(|f| f.name.contains("can be told"));
+        assert_eq!(figure.map(|f| (f.count, f.of)), Some((1, 2)));
     }
 }
