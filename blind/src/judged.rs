@@ -2,8 +2,9 @@
 
 use crate::claim::Claim;
 use crate::verdicts::coordinates;
+use diagnosis::selection::limits::VISIBLE_GAP_RATIO;
 use diagnosis::verdict::answer::{Diagnosis, Verdict};
-use effects::Card;
+use effects::{Card, Detection};
 use serde::{Deserialize, Serialize};
 use specimens::{Case, Kind};
 
@@ -68,19 +69,36 @@ impl Judged {
         self.case.effects.iter().map(|e| e.name.as_str()).collect()
     }
 
+    /// What is named but for noise above the stated one, where the noise is stated too low: it is there, and need not be named.
+    #[must_use]
+    pub fn told(&self) -> Vec<&str> {
+        let truth = self.truth();
+        let louder = self.case.noise_over_stated() > VISIBLE_GAP_RATIO;
+        let noise = effects::name_of(Detection::AsNoise);
+        let is_told = |name: &&str| !(louder && *name == noise) || truth.contains(name);
+        let named = self.named.iter().map(String::as_str);
+        named.filter(is_told).collect()
+    }
+
     /// Whether the answer is right for its kind: `no_gap`; first named cause; all of several and nothing else; `unknown`, located.
     #[must_use]
     pub fn right(&self) -> bool {
-        let truth = self.truth();
+        let (truth, told) = (self.truth(), self.told());
         match self.case.kind {
-            Kind::None => self.verdict == Verdict::NoGap,
-            Kind::Single => self.named.first().is_some_and(|n| n == truth[0]),
+            Kind::None => !self.is_false_alarm() && self.verdict != Verdict::InsufficientData,
+            Kind::Single => told.first().is_some_and(|n| *n == truth[0]),
             Kind::Pair | Kind::Triple => {
-                self.named.len() == truth.len()
-                    && truth.iter().all(|t| self.named.iter().any(|n| n == t))
+                told.len() == truth.len() && truth.iter().all(|t| told.contains(t))
             }
             Kind::Unlisted => self.verdict == Verdict::Unknown && self.located(),
         }
+    }
+
+    /// A gap was seen where there is none but by noise that is stated too low.
+    #[must_use]
+    pub fn is_false_alarm(&self) -> bool {
+        let by_noise = !self.named.is_empty() && self.told().is_empty();
+        self.detected() && !by_noise
     }
 
     /// Whether each of two effects leaves a gap by itself, where that was looked at.
@@ -101,7 +119,7 @@ impl Judged {
     #[must_use]
     pub fn wrong_culprit(&self) -> bool {
         let truth = self.truth();
-        self.named.iter().any(|n| !truth.contains(&n.as_str()))
+        self.told().iter().any(|n| !truth.contains(n))
     }
 
     /// A gap was seen.
@@ -126,5 +144,37 @@ impl Judged {
             Verdict::InsufficientData => "insufficient_data".into(),
             Verdict::Named | Verdict::Alias => self.named.first().cloned().unwrap_or_default(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use specimens::Conditions;
+
+    /// A courier without any effect that states its noise so, as it is answered by noise above the stated one.
+    fn louder(wanted: impl Fn(f64) -> bool) -> Judged {
+        let drawn = (0..10_000).map(|seed| Case {
+            number: 0,
+            seed,
+            kind: Kind::None,
+            effects: Vec::new(),
+            conditions: Conditions::Drawn,
+        });
+        let case = drawn
+            .into_iter()
+            .find(|case| wanted(case.noise_over_stated()));
+        let mut out = Judged::new(&case.unwrap(), &Diagnosis::default(), None, None);
+        out.verdict = Verdict::Named;
+        out.named = vec![effects::name_of(Detection::AsNoise).into()];
+        out
+    }
+
+    #[test]
+    fn noise_that_is_stated_too_low_is_there() {
+        let low = louder(|over| over > 1.15);
+        assert!(low.right() && !low.is_false_alarm() && !low.wrong_culprit());
+        let right = louder(|over| over == 1.0);
+        assert!(!right.right() && right.is_false_alarm() && right.wrong_culprit());
     }
 }

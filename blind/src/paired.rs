@@ -40,15 +40,15 @@ impl Pair {
 
 /// Whether an answer names what is there and nothing else, where each name may stand for one of its aliases.
 fn exactly(judged: &Judged) -> bool {
-    let truth = judged.truth();
+    let (truth, told) = (judged.truth(), judged.told());
     if matches!(judged.case.kind, Kind::None | Kind::Unlisted) {
         return judged.right();
     }
     let in_class = |name: &&str| {
-        let own = judged.named.iter().any(|n| n == name);
+        let own = told.contains(name);
         own || judged.verdict == Verdict::Alias && judged.aliases.iter().any(|n| n == name)
     };
-    judged.named.len() == truth.len() && truth.iter().all(in_class)
+    told.len() == truth.len() && truth.iter().all(in_class)
 }
 
 /// Answers some cases of a campaign by both; `report` is given each as it is done, with the likeliest sets if `explain`.

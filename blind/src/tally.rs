@@ -103,7 +103,7 @@ fn figures(judged: &[Judged]) -> Vec<Figure> {
         ),
         Figure::new(
             "no effect: a false alarm",
-            of(Kind::None).map(Judged::detected),
+            of(Kind::None).map(Judged::is_false_alarm),
             0.01,
             false,
         ),

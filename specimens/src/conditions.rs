@@ -187,6 +187,12 @@ impl Layout {
         }
     }
 
+    /// Noise over the stated one.
+    #[must_use]
+    pub fn noise_over_stated(&self) -> f64 {
+        1.0 / self.noise_factor
+    }
+
     /// Gives a courier the course of temperature and takes its beacon where there is none.
     pub fn apply(&self, spec: &mut CourierSpec) {
         spec.temperature = self.temperature;

@@ -91,6 +91,21 @@ impl Case {
         case
     }
 
+    /// What is drawn of its conditions; none where these are the usual ones.
+    fn layout(&self) -> Option<Layout> {
+        match self.conditions {
+            Conditions::Usual => None,
+            Conditions::Drawn => Some(Layout::draw(self.seed ^ 0x1a70_0000)),
+        }
+    }
+
+    /// The readings' own noise over the one that the recording states, without any effect.
+    #[must_use]
+    pub fn noise_over_stated(&self) -> f64 {
+        self.layout()
+            .map_or(1.0, |layout| layout.noise_over_stated())
+    }
+
     /// The recording as it is: with all its effects.
     #[must_use]
     pub fn recorded(&self, take: u64) -> Recording {
@@ -117,10 +132,7 @@ impl Case {
     /// Never: the preset's waveforms have an inverse, and names are the catalogues'.
     fn record(&self, take: u64, keep: impl Fn(&str) -> bool) -> Recording {
         let mut spec = self.courier();
-        let layout = match self.conditions {
-            Conditions::Usual => None,
-            Conditions::Drawn => Some(Layout::draw(self.seed ^ 0x1a70_0000)),
-        };
+        let layout = self.layout();
         // The mirror that creeps is seen against the reference only.
         let mut reference = self.effects.iter().any(|e| e.name == "reference_mirror");
         if let Some(layout) = &layout {
