@@ -8,30 +8,18 @@ use crate::cargo::cargo;
 use anyhow::{Context, Result, ensure};
 use std::process::{Command, Stdio};
 
-/// One target a system; Windows, which has the least in common with Linux, is the first.
+/// One target a system.
 const TARGETS: [&str; 2] = ["x86_64-pc-windows-msvc", "aarch64-apple-darwin"];
 
-/// Checks `courier` and the demonstration for both.
+/// Checks `courier` and the demonstration for both. Part of `cargo xtask nightly` and not of every change: each system has a machine in
+/// `.github/workflows/ci.yml` that runs the command, and a target costs 63 to 73 s of processor time, most of it for what others wrote.
 ///
 /// # Errors
 /// A target's standard library cannot be had, or the code does not compile for it.
 pub fn check() -> Result<()> {
-    check_for(&TARGETS)
-}
-
-/// The same for Windows alone: macOS is a Unix as Linux is, and its own machine in `.github/workflows/ci.yml` runs the command. A target
-/// costs 73 s of processor time, most of it for what others wrote.
-///
-/// # Errors
-/// As [`check`].
-pub fn check_windows() -> Result<()> {
-    check_for(&TARGETS[..1])
-}
-
-fn check_for(targets: &[&str]) -> Result<()> {
     let mut command = cargo(&["check", "--quiet", "--profile", "checked"]);
     command.args(["--package", "courier", "--package", "courier-demo"]);
-    for target in targets {
+    for target in TARGETS {
         ensure_target(target)?;
         command.args(["--target", target]);
     }

@@ -1,4 +1,4 @@
-//! `cargo xtask test`: formatting, manifests, names of effects, lints, other operating systems, documentation, every test of the workspace, the library on the target, both images
+//! `cargo xtask test`: formatting, manifests, names of effects, lints, documentation, every test of the workspace, the library on the target, both images
 //! against their limits, the image as it ships on a model of its chip, the reports in a browser. With names of checks: these alone, one after the other.
 //!
 //! All tests run in the profile `checked` (Cargo.toml): optimised, since they simulate for minutes otherwise, and
@@ -73,9 +73,6 @@ const CHECKS: &[Check] = &[
         checked("the list of constants is fresh", constants::check)
     }),
     ("lints", Lane::Beside, lints),
-    ("platforms", Lane::Beside, || {
-        checked("Windows", platforms::check_windows)
-    }),
     ("examples", Lane::Beside, || {
         let words = "test --workspace --profile checked --doc --quiet";
         let words: Vec<&str> = words.split(' ').collect();
@@ -262,7 +259,7 @@ fn tests() -> Tally {
     Tally { passed, failed }
 }
 
-/// `cargo xtask nightly`: the tests that every change leaves out for their length, and the system that it leaves out.
+/// `cargo xtask nightly`: the tests that every change leaves out for their length, and the systems that it leaves out.
 ///
 /// # Errors
 /// They do not compile, or one has failed.
