@@ -33,7 +33,7 @@ pub fn write(
 /// objects of Python's.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_compact(
     meta: &Meta,
     samples: &Samples,
