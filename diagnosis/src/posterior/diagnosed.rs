@@ -90,8 +90,7 @@ fn by_noise<'a>(
     mut here: Look<'a>,
     seen: Measured,
 ) -> (Look<'a>, Measured) {
-    let decided = here.weighing.decide(seen.white).verdict;
-    if decided == Verdict::NoGap {
+    if here.weighing.decide(seen.white).verdict == Verdict::NoGap {
         return (here, seen);
     }
     let linearized = &here.design.linearized;
