@@ -1,12 +1,14 @@
 //! Counters in guest memory, 64 bits each: 0 instructions, 1 estimated cycles, 2 taken branches, 3 unused, 4 + k class k.
 //!
-//! Instructions are exact. Cycles follow `thumb::cost` within a block; a taken branch adds `thumb::REFILL`.
-//! What the end of one block means for the start of the next is not modelled, but for the refill.
+//! Instructions are exact. Cycles follow `thumb::cost`; a taken branch adds `thumb::REFILL`. QEMU's blocks also end where nothing branches, at
+//! the ends of its pages: the next one's first instruction then follows this one's last. What a branch means for the instruction after it is
+//! not modelled, but for the refill.
 
 use crate::qemu::{self, Block, Translated};
 use std::ffi::{c_uint, c_void};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering::Relaxed};
-use thumb::{Class, Flow, REFILL, cost};
+use thumb::{Class, Cut, Flow, Instruction, REFILL, cost};
 
 /// QEMU's inline operation: add a number to a 64-bit word.
 const ADD: i32 = 0;
@@ -20,6 +22,17 @@ static COUNTERS: AtomicPtr<u64> = AtomicPtr::new(std::ptr::null_mut());
 static BRANCHED: AtomicBool = AtomicBool::new(false);
 static BEHIND: AtomicU64 = AtomicU64::new(0);
 
+/// The end of the block that was translated last. What is behind it is translated next, as soon as that block has run.
+static CUT: Mutex<Option<Cut>> = Mutex::new(None);
+
+/// The instruction that runs before a block's first one, where no branch lies between. The block's own end is kept for the next.
+fn before(instructions: &[Translated]) -> Option<Instruction> {
+    let (first, last) = (instructions.first()?, instructions.last()?);
+    let mut cut = CUT.lock().ok()?;
+    let known = std::mem::replace(&mut *cut, Cut::of(last.address, last.instruction));
+    known?.before(first.address)
+}
+
 impl Counters {
     /// At a place of the guest's memory.
     pub fn new(place: *mut u8) -> Self {
@@ -30,7 +43,8 @@ impl Counters {
 
     /// Makes every instruction of a block count when it runs.
     pub fn attach(&self, block: *mut Block, instructions: &[Translated]) {
-        let mut before = None;
+        let cut = before(instructions);
+        let mut before = cut.as_ref();
         for Translated {
             handle,
             instruction,

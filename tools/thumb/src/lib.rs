@@ -7,7 +7,7 @@ mod decode;
 mod timing;
 
 pub use decode::decode;
-pub use timing::{REFILL, cost};
+pub use timing::{Cut, REFILL, cost};
 
 /// Kind of an instruction; each has a counter in the plugin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

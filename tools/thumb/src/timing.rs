@@ -6,7 +6,7 @@
 //! Not modelled: wait states of the flash, bus contention, how division depends on its operands (taken at 7 of 2 to 12),
 //! integer instructions that finish while a floating-point division runs (so a division is never cheaper here than there).
 
-use crate::{Class, Instruction};
+use crate::{Class, Flow, Instruction};
 
 /// Cycles that refilling the pipeline adds to a taken branch.
 pub const REFILL: u32 = 2;
@@ -28,9 +28,33 @@ pub fn cost(before: Option<&Instruction>, instruction: &Instruction) -> u32 {
     cycles + u32::from(dependent) + u32::from(instruction.float_reads & before.float_result != 0)
 }
 
+/// Where a block of instructions ends without a branch. What is behind it follows its last instruction, in whichever block it lies: a count
+/// that forgot this would depend on where the linker places a function.
+#[derive(Clone, Copy, Debug)]
+pub struct Cut {
+    behind: u64,
+    last: Instruction,
+}
+
+impl Cut {
+    /// Of a block whose last instruction lies at this address; none where it is a branch, after which any may come.
+    #[must_use]
+    pub fn of(address: u64, last: Instruction) -> Option<Self> {
+        let goes_on = last.class != Class::Branch && last.flow == Flow::Next;
+        let behind = address + u64::from(last.size);
+        goes_on.then_some(Self { behind, last })
+    }
+
+    /// The instruction before the one at an address; none where that does not lie behind the cut.
+    #[must_use]
+    pub fn before(self, address: u64) -> Option<Instruction> {
+        (address == self.behind).then_some(self.last)
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::cost;
+    use super::{Cut, cost};
     use crate::decode;
 
     /// Total of a sequence given as halfwords.
@@ -64,6 +88,18 @@ mod tests {
             4,
             "adds r0,r0,r1; ldr r1,[r0]: one stall for the address"
         );
+    }
+
+    /// `ldr r0,[r1]; ldr r1,[r2]` takes 3 cycles, and 4 where nothing is known of what came before the second.
+    #[test]
+    fn what_a_page_cuts_in_two_costs_as_one() {
+        let [first, second] = [0x6808_u16, 0x6811].map(|h| decode(&h.to_le_bytes()));
+        let cut = Cut::of(0x3fe, first).unwrap();
+        let second_at = |address| cost(cut.before(address).as_ref(), &second);
+        assert_eq!(cost(None, &first) + second_at(0x400), 3);
+        assert_eq!(cost(None, &first) + second_at(0x800), 4);
+        // bx lr
+        assert!(Cut::of(0x3fe, decode(&0x4770_u16.to_le_bytes())).is_none());
     }
 
     #[test]
