@@ -61,7 +61,7 @@ impl Score {
     }
 }
 
-/// Of what can be told, this share is to be right: three in a hundred are left to chance.
+/// Of what can be told, this share is to be right: it was asked to come within 3 % of the bound.
 const WITHIN_BOUND: f64 = 0.97;
 
 /// What was asked for, as it came out.

@@ -4,6 +4,7 @@
 //! board counts there, less that, must be a whole number of teeth along x and y. What is left over is the error of both, some
 //! hundredths of a tooth; where it is more than a quarter, the beacon was moved or it is another one's.
 
+use crate::calibration::beacon_watch::{FASTEST_M_S, MOST_DEFLECTION};
 use crate::frame::{Coordinate, Frame, Pose, Status};
 use crate::geometry::Geometry;
 use crate::math;
@@ -13,11 +14,6 @@ use serde::{Deserialize, Serialize};
 /// Largest part of a tooth left over. A prior: half of what would be the next tooth as likely; the diode's bending and the platen's
 /// errors are some hundredths.
 pub const MOST_LEFT_TURNS: f32 = 0.25;
-/// Beyond this deflection the diode's bending is no longer small against a tooth. A prior: 17 % of the cube at full scale (Golnabi) are
-/// 0.1 mm at half of it, a tenth of a tooth.
-pub const MOST_DEFLECTION: f32 = 0.5;
-/// Faster than this a delay between the sensors is no longer small: a millisecond is a hundredth of a tooth. A prior.
-pub const FASTEST_M_S: f32 = 0.01;
 /// A window's frames may not lie further apart than this, turns. A prior: a tenth of what decides; noise is a thousandth.
 pub const MOST_SPREAD_TURNS: f32 = 0.05;
 

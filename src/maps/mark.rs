@@ -5,7 +5,8 @@
 //! motion controller. At a later start the host says that the courier stands there ([`ahead`]). The mark is a place of the courier's middle: it is to be
 //! turned there as it was, since a turn by 0.1° moves a switch that is 50 mm off the middle by 0.09 mm.
 
-use super::homing::{FASTEST_M_S, Unusable, is_doubtful, moved};
+use super::homing::{Unusable, is_doubtful, moved};
+use crate::calibration::beacon_watch::FASTEST_M_S;
 use crate::frame::{Coordinate, Frame};
 use serde::{Deserialize, Serialize};
 

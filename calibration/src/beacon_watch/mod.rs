@@ -20,6 +20,6 @@ mod told;
 
 pub use kept::BeaconKept;
 pub use reference::stated_m;
-pub use rest::{Glance, Rest, Visit};
+pub use rest::{FASTEST_M_S, Glance, MOST_DEFLECTION, Rest, Visit};
 pub use state::{BeaconWatch, REFERENCE, WINDOW};
 pub use told::{BeaconChange, BeaconVerdict, Goes};

@@ -3,10 +3,11 @@
 use crate::frame::{Frame, Status};
 use crate::geometry::Geometry;
 
-/// Faster than this a delay between the sensors is no longer small: a millisecond is a hundredth of a tooth. A prior, as for tooth maps.
-const FASTEST_M_S: f32 = 0.01;
-/// Beyond this deflection the diode's bending is no longer small. A prior, as for tooth maps.
-const MOST_DEFLECTION: f32 = 0.5;
+/// Faster than this a delay between the sensors is no longer small: a millisecond is a hundredth of a tooth. A prior.
+pub const FASTEST_M_S: f32 = 0.01;
+/// Beyond this share of full scale the diode's bending is no longer small against a tooth. A prior: 17 % of the cube at full scale (Golnabi)
+/// are 0.1 mm at half of it, a tenth of a tooth.
+pub const MOST_DEFLECTION: f32 = 0.5;
 /// Looks that a rest takes: 32 ms at a look each millisecond, over which vibrations of some tens of hertz average out. A prior.
 const LOOKS: u16 = 32;
 

@@ -1,13 +1,9 @@
 //! Page's test for each of g_x and g_y, its value at the middle and its slopes, up and down.
 
-use crate::watch::WatchConfig;
+use crate::watch::{LEFT_ALONE, MOST, WatchConfig};
 
 /// Tests: two axes, three numbers of each, two signs.
 pub(super) const TESTS: usize = 12;
-/// Of what is told, what is left alone. The same as of a segment's wave.
-const LEFT_ALONE: f32 = 0.3;
-/// A sum grows no further, so that what goes away again is not told for ever.
-const MOST: f32 = 2.0 * WatchConfig::SCORE;
 
 /// Their sums. That of all tests passes [`WatchConfig::SCORE`], 22, by chance once in `e^22 / 12` windows at most, which are of 16 rests: once
 /// in 80,000 hours at one a second (Lorden 1971). The same score as for segments, which is more than is asked.

@@ -6,7 +6,7 @@ use super::rest::{Glance, Rest};
 use super::scores::Scores;
 use super::sums::{ALONG, LEFT, Sums, WARMER};
 use super::told::{BeaconChange, BeaconVerdict, size};
-use crate::watch::{Cells, Standing};
+use crate::watch::{Cells, Standing, TAKEN_BACK};
 
 /// Rests that make the reference: eight windows' worth.
 pub const REFERENCE: u16 = 128;
@@ -19,9 +19,9 @@ const CELL_WORDS: usize = 32;
 const TOLD_SIGMAS: f32 = 3.0;
 /// Less is not told, metres. A prior: a diode's drift of a working day.
 const LEAST_TOLD_M: f32 = 5.0e-6;
-/// Of what is told, at which the calibration is stale.
+/// Of what is told, at which the calibration is stale. A prior.
 const STALE: f32 = 2.0;
-/// Slopes at full scale: what is told of them is told at half of it.
+/// Of what is told of the middle, what is told of a slope, which is stated at full scale. A derivation: it does as much at half of that.
 const SLOPES: f32 = 2.0;
 /// Rests must lie so far apart along an axis to tell of a slope, a deviation of full scale. A derivation: structure of one sigma over it is a
 /// slope of four sigma at full scale, the middle between what is told and what is left alone.
@@ -30,10 +30,8 @@ const WIDE: f32 = 0.25;
 const REFERENCE_WIDE: f32 = 0.15;
 /// What is left of a rest is at least so much, metres. A prior: what the diode's noise leaves.
 const LEAST_SIGMA_M: f32 = 0.5e-6;
-/// Of older windows' weight in the present estimate at each further one.
+/// Of older windows' weight in the present estimate at each further one. A prior: a window says little, and twenty of them count.
 const KEPT: f32 = 0.95;
-/// Share of the sum that a change is told at below which it is taken back.
-const TAKEN_BACK: f32 = 0.5;
 
 /// All that the watch over the beacon keeps.
 #[derive(Clone, Debug)]

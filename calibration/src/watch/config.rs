@@ -8,7 +8,7 @@ use crate::record::Quality;
 use core::f32::consts::TAU;
 
 /// What is left alone, of what is told: what a reference of eight windows does not know, nearly eight deviations of it.
-const LEFT_ALONE: f32 = 0.3;
+pub(crate) const LEFT_ALONE: f32 = 0.3;
 /// What is taken for the held-out residual of a calibration that states none: the paper's, 4.1 µm.
 const UNSTATED_RESIDUAL_M: f32 = 4.1e-6;
 

@@ -30,12 +30,15 @@ mod window;
 mod windowed;
 
 pub(crate) use cells::Cells;
+pub(crate) use config::LEFT_ALONE;
 pub use config::WatchConfig;
 pub use follow::{AMOUNTS, Amounts, Follower, Whole};
 pub(crate) use kept::check;
 pub use kept::{KEPT_BYTES, Kept};
 pub use places::{PLACES, Place};
 pub use row::Reading;
+pub(crate) use scores::MOST;
+pub(crate) use state::TAKEN_BACK;
 pub use state::Watch;
 pub use verdict::{Change, Standing, Verdict};
 pub use window::Window;

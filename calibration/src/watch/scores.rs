@@ -31,8 +31,8 @@ const UNITS: [[f32; 2]; DIRECTIONS] = [
     [0.5, -COSINE_30],
     [COSINE_30, -0.5],
 ];
-/// A sum grows no further, so that what goes away again is not told for ever.
-const MOST: f32 = 2.0 * WatchConfig::SCORE;
+/// A sum grows no further, so that what goes away again is not told for ever. A prior: twice what a change is told at.
+pub(crate) const MOST: f32 = 2.0 * WatchConfig::SCORE;
 /// Of a sum's stored unit in one: what is stored is rounded down, a quarter at most at a window that adds twenty.
 const UNIT: f32 = 4.0;
 const _: () = assert!(MOST * UNIT < 256.0);

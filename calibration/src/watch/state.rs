@@ -26,8 +26,8 @@ const JUMP: f32 = 4.0;
 const AS_ONE: f32 = 0.02;
 /// Windows after which a change's size is taken for that from which it goes on: what is older counts a tenth.
 const SETTLED: u32 = 10;
-/// Share of the sum that a change is told at below which it is taken back.
-const TAKEN_BACK: f32 = 0.5;
+/// Share of the sum that a change is told at below which it is taken back. A prior.
+pub(crate) const TAKEN_BACK: f32 = 0.5;
 /// Looks at a window, readings.
 const LOOK_EVERY: u32 = 64;
 

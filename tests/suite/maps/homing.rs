@@ -1,13 +1,12 @@
 //! Whole teeth by the beacon, 10,000 starts: never wrong ones, and refused where a beacon was moved.
 
 use courier_sensor::app::homing::Homing;
+use courier_sensor::calibration::beacon_watch::{FASTEST_M_S, MOST_DEFLECTION};
 use courier_sensor::frame::{Coordinate, Frame, Pose, Status};
 use courier_sensor::geometry::Geometry;
 use courier_sensor::link::message::StoredMap;
 use courier_sensor::maps::fit::{CELLS, FitOfMap, LEAST_PARITY_M};
-use courier_sensor::maps::homing::{
-    Anchor, FASTEST_M_S, MOST_DEFLECTION, MOST_LEFT_TURNS, Mean, Unusable, check, whole_teeth,
-};
+use courier_sensor::maps::homing::{Anchor, MOST_LEFT_TURNS, Mean, Unusable, check, whole_teeth};
 use effects::motion::Pose as True;
 use effects::plant;
 use hal_sim::coordination::{deflection, origin_under};
