@@ -6,10 +6,8 @@ use crate::design::training::Training;
 use crate::linearization::groups::{GROUP_SAMPLES, Group, Sample};
 use crate::linearization::recording::{LinearizedRecording, SOURCES, TARGET};
 use effects::sensor::{CHANNELS, Covariates, READINGS, Regressor};
-use nalgebra::DVector;
 use normal_equations::by_source::SourceBuffer;
 use normal_equations::symmetric::Symmetric;
-use normal_equations::unit_priors::{self, Solution};
 use rayon::prelude::*;
 use std::ops::Range;
 use tooth_field::order_of_places;
@@ -211,28 +209,22 @@ impl Gram {
         Self::of(linearized, columns, scale, (Vec::new(), vec![rows], total))
     }
 
-    /// Amounts of some columns, in prior deviations, by all folds but each. Where the folds are not kept their products are formed
-    /// anew, one after the other.
-    pub fn by_folds(
+    /// What is asked of the products of all folds but each. Where the folds are not kept their products are formed anew, one after the
+    /// other.
+    pub fn by_folds<R: Send>(
         &self,
         linearized: &LinearizedRecording,
         columns: &Columns,
         folds: &[u8],
-        list: &[usize],
-    ) -> Vec<Vec<f64>> {
-        let coefficients = |test: &Symmetric| {
-            let training = Training::new(&self.total, Some(test));
-            let fit = solve(training, list, &self.centre, 1.0);
-            fit.map_or(vec![0.0; list.len()], |fit| {
-                fit.coefficient.as_slice().to_vec()
-            })
-        };
+        asked: impl Fn(Training) -> R + Sync,
+    ) -> Vec<R> {
+        let without = |test: &Symmetric| asked(Training::new(&self.total, Some(test)));
         if !self.fold.is_empty() {
-            return self.fold.par_iter().map(coefficients).collect();
+            return self.fold.par_iter().map(without).collect();
         }
         let mut sums = Sums::new(linearized, columns);
         let mut test = |f| sums.over(&self.scale, |i| usize::from(folds[i]) == f).0;
-        (0..FOLDS).map(|f| coefficients(&test(f))).collect()
+        (0..FOLDS).map(|f| without(&test(f))).collect()
     }
 
     fn of(
@@ -429,73 +421,4 @@ pub fn products_by_part(
         Products { sum, in_sight }
     };
     ((0..parts).map(&mut products).collect(), deviations)
-}
-
-/// Fit of some columns with their priors, on a training Gram.
-#[derive(Clone, Debug)]
-pub struct Fit {
-    /// Columns in the model.
-    pub columns: Vec<usize>,
-    /// Amounts in prior deviations.
-    pub coefficient: DVector<f64>,
-    /// Logarithm of the marginal likelihood for unit noise, up to a constant of the data.
-    pub log_evidence: f64,
-    /// Half the logarithm of the determinant of the coefficients' precision, in prior deviations: what the evidence pays for their
-    /// freedom (Occam's factor).
-    pub half_log_determinant: f64,
-}
-
-/// Solves for the columns with unit normal priors about `centre`, noise variance `variance`.
-pub fn solve(training: Training, columns: &[usize], centre: &[f64], variance: f64) -> Option<Fit> {
-    let n = columns.len();
-    let last = training.last();
-    let precision = 1.0 / variance;
-    let normal = training.lower(columns) * precision;
-    let right = DVector::from_fn(n, |a, _| training.at(columns[a], last) * precision);
-    let centres = columns.iter().map(|&c| centre[c]);
-    let Solution {
-        values: coefficient,
-        factor,
-        right,
-    } = unit_priors::solve(normal, right, centres)?;
-    let log_det = factor.half_log_determinant();
-    let prior: f64 = columns.iter().map(|&c| centre[c] * centre[c]).sum();
-    let log_evidence =
-        0.5 * (right.dot(&coefficient) - prior - training.at(last, last) * precision) - log_det;
-    Some(Fit {
-        columns: columns.to_vec(),
-        coefficient,
-        log_evidence,
-        half_log_determinant: log_det,
-    })
-}
-
-/// Amounts of all columns, in prior deviations: what is held is known and leaves the residual, the others are fitted to what stays.
-pub fn coefficients(gram: &Gram, columns: &Columns) -> Vec<f64> {
-    let (held, free): (Vec<usize>, Vec<usize>) = (0..gram.width()).partition(|c| columns.held[*c]);
-    let last = gram.width();
-    let mut training = gram.training(None).formed();
-    for &h in &held {
-        let coefficient = gram.centre[h];
-        for row in 0..last {
-            let known = training[(row, h)] * coefficient;
-            training[(row, last)] -= known;
-        }
-    }
-    let mut out = gram.centre.clone();
-    let fit = solve(Training::of(&training), &free, &gram.centre, 1.0);
-    for (k, c) in free.into_iter().enumerate() {
-        out[c] = fit.as_ref().map_or(0.0, |fit| fit.coefficient[k]);
-    }
-    out
-}
-
-/// Squared whitened residual of a fit on other data: the quadratic form of what it adds to the columns, and takes from the target.
-pub fn squares(test: &Symmetric, fit: &Fit) -> f64 {
-    let coefficients = fit
-        .columns
-        .iter()
-        .copied()
-        .zip(fit.coefficient.iter().copied());
-    test.quadratic(coefficients.chain([(test.order() - 1, -1.0)]))
 }

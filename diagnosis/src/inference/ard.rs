@@ -110,7 +110,7 @@ fn fitted(
 mod tests {
     use super::*;
     use crate::data::folds::FOLDS;
-    use crate::design::gram::solve;
+    use crate::inference::fit::solve;
     use effects::random::{ChaCha8Rng, SeedableRng, normal};
     use effects::sensor::Regressor;
     use normal_equations::symmetric::Symmetric;

@@ -2,7 +2,8 @@
 
 use crate::data::folds::FOLDS;
 use crate::design::errors_in_variables::ErrorsInVariables;
-use crate::design::gram::{Columns, Fit, Gram};
+use crate::design::gram::{Columns, Gram};
+use crate::inference::fit::Fit;
 use crate::inference::schur::EliminatedBase;
 use std::collections::HashMap;
 use std::ops::Range;
@@ -212,7 +213,7 @@ fn smallest_plausible(baseline: f64, rows: f64, loud: bool) -> f64 {
 #[cfg(test)]
 mod tests {
     use crate::data::folds::FOLDS;
-    use crate::design::gram::solve;
+    use crate::inference::fit::solve;
     use crate::synthetic_problem::SyntheticProblem;
     use effects::random::normal;
 

@@ -5,6 +5,7 @@ pub mod ard;
 pub(crate) mod bootstrap;
 pub mod covariance;
 pub mod cross_validation;
+pub mod fit;
 pub mod fit_scatter;
 pub mod left_out;
 pub mod posterior;

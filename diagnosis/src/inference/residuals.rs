@@ -1,7 +1,9 @@
 //! Residuals that were predicted from the other folds, sample by sample, and their intervals.
 
 use crate::design::gram::{Columns, Gram};
+use crate::design::training::Training;
 use crate::inference::bootstrap::{estimated, foretold, other_runs};
+use crate::inference::fit::solve;
 use crate::linearization::groups::{GROUP_SAMPLES, Group, Sample};
 use crate::linearization::recording::{LinearizedRecording, ROWS, SampleRows};
 use effects::sensor::CHANNELS;
@@ -31,7 +33,13 @@ impl Residuals {
         folds: &[u8],
         list: &[usize],
     ) -> Self {
-        let coefficients = gram.by_folds(linearized, columns, folds, list);
+        let amounts = |training: Training| {
+            let fit = solve(training, list, &gram.centre, 1.0);
+            fit.map_or(vec![0.0; list.len()], |fit| {
+                fit.coefficient.as_slice().to_vec()
+            })
+        };
+        let coefficients = gram.by_folds(linearized, columns, folds, amounts);
         Self::predicted(
             linearized,
             columns,

@@ -1,8 +1,9 @@
 //! Fits of many sets of columns that share a large part: the part is eliminated once, and a set costs little more than what it
 //! has besides (block elimination, Golub and Van Loan 2013, section 3.2.11).
 
-use crate::design::gram::{Fit, Gram, squares};
+use crate::design::gram::Gram;
 use crate::design::training::Training;
+use crate::inference::fit::{Fit, squares};
 use nalgebra::{DMatrix, DVector};
 use normal_equations::cholesky::Factor;
 use normal_equations::symmetric::Symmetric;
@@ -56,7 +57,7 @@ impl SchurElimination {
         }
     }
 
-    /// Fit of the shared columns and `more`, as [`crate::design::gram::solve`] gives it for unit variance.
+    /// Fit of the shared columns and `more`, as [`crate::inference::fit::solve`] gives it for unit variance.
     pub fn fit(&mut self, training: Training, centre: &[f64], more: &[usize]) -> Option<Fit> {
         self.reduce(training, more);
         let last = training.last();

@@ -2,7 +2,8 @@
 
 use crate::data::folds::folds;
 use crate::data::observations::Observations;
-use crate::design::gram::{Columns, Gram, solve};
+use crate::design::gram::{Columns, Gram};
+use crate::inference::fit::solve;
 use crate::linearization::baseline::Baseline;
 use crate::linearization::recording::{LatentDisplacement, LinearizedRecording};
 use crate::linearization::unknown_angle;

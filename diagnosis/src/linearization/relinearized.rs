@@ -2,9 +2,10 @@
 //! a reading that is off by the effect does not say.
 
 use crate::data::folds::folds;
-use crate::design::gram::{Columns, Gram, solve};
+use crate::design::gram::{Columns, Gram};
 use crate::design::unlisted;
 use crate::hypothesis::Hypothesis;
+use crate::inference::fit::solve;
 use crate::inference::residuals::Residuals;
 use crate::linearization::calibrate::baseline_columns;
 use crate::linearization::groups::GROUP_SAMPLES;

@@ -3,8 +3,8 @@
 use super::ModelSelection;
 use super::second_effect::absorbs_model_error;
 use crate::data::folds::FOLDS;
-use crate::design::gram::{solve, squares};
 use crate::inference::cross_validation::CrossValidation;
+use crate::inference::fit::{solve, squares};
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::limits::{
     CLOSE_RATIO, COMPLETING_SHARE, COMPLETING_SQUARES, LARGELY_COMPLETES, LEADING_SHARE,

@@ -3,7 +3,8 @@
 //! no time from run to run, nor turns as evenly: each stretch then shifts all lines of a resonance together. Nothing is scaled.
 
 use crate::data::folds::folds;
-use crate::design::gram::{Columns, Gram, coefficients};
+use crate::design::gram::{Columns, Gram};
+use crate::inference::fit::coefficients;
 use crate::linearization::recording::{LinearizedRecording, range};
 use crate::spectra::resonance::RESONANCE;
 use crate::verdict::answer::Magnitude;

@@ -2,7 +2,8 @@
 
 use crate::data::folds::folds;
 use crate::data::observations::Observations;
-use crate::design::gram::{Columns, Gram, coefficients};
+use crate::design::gram::{Columns, Gram};
+use crate::inference::fit::coefficients;
 use crate::inference::residuals::Residuals;
 use crate::linearization::paths::likeliest;
 use crate::linearization::recording::LinearizedRecording;

@@ -4,7 +4,7 @@ use specimens::rig;
 use diagnosis::Options;
 use diagnosis::data::prepare::prepare;
 use diagnosis::design::assembly::{DesignOptions, assemble};
-use diagnosis::design::gram::{Fit, solve, squares};
+use diagnosis::inference::fit::{Fit, solve, squares};
 use std::f64::consts::TAU;
 
 /// g_p has four readings' noise, n each. An amount `a` of sin(3 f p) takes a 3 f cos(3 f p) n from one of them: squares a row

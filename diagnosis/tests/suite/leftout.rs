@@ -4,7 +4,8 @@ use specimens::rig;
 
 use diagnosis::data::folds::folds;
 use diagnosis::data::observations::Observations;
-use diagnosis::design::gram::{Gram, solve};
+use diagnosis::design::gram::Gram;
+use diagnosis::inference::fit::solve;
 use diagnosis::inference::left_out::left_out;
 use diagnosis::inference::residuals::Residuals;
 use diagnosis::linearization::calibrate::{baseline_columns, calibrate};
