@@ -88,8 +88,9 @@ impl<'a> Prediction<'a> {
 /// them alone makes, the forms of effects without lines lack nothing.
 fn lacking_apart(problem: &Problem, one: &Weighed, other: &Weighed) -> f64 {
     let in_one_alone = |a: &Weighed, b: &Weighed| {
-        let of_lines = a.set().iter().filter(|e| problem.of_lines.contains(e));
-        of_lines.into_iter().any(|e| !b.set().contains(e))
+        let makes_lines = |e: &&usize| problem.of_lines.contains(e);
+        let mut own = a.set().iter().filter(makes_lines);
+        own.any(|e| !b.set().contains(e))
     };
     if in_one_alone(one, other) || in_one_alone(other, one) {
         one.lacking_of_lines + other.lacking_of_lines

@@ -44,7 +44,7 @@ impl Measured {
 }
 
 /// A design with a fit of some effects, as it is measured.
-fn selection<'a>(
+fn selection_of<'a>(
     prepared: &'a Prepared,
     options: &'a Options,
     (design, relinearized): (Design<'a>, RelinearizedFit<'a>),
@@ -91,7 +91,7 @@ pub(crate) fn noise_beneath_nothing<'a>(
     design: Design<'a>,
 ) -> (Option<[f64; READINGS]>, Design<'a>) {
     let bare = RelinearizedFit::new(&design.linearized, prepared.point(), &[]);
-    let selection = selection(prepared, options, (design, bare));
+    let selection = selection_of(prepared, options, (design, bare));
     (measured_noise(&selection), selection.design)
 }
 
@@ -100,7 +100,8 @@ fn is_no_tail(selection: &ModelSelection, bursts: &Bursts) -> bool {
     bursts.are_few() || selection.in_the_middle(&selection.after)
 }
 
-/// Noise of each reading over the stated one, where what is left is shown to be noise, or by which the design was whitened already.
+/// Noise of each reading over the stated one, where what is left is shown to be noise; measured anew where the design is whitened by such
+/// noise already.
 fn measured_noise(selection: &ModelSelection) -> Option<[f64; READINGS]> {
     let noise = match selection.noise {
         Some(_) => selection.noise_of_readings(),
@@ -115,7 +116,7 @@ pub(crate) fn measured<'a>(
     options: &'a Options,
     (design, fit): (Design<'a>, RelinearizedFit<'a>),
 ) -> (Measured, Design<'a>) {
-    let selection = selection(prepared, options, (design, fit));
+    let selection = selection_of(prepared, options, (design, fit));
     let left = &selection.after;
     let white = selection.rough(left) && selection.is_noise(left);
     let squares = |r: &Residuals| (r.white_rms().powi(2) - 1.0).max(0.0) * r.white.len() as f64;
