@@ -103,6 +103,7 @@ mod tests {
             verdict: Verdict::NoGap,
             named: Vec::new(),
             aliases: Vec::new(),
+            stated: Vec::new(),
             places: Vec::new(),
             claim: None,
             without: None,

@@ -61,7 +61,7 @@ impl Figure {
 }
 
 /// Wilson's score interval at 95 %.
-fn wilson(count: usize, of: usize) -> [f64; 2] {
+pub(crate) fn wilson(count: usize, of: usize) -> [f64; 2] {
     if of == 0 {
         return [0.0, 1.0];
     }

@@ -1,6 +1,7 @@
 //! One case, its truth beside its answer.
 
 use crate::claim::Claim;
+use crate::stated::Stated;
 use crate::verdicts::coordinates;
 use diagnosis::selection::limits::VISIBLE_GAP_RATIO;
 use diagnosis::verdict::answer::{Diagnosis, Verdict};
@@ -19,6 +20,9 @@ pub struct Judged {
     pub named: Vec<String>,
     /// What it could not tell from those.
     pub aliases: Vec<String>,
+    /// Each named cause with its stated probability.
+    #[serde(default)]
+    pub stated: Vec<Stated>,
     /// Where it saw the gap, most of it first.
     pub places: Vec<String>,
     /// Its claim, where it named something.
@@ -52,6 +56,7 @@ impl Judged {
                 .iter()
                 .flat_map(|e| e.aliases.clone())
                 .collect(),
+            stated: Stated::of(answer),
             places: unexplained
                 .chain(&answer.place)
                 .map(|p| p.coordinate.clone())
@@ -69,13 +74,18 @@ impl Judged {
         self.case.effects.iter().map(|e| e.name.as_str()).collect()
     }
 
+    /// Whether a name is that of noise above the stated one, and the noise is stated too low.
+    #[must_use]
+    pub fn is_louder_noise(&self, name: &str) -> bool {
+        name == effects::name_of(Detection::AsNoise)
+            && self.case.noise_over_stated() > VISIBLE_GAP_RATIO
+    }
+
     /// What is named but for noise above the stated one, where the noise is stated too low: it is there, and need not be named.
     #[must_use]
     pub fn told(&self) -> Vec<&str> {
         let truth = self.truth();
-        let louder = self.case.noise_over_stated() > VISIBLE_GAP_RATIO;
-        let noise = effects::name_of(Detection::AsNoise);
-        let is_told = |name: &&str| !(louder && *name == noise) || truth.contains(name);
+        let is_told = |name: &&str| !self.is_louder_noise(name) || truth.contains(name);
         let named = self.named.iter().map(String::as_str);
         named.filter(is_told).collect()
     }

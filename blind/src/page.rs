@@ -4,7 +4,7 @@ use crate::claim::CLAIM_WITHIN;
 use crate::detection::Detection;
 use crate::judged::Judged;
 use crate::tally::Score;
-use crate::words::{self, matrix, row};
+use crate::words::{self, matrix};
 use maud::html;
 use report::html::figures::Figure;
 use report::html::plots::{self, Bar, BarAxis, Claimed, Group, bars, heights};
@@ -14,17 +14,8 @@ use report::html::{Origin, document, drawn, origin, table};
 /// One self-contained HTML file.
 #[must_use]
 pub fn page(score: &Score, origin: &Origin) -> String {
-    let rows: Vec<Vec<String>> = score.figures.iter().map(row).collect();
-    let header: Vec<String> = [
-        "figure",
-        "measured",
-        "95 % interval",
-        "cases",
-        "wanted",
-        "result",
-    ]
-    .map(Into::into)
-    .to_vec();
+    let (header, rows) = words::figures(score);
+    let reliability = words::reliability(score);
     let (effects, shrinkage) = (words::effects(score), words::shrinkage(score));
     let (confusion_header, confusion) = matrix(score);
     let body = html! {
@@ -37,6 +28,7 @@ pub fn page(score: &Score, origin: &Origin) -> String {
             section aria-labelledby="figures" { h2 id="figures" { "Figures" } (table(&header, &rows)) }
             @if let Some(figure) = detection(score) { (drawn(&figure)) }
             @if let Some(figure) = claims(score) { (drawn(&figure)) }
+            section aria-labelledby="reliability" { h2 id="reliability" { "Stated probability against what is true" } (table(&reliability.0, &reliability.1)) }
             section aria-labelledby="effects" { h2 id="effects" { "Right answers, effect by size" } (table(&effects.0, &effects.1)) }
             section aria-labelledby="shrinkage" { h2 id="shrinkage" { "Claimed against true shrinkage" } (table(&shrinkage.0, &shrinkage.1)) }
             section aria-labelledby="confusion" { h2 id="confusion" { "Truth (rows) by answer (columns)" } (table(&confusion_header, &confusion)) }

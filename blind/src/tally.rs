@@ -4,6 +4,7 @@ use crate::claim::Claim;
 use crate::detection::{Detection, by_effect, by_size};
 use crate::figure::Figure;
 use crate::judged::Judged;
+use crate::reliability::Reliability;
 use diagnosis::verdict::answer::Verdict;
 use effects::Card;
 use serde::{Deserialize, Serialize};
@@ -21,6 +22,8 @@ pub struct Score {
     pub cases: usize,
     /// The figures that were asked for.
     pub figures: Vec<Figure>,
+    /// The stated probabilities beside what is true.
+    pub reliability: Reliability,
     /// Truth by answer: number of cases.
     pub confusion: BTreeMap<String, BTreeMap<String, usize>>,
     /// Single effects by size.
@@ -53,6 +56,7 @@ impl Score {
             seal,
             cases: judged.len(),
             figures,
+            reliability: Reliability::of(&judged),
             confusion,
             detection: by_size(&judged),
             effects: by_effect(&judged),
@@ -229,6 +233,7 @@ mod tests {
                 verdict: Verdict::Named,
                 named: vec![name.into()],
                 aliases: Vec::new(),
+                stated: Vec::new(),
                 places: Vec::new(),
                 claim: Some(Claim {
                     claimed: 1.0,

@@ -3,6 +3,7 @@
 use crate::detection::Detection;
 use crate::figure::Figure;
 use crate::judged::Judged;
+use crate::reliability::{Outcome, Reliability};
 use crate::tally::Score;
 use report::html::svg::short;
 
@@ -137,8 +138,83 @@ pub fn shrinkage(score: &Score) -> Words {
     )
 }
 
+/// All figures, and beside them what the stated probabilities are worth.
+#[must_use]
+pub fn figures(score: &Score) -> Words {
+    let titles = [
+        "figure",
+        "measured",
+        "95 % interval",
+        "cases",
+        "wanted",
+        "result",
+    ];
+    let rows = score.figures.iter().map(row);
+    (
+        header(&titles),
+        rows.chain(of_reliability(&score.reliability)).collect(),
+    )
+}
+
+/// Largest deviation of a tenth, and the log score.
+fn of_reliability(of: &Reliability) -> [Vec<String>; 2] {
+    let [low, high] = of.worst.as_ref().map_or([0.0, 1.0], |tenth| tenth.interval);
+    let worst = of.worst.as_ref();
+    let result = match of.outcome {
+        Outcome::Reached => "reached",
+        Outcome::NotReached => "not reached",
+        Outcome::TooFewCases => "too few cases",
+        Outcome::NotTried => "not tried",
+    };
+    let all = format!("{} of {}", of.right, of.named);
+    let deviation = [
+        "probability of a cause: largest deviation of a tenth".into(),
+        worst.map_or("none".into(), |tenth| format!("{:+.3}", tenth.deviation)),
+        format!("{low:+.3} to {high:+.3}"),
+        worst.map_or("0 of 0".into(), |tenth| {
+            format!("{} of {}", tenth.right, tenth.named)
+        }),
+        format!("≤ {:.3}", of.wanted),
+        result.into(),
+    ];
+    let score = [
+        "probability of a cause: mean log score; of the share that is true".into(),
+        format!("{:.3}; {:.3}", of.log_score, of.base_log_score),
+        String::new(),
+        all,
+        String::new(),
+        String::new(),
+    ];
+    [deviation.to_vec(), score.to_vec()]
+}
+
+/// The stated probabilities, tenth by tenth, beside what is true.
+#[must_use]
+pub fn reliability(score: &Score) -> Words {
+    let rows = score.reliability.tenths.iter().map(|tenth| {
+        let [low, high] = tenth.interval;
+        vec![
+            format!("{:.1} to {:.1}", tenth.from, tenth.to),
+            tenth.named.to_string(),
+            tenth.right.to_string(),
+            format!("{:.3}", tenth.stated),
+            format!("{:+.3}", tenth.deviation),
+            format!("{low:+.3} to {high:+.3}"),
+        ]
+    });
+    let titles = [
+        "stated probability",
+        "causes",
+        "true",
+        "mean stated",
+        "deviation",
+        "95 % interval",
+    ];
+    (header(&titles), rows.collect())
+}
+
 /// One figure in words.
-pub fn row(figure: &Figure) -> Vec<String> {
+fn row(figure: &Figure) -> Vec<String> {
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     let [low, high] = figure.interval;
     vec![

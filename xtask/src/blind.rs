@@ -42,7 +42,8 @@ pub fn run(arguments: &[String]) -> Result<()> {
         .context("courier blind")?;
     ensure!(done.status.success(), "courier blind: {}", done.status);
     let score: serde_json::Value = serde_json::from_slice(&done.stdout).context("the scores")?;
-    let missed = judge(&score)?;
+    let mut missed = judge(&score)?;
+    missed.extend(judge_reliability(&score["reliability"])?);
     println!("with plots: {}", report.display());
     ensure!(missed.is_empty(), "not reached: {}", missed.join("; "));
     Ok(())
@@ -85,9 +86,40 @@ fn judge(score: &serde_json::Value) -> Result<Vec<String>> {
     Ok(missed)
 }
 
+/// Prints how far the stated probabilities are off and how good they are, and returns the figure if it is not reached. A deviation that may
+/// be chance is told, and is no miss.
+fn judge_reliability(of: &serde_json::Value) -> Result<Option<String>> {
+    let name = "probability of a cause: largest deviation of a tenth";
+    let outcome = of["outcome"]
+        .as_str()
+        .context("no outcome of the stated probabilities")?;
+    let scores = ["log_score", "base_log_score"].map(|key| of[key].as_f64().unwrap_or(f64::NAN));
+    println!(
+        "{name}: {outcome}; {} of {} causes are true; tenth that deviates most: {}; at most {} wanted",
+        of["right"], of["named"], of["worst"], of["wanted"]
+    );
+    println!(
+        "mean log score of the stated probabilities: {:.3}; of the share that is true: {:.3}",
+        scores[0], scores[1]
+    );
+    Ok((!matches!(outcome, "reached" | "too_few_cases")).then(|| name.to_owned()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn probabilities_that_are_off_beyond_chance_are_missed() {
+        let missed = |outcome: &str| {
+            judge_reliability(&serde_json::json!({ "outcome": outcome }))
+                .unwrap()
+                .is_some()
+        };
+        assert!(missed("not_reached") && missed("not_tried"));
+        assert!(!missed("reached") && !missed("too_few_cases"));
+        assert!(judge_reliability(&serde_json::json!({})).is_err());
+    }
 
     #[test]
     fn a_figure_that_was_not_looked_at_is_missed() {

@@ -187,13 +187,12 @@ fn score(folder: &Path, told: &Told) -> Result<()> {
     told.json.tell(SCORE, &score, || text(&score))
 }
 
-/// The figures, what was answered to what, detection by size, shrinkage, and every case that was not right.
+/// The figures, what the stated probabilities are worth, what was answered to what, detection by size, shrinkage, and every case that was not right.
 fn text(score: &Score) -> String {
-    let figures = score.figures.iter().map(blind::row).collect();
-    let header = ["figure", "measured", "95 % interval", "cases", "wanted", ""].map(Into::into);
     let mut out = format!("seal {} holds; {} cases\n", score.seal, score.cases);
     let parts = [
-        (header.to_vec(), figures),
+        blind::figures(score),
+        blind::reliability(score),
         blind::confusion(score),
         blind::detection(score),
         blind::effects(score),

@@ -78,6 +78,16 @@ fn adds_up(score: &Value) {
         .map(|f| f["of"].as_u64().unwrap())
         .sum();
     assert_eq!(counted, 2);
+    // Every named cause is in the table of its probability.
+    let judged = score["judged"].as_array().unwrap().iter();
+    let named: usize = judged.map(|j| j["named"].as_array().unwrap().len()).sum();
+    let reliability = &score["reliability"];
+    let tenths = reliability["tenths"].as_array().unwrap().iter();
+    let classed: u64 = tenths.map(|t| t["named"].as_u64().unwrap()).sum();
+    assert_eq!(
+        [named as u64, reliability["named"].as_u64().unwrap()],
+        [classed; 2]
+    );
     // A wrong culprit is worse than none, and an alarm for nothing is one.
     for one in score["judged"]
         .as_array()
