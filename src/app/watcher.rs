@@ -7,6 +7,7 @@ use super::task::Task;
 use crate::calibration::Service;
 use crate::calibration::UNUSABLE;
 use crate::calibration::beacon_watch::{BeaconKept, BeaconVerdict, BeaconWatch, Glance, stated_m};
+use crate::calibration::quotient;
 use crate::calibration::recalibration::{Idle, Mode, Recalibration, State};
 use crate::calibration::record::Calibration;
 use crate::calibration::watch::{Amounts, Kept, Reading, Standing, Verdict, Watch, WatchConfig};
@@ -14,9 +15,9 @@ use crate::frame::Frame;
 use crate::geometry::Geometry;
 
 /// After a session's end its memory is left alone for so long, seconds: a host asks how it went.
-const LEFT_ALONE_S: u64 = 60;
+const LEFT_ALONE_S: u32 = 60;
 /// Looks at the frames a second, at most.
-const LOOKS_A_SECOND: u64 = 1000;
+const LOOKS_A_SECOND: u32 = 1000;
 
 /// The watch, and which calibration it is for.
 #[derive(Clone, Debug)]
@@ -162,7 +163,7 @@ impl Watcher {
         if samples < self.next {
             return false;
         }
-        self.next = samples + (rate_hz as u64 / LOOKS_A_SECOND).max(1);
+        self.next = samples + u64::from((rate_hz as u32 / LOOKS_A_SECOND).max(1));
         true
     }
 
@@ -175,18 +176,20 @@ impl Watcher {
         (learns, geometry): (bool, &Geometry),
         task: &mut Task,
     ) -> bool {
-        let rate_hz = (rate_hz as u64).max(1);
+        let rate_hz = (rate_hz as u32).max(1);
         if task.is_running() {
-            self.free_at = samples + LEFT_ALONE_S * rate_hz;
+            self.free_at = samples + u64::from(LEFT_ALONE_S * rate_hz);
         }
         if !self.watching || samples < self.free_at {
             return false;
         }
-        let time_ms = samples * 1000 / rate_hz;
+        let time_ms = quotient(samples * 1000, rate_hz);
         let glance = Glance::of(frame, geometry, UNUSABLE);
-        let of_beacon =
-            self.beacon
-                .take(glance.as_ref(), (time_ms / 1000) as u32, geometry.pitch_m);
+        let of_beacon = self.beacon.take(
+            glance.as_ref(),
+            quotient(time_ms, 1000) as u32,
+            geometry.pitch_m,
+        );
         if frame.status.intersects(UNUSABLE) {
             return of_beacon;
         }

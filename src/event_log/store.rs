@@ -48,7 +48,7 @@ impl<'f, F: NorFlash> EventLog<'f, F> {
     #[inline(never)]
     pub fn end(&mut self) -> End {
         let mut end = End::default();
-        self.each(|bytes| {
+        self.each(&mut |bytes| {
             if let Some(head) = head(bytes) {
                 end = end.with(&head);
             }
@@ -85,7 +85,7 @@ impl<'f, F: NorFlash> EventLog<'f, F> {
     #[inline(never)]
     pub fn page(&mut self, skip: u16, page: &mut Page) {
         let (mut index, mut whole_bytes) = (0, 0);
-        self.each(|bytes| {
+        self.each(&mut |bytes| {
             whole_bytes += taken_bytes::<F>(bytes.len());
             if index >= skip && !page.more {
                 page.more = !page.add(bytes);
@@ -108,9 +108,9 @@ impl<'f, F: NorFlash> EventLog<'f, F> {
         }
     }
 
-    /// Gives whole entries to `take`, oldest first, until it says false. What is damaged is passed over.
+    /// Gives whole entries to `take`, oldest first, until it says false. What is damaged is passed over. One copy for all takers: the walk is 0.7 KB of the image.
     #[inline(never)]
-    fn each(&mut self, mut take: impl FnMut(&[u8]) -> bool) {
+    fn each(&mut self, take: &mut dyn FnMut(&[u8]) -> bool) {
         let mut failed_at = None;
         let Some(mut queue) = queue(self.flash, &self.region, &mut failed_at) else {
             return;

@@ -7,6 +7,7 @@ use crate::permission;
 use anyhow::{Context, Result, bail, ensure};
 use std::env;
 use std::ffi::OsString;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -68,7 +69,13 @@ fn remapped_paths() -> String {
         .map(|home| env::var_os("CARGO_HOME").map_or(home.join(".cargo"), PathBuf::from))
         .map(|home| home.join("registry").join("src"));
     let mut flags = vec![remap(&root(), ".")];
-    flags.extend(registry.map(|registry| remap(&registry, "registry")));
+    // Each registry's folder is named after its address: an image is the same from whichever the crates came.
+    let folders = registry
+        .iter()
+        .flat_map(|all| fs::read_dir(all).into_iter().flatten())
+        .flatten();
+    flags.extend(registry.iter().map(|all| remap(all, "registry")));
+    flags.extend(folders.map(|folder| remap(&folder.path(), "registry")));
     format!("target.{TARGET}.rustflags=[{}]", flags.join(","))
 }
 

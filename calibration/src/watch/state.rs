@@ -11,6 +11,7 @@ use super::verdict::{Standing, Verdict};
 use super::window::{LONGEST, SHORTEST, Window};
 use super::windowed::Windowed;
 use crate::math::sqrt;
+use crate::quotient;
 
 /// Pairs of each of the windows that come before the reference, and how many: only by what they find is the correlation known.
 const FIRST_PAIRS: u32 = 2 * SHORTEST;
@@ -141,7 +142,7 @@ impl Watch {
             return window.is_exhausted() && self.give_up(window, follower);
         }
         let taken = window.taken();
-        self.now_s = (reading.time_ms / 1000) as u32;
+        self.now_s = quotient(reading.time_ms, 1000) as u32;
         self.temperature_k += (reading.temperature_delta_k - self.temperature_k) / SHORTEST as f32;
         if taken < SHORTEST || !taken.is_multiple_of(LOOK_EVERY) {
             return false;

@@ -48,7 +48,9 @@ pub struct Delay;
 
 impl embedded_hal::delay::DelayNs for Delay {
     fn delay_ns(&mut self, ns: u32) {
-        let cycles = (u64::from(ns) * u64::from(CLOCK_HZ / 1_000_000)).div_ceil(1000);
-        cortex_m::asm::delay(u32::try_from(cycles).unwrap_or(u32::MAX));
+        // 4.3 s at most: 0.73e9 cycles.
+        const A_MICROSECOND: u32 = CLOCK_HZ / 1_000_000;
+        let cycles = ns / 1000 * A_MICROSECOND + (ns % 1000 * A_MICROSECOND).div_ceil(1000);
+        cortex_m::asm::delay(cycles);
     }
 }
