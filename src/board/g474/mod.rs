@@ -61,8 +61,10 @@ static SAMPLING: Owned<Sampling> = Owned::empty();
 /// What the serial interrupt owns.
 static SERIAL: Owned<serial::Interrupt> = Owned::empty();
 
-/// Instants without an interrupt after which the converter counts as silent.
-const SILENT_INSTANTS: u32 = 4;
+/// Instants without a sample after which the converter counts as silent: more than pass while a reading that hangs is given up
+/// ([`HUNG_INSTANTS`], and its own) behind two that a debugger's halt has left out. With fewer it was given up by hand, beside the start of
+/// the next reading: two instants' work in one.
+const SILENT_INSTANTS: u32 = 6;
 
 /// Instants after its own at which a reading that has not ended will not end any more: it takes 6.8 us.
 const HUNG_INSTANTS: u32 = 2;

@@ -79,8 +79,8 @@ pub fn halted(image: &Image) -> Result<String> {
 
 /// BUSY is silent for 10 ms: as many instants are missed, and the board says so.
 pub fn silent(image: &Image) -> Result<String> {
-    // The background calls the interrupt by hand at every fourth instant or later: those are not missed, but frames of a fault.
-    count_missed(image, 7, INSTANTS / 4 * 3, |processor| {
+    // The background calls the interrupt by hand at every sixth instant or later: those are not missed, but frames of a fault.
+    count_missed(image, 7, INSTANTS / 6 * 5, |processor| {
         processor.chip().around.silent = true;
         processor.run(from_us(HALT_US))?;
         processor.chip().around.silent = false;

@@ -17,7 +17,7 @@ const INTERVAL_US: u64 = 50;
 const STILL_US: u64 = 85;
 /// What is left then until that third one: that sample, and no other.
 const REST_US: u64 = 20;
-/// So many instants are looked at: the board calls the interrupt by hand at every fourth without an edge of BUSY.
+/// So many instants are looked at: the board calls the interrupt by hand at every sixth without an edge of BUSY.
 const INSTANTS: u32 = 12;
 /// So many readings in a row fail until the chips are set anew (`src/drivers/converter/revival.rs`, `FAILURES`).
 const IN_A_ROW: u32 = 20;
