@@ -153,6 +153,7 @@ impl SimBoard {
             .world
             .with_courier(|courier| courier.sample().temperature_c);
         self.background.set_temperature_c(temperature_c as f32);
+        self.background.set_at_mark(self.world.is_at_mark());
         self.intake.run();
         self.background.poll();
         self.console.serve(&mut self.background);

@@ -10,7 +10,7 @@ use crate::wire::clock::Clock;
 use crate::wire::converter::{AnalogInputs, ConverterWire};
 use crate::wire::motion::{ControllerConfig, CourierMotion, MotionWire};
 use courier_sensor::device::Device;
-use effects::motion::Pose;
+use effects::motion::{Motion, Pose};
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -23,6 +23,16 @@ pub struct Witness {
     pub reference: Pose,
     /// Tooth counts that belong to the counts.
     pub teeth: [i32; 4],
+}
+
+/// A reference mark of the machine: the board's input is on while the courier's middle is within it. For an end stop it reaches beyond
+/// what the courier can.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mark {
+    /// Ends along x, metres on the platen.
+    pub x_m: [f64; 2],
+    /// Ends along y, metres.
+    pub y_m: [f64; 2],
 }
 
 /// Everything outside the processor. Clones are the same world.
@@ -56,6 +66,7 @@ impl World {
         let plant = Rc::new(RefCell::new(Plant {
             courier: Courier::new(spec, seed)?,
             motion: motion.motion(),
+            mark: None,
             witnesses: None,
             taken: 0,
             first: 0,
@@ -115,6 +126,22 @@ impl World {
         f(&mut self.plant.borrow_mut().courier)
     }
 
+    /// Puts a reference mark there, or takes it away.
+    pub fn set_mark(&self, mark: Option<Mark>) {
+        self.plant.borrow_mut().mark = mark;
+    }
+
+    /// Whether the board's input of the reference mark is on now.
+    #[must_use]
+    pub fn is_at_mark(&self) -> bool {
+        let plant = self.plant.borrow();
+        plant.mark.is_some_and(|mark| {
+            let at = plant.motion.pose(self.clock.now_ns() as f64 * 1.0e-9);
+            (mark.x_m[0]..=mark.x_m[1]).contains(&at.x_m)
+                && (mark.y_m[0]..=mark.y_m[1]).contains(&at.y_m)
+        })
+    }
+
     /// What the machine logs beside the readings at a time that is not far back: name of the column and its value. None where the courier
     /// has no effect that follows such a quantity.
     #[must_use]
@@ -135,6 +162,7 @@ impl World {
 struct Plant {
     courier: Courier,
     motion: CourierMotion,
+    mark: Option<Mark>,
     witnesses: Option<Vec<Witness>>,
     taken: u64,
     first: u64,

@@ -153,6 +153,7 @@ impl Settings {
             .try_for_each(|model| self.check_model(model))
     }
 
+    #[inline] // built with the image, for size
     fn check_model(&self, model: &ErrorModel) -> Result<(), ConfigError> {
         model.validate()?;
         let limit_m = 0.5 * self.geometry.pitch_m;
@@ -169,6 +170,7 @@ impl Settings {
         Ok(())
     }
 
+    #[inline] // built with the image, for size
     fn geometry_ranges(&self) -> Result<(), OutOfRange> {
         let g = &self.geometry;
         within("pitch_m", g.pitch_m, 1.0e-5, 0.1)?;

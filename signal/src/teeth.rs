@@ -207,6 +207,7 @@ impl ToothMap {
     ///
     /// # Errors
     /// [`MapError`]; the map is then as before.
+    #[inline] // built with the image, for size
     pub fn begin(&mut self, header: &MapHeader, geometry: &Geometry) -> Result<(), MapError> {
         header.validate()?;
         self.grids = header.grids;
@@ -229,6 +230,7 @@ impl ToothMap {
     ///
     /// # Errors
     /// [`MapError::Nodes`] if there are more than the header says.
+    #[inline] // built with the image, for size
     pub fn extend(&mut self, nodes_nm: &[i16]) -> Result<(), MapError> {
         let (found, wanted) = (self.nodes_nm.len() + nodes_nm.len(), self.wanted());
         if found > wanted || self.nodes_nm.extend_from_slice(nodes_nm).is_err() {
@@ -241,6 +243,7 @@ impl ToothMap {
     ///
     /// # Errors
     /// [`MapError::Nodes`].
+    #[inline] // built with the image, for size
     pub fn complete(&self) -> Result<(), MapError> {
         if self.nodes_nm.len() == self.wanted() && !self.nodes_nm.is_empty() {
             Ok(())
@@ -254,6 +257,7 @@ impl ToothMap {
         self.grids.iter().map(Grid::count).sum()
     }
 
+    #[inline] // built with the image, for size
     fn count_error(&self, found: usize) -> MapError {
         MapError::Nodes {
             found: found as u16,

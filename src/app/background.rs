@@ -29,6 +29,7 @@ use crate::device::Device;
 use crate::drivers::motion::{MotionPort, PortCounters, Target};
 use crate::frame::Frame;
 use crate::link::message::Refusal;
+use crate::maps::crossing::Crossing;
 use crate::settings::Settings;
 use crate::swap::SwapSender;
 use embedded_io::{Read, ReadReady, Write, WriteReady};
@@ -68,6 +69,9 @@ pub struct Background<'q, 'c, S, F> {
     updates: Option<&'q mut dyn Updates<F>>,
     task: &'q mut Task,
     homing: Homing,
+    crossing: Crossing,
+    /// Level of the reference mark's input.
+    at_mark: bool,
     /// Of the keeper, when the stored maps were last looked at.
     changes_seen: Option<u8>,
     watcher: &'q mut Watcher,
@@ -105,6 +109,8 @@ where
             updates: None,
             task,
             homing: Homing::default(),
+            crossing: Crossing::default(),
+            at_mark: false,
             changes_seen: None,
             watcher,
             events: Events::default(),
@@ -144,6 +150,11 @@ where
         self.move_on();
         self.say_what_is_wanted();
         taken
+    }
+
+    /// Tells whether the input of the reference mark is on. To be called before each turn, on a board that has one.
+    pub fn set_at_mark(&mut self, is_on: bool) {
+        self.at_mark = is_on;
     }
 
     #[inline(never)] // frames on the stack only while it runs

@@ -142,6 +142,10 @@ impl<'q, P: Ports> Console<'q, P> {
                 let placed = background.map_at_mark(*slot, mark);
                 self.send_result(number, placed.map(|()| None));
             }
+            Action::MapKeepMark => {
+                let kept = background.map_keep_mark();
+                self.send_result(number, kept.map(|()| None));
+            }
             Action::Recalibrate(order) => {
                 let result = background.recalibrate(*order);
                 self.send_result(number, result);
@@ -261,7 +265,8 @@ impl<'q, P: Ports> Console<'q, P> {
             | Action::Calibrate(_)
             | Action::Recalibrate(_)
             | Action::RollBack
-            | Action::MapAtMark { .. } => Err(Refusal::Unknown),
+            | Action::MapAtMark { .. }
+            | Action::MapKeepMark => Err(Refusal::Unknown),
             Action::MapBegin(header) => background.keeper_mut()?.map_begin(header).map(done),
             Action::MapNodes(nodes) => background.keeper_mut()?.map_nodes(nodes).map(done),
             Action::MapApply => background.keeper_mut()?.map_apply().map(done),

@@ -1,4 +1,4 @@
-//! Follows the stored tooth maps: waits for a beacon, finds the whole teeth by it, and watches whether the map that came in force fits.
+//! Follows the stored tooth maps: waits for a beacon or a mark, finds the whole teeth by it, and watches whether the map that came in force fits.
 //! Pure: frames and what is stored in, one order out.
 
 use crate::frame::{Coordinate, Frame};
@@ -6,6 +6,7 @@ use crate::geometry::Geometry;
 use crate::link::message::{Refusal, StoredMap};
 use crate::maps::fit::{FitOfMap, MOST_CELLS};
 use crate::maps::homing::{Anchor, Mean, Unusable, check, moved, whole_teeth};
+use crate::maps::mark;
 use crate::maps::{MOST_PLACES, MapInfo, SLOTS};
 use heapless::Vec;
 
@@ -47,6 +48,12 @@ impl Placed {
         }
     }
 
+    /// The larger part of a tooth that is left over, along x or y.
+    fn left_turns(&self) -> f32 {
+        let [x, y] = self.ahead.map(|ahead| ahead.fraction_turns.abs());
+        x.max(y)
+    }
+
     /// Teeth by which the board's count is ahead of the map's.
     pub fn ahead_teeth(&self) -> [i32; 2] {
         self.ahead.map(|ahead| ahead.teeth)
@@ -57,6 +64,8 @@ impl Placed {
 #[derive(Clone, Debug, Default)]
 pub struct Homing {
     candidates: Vec<Candidate, MOST_PLACES>,
+    /// Whether the place of a reference mark is kept beside one of them.
+    has_mark: bool,
     /// Of what the board counts ahead of the first candidate.
     mean: Mean,
     /// Number of the window's first frame.
@@ -70,14 +79,15 @@ pub struct Homing {
 }
 
 impl Homing {
-    /// Begins anew with what is stored. `map`: what a slot's map is of and whether it belongs to the calibration in force; `none`
-    /// leaves all maps alone.
+    /// Begins anew with what is stored. `map`: what a slot's map is of, whether it belongs to the calibration in force, and whether the
+    /// place of a reference mark is kept beside it; `none` leaves all maps alone.
     #[inline(never)]
-    pub fn begin(&mut self, none: bool, mut map: impl FnMut(u8) -> Option<(MapInfo, bool)>) {
+    pub fn begin(&mut self, none: bool, mut map: impl FnMut(u8) -> Option<(MapInfo, bool, bool)>) {
         *self = Self::default();
         for slot in (0..SLOTS as u8).filter(|_| !none) {
             match map(slot) {
-                Some((info, true)) => {
+                Some((info, true, has_mark)) => {
+                    self.has_mark |= has_mark;
                     let candidate = Candidate {
                         slot,
                         anchor: info.anchor,
@@ -86,7 +96,7 @@ impl Homing {
                     // There are no more places.
                     let _ = self.candidates.push(candidate);
                 }
-                Some((_, false)) => self.state = StoredMap::OtherCalibration { slot },
+                Some((_, false, _)) => self.state = StoredMap::OtherCalibration { slot },
                 None => {}
             }
         }
@@ -139,6 +149,10 @@ impl Homing {
             if matches!(lacks, Unusable::NoBeacon | Unusable::Doubtful) {
                 self.mean = Mean::default();
             }
+            let lacks = match lacks {
+                Unusable::NoBeacon if self.has_mark => Unusable::NoBeaconNorMark,
+                other => other,
+            };
             self.wait(StoredMap::Waits(lacks));
             return;
         }
@@ -162,6 +176,23 @@ impl Homing {
         let nearest = self.nearest(frame, geometry);
         self.mean = Mean::default();
         nearest
+    }
+
+    /// The reference mark was crossed while no map is in force, at this place in the board's count. `mark`: its place in the count of a
+    /// slot's map, if one is kept.
+    #[inline(never)]
+    pub fn crossed(
+        &mut self,
+        counted: &[Coordinate; 2],
+        mut mark: impl FnMut(u8) -> Option<[Coordinate; 2]>,
+    ) {
+        let placed = self.candidates.iter().filter_map(|candidate| {
+            let ahead = mark::ahead_at(counted, &mark(candidate.slot)?);
+            Some(Placed::by_mark(candidate.slot, ahead, candidate.parity_m))
+        });
+        if let Some(nearest) = nearest_of(placed) {
+            self.decide(nearest);
+        }
     }
 
     fn decide(&mut self, nearest: Placed) {
@@ -194,22 +225,14 @@ impl Homing {
     fn nearest(&self, last: &Frame, geometry: &Geometry) -> Option<Placed> {
         let mean = self.mean.mean()?;
         let first = self.candidates.first()?.ahead(last, geometry);
-        let mut nearest: Option<(f32, Placed)> = None;
-        for candidate in &self.candidates {
+        nearest_of(self.candidates.iter().map(|candidate| {
             let here = candidate.ahead(last, geometry);
-            let ahead = [0, 1].map(|axis| moved(mean[axis], here[axis], first[axis]));
-            let left = ahead.map(|ahead| ahead.fraction_turns.abs());
-            let left = left[0].max(left[1]);
-            if nearest.is_none_or(|(least, _)| left < least) {
-                let placed = Placed {
-                    slot: candidate.slot,
-                    ahead,
-                    parity_m: candidate.parity_m,
-                };
-                nearest = Some((left, placed));
+            Placed {
+                slot: candidate.slot,
+                ahead: [0, 1].map(|axis| moved(mean[axis], here[axis], first[axis])),
+                parity_m: candidate.parity_m,
             }
-        }
-        nearest.map(|(_, placed)| placed)
+        }))
     }
 
     /// Notes how putting the map in force went; `uptime_s` since the board's start.
@@ -260,4 +283,14 @@ impl Homing {
         self.candidates.retain(|candidate| candidate.slot != slot);
         self.state = state;
     }
+}
+
+/// The one that is nearest to whole teeth.
+fn nearest_of(placed: impl Iterator<Item = Placed>) -> Option<Placed> {
+    placed.reduce(
+        |nearest, other| match other.left_turns() < nearest.left_turns() {
+            true => other,
+            false => nearest,
+        },
+    )
 }

@@ -3,6 +3,7 @@
 //! In force means: the interrupt applies it. Every change is checked first, stored second and handed to the interrupt
 //! third, so that a refusal at any step leaves both as they were.
 
+pub mod entries;
 mod in_force_map;
 pub mod kept;
 mod maps;

@@ -31,6 +31,8 @@ pub trait Board {
     fn temperature_c(&mut self) -> Option<f32>;
     /// Conversions that BUSY has not answered with a pulse, since start, where a board counts them. To be called twice a second at least.
     fn unanswered(&mut self) -> Option<i32>;
+    /// Whether the input of a reference mark is on; never, where a board has none.
+    fn at_mark(&mut self) -> bool;
     /// Sleeps until an interrupt has been served.
     fn sleep(&mut self);
 }
@@ -51,6 +53,7 @@ where
     let (mut fed_at, mut slow_at) = (mailbox.samples(), mailbox.samples());
     let (mut said, mut restart_at) = (Status::empty(), None);
     loop {
+        background.set_at_mark(board.at_mark());
         let taken = background.poll();
         console.serve(background);
         let worked = background.work();

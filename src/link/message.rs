@@ -29,7 +29,7 @@ use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
 /// Version of this file's types.
-pub const PROTOCOL: u16 = 10;
+pub const PROTOCOL: u16 = 11;
 /// Longest frame of the command and reply channel: a whole calibration with its tags.
 pub const FRAME_BYTES: usize = framing::encoded_bytes(record::BODY_BYTES + 8);
 /// Nodes of a tooth map that one command carries.
@@ -171,6 +171,9 @@ pub enum Action<C = Calibration> {
     },
     /// What is to become of candidates of the recalibration while working. [`Reply::Place`] where one came in force.
     Recalibrate(recalibration::Order),
+    /// Keep the place where the board's own reference mark was crossed last, beside the stored map in force: from then on that mark puts it
+    /// in force at a start.
+    MapKeepMark,
 }
 
 impl Action {

@@ -113,6 +113,9 @@ pub enum Unusable {
     /// The beacon is too far from the diode's middle.
     #[error("the courier to stand nearer under the beacon")]
     TooFarOff,
+    /// No beacon is seen, or it saturates the diode; beside the map lies a mark's place, which would do as well.
+    #[error("a beacon, or for its mark to be crossed at 10 mm/s or less")]
+    NoBeaconNorMark,
 }
 
 /// Bits with which a place is not to be believed: all but those of a state.

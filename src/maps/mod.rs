@@ -1,8 +1,9 @@
 //! Tooth maps that stay: stored in flash by place, and given their place in the tooth count anew after each start, by the beacon.
 //!
 //! `record` (what is stored) -> `store` (slots, power cuts) -> `homing` (whole teeth by equation (11)) -> `fit` (does the map fit this
-//! platen?). Pure: flash, frames and numbers in, values out. [`crate::app::homing`] runs it.
+//! platen?). `mark` and `crossing`: whole teeth by a reference mark instead. Pure: flash, frames and numbers in, values out. [`crate::app::homing`] runs it.
 
+pub mod crossing;
 pub mod fit;
 pub mod homing;
 pub mod mark;

@@ -1,7 +1,7 @@
 //! Four slots for tooth maps in NOR flash, one map a slot, each by the name of its place.
 //!
 //! ```text
-//!  slot 0: | map (see `record`) ... 0xFF ... | mark, 8 bytes |   slots 1 to 3: the same, right behind
+//!  slot 0: | map (see `record`) ... 0xFF ... | places of its reference mark | mark, 8 bytes |   slots 1 to 3: the same, right behind
 //! ```
 //! A map is written to a slot that holds none that counts, its first bytes last, and read back. So a place's map before stays until
 //! the new one is whole, and one slot must be free for that: there is room for three places. Forgetting a map programs its slot's
@@ -14,6 +14,7 @@ use super::record::{
 };
 use crate::device::Device;
 use crate::teeth::MAX_NODES;
+use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +33,13 @@ const PIECE_BYTES: usize = 64;
 const _: () = assert!(
     HEADER_BYTES + MAX_HEAD_BYTES + 2 * MAX_NODES + MARK_BYTES <= SLOT_BYTES as usize,
     "the largest map fits"
+);
+
+/// Where the places of a map's reference mark begin in its slot: behind the largest map.
+const PLACES_OFFSET: u32 = (HEADER_BYTES + MAX_HEAD_BYTES + 2 * MAX_NODES) as u32;
+const _: () = assert!(
+    PLACES_OFFSET.is_multiple_of(WORD as u32),
+    "places of a mark are whole double words"
 );
 
 /// What a slot is.
@@ -361,6 +369,11 @@ impl<'f, F: NorFlash> Maps<'f, F> {
     pub fn newest(&mut self) -> Option<(u32, u8)> {
         let numbered = |slot| Some((self.sequence(slot)?, slot));
         (0..SLOTS as u8).filter_map(numbered).max()
+    }
+
+    /// Where the places of a map's reference mark lie, addresses in flash (`super::crossing`).
+    pub fn places(&self, slot: u8) -> Range<u32> {
+        self.address(slot, PLACES_OFFSET)..self.address(slot, SLOT_BYTES - MARK_BYTES as u32)
     }
 
     /// A slot that holds nothing that counts, and the next map's number. An older map of the same place is the last that goes.

@@ -21,7 +21,7 @@ use hal_sim::presets::{DEFAULT_RMS_M, of_the_make};
 use hal_sim::spec::CourierSpec;
 use hal_sim::wire::motion::ControllerConfig;
 use hal_sim::wire_fault::ExchangedSegments;
-use hal_sim::world::World;
+use hal_sim::world::{Mark, World};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -65,6 +65,9 @@ pub struct Choice {
     /// Something wrong with its beacon, the light around it or its wires; may be repeated.
     #[arg(long, global = true, value_enum, value_name = "FAULT")]
     sim_fault: Vec<Fault>,
+    /// Put an end stop on the simulated board's input for a reference mark: on from so many mm on along x or y, as `x=3`.
+    #[arg(long, global = true, value_name = "AXIS=MM", value_parser = end_stop)]
+    sim_mark: Option<Mark>,
     /// Keep the simulated board's flash in this file, so that what one command stores the next one finds.
     #[arg(long, global = true, value_name = "FILE")]
     sim_flash: Option<PathBuf>,
@@ -176,6 +179,28 @@ fn flaw(text: &str) -> Result<Flaw, String> {
     }
 }
 
+/// An end stop that begins at a place along one axis.
+fn end_stop(text: &str) -> Result<Mark, String> {
+    let wanted = || format!("{text}: wanted an axis and mm from -1000 to 1000, such as x=3");
+    let (axis, from_mm) = text.split_once('=').ok_or_else(wanted)?;
+    let from_m = from_mm.parse::<f64>().map_err(|_| wanted())? * 1.0e-3;
+    if !(-1.0..=1.0).contains(&from_m) {
+        return Err(wanted());
+    }
+    let (stop, all) = ([from_m, f64::INFINITY], [f64::NEG_INFINITY, f64::INFINITY]);
+    match axis {
+        "x" => Ok(Mark {
+            x_m: stop,
+            y_m: all,
+        }),
+        "y" => Ok(Mark {
+            x_m: all,
+            y_m: stop,
+        }),
+        _ => Err(wanted()),
+    }
+}
+
 /// Behind an effect's name: it follows a quantity that is logged.
 const LOGGED: &str = "logged";
 
@@ -238,6 +263,7 @@ impl Choice {
             || self.sim_courier.is_some()
             || self.sim_platen.is_some()
             || self.sim_flash.is_some()
+            || self.sim_mark.is_some()
             || !self.sim_effect.is_empty()
             || !self.sim_age.is_empty()
             || !self.sim_fault.is_empty()
@@ -310,6 +336,13 @@ impl Choice {
         };
         let home = spec.places.scatter_corner;
         let world = World::new(spec, ControllerConfig::TYPICAL, home, seed)?;
+        if self.sim_mark.is_some() {
+            ensure!(
+                self.kind() == Kind::Sim,
+                "--sim-mark: found --emulated or --chip, wanted the simulated board: no mark is wired to theirs"
+            );
+            world.set_mark(self.sim_mark);
+        }
         let outside = Some(world.clone());
         let wire: Box<dyn Wire> = match self.kind() {
             Kind::Emulated => Box::new(emulated::start(world, flash.clone())?),

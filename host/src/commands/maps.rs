@@ -7,6 +7,7 @@ use crate::kinds;
 use crate::output::{Files, Kind};
 use crate::terminal::{micrometres, table};
 use anyhow::{Result, bail};
+use courier_sensor::drivers::motion::Target;
 use courier_sensor::link::message::{Action, Reply};
 use courier_sensor::maps::{MapRecordError, MapSlot, MapSlotState, SLOTS};
 use std::path::PathBuf;
@@ -27,6 +28,13 @@ pub struct Args {
     /// The courier stands at that mark, turned as it was: put the map in force by it, where no beacon is.
     #[arg(long, value_name = "FILE", conflicts_with = "forget")]
     at_mark: Option<PathBuf>,
+    /// Move the courier there over the board's own reference mark, at 8 mm/s: mm, mm and degrees in the motion controller's frame.
+    #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, value_parser = super::target, conflicts_with_all = ["forget", "learn_mark", "at_mark"])]
+    cross: Option<Target>,
+    /// The board keeps where it has crossed its own reference mark, in the count of the stored map in force: at later starts the mark puts that
+    /// map in force, without a host.
+    #[arg(long, conflicts_with_all = ["forget", "learn_mark", "at_mark"])]
+    keep_mark: bool,
     #[command(flatten)]
     json: Json,
 }
@@ -56,7 +64,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let marked = match (&args.learn_mark, &args.at_mark) {
         (Some(path), _) => Some(maps_mark::learn(&mut board.link, path)?),
         (None, Some(path)) => Some(maps_mark::home(&mut board.link, path)?),
-        (None, None) => None,
+        (None, None) => maps_mark::own(&mut board.link, args.cross, args.keep_mark)?,
     };
     let slots = (0..SLOTS as u8).map(|slot| map::slot(&mut board.link, slot));
     let slots: Vec<MapSlot> = slots.collect::<Result<_>>()?;

@@ -1,18 +1,28 @@
-//! `courier maps --learn-mark` and `--at-mark`: whole teeth by a reference mark or an end stop of the motion controller.
+//! Whole teeth by a reference mark or an end stop: of the motion controller (`courier maps --learn-mark`, `--at-mark`), or of the board
+//! (`--cross`, `--keep-mark`).
 
+use super::status_map;
 use crate::board::{Link, map};
 use crate::kinds;
 use crate::output;
 use anyhow::{Context, Result, bail, ensure};
+use board_link::motion;
+use courier_sensor::drivers::motion::Target;
 use courier_sensor::frame::Coordinate;
 use courier_sensor::link::message::{Action, Reply, StoredMap};
 use courier_sensor::maps::mark;
 use courier_sensor::maps::{MapSlotState, SLOTS};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+use std::time::Duration;
 
 /// Version of the file.
 const SCHEMA: u16 = 1;
+
+/// Over a mark, m/s: below the fastest at which the board takes its place, 10 mm/s.
+const CROSSING_M_S: f32 = 0.008;
+/// From the end of the way to the map in force under its beacon: twice a window.
+const FOUND: Duration = Duration::from_millis(500);
 
 /// A mark's file: its one object.
 #[derive(Debug, Serialize, Deserialize)]
@@ -96,4 +106,35 @@ pub fn home(link: &mut Link, path: &Path) -> Result<String> {
         "{name}: place: found no tooth map of {} on the board, wanted one: `courier maps` lists them",
         file.place
     )
+}
+
+/// Moves the courier over the board's own mark, and has the place kept. What has become of the stored map, if anything was asked.
+///
+/// # Errors
+/// The motion controller does not get there, or the board refuses.
+pub fn own(link: &mut Link, cross: Option<Target>, keep: bool) -> Result<Option<String>> {
+    if let Some(target) = cross {
+        motion::go(link, target, CROSSING_M_S)?;
+        link.pass(FOUND)?;
+    }
+    if keep {
+        let Reply::Done = link.ask(Action::MapKeepMark)? else {
+            bail!(super::STRANGE_REPLY)
+        };
+    }
+    if cross.is_none() && !keep {
+        return Ok(None);
+    }
+    let state = link.status()?.stored_map;
+    let name = match status_map::slot(&state) {
+        Some(slot) => map::slot(link, slot)?.info.map(|info| info.name),
+        None => None,
+    };
+    let kept = if keep {
+        "the mark's place is kept; "
+    } else {
+        ""
+    };
+    let told = status_map::text(&state, name.as_deref());
+    Ok(Some(format!("{kept}stored maps: {told}")))
 }

@@ -27,12 +27,12 @@ pub fn text(state: &StoredMap, name: Option<&str>) -> String {
         StoredMap::Waits(lacks) => format!("map waits for {lacks}"),
         StoredMap::Looking => "looking for the map's teeth by the beacon".to_owned(),
         StoredMap::NotWhole { slot, ahead } => format!(
-            "{} does not fit: the board counts {} teeth ahead of it, wanted whole numbers within {MOST_LEFT_TURNS}: the beacon was moved, or it is another one",
+            "{} does not fit: the board counts {} teeth ahead of it, wanted whole numbers within {MOST_LEFT_TURNS}: the beacon or the mark was moved, or it is another one",
             map(slot),
             teeth(ahead)
         ),
         StoredMap::OtherPlaten { slot, parity } => format!(
-            "{} does not fit: {}: this is another platen, or the beacon was moved by whole teeth",
+            "{} does not fit: {}: this is another platen, or the beacon or the mark was moved by whole teeth",
             map(slot),
             told(parity)
         ),
@@ -89,6 +89,9 @@ pub fn next(state: &StoredMap) -> Option<String> {
     let what = match state {
         StoredMap::Waits(Unusable::NoBeacon) => {
             "a stored tooth map waits for a beacon: bring the courier under the one that it was made under"
+        }
+        StoredMap::Waits(Unusable::NoBeaconNorMark) => {
+            "a stored tooth map waits for a beacon or its mark: let the courier cross the mark at 10 mm/s or less, or bring it under the beacon"
         }
         StoredMap::OtherCalibration { .. } => {
             "a stored tooth map belongs to another calibration: `courier rollback` if that is the one before, or make it anew (`courier map`, `courier load`)"

@@ -170,6 +170,38 @@ fn by_a_mark(folder: &Path) {
     ]);
 }
 
+/// The board's own mark: its place is kept on the way to the beacon, and the next start needs neither beacon nor host.
+fn by_the_boards_own_mark(folder: &Path) {
+    let board = |mark: &str, words: &str| {
+        asked(
+            folder,
+            &format!("--sim-flash f.bin --sim-mark {mark} {words}"),
+        )
+    };
+    board("x=10", "maps --keep-mark").refused(&["no stored tooth map is in force"]);
+    let beacon = presets::paper().places.beacon;
+    let on_the_way = |part: f64| {
+        let [x_mm, y_mm] = [beacon.x_m, beacon.y_m].map(|m| 1.0e3 * m * part);
+        format!("maps --cross {x_mm},{y_mm},0")
+    };
+    let kept = board("x=10", &(on_the_way(1.0) + " --keep-mark")).quiet();
+    assert!(kept.contains("the mark's place is kept"), "{kept}");
+    let status = board("x=10", "status").quiet();
+    assert!(
+        status.contains("map waits for a beacon, or for its mark"),
+        "{status}"
+    );
+    // Half the way, where the beacon is too far off.
+    let crossed = board("x=10", &on_the_way(0.5)).quiet();
+    assert!(crossed.contains("`teeth` since"), "{crossed}");
+    let moved = board("x=10.4", &on_the_way(0.5)).quiet();
+    assert!(
+        moved.contains("does not fit: the board counts") && moved.contains("the mark was moved"),
+        "{moved}"
+    );
+    board("z=1", "status").refused(&["--sim-mark", "wanted an axis and mm"]);
+}
+
 /// The next start is away from the beacon: the map is listed and waits. A place's next map takes the place of the one before.
 fn a_map_is_kept(folder: &Path) {
     let board = |words: &str| asked(folder, &format!("--sim-flash f.bin {words}"));
@@ -180,6 +212,7 @@ fn a_map_is_kept(folder: &Path) {
     assert_eq!(status["status"]["stored_map"]["Waits"], "NoBeacon");
     assert_eq!(status["stored_map"], "map waits for a beacon");
     by_a_mark(folder);
+    by_the_boards_own_mark(folder);
     for (place, slot) in [("teeth", 1), ("bench-2", 0)] {
         let told = board(&format!("load teeth.json --place {place} --json")).json();
         assert_eq!(told["stored"]["slot"], slot);

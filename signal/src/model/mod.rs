@@ -153,6 +153,7 @@ impl ErrorModel {
     }
 
     /// Largest possible magnitude of one segment's error by the constant and the terms that depend on phases only, metres.
+    #[inline] // built with the image, for size
     pub fn bound_m(&self, segment: usize) -> f32 {
         let constant = self.constants_m.get(segment).map_or(0.0, |k| k.abs());
         let rows = self.terms.iter().zip(&self.coefficients);

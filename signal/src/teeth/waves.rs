@@ -72,6 +72,7 @@ impl SegmentWaves {
     };
 
     /// Gathers one segment's part of waves that have their places.
+    #[inline] // built with the image, for size
     pub(super) fn new(waves: &[Wave], segment: usize, per_metre: f32) -> Self {
         let mut gathered = Self::NONE;
         for wave in waves {

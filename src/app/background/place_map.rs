@@ -25,9 +25,13 @@ where
             self.changes_seen = Some(self.keeper.changes());
             let is_safe_mode = self.keeper.boot() == Err(Refusal::SafeMode);
             let keeper = &mut self.keeper;
-            self.homing
-                .begin(is_safe_mode, |slot| keeper.map_info(slot));
+            self.homing.begin(is_safe_mode, |slot| {
+                let (info, belongs) = keeper.map_info(slot)?;
+                Some((info, belongs, keeper.map_mark(slot).is_some()))
+            });
         }
+        let rate_hz = self.keeper.settings().rate_hz;
+        let crossed = self.crossing.look(&self.last, self.at_mark, rate_hz);
         if self.task.is_running() || !self.keeper.is_taken() {
             return;
         }
@@ -38,9 +42,11 @@ where
             self.place(&placed, has_map);
         } else if has_map && self.homing.watch(&self.last) {
             self.keeper.map_drop();
+        } else if let Some(place) = crossed.filter(|_| !has_map) {
+            let keeper = &mut self.keeper;
+            self.homing.crossed(&place, |slot| keeper.map_mark(slot));
         } else if !has_map || self.last.status.contains(Status::OUTSIDE_MAP) {
-            let settings = self.keeper.settings();
-            let (geometry, rate_hz) = (&settings.geometry, settings.rate_hz);
+            let geometry = &self.keeper.settings().geometry;
             self.homing.look(&self.last, geometry, rate_hz);
         }
     }
@@ -78,6 +84,21 @@ where
         let uptime_s = self.samples as f32 / self.keeper.settings().rate_hz;
         self.homing.placed(&placed, Ok(()), uptime_s);
         Ok(())
+    }
+
+    /// Keeps the place where the board has crossed its reference mark last, beside the stored map in force: from the next start on the mark
+    /// puts that map in force.
+    ///
+    /// # Errors
+    /// [`Refusal::Mark`], or nothing may be stored; what was kept before still counts.
+    #[inline(never)]
+    pub fn map_keep_mark(&mut self) -> Result<(), Refusal> {
+        let StoredMap::InForce { slot, ahead, .. } = self.homing.state() else {
+            return Err(MarkRefusal::NotInForce.into());
+        };
+        let counted = self.crossing.last().ok_or(MarkRefusal::NotCrossed)?;
+        let place = mark::place(counted, ahead);
+        self.keeper_to_store()?.keep_mark(slot, &place)
     }
 
     /// What has become of the stored tooth maps.

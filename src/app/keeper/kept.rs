@@ -5,6 +5,7 @@
 //! with the calibration. A write that was cut short leaves an entry that does not count, and takes one place.
 
 use super::Keeper;
+use super::entries;
 use super::mode::MODE_BYTES;
 use crate::calibration::beacon_watch::BeaconKept;
 use crate::calibration::watch::{KEPT_BYTES, Kept};
@@ -80,29 +81,14 @@ pub fn last<F: NorFlash, T>(
     room: &Range<u32>,
     parse: impl Fn(&[u8; KEPT_BYTES]) -> Option<T>,
 ) -> Option<T> {
-    places(room).fold(None, |last, place| {
-        let mut bytes = [0; KEPT_BYTES];
-        let read = flash.read(place, &mut bytes).ok();
-        read.and_then(|()| parse(&bytes)).or(last)
-    })
+    entries::last(flash, &before_modes(room), parse)
 }
 
-/// Adds an entry behind the last place that anything was written to, so that nothing is programmed twice; whether there was room and the
-/// flash took it.
+/// Adds an entry; whether there was room and the flash took it.
 pub fn add<F: NorFlash>(flash: &mut F, room: &Range<u32>, entry: &[u8; KEPT_BYTES]) -> bool {
-    let mut free = None;
-    for place in places(room).rev() {
-        let mut bytes = [0; KEPT_BYTES];
-        if flash.read(place, &mut bytes).is_err() || bytes != [0xFF; KEPT_BYTES] {
-            break;
-        }
-        free = Some(place);
-    }
-    free.is_some_and(|place| flash.write(place, entry).is_ok())
+    entries::add(flash, &before_modes(room), entry)
 }
 
-fn places(room: &Range<u32>) -> impl DoubleEndedIterator<Item = u32> + use<> {
-    let bytes = (room.end - room.start).saturating_sub(MODE_BYTES as u32);
-    let (start, entries) = (room.start, bytes / KEPT_BYTES as u32);
-    (0..entries).map(move |entry| start + entry * KEPT_BYTES as u32)
+fn before_modes(room: &Range<u32>) -> Range<u32> {
+    room.start..room.end.saturating_sub(MODE_BYTES as u32).max(room.start)
 }

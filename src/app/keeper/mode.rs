@@ -7,6 +7,7 @@
 //! written behind that too, and until then the other slot's tells it. The new bank of an update takes it over with the slots.
 
 use super::Keeper;
+use super::entries;
 use crate::calibration::recalibration::Mode;
 use crate::calibration::slots::SLOTS;
 use core::ops::Range;
@@ -48,29 +49,16 @@ impl<F: NorFlash> Keeper<'_, '_, F> {
 
 /// The last whole one.
 pub fn last<F: NorFlash>(flash: &mut F, room: &Range<u32>) -> Option<Mode> {
-    words(room).fold(None, |last, place| {
-        let mut bytes = [0; WORD];
-        let read = flash.read(place, &mut bytes).ok();
-        read.and_then(|()| from_bytes(bytes)).or(last)
-    })
+    entries::last(flash, &words(room), from_bytes)
 }
 
-/// Adds one behind the last place that anything was written to; whether there was room and the flash took it.
+/// Adds one; whether there was room and the flash took it.
 pub fn add<F: NorFlash>(flash: &mut F, room: &Range<u32>, mode: Mode) -> bool {
-    let mut free = None;
-    for place in words(room).rev() {
-        let mut bytes = [0; WORD];
-        if flash.read(place, &mut bytes).is_err() || bytes != [0xFF; WORD] {
-            break;
-        }
-        free = Some(place);
-    }
-    free.is_some_and(|place| flash.write(place, &to_bytes(mode)).is_ok())
+    entries::add(flash, &words(room), &to_bytes(mode))
 }
 
-fn words(room: &Range<u32>) -> impl DoubleEndedIterator<Item = u32> + use<> {
-    let start = room.end.saturating_sub(MODE_BYTES as u32).max(room.start);
-    (start..room.end).step_by(WORD)
+fn words(room: &Range<u32>) -> Range<u32> {
+    room.end.saturating_sub(MODE_BYTES as u32).max(room.start)..room.end
 }
 
 fn to_bytes(mode: Mode) -> [u8; WORD] {
@@ -84,7 +72,7 @@ fn to_bytes(mode: Mode) -> [u8; WORD] {
     [byte, !byte, 0, 0, a, b, c, d]
 }
 
-fn from_bytes(bytes: [u8; WORD]) -> Option<Mode> {
+fn from_bytes(bytes: &[u8; WORD]) -> Option<Mode> {
     let modes = [Mode::Off, Mode::Propose, Mode::Automatic];
-    modes.into_iter().find(|mode| to_bytes(*mode) == bytes)
+    modes.into_iter().find(|mode| to_bytes(*mode) == *bytes)
 }

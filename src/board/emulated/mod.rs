@@ -134,6 +134,10 @@ impl Board for Emulated {
         None
     }
 
+    fn at_mark(&mut self) -> bool {
+        false
+    }
+
     fn sleep(&mut self) {
         while !SAMPLED.swap(false, Relaxed) {
             clock::pause();

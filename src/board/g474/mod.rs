@@ -250,6 +250,11 @@ impl Board for G474 {
         Some(self.answers.look(asked, answered))
     }
 
+    fn at_mark(&mut self) -> bool {
+        // Pulled up: a switch to ground, or an open collector. A broken wire is no mark.
+        pins::MARK.is_grounded()
+    }
+
     fn sleep(&mut self) {
         // Not WFI: with a silent converter nothing would wake the processor, and the debug link needs its bus.
         cortex_m::asm::nop();

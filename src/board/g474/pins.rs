@@ -33,6 +33,8 @@ pub const CONVST: Pin = Pin::new(GPIOC, 6);
 pub const RESET: Pin = Pin::new(GPIOC, 7);
 /// Busy line of chip 0; its falling edge is the sampling interrupt, and a timer counts its pulses (TIM8 channel 3).
 pub const BUSY: Pin = Pin::new(GPIOC, 8);
+/// Reference mark or end stop: low at it.
+pub const MARK: Pin = Pin::new(GPIOC, 9);
 /// Status LED.
 pub const LED: Pin = Pin::new(GPIOB, 2);
 
@@ -63,6 +65,8 @@ pub fn start() {
     // A line that is not driven reads as not busy, so that its interrupt never comes and the silence is noticed.
     BUSY.pull(Pupdr::PULL_DOWN);
     BUSY.mode(Moder::INPUT);
+    MARK.pull(Pupdr::PULL_UP);
+    MARK.mode(Moder::INPUT);
     for pin in SPI.iter().flatten() {
         pin.alternate(SPI1_OR_2);
     }
@@ -113,6 +117,18 @@ impl Pin {
     }
 }
 
+impl Pin {
+    /// Level of an input.
+    fn reads_high(self) -> bool {
+        self.port.idr().read().0 >> (self.number & 15) & 1 == 1
+    }
+
+    /// Whether an input reads low.
+    pub fn is_grounded(self) -> bool {
+        !self.reads_high()
+    }
+}
+
 impl ErrorType for Pin {
     type Error = Infallible;
 }
@@ -131,7 +147,7 @@ impl OutputPin for Pin {
 
 impl InputPin for Pin {
     fn is_high(&mut self) -> Result<bool, Infallible> {
-        Ok(self.port.idr().read().0 >> (self.number & 15) & 1 == 1)
+        Ok(self.reads_high())
     }
 
     fn is_low(&mut self) -> Result<bool, Infallible> {

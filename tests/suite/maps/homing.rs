@@ -239,7 +239,7 @@ fn under_the_beacon(sequence: u32, speed_m_s: f32) -> Frame {
 fn looked(seconds: f32, frame: impl Fn(u32) -> Frame) -> (Option<[i32; 2]>, StoredMap) {
     let (mut homing, rate_hz) = (Homing::default(), 20_000.0);
     homing.begin(false, |slot| {
-        (slot == 2).then(|| (super::info("a", 1), true))
+        (slot == 2).then(|| (super::info("a", 1), true, false))
     });
     for sequence in (0..(seconds * rate_hz) as u32).step_by(10) {
         homing.look(&frame(sequence), &Geometry::PAPER, rate_hz);

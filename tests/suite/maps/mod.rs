@@ -1,5 +1,6 @@
 //! Tooth maps that stay: their slots on the simulated flash, and whole teeth by the beacon.
 
+mod crossing;
 mod homing;
 mod power_cuts;
 mod stored;

@@ -1,6 +1,7 @@
 //! Tooth maps that stay, on the running board: stored over the link, in force again after each start under their beacon, and named
 //! where they cannot be.
 
+mod crossing;
 mod mark;
 
 use crate::bench::{Bench, marked};
