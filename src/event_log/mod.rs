@@ -3,7 +3,6 @@
 //! [`entry`] says what is kept, [`store`] how it lies in flash, [`page`] how it goes to a host, [`pace`] how often something may be written. `crate::app::events` finds out
 //! what is new.
 
-mod blocking;
 pub mod entry;
 pub mod pace;
 pub mod page;

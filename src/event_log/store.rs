@@ -4,13 +4,11 @@
 //! short, that page is erased and the write tried once more: the newest entry counts more than a page's old ones. The log holds nothing
 //! that anything else depends on.
 
-use super::blocking::{Blocking, now};
 use super::entry::{ENTRY_BYTES, Event, Head, encode, head};
 use super::page::Page;
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
-use sequential_storage::cache::{Cache, Uncached};
-use sequential_storage::queue::{QueueConfig, QueueStorage};
+use flash_ring::taken_bytes;
 
 /// Tries at writing an entry: a page that refused it, and one that contradicts the others, may have to be erased between.
 const ATTEMPTS: u8 = 3;
@@ -28,8 +26,6 @@ pub struct End {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the flash does not take an entry of the log")]
 pub struct NotWritten;
-
-type Queue<'f, F> = QueueStorage<Blocking<'f, F>, Cache<Uncached, Uncached, Uncached, ()>>;
 
 /// A flash region with a log, for the time of an operation.
 #[derive(Debug)]
@@ -86,7 +82,7 @@ impl<'f, F: NorFlash> EventLog<'f, F> {
     pub fn page(&mut self, skip: u16, page: &mut Page) {
         let (mut index, mut whole_bytes) = (0, 0);
         self.each(&mut |bytes| {
-            whole_bytes += taken_bytes::<F>(bytes.len());
+            whole_bytes += taken_bytes(bytes.len());
             if index >= skip && !page.more {
                 page.more = !page.add(bytes);
             }
@@ -97,36 +93,15 @@ impl<'f, F: NorFlash> EventLog<'f, F> {
     }
 
     /// Adds an entry's bytes; on an error the place that the flash did not take, none if the pages are not as they should be.
-    #[inline(never)]
     fn push(&mut self, bytes: &[u8]) -> Result<(), Option<u32>> {
-        let mut failed_at = None;
-        let mut queue = queue(self.flash, &self.region, &mut failed_at).ok_or(None)?;
-        let pushed = now(queue.push(bytes, true));
-        match pushed {
-            Some(Ok(())) => Ok(()),
-            _ => Err(failed_at),
-        }
+        flash_ring::push(self.flash, &self.region, bytes)
     }
 
-    /// Gives whole entries to `take`, oldest first, until it says false. What is damaged is passed over. One copy for all takers: the walk is 0.7 KB of the image.
+    /// Gives whole entries to `take`, oldest first, until it says false. What is damaged is passed over.
     #[inline(never)]
     fn each(&mut self, take: &mut dyn FnMut(&[u8]) -> bool) {
-        let mut failed_at = None;
-        let Some(mut queue) = queue(self.flash, &self.region, &mut failed_at) else {
-            return;
-        };
-        let walk = async {
-            let mut buffer = [0; ENTRY_BYTES];
-            let mut entries = queue.iter().await.ok()?;
-            while let Some(entry) = entries.next(&mut buffer).await.ok()? {
-                if !take(&entry) {
-                    break;
-                }
-            }
-            Some(())
-        };
-        // A log that cannot be read further ends there.
-        let _ = now(walk);
+        let mut buffer = [0; ENTRY_BYTES];
+        flash_ring::each(self.flash, &self.region, &mut buffer, take);
     }
 
     /// The page whose entries are the oldest.
@@ -174,25 +149,6 @@ fn is_erased<F: NorFlash>(flash: &mut F, place: u32) -> bool {
     let mut word = [0; 8];
     let word = &mut word[..F::WRITE_SIZE.min(8)];
     flash.read(place, word).is_ok() && word.iter().all(|byte| *byte == 0xFF)
-}
-
-fn queue<'f, F: NorFlash>(
-    flash: &'f mut F,
-    region: &Range<u32>,
-    failed_at: &'f mut Option<u32>,
-) -> Option<Queue<'f, F>> {
-    let config = QueueConfig::try_new(region.clone()).ok()?;
-    Some(QueueStorage::new(
-        Blocking::new(flash, failed_at),
-        config,
-        Cache::new_uncached(),
-    ))
-}
-
-/// What an entry of so many bytes takes in flash.
-fn taken_bytes<F: NorFlash>(bytes: usize) -> u16 {
-    let head = Queue::<'_, F>::item_overhead_size() as usize;
-    (head + bytes.next_multiple_of(F::WRITE_SIZE)) as u16
 }
 
 impl End {

@@ -95,43 +95,9 @@ fn an_entry_of_another_layout_is_named_and_its_number_counts() {
     assert_eq!(log(&mut raw).end().last, head(1));
 }
 
-/// By the ring's own library, as another firmware would.
+/// By the ring itself, as another firmware would.
 fn push_raw(flash: &mut Flash, region: core::ops::Range<u32>, bytes: &[u8]) {
-    use sequential_storage::cache::Cache;
-    use sequential_storage::queue::{QueueConfig, QueueStorage};
-    let mut kept = Waiting(flash);
-    let mut queue = QueueStorage::new(&mut kept, QueueConfig::new(region), Cache::new_uncached());
-    let mut pushed = core::pin::pin!(queue.push(bytes, true));
-    let mut context = core::task::Context::from_waker(core::task::Waker::noop());
-    let done = core::future::Future::poll(pushed.as_mut(), &mut context);
-    assert_eq!(done, core::task::Poll::Ready(Ok(())));
-}
-
-struct Waiting<'f>(&'f mut Flash);
-
-impl embedded_storage_async::nor_flash::ErrorType for Waiting<'_> {
-    type Error = hal_sim::wire::flash::FlashError;
-}
-
-impl embedded_storage_async::nor_flash::ReadNorFlash for Waiting<'_> {
-    const READ_SIZE: usize = 1;
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
-        embedded_storage::nor_flash::ReadNorFlash::read(self.0, offset, bytes)
-    }
-    fn capacity(&self) -> usize {
-        embedded_storage::nor_flash::ReadNorFlash::capacity(self.0)
-    }
-}
-
-impl embedded_storage_async::nor_flash::NorFlash for Waiting<'_> {
-    const WRITE_SIZE: usize = 8;
-    const ERASE_SIZE: usize = PAGE_BYTES;
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
-        embedded_storage::nor_flash::NorFlash::erase(self.0, from, to)
-    }
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
-        embedded_storage::nor_flash::NorFlash::write(self.0, offset, bytes)
-    }
+    assert_eq!(flash_ring::push(flash, &region, bytes), Ok(()));
 }
 
 #[test]

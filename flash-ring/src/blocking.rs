@@ -1,9 +1,10 @@
-//! A flash of embedded-storage as sequential-storage wants it: nothing of it ever waits, so each operation ends at the first poll.
+//! A flash as sequential-storage wants it: nothing of it ever waits, so each operation ends at the first poll.
 
+use crate::flash::{Flash, PAGE_BYTES, WORD_BYTES};
 use core::future::Future;
 use core::pin::pin;
 use core::task::{Context, Poll, Waker};
-use embedded_storage::nor_flash::{NorFlash, NorFlashError, NorFlashErrorKind};
+use embedded_storage::nor_flash::{NorFlashError, NorFlashErrorKind};
 use embedded_storage_async::nor_flash as waiting;
 
 /// The result of a future that never waits; none if it did, which would be a mistake in this file.
@@ -15,9 +16,8 @@ pub fn now<T>(future: impl Future<Output = T>) -> Option<T> {
 }
 
 /// A flash for the time of an operation.
-#[derive(Debug)]
-pub struct Blocking<'f, F> {
-    flash: &'f mut F,
+pub struct Blocking<'f> {
+    flash: &'f mut dyn Flash,
     /// Where a write was not taken, or an erase.
     failed_at: &'f mut Option<u32>,
 }
@@ -32,26 +32,26 @@ impl NorFlashError for Failed {
     }
 }
 
-impl<'f, F: NorFlash> Blocking<'f, F> {
+impl<'f> Blocking<'f> {
     /// `failed_at` gets the place of an operation that the flash refused.
-    pub fn new(flash: &'f mut F, failed_at: &'f mut Option<u32>) -> Self {
+    pub fn new(flash: &'f mut dyn Flash, failed_at: &'f mut Option<u32>) -> Self {
         Self { flash, failed_at }
     }
 
-    fn noted<T>(&mut self, place: u32, result: Result<T, F::Error>) -> Result<T, Failed> {
-        result.map_err(|error| {
+    fn noted(&mut self, place: u32, result: Result<(), NorFlashErrorKind>) -> Result<(), Failed> {
+        result.map_err(|kind| {
             *self.failed_at = Some(place);
-            Failed(error.kind())
+            Failed(kind)
         })
     }
 }
 
-impl<F: NorFlash> waiting::ErrorType for Blocking<'_, F> {
+impl waiting::ErrorType for Blocking<'_> {
     type Error = Failed;
 }
 
-impl<F: NorFlash> waiting::ReadNorFlash for Blocking<'_, F> {
-    const READ_SIZE: usize = F::READ_SIZE;
+impl waiting::ReadNorFlash for Blocking<'_> {
+    const READ_SIZE: usize = 1;
 
     /// What cannot be read, as a double word that was torn, reads as zeros: check values are wrong then, and it is not free.
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failed> {
@@ -66,9 +66,9 @@ impl<F: NorFlash> waiting::ReadNorFlash for Blocking<'_, F> {
     }
 }
 
-impl<F: NorFlash> waiting::NorFlash for Blocking<'_, F> {
-    const WRITE_SIZE: usize = F::WRITE_SIZE;
-    const ERASE_SIZE: usize = F::ERASE_SIZE;
+impl waiting::NorFlash for Blocking<'_> {
+    const WRITE_SIZE: usize = WORD_BYTES;
+    const ERASE_SIZE: usize = PAGE_BYTES;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), Failed> {
         let erased = self.flash.erase(from, to);
