@@ -81,6 +81,12 @@ impl Judged {
             && self.case.noise_over_stated() > VISIBLE_GAP_RATIO
     }
 
+    /// Whether the courier has an effect. Noise above the stated one acts as well where the noise is stated too low.
+    #[must_use]
+    pub fn acts(&self, name: &str) -> bool {
+        self.truth().contains(&name) || self.is_louder_noise(name)
+    }
+
     /// What is named but for noise above the stated one, where the noise is stated too low: it is there, and need not be named.
     #[must_use]
     pub fn told(&self) -> Vec<&str> {

@@ -80,7 +80,7 @@ impl Reliability {
     pub fn of(judged: &[Judged]) -> Self {
         let causes = judged.iter().flat_map(|one| {
             let stated = one.stated.iter();
-            stated.map(|cause| (cause.probability, cause.is_true(one)))
+            stated.map(|cause| (cause.probability, cause.is_true(|name| one.acts(name))))
         });
         Self::of_causes(&causes.collect::<Vec<_>>())
     }

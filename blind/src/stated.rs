@@ -1,6 +1,5 @@
 //! A named cause with its stated probability, and whether it is true.
 
-use crate::judged::Judged;
 use diagnosis::verdict::answer::{Diagnosis, Verdict};
 use serde::{Deserialize, Serialize};
 
@@ -32,12 +31,9 @@ impl Stated {
         stated.collect()
     }
 
-    /// Whether it acts, or one of those that it stands for: the courier has it. Noise above the stated one acts as well where the
-    /// noise is stated too low.
+    /// Whether it acts, or one of those that it stands for.
     #[must_use]
-    pub fn is_true(&self, of: &Judged) -> bool {
-        let truth = of.truth();
-        let acts = |name: &str| truth.contains(&name) || of.is_louder_noise(name);
+    pub fn is_true(&self, acts: impl Fn(&str) -> bool) -> bool {
         acts(&self.name) || self.aliases.iter().any(|name| acts(name))
     }
 }
@@ -46,20 +42,9 @@ impl Stated {
 mod tests {
     use super::*;
     use diagnosis::verdict::answer::Named;
-    use specimens::{Case, Conditions, Drawn, Kind};
 
     /// An answer to a courier with `velocity_lag`: what is named, what it cannot be told from, the verdict.
     fn answered(name: &str, alias: &str, verdict: Verdict) -> bool {
-        let case = Case {
-            number: 0,
-            seed: 0,
-            kind: Kind::Single,
-            effects: vec![Drawn {
-                name: "velocity_lag".into(),
-                size_m: 1.0e-6,
-            }],
-            conditions: Conditions::Usual,
-        };
         let named = Named {
             name: name.into(),
             aliases: vec![alias.into()],
@@ -70,8 +55,7 @@ mod tests {
             effects: vec![named],
             ..Diagnosis::default()
         };
-        let judged = Judged::new(&case, &answer, None, None);
-        judged.stated[0].is_true(&judged)
+        Stated::of(&answer)[0].is_true(|name| name == "velocity_lag")
     }
 
     #[test]
