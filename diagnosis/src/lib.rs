@@ -54,7 +54,7 @@
 //! [`design`] lays out the columns of the baseline, of every effect of the catalogue and of shapes over the coordinates, with their
 //! products fold by fold; [`inference`] fits them; [`posterior`] tells how probable each set of effects is, for now beside the answer;
 //! [`selection`] compares sets of effects on held-out folds and makes the verdict;
-//! [`verdict`] is the answer's data; [`transfer`] writes the model and checks it on another recording. [`algebra`] knows no sensor.
+//! [`verdict`] is the answer's data, and [`link`] states the probability of what is named; [`transfer`] writes the model and checks it on another recording. [`algebra`] knows no sensor.
 //!
 //! Telling an answer to a reader, and checking the whole on couriers whose effects are withheld, are crates of their own:
 //! `report` and `blind`.
@@ -81,6 +81,8 @@ pub mod posterior;
 pub mod selection;
 
 pub mod verdict;
+
+pub mod link;
 
 pub mod transfer;
 

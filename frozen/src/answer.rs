@@ -25,13 +25,16 @@ pub struct Answer {
     pub checked: Option<Residual>,
 }
 
+/// Odds of a thousand to one and more are kept as these: they are exponentials of what rounding moves.
+const MOST_WEIGHT: f64 = 0.999;
+
 /// An effect that is named.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Named {
     /// Its name.
     pub name: String,
-    /// Its probability.
-    pub probability: f64,
+    /// Its weight among all that would do in its place, of which its probability is made, at most [`MOST_WEIGHT`].
+    pub weight: f64,
     /// What explains the same.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub aliases: Vec<String>,
@@ -77,7 +80,7 @@ pub fn answer(first: &Recording, second: Option<&Recording>) -> Answer {
             .map(|m| [m.value, m.deviation.unwrap_or(0.0)])
             .collect(),
         name: e.name,
-        probability: e.probability,
+        weight: e.rivals.own_weight().min(MOST_WEIGHT),
         aliases: e.aliases,
         share: e.share,
         alone_m: e.gap_after_alone_m,

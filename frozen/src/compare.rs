@@ -92,11 +92,11 @@ mod tests {
     use super::*;
     use crate::answer::Named;
 
-    fn named(name: &str, probability: f64, amounts: Vec<[f64; 2]>) -> Answer {
+    fn named(name: &str, weight: f64, amounts: Vec<[f64; 2]>) -> Answer {
         Answer {
             effects: vec![Named {
                 name: name.into(),
-                probability,
+                weight,
                 amounts,
                 ..Named::default()
             }],
@@ -112,10 +112,7 @@ mod tests {
         assert_eq!(compare(&kept, &rounded, 0.0).len(), 2);
         assert!(compare(&kept, &rounded, RELATIVE).is_empty());
         let other = named("a", 0.9001, vec![[1.0, 1.0e-12]]);
-        assert_eq!(
-            compare(&kept, &other, RELATIVE)[0].at,
-            "/effects/0/probability"
-        );
+        assert_eq!(compare(&kept, &other, RELATIVE)[0].at, "/effects/0/weight");
     }
 
     #[test]

@@ -82,7 +82,6 @@ impl Bursts {
         let spread_m = 0.5 * birge_ratio * self.squares_variance_m4.sqrt() / rows;
         Named {
             name: effects::name_of(Detection::AsBursts).into(),
-            probability: 0.97,
             total_rms_m: Some(total_m),
             total_deviation_m: Some(spread_m / total_m.max(f64::MIN_POSITIVE)),
             magnitude: vec![

@@ -10,11 +10,13 @@ use crate::inference::cross_validation::CrossValidation;
 use crate::inference::posterior::{Estimate, Posterior, birge_ratio};
 use crate::selection::search::unexplained_fraction;
 use crate::verdict::answer::{Magnitude, Named};
+use crate::verdict::rivals::Rivals;
 use effects::effect::KnownBy;
 use effects::{Card, Detection};
 
-/// Probability below which a runner-up is not worth a mention.
-const ALIAS_PROBABILITY: f64 = 0.05;
+/// A runner-up whose odds are less than this share of all is not worth a mention: the 5 % at which two are usually taken to differ
+/// (Fisher 1925).
+const ALIAS_SHARE: f64 = 0.05;
 /// Amounts that are told of each effect.
 const REPORTED_AMOUNTS: usize = 12;
 
@@ -47,17 +49,21 @@ impl ModelSelection<'_> {
             let unlogged = self.unlogged_causes(&name);
             rivals.extend(unlogged.iter().map(|cause| ((*cause).into(), 1.0)));
             let sum: f64 = 1.0 + rivals.iter().map(|r| r.1).sum::<f64>();
-            let aliases: Vec<String> = rivals
-                .iter()
-                .filter(|r| r.1 / sum > ALIAS_PROBABILITY)
-                .map(|r| r.0.clone())
-                .collect();
+            let (aliases, others): (Vec<_>, Vec<_>) = rivals
+                .into_iter()
+                .partition(|rival| rival.1 / sum > ALIAS_SHARE);
+            let together = |rivals: &[(String, f64)]| rivals.iter().map(|rival| rival.1).sum();
+            let rivals = Rivals {
+                aliases: together(&aliases),
+                others: together(&others),
+                unlisted: 0.0,
+            };
+            let aliases: Vec<String> = aliases.into_iter().map(|rival| rival.0).collect();
             let total = known.as_ref().map(|known| known.total_m(1 + place));
             out.push(Named {
                 magnitude: self.magnitudes(place, known.as_ref()),
                 total_rms_m: total.map(|total| total.value),
                 total_deviation_m: total.map(|total| total.deviation),
-                probability: (1.0 / sum).min(0.999),
                 break_alias: if aliases.is_empty() {
                     None
                 } else if unlogged.is_empty() {
@@ -70,7 +76,9 @@ impl ModelSelection<'_> {
                 aliases,
                 share: ((without - all) * part).clamp(0.0, 1.0),
                 gap_after_alone_m: self.alone_m(block),
+                rivals,
                 name,
+                ..Named::default()
             });
         }
         out
@@ -217,7 +225,7 @@ impl ModelSelection<'_> {
     }
 
     /// White noise above the stated level.
-    pub(super) fn noise(&self, white: f64, share: f64) -> Named {
+    pub(super) fn noise(&self, share: f64) -> Named {
         let channels = self.after.channels();
         let beyond = channels.iter().map(|c| (*c, self.beyond_the_floor(*c)));
         let beyond: Vec<(usize, Estimate)> = beyond.collect();
@@ -231,7 +239,6 @@ impl ModelSelection<'_> {
         let total = pooled(beyond.iter().map(|(c, known)| (rows(*c), *known)));
         Named {
             name: effects::name_of(Detection::AsNoise).into(),
-            probability: if white > 1.2 { 0.97 } else { 0.8 },
             magnitude: magnitude.collect(),
             total_rms_m: Some(total.value),
             total_deviation_m: Some(total.deviation),
@@ -281,7 +288,7 @@ fn telling_motion(name: &str) -> Option<String> {
 }
 
 /// Whole teeth that a counter lost or won, of a recording of so many samples.
-pub(super) fn slip_named(first: &Slip, all: &[Slip], samples: usize, pitch_m: f64) -> Named {
+pub(super) fn slips_named(all: &[Slip], samples: usize, pitch_m: f64) -> Named {
     let magnitude = all
         .iter()
         .map(|s| Magnitude {
@@ -293,7 +300,6 @@ pub(super) fn slip_named(first: &Slip, all: &[Slip], samples: usize, pitch_m: f6
         .collect();
     Named {
         name: effects::name_of(Detection::AsSlips).into(),
-        probability: if first.sure { 0.99 } else { 0.95 },
         magnitude,
         total_rms_m: Some(pitch_m * teeth_off_rms(all, samples)),
         // Teeth are whole.

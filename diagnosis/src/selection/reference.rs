@@ -13,8 +13,9 @@ const PARITY_SHARE: f64 = 0.04;
 
 /// What is found is not needed if an error of the reference in its place leaves no more than this beyond it, as a share of the gap.
 const REPLACEMENT_SHARE: f64 = 0.01;
-/// Probability of a periodic shape that may as well be the reference's.
-const EITHER_PROBABILITY: f64 = 0.5;
+/// Odds of an error of the reference against a periodic shape that predicts the same. A prior: neither is likelier before the data, and
+/// the data add nothing.
+const EVEN_ODDS: f64 = 1.0;
 
 impl ModelSelection<'_> {
     /// Against a reference in all coordinates: an error of the reference moves all segments as a rigid body and is not in the
@@ -72,7 +73,7 @@ impl ModelSelection<'_> {
         if !self.design.linearized.scope.reference || self.paired() {
             return None;
         }
-        shape.probability = shape.probability.min(EITHER_PROBABILITY);
+        shape.rivals.unlisted = EVEN_ODDS;
         Some(format!(
             "{}: a periodic error of the reference itself looks the same to one segment; a second segment of the axis tells them apart",
             shape.name

@@ -4,7 +4,7 @@ use super::ModelSelection;
 use super::bursts_and_noise::Bursts;
 use super::location::{Located, attribute, clock_first, merge, outside_first};
 use super::lost_signals;
-use super::named::slip_named;
+use super::named::slips_named;
 use crate::data::channel_names::CHANNEL_NAMES;
 use crate::design::assembly::BlockKind;
 use crate::inference::cross_validation::CrossValidation;
@@ -12,6 +12,7 @@ use crate::inference::fit_scatter;
 use crate::inference::posterior::birge_ratio;
 use crate::inference::residuals::Residuals;
 use crate::linearization::relinearized::RelinearizedFit;
+use crate::link::state_probabilities;
 use crate::selection::limits::MINIMUM_SQUARES;
 use crate::selection::limits::{NOISY_RATIO, STAYS_VISIBLE, UNEXPLAINED_SHARE, VISIBLE_GAP_RATIO};
 use crate::selection::search::{SearchResult, stands_out, unexplained_fraction};
@@ -21,6 +22,8 @@ use effects::{Card, Detection};
 
 /// All channels this far above the stated noise, and alike: the statement may be what is wrong.
 const MISSTATED_RATIO: f64 = 4.0;
+/// An effect is named rather than told as an alias if it has this weight among all that would do in its place: odds of 7 to 3. A prior.
+const OWN_WEIGHT_OF_A_NAME: f64 = 0.7;
 /// A set of causes that leaves more than this is no explanation.
 const NO_EXPLANATION_ABOVE: f64 = 0.5;
 /// Nor is one that leaves more than this, where that would be a gap by itself.
@@ -101,7 +104,7 @@ impl ModelSelection<'_> {
             }
         } else if effects
             .iter()
-            .any(|e| !e.aliases.is_empty() && e.probability < 0.7)
+            .any(|e| !e.aliases.is_empty() && e.rivals.own_weight() < OWN_WEIGHT_OF_A_NAME)
         {
             Verdict::Alias
         } else {
@@ -132,7 +135,9 @@ impl ModelSelection<'_> {
             out.place.insert(0, over_time);
         }
         out.without_signal.clone_from(&self.prepared.without_signal);
-        lost_signals::located(out, self.design.linearized.scope.reference)
+        let mut out = lost_signals::located(out, self.design.linearized.scope.reference);
+        state_probabilities(&mut out);
+        out
     }
 
     /// What speaks against naming what was found.
@@ -259,11 +264,10 @@ impl ModelSelection<'_> {
         let mut effects = Vec::new();
         let total = seen.total.max(1e-9);
         if self.allowed(effects::name_of(Detection::AsSlips)) {
-            let first = self.prepared.slips.first();
-            effects.extend(first.map(|slip| {
-                let read = &self.prepared.observations;
-                slip_named(slip, &self.prepared.slips, read.len(), read.pitch_m)
-            }));
+            let (slips, read) = (&self.prepared.slips, &self.prepared.observations);
+            if !slips.is_empty() {
+                effects.push(slips_named(slips, read.len(), read.pitch_m));
+            }
         }
         if self.burst(seen, 0.05) && self.allowed(effects::name_of(Detection::AsBursts)) {
             effects.push(
@@ -284,7 +288,7 @@ impl ModelSelection<'_> {
             };
             let loud = seen.white_after > LOUD_NOISE_RATIO && !self.lacks_much();
             if share > least || loud || !seen.structured {
-                effects.push(self.noise(seen.white_after, share.clamp(0.0, 1.0)));
+                effects.push(self.noise(share.clamp(0.0, 1.0)));
             }
         }
         effects

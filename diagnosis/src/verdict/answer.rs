@@ -1,6 +1,7 @@
 //! What the diagnosis answers, as it is written in JSON.
 
 use crate::data::faint::WithoutSignal;
+use crate::verdict::rivals::Rivals;
 use plausibility::{Finding, Fitted};
 use serde::{Deserialize, Serialize};
 
@@ -88,7 +89,7 @@ pub struct Share {
 pub struct Named {
     /// Name in diagnosis.md.
     pub name: String,
-    /// Probability among the catalogue and the free shapes.
+    /// Probability that it acts; of an alias, that it or one of its class does ([`crate::link`]).
     pub probability: f64,
     /// Effects that explain the same on this motion.
     pub aliases: Vec<String>,
@@ -107,6 +108,9 @@ pub struct Named {
     pub share: f64,
     /// Largest channel's held-out rms with this effect alone, m.
     pub gap_after_alone_m: f64,
+    /// Odds of its rivals against it, of which its probability is made. Not written.
+    #[serde(skip)]
+    pub rivals: Rivals,
 }
 
 /// One amount.
