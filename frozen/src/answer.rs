@@ -33,7 +33,7 @@ const MOST_WEIGHT: f64 = 0.999;
 pub struct Named {
     /// Its name.
     pub name: String,
-    /// Its weight among all that would do in its place, of which its probability is made, at most [`MOST_WEIGHT`].
+    /// Its weight among all that would do in its place, of which its probability is made, at most `MOST_WEIGHT`.
     pub weight: f64,
     /// What explains the same.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

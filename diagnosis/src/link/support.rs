@@ -10,13 +10,13 @@ pub struct Support {
     pub shape: f64,
     /// 1 for what is measured and not fitted: slips, bursts and noise. These have no rivals.
     pub measured: f64,
-    /// Logarithm of the odds against all rivals that it does not stand for, between 0 and [`MOST_LN_ODDS`]; 0 for what is measured.
+    /// Logarithm of the odds against all rivals that it does not stand for, between 0 and `MOST_LN_ODDS`; 0 for what is measured.
     pub ln_odds: f64,
-    /// Logarithm of what it does beyond the others, rms over the floor, between the logarithms of [`FLOORS`].
+    /// Logarithm of what it does beyond the others, rms over the floor, between the logarithms of `FLOORS`.
     pub ln_floors: f64,
-    /// Logarithm of 1 and what nothing named explains, rms over the floor, at most that of 1 and the larger of [`FLOORS`].
+    /// Logarithm of 1 and what nothing named explains, rms over the floor, at most that of 1 and the larger of `FLOORS`.
     pub ln_left: f64,
-    /// Other effects that are named with it, at most [`MOST_BESIDE`].
+    /// Other effects that are named with it, at most `MOST_BESIDE`.
     pub beside: f64,
 }
 
