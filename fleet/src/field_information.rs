@@ -44,7 +44,8 @@ impl FieldInformation {
         let forward = half * right;
         let of_field = DVector::from_fn(field.len(), |k, _| sums.right[field[k]]);
         let left = of_field - with.tr_mul(&forward);
-        let precision = sums.gram.block(&field, &field) - with.tr_mul(&with);
+        // Not tr_mul, which goes element by element.
+        let precision = sums.gram.block(&field, &field) - with.transpose() * &with;
         let at = DVector::from_fn(field.len(), |k, _| {
             let (key, prior) = &sums.columns[field[k]];
             state.value(platen, key) / prior.deviation

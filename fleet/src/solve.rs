@@ -166,7 +166,8 @@ fn eliminate(
     let products = DMatrix::from_fn(count, places.len(), |i, j| gram[(count + j, i)]);
     let with = &half * products;
     let forward = &half * own_right;
-    let taken = with.tr_mul(&with);
+    // Not tr_mul, which goes element by element.
+    let taken = with.transpose() * &with;
     let taken_right = with.tr_mul(&forward);
     let mut with_couriers = DMatrix::zeros(count, couriers.len());
     for (j, at) in places.iter().enumerate() {
