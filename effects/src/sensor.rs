@@ -62,6 +62,9 @@ pub struct LoggedColumn {
     pub mean: f64,
     /// Its standard deviation, in its own unit.
     pub deviation: f64,
+    /// It only rises or only falls: then it is a clock.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub one_way: bool,
 }
 
 /// True if it holds of no segment.

@@ -111,11 +111,33 @@ class HeldOut:
 
 
 @dataclass(frozen=True)
+class Follows:
+    """How what is left follows a logged column: the error's change for one unit of it, rms."""
+
+    column: str
+    of: str
+    over_teeth: bool
+    per_unit_m: float
+    deviation_m: float
+
+
+@dataclass(frozen=True)
+class Correction:
+    """What shapes without a name over some coordinates leave of a gap that no effect explains."""
+
+    coordinates: Tuple[str, ...]
+    whitened_after: float
+    channels: Tuple[HeldOutChannel, ...]
+
+
+@dataclass(frozen=True)
 class Unexplained:
     """What nothing named explains."""
 
     share: float
     where: Tuple[Share, ...]
+    follows: Tuple[Follows, ...] = ()
+    correction: Optional[Correction] = None
 
 
 @dataclass(frozen=True)

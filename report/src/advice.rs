@@ -330,6 +330,7 @@ mod tests {
             unexplained: Unexplained {
                 share: 1.0,
                 place: vec![place],
+                ..Unexplained::default()
             },
             ..Diagnosis::default()
         }

@@ -48,7 +48,12 @@ pub fn of_effect(effect: &str) -> Records {
 
 /// What to do about a gap that lies over a coordinate and that nothing explains: what to change, and what to record.
 pub fn over(coordinate: &str) -> (&'static str, Records) {
-    let list: [(&str, &str, Records); 9] = [
+    let list: [(&str, &str, Records); 10] = [
+        (
+            "aux_",
+            "Change what the logged column measures while the courier stands still, and keep it constant while the courier moves. An error that comes with the one and not with the other is its doing",
+            &[("changing", STILL), ("constant", HERE)],
+        ),
         (
             "temperature",
             "Record once cold, right after switching on, and once warm, half an hour later. What differs goes with the temperature",

@@ -1,6 +1,6 @@
 //! Amounts as a reader is told them: lengths in micrometres, angles in milliradians, times in microseconds, ratios in percent.
 
-use diagnosis::verdict::answer::{Magnitude, Named};
+use diagnosis::verdict::answer::{Follows, Magnitude, Named};
 
 /// A unit of the model, the one that it is told in, and how many of those make one of these.
 const UNITS: [(&str, &str, f64); 10] = [
@@ -15,6 +15,26 @@ const UNITS: [(&str, &str, f64); 10] = [
     ("m/rad⁴", "µm/mrad⁴", 1.0e-6),
     ("1", "%", 1.0e2),
 ];
+/// Units of logged columns by what their names end with, as in `aux_motor_a`.
+const OF_COLUMNS: [(&str, &str); 17] = [
+    ("a", "A"),
+    ("ma", "mA"),
+    ("v", "V"),
+    ("mv", "mV"),
+    ("w", "W"),
+    ("c", "°C"),
+    ("k", "K"),
+    ("rh", "% RH"),
+    ("pa", "Pa"),
+    ("hpa", "hPa"),
+    ("n", "N"),
+    ("nm", "N m"),
+    ("m", "m"),
+    ("rad", "rad"),
+    ("hz", "Hz"),
+    ("rpm", "rpm"),
+    ("mt", "mT"),
+];
 /// Most digits after the point.
 const DIGITS: i32 = 9;
 /// Digits of a value whose deviation is not known.
@@ -27,6 +47,34 @@ pub fn amount(magnitude: &Magnitude) -> String {
     let (unit, factor) = known.map_or((magnitude.unit.as_str(), 1.0), |(_, told, by)| (told, *by));
     let deviation = magnitude.deviation.map(|d| d * factor);
     format!("{} {unit}", beside(magnitude.value * factor, deviation))
+}
+
+/// The unit of a logged column by the end of its name; none where that is no unit.
+#[must_use]
+pub fn of_column(name: &str) -> Option<&'static str> {
+    let end = name.rsplit('_').next()?;
+    let unit = OF_COLUMNS.iter().find(|(known, _)| *known == end);
+    unit.map(|(_, unit)| *unit)
+}
+
+/// How what is left follows a logged column, e.g. `0.400 ± 0.012 µm rms for 1 A of aux_motor_a in segment_2, other at each phase of a tooth`.
+#[must_use]
+pub fn follows(what: &Follows) -> String {
+    let [slope, deviation] = [what.per_unit_m, what.deviation_m].map(|m| 1.0e6 * m);
+    let one = of_column(&what.column).map_or_else(
+        || format!("one unit of {}", what.column),
+        |unit| format!("1 {unit} of {}", what.column),
+    );
+    let over = if what.over_teeth {
+        ", other at each phase of a tooth"
+    } else {
+        ""
+    };
+    format!(
+        "{} µm rms for {one} in {}{over}",
+        beside(slope, Some(deviation)),
+        what.of
+    )
 }
 
 /// An amount's name, where micrometres are written as they are elsewhere.
@@ -108,6 +156,27 @@ mod tests {
         assert_eq!(
             told(-2.0e-9, Some(1.7e-7), "s²/m"),
             "0.00 ± 0.17 µs per m/s"
+        );
+    }
+
+    #[test]
+    fn what_follows_a_column_is_told_by_its_unit() {
+        let mut what = Follows {
+            column: "aux_motor_a".into(),
+            of: "segment_2".into(),
+            over_teeth: true,
+            per_unit_m: 4.0e-7,
+            deviation_m: 1.2e-8,
+        };
+        assert_eq!(
+            follows(&what),
+            "0.400 ± 0.012 µm rms for 1 A of aux_motor_a in segment_2, other at each phase of a tooth"
+        );
+        what.column = "aux_load".into();
+        what.over_teeth = false;
+        assert_eq!(
+            follows(&what),
+            "0.400 ± 0.012 µm rms for one unit of aux_load in segment_2"
         );
     }
 

@@ -242,9 +242,9 @@ fn all_columns(
     }
     for place in coordinate_bases(&linearized.inputs)
         .into_iter()
-        .filter(|p| wanted(p.coordinate))
+        .filter(|p| wanted(&p.coordinate))
     {
-        let kind = BlockKind::Coordinate(place.coordinate.into());
+        let kind = BlockKind::Coordinate(place.coordinate);
         add(&mut columns, &mut kinds, kind, place.regressors);
     }
     (columns, kinds)
@@ -254,7 +254,7 @@ fn finer_columns(linearized: &LinearizedRecording) -> (Columns, Vec<BlockKind>) 
     let mut columns = baseline_columns(linearized);
     let mut kinds = Vec::new();
     for place in crate::design::fine_basis::fine_basis(linearized) {
-        let kind = BlockKind::Coordinate(place.coordinate.into());
+        let kind = BlockKind::Coordinate(place.coordinate);
         add(&mut columns, &mut kinds, kind, place.regressors);
     }
     (columns, kinds)

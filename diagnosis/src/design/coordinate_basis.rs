@@ -2,15 +2,25 @@
 
 use crate::design::frequency_basis::lines;
 use crate::design::nameless::{CHANNEL, SIZE_M};
-use effects::sensor::{BasisInputs, Covariates, Regressor};
+use effects::sensor::{BasisInputs, Covariates, MOST_LOGGED, Regressor};
 use std::f64::consts::TAU;
 
 /// A family of shapes over one coordinate of diagnosis.md.
 pub struct CoordinateBasis {
     /// The coordinate, in the words of diagnosis.md.
-    pub coordinate: &'static str,
+    pub coordinate: String,
     /// Shapes over it.
     pub regressors: Vec<Regressor>,
+}
+
+impl CoordinateBasis {
+    /// Shapes over a coordinate.
+    pub fn of(coordinate: &str, regressors: Vec<Regressor>) -> Self {
+        Self {
+            coordinate: coordinate.into(),
+            regressors,
+        }
+    }
 }
 
 /// Where a periodic error of the reference itself lies: at its own place and not at a segment's, the same for both of a pair.
@@ -18,87 +28,97 @@ pub const REFERENCE_PHASE: &str = "own tooth phase of the reference";
 
 /// Every family that such a recording can show.
 pub fn coordinate_bases(inputs: &BasisInputs) -> Vec<CoordinateBasis> {
+    let of = CoordinateBasis::of;
     let mut list = vec![
-        CoordinateBasis {
-            coordinate: "time",
-            regressors: on_channels(inputs, time),
-        },
-        CoordinateBasis {
-            coordinate: "theta",
-            regressors: if inputs.turning {
+        of("time", on_channels(inputs, time)),
+        of(
+            "theta",
+            if inputs.turning {
                 on_channels(inputs, theta)
             } else {
                 Vec::new()
             },
-        },
-        CoordinateBasis {
-            coordinate: "place on the platen",
-            regressors: waves(inputs),
-        },
-        CoordinateBasis {
-            coordinate: "own tooth phase, fractional orders",
-            regressors: own_orders(inputs),
-        },
-        CoordinateBasis {
-            coordinate: "own tooth phase of both segments of a pair",
-            regressors: pair_phases(inputs),
-        },
-        CoordinateBasis {
-            coordinate: REFERENCE_PHASE,
-            regressors: reference_phase(inputs),
-        },
-        CoordinateBasis {
-            coordinate: "frequency",
-            regressors: lines(inputs),
-        },
+        ),
+        of("place on the platen", waves(inputs)),
+        of("own tooth phase, fractional orders", own_orders(inputs)),
+        of(
+            "own tooth phase of both segments of a pair",
+            pair_phases(inputs),
+        ),
+        of(REFERENCE_PHASE, reference_phase(inputs)),
+        of("frequency", lines(inputs)),
     ];
     if inputs.temperature {
-        list.push(CoordinateBasis {
-            coordinate: "temperature",
-            regressors: on_channels(inputs, warmth),
-        });
-        list.push(CoordinateBasis {
-            coordinate: "temperature and own tooth phase",
-            regressors: times(inputs, |m, _| m.warmth_k),
-        });
+        list.push(of("temperature", on_channels(inputs, warmth)));
+        list.push(of(
+            "temperature and own tooth phase",
+            times(inputs, |m, _| m.warmth_k),
+        ));
     }
     if inputs.moving {
-        list.push(CoordinateBasis {
-            coordinate: "speed",
-            regressors: accelerations(inputs),
-        });
-        list.push(CoordinateBasis {
-            coordinate: "speed and own tooth phase",
-            regressors: times(inputs, |m, s| m.speed_m_s[s])
-                .into_iter()
-                .chain(times(inputs, |m, s| m.acceleration_m_s2[s]))
-                .collect(),
-        });
-        list.push(CoordinateBasis {
-            coordinate: "direction and own tooth phase",
-            regressors: times(inputs, |m, s| m.direction[s]),
-        });
+        list.push(of("speed", accelerations(inputs)));
+        let speeds = times(inputs, |m, s| m.speed_m_s[s]);
+        let changes = times(inputs, |m, s| m.acceleration_m_s2[s]);
+        list.push(of(
+            "speed and own tooth phase",
+            speeds.into_iter().chain(changes).collect(),
+        ));
+        list.push(of(
+            "direction and own tooth phase",
+            times(inputs, |m, s| m.direction[s]),
+        ));
     }
     if inputs.counts {
         // Where the place explains the amplitude it is gap_variation's; what else changes it has no name.
         let nameless = std::array::from_fn(|s| inputs.segments[s] && !inputs.amplitude_by_place[s]);
-        list.push(CoordinateBasis {
-            coordinate: "signal amplitude",
-            regressors: times_of(nameless, |m, s| m.amplitude_excess[s]),
-        });
+        list.push(of(
+            "signal amplitude",
+            times_of(nameless, |m, s| m.amplitude_excess[s]),
+        ));
     }
     if inputs.beacon {
-        list.push(CoordinateBasis {
-            coordinate: "deflection of the coordination sensor",
-            regressors: on_channels(inputs, deflection),
-        });
+        list.push(of(
+            "deflection of the coordination sensor",
+            on_channels(inputs, deflection),
+        ));
+    }
+    for (k, name) in logged_columns(inputs) {
+        list.push(of(name, on_channels(inputs, move |_| logged(k))));
+        list.push(of(
+            &with_own_phase(name),
+            times(inputs, move |m, _| m.logged[k]),
+        ));
     }
     list.retain(|place| !place.regressors.is_empty());
     list
 }
 
+/// Logged columns that shapes are laid over, with their numbers. One that only rises or only falls is a clock: what follows it follows the
+/// time as well.
+pub fn logged_columns(inputs: &BasisInputs) -> impl Iterator<Item = (usize, &str)> {
+    let all = inputs.logged.iter().take(MOST_LOGGED).enumerate();
+    all.filter(|(_, column)| !column.one_way)
+        .map(|(k, column)| (k, column.name.as_str()))
+}
+
+/// The coordinate of what changes with a logged column over a tooth.
+pub fn with_own_phase(column: &str) -> String {
+    format!("{column} and own tooth phase")
+}
+
+/// In proportion to a logged column, and bent.
+fn logged(k: usize) -> Vec<Shape> {
+    vec![
+        Box::new(move |m| m.logged[k]),
+        Box::new(move |m| m.logged[k] * m.logged[k]),
+    ]
+}
+
 /// The same shapes on every channel that the recording has.
-fn on_channels(inputs: &BasisInputs, shapes: fn(&BasisInputs) -> Vec<Shape>) -> Vec<Regressor> {
+fn on_channels(
+    inputs: &BasisInputs,
+    shapes: impl Fn(&BasisInputs) -> Vec<Shape>,
+) -> Vec<Regressor> {
     let constraint = inputs.segments.iter().all(|s| *s);
     let mut list = Vec::new();
     for channel in 0..if inputs.beacon {
@@ -291,11 +311,15 @@ fn reference_phase(inputs: &BasisInputs) -> Vec<Regressor> {
     list
 }
 
-fn times(inputs: &BasisInputs, factor: fn(&Covariates, usize) -> f64) -> Vec<Regressor> {
+/// What is multiplied by the own tooth phase's orders, of a segment.
+trait Factor: Fn(&Covariates, usize) -> f64 + Send + Sync + Copy + 'static {}
+impl<F: Fn(&Covariates, usize) -> f64 + Send + Sync + Copy + 'static> Factor for F {}
+
+fn times(inputs: &BasisInputs, factor: impl Factor) -> Vec<Regressor> {
     times_of(inputs.segments, factor)
 }
 
-fn times_of(segments: [bool; 4], factor: fn(&Covariates, usize) -> f64) -> Vec<Regressor> {
+fn times_of(segments: [bool; 4], factor: impl Factor) -> Vec<Regressor> {
     let mut list = Vec::new();
     for s in (0..4).filter(|s| segments[*s]) {
         for order in [1, 2] {

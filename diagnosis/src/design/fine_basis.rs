@@ -1,6 +1,6 @@
 //! Finer shapes over the coordinates of diagnosis.md, for telling where a gap lies that nothing explains. They compete with no cause.
 
-use crate::design::coordinate_basis::CoordinateBasis;
+use crate::design::coordinate_basis::{CoordinateBasis, logged_columns, with_own_phase};
 use crate::linearization::recording::LinearizedRecording;
 use crate::linearization::stop_operator::{SLACKS_M, StopOperator};
 use effects::sensor::{BasisInputs, Covariates, Regressor};
@@ -51,6 +51,7 @@ fn wave(number: usize, value: impl Fn(&Covariates) -> f64 + Send + Sync + 'stati
 pub fn fine_basis(linearized: &LinearizedRecording) -> Vec<CoordinateBasis> {
     let inputs = &linearized.inputs;
     let ranges = Ranges::of(linearized);
+    let place = CoordinateBasis::of;
     let mut list = vec![
         place("time", on_channels(inputs, &|| over_time(&ranges))),
         place("own and lateral tooth phase", both_phases(inputs)),
@@ -94,15 +95,14 @@ pub fn fine_basis(linearized: &LinearizedRecording) -> Vec<CoordinateBasis> {
             on_beacon(inputs, &gains),
         ));
     }
+    for (k, name) in logged_columns(inputs) {
+        list.push(place(
+            &with_own_phase(name),
+            times(inputs, move |m, _| m.logged[k]),
+        ));
+    }
     list.retain(|place| !place.regressors.is_empty());
     list
-}
-
-fn place(coordinate: &'static str, regressors: Vec<Regressor>) -> CoordinateBasis {
-    CoordinateBasis {
-        coordinate,
-        regressors,
-    }
 }
 
 /// What the shapes are laid over.
@@ -306,7 +306,10 @@ fn half_waves(span: [[f64; 2]; 2]) -> Vec<ScaledShape> {
 }
 
 /// Orders of the own phase times a factor.
-fn times(inputs: &BasisInputs, factor: fn(&Covariates, usize) -> f64) -> Vec<Regressor> {
+fn times(
+    inputs: &BasisInputs,
+    factor: impl Fn(&Covariates, usize) -> f64 + Send + Sync + Copy + 'static,
+) -> Vec<Regressor> {
     let mut list = Vec::new();
     for s in (0..4).filter(|s| inputs.segments[*s]) {
         for order in 1..=OWN_ORDERS {

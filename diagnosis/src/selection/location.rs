@@ -42,6 +42,11 @@ pub struct Located {
 }
 
 impl Located {
+    /// The shapes' columns, in the design that they were found in.
+    pub(super) fn columns(&self) -> &[usize] {
+        &self.columns
+    }
+
     /// What is known of some segments without a shape.
     pub(super) fn of_segments(coordinate: &str, share: f64, segments: [bool; 4]) -> Self {
         Self {
@@ -129,8 +134,8 @@ impl ModelSelection<'_> {
         located(&self.design, validation, self.selected.base, blocks)
     }
 
-    /// The same of the whole excess with finer shapes: for a gap that nothing explains.
-    pub(super) fn locate_finely(&self) -> Vec<Located> {
+    /// Finer shapes over the coordinates, about the baseline: for a gap that nothing explains.
+    pub(super) fn fine_design(&self) -> Design<'_> {
         let point = LinearizationPoint {
             noise: self.noise,
             ..self.prepared.point()
@@ -140,10 +145,17 @@ impl ModelSelection<'_> {
             fine_basis: true,
             ..DesignOptions::default()
         };
-        let design = assemble(self.prepared, self.options, &point, design_options);
-        let mut validation = design.cross_validation();
-        let mut found = located(&design, &mut validation, self.selected.base, &[]);
-        attribute(&design, &mut validation, &[], &mut found);
+        assemble(self.prepared, self.options, &point, design_options)
+    }
+
+    /// Shares of the whole excess by the shapes of [`Self::fine_design`].
+    pub(super) fn locate_finely(
+        &self,
+        design: &Design,
+        validation: &mut CrossValidation,
+    ) -> Vec<Located> {
+        let mut found = located(design, validation, self.selected.base, &[]);
+        attribute(design, validation, &[], &mut found);
         if let Some(missing) = self.missing_codes() {
             found.push(missing);
             found.sort_by(|a, b| b.share.total_cmp(&a.share));
@@ -240,7 +252,7 @@ impl ModelSelection<'_> {
 }
 
 /// Those that are told.
-fn reported(list: &[Located]) -> impl Iterator<Item = &Located> {
+pub(super) fn reported(list: &[Located]) -> impl Iterator<Item = &Located> {
     list.iter()
         .filter(|l| l.share > REPORTED_SHARE)
         .take(REPORTED_COORDINATES)

@@ -25,6 +25,7 @@ pub(super) fn located(answer: Diagnosis, by_segment: bool) -> Diagnosis {
         unexplained: Unexplained {
             share: 1.0,
             place: place.clone(),
+            ..Unexplained::default()
         },
         place,
         ..answer

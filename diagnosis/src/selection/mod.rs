@@ -7,7 +7,9 @@ mod completing_terms;
 pub mod core_terms;
 mod elimination;
 mod field;
+mod figures;
 mod final_fit;
+mod follows;
 mod intermodulation;
 pub mod limits;
 mod location;
@@ -15,6 +17,7 @@ mod lost_signals;
 pub(crate) mod measured;
 mod missing_codes;
 mod named;
+mod nameless_correction;
 mod nested_forms;
 mod noise;
 mod noise_level;
@@ -45,7 +48,7 @@ use crate::selection::limits::{
 };
 use crate::transfer::model::Model;
 use crate::verdict::answer::{Diagnosis, Verdict};
-use crate::verdict::evidence::{Evidence, Step};
+use crate::verdict::evidence::{Evidence, Step, WITHOUT_A_NAME};
 use effects::sensor::READINGS;
 use plausibility::{Finding, Fitted, Plausibility};
 use recording::Recording;
@@ -234,10 +237,10 @@ impl<'a> ModelSelection<'a> {
     }
 
     fn into_answer(self, name: &str) -> Answer {
-        let diagnosis = self.answer(name);
+        let (diagnosis, correction) = self.answer(name);
         let selected = diagnosis.verdict != Verdict::InsufficientData;
         let model = selected.then(|| self.model(&diagnosis));
-        let evidence = self.evidence(&diagnosis);
+        let evidence = self.evidence(&diagnosis, correction.as_ref());
         Answer {
             diagnosis,
             model,
@@ -482,8 +485,8 @@ impl<'a> ModelSelection<'a> {
         ((after.powi(2) - noise) / before).clamp(0.0, 1.0)
     }
 
-    /// Residuals beside their coordinates, and the gap after each effect in the order of the answer.
-    fn evidence(&self, diagnosis: &Diagnosis) -> Evidence {
+    /// Residuals beside their coordinates, and the gap after each effect in the order of the answer, or after a correction without a name.
+    fn evidence(&self, diagnosis: &Diagnosis, correction: Option<&Residuals>) -> Evidence {
         let columns = &self.design.columns;
         let floor = self.floor.white_square.sqrt();
         let found = &self.selected.found.blocks;
@@ -505,10 +508,13 @@ impl<'a> ModelSelection<'a> {
                 });
             }
         }
-        let after = if blocks.is_empty() {
-            &self.before
-        } else {
-            &self.after
+        let after = match correction {
+            Some(correction) => {
+                steps.push(step(WITHOUT_A_NAME, correction));
+                correction
+            }
+            None if blocks.is_empty() => &self.before,
+            None => &self.after,
         };
         let mut evidence = Evidence::new(&self.design.linearized, &self.before, after, steps);
         evidence.set_aside += self.prepared.samples - evidence.samples;

@@ -2,10 +2,9 @@
 
 use super::ModelSelection;
 use super::bursts_and_noise::Bursts;
-use super::location::{Located, attribute, clock_first, merge, outside_first};
+use super::location::Located;
 use super::lost_signals;
 use super::named::slips_named;
-use crate::data::channel_names::CHANNEL_NAMES;
 use crate::design::assembly::BlockKind;
 use crate::inference::cross_validation::CrossValidation;
 use crate::inference::fit_scatter;
@@ -17,7 +16,7 @@ use crate::selection::limits::MINIMUM_SQUARES;
 use crate::selection::limits::{NOISY_RATIO, STAYS_VISIBLE, UNEXPLAINED_SHARE, VISIBLE_GAP_RATIO};
 use crate::selection::search::{SearchResult, stands_out, unexplained_fraction};
 use crate::trace::log;
-use crate::verdict::answer::{Diagnosis, Gap, HeldOutChannel, Named, Share, Unexplained, Verdict};
+use crate::verdict::answer::{Diagnosis, Named, Share, Verdict};
 use effects::{Card, Detection};
 
 /// All channels this far above the stated noise, and alike: the statement may be what is wrong.
@@ -52,19 +51,19 @@ const FOREIGN_SHAPE_SHARE: f64 = 0.5;
 const SHAPE_ALONE_LEAVES: f64 = 0.3;
 
 /// What was measured, before it is weighed.
-struct Measurements {
-    white_before: f64,
-    white_after: f64,
+pub(super) struct Measurements {
+    pub(super) white_before: f64,
+    pub(super) white_after: f64,
     /// Whitened squares beyond the noise without any effect, as the search sees them.
-    whole_gap: f64,
+    pub(super) whole_gap: f64,
     /// The same by the stated noise.
-    shaped: f64,
+    pub(super) shaped: f64,
     /// That with excess noise and bursts.
-    total: f64,
+    pub(super) total: f64,
     bursts: Bursts,
     /// Share of `whole_gap` that is left.
-    left: f64,
-    located: Vec<Located>,
+    pub(super) left: f64,
+    pub(super) located: Vec<Located>,
     gap: bool,
     structured: bool,
     /// What is left is white noise above the stated level.
@@ -72,8 +71,8 @@ struct Measurements {
 }
 
 impl ModelSelection<'_> {
-    /// The answer.
-    pub(super) fn answer(&self, name: &str) -> Diagnosis {
+    /// The answer, and what a correction without a name leaves, where nothing is named.
+    pub(super) fn answer(&self, name: &str) -> (Diagnosis, Option<Residuals>) {
         let mut validation = self.design.cross_validation();
         let seen = self.measure(&mut validation);
         let mut out = Diagnosis {
@@ -124,7 +123,7 @@ impl ModelSelection<'_> {
         }
         effects.sort_by(|a, b| b.share.total_cmp(&a.share));
         out.effects = effects;
-        self.fill(&mut out, &mut validation, seen);
+        let correction = self.fill(&mut out, &mut validation, seen);
         if unnamed && (self.slipped() || out.place.is_empty()) {
             let channel = self.main_channel().into();
             let over_time = Share {
@@ -137,7 +136,7 @@ impl ModelSelection<'_> {
         out.without_signal.clone_from(&self.prepared.without_signal);
         let mut out = lost_signals::located(out, self.design.linearized.scope.reference);
         state_probabilities(&mut out);
-        out
+        (out, correction)
     }
 
     /// What speaks against naming what was found.
@@ -247,7 +246,7 @@ impl ModelSelection<'_> {
     }
 
     /// True if some shape takes a good part of what is left, beyond chance.
-    fn is_located(&self, seen: &Measurements) -> bool {
+    pub(super) fn is_located(&self, seen: &Measurements) -> bool {
         // Where the noise itself had to be found, what the best shapes took of it by chance is no place.
         let least = if self.noise.is_some() {
             (2.0 * MINIMUM_SQUARES).max(CHANCE_SHARE_OF_NOISE * self.selected.base)
@@ -422,85 +421,6 @@ impl ModelSelection<'_> {
                 .first()
                 .is_some_and(|r| r.1 > 0.3)
         })
-    }
-
-    fn fill(&self, out: &mut Diagnosis, validation: &mut CrossValidation, mut seen: Measurements) {
-        let named = matches!(out.verdict, Verdict::Named | Verdict::Alias);
-        let model = if named {
-            self.prediction()
-        } else {
-            &self.before
-        };
-        if named && self.transfer_residuals.is_some() {
-            out.notes.push(self.time_bound_remark());
-        }
-        if named {
-            out.notes.extend(
-                self.followed()
-                    .map(|card| format!("{}: {}", card.name, card.remark)),
-            );
-            out.notes.extend(self.beat_remark());
-        }
-        let bursts = out
-            .effects
-            .iter()
-            .any(|e| effects::is(&e.name, Detection::AsBursts));
-        let aside = bursts.then(|| self.without_bursts(model));
-        let (all, model) = (model, aside.as_ref().unwrap_or(model));
-        for c in self.before.channels() {
-            let after = |left: &Residuals| left.channel_rms_m(c).0.max(1e-12);
-            let set_aside = after(model) / after(all);
-            let (real, samples) = self.before.channel_rms_m(c);
-            let simulated = self.floor.channel_rms_m[c];
-            let signed = |v: f64| {
-                (v * v - simulated * simulated).signum()
-                    * (v * v - simulated * simulated).abs().sqrt()
-            };
-            out.gap.push(Gap {
-                channel: CHANNEL_NAMES[c].into(),
-                samples,
-                real_rms_m: real,
-                simulated_rms_m: simulated,
-                excess_rms_m: signed(real),
-                excess_ci95_m: self.before.interval_m(c).map(signed),
-            });
-            out.held_out.channels.push(HeldOutChannel {
-                channel: CHANNEL_NAMES[c].into(),
-                before_rms_m: real,
-                after_rms_m: model.channel_rms_m(c).0,
-                after_ci95_m: self.prediction_interval_m(named, c).map(|m| m * set_aside),
-                floor_rms_m: simulated,
-            });
-        }
-        let floor = self.floor.white_square.sqrt();
-        out.held_out.whitened_before = seen.white_before;
-        out.held_out.whitened_after = model.white_rms() / floor;
-        if out.verdict != Verdict::NoGap {
-            let mut located = self.locate_whole(validation);
-            if out.verdict == Verdict::Unknown {
-                merge(&mut located, self.locate_finely());
-                clock_first(&mut located);
-                outside_first(&mut located);
-            }
-            out.place = self.shares(located);
-            out.unexplained = if named {
-                attribute(
-                    &self.design,
-                    validation,
-                    &self.selected.found.blocks,
-                    &mut seen.located,
-                );
-                Unexplained {
-                    share: (seen.left * seen.shaped / seen.total.max(1e-9)).clamp(0.0, 1.0),
-                    place: self.shares(seen.located),
-                }
-            } else {
-                Unexplained {
-                    share: 1.0,
-                    place: out.place.clone(),
-                }
-            };
-        }
     }
 }
 

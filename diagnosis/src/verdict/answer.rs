@@ -161,4 +161,36 @@ pub struct Unexplained {
     /// Where it lies.
     #[serde(rename = "where")]
     pub place: Vec<Share>,
+    /// What of it follows a logged column, the most first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub follows: Vec<Follows>,
+    /// How far a correction without a name would get, where no effect is named.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub correction: Option<Correction>,
+}
+
+/// How what is left follows a logged column.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Follows {
+    /// Name of the column, with its `aux_`.
+    pub column: String,
+    /// What follows it: `segment_1` to `segment_4`, or a channel where no segment can be told.
+    pub of: String,
+    /// True if the error changes its sign over a tooth as well, false if all phases of a tooth move alike.
+    pub over_teeth: bool,
+    /// Change of the error for one unit of the column about its mean, m rms over the samples.
+    pub per_unit_m: f64,
+    /// Standard deviation of that, m.
+    pub deviation_m: f64,
+}
+
+/// What shapes without a name over the coordinates where a gap lies leave of it, held out: how far a table over them would get.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Correction {
+    /// Coordinates, that which takes most first.
+    pub coordinates: Vec<String>,
+    /// Rms of residuals over the simulator's own scatter with it.
+    pub whitened_after: f64,
+    /// By channel.
+    pub channels: Vec<HeldOutChannel>,
 }

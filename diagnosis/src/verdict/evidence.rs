@@ -4,6 +4,7 @@ use crate::algebra::statistics::median;
 use crate::data::channel_names::CHANNEL_NAMES;
 use crate::inference::residuals::Residuals;
 use crate::linearization::recording::LinearizedRecording;
+use effects::sensor::{LoggedColumn, MOST_LOGGED};
 use std::f64::consts::TAU;
 
 /// Most samples that are kept for a reader; more are thinned by whole blocks, so that spectra stay what they are.
@@ -36,6 +37,8 @@ pub struct SampleCoordinates {
     pub deflection: [f64; 2],
     /// Logarithm of each segment's amplitude less what repeats with the tooth.
     pub ln_amplitude: [f64; 4],
+    /// Logged columns ([`Evidence::logged`]), each in its own unit.
+    pub logged: [f64; MOST_LOGGED],
 }
 
 /// One residual.
@@ -45,7 +48,7 @@ pub struct Point {
     pub place: usize,
     /// With the baseline alone, m.
     pub before_m: f64,
-    /// With what is named, m; the same as before where nothing is.
+    /// With what is named, m, or with shapes without a name ([`WITHOUT_A_NAME`]); the same as before where there is neither.
     pub after_m: f64,
     /// Standard deviation that the stated noise gives it, m: the simulator's own scatter.
     pub floor_m: f64,
@@ -108,10 +111,13 @@ impl Setting {
     }
 }
 
+/// The step of a correction without a name.
+pub const WITHOUT_A_NAME: &str = "shapes without a name";
+
 /// The gap after one more effect.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Step {
-    /// Effect that was added; empty for the baseline.
+    /// Effect that was added, or [`WITHOUT_A_NAME`]; empty for the baseline.
     pub effect: String,
     /// Held-out rms over the simulator's own scatter.
     pub whitened: f64,
@@ -128,6 +134,8 @@ pub struct Evidence {
     pub set_aside: usize,
     /// What was recorded.
     pub setting: Setting,
+    /// Logged columns that change, at most as many as a sample has.
+    pub logged: Vec<LoggedColumn>,
     /// Coordinates.
     pub places: Vec<SampleCoordinates>,
     /// Residuals by channel.
@@ -186,6 +194,7 @@ impl Evidence {
             samples: linearized.len(),
             set_aside: linearized.len() - kept,
             setting: Setting::new(linearized),
+            logged: linearized.inputs.logged.clone(),
             places,
             traces,
             steps,
@@ -221,5 +230,9 @@ fn place(linearized: &LinearizedRecording, i: usize) -> SampleCoordinates {
         warmth_k: m.warmth_k,
         deflection: m.deflection,
         ln_amplitude: m.ln_amplitude,
+        logged: std::array::from_fn(|k| {
+            let column = linearized.inputs.logged.get(k);
+            column.map_or(0.0, |c| c.mean + c.deviation * m.logged[k])
+        }),
     }
 }

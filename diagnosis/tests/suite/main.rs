@@ -14,6 +14,7 @@ mod forms;
 mod hypothesis;
 mod late;
 mod leftout;
+mod logged;
 mod motion;
 mod one_run;
 mod phase;

@@ -15,6 +15,7 @@ use diagnosis::progress::Stage;
 use diagnosis::verdict::answer::{Magnitude, Named};
 use diagnosis::{Answer, Diagnosis, Model, Options, Verdict, diagnose_watched};
 use report::html::Origin;
+use report::remainder::remainder;
 use report::{html, units};
 use recording::Recording;
 use std::path::{Path, PathBuf};
@@ -317,6 +318,9 @@ pub fn text(d: &Diagnosis, resolution_m: f64) -> String {
             "unexplained: {:.1} % of the squared excess\n",
             100.0 * d.unexplained.share
         );
+    }
+    for sentence in remainder(d) {
+        out += &format!("{sentence}\n");
     }
     out += &geometry(d);
     out.trim_end().into()

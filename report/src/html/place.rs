@@ -2,6 +2,7 @@
 
 use super::table::{self, table};
 use crate::advice::percent;
+use crate::remainder::remainder;
 use diagnosis::verdict::answer::{Diagnosis, Share, Verdict};
 use maud::{Markup, html};
 
@@ -15,6 +16,8 @@ pub fn section(diagnosis: &Diagnosis) -> Markup {
                 p.small { "How much of the squared gap goes with each coordinate. Coordinates that change together share it, so that shares need not add up to 100 %." }
                 (shares(&diagnosis.place))
             }
+            @for sentence in remainder(diagnosis) { p { (sentence) } }
+            @if left.correction.is_some() { p.small { "In the figures below, after is with this correction." } }
             @if !left.place.is_empty() && diagnosis.verdict != Verdict::Unknown {
                 details {
                     summary { "Where the rest lies: " (percent(left.share)) " of the squared gap is left" }

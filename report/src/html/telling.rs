@@ -1,15 +1,17 @@
 //! Which coordinate shows the gap best, among those that a report can draw.
 
+use crate::units;
 use diagnosis::verdict::evidence::{Evidence, SampleCoordinates, Trace};
+use std::borrow::Cow;
 
 /// Cells that a coordinate is cut into.
 pub const BINS: usize = 32;
 
 /// A coordinate of a sample that can be an axis.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct Coordinate {
-    /// Family, as the diagnosis words it.
-    pub family: &'static str,
+    /// Family, as the diagnosis words it; the name of a logged column.
+    pub family: Cow<'static, str>,
     /// Segment, 0 to 3, or axis, where it has one.
     pub of: Option<usize>,
     /// Unit, for the axis.
@@ -21,8 +23,9 @@ pub struct Coordinate {
 impl Coordinate {
     /// Axis title.
     pub fn title(&self) -> String {
-        let whose = match (self.of, self.family) {
+        let whose = match (self.of, self.family.as_ref()) {
             (None, _) => String::new(),
+            (Some(_), column) if column.starts_with(LOGGED) => String::new(),
             (Some(axis), "place on the platen" | "deflection of the coordination sensor") => {
                 format!(" {}", ["x", "y"][axis % 2])
             }
@@ -37,8 +40,11 @@ impl Coordinate {
     }
 }
 
-/// Every coordinate.
-fn all() -> Vec<Coordinate> {
+/// What the names of logged columns begin with.
+const LOGGED: &str = "aux_";
+
+/// Every coordinate of a recording.
+fn all(evidence: &Evidence) -> Vec<Coordinate> {
     type Value = fn(&SampleCoordinates, usize) -> f64;
     let by_segment: [(&'static str, &'static str, Value); 5] = [
         ("own tooth phase", "turns", |p, s| {
@@ -54,7 +60,7 @@ fn all() -> Vec<Coordinate> {
     let mut list = Vec::new();
     for (family, unit, value) in by_segment {
         list.extend((0..4).map(|s| Coordinate {
-            family,
+            family: family.into(),
             of: Some(s),
             unit,
             value,
@@ -62,36 +68,43 @@ fn all() -> Vec<Coordinate> {
     }
     for axis in 0..2 {
         list.push(Coordinate {
-            family: "place on the platen",
+            family: "place on the platen".into(),
             of: Some(axis),
             unit: "mm",
             value: |p, a| 1.0e3 * p.centre_m[a],
         });
         list.push(Coordinate {
-            family: "deflection of the coordination sensor",
+            family: "deflection of the coordination sensor".into(),
             of: Some(axis),
             unit: "of full scale",
             value: |p, a| p.deflection[a],
         });
     }
     list.push(Coordinate {
-        family: "theta",
+        family: "theta".into(),
         of: None,
         unit: "mrad",
         value: |p, _| 1.0e3 * p.theta_rad,
     });
     list.push(Coordinate {
-        family: "temperature",
+        family: "temperature".into(),
         of: None,
         unit: "K from its mean",
         value: |p, _| p.warmth_k,
     });
     list.push(Coordinate {
-        family: "time",
+        family: "time".into(),
         of: None,
         unit: "s",
         value: |p, _| p.t_s,
     });
+    let logged = evidence.logged.iter().enumerate();
+    list.extend(logged.map(|(k, column)| Coordinate {
+        family: column.name.clone().into(),
+        of: Some(k),
+        unit: units::of_column(&column.name).unwrap_or("as logged"),
+        value: |p, k| p.logged[k],
+    }));
     list
 }
 
@@ -161,20 +174,23 @@ fn told(evidence: &Evidence, trace: &Trace, coordinate: &Coordinate) -> f64 {
     (taken / total.max(1e-30) - bins.len() as f64 / n.max(1.0)).max(0.0)
 }
 
+/// Coordinates whose number is none of a segment.
+const BY_NO_SEGMENT: [&str; 2] = ["place", LOGGED];
+
 /// The channel and coordinate that show the gap best; those that the diagnosis points to are preferred.
 pub fn telling<'a>(evidence: &'a Evidence, pointed_to: &[&str]) -> Option<(&'a Trace, Coordinate)> {
     let mut best: Option<(f64, &Trace, Coordinate)> = None;
     for trace in evidence.traces.iter().filter(|t| t.points.len() > 2 * BINS) {
-        for coordinate in all().into_iter().filter(|c| {
+        for coordinate in all(evidence).into_iter().filter(|c| {
             c.of.is_none_or(|s| {
-                trace
-                    .segment
-                    .is_none_or(|own| own == s || c.family.starts_with("place"))
+                trace.segment.is_none_or(|own| {
+                    own == s || BY_NO_SEGMENT.iter().any(|f| c.family.starts_with(f))
+                })
             })
         }) {
             let preferred = pointed_to
                 .iter()
-                .any(|place| place.contains(coordinate.family));
+                .any(|place| place.contains(coordinate.family.as_ref()));
             // Time is where everything shows that differs from run to run.
             let weight = if preferred {
                 3.0

@@ -3,6 +3,7 @@
 use super::LinearizedRecording;
 use crate::algebra::statistics::quantile;
 use crate::data::observations::Observations;
+use crate::data::one_way::is_one_way;
 use effects::sensor::{BasisInputs, LoggedColumn, MOST_LOGGED};
 use recording::Logged;
 
@@ -91,6 +92,7 @@ fn logged(o: &Observations) -> Vec<LoggedColumn> {
             name: logged.name.clone(),
             mean: values.iter().sum::<f64>() / values.len().max(1) as f64,
             deviation: crate::algebra::statistics::deviation(&values),
+            one_way: is_one_way(&values),
         };
         let changes = column.deviation > CHANGES * column.mean.abs().max(f64::MIN_POSITIVE);
         changes.then_some(column)

@@ -16,7 +16,7 @@ pub fn waterfall(evidence: &Evidence) -> Option<Figure> {
         .map(|s| format!("{} {}", name(s), times(s.whitened)))
         .collect();
     let caption = format!(
-        "Rms of all held-out residuals in multiples of the floor: {}. The floor is 1. The pale part of a bar is what that effect took away.",
+        "Rms of all held-out residuals in multiples of the floor: {}. The floor is 1. The pale part of a bar is what that step took away.",
         list.join(", ")
     );
     let groups = || -> Vec<Group> {
