@@ -106,6 +106,8 @@ pub struct Card {
     pub by_amplitude: bool,
     /// Forms that tell more of it, simplest first; asked for where the form before leaves a gap.
     pub forms: &'static [Form],
+    /// Its form where it does more than amounts of its usual sizes could.
+    pub far: Option<fn(&mut NestedForms)>,
     /// A fuller form that is also looked for where the simple one is not found.
     pub searched: Option<fn(&mut BasisInputs)>,
     /// What another effect is found for but is this one's own once this one is known.
@@ -147,6 +149,7 @@ impl Card {
         remembers: false,
         by_amplitude: false,
         forms: &[],
+        far: None,
         searched: None,
         subsumes: &[],
         confusable: &[],

@@ -74,13 +74,33 @@ pub mod sensor_side {
     const POWERS: [[i32; 2]; 7] = [[3, 0], [0, 3], [2, 1], [1, 2], [2, 0], [1, 1], [0, 2]];
     /// The same of fourth and fifth degree: a diode bends the more the nearer to its edge.
     const HIGHER: [[i32; 2]; 7] = [[5, 0], [0, 5], [3, 2], [2, 3], [4, 0], [2, 2], [0, 4]];
+    /// The same of sixth to ninth degree, along the axes: the light of one quadrant goes over to the next as an error function does, and an edge
+    /// of its spot shows.
+    const OF_QUADRANTS: [[i32; 2]; 8] = [[6, 0], [0, 6], [7, 0], [0, 7], [8, 0], [0, 8], [9, 0], [0, 9]];
+    /// Prior sizes of the terms, m rms.
+    const SIZE_M: f64 = 4.0e-6;
+    /// See [`SIZE_M`].
+    const HIGHER_M: f64 = 1.5e-6;
+    /// By so many times a diode of quadrants bends more than one that divides its current. A prior: a cubic term of 17 % of the linear one
+    /// at full scale (Golnabi) is 5 % rms, where the sizes above are a thousandth of 4 mm. Its higher terms are as large as the others: an error
+    /// function's are.
+    const QUADRANTS_BEND: f64 = 50.0;
 
-    /// Sensor side: all terms of second to fifth degree in the two deflections, the higher ones small.
+    /// Sensor side: all terms of second to fifth degree in the two deflections, the higher ones small; of a diode of quadrants larger ones, and
+    /// more.
     pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         let mut list = Vec::new();
+        let of_size = |powers: &[[i32; 2]], size_m: f64| -> Vec<([i32; 2], f64)> {
+            powers.iter().map(|powers| (*powers, size_m)).collect()
+        };
+        let terms = if inputs.forms.bends_far {
+            let all = [&POWERS[..], &HIGHER, &OF_QUADRANTS].concat();
+            of_size(&all, QUADRANTS_BEND * SIZE_M)
+        } else {
+            [of_size(&POWERS, SIZE_M), of_size(&HIGHER, HIGHER_M)].concat()
+        };
         for axis in 0..2 {
-            let higher = HIGHER.map(|powers| (powers, 1.5e-6));
-            for ([a, b], size_m) in POWERS.map(|powers| (powers, 4.0e-6)).into_iter().chain(higher) {
+            for &([a, b], size_m) in &terms {
                 let full = inputs.tan_full_scale;
                 let name = format!("x^{a} y^{b} on {}", ["x", "y"][axis]);
                 list.push(Regressor::reading(
@@ -108,11 +128,12 @@ pub struct Definition;
 pub static CARD: Card = Card {
     name: "psd_nonlinearity",
     summary: "cubic, quadratic and cross terms of the coordination sensor",
-    sizes: "4 µm for terms of second and third degree, 1.5 µm for higher ones: a cubic term of up to 17 % of the linear one at full scale has been seen (Golnabi), which is more",
+    sizes: "4 µm for terms of second and third degree, 1.5 µm for higher ones; fifty times that, and terms of up to ninth degree, where that is what leaves a bend: of a diode of quadrants a cubic term of up to 17 % of the linear one at full scale has been seen (Golnabi)",
     telling_motion: "fly-bys under the beacon along both axes to the edge of the diode",
     needs: &[Need::Beacon],
     follows: Quantity::Deflection,
     coordinate: "deflection of the coordination sensor",
+    far: Some(|told| told.bends_far = true),
     carries_over: "its amounts, for the same beacon at the same height",
     confusable: &[
         Confusable { with: "tooth_variation", parted_by: "under a beacon the deflection is the place: two places under the beacon tell" },

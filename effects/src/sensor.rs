@@ -42,6 +42,31 @@ pub struct NestedForms {
     pub lag_waves: bool,
     /// One channel of a pair turns against the other with the angle, and shifts the pair by its mean over a tooth.
     pub turns_with_theta: Option<Channel>,
+    /// The diode bends by percents of its range, as one of quadrants does, and not by thousandths.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub bends_far: bool,
+    /// The sensor reads one tooth, or one pole pair, at a time, and not several at once.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub single_teeth: Option<SingleTeeth>,
+}
+
+/// Teeth, or pole pairs, that a sensor reads one at a time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SingleTeeth {
+    /// The same ones come round again after so many, as on a ring; none where each is another.
+    pub a_turn: Option<u32>,
+}
+
+impl NestedForms {
+    /// A segment's place, m along and across, as a field over the teeth tells it: single teeth are a row, within whose turn it is told.
+    #[must_use]
+    pub fn field_place_m(&self, [along_m, across_m]: [f64; 2], pitch_m: f64) -> [f64; 2] {
+        match self.single_teeth {
+            None => [along_m, across_m],
+            Some(SingleTeeth { a_turn: None }) => [along_m, 0.0],
+            Some(SingleTeeth { a_turn: Some(count) }) => [along_m.rem_euclid(f64::from(count) * pitch_m), 0.0],
+        }
+    }
 }
 
 /// A channel of a pair.

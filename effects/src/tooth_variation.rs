@@ -134,6 +134,19 @@ pub mod sensor_side {
 
     /// Prior size of the field, rms m.
     const SIZE_M: f64 = 3.0e-6;
+    /// The same where a sensor reads one pole pair of a ring at a time, of a pole pair. A prior: rings are magnetised pole by pole, to some
+    /// percent of a pole.
+    const OF_ONE_TOOTH: f64 = 0.01;
+
+    /// How far a reading averages, and the prior size of its field, m rms.
+    fn aperture(inputs: &BasisInputs) -> (MeshKernel, f64) {
+        let step_pitches = inputs.knot_step_m / inputs.pitch_m;
+        if inputs.forms.single_teeth.is_some() {
+            (MeshKernel::of_one_tooth(step_pitches), OF_ONE_TOOTH * inputs.pitch_m)
+        } else {
+            (MeshKernel::of_segment(step_pitches), SIZE_M)
+        }
+    }
 
     /// Most values along one side of a rectangle: more are of no recording.
     const LONGEST: usize = 512;
@@ -141,7 +154,7 @@ pub mod sensor_side {
     /// A segment's field by its values on a rectangle of the mesh, `from` one corner `to` the other.
     fn by_value(inputs: &BasisInputs, s: usize, from: [i32; 2], to: [i32; 2], list: &mut Vec<Regressor>) {
         let step_m = inputs.knot_step_m;
-        let kernel = MeshKernel { step_pitches: step_m / inputs.pitch_m };
+        let (kernel, size_m) = aperture(inputs);
         let [along, across] = [0, 1].map(|d| {
             let count = to[d].saturating_sub(from[d]).saturating_add(1);
             innovations(&kernel, usize::try_from(count).unwrap_or(0).min(LONGEST))
@@ -155,7 +168,7 @@ pub mod sensor_side {
                     between(&along, place(0)) * between(&across, place(1))
                 };
                 let name = format!("value {i} along, {j} across, segment {}", s + 1);
-                list.push(Regressor::reading(name, "m", SIZE_M, s, value).of_deviation(SIZE_M));
+                list.push(Regressor::reading(name, "m", size_m, s, value).of_deviation(size_m));
             }
         }
     }
@@ -179,10 +192,11 @@ pub mod sensor_side {
         if step_m <= 0.0 {
             return list;
         }
-        let kernel = MeshKernel { step_pitches: step_m / pitch_m };
+        let (kernel, size_m) = aperture(inputs);
+        let forms = inputs.forms;
         let lattice = Lattice { kernel, step_pitches: [kernel.step_pitches; 2] };
         // Independent displacements add up to the field's size.
-        let deviation_m = SIZE_M / lattice.deviation_by_nodes();
+        let deviation_m = size_m / lattice.deviation_by_nodes();
         let reach_m = kernel.half_pitches(0) * pitch_m;
         let seen = move |place_m: [f64; 2], node| lattice.weight(node, place_m.map(|p| p / pitch_m));
         for s in 0..4 {
@@ -196,14 +210,17 @@ pub mod sensor_side {
                 let [i, j] = node;
                 let one = if inputs.reference || inputs.field_by_segment {
                     let name = format!("node {i} along, {j} across, segment {}", s + 1);
-                    Regressor::reading(name, "m", SIZE_M, s, move |m| seen(m.place_m[s], node))
+                    Regressor::reading(name, "m", size_m, s, move |m| seen(forms.field_place_m(m.place_m[s], pitch_m), node))
                 } else {
                     let name = format!("node {i} along x, {j} along y, {}", ["g_p", "g_x", "g_y", ""][s]);
-                    Regressor::channel(name, "m", SIZE_M, s, move |m| seen(m.centre_m, node))
+                    Regressor::channel(name, "m", size_m, s, move |m| seen(m.centre_m, node))
                 };
                 let seat = if inputs.reference || inputs.field_by_segment { Seat::Segment(s) } else { Seat::Centre };
                 let over = Over::about(seat, node.map(|n| f64::from(n) * step_m), [reach_m; 2]);
-                list.push(one.of_deviation(deviation_m).only_over(over));
+                let one = one.of_deviation(deviation_m);
+                // Of a row it is not told where it lies across, and a ring's come round again.
+                let everywhere = forms.single_teeth.is_some();
+                list.push(if everywhere { one } else { one.only_over(over) });
             }
         }
         list
@@ -222,7 +239,7 @@ pub struct Definition;
 pub static CARD: Card = Card {
     name: "tooth_variation",
     summary: "single teeth of the platen are displaced",
-    sizes: "3 µm rms of a segment's reading: 1.9 µm of each tooth in the paper's section 4, and more on platens that were not chosen",
+    sizes: "3 µm rms of a segment's reading: 1.9 µm of each tooth in the paper's section 4, and more on platens that were not chosen; a hundredth of a pole pair where a sensor reads one pole of a ring at a time",
     telling_motion: "dense poses over the same teeth, there and back, so that each place is passed several times",
     recordings: Recordings::Apart,
     detection: Detection::AsField,

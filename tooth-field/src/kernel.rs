@@ -85,13 +85,33 @@ const APERTURE_PITCHES: f64 = 4.0;
 pub struct MeshKernel {
     /// Pitches from node to node.
     pub step_pitches: f64,
+    /// Pitches that a reading averages, along and across.
+    pub aperture_pitches: f64,
 }
 
 impl MeshKernel {
+    /// Of a segment that reads several teeth at once: the narrowest that is built.
+    #[must_use]
+    pub fn of_segment(step_pitches: f64) -> Self {
+        Self {
+            step_pitches,
+            aperture_pitches: APERTURE_PITCHES,
+        }
+    }
+
+    /// Of a sensor that reads one tooth, or one pole, at a time: what a node adds ends at the next, and between two it is their mean.
+    #[must_use]
+    pub fn of_one_tooth(step_pitches: f64) -> Self {
+        Self {
+            step_pitches,
+            aperture_pitches: 2.0 * step_pitches - 1.0,
+        }
+    }
+
     /// Nodes to either side that an aperture reaches at most.
     #[must_use]
     pub fn reach(&self) -> i32 {
-        ((0.5 * APERTURE_PITCHES + 0.5) / self.step_pitches)
+        ((0.5 * self.aperture_pitches + 0.5) / self.step_pitches)
             .ceil()
             .max(1.0) as i32
     }
@@ -101,7 +121,7 @@ impl MeshKernel {
         if away == 0.0 {
             return 1.0;
         }
-        (0.5 * APERTURE_PITCHES + 0.5 - away * self.step_pitches).clamp(0.0, 1.0)
+        (0.5 * self.aperture_pitches + 0.5 - away * self.step_pitches).clamp(0.0, 1.0)
     }
 }
 
@@ -191,12 +211,15 @@ mod tests {
     #[test]
     fn a_mesh_reaches_as_far_as_its_aperture() {
         for step in [0.25, 0.5, 1.0, 2.0] {
-            let mesh = MeshKernel { step_pitches: step };
+            let mesh = MeshKernel::of_segment(step);
             let half = mesh.half_pitches(0);
             assert!(half >= 2.5 && half < 2.5 + step);
             assert_eq!(mesh.weight(0, half), 0.0);
             assert_eq!(mesh.weight(0, 0.0), 1.0);
             assert!(mesh.weight(0, 2.4) > 0.0);
+            let one = MeshKernel::of_one_tooth(step);
+            let weights = [0.0, 0.25, 1.0].map(|away| one.weight(0, away * step));
+            assert_eq!((one.half_pitches(0), weights), (step, [1.0, 0.75, 0.0]));
         }
     }
 

@@ -175,7 +175,7 @@ mod tests {
     #[test]
     fn a_node_is_passed_as_often_as_it_is_read() {
         let lattice = Lattice {
-            kernel: MeshKernel { step_pitches: 1.0 },
+            kernel: MeshKernel::of_segment(1.0),
             step_pitches: [1.0; 2],
         };
         let passed = lattice.passed([[0.0, 0.0], [0.0, 0.0], [4.0, 0.0]]);

@@ -48,7 +48,7 @@ mod tests {
     #[test]
     fn values_go_together_as_sums_of_teeth_do() {
         for step_pitches in [0.25, 0.5, 1.0] {
-            let kernel = MeshKernel { step_pitches };
+            let kernel = MeshKernel::of_segment(step_pitches);
             let lattice = Lattice {
                 kernel,
                 step_pitches: [step_pitches; 2],

@@ -26,3 +26,4 @@ pub mod slips;
 pub(crate) mod spot;
 pub mod thinning;
 pub mod tooth_counts;
+pub mod turn;

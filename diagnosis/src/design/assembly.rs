@@ -16,7 +16,7 @@ use crate::noise::simulated::{Floor, floor};
 use crate::spectra::flicker::flicker_hz;
 use crate::spectra::lines::{add_lines, lines_of};
 use effects::Detection;
-use effects::sensor::{BasisInputs, READINGS};
+use effects::sensor::{BasisInputs, READINGS, SingleTeeth};
 use std::sync::Arc;
 
 /// What a caller may change.
@@ -108,6 +108,8 @@ pub struct DesignOptions<'a> {
     pub previous_inputs: Option<&'a BasisInputs>,
     /// A field over the platen is judged.
     pub field: bool,
+    /// The field is of teeth that are read one at a time.
+    pub single_teeth: Option<SingleTeeth>,
     /// Only the blocks named here are compared: a field has hundreds of unknowns.
     pub only: Option<&'a [String]>,
     /// Finer shapes are laid over the coordinates, and nothing else.
@@ -185,6 +187,9 @@ pub fn assemble<'a>(
     linearized.inputs.lines_wind = design_options
         .previous_inputs
         .is_some_and(|inputs| inputs.lines_wind);
+    if design_options.single_teeth.is_some() {
+        linearized.inputs.forms.single_teeth = design_options.single_teeth;
+    }
     if design_options.field {
         crate::design::knots::lay(&mut linearized);
     }

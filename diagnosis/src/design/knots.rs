@@ -16,13 +16,17 @@ const MOST_KNOT_VALUES: usize = 200;
 /// not known, nor how many an aperture holds, and a field bends where a tooth comes in or goes out: a mesh of half the width
 /// misses half as much of a bend between two values.
 const KNOT_STEPS_PITCHES: [f64; 3] = [0.25, 0.5, 1.0];
+/// The same of knots where single teeth are read. A north and a south pole are half a pole pair each: four knots tell the wave of each. A coarser
+/// mesh than a pitch tells no tooth of a row.
+const SINGLE_TEETH_PITCHES: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
 
 /// Sets the mesh and the knots: a rectangle of values for each segment where that is few enough; else teeth for each segment;
 /// else as fine as can be for the channels; none where the courier hardly moves.
 pub fn lay(linearized: &mut LinearizedRecording) {
     linearized.inputs.field_by_segment = true;
-    linearized.inputs.field_by_value = true;
-    for pitches in KNOT_STEPS_PITCHES {
+    let single = linearized.inputs.forms.single_teeth.is_some();
+    linearized.inputs.field_by_value = !single;
+    for pitches in KNOT_STEPS_PITCHES.into_iter().filter(|_| !single) {
         let step_m = pitches * linearized.observations.pitch_m;
         let corners = rectangles(linearized, step_m);
         let count: usize = corners.iter().flatten().map(values).sum();
@@ -33,7 +37,12 @@ pub fn lay(linearized: &mut LinearizedRecording) {
         }
     }
     linearized.inputs.field_by_value = false;
-    for pitches in [1.0, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0] {
+    let coarser: &[f64] = if single {
+        &SINGLE_TEETH_PITCHES
+    } else {
+        &[1.0, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0]
+    };
+    for &pitches in coarser {
         let step_m = pitches * linearized.observations.pitch_m;
         let list = at(linearized, step_m);
         let count: usize = list.iter().map(Vec::len).sum();
@@ -76,7 +85,11 @@ fn at(linearized: &LinearizedRecording, step_m: f64) -> [Vec<[i32; 2]>; 4] {
     let pitch_m = linearized.observations.pitch_m;
     let step_pitches = step_m / pitch_m;
     let lattice = Lattice {
-        kernel: MeshKernel { step_pitches },
+        kernel: if linearized.inputs.forms.single_teeth.is_some() {
+            MeshKernel::of_one_tooth(step_pitches)
+        } else {
+            MeshKernel::of_segment(step_pitches)
+        },
         step_pitches: [step_pitches; 2],
     };
     let mut places: [Vec<[f64; 2]>; 4] = Default::default();
@@ -85,10 +98,11 @@ fn at(linearized: &LinearizedRecording, step_m: f64) -> [Vec<[i32; 2]>; 4] {
             places[s].push(place_m.map(|p| p / pitch_m));
         }
     }
+    let row = linearized.inputs.forms.single_teeth.is_some();
     let mut out: [Vec<[i32; 2]>; 4] = Default::default();
     out.par_iter_mut().zip(places).for_each(|(knots, places)| {
         let passed = lattice.passed(places).into_iter();
-        let often = passed.filter(|(_, weight)| *weight > WEIGHT);
+        let often = passed.filter(|(knot, weight)| *weight > WEIGHT && !(row && knot[1] != 0));
         *knots = often.map(|(knot, _)| knot).collect();
     });
     out

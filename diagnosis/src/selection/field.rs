@@ -2,12 +2,14 @@
 
 use super::ModelSelection;
 use super::selected::{SelectedModel, leading};
+use crate::data::turn::periods_of_turn;
 use crate::design::assembly::{DesignOptions, assemble};
 use crate::inference::cross_validation::CrossValidation;
 use crate::linearization::point::LinearizationPoint;
 use crate::selection::limits::{FIELD_COORDINATES, UNEXPLAINED_SHARE, VISIBLE_GAP_RATIO};
 use crate::trace::log;
 use effects::Detection;
+use effects::sensor::SingleTeeth;
 
 /// A field over the platen is worth its hundreds of unknowns if it leaves less than this share of what was left.
 const FIELD_LEAVES: f64 = 0.7;
@@ -34,22 +36,75 @@ impl ModelSelection<'_> {
             return;
         }
         let mask = leading(&self.design, &self.selected);
-        if !self.take_field(&mask, FIELD_LEAVES * left) {
+        let several = self.take_field(&mask, FIELD_LEAVES * left, None);
+        let left = if several {
+            self.selected.found.unexplained_fraction
+        } else {
+            left
+        };
+        if !self.take_single_teeth(&mask, left) && !several {
             return;
         }
         // Beside a field that was most of the gap noise shows only now.
         if let Some(noise) = self.noise_left() {
             self.noise = Some(noise);
-            self.take_field(&mask, f64::INFINITY);
+            self.take_field(&mask, f64::INFINITY, None);
         }
     }
 
+    /// A field of teeth, or of a ring's pole pairs, that the sensor reads one at a time; where they come round again, of those of a turn. A
+    /// courier's segments read several: it is asked for of another sensor alone, beside its reference.
+    fn take_single_teeth(&mut self, beside: &[String], left: f64) -> bool {
+        let inputs = &self.design.linearized.inputs;
+        let mut segments = (0..4).filter(|s| inputs.segments[*s]);
+        let (Some(segment), None, true) = (segments.next(), segments.next(), inputs.reference)
+        else {
+            return false;
+        };
+        if self.ratio() < VISIBLE_GAP_RATIO {
+            return false;
+        }
+        let of_turn = self.periods_of_turn(segment);
+        log(&format!("teeth of a turn: {of_turn:?}"));
+        let forms = [of_turn, None].map(|a_turn| SingleTeeth { a_turn });
+        let forms = if of_turn.is_some() {
+            &forms[..]
+        } else {
+            &forms[1..]
+        };
+        let tried = forms.iter();
+        tried.fold(false, |taken, form| {
+            let most = if taken {
+                self.selected.found.unexplained_fraction
+            } else {
+                FIELD_LEAVES * left
+            };
+            self.take_field(beside, most, Some(*form)) || taken
+        })
+    }
+
+    /// Periods after which what the baseline leaves of a segment comes again.
+    fn periods_of_turn(&self, segment: usize) -> Option<u32> {
+        let linearized = &self.design.linearized;
+        let residuals = self.design.residuals(&[]);
+        let place = residuals.sample.iter().map(|i| {
+            linearized.covariates(*i).place_m[segment][0] / linearized.observations.pitch_m
+        });
+        periods_of_turn(&place.collect::<Vec<f64>>(), &residuals.value_m)
+    }
+
     /// Takes over the best set with a field over the platen if it leaves less than this share.
-    fn take_field(&mut self, beside: &[String], most: f64) -> bool {
+    fn take_field(
+        &mut self,
+        beside: &[String],
+        most: f64,
+        single_teeth: Option<SingleTeeth>,
+    ) -> bool {
         let design_options = DesignOptions {
             line_residuals: Some(self.relinearized.residuals()),
             previous_inputs: Some(&self.design.linearized.inputs),
             field: true,
+            single_teeth,
             only: Some(beside),
             ..DesignOptions::default()
         };

@@ -6,6 +6,7 @@ mod common_field;
 mod completing_terms;
 pub mod core_terms;
 mod elimination;
+mod far_forms;
 mod field;
 mod figures;
 mod final_fit;
@@ -49,7 +50,7 @@ use crate::selection::limits::{
 use crate::transfer::model::Model;
 use crate::verdict::answer::{Diagnosis, Verdict};
 use crate::verdict::evidence::{Evidence, Step, WITHOUT_A_NAME};
-use effects::sensor::READINGS;
+use effects::sensor::{BasisInputs, READINGS};
 use plausibility::{Finding, Fitted, Plausibility};
 use recording::Recording;
 use selected::SelectedModel;
@@ -174,13 +175,19 @@ pub(crate) struct ModelSelection<'a> {
 impl<'a> ModelSelection<'a> {
     /// The first look: about the baseline.
     fn from_baseline(prepared: &'a Prepared, options: &'a Options) -> Self {
-        let first = assemble(
-            prepared,
-            options,
-            &prepared.point(),
-            DesignOptions::default(),
-        );
+        let of = |design_options| assemble(prepared, options, &prepared.point(), design_options);
+        let mut first = of(DesignOptions::default());
         let before = first.residuals(&[]);
+        if let Some(forms) = far_forms::far_forms(&first, &before) {
+            let inputs = BasisInputs {
+                forms,
+                ..first.linearized.inputs.clone()
+            };
+            first = of(DesignOptions {
+                previous_inputs: Some(&inputs),
+                ..DesignOptions::default()
+            });
+        }
         let selected = SelectedModel::new(&first, false);
         let relinearized = RelinearizedFit::of(&first, &selected);
         Self {

@@ -31,6 +31,10 @@ impl<'a> ModelSelection<'a> {
     /// Tells the field by its teeth where that leaves less.
     pub(super) fn resolve_teeth(&mut self) {
         let names = self.selected.names(&self.design);
+        // Single ones are told by themselves already.
+        if self.design.linearized.inputs.forms.single_teeth.is_some() {
+            return;
+        }
         if !names.iter().any(|n| effects::is(n, Detection::AsField))
             || self.ratio() < CLOSE_RATIO * self.noise_rms()
         {

@@ -42,7 +42,7 @@ const LEAST_BURST_SHARE: f64 = 0.005;
 /// No shape stands out of its neighbours by so many times what is left.
 const FAR_OUTLIER_RATIO: f64 = 10.0;
 /// No amount is larger than so many prior sizes. The largest of 150 recordings with effects of up to 4 µm rms is 4.3.
-const LARGEST_PRIOR_SIZES: f64 = 8.0;
+pub(super) const LARGEST_PRIOR_SIZES: f64 = 8.0;
 /// Effects imitate a nameless shape if they leave this share of the gap,
 const IMITATION_LEAVES: f64 = 0.01;
 /// the shape takes this share of that,
@@ -372,7 +372,10 @@ impl ModelSelection<'_> {
                 || self.is_no_drift(validation))
             || self.is_no_field(validation)
             || self.is_no_warmth(validation);
-        let better = found.unexplained_fraction > 2.0 * shaped.unexplained_fraction.max(0.0) + 0.03;
+        // Where all that is found is needed beside the shapes as well, these are what is left, and no rival.
+        let rival = found.blocks.iter().any(|b| !shaped.blocks.contains(b));
+        let better =
+            rival && found.unexplained_fraction > 2.0 * shaped.unexplained_fraction.max(0.0) + 0.03;
         let visible = self.stays_visible(seen);
         // One shape that does better than several causes together.
         let one = found.blocks.len() > 1

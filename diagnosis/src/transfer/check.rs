@@ -205,6 +205,7 @@ fn split(model: &Model, observations: &Observations, usable: Vec<bool>) -> (Vec<
     let mut linearized =
         LinearizedRecording::relative_to(observations, baseline, usable, Some(&model.normal));
     linearized.inputs.field_by_segment = model.inputs.field_by_segment;
+    linearized.inputs.forms = model.inputs.forms;
     let there = |i: usize| {
         linearized.mask[i] && linearized.channels(i).contains(&true) | linearized.scope.reference
     };

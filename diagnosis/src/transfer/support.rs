@@ -62,8 +62,11 @@ pub fn places_m<'a>(
     let covariates = linearized.covariates(i);
     let channels = linearized.channels(i);
     let by_segment = linearized.scope.reference || linearized.inputs.field_by_segment;
+    let (forms, pitch_m) = (&linearized.inputs.forms, linearized.observations.pitch_m);
     (0..MOST_FIELDS).filter_map(move |s| match (by_segment, channels.get(s)) {
-        (true, _) if linearized.scope.segments[s] => Some((s, covariates.place_m[s])),
+        (true, _) if linearized.scope.segments[s] => {
+            Some((s, forms.field_place_m(covariates.place_m[s], pitch_m)))
+        }
         (false, Some(true)) => Some((s, covariates.centre_m)),
         _ => None,
     })

@@ -1,9 +1,9 @@
 //! The diagnosis on a few recordings of the independent rig and on real ones, in the ordinary tests.
-use specimens::rig;
 
+use crate::shared::shared;
 use diagnosis::{Diagnosis, Options, Verdict, diagnose};
+use specimens::rig;
 use specimens::{Case, Conditions, Drawn, Kind};
-use std::path::PathBuf;
 
 fn on_rig(seed: u64, effects: &[(&str, f64)]) -> Diagnosis {
     let options = rig::Options {
@@ -396,23 +396,6 @@ fn a_creep_while_the_room_cools_is_no_thermal_drift() {
         assert_eq!(d.verdict, Verdict::Unknown, "{:?}", names(&d));
         assert!(d.place[0].coordinate.starts_with("time"), "{:?}", d.place);
     }
-}
-
-/// The recordings that may not be copied into the project; without them the test says so and passes.
-fn shared(name: &str) -> Option<recording::Recording> {
-    let root = std::env::var_os("COURIER_SHARED").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared")),
-        PathBuf::from,
-    );
-    let path = root.join("data").join(name);
-    if !path.exists() {
-        eprintln!(
-            "SKIPPED: {} is not there; set COURIER_SHARED",
-            path.display()
-        );
-        return None;
-    }
-    Some(recording::Recording::read(path).expect("a readable recording"))
 }
 
 #[test]

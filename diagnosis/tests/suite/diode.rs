@@ -1,4 +1,5 @@
 //! How the coordination sensor's diode is mounted: what is its own, what the platen's, and what nobody can tell.
+use crate::shared::shared;
 use specimens::rig;
 
 use diagnosis::{Diagnosis, Options, Verdict, diagnose};
@@ -81,4 +82,59 @@ fn a_spot_at_the_edge_of_the_diode_is_no_reading() {
     };
     let d = mounted(52, aside);
     assert_eq!(d.verdict, Verdict::NoGap, "{:?}", names(&d));
+}
+
+/// The same recording seen by a diode of quadrants: the light goes over from one to the next as a hyperbolic tangent does, which at 0.8 of full
+/// scale is a twentieth less than a line.
+fn of_quadrants(recording: &recording::Recording) -> recording::Recording {
+    const STEEP: f64 = 0.5;
+    let mut out = recording.clone();
+    out.samples = recording::Samples::default();
+    for i in 0..recording.samples.len() {
+        let mut row = recording.samples.row(i);
+        if let Some([right, left, up, down]) = row.electrode_counts.filter(|e| *e != [0.0; 4]) {
+            let bent = |a: f64, b: f64| {
+                let (sum, share) = (a + b, (a - b) / (a + b));
+                let seen = (STEEP * share).tanh() / STEEP;
+                [0.5 * sum * (1.0 + seen), 0.5 * sum * (1.0 - seen)]
+            };
+            let [[right, left], [up, down]] = [bent(right, left), bent(up, down)];
+            row.electrode_counts = Some([right, left, up, down].map(f64::round));
+        }
+        out.samples.push(&row);
+    }
+    out
+}
+
+/// Named, and a fifth of the gap or less is left in both channels of the diode.
+fn bend_is_named(answer: &Diagnosis) {
+    assert_eq!(answer.verdict, Verdict::Named, "{:?}", answer.place);
+    assert!(
+        names(answer).contains(&"psd_nonlinearity"),
+        "{:?}",
+        names(answer)
+    );
+    let channels = answer.held_out.channels.iter();
+    for c in channels.filter(|c| c.channel != "g_p") {
+        let most_m = (0.2 * c.before_rms_m).max(1.1 * c.floor_rms_m);
+        assert!(c.after_rms_m < most_m, "{c:?}");
+    }
+}
+
+#[test]
+fn a_diode_of_quadrants_bends_far_and_is_named() {
+    let options = rig::Options {
+        samples: 5000,
+        ..rig::Options::default()
+    };
+    let recording = of_quadrants(&rig::record(61, &[], &options).0);
+    bend_is_named(&diagnose(&recording, "quadrants", &Options::default()));
+}
+
+#[test]
+fn a_real_diode_of_quadrants_is_named() {
+    let Some(recording) = shared("quadrant-diode-aug28") else {
+        return;
+    };
+    bend_is_named(&diagnose(&recording, "diode", &Options::default()));
 }

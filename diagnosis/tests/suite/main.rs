@@ -18,6 +18,8 @@ mod logged;
 mod motion;
 mod one_run;
 mod phase;
+mod rings;
+mod shared;
 mod slips;
 mod stray_field;
 mod wander;
