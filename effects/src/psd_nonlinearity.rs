@@ -74,9 +74,9 @@ pub mod sensor_side {
     const POWERS: [[i32; 2]; 7] = [[3, 0], [0, 3], [2, 1], [1, 2], [2, 0], [1, 1], [0, 2]];
     /// The same of fourth and fifth degree: a diode bends the more the nearer to its edge.
     const HIGHER: [[i32; 2]; 7] = [[5, 0], [0, 5], [3, 2], [2, 3], [4, 0], [2, 2], [0, 4]];
-    /// The same of sixth to ninth degree, along the axes: the light of one quadrant goes over to the next as an error function does, and an edge
-    /// of its spot shows.
-    const OF_QUADRANTS: [[i32; 2]; 8] = [[6, 0], [0, 6], [7, 0], [0, 7], [8, 0], [0, 8], [9, 0], [0, 9]];
+    /// Highest degree of a diode of quadrants, along each axis alone. A prior: the light of one quadrant goes over to the next as an error function
+    /// does, and an edge of its spot shows.
+    const HIGHEST: i32 = 9;
     /// Prior sizes of the terms, m rms.
     const SIZE_M: f64 = 4.0e-6;
     /// See [`SIZE_M`].
@@ -94,7 +94,8 @@ pub mod sensor_side {
             powers.iter().map(|powers| (*powers, size_m)).collect()
         };
         let terms = if inputs.forms.bends_far {
-            let all = [&POWERS[..], &HIGHER, &OF_QUADRANTS].concat();
+            let alone = (6..=HIGHEST).flat_map(|degree| [[degree, 0], [0, degree]]);
+            let all: Vec<_> = POWERS.iter().chain(&HIGHER).copied().chain(alone).collect();
             of_size(&all, QUADRANTS_BEND * SIZE_M)
         } else {
             [of_size(&POWERS, SIZE_M), of_size(&HIGHER, HIGHER_M)].concat()

@@ -64,7 +64,9 @@ impl NestedForms {
         match self.single_teeth {
             None => [along_m, across_m],
             Some(SingleTeeth { a_turn: None }) => [along_m, 0.0],
-            Some(SingleTeeth { a_turn: Some(count) }) => [along_m.rem_euclid(f64::from(count) * pitch_m), 0.0],
+            Some(SingleTeeth {
+                a_turn: Some(count),
+            }) => [along_m.rem_euclid(f64::from(count) * pitch_m), 0.0],
         }
     }
 }

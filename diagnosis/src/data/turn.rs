@@ -1,23 +1,23 @@
 //! Periods after which the same teeth, or pole pairs, come round again: an error over the place repeats after a turn, and not after each
 //! period.
 
-/// Cells to a period: an error of its order two has four to each wave.
+/// Cells to a period, derived from an error of its order two, each wave of which has four.
 const CELLS: usize = 8;
-/// Most cells: a place that goes over more is no shaft's.
+/// Most cells. A prior: a place that goes over more is no shaft's.
 const MOST_CELLS: usize = 100_000;
-/// Turns that must have been made, for half of the periods to be passed twice.
+/// Turns that must have been made, derived from half of the periods being passed twice.
 const LEAST_TURNS: f64 = 1.5;
 /// Share of the error's power that comes again. A prior: with less, what does not come again is the larger part.
 const COMES_AGAIN: f64 = 0.5;
-/// Student's t of that correlation over the periods that are passed twice, each of which is as good as one value: beyond chance of all lengths
-/// that are tried.
+/// Student's t of that correlation over the periods that are passed twice, each of which is as good as one value: derived from the
+/// normal tail: by chance once in three million lengths.
 const BEYOND_CHANCE: f64 = 5.0;
 /// Several turns are a turn as well, and scatter: the shortest length counts whose part that does not come again is less than so many times that
 /// of the best. A prior.
 const AS_GOOD: f64 = 2.0;
 
 /// Periods of a turn by an error at places, in periods: the length after which most of it comes again. None where it does not. What is the same
-/// in every period counts for nothing. Cost: the square of the periods passed, times [`CELLS`].
+/// in every period counts for nothing. Cost: the square of the periods passed, times eight cells each.
 pub fn periods_of_turn(place: &[f64], error: &[f64]) -> Option<u32> {
     let known = || {
         let both = place.iter().zip(error);

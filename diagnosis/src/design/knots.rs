@@ -16,8 +16,8 @@ const MOST_KNOT_VALUES: usize = 200;
 /// not known, nor how many an aperture holds, and a field bends where a tooth comes in or goes out: a mesh of half the width
 /// misses half as much of a bend between two values.
 const KNOT_STEPS_PITCHES: [f64; 3] = [0.25, 0.5, 1.0];
-/// The same of knots where single teeth are read. A north and a south pole are half a pole pair each: four knots tell the wave of each. A coarser
-/// mesh than a pitch tells no tooth of a row.
+/// The same of knots where single teeth are read, derived from a north and a south pole being half a pole pair each, with four knots for the wave
+/// of each. A coarser mesh than a pitch tells no tooth of a row.
 const SINGLE_TEETH_PITCHES: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
 
 /// Sets the mesh and the knots: a rectangle of values for each segment where that is few enough; else teeth for each segment;

@@ -3,7 +3,7 @@
 
 use crate::design::assembly::{BlockKind, Design};
 use crate::inference::residuals::Residuals;
-use crate::selection::verdict::LARGEST_PRIOR_SIZES;
+use crate::selection::limits::LARGEST_PRIOR_SIZES;
 use effects::Card;
 use effects::sensor::NestedForms;
 

@@ -11,9 +11,9 @@ use effects::sensor::{CHANNELS, Regressor};
 use nalgebra::DVector;
 use normal_equations::unit_priors::{Solution, solve};
 
-/// Samples that a slope is averaged over: of so many phases of a tooth an rms is known to some percent.
+/// Samples that a slope is averaged over, derived from an rms of so many being known to 4 %.
 const SAMPLES_LOOKED_AT: usize = 300;
-/// Normal quantile beyond which chance comes once in twenty times, to one side.
+/// The 95 % point of the normal distribution.
 const CHANCE_DEVIATIONS: f64 = 1.645;
 
 /// What follows a logged column, of what is left after `blocks`: of each coordinate that is told and is one of a logged column's. Cost of each:

@@ -11,7 +11,7 @@ use crate::selection::limits::MINIMUM_SQUARES;
 use crate::verdict::answer::{Correction, HeldOutChannel};
 use effects::sensor::READINGS;
 
-/// Coordinates of one correction: that of the cause, and two that it shows in besides, as in [`crate::posterior::nameless`]. A bound on the work.
+/// Coordinates of one correction. A prior: that of the cause, and two that it shows in besides, as in [`crate::posterior::nameless`].
 const MOST_COORDINATES: usize = 3;
 
 /// A correction, and its held-out residuals by the stated noise.

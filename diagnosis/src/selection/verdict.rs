@@ -12,7 +12,7 @@ use crate::inference::posterior::birge_ratio;
 use crate::inference::residuals::Residuals;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::link::state_probabilities;
-use crate::selection::limits::MINIMUM_SQUARES;
+use crate::selection::limits::{LARGEST_PRIOR_SIZES, MINIMUM_SQUARES};
 use crate::selection::limits::{NOISY_RATIO, STAYS_VISIBLE, UNEXPLAINED_SHARE, VISIBLE_GAP_RATIO};
 use crate::selection::search::{SearchResult, stands_out, unexplained_fraction};
 use crate::trace::log;
@@ -41,8 +41,6 @@ const NOISE_BESIDE_A_COURSE: f64 = 0.10;
 const LEAST_BURST_SHARE: f64 = 0.005;
 /// No shape stands out of its neighbours by so many times what is left.
 const FAR_OUTLIER_RATIO: f64 = 10.0;
-/// No amount is larger than so many prior sizes. The largest of 150 recordings with effects of up to 4 µm rms is 4.3.
-pub(super) const LARGEST_PRIOR_SIZES: f64 = 8.0;
 /// Effects imitate a nameless shape if they leave this share of the gap,
 const IMITATION_LEAVES: f64 = 0.01;
 /// the shape takes this share of that,
