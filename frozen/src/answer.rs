@@ -18,7 +18,7 @@ pub struct Answer {
     pub place: Vec<Share>,
     /// What the effects leave.
     pub held_out: Residual,
-    /// What nothing named explains.
+    /// What nothing named explains, without what is told of it beyond its share and its places: these are further fits of the same columns.
     pub unexplained: Unexplained,
     /// What the model leaves on the other recording of the same courier.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -95,7 +95,11 @@ pub fn answer(first: &Recording, second: Option<&Recording>) -> Answer {
             .collect(),
         place: diagnosis.place,
         held_out: Residual::new(&diagnosis.held_out),
-        unexplained: diagnosis.unexplained,
+        unexplained: Unexplained {
+            follows: Vec::new(),
+            correction: None,
+            ..diagnosis.unexplained
+        },
         checked: checked
             .and_then(|(model, second)| check(model, second).ok())
             .map(|held_out| Residual::new(&held_out)),
