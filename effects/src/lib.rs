@@ -10,6 +10,7 @@ pub mod effect;
 pub mod identity;
 mod inexactness;
 pub mod motion;
+mod nested_forms;
 pub mod over;
 pub mod page;
 pub mod plant;

@@ -129,7 +129,7 @@ pub struct Definition;
 pub static CARD: Card = Card {
     name: "psd_nonlinearity",
     summary: "cubic, quadratic and cross terms of the coordination sensor",
-    sizes: "4 µm for terms of second and third degree, 1.5 µm for higher ones; fifty times that, and terms of up to ninth degree, where that is what leaves a bend: of a diode of quadrants a cubic term of up to 17 % of the linear one at full scale has been seen (Golnabi)",
+    sizes: "4 µm for terms of second and third degree, 1.5 µm for higher ones. A diode that bends by more than such amounts could, as one of quadrants does, is told by amounts fifty times as large and to the ninth degree: a cubic term of up to 17 % of the linear one at full scale has been seen (Golnabi)",
     telling_motion: "fly-bys under the beacon along both axes to the edge of the diode",
     needs: &[Need::Beacon],
     follows: Quantity::Deflection,

@@ -140,11 +140,11 @@ pub mod sensor_side {
 
     /// How far a reading averages, and the prior size of its field, m rms.
     fn aperture(inputs: &BasisInputs) -> (MeshKernel, f64) {
-        let step_pitches = inputs.knot_step_m / inputs.pitch_m;
+        let kernel = inputs.forms.field_kernel(inputs.knot_step_m / inputs.pitch_m);
         if inputs.forms.single_teeth.is_some() {
-            (MeshKernel::of_one_tooth(step_pitches), OF_ONE_TOOTH * inputs.pitch_m)
+            (kernel, OF_ONE_TOOTH * inputs.pitch_m)
         } else {
-            (MeshKernel::of_segment(step_pitches), SIZE_M)
+            (kernel, SIZE_M)
         }
     }
 

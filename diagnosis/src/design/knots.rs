@@ -4,7 +4,7 @@ use crate::linearization::recording::LinearizedRecording;
 use crate::transfer::support::places_m;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
-use tooth_field::{Lattice, MeshKernel, Teeth};
+use tooth_field::{Lattice, Teeth};
 
 /// Weight of samples that a knot must carry to be judged.
 const WEIGHT: f64 = 3.0;
@@ -85,11 +85,7 @@ fn at(linearized: &LinearizedRecording, step_m: f64) -> [Vec<[i32; 2]>; 4] {
     let pitch_m = linearized.observations.pitch_m;
     let step_pitches = step_m / pitch_m;
     let lattice = Lattice {
-        kernel: if linearized.inputs.forms.single_teeth.is_some() {
-            MeshKernel::of_one_tooth(step_pitches)
-        } else {
-            MeshKernel::of_segment(step_pitches)
-        },
+        kernel: linearized.inputs.forms.field_kernel(step_pitches),
         step_pitches: [step_pitches; 2],
     };
     let mut places: [Vec<[f64; 2]>; 4] = Default::default();

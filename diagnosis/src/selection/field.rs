@@ -66,20 +66,14 @@ impl ModelSelection<'_> {
         }
         let of_turn = self.periods_of_turn(segment);
         log(&format!("teeth of a turn: {of_turn:?}"));
-        let forms = [of_turn, None].map(|a_turn| SingleTeeth { a_turn });
-        let forms = if of_turn.is_some() {
-            &forms[..]
-        } else {
-            &forms[1..]
-        };
-        let tried = forms.iter();
-        tried.fold(false, |taken, form| {
+        let within_a_turn = of_turn.map(Some).into_iter();
+        within_a_turn.chain([None]).fold(false, |taken, a_turn| {
             let most = if taken {
                 self.selected.found.unexplained_fraction
             } else {
                 FIELD_LEAVES * left
             };
-            self.take_field(beside, most, Some(*form)) || taken
+            self.take_field(beside, most, Some(SingleTeeth { a_turn })) || taken
         })
     }
 

@@ -1,4 +1,4 @@
-//! The figures of an answer: each channel's gap and what is left of it, and where both lie.
+//! The figures of an answer: each channel's gap and what is left of it, where both lie, and the residuals that a report draws.
 
 use super::ModelSelection;
 use super::follows::follows;
@@ -8,6 +8,7 @@ use crate::data::channel_names::CHANNEL_NAMES;
 use crate::inference::cross_validation::CrossValidation;
 use crate::inference::residuals::Residuals;
 use crate::verdict::answer::{Diagnosis, Gap, HeldOutChannel, Unexplained, Verdict};
+use crate::verdict::evidence::{Evidence, Step, WITHOUT_A_NAME};
 use effects::Detection;
 
 impl ModelSelection<'_> {
@@ -131,5 +132,46 @@ impl ModelSelection<'_> {
         clock_first(located);
         outside_first(located);
         (best.map(|best| best.residuals), rest)
+    }
+
+    /// Residuals beside their coordinates, and the gap after each effect in the order of the answer, or after a correction without a name.
+    pub(super) fn evidence(
+        &self,
+        diagnosis: &Diagnosis,
+        correction: Option<&Residuals>,
+    ) -> Evidence {
+        let columns = &self.design.columns;
+        let floor = self.floor.white_square.sqrt();
+        let found = &self.selected.found.blocks;
+        let step = |effect: &str, of: &Residuals| Step {
+            effect: effect.into(),
+            whitened: of.white_rms() / floor,
+        };
+        let mut steps = vec![step("", &self.before)];
+        let mut blocks = Vec::new();
+        for effect in &diagnosis.effects {
+            let same = |b: &&usize| columns.blocks[**b].name == effect.name;
+            if let Some(&block) = found.iter().find(same) {
+                blocks.push(block);
+                steps.push(if blocks.len() == found.len() {
+                    step(&effect.name, &self.after)
+                } else {
+                    let part = self.design.residuals(&blocks);
+                    step(&effect.name, &part)
+                });
+            }
+        }
+        let after = match correction {
+            Some(correction) => {
+                steps.push(step(WITHOUT_A_NAME, correction));
+                correction
+            }
+            None if blocks.is_empty() => &self.before,
+            None => &self.after,
+        };
+        let mut evidence = Evidence::new(&self.design.linearized, &self.before, after, steps);
+        evidence.set_aside += self.prepared.samples - evidence.samples;
+        evidence.samples = self.prepared.samples;
+        evidence
     }
 }

@@ -49,7 +49,7 @@ use crate::selection::limits::{
 };
 use crate::transfer::model::Model;
 use crate::verdict::answer::{Diagnosis, Verdict};
-use crate::verdict::evidence::{Evidence, Step, WITHOUT_A_NAME};
+use crate::verdict::evidence::Evidence;
 use effects::sensor::{BasisInputs, READINGS};
 use plausibility::{Finding, Fitted, Plausibility};
 use recording::Recording;
@@ -490,43 +490,6 @@ impl<'a> ModelSelection<'a> {
         };
         let after = self.held_out().white_rms();
         ((after.powi(2) - noise) / before).clamp(0.0, 1.0)
-    }
-
-    /// Residuals beside their coordinates, and the gap after each effect in the order of the answer, or after a correction without a name.
-    fn evidence(&self, diagnosis: &Diagnosis, correction: Option<&Residuals>) -> Evidence {
-        let columns = &self.design.columns;
-        let floor = self.floor.white_square.sqrt();
-        let found = &self.selected.found.blocks;
-        let step = |effect: &str, of: &Residuals| Step {
-            effect: effect.into(),
-            whitened: of.white_rms() / floor,
-        };
-        let mut steps = vec![step("", &self.before)];
-        let mut blocks = Vec::new();
-        for effect in &diagnosis.effects {
-            let same = |b: &&usize| columns.blocks[**b].name == effect.name;
-            if let Some(&block) = found.iter().find(same) {
-                blocks.push(block);
-                steps.push(if blocks.len() == found.len() {
-                    step(&effect.name, &self.after)
-                } else {
-                    let part = self.design.residuals(&blocks);
-                    step(&effect.name, &part)
-                });
-            }
-        }
-        let after = match correction {
-            Some(correction) => {
-                steps.push(step(WITHOUT_A_NAME, correction));
-                correction
-            }
-            None if blocks.is_empty() => &self.before,
-            None => &self.after,
-        };
-        let mut evidence = Evidence::new(&self.design.linearized, &self.before, after, steps);
-        evidence.set_aside += self.prepared.samples - evidence.samples;
-        evidence.samples = self.prepared.samples;
-        evidence
     }
 
     fn allowed(&self, name: &str) -> bool {

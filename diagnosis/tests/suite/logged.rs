@@ -1,7 +1,8 @@
 //! What follows a logged column and is no effect of the catalogue: where it lies, by how much, and how far a correction without a name gets.
 
+use crate::shared::of_one_segment;
 use diagnosis::{Diagnosis, Options, Verdict, diagnose};
-use recording::{Electronics, Geometry, Logged, Meta, Recording, Row, Samples};
+use recording::{Electronics, Logged, Recording, Row, Samples};
 use specimens::rig::Dice;
 use std::f64::consts::TAU;
 
@@ -47,21 +48,11 @@ fn recording(seed: u64, error_m: impl Fn(f64, f64) -> f64) -> Recording {
         name: "aux_rh".into(),
         values,
     });
-    Recording {
-        meta: Meta {
-            geometry: Geometry {
-                pitch_m: PITCH_M,
-                ..Geometry::default()
-            },
-            electronics: Electronics {
-                position_noise_m: Some(NOISE_M),
-                ..Electronics::default()
-            },
-            ..Meta::default()
-        },
-        samples,
-        warnings: Vec::new(),
-    }
+    let electronics = Electronics {
+        position_noise_m: Some(NOISE_M),
+        ..Electronics::default()
+    };
+    of_one_segment(PITCH_M, electronics, samples)
 }
 
 fn of(recording: &Recording) -> Diagnosis {

@@ -1,8 +1,8 @@
 //! A ring of pole pairs before one sensor that reads one of them at a time: each pole is off by its own amount.
 
-use crate::shared::shared;
+use crate::shared::{of_one_segment, shared};
 use diagnosis::{Diagnosis, Options, Verdict, diagnose};
-use recording::{Electronics, Geometry, Meta, Recording, Row, Samples};
+use recording::{Electronics, Recording, Row, Samples};
 use specimens::rig::Dice;
 
 /// Pole pairs of the ring.
@@ -77,23 +77,13 @@ fn recording(ring: &Ring, seed: u64, turns: f64, wrapped: bool) -> Recording {
             ..Row::default()
         });
     }
-    Recording {
-        meta: Meta {
-            geometry: Geometry {
-                pitch_m: PITCH_M,
-                ..Geometry::default()
-            },
-            electronics: Electronics {
-                adc_bits: Some(16),
-                amplitude_counts: Some(AMPLITUDE),
-                quadrature_noise_counts: Some(NOISE),
-                ..Electronics::default()
-            },
-            ..Meta::default()
-        },
-        samples,
-        warnings: Vec::new(),
-    }
+    let electronics = Electronics {
+        adc_bits: Some(16),
+        amplitude_counts: Some(AMPLITUDE),
+        quadrature_noise_counts: Some(NOISE),
+        ..Electronics::default()
+    };
+    of_one_segment(PITCH_M, electronics, samples)
 }
 
 fn of(recording: &Recording) -> Diagnosis {

@@ -1,6 +1,6 @@
-//! Real recordings, which are never copied into the project.
+//! Recordings that several files ask of: real ones, which are never copied into the project, and made ones of one segment.
 
-use recording::Recording;
+use recording::{Electronics, Geometry, Meta, Recording, Samples};
 use std::path::PathBuf;
 
 /// The recordings that may not be copied into the project; without them the test says so and passes.
@@ -18,4 +18,21 @@ pub fn shared(name: &str) -> Option<Recording> {
         return None;
     }
     Some(Recording::read(path).expect("a readable recording"))
+}
+
+/// Samples of one segment with a pitch, m, and a converter.
+pub fn of_one_segment(pitch_m: f64, electronics: Electronics, samples: Samples) -> Recording {
+    let geometry = Geometry {
+        pitch_m,
+        ..Geometry::default()
+    };
+    Recording {
+        meta: Meta {
+            geometry,
+            electronics,
+            ..Meta::default()
+        },
+        samples,
+        warnings: Vec::new(),
+    }
 }
