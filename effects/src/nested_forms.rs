@@ -17,7 +17,7 @@ pub struct NestedForms {
     pub memory_waves: bool,
     /// What a segment remembers of its way is felt less by a slow courier.
     pub softens: bool,
-    /// Mounts follow the temperature after the last of [`LAGS_S`] as well.
+    /// Mounts follow the temperature after the last of [`LAGS_S`](crate::sensor::LAGS_S) as well.
     pub warms_slowly: bool,
     /// Offsets, gain and angle of a pair follow the temperature as well as a segment's place does.
     pub pairs_warm: bool,
