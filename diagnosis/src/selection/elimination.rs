@@ -9,7 +9,7 @@ use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::limits::{
     CLOSE_RATIO, COMPLETING_SHARE, COMPLETING_SQUARES, LARGELY_COMPLETES, LEADING_SHARE,
 };
-use crate::selection::search::unexplained_fraction;
+use crate::selection::worth::unexplained_fraction;
 use effects::{Card, Detection};
 
 /// An effect beside others must take this share of what is left without it, and of the whole gap.

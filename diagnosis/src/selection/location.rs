@@ -6,7 +6,7 @@ use crate::data::channel_names::CHANNEL_NAMES;
 use crate::design::assembly::{BlockKind, Design, DesignOptions, assemble};
 use crate::inference::cross_validation::CrossValidation;
 use crate::linearization::point::LinearizationPoint;
-use crate::selection::search::unexplained_fraction;
+use crate::selection::worth::unexplained_fraction;
 use crate::trace::log;
 use crate::verdict::answer::Share;
 use effects::sensor::Regressor;

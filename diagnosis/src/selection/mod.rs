@@ -35,6 +35,7 @@ mod variance_components;
 mod verdict;
 mod wander_elsewhere;
 mod winding;
+mod worth;
 
 use crate::data::prepare::{Prepared, prepare};
 use crate::design::assembly::{Design, DesignOptions, Options, assemble};

@@ -8,7 +8,7 @@ use crate::data::slips::Slip;
 use crate::design::assembly::complexity_penalty;
 use crate::inference::cross_validation::CrossValidation;
 use crate::inference::posterior::{Estimate, Posterior, birge_ratio};
-use crate::selection::search::unexplained_fraction;
+use crate::selection::worth::unexplained_fraction;
 use crate::verdict::answer::{Magnitude, Named};
 use crate::verdict::rivals::Rivals;
 use effects::effect::KnownBy;

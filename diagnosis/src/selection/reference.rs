@@ -4,7 +4,7 @@ use super::ModelSelection;
 use crate::design::coordinate_basis::REFERENCE_PHASE;
 use crate::inference::cross_validation::CrossValidation;
 use crate::inference::residuals::Residuals;
-use crate::selection::search::unexplained_fraction;
+use crate::selection::worth::unexplained_fraction;
 use crate::verdict::answer::Named;
 use effects::Card;
 

@@ -5,7 +5,7 @@ use super::ModelSelection;
 use crate::inference::cross_validation::CrossValidation;
 use crate::selection::limits::MINIMUM_SQUARES;
 use crate::selection::limits::{COMPLETING_SQUARES, STAYS_VISIBLE};
-use crate::selection::search::unexplained_fraction;
+use crate::selection::worth::unexplained_fraction;
 use effects::Card;
 
 /// A shape that leaves so many times what a drift leaves does not do as well, whatever share of the gap it takes.

@@ -12,7 +12,8 @@ use crate::selection::limits::MINIMUM_SQUARES;
 use crate::selection::limits::{
     COMPLETING_SHARE, COMPLETING_SQUARES, LARGELY_COMPLETES, LEADING_SHARE, VISIBLE_GAP_RATIO,
 };
-use crate::selection::search::{SearchResult, unexplained_fraction};
+use crate::selection::search::SearchResult;
+use crate::selection::worth::unexplained_fraction;
 use crate::trace::log;
 use effects::Card;
 

@@ -5,9 +5,8 @@ use crate::inference::cross_validation::CrossValidation;
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::core_terms::lacks_core_terms;
-use crate::selection::search::{
-    SearchResult, least_share, noise_floor, search, unexplained_fraction,
-};
+use crate::selection::search::{SearchResult, noise_floor, search};
+use crate::selection::worth::{least_share, unexplained_fraction};
 use crate::trace::{log, tracing};
 use effects::{Card, Detection};
 
