@@ -4,13 +4,14 @@ use super::sample::Sample;
 use crate::frame::{Frame, SEGMENTS, Status};
 use crate::math::sqrt;
 
-/// Frames of one pose at most.
+/// Frames of one pose at most. Derived from their mean: its noise is 0.18 of a frame's.
 pub const FRAMES: usize = 32;
-/// A frame further than this many robust deviations from the median in any channel is left out.
+/// A frame further than this many robust deviations from the median in any channel is left out. Derived from the median deviation
+/// of 32 frames, which is known to 21 %: 6 of it are 3.5 at two such errors, by chance one frame in 2,000.
 const OUTLIER: f32 = 6.0;
-/// Standard deviation over median absolute deviation, normal noise.
+/// Standard deviation over median absolute deviation. Derived from the normal distribution: one over its 75 % point, 0.6745.
 const MAD_TO_SIGMA: f32 = 1.4826;
-/// Share of the frames that must survive.
+/// Share of the frames that must survive. A prior: fewer are no outliers but a courier that moves, and the pose is tried again.
 const KEPT_SHARE: f32 = 0.75;
 
 /// What makes a frame useless for calibration.

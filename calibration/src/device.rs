@@ -4,7 +4,7 @@ use core::fmt;
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Bytes of a board's number.
+/// Bytes of a board's number. By definition 96 bits (RM0440, unique device identifier).
 const BYTES: usize = 12;
 
 /// The board's own number, 96 bits. In JSON it is 24 hexadecimal digits; on the screen too, unless all of its bytes are printable

@@ -16,17 +16,18 @@ use crate::math::sqrt;
 /// The platen sensor's estimator: the joint calibration's, whose memory it shares. One size is one copy of the code.
 pub type PlatenEstimator = JointEstimator;
 
-/// Samples judged together: three for each unknown of equation (3), nearly; two for each of the most.
+/// Samples judged together. Derived from the unknowns: three for each of equation (3)'s 33, nearly; two for each of the most.
 pub const STARTUP: usize = 96;
-/// Innovations, or deleted residuals, above this many predicted standard deviations are refused: one good sample in
-/// 16,000, some more at start-up, where the noise is less well known.
+/// Innovations, or deleted residuals, above this many predicted standard deviations are refused. Derived from the normal tail:
+/// one good sample in 16,000, some more at start-up, where the noise is less well known.
 const REFUSED: f32 = 4.0;
 /// Those above this count less, so that none pulls harder than this (Huber 1964).
 const FULL_WEIGHT: f32 = 2.5;
-/// Of the start-up samples.
+/// Of the start-up samples. A bound on the work: the weights of the last stand.
 const REWEIGHTINGS: usize = 2;
 
-/// Phases per pitch at which the predicted deviation is looked at: four per period of order 6.
+/// Phases per pitch at which the predicted deviation is looked at. Derived from the sampling theorem, with a factor of two: four
+/// per period of order 6.
 const PHASES: usize = 24;
 
 /// What became of a sample.

@@ -20,7 +20,7 @@ use crate::model::{ErrorModel, ModelError};
 use crate::quadrature::PairCorrection;
 use serde::{Deserialize, Serialize};
 
-/// Layout version that this firmware writes and reads.
+/// Layout version that this firmware writes and reads. By definition of the layout.
 pub const VERSION: u16 = 2;
 
 /// When a calibration was made.

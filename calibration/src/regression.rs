@@ -4,6 +4,7 @@
 //! of the lateral phase, which the parity cannot tell from the other pair's own (docs/notes/joint.md), and those of speed,
 //! temperature or direction, which a standing courier does not excite.
 
+use super::joint::MAX_FITTED;
 use super::sample::Sample;
 use crate::equations::PARITY_SIGN;
 use crate::frame::SEGMENTS;
@@ -12,8 +13,6 @@ use crate::model::{Basis, ErrorModel, MAX_LATERAL_ORDER, MAX_OWN_ORDER, Multipli
 
 /// Most unknowns: six terms of two coefficients for four segments, and the offset.
 pub const PLATEN_UNKNOWNS: usize = SEGMENTS * 2 * MAX_FITTED + 1;
-/// Most terms fitted.
-const MAX_FITTED: usize = 6;
 
 /// Regression of the parity on the coefficients of some terms of a model.
 #[derive(Clone, Debug)]

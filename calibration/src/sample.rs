@@ -3,7 +3,7 @@
 use crate::frame::{Coordinate, Frame, SEGMENTS};
 use crate::model::Observation;
 
-/// Words of a sample in memory.
+/// Words of a sample in memory. A definition: what `Sample::to_words` writes.
 pub(super) const SAMPLE_WORDS: usize = 10;
 
 /// What a standing courier's frames say, averaged: all that any row needs.

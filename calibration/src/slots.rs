@@ -14,12 +14,13 @@ use core::ops::Range;
 use embedded_storage::nor_flash::{NorFlash, NorFlashError, NorFlashErrorKind};
 use serde::{Deserialize, Serialize};
 
-/// Bytes of one slot: one page of the STM32G4's flash.
+/// Bytes of one slot. By definition one page of the STM32G4's flash.
 pub const SLOT_BYTES: usize = 2048;
-/// How many there are.
+/// How many there are. By definition two that alternate: a torn write leaves the other one.
 pub const SLOTS: usize = 2;
 
 const MARK_BYTES: usize = SLOT_BYTES - MAX_BYTES;
+/// A byte of flash that was erased, by definition of the chip.
 const ERASED: u8 = 0xFF;
 
 /// What a slot is.

@@ -6,7 +6,8 @@ use super::plan::RelativePose;
 use super::port::{Action, MotionEvent};
 use crate::frame::{Frame, Status};
 
-/// Tries at a pose where the courier does not stand still.
+/// Tries at a pose where the courier does not stand still. A bound on the work: a pose that is given up is told (`session`), and
+/// the next one is taken.
 const TRIES: u8 = 3;
 
 /// What all visits of a session have in common.

@@ -4,9 +4,9 @@
 //! `(1 - g) u + a v` for y. Misalignment: g and a. Nonlinearity: degrees 2 and 3, where the second stand for a centre
 //! that is not the origin.
 
-/// Terms of one axis.
+/// Terms of one axis. A definition: as many as `TERMS` has.
 pub const AXIS_TERMS: usize = 7;
-/// Powers of the own and of the other deflection.
+/// Powers of the own and of the other deflection. By definition all products of second and third degree.
 pub const TERMS: [(u8, u8); AXIS_TERMS] = [(3, 0), (2, 1), (1, 2), (2, 0), (1, 1), (0, 2), (0, 3)];
 /// Gain difference, angle, and the terms of x and of y.
 pub type DiodeErrors = [f32; 2 + 2 * AXIS_TERMS];

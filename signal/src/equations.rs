@@ -7,16 +7,16 @@
 use crate::frame::SEGMENTS;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Orders of the own tooth phase in equation (3).
+/// Orders of the own tooth phase, by definition of equation (3).
 pub const OWN_ORDERS: [u8; 4] = [1, 2, 4, 6];
 /// Coefficients of a segment in equation (3): k_i,0, then those of sine and cosine of each order.
 pub const OWN_COEFFICIENTS: usize = 1 + 2 * OWN_ORDERS.len();
-/// Sign of each segment in the parity, equation (5).
+/// Sign of each segment in the parity, by definition of equation (5).
 pub const PARITY_SIGN: [f32; SEGMENTS] = [1.0, -1.0, -1.0, 1.0];
-/// Sign of each segment in the angle, equation (4).
+/// Sign of each segment in the angle, by definition of equation (4).
 pub const ANGLE_SIGN: [f32; SEGMENTS] = [1.0, 1.0, -1.0, -1.0];
-/// Sign of l_o theta in each segment's lateral argument, equation (9), and which side of the courier's middle the segment is on,
-/// across its own direction.
+/// Sign of l_o theta in each segment's lateral argument, and which side of the courier's middle the segment is on, across its own
+/// direction: by definition of equation (9).
 pub const LATERAL_SIGN: [f32; SEGMENTS] = [-1.0, 1.0, 1.0, -1.0];
 
 /// What an estimator computes in.

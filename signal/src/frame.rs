@@ -2,7 +2,7 @@
 //!
 //! Order of segments everywhere: index 0..=3 is the paper's 1..=4; 1 and 3 measure x, 2 and 4 measure y.
 
-/// Number of magnetic quadrature-pair segments.
+/// Number of magnetic quadrature-pair segments, by definition of the sensor (paper, section 1).
 pub const SEGMENTS: usize = 4;
 
 /// One instant's conversion of all channels.

@@ -5,7 +5,8 @@
 
 use crate::lanes::{Lanes, Real};
 
-/// 1.5 * 2^23: adding it to an f32 of magnitude below 2^22 leaves the nearest integer (ties to even) in the low bits.
+/// 1.5 * 2^23: adding it to an f32 of magnitude below 2^22 leaves the nearest integer (ties to even) in the low bits. A
+/// derivation: there an f32's last bit counts ones.
 const ROUND: f32 = 12_582_912.0;
 
 /// The numbers that these functions compute with. The interrupt has them beside its coefficients and loads them in a row:

@@ -193,6 +193,7 @@ pub(crate) fn direction(old: f32, speed_m_s: f32, dead_band_m_s: f32) -> f32 {
     f32::from_bits(old.to_bits() ^ ((old.to_bits() ^ sign) & moving))
 }
 
+/// The sign of an f32, by definition its first bit.
 const SIGN: u32 = 0x8000_0000;
 
 /// All ones if the magnitude of an f32 (its bits) is above a limit that is not negative, or the value is not a number.

@@ -393,10 +393,12 @@ fn judge_frozen(config: &StepConfig, state: &mut StepState) {
     };
 }
 
-/// A channel that stands this far from zero is no dead input, whose offset is some percent of the converter's range, counts.
+/// A channel that stands this far from zero is no dead input, counts. A prior: an input's offset is some percent of the
+/// converter's range, of which this is a sixteenth.
 const AWAY_FROM_ZERO_COUNTS: u16 = 2048;
 
-/// Bit of [`Watch::still`] that tells of this window's channel that it stands at its amplifier's rail.
+/// Bit of [`Watch::still`] that tells of this window's channel that it stands at its amplifier's rail. A definition: it is free
+/// there.
 const RAIL: u32 = 1 << 4;
 
 /// From the bit of frozen channels, which is none where nothing is watched, to that of the first segment's rail.

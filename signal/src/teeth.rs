@@ -20,13 +20,14 @@ use crate::model::Unit;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-/// Nodes of both fields together.
+/// Nodes of both fields together. A bound on the work: a map that needs more is refused where it is made, and a place of flash
+/// has room for as many (`maps::store`).
 pub const MAX_NODES: usize = 800;
-/// Words of the cells' trust bits.
+/// Words of the cells' trust bits. Derived from 32 bits a word.
 pub const TRUST_WORDS: usize = MAX_NODES.div_ceil(32);
-/// Waves.
+/// Waves. By definition the waves that a tooth map has (`tooth-map/src/unknowns.rs`).
 pub const MAX_WAVES: usize = 6;
-/// Nodes along each direction that a place needs about it.
+/// Nodes along each direction that a place needs about it. By definition of a cubic spline.
 const SUPPORT: u8 = 4;
 
 /// The lattice of one direction's field.

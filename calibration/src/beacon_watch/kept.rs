@@ -12,11 +12,17 @@ use super::reference::Reference;
 use super::told::{BeaconChange, Goes};
 use crate::watch::{KEPT_BYTES, check};
 
+/// First byte, by definition of this layout.
 const MAGIC: u8 = 0x59;
+/// Bit by definition of this layout.
 const WITH_MAP: u8 = 1 << 3;
+/// Bit by definition of this layout.
 const HAS_TOLD: u8 = 1 << 4;
+/// Place of the numbers, by definition of this layout.
 const NUMBERS: usize = 4;
+/// How many they are, by definition of this layout.
 const COUNT: usize = 7;
+/// Place of the check value, by definition the last four bytes.
 const CHECK: usize = KEPT_BYTES - 4;
 const _: () = assert!(NUMBERS + 4 * COUNT <= CHECK);
 const WAYS: [Goes; 4] = [Goes::Alike, Goes::Temperature, Goes::AlongX, Goes::AlongY];

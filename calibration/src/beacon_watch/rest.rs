@@ -3,12 +3,12 @@
 use crate::frame::{Frame, Status};
 use crate::geometry::Geometry;
 
-/// Faster than this a delay between the sensors is no longer small: a millisecond is a hundredth of a tooth. A prior.
+/// Faster than this a delay between the sensors is no longer small. A prior: a millisecond of it is a hundredth of a tooth.
 pub const FASTEST_M_S: f32 = 0.01;
 /// Beyond this share of full scale the diode's bending is no longer small against a tooth. A prior: 17 % of the cube at full scale (Golnabi)
 /// are 0.1 mm at half of it, a tenth of a tooth.
 pub const MOST_DEFLECTION: f32 = 0.5;
-/// Looks that a rest takes: 32 ms at a look each millisecond, over which vibrations of some tens of hertz average out. A prior.
+/// Looks that a rest takes. A prior: over 32 ms, at a look each millisecond, vibrations of some tens of hertz average out.
 const LOOKS: u16 = 32;
 
 /// What is taken of a frame at rest under the beacon.

@@ -2,7 +2,7 @@
 
 use crate::watch::{LEFT_ALONE, MOST, WatchConfig};
 
-/// Tests: two axes, three numbers of each, two signs.
+/// Tests. By definition two axes, three numbers of each, two signs.
 pub(super) const TESTS: usize = 12;
 
 /// Their sums. That of all tests passes [`WatchConfig::SCORE`], 22, by chance once in `e^22 / 12` windows at most, which are of 16 rests: once

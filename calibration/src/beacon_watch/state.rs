@@ -8,18 +8,20 @@ use super::sums::{ALONG, LEFT, Sums, WARMER};
 use super::told::{BeaconChange, BeaconVerdict, size};
 use crate::watch::{Cells, Standing, TAKEN_BACK};
 
-/// Rests that make the reference: eight windows' worth.
+/// Rests that make the reference. Derived from a window's: eight of them, so that the reference adds an eighth to its variance.
 pub const REFERENCE: u16 = 128;
-/// Rests of a window, each in a quarter of a tooth of its own.
+/// Rests of a window, each in a quarter of a tooth of its own. Derived from a tooth's sixteen such cells along both axes.
 pub const WINDOW: u16 = 16;
-/// Words of the set of cells: eight times as many cells as the reference has rests.
+/// Words of the set of cells. Derived from the reference's rests: eight times as many cells, of which an eighth are taken at the
+/// most.
 const CELL_WORDS: usize = 32;
 /// What is told, of what is left of a rest. A derivation: places that a work is confined to may differ by one sigma from those of the reference,
 /// all of it structure; the middle between what is told and what is left alone is then two sigma off.
 const TOLD_SIGMAS: f32 = 3.0;
 /// Less is not told, metres. A prior: a diode's drift of a working day.
 const LEAST_TOLD_M: f32 = 5.0e-6;
-/// Of what is told, at which the calibration is stale. A prior.
+/// Of what is told, at which the calibration is stale. A prior: twice what is told is far beyond chance, and less may go away
+/// again.
 const STALE: f32 = 2.0;
 /// Of what is told of the middle, what is told of a slope, which is stated at full scale. A derivation: it does as much at half of that.
 const SLOPES: f32 = 2.0;

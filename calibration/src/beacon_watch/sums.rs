@@ -2,11 +2,16 @@
 
 use crate::math::sqrt;
 
-/// Numbers of a rest: one, the deflections along x and y, the temperature over the reference's, what g_x and g_y have beyond the reference.
+/// Numbers of a rest: one, the deflections along x and y, the temperature over the reference's, what g_x and g_y have beyond the
+/// reference. By definition in that order.
 pub(super) const ONE: usize = 0;
+/// See [`ONE`].
 pub(super) const ALONG: [usize; 2] = [1, 2];
+/// See [`ONE`].
 pub(super) const WARMER: usize = 3;
+/// See [`ONE`].
 pub(super) const LEFT: [usize; 2] = [4, 5];
+/// See [`ONE`].
 const NUMBERS: usize = 6;
 const PRODUCTS: usize = NUMBERS * (NUMBERS + 1) / 2;
 

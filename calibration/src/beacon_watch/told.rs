@@ -5,9 +5,10 @@ use crate::math::sqrt;
 use crate::watch::Standing;
 use serde::{Deserialize, Serialize};
 
-/// Twice the logarithm of a likelihood ratio of 19 (95 %): by so much a coordinate must explain more than a change that is alike everywhere.
+/// By so much a coordinate must explain more than a change that is alike everywhere. Derived from a likelihood ratio of 19 (95
+/// %), twice its logarithm.
 const CLOSE: f32 = 5.9;
-/// Slopes are told at this deflection, of full scale: half, the most that is looked at.
+/// Slopes are told at this deflection, of full scale. By definition the most that is looked at (`rest::MOST_DEFLECTION`).
 const AT_DEFLECTION: f32 = 0.5;
 
 /// What a change of g_x or g_y goes with.

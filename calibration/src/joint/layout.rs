@@ -10,13 +10,14 @@
 use crate::frame::SEGMENTS;
 use crate::model::{ErrorModel, MAX_LATERAL_ORDER, MAX_OWN_ORDER, Multiplier, Term};
 
-/// Most terms of the error model that can be fitted together.
+/// Most terms of the error model that can be fitted together. A bound on the work: for a model with more there is no layout, and
+/// the order is refused.
 pub const MAX_FITTED: usize = 6;
 /// Unknowns that are no coefficients of the error model.
 const OTHERS: usize = 2 + MOUNTING + MISALIGNMENT + NONLINEARITY;
-/// Height, lever arm (x, y), beacon's place (x, y).
+/// Height, lever arm (x, y), beacon's place (x, y). A definition: one, two and two.
 pub(super) const MOUNTING: usize = 5;
-/// Difference of the axes' gains, angle of the diode.
+/// Difference of the axes' gains, angle of the diode. A definition: one and one.
 pub(super) const MISALIGNMENT: usize = 2;
 /// Terms of second and third degree.
 pub(super) const NONLINEARITY: usize = 2 * crate::diode::AXIS_TERMS;

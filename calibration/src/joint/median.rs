@@ -1,10 +1,10 @@
 //! Median of a stream of squares, in little memory.
 
-/// Four bins an octave of the square, 2^-2 to 2^46: less than one and a half deviations counts as one.
+/// Bins of the square. Derived from four an octave, 2^-2 to 2^46: a length is then told to 9 %.
 const BINS: usize = 192;
-/// Smaller squares fall into the first bin.
+/// Smaller squares fall into the first bin. By definition of an f32, whose exponents are kept with 127 more.
 const LEAST_EXPONENT: u32 = 127 - 2;
-/// Bits of a number right of its exponent and two bits of mantissa.
+/// Bits of a number right of its exponent and two bits of mantissa. By definition of an f32: 23 less two.
 const SHIFT: u32 = 21;
 
 /// Histogram of up to 65,535 numbers that are not negative.

@@ -11,10 +11,13 @@ use crate::plan::{Planner, RelativePose};
 use crate::sample::Sample;
 use core::f32::consts::TAU;
 
-/// Candidates per chosen pose. Cost of a choice: as many times six substitutions of 61 unknowns, about 5 Mcycles.
+/// Candidates per chosen pose. Cost of a choice: as many times six substitutions of 61 unknowns, about 5 Mcycles. Cost alone:
+/// each costs a substitution, and more candidates make a plan of the same poses slightly better.
 const CANDIDATES: usize = 16;
-/// Phases per pitch at which a predicted deviation is looked at, along and across.
+/// Phases per pitch at which a predicted deviation is looked at, along. Derived from the sampling theorem, with a factor of two:
+/// four per period of order 6.
 const OWN_PHASES: usize = 24;
+/// The same across. Derived from the sampling theorem, with a factor of two: four per period of order 2.
 const LATERAL_PHASES: usize = 8;
 
 /// The pose that turns by an angle about the coordination sensor and displaces that by `(x_m, y_m)`: relative to where the

@@ -4,11 +4,14 @@ use crate::frame::{Coordinate, SEGMENTS};
 use crate::model::Observation;
 use crate::sample::Sample;
 
-/// Poses in the buffer, fitted and held out. 24 bytes each.
+/// Poses in the buffer, fitted and held out. A bound on the work: more are refused when they are ordered; 24 bytes each are what
+/// RAM is left.
 pub const POSES: usize = 1200;
-/// Farthest from the origin's teeth that a stored output may be.
+/// Farthest from the origin's teeth that a stored output may be. Derived from the fraction's 22 bits, which leave ten for the
+/// teeth and their sign.
 pub const FARTHEST_TEETH: i16 = 500;
-/// Binary places of a stored output's fraction: 2^-22 of a pitch of 1.016 mm is 0.24 nm, 0.07 nm rms.
+/// Binary places of a stored output's fraction. Derived from the resolution of 0.2 µm (paper, section 1): 2^-22 of a pitch of
+/// 1.016 mm is 0.24 nm, 0.07 nm rms.
 const FRACTION_BITS: u32 = 22;
 const STEPS_PER_PITCH: f32 = (1 << FRACTION_BITS) as f32;
 

@@ -18,10 +18,11 @@ use super::solver::{FitReport, JointSolver};
 use crate::lsq::SolveError;
 use serde::{Deserialize, Serialize};
 
-/// A gain must be this many of its own standard errors: by chance one useless step in 40 would pass, were its expected
-/// gain zero; it is negative.
+/// A gain must be this many of its own standard errors. Derived from the normal tail: by chance one useless step in 40 would
+/// pass, were its expected gain zero; it is negative.
 const SIGNIFICANT: f32 = 2.0;
-/// Times that a step is fitted again with the noise it showed.
+/// Times that a step is fitted again with the noise it showed. A bound on the work: the noise that the last one showed is told as
+/// it is.
 const REWEIGHTINGS: u32 = 3;
 /// What a step did.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -6,17 +6,19 @@ use crate::joint::{JOINT_UNKNOWNS, JointRows};
 use crate::math::sqrt;
 use crate::watch::{AMOUNTS, Amounts};
 
-/// By so much a change must be larger than the prior was made for, to be solved for anew.
+/// By so much a change must be larger than the prior was made for, to be solved for anew. A prior: an optimum is flat, and a gain
+/// at half again the change is right to some percent.
 const MUCH_LARGER: f32 = 1.5;
-/// Of what changes leave outside all columns of a window, what goes together with a function of equation (3), over the slope of the
-/// corrections: half of the power of what looking up beside the places makes has orders that equation (3) lacks (0.7), and the functions, which
-/// are taken beside their places too, have a quarter of the slope in one order.
+/// Of what changes leave outside all columns of a window, what goes together with a function of equation (3), over the slope of
+/// the corrections. A derivation: half of the power of what looking up beside the places makes has orders that equation (3) lacks
+/// (0.7), and the functions, which are taken beside their places too, have a quarter of the slope in one order.
 const TOGETHER: f32 = 0.7 * 0.25;
 
-/// Deviations by which the position must gain where every window draws them anew: one in three million that does not.
+/// Deviations by which the position must gain where every window draws them anew. Derived from the normal tail: one in three
+/// million that does not.
 const WANTED_RANDOM: f32 = 5.0;
-/// The same where they are drawn once, for a courier and what happens to it: one in 14,000, for eight groups of amounts in a thousand couriers
-/// and half as many again.
+/// The same where they are drawn once, for a courier and what happens to it. Derived from the normal tail: one in 14,000, for
+/// eight groups of amounts in a thousand couriers and half as many again.
 const WANTED_ONCE: f32 = 3.8;
 
 /// Unknowns: what the calibration left of each amount, and what has changed since.

@@ -31,8 +31,9 @@ pub struct RecalibrationConfig {
 }
 
 /// Of what is left in the parity, what one amount may take for its own in one motion and not in another: what is left is some six
-/// waves, as the watch has it, and their phases stand to the own phases otherwise by a quarter of a radian where the courier is turned by
-/// half a degree (span and lateral arm 9.7 mm together, pitch 1.016 mm): 0.25 sqrt(2 / 6).
+/// waves, as the watch has it, and their phases stand to the own phases otherwise by a quarter of a radian where the courier is
+/// turned by half a degree (span and lateral arm 9.7 mm together, pitch 1.016 mm): 0.25 sqrt(2 / 6). A derivation: the share of
+/// one wave of six, times that turn.
 pub(super) const APART: f32 = 0.14;
 
 impl RecalibrationConfig {

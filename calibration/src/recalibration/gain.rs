@@ -12,7 +12,7 @@ use crate::watch::{AMOUNTS, Amounts};
 pub const AS_CALIBRATED: [f32; OWN_ORDERS.len()] = [0.955, 0.827, 0.414, 0.001];
 /// Where all angles come.
 pub const ANY_ANGLE: [f32; OWN_ORDERS.len()] = [0.0; OWN_ORDERS.len()];
-/// Amounts of one segment.
+/// Amounts of one segment. A definition: four segments share them.
 const A_SEGMENT: usize = AMOUNTS / 4;
 
 /// Eight times half the gradient of the mean squares of [`axes`]: the amounts weighted by what they do to the position.

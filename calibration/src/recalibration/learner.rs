@@ -5,18 +5,18 @@ use super::candidate::Proposal;
 use super::config::RecalibrationConfig;
 use super::gain::{AS_CALIBRATED, GROUPS, axes, group, weighted};
 use crate::math::sqrt;
-use crate::watch::{AMOUNTS, Amounts, Follower, Place, Whole};
+use crate::watch::{AMOUNTS, Amounts, Follower, Place, REFERENCE_WINDOWS, Whole};
 
-/// Windows in its memory: four times as many as in a reference, whose error is not forgotten.
+/// Windows in its memory. Derived from a reference's eight, whose error is not forgotten: four times as many add a quarter of its
+/// variance.
 const MEMORY_WINDOWS: f32 = 32.0;
-/// Windows' worth of information in the watch's reference.
-const REFERENCE_WINDOWS: f32 = 8.0;
-/// Windows before there is a candidate: fewer do not tell by how much windows differ.
+/// Windows before there is a candidate. Derived from the degrees of freedom: of four windows their scatter has three.
 const LEAST_WINDOWS: f32 = 4.0;
-/// Sum of squares by which a window differs from those before that is no chance: of as many amounts' chi-square, whose deviation is 8, five
-/// deviations above its mean, one in a million.
+/// Sum of squares by which a window differs from those before that is no chance. Derived from as many amounts' chi-square, whose
+/// deviation is 8: five deviations above its mean, one in a million.
 const MOST_APART: f32 = AMOUNTS as f32 + 5.0 * 8.0;
-/// Sum at which a candidate fits better: by chance once in 10,000 hours of motion, in windows of 2 s; ln(10,000 * 3,600 / 2) = 16.7.
+/// Sum at which a candidate fits better. Derived from a chance of once in 10,000 hours of motion, in windows of 2 s: ln(10,000 *
+/// 3,600 / 2) = 16.7.
 const WANTED_EVIDENCE: f32 = 16.7;
 /// It grows no further, so that what does not fit any more is not believed for long.
 const MOST_EVIDENCE: f32 = 2.0 * WANTED_EVIDENCE;

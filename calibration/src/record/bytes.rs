@@ -17,16 +17,18 @@ use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use serde::de::{DeserializeSeed, Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-/// First bytes of every record.
+/// First bytes of every record. By definition of the layout.
 pub const MAGIC: [u8; 4] = *b"CSRC";
-/// Magic, version, length and sequence.
+/// Magic, version, length and sequence. By definition of the layout: four bytes, two and two zeros, four, four.
 pub const HEADER_BYTES: usize = 16;
-/// Longest record.
+/// Longest record. Derived from a page of 2,048 bytes less a double word for its mark.
 pub const MAX_BYTES: usize = 2040;
 
-/// Most postcard bytes of a calibration of this version.
+/// Most postcard bytes of a calibration of this version. By definition of this version, for buffers; a longer body does not fit
+/// the link.
 pub const BODY_BYTES: usize = 1152;
 
+/// Bytes of the check value, by definition of a CRC-32.
 const CRC_BYTES: usize = 4;
 // Without a table: a record is written once in a session, and the table is 1 KiB.
 static CRC32: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);

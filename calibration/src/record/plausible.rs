@@ -7,13 +7,14 @@ use super::{Calibration, RecordError};
 use crate::geometry::Geometry;
 use crate::model::ModelError;
 
-/// Range in which the board's parts may be stored, degrees Celsius (data sheets of the converter and of the processor).
+/// Range in which the board's parts may be stored, degrees Celsius: -65 to 150 by the data sheets of the converter and of the
+/// processor.
 const TEMPERATURES_C: [f32; 2] = [-65.0, 150.0];
-/// Hypotenuse of two channels at the converter's end, counts.
+/// Hypotenuse of two channels at the converter's end, counts. Derived from 16 bits: √2 · 32,768.
 const LARGEST_AMPLITUDE_COUNTS: f32 = 46_341.0;
 /// Any finite number: the settings' check has its limits.
 const FINITE: [f32; 2] = [f32::MIN, f32::MAX];
-/// A length of a courier or a platen, metres: none is as long as that.
+/// A length of a courier or a platen, metres. A prior: none is as long as that.
 const LONGEST_M: f32 = 100.0;
 
 /// Beyond the inverse of the precision of the numbers nothing is solved.

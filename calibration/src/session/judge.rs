@@ -7,7 +7,8 @@ use crate::gate::Verdict;
 use crate::outcome::{Evidence, Refusal};
 use crate::port::Stage;
 
-/// Held-out parities further off than this many predicted deviations are not the sensor's.
+/// Held-out parities further off than this many predicted deviations are not the sensor's. Derived from the normal tail: none in
+/// 10^14.
 const HELD_OUT_OUTLIER: f32 = 8.0;
 
 impl Session {

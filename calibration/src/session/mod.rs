@@ -29,7 +29,7 @@ use crate::math::sqrt;
 use crate::model::ErrorModel;
 use crate::range::within;
 
-/// Poses between two looks at the predicted deviation.
+/// Poses between two looks at the predicted deviation. Cost alone: a session ends up to seven poses later than it could.
 const LOOK_EVERY: u32 = 8;
 
 /// The session. One at a time; starts idle.

@@ -7,7 +7,8 @@ use crate::model::ErrorModel;
 use crate::record::Quality;
 use core::f32::consts::TAU;
 
-/// What is left alone, of what is told: what a reference of eight windows does not know, nearly eight deviations of it.
+/// What is left alone, of what is told: what a reference of eight windows does not know, nearly eight deviations of it. Derived
+/// from those eight windows, an eighth of whose variance is the reference's own.
 pub(crate) const LEFT_ALONE: f32 = 0.3;
 /// What is taken for the held-out residual of a calibration that states none: the paper's, 4.1 µm.
 const UNSTATED_RESIDUAL_M: f32 = 4.1e-6;
@@ -33,11 +34,12 @@ pub struct WatchConfig {
 }
 
 impl WatchConfig {
-    /// A window counts once its amounts are known so well. What a window's readings have in common with each other alone, as where a courier
-    /// goes over the same teeth again and again, is then told once in a thousand million windows.
+    /// A window counts once its amounts are known so well. What a window's readings have in common with each other alone, as
+    /// where a courier goes over the same teeth again and again, is then told once in a thousand million windows. Derived from
+    /// the normal tail: six deviations are once in a thousand million.
     pub const APART: f32 = 6.0;
-    /// Windows of about 2 s or more; one false alarm in 10,000 hours of motion, ten times fewer than asked (issue 39: one in 1,000):
-    /// ln(192 * 10,000 * 3,600 / 2) = 22.0.
+    /// Sum of evidence at which a change is told, of windows of about 2 s or more. Derived from one false alarm in 10,000 hours
+    /// of motion, ten times fewer than is asked of it: ln(192 * 10,000 * 3,600 / 2) = 22.0.
     pub const SCORE: f32 = 22.0;
 
     /// Half a micrometre is told (issue 39); stale is what adds as much as the calibration left, or four times what is told.

@@ -14,22 +14,31 @@ use super::row::OWN_COLUMNS;
 use super::told::{Present, Told};
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
-/// How many bytes: whole double words of flash.
+/// How many bytes: whole double words of flash, by definition of this layout.
 pub const KEPT_BYTES: usize = 96;
+/// First byte, by definition of this layout.
 const MAGIC: u8 = 0x58;
+/// Bits of the place, by definition of this layout.
 const PLACE: u8 = 0x0F;
+/// Bit by definition of this layout.
 const WITH_MAP: u8 = 1 << 4;
+/// Bit by definition of this layout.
 const HAS_TOLD: u8 = 1 << 5;
+/// Bit by definition of this layout.
 const OF_EITHER: u8 = 1 << 6;
+/// Bit by definition of this layout.
 const TELLS_APART: u8 = 1 << 7;
+/// Place of the amounts, by definition of this layout.
 const AMOUNTS: usize = 4;
 const NUMBERS: usize = AMOUNTS + 2 * OWN_COLUMNS;
+/// Place of the check value, by definition the last four bytes.
 const CHECK: usize = KEPT_BYTES - 4;
+/// Place of how well they are known apart, by definition of this layout.
 const APART: usize = NUMBERS + 5 * 4;
 const AMENDED: usize = APART + 2;
 const _: () = assert!(AMENDED + 2 == CHECK);
 
-/// Nanometres in a metre: an amount is kept to the nearest, up to 32 µm.
+/// Nanometres in a metre: an amount is kept to the nearest, up to 32 µm. By definition of the unit nanometre.
 const PER_M: f32 = 1.0e9;
 
 static CRC32: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);

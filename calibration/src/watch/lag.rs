@@ -1,8 +1,9 @@
 //! How the readings of a pair go together.
 
-/// The most correlation that is taken out: above, what is left of the offset's column is rounding.
+/// The most correlation that is taken out: above, what is left of the offset's column is rounding. Derived from what is left: √(1
+/// - 0.98²) is a fifth of the column.
 const MOST_CORRELATION: f32 = 0.98;
-/// Readings over which the parity's mean is followed.
+/// Readings over which the parity's mean is followed. Derived from its noise: a mean over 64 adds 0.8 % to a reading's.
 const MEAN_READINGS: f32 = 64.0;
 
 /// How what the window before leaves of a pair's parities goes together: waves that it knows are no structure.

@@ -7,14 +7,16 @@ use crate::model::Unit;
 
 /// Columns of equation (3): sine and cosine of each order of each segment.
 pub(super) const OWN_COLUMNS: usize = 2 * OWN_ORDERS.len() * SEGMENTS;
-/// Own and lateral orders of the shapes of both directions' phases together, of x's phase and y's: the products of lowest order, which
-/// couriers have been seen with (docs/effects.md, lateral dependence).
+/// Own and lateral orders of the shapes of both directions' phases together, of x's phase and y's. By definition the products of
+/// lowest order, which couriers have been seen with (docs/effects.md, lateral dependence).
 const PRODUCTS: [[i8; 2]; 6] = [[1, 1], [1, -1], [2, 1], [2, -1], [1, 2], [-1, 2]];
-/// Their columns: sine and cosine each, and the same times the courier's angle, by which a pair's two segments differ.
+/// Their columns: sine and cosine each, and the same times the courier's angle, by which a pair's two segments differ. Derived
+/// from that: two times two.
 const PRODUCT_COLUMNS: usize = 4 * PRODUCTS.len();
 /// Columns of orders 3 and 5 of each segment, sine and cosine each. A change of one wave moves the places at which all other
-/// corrections are looked up: of orders 1, 2, 4 and 6 that makes waves of these orders, which equation (3) lacks. Without columns of their
-/// own they pass for a change that both segments of a pair share, since that is what the parity tells least of.
+/// corrections are looked up: of orders 1, 2, 4 and 6 that makes waves of these orders, which equation (3) lacks. Without columns
+/// of their own they pass for a change that both segments of a pair share, since that is what the parity tells least of. Derived
+/// from the corrections' products, two orders of sine and cosine.
 const BETWEEN_COLUMNS: usize = 4 * SEGMENTS;
 /// What the parity holds beside an offset and equation (3).
 pub(super) const SHAPE_COLUMNS: usize = PRODUCT_COLUMNS + BETWEEN_COLUMNS;

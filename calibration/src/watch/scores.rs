@@ -13,9 +13,10 @@
 use super::config::{Bounds, WatchConfig};
 use serde::{Deserialize, Serialize};
 
-/// Directions: none is further than a twelfth of a half turn from the nearest, where 0.97 of a wave is seen.
+/// Directions. Derived from the cosine: none is further than a twelfth of a half turn from the nearest, where 0.97 of a wave is
+/// seen.
 const DIRECTIONS: usize = 12;
-/// Half the root of three: the cosine of 30°.
+/// The cosine of 30°, by definition half the root of three.
 const COSINE_30: f32 = 0.866_025_4;
 const UNITS: [[f32; 2]; DIRECTIONS] = [
     [1.0, 0.0],
@@ -33,7 +34,8 @@ const UNITS: [[f32; 2]; DIRECTIONS] = [
 ];
 /// A sum grows no further, so that what goes away again is not told for ever. A prior: twice what a change is told at.
 pub(crate) const MOST: f32 = 2.0 * WatchConfig::SCORE;
-/// Of a sum's stored unit in one: what is stored is rounded down, a quarter at most at a window that adds twenty.
+/// Of a sum's stored unit in one: what is stored is rounded down, a quarter at most at a window that adds twenty. Derived from
+/// the byte that it has room for.
 const UNIT: f32 = 4.0;
 const _: () = assert!(MOST * UNIT < 256.0);
 

@@ -15,21 +15,26 @@ use crate::quotient;
 
 /// Pairs of each of the windows that come before the reference, and how many: only by what they find is the correlation known.
 const FIRST_PAIRS: u32 = 2 * SHORTEST;
+/// Windows that come before the reference: how many.
 const FIRST_WINDOWS: u32 = 2;
-/// Windows' worth of information in a reference.
-const REFERENCE_WINDOWS: f32 = 8.0;
-/// Of older windows' weight in the present estimate at each further one.
+/// Windows' worth of information in a reference. Derived from what it adds: an eighth of a window's variance.
+pub(crate) const REFERENCE_WINDOWS: f32 = 8.0;
+/// Of older windows' weight in the present estimate at each further one. Derived from the present's variance: a sum of weights
+/// that fall by 0.8 counts nine windows, as many as the reference and itself.
 const KEPT: f32 = 0.8;
-/// A window of which the variance is so many times the one before's is broken off: twice the scatter, where that of one place and another
-/// differs by a third.
+/// A window of which the variance is so many times the one before's is broken off. A prior: twice the scatter, where that of one
+/// place and another differs by a third.
 const JUMP: f32 = 4.0;
 /// Share of the information on a place that is left beside the other segment's, below which a motion shows the two as one.
+/// Derived from its root: a seventh of the length is left, and the other segment's direction is nearer than noise tells.
 const AS_ONE: f32 = 0.02;
-/// Windows after which a change's size is taken for that from which it goes on: what is older counts a tenth.
+/// Windows after which a change's size is taken for that from which it goes on: what is older counts a tenth. Derived from
+/// `KEPT`: what is older counts 0.8^10, a tenth.
 const SETTLED: u32 = 10;
-/// Share of the sum that a change is told at below which it is taken back. A prior.
+/// Share of the sum that a change is told at below which it is taken back. A prior: half, so that what comes and goes is not told
+/// at each turn.
 pub(crate) const TAKEN_BACK: f32 = 0.5;
-/// Looks at a window, readings.
+/// Looks at a window, readings. Cost alone: a window ends up to 63 readings later than it could.
 const LOOK_EVERY: u32 = 64;
 
 /// All that the watch keeps beside its window.

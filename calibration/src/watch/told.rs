@@ -5,12 +5,12 @@ use super::verdict::Change;
 use super::windowed::Windowed;
 use crate::math::sqrt;
 
-/// Twice the logarithm of a likelihood ratio of 19 (95 %): below it, the other segment of a pair is named too.
+/// Below it, the other segment of a pair is named too. Derived from a likelihood ratio of 19 (95 %), twice its logarithm.
 const CLOSE: f32 = 5.9;
-/// A limit that is further away, seconds, is told as this: longer than there are samples to count.
+/// A limit that is further away, seconds, is told as this. Derived from the 32 bits that seconds have.
 const LONGEST_S: f32 = 4.0e9;
-/// Deviations by which a change must have grown since it settled to be foreseen, so that its rate is known to 15 %: the growth is the
-/// difference of two sizes, each with a deviation, sqrt(2) / 0.15.
+/// Deviations by which a change must have grown since it settled to be foreseen. Derived from a rate that is known to 15 %: the
+/// growth is the difference of two sizes, each with a deviation, sqrt(2) / 0.15.
 const GROWN: f32 = 9.4;
 
 /// A change that has been told.

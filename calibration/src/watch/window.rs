@@ -18,24 +18,29 @@ use crate::frame::{Coordinate, SEGMENTS};
 use crate::lsq::{Triangle, packed_len};
 use crate::math::sqrt;
 
-/// Words of the set of a window's cells: four times as many cells as the longest window has pairs.
+/// Words of the set of a window's cells. Derived from the longest window's pairs: four times as many cells, of which a quarter
+/// are taken at the most.
 const CELL_WORDS: usize = 512;
-/// Words of the set of all cells: of 90 mm by 90 mm, more than couriers work on for long.
+/// Words of the set of all cells. Derived from 90 mm by 90 mm, more than couriers work on for long: 131,072 cells of a quarter of
+/// a tooth.
 const ALL_CELL_WORDS: usize = 4096;
-/// Between two pairs, milliseconds: at least, and a random rest below a power of two. Ten on average with the way
-/// between the readings of a pair: a row costs the background of the board some 25,000 cycles, 1.5 % of its time.
+/// Between two pairs, milliseconds: at least, and a random rest below a power of two. Ten on average with the way between the
+/// readings of a pair. Derived from the background's time: a row costs some 25,000 cycles, 1.5 % of it.
 const GAP_MS: u64 = 4;
+/// See [`GAP_MS`].
 const RANDOM_GAP_MS: u32 = 8;
-/// Way between the readings of a pair, teeth: at least, and a random rest. Waves of orders 1 to 6 differ most over a half to a twelfth.
+/// Way between the readings of a pair, teeth: at least, and a random rest. Derived from the waves: those of orders 1 to 6 differ
+/// most over a half to a twelfth.
 const WAY_TURNS: f32 = 0.08;
+/// See [`WAY_TURNS`].
 const RANDOM_WAY_TURNS: f32 = 0.42;
-/// A second reading that comes later than this begins another pair, teeth.
+/// A second reading that comes later than this begins another pair, teeth. By definition: beyond a tooth it is at another one.
 const LATE_TURNS: f32 = 1.0;
-/// Cells in a row that are known, after which nothing new is expected: a quarter of a tooth each, a way of 5 m.
+/// Cells in a row that are known, after which nothing new is expected. Derived from a quarter of a tooth each: a way of 5 m.
 const EXHAUSTED: u32 = 20_000;
-/// Fewest readings of a window: four for each unknown.
+/// Fewest readings of a window. Derived from the unknowns: four for each, so that a quarter of the noise is taken for them.
 pub(super) const SHORTEST: u32 = 4 * COLUMNS as u32;
-/// Most of a window, and of the reference: 41 s of motion at 10 ms.
+/// Most of a window, and of the reference. A bound on the work: 41 s of motion at 10 ms, after which it counts as it is.
 pub(super) const LONGEST: u32 = 4096;
 
 /// The readings so far. To live in memory that is shared with the calibrations: a window that is lost is begun anew.

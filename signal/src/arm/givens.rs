@@ -7,7 +7,7 @@
 //! Registers: s0 g; s4-s7, s12-s14, s15-s16, s17 the block's rows; s8-s11 its entries, which become the factors of the
 //! factor's entries; s18-s21 those of the row's; s22 one, s27 the least share kept. Along the columns: s4-s7 entries, s12-s15 a row, s16 and s17 products.
 
-/// Rows of a block.
+/// Rows of a block. Derived from the 32 registers, of which four rows with their entries and factors leave three free.
 const BLOCK: usize = 4;
 
 /// `e -= t u` of two columns.

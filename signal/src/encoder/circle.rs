@@ -7,7 +7,7 @@ use crate::model::Unit;
 use crate::quadrature::PairCorrection;
 use core::f32::consts::TAU;
 
-/// Highest order of the radius.
+/// Highest order of the radius. A definition: offsets make order 1, gain and angle 2, third harmonics 2 and 4.
 pub const CIRCLE_ORDERS: usize = 4;
 /// Unknowns of a row: the mean, then sine and cosine of each order.
 pub const CIRCLE_UNKNOWNS: usize = 1 + 2 * CIRCLE_ORDERS;

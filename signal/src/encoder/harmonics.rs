@@ -2,7 +2,7 @@
 
 use crate::model::Unit;
 
-/// Highest order of the phase.
+/// Highest order of the phase. A definition: a third harmonic makes order 4, its square order 8.
 pub const ORDERS: usize = 8;
 
 /// What is added to the phase: `sum over n of a_n sin(n phi) + b_n cos(n phi)`, with phi the phase as it was measured.

@@ -4,8 +4,8 @@ use super::harmonics::ORDERS;
 use crate::lsq::{RowError, Triangle, packed_len};
 use crate::model::Unit;
 
-/// Unknowns of the motion: a cubic of time. Over two periods a hand or a motor that keeps its torque for half of that moves no
-/// otherwise: the fourth power is what a torque that changes twice would need.
+/// Unknowns of the motion: a cubic of time. A prior: over two periods a hand or a motor that keeps its torque for half of that
+/// moves no otherwise; the fourth power is what a torque that changes twice would need.
 pub const DRIFT: usize = 4;
 /// Unknowns of the error: sine and cosine of each order.
 pub const COLUMNS: usize = 2 * ORDERS;

@@ -5,7 +5,8 @@ use super::rotate::LEAST_PIVOT;
 use super::triangle::Triangle;
 use crate::math::sqrt;
 
-/// A row may be removed if one minus its leverage is at least this: four of f32's seven digits are left.
+/// A row may be removed if one minus its leverage is at least this: four of f32's seven digits are left. Derived from f32's
+/// 2^-24: the rest of a row is then known to 6e-5.
 const LEAST_APART: f32 = 1.0e-3;
 
 impl<const N: usize, const P: usize> Triangle<N, P> {

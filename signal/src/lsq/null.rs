@@ -6,9 +6,10 @@ use super::spectrum::start_vector;
 use super::upper::Factor;
 use crate::math::sqrt;
 
-/// Iterations at least: what is 1.5 times as strong as the direction is then below 0.002 of the vector.
+/// Iterations at least. Derived from the ratio of the two weakest directions: what is 1.5 times as strong as the direction is
+/// then below 1.5^-16 = 0.002 of the vector.
 const LEAST: usize = 8;
-/// And at most.
+/// And at most. A bound on the work: the vector is then told as it is, from among directions that are about as weak.
 const MOST: usize = 100;
 
 impl Factor<'_> {
@@ -54,6 +55,7 @@ impl Factor<'_> {
 
 /// Shrinks the whole vector where entry `i` has grown near overflow; returns the factor.
 fn limit(v: &mut [f32], i: usize) -> f32 {
+    /// What a vector is shrunk by. Derived from f32's largest number, 3e38: the square of what has grown to 1e12 is far below it.
     const SHRINK: f32 = 1.0e-12;
     if v[i].abs() < 1.0 / SHRINK {
         return 1.0;

@@ -21,12 +21,13 @@ use crate::math::sqrt;
 use core::array::from_fn;
 use core::mem::take;
 
-/// A pivot whose square is below this would be lost in rounding beside its column, of which the norm is at least about one:
-/// it counts as zero. A row's `d` is zero or at least this.
+/// A pivot whose square is below this would be lost in rounding beside its column, of which the norm is at least about one: it
+/// counts as zero. A row's `d` is zero or at least this. Derived from f32's 24 bits: 1e-12 of a norm of one is far below its
+/// rounding, 6e-8.
 pub(super) const LEAST_PIVOT: f32 = 1.0e-24;
 
-/// Rotations of the first kind keep at least this share of `d + part`. One that keeps a share `s` magnifies its rounding by
-/// `1 / sqrt(s)`: by less than 3, which a pivot sees a few times, while it grows from nothing.
+/// Rotations of the first kind keep at least this share of `d + part`. Derived from the rounding that one magnifies which keeps a
+/// share `s`, by `1 / sqrt(s)`: by less than 3, which a pivot sees a few times, while it grows from nothing.
 const LEAST_KEPT: f32 = 0.125;
 
 /// Rotates the entering row into the factor from row `first` on; returns what is left of its right-hand side. One copy for triangles of

@@ -12,10 +12,11 @@ use super::triangle::Triangle;
 use super::upper::Upper;
 use crate::math::sqrt;
 
-/// Smallest singular value, relative to the largest, that counts as determined, columns equally long. f32 rounding of
-/// some thousand rows reaches 1e-5 of the largest; a direction ten times as strong is told from it.
+/// Smallest singular value, relative to the largest, that counts as determined, columns equally long. Derived from the rounding
+/// of f32, which over some thousand rows reaches 1e-5 of the largest: a direction ten times as strong is told from it.
 const RANK_TOLERANCE: f32 = 1.0e-4;
-/// A parameter of which more than this share (square of its component) lies in undetermined directions is not given.
+/// A parameter of which more than this share (square of its component) lies in undetermined directions is not given. Derived from
+/// the root of it: a hundredth of the parameter would be the undetermined direction's.
 const UNDETERMINED_SHARE: f32 = 1.0e-4;
 
 /// Why there is no solution at all.

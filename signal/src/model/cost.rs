@@ -2,7 +2,7 @@
 
 use super::ErrorModel;
 
-/// Clock of the board's processor, Hz.
+/// Clock of the board's processor, Hz. By definition of the board's set-up (`board::g474::clocks`).
 const CLOCK_HZ: f32 = 170.0e6;
 /// The interrupt with equations (3) and (9), cycles (measured: 1,115). All of it runs in the CCM RAM, without wait states.
 const STEP_CYCLES: f32 = 1200.0;
@@ -13,11 +13,12 @@ const FURTHER_CYCLES: f32 = 1100.0;
 const ROW_CYCLES: f32 = 125.0;
 /// What a tooth map adds, of as many nodes and waves as it may have, cycles (measured: 2,266).
 const MAP_CYCLES: f32 = 2300.0;
-/// All else that both sampling interrupts do: start the reading, check it, hand the frame on, entry and return, cycles (`cargo xtask chip
-/// time`: 1,463 at most for the plain sample, of which `cargo xtask bench` gives 899 to the step).
+/// All else that both sampling interrupts do: start the reading, check it, hand the frame on, entry and return, cycles. As was
+/// measured by `cargo xtask chip time`, 1,463 at most for the plain sample, of which `cargo xtask bench` gives 899 to the step:
+/// 564.
 const READING_CYCLES: f32 = 600.0;
-/// What is left of each sample to the intake of frames and the background, cycles: with so many every frame is taken up, and sent as a
-/// recording wants it (`cargo xtask chip stream` holds that).
+/// What is left of each sample to the intake of frames and the background, cycles. As is measured by `cargo xtask chip stream`:
+/// with 2,290 every frame is taken up, and sent as a recording wants it.
 pub const BACKGROUND_CYCLES: u32 = 2290;
 
 /// Most rows beyond equations (3) and (9) that the interrupt has time for; a table may have room for fewer.

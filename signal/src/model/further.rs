@@ -16,7 +16,7 @@ use heapless::Vec;
 const _: () = assert!(MAX_LATERAL_ORDER == 4);
 /// And so many powers of the angle.
 const _: () = assert!(MAX_THETA_POWER == 3);
-/// Segments 1 and 3, 2 and 4.
+/// Segments 1 and 3, 2 and 4. A definition: each of two directions has two segments.
 const PAIRS: usize = 2;
 
 /// Sines and cosines of an angle of each segment, pair by pair.

@@ -4,15 +4,15 @@ use crate::equations::OWN_ORDERS;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-/// Most rows in a table.
+/// Most rows in a table. A bound on the work: a model with more is refused, and the interrupt's cycles are bounded so.
 pub const MAX_TERMS: usize = 24;
 /// Most columns of one segment, constants aside.
 pub const MAX_COLUMNS: usize = 2 * MAX_TERMS;
-/// Highest order of the own phase.
+/// Highest order of the own phase. Derived from a clip's orders: 4, 8, 12 and 16 (docs/effects.md).
 pub const MAX_OWN_ORDER: u8 = 16;
-/// Highest order of the lateral phase, either sign.
+/// Highest order of the lateral phase, either sign. A prior: higher ones fall as a coil some teeth wide averages them.
 pub const MAX_LATERAL_ORDER: u8 = 4;
-/// Highest power of the angle.
+/// Highest power of the angle. A prior: over ±1.5° a coil's sinc is a parabola, and what is odd a cubic.
 pub const MAX_THETA_POWER: u8 = 3;
 
 /// What a term is multiplied with besides its angle.
@@ -73,7 +73,9 @@ pub enum TermError {
 
 /// What multipliers are at the most in ordinary use: an angle of 10 mrad (the paper's largest is 8.7), 1 m/s, 100 K.
 const ORDINARY_THETA_RAD: f32 = 0.01;
+/// The same of the speed, m/s. A prior: a planar motor's is 1 to 2 m/s.
 const ORDINARY_SPEED_M_S: f32 = 1.0;
+/// The same of the temperature, K. A prior: nearly the industrial range from end to end, 125 K.
 const ORDINARY_TEMPERATURE_K: f32 = 100.0;
 
 impl Term {

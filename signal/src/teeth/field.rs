@@ -3,16 +3,19 @@
 
 use crate::frame::Coordinate;
 
-/// Bits of a place in its cell.
+/// Bits of a place in its cell. Derived from 16-bit multiplications: a weight below one has 15 bits and a sign.
 const FINE_BITS: u32 = 15;
 /// 1 in that scale.
 const ONE: i32 = 1 << FINE_BITS;
-/// Fractions of a tooth count beyond this many pitches are no place.
+/// Fractions of a tooth count beyond this many pitches are no place. A prior: phase and count of one reading differ by less than
+/// a pitch; an f32 that is no place is anything.
 const REACH_TURNS: f32 = 64.0;
-/// Bits of the weights across that are given up, so that a line's sum has 32 bits, and of the sum of lines.
+/// Bits of the weights across that are given up. Derived from the 32 bits of a line's sum: a weight of 6 · 2^15 has 18, a node
+/// 16.
 const ASIDE_SHIFT: u32 = 2;
+/// Bits of the sum of lines that are given up. Derived from its 32 bits: a line's sum has 32, a weight along 18.
 const SUM_SHIFT: u32 = 24;
-/// Units of [`sum`] in a nanometre: weights are six times those of the spline.
+/// Units of [`sum`] in a nanometre: weights are six times those of the spline. Derived from both shifts: 6 · 6 is 36.
 pub(super) const UNITS: f32 = (36_u64 << (2 * FINE_BITS - ASIDE_SHIFT - SUM_SHIFT)) as f32;
 
 /// First of the four nodes about a place, and six times their weights; `None` outside.

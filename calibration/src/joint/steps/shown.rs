@@ -7,7 +7,8 @@ use crate::joint::sample::JointSample;
 use crate::math::sqrt;
 use crate::spread::Spread;
 
-/// A change of noise that is not worth another fit, of the noise.
+/// A change of noise that is not worth another fit, of the noise. Derived from its own scatter: of 200 poses with three rows a
+/// noise is known to 3 %.
 const SAME_NOISE: f32 = 0.05;
 
 impl ReadingNoise {

@@ -3,7 +3,8 @@
 use crate::joint::layout::Groups;
 use serde::{Deserialize, Serialize};
 
-/// Misclosures longer than this many times their rms say nothing about a step, nor about the noise.
+/// Misclosures longer than this many times their rms say nothing about a step, nor about the noise. Derived from the normal tail:
+/// none in 10^14, so that only what is no noise is beyond.
 pub(super) const OUTLIER: f32 = 8.0;
 
 /// A step of the schedule.
