@@ -20,11 +20,15 @@ pub struct AdcClipping {
     pub knee: f64,
 }
 
-/// Deepest cut that is drawn, share of the amplitude.
+/// Deepest cut that is drawn, share of the amplitude. A prior: the deepest cut that is known takes 0.345 off (a level of 0.655,
+/// ESS resolver), and twice that is drawn.
 const DEEPEST: f64 = 0.7;
-/// Highest rail that is soft, share of the amplitude above the top.
+/// Highest rail that is soft, share of the amplitude above the top. Derived from the softest knee that is drawn, 0.12: from so
+/// far above the top a rail takes 0.00003 of the amplitude, so that no smaller error is asked for.
 const HIGHEST: f64 = 1.0;
-/// Widths of knees, share of the amplitude.
+/// Widths of knees, share of the amplitude. A prior: clamping diodes conduct e times as much for each 26 to 52 mV (kT/q times an
+/// ideality of 1 to 2), which is 0.05 to 0.1 of the amplitude of a signal of 1 V from peak to peak, and somewhat more of a
+/// smaller one.
 const KNEES: [f64; 2] = [0.03, 0.12];
 /// Share of the draws with a knee.
 const SOFT: f64 = 0.3;
@@ -179,7 +183,8 @@ pub mod sensor_side {
         format!("{kind} of the {} of amplitude, segment {}", rails.join(", "), segment + 1)
     }
 
-    /// Points of the inverse's table.
+    /// Points of the inverse's table. Derived from the straight lines between them: over a step of 0.003 rad a bend of one is
+    /// missed by 1.2e-6 rad, 0.2 nm at the paper's pitch.
     const POINTS: usize = 2048;
 
     /// What must be added to a clipped phase: the inverse of `phase + phase_error(phase)`, tabulated over one turn.

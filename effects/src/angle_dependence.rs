@@ -8,7 +8,8 @@ use crate::plant::{Instant, PlantEffect, SEGMENTS, Scene, SegmentPoint};
 use crate::random::{ChaCha8Rng, normal};
 use crate::shape::{Periodic, segment_sizes};
 
-/// Angle at which the size is stated: uniform within +-0.5 degrees.
+/// Angle at which the size is stated: uniform within +-0.5 degrees. A definition: the angles of the paper's self-calibration
+/// (3.1.2).
 const REFERENCE_RAD: f64 = 0.5 * core::f64::consts::PI / 180.0;
 
 /// Orders of the shapes, with relative weights.
@@ -84,7 +85,8 @@ pub mod sensor_side {
         }
     }
 
-    /// Order of a quadrature angle.
+    /// Order of a quadrature angle. Derived from the pair's phase: channels that are off a right angle by ψ shift it by (ψ/2)(1 -
+    /// cos 2φ).
     const QUADRATURE: usize = 2;
 
     /// What a channel that turns by a small angle shifts the pair by, over the cosine of order 2 that it makes: a sine that leads by ψ makes

@@ -1,15 +1,16 @@
 //! What the sensor knows at one sample.
 
-/// Lengths over which a direction of travel turns over.
+/// Lengths over which a direction of travel turns over. A definition: the lengths of the diagnosis' play operator, `GRADUAL_M`
+/// and `EVEN_M`.
 pub const TURNOVERS: usize = 10;
-/// Those of them that turn over gradually; the others do evenly, and stop.
+/// Those of them that turn over gradually; the others do evenly, and stop. A definition: as many as `GRADUAL_M` has.
 pub const GRADUAL: usize = 4;
 /// Highest order of the own tooth phase that is tabulated, calibrated or unmodified.
-pub const ORDERS: usize = 16;
+pub const ORDERS: usize = courier_signal::model::MAX_OWN_ORDER as usize;
 /// Highest order of the lateral tooth phase that is tabulated.
-pub const LATERAL_ORDERS: usize = 4;
+pub const LATERAL_ORDERS: usize = courier_signal::model::MAX_LATERAL_ORDER as usize;
 
-/// Most logged columns that are asked for.
+/// Most logged columns that are asked for. A bound on the work: of a recording with more, the first four are coordinates.
 pub const MOST_LOGGED: usize = 4;
 
 /// Times after which a mount has followed the board's temperature to 1/e, s: of a coil, of what holds it, and of a courier that is

@@ -85,8 +85,10 @@ pub mod sensor_side {
     /// How much more of it there is at one place of a tooth than at another: it completes the effect.
     const WAVES_SIZE_M: f64 = 0.4e-6;
 
-    /// State that a slow courier may feel less of, and the speeds below which it may, m/s: from a creep to a fly-by.
+    /// State that a slow courier may feel less of.
     const SOFTENED: usize = 5;
+    /// Speeds below which a slow courier may feel less of it, m/s. A prior: from a creep of 3 mm/s to the fly-bys' 50 mm/s, in
+    /// steps of four.
     const SOFT_M_S: [f64; 3] = [3.0e-3, 12.0e-3, 50.0e-3];
     /// Share that is missing at a speed: all of it at rest, 0.7 of it at the speed named.
     fn softened(speed_m_s: f64, below_m_s: f64) -> f64 {

@@ -12,13 +12,13 @@ const MEASURED: &str = include_str!("../inexactness.csv");
 const BEFORE: f64 = 0.05;
 /// Couriers that the prior counts for. A prior: a few measured ones say more.
 const PRIOR_COURIERS: f64 = 2.0;
-/// Squares from which on a courier tells: what is left shows from some fifty squares on, and that is then a share of the amplitude of
-/// less than 0.07.
+/// Squares from which on a courier tells. Derived from chi-square: what is left shows from some fifty squares on, and that is
+/// then a share of the amplitude of less than 0.07, the root of fifty in ten thousand.
 const EXPLAINED_FROM: f64 = 1.0e4;
-/// A courier that leaves more of its squares was not described by the form at all, and tells nothing of how exact it is: half of the
-/// amplitude.
+/// A courier that leaves more of its squares was not described by the form at all, and tells nothing of how exact it is. A prior:
+/// a form that lacks half of the amplitude describes something else.
 const LEFT_TO: f64 = 0.25;
-/// 95 % of normal numbers are within so many standard deviations.
+/// The 97.5 % point of the standard normal distribution: 95 % of normal numbers are within so many standard deviations.
 const WITHIN: f64 = 1.96;
 
 /// Share of its amplitude that an effect's form may lack, with 95 % probability.

@@ -112,7 +112,8 @@ pub mod sensor_side {
     const ACROSS: [(usize, f64); 3] = [(1, 4.0e-6), (2, 2.0e-6), (3, 0.5e-6)];
     /// Prior size of a product, m: a sixth of the first order's.
     const MIXED_SIZE_M: f64 = 0.7e-6;
-    /// Orders along and across of products: what an output's slope over the tooth makes of order 1.
+    /// Orders along and across of products: what an output's slope over the tooth makes of order 1. Derived from the product: a
+    /// wave across (equation 9) times waves of orders 1 and 2 along makes the sums and differences of both phases.
     const MIXED: [(usize, i32); 4] = [(1, 1), (1, -1), (2, 1), (2, -1)];
     /// Those of the higher orders across.
     const MORE: [(usize, i32); 6] = [(1, 2), (1, -2), (1, 3), (1, -3), (2, 2), (2, -2)];

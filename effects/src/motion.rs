@@ -35,8 +35,9 @@ impl Pose {
     }
 }
 
-/// Half the time over which the default velocity is differenced: short against any mechanical motion (tens of hertz),
-/// long against the resolution of f64 over an hour.
+/// Half the time over which the default velocity is differenced: short against any mechanical motion (tens of hertz), long
+/// against the resolution of f64 over an hour. Derived from both: at 50 Hz the slope over it is right to 1e-5, and a place in
+/// metres keeps 11 digits of it.
 const HALF_STEP_S: f64 = 20.0e-6;
 
 /// A motion: pose as a function of time. Must be defined before its start and after its end (standing still).

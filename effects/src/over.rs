@@ -69,7 +69,7 @@ impl Over {
 /// Smallest and largest value along either direction.
 type Rectangle = [[f64; 2]; 2];
 
-/// Nothing yet.
+/// Nothing yet. By definition of a range that the first value makes its own.
 const EMPTY: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
 
 /// How far some samples reach, over the recording and over the platen.

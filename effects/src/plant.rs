@@ -6,7 +6,8 @@
 use crate::motion::{Motion, Pose};
 use crate::random::ChaCha8Rng;
 
-/// Number of quadrature-pair segments; index 0..=3 is the paper's 1..=4, 0 and 2 measure x.
+/// Number of quadrature-pair segments; index 0..=3 is the paper's 1..=4, 0 and 2 measure x. By definition of the sensor: "four
+/// quadrature-pairs" (paper, section 1).
 pub const SEGMENTS: usize = 4;
 
 /// Geometry of the courier in f64: lengths of equations (3), (4), (9), (10) and (11).

@@ -5,7 +5,7 @@
 use crate::plant::{PlantEffect, Scene};
 use crate::random::{ChaCha8Rng, sign};
 
-/// Speed at which the size is stated: the sweeps' under the beacon.
+/// Speed at which the size is stated: the sweeps' under the beacon. A definition: as a survey makes them.
 const REFERENCE_M_S: f64 = 20.0e-3;
 
 /// Plant side. Size: displacement within the delay at 20 mm/s.

@@ -5,7 +5,7 @@
 use crate::plant::{Instant, PlantEffect, Scene};
 use crate::random::{ChaCha8Rng, normal, uniform};
 
-/// Range at which the size is stated, of full scale: the 8 mm sweeps.
+/// Range at which the size is stated, of full scale: the 8 mm sweeps. A definition: with ±4 mm of ±5 mm.
 const RANGE: f64 = 0.8;
 
 /// Plant side. Size: rms of an axis' displacement by the difference of gains over the square of +-0.8 of full scale, pooled over the

@@ -12,7 +12,7 @@ use crate::shape::root_mean_square;
 const TERMS: [(i32, i32, f64); 8] =
     [(3, 0, 1.0), (1, 2, 0.6), (2, 0, 0.25), (1, 1, 0.25), (0, 2, 0.2), (0, 3, 0.15), (5, 0, 0.2), (3, 2, 0.15)];
 
-/// Range at which the size is stated, of full scale: the 8 mm sweeps.
+/// Range at which the size is stated, of full scale: the 8 mm sweeps. A definition: with ±4 mm of ±5 mm.
 const RANGE: f64 = 0.8;
 
 /// Plant side. Size: rms of an axis' displacement over the square of +-0.8 of full scale, pooled over the axes.
@@ -70,7 +70,7 @@ impl PlantEffect for PsdNonlinearity {
 pub mod sensor_side {
     use crate::sensor::{Regressor, BasisInputs};
 
-    /// Powers of the deflections along x and y.
+    /// Powers of the deflections along x and y. By definition all products of second and third degree.
     const POWERS: [[i32; 2]; 7] = [[3, 0], [0, 3], [2, 1], [1, 2], [2, 0], [1, 1], [0, 2]];
     /// The same of fourth and fifth degree: a diode bends the more the nearer to its edge.
     const HIGHER: [[i32; 2]; 7] = [[5, 0], [0, 5], [3, 2], [2, 3], [4, 0], [2, 2], [0, 4]];

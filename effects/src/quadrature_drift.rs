@@ -59,9 +59,10 @@ pub mod sensor_side {
     use crate::sensor::{Covariates, Regressor, BasisInputs};
     use core::f64::consts::TAU;
 
-    /// Knots over the recording: two a period of what changes within a tenth of it.
+    /// Knots over the recording: two a period of what changes within a tenth of it. Derived from the sampling theorem: twenty
+    /// intervals, and three knots beyond the ends for the cubic spline.
     const KNOTS: usize = 23;
-    /// Their distance, as a part of the recording.
+    /// Their distance, as a part of the recording. Derived from the knots, of which three lie beyond the ends.
     const STEP: f64 = 1.0 / (KNOTS - 3) as f64;
 
     /// Sensor side: offset (order 1), gain and phase (order 2 and a constant). Their course in time is what the amplitude shows

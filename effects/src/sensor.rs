@@ -13,12 +13,12 @@ use crate::over::{Extent, Over};
 pub use crate::rails::Clip;
 use serde::{Deserialize, Serialize};
 
-/// Readings of a sample: four segments (m), then tan(psi_x), tan(psi_y).
+/// Readings of a sample: four segments (m), then tan(psi_x), tan(psi_y). A definition: 4 and 2.
 pub const READINGS: usize = 6;
-/// Residual channels: g_p, g_x, g_y, then segment 1 to 4 against a reference.
+/// Residual channels: g_p, g_x, g_y, then segment 1 to 4 against a reference. A definition: 3 and 4.
 pub const CHANNELS: usize = 7;
-/// A mount that swings more slowly than this hangs by 28 mm under its own weight, g/(2 pi f)²: what is slower is a drift or follows
-/// the motion, and no line of a vibration.
+/// A mount that swings more slowly than this hangs by 28 mm under its own weight: what is slower is a drift or follows the
+/// motion, and no line of a vibration. Derived from a spring's sag under its load, g/(2 pi f)².
 pub const SLOWEST_LINE_HZ: f64 = 3.0;
 
 /// A quantity that was logged beside the layout's columns.
@@ -207,7 +207,7 @@ impl Action {
     }
 }
 
-/// A regressor that acts throughout.
+/// A regressor that acts throughout. By definition of a range without ends.
 pub const ALWAYS: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
 /// One unknown amount of an effect.

@@ -10,7 +10,8 @@ pub struct Periodic {
     table: Vec<f64>,
 }
 
-/// Points a turn: cubic interpolation of order 12 is then good to 1e-5 of its amplitude.
+/// Points a turn. As was measured, Catmull and Rom's cubic is then off by 2e-5 of the amplitude of order 4 and by 4e-4 of order
+/// 12: that is the plant's shape, and exact to itself.
 const POINTS: usize = 256;
 
 impl Periodic {

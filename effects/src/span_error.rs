@@ -6,7 +6,8 @@ use crate::plant::{Instant, PlantEffect, SEGMENTS, Scene, SegmentPoint};
 use crate::random::ChaCha8Rng;
 use crate::shape::segment_offsets;
 
-/// Angles at which the size is stated: uniform within +-0.5 degrees.
+/// Angles at which the size is stated: uniform within +-0.5 degrees. A definition: the angles of the paper's self-calibration
+/// (3.1.2).
 const REFERENCE_RAD: f64 = 0.5 * core::f64::consts::PI / 180.0;
 
 /// Plant side. Size: rms of the displacement over angles uniform within +-0.5 degrees, pooled over the segments.
@@ -49,9 +50,11 @@ pub mod sensor_side {
     /// Prior deviation of what both spans are longer by, half the sum of the four arms: an assembly places each to a millimetre. Stated as such,
     /// since the lever arms take over nearly all that a common error does to the beacon's channels.
     const BOTH_M: f64 = 1.0e-3;
-    /// What each reading takes of a metre that both spans are longer by, per radian.
+    /// What each reading takes of a metre that both spans are longer by, per radian. Derived from equation (4) and p = x ±
+    /// (l_s/2) θ: half to either segment.
     pub(super) const TOGETHER: [f64; 4] = [-0.5, -0.5, 0.5, 0.5];
-    /// What it takes of a metre that the span of segments 1 and 3 is longer by than the other, per radian.
+    /// What it takes of a metre that the span of segments 1 and 3 is longer by than the other, per radian. Derived from the same:
+    /// a quarter to each segment, of the other sign to the other pair.
     pub(super) const APART: [f64; 4] = [-0.25, 0.25, 0.25, -0.25];
 
     /// Sensor side: the two pairs' distances differ. A common error is the angle's scale, which the lever arms take over but for

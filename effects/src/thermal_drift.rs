@@ -9,7 +9,8 @@ use crate::plant::{Instant, PlantEffect, SEGMENTS, Scene, SegmentPoint};
 use crate::random::{ChaCha8Rng, normal, uniform};
 use crate::shape::segment_offsets;
 
-/// Range of temperature at which the size is stated, kelvin: a warm-up.
+/// Range of temperature at which the size is stated, kelvin: a warm-up. A definition: a board warms by a few kelvin when it is
+/// switched on.
 const RANGE_K: f64 = 4.0;
 
 /// Plant side. Size: standard deviation of the segments' offsets over a temperature uniform within 0 to 4 K, pooled.
@@ -69,7 +70,8 @@ pub mod sensor_side {
     /// Prior of a scale's growth: aluminium, the most that a platen or a courier is made of (steel 11.5 ppm/K).
     const GROWTH_PER_K: f64 = 22.0e-6;
 
-    /// How far off the mean temperature a ruling may be right, K: a laboratory's beside a warm board's.
+    /// How far off the mean temperature a ruling may be right, K. A prior: it was made in a laboratory at 20 °C, and the board
+    /// may be warm.
     pub const RIGHT_WITHIN_K: f64 = 20.0;
 
     /// The bend of a drift over the temperatures that were measured. It is told from their middle, so that the linear part is the mean
@@ -86,12 +88,13 @@ pub mod sensor_side {
         away * away
     }
 
-    /// Orders by which a pair that warms shifts its segment: those of its offsets, and of its gain and angle.
+    /// Orders by which a pair that warms shifts its segment: those of its offsets, and of its gain and angle. Derived from the
+    /// pair's phase: an offset makes order 1, gain and angle make (g/2) sin 2φ and (ψ/2)(1 - cos 2φ).
     const PAIR_ORDERS: [usize; 2] = [1, 2];
     /// Prior size of each: it completes the drift.
     const PAIR_SIZE_M: f64 = 1.0e-6;
-    /// The same where the counts show that the pair wanders: offsets of 0.3 to 0.5 % of the amplitude are usual (ESS resolver) and 6 % has
-    /// been seen (lib_sincos_enc); 1 % makes 1.6 µm.
+    /// The same where the counts show that the pair wanders. A prior: offsets of 0.3 to 0.5 % of the amplitude are usual (ESS
+    /// resolver) and 6 % has been seen (lib_sincos_enc), where 1 % makes 1.6 µm.
     const WANDER_SIZE_M: f64 = 3.0e-6;
 
     /// Prior of what a mount's drift is behind the board's: as much as the drift itself (5.6 um/K has been seen).

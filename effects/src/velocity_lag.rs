@@ -9,7 +9,7 @@ use crate::plant::{Instant, PlantEffect, SEGMENTS, Scene, SegmentPoint};
 use crate::random::{ChaCha8Rng, normal, uniform};
 use crate::shape::root_mean_square;
 
-/// Speed at which the size is stated: the fly-bys'.
+/// Speed at which the size is stated: the fly-bys'. A definition: as a survey makes them.
 const REFERENCE_M_S: f64 = 50.0e-3;
 
 /// Plant side. Size: rms over the segments of the lag at 50 mm/s along each.
@@ -71,10 +71,11 @@ pub mod sensor_side {
 
     /// Prior size of a delay, m: 50 µs at 0.1 m/s, a filter of some kHz.
     const DELAY_SIZE_M: f64 = 5.0e-6;
-    /// Prior size of what eddy currents lose of it at speed, m: a fifth.
+    /// Prior size of what eddy currents lose of it at speed, m: a fifth of the delay's, as a correction to first order must be.
     const SATURATION_SIZE_M: f64 = 1.0e-6;
     /// Once a tooth: eddy currents are those of the tooth and not of the slot. Twice: the two channels of a pair are delayed by
-    /// different times.
+    /// different times. Derived from the pair's phase: unlike delays of both channels are a quadrature angle that grows with the
+    /// speed, of order 2.
     const WAVES: [usize; 2] = [1, 2];
     /// How much: it completes the effect.
     const WAVES_SIZE_M: f64 = 0.6e-6;

@@ -14,7 +14,8 @@ pub trait Kernel {
     /// Sum of the squared weights of nodes so many pitches apart, as it is on average over the places between them: by the midpoint
     /// rule.
     fn squares(&self, direction: usize, step_pitches: f64) -> f64 {
-        /// Of the midpoint rule: the squares of the smoothest and of the steepest edge are exact to a thousandth then.
+        /// Of the midpoint rule. Derived from its error for the smoothest and the steepest edge, whose squares are exact to a
+        /// thousandth then.
         const INTERVALS: i32 = 40;
         let width = self.half_pitches(direction) / f64::from(INTERVALS);
         let at = |k: i32| self.weight(direction, (f64::from(k) + 0.5) * width);
@@ -76,7 +77,8 @@ impl Kernel for ApertureKernel {
     }
 }
 
-/// Teeth along and across a segment that its reading averages: the fewest that are built (the more there are, the smoother).
+/// Teeth along and across a segment that its reading averages. A prior: the fewest that such segments are built with; the more
+/// there are, the smoother the field.
 const APERTURE_PITCHES: f64 = 4.0;
 
 /// The same of an aperture that nobody has measured yet, on a mesh: what a tooth has in common with the narrowest aperture that is
