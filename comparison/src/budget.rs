@@ -9,11 +9,13 @@ use crate::estimate::{Estimate, term_name};
 use crate::workspace::{Pose, Quantity, Workspace, growth, mean_square_growth, row};
 use serde::Serialize;
 
-/// Linear expansion of steel, 1/K (domain of machine tools: 11.5 ppm/K).
+/// Linear expansion, 1/K. A prior: 11.5 ppm/K, as steel has of which scales and platens are made.
 const EXPANSION_PER_K: f64 = 11.5e-6;
 /// Standard deviation of a value that lies within half a width to either side, over that half width (JCGM 100:2008, 4.3.7).
+/// Derived from the uniform distribution: 1/√3.
 const UNIFORM: f64 = 0.577_350_269_189_625_8;
-/// A contribution of less than this share of all is rounding, of terms that cancel.
+/// A contribution of less than this share of all is rounding, of terms that cancel. Derived from the record's f32, which has
+/// seven digits of each term.
 const ROUNDING: f64 = 1.0e-6;
 /// Tooth variation in the paper's section 4, by an interferometer over seven teeth.
 pub const PAPER_TEETH_M: f64 = 1.9e-6;

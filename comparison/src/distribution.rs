@@ -2,7 +2,8 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
-/// Degrees of freedom from which on a scale counts as known: the quantiles differ in the fourth digit.
+/// Degrees of freedom from which on a scale counts as known. Derived from Student's distribution, whose quantiles differ from the
+/// normal ones by 1 over the degrees of freedom.
 pub const MANY: f64 = 1.0e5;
 
 /// Probability that chance alone gives a mean square of `statistic` or more over `directions` unit directions, where the scale is known

@@ -18,19 +18,24 @@ use courier_sensor::calibration::{Planner, Range, Sample};
 use nalgebra::{Cholesky, DMatrix};
 use std::f64::consts::TAU;
 
-/// Poses that stand for the expectation: as many as a calibration has, whose products scatter by 3 %.
+/// Poses that stand for the expectation. Derived from the scatter of their products, 1/√1000 = 3 %, which is that of a
+/// calibration as well.
 const POSES: u32 = 1000;
-/// Noise that held-out poses show is less than the board's if it is below this share of it: by two of its own standard errors, of 5 %.
+/// Noise that held-out poses show is less than the board's if it is below this share of it: by two of its own standard errors, of
+/// 5 %. Derived from those two errors: a board that is no quieter is taken for one once in 44.
 const LESS: f32 = 0.9;
-/// Any.
+/// Any. By definition always the same, so that the answer is.
 const SEED: u64 = 1;
-/// Range along x and y, pitches, unless that was asked otherwise (`JointConfig::default`): the record does not say.
+/// Range along x and y, pitches, unless that was asked otherwise: the record does not say. By definition that of
+/// `JointConfig::default` (paper, 3.2.1).
 const TRAVEL_PITCHES: f32 = 2.0;
-/// Largest angles that are tried, radians: a joint calibration is refused below the one, and allowed up to the other (`JointConfig::validate`).
+/// Largest angles that are tried, radians. By definition those between which a joint calibration is made: refused below the one,
+/// and allowed up to the other (`JointConfig::validate`).
 const TURNS_RAD: [f32; 2] = [3.0e-3, 0.05];
-/// Steps of the search for the angle, each half of the one before: to 0.4 % of the range.
+/// Steps of the search for the angle, each half of the one before. Derived from halving: 2^-8 is 0.4 % of the range.
 const STEPS: u32 = 8;
-/// Points of a tooth, along and across, at which the board looks at its prediction.
+/// Points of a tooth, along and across, at which the board looks at its prediction. Derived from four a period of order 6 along,
+/// and of order 2 across.
 const PHASES: [usize; 2] = [24, 8];
 /// The worst deviation is that of poses that were drawn, and of the step that was tried last: it may be off by this share from any that a
 /// turn gives.

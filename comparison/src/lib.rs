@@ -21,5 +21,5 @@ pub mod significance;
 pub mod trend;
 pub mod workspace;
 
-/// What intervals and tests are for: 95 %, two-sided.
+/// What intervals and tests are for: 95 %, two-sided. By definition as is usual (Fisher 1925).
 pub const COVERAGE: f64 = 0.95;

@@ -4,10 +4,12 @@ use crate::distribution::chance_of_mean_square;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-/// Directions with less than this share of the largest variance, each unknown counted in its own deviation, are none: what rounding
-/// leaves of a covariance that was stored in f32 or written in ten digits.
+/// Directions with less than this share of the largest variance, each unknown counted in its own deviation, are none: what
+/// rounding leaves of a covariance that was stored in f32 or written in ten digits. Derived from ten digits, of which a sum loses
+/// one.
 const NO_VARIANCE: f64 = 1.0e-9;
-/// A difference that is less than this many deviations of its unknown is none, where no direction allows any.
+/// A difference that is less than this many deviations of its unknown is none, where no direction allows any. Derived from
+/// squares: it would add a millionth to the sum that is judged.
 const UNFELT: f64 = 1.0e-3;
 
 /// A joint test.

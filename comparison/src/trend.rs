@@ -48,7 +48,7 @@ pub struct Trend {
     pub raised: f64,
 }
 
-/// Seconds a day.
+/// Seconds in a day, by definition 24 hours of 3,600.
 const DAY_S: f64 = 86_400.0;
 
 /// Of three estimates or more, in the order given.

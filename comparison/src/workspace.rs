@@ -46,11 +46,14 @@ impl Quantity {
     }
 }
 
-/// Points of a tooth, along and across: four a period of order 6, as the board looks at its own prediction.
+/// Points of a tooth, along and across: four a period of order 6, as the board looks at its own prediction. Derived from the
+/// sampling theorem, with a factor of two.
 const PHASES: usize = 24;
-/// Points of a tooth, along and across, of a map that is looked at: two a period of order 8.
+/// Points of a tooth, along and across, of a map that is looked at: two a period of order 8. Derived from the sampling theorem:
+/// order 8 is the square of a third harmonic's.
 const MAP: usize = 16;
-/// Angles, from one end of the turn to the other.
+/// Angles, from one end of the turn to the other. Derived from the highest power of the angle that a board has, 3: four values
+/// tell it, and one more.
 const ANGLES: usize = 5;
 
 /// Where a courier works: everywhere in a tooth, and turned by up to an angle to either side.

@@ -83,8 +83,8 @@ pub(crate) fn combined(pieces: &[Piece]) -> Option<Combined> {
 
 /// Columns brought to equal length first. None where a direction is not determined.
 fn solution(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
-    /// Smallest pivot of a matrix with a unit diagonal. The rows are f32's, which leave a share of 1e-7 of a column's length: 1e-14 of
-    /// the product. A choice well above it: what is weaker than 3e-5 of its column is not determined.
+    /// Smallest pivot of a matrix with a unit diagonal. Derived from f32, in whose rows 1e-7 of a column's length is rounding,
+    /// 1e-14 of the product: well above it, what is weaker than 3e-5 of its column is not determined.
     const LEAST_PIVOT: f64 = 1.0e-9;
     let scale = matrix.diagonal().map(|square| {
         if square > 0.0 {

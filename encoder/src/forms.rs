@@ -4,15 +4,18 @@ use crate::answer::{Answer, Turn};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
-/// Entries of moteus' compensation table, and the largest number of one (fw/motor_position.h: 256 of int8, a scale over 127).
+/// Entries of moteus' compensation table, and the largest number of one. By definition of its format (fw/motor_position.h: 256 of
+/// int8, a scale over 127).
 const MOTEUS_ENTRIES: usize = 256;
+/// See [`MOTEUS_ENTRIES`].
 const MOTEUS_LARGEST: f64 = 127.0;
-/// Entries of SimpleFOC's table where none are stated (SimpleFOCDrivers, CalibratedSensor.h), and how many a period needs: eight each for a
-/// wave of order 2, which is linear between them to a tenth.
+/// Entries of SimpleFOC's table where none are stated, by definition of its driver (SimpleFOCDrivers, CalibratedSensor.h).
 const SIMPLEFOC_ENTRIES: usize = 200;
+/// Entries that a period needs. Derived from a wave of order 2, which has eight each: straight lines between them miss a tenth of
+/// it.
 const SIMPLEFOC_PER_PERIOD: usize = 16;
-/// Places at which a table is computed before it is read at its own. A choice: sixteen for each of moteus' entries, so that the error of
-/// going straight between them is 256 times smaller than its own.
+/// Places at which a table is computed before it is read at its own. Derived from straight lines between them: sixteen for each
+/// of moteus' entries, so that the error is 256 times smaller than its own.
 const GRID: usize = 4096;
 
 /// C, for any compiler: constants, and a function that applies them.

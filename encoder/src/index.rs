@@ -5,7 +5,7 @@ use crate::input::Input;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// From so far on, periods, an index is at another period than before: half of one either way is the nearest.
+/// From so far on, periods, an index is at another period than before. Derived from the nearest: half of one either way.
 const OTHER_PERIOD: f64 = 0.5;
 
 /// Where turns begin, by the index.

@@ -7,15 +7,17 @@ use courier_signal::quadrature::PairCorrection;
 use recording::{INDEX, Recording};
 use std::ops::Range;
 
-/// A gap of over this many usual intervals ends a piece. A choice: one or two lost samples do not, a pause of the log does.
+/// A gap of over this many usual intervals ends a piece. A prior: one or two lost samples do not, a pause of the log does.
 const GAP_INTERVALS: f64 = 5.0;
-/// Largest change of a step, periods: from half a period on either way round is as near, so the count is not sure, or the place begins anew.
+/// Largest change of a step, periods. Derived from the nearest: from half a period on either way round is as near, so the count
+/// is not sure, or the place begins anew.
 const JUMP_TURNS: f64 = 0.5;
-/// Largest count: the signal path takes an i16, 32,767 at most. Larger ones are scaled to it.
+/// Largest count. Derived from the signal path's i16, 32,767 at most: larger ones are scaled to it.
 const LARGEST_COUNT: f64 = 32_000.0;
-/// What the device's signal path is told beside the pair. Only its count of periods and its speed depend on them, and neither is used here:
-/// the recording has counted already.
+/// What the device's signal path is told beside the pair. By definition without effect: only its count of periods and its speed
+/// depend on them, and neither is used here, since the recording has counted already.
 const SLIP_TURNS: f32 = 0.4;
+/// See [`SLIP_TURNS`].
 const SPEED_FILTER: f32 = 0.25;
 
 /// One segment's samples.

@@ -21,18 +21,21 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 /// Lengths of a stretch that are tried, periods: the device's own, then a shorter one for short recordings. Below one period the lowest order
 /// is not told from a cubic of time; a quarter more is a choice.
 const LENGTHS: [f64; 2] = [PERIODS as f64, 1.25];
-/// Fewest stretches: their scatter is what says how well the errors are known.
+/// Fewest stretches. Derived from the degrees of freedom: the scatter of four, which says how well the errors are known, has
+/// three.
 const LEAST_STRETCHES: usize = 4;
-/// Chance of naming a ripple or a part that reverses where there is none, for each order: 8 orders then err in 1 of 125 recordings.
+/// Chance of naming a ripple or a part that reverses where there is none, for each order. A prior: 8 orders then err in 1 of 125
+/// recordings.
 const RIPPLE_CHANCE: f64 = 1.0e-3;
-/// Chance of applying an order that is none. Its price is small: what is applied is then of the size of its deviation.
+/// Chance of applying an order that is none (Fisher 1925). Its price is small: what is applied is then of the size of its
+/// deviation.
 const ORDER_CHANCE: f64 = 0.05;
-/// Speeds told apart: the squares of the slower and the faster tenth differ by a factor of two, so that half of a ripple is seen
-/// in the difference.
+/// Speeds told apart: the squares of the slower and the faster tenth differ by so much. Derived from a ripple that goes with the
+/// square: half of it is seen in the difference.
 const SPEED_SQUARES: f64 = 2.0;
 
-/// Noise over the median stretch's beyond which the motion was no cubic there: a start, a stop, a blow. Among stretches of white noise that
-/// is known to a quarter none is four times as loud.
+/// Noise over the median stretch's beyond which the motion was no cubic there: a start, a stop, a blow. Derived from chi-square:
+/// among stretches of white noise that is known to a quarter none is four times as loud.
 const LOUD: f64 = 4.0;
 
 /// What the motion tells.

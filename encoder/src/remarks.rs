@@ -4,7 +4,8 @@ use crate::answer::{Answer, Harmonic, Remark};
 use crate::asked::Question;
 use crate::motion::Motion;
 
-/// Deviations from which on order 1 or 2 is told as a harmonic of the signals: by chance one recording in 3,000 (an F ratio of 8).
+/// Deviations from which on order 1 or 2 is told as a harmonic of the signals. Derived from an F ratio of 8: by chance one
+/// recording in 3,000.
 const CLEAR: f64 = 4.0;
 
 fn remark(what: impl Into<String>, tell: impl Into<String>) -> Remark {

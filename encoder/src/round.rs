@@ -7,10 +7,11 @@ use courier_signal::encoder::{CIRCLE_UNKNOWNS, Circle};
 use courier_signal::quadrature::PairCorrection;
 use nalgebra::{DMatrix, DVector};
 
-/// Readings a period that are entered, as many as the device takes (`signal/src/encoder/learner.rs`): alike from all of the period, also
-/// where the motion rests.
+/// Readings a period that are entered: alike from all of the period, also where the motion rests. By definition as many as the
+/// device takes (`signal/src/encoder/learner.rs`).
 const PER_PERIOD: f64 = 64.0;
-/// Steps of the correction. Each leaves the square of what there was: an offset of half the amplitude is below a count after five.
+/// Steps of the correction. Derived from their quadratic convergence: each leaves the square of what there was, and an offset of
+/// half the amplitude is below a count after five.
 const STEPS: usize = 8;
 
 /// What was found.

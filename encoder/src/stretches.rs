@@ -5,11 +5,12 @@ use courier_signal::encoder::{COLUMNS, Stretch};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
-/// Most rows of a period: more tell little more, since noise is then no longer independent from row to row.
+/// Most rows of a period. A bound on the work: more tell little more, since noise is then no longer independent from row to row.
 const MOST_PER_PERIOD: f64 = 512.0;
-/// A way back of so much, periods, ends a stretch: noise and errors go back by less.
+/// A way back of so much, periods, ends a stretch. A prior: noise and errors go back by less.
 const BACK: f64 = 0.25;
-/// Smallest noise that a stretch is believed to have, turns: what f32 leaves of a place of two periods (`signal/src/encoder/learner.rs`).
+/// Smallest noise that a stretch is believed to have, turns. By definition as the device has it: what f32 leaves of a place of
+/// two periods (`signal/src/encoder/learner.rs`).
 const LEAST_NOISE: f64 = 5.0e-7;
 
 /// What one stretch tells.

@@ -9,17 +9,17 @@ use std::ops::Range;
 
 /// Polynomials of time that the motion of a stretch is tried as: the one that foretells best is taken.
 const DEGREES: [usize; 4] = [3, 5, 8, 12];
-/// Turns of a stretch: with fewer than two nothing is repeated, and a polynomial of twelve over more than four bends less than
-/// one of five does over two.
+/// Turns of a stretch. Derived from what is repeated: with fewer than two nothing is, and a polynomial of twelve over more than
+/// four bends less than one of five does over two.
 const TURNS: [f64; 2] = [2.0, 4.0];
-/// Most stretches: the longest ones tell most.
+/// Most stretches. A bound on the work: the longest ones tell most.
 const MOST_STRETCHES: usize = 8;
-/// Highest order as a multiple of the periods: poles that differ show about the period's own orders, of which the second is the
-/// largest that sensors show (`docs/effects.md`), and a period's orders more on either side.
+/// Highest order as a multiple of the periods. Derived from poles that differ, which show about the period's own orders, of which
+/// the second is the largest that sensors show (`docs/effects.md`), and a period's orders more on either side.
 const PER_PERIOD: f64 = 4.0;
-/// Most orders: the work grows with their square.
+/// Most orders. A bound on the work, which grows with their square: what is higher is left.
 const MOST_ORDERS: f64 = 128.0;
-/// Fewest samples of the highest order's wave.
+/// Fewest samples of the highest order's wave. Derived from the sampling theorem, with a factor of four for noise.
 const SAMPLES_A_WAVE: f64 = 8.0;
 /// Parts of the periods that are foretold by the others.
 const FOLDS: usize = 3;

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use tooth_map::{FIRST_NOISE, Fit, Problem, Unknowns};
 
-/// Most steps with a field; what is not settled then is left to the crossed problem.
+/// Most steps with a field. A bound on the work: what is not settled then is left to the crossed problem.
 const STEPS_ALONE: u32 = 20;
 
 /// What a recording says by itself.

@@ -6,9 +6,10 @@ use crate::state::{State, further, keys_of};
 use courier_sensor::equations::theta;
 use tooth_map::{Linear, Setup, TeethPose, Unknowns, linear, places};
 
-/// Step by which a derivative by the span is taken, m: small beside a tooth, over which fields bend, large beside the digits of f64.
+/// Step by which a derivative by the span is taken, m. Derived from both: small beside a tooth, over which fields bend, large
+/// beside the digits of f64.
 const SPAN_STEP_M: f64 = 1.0e-6;
-/// Place of [`SPAN`] among the [`further`] unknowns.
+/// Place of [`SPAN`] among the [`further`] unknowns, by definition of their order.
 const SPAN_PLACE: usize = 4;
 
 /// A recording's problem at a state.

@@ -12,7 +12,7 @@ use anyhow::{Context, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Version of the file.
+/// Version of the file. By definition of its layout.
 const VERSION: u64 = 1;
 
 /// What some recordings give: what each says by itself, before there is a state; their sums at a state, once there is one.

@@ -13,7 +13,8 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use tooth_map::Noise;
 
-/// Steps of one fit, at most: four times what the longest of the tests takes.
+/// Steps of one fit, at most. A bound on the work: four times what the longest of the tests takes; the answer says where a fit
+/// has not settled by then (`is_settled`).
 const STEPS: u32 = 60;
 
 /// A fit, and what it was made of at its last step.

@@ -13,15 +13,16 @@ use anyhow::{Context, Result, ensure};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Deviations of the beacon's place within which shifts are tried: one in 16,000 is beyond.
+/// Deviations of the beacon's place within which shifts are tried. Derived from the normal tail: one in 16,000 is beyond.
 const WITHIN_DEVIATIONS: f64 = 4.0;
-/// Teeth off a whole number within which a shift is tried even where its place is exact: half of what parts it from the next. A prior without data.
+/// Teeth off a whole number within which a shift is tried even where its place is exact. Derived from the nearest: half of what
+/// parts it from the next.
 const BESIDE_TEETH: f64 = 0.25;
 /// Most teeth to either side that are tried. A span that is a millimetre off puts the paper's arm of 90 mm off by 9 teeth; a prior besides.
 const MOST_TEETH: f64 = 16.0;
 /// Logarithm of the odds that a decision takes: a thousand to one, a choice.
 const LOG_ODDS: f64 = 6.9;
-/// Share by which two statements of one platen's pitch may differ: what aluminium, 23e-6 a kelvin, grows by in 40 K.
+/// Share by which two statements of one platen's pitch may differ. Derived from what aluminium, 23e-6 a kelvin, grows by in 40 K.
 const PITCH_SHARE: f64 = 1.0e-3;
 
 /// A platen as it is known so far.

@@ -9,7 +9,7 @@ use tooth_map::{Setup, Unknowns};
 
 /// Prior deviation of what both spans are longer by, m: an assembly places each of four arms to a millimetre (`span_error`'s prior).
 pub const SPAN_M: f64 = 1.0e-3;
-/// The same of the difference of both, m: its 5 µm at the 15 mrad rms of a turn by ±1.5° (`span_error`'s prior).
+/// Prior deviation of the difference of both, m: its 5 µm at the 15 mrad rms of a turn by ±1.5° (`span_error`'s prior).
 const SPANS_APART_M: f64 = 5.0e-6 / 15.0e-3;
 /// Prior deviation of a ruling's shape: 3 µm over ±5 mm (`axis_skew`'s prior).
 const RULING: f64 = 3.0e-6 / 5.0e-3;
@@ -17,7 +17,7 @@ const RULING: f64 = 3.0e-6 / 5.0e-3;
 /// are independent of each other bend by less.
 const BOW_PER_M: f64 = 3.0e-6 / (2.5e-3 * 2.5e-3);
 
-/// Version of a state's file.
+/// Version of a state's file. By definition of its layout.
 pub const STATE_VERSION: u64 = 1;
 
 /// What is known of an unknown before the data, in its own unit.

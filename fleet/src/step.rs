@@ -9,11 +9,12 @@ use anyhow::Result;
 use std::collections::BTreeMap;
 use tooth_map::Noise;
 
-/// Settled when the squares fall by no more than this: no combination of unknowns then moves by a tenth of the deviation that the data leave it.
+/// Settled when the squares fall by no more than this. Derived from the deviations that the data leave: no combination of
+/// unknowns then moves by a tenth of its own.
 const SETTLED: f64 = 1.0e-2;
-/// Settled enough for the noise to be told from what is left: all within that deviation.
+/// Settled enough for the noise to be told from what is left. Derived from the same: all within that deviation.
 const SETTLED_FOR_NOISE: f64 = 1.0;
-/// How often it is told: from a fit with too large a noise, and from one with the noise of that.
+/// How often it is told. By definition twice: from a fit with too large a noise, and from one with the noise of that.
 const NOISE_TOLD: u32 = 2;
 
 /// Whether a step from a state is too short to count.

@@ -12,10 +12,12 @@ use tooth_map::{
     FIRST_NOISE, Linear, Noise, add_rows, field_prior_m, noise_shown, places, products,
 };
 
-/// What a field of cubic B-splines a pitch apart cannot follow of independent teeth under a smooth aperture of five to seven, as a share of
-/// the field: 1.6 % along and across each, by a least-squares fit of drawn fields. Under an aperture with steep edges it is more.
+/// What a field of cubic B-splines a pitch apart cannot follow of independent teeth under a smooth aperture of five to seven, as
+/// a share of the field. As was measured by a least-squares fit of drawn fields: 1.6 % along and across each. Under an aperture
+/// with steep edges it is more.
 const INEXACTNESS: f64 = 0.023;
-/// Pitches over which that error is one: the sum of its autocorrelation in the same drawn fields is 0.45 to 0.52 of them.
+/// Pitches over which that error is one. As was measured on the same drawn fields, the sum of its autocorrelation is 0.45 to 0.52
+/// of them.
 const PLACE_PITCHES: f64 = 0.5;
 /// Most of a recording's equations that its unknowns are taken to have spent: the tooth map's limit, without data.
 const MOST_SPENT: f64 = 0.5;

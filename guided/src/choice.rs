@@ -39,10 +39,10 @@ pub struct Outlook {
     known: Vec<Known>,
 }
 
-/// Samples of a recording that are looked at, at most: of longer ones, evenly spread.
+/// Samples of a recording that are looked at, at most. A bound on the work: of longer ones they are evenly spread.
 const LOOKED_AT: usize = 3000;
-/// Times that each motion may be made before its information counts as all that it can give: a bound that one recording keeps to, since a
-/// survey's time has room for some ten motions.
+/// Times that each motion may be made before its information counts as all that it can give. A prior: one recording keeps to
+/// that, since a survey's time has room for some ten motions.
 const MANY_TIMES: f64 = 20.0;
 
 impl Outlook {

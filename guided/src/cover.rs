@@ -2,11 +2,12 @@
 
 use crate::motion::{Area, Move};
 
-/// Share of the area's width that counts as gone over: a prior; what lies beyond is passed by the ends' slow parts alone.
+/// Share of the area's width that counts as gone over. A prior: what lies beyond is passed by the ends' slow parts alone.
 const WIDE: f64 = 0.8;
-/// Both ways along both axes.
+/// Both ways along both axes. By definition two by two.
 const WAYS: usize = 4;
-/// Times that each way is gone, the fewest that part the two: what is passed again at another time tells what goes with the place from what goes with the time.
+/// Times that each way is gone. Derived from what parts the two: what is passed again at another time tells what goes with the
+/// place from what goes with the time.
 const PASSES: usize = 2;
 
 /// How far the motions made so far go over their area in both directions of both axes: 1 is all.

@@ -2,7 +2,7 @@
 
 use crate::motion::{Move, SPEEDS_M_S};
 
-/// Steps of less than this are not told, m and rad: a prior, no hand keeps to them.
+/// Steps of less than this are not told, m and rad. A prior: no hand keeps to them.
 const UNTOLD_M: f64 = 0.5e-3;
 /// See [`UNTOLD_M`].
 const UNTOLD_RAD: f64 = 1.0e-3;

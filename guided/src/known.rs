@@ -100,7 +100,8 @@ pub(crate) struct Seen {
     pub sight: f64,
 }
 
-/// Time with the beacon in sight by which lines of its vibration are told, s: ten periods of the slowest that the catalogue knows.
+/// Time with the beacon in sight by which lines of its vibration are told, s. Derived from ten periods of the slowest that the
+/// catalogue knows.
 pub(crate) const SIGHT_S: f64 = 10.0 / SLOWEST_LINE_HZ;
 /// A column that all motions together, made many times, leave with more than this share of its prior variance is told by none.
 const TOLD_BY_NONE: f64 = 0.5;

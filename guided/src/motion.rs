@@ -39,21 +39,22 @@ pub struct Move {
     pub speed_m_s: f64,
 }
 
-/// Speeds of a survey, m/s: fast, usual, slow.
+/// Speeds, m/s: fast, usual, slow. By definition those of a survey.
 pub const SPEEDS_M_S: [f64; 3] = [0.2, 0.05, 0.01];
-/// Reach of short motions, m: four teeth to either side, which a diode with the beacon over the middle does not leave (5 mm).
+/// Reach of short motions, m. Derived from the diode's 5 mm, which four teeth to either side do not leave with the beacon over
+/// the middle.
 const SHORT_M: f64 = 4.0e-3;
-/// Arm at which an angle counts as a distance, m: the motion controller's.
+/// Arm at which an angle counts as a distance, m. By definition the motion controller's.
 pub const ARM_M: f64 = 0.1;
-/// A move from rest to rest along a polynomial of fifth degree has this peak speed over the mean.
+/// Peak speed over the mean of a move from rest to rest. Derived from a polynomial of fifth degree: 15/8.
 const EASE: f64 = 1.875;
 /// Rest behind each motion, s: a controller settles in it.
 const REST_S: f64 = 0.05;
-/// Time for which the courier stands still where that is what is wanted, s: a prior, ten periods of 20 Hz.
+/// Time for which the courier stands still where that is what is wanted, s. A prior: ten periods of 20 Hz.
 const STILL_S: f64 = 0.5;
-/// Samples by which a motion is foreseen: a choice, one each half millimetre of the longest way.
+/// Samples by which a motion is foreseen. Derived from the longest way, of which each is half a millimetre.
 const FORESEEN: usize = 80;
-/// Ways that are shorter are none, m: a hundredth of a tooth.
+/// Ways that are shorter are none, m. Derived from the pitch: a hundredth of a tooth.
 const NOWHERE_M: f64 = 1.0e-5;
 
 impl Move {
@@ -188,7 +189,7 @@ pub fn available(at: Pose, area: &Area) -> Vec<Move> {
     list
 }
 
-/// The longest of a survey's motions takes 1.9 s.
+/// Motions that take longer are not proposed, s. A bound on the work: the longest of a survey's takes 1.9 s.
 const LONGEST_S: f64 = 2.0;
 
 /// The side of an interval about a middle that is farther away.

@@ -4,6 +4,7 @@
 //! electrodes tell. The fit's four coefficients of t tell axes, signs and height times full scale, those of theta the lever arms.
 
 use crate::fault::{ANGLES, FULL_SCALE_SHARE, Fault, LENGTHS, unit_of};
+use crate::poses::{DRAWING_TOLERANCE, ERROR_FLOOR_M, EXCITATION_M};
 use crate::products::{Fit, Products, fit};
 use crate::readings::Readings;
 use crate::view::View;
@@ -18,26 +19,23 @@ const PAIRINGS: [([[usize; 2]; 2], Option<[usize; 2]>); 5] = [
     ([[0, 3], [2, 1]], Some([1, 3])),
 ];
 
-/// Motion under the beacon below this, rms, says nothing.
-const EXCITATION_M: f64 = 60.0e-6;
 /// The diode explains a motion if less than this share of it is left: the lever arm of 90 mm turns 4 µm of a pair's error into 40.
 const UNEXPLAINED_SHARE: f64 = 0.15;
-/// No coefficient is known better than with this error of the readings, m.
-const ERROR_FLOOR_M: f64 = 5.0e-6;
-/// A drawing may be off by this share (the joint calibration's limit is twice that).
-const DRAWING_TOLERANCE: f64 = 0.2;
 /// What a bracket adds to that, m.
 const BRACKET_TOLERANCE_M: f64 = 2.0e-3;
-/// Standard errors within which two values are the same. A prior: the errors are bounds of what equation (3) leaves, not deviations of noise.
+/// Standard errors within which two values are the same. A prior: the errors are bounds of what equation (3) leaves, not
+/// deviations of noise, so that one is enough.
 const COVERAGE_FACTOR: f64 = 1.0;
-/// A main coefficient is known to this share of itself, or nothing is told: units and axes that are taken for each other differ by more.
-const RELATIVE_ERROR: f64 = 0.1;
+/// A main coefficient is known to this share of itself, or nothing is told. Derived from the units: the nearest two differ by a
+/// factor of 2.54, fifteen such errors.
+pub(crate) const RELATIVE_ERROR: f64 = 0.1;
 /// What the other axis of the diode may do beside the main one, as a share: a mount turned by 17 degrees.
 const CROSS_AXIS_SHARE: f64 = 0.3;
 /// Least share of an angle's own movement, by its square, that must be turning and not its error for it to tell the lever arms.
 /// A prior: an error in the regressor makes them too short by the rest, which is added to their own errors.
 const TURN_SHARE: f64 = 0.5;
-/// Zero of the angle that tooth counts may have by chance, rad: half a pitch over the span.
+/// Zero of the angle that tooth counts may have by chance, rad: half a pitch over the span. Derived from the paper's: 0.508 mm
+/// over 9.7 mm is 0.052 rad.
 const ANGLE_ORIGIN_RAD: f64 = 0.05;
 
 /// Electrodes beside all recorded segments, for every pairing.

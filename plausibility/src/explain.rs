@@ -2,7 +2,7 @@
 
 mod otherwise;
 
-use crate::diode::Diode;
+use crate::diode::{Diode, RELATIVE_ERROR};
 use crate::fault::{Fault, LENGTHS, Source};
 use crate::fitted::Fitted;
 use crate::poses::Poses;
@@ -14,19 +14,19 @@ use crate::wiring::Wiring;
 use nalgebra::DVector;
 use recording::Recording;
 
-/// Up to this share a parity is right if no other wiring's is far smaller.
+/// Up to this share a parity is right if no other wiring's is far smaller. A prior: the parity of an uncalibrated sensor is 29.3
+/// µm (paper, 3.1.2), 0.03 of the pitch, and three times that may still be one.
 const LARGEST_PARITY: f64 = 0.1;
-/// A platen sensor sees no teeth at more than its pitch over its length (some six teeth: 0.15 rad); a pair's angle beyond this, rms, rad,
-/// is no angle.
+/// A pair's angle beyond this, rms, rad, is no angle. A prior: "a rotation capability of a few degrees" (paper, section 1), of
+/// which this is 3.4, and no teeth are seen at more than a pitch over a segment's length (some six teeth: 0.15 rad).
 const ANGLE_RAD: f64 = 0.06;
-/// Nothing on a platen is faster, m/s: ten times a planar motor's speed.
+/// Nothing on a platen is faster, m/s. A prior: ten times a planar motor's speed, so that only a wrong unit is beyond.
 const SPEED_M_S: f64 = 20.0;
 /// No segment is more exact than this, m: what is left of a calibrated one (paper, table of 3.2.1).
 const ERROR_FLOOR_M: f64 = 2.0e-6;
-/// What a response that nothing explains costs: more than one fault, less than two.
+/// What a response that nothing explains costs: more than one fault, less than two. Derived from the costs of faults
+/// (`Fault::cost`), which are 0.9 to 1.4.
 const UNEXPLAINED_COST: f64 = 1.5;
-/// A lever arm that is known to this share of itself suggests a span.
-const RELATIVE_ERROR: f64 = 0.1;
 /// Explanations whose costs differ by less are equally good: below the least cost of a fault.
 const COST_TOLERANCE: f64 = 0.15;
 

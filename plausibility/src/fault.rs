@@ -167,7 +167,8 @@ impl Fault {
     }
 }
 
-/// A full scale in degrees is atan, not 57.3 times the tangent: at a tangent of 0.3 the two differ by 3 %.
+/// A full scale in degrees is atan, not 57.3 times the tangent: at a tangent of 0.3 the two differ by 3 %. Derived from the arc's
+/// series: x²/3, and as much again for the scale itself.
 pub(crate) const FULL_SCALE_SHARE: f64 = 0.05;
 
 /// Values within this share of one another are one value, as far as a sentence goes.

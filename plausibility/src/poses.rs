@@ -7,23 +7,27 @@ use crate::view::View;
 use nalgebra::DVector;
 
 /// A segment that moves by less than this, rms, says nothing: the errors of equation (3) reach some 30 µm (paper, 3.1.2).
-const EXCITATION_M: f64 = 60.0e-6;
-/// Arm at which an angle counts as a length: half of what the paper's lever arm is.
+pub(crate) const EXCITATION_M: f64 = 60.0e-6;
+/// Arm at which an angle counts as a length: half of the paper's lever arm (90 mm, section 3.2.1).
 const ARM_M: f64 = 0.05;
-/// An angle moves if it does so by this many times its own error.
+/// An angle moves if it does so by this many times its own error. Derived from the normal tail: by chance once in 370.
 const TURN_SIGNAL_TO_NOISE: f64 = 3.0;
 /// Pose columns explain a motion if less than this share of it is left.
 const UNEXPLAINED_SHARE: f64 = 0.2;
-/// What is left against a reference and is of this share of the pitch is no error of a sensor.
+/// What is left against a reference and is of this share of the pitch is no error of a sensor. Derived from the paper's parity
+/// without calibration, 29.3 µm of four segments (3.1.2): seven times one segment's.
 const GROSS_ERROR_PITCHES: f64 = 0.1;
-/// What is known of no coefficient better than this error of the readings, m: a fifth of what equation (3) leaves at most.
-const ERROR_FLOOR_M: f64 = 5.0e-6;
-/// A reference's scale is right within this share: ten times thermal growth (22 ppm/K) over 20 K. Half the smallest fault that is known, 1 %.
+/// What is known of no coefficient better than this error of the readings, m: as much as the paper's parity after calibration,
+/// 4.1 to 5.5 µm (3.1.2).
+pub(crate) const ERROR_FLOOR_M: f64 = 5.0e-6;
+/// A reference's scale is right within this share. Derived from thermal growth (22 ppm/K) over 20 K, ten times that; half the
+/// smallest fault that is known, 1 %.
 const REFERENCE_SCALE_TOLERANCE: f64 = 0.005;
 /// Commands lag and miss: their scale is looked at no more closely than this.
 const COMMANDED_SCALE_TOLERANCE: f64 = 0.03;
-/// An angle's scale is the span's, and a drawing may be off by this share: within it the diagnosis tells it as an effect.
-const DRAWING_TOLERANCE: f64 = 0.2;
+/// An angle's scale is the span's, and a drawing may be off by this share: within it the diagnosis tells it as an effect. A
+/// prior: the paper starts from 5 % (3.2.1), and four times that is no drawing of this courier.
+pub(crate) const DRAWING_TOLERANCE: f64 = 0.2;
 /// A unit's factor is told from another scale within this share.
 const UNIT_TOLERANCE: f64 = 0.01;
 /// Standard errors within which two values are the same. A prior: the errors are bounds of what equation (3) leaves, not deviations of noise.

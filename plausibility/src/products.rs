@@ -3,15 +3,19 @@
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// Orders of the tooth phase that are taken out: those of equation (3) that are largest.
+/// Orders of the tooth phase that are taken out: those of equation (3) that are largest. Derived from the pair: an offset makes
+/// order 1, gain and angle order 2, a third harmonic of the signals order 4.
 const ORDERS: [f64; 3] = [1.0, 2.0, 4.0];
-/// Directions of less than this share of the largest eigenvalue are not told by the rows.
+/// Directions of less than this share of the largest eigenvalue are not told by the rows. Derived from 16 digits: products keep
+/// seven of a direction as weak as that.
 const SINGULAR_SHARE: f64 = 1.0e-9;
 /// Parity of an uncalibrated sensor, rms, m (paper, 3.1.2).
 const PERIODIC_M: f64 = 30.0e-6;
-/// Steps of the eigenvalue iteration: some three a column are usual.
+/// Steps of the eigenvalue iteration: some three a column are usual. A bound on the work: what has not settled by then has no
+/// inverse, and nothing but zeros is taken out.
 const MOST_STEPS: usize = 10_000;
-/// Rows for each column that is taken out; with fewer nothing but zeros is taken out.
+/// Rows for each column that is taken out; with fewer nothing but zeros is taken out. Derived from the least squares: an eighth
+/// of the noise is then taken out with it.
 const ROWS_A_COLUMN: usize = 8;
 
 /// Mean products `[column, column]` over rows.

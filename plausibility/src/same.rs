@@ -3,7 +3,8 @@
 use crate::fault::Fault;
 use recording::{Column, Recording};
 
-/// Two instruments never agree to this share of the pitch: the best interpolation of a period shows noise of a hundred thousandth.
+/// Two instruments never agree to this share of the pitch. A prior: the best interpolation of a period shows noise of a hundred
+/// thousandth, ten times that.
 const IDENTITY_TOLERANCE: f64 = 1.0e-6;
 /// Fewer rows are no evidence.
 const FEWEST_ROWS: usize = 30;

@@ -8,7 +8,7 @@ use crate::readings::Readings;
 
 /// More steps of whole teeth than this are no slips of a counter: then the rows are simply far apart.
 const MOST_SLIPS: usize = 12;
-/// Signs of the four outputs, up to a common one.
+/// Signs of the four outputs, up to a common one. By definition all of them: half of two to the fourth.
 const SIGNS: [[f64; 4]; 8] = [
     [1.0, -1.0, -1.0, 1.0],
     [1.0, 1.0, 1.0, 1.0],

@@ -5,8 +5,8 @@ use crate::readings::Readings;
 use crate::wiring::Wiring;
 use nalgebra::DVector;
 
-/// What a relation of right readings leaves, rms, as a share of the pitch: what effects of 20 noise floors (0.3 µm each) leave once the
-/// periodic errors of equation (3) are out.
+/// What a relation of right readings leaves, rms, as a share of the pitch. Derived from effects of 20 noise floors (0.3 µm each),
+/// which are left once the periodic errors of equation (3) are out: 6 µm of a millimetre.
 pub(crate) const CLOSURE_TOLERANCE: f64 = 0.006;
 /// What another wiring, or another way to read sine and cosine, leaves is far smaller from this ratio on.
 pub(crate) const CLOSURE_RATIO: f64 = 3.0;

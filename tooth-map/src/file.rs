@@ -6,7 +6,8 @@ use courier_sensor::teeth::MapHeader;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Version of the file. Until 2 waves had their phases where the outputs are before fields and waves move them.
+/// Version of the file. Until 2 waves had their phases where the outputs are before fields and waves move them. By definition of
+/// the file's layout.
 const VERSION: u64 = 3;
 /// The key that tells a map from other JSON.
 const KEY: &str = "courier_tooth_map";

@@ -15,15 +15,17 @@ use normal_equations::unit_priors;
 use rayon::prelude::*;
 use tooth_field::order_of_places;
 
-/// Passes of one fit, at most.
+/// Passes of one fit, at most. A bound on the work: a fit goes on from where it then stands, and held-out poses judge the last
+/// one.
 const PASSES: usize = 12;
-/// Settled when no unknown moves by more than this share of its deviation before the data.
+/// Settled when no unknown moves by more than this share of its deviation before the data. Derived from the deviations after the
+/// data, 0.03 of 60 µm of a coefficient and 20 µm of 27 mm of a lever arm: a five hundredth of them.
 const SETTLED: f64 = 1.0e-6;
-/// Equations of a pose: equation (5) and the two of equation (11).
+/// Equations of a pose. By definition equation (5) and the two of equation (11).
 const ROWS: usize = 3;
-/// Poses that are turned into rows at once.
+/// Poses that are turned into rows at once. Cost alone: the rows of a chunk stay in the processor's cache.
 const CHUNK: usize = 64;
-/// Sums that are formed side by side: the same number on every machine, so that the last digit is.
+/// Sums that are formed side by side. Cost alone: the same number on every machine, so that the last digit is.
 const LANES: usize = 2;
 
 /// Values, and what determines them.

@@ -6,7 +6,7 @@ use tooth_field::{CubicSpline, Lattice};
 
 /// Weights of the nodes at a place: what the firmware applies, in f64.
 pub const FIELD: Lattice<CubicSpline> = Lattice::of_teeth(CubicSpline);
-/// Nodes about a place, either way.
+/// Nodes about a place, either way. By definition of a cubic spline.
 pub const SUPPORT: usize = 4;
 
 /// Smallest lattice that holds places within these bounds, pitches: `[lowest, highest]` along and across. How far the places reach

@@ -6,13 +6,16 @@ use courier_sensor::geometry::Geometry;
 use recording::Recording;
 use std::f64::consts::TAU;
 
-/// Most poses that are fitted: enough for the largest map, and a minute of one core.
+/// Most poses that are fitted. A bound on the work: of more, every so many are taken; they are enough for the largest map, and a
+/// minute of one core.
 const MOST: usize = 6000;
-/// Samples that follow each other within this place are one pose, pitches: a standstill, whatever its length.
+/// Samples that follow each other within this place are one pose, pitches: a standstill, whatever its length. Derived from the
+/// noise floor of 0.3 µm: 4 µm are thirteen of it.
 const STILL_PITCHES: f64 = 4.0e-3;
-/// Longest standstill that is one pose, samples.
+/// Longest standstill that is one pose, samples. Derived from their mean, which is then known to a twentieth of the noise: the
+/// platen's teeth leave more.
 const LONGEST: usize = 400;
-/// What the firmware calls an electrode at the converter's end.
+/// What the firmware calls an electrode at the converter's end. By definition seven below the end of 16 bits.
 const CLIPPED: f64 = 32_760.0;
 
 /// One pose.

@@ -6,7 +6,8 @@ use super::model::{outputs, places};
 use super::pose::{Setup, TeethPose};
 use super::unknowns::Unknowns;
 
-/// Places looked at on a way: two a pitch on one of 16 mm.
+/// Places looked at on a way: two a pitch on one of 16 mm. Derived from the sampling theorem: two to a period of the lowest
+/// order.
 const WAY_PLACES: usize = 32;
 /// A way begins and ends where so many of the poses lie farther out.
 const RIM_SHARE: f64 = 0.1;

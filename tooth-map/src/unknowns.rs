@@ -6,23 +6,35 @@ use courier_sensor::equations::OWN_ORDERS;
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::teeth::Grid;
 
-/// Own and lateral orders of the waves; the first is equation (9)'s, which a plain joint calibration has as well.
+/// Own and lateral orders of the waves. By definition equation (9)'s, which a plain joint calibration has as well, then the
+/// products of lowest order that couriers have been seen with (docs/effects.md, lateral dependence).
 pub const WAVES: [(u8, i8); 6] = [(0, 1), (0, 2), (1, 1), (1, -1), (2, 1), (2, -1)];
 /// Highest degree of the coordination sensor's polynomial: the inverse of a diode that bends by cubes needs some more.
 const DEGREE: i32 = 9;
 
-/// Standard deviations before the data. Coefficients as for the firmware's joint fit; waves as for lateral terms seen; the diode's
-/// terms halve from degree to degree beyond the third; a node's and a whole line's are twice
-/// the paper's 1.9 um of tooth variation.
+/// Standard deviation of a coefficient before the data, m. A prior: the parity of an uncalibrated sensor is 29.3 µm (paper,
+/// 3.1.2), twice that; as for the firmware's joint fit.
 const OWN_M: f64 = 60.0e-6;
+/// The same of a wave. A prior: lateral terms of about 2.7 µm rms bring a simulated courier to the paper's residuals (3.1.2), an
+/// amplitude of 3.8 µm.
 const WAVE_M: f64 = 5.0e-6;
+/// The same of the parity's offset. A prior: half a pitch, which is what whole teeth leave open; as for the firmware's joint fit.
 const PARITY_M: f64 = 0.5e-3;
+/// The same of the angle's offset. A prior: 10 mrad over the span of 9.7 mm, more than any mounting; as for the firmware's joint
+/// fit.
 const ANGLE_M: f64 = 0.1e-3;
+/// The same of height and lever arms, of themselves. A prior: the paper starts from 5 % (3.2.1), six times that; as for the
+/// firmware's joint fit.
 const MOUNTING_SHARE: f64 = 0.3;
+/// The same of the beacon's place. A prior: twenty pitches about where it was said to be; as for the firmware's joint fit.
 const PLACE_M: f64 = 20.0e-3;
+/// The same of the diode's misalignment, rad, and of its gains' difference. A prior: a diode is turned in its mount by some
+/// degrees at the most, and 13 % of gain is the most that is known (lib_sincos_enc).
 const MISALIGNMENT: f64 = 0.1;
+/// The same of the diode's terms of third degree, at full scale; they halve from degree to degree beyond. A prior: up to 17 % of
+/// the linear term (Golnabi).
 const BEND: f64 = 0.2;
-/// Of a node by itself, and of a whole line.
+/// Of a node by itself, and of a whole line, m: twice the paper's 1.9 µm of tooth variation (section 4).
 pub const NODE_M: f64 = 4.0e-6;
 
 /// Deviation of a field at a place before the data: its nodes and its lines together, m.
