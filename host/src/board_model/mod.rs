@@ -31,10 +31,12 @@ pub fn waves(diagnosed: &Model, effect: &EffectAmounts) -> HashMap<String, Wave>
     places.map(|(name, place)| (name, wave(place))).collect()
 }
 
-/// Most terms of the own phase alone that the board can recalibrate with (`calibration::StartError::Terms`).
+/// Most terms of the own phase alone that the board can recalibrate with (`calibration::StartError::Terms`). By definition of the
+/// board's fit (`calibration::regression::MAX_FITTED`).
 const MOST_OWN: usize = 6;
 
-/// Terms smaller than this are left out: a tenth of what the sensor resolves, and each costs the interrupt its time.
+/// Terms smaller than this are left out, m: each costs the interrupt its time, and a tenth of what the sensor resolves (0.2 µm,
+/// paper, section 1) shows nowhere.
 const LEAST_M: f64 = 20.0e-9;
 /// A model for the board.
 #[derive(Clone, Debug, PartialEq)]

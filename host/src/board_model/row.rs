@@ -4,7 +4,7 @@ use courier_sensor::frame::SEGMENTS;
 use courier_sensor::model::{Multiplier, Term};
 use diagnosis::linearization::baseline::ORDERS;
 
-/// Half a degree to either side, as in a self-calibration, rad.
+/// Half a degree to either side, rad: as in the paper's self-calibration (3.1.2).
 pub(super) const USUAL_ANGLE_RAD: f64 = 8.727e-3;
 /// A fly-by's.
 const USUAL_SPEED_M_S: f64 = 0.1;

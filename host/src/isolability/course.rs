@@ -4,7 +4,7 @@ use super::problem::{Problem, Rows};
 use super::question::Question;
 use serde::Serialize;
 
-/// Poses between two looks.
+/// Poses between two looks. Cost alone: what is told between two looks is not computed.
 const STEP: usize = 20;
 
 /// How well a group is known.

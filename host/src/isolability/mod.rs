@@ -22,7 +22,8 @@ use angles::OTHERS;
 use problem::Problem;
 use serde::Serialize;
 
-/// Groups closer than this are said to be confused: their common part is known 20 times worse than each alone.
+/// Groups closer than this are said to be confused. Derived from the sine: their common part is known 20 times worse than each
+/// alone.
 const CONFUSED_DEG: f64 = 3.0;
 /// What another motion would do for a group.
 #[derive(Clone, Debug, PartialEq, Serialize)]

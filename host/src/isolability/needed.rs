@@ -6,13 +6,14 @@ use courier_sensor::calibration::joint::Unknown;
 use courier_sensor::geometry::Geometry;
 use serde::Serialize;
 
-/// Nobody visits more poses.
+/// Nobody visits more poses. A prior: at a second a pose they would take twelve days.
 const MANY: f64 = 1.0e6;
 /// Poses of the paper's 3.2.1.
 const REFERENCE_POSES: u32 = 1000;
-/// Their range: two pitches and 1.5 degrees to either side.
+/// Their range along x and y, m: two pitches (paper, 3.2.1).
 const REFERENCE_TRAVEL_M: f32 = 2.0 * Geometry::PAPER.pitch_m;
-const REFERENCE_TURN_RAD: f32 = 26.179_94e-3;
+/// Their largest angle, rad: 1.5 degrees (paper, 3.2.1).
+const REFERENCE_TURN_RAD: f32 = 1.5_f32.to_radians();
 
 /// Poses that the coefficients of equations (3) and (9) need.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -2,20 +2,22 @@
 
 use std::ops::Range;
 
-/// A sample enters if an output has moved this far since the last one that did, pitches: the sensor's resolution of one
-/// part in 5000. A long rest would otherwise outweigh the motion with copies of one place.
+/// A sample enters if an output has moved this far since the last one that did, pitches: the sensor's resolution of one part in
+/// 5000 (paper, section 1). A long rest would otherwise outweigh the motion with copies of one place.
 const STEP_PITCHES: f64 = 1.0 / 5000.0;
 /// The whole path is cut into about this many stretches …
 const STRETCHES: f64 = 128.0;
 /// … in pitches neither below a quarter of the period of order 16, the error model's highest, nor so long that a pass is one
-/// stretch. On a recording of a single pitch longer ones would leave whole flanks of an over-ranged sensor's error
-/// unseen, and judge the extrapolation instead of the calibration.
+/// stretch. On a recording of a single pitch longer ones would leave whole flanks of an over-ranged sensor's error unseen, and
+/// judge the extrapolation instead of the calibration. Derived from both: a 64th is that quarter, and a pass over the paper's ten
+/// pitches is five stretches.
 const STRETCH_PITCHES: [f64; 2] = [1.0 / 64.0, 2.0];
 /// Share of the stretches that is held out.
 const HELD_OUT: f64 = 1.0 / 3.0;
-/// Inverse golden ratio. Stretch k is held out if the fraction of k times this is below [`HELD_OUT`]: evenly spread, never
-/// two in a row, and in step with no harmonic of the pitch. Every third stretch would be: with a third of an eighth of a
-/// pitch it holds out the same part of each period of order 8, which an over-ranged converter makes.
+/// Inverse golden ratio. Stretch k is held out if the fraction of k times this is below [`HELD_OUT`]: evenly spread, never two in
+/// a row, and in step with no harmonic of the pitch. Every third stretch would be: with a third of an eighth of a pitch it holds
+/// out the same part of each period of order 8, which an over-ranged converter makes. Derived from the golden section: the
+/// fractions of its multiples fill a unit evenly, however many there are.
 const SPREAD: f64 = 0.618_033_988_749_894_8;
 
 /// Indices of samples, each in order of time.

@@ -3,7 +3,7 @@
 use super::channel::Channel;
 use super::observe::Sample;
 use anyhow::{Result, anyhow, bail, ensure};
-use courier_sensor::equations::own_functions;
+use courier_sensor::equations::{OWN_ORDERS, own_functions};
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::lsq::{Estimator, packed_len};
@@ -12,12 +12,13 @@ use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
 /// Columns of one segment: orders 1, 2, 4 and 6.
-const PER_SEGMENT: usize = 8;
+const PER_SEGMENT: usize = 2 * OWN_ORDERS.len();
 /// Unknowns with four segments: the merged offset and eight each.
 pub const UNKNOWNS_MAX: usize = 1 + SEGMENTS * PER_SEGMENT;
 /// Rows wanted for each unknown before a fit means anything.
 const ROWS_PER_UNKNOWN: usize = 2;
-/// Singular values below this share of the largest are not determined.
+/// Singular values below this share of the largest are not determined. Derived from 16 digits: seven of a direction as weak as
+/// that are left.
 const BATCH_RANK_TOLERANCE: f64 = 1.0e-9;
 
 /// One equation `row * k = rhs`, in the firmware's f32.
