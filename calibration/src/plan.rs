@@ -24,8 +24,8 @@ use rand_pcg::Lcg64Xsh32;
 use rand_pcg::rand_core::Rng;
 use serde::{Deserialize, Serialize};
 
-/// Candidates per chosen pose. Cost of a choice: as many times two substitutions of 33 unknowns, some 50 rows' worth. Cost alone:
-/// more candidates make a plan of the same poses slightly better.
+/// Candidates per chosen pose. A bound on the work: the best of so many is taken. Cost of a choice: as many times two
+/// substitutions of 33 unknowns, some 50 rows' worth.
 const CANDIDATES: usize = 24;
 
 /// Looks at a reading's own error. Derived from the slope of the corrections, a half at most (waves of 40 µm of orders 1 and 2):

@@ -18,8 +18,8 @@ const PASSES: u32 = 25;
 /// Settled when no unknown moves by more than this share of its standard deviation. Derived from the deviations themselves: the
 /// rest of a series that falls by halves is as much again, 2 % of one.
 const SETTLED: f32 = 0.01;
-/// Steps below this many standard deviations: the robust size is measured again. Cost alone: before, misclosures are the start's
-/// and no outliers are told.
+/// Steps below this many standard deviations: the robust size is measured again. A prior: farther ones mend the start's error,
+/// beside which misclosures tell no outliers.
 const NEAR: f32 = 1000.0;
 /// Median length of one and of three independent normal numbers of deviation one. Derived from chi-square: roots of its medians,
 /// 0.4549 and 2.366.

@@ -11,8 +11,8 @@ use crate::plan::{Planner, RelativePose};
 use crate::sample::Sample;
 use core::f32::consts::TAU;
 
-/// Candidates per chosen pose. Cost of a choice: as many times six substitutions of 61 unknowns, about 5 Mcycles. Cost alone:
-/// each costs a substitution, and more candidates make a plan of the same poses slightly better.
+/// Candidates per chosen pose. A bound on the work: the best of so many is taken. Cost of a choice: as many times six
+/// substitutions of 61 unknowns, about 5 Mcycles.
 const CANDIDATES: usize = 16;
 /// Phases per pitch at which a predicted deviation is looked at, along. Derived from the sampling theorem, with a factor of two:
 /// four per period of order 6.

@@ -6,8 +6,7 @@ use crate::joint::{JOINT_UNKNOWNS, JointRows};
 use crate::math::sqrt;
 use crate::watch::{AMOUNTS, Amounts};
 
-/// By so much a change must be larger than the prior was made for, to be solved for anew. A prior: an optimum is flat, and a gain
-/// at half again the change is right to some percent.
+/// By so much a change must be larger than the prior was made for, to be solved for anew.
 const MUCH_LARGER: f32 = 1.5;
 /// Of what changes leave outside all columns of a window, what goes together with a function of equation (3), over the slope of
 /// the corrections. A derivation: half of the power of what looking up beside the places makes has orders that equation (3) lacks

@@ -6,9 +6,11 @@ use rustfft::{Fft, FftPlanner};
 use std::sync::Arc;
 
 /// Grid points to either side that a value is spread over. With a grid of twice what the highest order needs the sums are right
-/// to exp(-2 pi / 3) to this power: 1e-9 of the sum of the values' magnitudes.
+/// to exp(-2 pi / 3) to this power: 1e-9 of the sum of the values' magnitudes. Derived from that power: the sums are then more
+/// exact than positions in metres are written.
 const REACH: usize = 10;
-/// Square of the Gaussian's width, grid points, that makes what is cut off and what folds back alike.
+/// Square of the Gaussian's width, grid points, that makes what is cut off and what folds back alike. Derived from both
+/// exponents, which are equal at this width.
 const WIDTH: f64 = 4.0 * REACH as f64 / (3.0 * std::f64::consts::PI);
 
 /// Orders 0 to a highest one.

@@ -10,7 +10,8 @@ use std::f64::consts::TAU;
 /// Below this share of its usual amplitude a pair tells no place: offsets of one to two hundredths, as pairs have them before they are
 /// calibrated (paper, 3.1.2), are then an error of 0.1 to 0.2 rad.
 const FAINT: f64 = 0.1;
-/// Fewer samples are a disturbance, which is looked for elsewhere.
+/// Fewer samples are a disturbance, which is looked for elsewhere. A prior: bursts of 1 to 20 ms are drawn
+/// (`effects/src/outlier_bursts.rs`), 20 samples of a millisecond at the most.
 const HOLDS: usize = 20;
 
 /// Samples of a segment whose amplitude is gone, so that they tell no place.

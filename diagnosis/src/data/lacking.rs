@@ -7,12 +7,15 @@ use crate::algebra::statistics::{deviation, median};
 use crate::data::coverage::{PHASES, SIXTEENTHS, TURNED_MRAD, phases};
 use crate::data::observations::Observations;
 
-/// Samples of each sixteenth of a tooth that a run should see: twice what a single one would need, for a start in the middle of one.
+/// Samples of each sixteenth of a tooth that a run should see: twice what a single one would need, for a start in the middle of
+/// one. A derivation: a uniform run then has one at least in each, wherever it starts.
 const SAMPLES_A_SIXTEENTH: f64 = 2.0;
-/// Teeth that a run passes at least, so that each phase is seen in it whatever place it starts from.
+/// Teeth that a run passes at least, so that each phase is seen in it whatever place it starts from. A derivation: one whole
+/// tooth, and as much again for the ends at which a courier gathers speed.
 const TEETH: f64 = 2.0;
 
-/// A planar motor's speed, m/s: where the rate of sampling allows more, no speed is named.
+/// A planar motor's speed, m/s: where the rate of sampling allows more, no speed is named. A prior: delays of such sensors are
+/// stated for 1.5 m/s, and a third more is taken.
 const FASTEST_M_S: f64 = 2.0;
 
 /// The motions, each as what is to be recorded besides. Empty where motion is not what lacks.

@@ -8,34 +8,39 @@ mod alignment;
 
 use crate::algebra::statistics::{median, quantile};
 use crate::data::late_segment::LateSegment;
+use crate::data::motion::SMOOTH_M;
 use crate::data::observations::Observations;
 use crate::linearization::baseline::Baseline;
 use crate::trace::log;
 use alignment::{Alignment, stretches};
 
-/// Longest delay that is looked for, s: 34 ms over a field bus is the longest that was met (Encoder Signal Simulation's rotary drive), and
-/// half as much again.
+/// Longest delay that is looked for, s. A prior: 34 ms over a field bus is the longest that was met (Encoder Signal Simulation's
+/// rotary drive), and half as much again.
 const LONGEST_S: f64 = 51.0e-3;
-/// Delays that are tried first.
+/// Delays that are tried first. Derived from steps of half a millisecond: at 0.2 m/s, a survey's fastest, a step is a tenth of a
+/// tooth, so that one of them is nearer than that to the truth.
 const TRIED: usize = 102;
-/// Rounds in which the place of the least is found more finely, each to a third: to a microsecond in the end.
+/// Rounds in which the place of the least is found more finely, each to a third: to a microsecond in the end. Derived from
+/// thirds: half a millisecond over 3^6 is 0.7 µs.
 const FINER: usize = 6;
-/// Steps of Gauss-Newton from there.
+/// Steps of Gauss-Newton from there. Derived from their quadratic convergence: each doubles the digits of what a search to 0.7 µs
+/// leaves open, so that the last two change nothing.
 const STEPS: usize = 4;
-/// The residual beside equation (3) must fall to this share of its mean size, or the segment is not late: a prior. A delay alone leaves a
-/// hundredth of it; one that is as large as all other gaps together leaves about half.
+/// The residual beside equation (3) must fall to this share of its mean size, or the segment is not late. A prior: a delay alone
+/// leaves a hundredth of it; one that is as large as all other gaps together leaves about half.
 const LEFT: f64 = 0.5;
-/// A delay moves a segment by at least this share of a pitch at its highest speed: the sine of a phase that is off by less is off by less
-/// than a tenth of it, so that smaller ones are told by the speed.
+/// A delay moves a segment by at least this share of a pitch at its highest speed: the sine of a phase that is off by less is off
+/// by less than a tenth of it, so that smaller ones are told by the speed. Derived from the sine's series: 2π 0.05 is 0.31 rad,
+/// whose sine is off by 0.005 rad.
 const LEAST_PITCHES: f64 = 0.05;
-/// Where the residual's mean size is below this share of that, no segment is late: the fastest run of a survey is
-/// twenty times as fast as the slowest, which has most of the samples.
+/// Where the residual's mean size is below this share of that, no segment is late: the fastest run of a survey is twenty times as
+/// fast as the slowest, which has most of the samples. Derived from those speeds, 0.2 and 0.01 m/s.
 const LEAST_MEAN: f64 = 0.05;
-/// An interpolated reading is used if the parabolas by the readings before and after it agree to so many times the stated noise: a prior,
-/// four standard deviations.
+/// An interpolated reading is used if the parabolas by the readings before and after it agree to so many times the stated noise.
+/// Derived from the normal tail: by chance one in 16,000 does not.
 const ALIKE_NOISES: f64 = 4.0;
 /// Readings that tell what lies between them to no better than this follow no path, m: as in [`crate::data::motion`].
-const POSES_M: f64 = 15.0e-6;
+const POSES_M: f64 = SMOOTH_M;
 
 /// Late segments of a recording. Cost: about a thousand sums over 1,500 samples where the residual is large, else four.
 pub fn late(o: &Observations) -> [Option<LateSegment>; 4] {

@@ -9,15 +9,19 @@ use effects::sensor::TURNOVERS;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Half the number of neighbours in a local fit.
+/// Half the number of neighbours in a local fit. Derived from the parabola's three unknowns: of seven points four degrees of
+/// freedom are left for the scatter, and at the sampling intervals that recordings have (1 to 2 ms) the window stays below 15 ms,
+/// in which a motion of tens of hertz is a parabola.
 const PATH_HALF_WINDOW: usize = 3;
-/// A local quadratic must fit within this and a share of what was travelled, or the samples are separate poses, m.
-const SMOOTH_M: f64 = 15.0e-6;
+/// A local quadratic must fit within this and a share of what was travelled, or the samples are separate poses, m. A prior: the
+/// periodic errors of an uncalibrated segment, some 16 µm of order 1 in the simulated courier, are still a smooth path over seven
+/// samples of a slow run, and separate poses lie a whole tooth and more apart.
+pub(crate) const SMOOTH_M: f64 = 15.0e-6;
 /// See [`SMOOTH_M`].
 const SMOOTH_SHARE: f64 = 0.02;
-/// Share of the path that [`Motion::loud_m`] is of.
+/// Share of the path that [`Motion::loud_m`] is of. A definition: the upper tenth is what disturbances and starts are in.
 const LOUD: f64 = 0.9;
-/// Share of the path that [`Motion::quiet_m`] is of.
+/// Share of the path that [`Motion::quiet_m`] is of. A definition: the lower tenth is free of them.
 const QUIET: f64 = 0.1;
 
 /// Motion of the segments and of the spot on the coordination sensor, one value a sample.
@@ -56,12 +60,12 @@ pub struct Motion {
     pub loud_tan_psi: [f64; 2],
 }
 
-/// Rms misfit of seven points about a parabola, median over the path, for unit noise: root of the median of chi square with
-/// four degrees of freedom over seven.
+/// Rms misfit of seven points about a parabola, median over the path, for unit noise. Derived from chi-square: root of its median
+/// with four degrees of freedom over seven.
 pub const MISFIT: f64 = 0.6925;
-/// The same for nine tenths of the path.
+/// The same for nine tenths of the path: by the 90 % point of that distribution of chi-square.
 pub const LOUD_MISFIT: f64 = 1.0543;
-/// The same for one tenth.
+/// The same for one tenth: by the 10 % point of that distribution of chi-square.
 const QUIET_MISFIT: f64 = 0.3898;
 
 impl Motion {

@@ -67,9 +67,10 @@ pub struct Observations {
     pub full_range_counts: f64,
 }
 
-/// An electrode with less than so many times its noise is dark: the spot is at the diode's edge, and may be beyond it.
+/// An electrode with less than so many times its noise is dark: the spot is at the diode's edge, and may be beyond it. Derived
+/// from the normal tail: noise alone is above once in 3.5 million, so that what is not dark has light.
 const EDGE_NOISES: f64 = 5.0;
-/// Variance of rounding to whole counts.
+/// Variance of rounding to whole counts. A derivation: an error that is uniform over one count.
 pub(crate) const ROUNDING: f64 = 1.0 / 12.0;
 
 impl Observations {
@@ -323,7 +324,7 @@ fn only<T>(list: &mut Vec<T>, stays: &[bool]) {
     list.shrink_to_fit();
 }
 
-/// Fewer samples than this answer nothing: the baseline alone has 38 unknowns.
+/// Fewer samples than this answer nothing: the baseline alone has 38 unknowns. Derived from those unknowns: five samples to each.
 pub const MINIMUM_SAMPLES: usize = 200;
 
 /// What too few samples lack: more of them, and how long that takes at their rate.

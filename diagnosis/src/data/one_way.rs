@@ -1,7 +1,7 @@
 //! Whether a course only rises or only falls: then it is a clock.
 
-/// Turning back by less than this share of the range is no turning back: a thermometer's scatter and steps, of 0.1 K in the few kelvin
-/// by which a board warms.
+/// Turning back by less than this share of the range is no turning back. A prior: a thermometer scatters and steps by 0.1 K, in
+/// the few kelvin by which a board warms.
 const TURNS_BACK: f64 = 0.05;
 
 /// True if values in order of time only rise, or only fall. Those that are not finite are not there.

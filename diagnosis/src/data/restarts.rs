@@ -12,7 +12,8 @@ use crate::linearization::recording::LinearizedRecording;
 use recording::{Column, Recording};
 use std::ops::Range;
 
-/// Teeth by which the first counts of two runs may differ where both begin at zero: one, since a courier stands between two.
+/// Teeth by which the first counts of two runs may differ where both begin at zero. Derived from rounding: a courier that stands
+/// between two teeth may begin at either.
 const NEAR_PITCHES: f64 = 1.0;
 
 /// Lays runs upon each other whose counts begin anew; what was done, where any moved.

@@ -3,12 +3,14 @@
 
 use nalgebra::{SMatrix, SVector};
 
-/// What turns the courier's motion into the spot's by the derivative of equation (11), to first order in the angle: four segments'
-/// speeds, the turn times where the spot is, and the angle times the speeds.
+/// What turns the courier's motion into the spot's: four segments' speeds, the turn times where the spot is, and the angle times
+/// the speeds. Derived from the derivative of equation (11), to first order in the angle.
 const TERMS: usize = 8;
-/// Fewer samples than so many a term say nothing.
+/// Fewer samples than so many a term say nothing. Derived from the least squares that follow: with twenty rows a term a fit takes
+/// 5 % of the noise for its own.
 const FEWEST_STATES: usize = 20;
-/// Directions of the terms that the motion shows by less than this share of the largest are left out.
+/// Directions of the terms that the motion shows by less than this share of the largest are left out. Derived from 16 digits: the
+/// products, in which this is counted, keep six of a direction as weak as that.
 const SHOWN: f64 = 1.0e-9;
 
 type Row = SVector<f64, TERMS>;

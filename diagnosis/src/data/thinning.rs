@@ -2,12 +2,14 @@
 
 use crate::data::observations::Observations;
 
-/// Samples that an answer is made of; of more, whole pieces are left out evenly.
+/// Samples that an answer is made of; of more, whole pieces are left out evenly. A bound on the work: an answer says so where it
+/// leaves some out (`thin`), and 60,000 rows tell an rms to 0.3 %, far less than the 5 % from which a gap shows.
 const MOST_FITTED_SAMPLES: usize = 60_000;
-/// Samples in such a piece.
+/// Samples in such a piece. Derived from the longest memory over neighbours, `MARGIN` at each end: a quarter of what is kept
+/// besides serves neighbours alone.
 const PIECE: usize = 250;
 /// Samples to either side of a piece that stay to tell how it moves, and are used for nothing else: more than any window over
-/// neighbours.
+/// neighbours. Derived from the longest of them, 25 samples either way where a segment rests (`REST_HALF_WINDOW`).
 const MARGIN: usize = 30;
 
 /// Takes out what the answer is not made of. For each sample that stays: whether it does so for the sake of its neighbours only;

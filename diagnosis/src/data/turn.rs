@@ -12,8 +12,8 @@ const COMES_AGAIN: f64 = 0.5;
 /// Student's t of that correlation over the periods that are passed twice, each of which is as good as one value: derived from the
 /// normal tail: by chance once in three million lengths.
 const BEYOND_CHANCE: f64 = 5.0;
-/// Several turns are a turn as well, and scatter: the shortest length counts whose part that does not come again is less than so many times that
-/// of the best. A prior.
+/// Several turns are a turn as well, and scatter: the shortest length counts whose part that does not come again is less than so
+/// many times that of the best.
 const AS_GOOD: f64 = 2.0;
 
 /// Periods of a turn by an error at places, in periods: the length after which most of it comes again. None where it does not. What is the same

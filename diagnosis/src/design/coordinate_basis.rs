@@ -159,6 +159,8 @@ mod shape {
 use shape::Shape;
 
 fn time(_: &BasisInputs) -> Vec<Shape> {
+    /// Knots over a run. A bound on the work: what bends within a twelfth of it is described no better, and finer shapes are
+    /// asked for where nothing is located ([`crate::design::fine_basis`]).
     const COURSE_KNOTS: usize = 13;
     (0..COURSE_KNOTS)
         .map(|k| -> Shape {

@@ -14,15 +14,16 @@ use normal_equations::by_source::SourceBuffer;
 use normal_equations::symmetric::Symmetric;
 use rayon::prelude::*;
 
-/// Samples that the mean is taken over.
+/// Samples that the mean is taken over. Derived from their scatter: a mean product of 500 is known to 4 %.
 const PRODUCT_SAMPLES: usize = 500;
-/// Samples that are turned into rows at once.
+/// Samples that are turned into rows at once. Cost alone: the rows of a chunk stay in the processor's cache.
 const CHUNK_SAMPLES: usize = 32;
-/// Sums that are formed side by side: as many on every machine.
+/// Sums that are formed side by side: as many on every machine. Cost alone: their number is fixed so that the last digit is.
 const LANES: usize = 2;
 /// A fit that takes noise away is believed only for what it takes beyond that much again: the allowance is of first order.
 const DOUBT: f64 = 2.0;
-/// Step of the derivatives by a reading, m.
+/// Step of the derivatives by a reading, m. Derived from 16 digits: of a place of some centimetres rounding makes 1e-9 of the
+/// derivative, and the bend of order 16 makes 1e-3 at the most of its slope.
 const STEP_M: f64 = 1.0e-8;
 
 /// Mean products, a row, of the columns' and the target's derivatives by the readings, each times that reading's noise.

@@ -48,7 +48,7 @@ pub struct Excitation {
 
 /// Beyond this share of full scale the spot is counted as at the diode's edge: a prior.
 const EDGE: f64 = 0.95;
-/// Time between two motions, s: an order, its reply, and the board's stream; a prior, about what the simulated board takes.
+/// Time between two motions, s. A prior: an order, its reply, and the board's stream take about as long on the simulated board.
 pub const PAUSE_S: f64 = 0.1;
 
 /// What a recording and each of some paths shows.

@@ -6,24 +6,31 @@ use crate::linearization::stop_operator::{SLACKS_M, StopOperator};
 use effects::sensor::{BasisInputs, Covariates, Regressor};
 use std::f64::consts::PI;
 
-/// Prior size of a shape, rms m.
+/// Prior size of a shape, rms m: what calibration leaves of a segment, 2 to 3 µm by the 4.1 to 5.5 µm that it leaves of the
+/// parity of four (paper, 3.1.2).
 const SIZE_M: f64 = 3.0e-6;
-/// Orders of the own tooth phase that may change with something.
+/// Orders of the own tooth phase that may change with something. Derived from the signals: the square of a third harmonic makes
+/// order 8.
 const OWN_ORDERS: usize = 8;
-/// The same of the lateral one.
+/// The same of the lateral one. A prior: higher ones fall as a coil some teeth wide averages them.
 const LATERAL_ORDERS: usize = 2;
-/// Times after which what a start leaves has decayed to 1/e, of the longest stretch.
+/// Times after which what a start leaves has decayed to 1/e, of the longest stretch. Derived from each other: in steps of a
+/// factor of three two neighbours build what decays in between to 6 %.
 const DECAYS: [f64; 4] = [0.02, 0.06, 0.2, 0.6];
-/// Knots over the range of the angle, and over the recording for a factor that wanders.
+/// Knots over the range of the angle. A bound on the work: what bends within a twelfth of the range is described no better, and
+/// what it leaves stays without a place.
 const THETA_KNOTS: usize = 13;
+/// Knots over the recording for a factor that wanders. A bound on the work: what wanders faster than a twelfth of the recording
+/// stays without a place.
 const GAIN_KNOTS: usize = 13;
-/// Half waves over the recording.
+/// Half waves over the recording. A bound on the work: what wanders faster stays without a place, or is a line of the spectrum.
 const WANDER: usize = 60;
-/// Half waves over the deflection, along both axes together.
+/// Half waves over the deflection, along both axes together. A bound on the work: finer waves are looked for one by one
+/// ([`crate::spectra::deflection_waves`]).
 const HALF_WAVES: usize = 18;
 /// Way from the middle over which a pull changes by as much as it is, m.
 const DIFFERS_M: f64 = 0.1;
-/// Samples that tell a range.
+/// Samples that tell a range. Cost alone: they tell a range to a thousandth, of longer recordings evenly spread.
 const LOOKED_AT: usize = 2000;
 
 type CoordinateFunction = Box<dyn Fn(&Covariates) -> f64 + Send + Sync>;

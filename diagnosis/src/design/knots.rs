@@ -6,11 +6,14 @@ use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use tooth_field::{Lattice, Teeth};
 
-/// Weight of samples that a knot must carry to be judged.
+/// Weight of samples that a knot must carry to be judged. Derived from the least squares that follow: with three readings of its
+/// own a value is told to 0.58 of their noise, beside its prior.
 const WEIGHT: f64 = 3.0;
-/// Most knots of all channels: beyond, the mesh gets coarser.
+/// Most knots of all channels: beyond, the mesh gets coarser. A bound on the work: beyond, the mesh gets coarser, and what it
+/// then misses is left and told.
 const MOST_KNOTS: usize = 700;
-/// Most values of all segments: each reaches far, so that the cost is that of all columns at every sample.
+/// Most values of all segments: each reaches far, so that the cost is that of all columns at every sample. A bound on the work:
+/// beyond, the mesh gets coarser, and at last teeth are asked for in its place.
 const MOST_KNOT_VALUES: usize = 200;
 /// Pitches from value to value, the finest that is not too many. Where the teeth lie beside the marks that places are told from is
 /// not known, nor how many an aperture holds, and a field bends where a tooth comes in or goes out: a mesh of half the width
@@ -104,9 +107,11 @@ fn at(linearized: &LinearizedRecording, step_m: f64) -> [Vec<[i32; 2]>; 4] {
     out
 }
 
-/// Most teeth and lines: the cost is that of all unknowns together.
+/// Most teeth and lines: the cost is that of all unknowns together. A bound on the work: beyond, teeth are not asked for one by
+/// one and the mesh stays, with what it leaves.
 const MOST_TEETH: usize = 2400;
-/// Share of a reading that all samples together must give to a tooth, for it to be asked for.
+/// Share of a reading that all samples together must give to a tooth, for it to be asked for. Derived from sizes: a tooth that is
+/// off by 3 µm is then seen by 0.06 µm in all, a fifth of the noise floor of 0.3 µm.
 const SEEN: f64 = 0.02;
 
 /// Lists the teeth and lines under the segments' apertures. False where they are too many, or none.

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use normal_equations::symmetric::Symmetric;
 use rayon::prelude::*;
 
-/// Columns that are formed one after the other.
+/// Columns that are formed one after the other. Cost alone: below, to share the columns out costs more than to form them.
 const SERIAL: usize = 64;
 
 /// Sum over all folds but one, or over all: formed as it is asked for, without memory of its own.

@@ -8,15 +8,20 @@ use nalgebra::{DMatrix, DVector};
 use normal_equations::cholesky::Factor;
 use std::collections::BTreeMap;
 
-/// Most columns: the cost is cubic in them. A field over the platen has more, and all its knots one size.
+/// Most columns: the cost is cubic in them. A field over the platen has more, and all its knots one size. A bound on the work: of
+/// more the sizes stay the physical ones, which is the wider prior.
 const MOST_COLUMNS: usize = 320;
-/// Updates. What is not needed falls by a good factor in each.
+/// Updates. What is not needed falls by a good factor in each. A bound on the work: a size that has not settled by then is too
+/// large, and so nearer to the physical one.
 const ARD_UPDATES: usize = 25;
-/// The same of courses, whose knots are many and share one size: that is told by a few updates, and by fewer from what the round before
-/// has told.
+/// The same of courses, whose knots are many and share one size: that is told by a few updates, and by fewer from what the round
+/// before has told. A bound on the work: of more the sizes stay the physical ones, which is the wider prior.
 const MOST_COURSE_COLUMNS: usize = 640;
+/// Updates of courses: at first, and where the round before has told them. A bound on the work: a size that has not settled by
+/// then is nearer to the physical one.
 const COURSE_UPDATES: [usize; 2] = [10, 4];
-/// An amount is nothing below this share of its prior size.
+/// An amount is nothing below this share of its prior size. Derived from sizes of some micrometres: a ten-thousandth of them is
+/// 0.3 nm, a thousandth of the noise floor.
 const NEGLIGIBLE_PRIOR_SHARE: f64 = 1.0e-4;
 
 /// Factors that shrink the prior sizes of all but the baseline's columns, never beyond the physical ones: for [`Gram::rescale`].

@@ -4,7 +4,8 @@
 use crate::algebra::statistics::NORMAL_97_5;
 use effects::random::{ChaCha8Rng, SeedableRng, index};
 
-/// Draws of the bootstrap.
+/// Draws of the bootstrap. Derived from the quantiles that are read (Davison and Hinkley 1997): 2.5 % of one more than 999 is a
+/// whole number, and its coverage is known to half a percent.
 const BOOTSTRAP_DRAWS: usize = 999;
 
 /// Squares of the residual and of the noise in a piece, and its number of rows.
@@ -74,7 +75,8 @@ pub fn foretold(pieces: &[Piece]) -> [f64; 2] {
 const STUDENT_97_5: [f64; 9] = [
     12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262,
 ];
-/// Fewer runs do not tell how runs differ.
+/// Fewer runs do not tell how runs differ. Derived from the degrees of freedom: the scatter of two has one, whose 97.5 % point of
+/// Student's distribution is 12.7.
 const FEWEST_RUNS: usize = 3;
 
 /// Half of the 95 % interval of the logarithm of the noise's rms in as many other runs, about that of these: squares and number

@@ -17,11 +17,13 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
-/// A row is not foretold if the model's own uncertainty there is more than half of the noise: its square.
+/// A row is not foretold if the model's own uncertainty there is more than half of the noise: its square. Derived from what that
+/// adds: a variance of 1.25 in the place of 1, 12 % in rms, where a claim is held to 10 %.
 const UNKNOWN_VARIANCE_SHARE: f64 = 0.25;
-/// Draws that tell a variance to a third.
+/// Draws that tell a variance. Derived from chi-square: with 24 it is known to 29 %.
 const COVARIANCE_DRAWS: usize = 24;
-/// Digits of a correlation that are sure.
+/// Digits of a correlation that are sure. Derived from 16 digits: of a covariance with a condition number of 1e6, as the joint
+/// problem's, ten are left.
 const CORRELATION_DIGITS: i32 = 10;
 /// Blocks whose amounts are known in another way: by the places that were visited (a field on a mesh), or not at all elsewhere.
 fn is_apart(name: &str) -> bool {

@@ -33,15 +33,17 @@ pub struct Score {
     pub log_evidence: f64,
 }
 
-/// Amounts beyond this many prior deviations off their means are of no physical size, however well they fit: each, or of very many
-/// that have one size together their rms.
+/// Amounts beyond this many prior deviations off their means are of no physical size, however well they fit: each, or of very
+/// many that have one size together their rms. A prior: sizes are stated as orders of magnitude, and 30 times 3 µm would be a
+/// tenth of a tooth.
 const IMPLAUSIBLE_PRIOR_DEVIATIONS: f64 = 30.0;
 /// No held-out model beats the noise: below this share of it, and where the baseline does not, it is an artefact.
 const TOO_GOOD_SHARE: f64 = 0.3;
 /// Where the baseline leaves no more than this much of the noise, the stated noise is right, and chance bounds what is possible:
 /// so many standard deviations of a sum of squares, and at least this share.
 const NO_GAP_MEAN_SQUARE: f64 = 1.21;
-/// See [`NO_GAP_MEAN_SQUARE`].
+/// Standard deviations of a sum of squares by which chance bounds what is possible there. Derived from the normal tail: by chance
+/// once in 740 on this side.
 const NO_GAP_DEVIATIONS: f64 = 3.0;
 /// See [`NO_GAP_MEAN_SQUARE`].
 const NO_GAP_LEAST_SHARE: f64 = 0.95;
@@ -195,7 +197,8 @@ const IMPOSSIBLE: Score = Score {
     fold: [f64::INFINITY; FOLDS],
     log_evidence: f64::NEG_INFINITY,
 };
-/// Columns from which a block is eliminated once for all sets that hold it.
+/// Columns from which a block is eliminated once for all sets that hold it. Cost alone: below, to keep the factor costs more
+/// memory than it saves time.
 const ELIMINATED_ONCE_FROM: usize = 120;
 
 /// Held-out squares below which columns hold a reading's own noise, as an angle that hardly changes times large amounts does.

@@ -12,7 +12,8 @@ use nalgebra::{DMatrix, DVector};
 use normal_equations::cholesky::Factor;
 use rayon::prelude::*;
 
-/// Samples that are left out together.
+/// Samples that are left out together. Derived from the windows over seven neighbours that motions are told by: in a piece of ten
+/// the middle ones share none with what is fitted.
 const PIECE_SAMPLES: usize = 10;
 
 /// The rows of a piece in prior deviations, whitened; only columns that act within it.

@@ -12,7 +12,7 @@ use effects::sensor::CHANNELS;
 use nalgebra::DVector;
 use normal_equations::cholesky::Factor;
 
-/// Most samples that a total is formed over: an rms of so many is known to one percent.
+/// Most samples that a total is formed over. Derived from the scatter of an rms, 1/√(2n): of 4,000 it is known to 1.1 %.
 const TOTAL_SAMPLES: usize = 4000;
 
 /// A value with its standard deviation.

@@ -9,7 +9,8 @@ use crate::linearization::recording::{LatentDisplacement, LinearizedRecording};
 use crate::linearization::unknown_angle;
 use effects::sensor::Regressor;
 
-/// Steps of Gauss-Newton; the model is linear but for the products of h, l and theta.
+/// Steps of Gauss-Newton. Derived from quadratic convergence: the model is linear but for the products of h, l and theta, so that
+/// 5 % of error (paper, 3.2.1) is 0.2 % after one step and 1e-11 after three.
 const CALIBRATION_STEPS: usize = 5;
 
 /// Calibrates equations (3), (5) and (11).

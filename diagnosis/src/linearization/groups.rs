@@ -5,7 +5,8 @@ use crate::linearization::recording::{LinearizedRecording, SampleRows};
 use effects::over::Extent;
 use effects::sensor::{Covariates, Regressor};
 
-/// Samples whose regressors are looked for together: few enough to lie near each other.
+/// Samples whose regressors are looked for together: few enough to lie near each other. Cost alone: a group asks for the
+/// regressors of all its places, and the sums are the same.
 pub const GROUP_SAMPLES: usize = 64;
 
 /// A sample.

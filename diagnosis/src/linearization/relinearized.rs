@@ -18,18 +18,21 @@ use effects::sensor::{BasisInputs, Covariates, READINGS, Regressor};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
-/// Most rounds of the fixed point. Each shrinks what is left by the slope of the effect: some tenths.
+/// Most rounds of the fixed point. Each shrinks what is left by the slope of the effect: some tenths. A bound on the work: the
+/// round that leaves least is kept where none stands, and eight shrink what is left by 0.3^8 where each does by some tenths.
 const MOST_ROUNDS: usize = 8;
-/// Rounds that find the prior sizes anew and go all the way. Where amounts nearly cancel, the places that they lead to decide which of
-/// them do, and rounds may go from one such set to another and back for ever; so may places, where what a segment remembers of its way
-/// turns over within less than it does. After these the sizes stay, and each round goes half way.
+/// Rounds that find the prior sizes anew and go all the way. Where amounts nearly cancel, the places that they lead to decide
+/// which of them do, and rounds may go from one such set to another and back for ever; so may places, where what a segment
+/// remembers of its way turns over within less than it does. A bound on the work: after these the sizes stay, and each round goes
+/// half way.
 const FREE_ROUNDS: usize = 3;
 /// See [`FREE_ROUNDS`].
 const DAMPED_STEP: f64 = 0.5;
 /// Rounds that leave so many times what one before has left lead astray: of courses in time, some knots hardly show on the motion, and
 /// move the segments and with these what they are told by. The round that leaves least is kept, as it is where none stands.
 const DIVERGES: f64 = 1.2;
-/// It stands where a round moves the segments by less than this share of their stated noise, rms.
+/// It stands where a round moves the segments by less than this share of their stated noise, rms. Derived from squares: a tenth
+/// of the noise adds a hundredth to a mean square, and half of that to an rms.
 const CONVERGED: f64 = 0.1;
 /// The same where a coarser mesh has led, and each round is one of thousands of columns: micrometres do not count where shapes are smooth
 /// over a tooth.
@@ -233,7 +236,8 @@ pub fn at_fixed_point<'a>(
     linearized
 }
 
-/// Farthest that a sample is taken beyond the step of the fixed point, and back: of slopes of 0.9 and of -9.
+/// Farthest that a sample is taken beyond the step of the fixed point, and back. Derived from the slope s of the fixed point,
+/// where the step over 1 - s is exact: of slopes of 0.9 and of -9.
 const ANDERSON_BOUNDS: [f64; 2] = [-9.0, 0.9];
 
 /// Where each sample's last two steps of the fixed point would meet (Anderson 1965, of one step back): `last` is a shift and

@@ -12,8 +12,8 @@ use effects::sensor::{Covariates, Regressor};
 
 /// Prior deviation of the angle, rad: 1.5 degrees, the largest that a recording's usual runs have.
 const TURN_RAD: f64 = 0.026;
-/// Highest total order of its course over the places. Over 40 mm the next one of a bearing that winds over half a metre is a hundred
-/// thousandth: (2 pi 0.02 / 0.5)^4 / (4! 2^3).
+/// Highest total order of its course over the places. Derived from Taylor's series: over 40 mm the next one of a bearing that
+/// winds over half a metre is a hundred thousandth, (2 pi 0.02 / 0.5)^4 / (4! 2^3).
 const HIGHEST_ORDER: usize = 3;
 /// Half ranges from the middle beyond which the course is not carried on. A prior: farther out a polynomial of this order says nothing.
 const BEYOND: f64 = 1.5;

@@ -20,17 +20,18 @@ pub struct Support {
     pub beside: f64,
 }
 
-/// Odds beyond so many are as good as none: exp(-7) is a thousandth, beyond what some hundred couriers can tell. A prior.
+/// Odds beyond so many are as good as none. A prior: exp(-7) is a thousandth, beyond what some hundred couriers can tell.
 pub const MOST_LN_ODDS: f64 = 7.0;
-/// Rms over the floor between which a size matters: a tenth of the floor is the least effect that is named, and ten floors are seen by
-/// eye. A prior.
+/// Rms over the floor between which a size matters. A prior: a tenth of the floor is the least effect that is named, and an
+/// effect of ten floors is half the tooth variation of the paper's platen again.
 pub const FLOORS: [f64; 2] = [0.1, 10.0];
 /// A prior: the checks have at most three effects, and so two beside one.
 pub const MOST_BESIDE: f64 = 2.0;
-/// Standard deviation of what a term may do to the log odds over its whole range: a factor of 7 in the odds. A prior, weak beside some
-/// ten causes.
+/// Standard deviation of what a term may do to the log odds over its whole range. A prior: a factor of 7 in the odds, weak beside
+/// some ten causes.
 const OVER_ITS_RANGE: f64 = 2.0;
-/// Standard deviation of the log odds of an effect that nothing else is known of. A prior that is as good as flat.
+/// Standard deviation of the log odds of an effect that nothing else is known of. A prior: as good as flat, since odds of e^10
+/// are none that a hundred couriers tell.
 const BEFORE: f64 = 10.0;
 
 /// Which sign a coefficient may have.

@@ -4,11 +4,11 @@
 use super::discrepancy::{excess, share_by_chance};
 use super::problem::Problem;
 use super::weighed::Weighed;
+use crate::algebra::statistics::NORMAL_95;
 use nalgebra::DVector;
 
-/// 95 % of normal numbers are below so many standard deviations.
-const BELOW_95: f64 = 1.645;
-/// A set is no rival if one of its effects is a trifle with more than this probability: the same 95 %.
+/// A set is no rival if one of its effects is a trifle with more than this probability: the same 95 %. By definition as certain
+/// as an interval (Fisher 1925).
 const TRIFLE: f64 = 0.95;
 
 /// How far the predictions of two sets are apart, in whitened squares over the noise, and how far they may be for the same cause.
@@ -30,7 +30,7 @@ impl Divergence {
 /// Whitened squares below which 95 of 100 differences lie that noise makes of predictions with so many coefficients: a chi-square, by its
 /// normal approximation.
 pub fn limit(told: f64) -> f64 {
-    told + BELOW_95 * (2.0 * told).sqrt()
+    told + NORMAL_95 * (2.0 * told).sqrt()
 }
 
 /// True unless one of its effects is likely to be a trifle.

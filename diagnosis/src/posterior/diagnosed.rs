@@ -16,13 +16,14 @@ use effects::Detection;
 use effects::sensor::READINGS;
 use recording::Recording;
 
-/// Times that all is compared about what was found, as long as that finds something else.
+/// Times that all is compared about what was found, as long as that finds something else. A bound on the work: the last
+/// comparison is told where it has not come to the same twice.
 const ROUNDS: usize = 3;
-/// Single effects that are fitted about themselves where the best set leaves a gap: to first order the cause is among the first. A bound on
-/// the work.
+/// Single effects that are fitted about themselves where the best set leaves a gap: to first order the cause is among the first.
+/// A bound on the work: a cause that is not among them is looked for about the best set alone.
 const ALONE: usize = 3;
-/// What leaves more than this share of the gap may be wrong, and nothing is moved by it: at half, the wrong places would be as far off as
-/// those of the baseline alone.
+/// What leaves more than this share of the gap may be wrong, and nothing is moved by it. A derivation: at half, the wrong places
+/// would be as far off as those of the baseline alone.
 const TRUSTED_BELOW: f64 = 0.5;
 
 /// The answer.

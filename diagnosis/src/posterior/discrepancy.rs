@@ -6,15 +6,16 @@
 //! that, and one that takes a part of it is not.
 
 use super::noise_scale::{Left, NoiseScale, integrate};
+use crate::algebra::statistics::NORMAL_97_5;
 
 /// Directions that what a form lacks may lie in. A prior: the deviations of an effect from its form have a structure of their own, of a few
 /// amounts.
 const DIRECTIONS: f64 = 10.0;
-/// What is told of a form's inexactness holds with 95 % probability: so many standard deviations.
-const WITHIN: f64 = 1.96;
 /// Step of the grid of the amplitude's logarithm: the density of [`DIRECTIONS`] squares is `√(1 / 2 D)` wide in it, twice this.
+/// Derived from that width: the trapezoid rule is exact to a thousandth at half a deviation.
 const STEP: f64 = 0.1;
-/// Amplitudes over the noise that are looked at, as logarithms from the least that does anything on.
+/// Amplitudes over the noise that are looked at, as logarithms from this on. Derived from what it does: exp(-3) squared adds
+/// 0.0025 of the noise to ten directions.
 const LEAST: f64 = -3.0;
 /// No form lacks more than so many times what it lacks with 95 % probability: of the measured couriers (`effects/inexactness.csv`) none
 /// lacks 1.1 times that, and one of the drawn campaigns (seed 6006, number 8) lacks 1.47 times.
@@ -29,16 +30,16 @@ fn relief(missed: f64, lacking: f64) -> f64 {
 }
 
 /// Logarithm of the density of so many squares over the noise, of `lacking` that may lack, over that of noise alone which left none of
-/// them. They lie in `D` directions, each with the amplitude `a`, which is half normal, the squares `D a²` at [`WITHIN`] deviations being
+/// them. They lie in `D` directions, each with the amplitude `a`, which is half normal, the squares `D a²` at [`NORMAL_97_5`] deviations being
 /// `lacking`: `ln ∫ p(a) (1 + a²)^(−D/2) exp(−½ ρ / (1 + a²)) da`. Never above 0.
 fn log_density(squares: f64, lacking: f64) -> f64 {
-    let deviation = (lacking / DIRECTIONS).sqrt() / WITHIN;
+    let deviation = (lacking / DIRECTIONS).sqrt() / NORMAL_97_5;
     let at = |amplitude: f64| {
         let variance = 1.0 + amplitude * amplitude;
         -0.5 * DIRECTIONS * variance.ln() - 0.5 * squares / variance
     };
     let least = LEAST.exp();
-    let most = AT_MOST * WITHIN * deviation;
+    let most = AT_MOST * NORMAL_97_5 * deviation;
     if most <= least {
         return at(0.0);
     }
@@ -57,8 +58,8 @@ fn log_density(squares: f64, lacking: f64) -> f64 {
     super::noise_scale::log_sum(each.chain([below])).min(0.0)
 }
 
-/// How seldom what a form lacks may pass for a companion by chance. A prior: one in a thousand, and the best of some twenty companions is
-/// looked at.
+/// How seldom what a form lacks may pass for a companion by chance. A prior: one wrong companion in fifty couriers, the best of
+/// some twenty being looked at.
 const BY_CHANCE: f64 = 1.0e-3;
 
 /// Share of what a form lacks that so many columns take by chance that seldom: of a random direction the share that two columns take is more

@@ -158,8 +158,8 @@ fn of_one(
     })
 }
 
-/// Times as many columns as all others that an effect has from which on it is eliminated anew for each of some seven sizes: that costs
-/// `14 n m²`, and telling it apart `4/3 n³`.
+/// Times as many columns as all others that an effect has from which on it is eliminated anew for each of some seven sizes.
+/// Derived from both costs: that is `14 n m²`, telling it apart `4/3 n³`, and they are equal at n = 3.2 m.
 const MANY_TIMES: usize = 3;
 
 /// The same to first order, for a search: the sizes after one step of expectation and maximisation from where each effect has them alone,

@@ -12,8 +12,8 @@ use super::reduced::Reduced;
 use super::scale;
 use nalgebra::DVector;
 
-/// Share of the noise, in squares over all rows, below which an effect is not worth a name: it changes the rms of what is left by a
-/// hundredth. The rms of `n` rows scatters by `1/√(2n)`, which is two thirds of that for twelve thousand rows.
+/// Share of the noise, in squares over all rows, below which an effect is not worth a name: it changes the rms of what is left by
+/// a hundredth. Derived from the scatter of an rms of `n` rows, `1/√(2n)`, which is two thirds of that for twelve thousand.
 const LEAST_SHARE_OF_NOISE: f64 = 0.02;
 
 /// What shows on a motion with less than this probability before the data gains no more by being cut off. A prior: below one in twenty
@@ -164,6 +164,7 @@ fn parts(reduced: &Reduced, set: &[usize]) -> Vec<(Vec<usize>, usize)> {
 }
 
 /// From so many standard deviations below on, the probability of a normal number is that of its tail's first term, to 4 % of it.
+/// Derived from Mill's ratio: the second term is 1/z² of the first, 4 % at five.
 const TAIL_FROM: f64 = -5.0;
 
 /// Logarithm of the probability that a normal number of unit deviation is below a value.

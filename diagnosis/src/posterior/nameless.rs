@@ -6,7 +6,8 @@ use super::noise_scale::Left;
 use super::problem::Problem;
 use nalgebra::DVector;
 
-/// Coordinates that may hold something at once: one that is the cause's, and two that it shows in besides. A bound on the work.
+/// Coordinates that may hold something at once: one that is the cause's, and two that it shows in besides. A bound on the work:
+/// what a fourth would show is left to the noise's scale.
 const MOST: usize = 3;
 
 /// The best shapes beside a set.

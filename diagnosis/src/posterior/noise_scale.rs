@@ -2,15 +2,17 @@
 
 use super::evidence::Fitted;
 use super::reduced::Reduced;
+use crate::algebra::statistics::NORMAL_97_5;
 
-/// Standard deviation of the logarithm of the noise's variance about the stated one: a recording whose rms is within 5 % of the stated
-/// noise shows no gap (`docs/reading-a-diagnosis.md`), which is two standard deviations of the rms, and a variance's is twice that.
+/// Standard deviation of the logarithm of the noise's variance about the stated one: a recording whose rms is within 5 % of the
+/// stated noise shows no gap (`docs/reading-a-diagnosis.md`), which is two standard deviations of the rms, and a variance's is
+/// twice that. A prior: `docs/reading-a-diagnosis.md` states that 5 %.
 pub(crate) const STATED_TO: f64 = 0.05;
-/// Loudest noise that is looked for, as a logarithm of the variance: thirty times the stated noise is more than readings have.
+/// Loudest noise that is looked for, as a logarithm of the variance. A prior: thirty times the stated noise is more than readings
+/// have (2 ln 30 = 6.8).
 pub(crate) const LOUDEST: f64 = 6.8;
-/// 95 % of normal numbers are within so many standard deviations.
-const WITHIN: f64 = 1.96;
-/// Points of the grid to a standard deviation: many, since the density of louder noise may be cut off where it is steep.
+/// Points of the grid to a standard deviation: many, since the density of louder noise may be cut off where it is steep. Derived
+/// from the cut: a sum that begins between two points is off by half a step, 3 % of a deviation.
 const POINTS: f64 = 16.0;
 
 /// What a set leaves, and how its density goes with the noise.
@@ -67,7 +69,7 @@ pub fn integrate(left: &Left, inexact: f64) -> NoiseScale {
         let variance = at.exp() + added;
         constant - 0.5 * degrees * variance.ln() - 0.5 * left.squares / variance
     };
-    let near = STATED_TO.hypot(inexact.ln_1p() / WITHIN);
+    let near = STATED_TO.hypot(inexact.ln_1p() / NORMAL_97_5);
     let gauss = |at: f64| -0.5 * (at / near).powi(2) - (near * std::f64::consts::TAU.sqrt()).ln();
     let flat = |at: f64| {
         if (0.0..LOUDEST).contains(&at) {
@@ -93,7 +95,8 @@ pub fn integrate(left: &Left, inexact: f64) -> NoiseScale {
     }
 }
 
-/// Points of the grid to either side: six standard deviations.
+/// Points of the grid to either side: six standard deviations. Derived from the normal tail: two in a thousand million lie
+/// beyond.
 const SIDE: i32 = 96;
 
 /// Where the density of the logarithm of the target's own variance is largest, and its standard deviation there: `added` is the variance
@@ -111,7 +114,8 @@ fn top(left: &Left, added: f64, precision: f64) -> (f64, f64) {
     (at, bend(at).sqrt().recip())
 }
 
-/// Steps of that: more than the largest noise is away, a step being at most one.
+/// Steps of that: more than the largest noise is away, a step being at most one. Derived from the largest: `LOUDEST` is 6.8, and
+/// half of the steps would do.
 const STEPS: usize = 16;
 
 /// Logarithm of a sum of numbers that are told by their logarithms.

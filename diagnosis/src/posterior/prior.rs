@@ -4,11 +4,11 @@ use super::problem::Prior;
 use crate::design::unlisted::is_unlisted;
 use effects::{Card, Detection};
 
-/// Probability that any one cause acts: of about twenty effects and as many coordinates that may hold an effect without a name, a courier
-/// whose gap is looked into is expected to have one or two.
+/// Probability that any one cause acts. A prior: of about twenty effects and as many coordinates that may hold an effect without
+/// a name, a courier whose gap is looked into is expected to have one or two.
 const ACTS: f64 = 0.05;
-/// A shape describes a gap and is no cause: nine gaps in ten that it describes have a cause in the catalogue (`docs/effects.md`: it is
-/// named only where no cause explains the gap better).
+/// A shape describes a gap and is no cause. A prior: nine gaps in ten that it describes have a cause in the catalogue
+/// (`docs/effects.md`: it is named only where no cause explains the gap better).
 const SHAPE: f64 = 0.1;
 
 /// Logarithm of the odds that a cause acts.

@@ -8,8 +8,9 @@ use crate::design::gram::{Columns, Gram};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
-/// A baseline column of which less than this share of its squares is its own is another's sum, to rounding: products carry sixteen
-/// digits, and a good part of them is lost in a chain of a hundred eliminations.
+/// A baseline column of which less than this share of its squares is its own is another's sum, to rounding: products carry
+/// sixteen digits, and a good part of them is lost in a chain of a hundred eliminations. Derived from 16 digits: six are left for
+/// the hundred eliminations, and no column of a motion is so nearly another's sum.
 const DEPENDENT_SHARE: f64 = 1.0e-10;
 
 /// Normal equations of the blocks after the baseline, `[columns, columns]`, in prior deviations.
@@ -202,7 +203,8 @@ pub(super) fn ranges(lengths: impl Iterator<Item = usize>) -> Vec<Range<usize>> 
     lengths.map(next).collect()
 }
 
-/// Whitened squares of a prior deviation below which the prior tells a baseline's column better than the data: it stays at its mean.
+/// Whitened squares of a prior deviation below which the prior tells a baseline's column better than the data: it stays at its
+/// mean. Derived from Bayes' rule: the data's weight is these squares, the prior's is one.
 const TOLD: f64 = 1.0;
 
 /// Eliminates the first columns one after the other from the products, those with fewer squares of their own than asked aside, and applies

@@ -7,13 +7,14 @@ const HALF_WIDTH: f64 = 1.098_612_288_668_11;
 /// that 150 recordings with effects of up to 4 µm rms asked for was 4.3 stated sizes, which is one and a half deviations of that; and
 /// amounts far beyond their sizes cancel on the motion at hand, with each other and with the baseline, and build what they are not.
 pub(crate) const RANGE: [f64; 2] = [-6.9, HALF_WIDTH];
-/// Step of the grid of the logarithm of a variance. The evidence of few coefficients is as wide as two in it, and the trapezoid rule of a
-/// smooth bump is exact to a thousandth at half its standard deviation.
+/// Step of the grid of the logarithm of a variance. Derived from the evidence of few coefficients, which is as wide as two in it:
+/// the trapezoid rule of a smooth bump is exact to a thousandth at half its standard deviation.
 const STEP: f64 = 0.7;
-/// Coefficients from which on the evidence is narrower than the grid, and a finer one is laid about its top.
+/// Coefficients from which on the evidence is narrower than the grid, and a finer one is laid about its top. Derived from that
+/// width, √(2/p) in the logarithm of a variance: at 16 it is 0.35, half of `STEP`.
 const MANY: usize = 16;
-/// Steps of the finer grid to either side, and their width in standard deviations: the trapezoid rule errs by a millionth of a normal
-/// density at that width, and what lies beyond is two thousandths.
+/// Steps of the finer grid to either side, and their width in standard deviations. Derived from the normal density, of which the
+/// trapezoid rule misses a millionth at that width and which has fallen to two thousandths of its top at the last point.
 const FINE: (i32, f64) = (3, 1.2);
 
 /// What an integral over a scale found.

@@ -5,8 +5,9 @@ use super::problem::Problem;
 use super::walk::{among_these, likeliest, walk};
 use super::weighed::{Noise, Weighed, sort};
 
-/// Times that louder noise is found anew, by few sets and by all: from what the baseline leaves, each time from what the best set then
-/// leaves, which is less, until it stays. Where it has not stayed by then, it is still above the noise.
+/// Times that louder noise is found anew, by few sets and by all: from what the baseline leaves, each time from what the best set
+/// then leaves, which is less, until it stays. Where it has not stayed by then, it is still above the noise. A bound on the work:
+/// a noise that is found too large names less, and not more.
 const NOISE_ROUNDS: usize = 5;
 
 /// Weighs the sets, the likeliest first. Noise that is louder than stated has sets of its own, fitted at that noise: sizes that are found

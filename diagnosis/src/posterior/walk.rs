@@ -6,11 +6,13 @@ use super::weighed::{Weighed, sort, weighed};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Most effects in a set.
+/// Most effects in a set. By definition of the answer (`docs/formulation.md`): up to four.
 pub const MOST: usize = 4;
-/// Sets of each number of effects that are built upon: a bound on the work.
+/// Sets of each number of effects that are built upon. A bound on the work: a set of three whose pairs are all worse than the
+/// sixth is not seen.
 const BUILT_UPON: usize = 6;
-/// Sets whose sizes are found together, with nameless shapes besides: a bound on the work.
+/// Sets whose sizes are found together, with nameless shapes besides. A bound on the work: the others keep the sizes that each
+/// effect has alone, which makes them no likelier.
 const WITH_SHAPES: usize = 5;
 /// Of an effect of more columns than this many are told by the prior, so that one step does not lead to its size.
 const LARGE: usize = 120;

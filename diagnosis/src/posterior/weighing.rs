@@ -41,12 +41,13 @@ impl Effect {
     }
 }
 
-/// Sets that held-out pieces may veto, one after the other: a bound on the work.
+/// Sets that held-out pieces may veto, one after the other. A bound on the work: where so many were vetoed, nothing is told but
+/// what needs no effect.
 const VETOES: usize = 40;
-/// Sets in which held-out pieces refute an effect from which on no set holds it: beside so many others it is not seen, and each further set
-/// costs as much. A bound on the work.
+/// Sets in which held-out pieces refute an effect from which on no set holds it. A bound on the work: beside so many others it is
+/// not seen, and each further set costs as much.
 const REFUTED: usize = 8;
-/// Sets that are told.
+/// Sets that are told. A bound on the work: of what is printed alone; all sets are weighed.
 const TOLD: usize = 20;
 
 /// The sets of a design.

@@ -7,7 +7,7 @@ use effects::sensor::{CHANNELS, Regressor};
 
 /// A segment is told if without its shapes this share of what all of them take is lost.
 const OWN_SHAPES_SHARE: f64 = 0.1;
-/// Samples that tell which segments a shape moves.
+/// Samples that tell which segments a shape moves. Cost alone: a shape moves a segment at nearly all samples or at none.
 const SAMPLES_LOOKED_AT: usize = 50;
 
 /// Whose a share is.

@@ -17,7 +17,8 @@ const FLAT_VARIANCE_RATIO: f64 = 0.006;
 /// One sample's noise along that axis must be less, or the amounts there are shrunk to nothing by what nobody measured.
 const AXIS_NOISE_RATIO: f64 = 0.1;
 
-/// The same of what is rough of a field. With 3 fields that had taken in a smooth effect it was 0.02 to 0.18, with a tether that strains 1.6.
+/// The same of what is rough of a field. As was measured, it is 0.02 to 0.18 with 3 fields that had taken in a smooth effect, and
+/// 1.6 with a tether that strains.
 const ROUGH_AXIS_NOISE_RATIO: f64 = 0.5;
 
 /// What a field does to the three channels where a beacon is seen.
@@ -175,7 +176,7 @@ enum Terms {
     Smooth,
 }
 
-/// Terms of a polynomial of third degree of the place.
+/// Terms of a polynomial of third degree of the place. A definition: (3 + 1)(3 + 2) / 2 of two coordinates.
 const CUBIC_TERMS: usize = 10;
 
 /// What the channels have of a smooth shape over the platen: what a field takes in of another effect for want of it, a diode's

@@ -1,6 +1,7 @@
 //! How what is left follows a logged column: by how much for one unit of it, and where.
 
 use super::location::{Located, reported};
+use crate::algebra::statistics::NORMAL_95;
 use crate::data::channel_names::CHANNEL_NAMES;
 use crate::design::assembly::Design;
 use crate::design::coordinate_basis::{logged_columns, with_own_phase};
@@ -13,8 +14,6 @@ use normal_equations::unit_priors::{Solution, solve};
 
 /// Samples that a slope is averaged over, derived from an rms of so many being known to 4 %.
 const SAMPLES_LOOKED_AT: usize = 300;
-/// The 95 % point of the normal distribution.
-const CHANCE_DEVIATIONS: f64 = 1.645;
 
 /// What follows a logged column, of what is left after `blocks`: of each coordinate that is told and is one of a logged column's. Cost of each:
 /// a third of the cube of its columns, and a pass over the samples.
@@ -111,7 +110,7 @@ fn slopes(
         let deviation = birge * factor.deviation(&gradient);
         // The rms of so many amounts is not zero where they are: their squares are a chi-square's, of which this is the 95th percentile.
         let freedom = own.len() as f64;
-        let chance = freedom + CHANCE_DEVIATIONS * (2.0 * freedom).sqrt();
+        let chance = freedom + NORMAL_95 * (2.0 * freedom).sqrt();
         if rms * rms > chance * deviation * deviation {
             let per_unit = |of: f64| of / unit.deviation;
             let slope = Estimate {

@@ -11,7 +11,8 @@ use crate::linearization::relinearized::RelinearizedFit;
 use effects::identity::{Factor, Identity, Part, Wave};
 use std::f64::consts::TAU;
 
-/// Orders that equation (3) lacks and an offset brings in, each with its neighbours that equation (3) has.
+/// Orders that equation (3) lacks and an offset brings in, each with its neighbours that equation (3) has. Derived from the
+/// product: an offset is a wave of order 1, which makes of order n the orders n - 1 and n + 1.
 const MIXED_ORDERS: [(usize, [usize; 2]); 3] = [(3, [2, 4]), (5, [4, 6]), (7, [6, 8])];
 /// Order that a third harmonic makes, what its square makes, and how much.
 const THIRD_ORDER_PRODUCTS: (usize, usize, f64) = (4, 8, 1.5);

@@ -1,12 +1,13 @@
 //! Limits that several parts of the selection share.
 
-/// A gap shows if the whitened rms exceeds the simulator's own by this factor, or if shapes stand out beyond chance.
+/// A gap shows if the whitened rms exceeds the simulator's own by this factor, or if shapes stand out beyond chance. A
+/// definition: what is told as a gap (`docs/reading-a-diagnosis.md`).
 pub const VISIBLE_GAP_RATIO: f64 = 1.05;
 /// White noise is named from this factor on.
 pub const NOISY_RATIO: f64 = 1.10;
 /// Beyond this factor the found effects' second order and lines of the spectrum may be what is left, and all is compared anew.
 pub const CLOSE_RATIO: f64 = 1.03;
-/// Times that all is compared anew about what was found, while that finds more.
+/// Times that all is compared anew about what was found, while that finds more. A bound on the work: what the last finds is told.
 pub const RELINEARIZATIONS: usize = 2;
 /// About what was found no more than this many times as much as before must be left: else the places strayed with it.
 pub const DIVERGED_RATIO: f64 = 1.5;
@@ -25,7 +26,8 @@ pub const OTHER_PHASE_TAKES: f64 = 0.1;
 /// Shapes that describe a field where the courier did not go far.
 pub const FIELD_COORDINATES: [&str; 2] =
     ["place on the platen", "own tooth phase, fractional orders"];
-/// A further effect must take this many whitened squares, well past what chance gives the best of twenty candidates.
+/// A further effect must take this many whitened squares. Derived from chi-square: of a candidate with twenty columns as many
+/// come by chance once in 140,000, and of the best of twenty once in 7,000.
 pub const MINIMUM_SQUARES: f64 = 60.0;
 /// What takes this share of what is left without it is no stand-in, however small a share of the whole gap it is, and though what
 /// is left without it hardly shows.

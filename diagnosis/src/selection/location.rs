@@ -12,15 +12,17 @@ use crate::verdict::answer::Share;
 use effects::sensor::Regressor;
 use nalgebra::{Matrix3, Vector3};
 
-/// Shares that are told: from this on, and so many.
+/// Shares that are told. A bound on the work: of a reader, who has the others in what is left.
 const REPORTED_SHARE: f64 = 0.02;
+/// See [`REPORTED_SHARE`].
 const REPORTED_COORDINATES: usize = 10;
 
-/// Half the mean squared step over the mean square from which on residuals are rough, and the neighbours that tell it.
+/// Half the mean squared step over the mean square from which on residuals are rough, and the neighbours that tell it. As noise's
+/// is 1 (von Neumann 1941), and `ROUGH_NEIGHBOURS` tell it to 0.06.
 const ROUGH_STEP_RATIO: f64 = 0.6;
 /// See [`ROUGH_STEP_RATIO`].
 const ROUGH_NEIGHBOURS: usize = 300;
-/// Standard deviations from which on scatter is said to grow.
+/// Standard deviations from which on scatter is said to grow. Derived from the normal tail: by chance once in a thousand million.
 const GROWTH_DEVIATIONS: f64 = 6.0;
 
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
@@ -105,8 +107,8 @@ pub(super) fn outside_first(list: &mut [Located]) {
     }
 }
 
-/// What follows the temperature does so wholly: of 13 mirrors that creep with it, it took 0.998 or more. Where it takes less than this, it is
-/// slow, as what creeps or is switched on is,
+/// What follows the temperature does so wholly: as was measured on 13 mirrors that creep with it, it took 0.998 or more. Where it
+/// takes less than this, it is slow, as what creeps or is switched on is,
 const WHOLLY_THERMAL_SHARE: f64 = 0.97;
 /// and the clock, which takes this share of what the temperature takes, is told before it.
 const CLOCK_SHARE: f64 = 0.8;

@@ -17,7 +17,7 @@ use effects::{Card, Detection};
 /// A runner-up whose odds are less than this share of all is not worth a mention: the 5 % at which two are usually taken to differ
 /// (Fisher 1925).
 const ALIAS_SHARE: f64 = 0.05;
-/// Amounts that are told of each effect.
+/// Amounts that are told of each effect. A bound on the work: of a reader; the model that is written has all.
 const REPORTED_AMOUNTS: usize = 12;
 
 /// Causes that leave the same, to within this share of what they take, are not told apart by this motion, whatever the number of

@@ -19,7 +19,7 @@ const FEW_TERMS_LEAVE: f64 = 0.9;
 /// The same of one effect in the place of two: no more than these leave, give or take what two of many fits differ by.
 const ONE_FOR_TWO_RATIO: f64 = 1.1;
 
-/// Standard deviations of a mean square that chance takes it by.
+/// Standard deviations of a mean square that chance takes it by. Derived from the normal tail: once in 32,000 on one side.
 const CHANCE_DEVIATIONS: f64 = 4.0;
 
 /// Fuller forms in the order in which they are tried, each with the effect that it is of.

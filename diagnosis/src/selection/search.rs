@@ -7,7 +7,7 @@ use crate::selection::worth::{
     SEARCH_COMPLETING_SHARE, is_flexible, steady, unexplained_fraction, worth,
 };
 
-/// Most effects in one answer.
+/// Most effects in one answer. By definition of the answer (`docs/formulation.md`): up to four.
 const MOST_EFFECTS: usize = 4;
 
 /// What the search found.
@@ -77,7 +77,8 @@ fn with_best(
     Some(chosen.iter().copied().chain([best.1]).collect())
 }
 
-/// Candidates that are asked for their core before a place is given up.
+/// Candidates that are asked for their core before a place is given up. A bound on the work: what is no core among the first five
+/// is not asked, and the place is given up.
 const RANKED_CANDIDATES: usize = 5;
 /// Forward choice with elimination and exchange. `complexity_penalty` is added to a block's rest when it competes.
 pub fn search(
@@ -109,7 +110,8 @@ pub fn search(
     }
 }
 
-/// Candidates that are tried in twos where none helps by itself.
+/// Candidates that are tried in twos where none helps by itself. A bound on the work: two of which one is no sixth by itself are
+/// not found together.
 const PAIRED_CANDIDATES: usize = 6;
 /// Two that only help together must leave no more than this share of what was there.
 const PAIR_LEAVES: f64 = 0.1;

@@ -20,7 +20,7 @@ use effects::Card;
 /// To first order it takes this share of what is left, and more than chance gives. Fitted together it may take many times as much: rulings
 /// askew took 0.22 of what 44 um across the teeth left, and then 0.96.
 const FIRST_ORDER_SHARE: f64 = 0.15;
-/// So many are tried.
+/// So many are tried. A bound on the work: a fourth to first order is not fitted together with the first.
 const TRIED_CANDIDATES: usize = 3;
 /// True for shapes that stand in for what a great effect's own form lacks: theirs must be nearly all of that to first order, and
 /// nothing that shows is left with them.

@@ -12,7 +12,8 @@ use effects::{Card, Detection};
 
 /// A shape without a name must do this much better than a cause, as a share of the gap.
 const SHAPE_PENALTY: f64 = 0.02;
-/// Blocks that stay in competition beside a field besides what was found.
+/// Blocks that stay in competition beside a field besides what was found. A bound on the work: beside hundreds of a field's
+/// columns the others are not asked.
 const LEADING_BLOCKS: usize = 5;
 
 /// What the search told.

@@ -25,7 +25,8 @@ const BESIDE_TEETH_LEAVES: f64 = 0.7;
 const DELAY_BESIDE_MESH_SHARE: f64 = 0.5;
 /// And if it takes this share of that from the samples that it is fitted to: it takes no more of others.
 const DELAY_FITTED_SHARE: f64 = 0.5;
-/// So many effects are tried in the place of what all readings have in common.
+/// So many effects are tried in the place of what all readings have in common. A bound on the work: a third is not tried, and the
+/// field stays.
 const TRIED_FOR_COMMON_FIELD: usize = 2;
 
 impl<'a> ModelSelection<'a> {

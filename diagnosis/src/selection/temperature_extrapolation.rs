@@ -10,10 +10,10 @@ use nalgebra::DVector;
 
 /// Share of the range of temperatures that is taken for its coldest end, and for its warmest.
 const EXTREME_RANGE_SHARE: f64 = 0.25;
-/// Fewest residuals at an end that decide anything.
+/// Fewest residuals at an end that decide anything. Derived from their mean: of fifty it is known to 0.14 of the noise.
 const FEWEST_AT_AN_END: usize = 50;
 
-/// Parts of the range of temperatures: coldest, in the middle, warmest.
+/// Parts of the range of temperatures: coldest, in the middle, warmest. By definition of what is asked: an end by the two others.
 const TEMPERATURE_CLASSES: usize = 3;
 
 /// True if the bend foretells the coldest and the warmest samples better than the drift's mean slope does.

@@ -7,12 +7,14 @@ use crate::linearization::recording::{ROWS, SampleRows};
 use effects::sensor::READINGS;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-/// Rows of a sample that shows all of them: g_p, g_x and g_y.
+/// Rows of a sample that shows all of them: g_p, g_x and g_y. By definition of a sample that has a beacon.
 const ROWS_OF_A_SAMPLE: usize = 3;
-/// The four segments, and the diode's two axes together.
+/// The four segments, and the diode's two axes together. A definition: four and one.
 const COMPONENTS: usize = 5;
-/// Steps, which stop once no factor moves by more than [`CONVERGED_STEP`] of itself.
+/// Steps. A bound on the work: they stop once no factor moves by more than `CONVERGED_STEP` of itself, and the last factors are
+/// taken where none stand.
 const MOST_STEPS: usize = 30;
+/// See [`MOST_STEPS`]. Derived from the scatter of a factor, 1 % of ten thousand rows: a tenth of that.
 const CONVERGED_STEP: f64 = 1e-3;
 
 /// One sample: its residuals' slopes by the readings, what is left, and the variances of the readings by the stated noise.

@@ -7,7 +7,7 @@ use crate::linearization::relinearized::RelinearizedFit;
 use crate::transfer::model::is_time_bound;
 use effects::sensor::Covariates;
 
-/// Golden section: its multiples fill a unit evenly, however many there are.
+/// Derived from the golden section, whose multiples fill a unit evenly, however many there are.
 const GOLDEN_SECTION: f64 = 0.618_033_988_749_895;
 
 /// Residuals of short pieces and of folds that a fit has not seen, with the course that the wander had at another time in the

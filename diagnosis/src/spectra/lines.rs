@@ -7,12 +7,14 @@ use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use std::f64::consts::TAU;
 
-/// Most lines that are looked for.
+/// Most lines that are looked for. A bound on the work: weaker lines are left to what wanders and to the noise.
 const LINES: usize = 3;
-/// Frequencies that are tried at most.
+/// Frequencies that are tried at most. A bound on the work: in pieces of over 3,600 samples they lie further apart than a third
+/// of a turn, and a line between two of them may be missed.
 const TRIALS: usize = 6_000;
 
-/// Slower than one turn a piece is drift, not a line: the first trial, in steps of which the longest piece holds 0.3.
+/// Slower than one turn a piece is drift, not a line: the first trial, in steps of which the longest piece holds 0.3. By
+/// definition the fourth, of 1.2 turns a piece.
 const SLOWEST: usize = 4;
 
 /// One residual series: times (s), values over their noise.
@@ -170,7 +172,8 @@ fn strongest(series: &[Series]) -> Option<f64> {
     )
 }
 
-/// Parts of a step that the strongest frequency is told to.
+/// Parts of a step that the strongest frequency is told to. Derived from sinc²: a twentieth of a step of 0.3 turns over the piece
+/// loses 0.0002 of the power.
 const FINER: usize = 20;
 
 /// The strongest frequency of a group, how far it stands above the median power, and the grid's step.
@@ -208,7 +211,8 @@ pub fn subtract(one: &mut Series, hz: f64) {
     }
 }
 
-/// Lines nearer than this share of their frequency are one.
+/// Lines nearer than this share of their frequency are one. Derived from what a recording tells: over 100 s a line of 100 Hz is
+/// told to 1e-5 of itself by a tenth of a turn.
 const SAME_LINE: f64 = 1.0e-5;
 
 /// Adds to `list` the lines that are not in it.

@@ -10,7 +10,7 @@ use effects::sensor::Regressor;
 
 /// Samples that what was brought along is kept for: of fewer, it would be most of what they tell.
 const LONG: f64 = 10.0;
-/// Prior size of what is arbitrary, m.
+/// Prior size of what is arbitrary, m: three hundred pitches, so that it holds nothing.
 const FREE_M: f64 = 0.3;
 
 /// Mounts that have drifted by some micrometres have turned the sensor: against the coordination sensor by as much as that over the

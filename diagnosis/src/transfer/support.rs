@@ -6,12 +6,14 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 /// Cells to a tooth pitch. A reading averages over several teeth, so that the field hardly changes from a cell to the next.
+/// Derived from an aperture of four teeth and more (`APERTURE_PITCHES`): a quarter of a pitch is a sixteenth of it.
 const CELLS: f64 = 4.0;
 /// Cells to either side among which a place may lie between others, and the quadrants of four that must have been passed for that.
 const BETWEEN: i32 = 2;
-/// See [`BETWEEN`].
+/// Quadrants of four about a place that must have been passed for it to lie between others. Derived from a triangle about it,
+/// whose corners lie in three of them, or in two opposite ones.
 const QUADRANTS: usize = 3;
-/// Channels, or segments against a reference, that have a field of their own.
+/// Channels, or segments against a reference, that have a field of their own. A definition: the four segments.
 const MOST_FIELDS: usize = 4;
 
 /// Cells over the platen that each field was seen in.

@@ -10,9 +10,9 @@ use crate::algebra::statistics::NORMAL_97_5;
 use crate::verdict::answer::{HeldOut, HeldOutChannel};
 use serde::{Deserialize, Serialize};
 
-/// Claims are right within this share: that which `courier blind` judges by as well.
+/// Claims are right within this share. By definition that which `courier blind` judges by as well.
 pub const WITHIN: f64 = 0.10;
-/// More likely than not.
+/// More likely than not. By definition a half.
 const LIKELY: f64 = 0.5;
 
 /// The claim beside what came.
@@ -115,6 +115,7 @@ fn within(mean: f64, deviation: f64) -> f64 {
 
 /// Standard normal distribution, to 1e-7 (Abramowitz and Stegun 1964, 26.2.17).
 fn normal(x: f64) -> f64 {
+    /// Coefficients of the normal distribution's tail (Zelen and Severo 1964, equation 26.2.17), exact to 7.5e-8.
     const COEFFICIENTS: [f64; 5] = [
         0.319_381_530,
         -0.356_563_782,

@@ -7,9 +7,11 @@ use crate::linearization::recording::LinearizedRecording;
 use effects::sensor::{LoggedColumn, MOST_LOGGED};
 use std::f64::consts::TAU;
 
-/// Most samples that are kept for a reader; more are thinned by whole blocks, so that spectra stay what they are.
+/// Most samples that are kept for a reader; more are thinned by whole blocks, so that spectra stay what they are. A bound on the
+/// work: a drawing has fewer points across than that, and all figures are of all samples.
 const MOST_DRAWN_SAMPLES: usize = 24_000;
-/// Samples in such a block.
+/// Samples in such a block. Derived from spectra: at a millisecond a sample a block of 0.4 s resolves 2.5 Hz, below the slowest
+/// line (3 Hz).
 const BLOCK_SAMPLES: usize = 400;
 
 /// Coordinates of one sample.

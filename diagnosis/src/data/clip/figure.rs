@@ -12,17 +12,20 @@ pub(super) struct Figure {
     pub pair: [f64; 4],
 }
 
-/// Logarithm of the amplitude, then the pair.
+/// Logarithm of the amplitude, then the pair. A definition: one and four.
 const FIGURE_PARAMETERS: usize = 5;
 type FigureParameters = SVector<f64, FIGURE_PARAMETERS>;
 
 /// This near to a rail, of it, a reading may be bent by a rail that is soft.
 const NEAR_RAIL: f64 = 0.01;
-/// Fewer readings that are whole tell no amplitude.
+/// Fewer readings that are whole tell no amplitude. Derived from the five unknowns: six readings to each, and what the arcs leave
+/// open is held by `PRIOR`.
 const FEWEST_WHOLE_READINGS: usize = 30;
-/// A pair's offsets, gain and angle are some hundredths, and readings lie about the figure by some thousandths: what a few arcs near
-/// the diagonals do not tell is held by this share of a reading.
+/// What a few arcs near the diagonals do not tell of offsets, gain and angle is held by this share of a reading. A prior: they
+/// are some hundredths, and readings lie about the figure by some thousandths, so that a flaw weighs as a tenth squared of a
+/// reading.
 const PRIOR: f64 = 0.01;
+/// A bound on the work: what eight steps of Gauss and Newton leave open is told as it is.
 const FIT_ROUNDS: usize = 8;
 
 impl Figure {

@@ -59,7 +59,8 @@ pub fn beneath(
     std::array::from_fn(|s| soft[s].then(|| orders(s)))
 }
 
-/// Noise of a pair within which a reading is at a corner, in standard deviations.
+/// Noise of a pair within which a reading is at a corner, in standard deviations. Derived from the normal tail: one reading in
+/// 16,000 that stands there is beyond.
 const AT_CORNER: f64 = 4.0;
 
 /// Samples at which both channels of a pair stand at hard rails. Rails below the amplitude over the root of two leave such corners: all

@@ -9,7 +9,7 @@ use effects::sensor::Clip;
 use nalgebra::{SMatrix, SVector};
 use std::f64::consts::TAU;
 
-/// Levels, offsets, gain, angle, shift, delay and electrical zero.
+/// Levels, offsets, gain, angle, shift, delay and electrical zero. A definition: two, two and one each.
 const FIGURE_PARAMETERS: usize = 9;
 type Parameters = SVector<f64, FIGURE_PARAMETERS>;
 

@@ -6,15 +6,17 @@ use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Samples that are looked at, about.
+/// Samples that are looked at, about. A bound on the work: of longer recordings every so many are taken, which tell a mean size
+/// to 2 % all the same.
 const SAMPLES: usize = 1500;
-/// Half the time over which a segment's speed is told, s.
+/// Half the time over which a segment's speed is told, s. A prior: short against what a motion changes in (tens of hertz), and
+/// one sampling interval or more of what is recorded.
 const SPEED_S: f64 = 1.0e-3;
 /// Sines and cosines of equation (3)'s orders.
 const PERIODIC: usize = 2 * OWN_ORDERS.len();
 /// Size of the periodic errors, m: of the paper's uncalibrated segments (figure 5 and section 3.1.2), some micrometres an order.
 const PERIODIC_M: f64 = 5.0e-6;
-/// Residual beside the periodic errors, m: some noise floors of 0.3 µm.
+/// Residual beside the periodic errors, m. A prior: three noise floors of 0.3 µm.
 const NOISE_M: f64 = 1.0e-6;
 
 /// Segments, each with its delay.

@@ -98,11 +98,12 @@ fn orders(phase: f64) -> nalgebra::SVector<f64, PATTERN_COLUMNS> {
     nalgebra::SVector::from_fn(|j, _| entry(j))
 }
 
-/// Regressors of an amplitude's pattern.
+/// Regressors of an amplitude's pattern. A definition: a constant, and sine and cosine of eight orders.
 const PATTERN_COLUMNS: usize = 17;
 /// Side of a neighbourhood, pitches: the gap hardly changes over it.
 const NEAR_PITCHES: f64 = 2.0;
-/// Scatter of the amplitude within a neighbourhood over the pattern's own size, squared: a percent over some percent.
+/// Scatter of the amplitude within a neighbourhood over the pattern's own size, squared. A prior: a percent of scatter over some
+/// four to five of the pattern's, as offsets and gains of such sizes make.
 const RIDGE: f64 = 0.05;
 
 /// Sums over a neighbourhood.

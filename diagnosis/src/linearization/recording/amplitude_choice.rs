@@ -9,7 +9,8 @@ use super::mesh::Mesh;
 use super::offsets::Places;
 use super::sample::Sample;
 
-/// Squares over the noise that a wander, a gap or offsets must explain, well past chance.
+/// Squares over the noise that a wander, a gap or offsets must explain. Derived from chi-square with the 42 amounts of offsets
+/// (`offsets::COLUMNS`): by chance beyond 100 once in a million recordings.
 const LEAST_SQUARES: f64 = 100.0;
 /// Share of what time and own phase leave that the place must explain.
 const EXPLAINED_BY_PLACE: f64 = 0.5;
@@ -21,6 +22,7 @@ const EXPLAINED_BY_OFFSETS: f64 = EXPLAINED_BY_PLACE;
 /// No shape is exact: what it leaves of the squares at least.
 const SHAPE_ERROR_SHARE: f64 = 1.0e-3;
 /// Knots over the recording that are tried for a change of the whole: at most two a period of what changes within a tenth of it.
+/// Derived from the sampling theorem: twenty intervals and three knots beyond the ends; then half and a quarter as many.
 const CHANGE_KNOTS: [usize; 3] = [7, 12, 23];
 
 /// One pair's amplitude, and what it may be told by.

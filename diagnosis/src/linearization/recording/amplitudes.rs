@@ -25,7 +25,8 @@ struct AmplitudeModel {
     mean_flaws: Vec<f64>,
 }
 
-/// Rows that are looked at: of more, every so many.
+/// Rows that are looked at: of more, every so many. A bound on the work: every so many rows tell an amplitude's course to a
+/// hundredth of their scatter.
 const MOST_ROWS: usize = 10_000;
 impl LinearizedRecording<'_> {
     /// What explains the amplitudes.
@@ -255,5 +256,5 @@ impl LinearizedRecording<'_> {
     }
 }
 
-/// Fewer samples tell nothing of an amplitude's course.
+/// Fewer samples tell nothing of an amplitude's course. Derived from the wander's 63 knots: five to each.
 const MINIMUM_ROWS: usize = 300;

@@ -4,9 +4,10 @@ use super::sample::Sample;
 use std::collections::HashMap;
 use tooth_field::{CubicSpline, Lattice};
 
-/// Expected size of a gap's logarithm by tilt and bow, and by waves.
+/// Expected size of a gap's logarithm by tilt and bow. A prior: the amplitude falls as exp(-2π gap / pitch), so that 50 µm of a
+/// platen's flatness and tilt make 0.31.
 const GAP_SIZE: f64 = 0.3;
-/// See [`GAP_SIZE`].
+/// The same by waves. A prior: a third of that, 16 µm over some teeth.
 pub(super) const GAP_WAVE_SIZE: f64 = 0.1;
 
 /// Mesh of cubic B-splines over the places that were passed, beside a tilt and a bow.
@@ -18,15 +19,17 @@ pub(super) struct Mesh {
     knots: HashMap<[i32; 2], usize>,
 }
 
-/// Meshes that are tried, pitches: a gap is smooth over teeth. Zero: none.
+/// Meshes that are tried, pitches: a gap is smooth over teeth. Zero: none. A prior: a segment averages over some six teeth, so
+/// that a gap over it changes over as many; halves of that follow.
 pub(super) const GAP_MESHES_PITCHES: [f64; 4] = [0.0, 6.0, 3.0, 1.5];
-/// Most knots of a mesh.
+/// Most knots of a mesh. A bound on the work: a finer mesh that has more is not tried, and the coarser one stays.
 const MOST_MESH_KNOTS: usize = 240;
-/// Terms of a tilt, a bow, the angle and its square: a courier that turns tilts.
+/// Terms of a tilt, a bow, the angle and its square: a courier that turns tilts. A definition: 2, 3, 1, 1 and the constant.
 const LOW_TERMS: usize = 8;
-/// Lengths and angles that those are counted in, m and rad.
+/// Length that those are counted in, m. By definition half of the ten pitches that the paper's calibration goes over, so that
+/// terms are of order one.
 const LENGTH_M: f64 = 5.0e-3;
-/// See [`LENGTH_M`].
+/// Angle that those are counted in, rad. By definition about the largest of the paper's calibrations (1.5°).
 const ANGLE_RAD: f64 = 0.02;
 
 impl Mesh {

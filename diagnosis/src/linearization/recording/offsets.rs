@@ -4,12 +4,13 @@ use super::sample::Sample;
 use super::wander::FLAW_SIZE;
 use effects::basis::legendre;
 
-/// Highest degree over the places: a source some 40 mm away is told by five over ±30 mm to half a hundredth.
+/// Highest degree over the places. As was measured on 2,000 sources as `effects::stray_field` draws them, at 40 to 80 mm: five
+/// leave 0.7 % of the field over ±30 mm in the median, and 2.6 % or less of 95 in 100.
 const OFFSET_DEGREE: usize = 5;
 /// Degrees along and across whose sum is at most [`OFFSET_DEGREE`]; of each an offset of the sine and one of the cosine.
 pub(super) const COLUMNS: usize = (OFFSET_DEGREE + 1) * (OFFSET_DEGREE + 2);
-/// Least range along either direction over which an offset is asked for, m: a source further away than a courier is high changes by
-/// little over less.
+/// Least range along either direction over which an offset is asked for, m. A prior: a source is further away than a courier is
+/// high, some 30 mm, and changes by a sixth over less.
 const LEAST_RANGE_M: f64 = 5.0e-3;
 
 /// Middle and half range of a segment's places along and across.

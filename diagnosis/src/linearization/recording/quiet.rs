@@ -3,7 +3,8 @@
 
 use super::LinearizedRecording;
 
-/// Neighbours on either side that a resting segment's place is the mean of.
+/// Neighbours on either side that a resting segment's place is the mean of. Derived from that mean: of fifty it is known to 0.14
+/// of a reading's noise, which then is no part of what a column is formed of.
 const REST_HALF_WINDOW: usize = 25;
 
 impl LinearizedRecording<'_> {

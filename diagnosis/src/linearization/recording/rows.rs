@@ -4,7 +4,7 @@ use super::LinearizedRecording;
 use courier_signal::equations::{Angle, PARITY_SIGN, by_outputs, parity};
 use effects::sensor::{Action, CHANNELS, Covariates, READINGS, Regressor};
 
-/// Most rows that a sample gives: g_p, g_x, g_y, or four segments against a reference.
+/// Most rows that a sample gives: g_p, g_x, g_y, or four segments against a reference. A definition: three or four.
 pub const ROWS: usize = 4;
 /// What a column may act by, and the target: [`SampleRows::white_sources`].
 pub const SOURCES: usize = READINGS + CHANNELS + 1;

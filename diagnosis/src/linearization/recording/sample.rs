@@ -1,6 +1,7 @@
 //! One sample of an amplitude, as shapes over place and time need it.
 
-/// Orders of the phase from zero on, and columns of their sines and cosines.
+/// Orders of the phase from zero on, and columns of their sines and cosines. A definition: 0 to 8, of which equation (3) has four
+/// and a third harmonic of the signals makes order 4 and its square 8.
 pub(super) const PHASE_ORDERS: usize = 9;
 
 /// One sample of a segment's amplitude.
