@@ -15,7 +15,8 @@ use std::f64::consts::TAU;
 const PER_SEGMENT: usize = 2 * OWN_ORDERS.len();
 /// Unknowns with four segments: the merged offset and eight each.
 pub const UNKNOWNS_MAX: usize = 1 + SEGMENTS * PER_SEGMENT;
-/// Rows wanted for each unknown before a fit means anything.
+/// Rows wanted for each unknown before a fit means anything. Derived from the degrees of freedom: with two the fit takes half of
+/// the noise for its own, with fewer most of it.
 const ROWS_PER_UNKNOWN: usize = 2;
 /// Singular values below this share of the largest are not determined. Derived from 16 digits: seven of a direction as weak as
 /// that are left.

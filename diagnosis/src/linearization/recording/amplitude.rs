@@ -100,7 +100,8 @@ fn orders(phase: f64) -> nalgebra::SVector<f64, PATTERN_COLUMNS> {
 
 /// Regressors of an amplitude's pattern. A definition: a constant, and sine and cosine of eight orders.
 const PATTERN_COLUMNS: usize = 17;
-/// Side of a neighbourhood, pitches: the gap hardly changes over it.
+/// Side of a neighbourhood, pitches. Derived from a platen's flatness with waves of 15 to 90 mm, as `effects::gap_variation`
+/// draws it: within a square of that side it varies by 0.13 of its rms.
 const NEAR_PITCHES: f64 = 2.0;
 /// Scatter of the amplitude within a neighbourhood over the pattern's own size, squared. A prior: a percent of scatter over some
 /// four to five of the pattern's, as offsets and gains of such sizes make.
