@@ -1,10 +1,13 @@
 //! The same couriers answered by the rules of `selection` and by the posterior: which of them either alone has right.
 
+use crate::claim::Claim;
 use crate::judged::Judged;
 use crate::those_that_act;
-use diagnosis::posterior::diagnosed::{Answer, diagnosed};
-use diagnosis::verdict::answer::{Diagnosis, Named, Share, Unexplained, Verdict};
-use diagnosis::{Options, diagnose};
+use diagnosis::posterior::diagnosed::Answer;
+use diagnosis::selection::Answer as FullAnswer;
+use diagnosis::selection::by_posterior::diagnose_by_posterior;
+use diagnosis::verdict::answer::Verdict;
+use diagnosis::{Options, check, diagnose_fully};
 use rayon::prelude::*;
 use specimens::{Case, Conditions, Kind};
 use std::fmt;
@@ -66,55 +69,33 @@ pub fn paired(
         let recording = case.recorded(0);
         let options = Options::default();
         let start = Instant::now();
-        let rules = diagnose(&recording, "paired", &options);
+        let rules = diagnose_fully(&recording, "paired", &options);
         let middle = Instant::now();
-        let answer = diagnosed(&recording, &options, explain).ok();
+        let (posterior, answer) = diagnose_by_posterior(&recording, "paired", &options, explain);
         let took_s = [
             (middle - start).as_secs_f64(),
             middle.elapsed().as_secs_f64(),
         ];
-        let told = diagnosed(&recording, &those_that_act(case), false).ok();
+        let (told, _) = diagnose_by_posterior(&recording, "told", &those_that_act(case), false);
+        let second = case.recorded(1);
+        let judged = |answer: &FullAnswer, claimed: bool| {
+            let model = answer.model.as_ref().filter(|_| claimed);
+            let again = model.map(|model| check(model, &second).unwrap_or_default());
+            let claim =
+                again.map(|again| Claim::new(&answer.diagnosis.held_out, Some(&again), None));
+            Judged::new(case, &answer.diagnosis, claim, None)
+        };
         let pair = Pair {
             took_s,
-            bound: Judged::new(case, &worded(told.as_ref()), None, None),
-            rules: Judged::new(case, &rules, None, None),
-            posterior: Judged::new(case, &worded(answer.as_ref()), None, None),
+            bound: judged(&told, false),
+            rules: judged(&rules, true),
+            posterior: judged(&posterior, true),
             answer,
         };
         report(&pair);
         pair
     };
     cases.par_iter().map(both).collect()
-}
-
-/// An answer of the posterior in the words of the other.
-fn worded(answer: Option<&Answer>) -> Diagnosis {
-    let Some(answer) = answer else {
-        return Diagnosis {
-            verdict: Verdict::InsufficientData,
-            ..Diagnosis::default()
-        };
-    };
-    let named = answer.effects.iter().map(|e| Named {
-        name: e.name.clone(),
-        probability: e.probability,
-        aliases: e.aliases.clone(),
-        ..Named::default()
-    });
-    let place = answer.places.iter().map(|(coordinate, share)| Share {
-        coordinate: coordinate.clone(),
-        share: *share,
-        ..Share::default()
-    });
-    Diagnosis {
-        verdict: answer.verdict,
-        effects: named.collect(),
-        unexplained: Unexplained {
-            place: place.collect(),
-            ..Unexplained::default()
-        },
-        ..Diagnosis::default()
-    }
 }
 
 /// Cases of a kind: all, right by both, by the rules alone, by the posterior alone, by neither.
@@ -130,6 +111,8 @@ pub struct Counts {
     pub posterior_only: usize,
     /// With something named that is not there: by the rules, and by the posterior.
     pub wrong_names: [usize; 2],
+    /// Claims that the second recording confirms, and all claims: by the rules, and by the posterior.
+    pub confirmed: [[usize; 2]; 2],
 }
 
 impl Counts {
@@ -146,6 +129,11 @@ impl Counts {
             }
             out.wrong_names[0] += usize::from(pair.rules.wrong_culprit());
             out.wrong_names[1] += usize::from(pair.posterior.wrong_culprit());
+            for (k, judged) in [&pair.rules, &pair.posterior].into_iter().enumerate() {
+                let holds = judged.claim.as_ref().and_then(Claim::holds);
+                out.confirmed[k][0] += usize::from(holds == Some(true));
+                out.confirmed[k][1] += usize::from(holds.is_some());
+            }
         }
         out
     }
@@ -159,12 +147,14 @@ impl fmt::Display for Counts {
             rules_only,
             posterior_only,
             wrong_names: [rules, posterior],
+            confirmed: [[rules_hold, rules_claim], [hold, claim]],
         } = self;
         let neither = cases - both - rules_only - posterior_only;
         write!(
             f,
             "{cases} cases: right by both {both}, by the rules alone {rules_only}, by the posterior alone {posterior_only}, by neither \
-             {neither}; wrong names by the rules {rules}, by the posterior {posterior}"
+             {neither}; wrong names by the rules {rules}, by the posterior {posterior}; claims confirmed {rules_hold} of {rules_claim} and \
+             {hold} of {claim}"
         )
     }
 }

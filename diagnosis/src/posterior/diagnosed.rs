@@ -60,7 +60,27 @@ pub fn diagnosed(
     options: &Options,
     explain: bool,
 ) -> Result<Answer, Insufficient> {
-    let mut prepared = prepare(recording)?;
+    let prepared = prepare(recording)?;
+    Ok(decided(prepared, options, explain, |_, decided| {
+        decided.answer
+    }))
+}
+
+/// A recording that was decided on: all columns, linearised about what was found, and the answer.
+pub(crate) struct Decided<'a> {
+    /// All columns, linearised about what was found.
+    pub(crate) design: Design<'a>,
+    /// The answer.
+    pub(crate) answer: Answer,
+}
+
+/// Decides on a prepared recording, and gives what `then` makes of it.
+pub(crate) fn decided<T>(
+    mut prepared: Prepared,
+    options: &Options,
+    explain: bool,
+    then: impl FnOnce(&Prepared, Decided) -> T,
+) -> T {
     let (mut first, mut seen) = first_look(&prepared, options);
     if let Some(mask) = seen.mask.take() {
         drop(first);
@@ -75,7 +95,9 @@ pub fn diagnosed(
         Vec::new()
     };
     let answer = answer(&prepared, options, &here, &seen, rounds);
-    Ok(Answer { sets, ..answer })
+    let answer = Answer { sets, ..answer };
+    let design = here.design;
+    then(&prepared, Decided { design, answer })
 }
 
 fn first_look<'a>(prepared: &'a Prepared, options: &'a Options) -> (Look<'a>, Measured) {

@@ -65,12 +65,40 @@ const LEAST_BURSTS: (usize, f64) = (3, 300.0);
 /// Disturbed samples speak of bursts if they hold this share of what is left of the others: a shape stands out here and there as well.
 const BURST_SHARE: f64 = 0.05;
 
+/// Bursts are told if they are this share of the whole gap.
+const LEAST_BURST_SHARE: f64 = 0.005;
+/// No shape stands out of its neighbours by so many times what is left.
+const FAR_OUTLIER_RATIO: f64 = 10.0;
+
+/// What is left beside bursts and is no noise.
+pub(super) struct Left {
+    /// Whitened squares beyond the noise.
+    pub(super) squares: f64,
+    /// Mean of the whitened squares, noise and all.
+    pub(super) level: f64,
+    /// It would be a gap by itself.
+    pub(super) shows: bool,
+}
+
 impl Bursts {
     /// True if they are bursts, with more than this many whitened squares by the stated noise.
     pub(super) fn hold(&self, squares: f64) -> bool {
         let (count, least) = LEAST_BURSTS;
         let stand_out = self.count >= count && self.beyond_noise > least;
         stand_out && self.energy > squares && !self.recur
+    }
+
+    /// The squares that bursts must hold beside what is left and is no noise: this share of it and, of the whole gap, as much where that
+    /// shows, or a trifle where nothing does. A shape without a name stands out of its neighbours here and there as well, but not so far.
+    pub(super) fn least_squares(&self, left: &Left, whole: f64, share: f64) -> f64 {
+        let far =
+            self.energy > FAR_OUTLIER_RATIO * FAR_OUTLIER_RATIO * left.level * self.count as f64;
+        let of_whole = if left.squares > 0.0 && left.shows && !far {
+            share
+        } else {
+            LEAST_BURST_SHARE
+        };
+        (share * left.squares).max(of_whole * whole)
     }
 
     /// True if there are too few for bursts.

@@ -1,20 +1,19 @@
 //! What is measured of the residuals that a set of effects leaves, and is no matter of columns: for a decision that is made elsewhere.
 
 use super::ModelSelection;
-use super::bursts_and_noise::Bursts;
+use super::bursts_and_noise::{Bursts, Left};
 use super::selected::SelectedModel;
 use crate::data::prepare::Prepared;
 use crate::design::assembly::{Design, Options};
 use crate::inference::residuals::Residuals;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::noise::simulated::Floor;
-use crate::selection::limits::VISIBLE_GAP_RATIO;
+use crate::selection::limits::STAYS_VISIBLE;
 use crate::selection::search::SearchResult;
 use effects::sensor::READINGS;
 
-/// Of the squares that are left and of the whole gap's, what bursts must hold to be named. Priors without data; the second is the rules'
-/// (`selection/verdict.rs`).
-const BURST_SHARES: [f64; 2] = [0.05, 0.005];
+/// Of what is left and is no noise, and where that shows of the whole gap, bursts hold this share if they are named. A prior without data.
+const BURST_SHARE: f64 = 0.05;
 
 /// What is measured.
 #[derive(Default)]
@@ -44,7 +43,7 @@ impl Measured {
 }
 
 /// A design with a fit of some effects, as it is measured.
-fn selection_of<'a>(
+pub(super) fn selection_of<'a>(
     prepared: &'a Prepared,
     options: &'a Options,
     (design, relinearized): (Design<'a>, RelinearizedFit<'a>),
@@ -118,16 +117,18 @@ pub(crate) fn measured<'a>(
 ) -> (Measured, Design<'a>) {
     let selection = selection_of(prepared, options, (design, fit));
     let left = &selection.after;
-    let white = selection.rough(left) && selection.is_noise(left);
+    let white = selection.rough(left) && selection.is_noise(left) && !selection.hums();
     let squares = |r: &Residuals| (r.white_rms().powi(2) - 1.0).max(0.0) * r.white.len() as f64;
     let bursts = selection.bursts();
-    let [of_left, of_all] = BURST_SHARES;
-    let shows = !white && selection.ratio() > VISIBLE_GAP_RATIO;
-    let least = if shows { of_left * squares(left) } else { 0.0 };
-    let whole = of_all * (squares(&selection.before) + bursts.energy);
+    let whole = squares(&selection.before) + bursts.energy;
+    let of_left = Left {
+        squares: if white { 0.0 } else { squares(left) },
+        level: left.white_rms().powi(2),
+        shows: selection.ratio() > STAYS_VISIBLE * selection.noise_rms(),
+    };
     let measured = Measured {
         white: white && is_no_tail(&selection, &bursts),
-        bursts: bursts.hold(least.max(whole)),
+        bursts: bursts.hold(bursts.least_squares(&of_left, whole, BURST_SHARE)),
         missing_codes: selection.missing_codes().map(|l| (l.coordinate, l.share)),
         mask: selection.revised_mask(),
         noise: measured_noise(&selection),

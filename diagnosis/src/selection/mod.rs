@@ -2,6 +2,7 @@
 
 mod attribution;
 mod bursts_and_noise;
+pub mod by_posterior;
 mod common_field;
 mod completing_terms;
 pub mod core_terms;
@@ -99,17 +100,33 @@ pub fn diagnose_watched(
     watch: Watch,
 ) -> Answer {
     watch(Stage::Prepare);
+    match prepared_or_told(recording, name) {
+        Ok((prepared, geometry)) => {
+            let mut answer = answered(prepared, name, options, watch);
+            answer.diagnosis.geometry = geometry;
+            answer
+        }
+        Err(answer) => *answer,
+    }
+}
+
+/// A recording made ready, with the geometry that its readings show; or the answer to one that cannot be diagnosed.
+fn prepared_or_told(
+    recording: &Recording,
+    name: &str,
+) -> Result<(Prepared, Vec<Fitted>), Box<Answer>> {
     let Plausibility { findings, geometry } = plausibility::look(recording);
     if !findings.is_empty() {
         let notes = findings.iter().map(Finding::to_string).collect();
-        return unanswered(name, notes, findings, geometry);
+        return Err(Box::new(unanswered(name, notes, findings, geometry)));
     }
-    let mut answer = match prepare(recording) {
-        Ok(prepared) => answered(prepared, name, options, watch),
-        Err(limit) => return unanswered(name, vec![limit.to_string()], findings, geometry),
-    };
-    answer.diagnosis.geometry = geometry;
-    answer
+    match prepare(recording) {
+        Ok(prepared) => Ok((prepared, geometry)),
+        Err(limit) => {
+            let notes = vec![limit.to_string()];
+            Err(Box::new(unanswered(name, notes, findings, geometry)))
+        }
+    }
 }
 
 /// The answer of a recording that can be diagnosed.

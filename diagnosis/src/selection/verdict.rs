@@ -1,7 +1,7 @@
 //! The verdict: what is seen, what is named, and what is left.
 
 use super::ModelSelection;
-use super::bursts_and_noise::Bursts;
+use super::bursts_and_noise::{Bursts, Left};
 use super::location::Located;
 use super::lost_signals;
 use super::named::slips_named;
@@ -38,10 +38,6 @@ const NOISE_BESIDE_SHAPES: f64 = 0.05;
 const LOUD_NOISE_RATIO: f64 = 1.5;
 /// and beside one that wanders, what is too fast for its course.
 const NOISE_BESIDE_A_COURSE: f64 = 0.10;
-/// Bursts are told if they are this share of the whole gap.
-const LEAST_BURST_SHARE: f64 = 0.005;
-/// No shape stands out of its neighbours by so many times what is left.
-const FAR_OUTLIER_RATIO: f64 = 10.0;
 /// Effects imitate a nameless shape if they leave this share of the gap,
 const IMITATION_LEAVES: f64 = 0.01;
 /// the shape takes this share of that,
@@ -59,12 +55,12 @@ pub(super) struct Measurements {
     pub(super) shaped: f64,
     /// That with excess noise and bursts.
     pub(super) total: f64,
-    bursts: Bursts,
+    pub(super) bursts: Bursts,
     /// Share of `whole_gap` that is left.
     pub(super) left: f64,
     pub(super) located: Vec<Located>,
     gap: bool,
-    structured: bool,
+    pub(super) structured: bool,
     /// What is left is white noise above the stated level.
     noisy: bool,
 }
@@ -178,7 +174,7 @@ impl ModelSelection<'_> {
         }
     }
 
-    fn measure(&self, validation: &mut CrossValidation) -> Measurements {
+    pub(super) fn measure(&self, validation: &mut CrossValidation) -> Measurements {
         let floor = self.floor.white_square.sqrt();
         let white_before = self.before.white_rms() / floor;
         let white_after = self.ratio();
@@ -303,21 +299,18 @@ impl ModelSelection<'_> {
 
     /// True if there are bursts, and they are no mere trifle beside what is left unexplained.
     fn burst(&self, seen: &Measurements, share: f64) -> bool {
-        let left = if seen.noisy {
+        let squares = if seen.noisy {
             0.0
         } else {
             (seen.white_after.powi(2) - 1.0).max(0.0) * self.after.white.len() as f64
         };
-        // A shape that is left unexplained stands out of its neighbours here and there as well, but not so far.
-        let level = (seen.white_after * self.floor.white_square.sqrt()).powi(2);
-        let far = seen.bursts.energy
-            > FAR_OUTLIER_RATIO * FAR_OUTLIER_RATIO * level * seen.bursts.count as f64;
-        let trifle = if left > 0.0 && self.stays_visible(seen) && !far {
-            share
-        } else {
-            LEAST_BURST_SHARE
+        let left = Left {
+            squares,
+            level: seen.white_after.powi(2) * self.floor.white_square,
+            shows: self.stays_visible(seen),
         };
-        seen.bursts.hold((share * left).max(trifle * seen.total))
+        let least = seen.bursts.least_squares(&left, seen.total, share);
+        seen.bursts.hold(least)
     }
 
     /// True if what is found lacks a good part of its own form: something of very many unknowns, or a rail's knee.

@@ -3,6 +3,7 @@
 //! One program of many files: each further program would be linked, and its helpers compiled, once more.
 
 mod beside;
+mod by_posterior;
 mod claims;
 mod clip;
 mod confusion;

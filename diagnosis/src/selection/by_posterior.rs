@@ -1,0 +1,142 @@
+//! The answer to a recording on which the posterior decides: verdict, names, aliases and probabilities are its own, and all figures are those
+//! of the fit of what it names.
+
+use super::measured::selection_of;
+use super::named::slips_named;
+use super::verdict::Measurements;
+use super::{Answer, ModelSelection, prepared_or_told};
+use crate::data::prepare::Prepared;
+use crate::design::assembly::{Design, Options};
+use crate::inference::cross_validation::CrossValidation;
+use crate::inference::posterior::birge_ratio;
+use crate::inference::residuals::Residuals;
+use crate::linearization::point::LinearizationPoint;
+use crate::linearization::relinearized::RelinearizedFit;
+use crate::posterior::diagnosed::{Answer as Decision, Decided, decided};
+use crate::verdict::answer::{Diagnosis, Named, Verdict};
+use recording::Recording;
+
+/// Diagnoses a recording by the posterior; `name` is what the answer calls it. Besides comes the decision, of a recording that can be
+/// diagnosed; with `explain` it holds the likeliest sets.
+pub fn diagnose_by_posterior(
+    recording: &Recording,
+    name: &str,
+    options: &Options,
+    explain: bool,
+) -> (Answer, Option<Decision>) {
+    match prepared_or_told(recording, name) {
+        Ok((prepared, geometry)) => {
+            let told = |prepared: &Prepared, Decided { design, answer }: Decided| {
+                (told(prepared, name, options, design, &answer), Some(answer))
+            };
+            let (mut answer, decision) = decided(prepared, options, explain, told);
+            answer.diagnosis.geometry = geometry;
+            (answer, decision)
+        }
+        Err(answer) => (*answer, None),
+    }
+}
+
+/// The effects of a decision that are fitted: noise, slips and bursts are measured of what these leave.
+fn fitted(decision: &Decision) -> Vec<String> {
+    let of_columns = |name: &&str| effects::has(name, |card| card.detection.is_fitted());
+    let names = decision.effects.iter().map(|e| e.name.as_str());
+    names.filter(of_columns).map(String::from).collect()
+}
+
+fn told(
+    prepared: &Prepared,
+    name: &str,
+    options: &Options,
+    design: Design,
+    decision: &Decision,
+) -> Answer {
+    let linearized = &design.linearized;
+    let start = LinearizationPoint {
+        baseline: linearized.baseline.clone(),
+        displacement: linearized.displacement.clone(),
+        noise: (!linearized.is_by_stated_noise()).then_some(linearized.noise),
+    };
+    let fit = RelinearizedFit::new(linearized, start, &fitted(decision));
+    let floor = design.floor;
+    let mut selection = selection_of(prepared, options, (design, fit));
+    selection.floor = floor;
+    selection.resolve_teeth();
+    selection.claim();
+    let (diagnosis, correction) = selection.figures_of(name, decision);
+    let answers = diagnosis.verdict != Verdict::InsufficientData;
+    Answer {
+        model: answers.then(|| selection.model(&diagnosis)),
+        evidence: selection.evidence(&diagnosis, correction.as_ref()),
+        diagnosis,
+        before: selection.before,
+        after: selection.after,
+    }
+}
+
+impl ModelSelection<'_> {
+    /// A decision with its figures, and what a correction without a name leaves, where nothing is named.
+    fn figures_of(&self, name: &str, decision: &Decision) -> (Diagnosis, Option<Residuals>) {
+        let mut validation = self.design.cross_validation();
+        let mut seen = self.measure(&mut validation);
+        seen.structured = !self.selected.found.blocks.is_empty();
+        if seen.structured {
+            seen.left = self.left();
+        }
+        let mut out = Diagnosis {
+            schema: 1,
+            recording: name.into(),
+            verdict: decision.verdict,
+            notes: self.prepared.notes.clone(),
+            ..Diagnosis::default()
+        };
+        let mut effects = self.named(&mut validation, &seen, decision);
+        out.notes.extend(self.doubt_the_reference(&mut effects));
+        match self.too_quiet(seen.white_before, seen.white_after) {
+            Some(limit) => {
+                out.notes.push(limit);
+                out.verdict = Verdict::InsufficientData;
+            }
+            None => out.notes.extend(self.quiet_channel()),
+        }
+        if matches!(out.verdict, Verdict::Named | Verdict::Alias) {
+            effects.sort_by(|a, b| b.share.total_cmp(&a.share));
+            out.effects = effects;
+        }
+        let correction = self.fill(&mut out, &mut validation, seen);
+        out.without_signal.clone_from(&self.prepared.without_signal);
+        (out, correction)
+    }
+
+    /// What a decision names, with shares and amounts.
+    fn named(
+        &self,
+        validation: &mut CrossValidation,
+        seen: &Measurements,
+        decision: &Decision,
+    ) -> Vec<Named> {
+        let total = seen.total.max(f64::MIN_POSITIVE);
+        let bursts = seen.bursts.energy / total;
+        let louder = seen.white_after.powi(2) - 1.0;
+        let louder = louder * validation.rows() * self.floor.white_square / total;
+        let (slips, read) = (&self.prepared.slips, &self.prepared.observations);
+        let mut known = vec![
+            seen.bursts.named(bursts, birge_ratio(self.held_out())),
+            slips_named(slips, read.len(), read.pitch_m),
+            self.noise(louder.clamp(0.0, 1.0)),
+        ];
+        if seen.structured {
+            known.extend(self.structured(validation, seen.shaped / total));
+        }
+        let each = decision.effects.iter().filter_map(|effect| {
+            let one = known.iter().find(|known| known.name == effect.name)?;
+            Some(Named {
+                probability: effect.probability,
+                aliases: effect.aliases.clone(),
+                break_alias: effect.break_alias.clone(),
+                ..one.clone()
+            })
+        });
+        each.collect()
+    }
+}

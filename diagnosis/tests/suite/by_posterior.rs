@@ -1,0 +1,49 @@
+//! Answers on which the posterior decides, on short recordings of one segment beside a reference.
+
+use diagnosis::selection::by_posterior::diagnose_by_posterior;
+use diagnosis::verdict::answer::Verdict;
+use diagnosis::{Options, check};
+use recording::Recording;
+use specimens::rig;
+
+/// A courier of the independent simulator, on two motions.
+fn recordings(seed: u64, effect: &str) -> [Recording; 2] {
+    let options = rig::Options {
+        samples: 600,
+        beacon: false,
+        reference: true,
+        segments: 1,
+        ..rig::Options::default()
+    };
+    let effects = [(effect, 2.0e-6)];
+    [seed, seed + 1000].map(|motion| rig::record_as(seed, motion, &effects, &options).0)
+}
+
+/// What is named has its figures, and a model that leaves on another recording what was claimed.
+#[test]
+fn what_is_named_has_a_model_that_holds_elsewhere() {
+    let [first, second] = recordings(71, "angle_dependence");
+    let (answer, decision) = diagnose_by_posterior(&first, "first", &Options::default(), false);
+    assert_eq!(decision.expect("an answer").verdict, Verdict::Named);
+    let [named] = &answer.diagnosis.effects[..] else {
+        panic!("{:?}", answer.diagnosis.effects)
+    };
+    assert_eq!(named.name, "angle_dependence");
+    assert!(named.share > 0.9 && !named.magnitude.is_empty());
+    let held_out = &answer.diagnosis.held_out;
+    assert!(held_out.whitened_before > 2.0 && held_out.whitened_after < 1.2);
+    let there = check(&answer.model.expect("a model"), &second).expect("residuals");
+    assert!(there.whitened_after < 0.3 * there.whitened_before);
+}
+
+/// A hum near half the sample rate is as rough as noise, and a line in the spectrum is none.
+#[test]
+fn a_hum_is_no_noise() {
+    for seed in [72, 73] {
+        let [first, _] = recordings(seed, "line_pickup");
+        let (answer, _) = diagnose_by_posterior(&first, "first", &Options::default(), false);
+        assert_eq!(answer.diagnosis.verdict, Verdict::Unknown);
+        assert_eq!(answer.diagnosis.place[0].coordinate, "frequency");
+        assert!(answer.diagnosis.effects.is_empty());
+    }
+}
