@@ -9,6 +9,8 @@ use std::fmt::Write as _;
 const MOTEUS_ENTRIES: usize = 256;
 /// See [`MOTEUS_ENTRIES`].
 const MOTEUS_LARGEST: f64 = 127.0;
+/// Largest common offset, by definition of moteus' configuration: 16 bits without sign (fw/aux_common.h).
+const MOTEUS_COMMON: f64 = 65_535.0;
 /// Entries of SimpleFOC's table where none are stated, by definition of its driver (SimpleFOCDrivers, CalibratedSensor.h).
 const SIMPLEFOC_ENTRIES: usize = 200;
 /// Entries that a period needs. Derived from a wave of order 2, which has eight each: straight lines between them miss a tenth of
@@ -88,7 +90,15 @@ pub fn moteus(answer: &Answer) -> String {
             "# orders of the turn are left out: a source of moteus is one period of the signal\n";
     }
     let half_turn = if let Some(common) = common {
-        let _ = writeln!(text, "conf set aux1.sine_cosine.common {}", common.round());
+        let _ = match common.round() {
+            whole if (0.0..=MOTEUS_COMMON).contains(&whole) => {
+                writeln!(text, "conf set aux1.sine_cosine.common {whole}")
+            }
+            whole => writeln!(
+                text,
+                "# aux1.sine_cosine.common is left out: {whole} is no count of a converter without sign, as moteus has"
+            ),
+        };
         // The value of a sine/cosine source is the phase and half a turn (fw/aux_port.h).
         0.5
     } else {
@@ -104,7 +114,8 @@ pub fn moteus(answer: &Answer) -> String {
         .fold(0.0_f64, |largest, value| largest.max(value.abs()));
     for (entry, value) in values.iter().enumerate() {
         let whole = if scale > 0.0 {
-            (MOTEUS_LARGEST * value / scale).round()
+            // Zero has no sign there.
+            (MOTEUS_LARGEST * value / scale).round() + 0.0
         } else {
             0.0
         };

@@ -1,4 +1,4 @@
-//! The constants in C, compiled by the system's compiler and run beside the signal path that a board runs.
+//! The constants in C and in SimpleFOC's form, compiled by the system's compilers and run beside the signal path that a board runs.
 
 use crate::forms::answer;
 use courier_signal::encoder::{Encoder, EncoderConfig, Harmonics};
@@ -25,39 +25,65 @@ fn readings() -> impl Iterator<Item = [i16; 2]> {
     })
 }
 
-/// What a program of the constants and `main` prints; none, and said so, where there is no compiler.
-fn printed(constants: &str, main: &str) -> Option<Vec<f64>> {
-    let folder = tempfile::tempdir().unwrap();
-    let [source, program] = ["encoder.c", "encoder"].map(|name| folder.path().join(name));
-    let text =
-        format!("{constants}\n#include <stdio.h>\n\nint main(void) {{\n{main}    return 0;\n}}\n");
-    std::fs::write(&source, text).unwrap();
-    let compiler = std::env::var_os("CC").unwrap_or_else(|| "cc".into());
-    // No fused operations, which the signal path on this machine has not either.
-    let options = [
-        "-std=c99",
-        "-O1",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        "-pedantic",
-        "-ffp-contract=off",
-        "-o",
-    ];
-    let Ok(compiled) = Command::new(compiler)
-        .args(options)
-        .args([&program, &source])
-        .arg("-lm")
-        .output()
-    else {
-        eprintln!("SKIPPED: no compiler of C; CC names one");
-        return None;
-    };
-    let told = String::from_utf8_lossy(&compiled.stderr);
-    assert!(ExitStatus::success(&compiled.status), "{told}");
-    let output = Command::new(program).output().unwrap();
-    let numbers = String::from_utf8(output.stdout).unwrap();
-    Some(numbers.lines().map(|line| line.parse().unwrap()).collect())
+/// A compiler of this system.
+struct Compiler {
+    /// What names another one.
+    variable: &'static str,
+    usual: &'static str,
+    standard: &'static str,
+    /// Name of a source.
+    source: &'static str,
+}
+
+const C: Compiler = Compiler {
+    variable: "CC",
+    usual: "cc",
+    standard: "-std=c99",
+    source: "encoder.c",
+};
+const CPP: Compiler = Compiler {
+    variable: "CXX",
+    usual: "c++",
+    standard: "-std=c++11",
+    source: "encoder.cpp",
+};
+
+impl Compiler {
+    /// What a program of the constants and `main` prints; none, and said so, where there is no compiler.
+    fn printed(&self, constants: &str, main: &str) -> Option<Vec<f64>> {
+        let folder = tempfile::tempdir().unwrap();
+        let [source, program] = [self.source, "encoder"].map(|name| folder.path().join(name));
+        let text = format!(
+            "{constants}\n#include <stdio.h>\n\nint main(void) {{\n{main}    return 0;\n}}\n"
+        );
+        std::fs::write(&source, text).unwrap();
+        let compiler = std::env::var_os(self.variable).unwrap_or_else(|| self.usual.into());
+        // No fused operations, which the signal path on this machine has not either.
+        let options = [
+            self.standard,
+            "-O1",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+            "-pedantic",
+            "-ffp-contract=off",
+            "-o",
+        ];
+        let Ok(compiled) = Command::new(compiler)
+            .args(options)
+            .args([&program, &source])
+            .arg("-lm")
+            .output()
+        else {
+            eprintln!("SKIPPED: no compiler; {} names one", self.variable);
+            return None;
+        };
+        let told = String::from_utf8_lossy(&compiled.stderr);
+        assert!(ExitStatus::success(&compiled.status), "{told}");
+        let output = Command::new(program).output().unwrap();
+        let numbers = String::from_utf8(output.stdout).unwrap();
+        Some(numbers.lines().map(|line| line.parse().unwrap()).collect())
+    }
 }
 
 /// The constants of an answer on a board.
@@ -86,7 +112,7 @@ fn the_form_in_c_does_what_a_board_does() {
             "    printf(\"%.9g\\n\", encoder_phase_rad({sine:.1}f, {cosine:.1}f));"
         );
     }
-    let Some(found) = printed(&forms::c(&answer), &main) else {
+    let Some(found) = C.printed(&forms::c(&answer), &main) else {
         return;
     };
     assert_eq!(found.len(), usize::try_from(READINGS).unwrap());
@@ -121,7 +147,7 @@ fn orders_of_the_turn_in_c_are_those_of_the_answer() {
             TAU * turns(k)
         );
     }
-    let Some(found) = printed(&forms::c(&answer), &main) else {
+    let Some(found) = C.printed(&forms::c(&answer), &main) else {
         return;
     };
     for (k, found) in (0..READINGS).zip(found) {
@@ -131,5 +157,85 @@ fn orders_of_the_turn_in_c_are_those_of_the_answer() {
             (found / TAU - wanted).abs() < 3.0 * 0.05 * f64::from(f32::EPSILON) * TAU,
             "{k}: {found} {wanted}"
         );
+    }
+}
+
+/// What the form names of SimpleFOC, with the signatures of its drivers' `CalibratedSensor.h`: a sensor that is told its angle, and one that takes a
+/// table off it, linear between two entries.
+const SIMPLEFOC_NAMES: &str = r"
+#include <math.h>
+
+static const float TURN = 6.28318530718f;
+
+struct Sensor {
+    virtual ~Sensor() {}
+    virtual float getMechanicalAngle() = 0;
+};
+
+class CalibratedSensor {
+public:
+    CalibratedSensor(Sensor &wrapped, int n_lut, float *lut) : sensor(wrapped), count(n_lut), table(lut) {}
+    float getSensorAngle() {
+        const float angle = sensor.getMechanicalAngle(), place = angle / TURN * (float)count;
+        const int entry = (int)place;
+        const float share = place - (float)entry;
+        return angle - ((1.0f - share) * table[entry % count] + share * table[(entry + 1) % count]);
+    }
+
+private:
+    Sensor &sensor;
+    int count;
+    float *table;
+};
+";
+
+/// The phase of the channels about the form's centres, on a shaft of so many periods.
+const A_SHAFT: &str = r"
+struct Shaft : public Sensor {
+    float angle = 0.0f;
+    float getMechanicalAngle() override { return angle; }
+    void read(float sine, float cosine, int period, int periods) {
+        float phase = atan2f(sine - encoder_centres[0], cosine - encoder_centres[1]);
+        if (phase < 0.0f) phase += TURN;
+        angle = (phase + TURN * (float)period) / (float)periods;
+    }
+};
+";
+
+/// The form's own lines, its last one uncommented as a user does, give the angle that the form in C gives. Six digits, a table that is linear between
+/// its places: as in `simplefoc_reads_its_table_right`.
+#[test]
+fn the_form_for_simplefoc_compiles_and_gives_the_same_angle() {
+    const PERIODS: u32 = 20;
+    let answer = answer();
+    let form = forms::simplefoc(&answer, PERIODS);
+    let last = "// CalibratedSensor calibrated(sensor, ";
+    assert_eq!(form.matches(last).count(), 1, "{form}");
+    let own = form.replace(
+        last,
+        "static Shaft sensor; CalibratedSensor calibrated(sensor, ",
+    );
+    // The sensor is declared behind the centres, which it takes.
+    let (centres, rest) = own.split_at(own.find("float calibration_lut").unwrap());
+    let constants = format!("{SIMPLEFOC_NAMES}\n{centres}{A_SHAFT}\n{rest}");
+    let mut main = String::new();
+    let mut wanted = Vec::new();
+    let mut board = on_a_board(&answer);
+    for (k, counts) in readings().enumerate() {
+        let period = k as u32 % PERIODS;
+        let [sine, cosine] = counts.map(|count| f64::from(count) + CENTRE);
+        let _ = writeln!(
+            main,
+            "    sensor.read({sine:.1}f, {cosine:.1}f, {period}, {PERIODS}); printf(\"%.9g\\n\", calibrated.getSensorAngle());"
+        );
+        wanted.push(f64::from(board.step(counts).calibrated_turns));
+    }
+    let Some(found) = CPP.printed(&constants, &main) else {
+        return;
+    };
+    assert_eq!(found.len(), wanted.len());
+    for (k, (found, wanted)) in found.into_iter().zip(wanted).enumerate() {
+        let off = f64::from(PERIODS) * found / TAU - wanted;
+        assert!((off - off.round()).abs() < 1.0e-3, "{k}: {found} {wanted}");
     }
 }

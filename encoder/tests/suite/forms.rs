@@ -2,6 +2,7 @@
 
 use crate::spun::{Spins, pair_read, random};
 use encoder::{Answer, LogUnit, Question, forms, learn};
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 fn signals(turns: f64) -> [f64; 2] {
@@ -38,18 +39,56 @@ fn numbers(text: &str) -> Vec<f64> {
         .collect()
 }
 
+/// What moteus makes of a line (mjlib/micro/persistent_config.cc, serializable_handler_detail.h): words parted by one space; a name whose parts are
+/// parted by points, the first a group; the rest a value, which is read as C does up to where no number goes on, without a word where it is none. So a
+/// number is held to the type that the name has: whole ones of the table and the common offset, and within its bounds.
+fn set_by(line: &str) -> (&str, f64) {
+    let words: Vec<&str> = line.split(' ').collect();
+    let ["conf", "set", name, value] = words[..] else {
+        panic!("{line}: wanted `conf set NAME VALUE`")
+    };
+    let number: f64 = value
+        .parse()
+        .unwrap_or_else(|_| panic!("{line}: no number"));
+    let bounds = match name.split('.').collect::<Vec<_>>()[..] {
+        ["aux1", "sine_cosine", "common"] => Some([0.0, 65_535.0]),
+        [
+            "motor_position",
+            "sources",
+            "0",
+            "compensation_table",
+            entry,
+        ] => {
+            assert!(entry.parse::<u16>().unwrap() < 256, "{line}");
+            // A leading zero would be octal there.
+            assert!(
+                value == "0" || !value.trim_start_matches('-').starts_with('0'),
+                "{line}"
+            );
+            Some([-128.0, 127.0])
+        }
+        ["motor_position", "sources", "0", "compensation_scale"] => None,
+        _ => panic!("{line}: a name that moteus has not"),
+    };
+    if let Some([low, high]) = bounds {
+        assert!(!value.contains(['.', 'e']), "{line}: wanted a whole number");
+        assert!(
+            (low..=high).contains(&number),
+            "{line}: wanted {low} to {high}"
+        );
+    }
+    (name, number)
+}
+
 /// fw/aux_port.h and fw/motor_position.h of moteus: the phase and half a turn, and a table of 256 that is read at i / 256.
 #[test]
 fn moteus_reads_its_table_right() {
     let answer = answer();
     let text = forms::moteus(&answer);
-    let value = |key: &str| {
-        text.lines()
-            .find_map(|line| line.strip_prefix(&format!("conf set {key} ")))
-            .unwrap()
-            .parse::<f64>()
-            .unwrap()
-    };
+    let set: BTreeMap<&str, f64> = text.lines().map(set_by).collect();
+    // Each once: the offset, the table and its scale.
+    assert_eq!((set.len(), text.lines().count()), (258, 258));
+    let value = |key: &str| set[key];
     let common = value("aux1.sine_cosine.common");
     let scale = value("motor_position.sources.0.compensation_scale") / 127.0;
     let table: Vec<f64> = (0..256)
@@ -73,6 +112,18 @@ fn moteus_reads_its_table_right() {
             "{k}: {compensated} {wanted}"
         );
     }
+}
+
+/// A log about zero has an offset that moteus' type would wrap around.
+#[test]
+fn an_offset_that_moteus_cannot_hold_is_left_out() {
+    let mut answer = answer();
+    answer.unit.centre = [0.0; 2];
+    answer.channels.as_mut().unwrap().offset_counts = [-30.0; 2];
+    let text = forms::moteus(&answer);
+    let (told, set): (Vec<&str>, Vec<&str>) = text.lines().partition(|line| line.starts_with('#'));
+    assert!(told.len() == 1 && told[0].contains("-30"), "{told:?}");
+    assert_eq!(set.into_iter().map(set_by).count(), 257);
 }
 
 /// CalibratedSensor.cpp of SimpleFOCDrivers: read at i 2π / n of the shaft, and taken off.
