@@ -58,5 +58,18 @@ fn main() -> Result<(), Failure> {
         "compact: {bytes} bytes: 1/{:.1}; written in {compact_s:.2} s, read in {compact_read_s:.2} s",
         csv_bytes as f64 / bytes as f64
     );
+    let samples = &recording.samples;
+    let columns = recording::COLUMNS
+        .iter()
+        .map(|(column, _)| samples.column(*column));
+    let logged = samples
+        .logged()
+        .iter()
+        .map(|logged| logged.values.as_slice());
+    let least = columns.chain(logged).map(columnar::least_bits).sum::<f64>() / 8.0;
+    println!(
+        "the noise alone: {least:.0} bytes: 1/{:.1}",
+        csv_bytes as f64 / least
+    );
     Ok(())
 }

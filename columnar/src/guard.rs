@@ -11,7 +11,7 @@ use std::path::Path;
 use std::sync::Once;
 
 /// What a file should be that the library cannot read.
-const WANTED: &str = "a whole Parquet file, not compressed or by snappy";
+const WANTED: &str = "a whole Parquet file, not compressed, or by snappy or zstd";
 
 /// Longest text of the library's that is told, characters.
 const LONGEST: usize = 120;

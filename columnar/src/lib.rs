@@ -1,6 +1,7 @@
 //! Parquet files: a recording as one of them, tables for other programs, and logs that other programs wrote.
 //!
-//! `schema` chooses how each column is stored, `decimal` finds numbers of few digits, `write` writes, `values` takes any file's columns as numbers and words, `read` makes a
+//! `schema` chooses how each column is stored, `decimal` finds numbers of few digits, `noise` tells how few bits
+//! numbers can take, `write` writes, `values` takes any file's columns as numbers and words, `read` makes a
 //! recording of them and says what a file of another program lacks, `log` makes a log that `convert` takes, `guard` turns what
 //! the library does with a spoilt file into an error.
 //!
@@ -9,6 +10,7 @@
 mod decimal;
 mod guard;
 mod log;
+mod noise;
 mod read;
 mod schema;
 pub mod table;
@@ -16,6 +18,7 @@ mod values;
 mod write;
 
 pub use log::log;
+pub use noise::least_bits;
 pub use read::{is_recording, read};
 pub use write::{check_existing, write, write_compact};
 

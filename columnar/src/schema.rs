@@ -1,7 +1,7 @@
-//! How a column of numbers is stored: its physical type and its encoding.
+//! How a column of numbers is stored: its physical type, its encoding and its codec.
 
 use crate::decimal;
-use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical};
+use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical, ZstdLevel};
 use parquet::errors::Result;
 use parquet::file::properties::{EnabledStatistics, WriterProperties, WriterPropertiesBuilder};
 use parquet::schema::types::{ColumnPath, Type, TypePtr};
@@ -11,7 +11,11 @@ use std::sync::Arc;
 /// Columns of fewer distinct numbers are stored as places in a list of them: a byte or less a sample, then runs.
 const LISTED: usize = 256;
 
+/// A codec that everything reads; its work is the runs that the encodings leave.
+const CODEC: Compression = Compression::SNAPPY;
+
 /// Values of one column.
+#[derive(Clone)]
 pub(crate) enum Values<'a> {
     /// Whole numbers of 32 bits, without those that were not measured.
     Whole(Vec<i32>),
@@ -24,12 +28,14 @@ pub(crate) enum Values<'a> {
 }
 
 /// A column as it is stored.
+#[derive(Clone)]
 pub(crate) struct Stored<'a> {
     pub(crate) name: String,
     pub(crate) values: Values<'a>,
     /// For each row 1 where there is a value and 0 where not; none where each row has one.
     pub(crate) levels: Option<Vec<i16>>,
     encoding: Encoding,
+    codec: Compression,
 }
 
 impl<'a> Stored<'a> {
@@ -58,6 +64,7 @@ impl<'a> Stored<'a> {
             values,
             levels,
             encoding,
+            codec: CODEC,
         }
     }
 
@@ -71,8 +78,8 @@ impl<'a> Stored<'a> {
         stored
     }
 
-    /// The same as decimals where that takes less and gives them back bit for bit.
-    pub(crate) fn compact(self) -> Self {
+    /// The same as decimals, where these give numbers of many digits back bit for bit.
+    pub(crate) fn decimal(self) -> Self {
         let Values::Real(real) = &self.values else {
             return self;
         };
@@ -86,6 +93,26 @@ impl<'a> Stored<'a> {
         }
     }
 
+    /// The encodings that the format has for such values, by the codec that takes the least place of those that are as quick.
+    pub(crate) fn ways(self) -> Vec<Self> {
+        let encodings: &[Encoding] = match self.values {
+            Values::Whole(_) | Values::Decimal(..) => &[
+                Encoding::DELTA_BINARY_PACKED,
+                Encoding::BYTE_STREAM_SPLIT,
+                Encoding::RLE_DICTIONARY,
+            ],
+            Values::Real(_) => &[Encoding::BYTE_STREAM_SPLIT, Encoding::RLE_DICTIONARY],
+            Values::Text(_) => &[Encoding::RLE_DICTIONARY],
+        };
+        let codec = Compression::ZSTD(ZstdLevel::default());
+        let way = |encoding: &Encoding| Self {
+            encoding: *encoding,
+            codec,
+            ..self.clone()
+        };
+        encodings.iter().map(way).collect()
+    }
+
     /// A column of texts, one a row.
     pub(crate) fn texts(name: &str, values: Vec<&'a str>) -> Self {
         Self {
@@ -93,6 +120,7 @@ impl<'a> Stored<'a> {
             values: Values::Text(values),
             levels: None,
             encoding: Encoding::RLE_DICTIONARY,
+            codec: CODEC,
         }
     }
 
@@ -135,6 +163,7 @@ impl<'a> Stored<'a> {
             values,
             levels: Some(levels),
             encoding,
+            codec: CODEC,
         }
     }
 
@@ -166,6 +195,7 @@ impl<'a> Stored<'a> {
 
     fn properties(&self, builder: WriterPropertiesBuilder) -> WriterPropertiesBuilder {
         let path = ColumnPath::from(self.name.as_str());
+        let builder = builder.set_column_compression(path.clone(), self.codec);
         match self.encoding {
             Encoding::RLE_DICTIONARY => builder.set_column_dictionary_enabled(path, true),
             encoding => builder
@@ -204,11 +234,10 @@ pub(crate) fn schema(name: &str, columns: &[Stored]) -> Result<TypePtr> {
     Ok(Arc::new(group.build()?))
 }
 
-/// How the columns are written. The codec is one that everything reads; its work is the runs that the encodings leave.
+/// How the columns are written.
 pub(crate) fn properties(columns: &[Stored]) -> WriterProperties {
     let builder = WriterProperties::builder()
         .set_created_by(concat!("courier ", env!("CARGO_PKG_VERSION")).to_owned())
-        .set_compression(Compression::SNAPPY)
         .set_statistics_enabled(EnabledStatistics::Chunk);
     let each = |builder, column: &Stored| column.properties(builder);
     columns.iter().fold(builder, each).build()

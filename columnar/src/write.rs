@@ -1,15 +1,16 @@
 //! Writing: whole columns into a file that is there only once it is whole.
 
 use crate::META_KEY;
+use crate::guard::told;
 use crate::read::is_recording;
 use crate::schema::{Stored, Values, properties, schema};
 use parquet::column::writer::ColumnWriterImpl;
 use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int32Type, Int64Type};
-use parquet::errors::Result;
+use parquet::errors::{ParquetError, Result};
 use parquet::file::metadata::KeyValue;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use recording::{COLUMNS, Column, Error, Existing, Meta, Samples, check_existing_file, write_file};
-use std::fs::File;
+use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -29,8 +30,8 @@ pub fn write(
     put(meta, samples, path, existing, columns(samples))
 }
 
-/// The same in less place: numbers that a log wrote with few digits behind the point are DECIMAL, which SQL takes as numbers, and pandas as
-/// objects of Python's.
+/// The same in less place: of each column the encoding that takes the least, by Zstandard; and numbers that a log wrote with few digits
+/// behind the point as DECIMAL, which SQL takes as numbers, and pandas as objects of Python's.
 ///
 /// # Errors
 /// As [`write()`].
@@ -40,8 +41,28 @@ pub fn write_compact(
     path: &Path,
     existing: Existing,
 ) -> std::result::Result<(), Error> {
-    let columns = columns(samples).into_iter().map(Stored::compact).collect();
+    let rows = samples.len();
+    let columns: Result<Vec<Stored>> = columns(samples)
+        .into_iter()
+        .map(|column| smallest(column.decimal(), rows))
+        .collect();
+    let columns = columns.map_err(|error| told(path, &error))?;
     put(meta, samples, path, existing, columns)
+}
+
+/// A column in that of its ways that takes the fewest bytes: each is tried.
+fn smallest(column: Stored<'_>, rows: usize) -> Result<Stored<'_>> {
+    let mut best: Option<(usize, Stored)> = None;
+    for way in column.ways() {
+        let one = std::slice::from_ref(&way);
+        let mut bytes = Vec::new();
+        fill(&mut bytes, "column", one, rows, &[])?;
+        if best.as_ref().is_none_or(|(least, _)| bytes.len() < *least) {
+            best = Some((bytes.len(), way));
+        }
+    }
+    best.map(|(_, way)| way)
+        .ok_or_else(|| ParquetError::General("a column without a way to store it".into()))
 }
 
 fn put(
@@ -131,8 +152,8 @@ pub(crate) fn write_columns(
     })
 }
 
-fn fill(
-    file: File,
+fn fill<W: Write + Send>(
+    file: W,
     name: &str,
     columns: &[Stored],
     rows: usize,
@@ -161,8 +182,8 @@ fn fill(
     writer.close().map(drop)
 }
 
-fn write_column(
-    into: &mut SerializedRowGroupWriter<File>,
+fn write_column<W: Write + Send>(
+    into: &mut SerializedRowGroupWriter<W>,
     column: &Stored,
     range: std::ops::Range<usize>,
     levels: Option<&[i16]>,

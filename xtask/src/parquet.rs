@@ -130,6 +130,8 @@ wanted = one("SELECT count(*), avg(q1s) FROM 'survey/samples.csv'")
 assert got == wanted, (got, wanted)
 last = one("SELECT max(t_s)::DOUBLE FROM 'compact.parquet'")
 assert last == one("SELECT max(t_s) FROM 's.parquet'"), last
+compact = one("SELECT count(*), avg(q1s), sum(n1) FROM 'compact.parquet'")
+assert compact == one("SELECT count(*), avg(q1s), sum(n1) FROM 's.parquet'"), compact
 toml = open('survey/recording.toml').read().replace("'", "''")
 duckdb.execute(f"COPY (SELECT * FROM 'survey/samples.csv') TO 'duck.parquet' (KV_METADATA {{'recording.toml': '{toml}'}})")
 duckdb.execute("COPY (SELECT * FROM 'log.csv') TO 'ducklog.parquet'")

@@ -226,7 +226,7 @@ fn a_file_that_is_no_parquet_or_is_not_there_is_told() {
     for text in ["", "t_s,p1_m\n0,0\n"] {
         std::fs::write(&file, text).unwrap();
         assert!(
-            told().ends_with("wanted a whole Parquet file, not compressed or by snappy"),
+            told().ends_with("wanted a whole Parquet file, not compressed, or by snappy or zstd"),
             "{}",
             told()
         );

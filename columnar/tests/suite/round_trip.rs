@@ -92,6 +92,18 @@ fn a_board_s_samples_take_a_tenth_of_the_table() {
     let bytes = |path: &Path| std::fs::metadata(path).unwrap().len();
     let (new, table) = (bytes(&file), bytes(&folder.path().join("a/samples.csv")));
     assert!(new * 10 <= table, "{new} of {table}");
+    let compact = 8.0 * bytes(&file.with_extension("compact.parquet")) as f64;
+    let columns = COLUMNS.map(|(column, _)| recording.samples.column(column));
+    let least: f64 = columns.into_iter().map(columnar::least_bits).sum();
+    let counts: usize = columns[..9].iter().map(|values| values.len()).sum();
+    // A difference has twice the noise's variance, half a bit; whole bits are one more at most, and 7 bytes head each 128 differences, half a bit. The
+    // noise is even over 40 counts, which holds 0.62 bits less than a normal one of its median, so a file may come out below.
+    let over = (compact - least) / counts as f64;
+    println!(
+        "{:.2} of the noise, {over:.2} bits a value",
+        compact / least
+    );
+    assert!((-0.62..2.0).contains(&over), "{compact} {least}");
 }
 
 #[test]
