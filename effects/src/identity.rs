@@ -1,5 +1,7 @@
 //! What an amount is, for code that asks: the name of an amount is for readers.
 
+use serde::{Deserialize, Serialize};
+
 /// What an amount stands for, where code needs to know it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Identity {
@@ -21,7 +23,7 @@ pub enum Identity {
 
 /// One part of a wave over the tooth phases of a segment: `factor * sin` or `factor * cos` of
 /// `own_order * own phase + lateral_order * phase across`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Wave {
     /// Segment, 0 to 3.
     pub segment: usize,
@@ -50,7 +52,8 @@ impl Wave {
 }
 
 /// Half of a wave.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Part {
     /// Its sine.
     Sine,
@@ -82,7 +85,8 @@ impl Part {
 }
 
 /// What a wave is multiplied by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Factor {
     /// Nothing.
     One,

@@ -2,6 +2,7 @@
 
 use crate::design::frequency_basis::lines;
 use crate::design::nameless::{CHANNEL, SIZE_M};
+use effects::identity::Factor;
 use effects::sensor::{BasisInputs, Covariates, MOST_LOGGED, Regressor};
 use std::f64::consts::TAU;
 
@@ -52,20 +53,20 @@ pub fn coordinate_bases(inputs: &BasisInputs) -> Vec<CoordinateBasis> {
         list.push(of("temperature", on_channels(inputs, warmth)));
         list.push(of(
             "temperature and own tooth phase",
-            times(inputs, |m, _| m.warmth_k),
+            times(inputs, Factor::Warmth, |m, _| m.warmth_k),
         ));
     }
     if inputs.moving {
         list.push(of("speed", accelerations(inputs)));
-        let speeds = times(inputs, |m, s| m.speed_m_s[s]);
-        let changes = times(inputs, |m, s| m.acceleration_m_s2[s]);
+        let speeds = times(inputs, Factor::Speed, |m, s| m.speed_m_s[s]);
+        let changes = times(inputs, Factor::Other, |m, s| m.acceleration_m_s2[s]);
         list.push(of(
             "speed and own tooth phase",
             speeds.into_iter().chain(changes).collect(),
         ));
         list.push(of(
             "direction and own tooth phase",
-            times(inputs, |m, s| m.direction[s]),
+            times(inputs, Factor::Way, |m, s| m.direction[s]),
         ));
     }
     if inputs.counts {
@@ -73,7 +74,7 @@ pub fn coordinate_bases(inputs: &BasisInputs) -> Vec<CoordinateBasis> {
         let nameless = std::array::from_fn(|s| inputs.segments[s] && !inputs.amplitude_by_place[s]);
         list.push(of(
             "signal amplitude",
-            times_of(nameless, |m, s| m.amplitude_excess[s]),
+            times_of(nameless, Factor::Other, |m, s| m.amplitude_excess[s]),
         ));
     }
     if inputs.beacon {
@@ -86,7 +87,7 @@ pub fn coordinate_bases(inputs: &BasisInputs) -> Vec<CoordinateBasis> {
         list.push(of(name, on_channels(inputs, move |_| logged(k))));
         list.push(of(
             &with_own_phase(name),
-            times(inputs, move |m, _| m.logged[k]),
+            times(inputs, Factor::Logged, move |m, _| m.logged[k]),
         ));
     }
     list.retain(|place| !place.regressors.is_empty());
@@ -314,20 +315,19 @@ fn reference_phase(inputs: &BasisInputs) -> Vec<Regressor> {
 }
 
 /// What is multiplied by the own tooth phase's orders, of a segment.
-trait Factor: Fn(&Covariates, usize) -> f64 + Send + Sync + Copy + 'static {}
-impl<F: Fn(&Covariates, usize) -> f64 + Send + Sync + Copy + 'static> Factor for F {}
+trait OfSegment: Fn(&Covariates, usize) -> f64 + Send + Sync + Copy + 'static {}
+impl<F: Fn(&Covariates, usize) -> f64 + Send + Sync + Copy + 'static> OfSegment for F {}
 
-fn times(inputs: &BasisInputs, factor: impl Factor) -> Vec<Regressor> {
-    times_of(inputs.segments, factor)
+fn times(inputs: &BasisInputs, which: Factor, factor: impl OfSegment) -> Vec<Regressor> {
+    times_of(inputs.segments, which, factor)
 }
 
-fn times_of(segments: [bool; 4], factor: impl Factor) -> Vec<Regressor> {
+fn times_of(segments: [bool; 4], which: Factor, factor: impl OfSegment) -> Vec<Regressor> {
     let mut list = Vec::new();
     for s in (0..4).filter(|s| segments[*s]) {
         for order in [1, 2] {
-            Regressor::harmonic(&mut list, s, order, ("times ", "1", SIZE_M), move |m| {
-                factor(m, s)
-            });
+            let label = ("times ", "1", SIZE_M, which);
+            Regressor::harmonic(&mut list, s, order, label, move |m| factor(m, s));
         }
     }
     list

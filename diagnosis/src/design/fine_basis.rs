@@ -3,6 +3,7 @@
 use crate::design::coordinate_basis::{CoordinateBasis, logged_columns, with_own_phase};
 use crate::linearization::recording::LinearizedRecording;
 use crate::linearization::stop_operator::{SLACKS_M, StopOperator};
+use effects::identity::Factor;
 use effects::sensor::{BasisInputs, Covariates, Regressor};
 use std::f64::consts::PI;
 
@@ -72,7 +73,7 @@ pub fn fine_basis(linearized: &LinearizedRecording) -> Vec<CoordinateBasis> {
     if inputs.temperature {
         list.push(place(
             "temperature and own tooth phase",
-            times(inputs, |m, _| m.warmth_k),
+            times(inputs, Factor::Warmth, |m, _| m.warmth_k),
         ));
         let across = times_lateral(inputs, |m| m.warmth_k);
         list.push(place("temperature and lateral tooth phase", across));
@@ -81,11 +82,11 @@ pub fn fine_basis(linearized: &LinearizedRecording) -> Vec<CoordinateBasis> {
         let mut moving = on_segments(inputs, &speeds);
         moving.extend(on_beacon(inputs, &beacon_speeds));
         list.push(place("speed", moving));
-        let mut own = times(inputs, |m, s| m.speed_m_s[s]);
-        own.extend(times(inputs, |m, s| m.speed_m_s[s].abs()));
+        let mut own = times(inputs, Factor::Speed, |m, s| m.speed_m_s[s]);
+        own.extend(times(inputs, Factor::Other, |m, s| m.speed_m_s[s].abs()));
         list.push(place("speed and own tooth phase", own));
-        let mut own = times(inputs, |m, s| m.direction[s]);
-        own.extend(times(inputs, |m, s| m.memory[s][1]));
+        let mut own = times(inputs, Factor::Way, |m, s| m.direction[s]);
+        own.extend(times(inputs, Factor::Other, |m, s| m.memory[s][1]));
         list.push(place("direction and own tooth phase", own));
     }
     let stop = StopOperator::of(linearized);
@@ -105,7 +106,7 @@ pub fn fine_basis(linearized: &LinearizedRecording) -> Vec<CoordinateBasis> {
     for (k, name) in logged_columns(inputs) {
         list.push(place(
             &with_own_phase(name),
-            times(inputs, move |m, _| m.logged[k]),
+            times(inputs, Factor::Logged, move |m, _| m.logged[k]),
         ));
     }
     list.retain(|place| !place.regressors.is_empty());
@@ -315,6 +316,7 @@ fn half_waves(span: [[f64; 2]; 2]) -> Vec<ScaledShape> {
 /// Orders of the own phase times a factor.
 fn times(
     inputs: &BasisInputs,
+    which: Factor,
     factor: impl Fn(&Covariates, usize) -> f64 + Send + Sync + Copy + 'static,
 ) -> Vec<Regressor> {
     let mut list = Vec::new();
@@ -324,7 +326,7 @@ fn times(
                 &mut list,
                 s,
                 order,
-                ("finer, times ", "1", SIZE_M),
+                ("finer, times ", "1", SIZE_M, which),
                 move |m| factor(m, s),
             );
         }

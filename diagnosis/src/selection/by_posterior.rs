@@ -3,13 +3,13 @@
 
 use super::measured::selection_of;
 use super::named::slips_named;
+use super::nameless_correction::NamelessCorrection;
 use super::verdict::Measurements;
 use super::{Answer, ModelSelection, prepared_or_told};
 use crate::data::prepare::Prepared;
 use crate::design::assembly::{Design, Options};
 use crate::inference::cross_validation::CrossValidation;
 use crate::inference::posterior::birge_ratio;
-use crate::inference::residuals::Residuals;
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::posterior::diagnosed::{Answer as Decision, Decided, decided};
@@ -65,9 +65,10 @@ fn told(
     selection.claim();
     let (diagnosis, correction) = selection.figures_of(name, decision);
     let answers = diagnosis.verdict != Verdict::InsufficientData;
+    let evidence = selection.evidence(&diagnosis, correction.as_ref());
     Answer {
-        model: answers.then(|| selection.model(&diagnosis)),
-        evidence: selection.evidence(&diagnosis, correction.as_ref()),
+        model: answers.then(|| selection.model(&diagnosis, correction)),
+        evidence,
         diagnosis,
         before: selection.before,
         after: selection.after,
@@ -75,8 +76,12 @@ fn told(
 }
 
 impl ModelSelection<'_> {
-    /// A decision with its figures, and what a correction without a name leaves, where nothing is named.
-    fn figures_of(&self, name: &str, decision: &Decision) -> (Diagnosis, Option<Residuals>) {
+    /// A decision with its figures, and a correction without a name, where nothing is named.
+    fn figures_of(
+        &self,
+        name: &str,
+        decision: &Decision,
+    ) -> (Diagnosis, Option<NamelessCorrection>) {
         let mut validation = self.design.cross_validation();
         let mut seen = self.measure(&mut validation);
         seen.structured = !self.selected.found.blocks.is_empty();

@@ -3,6 +3,7 @@
 use super::ModelSelection;
 use super::follows::follows;
 use super::location::{Located, attribute, clock_first, merge, outside_first};
+use super::nameless_correction::NamelessCorrection;
 use super::verdict::Measurements;
 use crate::data::channel_names::CHANNEL_NAMES;
 use crate::inference::cross_validation::CrossValidation;
@@ -12,13 +13,13 @@ use crate::verdict::evidence::{Evidence, Step, WITHOUT_A_NAME};
 use effects::Detection;
 
 impl ModelSelection<'_> {
-    /// Fills in the figures; gives what a correction without a name leaves, where nothing is named.
+    /// Fills in the figures; gives a correction without a name, where nothing is named.
     pub(super) fn fill(
         &self,
         out: &mut Diagnosis,
         validation: &mut CrossValidation,
         mut seen: Measurements,
-    ) -> Option<Residuals> {
+    ) -> Option<NamelessCorrection> {
         let (mut correction, mut rest) = (None, Unexplained::default());
         let named = matches!(out.verdict, Verdict::Named | Verdict::Alias);
         let model = if named {
@@ -111,7 +112,7 @@ impl ModelSelection<'_> {
         &self,
         validation: &mut CrossValidation,
         located: &mut Vec<Located>,
-    ) -> (Option<Residuals>, Unexplained) {
+    ) -> (Option<NamelessCorrection>, Unexplained) {
         let fine = self.fine_design();
         let mut by_fine = fine.cross_validation();
         let finely = self.locate_finely(&fine, &mut by_fine);
@@ -131,14 +132,14 @@ impl ModelSelection<'_> {
         merge(located, finely);
         clock_first(located);
         outside_first(located);
-        (best.map(|best| best.residuals), rest)
+        (best, rest)
     }
 
     /// Residuals beside their coordinates, and the gap after each effect in the order of the answer, or after a correction without a name.
     pub(super) fn evidence(
         &self,
         diagnosis: &Diagnosis,
-        correction: Option<&Residuals>,
+        correction: Option<&NamelessCorrection>,
     ) -> Evidence {
         let columns = &self.design.columns;
         let floor = self.floor.white_square.sqrt();
@@ -163,8 +164,8 @@ impl ModelSelection<'_> {
         }
         let after = match correction {
             Some(correction) => {
-                steps.push(step(WITHOUT_A_NAME, correction));
-                correction
+                steps.push(step(WITHOUT_A_NAME, &correction.residuals));
+                &correction.residuals
             }
             None if blocks.is_empty() => &self.before,
             None => &self.after,

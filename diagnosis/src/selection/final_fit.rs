@@ -1,6 +1,7 @@
 //! The model of what is named, fitted on all samples in use.
 
 use super::ModelSelection;
+use super::nameless_correction::NamelessCorrection;
 use crate::inference::covariance::PosteriorCovariance;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::transfer::amplitude_support::AmplitudeSupport;
@@ -10,8 +11,12 @@ use crate::verdict::answer::{Diagnosis, Magnitude, Verdict};
 use effects::Detection;
 
 impl ModelSelection<'_> {
-    /// The model: the baseline alone, and the baseline with what is named.
-    pub(super) fn model(&self, diagnosis: &Diagnosis) -> Model {
+    /// The model: the baseline alone, and the baseline with what is named, or with a correction without a name.
+    pub(super) fn model(
+        &self,
+        diagnosis: &Diagnosis,
+        correction: Option<NamelessCorrection>,
+    ) -> Model {
         let linearized = &self.design.linearized;
         let mut model = Model {
             schema: 1,
@@ -29,6 +34,7 @@ impl ModelSelection<'_> {
             visited: None,
             certainty: None,
             reached: None,
+            nameless: correction.map(|correction| correction.amounts),
         };
         if matches!(diagnosis.verdict, Verdict::Named | Verdict::Alias) {
             let relinearized = &self.relinearized;

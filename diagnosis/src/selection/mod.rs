@@ -264,8 +264,8 @@ impl<'a> ModelSelection<'a> {
     fn into_answer(self, name: &str) -> Answer {
         let (diagnosis, correction) = self.answer(name);
         let selected = diagnosis.verdict != Verdict::InsufficientData;
-        let model = selected.then(|| self.model(&diagnosis));
         let evidence = self.evidence(&diagnosis, correction.as_ref());
+        let model = selected.then(|| self.model(&diagnosis, correction));
         Answer {
             diagnosis,
             model,

@@ -6,9 +6,12 @@ use super::location::{Located, reported};
 use crate::data::channel_names::CHANNEL_NAMES;
 use crate::design::assembly::Design;
 use crate::inference::cross_validation::CrossValidation;
+use crate::inference::fit::solve;
 use crate::inference::residuals::Residuals;
 use crate::selection::limits::MINIMUM_SQUARES;
+use crate::transfer::model::NamelessAmounts;
 use crate::verdict::answer::{Correction, HeldOutChannel};
+use effects::identity::{Factor, Identity, Wave};
 use effects::sensor::READINGS;
 
 /// Coordinates of one correction. A prior: that of the cause, and two that it shows in besides, as in [`crate::posterior::nameless`].
@@ -20,6 +23,8 @@ pub(super) struct NamelessCorrection {
     pub coordinates: Vec<String>,
     /// What it leaves.
     pub residuals: Residuals,
+    /// What those of its shapes add that are waves.
+    pub amounts: NamelessAmounts,
 }
 
 impl ModelSelection<'_> {
@@ -53,9 +58,11 @@ impl ModelSelection<'_> {
             residuals
         };
         let better = residuals.white_rms() < self.before.white_rms();
+        let amounts = amounts(design, &columns, &coordinates);
         better.then_some(NamelessCorrection {
             coordinates,
             residuals,
+            amounts: amounts?,
         })
     }
 
@@ -74,6 +81,38 @@ impl ModelSelection<'_> {
             channels: channels.collect(),
         }
     }
+}
+
+/// The wave that a shape is, where it is one over tooth phases times a factor that other code knows.
+fn wave(design: &Design, column: usize) -> Option<Wave> {
+    match design.columns.regressors[column].identity {
+        Some(Identity::Wave(wave)) if wave.factor != Factor::Other => Some(wave),
+        _ => None,
+    }
+}
+
+/// Amounts of those shapes that are waves, fitted together with the baseline to all samples in use. The others take no part: amounts of both
+/// could nearly cancel, and who takes over the waves alone would have what the others were to take back. None where they are not told apart.
+/// Cost: a third of the cube of the columns.
+fn amounts(design: &Design, shapes: &[usize], coordinates: &[String]) -> Option<NamelessAmounts> {
+    let waves = shapes.iter().filter_map(|c| Some((wave(design, *c)?, *c)));
+    let (waves, columns): (Vec<Wave>, Vec<usize>) = waves.unzip();
+    let base = design.list(&[]);
+    let gram = &design.gram;
+    let list = [&base[..], &columns].concat();
+    let fit = solve(gram.training(None), &list, &gram.centre, 1.0)?;
+    let in_units = list.iter().zip(fit.coefficient.iter());
+    let in_units: Vec<f64> = in_units.map(|(c, v)| v * gram.scale[*c]).collect();
+    let (step, amounts) = in_units.split_at(base.len());
+    let linearized = &design.linearized;
+    let mut baseline = linearized.baseline.clone();
+    baseline.add(linearized.scope, step);
+    Some(NamelessAmounts {
+        coordinates: coordinates.to_vec(),
+        baseline,
+        other_shapes: shapes.len() - waves.len(),
+        waves: waves.into_iter().zip(amounts.iter().copied()).collect(),
+    })
 }
 
 /// Coordinates and their columns, one after the other: each time that which leaves least, as long as it takes more than chance.

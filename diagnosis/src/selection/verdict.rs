@@ -5,11 +5,11 @@ use super::bursts_and_noise::{Bursts, Left};
 use super::location::Located;
 use super::lost_signals;
 use super::named::slips_named;
+use super::nameless_correction::NamelessCorrection;
 use crate::design::assembly::BlockKind;
 use crate::inference::cross_validation::CrossValidation;
 use crate::inference::fit_scatter;
 use crate::inference::posterior::birge_ratio;
-use crate::inference::residuals::Residuals;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::link::state_probabilities;
 use crate::selection::limits::{LARGEST_PRIOR_SIZES, MINIMUM_SQUARES};
@@ -66,8 +66,8 @@ pub(super) struct Measurements {
 }
 
 impl ModelSelection<'_> {
-    /// The answer, and what a correction without a name leaves, where nothing is named.
-    pub(super) fn answer(&self, name: &str) -> (Diagnosis, Option<Residuals>) {
+    /// The answer, and a correction without a name, where nothing is named.
+    pub(super) fn answer(&self, name: &str) -> (Diagnosis, Option<NamelessCorrection>) {
         let mut validation = self.design.cross_validation();
         let seen = self.measure(&mut validation);
         let mut out = Diagnosis {

@@ -7,6 +7,7 @@ use crate::transfer::amplitude_support::AmplitudeSupport;
 use crate::transfer::support::TrainingSupport;
 use crate::verdict::answer::{HeldOut, Magnitude};
 use effects::Card;
+use effects::identity::Wave;
 use effects::sensor::BasisInputs;
 use serde::{Deserialize, Serialize};
 
@@ -39,9 +40,26 @@ pub struct Model {
     /// How well the other amounts are known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub certainty: Option<PosteriorCovariance>,
+    /// What shapes without a name add to the readings, where nothing is named.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nameless: Option<NamelessAmounts>,
     /// How far the amplitudes went, where it speaks of the gap.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reached: Option<AmplitudeSupport>,
+}
+
+/// Amounts of those shapes of a correction without a name that are waves over a segment's tooth phases, in the convention of equation (3),
+/// fitted to all samples in use together with the baseline and without its other shapes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct NamelessAmounts {
+    /// Coordinates that its shapes are laid over, in the words of diagnosis.md.
+    pub coordinates: Vec<String>,
+    /// Baseline fitted together with them.
+    pub baseline: Baseline,
+    /// The waves, with what each adds: m where its factor is 1 in SI.
+    pub waves: Vec<(Wave, f64)>,
+    /// How many shapes of the correction are none.
+    pub other_shapes: usize,
 }
 
 /// Amounts of one effect.

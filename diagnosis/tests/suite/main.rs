@@ -8,6 +8,7 @@ mod claims;
 mod clip;
 mod confusion;
 mod coordinates;
+mod correction;
 mod diode;
 mod errors_in_variables;
 mod field;

@@ -12,12 +12,13 @@ use courier_sensor::model::{
 };
 use courier_sensor::settings::Settings;
 use diagnosis::Model;
-use diagnosis::linearization::baseline::ORDERS;
-use diagnosis::transfer::model::EffectAmounts;
+use diagnosis::linearization::baseline::{Baseline, ORDERS};
+use diagnosis::transfer::model::{EffectAmounts, NamelessAmounts};
+use diagnosis::verdict::evidence::WITHOUT_A_NAME;
 use refit::{Diagnosed, Refitted, refit};
 use row::Row;
 use std::collections::HashMap;
-use terms::{Place, on_board, places};
+use terms::{COORDINATES_ON_BOARD, Place, on_board, place, places};
 
 /// What an effect's amounts add to a segment's correction, by the amounts' names; nothing of what the board has no term for.
 pub fn waves(diagnosed: &Model, effect: &EffectAmounts) -> HashMap<String, Wave> {
@@ -52,12 +53,17 @@ pub struct BoardModel {
 }
 
 impl BoardModel {
-    /// Takes over equation (3) and every effect that the board has terms for, fitted to the board's phases.
+    /// Takes over equation (3) and every effect that the board has terms for, fitted to the board's phases; where nothing is named, what a
+    /// correction without a name adds.
     ///
     /// # Errors
-    /// No effect is one, or a coefficient is out of the board's range.
+    /// Nothing of it is a term of the board, or a coefficient is out of the board's range.
     pub fn new(diagnosed: &Model, geometry: &Geometry) -> Result<Self> {
-        let own = equation_3(diagnosed);
+        let baseline = match &diagnosed.nameless {
+            Some(nameless) => &nameless.baseline,
+            None => &diagnosed.baseline_with_effects,
+        };
+        let own = equation_3(baseline);
         let Effects {
             all,
             chosen,
@@ -66,18 +72,19 @@ impl BoardModel {
         } = effects(diagnosed, &own);
         ensure!(
             !taken.is_empty(),
-            "found {}, wanted an effect that the board's error model has terms for ({})",
-            if diagnosed.effects.is_empty() {
+            "found {}, wanted an effect that the board's error model has terms for ({}), or a correction without a name over such a coordinate ({})",
+            if left.is_empty() {
                 "no effect in the model".into()
             } else {
                 left.join("; ")
             },
-            on_board()
+            on_board(),
+            COORDINATES_ON_BOARD
         );
         let correction = Diagnosed {
             own: &own,
             effects: &all,
-            constants_m: diagnosed.baseline_with_effects.k_m.map(|k| k[0]),
+            constants_m: baseline.k_m.map(|k| k[0]),
         };
         let mut candidates = [own.as_slice(), &chosen].concat();
         let lateral = chosen.iter().any(|row| row.term.lateral_order != 0);
@@ -119,35 +126,74 @@ struct Effects {
     left: Vec<String>,
 }
 
+/// What has a name, or is a correction without one, as rows of the board's table.
+struct Source {
+    name: String,
+    rows: Vec<Row>,
+    /// Amounts that are no term of the board's.
+    unknown: usize,
+}
+
+impl Source {
+    fn of(
+        name: String,
+        unknown: usize,
+        amounts: impl Iterator<Item = (Option<Place>, f64)>,
+    ) -> Self {
+        let mut out = Self {
+            name,
+            rows: Vec::new(),
+            unknown,
+        };
+        for (place, amount) in amounts {
+            match place {
+                Some(place) => set(&mut out.rows, &place, amount),
+                None => out.unknown += 1,
+            }
+        }
+        out
+    }
+
+    fn effect(diagnosed: &Model, effect: &EffectAmounts) -> Self {
+        let places = places(diagnosed, effect);
+        let amounts = effect.amounts.iter();
+        let amounts = amounts.map(|a| (places.get(&a.name).copied(), a.value));
+        Self::of(effect.name.clone(), 0, amounts)
+    }
+
+    fn nameless(nameless: &NamelessAmounts) -> Self {
+        let name = format!("{WITHOUT_A_NAME} over {}", nameless.coordinates.join(", "));
+        let waves = nameless.waves.iter();
+        let amounts = waves.map(|(wave, amount)| (place(wave), *amount));
+        Self::of(name, nameless.other_shapes, amounts)
+    }
+}
+
 fn effects(diagnosed: &Model, own: &[Row]) -> Effects {
     let (mut all, mut table) = (Vec::new(), own.to_vec());
     let (mut taken, mut left) = (Vec::new(), Vec::new());
-    for effect in &diagnosed.effects {
-        let mut rows: Vec<Row> = Vec::new();
-        let mut unknown = 0;
-        let places = places(diagnosed, effect);
-        for amount in &effect.amounts {
-            match places.get(&amount.name) {
-                Some(place) => set(&mut rows, place, amount.value),
-                None => unknown += 1,
-            }
-        }
+    let named = diagnosed.effects.iter();
+    let named = named.map(|effect| Source::effect(diagnosed, effect));
+    for source in named.chain(diagnosed.nameless.iter().map(Source::nameless)) {
+        let Source {
+            name,
+            mut rows,
+            unknown,
+        } = source;
         all.extend_from_slice(&rows);
         let dropped = fit_in(&table, &mut rows);
         if !rows.is_empty() {
-            taken.push((effect.name.clone(), rows.len()));
+            taken.push((name.clone(), rows.len()));
         }
         table.extend(rows);
         if unknown > 0 {
             left.push(format!(
-                "{}: amounts that are no term of the board's error model: {unknown}",
-                effect.name
+                "{name}: amounts that are no term of the board's error model: {unknown}"
             ));
         }
         if dropped > 0 {
             left.push(format!(
-                "{}: terms that have no room in the board's error model: {dropped}",
-                effect.name
+                "{name}: terms that have no room in the board's error model: {dropped}"
             ));
         }
     }
@@ -160,8 +206,8 @@ fn effects(diagnosed: &Model, own: &[Row]) -> Effects {
     }
 }
 
-fn equation_3(diagnosed: &Model) -> Vec<Row> {
-    let k = &diagnosed.baseline_with_effects.k_m;
+fn equation_3(baseline: &Baseline) -> Vec<Row> {
+    let k = &baseline.k_m;
     let row = |(j, &order): (usize, &usize)| Row {
         term: Term::own(order as u8),
         coefficients: std::array::from_fn(|s| [k[s][1 + 2 * j], k[s][2 + 2 * j]]),
@@ -415,7 +461,7 @@ mod tests {
         }
         let geometry = Geometry::PAPER;
         let (own, board) = (
-            equation_3(&model),
+            equation_3(&model.baseline_with_effects),
             BoardModel::new(&model, &geometry).unwrap(),
         );
         let Effects { all, chosen, .. } = effects(&model, &own);
@@ -434,6 +480,41 @@ mod tests {
             refitted.left_m
         );
         assert!(board.model.terms.len() > 5);
+    }
+
+    /// A correction without a name brings its own equation (3), and what is a term of the board's becomes that term.
+    #[test]
+    fn a_correction_without_a_name_becomes_terms() {
+        let wave = |own_order, factor| Wave {
+            segment: 2,
+            own_order,
+            lateral_order: 0,
+            part: effects::identity::Part::Cosine,
+            factor,
+        };
+        let mut nameless = NamelessAmounts {
+            coordinates: vec!["speed and own tooth phase".into()],
+            waves: vec![
+                (wave(2, Factor::Speed), 3.0e-5),
+                (wave(1, Factor::Logged), 1.0e-6),
+            ],
+            other_shapes: 4,
+            ..NamelessAmounts::default()
+        };
+        nameless.baseline.k_m[0][2] = 5.0e-6;
+        let model = Model {
+            nameless: Some(nameless),
+            ..Model::default()
+        };
+        let board = BoardModel::new(&model, &Geometry::PAPER).unwrap();
+        let term = Term::own(2).with(Multiplier::Speed);
+        let slot = board.model.terms.iter().position(|t| *t == term).unwrap();
+        let [sine, cosine] = board.model.coefficients[slot][2];
+        assert_eq!((sine, cosine), (0.0, 3.0e-5));
+        assert!((board.model.coefficients[0][0][1] - 5.0e-6).abs() < 0.2e-6);
+        let name = "shapes without a name over speed and own tooth phase";
+        assert_eq!(board.taken, [(name.to_owned(), 1)]);
+        assert!(board.left[0].contains(": 5"), "{:?}", board.left);
     }
 
     #[test]

@@ -67,6 +67,10 @@ pub(super) fn place(wave: &Wave) -> Option<Place> {
     })
 }
 
+/// The coordinates over which a correction without a name has shapes that the board has terms for.
+pub(super) const COORDINATES_ON_BOARD: &str =
+    "own tooth phase with speed, direction or temperature";
+
 /// The effects of which the board takes something over, by name.
 pub(super) fn on_board() -> String {
     let cards = effects::EFFECTS.iter().map(|effect| effect.card());

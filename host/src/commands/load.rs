@@ -23,7 +23,9 @@ use std::process::ExitCode;
 ///
 /// The board must have a calibration: its geometry and device stay, terms and coefficients become the model's. Recalibrate
 /// afterwards: `courier calibrate` fits equation (3) anew beside the further terms. Effects that the board has no terms for
-/// (those of the coordination sensor, clipping, slips, noise) are named and left out.
+/// (those of the coordination sensor, clipping, slips, noise) are named and left out. Where nothing is named, the model holds a correction
+/// without a name over the coordinates where the gap lies: what of it changes over a tooth with the speed, the direction or the temperature
+/// becomes terms.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Example:\n  courier diagnose first --model model.json && courier --sim-flash board.bin load model.json"
