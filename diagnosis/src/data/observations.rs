@@ -7,7 +7,7 @@ use recording::{Column, INDEX, Logged, Recording, Samples};
 use std::f64::consts::TAU;
 
 /// The recording in columns of f64, NaN where not measured. `N` samples.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Observations {
     /// Tooth pitch, m.
     pub pitch_m: f64,
