@@ -307,9 +307,11 @@ impl View<'_> {
     }
 
     fn field(&self, name: &Platen, of: &[usize], all: &[Cells; 2]) -> Told {
+        let unknowns = self.fitted.state.unknowns(&self.members[of[0]]);
+        let lattice = unknowns.lattice();
         let functions = |cells: &[Cells; 2]| -> Vec<Function> {
             (0..2)
-                .flat_map(|d| field_functions(d as u8, &cells[d]))
+                .flat_map(|d| field_functions(lattice, d as u8, &cells[d]))
                 .collect()
         };
         let rms = |functions: &[Function], deviation: &(dyn Fn(&Function) -> f64 + Sync)| {
@@ -327,7 +329,7 @@ impl View<'_> {
             value: rms(&together, &|f| value(&self.fitted.state, name, f)),
             deviation: rms(&together, &|f| self.posterior().deviation(name, f)),
             alone: alone.fold(f64::INFINITY, f64::min),
-            prior: tooth_map::field_prior_m(),
+            prior: unknowns.field_prior_m(),
         }
     }
 }

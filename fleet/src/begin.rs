@@ -61,6 +61,8 @@ pub fn begin(member: &Member) -> Result<Beginning> {
     let mut state = State {
         recordings: BTreeMap::from([(member.recording.clone(), placed.clone())]),
         sensors: sensors_of(member, &unknowns, &fit.values),
+        // One recording tells too little of an aperture: it is not looked for.
+        is_aperture_told: true,
         ..State::default()
     };
     let plain = state.clone();

@@ -60,6 +60,22 @@ impl FieldInformation {
         })
     }
 
+    /// The unknowns that it is of.
+    #[must_use]
+    pub fn keys(&self) -> &[Key] {
+        &self.keys
+    }
+
+    /// The likeliest field and its covariance, in deviations of the priors; `least` is added to the precision of each unknown, so that those of which
+    /// nothing is told have one.
+    #[must_use]
+    pub fn likeliest(&self, least: f64) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        let mut precision = self.precision.clone();
+        (0..self.keys.len()).for_each(|k| precision[(k, k)] += least);
+        let covariance = Factor::new(precision)?.inverse();
+        Some((&covariance * &self.right, covariance))
+    }
+
     /// The same over teeth that are counted so many higher along x and y.
     #[must_use]
     pub fn shifted(mut self, teeth: [i32; 2]) -> Self {

@@ -8,7 +8,8 @@ use courier_sensor::equations::OWN_ORDERS;
 use courier_sensor::frame::SEGMENTS;
 use nalgebra::DMatrix;
 use std::collections::BTreeSet;
-use tooth_map::{FIELD, TeethPose, Unknowns, WAVES, places};
+use tooth_field::Lattice;
+use tooth_map::{FieldKernel, TeethPose, Unknowns, WAVES, places};
 
 /// A linear function: keys and weights.
 pub type Function = Vec<(Key, f64)>;
@@ -36,13 +37,13 @@ pub fn visited(member: &Member, state: &State) -> [Cells; 2] {
 /// The field of a direction at the middle of each cell, less the plane of least squares through all of them: its height is gauge, its slopes are
 /// what rulings of another pitch or out of square are, and a common pitch is gauge as well.
 #[must_use]
-pub fn field_functions(direction: u8, cells: &Cells) -> Vec<Function> {
+pub fn field_functions(field: Lattice<FieldKernel>, direction: u8, cells: &Cells) -> Vec<Function> {
     let at = |cell: &[i32; 2]| -> Function {
         let place = cell.map(|tooth| f64::from(tooth) + 0.5);
-        let nodes = FIELD
+        let nodes = field
             .nodes(place)
             .map(|(node, w)| (Key::Node(direction, node), w));
-        let lines = FIELD
+        let lines = field
             .lines(place)
             .map(|(line, w)| (Key::Line(direction, line), w));
         nodes.chain(lines).collect()

@@ -14,10 +14,12 @@
 //! eliminated platen by platen, the couriers' are solved together, and the platen's follow (the Helmert block method: Wolf 1978).
 //!
 //! `member` (recording -> poses) -> `begin` (a recording alone) -> `register` (whole teeth between recordings, by `field_information`) ->
-//! `sums` (at a `state`, by `linearised` poses) -> `solve` (posterior) -> `step` (the next state) -> `passes` (until settled) -> `judge` (held-out poses) ->
-//! `answer`. `part` is the same for an engine that forms sums on many computers.
+//! `sums` (at a `state`, by `linearised` poses) -> `solve` (posterior) -> `step` (the next state; once the
+//! fields are near, teeth under the likeliest `aperture` take the place of splines) -> `passes` (until settled) -> `judge` (held-out
+//! poses) -> `answer`. `part` is the same for an engine that forms sums on many computers.
 
 mod answer;
+mod aperture;
 mod begin;
 mod field_information;
 mod functions;

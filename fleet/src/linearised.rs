@@ -33,7 +33,7 @@ impl AtState {
     /// Of a recording.
     #[must_use]
     pub fn new(member: &Member, state: &State) -> Self {
-        let unknowns = Unknowns::new(member.grids);
+        let unknowns = state.unknowns(member);
         let shift_teeth = state.shift_teeth(&member.recording);
         let mut keys = keys_of(member, &unknowns, shift_teeth);
         let value = |key: &Key| state.value(&member.platen, key);

@@ -5,6 +5,7 @@ use crate::member::Member;
 use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use tooth_field::ApertureKernel;
 use tooth_map::{Setup, Unknowns};
 
 /// Prior deviation of what both spans are longer by, m: an assembly places each of four arms to a millimetre (`span_error`'s prior).
@@ -18,7 +19,7 @@ const RULING: f64 = 3.0e-6 / 5.0e-3;
 const BOW_PER_M: f64 = 3.0e-6 / (2.5e-3 * 2.5e-3);
 
 /// Version of a state's file. By definition of its layout.
-pub const STATE_VERSION: u64 = 1;
+pub const STATE_VERSION: u64 = 2;
 
 /// What is known of an unknown before the data, in its own unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -40,6 +41,15 @@ pub struct Placed {
     pub shift_teeth: [i32; 2],
 }
 
+/// How the segments of a make read teeth.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Aperture {
+    /// What a reading averages over.
+    pub kernel: ApertureKernel,
+    /// Deviation of a tooth by itself and of a whole line before the data, m.
+    pub deviations_m: [f64; 2],
+}
+
 /// The point of linearisation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
@@ -51,6 +61,10 @@ pub struct State {
     pub damping: f64,
     /// What was left at the state before, and that state, to go back to where a step made it more.
     pub before: Option<(f64, Box<State>)>,
+    /// Whether the aperture was looked for.
+    pub is_aperture_told: bool,
+    /// How the segments read teeth; without it, fields are cubic B-splines.
+    pub aperture: Option<Aperture>,
     /// How often the noise was told.
     pub noise_told: u32,
     /// Noise of a segment and of a displacement that weighs each recording, m.
@@ -128,6 +142,17 @@ impl State {
             _ => {
                 let key = (platen.clone(), key.clone());
                 *self.platens.entry(key).or_default() += step;
+            }
+        }
+    }
+
+    /// Order and priors of a recording's unknowns.
+    #[must_use]
+    pub fn unknowns(&self, member: &Member) -> Unknowns {
+        match &self.aperture {
+            None => Unknowns::new(member.grids),
+            Some(aperture) => {
+                Unknowns::under_aperture(member.grids, aperture.kernel, aperture.deviations_m)
             }
         }
     }

@@ -1,6 +1,7 @@
 //! From a state to the next: a step on, a shorter one, or the same with the noise that shows.
 
-use crate::key::{Name, Platen};
+use crate::aperture::likeliest;
+use crate::key::{Key, Name, Platen};
 use crate::member::Member;
 use crate::solve::{Solution, solve};
 use crate::state::State;
@@ -17,10 +18,11 @@ const SETTLED_FOR_NOISE: f64 = 1.0;
 /// How often it is told. By definition twice: from a fit with too large a noise, and from one with the noise of that.
 const NOISE_TOLD: u32 = 2;
 
-/// Whether a step from a state is too short to count.
+/// Whether a step from a state is too short to count, with the noise that shows and the aperture looked for.
 #[must_use]
 pub fn is_settled(state: &State, solution: &Solution) -> bool {
-    solution.decrement < SETTLED && state.noise_told >= NOISE_TOLD
+    let is_told = state.is_aperture_told && state.noise_told >= NOISE_TOLD;
+    is_told && solution.decrement < SETTLED
 }
 
 /// Factors of the damping where a step has made more of what is left, and where it has made less (Marquardt 1963).
@@ -32,7 +34,8 @@ const FIRST_DAMPING: f64 = 0.1;
 /// See [`FIRST_DAMPING`].
 const LEAST_DAMPING: f64 = 1.0e-3;
 
-/// The next state. Where all is settled but the noise, it is the same with the noise that the recordings show. Where the last step has made
+/// The next state. Where all is settled but the noise, it is the same with the noise that the recordings show; once that was told, and before
+/// it is told again, the same with fields of teeth under the likeliest aperture. Where the last step has made
 /// less of what is left, it is a step on; else it is the one before, for a shorter step: angles, lever arms and spans may change together
 /// along a curve that no reading sees, and a straight step along it goes astray.
 ///
@@ -44,7 +47,11 @@ pub fn advanced(
     solution: &Solution,
     noise_m: impl IntoIterator<Item = (Name, [f64; 2])>,
 ) -> Result<State> {
-    if solution.decrement < SETTLED_FOR_NOISE && state.noise_told < NOISE_TOLD {
+    let is_near = solution.decrement < SETTLED_FOR_NOISE;
+    if is_near && state.noise_told > 0 && !state.is_aperture_told {
+        return Ok(under_aperture(sums, state));
+    }
+    if is_near && state.noise_told < NOISE_TOLD {
         let mut next = state.clone();
         next.noise_m.extend(noise_m);
         next.noise_told += 1;
@@ -69,6 +76,23 @@ pub fn advanced(
     next.damping = LESS * state.damping;
     next.before = Some((solution.objective, Box::new(before)));
     Ok(next)
+}
+
+/// The same state with fields of teeth under the likeliest aperture, where the fields of splines tell one. Displacements of teeth are no
+/// coefficients of splines: the fields begin at zero again, and so the noise begins as large as at first.
+fn under_aperture(sums: &BTreeMap<Platen, Sums>, state: &State) -> State {
+    let mut next = state.clone();
+    next.is_aperture_told = true;
+    next.steps += 1;
+    next.aperture = likeliest(sums, state);
+    if next.aperture.is_some() {
+        let is_field = |key: &Key| matches!(key, Key::Node(..) | Key::Line(..));
+        next.platens.retain(|(_, key), _| !is_field(key));
+        next.noise_m.clear();
+        next.noise_told = 0;
+        next.before = None;
+    }
+    next
 }
 
 /// A recording's name and the noise that it showed: of a segment and of a displacement, m.

@@ -8,14 +8,15 @@ use anyhow::{Result, ensure};
 use normal_equations::symmetric::Symmetric;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
-use tooth_map::{
-    FIRST_NOISE, Linear, Noise, add_rows, field_prior_m, noise_shown, places, products,
-};
+use tooth_map::{FIRST_NOISE, Linear, Noise, add_rows, noise_shown, places, products};
 
 /// What a field of cubic B-splines a pitch apart cannot follow of independent teeth under a smooth aperture of five to seven, as
 /// a share of the field. As was measured by a least-squares fit of drawn fields: 1.6 % along and across each. Under an aperture
 /// with steep edges it is more.
 const INEXACTNESS: f64 = 0.023;
+/// The same of teeth under the nearest of [`tooth_field::ApertureKernel`]'s forms, where the aperture is of another form, (1 - u²)² of
+/// five to seven teeth. As was measured by a least-squares fit of drawn fields: 0.2 to 0.7 % along and across each, 0.5 % for six.
+const INEXACTNESS_OF_APERTURE: f64 = 0.007;
 /// Pitches over which that error is one. As was measured on the same drawn fields, the sum of its autocorrelation is 0.45 to 0.52
 /// of them.
 const PLACE_PITCHES: f64 = 0.5;
@@ -43,7 +44,7 @@ pub struct Sums {
 pub fn sums_of(member: &Member, state: &State) -> (Sums, Noise) {
     let at = AtState::new(member, state);
     let lines: Vec<Linear> = member.poses.iter().map(|pose| at.linear(pose)).collect();
-    let weighing = with_inexactness(member, &noise_in_force(member, state));
+    let weighing = with_inexactness(member, state, &noise_in_force(member, state));
     let told = noise_told(member, state, &at, &lines);
     (weighed(member, state, &at, &lines, &weighing), told)
 }
@@ -104,7 +105,7 @@ fn noise_in_force(member: &Member, state: &State) -> Noise {
 
 /// The noise with what the field's form cannot follow. That error is the same for all poses over one place, so it does not average out: where
 /// so many of them are within a place, they tell as little as one with that many times its variance.
-fn with_inexactness(member: &Member, noise: &Noise) -> Noise {
+fn with_inexactness(member: &Member, state: &State, noise: &Noise) -> Noise {
     let mut apart = BTreeSet::new();
     for pose in &member.poses {
         let seen = places(&member.setup, &pose.outputs_m);
@@ -113,7 +114,11 @@ fn with_inexactness(member: &Member, noise: &Noise) -> Noise {
     }
     // Each pose has a place of each segment.
     let together = (4 * member.poses.len()) as f64 / apart.len().max(1) as f64;
-    let inexact_m = INEXACTNESS * field_prior_m();
+    let share = match state.aperture {
+        None => INEXACTNESS,
+        Some(_) => INEXACTNESS_OF_APERTURE,
+    };
+    let inexact_m = share * state.unknowns(member).field_prior_m();
     Noise {
         segment_m: noise.segment_m.hypot(inexact_m * together.sqrt()),
         displacement_m: noise.displacement_m,

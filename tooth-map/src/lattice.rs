@@ -2,10 +2,53 @@
 //! a place are those of [`FIELD`].
 
 use courier_sensor::teeth::Grid;
-use tooth_field::{CubicSpline, Lattice};
+use tooth_field::{ApertureKernel, CubicSpline, Kernel, Lattice};
 
 /// Weights of the nodes at a place: what the firmware applies, in f64.
 pub const FIELD: Lattice<CubicSpline> = Lattice::of_teeth(CubicSpline);
+
+/// What a node of a field is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum FieldKernel {
+    /// A coefficient of a cubic B-spline, as a board has it: whatever the field is of.
+    #[default]
+    Spline,
+    /// A tooth, as an aperture sees it that has been measured.
+    Aperture(ApertureKernel),
+}
+
+impl Kernel for FieldKernel {
+    fn half_pitches(&self, direction: usize) -> f64 {
+        match self {
+            Self::Spline => CubicSpline.half_pitches(direction),
+            Self::Aperture(aperture) => aperture.half_pitches(direction),
+        }
+    }
+
+    fn weight(&self, direction: usize, away_pitches: f64) -> f64 {
+        match self {
+            Self::Spline => CubicSpline.weight(direction, away_pitches),
+            Self::Aperture(aperture) => aperture.weight(direction, away_pitches),
+        }
+    }
+}
+
+/// The lattice that holds the nodes under a kernel wherever one holds those under a spline, as far as a [`Grid`] can count.
+#[must_use]
+pub fn widened(grid: &Grid, kernel: &impl Kernel) -> Grid {
+    let mut wide = *grid;
+    for k in 0..2 {
+        let half = kernel.half_pitches(k);
+        // A spline's first node is one before the tooth below the lowest place, its last two behind the one below the highest.
+        let before = (half.floor() - 1.0).max(0.0) as i32;
+        let behind = (half.ceil() - 2.0).max(0.0) as i32;
+        let nodes = i32::from(grid.nodes[k]) + before + behind;
+        wide.first_teeth[k] = grid.first_teeth[k].saturating_sub(before);
+        wide.nodes[k] = u8::try_from(nodes).unwrap_or(u8::MAX);
+    }
+    wide
+}
+
 /// Nodes about a place, either way. By definition of a cubic spline.
 pub const SUPPORT: usize = 4;
 

@@ -1,10 +1,11 @@
 //! Order and priors of the unknowns.
 
-use super::lattice::{self, FIELD};
+use super::lattice::{self, FieldKernel};
 use super::pose::Setup;
 use courier_sensor::equations::OWN_ORDERS;
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::teeth::Grid;
+use tooth_field::{ApertureKernel, Lattice};
 
 /// Own and lateral orders of the waves. By definition equation (9)'s, which a plain joint calibration has as well, then the
 /// products of lowest order that couriers have been seen with (docs/effects.md, lateral dependence).
@@ -37,12 +38,6 @@ const BEND: f64 = 0.2;
 /// Of a node by itself, and of a whole line, m: twice the paper's 1.9 µm of tooth variation (section 4).
 pub const NODE_M: f64 = 4.0e-6;
 
-/// Deviation of a field at a place before the data: its nodes and its lines together, m.
-#[must_use]
-pub fn field_prior_m() -> f64 {
-    NODE_M * FIELD.deviation_by_nodes().hypot(FIELD.deviation_by_lines())
-}
-
 /// Where each unknown is.
 #[derive(Clone, Debug)]
 pub struct Unknowns {
@@ -50,6 +45,10 @@ pub struct Unknowns {
     pub powers: Vec<(i32, i32)>,
     /// Lattices of x's and y's field.
     pub grids: [Grid; 2],
+    /// What their nodes are.
+    field: Lattice<FieldKernel>,
+    /// Prior deviations of a node by itself and of a whole line, m.
+    field_m: [f64; 2],
 }
 
 impl Unknowns {
@@ -60,7 +59,38 @@ impl Unknowns {
         Self {
             powers: powers.collect(),
             grids,
+            field: Lattice::of_teeth(FieldKernel::Spline),
+            field_m: [NODE_M; 2],
         }
+    }
+
+    /// For fields of teeth under an aperture: deviations of a tooth by itself and of a whole line before the data, m.
+    #[must_use]
+    pub fn under_aperture(
+        grids: [Grid; 2],
+        aperture: ApertureKernel,
+        deviations_m: [f64; 2],
+    ) -> Self {
+        let kernel = FieldKernel::Aperture(aperture);
+        let grids = grids.each_ref().map(|grid| lattice::widened(grid, &kernel));
+        Self {
+            field: Lattice::of_teeth(kernel),
+            field_m: deviations_m,
+            ..Self::new(grids)
+        }
+    }
+
+    /// What the nodes of both fields are.
+    #[must_use]
+    pub fn lattice(&self) -> Lattice<FieldKernel> {
+        self.field
+    }
+
+    /// Deviation of a field at a place before the data: its nodes and its lines together, m.
+    #[must_use]
+    pub fn field_prior_m(&self) -> f64 {
+        let [node_m, line_m] = self.field_m;
+        (node_m * self.field.deviation_by_nodes()).hypot(line_m * self.field.deviation_by_lines())
     }
 
     /// Sine of an order of equation (3); the cosine follows.
@@ -116,13 +146,15 @@ impl Unknowns {
     /// A direction's field at a place as a function of the unknowns: nodes, and the lines they lie on. None outside the lattice.
     pub fn field_at(&self, direction: usize, place: [f64; 2]) -> Option<Vec<(usize, f64)>> {
         let grid = &self.grids[direction];
-        lattice::cell(grid, place)?;
+        if self.field.kernel == FieldKernel::Spline {
+            lattice::cell(grid, place)?;
+        }
         let mut entries = Vec::with_capacity(lattice::SUPPORT * (lattice::SUPPORT + 1));
-        for (node, weight) in FIELD.nodes(place) {
+        for (node, weight) in self.field.nodes(place) {
             let (node, _) = lattice::number(grid, node)?;
             entries.push((self.field(direction) + node, weight));
         }
-        for (line, weight) in FIELD.lines(place) {
+        for (line, weight) in self.field.lines(place) {
             let (_, line) = lattice::number(grid, [line, grid.first_teeth[1]])?;
             entries.push((self.line(direction) + line, weight));
         }
@@ -166,6 +198,8 @@ impl Unknowns {
             }
         }
         sd[self.wave(0, 0)..self.field(0)].fill(WAVE_M);
+        sd[self.field(0)..self.line(0)].fill(self.field_m[0]);
+        sd[self.line(0)..].fill(self.field_m[1]);
         sd
     }
 }

@@ -45,6 +45,7 @@ fn field(members: &[Member], fitted: &Fitted, by: &Posterior, platen: u64, squar
     let name = &members[0].platen;
     // The platen's count is that of its first recording.
     let home = home_teeth(&of_the_make(Some(number(&members[0].courier)), None));
+    let lattice = fitted.state.unknowns(&members[0]).lattice();
     for direction in 0..2 {
         let cells = &cells[direction];
         let absolute = |[i, j]: [i32; 2]| [i + home[direction], j + home[1 - direction]];
@@ -52,7 +53,10 @@ fn field(members: &[Member], fitted: &Fitted, by: &Posterior, platen: u64, squar
             .iter()
             .map(|cell| field_m(platen, direction, absolute(*cell)));
         let truth = off_plane(cells) * DVector::from_iterator(cells.len(), truth);
-        for (function, truth) in field_functions(direction as u8, cells).iter().zip(&truth) {
+        for (function, truth) in field_functions(lattice, direction as u8, cells)
+            .iter()
+            .zip(&truth)
+        {
             let found = value(&fitted.state, name, function);
             let deviation = by.deviation(name, function);
             squares.add(found - truth, deviation);
@@ -105,6 +109,8 @@ fn judged(couriers: u64, platens: std::ops::Range<u64>, poses: usize) -> ([f64; 
         let fitted = fit(&members, &|| ()).unwrap();
         let answer = answer(&members, &fitted).unwrap();
         assert!(answer.is_settled, "{} steps", answer.steps);
+        println!("{} steps, {:?}", answer.steps, fitted.state.aperture);
+        assert!(fitted.state.aperture.is_some(), "an aperture");
         let predicted = &fitted.solution.posterior;
         field(&members, &fitted, predicted, platen, &mut of_field);
         spans(&answer, &mut of_spans);
@@ -136,14 +142,14 @@ fn errors_are_no_larger_than_predicted() {
     );
 }
 
-/// Eight couriers over six platens: the couriers' waves reach the Cramér-Rao bound (van Trees 1968, with the priors). The field stays above it by
-/// what cubic B-splines cannot follow, 1.13 when these platens were first looked at, and within what the fit predicts.
+/// Eight couriers over six platens: fields and couriers' waves come within a tenth of the Cramér-Rao bound (van Trees 1968, with the priors).
+/// With cubic B-splines in place of teeth under an aperture the field came to 1.13 of theirs.
 #[test]
 #[ignore = "three minutes: cargo xtask nightly"]
 fn eight_couriers_reach_the_bound() {
-    let (predicted, [_, waves]) = judged(8, 21..27, 250);
+    let (predicted, bound) = judged(8, 80..86, 250);
     assert!(predicted.iter().all(|ratio| *ratio < 1.1), "{predicted:?}");
-    assert!(waves < 1.1, "{waves}");
+    assert!(bound.iter().all(|ratio| *ratio < 1.1), "{bound:?}");
 }
 
 /// A courier of two platens and one of each: the field of a platen is not taken for the sensor's, nor the other way round.
