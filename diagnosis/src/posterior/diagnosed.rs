@@ -9,11 +9,12 @@ use crate::data::prepare::{Prepared, prepare};
 use crate::design::assembly::{Design, DesignOptions, Options, assemble};
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
+use crate::selection::far_forms::far_forms;
 use crate::selection::limits::{FIELD_COORDINATES, VISIBLE_GAP_RATIO};
 use crate::selection::measured::{Measured, measured, noise_beneath_nothing};
 use crate::verdict::answer::Verdict;
 use effects::Detection;
-use effects::sensor::READINGS;
+use effects::sensor::{BasisInputs, READINGS};
 use recording::Recording;
 
 /// Times that all is compared about what was found, as long as that finds something else. A bound on the work: the last
@@ -100,9 +101,25 @@ pub(crate) fn decided<T>(
     then(&prepared, Decided { design, answer })
 }
 
+/// About the baseline, with the forms of effects that do more than amounts of their usual sizes could.
 fn first_look<'a>(prepared: &'a Prepared, options: &'a Options) -> (Look<'a>, Measured) {
     let point = prepared.point();
-    look(prepared, options, &point, DesignOptions::default()).measured(prepared, options)
+    let of = |design_options| design(prepared, options, &point, design_options);
+    let usual = of(DesignOptions::default());
+    let first = match far_forms(&usual, &usual.residuals(&[])) {
+        Some(forms) => {
+            let inputs = BasisInputs {
+                forms,
+                ..usual.linearized.inputs.clone()
+            };
+            of(DesignOptions {
+                previous_inputs: Some(&inputs),
+                ..DesignOptions::default()
+            })
+        }
+        None => usual,
+    };
+    Look::of(first).measured(prepared, options)
 }
 
 /// The same by the noise of each reading, as it is measured of what the best set leaves or of what nothing but the baseline does, where that
@@ -155,16 +172,30 @@ fn look<'a>(
     point: &LinearizationPoint,
     design_options: DesignOptions,
 ) -> Look<'a> {
-    let design_options = DesignOptions {
+    Look::of(design(prepared, options, point, design_options))
+}
+
+/// A design in which causes that are in no catalogue compete as well.
+fn design<'a>(
+    prepared: &'a Prepared,
+    options: &Options,
+    point: &LinearizationPoint,
+    design_options: DesignOptions,
+) -> Design<'a> {
+    let with_unlisted = DesignOptions {
         unlisted: true,
         ..design_options
     };
-    let design = assemble(prepared, options, point, design_options);
-    let weighing = Weighing::of(&design);
-    Look { design, weighing }
+    assemble(prepared, options, point, with_unlisted)
 }
 
 impl<'a> Look<'a> {
+    /// Weighs the sets of a design.
+    fn of(design: Design<'a>) -> Self {
+        let weighing = Weighing::of(&design);
+        Self { design, weighing }
+    }
+
     /// Noise of each reading over the stated one, where it was found to be above.
     fn noise(&self) -> Option<[f64; READINGS]> {
         let linearized = &self.design.linearized;

@@ -9,7 +9,7 @@ use effects::sensor::NestedForms;
 
 /// The forms of a recording with those of effects that do more in some channel, held out and each alone, than amounts of their sizes could; none
 /// where no effect does. `before` is what the baseline alone leaves. Cost: a pass over the samples for each effect that has such a form.
-pub(super) fn far_forms(design: &Design, before: &Residuals) -> Option<NestedForms> {
+pub(crate) fn far_forms(design: &Design, before: &Residuals) -> Option<NestedForms> {
     let mut forms = design.linearized.inputs.forms;
     for (k, kind) in design.kinds.iter().enumerate() {
         let BlockKind::Effect(name) = kind else {

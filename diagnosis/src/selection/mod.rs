@@ -7,7 +7,7 @@ mod common_field;
 mod completing_terms;
 pub mod core_terms;
 mod elimination;
-mod far_forms;
+pub(crate) mod far_forms;
 mod field;
 mod figures;
 mod final_fit;
