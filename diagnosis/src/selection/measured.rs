@@ -1,7 +1,7 @@
 //! What is measured of the residuals that a set of effects leaves, and is no matter of columns: for a decision that is made elsewhere.
 
 use super::ModelSelection;
-use super::bursts_and_noise::{Bursts, Left};
+use super::bursts::{BURST_SHARE, Bursts, Left};
 use super::selected::SelectedModel;
 use crate::data::prepare::Prepared;
 use crate::design::assembly::{Design, Options};
@@ -11,9 +11,6 @@ use crate::noise::simulated::Floor;
 use crate::selection::limits::STAYS_VISIBLE;
 use crate::selection::search::SearchResult;
 use effects::sensor::READINGS;
-
-/// Of what is left and is no noise, and where that shows of the whole gap, bursts hold this share if they are named. A prior without data.
-const BURST_SHARE: f64 = 0.05;
 
 /// What is measured.
 #[derive(Default)]

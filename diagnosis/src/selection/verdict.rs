@@ -1,7 +1,7 @@
 //! The verdict: what is seen, what is named, and what is left.
 
 use super::ModelSelection;
-use super::bursts_and_noise::{Bursts, Left};
+use super::bursts::{BURST_SHARE, Bursts, Left};
 use super::location::Located;
 use super::lost_signals;
 use super::named::slips_named;
@@ -263,7 +263,7 @@ impl ModelSelection<'_> {
                 effects.push(slips_named(slips, read.len(), read.pitch_m));
             }
         }
-        if self.burst(seen, 0.05) && self.allowed(effects::name_of(Detection::AsBursts)) {
+        if self.burst(seen, BURST_SHARE) && self.allowed(effects::name_of(Detection::AsBursts)) {
             effects.push(
                 seen.bursts
                     .named(seen.bursts.energy / total, birge_ratio(self.held_out())),
