@@ -3,9 +3,11 @@
 mod bytes;
 mod number;
 mod plausible;
+mod poses;
 
 pub use number::Number;
 pub use plausible::check_sensor;
+pub use poses::Poses;
 
 pub use bytes::{
     BODY_BYTES, HEADER_BYTES, Header, MAGIC, MAX_BYTES, decode, decode_into, encode, read_body,
@@ -20,8 +22,10 @@ use crate::model::{ErrorModel, ModelError};
 use crate::quadrature::PairCorrection;
 use serde::{Deserialize, Serialize};
 
-/// Layout version that this firmware writes and reads. By definition of the layout.
-pub const VERSION: u16 = 2;
+/// Layout version that this firmware writes. By definition of the layout.
+pub const VERSION: u16 = 3;
+/// The oldest version that it reads. By definition of the layout: version 2 has no [`Poses`], and is the same otherwise.
+pub const OLDEST_VERSION: u16 = 2;
 
 /// When a calibration was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -124,6 +128,8 @@ pub struct Calibration {
     pub beacon: Option<Beacon>,
     /// How good it was.
     pub quality: Quality,
+    /// Which poses a platen calibration visited. None of a joint one, of one that was changed since it was fitted, and in a record of version 2.
+    pub poses: Option<Poses>,
 }
 
 /// Why bytes are no usable record.
@@ -139,7 +145,9 @@ pub enum RecordError {
     #[error("the flash could not be read")]
     Unreadable,
     /// A whole record of a layout that this firmware does not know.
-    #[error("layout version {version} is not known here, this firmware reads {VERSION}")]
+    #[error(
+        "layout version {version} is not known here, this firmware reads {OLDEST_VERSION} to {VERSION}"
+    )]
     UnknownVersion {
         /// Its version.
         version: u16,
@@ -189,6 +197,7 @@ impl Calibration {
             model: ErrorModel::default(),
             beacon: None,
             quality: Quality::default(),
+            poses: None,
         }
     }
 }

@@ -6,7 +6,7 @@
 //! is not in the record; the worst predicted deviation tells it.
 
 use crate::coefficients::coefficients;
-use crate::design::HELD_OUT;
+use crate::expected::HELD_OUT;
 use crate::workspace::mean_square_growth;
 pub use courier_sensor::calibration::joint::Unknown as Fitted;
 use courier_sensor::calibration::joint::{

@@ -1,7 +1,7 @@
 //! Calibrations compared: whether their difference is more than chance, which terms changed, by how many micrometres and where; how
 //! several of them go with time; and what a calibrated position or angle is worth, as an uncertainty budget.
 //!
-//! `estimate` (values and covariance of one calibration; `record` makes it of what a board stores, by `design`, which knows the `phases` that were passed, or, under a beacon, `joint`) -> `difference` ->
+//! `estimate` (values and covariance of one calibration; `record` makes it of what a board stores, by `design`, which knows the `rows`, of `visited` poses or as `expected` by the `phases` that were passed, or, under a beacon, `joint`) -> `difference` ->
 //! `significance` (all together), `changes` (term by term), `largest` (over the `workspace`), `trend` (over several); `budget` is of
 //! one estimate. `answer` puts together what is asked. `distribution` has the quantiles. Values in, values out: no file, no clock.
 
@@ -13,12 +13,15 @@ mod design;
 pub mod difference;
 pub mod distribution;
 pub mod estimate;
+mod expected;
 mod joint;
 pub mod largest;
 mod phases;
 pub mod record;
+mod rows;
 pub mod significance;
 pub mod trend;
+mod visited;
 pub mod workspace;
 
 /// What intervals and tests are for: 95 %, two-sided. By definition as is usual (Fisher 1925).

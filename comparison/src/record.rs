@@ -4,6 +4,8 @@ use crate::coefficients::coefficients;
 use crate::design::{self, Design};
 use crate::estimate::{COORDINATION_SENSOR, Certainty, EQUATION_11, Estimate, Unknown};
 use crate::joint::{self, JointDesign};
+use crate::rows;
+use courier_sensor::calibration::Plan;
 use courier_sensor::calibration::record::{Calibration, Method};
 use nalgebra::{DMatrix, DVector};
 
@@ -139,7 +141,7 @@ fn about(calibration: &Calibration) -> String {
 /// The platen fit's covariance for a list of unknowns.
 fn platen(design: &Design, unknowns: &[Unknown]) -> Certainty {
     let place = |unknown: &Unknown| {
-        let wave = unknown.wave.filter(|wave| design::fitted(&wave.term))?;
+        let wave = unknown.wave.filter(|wave| rows::fitted(&wave.term))?;
         let order = wave.term.own_order;
         let order = design.orders.iter().position(|&own| own == order)?;
         let first = 2 * (wave.segment * design.orders.len() + order);
@@ -154,12 +156,22 @@ fn platen(design: &Design, unknowns: &[Unknown]) -> Certainty {
         covariance: DMatrix::from_fn(unknowns.len(), unknowns.len(), element),
         freedom: design.freedom,
         source: format!(
-            "by the record: {} poses, {:.3} µm left, a pair's errors of order {} correlated by {:.2}",
+            "by the record{}: {} poses, {:.3} µm left, a pair's errors of order {} correlated by {:.2}",
+            named(design.plan),
             design.poses,
             1.0e6 * design.noise_m,
             design.orders.first().unwrap_or(&0),
             design.correlation.first().unwrap_or(&0.0)
         ),
+    }
+}
+
+/// Which poses a covariance is of, for people.
+fn named(plan: Option<Plan>) -> &'static str {
+    match plan {
+        Some(Plan::Random) => " and the random poses that it names",
+        Some(Plan::Optimal) => " and the chosen poses that it names",
+        None => ", which does not say which poses",
     }
 }
 

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, ensure};
 use courier_sensor::beacon::BeaconSettings;
 use courier_sensor::calibration::joint::JointLimits;
-use courier_sensor::calibration::record::{Calibration, VERSION, check_sensor};
+use courier_sensor::calibration::record::{Calibration, OLDEST_VERSION, VERSION, check_sensor};
 use courier_sensor::geometry::Geometry;
 use courier_sensor::settings::{ConfigError, Settings};
 use serde::{Deserialize, Serialize};
@@ -56,9 +56,10 @@ impl CalibrationFile {
         let version = value
             .get("courier_calibration")
             .and_then(serde_json::Value::as_u64);
+        let known = u64::from(OLDEST_VERSION)..=u64::from(VERSION);
         ensure!(
-            version == Some(u64::from(VERSION)),
-            "{}: key courier_calibration, found {}, wanted {VERSION}",
+            version.is_some_and(|version| known.contains(&version)),
+            "{}: key courier_calibration, found {}, wanted {OLDEST_VERSION} to {VERSION}",
             path.display(),
             version.map_or("none".to_owned(), |version| version.to_string())
         );

@@ -7,9 +7,10 @@
 //! ```
 //! Little endian; the CRC (ISO-HDLC, the one of zlib) is over everything before it. Magic, version, length, sequence and the CRC's
 //! place are the same in every version, so that a record of a later firmware is recognised, named and left alone. The body of
-//! version [`VERSION`](super::VERSION) is [`Calibration`] in postcard's format; a change of its fields is a new version.
+//! version [`VERSION`](super::VERSION) is [`Calibration`] in postcard's format; a change of its fields is a new version. Version 2 ends
+//! before the poses.
 
-use super::{Calibration, RecordError, VERSION};
+use super::{Calibration, OLDEST_VERSION, RecordError, VERSION};
 use crate::geometry::Geometry;
 use crate::model::{ErrorModel, MAX_TERMS, TermCoefficients};
 use crate::sink;
@@ -26,7 +27,7 @@ pub const MAX_BYTES: usize = 2040;
 
 /// Most postcard bytes of a calibration of this version. By definition of this version, for buffers; a longer body does not fit
 /// the link.
-pub const BODY_BYTES: usize = 1152;
+pub const BODY_BYTES: usize = 1168;
 
 /// Bytes of the check value, by definition of a CRC-32.
 const CRC_BYTES: usize = 4;
@@ -150,13 +151,12 @@ pub fn decode_into(bytes: &[u8], place: &mut Calibration) -> Result<u32, RecordE
     if CRC32.checksum(message) != u32::from_le_bytes(*crc) {
         return Err(RecordError::Torn);
     }
-    if header.version != VERSION {
-        return Err(RecordError::UnknownVersion {
-            version: header.version,
-        });
+    let version = header.version;
+    if !(OLDEST_VERSION..=VERSION).contains(&version) {
+        return Err(RecordError::UnknownVersion { version });
     }
     let body = message.get(HEADER_BYTES..).ok_or(RecordError::Torn)?;
-    match read_body(body, place) {
+    match read_version(version, body, place) {
         Some([]) => {
             place.validate()?;
             Ok(header.sequence)
@@ -168,6 +168,12 @@ pub fn decode_into(bytes: &[u8], place: &mut Calibration) -> Result<u32, RecordE
 /// Reads a calibration's postcard bytes field by field, in [`Calibration`]'s order, into its place: the derived way takes four
 /// copies, 11 KiB of stack. Returns the bytes behind it. Not checked: see [`Calibration::validate`].
 pub fn read_body<'b>(bytes: &'b [u8], place: &mut Calibration) -> Option<&'b [u8]> {
+    read_version(VERSION, bytes, place)
+}
+
+/// [`read_body`] of a body of a known version.
+#[inline(never)] // one copy, for size
+fn read_version<'b>(version: u16, bytes: &'b [u8], place: &mut Calibration) -> Option<&'b [u8]> {
     let mut source = postcard::Deserializer::from_bytes(bytes);
     read(&mut source, &mut place.device)?;
     read(&mut source, &mut place.made)?;
@@ -180,6 +186,10 @@ pub fn read_body<'b>(bytes: &'b [u8], place: &mut Calibration) -> Option<&'b [u8
     read_rows(&mut source, &mut place.model)?;
     read(&mut source, &mut place.beacon)?;
     read(&mut source, &mut place.quality)?;
+    place.poses = None;
+    if version != OLDEST_VERSION {
+        read(&mut source, &mut place.poses)?;
+    }
     source.finalize().ok()
 }
 

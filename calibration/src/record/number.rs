@@ -26,4 +26,6 @@ pub enum Number {
     QualityM,
     #[error("quality.condition_number")]
     ConditionNumber,
+    #[error("poses.range (metres or radians)")]
+    PosesRange,
 }

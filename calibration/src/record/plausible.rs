@@ -70,6 +70,10 @@ fn check(calibration: &Calibration) -> Result<(), RecordError> {
         all(Number::BeaconSensor, &beacon.sensor, [-1.0, 1.0])?;
         all(Number::BeaconDeviationM, &deviations, [0.0, LONGEST_M])?;
     }
+    if let Some(poses) = &calibration.poses {
+        let range = [poses.range.travel_m, poses.range.turn_rad];
+        all(Number::PosesRange, &range, [0.0, LONGEST_M])?;
+    }
     let lengths = [q.residual_before_m, q.residual_after_m, q.predicted_worst_m];
     all(Number::QualityM, &lengths, [0.0, LONGEST_M])?;
     all(

@@ -92,7 +92,7 @@ impl Session {
             });
         } else {
             self.stage = Stage::HeldOut;
-            self.done = 0;
+            (self.visited, self.done) = (self.done, 0);
         }
     }
 

@@ -19,6 +19,7 @@ use super::gate::GatedFit;
 use super::outcome::{Evidence, Outcome, Refusal};
 use super::plan::{Plan, Planner, Range, RelativePose};
 use super::port::{Action, MotionEvent, Progress, Stage};
+use super::record::Poses;
 use super::regression::Regression;
 use super::sample::Sample;
 use super::spread::Spread;
@@ -42,6 +43,8 @@ pub struct Session {
     origin: Sample,
     stage: Stage,
     done: u32,
+    /// Poses of the fit, once it has ended.
+    visited: u32,
     lost_still: u32,
     raw: Spread,
     held_out_raw: Spread,
@@ -78,6 +81,7 @@ impl Session {
             origin: Sample::ZERO,
             stage: Stage::Finished,
             done: 0,
+            visited: 0,
             lost_still: 0,
             raw: Spread::EMPTY,
             held_out_raw: Spread::EMPTY,
@@ -159,6 +163,22 @@ impl Session {
     #[must_use]
     pub fn fit(&self) -> &GatedFit {
         &self.fit
+    }
+
+    /// Which poses it visited, once it has ended with a calibration.
+    #[must_use]
+    pub fn poses(&self) -> Option<Poses> {
+        let (config, _) = self.config.as_ref()?;
+        let visits = &config.visits;
+        let count = |n: u32| u16::try_from(n).ok();
+        let counts = [count(self.visited)?, count(self.held_out.count() as u32)?];
+        Some(Poses::new(
+            visits.plan,
+            visits.seed,
+            visits.range,
+            &self.origin,
+            counts,
+        ))
     }
 
     /// How far it is.

@@ -1,6 +1,6 @@
 //! A session of the board, as far as it concerns the estimate.
 
-use courier_sensor::calibration::record::Calibration;
+use courier_sensor::calibration::record::{Calibration, Poses};
 use courier_sensor::calibration::{
     GatedFit, Plan, Planner, Range, Regression, RelativePose, Sample,
 };
@@ -78,6 +78,8 @@ pub fn session(
     let mut calibration = Calibration::identity(GEOMETRY);
     calibration.model = regression.model(&fit.estimator().solution().values);
     calibration.amplitude_counts = [20_000.0; 4];
+    let counts = [motion.poses as u16, HELD_OUT as u16];
+    calibration.poses = Some(Poses::new(motion.plan, seed, range, &origin, counts));
     let quality = &mut calibration.quality;
     (quality.residual_after_m, quality.predicted_worst_m) = (square.sqrt() as f32, worst_m);
     quality.poses = fit.estimator().rows.rows() as u16;

@@ -89,7 +89,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     let translated = BoardModel::new(&model, &calibration.geometry).context(name)?;
     calibration.model = translated.model;
     // What the model before left is not what this one leaves, which nobody has measured on the board yet.
-    calibration.quality = Quality::default();
+    (calibration.quality, calibration.poses) = (Quality::default(), None);
     let Reply::Done = board.link.ask(Action::load(calibration))? else {
         bail!(super::STRANGE_REPLY)
     };

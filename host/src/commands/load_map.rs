@@ -228,6 +228,7 @@ fn with_model(file: &MapFile, calibration: Calibration) -> Calibration {
     Calibration {
         model: file.map.model.clone(),
         quality: Quality::default(),
+        poses: None,
         ..calibration
     }
 }

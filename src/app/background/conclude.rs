@@ -44,6 +44,7 @@ where
             Task::Platen(session) => session.outcome().map(|outcome| {
                 let result = outcome.result.as_ref().map_err(|refusal| *refusal);
                 let written = result.map(|model| self.record(model, &outcome.evidence, record));
+                record.poses = session.poses();
                 (written, outcome.evidence)
             }),
             Task::Joint(session) => session.outcome().map(|outcome| {
@@ -102,6 +103,7 @@ where
             model: stored,
             beacon,
             quality: summary,
+            poses,
         } = record;
         *device = self.keeper.device();
         *made = self.time();
@@ -112,6 +114,7 @@ where
         stored.clone_from(model);
         *beacon = None;
         *summary = quality(evidence);
+        *poses = None;
     }
 }
 

@@ -100,6 +100,8 @@ where
             return Err(Refusal::Calibration(RecordRefusal::Invalid));
         }
         calibration.made = self.time();
+        // They are not what was fitted at these poses any more.
+        calibration.poses = None;
         let quality = &mut calibration.quality;
         let left_m = quality.residual_after_m;
         let square: f32 = changes_m.iter().map(|amount| 0.5 * amount * amount).sum();

@@ -1,6 +1,7 @@
 //! The largest calibration that a record and a link's frame must hold.
 
-use courier_sensor::calibration::record::{Beacon, Calibration, Instant};
+use courier_sensor::calibration::record::{Beacon, Calibration, Instant, Poses};
+use courier_sensor::calibration::{Plan, Range, Sample};
 use courier_sensor::geometry::Geometry;
 use courier_sensor::model::{ErrorModel, Term, TermTable};
 
@@ -34,5 +35,17 @@ pub fn fullest() -> Calibration {
         segment_sd_m: 1.0e-6,
         displacement_sd_m: 1.0e-6,
     });
+    let range = Range {
+        travel_m: 1.0,
+        turn_rad: 0.1,
+    };
+    let counts = [u16::MAX; 2];
+    calibration.poses = Some(Poses::new(
+        Plan::Optimal,
+        u64::MAX,
+        range,
+        &Sample::ZERO,
+        counts,
+    ));
     calibration
 }

@@ -2,8 +2,9 @@
 
 use super::{calibration, flash, slots};
 use crate::common::fullest::fullest;
-use courier_sensor::calibration::record::{self, MAX_BYTES, RecordError};
+use courier_sensor::calibration::record::{self, MAX_BYTES, Poses, RecordError};
 use courier_sensor::calibration::slots::SlotError;
+use courier_sensor::calibration::{Plan, Range, Sample};
 use courier_sensor::device::Device;
 
 #[test]
@@ -56,11 +57,22 @@ proptest::proptest! {
         device in proptest::array::uniform12(0u8..),
         unix_s in proptest::option::of(0u64..),
         temperature_c in -50.0f32..150.0,
+        poses in proptest::option::of((0u64.., 0u16.., -0.5f32..0.5)),
     ) {
         let mut calibration = calibration(1.0);
         calibration.device = Device(device);
         calibration.made.unix_s = unix_s;
         calibration.temperature_c = temperature_c;
+        calibration.poses = poses.map(|(seed, visited, fraction_turns)| {
+            let mut start = Sample::ZERO;
+            start.unmodified[2].fraction_turns = fraction_turns;
+            let range = Range { travel_m: 0.01, turn_rad: 0.02 };
+            let poses = Poses::new(Plan::Optimal, seed, range, &start, [visited, 200]);
+            // To half a step of 1/256, modulo a tooth.
+            let off = poses.start().unmodified[2].fraction_turns - fraction_turns;
+            assert!((off - off.round()).abs() <= 0.5 / 256.0, "{off}");
+            poses
+        });
         let slots = calibration.model.coefficients.iter_mut().flatten().flatten();
         slots.zip(&coefficients).for_each(|(slot, value)| *slot = *value);
         let mut buffer = [0; MAX_BYTES];

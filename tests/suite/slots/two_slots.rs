@@ -99,6 +99,24 @@ fn age(flash: &mut Flash, slot: usize, version: u16) {
     flash.force(start, &record);
 }
 
+/// As a firmware before wrote it: a record of version 2 ends before the poses, of which one that knows none holds a byte.
+#[test]
+fn a_record_of_version_2_is_read_and_names_no_poses() {
+    let mut flash = flash(1);
+    commit(1.0)(&mut flash);
+    let start = PAGE_BYTES;
+    let mut record = flash.bytes()[start..start + MAX_BYTES].to_vec();
+    let length = u32::from_le_bytes(record[8..12].try_into().unwrap()) - 1;
+    record[8..12].copy_from_slice(&length.to_le_bytes());
+    flash.force(start, &record);
+    age(&mut flash, 0, 2);
+    let (_, read) = slots(&mut flash).load().unwrap();
+    assert_eq!((read.poses, &read), (None, &calibration(1.0)));
+    // The same bytes as a version that has poses are none.
+    age(&mut flash, 0, VERSION);
+    assert!(slots(&mut flash).load().is_err());
+}
+
 #[test]
 fn an_unknown_version_is_refused_said_and_kept() {
     let mut flash = flash(1);
@@ -142,7 +160,8 @@ fn an_unknown_version_is_refused_said_and_kept() {
     assert_eq!(
         refusal,
         format!(
-            "record: layout version 0 is not known here, this firmware reads {}",
+            "record: layout version 0 is not known here, this firmware reads {} to {}",
+            record::OLDEST_VERSION,
             record::VERSION
         )
     );
