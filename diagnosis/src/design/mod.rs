@@ -10,5 +10,6 @@ pub(crate) mod frequency_basis;
 pub mod gram;
 pub mod knots;
 pub(crate) mod nameless;
+pub(crate) mod single_teeth;
 pub mod training;
 pub mod unlisted;

@@ -2,8 +2,8 @@
 
 use super::ModelSelection;
 use super::selected::{SelectedModel, leading};
-use crate::data::turn::periods_of_turn;
 use crate::design::assembly::{DesignOptions, assemble};
+use crate::design::single_teeth::single_teeth;
 use crate::inference::cross_validation::CrossValidation;
 use crate::linearization::point::LinearizationPoint;
 use crate::selection::limits::{FIELD_COORDINATES, UNEXPLAINED_SHARE, VISIBLE_GAP_RATIO};
@@ -52,39 +52,20 @@ impl ModelSelection<'_> {
         }
     }
 
-    /// A field of teeth, or of a ring's pole pairs, that the sensor reads one at a time; where they come round again, of those of a turn. A
-    /// courier's segments read several: it is asked for of another sensor alone, beside its reference.
+    /// A field of teeth, or of a ring's pole pairs, that the sensor reads one at a time.
     fn take_single_teeth(&mut self, beside: &[String], left: f64) -> bool {
-        let inputs = &self.design.linearized.inputs;
-        let mut segments = (0..4).filter(|s| inputs.segments[*s]);
-        let (Some(segment), None, true) = (segments.next(), segments.next(), inputs.reference)
-        else {
-            return false;
-        };
         if self.ratio() < VISIBLE_GAP_RATIO {
             return false;
         }
-        let of_turn = self.periods_of_turn(segment);
-        log(&format!("teeth of a turn: {of_turn:?}"));
-        let within_a_turn = of_turn.map(Some).into_iter();
-        within_a_turn.chain([None]).fold(false, |taken, a_turn| {
+        let ways = single_teeth(&self.design).into_iter();
+        ways.fold(false, |taken, way| {
             let most = if taken {
                 self.selected.found.unexplained_fraction
             } else {
                 FIELD_LEAVES * left
             };
-            self.take_field(beside, most, Some(SingleTeeth { a_turn })) || taken
+            self.take_field(beside, most, Some(way)) || taken
         })
-    }
-
-    /// Periods after which what the baseline leaves of a segment comes again.
-    fn periods_of_turn(&self, segment: usize) -> Option<u32> {
-        let linearized = &self.design.linearized;
-        let residuals = self.design.residuals(&[]);
-        let place = residuals.sample.iter().map(|i| {
-            linearized.covariates(*i).place_m[segment][0] / linearized.observations.pitch_m
-        });
-        periods_of_turn(&place.collect::<Vec<f64>>(), &residuals.value_m)
     }
 
     /// Takes over the best set with a field over the platen if it leaves less than this share.
