@@ -112,15 +112,20 @@ pub fn divergence(problem: &Problem, one: &Weighed, other: &Weighed) -> Divergen
 }
 
 /// Places, among all weighed sets, of those that predict what one of them does, with no more effects, none of them a trifle, and none
-/// beside those of another such set.
+/// beside those of another such set. A set with more effects that follow a course of their own predicts the same by coincidence alone.
 pub fn class(problem: &Problem, all: &[Weighed], of: usize) -> Vec<(usize, Divergence)> {
     let best = &all[of];
     if best.set().is_empty() {
         return Vec::new();
     }
+    let of_own_course = |w: &Weighed| {
+        let each = w.set().iter();
+        each.filter(|b| problem.of_own_course.contains(b)).count()
+    };
     let rival = |k: &usize| {
         let other = &all[*k];
         other.set() != best.set()
+            && of_own_course(other) <= of_own_course(best)
             && other.listed
             && other.left.log_noise == best.left.log_noise
             && !other.set().is_empty()

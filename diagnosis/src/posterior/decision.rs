@@ -1,7 +1,7 @@
 //! From weighed sets to the verdict: ordered reasons, each with its number.
 
 use super::alias::{class, simplest};
-use super::hypotheses::{Hypothesis, Says, give_way_to_causes, hypotheses};
+use super::hypotheses::{Hypothesis, Says, give_way_to_causes, hypotheses, own_courses_give_way};
 use super::problem::Problem;
 use super::weighed::Weighed;
 use crate::verdict::answer::Verdict;
@@ -84,6 +84,7 @@ pub struct Decision {
 pub fn decide(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Decision {
     let mut hypotheses = hypotheses(problem, all, noise_is_white);
     give_way_to_causes(problem, all, &mut hypotheses);
+    own_courses_give_way(problem, all, &mut hypotheses);
     let total = super::noise_scale::log_sum(hypotheses.iter().map(|h| h.log_weight));
     let probability = |h: &Hypothesis| (h.log_weight - total).exp();
     let mass = |says: Says| {
@@ -354,7 +355,7 @@ mod tests {
     /// not where the shape predicts what the cause cannot.
     #[test]
     fn a_shape_gives_way_to_a_cause_that_predicts_the_same() {
-        let verdict = |apart: f64| {
+        let verdict = |apart: f64, logged: &[usize], of_own_course: &[usize]| {
             let blocks = [("cause", &[1.0; 5][..]), ("place", &[1.0])];
             let problem = SyntheticProblem::new(&blocks, &|rng| {
                 let mut draw = || normal(rng);
@@ -383,13 +384,50 @@ mod tests {
             let effects = [cause];
             let problem = Problem {
                 coordinates: &[1],
+                logged,
+                of_own_course,
                 ..Problem::of_unit_noise(&reduced, &effects, -2.0)
             };
             let all = weigh(&problem);
             assert!(all[0].set().is_empty(), "the shape is the likelier");
             decide(&problem, &all, true).verdict
         };
-        assert_eq!(verdict(0.0), Verdict::Named);
-        assert_eq!(verdict(1.0), Verdict::Unknown);
+        assert_eq!(verdict(0.0, &[], &[]), Verdict::Named);
+        assert_eq!(verdict(1.0, &[], &[]), Verdict::Unknown);
+        // What follows a logged column is not put down to a course that may be any; to a cause it is.
+        assert_eq!(verdict(0.0, &[1], &[0]), Verdict::Unknown);
+        assert_eq!(verdict(0.0, &[1], &[]), Verdict::Named);
+        assert_eq!(verdict(0.0, &[], &[0]), Verdict::Named);
+    }
+
+    /// One column of a course of its own does what one of three columns foretells, and is the likelier for it. It gives way.
+    #[test]
+    fn a_course_of_its_own_gives_way_to_what_foretells_it() {
+        let told = |of_own_course: &[usize]| {
+            let columns = [("course", &[1.0][..]), ("foretells", &[1.0; 3])];
+            let problem = SyntheticProblem::new(&columns, &|rng| {
+                let mut draw = || normal(rng);
+                let (course, one, other, noise) = (draw(), draw(), draw(), draw());
+                vec![1.0, course, course, one, other, 2.0 * course + noise]
+            });
+            let reduced = problem.reduced(&[1, 2]);
+            let prior = |block| Prior {
+                block,
+                log_odds: -2.0,
+                inexactness: 0.02,
+                shape: false,
+                listed: true,
+            };
+            let effects = [prior(0), prior(1)];
+            let problem = Problem {
+                of_own_course,
+                ..Problem::of_unit_noise(&reduced, &effects, -2.0)
+            };
+            let decision = decide(&problem, &weigh(&problem), true);
+            (decision.verdict, blocks(&decision))
+        };
+        assert_eq!(told(&[]), (Verdict::Alias, vec![Some(0)]));
+        assert_eq!(told(&[0]), (Verdict::Named, vec![Some(1)]));
+        assert_eq!(told(&[1]), (Verdict::Named, vec![Some(0)]));
     }
 }

@@ -1,9 +1,10 @@
 //! What sets say of a gap, each under the four hypotheses about what it leaves: and which of them is told.
 
-use super::alias::{is_no_trifle, limit};
+use super::alias::{class, is_no_trifle, limit};
 use super::least_size::least_squares;
 use super::problem::Problem;
 use super::weighed::Weighed;
+use std::collections::BTreeSet;
 
 /// Noise that is louder than stated by less than this in rms is no gap.
 const VISIBLE: f64 = crate::selection::limits::VISIBLE_GAP_RATIO;
@@ -99,7 +100,8 @@ fn without_trifling_shapes(problem: &Problem, all: &[Weighed], of: usize) -> usi
 /// What a set with nameless shapes predicts, or one with a cause that is in no catalogue, a set of causes with names may predict as well:
 /// then it is these that the hypothesis tells of, whatever Occam's factor says of the two. Such causes leave what the other set leaves, as far
 /// as noise and their own inexactness go (9), and none is a trifle. Lines give way to a cause that makes lines. Whatever the coordinates
-/// that it shows in, what has no name is one cause, and one stands in for it. Shapes beside a cause that is in no catalogue stay.
+/// that it shows in, what has no name is one cause, and one stands in for it. Shapes beside a cause that is in no catalogue stay. Those over a
+/// column that the machine logs are a cause's as well: an effect that follows a course of its own, any course, takes none's place.
 pub fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [Hypothesis]) {
     let rows = problem.reduced.rows - problem.reduced.baseline as f64;
     let causes: Vec<(usize, f64)> = hypotheses
@@ -116,6 +118,13 @@ pub fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [
             None => continue,
         };
         let told = rows - left.degrees;
+        let over_a_logged_column = own.nameless.as_ref().is_some_and(|(shapes, _)| {
+            let each = shapes.coordinates.iter();
+            each.map(|c| &problem.coordinates[*c])
+                .any(|b| problem.logged.contains(b))
+        });
+        let follows_anything =
+            |e: &usize| over_a_logged_column && problem.of_own_course.contains(e);
         let predicts_the_same = |k: usize| {
             let other = &all[k];
             let more = (other.left.squares - left.squares) * (-own.left.log_noise).exp();
@@ -123,6 +132,7 @@ pub fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [
             let lines_are_told =
                 other.set().iter().any(has_more) || lines <= limit(told) + other.lacking_of_lines;
             other.set().len() <= many
+                && !other.set().iter().any(follows_anything)
                 && other.left.log_noise == own.left.log_noise
                 && lines_are_told
                 && more <= limit(told) + other.lacking
@@ -130,6 +140,40 @@ pub fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [
         let same = causes.iter().filter(|(k, _)| predicts_the_same(*k));
         if let Some((k, _)) = same.max_by(|a, b| a.1.total_cmp(&b.1)) {
             (h.set, h.says, h.left) = (*k, Says::Named, 0.0);
+        }
+    }
+}
+
+/// Sets of less than this share of the likeliest's weight are left as they are. A bound on the work: all of them together change no
+/// probability by a hundredth.
+const LOG_WEIGHT_THAT_COUNTS: f64 = -10.0;
+
+/// An effect that follows a course of its own predicts whatever a quantity that the recording has foretells, and would do so by coincidence
+/// alone: where a set without it, of no more effects, predicts the same (9), it is this one that its hypothesis tells of.
+pub fn own_courses_give_way(problem: &Problem, all: &[Weighed], hypotheses: &mut [Hypothesis]) {
+    if problem.of_own_course.is_empty() {
+        return;
+    }
+    let own = |k: usize| {
+        let each = all[k].set().iter();
+        each.filter(|b| problem.of_own_course.contains(b)).count()
+    };
+    let named = |h: &&Hypothesis| h.says == Says::Named && !h.noise;
+    let weights = hypotheses.iter().map(|h| h.log_weight);
+    let least = weights.fold(f64::NEG_INFINITY, f64::max) + LOG_WEIGHT_THAT_COUNTS;
+    let told: BTreeSet<usize> = hypotheses.iter().filter(named).map(|h| h.set).collect();
+    let counts = hypotheses.iter().filter(named);
+    let asked: BTreeSet<usize> = counts
+        .filter(|h| h.log_weight > least && own(h.set) > 0)
+        .map(|h| h.set)
+        .collect();
+    for of in asked {
+        let rivals = class(problem, all, of).into_iter().map(|(k, _)| k);
+        let foretold = rivals.filter(|k| own(*k) < own(of) && told.contains(k));
+        // Sets are ordered by weight.
+        if let Some(k) = foretold.min() {
+            let same = hypotheses.iter_mut().filter(|h| h.set == of);
+            same.for_each(|h| h.set = k);
         }
     }
 }

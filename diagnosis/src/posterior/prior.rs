@@ -1,7 +1,11 @@
 //! What is supposed of an effect before the data.
 
 use super::problem::Prior;
+use crate::data::one_way::is_one_way;
+use crate::design::coordinate_basis::{logged_columns, with_own_phase};
 use crate::design::unlisted::is_unlisted;
+use crate::linearization::recording::LinearizedRecording;
+use effects::sensor::BasisInputs;
 use effects::{Card, Detection};
 
 /// Probability that any one cause acts. A prior: of about twenty effects and as many coordinates that may hold an effect without
@@ -35,4 +39,17 @@ const FREQUENCY: &str = "frequency";
 /// by, and what its form lacks does so too.
 pub fn is_of_lines(name: &str) -> bool {
     name == FREQUENCY || effects::is(name, Detection::ByLines)
+}
+
+/// True if an effect follows a course of its own. That this is the course of a quantity which the recording has would be a coincidence; not so
+/// of a temperature that only rises or only falls, which is a clock.
+pub fn is_of_own_course(name: &str, linearized: &LinearizedRecording) -> bool {
+    effects::has(name, Card::keeps_its_own_time)
+        && !is_one_way(&linearized.observations.temperature_c)
+}
+
+/// True if a block is of shapes over a logged column, by its name.
+pub fn is_logged(name: &str, inputs: &BasisInputs) -> bool {
+    let mut columns = logged_columns(inputs);
+    columns.any(|(_, column)| name == column || name == with_own_phase(column))
 }

@@ -17,6 +17,10 @@ pub struct Problem<'r> {
     pub coordinates: &'r [usize],
     /// Blocks, of effects and of shapes, of lines in the spectrum: the forms of other effects lack nothing of these.
     pub of_lines: &'r [usize],
+    /// Blocks of effects that follow a course of their own, which no quantity of the recording foretells.
+    pub of_own_course: &'r [usize],
+    /// Blocks of shapes over a column that the machine logs: what follows such a column has a cause that is in no catalogue.
+    pub logged: &'r [usize],
     /// Logarithm of the prior odds of each coordinate, and of louder noise.
     pub log_odds: f64,
 }
@@ -32,6 +36,8 @@ impl<'r> Problem<'r> {
             effects,
             coordinates: &[],
             of_lines: &[],
+            of_own_course: &[],
+            logged: &[],
             log_odds,
         }
     }

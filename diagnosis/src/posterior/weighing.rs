@@ -3,7 +3,7 @@
 use super::decision::{Decision, Inclusion, decide};
 use super::explained::{Row, rows};
 use super::held_out::refuted;
-use super::prior::{is_of_lines, log_odds, prior};
+use super::prior::{is_logged, is_of_lines, is_of_own_course, log_odds, prior};
 use super::problem::{Prior, Problem};
 use super::reduced::Reduced;
 use super::sets::weigh;
@@ -58,6 +58,8 @@ pub struct Weighing {
     effects: Vec<Prior>,
     coordinates: Vec<usize>,
     of_lines: Vec<usize>,
+    of_own_course: Vec<usize>,
+    logged: Vec<usize>,
     weighed: Vec<Weighed>,
     /// Single effects, the one that leaves least by the stated noise first.
     alone: Vec<usize>,
@@ -89,6 +91,12 @@ impl Weighing {
             coordinates,
             of_lines: (0..names.len())
                 .filter(|b| is_of_lines(&names[*b]))
+                .collect(),
+            of_own_course: (0..names.len())
+                .filter(|b| is_of_own_course(&names[*b], &design.linearized))
+                .collect(),
+            logged: (0..names.len())
+                .filter(|b| is_logged(&names[*b], &design.linearized.inputs))
                 .collect(),
             names,
             weighed: Vec::new(),
@@ -130,6 +138,8 @@ impl Weighing {
             effects: &self.effects,
             coordinates: &self.coordinates,
             of_lines: &self.of_lines,
+            of_own_course: &self.of_own_course,
+            logged: &self.logged,
             log_odds: log_odds(),
         }
     }
