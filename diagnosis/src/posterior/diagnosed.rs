@@ -1,28 +1,27 @@
 //! A recording, decided by the posterior: decide, linearise about what was found, decide again.
 
-use super::decision::{Masses, Reason};
+use super::decision::{Decision, Masses, Reason};
 use super::explained::Row;
-use super::weighing::{Effect, Weighing};
-use super::{fuller, prior};
+use super::field::{by_field, lies_over_the_platen};
+use super::fuller;
+use super::look::{Look, compared, design, likelier, look};
+use super::unlogged::with_unlogged_causes;
+use super::weighing::Effect;
 use crate::Insufficient;
 use crate::data::prepare::{Prepared, prepare};
-use crate::design::assembly::{Design, DesignOptions, Options, assemble};
+use crate::design::assembly::{Design, DesignOptions, Options};
 use crate::linearization::point::LinearizationPoint;
-use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::far_forms::far_forms;
-use crate::selection::limits::{FIELD_COORDINATES, VISIBLE_GAP_RATIO};
-use crate::selection::measured::{Measured, measured, noise_beneath_nothing};
+use crate::selection::measured::{Measured, noise_beneath_nothing};
+use crate::trace::log;
 use crate::verdict::answer::Verdict;
 use effects::Detection;
-use effects::sensor::{BasisInputs, READINGS};
+use effects::sensor::BasisInputs;
 use recording::Recording;
 
 /// Times that all is compared about what was found, as long as that finds something else. A bound on the work: the last
 /// comparison is told where it has not come to the same twice.
 const ROUNDS: usize = 3;
-/// Single effects that are fitted about themselves where the best set leaves a gap: to first order the cause is among the first.
-/// A bound on the work: a cause that is not among them is looked for about the best set alone.
-const ALONE: usize = 3;
 /// What leaves more than this share of the gap may be wrong, and nothing is moved by it. A derivation: at half, the wrong places
 /// would be as far off as those of the baseline alone.
 const TRUSTED_BELOW: f64 = 0.5;
@@ -160,111 +159,6 @@ fn by_noise<'a>(
     (here, seen)
 }
 
-/// A design with its sets weighed.
-struct Look<'a> {
-    design: Design<'a>,
-    weighing: Weighing,
-}
-
-fn look<'a>(
-    prepared: &'a Prepared,
-    options: &Options,
-    point: &LinearizationPoint,
-    design_options: DesignOptions,
-) -> Look<'a> {
-    Look::of(design(prepared, options, point, design_options))
-}
-
-/// A design in which causes that are in no catalogue compete as well.
-fn design<'a>(
-    prepared: &'a Prepared,
-    options: &Options,
-    point: &LinearizationPoint,
-    design_options: DesignOptions,
-) -> Design<'a> {
-    let with_unlisted = DesignOptions {
-        unlisted: true,
-        ..design_options
-    };
-    assemble(prepared, options, point, with_unlisted)
-}
-
-impl<'a> Look<'a> {
-    /// Weighs the sets of a design.
-    fn of(design: Design<'a>) -> Self {
-        let weighing = Weighing::of(&design);
-        Self { design, weighing }
-    }
-
-    /// Noise of each reading over the stated one, where it was found to be above.
-    fn noise(&self) -> Option<[f64; READINGS]> {
-        let linearized = &self.design.linearized;
-        (!linearized.is_by_stated_noise()).then_some(linearized.noise)
-    }
-
-    /// Logarithm of the evidence of the whole comparison, of the residuals in metres: designs of other noise are whitened in another way.
-    fn log_evidence(&self) -> f64 {
-        let odds = if self.noise().is_some() {
-            prior::log_odds()
-        } else {
-            0.0
-        };
-        let white = self.weighing.decide(true).log_evidence;
-        white + self.design.linearized.log_whitening() + odds
-    }
-
-    /// The best set, fitted about itself.
-    fn fit(&self) -> RelinearizedFit<'a> {
-        self.fit_of(&self.weighing.found())
-    }
-
-    /// Some effects, fitted about themselves.
-    fn fit_of(&self, names: &[String]) -> RelinearizedFit<'a> {
-        let start = LinearizationPoint {
-            baseline: self.design.linearized.baseline.clone(),
-            displacement: self.design.linearized.displacement.clone(),
-            noise: self.noise(),
-        };
-        RelinearizedFit::new(&self.design.linearized, start, names)
-    }
-
-    /// The fit about which all is compared next: of those effects of the best set that do more than the others' forms may lack, or of the
-    /// largest of them, or of another alone, if these leave less. About wrong places a large effect leaves a part of itself, which others
-    /// describe; fitted together with these it may stay at the wrong places, and alone it finds the right ones.
-    fn next_point(&self) -> RelinearizedFit<'a> {
-        let names = self.weighing.leading();
-        let left = |fit: &RelinearizedFit| fit.residuals().white_rms();
-        let mut best = self.fit_of(&names);
-        let nested = (2..names.len()).rev().map(|count| names[..count].to_vec());
-        let alone = self.weighing.largest_alone(ALONE);
-        let candidates = nested.chain(alone.map(|name| vec![name.to_owned()]));
-        for candidate in candidates.filter(|c| *c != names) {
-            if left(&best) <= VISIBLE_GAP_RATIO {
-                break;
-            }
-            let fit = self.fit_of(&candidate);
-            if left(&fit) < left(&best) {
-                best = fit;
-            }
-        }
-        best
-    }
-
-    /// True where the best set holds a field over the platen.
-    fn holds_a_field(&self) -> bool {
-        let is_field = |name: &String| effects::is(name, Detection::AsField);
-        self.weighing.found().iter().any(is_field)
-    }
-
-    /// With what the best set leaves.
-    fn measured(self, prepared: &'a Prepared, options: &'a Options) -> (Self, Measured) {
-        let fit = self.fit();
-        let (seen, design) = measured(prepared, options, (self.design, fit));
-        let weighing = self.weighing;
-        (Self { design, weighing }, seen)
-    }
-}
-
 /// Decides about what was found, until that stays, with the times that it took.
 fn settled<'a>(
     prepared: &'a Prepared,
@@ -282,36 +176,19 @@ fn settled<'a>(
         let decision = here.weighing.decide(seen.white);
         let known = here.weighing.found();
         let by_noise_alone = decision.verdict == Verdict::Named && known.is_empty();
-        let told = by_noise_alone || seen.codes_explain_it().is_some();
+        let told = by_noise_alone || here.codes_explain_it(&seen).is_some();
         if decision.verdict == Verdict::NoGap || told {
             break;
         }
-        let fit = here.next_point();
-        let trusted = decision.left_share < TRUSTED_BELOW;
-        point = if trusted {
-            fit.point.clone()
-        } else {
-            prepared.point()
-        };
-        point.noise = here.noise();
-        let again = DesignOptions {
-            line_residuals: Some(fit.residuals()),
-            search_deflection_waves: decision.verdict == Verdict::Unknown,
-            previous_inputs: Some(&here.design.linearized.inputs),
-            field: here.holds_a_field(),
-            ..DesignOptions::default()
-        };
-        let next = look(prepared, options, &point, again);
-        (here, seen) = next.measured(prepared, options);
-        (here, seen) = by_noise(prepared, options, here, seen);
-        point.noise = here.noise();
+        (here, seen) = about_what_was_found(prepared, options, &mut point, here, &decision);
         count += 1;
         if here.weighing.found() == known {
             break;
         }
     }
-    let found = !here.weighing.found().is_empty();
-    if seen.codes_explain_it().is_some() {
+    let known = here.weighing.found();
+    let found = !known.is_empty();
+    if here.codes_explain_it(&seen).is_some() {
         return (here, seen, count);
     }
     if found || here.weighing.decide(seen.white).verdict == Verdict::Unknown {
@@ -320,18 +197,44 @@ fn settled<'a>(
         }
         here = told_more(prepared, options, &point, here);
         (here, seen) = here.measured(prepared, options);
+        // About places that are off by an effect of which more was told, that effect leaves a part of itself.
+        let decision = here.weighing.decide(seen.white);
+        if here.weighing.found() != known && decision.verdict != Verdict::NoGap {
+            (here, seen) = about_what_was_found(prepared, options, &mut point, here, &decision);
+            count += 1;
+        }
     }
     (here, seen, count)
 }
 
-/// True where what the best set leaves lies over coordinates in which a field over the platen shows. Such a field is looked for before the
-/// rounds begin: as long as it is not among the effects, others stand in for it.
-fn lies_over_the_platen(here: &Look, seen: &Measured) -> bool {
-    let decision = here.weighing.decide(seen.white);
-    let places = here.weighing.places(&decision);
-    places
-        .iter()
-        .any(|(name, _)| FIELD_COORDINATES.contains(&name.as_str()))
+/// All compared anew about what was found; `point` becomes what it is compared about.
+fn about_what_was_found<'a>(
+    prepared: &'a Prepared,
+    options: &'a Options,
+    point: &mut LinearizationPoint,
+    here: Look<'a>,
+    decision: &Decision,
+) -> (Look<'a>, Measured) {
+    let fit = here.next_point();
+    let trusted = decision.left_share < TRUSTED_BELOW;
+    *point = if trusted {
+        fit.point.clone()
+    } else {
+        prepared.point()
+    };
+    point.noise = here.noise();
+    let again = DesignOptions {
+        line_residuals: Some(fit.residuals()),
+        search_deflection_waves: decision.verdict == Verdict::Unknown,
+        previous_inputs: Some(&here.design.linearized.inputs),
+        field: here.holds_a_field(),
+        ..DesignOptions::default()
+    };
+    let next = look(prepared, options, point, again);
+    let (next, seen) = next.measured(prepared, options);
+    let (next, seen) = by_noise(prepared, options, next, seen);
+    point.noise = next.noise();
+    (next, seen)
 }
 
 /// The same with more told of the effects of the best set, one after the other, where that is likelier altogether: both are of the same
@@ -355,40 +258,13 @@ fn told_more<'a>(
             field: inputs.knots.iter().any(|k| !k.is_empty()),
             ..DesignOptions::default()
         };
-        here = likelier(here, look(prepared, options, point, told));
+        let with = look(prepared, options, point, told);
+        log(&compared(&here, &with));
+        if way.may_be(&with.fit()) {
+            here = likelier(here, with);
+        }
     }
     here
-}
-
-/// The same with a field over the platen, where the likeliest set holds it. None is looked for where one effect explains all.
-fn by_field<'a>(
-    prepared: &'a Prepared,
-    options: &Options,
-    point: &LinearizationPoint,
-    here: Look<'a>,
-) -> Look<'a> {
-    if here.weighing.one_explains_all() {
-        return here;
-    }
-    let told = DesignOptions {
-        previous_inputs: Some(&here.design.linearized.inputs),
-        field: true,
-        ..DesignOptions::default()
-    };
-    let with = look(prepared, options, point, told);
-    if with.holds_a_field() {
-        likelier(here, with)
-    } else {
-        here
-    }
-}
-
-fn likelier<'a>(one: Look<'a>, other: Look<'a>) -> Look<'a> {
-    if other.log_evidence() > one.log_evidence() {
-        other
-    } else {
-        one
-    }
 }
 
 fn answer(
@@ -428,8 +304,9 @@ fn answer(
         verdict = Verdict::Unknown;
         named.clear();
     }
+    (verdict, named) = with_unlogged_causes(prepared, options, verdict, named);
     let mut places = weighing.places(&decision);
-    if let Some((place, share)) = seen.codes_explain_it() {
+    if let Some((place, share)) = here.codes_explain_it(seen) {
         if verdict != Verdict::NoGap {
             verdict = Verdict::Unknown;
             named.clear();

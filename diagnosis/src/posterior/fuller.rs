@@ -1,11 +1,16 @@
 //! What may be told more of the effects that were found: fuller forms, and what of another effect is one's own.
 
+use crate::linearization::relinearized::RelinearizedFit;
 use effects::Card;
-use effects::effect::{Form, Subsumption};
+use effects::effect::{Form, KnownBy, Subsumption};
+use effects::identity::Identity;
 use effects::sensor::BasisInputs;
 
 /// A way to tell more of an effect.
 pub enum Fuller {
+    /// Harmonics of an effect run over the phase of the unmodified output, as equation (3)'s do, and not over where the courier is: by high orders
+    /// the two are a good part of a turn apart.
+    Phase(&'static Card),
     /// An effect that was found is, with another that was found, one and the same.
     Subsumes(&'static Card, &'static Subsumption, fn(&mut BasisInputs)),
     /// A fuller form of an effect.
@@ -14,8 +19,11 @@ pub enum Fuller {
     Searched(&'static Card, fn(&mut BasisInputs)),
 }
 
-/// All ways, in the order in which they are tried: first what makes one effect of two, then the fuller forms.
+/// All ways, in the order in which they are tried: first the phase that harmonics run over, since what they lack over the wrong one others
+/// describe, then what makes one effect of two, then the fuller forms.
 pub fn ways() -> Vec<Fuller> {
+    let phases = effects::cards().filter(|card| card.either_phase);
+    let phases = phases.map(Fuller::Phase);
     let subsumptions = effects::cards().flat_map(|card| {
         let each = card.subsumes.iter();
         each.flat_map(move |s| {
@@ -32,7 +40,8 @@ pub fn ways() -> Vec<Fuller> {
         .into_iter()
         .map(|(card, form)| Fuller::Form(card, form));
     let searched = effects::cards().filter_map(|card| Some(Fuller::Searched(card, card.searched?)));
-    subsumptions.chain(forms).chain(searched).collect()
+    let each = phases.chain(subsumptions).chain(forms).chain(searched);
+    each.collect()
 }
 
 impl Fuller {
@@ -41,6 +50,12 @@ impl Fuller {
         let has = |name: &str| found.iter().any(|f| f == name);
         let mut told = inputs.clone();
         match self {
+            Self::Phase(card) => {
+                if !has(card.name) {
+                    return None;
+                }
+                told.unmodified = true;
+            }
             Self::Subsumes(card, subsumption, tell) => {
                 if !has(card.name) || !has(subsumption.other) {
                     return None;
@@ -62,6 +77,31 @@ impl Fuller {
         }
         (told != *inputs).then_some(told)
     }
+
+    /// True if what was found with it, fitted about itself, is of amounts that there may be.
+    pub fn may_be(&self, fit: &RelinearizedFit) -> bool {
+        match self {
+            Self::Subsumes(_, subsumption, _) => match subsumption.known_by {
+                KnownBy::Growth { within_k } => is_growth(fit, within_k),
+                KnownBy::Fit | KnownBy::MixedHarmonics => true,
+            },
+            Self::Phase(_) | Self::Form(..) | Self::Searched(..) => true,
+        }
+    }
+}
+
+/// True if each ruling's pitch at the mean temperature is what its growth makes of a temperature at which it is right.
+pub(crate) fn is_growth(fit: &RelinearizedFit, within_k: f64) -> bool {
+    let amount = |identity: Identity| {
+        let mut all = fit.columns.regressors.iter();
+        let column = all.position(|r| r.identity == Some(identity));
+        column.map_or(0.0, |c| fit.coefficient(c))
+    };
+    (0..2).all(|axis| {
+        let slope = amount(Identity::Growth { axis });
+        let there = amount(Identity::GrowthAtMean { axis });
+        there == 0.0 || (there / slope).abs() <= within_k
+    })
 }
 
 #[cfg(test)]
@@ -75,6 +115,7 @@ mod tests {
         for way in ways() {
             assert!(way.of(&[], &inputs).is_none());
             let names: Vec<String> = match way {
+                Fuller::Phase(card) => vec![card.name.into()],
                 Fuller::Subsumes(card, s, _) => vec![card.name.into(), s.other.into()],
                 Fuller::Form(card, form) => vec![form.found_as.unwrap_or(card.name).into()],
                 Fuller::Searched(card, _) => vec![card.name.into()],

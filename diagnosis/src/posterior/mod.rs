@@ -9,8 +9,9 @@
 //!   owns.
 //! - [`weighed`]: a set with its weight. [`walk`]: the way through the sets at one noise. [`sets`]: the noise, and all sets.
 //! - [`alias`]: sets that predict the same. [`hypotheses`]: what sets say of a gap. [`decision`]: the verdict. [`explained`]: the likeliest sets, told.
-//! - [`held_out`]: what pieces that were not fitted say of a set. [`weighing`]: all that of a design. [`diagnosed`]: of a recording, of whose
-//!   effects [`fuller`] tells more.
+//! - [`held_out`]: what pieces that were not fitted say of a set. [`weighing`]: all that of a design, `look`: with its fits. [`diagnosed`]: of a recording, of whose
+//!   effects [`fuller`] tells more, over whose platen `field` looks for displaced teeth, and which may
+//!   follow what is [`unlogged`].
 
 pub mod alias;
 pub mod beside;
@@ -20,10 +21,12 @@ pub mod discrepancy;
 pub mod eliminated;
 pub mod evidence;
 pub mod explained;
+mod field;
 pub mod fuller;
 pub mod held_out;
 pub mod hypotheses;
 pub mod least_size;
+mod look;
 pub mod nameless;
 pub mod noise_scale;
 pub mod own_axes;
@@ -33,6 +36,7 @@ pub mod reduced;
 pub mod scale;
 pub mod sets;
 pub mod size_likelihood;
+pub mod unlogged;
 pub mod walk;
 pub mod weighed;
 pub mod weighing;

@@ -4,9 +4,9 @@
 use super::ModelSelection;
 use super::intermodulation::are_the_gaps_own;
 use crate::linearization::relinearized::RelinearizedFit;
+use crate::posterior::fuller::is_growth;
 use crate::selection::limits::CLOSE_RATIO;
 use effects::effect::{KnownBy, Subsumption};
-use effects::identity::Identity;
 use effects::sensor::BasisInputs;
 
 /// What a skew beside growth must take of what is left without it.
@@ -123,18 +123,4 @@ impl<'a> ModelSelection<'a> {
         self.relinearized
             .with_forms(&self.design.linearized, point, names, more)
     }
-}
-
-/// True if each ruling's pitch at the mean temperature is what its growth makes of a temperature at which it is right.
-fn is_growth(relinearized: &RelinearizedFit, within_k: f64) -> bool {
-    let amount = |identity: Identity| {
-        let mut all = relinearized.columns.regressors.iter();
-        let column = all.position(|r| r.identity == Some(identity));
-        column.map_or(0.0, |c| relinearized.coefficient(c))
-    };
-    (0..2).all(|axis| {
-        let slope = amount(Identity::Growth { axis });
-        let there = amount(Identity::GrowthAtMean { axis });
-        there == 0.0 || (there / slope).abs() <= within_k
-    })
 }

@@ -8,6 +8,7 @@ use crate::data::slips::Slip;
 use crate::design::assembly::complexity_penalty;
 use crate::inference::cross_validation::CrossValidation;
 use crate::inference::posterior::{Estimate, Posterior, birge_ratio};
+use crate::posterior::unlogged::{unlogged_causes, with_the_temperature};
 use crate::selection::worth::unexplained_fraction;
 use crate::verdict::answer::{Magnitude, Named};
 use crate::verdict::rivals::Rivals;
@@ -46,7 +47,7 @@ impl ModelSelection<'_> {
             let without = unexplained_fraction(validation, &others, self.selected.base);
             let name = self.design.columns.blocks[block].name.clone();
             let mut rivals = self.rivals(validation, block, &others, &candidates);
-            let unlogged = self.unlogged_causes(&name);
+            let unlogged = unlogged_causes(self.prepared, self.options, &name);
             rivals.extend(unlogged.iter().map(|cause| ((*cause).into(), 1.0)));
             let sum: f64 = 1.0 + rivals.iter().map(|r| r.1).sum::<f64>();
             let (aliases, others): (Vec<_>, Vec<_>) = rivals
@@ -69,9 +70,7 @@ impl ModelSelection<'_> {
                 } else if unlogged.is_empty() {
                     telling_motion(&name)
                 } else {
-                    telling_motion(&name).map(|motion| {
-                        format!("{motion}, with the board's temperature logged beside it (temp_c)")
-                    })
+                    telling_motion(&name).map(|motion| with_the_temperature(&motion))
                 },
                 aliases,
                 share: ((without - all) * part).clamp(0.0, 1.0),
@@ -82,20 +81,6 @@ impl ModelSelection<'_> {
             });
         }
         out
-    }
-
-    /// What an effect that keeps its own time may as well follow, and this recording does not log.
-    fn unlogged_causes(&self, name: &str) -> Vec<&'static str> {
-        let card = effects::card(name).filter(|card| card.keeps_its_own_time());
-        let logged = &self.prepared.observations.temperature_c;
-        let is_logged = logged.iter().any(|t| t.is_finite());
-        let confusable = card.map_or(&[][..], |card| card.confusable).iter();
-        let follows =
-            |with: &&str| effects::has(with, Card::follows_temperature) && self.allowed(with);
-        confusable
-            .map(|other| other.with)
-            .filter(|with| !is_logged && follows(with))
-            .collect()
     }
 
     /// Largest channel's held-out rms with one effect alone, m.

@@ -1,0 +1,148 @@
+//! A design with its sets weighed: what is found in it, the fit of that, and how likely the whole comparison is.
+
+use super::prior;
+use super::weighing::Weighing;
+use crate::data::prepare::Prepared;
+use crate::design::assembly::{Design, DesignOptions, Options, assemble};
+use crate::linearization::point::LinearizationPoint;
+use crate::linearization::relinearized::RelinearizedFit;
+use crate::selection::limits::VISIBLE_GAP_RATIO;
+use crate::selection::measured::{Measured, measured};
+use effects::Detection;
+use effects::sensor::READINGS;
+
+/// Single effects that are fitted about themselves where the best set leaves a gap: to first order the cause is among the first.
+/// A bound on the work: a cause that is not among them is looked for about the best set alone.
+const ALONE: usize = 3;
+
+/// A design with its sets weighed.
+pub(super) struct Look<'a> {
+    /// The design.
+    pub(super) design: Design<'a>,
+    /// Its sets.
+    pub(super) weighing: Weighing,
+}
+
+/// Weighs the sets of a design about a point.
+pub(super) fn look<'a>(
+    prepared: &'a Prepared,
+    options: &Options,
+    point: &LinearizationPoint,
+    design_options: DesignOptions,
+) -> Look<'a> {
+    Look::of(design(prepared, options, point, design_options))
+}
+
+/// A design in which causes that are in no catalogue compete as well.
+pub(super) fn design<'a>(
+    prepared: &'a Prepared,
+    options: &Options,
+    point: &LinearizationPoint,
+    design_options: DesignOptions,
+) -> Design<'a> {
+    let with_unlisted = DesignOptions {
+        unlisted: true,
+        ..design_options
+    };
+    assemble(prepared, options, point, with_unlisted)
+}
+
+impl<'a> Look<'a> {
+    /// Weighs the sets of a design.
+    pub(super) fn of(design: Design<'a>) -> Self {
+        let weighing = Weighing::of(&design);
+        Self { design, weighing }
+    }
+
+    /// Noise of each reading over the stated one, where it was found to be above.
+    pub(super) fn noise(&self) -> Option<[f64; READINGS]> {
+        let linearized = &self.design.linearized;
+        (!linearized.is_by_stated_noise()).then_some(linearized.noise)
+    }
+
+    /// Logarithm of the evidence of the whole comparison, of the residuals in metres: designs of other noise are whitened in another way.
+    pub(super) fn log_evidence(&self) -> f64 {
+        let odds = if self.noise().is_some() {
+            prior::log_odds()
+        } else {
+            0.0
+        };
+        let white = self.weighing.decide(true).log_evidence;
+        white + self.design.linearized.log_whitening() + odds
+    }
+
+    /// The best set, fitted about itself.
+    pub(super) fn fit(&self) -> RelinearizedFit<'a> {
+        self.fit_of(&self.weighing.found())
+    }
+
+    /// Some effects, fitted about themselves.
+    pub(super) fn fit_of(&self, names: &[String]) -> RelinearizedFit<'a> {
+        let start = LinearizationPoint {
+            baseline: self.design.linearized.baseline.clone(),
+            displacement: self.design.linearized.displacement.clone(),
+            noise: self.noise(),
+        };
+        RelinearizedFit::new(&self.design.linearized, start, names)
+    }
+
+    /// The fit about which all is compared next: of those effects of the best set that do more than the others' forms may lack, or of the
+    /// largest of them, or of another alone, if these leave less. About wrong places a large effect leaves a part of itself, which others
+    /// describe; fitted together with these it may stay at the wrong places, and alone it finds the right ones.
+    pub(super) fn next_point(&self) -> RelinearizedFit<'a> {
+        let names = self.weighing.leading();
+        let left = |fit: &RelinearizedFit| fit.residuals().white_rms();
+        let mut best = self.fit_of(&names);
+        let nested = (2..names.len()).rev().map(|count| names[..count].to_vec());
+        let alone = self.weighing.largest_alone(ALONE);
+        let candidates = nested.chain(alone.map(|name| vec![name.to_owned()]));
+        for candidate in candidates.filter(|c| *c != names) {
+            if left(&best) <= VISIBLE_GAP_RATIO {
+                break;
+            }
+            let fit = self.fit_of(&candidate);
+            if left(&fit) < left(&best) {
+                best = fit;
+            }
+        }
+        best
+    }
+
+    /// True where the best set holds a field over the platen.
+    pub(super) fn holds_a_field(&self) -> bool {
+        let is_field = |name: &String| effects::is(name, Detection::AsField);
+        self.weighing.found().iter().any(is_field)
+    }
+
+    /// The place of what missing codes make, and its share, where that is most of the gap and no single effect leaves nothing of it.
+    pub(super) fn codes_explain_it<'s>(&self, seen: &'s Measured) -> Option<(&'s String, f64)> {
+        seen.codes_explain_it()
+            .filter(|_| !self.weighing.one_explains_all())
+    }
+
+    /// With what the best set leaves.
+    pub(super) fn measured(self, prepared: &'a Prepared, options: &'a Options) -> (Self, Measured) {
+        let fit = self.fit();
+        let (seen, design) = measured(prepared, options, (self.design, fit));
+        let weighing = self.weighing;
+        (Self { design, weighing }, seen)
+    }
+}
+
+/// Two whole comparisons in words: what each finds, and the logarithm of its evidence.
+pub(super) fn compared(here: &Look, with: &Look) -> String {
+    let [here, with] = [here, with].map(|look| {
+        let found = look.weighing.found();
+        format!("{found:?} {:.1}", look.log_evidence())
+    });
+    format!("told more {with}, before {here}")
+}
+
+/// The one whose whole comparison is the likelier: both of the same rows about the same point.
+pub(super) fn likelier<'a>(one: Look<'a>, other: Look<'a>) -> Look<'a> {
+    if other.log_evidence() > one.log_evidence() {
+        other
+    } else {
+        one
+    }
+}
