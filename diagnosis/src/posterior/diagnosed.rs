@@ -1,6 +1,6 @@
 //! A recording, decided by the posterior: decide, linearise about what was found, decide again.
 
-use super::decision::{Decision, Masses, Reason};
+use super::decision::{Decision, Inclusion, Masses, Reason};
 use super::explained::Row;
 use super::field::{by_field, lies_over_the_platen};
 use super::fuller;
@@ -121,8 +121,9 @@ fn first_look<'a>(prepared: &'a Prepared, options: &'a Options) -> (Look<'a>, Me
     Look::of(first).measured(prepared, options)
 }
 
-/// The same by the noise of each reading, as it is measured of what the best set leaves or of what nothing but the baseline does, where that
-/// makes the whole comparison likelier.
+/// The same by another noise of each reading, where that makes the whole comparison likelier: as it is measured of what the best set
+/// leaves, of what nothing but the baseline does, or, where it was found to be louder, as it is stated. Lines that were found meanwhile may
+/// be what was taken for noise.
 fn by_noise<'a>(
     prepared: &'a Prepared,
     options: &'a Options,
@@ -133,30 +134,36 @@ fn by_noise<'a>(
         return (here, seen);
     }
     let linearized = &here.design.linearized;
-    let about_the_set = LinearizationPoint {
+    let about_the_set = |noise| LinearizationPoint {
         baseline: linearized.baseline.clone(),
         displacement: linearized.displacement.clone(),
-        noise: seen.noise,
+        noise,
     };
-    let mut about_nothing = prepared.point();
-    if here.noise().is_none() {
+    let mut points = Vec::new();
+    points.extend(seen.noise.map(|noise| about_the_set(Some(noise))));
+    if here.noise().is_some() {
+        points.push(about_the_set(None));
+    } else {
+        let mut about_nothing = prepared.point();
         (about_nothing.noise, here.design) = noise_beneath_nothing(prepared, options, here.design);
+        points.extend(about_nothing.noise.is_some().then_some(about_nothing));
     }
-    for point in [about_nothing, about_the_set] {
-        if point.noise.is_none() {
-            continue;
-        }
+    let with = |point: &LinearizationPoint| {
         let told = DesignOptions {
             previous_inputs: Some(&here.design.linearized.inputs),
             field: here.holds_a_field(),
             ..DesignOptions::default()
         };
-        let with = look(prepared, options, &point, told);
-        if with.log_evidence() > here.log_evidence() {
-            return with.measured(prepared, options);
-        }
+        look(prepared, options, point, told)
+    };
+    let best = points
+        .iter()
+        .map(with)
+        .max_by(|a, b| a.log_evidence().total_cmp(&b.log_evidence()));
+    match best {
+        Some(best) if best.log_evidence() > here.log_evidence() => best.measured(prepared, options),
+        _ => (here, seen),
     }
-    (here, seen)
 }
 
 /// Decides about what was found, until that stays, with the times that it took.
@@ -180,9 +187,10 @@ fn settled<'a>(
         if decision.verdict == Verdict::NoGap || told {
             break;
         }
+        let before = here.noise();
         (here, seen) = about_what_was_found(prepared, options, &mut point, here, &decision);
         count += 1;
-        if here.weighing.found() == known {
+        if here.weighing.found() == known && point.noise == before {
             break;
         }
     }
@@ -277,7 +285,10 @@ fn answer(
     let weighing = &here.weighing;
     let decision = weighing.decide(seen.white);
     let allowed = |name: &str| !options.without.iter().any(|w| w == name);
-    let mut named: Vec<Effect> = decision.named.iter().map(|n| weighing.effect(n)).collect();
+    let is_noise = |inclusion: &&Inclusion| inclusion.block.is_none();
+    let told = decision.named.iter();
+    let told = told.filter(|n| !(seen.small_bursts && is_noise(n)));
+    let mut named: Vec<Effect> = told.map(|n| weighing.effect(n)).collect();
     let directly = [
         (Detection::AsNoise, here.noise().is_some()),
         (Detection::AsSlips, !prepared.slips.is_empty()),

@@ -1,6 +1,7 @@
 //! The answer to a recording on which the posterior decides: verdict, names, aliases and probabilities are its own, and all figures are those
 //! of the fit of what it names.
 
+use super::lost_signals;
 use super::measured::selection_of;
 use super::named::slips_named;
 use super::nameless_correction::NamelessCorrection;
@@ -13,7 +14,7 @@ use crate::inference::posterior::birge_ratio;
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::posterior::diagnosed::{Answer as Decision, Decided, decided};
-use crate::verdict::answer::{Diagnosis, Named, Verdict};
+use crate::verdict::answer::{Diagnosis, Named, Share, Verdict};
 use recording::Recording;
 
 /// Diagnoses a recording by the posterior; `name` is what the answer calls it. Besides comes the decision, of a recording that can be
@@ -109,8 +110,24 @@ impl ModelSelection<'_> {
             out.effects = effects;
         }
         let correction = self.fill(&mut out, &mut validation, seen);
+        if out.verdict == Verdict::Unknown && out.place.is_empty() {
+            out.place = self.places_of(decision);
+            out.unexplained.place.clone_from(&out.place);
+        }
         out.without_signal.clone_from(&self.prepared.without_signal);
-        (out, correction)
+        let by_segment = self.design.linearized.scope.reference;
+        (lost_signals::located(out, by_segment), correction)
+    }
+
+    /// Where a decision finds what it leaves, in the channel that shows most of it.
+    fn places_of(&self, decision: &Decision) -> Vec<Share> {
+        let channel = self.main_channel();
+        let each = decision.places.iter().map(|(coordinate, share)| Share {
+            channel: channel.into(),
+            coordinate: coordinate.clone(),
+            share: *share,
+        });
+        each.collect()
     }
 
     /// What a decision names, with shares and amounts.

@@ -15,10 +15,12 @@ use effects::sensor::READINGS;
 /// What is measured.
 #[derive(Default)]
 pub(crate) struct Measured {
-    /// What is left beyond the stated noise is shown to be white noise.
+    /// What is left beyond the stated noise is shown to be white: noise, or bursts that are too small to stand out.
     pub(crate) white: bool,
     /// Short disturbances stand out of it.
     pub(crate) bursts: bool,
+    /// What is louder than stated is in the tails alone: it is no noise but what is left of these bursts.
+    pub(crate) small_bursts: bool,
     /// Where codes are missing that a converter should give, and the share of the whole gap that rounding to the others makes.
     pub(crate) missing_codes: Option<(String, f64)>,
     /// Samples in use, where the set shows others to be disturbed than was thought.
@@ -123,9 +125,12 @@ pub(crate) fn measured<'a>(
         level: left.white_rms().powi(2),
         shows: selection.ratio() > STAYS_VISIBLE * selection.noise_rms(),
     };
+    let hold = bursts.hold(bursts.least_squares(&of_left, whole, BURST_SHARE));
+    let in_the_tails = !is_no_tail(&selection, &bursts);
     let measured = Measured {
-        white: white && is_no_tail(&selection, &bursts),
-        bursts: bursts.hold(bursts.least_squares(&of_left, whole, BURST_SHARE)),
+        white: white && (!in_the_tails || hold),
+        bursts: hold,
+        small_bursts: white && in_the_tails && hold,
         missing_codes: selection.missing_codes().map(|l| (l.coordinate, l.share)),
         mask: selection.revised_mask(),
         noise: measured_noise(&selection),

@@ -72,7 +72,7 @@ impl ModelSelection<'_> {
                 let i = sample[rows[0]];
                 let left = |k: &usize| rough[self.after.channel[*k]] * self.after.value_m[*k];
                 let left: Vec<f64> = rows.iter().map(left).collect();
-                SampleResiduals::new(&linearized.rows(i), &left, linearized.reading_variance(i))
+                SampleResiduals::new(&linearized.rows(i), &left, linearized.stated_variance(i))
             });
         seen.collect()
     }

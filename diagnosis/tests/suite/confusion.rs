@@ -1,6 +1,7 @@
 //! The diagnosis on a few recordings of the independent rig and on real ones, in the ordinary tests.
 
 use crate::shared::shared;
+use diagnosis::selection::by_posterior::diagnose_by_posterior;
 use diagnosis::{Diagnosis, Options, Verdict, diagnose};
 use specimens::rig;
 use specimens::{Case, Conditions, Drawn, Kind};
@@ -154,9 +155,12 @@ fn struck(seed: u64, share: f64, over_noise: f64) -> recording::Recording {
 /// quiet as is stated.
 #[test]
 fn bursts_too_small_to_stand_out_are_no_noise() {
-    let d = diagnose(&struck(25, 0.05, 7.0), "rig", &Options::default());
+    let recording = struck(25, 0.05, 7.0);
+    let d = diagnose(&recording, "rig", &Options::default());
     assert_eq!(names(&d), ["outlier_bursts"], "{:?}", d.verdict);
     assert!(d.held_out.whitened_after > 1.1, "{:?}", d.held_out);
+    let (answer, _) = diagnose_by_posterior(&recording, "rig", &Options::default(), false);
+    assert_eq!(names(&answer.diagnosis), ["outlier_bursts"]);
 }
 
 /// A vibration of some three samples a turn is as rough as noise from sample to sample.
@@ -292,9 +296,26 @@ fn what_heavy_noise_hides_is_named_beside_it() {
         [("excess_noise", 1.807e-6), ("velocity_lag", 1.886e-6)],
     );
     let d = diagnose(&case.recorded(0), "two", &Options::default());
-    let mut found = names(&d);
+    assert_eq!(sorted(&d), ["excess_noise", "velocity_lag"]);
+}
+
+/// The noise is measured anew, by the stated one, each time that something else is found beside it.
+#[test]
+#[ignore = "nightly: half a minute"]
+fn what_heavy_noise_hides_is_named_by_the_posterior() {
+    let case = pair(
+        4_036_594_875_922_131,
+        [("excess_noise", 1.807e-6), ("velocity_lag", 1.886e-6)],
+    );
+    let recording = case.recorded(0);
+    let (answer, _) = diagnose_by_posterior(&recording, "two", &Options::default(), false);
+    assert_eq!(sorted(&answer.diagnosis), ["excess_noise", "velocity_lag"]);
+}
+
+fn sorted(d: &Diagnosis) -> Vec<&str> {
+    let mut found = names(d);
     found.sort_unstable();
-    assert_eq!(found, ["excess_noise", "velocity_lag"]);
+    found
 }
 
 #[test]

@@ -266,26 +266,23 @@ impl LinearizedRecording<'_> {
         }
     }
 
-    /// Variance of the calibrated readings by the stated noise.
+    /// Variance of the calibrated readings by the noise that the rows are whitened by.
     pub fn reading_variance(&self, i: usize) -> [f64; READINGS] {
+        let stated = self.stated_variance(i);
+        std::array::from_fn(|r| self.noise[r].powi(2) * stated[r])
+    }
+
+    /// The same by the stated noise.
+    pub fn stated_variance(&self, i: usize) -> [f64; READINGS] {
         std::array::from_fn(|r| {
             if r < 4 {
-                let noise = self.observations.position_noise_m[r]
-                    .get(i)
-                    .copied()
-                    .unwrap_or(0.0);
+                let noise = self.observations.position_noise_m[r].get(i);
                 let gain = self.gain[r].get(i).copied().unwrap_or(1.0);
-                (self.noise[r] * noise * gain).powi(2)
+                (noise.copied().unwrap_or(0.0) * gain).powi(2)
             } else {
-                let noise = self.observations.tan_psi_noise[r - 4]
-                    .get(i)
-                    .copied()
-                    .unwrap_or(0.0);
-                if noise.is_finite() {
-                    (self.noise[r] * noise).powi(2)
-                } else {
-                    0.0
-                }
+                let noise = self.observations.tan_psi_noise[r - 4].get(i);
+                let noise = noise.copied().filter(|n| n.is_finite());
+                noise.unwrap_or(0.0).powi(2)
             }
         })
     }
