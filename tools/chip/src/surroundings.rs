@@ -66,6 +66,8 @@ pub struct Surroundings {
     pub lost_pulses: u32,
     /// What happens to the next bytes that a converter sends: which of the two, what, and to how many.
     pub byte_fault: Option<(usize, ByteFault, u32)>,
+    /// The same from the first byte of that chip's next frame on.
+    pub next_fault: Option<(usize, ByteFault, u32)>,
     convst: Convst,
     reset: Reset,
     clock: Clock,
@@ -122,6 +124,7 @@ impl Surroundings {
             silent: false,
             lost_pulses: 0,
             byte_fault: None,
+            next_fault: None,
             busy_until: 0,
             selected: [false; 2],
         }
@@ -193,6 +196,9 @@ impl Surroundings {
     /// A chip select changes.
     pub fn select(&mut self, chip: usize, low: bool, now: Ticks) {
         self.arrive(now);
+        if let Some(fault) = self.next_fault.take_if(|(of, ..)| low && *of == chip) {
+            self.byte_fault = Some(fault);
+        }
         self.selected[chip] = low;
         self.converter.with_chip(chip, |part| match low {
             true => part.select(to_ns(now)),

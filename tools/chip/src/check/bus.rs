@@ -44,9 +44,10 @@ pub fn stale(image: &Image) -> Result<String> {
 /// Check sums that are wrong: each costs its own sample, and after too many in a row the chips are set anew.
 pub fn check_sums(image: &Image) -> Result<String> {
     on_a_board(image, 16, |board, link| {
+        // From the first byte of a frame: what begins within one ends within another, the first of those that set the chips anew.
         let change = |chip, bytes| {
             let fault = Some((chip, ByteFault::Changed, bytes));
-            board.processor.borrow_mut().chip().around.byte_fault = fault;
+            board.processor.borrow_mut().chip().around.next_fault = fault;
         };
         let mut single = 0;
         for number in 0..SINGLE {
