@@ -182,19 +182,10 @@ fn spread(calibration: &Calibration) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use courier_sensor::model::{ErrorModel, TermTable};
+    use crate::rows::record;
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
-
-    fn record() -> Calibration {
-        let mut calibration = Calibration::identity(Geometry::PAPER);
-        calibration.model = ErrorModel::zero(TermTable::equation_3());
-        let quality = &mut calibration.quality;
-        (quality.poses, quality.unknowns, quality.rank) = (1000, 33, 33);
-        (quality.residual_after_m, quality.predicted_worst_m) = (1.0e-6, 0.195e-6);
-        calibration
-    }
 
     /// Against drawn teeth: the parity's mean over y at both ends of the way, and its variance. A span as long as the way sees the same teeth at
     /// both; a fifth more than with teeth of their own, which is what is told apart here.

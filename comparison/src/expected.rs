@@ -91,20 +91,9 @@ fn difference(phases: &Phases, wanted: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::phases::sinc;
-    use crate::rows::radians_per_turn;
-    use courier_sensor::geometry::Geometry;
-    use courier_sensor::model::{ErrorModel, TermTable};
+    use crate::rows::{radians_per_turn, record};
 
     const ORDERS: [u8; 4] = [1, 2, 4, 6];
-
-    fn record() -> Calibration {
-        let mut calibration = Calibration::identity(Geometry::PAPER);
-        calibration.model = ErrorModel::zero(TermTable::equation_3());
-        let quality = &mut calibration.quality;
-        (quality.poses, quality.unknowns, quality.rank) = (1000, 33, 33);
-        (quality.residual_after_m, quality.predicted_worst_m) = (1.0e-6, 0.195e-6);
-        calibration
-    }
 
     /// The paper's motion: 33.6 / N in squares of the noise.
     #[test]

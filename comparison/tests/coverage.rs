@@ -82,29 +82,36 @@ fn correction(k: &[f64; 9], p: f64) -> f64 {
     own_error(k, &functions)
 }
 
-/// The paper's, one that turns in between, and two of the optimal plan, with fewer poses than its usual 333, since each costs a choice.
-const MOTIONS: [Motion; 4] = [
+/// Poses of the optimal plan unless that is asked otherwise, and fewer for the ordinary tests, since each costs a choice.
+const USUAL_CHOSEN: u32 = 333;
+const FEW_CHOSEN: u32 = 120;
+
+/// So many poses that the optimal plan chooses.
+const fn chosen(poses: u32) -> Motion {
     Motion {
-        poses: 1000,
-        turn_rad: 8.727e-3,
-        plan: Plan::Random,
-    },
-    Motion {
-        poses: 120,
+        poses,
         turn_rad: 26.18e-3,
         plan: Plan::Optimal,
-    },
-    Motion {
-        poses: 250,
-        turn_rad: 15.0e-3,
-        plan: Plan::Random,
-    },
-    Motion {
-        poses: 60,
-        turn_rad: 26.18e-3,
-        plan: Plan::Optimal,
-    },
-];
+    }
+}
+
+/// The paper's, the optimal plan's, one that turns in between, and a short one.
+const fn motions(chosen_poses: u32) -> [Motion; 4] {
+    [
+        Motion {
+            poses: 1000,
+            turn_rad: 8.727e-3,
+            plan: Plan::Random,
+        },
+        chosen(chosen_poses),
+        Motion {
+            poses: 250,
+            turn_rad: 15.0e-3,
+            plan: Plan::Random,
+        },
+        chosen(60),
+    ]
+}
 
 /// A session on a courier with these coefficients: what its record would hold.
 fn session(k: &Coefficients, motion: Motion, rng: &mut ChaCha8Rng) -> Calibration {
@@ -253,20 +260,31 @@ fn try_budget(
         .count((theta_rad - at.theta_rad).abs() <= expanded(Quantity::Theta));
 }
 
-/// Shares over so many pairs, each as far off as is allowed. Of chosen poses it is not known which of two that are nearly as good were
-/// visited, so that the joint test may be more careful after them, and not less.
-fn hold(pairs: u32, allowed: f64) {
+/// Shares over so many pairs, each within what is allowed.
+fn hold(pairs: u32, motions: [Motion; 4], allowed: f64) {
     let mut shares = Shares::default();
     let mut rng = ChaCha8Rng::seed_from_u64(39);
     for pair in 0..pairs {
         try_pair(
-            MOTIONS[pair as usize % MOTIONS.len()],
+            motions[pair as usize % motions.len()],
             &mut shares,
             &mut rng,
         );
     }
+    let [random, chosen] = &shares.joint;
+    for (plan, share) in [("random", random), ("chosen", chosen)] {
+        println!(
+            "joint test, {plan} poses: {:.1} % of {}",
+            100.0 * share.of_all(),
+            share.tried
+        );
+    }
+    let all = Share {
+        held: random.held + chosen.held,
+        tried: random.tried + chosen.tried,
+    };
     let named = [
-        ("joint test, random poses", &shares.joint[0]),
+        ("joint test", &all),
         ("difference at a place", &shares.place),
         ("band over all places", &shares.band),
         ("budget of a position", &shares.position),
@@ -275,9 +293,6 @@ fn hold(pairs: u32, allowed: f64) {
     for (name, share) in named {
         println!("{name}: {:.1} % of {}", 100.0 * share.of_all(), share.tried);
     }
-    let chosen = shares.joint[1].of_all();
-    println!("joint test, chosen poses: {:.1} %", 100.0 * chosen);
-    assert!(chosen >= WANTED - allowed, "{chosen}");
     for (name, share) in named {
         assert!(
             (share.of_all() - WANTED).abs() <= allowed,
@@ -290,20 +305,20 @@ fn hold(pairs: u32, allowed: f64) {
 /// A hundred pairs tell a share of 95 % to 2.2 %: three of that.
 #[test]
 fn a_hundred_pairs_are_told_as_often_as_is_said() {
-    hold(100, 0.065);
+    hold(100, motions(FEW_CHOSEN), 0.065);
 }
 
 #[test]
-#[ignore = "nightly: a minute of processor time"]
+#[ignore = "nightly: some minutes of processor time"]
 fn a_thousand_pairs_are_told_as_often_as_is_said() {
-    hold(1000, ALLOWED);
+    hold(1000, motions(USUAL_CHOSEN), ALLOWED);
 }
 
 /// A change of a third of a micrometre in each coefficient is seen, and none where there is none.
 #[test]
 fn changes_are_seen_and_others_are_not() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
-    let motion = MOTIONS[1];
+    let motion = chosen(FEW_CHOSEN);
     let (mut seen, mut false_alarms) = (0, 0);
     for _ in 0..20 {
         let before = coefficients(&mut rng, COEFFICIENTS_M);

@@ -193,13 +193,7 @@ mod tests {
             ]
         });
         let reduced = problem.reduced(&[1, 2]);
-        let prior = |block| Prior {
-            block,
-            log_odds: -2.0,
-            inexactness,
-            shape: false,
-            listed: true,
-        };
+        let prior = |block| Prior::of_cause(block, inexactness);
         let effects = [prior(0), prior(1)];
         let problem = Problem::of_unit_noise(&reduced, &effects, -2.0);
         let all = weigh(&problem);
@@ -225,13 +219,7 @@ mod tests {
             ]
         });
         let reduced = problem.reduced(&[1, 2]);
-        let prior = |block| Prior {
-            block,
-            log_odds: -2.0,
-            inexactness: 0.3,
-            shape: false,
-            listed: true,
-        };
+        let prior = |block| Prior::of_cause(block, 0.3);
         let effects = [prior(0), prior(1)];
         let problem = Problem {
             of_lines,

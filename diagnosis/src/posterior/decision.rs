@@ -257,13 +257,7 @@ mod tests {
             vec![1.0, columns[0], columns[1], columns[2], sum + noise]
         });
         let reduced = problem.reduced(&[1, 2, 3]);
-        let prior = |block| Prior {
-            block,
-            log_odds: -2.0,
-            inexactness: 0.02,
-            shape: false,
-            listed: true,
-        };
+        let prior = |block| Prior::of_cause(block, 0.02);
         let effects = [prior(0), prior(1)];
         let problem = Problem {
             coordinates: &[2],
@@ -374,13 +368,7 @@ mod tests {
                 ]
             });
             let reduced = problem.reduced(&[1, 2]);
-            let cause = Prior {
-                block: 0,
-                log_odds: -2.0,
-                inexactness: 0.02,
-                shape: false,
-                listed: true,
-            };
+            let cause = Prior::of_cause(0, 0.02);
             let effects = [cause];
             let problem = Problem {
                 coordinates: &[1],
@@ -411,13 +399,7 @@ mod tests {
                 vec![1.0, course, course, one, other, 2.0 * course + noise]
             });
             let reduced = problem.reduced(&[1, 2]);
-            let prior = |block| Prior {
-                block,
-                log_odds: -2.0,
-                inexactness: 0.02,
-                shape: false,
-                listed: true,
-            };
+            let prior = |block| Prior::of_cause(block, 0.02);
             let effects = [prior(0), prior(1)];
             let problem = Problem {
                 of_own_course,

@@ -9,9 +9,9 @@
 //!   owns.
 //! - [`weighed`]: a set with its weight. [`walk`]: the way through the sets at one noise. [`sets`]: the noise, and all sets.
 //! - [`alias`]: sets that predict the same. [`hypotheses`]: what sets say of a gap. [`decision`]: the verdict. [`explained`]: the likeliest sets, told.
-//! - [`held_out`]: what pieces that were not fitted say of a set. [`weighing`]: all that of a design, `look`: with its fits. [`diagnosed`]: of a recording, of whose
-//!   effects [`fuller`] tells more, over whose platen `field` looks for displaced teeth, and which may
-//!   follow what is [`unlogged`].
+//! - [`held_out`]: what pieces that were not fitted say of a set. [`weighing`]: all that of a design. `look`: the same with its fits.
+//! - [`diagnosed`]: all that of a recording. [`fuller`] tells more of its effects, `field` looks for displaced teeth, and [`unlogged`] names
+//!   causes whose quantity was not logged.
 
 pub mod alias;
 pub mod beside;

@@ -57,3 +57,17 @@ pub struct Prior {
     /// It is in the catalogue: what is not explains a gap, and is not named.
     pub listed: bool,
 }
+
+#[cfg(test)]
+impl Prior {
+    /// Of a cause of the catalogue with prior odds of `e^-2`, whose form may lack such a share of its amplitude.
+    pub fn of_cause(block: usize, inexactness: f64) -> Self {
+        Self {
+            block,
+            log_odds: -2.0,
+            inexactness,
+            shape: false,
+            listed: true,
+        }
+    }
+}

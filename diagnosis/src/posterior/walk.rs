@@ -202,13 +202,7 @@ mod tests {
             row
         });
         let reduced = problem.reduced(&[1, 2, 3]);
-        let prior = |block| Prior {
-            block,
-            log_odds: -2.0,
-            inexactness: 0.05,
-            shape: false,
-            listed: true,
-        };
+        let prior = |block| Prior::of_cause(block, 0.05);
         let effects: Vec<Prior> = (0..3).map(prior).collect();
         let all = walk(&Problem::of_unit_noise(&reduced, &effects, -2.0));
         all[0].set().to_vec()
