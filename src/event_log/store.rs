@@ -46,7 +46,7 @@ impl<'f, F: NorFlash> EventLog<'f, F> {
         let mut end = End::default();
         self.each(&mut |bytes| {
             if let Some(head) = head(bytes) {
-                end = end.with(&head);
+                end.note(&head);
             }
             true
         });
@@ -152,20 +152,18 @@ fn is_erased<F: NorFlash>(flash: &mut F, place: u32) -> bool {
 }
 
 impl End {
-    /// With a further entry.
-    fn with(self, head: &Head) -> Self {
+    /// Takes a further entry.
+    fn note(&mut self, head: &Head) {
         // Pages whose order a cut has confused come in any order.
         if head.number < self.last.number {
-            return self;
+            return;
         }
-        let short = match head.start == self.last.start {
-            true => self.short_starts,
-            false => self.short_starts.saturating_add(1),
-        };
         let is_settled = head.time.uptime_s >= super::pace::SETTLED_S;
-        Self {
-            last: *head,
-            short_starts: if is_settled { 0 } else { short },
+        if is_settled {
+            self.short_starts = 0;
+        } else if head.start != self.last.start {
+            self.short_starts = self.short_starts.saturating_add(1);
         }
+        self.last = *head;
     }
 }

@@ -94,7 +94,11 @@ pub fn print(name: &str, file: &Path, sizes: &Sizes) {
                 "worst stack", sizes.stack_bytes
             );
         }
-        println!("  {kind:<6} {:<16} {total:>8} B of {limit}", "together");
+        println!(
+            "  {kind:<6} {:<16} {total:>8} B of {limit}, {} B left",
+            "together",
+            limit.saturating_sub(total)
+        );
     }
     for (context, worst) in &sizes.contexts {
         let link = |(name, bytes): &(String, u32)| format!("{} {bytes}", short(name));
