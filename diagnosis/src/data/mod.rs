@@ -27,3 +27,4 @@ pub(crate) mod spot;
 pub mod thinning;
 pub mod tooth_counts;
 pub mod turn;
+pub(crate) mod uniform_motion;

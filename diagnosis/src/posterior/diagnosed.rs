@@ -19,7 +19,7 @@ use effects::Detection;
 use effects::sensor::BasisInputs;
 use recording::Recording;
 
-/// Times that all is compared about what was found, as long as that finds something else. A bound on the work: the last
+/// Times that all is compared about what was found, as long as that finds something else. A bound on the work: the likeliest
 /// comparison is told where it has not come to the same twice.
 const ROUNDS: usize = 3;
 /// What leaves more than this share of the gap may be wrong, and nothing is moved by it. A derivation: at half, the wrong places
@@ -133,11 +133,10 @@ fn by_noise<'a>(
     if here.weighing.decide(seen.white).verdict == Verdict::NoGap {
         return (here, seen);
     }
-    let linearized = &here.design.linearized;
+    let around = here.point();
     let about_the_set = |noise| LinearizationPoint {
-        baseline: linearized.baseline.clone(),
-        displacement: linearized.displacement.clone(),
         noise,
+        ..around.clone()
     };
     let mut points = Vec::new();
     points.extend(seen.noise.map(|noise| about_the_set(Some(noise))));
@@ -179,7 +178,9 @@ fn settled<'a>(
         (here, seen) = by_field(prepared, options, &point, here).measured(prepared, options);
     }
     let mut count = 1;
-    while count <= ROUNDS {
+    // Where the rounds come to no end, the likeliest comparison is told: all are of the same rows.
+    let mut likeliest: Option<(Look, Measured)> = None;
+    loop {
         let decision = here.weighing.decide(seen.white);
         let known = here.weighing.found();
         let by_noise_alone = decision.verdict == Verdict::Named && known.is_empty();
@@ -187,12 +188,27 @@ fn settled<'a>(
         if decision.verdict == Verdict::NoGap || told {
             break;
         }
+        if count > ROUNDS {
+            if let Some(before) = likeliest.take() {
+                (here, seen) = likelier((here, seen), before);
+                point = here.point();
+            }
+            break;
+        }
         let before = here.noise();
-        (here, seen) = about_what_was_found(prepared, options, &mut point, here, &decision);
+        let next = about_what_was_found(prepared, options, &mut point, &here, &decision);
         count += 1;
+        let before_it = (
+            std::mem::replace(&mut here, next.0),
+            std::mem::replace(&mut seen, next.1),
+        );
         if here.weighing.found() == known && point.noise == before {
             break;
         }
+        likeliest = Some(match likeliest {
+            Some(kept) => likelier(kept, before_it),
+            None => before_it,
+        });
     }
     let known = here.weighing.found();
     let found = !known.is_empty();
@@ -208,7 +224,8 @@ fn settled<'a>(
         // About places that are off by an effect of which more was told, that effect leaves a part of itself.
         let decision = here.weighing.decide(seen.white);
         if here.weighing.found() != known && decision.verdict != Verdict::NoGap {
-            (here, seen) = about_what_was_found(prepared, options, &mut point, here, &decision);
+            let next = about_what_was_found(prepared, options, &mut point, &here, &decision);
+            (here, seen) = likelier((here, seen), next);
             count += 1;
         }
     }
@@ -220,7 +237,7 @@ fn about_what_was_found<'a>(
     prepared: &'a Prepared,
     options: &'a Options,
     point: &mut LinearizationPoint,
-    here: Look<'a>,
+    here: &Look<'a>,
     decision: &Decision,
 ) -> (Look<'a>, Measured) {
     let fit = here.next_point();
@@ -245,8 +262,8 @@ fn about_what_was_found<'a>(
     (next, seen)
 }
 
-/// The same with more told of the effects of the best set, one after the other, where that is likelier altogether: both are of the same
-/// rows about the same point. Of one effect that leaves nothing no more is asked.
+/// The same with more told of the effects of the best set, one after the other, where that is likelier altogether if no form lacks anything: both
+/// are of the same rows about the same point. Of one effect that leaves nothing but noise no more is asked.
 fn told_more<'a>(
     prepared: &'a Prepared,
     options: &Options,
@@ -254,7 +271,7 @@ fn told_more<'a>(
     mut here: Look<'a>,
 ) -> Look<'a> {
     for way in fuller::ways() {
-        if here.weighing.one_explains_all() {
+        if here.weighing.one_explains_all() && here.weighing.leaves_nothing() {
             break;
         }
         let inputs = &here.design.linearized.inputs;
@@ -268,8 +285,9 @@ fn told_more<'a>(
         };
         let with = look(prepared, options, point, told);
         log(&compared(&here, &with));
-        if way.may_be(&with.fit()) {
-            here = likelier(here, with);
+        let is_likelier = with.log_evidence_of_forms() > here.log_evidence_of_forms();
+        if is_likelier && way.may_be(|| here.fit(), || with.fit()) {
+            here = with;
         }
     }
     here

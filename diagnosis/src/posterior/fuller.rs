@@ -1,6 +1,7 @@
 //! What may be told more of the effects that were found: fuller forms, and what of another effect is one's own.
 
 use crate::linearization::relinearized::RelinearizedFit;
+use crate::selection::intermodulation::are_the_gaps_own;
 use effects::Card;
 use effects::effect::{Form, KnownBy, Subsumption};
 use effects::identity::Identity;
@@ -78,12 +79,19 @@ impl Fuller {
         (told != *inputs).then_some(told)
     }
 
-    /// True if what was found with it, fitted about itself, is of amounts that there may be.
-    pub fn may_be(&self, fit: &RelinearizedFit) -> bool {
+    /// True if what was found without it and with it, each fitted about itself, is of amounts that there may be.
+    pub fn may_be<'a>(
+        &self,
+        without: impl FnOnce() -> RelinearizedFit<'a>,
+        with: impl FnOnce() -> RelinearizedFit<'a>,
+    ) -> bool {
         match self {
-            Self::Subsumes(_, subsumption, _) => match subsumption.known_by {
-                KnownBy::Growth { within_k } => is_growth(fit, within_k),
-                KnownBy::Fit | KnownBy::MixedHarmonics => true,
+            Self::Subsumes(card, subsumption, _) => match subsumption.known_by {
+                KnownBy::Growth { within_k } => is_growth(&with(), within_k),
+                KnownBy::MixedHarmonics => {
+                    are_the_gaps_own(&without(), card.name, subsumption.other)
+                }
+                KnownBy::Fit => true,
             },
             Self::Phase(_) | Self::Form(..) | Self::Searched(..) => true,
         }

@@ -1,10 +1,11 @@
 //! What sets say of a gap, each under the four hypotheses about what it leaves: and which of them is told.
 
 use super::alias::{class, is_no_trifle, limit};
-use super::least_size::least_squares;
+use super::least_size::{Share, lacking, least_squares, log_trifle};
+use super::noise_scale::NoiseScale;
 use super::problem::Problem;
 use super::weighed::Weighed;
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 
 /// Noise that is louder than stated by less than this in rms is no gap.
 const VISIBLE: f64 = crate::selection::limits::VISIBLE_GAP_RATIO;
@@ -36,64 +37,190 @@ pub struct Hypothesis {
 
 /// All sets under all hypotheses.
 pub fn hypotheses(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Vec<Hypothesis> {
-    let least = least_squares(problem.reduced.rows);
+    let places = Places::of(all);
+    let weights = all.iter().map(|w| w.log_weight(problem.log_odds));
+    let least_weight = weights.fold(f64::NEG_INFINITY, f64::max) + LOG_WEIGHT_THAT_COUNTS;
     let mut out = Vec::new();
     for (k, weighed) in all.iter().enumerate() {
-        let shapes = weighed.nameless.as_ref();
-        let told = without_trifling_shapes(problem, all, k);
-        let open = weighed.open(problem.log_odds);
-        let closed = weighed.closed(problem.log_odds);
-        let in_shapes: f64 = shapes.map_or(0.0, |(shapes, _)| shapes.explained);
-        let lines = shapes.map_or(0.0, |(shapes, _)| shapes.of_lines(problem));
-        let noise_with = shapes.map_or(weighed.noise, |(_, noise)| *noise);
-        let forms = [
-            (closed[0], 0.0, None),
-            (closed[1], 0.0, Some(weighed.noise)),
-            (open[0], in_shapes, None),
-            (open[1], in_shapes, Some(noise_with)),
-        ];
-        for (log_weight, shaped, louder) in forms {
-            let excess = louder.map_or(0.0, |noise| noise.log_variance.exp_m1().max(0.0));
-            let visible = excess > VISIBLE * VISIBLE - 1.0;
-            let unlocated = if visible {
-                excess * weighed.left.degrees * (-weighed.left.log_noise).exp()
+        let shapes = weighed.nameless.as_ref().map(|(_, noise)| *noise);
+        let whole = Telling {
+            set: without_trifling_shapes(problem, all, &places, k),
+            log_change: 0.0,
+            trifles: 0.0,
+            lacking: weighed.lacking,
+            lacking_of_lines: weighed.lacking_of_lines,
+        };
+        let noises = (weighed.noise, shapes);
+        out.extend(forms(problem, all, k, &whole, noises, noise_is_white));
+        let weight = weighed.log_weight(problem.log_odds);
+        let trifling = trifling(problem, all, &places, k);
+        // The set without a trifle is weighed by itself as well: only where the whole one counts is it asked which of the two is told. That of
+        // nothing is always asked for. The forms of fewer effects lack no more, which makes none likelier.
+        let counts = |told: &Telling| {
+            let of_nothing = all[told.set].set().is_empty();
+            let at_most = if of_nothing {
+                told.log_change
             } else {
-                0.0
+                told.log_change.min(0.0)
             };
-            // What the effects' forms may lack is no noise, however white it looks.
-            let may_lack = least + weighed.lacking;
-            let noise = noise_is_white && unlocated > may_lack;
-            let left = shaped + if noise { 0.0 } else { unlocated };
-            let of_lines = if shaped > 0.0 { lines } else { 0.0 };
-            let trifle = left < may_lack && of_lines < least + weighed.lacking_of_lines;
-            let says = match (weighed.set().is_empty(), noise) {
-                _ if !weighed.listed => Says::Unknown,
-                (true, false) if trifle => Says::NoGap,
-                (true, false) => Says::Unknown,
-                _ if !trifle => Says::Unknown,
-                _ => Says::Named,
-            };
-            out.push(Hypothesis {
-                set: told,
-                log_weight,
-                says,
-                noise,
-                left,
-            });
+            weight + at_most > least_weight
+        };
+        for told in trifling.filter(counts) {
+            let noises = weighed.noise_if_lacking(problem, told.lacking);
+            out.extend(forms(problem, all, k, &told, noises, noise_is_white));
         }
     }
     out
 }
 
+/// What is told of a set, by the noise without nameless shapes and with them, under the four hypotheses about what it leaves.
+fn forms(
+    problem: &Problem,
+    all: &[Weighed],
+    of: usize,
+    told: &Telling,
+    (alone, with_shapes): (NoiseScale, Option<NoiseScale>),
+    noise_is_white: bool,
+) -> [Hypothesis; 4] {
+    let weighed = &all[of];
+    let least = least_squares(problem.reduced.rows);
+    let shapes = weighed.nameless.as_ref().map(|(shapes, _)| shapes);
+    let in_shapes: f64 = shapes.map_or(0.0, |shapes| shapes.explained);
+    let lines = shapes.map_or(0.0, |shapes| shapes.of_lines(problem));
+    let closed = weighed.weight(&alone, 0.0, problem.log_odds);
+    let open = shapes
+        .zip(with_shapes)
+        .map_or([f64::NEG_INFINITY; 2], |(shapes, noise)| {
+            weighed.weight(&noise, shapes.log_prior, problem.log_odds)
+        });
+    let each = [
+        (closed[0], 0.0, None),
+        (closed[1], 0.0, Some(alone)),
+        (open[0], in_shapes, None),
+        (open[1], in_shapes, Some(with_shapes.unwrap_or(alone))),
+    ];
+    each.map(|(log_weight, shaped, louder)| {
+        let excess = louder.map_or(0.0, |noise| noise.log_variance.exp_m1().max(0.0));
+        let visible = excess > VISIBLE * VISIBLE - 1.0;
+        let unlocated = if visible {
+            excess * weighed.left.degrees * (-weighed.left.log_noise).exp()
+        } else {
+            0.0
+        };
+        // What the effects' forms may lack is no noise, however white it looks.
+        let may_lack = least + told.lacking;
+        let noise = noise_is_white && unlocated > may_lack;
+        let left = told.trifles + shaped + if noise { 0.0 } else { unlocated };
+        let of_lines = if shaped > 0.0 { lines } else { 0.0 };
+        let trifle = left < may_lack && of_lines < least + told.lacking_of_lines;
+        let says = match (all[told.set].set().is_empty(), noise) {
+            _ if !all[told.set].listed => Says::Unknown,
+            (true, false) if trifle => Says::NoGap,
+            (true, false) => Says::Unknown,
+            _ if !trifle => Says::Unknown,
+            _ => Says::Named,
+        };
+        Hypothesis {
+            set: told.set,
+            log_weight: log_weight + told.log_change,
+            says,
+            noise,
+            left,
+        }
+    })
+}
+
+/// What is told where a set is found.
+struct Telling {
+    /// Place of the set that is told.
+    set: usize,
+    /// Logarithm of what this changes in the set's weight.
+    log_change: f64,
+    /// Whitened squares of what is found and not worth a name.
+    trifles: f64,
+    /// Whitened squares that the forms of the effects that are told may lack.
+    lacking: f64,
+    /// Those of them that may be lines in the spectrum.
+    lacking_of_lines: f64,
+}
+
+/// What may be told where a set is found, and not all of it is worth a name: all but one effect, which does less than that; or nothing, where all
+/// together do less. A prior that is cut off below leaves what lies below to these: amounts that are not worth a name are none of a gap, and no
+/// reason to name an effect at a size that the data refute. The form of a trifle lacks nothing.
+fn trifling<'a>(
+    problem: &'a Problem,
+    all: &'a [Weighed],
+    places: &'a Places,
+    of: usize,
+) -> impl Iterator<Item = Telling> + 'a {
+    let whole = &all[of];
+    let inexact = |k: usize| {
+        let own = problem.effects.iter().find(|e| e.block == whole.set()[k]);
+        (whole.powers[k], own.map_or(0.0, |e| e.inexactness))
+    };
+    let makes_lines = move |k: &usize| problem.of_lines.contains(&whole.set()[*k]);
+    let one = move |(k, share): (usize, &Share)| {
+        let others = || (0..whole.set().len()).filter(move |other| *other != k);
+        let set: Vec<usize> = others().map(|other| whole.set()[other]).collect();
+        let of_lines = others().filter(makes_lines).map(inexact);
+        Some(Telling {
+            set: without_trifling_shapes(problem, all, places, places.of_set(&set, whole)?),
+            log_change: share.log_trifle - share.log_least,
+            trifles: share.power,
+            lacking: lacking(whole.explained, others().map(inexact)),
+            lacking_of_lines: lacking(whole.explained, of_lines),
+        })
+    };
+    let several = whole.set().len() > 1 && !whole.shares.is_empty();
+    let nothing = places.of_set(&[], whole).filter(|_| several);
+    let nothing = nothing.map(|set| Telling {
+        set,
+        log_change: log_trifle(whole.explained, problem.reduced.rows) - whole.log_least,
+        trifles: whole.explained.max(0.0),
+        lacking: 0.0,
+        lacking_of_lines: 0.0,
+    });
+    whole
+        .shares
+        .iter()
+        .enumerate()
+        .filter_map(one)
+        .chain(nothing)
+}
+
+/// Places of sets among all that were weighed.
+struct Places<'a>(HashMap<(&'a [usize], u64), usize>);
+
+impl<'a> Places<'a> {
+    fn of(all: &'a [Weighed]) -> Self {
+        let each = all.iter().enumerate().rev();
+        Self(each.map(|(k, w)| ((w.set(), Self::noise(w)), k)).collect())
+    }
+
+    /// Sets are weighed at few noises, each with all its sets at the very same.
+    fn noise(weighed: &Weighed) -> u64 {
+        weighed.left.log_noise.to_bits()
+    }
+
+    /// Place of a set at the noise of another.
+    fn of_set(&self, set: &[usize], at: &Weighed) -> Option<usize> {
+        self.0.get(&(set, Self::noise(at))).copied()
+    }
+}
+
 /// Place of the set that is told where a set is found. An effect that is a shape may describe what the forms of the set's causes lack, as
 /// nameless shapes may: where it does no more than that, the causes are told without it.
-fn without_trifling_shapes(problem: &Problem, all: &[Weighed], of: usize) -> usize {
+fn without_trifling_shapes(
+    problem: &Problem,
+    all: &[Weighed],
+    places: &Places,
+    of: usize,
+) -> usize {
     let is_shape = |b: &usize| problem.effects.iter().any(|e| e.block == *b && e.shape);
     let each = all[of].set().iter().zip(&all[of].shares);
     let stays = each.filter(|(b, share)| !is_shape(b) || share.power > share.may_be_lacking);
     let causes: Vec<usize> = stays.map(|(b, _)| *b).collect();
-    let same_noise = |w: &Weighed| w.left.log_noise == all[of].left.log_noise;
-    let place = all.iter().position(|w| w.set() == causes && same_noise(w));
+    let place = places.of_set(&causes, &all[of]);
     place.filter(|_| !causes.is_empty()).unwrap_or(of)
 }
 

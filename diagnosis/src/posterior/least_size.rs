@@ -102,6 +102,14 @@ pub struct Share {
     pub may_be_lacking: f64,
     /// Logarithm of what cutting the effect's prior off adds to the evidence.
     pub log_least: f64,
+    /// Logarithm of the probability, after the data, that it does no more than what is not worth a name.
+    pub log_trifle: f64,
+}
+
+/// Logarithm of the probability that so many squares over the noise, as they were found, are truly no more than what is not worth a name:
+/// their root scatters by about one.
+pub fn log_trifle(squares: f64, rows: f64) -> f64 {
+    log_normal(least_squares(rows).sqrt() - squares.max(0.0).sqrt())
 }
 
 /// What each effect does of a set that explains so many whitened squares over the noise. None where its equations cannot be solved.
@@ -141,11 +149,13 @@ pub fn shares(
         let scattered = fitted.given.eliminated.solve(&whole);
         let variance = scattered.dot(&whole) / power.max(f64::MIN_POSITIVE);
         let deviation = variance.sqrt().max(1.0);
-        let after = log_normal((power.sqrt() - least.sqrt()) / deviation);
+        let above = (power.sqrt() - least.sqrt()) / deviation;
+        let cut = scale::prior_beyond(least / typical).max(SELDOM).ln();
         Some(Share {
             power,
             may_be_lacking: least + lacking,
-            log_least: after - scale::prior_beyond(least / typical).max(SELDOM).ln(),
+            log_least: log_normal(above) - cut,
+            log_trifle: log_normal(-above),
         })
     };
     parts.iter().enumerate().map(one).collect()

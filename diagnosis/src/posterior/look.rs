@@ -62,13 +62,31 @@ impl<'a> Look<'a> {
 
     /// Logarithm of the evidence of the whole comparison, of the residuals in metres: designs of other noise are whitened in another way.
     pub(super) fn log_evidence(&self) -> f64 {
+        self.in_metres(self.weighing.decide(true).log_evidence)
+    }
+
+    /// The same if the forms of all effects lack nothing: what one form lacks, and a fuller one of the same effect tells, is forgiven to none.
+    pub(super) fn log_evidence_of_forms(&self) -> f64 {
+        self.in_metres(self.weighing.log_evidence_of_forms())
+    }
+
+    /// Logarithm of a density of the whitened residuals, made one of those in metres.
+    fn in_metres(&self, white: f64) -> f64 {
         let odds = if self.noise().is_some() {
             prior::log_odds()
         } else {
             0.0
         };
-        let white = self.weighing.decide(true).log_evidence;
         white + self.design.linearized.log_whitening() + odds
+    }
+
+    /// What it is linearised about.
+    pub(super) fn point(&self) -> LinearizationPoint {
+        LinearizationPoint {
+            baseline: self.design.linearized.baseline.clone(),
+            displacement: self.design.linearized.displacement.clone(),
+            noise: self.noise(),
+        }
     }
 
     /// The best set, fitted about itself.
@@ -78,12 +96,7 @@ impl<'a> Look<'a> {
 
     /// Some effects, fitted about themselves.
     pub(super) fn fit_of(&self, names: &[String]) -> RelinearizedFit<'a> {
-        let start = LinearizationPoint {
-            baseline: self.design.linearized.baseline.clone(),
-            displacement: self.design.linearized.displacement.clone(),
-            noise: self.noise(),
-        };
-        RelinearizedFit::new(&self.design.linearized, start, names)
+        RelinearizedFit::new(&self.design.linearized, self.point(), names)
     }
 
     /// The fit about which all is compared next: of those effects of the best set that do more than the others' forms may lack, or of the
@@ -133,14 +146,18 @@ impl<'a> Look<'a> {
 pub(super) fn compared(here: &Look, with: &Look) -> String {
     let [here, with] = [here, with].map(|look| {
         let found = look.weighing.found();
-        format!("{found:?} {:.1}", look.log_evidence())
+        let [whole, of_forms] = [look.log_evidence(), look.log_evidence_of_forms()];
+        format!("{found:?} {whole:.1}, by its forms {of_forms:.1}")
     });
     format!("told more {with}, before {here}")
 }
 
-/// The one whose whole comparison is the likelier: both of the same rows about the same point.
-pub(super) fn likelier<'a>(one: Look<'a>, other: Look<'a>) -> Look<'a> {
-    if other.log_evidence() > one.log_evidence() {
+/// The one whose whole comparison is the likelier, the first if neither is.
+pub(super) fn likelier<'a>(
+    one: (Look<'a>, Measured),
+    other: (Look<'a>, Measured),
+) -> (Look<'a>, Measured) {
+    if other.0.log_evidence() > one.0.log_evidence() {
         other
     } else {
         one

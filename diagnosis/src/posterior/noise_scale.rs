@@ -54,6 +54,18 @@ pub struct NoiseScale {
     pub louder: f64,
 }
 
+impl NoiseScale {
+    /// The same of those kinds of noise alone that another has.
+    pub fn only_as(self, other: &Self) -> Self {
+        let kept = |own: f64, other: f64| if other.is_finite() { own } else { other };
+        Self {
+            stated: kept(self.stated, other.stated),
+            louder: kept(self.louder, other.louder),
+            ..self
+        }
+    }
+}
+
 /// Integrates over the noise. The coefficients are taken to stay as the noise changes, and each that the data tell takes a row: exact to
 /// first order in the share of the data that the prior tells. A fit whose columns carry noise leaves more than the target's own
 /// (the likelihood of errors in variables: Fuller 1987). `inexact` is the share of the noise, in squares, that the set's own effects

@@ -4,7 +4,7 @@ use super::discrepancy;
 use super::evidence::{Fitted, gain};
 use super::least_size::{Share, lacking, least_squares, powers, shares};
 use super::nameless::{Nameless, beside};
-use super::noise_scale::{Left, NoiseScale, log_sum};
+use super::noise_scale::{Left, NoiseScale, integrate, log_sum};
 use super::problem::Problem;
 
 /// The two kinds of noise.
@@ -55,33 +55,54 @@ impl Weighed {
 
     /// Logarithm of its weight without nameless shapes, by noise near the stated one and by louder noise.
     pub fn closed(&self, log_odds: f64) -> [f64; 2] {
-        let common = self.log_least + self.log_prior;
-        [
-            common + self.noise.stated,
-            common + self.noise.louder + log_odds,
-        ]
+        self.weight(&self.noise, 0.0, log_odds)
     }
 
     /// The same with nameless shapes.
     pub fn open(&self, log_odds: f64) -> [f64; 2] {
-        let Some((shapes, noise)) = &self.nameless else {
-            return [f64::NEG_INFINITY; 2];
-        };
-        let common = self.log_least + self.log_prior + shapes.log_prior;
+        match &self.nameless {
+            Some((shapes, noise)) => self.weight(noise, shapes.log_prior, log_odds),
+            None => [f64::NEG_INFINITY; 2],
+        }
+    }
+
+    /// Logarithm of its weight under some noise, with prior odds that are not its effects' own.
+    pub fn weight(&self, noise: &NoiseScale, log_prior: f64, log_odds: f64) -> [f64; 2] {
+        let common = self.log_least + self.log_prior + log_prior;
         [common + noise.stated, common + noise.louder + log_odds]
+    }
+
+    /// The noise without nameless shapes and with them, if the effects' forms may lack so many squares.
+    pub fn noise_if_lacking(
+        &self,
+        problem: &Problem,
+        lacking: f64,
+    ) -> (NoiseScale, Option<NoiseScale>) {
+        let of = |left: &Left, lines: f64, kept: &NoiseScale| {
+            let noise = discrepancy::noise(left, lacking, lines, problem.reduced.rows);
+            noise.only_as(kept)
+        };
+        let with_shapes = self.nameless.as_ref();
+        let with_shapes = with_shapes
+            .map(|(shapes, kept)| of(&shapes.left, self.lines_beside(shapes, problem), kept));
+        (of(&self.left, self.lines, &self.noise), with_shapes)
+    }
+
+    /// Squares of lines that it leaves beside some shapes.
+    fn lines_beside(&self, shapes: &Nameless, problem: &Problem) -> f64 {
+        if shapes.of_lines(problem) > 0.0 {
+            0.0
+        } else {
+            self.lines
+        }
     }
 
     /// Finds the best nameless shapes beside it.
     pub fn look_for_shapes(&mut self, problem: &Problem) {
         let shapes = beside(problem, &self.fitted, &self.left);
         self.nameless = shapes.map(|shapes| {
-            let rows = problem.reduced.rows;
-            let lines = if shapes.of_lines(problem) > 0.0 {
-                0.0
-            } else {
-                self.lines
-            };
-            let noise = discrepancy::noise(&shapes.left, self.lacking, lines, rows);
+            let lines = self.lines_beside(&shapes, problem);
+            let noise = discrepancy::noise(&shapes.left, self.lacking, lines, problem.reduced.rows);
             (shapes, noise)
         });
     }
@@ -112,6 +133,17 @@ impl Weighed {
                 Noise::Louder => scale.stated = f64::NEG_INFINITY,
             }
         }
+    }
+
+    /// Logarithm of its whole weight if the forms of its effects lack nothing: what they leave is shapes without a name or noise.
+    pub fn log_weight_of_forms(&self, log_odds: f64) -> f64 {
+        let of = |left: &Left, kept: &NoiseScale, log_prior: f64| {
+            self.weight(&integrate(left, 0.0).only_as(kept), log_prior, log_odds)
+        };
+        let alone = of(&self.left, &self.noise, 0.0);
+        let with_shapes = self.nameless.iter();
+        let with_shapes = with_shapes.flat_map(|(s, kept)| of(&s.left, kept, s.log_prior));
+        log_sum(alone.into_iter().chain(with_shapes))
     }
 
     /// Logarithm of its whole weight.

@@ -1,15 +1,20 @@
 //! The sets of a design, weighed, with their names.
 
 use super::decision::{Decision, Inclusion, decide};
+use super::discrepancy::excess;
 use super::explained::{Row, rows};
 use super::held_out::refuted;
+use super::least_size::least_squares;
+use super::noise_scale::log_sum;
 use super::prior::{is_logged, is_of_lines, is_of_own_course, log_odds, prior};
 use super::problem::{Prior, Problem};
 use super::reduced::Reduced;
 use super::sets::weigh;
 use super::weighed::Weighed;
+use crate::data::uniform_motion::is_uniform;
 use crate::design::assembly::{BlockKind, Design};
 use crate::design::unlisted::is_unlisted;
+use crate::linearization::recording::LinearizedRecording;
 use effects::Detection;
 use std::collections::HashMap;
 
@@ -89,9 +94,7 @@ impl Weighing {
             reduced,
             effects: effects.into_iter().map(|b| prior(&names[b], b)).collect(),
             coordinates,
-            of_lines: (0..names.len())
-                .filter(|b| is_of_lines(&names[*b]))
-                .collect(),
+            of_lines: of_lines(&names, &design.linearized),
             of_own_course: (0..names.len())
                 .filter(|b| is_of_own_course(&names[*b], &design.linearized))
                 .collect(),
@@ -199,6 +202,19 @@ impl Weighing {
         })
     }
 
+    /// Logarithm of the evidence of the whole comparison if the forms of all effects lack nothing.
+    pub fn log_evidence_of_forms(&self) -> f64 {
+        let each = self.weighed.iter();
+        log_sum(each.map(|w| w.log_weight_of_forms(log_odds())))
+    }
+
+    /// True where the likeliest set leaves no more beyond the noise than is worth a name: no form of its effects lacks anything.
+    pub fn leaves_nothing(&self) -> bool {
+        let least = least_squares(self.reduced.rows);
+        let best = self.weighed.first();
+        best.is_some_and(|best| excess(&best.left) < least)
+    }
+
     /// The likeliest sets, with what each explains of data that it has not seen. Cost: twenty cross-validations.
     pub fn explained(&self, design: &Design) -> Vec<Row> {
         let mut validation = design.cross_validation();
@@ -233,6 +249,24 @@ impl Weighing {
             aliases,
         }
     }
+}
+
+/// Blocks of lines in the spectrum. Where every segment goes with the clock, what follows the motion has lines as well, and none is told from
+/// what the form of an effect lacks.
+fn of_lines(names: &[String], linearized: &LinearizedRecording) -> Vec<usize> {
+    let o = linearized.observations;
+    let mut segments = (0..4).filter(|s| linearized.scope.segments[*s]);
+    let place_m = |s: usize| -> Vec<f64> {
+        let each = (0..linearized.len()).map(|i| linearized.covariates(i).place_m[s][0]);
+        each.collect()
+    };
+    let of_lines = (0..names.len()).filter(|b| is_of_lines(&names[*b]));
+    let of_lines: Vec<usize> = of_lines.collect();
+    let as_a_clock = |s: usize| is_uniform(&o.stretch, &o.t_s, &place_m(s), o.pitch_m);
+    if !of_lines.is_empty() && segments.all(as_a_clock) {
+        return Vec::new();
+    }
+    of_lines
 }
 
 /// Variance of the whitened residuals by the noise that the design is whitened by: as it is simulated where that is the stated one. Noise

@@ -37,7 +37,7 @@ struct Pair {
 
 /// True if the free harmonics that are found are what the offsets that the gap shows make of equation (3)'s, and its third harmonics.
 /// `gap` and `harmonics` are the names of the two effects.
-pub(super) fn are_the_gaps_own(relinearized: &RelinearizedFit, gap: &str, harmonics: &str) -> bool {
+pub(crate) fn are_the_gaps_own(relinearized: &RelinearizedFit, gap: &str, harmonics: &str) -> bool {
     let pitch_m = relinearized.linearized.observations.pitch_m;
     let changes_m =
         |order: usize, s: usize| amplitude_m(relinearized, gap, Factor::Amplitude, order, s);

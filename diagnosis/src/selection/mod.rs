@@ -12,7 +12,7 @@ mod field;
 mod figures;
 mod final_fit;
 mod follows;
-mod intermodulation;
+pub(crate) mod intermodulation;
 pub mod limits;
 mod location;
 mod lost_signals;

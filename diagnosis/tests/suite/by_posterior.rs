@@ -1,5 +1,6 @@
 //! Answers on which the posterior decides, on short recordings of one segment beside a reference.
 
+use crate::rings::{Ring, named, recorded};
 use diagnosis::selection::by_posterior::diagnose_by_posterior;
 use diagnosis::verdict::answer::Verdict;
 use diagnosis::{Options, check};
@@ -46,4 +47,13 @@ fn a_hum_is_no_noise() {
         assert_eq!(answer.diagnosis.place[0].coordinate, "frequency");
         assert!(answer.diagnosis.effects.is_empty());
     }
+}
+
+/// A ring at one speed: what follows its poles has lines in the spectrum, which speak against no field.
+#[test]
+fn a_ring_at_one_speed_is_named() {
+    let ring = Ring::draw(1, 0.01, 0.03);
+    let recording = recorded(&ring, 1, 3.4, false);
+    let (answer, _) = diagnose_by_posterior(&recording, "ring", &Options::default(), false);
+    named(&answer.diagnosis);
 }

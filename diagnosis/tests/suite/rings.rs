@@ -17,13 +17,13 @@ const NOISE: f64 = 12.0;
 const OF_TURN: usize = 1300;
 
 /// A ring: where each of its poles stands, and how strong it is.
-struct Ring {
+pub struct Ring {
     poles: Vec<(f64, f64)>,
 }
 
 impl Ring {
     /// Poles that are off by `off` of a pole pair and stronger or weaker by `stronger`, both rms.
-    fn draw(seed: u64, off: f64, stronger: f64) -> Self {
+    pub fn draw(seed: u64, off: f64, stronger: f64) -> Self {
         let mut dice = Dice(seed);
         let one = |k: usize| {
             let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
@@ -47,7 +47,7 @@ impl Ring {
 }
 
 /// A recording of so many turns beside a reference that goes on, or begins anew with each turn.
-fn recording(ring: &Ring, seed: u64, turns: f64, wrapped: bool) -> Recording {
+pub fn recorded(ring: &Ring, seed: u64, turns: f64, wrapped: bool) -> Recording {
     let mut dice = Dice(seed);
     let mut samples = Samples::default();
     let peak = (0..1000)
@@ -95,7 +95,7 @@ fn names(answer: &Diagnosis) -> Vec<&str> {
 }
 
 /// Named, and what is left of the gap is a third or less.
-fn named(answer: &Diagnosis) {
+pub fn named(answer: &Diagnosis) {
     assert_eq!(answer.verdict, Verdict::Named, "{:?}", answer.place);
     assert_eq!(names(answer), ["tooth_variation"]);
     let [before, after] = [
@@ -108,20 +108,20 @@ fn named(answer: &Diagnosis) {
 #[test]
 fn poles_that_come_round_again_are_named() {
     let ring = Ring::draw(1, 0.01, 0.03);
-    named(&of(&recording(&ring, 1, 3.4, false)));
+    named(&of(&recorded(&ring, 1, 3.4, false)));
 }
 
 #[test]
 fn poles_whose_place_begins_anew_with_each_turn_are_named() {
     let ring = Ring::draw(2, 0.01, 0.03);
-    named(&of(&recording(&ring, 2, 3.4, true)));
+    named(&of(&recorded(&ring, 2, 3.4, true)));
 }
 
 /// Each pole is passed once: nothing tells what is the poles', and what goes with the time.
 #[test]
 fn of_one_turn_no_pole_is_named() {
     let ring = Ring::draw(3, 0.01, 0.03);
-    let answer = of(&recording(&ring, 3, 0.95, false));
+    let answer = of(&recorded(&ring, 3, 0.95, false));
     assert!(
         !names(&answer).contains(&"tooth_variation"),
         "{:?}",
@@ -133,7 +133,7 @@ fn of_one_turn_no_pole_is_named() {
 #[test]
 fn poles_that_are_alike_are_no_field() {
     let ring = Ring::draw(4, 0.0, 0.0);
-    let answer = of(&recording(&ring, 4, 3.4, false));
+    let answer = of(&recorded(&ring, 4, 3.4, false));
     assert!(
         !names(&answer).contains(&"tooth_variation"),
         "{:?}",
