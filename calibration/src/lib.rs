@@ -6,11 +6,10 @@
 //!
 //! Of a session: `session` (state machine) -> `average` (one pose's frames) -> `gate` (outliers, rows) -> `regression` (equation 7)
 //! -> `outcome`. `plan` chooses the poses, `visits` says how many and how long. `record` and `slots`: what is stored, and where.
-//! `watch`, `beacon_watch`: whether it stays true.
+//! `watch`, `rest_watch`: whether it stays true.
 #![no_std]
 
 mod average;
-pub mod beacon_watch;
 mod config;
 pub mod device;
 mod gate;
@@ -23,6 +22,7 @@ mod quotient;
 pub mod recalibration;
 pub mod record;
 mod regression;
+pub mod rest_watch;
 mod sample;
 mod service;
 mod session;

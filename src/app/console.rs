@@ -8,6 +8,7 @@ use super::keeper::Keeper;
 use super::ordered::{calibrate, calibrate_joint, progress};
 use super::restarts::StartReport;
 use crate::calibration::record::{Calibration, Method};
+use crate::calibration::rest_watch::RestKind;
 use crate::calibration::slots::Place;
 use crate::event_log::page::Page;
 use crate::link::framing;
@@ -370,7 +371,8 @@ impl<'q, P: Ports> Console<'q, P> {
             isr_cycles_worst: Some(mailbox.isr_cycles_worst()).filter(|cycles| *cycles > 0),
             health: self.started.health,
             watch: background.verdict(),
-            beacon_watch: background.beacon_verdict(),
+            beacon_watch: background.rest_verdict(RestKind::Beacon),
+            parity_watch: background.rest_verdict(RestKind::Parity),
             recalibration: background.recalibration(),
         }
     }

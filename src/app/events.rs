@@ -3,9 +3,9 @@
 //! States are compared, so nothing waits in a queue: what changes to and fro before it can be written is one entry, or none.
 
 use super::restarts::StartReport;
-use crate::calibration::beacon_watch::BeaconVerdict;
 use crate::calibration::recalibration::Proposal;
 use crate::calibration::record::Instant;
+use crate::calibration::rest_watch::{RestKind, RestVerdict};
 use crate::calibration::watch::{Standing, Verdict};
 use crate::event_log::entry::{Ending, Event, Fault, Head, MESSAGE_BYTES, MapEvent};
 use crate::event_log::pace::{MOST_SHORT_STARTS, Pace, SETTLED_S, START_S};
@@ -38,8 +38,8 @@ pub struct Seen<'s> {
     pub at_once: bool,
     /// How the calibration in force stands.
     pub verdict: Verdict,
-    /// How its beacon's part stands.
-    pub beacon: BeaconVerdict,
+    /// How it stands by the courier's rests, by [`RestKind`].
+    pub rests: [RestVerdict; 2],
     /// What has become of the stored tooth maps.
     pub map: StoredMap,
     /// How the last session ended, and the held-out residuals.
@@ -73,7 +73,7 @@ pub struct Events {
     /// Kind and slot.
     map: (u8, u8),
     standing: Standing,
-    beacon: Standing,
+    rests: [Standing; 2],
 }
 
 impl Events {
@@ -196,7 +196,8 @@ impl Events {
         }
         self.map(&seen.map)
             .or_else(|| self.watch(&seen.verdict))
-            .or_else(|| self.watch_beacon(&seen.beacon))
+            .or_else(|| self.watch_rests(RestKind::Beacon, &seen.rests))
+            .or_else(|| self.watch_rests(RestKind::Parity, &seen.rests))
             .or_else(|| self.proposal(seen.proposed))
             .or_else(|| self.status())
     }
@@ -205,7 +206,7 @@ impl Events {
         self.in_force = in_force;
         // Maps are looked for anew, and it stands otherwise.
         self.map = (0, 0);
-        (self.standing, self.beacon) = (Standing::Unwatched, Standing::Unwatched);
+        (self.standing, self.rests) = (Standing::Unwatched, [Standing::Unwatched; 2]);
         self.is_proposal_told = false;
     }
 
@@ -236,13 +237,17 @@ impl Events {
             .then_some(Event::Watch { standing, change })
     }
 
-    fn watch_beacon(&mut self, verdict: &BeaconVerdict) -> Option<Event> {
-        let BeaconVerdict {
+    #[inline(never)]
+    fn watch_rests(&mut self, kind: RestKind, verdicts: &[RestVerdict; 2]) -> Option<Event> {
+        let RestVerdict {
             standing, change, ..
-        } = *verdict;
+        } = verdicts[kind as usize];
         let told_s = change.map(|change| change.told_s);
-        stands_otherwise(&mut self.beacon, standing, told_s)
-            .then_some(Event::BeaconWatch { standing, change })
+        let last = &mut self.rests[kind as usize];
+        stands_otherwise(last, standing, told_s).then_some(match kind {
+            RestKind::Beacon => Event::BeaconWatch { standing, change },
+            RestKind::Parity => Event::ParityWatch { standing, change },
+        })
     }
 
     /// The first candidate beside a calibration in force: what becomes of it shows by the next that is.

@@ -6,10 +6,12 @@
 use super::task::Task;
 use crate::calibration::Service;
 use crate::calibration::UNUSABLE;
-use crate::calibration::beacon_watch::{BeaconKept, BeaconVerdict, BeaconWatch, Glance, stated_m};
 use crate::calibration::quotient;
 use crate::calibration::recalibration::{Idle, Mode, Recalibration, State};
 use crate::calibration::record::Calibration;
+use crate::calibration::rest_watch::{
+    Glance, RestKept, RestKind, RestVerdict, RestWatch, stated_m,
+};
 use crate::calibration::watch::{Amounts, Kept, Reading, Standing, Verdict, Watch, WatchConfig};
 use crate::frame::Frame;
 use crate::geometry::Geometry;
@@ -24,19 +26,19 @@ const LOOKS_A_SECOND: u32 = 1000;
 pub struct Watcher {
     /// Means something while there is a calibration in force.
     watch: Watch,
-    /// Over the beacon's part of it.
-    beacon: BeaconWatch,
+    /// Over the courier's rests, by [`RestKind`].
+    rests: [RestWatch; 2],
     watching: bool,
     /// [`super::keeper::Keeper::outputs`] that it is for.
     of: u8,
     /// How it stood when it was kept last, [`Watcher::stand`].
     kept: u8,
-    beacon_kept: u8,
+    rests_kept: [u8; 2],
     /// What becomes of candidates.
     mode: Mode,
     /// Whether none is looked for, beside what the background says, and why. No option, of which nothing would not be zeros.
-    rests: bool,
-    rests_why: Idle,
+    is_idle: bool,
+    idle_why: Idle,
     /// [`super::keeper::Keeper::changes`] at which the mode was kept.
     mode_kept: u8,
     /// Candidates that came in force, and when the last did.
@@ -59,14 +61,14 @@ impl Watcher {
     pub const fn new() -> Self {
         Self {
             watch: Watch::blank(),
-            beacon: BeaconWatch::blank(),
+            rests: [const { RestWatch::blank() }; 2],
             watching: false,
             of: 0,
             kept: 0,
-            beacon_kept: 0,
+            rests_kept: [0; 2],
             mode: Mode::Off,
-            rests: false,
-            rests_why: Idle::Off,
+            is_idle: false,
+            idle_why: Idle::Off,
             mode_kept: 0,
             adopted: 0,
             adopted_s: 0,
@@ -85,10 +87,10 @@ impl Watcher {
         }
     }
 
-    /// What is known of the beacon's part.
+    /// What is known by rests.
     #[must_use]
-    pub fn beacon_verdict(&self) -> BeaconVerdict {
-        self.beacon.verdict()
+    pub fn rest_verdict(&self, kind: RestKind) -> RestVerdict {
+        self.rests[kind as usize].verdict()
     }
 
     /// Begins anew where other outputs are in force than before; `outputs` counts them. Whether it watches
@@ -97,9 +99,9 @@ impl Watcher {
         if self.of == outputs {
             return false;
         }
-        (self.kept, self.beacon_kept) = (0, 0);
+        (self.kept, self.rests_kept) = (0, [0; 2]);
         self.of = outputs;
-        self.rests = false;
+        self.is_idle = false;
         self.watching = in_force.is_some();
         if let Some(calibration) = in_force {
             self.watch.start(WatchConfig::of(
@@ -112,7 +114,16 @@ impl Watcher {
             let beacon = calibration.beacon.as_ref()?;
             Some(stated_m(beacon, &calibration.geometry))
         });
-        self.beacon.start(beacon);
+        // Of g_p it states what it left on held-out poses.
+        let parity = in_force.map(|_| [self.watch.config().residual_m, 0.0]);
+        for ((watch, kind), stated_m) in self
+            .rests
+            .iter_mut()
+            .zip(RestKind::ALL)
+            .zip([beacon, parity])
+        {
+            watch.start(kind, stated_m);
+        }
         task.forget_service();
         self.watching
     }
@@ -123,22 +134,22 @@ impl Watcher {
         self.kept = self.stand();
     }
 
-    /// The same for the beacon's part.
-    pub fn restore_beacon(&mut self, kept: &BeaconKept) {
-        self.beacon.restore(kept);
-        self.beacon_kept = stand(self.beacon.verdict().standing);
+    /// The same for rests.
+    pub fn restore_rests(&mut self, kind: RestKind, kept: &RestKept) {
+        self.rests[kind as usize].restore(kept);
+        self.has_kept_rests(kind);
     }
 
-    /// What is to be kept of the beacon's part, as [`Watcher::to_keep`]. To be followed by [`Watcher::has_kept_beacon`].
+    /// What is to be kept of rests, as [`Watcher::to_keep`]. To be followed by [`Watcher::has_kept_rests`].
     #[must_use]
-    pub fn beacon_to_keep(&self) -> Option<BeaconKept> {
-        let is_new = self.beacon_kept != stand(self.beacon.verdict().standing);
-        self.beacon.kept().filter(|_| is_new)
+    pub fn rests_to_keep(&self, kind: RestKind) -> Option<RestKept> {
+        let is_new = self.rests_kept[kind as usize] != stand(self.rest_verdict(kind).standing);
+        self.rests[kind as usize].kept().filter(|_| is_new)
     }
 
     /// It is kept, or cannot be: not again until it changes.
-    pub fn has_kept_beacon(&mut self) {
-        self.beacon_kept = stand(self.beacon.verdict().standing);
+    pub fn has_kept_rests(&mut self, kind: RestKind) {
+        self.rests_kept[kind as usize] = stand(self.rest_verdict(kind).standing);
     }
 
     /// What is to be kept, if that has changed in kind since it was kept last: the reference is known, a change is told or taken back, the
@@ -184,19 +195,19 @@ impl Watcher {
             return false;
         }
         let time_ms = quotient(samples * 1000, rate_hz);
-        let glance = Glance::of(frame, geometry, UNUSABLE);
-        let of_beacon = self.beacon.take(
-            glance.as_ref(),
-            quotient(time_ms, 1000) as u32,
-            geometry.pitch_m,
-        );
-        if frame.status.intersects(UNUSABLE) {
-            return of_beacon;
+        let now_s = quotient(time_ms, 1000) as u32;
+        let mut by_rests = false;
+        for (watch, kind) in self.rests.iter_mut().zip(RestKind::ALL) {
+            let glance = Glance::of(kind, frame, geometry, UNUSABLE);
+            by_rests |= watch.take(glance.as_ref(), now_s, geometry.pitch_m);
         }
-        let learns = learns && self.mode != Mode::Off && !self.rests;
+        if frame.status.intersects(UNUSABLE) {
+            return by_rests;
+        }
+        let learns = learns && self.mode != Mode::Off && !self.is_idle;
         let (watch, reading) = (&mut self.watch, Reading::of(frame, time_ms));
         let service = task.service();
-        service.is_some_and(|service| service.take(watch, &reading, learns)) || of_beacon
+        service.is_some_and(|service| service.take(watch, &reading, learns)) || by_rests
     }
 
     /// What becomes of candidates.
@@ -206,12 +217,12 @@ impl Watcher {
 
     /// Sets it; a candidate may be looked for again.
     pub fn set_mode(&mut self, mode: Mode) {
-        (self.mode, self.rests) = (mode, false);
+        (self.mode, self.is_idle) = (mode, false);
     }
 
     /// No candidate is looked for, until another calibration comes in force or a mode is set.
     pub fn rest(&mut self, why: Idle) {
-        (self.rests, self.rests_why) = (true, why);
+        (self.is_idle, self.idle_why) = (true, why);
     }
 
     /// Whether the mode is to be kept, as what is stored or in force has changed.
@@ -227,7 +238,7 @@ impl Watcher {
     /// What the candidate that is proposed takes off equation (3)'s corrections, metres.
     pub fn changes_m<'t>(&self, task: &'t Task) -> Option<&'t Amounts> {
         let learner = task.running_service().map(Service::learner)?;
-        let is_open = self.watching && !self.rests;
+        let is_open = self.watching && !self.is_idle;
         let is_believed = learner.proposal().is_some_and(|of| of.is_believed());
         (is_open && is_believed).then(|| learner.candidate_m())
     }
@@ -236,7 +247,7 @@ impl Watcher {
     pub fn adopted(&mut self, outputs: u8, uptime_s: u32, task: &mut Task) -> Option<Kept> {
         self.of = outputs;
         // Another record, behind which nothing is kept yet.
-        self.beacon_kept = 0;
+        self.rests_kept = [0; 2];
         self.adopted = self.adopted.saturating_add(1);
         self.adopted_s = uptime_s;
         let amended_m = task.service().map_or(0.0, Service::adopt);
@@ -254,7 +265,7 @@ impl Watcher {
         let proposal = task
             .running_service()
             .and_then(|service| service.learner().proposal());
-        let rests = self.rests.then_some(self.rests_why);
+        let rests = self.is_idle.then_some(self.idle_why);
         let state = match (off.or(hindered).or(rests), proposal) {
             (Some(why), _) => State::Idle(why),
             (None, Some(of)) if of.is_believed() => State::Proposed(of),
@@ -272,7 +283,7 @@ impl Watcher {
     /// Whether frames are to say that the calibration has drifted.
     #[must_use]
     pub fn has_told(&self) -> bool {
-        self.watching && (self.watch.has_told() || self.beacon.has_told())
+        self.watching && (self.watch.has_told() || self.rests.iter().any(RestWatch::has_told))
     }
 }
 

@@ -8,9 +8,9 @@
 //! knows its [`LAYOUT`].
 
 use crate::calibration::Refusal as SessionRefusal;
-use crate::calibration::beacon_watch::BeaconChange;
 use crate::calibration::recalibration::Proposal;
 use crate::calibration::record::{Instant, Method};
+use crate::calibration::rest_watch::RestChange;
 use crate::calibration::slots::Place;
 use crate::calibration::watch::{Change, Standing};
 use crate::frame::Coordinate;
@@ -96,7 +96,14 @@ pub enum Event {
         /// How.
         standing: Standing,
         /// What has changed.
-        change: Option<BeaconChange>,
+        change: Option<RestChange>,
+    },
+    /// The parity g_p at rests stands otherwise than before.
+    ParityWatch {
+        /// How.
+        standing: Standing,
+        /// What has changed.
+        change: Option<RestChange>,
     },
 }
 

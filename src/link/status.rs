@@ -1,8 +1,8 @@
 //! State of the board, as a host sees it.
 
-use crate::calibration::beacon_watch::BeaconVerdict;
 use crate::calibration::recalibration::Recalibration;
 use crate::calibration::record::Instant;
+use crate::calibration::rest_watch::RestVerdict;
 use crate::calibration::slots::Place;
 use crate::calibration::watch::Verdict;
 use crate::frame::{Coordinate, Pose, SEGMENTS};
@@ -140,7 +140,9 @@ pub struct BoardStatus {
     /// Whether the calibration in force stays true.
     pub watch: Verdict,
     /// Whether its beacon's part does.
-    pub beacon_watch: BeaconVerdict,
+    pub beacon_watch: RestVerdict,
+    /// Whether the parity g_p at rests is what it left.
+    pub parity_watch: RestVerdict,
     /// Whether ordinary motion tells of a better one.
     pub recalibration: Recalibration,
 }

@@ -4,7 +4,7 @@
 //! board counts there, less that, must be a whole number of teeth along x and y. What is left over is the error of both, some
 //! hundredths of a tooth; where it is more than a quarter, the beacon was moved or it is another one's.
 
-use crate::calibration::beacon_watch::{FASTEST_M_S, MOST_DEFLECTION};
+use crate::calibration::rest_watch::{FASTEST_M_S, MOST_DEFLECTION};
 use crate::frame::{Coordinate, Frame, Pose, Status};
 use crate::geometry::Geometry;
 use crate::math;

@@ -7,7 +7,7 @@
 //! turned there as it was, since a turn by 0.1° moves a switch that is 50 mm off the middle by 0.09 mm.
 
 use super::homing::{Unusable, is_doubtful, moved};
-use crate::calibration::beacon_watch::FASTEST_M_S;
+use crate::calibration::rest_watch::FASTEST_M_S;
 use crate::frame::{Coordinate, Frame};
 use serde::{Deserialize, Serialize};
 

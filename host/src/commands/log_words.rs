@@ -1,8 +1,8 @@
 //! Entries of a board's log, in words.
 
 use crate::terminal::micrometres;
-use courier_sensor::calibration::beacon_watch::BeaconChange;
 use courier_sensor::calibration::record::Method;
+use courier_sensor::calibration::rest_watch::RestChange;
 use courier_sensor::calibration::slots::Place;
 use courier_sensor::calibration::watch::{Change, Standing};
 use courier_sensor::event_log::entry::{Ending, Event, Fault, Head, MapEvent};
@@ -76,7 +76,14 @@ pub fn what(event: &Event) -> String {
         },
         Event::Map(map) => of_map(map),
         Event::Watch { standing, change } => watched(*standing, change.as_ref()),
-        Event::BeaconWatch { standing, change } => watched_beacon(*standing, change.as_ref()),
+        Event::BeaconWatch { standing, change } => watched_rests(
+            "beacon's part of the calibration",
+            *standing,
+            change.as_ref(),
+        ),
+        Event::ParityWatch { standing, change } => {
+            watched_rests("calibration, by g_p at rests,", *standing, change.as_ref())
+        }
         Event::ImageTaken(version) => {
             format!("firmware {version} taken in; the next start tries it")
         }
@@ -168,12 +175,12 @@ fn of_map(map: &MapEvent) -> String {
     }
 }
 
-fn watched_beacon(standing: Standing, change: Option<&BeaconChange>) -> String {
+fn watched_rests(what: &str, standing: Standing, change: Option<&RestChange>) -> String {
     let of = change.map_or(String::new(), |change| format!(": {change}"));
     match standing {
-        Standing::Stale => format!("beacon's part of the calibration stale{of}"),
-        Standing::Drifting => format!("beacon's part of the calibration drifting{of}"),
-        _ => "beacon's part of the calibration as calibrated again".to_owned(),
+        Standing::Stale => format!("{what} stale{of}"),
+        Standing::Drifting => format!("{what} drifting{of}"),
+        _ => format!("{what} as calibrated again"),
     }
 }
 

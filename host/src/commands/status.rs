@@ -7,6 +7,7 @@ use crate::output::{Files, Kind};
 use crate::board::{Choice, Link, map, update};
 use crate::terminal::{figure, pairs};
 use anyhow::{Result, bail};
+use courier_sensor::calibration::rest_watch::RestKind;
 use courier_sensor::calibration::watch::Standing;
 use courier_sensor::frame::Status;
 use courier_sensor::geometry::Geometry;
@@ -144,11 +145,17 @@ fn text(output: &Output) -> String {
         ("status", bits(status.status)),
         ("since last asked", bits(status.status_seen)),
     ];
-    let of_beacon = &status.beacon_watch;
+    let after = rows.iter().position(|(name, _)| *name == "in service");
+    let place = after.map_or(rows.len(), |after| after + 1);
+    let (of_beacon, of_parity) = (&status.beacon_watch, &status.parity_watch);
     if of_beacon.standing != Standing::Unwatched {
-        let after = rows.iter().position(|(name, _)| *name == "in service");
-        let place = after.map_or(rows.len(), |after| after + 1);
-        rows.insert(place, ("beacon in service", of_beacon.to_string()));
+        let words = of_beacon.words(RestKind::Beacon).to_string();
+        rows.insert(place, ("beacon in service", words));
+    }
+    // While it is learned the line above says so.
+    if !matches!(of_parity.standing, Standing::Unwatched | Standing::Learning) {
+        let words = of_parity.words(RestKind::Parity).to_string();
+        rows.insert(place, ("g_p in service", words));
     }
     rows.extend(readings(status));
     if let Some(temperature_c) = status.temperature_c {

@@ -2,6 +2,7 @@
 
 use super::status_map;
 use courier_sensor::calibration::recalibration::State;
+use courier_sensor::calibration::rest_watch::RestVerdict;
 use courier_sensor::calibration::watch::Standing;
 use courier_sensor::frame::Status;
 use courier_sensor::health::troubles;
@@ -101,10 +102,15 @@ fn calibration(status: &BoardStatus, joint: bool) -> Vec<String> {
         ),
         _ => {}
     }
-    if matches!(
-        status.beacon_watch.standing,
-        Standing::Drifting | Standing::Stale
-    ) {
+    let is_told =
+        |verdict: &RestVerdict| matches!(verdict.standing, Standing::Drifting | Standing::Stale);
+    if is_told(&status.parity_watch) {
+        steps.push(
+            "g_p has changed (line `g_p in service`): if that goes with the temperature, let it come back; otherwise look for what has moved, then `courier calibrate`"
+                .to_owned(),
+        );
+    }
+    if is_told(&status.beacon_watch) {
         steps.push(
             "g_x or g_y has changed (line `beacon in service`): put back what has moved, or `courier calibrate --joint`"
                 .to_owned(),

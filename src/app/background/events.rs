@@ -3,6 +3,7 @@
 use super::Background;
 use crate::app::events::Seen;
 use crate::app::restarts::StartReport;
+use crate::calibration::rest_watch::RestKind;
 use crate::event_log::entry::{Ending, Event};
 use crate::event_log::page::Page;
 use crate::event_log::store::EventLog;
@@ -44,7 +45,7 @@ where
             started,
             at_once,
             verdict: self.verdict(),
-            beacon: self.beacon_verdict(),
+            rests: RestKind::ALL.map(|kind| self.rest_verdict(kind)),
             map: self.stored_map(),
             ended: self.ended.as_ref().map(ending),
             taken: updates.and_then(|updates| updates.taken()),

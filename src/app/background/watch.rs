@@ -1,7 +1,7 @@
 //! The watch over the calibration in force in the background: its frames, what it says in every frame, and what it keeps.
 
 use super::Background;
-use crate::calibration::beacon_watch::BeaconVerdict;
+use crate::calibration::rest_watch::{RestKind, RestVerdict};
 use crate::calibration::watch::Verdict;
 use embedded_io::{Read, ReadReady, Write, WriteReady};
 use embedded_storage::nor_flash::NorFlash;
@@ -28,8 +28,10 @@ where
             if let Some(kept) = self.keeper.kept() {
                 self.watcher.restore(&kept);
             }
-            if let Some(kept) = self.keeper.beacon_kept() {
-                self.watcher.restore_beacon(&kept);
+            for kind in RestKind::ALL {
+                if let Some(kept) = self.keeper.kept_of_rests(kind) {
+                    self.watcher.restore_rests(kind, &kept);
+                }
             }
         }
         let geometry = &self.keeper.settings().geometry;
@@ -65,9 +67,11 @@ where
             self.keeper.keep(&kept);
             self.watcher.has_kept();
         }
-        if let Some(kept) = self.watcher.beacon_to_keep() {
-            self.keeper.keep_beacon(&kept);
-            self.watcher.has_kept_beacon();
+        for kind in RestKind::ALL {
+            if let Some(kept) = self.watcher.rests_to_keep(kind) {
+                self.keeper.keep_of_rests(kind, &kept);
+                self.watcher.has_kept_rests(kind);
+            }
         }
     }
 
@@ -76,8 +80,8 @@ where
         self.watcher.verdict()
     }
 
-    /// How the beacon's part of it stands.
-    pub fn beacon_verdict(&self) -> BeaconVerdict {
-        self.watcher.beacon_verdict()
+    /// How it stands by the courier's rests.
+    pub fn rest_verdict(&self, kind: RestKind) -> RestVerdict {
+        self.watcher.rest_verdict(kind)
     }
 }

@@ -1,13 +1,13 @@
 //! What the watch over a calibration lets frames say, and what it keeps in flash: behind the calibration's record, in the page of its slot.
 //!
-//! Entries of [`KEPT_BYTES`] follow each other, of the watch over the segments and of that over the beacon; the last whole one of each
+//! Entries of [`KEPT_BYTES`] follow each other, of the watch over the segments and of those over rests; the last whole one of each
 //! counts. A page has room for nine, and none is erased for them: they go
 //! with the calibration. A write that was cut short leaves an entry that does not count, and takes one place.
 
 use super::Keeper;
 use super::entries;
 use super::mode::MODE_BYTES;
-use crate::calibration::beacon_watch::BeaconKept;
+use crate::calibration::rest_watch::{RestKept, RestKind};
 use crate::calibration::watch::{KEPT_BYTES, Kept};
 use crate::link::message::Refusal;
 use core::ops::Range;
@@ -38,10 +38,10 @@ impl<F: NorFlash> Keeper<'_, '_, F> {
         self.last_kept(|bytes| Kept::from_bytes(bytes, with_map))
     }
 
-    /// The same of the watch over the beacon.
-    pub fn beacon_kept(&mut self) -> Option<BeaconKept> {
+    /// The same of a watch over rests.
+    pub fn kept_of_rests(&mut self, kind: RestKind) -> Option<RestKept> {
         let with_map = self.map().is_some();
-        self.last_kept(|bytes| BeaconKept::from_bytes(bytes, with_map))
+        self.last_kept(|bytes| RestKept::from_bytes(bytes, kind, with_map))
     }
 
     fn last_kept<T>(&mut self, parse: impl Fn(&[u8; KEPT_BYTES]) -> Option<T>) -> Option<T> {
@@ -56,9 +56,9 @@ impl<F: NorFlash> Keeper<'_, '_, F> {
         self.keep_bytes(&bytes)
     }
 
-    /// The same of the watch over the beacon.
-    pub fn keep_beacon(&mut self, kept: &BeaconKept) -> bool {
-        let bytes = kept.bytes(self.map().is_some());
+    /// The same of a watch over rests.
+    pub fn keep_of_rests(&mut self, kind: RestKind, kept: &RestKept) -> bool {
+        let bytes = kept.bytes(kind, self.map().is_some());
         self.keep_bytes(&bytes)
     }
 

@@ -1,7 +1,7 @@
 //! Whole teeth by the beacon, 10,000 starts: never wrong ones, and refused where a beacon was moved.
 
 use courier_sensor::app::homing::Homing;
-use courier_sensor::calibration::beacon_watch::{FASTEST_M_S, MOST_DEFLECTION};
+use courier_sensor::calibration::rest_watch::{FASTEST_M_S, MOST_DEFLECTION};
 use courier_sensor::frame::{Coordinate, Frame, Pose, Status};
 use courier_sensor::geometry::Geometry;
 use courier_sensor::link::message::StoredMap;

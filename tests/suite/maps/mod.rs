@@ -2,6 +2,7 @@
 
 mod crossing;
 mod homing;
+mod mark_tries;
 mod power_cuts;
 mod stored;
 

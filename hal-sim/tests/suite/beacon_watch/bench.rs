@@ -2,7 +2,7 @@
 
 use crate::watch::bench::Calibrated;
 use core::f64::consts::TAU;
-use courier_sensor::calibration::beacon_watch::{BeaconWatch, Glance};
+use courier_sensor::calibration::rest_watch::{Glance, RestKind, RestWatch};
 use courier_sensor::diode;
 use courier_sensor::frame::{Coordinate, SEGMENTS};
 use courier_sensor::geometry::Geometry;
@@ -53,7 +53,7 @@ pub struct UnderBeacon {
     errors_m: [DVector<f64>; 2],
     work: Work,
     rng: ChaCha8Rng,
-    pub watch: BeaconWatch,
+    pub watch: RestWatch,
     /// What the calibration left of g_x and g_y, metres rms.
     pub stated_m: [f32; 2],
     pub time_s: f64,
@@ -81,7 +81,7 @@ impl UnderBeacon {
                 rest_s: 1.0,
             },
             rng: ChaCha8Rng::seed_from_u64(seed),
-            watch: BeaconWatch::blank(),
+            watch: RestWatch::blank(),
             stated_m: [0.0; 2],
             time_s: 0.0,
         };
@@ -95,7 +95,7 @@ impl UnderBeacon {
         let poses: Vec<Pose> = poses.collect();
         let seen: Vec<(Glance, f64)> = poses.iter().map(|pose| self.look(*pose)).collect();
         self.errors_m = [0, 1].map(|axis| {
-            let row = |i: usize| columns(axis, seen[i].0.deflection, seen[i].1);
+            let row = |i: usize| columns(axis, seen[i].0.place, seen[i].1);
             let design = DMatrix::from_fn(CALIBRATION, COLUMNS, |i, j| row(i)[j]);
             let g_m = DVector::from_fn(CALIBRATION, |i, _| f64::from(seen[i].0.g_m[axis]));
             let svd = design.clone().svd(true, true);
@@ -104,7 +104,7 @@ impl UnderBeacon {
             self.stated_m[axis] = left_m as f32;
             errors_m
         });
-        self.watch.start(Some(self.stated_m));
+        self.watch.start(RestKind::Beacon, Some(self.stated_m));
     }
 
     /// Moves the beacon, metres.
@@ -142,7 +142,7 @@ impl UnderBeacon {
     }
 
     /// Works until a time; whether `seen` says so after a window, which ends the work.
-    pub fn run(&mut self, until_s: f64, mut seen: impl FnMut(&BeaconWatch) -> bool) -> bool {
+    pub fn run(&mut self, until_s: f64, mut seen: impl FnMut(&RestWatch) -> bool) -> bool {
         while self.time_s < until_s {
             self.time_s += uniform(&mut self.rng, 0.2, self.work.rest_s);
             let pose = match self.work.stops.get(self.work.next) {
@@ -168,7 +168,7 @@ impl UnderBeacon {
     fn glance(&mut self, pose: Pose) -> Glance {
         let (mut glance, theta_rad) = self.look(pose);
         for axis in 0..2 {
-            let columns = columns(axis, glance.deflection, theta_rad);
+            let columns = columns(axis, glance.place, theta_rad);
             let errors = columns.iter().zip(self.errors_m[axis].iter());
             let error_m: f64 = errors.map(|(c, m)| c * m).sum();
             glance.g_m[axis] -= error_m as f32;
@@ -211,7 +211,7 @@ impl UnderBeacon {
         let quarter_m = 0.25 * f64::from(geometry.pitch_m);
         let glance = Glance {
             g_m: [0, 1].map(|i| (platen_m[i] - self.origin_m[i] - sensor_m[i]) as f32),
-            deflection: deflection.map(|d| d as f32),
+            place: deflection.map(|d| d as f32),
             temperature_k: (sample.temperature_c - self.start_c) as f32,
             cell: platen_m.map(|m| (m / quarter_m).floor() as i32),
         };

@@ -2,7 +2,7 @@
 
 use super::bench::UnderBeacon;
 use crate::watch::bench::Calibrated;
-use courier_sensor::calibration::beacon_watch::{BeaconChange, BeaconKept, BeaconWatch, Goes};
+use courier_sensor::calibration::rest_watch::{Goes, RestChange, RestKept, RestKind, RestWatch};
 use courier_sensor::calibration::watch::Standing;
 use effects::motion::Pose;
 use effects::plant::{Instant, PlantEffect};
@@ -63,11 +63,11 @@ fn service(changes: Vec<Box<dyn PlantEffect>>, seed: u64) -> UnderBeacon {
 }
 
 /// Healthy until the change, then what is told within a minute.
-fn told(service: &mut UnderBeacon, change: impl FnOnce(&mut UnderBeacon)) -> BeaconChange {
-    assert!(!service.run(BEGIN_S, BeaconWatch::has_told));
+fn told(service: &mut UnderBeacon, change: impl FnOnce(&mut UnderBeacon)) -> RestChange {
+    assert!(!service.run(BEGIN_S, RestWatch::has_told));
     assert_eq!(service.watch.verdict().standing, Standing::Healthy);
     change(service);
-    assert!(service.run(BEGIN_S + WITHIN_S, BeaconWatch::has_told));
+    assert!(service.run(BEGIN_S + WITHIN_S, RestWatch::has_told));
     // What is told first may still have rests from before the change in it.
     service.run(BEGIN_S + WITHIN_S, |_| false);
     service.watch.verdict().change.expect("told")
@@ -131,7 +131,7 @@ fn a_mount_that_follows_the_temperature_is_told_with_it() {
     };
     let mut service = UnderBeacon::new(calibrated, vec![Box::new(mount)], 4);
     // Through the warmest, at a quarter of the hour, to the coldest.
-    assert!(service.run(2700.0, BeaconWatch::has_told));
+    assert!(service.run(2700.0, RestWatch::has_told));
     service.run(2700.0, |_| false);
     let change = service.watch.verdict().change.expect("told");
     assert_eq!(
@@ -144,11 +144,11 @@ fn a_mount_that_follows_the_temperature_is_told_with_it() {
 #[test]
 fn what_is_small_is_left_alone_and_what_goes_away_is_taken_back() {
     let mut service = service(vec![], 5);
-    assert!(!service.run(BEGIN_S, BeaconWatch::has_told));
+    assert!(!service.run(BEGIN_S, RestWatch::has_told));
     service.move_beacon(Pose::new(1.0e-6, 0.0, 0.0));
-    assert!(!service.run(3600.0, BeaconWatch::has_told));
+    assert!(!service.run(3600.0, RestWatch::has_told));
     service.move_beacon(Pose::new(30.0e-6, 0.0, 0.0));
-    assert!(service.run(3700.0, BeaconWatch::has_told));
+    assert!(service.run(3700.0, RestWatch::has_told));
     service.move_beacon(Pose::default());
     assert!(service.run(4500.0, |watch| !watch.has_told()));
     assert_eq!(service.watch.verdict().standing, Standing::Healthy);
@@ -161,15 +161,21 @@ fn reference_and_change_come_back_from_what_is_kept() {
         service.move_beacon(Pose::new(20.0e-6, 0.0, 0.0));
     });
     let kept = service.watch.kept().expect("there is a reference");
-    let bytes = kept.bytes(true);
-    assert_eq!(BeaconKept::from_bytes(&bytes, false), None);
+    let bytes = kept.bytes(RestKind::Beacon, true);
+    assert_eq!(RestKept::from_bytes(&bytes, RestKind::Beacon, false), None);
     for i in 0..bytes.len() {
         let mut changed = bytes;
         changed[i] ^= 0x10;
-        assert_eq!(BeaconKept::from_bytes(&changed, true), None, "byte {i}");
+        assert_eq!(
+            RestKept::from_bytes(&changed, RestKind::Beacon, true),
+            None,
+            "byte {i}"
+        );
     }
-    let back = BeaconKept::from_bytes(&bytes, true).expect("as it was");
-    service.watch.start(Some(service.stated_m));
+    let back = RestKept::from_bytes(&bytes, RestKind::Beacon, true).expect("as it was");
+    service
+        .watch
+        .start(RestKind::Beacon, Some(service.stated_m));
     service.watch.restore(&back);
     let again = service.watch.verdict().change.expect("told before");
     assert_eq!((again.axis, again.goes), (change.axis, change.goes));

@@ -11,6 +11,7 @@ use courier_sensor::equations::PARITY_SIGN;
 use courier_sensor::frame::{Coordinate, SEGMENTS};
 use courier_sensor::geometry::Geometry;
 use courier_sensor::model::{Basis, ErrorModel, Observation, TermTable};
+use effects::motion::Motion;
 use effects::plant::PlantEffect;
 use hal_sim::courier::Courier;
 use hal_sim::spec::CourierSpec;
@@ -165,7 +166,13 @@ impl Service {
                 self.time_s = (end_s / LOOK_S).ceil() * LOOK_S;
                 continue;
             }
-            let reading = self.reading(time_ms);
+            let reading = reading(
+                &mut self.courier,
+                &self.traffic,
+                self.start_c,
+                &self.model,
+                time_ms,
+            );
             let is_new = self
                 .watch
                 .take(&mut self.window, &reading, &mut *self.learner);
@@ -196,37 +203,43 @@ impl Service {
             judge(self.time_s, &before, &self.model);
         }
     }
+}
 
-    /// As the signal path makes it: tooth counts, phases and the calibrated parity.
-    fn reading(&mut self, time_ms: u64) -> Reading {
-        let sample = self.courier.counts_at(&self.traffic, self.time_s);
-        let teeth = self.courier.teeth();
-        let unmodified: [Coordinate; SEGMENTS] = core::array::from_fn(|s| {
-            let [sine, cosine] = sample.quadrature[s].map(f64::from);
-            Coordinate {
-                teeth: teeth[s],
-                fraction_turns: (sine.atan2(cosine) / TAU) as f32,
-            }
-        });
-        let geometry = Geometry::PAPER;
-        let observation = Observation {
-            unmodified,
-            ..Observation::default()
-        };
-        let basis = Basis::new(&geometry, &observation);
-        let seen = Sample {
-            unmodified,
-            ..Sample::default()
-        };
-        let errors = PARITY_SIGN.iter().zip(0..);
-        let added_m: f32 = errors
-            .map(|(sign, s)| sign * self.model.error_m(&basis, s))
-            .sum();
-        Reading {
-            time_ms,
-            unmodified,
-            parity_m: seen.parity_m(geometry.pitch_m) + added_m,
-            temperature_delta_k: (sample.temperature_c - self.start_c) as f32,
+/// As the signal path makes it: tooth counts, phases and the calibrated parity. `start_c`: the calibration's temperature.
+pub fn reading(
+    courier: &mut Courier,
+    motion: &dyn Motion,
+    start_c: f64,
+    model: &ErrorModel,
+    time_ms: u64,
+) -> Reading {
+    let sample = courier.counts_at(motion, time_ms as f64 / 1.0e3);
+    let teeth = courier.teeth();
+    let unmodified: [Coordinate; SEGMENTS] = core::array::from_fn(|s| {
+        let [sine, cosine] = sample.quadrature[s].map(f64::from);
+        Coordinate {
+            teeth: teeth[s],
+            fraction_turns: (sine.atan2(cosine) / TAU) as f32,
         }
+    });
+    let geometry = Geometry::PAPER;
+    let observation = Observation {
+        unmodified,
+        ..Observation::default()
+    };
+    let basis = Basis::new(&geometry, &observation);
+    let seen = Sample {
+        unmodified,
+        ..Sample::default()
+    };
+    let errors = PARITY_SIGN.iter().zip(0..);
+    let added_m: f32 = errors
+        .map(|(sign, s)| sign * model.error_m(&basis, s))
+        .sum();
+    Reading {
+        time_ms,
+        unmodified,
+        parity_m: seen.parity_m(geometry.pitch_m) + added_m,
+        temperature_delta_k: (sample.temperature_c - start_c) as f32,
     }
 }

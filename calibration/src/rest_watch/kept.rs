@@ -1,19 +1,21 @@
-//! What of the watch over the beacon is kept over a restart, as bytes: the reference, and what has been told.
+//! What of a watch over rests is kept over a restart, as bytes: the reference, and what has been told.
 //!
 //! ```text
 //!  byte  0    1       2      4                                                    92
-//!       | 59 | flags | zero | 7 numbers, f32                     | zeros         | CRC-32 |
+//!       | kind | flags | zero | 7 numbers, f32                     | zeros         | CRC-32 |
 //! ```
-//! Little endian; the numbers: g_x and g_y, what is left of both at a rest, metres; temperature, kelvin;
+//! Little endian; kind: 59 under the beacon, 5A of the parity; the numbers: g_x and g_y, or g_p and zero, what is left of both at a rest,
+//! metres; temperature, kelvin;
 //! size and deviation of the change, metres. Flags: bit 0 the axis, bits 1 and 2 what the change goes with, bit 3: a tooth map was in force;
 //! bit 4: a change had been told. As long as the entries of the segments' watch, so that both lie in one row.
 
 use super::reference::Reference;
-use super::told::{BeaconChange, Goes};
+use super::rest::RestKind;
+use super::told::{Goes, RestChange};
 use crate::watch::{KEPT_BYTES, check};
 
-/// First byte, by definition of this layout.
-const MAGIC: u8 = 0x59;
+/// First byte of each [`RestKind`], by definition of this layout.
+const MAGIC: [u8; 2] = [0x59, 0x5A];
 /// Bit by definition of this layout.
 const WITH_MAP: u8 = 1 << 3;
 /// Bit by definition of this layout.
@@ -29,20 +31,20 @@ const WAYS: [Goes; 4] = [Goes::Alike, Goes::Temperature, Goes::AlongX, Goes::Alo
 
 /// What is kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BeaconKept {
+pub struct RestKept {
     pub(super) reference: Reference,
     /// Its times are of a start before.
-    pub(super) change: Option<BeaconChange>,
+    pub(super) change: Option<RestChange>,
 }
 
-impl BeaconKept {
+impl RestKept {
     /// As bytes. `with_map`: whether a tooth map is in force.
     #[must_use]
     #[inline(never)] // or it is compiled as its caller is, for less smallness
-    pub fn bytes(&self, with_map: bool) -> [u8; KEPT_BYTES] {
+    pub fn bytes(&self, kind: RestKind, with_map: bool) -> [u8; KEPT_BYTES] {
         let mut bytes = [0; KEPT_BYTES];
         let change = self.change.unwrap_or_default();
-        bytes[0] = MAGIC;
+        bytes[0] = MAGIC[kind as usize];
         let flags = [(with_map, WITH_MAP), (self.change.is_some(), HAS_TOLD)];
         let first = (change.axis & 1) | ((change.goes as u8) << 1);
         bytes[1] = flags.iter().fold(first, |byte, (is_set, bit)| {
@@ -74,9 +76,10 @@ impl BeaconKept {
     /// From bytes that were kept with a tooth map in force, or without; none if they are no such bytes, or hold what cannot be.
     #[must_use]
     #[inline(never)]
-    pub fn from_bytes(bytes: &[u8; KEPT_BYTES], with_map: bool) -> Option<Self> {
+    pub fn from_bytes(bytes: &[u8; KEPT_BYTES], kind: RestKind, with_map: bool) -> Option<Self> {
         let flags = bytes[1];
-        let is_one = bytes[0] == MAGIC && check(&bytes[..CHECK])[..] == bytes[CHECK..];
+        let is_one =
+            bytes[0] == MAGIC[kind as usize] && check(&bytes[..CHECK])[..] == bytes[CHECK..];
         if !is_one || (flags & WITH_MAP != 0) != with_map {
             return None;
         }
@@ -86,12 +89,12 @@ impl BeaconKept {
         }
         let [gx, gy, sx, sy, temperature_k, size_m, deviation_m] = numbers;
         let is_possible = sx > 0.0 && sy > 0.0 && numbers.iter().all(|number| number.is_finite());
-        let change = BeaconChange {
-            axis: flags & 1,
+        let change = RestChange {
+            axis: kind.axis(flags),
             goes: WAYS[usize::from(flags >> 1 & 3)],
             size_m,
             deviation_m,
-            ..BeaconChange::default()
+            ..RestChange::default()
         };
         is_possible.then_some(Self {
             reference: Reference {

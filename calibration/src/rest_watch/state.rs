@@ -1,11 +1,11 @@
-//! The watch over the beacon: reference, sums of the tests, what has been told.
+//! The watch over rests: reference, sums of the tests, what has been told.
 
-use super::kept::BeaconKept;
+use super::kept::RestKept;
 use super::reference::Reference;
-use super::rest::{Glance, Rest};
+use super::rest::{Glance, Rest, RestKind};
 use super::scores::Scores;
 use super::sums::{ALONG, LEFT, Sums, WARMER};
-use super::told::{BeaconChange, BeaconVerdict, size};
+use super::told::{RestChange, RestVerdict, size};
 use crate::watch::{Cells, Standing, TAKEN_BACK};
 
 /// Rests that make the reference. Derived from a window's: eight of them, so that the reference adds an eighth to its variance.
@@ -28,19 +28,24 @@ const SLOPES: f32 = 2.0;
 /// Rests must lie so far apart along an axis to tell of a slope, a deviation of full scale. A derivation: structure of one sigma over it is a
 /// slope of four sigma at full scale, the middle between what is told and what is left alone.
 const WIDE: f32 = 0.25;
-/// Rests of the reference must lie so far apart. A prior: some two teeth either way, so that the offset is not that of one place.
+/// Rests of the reference must lie so far apart. A prior: some two teeth either way, three where places are counted, so that the offset is not
+/// that of one place.
 const REFERENCE_WIDE: f32 = 0.15;
 /// What is left of a rest is at least so much, metres. A prior: what the diode's noise leaves.
 const LEAST_SIGMA_M: f32 = 0.5e-6;
 /// Of older windows' weight in the present estimate at each further one. A prior: a window says little, and twenty of them count.
 const KEPT: f32 = 0.95;
 
-/// All that the watch over the beacon keeps.
+/// All that the watch over one kind of rests keeps.
 #[derive(Clone, Debug)]
-pub struct BeaconWatch {
+pub struct RestWatch {
+    kind: RestKind,
     watching: bool,
     is_known: bool,
     rest: Rest,
+    /// Where places are counted from: under a beacon its middle; on the platen the first rest since the start, no numbers before it, and then
+    /// the reference's middle.
+    origin: [f32; 2],
     cells: Cells<CELL_WORDS>,
     reference: Reference,
     /// Of the window, or of the reference while that is learned.
@@ -52,17 +57,19 @@ pub struct BeaconWatch {
     now_s: u32,
     windows: u32,
     has_told: bool,
-    change: BeaconChange,
+    change: RestChange,
 }
 
-impl BeaconWatch {
+impl RestWatch {
     /// All zeros, so that a static of it is no part of the image: watches nothing.
     #[must_use]
     pub const fn blank() -> Self {
         Self {
+            kind: RestKind::Beacon,
             watching: false,
             is_known: false,
             rest: Rest::NONE,
+            origin: [0.0; 2],
             cells: Cells::EMPTY,
             reference: Reference::ZERO,
             sums: Sums::ZERO,
@@ -72,7 +79,7 @@ impl BeaconWatch {
             now_s: 0,
             windows: 0,
             has_told: false,
-            change: BeaconChange {
+            change: RestChange {
                 axis: 0,
                 goes: super::told::Goes::Alike,
                 size_m: 0.0,
@@ -85,9 +92,14 @@ impl BeaconWatch {
         }
     }
 
-    /// Begins for a calibration that states these deviations of g_x and g_y ([`stated_m`](super::stated_m)), or watches nothing.
-    pub fn start(&mut self, stated_m: Option<[f32; 2]>) {
+    /// Begins for a calibration that states these deviations of g_x and g_y ([`stated_m`](super::stated_m)), or of g_p and zero, or watches
+    /// nothing.
+    pub fn start(&mut self, kind: RestKind, stated_m: Option<[f32; 2]>) {
         *self = Self::blank();
+        self.kind = kind;
+        if kind == RestKind::Parity {
+            self.origin = [f32::NAN; 2];
+        }
         if let Some(stated_m) = stated_m {
             self.watching = true;
             // Not a number counts as nothing.
@@ -115,7 +127,11 @@ impl BeaconWatch {
         }
         self.now_s = now_s;
         let warmer_k = visit.temperature_k - self.reference.temperature_k;
-        let ([u, v], [x_m, y_m]) = (visit.deflection, left_m);
+        if self.origin[0].is_nan() {
+            self.origin = visit.place;
+        }
+        let [u, v] = [0, 1].map(|axis| visit.place[axis] - self.origin[axis]);
+        let [x_m, y_m] = left_m;
         self.sums.add([1.0, u, v, warmer_k, x_m, y_m]);
         let count = self.sums.count();
         if !self.is_known {
@@ -126,6 +142,11 @@ impl BeaconWatch {
                 return false;
             }
             self.reference = self.reference.of(&self.sums);
+            if self.kind == RestKind::Parity {
+                for (origin, along) in self.origin.iter_mut().zip(ALONG) {
+                    *origin += self.sums.mean(along);
+                }
+            }
             (self.is_known, self.zero_s) = (true, now_s);
         } else if count < f32::from(WINDOW) {
             return false;
@@ -145,7 +166,7 @@ impl BeaconWatch {
 
     /// What is known.
     #[must_use]
-    pub fn verdict(&self) -> BeaconVerdict {
+    pub fn verdict(&self) -> RestVerdict {
         let change = self.has_told.then_some(self.change);
         let standing = match &change {
             _ if !self.watching => Standing::Unwatched,
@@ -154,7 +175,7 @@ impl BeaconWatch {
             None if !self.is_known => Standing::Learning,
             None => Standing::Healthy,
         };
-        BeaconVerdict {
+        RestVerdict {
             standing,
             windows: self.windows,
             scatter_m: self.reference.sigma_m,
@@ -166,21 +187,22 @@ impl BeaconWatch {
     /// What is kept over a restart; none while the reference is being learned.
     #[must_use]
     #[inline(never)]
-    pub fn kept(&self) -> Option<BeaconKept> {
-        (self.watching && self.is_known).then_some(BeaconKept {
+    pub fn kept(&self) -> Option<RestKept> {
+        (self.watching && self.is_known).then_some(RestKept {
             reference: self.reference,
             change: self.has_told.then_some(self.change),
         })
     }
 
-    /// Goes on from what was kept, after [`BeaconWatch::start`] for the same calibration. Times are then of before this start: zero.
+    /// Goes on from what was kept, after [`RestWatch::start`] for the same calibration. Times are then of before this start: zero.
     #[inline(never)]
-    pub fn restore(&mut self, kept: &BeaconKept) {
+    pub fn restore(&mut self, kept: &RestKept) {
         (self.is_known, self.reference) = (true, kept.reference);
         if let Some(change) = kept.change {
             (self.has_told, self.change) = (true, change);
-            self.change.limit_m = STALE * self.told_m(usize::from(change.axis));
-            self.scores = Scores::told(usize::from(change.axis));
+            let axis = usize::from(change.axis & 1);
+            self.change.limit_m = STALE * self.told_m(axis);
+            self.scores = Scores::told(axis);
         }
     }
 
@@ -209,9 +231,21 @@ impl BeaconWatch {
             // No sign of any change: what is summed begins with the next.
             (self.long, self.zero_s) = (Sums::ZERO, self.now_s);
         } else {
-            self.long.fade_in(KEPT, &self.sums);
+            // The first window that shows a change has rests from before it, and a step then looks like what rises with the temperature. It counts
+            // until there is another, by half, so that it is fewer rests than any that are whole.
+            let is_first = self.long == Sums::ZERO;
+            let kept = if self.is_whole() { KEPT } else { 0.0 };
+            self.long.fade_in(kept, &self.sums);
+            if is_first {
+                self.long.fade_in(0.5, &Sums::ZERO);
+            }
         }
         self.tell();
+    }
+
+    /// Whether a whole window has shown the change.
+    fn is_whole(&self) -> bool {
+        self.long.count() >= f32::from(WINDOW)
     }
 
     fn tell(&mut self) {
@@ -219,7 +253,7 @@ impl BeaconWatch {
         let axis = usize::from(y > x);
         if x.max(y) < TAKEN_BACK {
             self.has_told = false;
-        } else if x.max(y) >= 1.0 || self.has_told {
+        } else if x.max(y) >= 1.0 && self.is_whole() || self.has_told {
             let told_s = if self.has_told {
                 self.change.told_s
             } else {
@@ -228,8 +262,8 @@ impl BeaconWatch {
             let sigma_m = self.reference.sigma_m.get(axis).copied().unwrap_or(0.0);
             let (goes, size_m, deviation_m) = size(&self.long, axis, sigma_m);
             self.has_told = true;
-            self.change = BeaconChange {
-                axis: axis as u8,
+            self.change = RestChange {
+                axis: self.kind.axis(axis as u8),
                 goes,
                 size_m,
                 deviation_m,

@@ -1,8 +1,8 @@
-//! Sums over rests: what g_x and g_y have beyond a reference, with the coordinates that it may go with.
+//! Sums over rests: what g_x and g_y, or g_p, have beyond a reference, with the coordinates that it may go with.
 
 use crate::math::sqrt;
 
-/// Numbers of a rest: one, the deflections along x and y, the temperature over the reference's, what g_x and g_y have beyond the
+/// Numbers of a rest: one, the places along x and y, the temperature over the reference's, what g_x and g_y have beyond the
 /// reference. By definition in that order.
 pub(super) const ONE: usize = 0;
 /// See [`ONE`].
@@ -67,7 +67,7 @@ impl Sums {
         sqrt((self.about(i, i) / self.count().max(1.0)).max(0.0))
     }
 
-    /// Of one of [`LEFT`]: slopes along x and y, metres at full scale, and their variances where that of a rest is one.
+    /// Of one of [`LEFT`]: slopes along x and y, metres a unit of the place, and their variances where that of a rest is one.
     pub fn slopes(&self, left: usize) -> ([f32; 2], [f32; 2]) {
         let [x, y] = ALONG;
         let (a, b, d) = (self.about(x, x), self.about(x, y), self.about(y, y));
