@@ -256,13 +256,10 @@ impl Weighing {
 fn of_lines(names: &[String], linearized: &LinearizedRecording) -> Vec<usize> {
     let o = linearized.observations;
     let mut segments = (0..4).filter(|s| linearized.scope.segments[*s]);
-    let place_m = |s: usize| -> Vec<f64> {
-        let each = (0..linearized.len()).map(|i| linearized.covariates(i).place_m[s][0]);
-        each.collect()
-    };
     let of_lines = (0..names.len()).filter(|b| is_of_lines(&names[*b]));
     let of_lines: Vec<usize> = of_lines.collect();
-    let as_a_clock = |s: usize| is_uniform(&o.stretch, &o.t_s, &place_m(s), o.pitch_m);
+    let as_a_clock =
+        |s: usize| is_uniform(&o.stretch, &o.t_s, &linearized.calibrated_m[s], o.pitch_m);
     if !of_lines.is_empty() && segments.all(as_a_clock) {
         return Vec::new();
     }
