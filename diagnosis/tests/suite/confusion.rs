@@ -445,7 +445,7 @@ fn a_real_clip_is_named() {
         without
             .place
             .iter()
-            .any(|w| w.coordinate.contains("order") && w.coordinate.contains(" 8")),
+            .any(|w| w.coordinate.contains("order 8")),
         "{:?}",
         without.place
     );

@@ -1,5 +1,6 @@
 //! Whole teeth by the beacon, 10,000 starts: never wrong ones, and refused where a beacon was moved.
 
+use super::tries::{PITCH_M, TRIES, coordinate, normal};
 use courier_sensor::app::homing::Homing;
 use courier_sensor::calibration::rest_watch::{FASTEST_M_S, MOST_DEFLECTION};
 use courier_sensor::frame::{Coordinate, Frame, Pose, Status};
@@ -14,10 +15,8 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-const TRIES: usize = 10_000;
 /// Frames of a window that the background sees at the least.
 const FRAMES: usize = 50;
-const PITCH_M: f64 = 1.016e-3;
 /// What a joint calibration leaves of h, l_x and l_y (the paper, 3.2.1).
 const MOUNTING_SD_M: f64 = 20.0e-6;
 /// Of x and y, and of theta (the paper, 3.2.1: 2.9 µm and 0.43 mrad).
@@ -27,18 +26,6 @@ const THETA_SD_RAD: f64 = 0.43e-3;
 const NOISE: [f64; 3] = [0.5e-6, 0.2e-6, 12.0e-6];
 /// Cube of the diode, of full scale (Golnabi: up to 17 %).
 const CUBE: f64 = 0.17;
-
-fn normal(rng: &mut ChaCha8Rng, sd: f64) -> f64 {
-    let value: f64 = StandardNormal.sample(rng);
-    sd * value
-}
-
-fn coordinate(turns: f64) -> Coordinate {
-    Coordinate {
-        teeth: turns.round() as i32,
-        fraction_turns: (turns - turns.round()) as f32,
-    }
-}
 
 /// One start of a board under a beacon that stands `moved_teeth` beside where it stood: what was found, and what it should be.
 fn start(rng: &mut ChaCha8Rng, moved_teeth: [f64; 2]) -> (Option<[i32; 2]>, [i32; 2]) {

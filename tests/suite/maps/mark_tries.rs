@@ -1,5 +1,6 @@
 //! Whole teeth by the board's own reference mark, 10,000 starts: never wrong ones, and refused where the mark was moved.
 
+use super::tries::{PITCH_M, TRIES, coordinate, normal};
 use courier_sensor::app::homing::Homing;
 use courier_sensor::frame::{Coordinate, Frame};
 use courier_sensor::link::message::StoredMap;
@@ -7,29 +8,14 @@ use courier_sensor::maps::crossing::Crossing;
 use courier_sensor::maps::mark::place;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 
-const TRIES: usize = 10_000;
 const RATE_HZ: f32 = 20_000.0;
 /// The background sees every tenth frame at the least.
 const EVERY: u32 = 10;
-const PITCH_M: f64 = 1.016e-3;
 /// By how much a switch and the way to it differ from one crossing to the next, teeth. A prior: 20 µm along both axes.
 const REPEATS_TEETH: f64 = 0.02;
 /// Contacts bounce for so long at the most, seconds.
 const BOUNCE_S: f64 = 3.0e-3;
-
-fn normal(rng: &mut ChaCha8Rng, sd: f64) -> f64 {
-    let value: f64 = StandardNormal.sample(rng);
-    sd * value
-}
-
-fn coordinate(teeth: f64) -> Coordinate {
-    Coordinate {
-        teeth: teeth.round() as i32,
-        fraction_turns: (teeth - teeth.round()) as f32,
-    }
-}
 
 /// One crossing of a mark at `mark_teeth`, along x, by a board that counts this much ahead: the place that is told.
 fn crossed(rng: &mut ChaCha8Rng, mark_teeth: [f64; 2], ahead: [i32; 2]) -> [Coordinate; 2] {

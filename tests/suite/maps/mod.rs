@@ -1,10 +1,11 @@
-//! Tooth maps that stay: their slots on the simulated flash, and whole teeth by the beacon.
+//! Tooth maps that stay: their slots on the simulated flash, and whole teeth by the beacon or by the mark.
 
 mod crossing;
 mod homing;
 mod mark_tries;
 mod power_cuts;
 mod stored;
+mod tries;
 
 use courier_sensor::device::Device;
 use courier_sensor::maps::homing::Anchor;
