@@ -3,6 +3,7 @@
 //! The crate for such files reads all of their forty kinds of lines and brings a parser generator and a C compiler's work with it; three
 //! kinds of lines are needed here.
 
+use super::frames::EXTENDED;
 use recording::{Error, excerpt};
 use std::path::Path;
 
@@ -90,6 +91,15 @@ pub fn parse(file: &Path, text: &str) -> Result<Vec<Message>, Error> {
     }
 }
 
+/// The parameter group of an identifier of 29 bits: of formats below 240 the eight bits above the sender are a receiver's address and no part of it (SAE J1939-21).
+fn group(id: u32) -> u32 {
+    let group = id >> 8 & 0x3_ffff;
+    match group >> 8 & 0xff {
+        ..240 => group & 0x3_ff00,
+        _ => group,
+    }
+}
+
 fn message(line: &str) -> Option<Message> {
     let mut words = line.split_whitespace().skip(1);
     let id = words.next()?.parse().ok()?;
@@ -169,7 +179,17 @@ fn kind(line: &str, messages: &mut [Message]) -> Option<()> {
     }
 }
 
+/// Address of a sender of SAE J1939 that has none. No signals come from it, so in a DBC file it stands for any sender (SAE J1939-81, null address).
+const ANY_SENDER: u32 = 0xfe;
+
 impl Message {
+    /// True of frames with this identifier: this message's own, or where it names no sender any of its parameter group, whatever its sender
+    /// and priority.
+    pub fn is_of(&self, id: u32) -> bool {
+        let is_group = self.id & EXTENDED != 0 && self.id & 0xff == ANY_SENDER;
+        id == self.id || is_group && id & EXTENDED != 0 && group(id) == group(self.id)
+    }
+
     /// The values of its signals in a frame, in their units; NaN of one that the frame does not hold.
     pub fn values(&self, data: &[u8]) -> Vec<f64> {
         let selector = self
@@ -259,6 +279,22 @@ mod tests {
             );
         }
         assert!(value("a : 0|16@1+ (1,0) [0|0] \"\" X", &data[..1]).is_nan());
+    }
+
+    #[test]
+    fn a_message_without_a_sender_is_of_its_whole_group() {
+        let message = |id: u32| {
+            let text = format!("BO_ {id} M: 8 X\n SG_ a : 0|8@1+ (1,0) [0|0] \"\" X\n");
+            parse(Path::new("a.dbc"), &text).unwrap().remove(0)
+        };
+        let of = |id: u32, frame: u32| message(id | EXTENDED).is_of(frame | EXTENDED);
+        // Vessel heading from 7F, and with another priority; not another group.
+        assert!(of(0x19f1_12fe, 0x19f1_127f) && of(0x19f1_12fe, 0x09f1_1280));
+        assert!(!of(0x19f1_12fe, 0x09f1_1380));
+        // A request to address 23 is one to any; of a message with a sender nothing else is.
+        assert!(of(0x18ea_fffe, 0x18ea_2301) && !of(0x19f1_127f, 0x18f1_1280));
+        // Eleven bits have no senders.
+        assert!(!message(0xfe).is_of(0x1fe) && !message(0xfe | EXTENDED).is_of(0xfe));
     }
 
     /// Most files begin with one, those of an ODrive's firmware among them.

@@ -7,6 +7,7 @@ mod archive;
 mod beside;
 mod candump;
 mod dbc;
+mod frames;
 mod json;
 mod known;
 mod literal;
@@ -41,7 +42,7 @@ const READERS: [Reader; 7] = [
         read: |file, bytes, _| archive::read(file, bytes),
     },
     Reader {
-        is_it: candump::is_it,
+        is_it: frames::is_it,
         read: candump::read,
     },
     Reader {
@@ -74,7 +75,7 @@ pub fn read(file: &Path, bytes: &[u8], beside: &Beside) -> Result<Log, Error> {
             wanted,
         ))
     };
-    let is_bus = candump::is_it(bytes);
+    let is_bus = frames::is_it(bytes);
     if beside.dbc.is_some() && !is_bus {
         return refuse("--dbc", "--dbc beside frames of candump alone");
     }

@@ -1,7 +1,7 @@
 //! Frames of a CAN bus as candump writes them, by their DBC file.
 
 use super::{MM, beside, close, converted, log_of, order, read_turns, shaft_turns};
-use convert::{Beside, convert};
+use convert::{Beside, convert, read_with};
 use recording::Column;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -84,4 +84,26 @@ fn signals_of_a_bus_by_its_dbc_file() {
             .collect::<Vec<_>>(),
         [21.5; 5]
     );
+}
+
+/// Of several senders each is a kind of message of its own.
+#[test]
+fn senders_are_told_apart_where_the_dbc_file_names_none() {
+    let text = "BO_ 2582713086 Heading: 8 X\n SG_ Place : 8|16@1+ (0.5,0) [0|0] \"deg\" X\n";
+    let beside = Beside {
+        dbc: Some(("a.dbc".into(), text.into())),
+        ..Beside::default()
+    };
+    let read = |frames: &str| {
+        let log = read_with(Path::new("a.log"), frames.as_bytes(), &beside).unwrap();
+        let names = log.columns.iter().map(|column| column.name.clone());
+        (names.collect::<Vec<_>>(), log.columns[1].numbers.clone())
+    };
+    let one = "(1.0) can0 09F11280#000200\n(1.1) can0 09F11280#000400\n";
+    let (names, places) = read(one);
+    assert_eq!(names, ["time", "Heading.Place"]);
+    assert_eq!(places, [1.0, 2.0]);
+    let (names, places) = read(&format!("{one}(1.05) can0 09F1127F#000300\n"));
+    assert_eq!(names, ["time", "Heading_80.Place", "Heading_7F.Place"]);
+    assert_eq!(places, [1.0, 2.0]);
 }
