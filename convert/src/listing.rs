@@ -115,12 +115,20 @@ fn guesses(log: &Log) -> Vec<Option<String>> {
             continue;
         };
         let target = Target::Numbers(target);
-        if !taken.contains(&target) && !column.numbers.iter().all(|number| number.is_nan()) {
+        let may_stand_still = target == Target::Numbers(Column::Temperature);
+        if !taken.contains(&target) && has_values(column, may_stand_still) {
             taken.push(target);
             guesses[place] = Some(option(target, column));
         }
     }
     guesses
+}
+
+/// True of a column with a number, and where it may not stand still with another one: a flag is no reading of a motion.
+fn has_values(column: &LogColumn, may_stand_still: bool) -> bool {
+    let mut numbers = column.numbers.iter().filter(|number| !number.is_nan());
+    let first = numbers.next();
+    first.is_some_and(|first| may_stand_still || numbers.any(|number| number != first))
 }
 
 fn option(target: Target, column: &LogColumn) -> String {
@@ -204,6 +212,12 @@ mod tests {
         let listed = listing(&log);
         assert_eq!((listed[4].words, listed[4].range), (2, None));
         assert_eq!(listed[3].range, Some([3.0, 4.0]));
+        // A flag is no reference.
+        let log = Log::read(Path::new("log.csv"), "reference;Encoder\n1;2\n1;3\n").unwrap();
+        assert!(
+            suggestion(&log, "a")
+                .contains("--column p1_m=Encoder:UNIT --column ref_x_m=REFERENCE:UNIT")
+        );
         let log = Log::read(Path::new("log.csv"), "0;1;2\n1;2;3\n").unwrap();
         assert!(suggestion(&log, "a").contains(
             "--rate-hz HZ --column q1s=SINE --column q1c=COSINE --column ref_x_m=REFERENCE:UNIT"

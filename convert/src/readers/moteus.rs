@@ -14,9 +14,17 @@ const TURN: f64 = 65_536.0;
 /// Why times are missing, and what to do.
 const NO_TIME: &str = "--rate-hz HZ, readings a second: moteus keeps no times of a calibration; any rate will do where speed does not matter, as --rate-hz 100";
 
-/// True of both files.
+/// True of all of these files.
 pub fn is_it(bytes: &[u8]) -> bool {
-    first_lines(bytes).next().is_some_and(begins) || is_report(bytes)
+    first_lines(bytes).next().is_some_and(begins) || is_report(bytes) || is_of_halls(bytes)
+}
+
+/// What `--cal-write-raw` keeps of a calibration of Hall sensors (`--cal-hall`): pairs of a phase and the state of three switches.
+fn is_of_halls(bytes: &[u8]) -> bool {
+    /// Three switches, by definition.
+    const STATES: u64 = 8;
+    let pairs: Option<Vec<(f64, u64)>> = serde_json::from_slice(bytes).ok();
+    pairs.is_some_and(|pairs| !pairs.is_empty() && pairs.iter().all(|pair| pair.1 < STATES))
 }
 
 fn begins(line: &str) -> bool {
@@ -36,7 +44,7 @@ fn is_report(bytes: &[u8]) -> bool {
 /// The readings: `direction`, `encoder` and `phase` in turns, counted on over the ends of a turn, and currents in mA.
 ///
 /// # Errors
-/// A line that is no reading, or a report, which holds none.
+/// A line that is no reading, or a file that holds none.
 pub fn read(file: &Path, bytes: &[u8]) -> Result<Log, Error> {
     if is_report(bytes) {
         let wanted =
@@ -46,6 +54,12 @@ pub fn read(file: &Path, bytes: &[u8]) -> Result<Log, Error> {
             "moteus_tool's report of a calibration, without readings",
             wanted,
         ));
+    }
+    if is_of_halls(bytes) {
+        let wanted =
+            "readings of an encoder: without --cal-hall `--cal-write-raw FILE` writes them";
+        let found = "states of Hall sensors, six in a turn of the field";
+        return Err(Error::new(file, found, wanted));
     }
     let text = decode(bytes);
     let mut names = vec![

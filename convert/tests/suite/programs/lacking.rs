@@ -59,6 +59,14 @@ fn what_a_file_lacks_is_told_with_the_way_to_get_it() {
         told("cal.json", report, &bare),
         "cal.json: found moteus_tool's report of a calibration, without readings, wanted the readings, which `moteus_tool --calibrate --cal-write-raw FILE` writes as well"
     );
+    assert_eq!(
+        told(
+            "cal.raw",
+            b"[\n  [\n    256,\n    5\n  ],\n  [\n    512,\n    1\n  ]\n]",
+            &bare
+        ),
+        "cal.raw: found states of Hall sensors, six in a turn of the field, wanted readings of an encoder: without --cal-hall `--cal-write-raw FILE` writes them"
+    );
     assert!(
         told(
             "cal.log",
