@@ -59,17 +59,23 @@ fn main() -> Result<(), Failure> {
         csv_bytes as f64 / bytes as f64
     );
     let samples = &recording.samples;
-    let columns = recording::COLUMNS
-        .iter()
-        .map(|(column, _)| samples.column(*column));
-    let logged = samples
-        .logged()
-        .iter()
-        .map(|logged| logged.values.as_slice());
-    let least = columns.chain(logged).map(columnar::least_bits).sum::<f64>() / 8.0;
-    println!(
-        "the noise alone: {least:.0} bytes: 1/{:.1}",
-        csv_bytes as f64 / least
-    );
+    for (whose, before) in [
+        ("Parquet's encodings", columnar::BY_PARQUET),
+        ("the noise", columnar::BY_ANY_FORM),
+    ] {
+        let columns = recording::COLUMNS
+            .iter()
+            .map(|(column, _)| samples.column(*column));
+        let logged = samples
+            .logged()
+            .iter()
+            .map(|logged| logged.values.as_slice());
+        let bits = |values: &[f64]| columnar::least_bits(values, before);
+        let least = columns.chain(logged).map(bits).sum::<f64>() / 8.0;
+        println!(
+            "least by {whose}: {least:.0} bytes: 1/{:.1}",
+            csv_bytes as f64 / least
+        );
+    }
     Ok(())
 }

@@ -18,7 +18,7 @@ mod values;
 mod write;
 
 pub use log::log;
-pub use noise::least_bits;
+pub use noise::{BY_ANY_FORM, BY_PARQUET, least_bits};
 pub use read::{is_recording, read};
 pub use write::{check_existing, write, write_compact};
 

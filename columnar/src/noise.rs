@@ -12,45 +12,48 @@ use std::f64::consts::{E, TAU};
 
 /// Numbers that are predicted by one set of coefficients. By definition of Parquet's differences, which have as many in a block of their own.
 const BLOCK: usize = 128;
-/// Numbers before each by which it is predicted. Derived from waves without noise: two of them tell one that goes on, so that four tell a channel's own wave
-/// and its second order.
-const BEFORE: usize = 4;
+/// Numbers before each by which any form may predict it. Derived from waves without noise: two of them tell one that goes on, so that four tell a channel's
+/// own wave and its second order.
+pub const BY_ANY_FORM: usize = 4;
+/// Numbers before each by which an encoding of Parquet tells it: by definition of its differences one, and of all others none.
+pub const BY_PARQUET: usize = 1;
 /// Deviation of a normal density over the median of its absolute values: by definition of the normal distribution's quartile, 0.6745.
 const DEVIATION_OVER_MEDIAN: f64 = 1.4826;
 
-/// The least bits that all of a column's numbers take, NaN left out. Of numbers with more digits than are exact each holds 64 where it is first.
+/// The least bits that all of a column's numbers take where each is told by so many `before` it ([`BY_ANY_FORM`], [`BY_PARQUET`]), NaN left out. Of numbers
+/// with more digits than are exact each holds 64 where it is first.
 #[must_use]
-pub fn least_bits(numbers: &[f64]) -> f64 {
+pub fn least_bits(numbers: &[f64], before: usize) -> f64 {
     let numbers: Vec<f64> = numbers.iter().copied().filter(|n| !n.is_nan()).collect();
     let Some((steps, _)) = decimals(&numbers) else {
         let distinct: HashSet<u64> = numbers.iter().map(|number| number.to_bits()).collect();
         return 64.0 * distinct.len() as f64;
     };
     let steps: Vec<f64> = steps.iter().map(|step| *step as f64).collect();
-    let blocks = (BEFORE..steps.len()).step_by(BLOCK);
+    let blocks = (before..steps.len()).step_by(BLOCK);
     let bits = |first: usize| {
         let last = steps.len().min(first + BLOCK);
-        (last - first) as f64 * of_block(&steps[first - BEFORE..last])
+        (last - first) as f64 * of_block(&steps[first - before..last], before)
     };
     blocks.map(bits).sum()
 }
 
-/// Bits of each number that the first few of these predict.
-fn of_block(steps: &[f64]) -> f64 {
-    let count = steps.len() - BEFORE;
+/// Bits of each number behind the first few of these, which predict the next.
+fn of_block(steps: &[f64], before: usize) -> f64 {
+    let count = steps.len() - before;
     // So few are told by themselves.
-    if count <= 2 * (BEFORE + 1) {
+    if count <= 2 * (before + 1) {
         return 0.0;
     }
     let base = steps[0];
-    let design = DMatrix::from_fn(count, BEFORE + 1, |row, k| {
-        if k == BEFORE {
+    let design = DMatrix::from_fn(count, before + 1, |row, k| {
+        if k == before {
             1.0
         } else {
             steps[row + k] - base
         }
     });
-    let wanted = DVector::from_fn(count, |row, _| steps[row + BEFORE] - base);
+    let wanted = DVector::from_fn(count, |row, _| steps[row + before] - base);
     // Singular values: of a motion at rest the columns are alike.
     let solved = design.clone().svd(true, true).solve(&wanted, 1.0e-9);
     let Ok(coefficients) = solved else {
@@ -92,7 +95,7 @@ mod tests {
                 .map(|_| (1_000.0 + deviation * normal(&mut state)).round())
                 .collect();
             let wanted = (deviation * (TAU * E).sqrt()).log2();
-            let found = least_bits(&numbers) / numbers.len() as f64;
+            let found = least_bits(&numbers, BY_ANY_FORM) / numbers.len() as f64;
             assert!(
                 (found - wanted).abs() < 0.05,
                 "{deviation}: {found} {wanted}"
@@ -109,15 +112,32 @@ mod tests {
             .map(|k| (20_000.0 * (0.2 * f64::from(k)).sin() + noise * normal(&mut state)).round())
             .collect();
         let alone = (noise * (TAU * E).sqrt()).log2();
-        let found = least_bits(&numbers) / numbers.len() as f64;
+        let found = least_bits(&numbers, BY_ANY_FORM) / numbers.len() as f64;
         assert!((alone..alone + 1.0).contains(&found), "{found} {alone}");
+    }
+
+    /// One number tells the next of a wave but for its other quadrant: what is left is a wave of sin(0.2) of its size.
+    #[test]
+    fn one_number_before_tells_less_of_a_wave_than_four() {
+        let mut state = 3;
+        let wave = |k: i32| {
+            (20_000.0 * (0.2 * f64::from(k)).sin() + 20.0 * normal(&mut state)).round() + 0.0
+        };
+        let numbers: Vec<f64> = (0..12_800).map(wave).collect();
+        let found = least_bits(&numbers, BY_PARQUET) / numbers.len() as f64;
+        let median = 20_000.0 * 0.2_f64.sin() * 0.5_f64.sqrt();
+        let wanted = (DEVIATION_OVER_MEDIAN * median * (TAU * E).sqrt()).log2();
+        assert!((found - wanted).abs() < 0.1, "{found} {wanted}");
     }
 
     #[test]
     fn what_is_told_holds_nothing_and_what_has_too_many_digits_all() {
         let ramp: Vec<f64> = (0..1000).map(|k| f64::from(k) * 0.25).collect();
-        assert_eq!(least_bits(&ramp), 0.0);
-        assert_eq!(least_bits(&[f64::NAN, 7.0, f64::NAN]), 0.0);
-        assert_eq!(least_bits(&[1.0 / 3.0, f64::NAN, 1.0 / 3.0]), 64.0);
+        assert_eq!(least_bits(&ramp, BY_ANY_FORM), 0.0);
+        assert_eq!(least_bits(&[f64::NAN, 7.0, f64::NAN], BY_ANY_FORM), 0.0);
+        assert_eq!(
+            least_bits(&[1.0 / 3.0, f64::NAN, 1.0 / 3.0], BY_ANY_FORM),
+            64.0
+        );
     }
 }
