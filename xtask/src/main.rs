@@ -68,7 +68,7 @@ const TASKS: &[Task] = &[
     ),
     (
         "parquet",
-        "nightly: the command with its feature `parquet`, every kind of command, and DuckDB where Python has it",
+        "nightly: the command with its feature `parquet`, every kind of command, and what DuckDB, Arrow and Polars read",
         Work::Alone(parquet::nightly),
     ),
     (
@@ -78,7 +78,7 @@ const TASKS: &[Task] = &[
     ),
     (
         "mcap",
-        "nightly: the command with its feature `mcap`, a bag of ROS 2, a monitor that is cut, and other programs' readers where they are there",
+        "nightly: the command with its feature `mcap`, a bag of ROS 2, a monitor that is cut, and other programs' readers",
         Work::Alone(mcap::nightly),
     ),
     (

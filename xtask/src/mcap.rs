@@ -1,5 +1,5 @@
 //! The command built with its feature `mcap`, which the tests of every change leave out: the tests and lints of the crate `bag`, recordings
-//! through the commands, a monitor that is cut, a bag of ROS 2, and what other programs' readers make of the files, where they are there.
+//! through the commands, a monitor that is cut, a bag of ROS 2, and what other programs' readers make of the files.
 //! Part of `cargo xtask nightly`, and alone `cargo xtask mcap`.
 
 mod readers;
@@ -7,6 +7,7 @@ mod readers;
 use crate::arm;
 use crate::cargo::cargo;
 use crate::parquet::{built, courier, example};
+use crate::permission;
 use anyhow::{Context, Result, ensure};
 use std::path::Path;
 use std::process::Command;
@@ -33,6 +34,7 @@ const LINES: [&str; 12] = [
 /// # Errors
 /// It does not compile, a lint or a test fails, or a command line fails or gives another answer than from a folder.
 pub fn nightly() -> Result<()> {
+    permission::grant();
     let lint = "clippy --quiet --profile checked --package bag --package courier --all-targets --features courier/mcap,bag/mcap -- --deny warnings";
     arm::run(&mut cargo(&lint.split(' ').collect::<Vec<_>>()))
         .context("clippy with the feature mcap")?;
@@ -63,7 +65,6 @@ pub fn nightly() -> Result<()> {
     );
     cut(&command, folder)?;
     readers::with_python(&command, folder)?;
-    readers::with_plotjuggler(folder)?;
     readers::with_foxglove(folder)
 }
 

@@ -1,8 +1,10 @@
 //! The command built with its feature `parquet`, which the tests of every change leave out: recordings through every kind of command,
-//! and files to and from DuckDB where Python has it. Part of `cargo xtask nightly`, and alone `cargo xtask parquet`.
+//! and files to and from DuckDB, Arrow and Polars. Part of `cargo xtask nightly`, and alone `cargo xtask parquet`.
 
 use crate::arm;
 use crate::cargo::cargo;
+use crate::permission;
+use crate::python::environment;
 use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -35,6 +37,7 @@ const LINES: [&str; 18] = [
 /// # Errors
 /// It does not compile, or a command line fails or gives another answer than from a folder.
 pub fn nightly() -> Result<()> {
+    permission::grant();
     let command = built()?;
     let folder = example("parquet")?;
     let folder = folder.as_path();
@@ -61,7 +64,7 @@ pub fn nightly() -> Result<()> {
         answer("by-file.json")? == answer("by-folder.json")?,
         "replay: found another answer from the file than from the folder"
     );
-    with_duckdb(&command, folder)
+    with_others(&command, folder)
 }
 
 /// A new folder of this name below `target`, with the example's recording `survey` and its log `log.csv`.
@@ -120,45 +123,66 @@ pub fn courier(command: &Path, folder: &Path, line: &str) -> Result<()> {
     .with_context(|| format!("courier {line}"))
 }
 
-/// What DuckDB does with the files of the lines before: it reads them, and writes one that is read.
-const BY_DUCKDB: &str = r#"
-import duckdb
-def one(question):
-    return duckdb.execute(question).fetchall()[0]
-got = one("SELECT count(*), avg(q1s) FROM 's.parquet'")
-wanted = one("SELECT count(*), avg(q1s) FROM 'survey/samples.csv'")
-assert got == wanted, (got, wanted)
-last = one("SELECT max(t_s)::DOUBLE FROM 'compact.parquet'")
-assert last == one("SELECT max(t_s) FROM 's.parquet'"), last
-compact = one("SELECT count(*), avg(q1s), sum(n1) FROM 'compact.parquet'")
-assert compact == one("SELECT count(*), avg(q1s), sum(n1) FROM 's.parquet'"), compact
+/// What other programs read, in an environment of their own.
+const READERS: [&str; 3] = ["duckdb", "pyarrow", "polars"];
+
+/// Every number of the files of the lines before by three readers that share no code, against the folder's text; and files that DuckDB writes.
+const BY_OTHERS: &str = r#"
+import csv, math
+import duckdb, polars, pyarrow.parquet
+with open('survey/samples.csv') as file:
+    rows = list(csv.DictReader(file))
+def wanted(name):
+    if name == 'run':
+        return [row[name] for row in rows]
+    return [float(row[name]) if row[name] else math.nan for row in rows]
+def found(name, values):
+    return list(values) if name == 'run' else [math.nan if value is None else float(value) for value in values]
+def by_duckdb(path):
+    got = duckdb.sql(f"SELECT * FROM '{path}'")
+    return dict(zip(got.columns, zip(*got.fetchall())))
+readers = {
+    'DuckDB': by_duckdb,
+    'Arrow': lambda path: pyarrow.parquet.read_table(path).to_pydict(),
+    'Polars': lambda path: polars.read_parquet(path).to_dict(as_series=False),
+}
+for path in ('s.parquet', 'compact.parquet'):
+    for reader, read in readers.items():
+        columns = read(path)
+        left_out = set(rows[0]) - set(columns)
+        assert all(math.isnan(value) for name in left_out for value in wanted(name)), left_out
+        for name, values in columns.items():
+            one, other = found(name, values), wanted(name)
+            assert len(one) == len(other), (path, reader, name)
+            assert all(a == b or a != a and b != b for a, b in zip(one, other)), (path, reader, name)
 toml = open('survey/recording.toml').read().replace("'", "''")
 duckdb.execute(f"COPY (SELECT * FROM 'survey/samples.csv') TO 'duck.parquet' (KV_METADATA {{'recording.toml': '{toml}'}})")
 duckdb.execute("COPY (SELECT * FROM 'log.csv') TO 'ducklog.parquet'")
-platen = one("SELECT decode(value) FROM parquet_kv_metadata('board.parquet') WHERE decode(key) = 'platen_id'")
-assert platen == ('west',), platen
+polars.read_csv('log.csv', separator=';').write_parquet('polarslog.parquet')
+platen = duckdb.execute("SELECT decode(value) FROM parquet_kv_metadata('board.parquet') WHERE decode(key) = 'platen_id'").fetchall()
+assert platen == [('west',)], platen
 "#;
 
-fn with_duckdb(command: &Path, folder: &Path) -> Result<()> {
-    let python = std::env::var_os("PYTHON").map_or_else(|| PathBuf::from("python3"), PathBuf::from);
-    let has = Command::new(&python).args(["-c", "import duckdb"]).output();
-    if !has.is_ok_and(|output| output.status.success()) {
-        arm::say(
-            "SKIPPED: DuckDB, which Python has not here; PYTHON names one that has it (pip install duckdb)",
-        );
+fn with_others(command: &Path, folder: &Path) -> Result<()> {
+    let Some(python) = environment(folder, "other readers of Parquet", &READERS)? else {
         return Ok(());
-    }
+    };
     arm::run(
         Command::new(&python)
-            .args(["-c", BY_DUCKDB])
+            .args(["-c", BY_OTHERS])
             .current_dir(folder),
     )
-    .context("DuckDB")?;
+    .context("other readers of Parquet")?;
     courier(command, folder, "convert duck.parquet by-duck")?;
     courier(command, folder, "replay duck.parquet")?;
-    courier(
-        command,
-        folder,
-        "convert ducklog.parquet ducklog --column t_s=time:ms --column q1s=sin --column q1c=cos --pitch 1.016mm",
-    )
+    for log in ["ducklog", "polarslog"] {
+        courier(
+            command,
+            folder,
+            &format!(
+                "convert {log}.parquet {log} --column t_s=time:ms --column q1s=sin --column q1c=cos --pitch 1.016mm"
+            ),
+        )?;
+    }
+    Ok(())
 }

@@ -58,14 +58,9 @@ impl Job {
             std::fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
         }
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
-        let python = match self.environment(&folder) {
-            Ok(python) => python,
-            Err(error) => {
-                ensure!(std::env::var_os("CI").is_none(), "{error:#}");
-                let name = self.name;
-                eprintln!("{name}: SKIPPED, nothing of it was tested: {error:#}");
-                return Ok(());
-            }
+        let packages: Vec<&str> = PACKAGES.iter().chain(self.packages).copied().collect();
+        let Some(python) = environment(&folder, self.name, &packages)? else {
+            return Ok(());
         };
         let wheel = wheel(&python, &folder, self.features)?;
         run(pip(&python).args(["--no-deps", "--no-index"]).arg(wheel))?;
@@ -81,33 +76,45 @@ impl Job {
             .env("HOME", &folder)
             .env("PYTHONDONTWRITEBYTECODE", "1"))
     }
+}
 
-    /// A fresh environment with the packages; its interpreter.
-    fn environment(&self, folder: &Path) -> Result<PathBuf> {
-        let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
-        let place = folder.join("environment");
-        let make = || {
-            let made = Command::new(&python)
-                .args(["-m", "venv"])
-                .arg(&place)
-                .stdout(Stdio::null())
-                .status();
-            made.is_ok_and(|status| status.success())
-        };
-        if !make() {
-            // Debian's Python comes without.
-            arm::install(&["python3-venv"])?;
-            ensure!(
-                make(),
-                "{}: found no way to make a virtual environment",
-                python.display()
-            );
+/// A fresh environment in a folder, with packages: its interpreter. None, and that is said of `name`, where it cannot be had.
+///
+/// # Errors
+/// It cannot be had where CI is set.
+pub fn environment(folder: &Path, name: &str, packages: &[&str]) -> Result<Option<PathBuf>> {
+    match made(&folder.join("environment"), packages) {
+        Ok(python) => Ok(Some(python)),
+        Err(error) => {
+            ensure!(std::env::var_os("CI").is_none(), "{error:#}");
+            eprintln!("{name}: SKIPPED, nothing of it was tested: {error:#}");
+            Ok(None)
         }
-        let python = place.join("bin/python");
-        let packages = PACKAGES.iter().chain(self.packages);
-        run(pip(&python).args(packages)).context("packages of Python")?;
-        Ok(python)
     }
+}
+
+fn made(place: &Path, packages: &[&str]) -> Result<PathBuf> {
+    let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
+    let make = || {
+        let made = Command::new(&python)
+            .args(["-m", "venv"])
+            .arg(place)
+            .stdout(Stdio::null())
+            .status();
+        made.is_ok_and(|status| status.success())
+    };
+    if !make() {
+        // Debian's Python comes without.
+        arm::install(&["python3-venv"])?;
+        ensure!(
+            make(),
+            "{}: found no way to make a virtual environment",
+            python.display()
+        );
+    }
+    let python = place.join("bin/python");
+    run(pip(&python).args(packages)).context("packages of Python")?;
+    Ok(python)
 }
 
 /// `pip install` of an environment. What is installed is used a few times, and is not compiled beforehand.

@@ -1,10 +1,11 @@
 //! What other programs' readers make of the files that [`super::nightly`] has written: Python's, the one that PlotJuggler is made with, and
-//! those that Foxglove and Lichtblick are made with. One that is not there is skipped, and said so.
+//! those that Foxglove and Lichtblick are made with. They are installed into folders of their own; what cannot be had is skipped, and that is said.
 
 use crate::arm;
 use crate::parquet::courier;
-use anyhow::{Context, Result};
-use std::path::{Path, PathBuf};
+use crate::python::environment;
+use anyhow::{Context, Result, ensure};
+use std::path::Path;
 use std::process::Command;
 
 /// What Python's readers make of the files of the lines before, and a bag that it writes.
@@ -119,74 +120,57 @@ async function messages(path, topic) {
 })().catch((error) => { console.error(error); process.exit(1); });
 "#;
 
-/// Runs `program -OPTION script` in the folder where a first line of imports is understood.
-fn run(
-    program: &Path,
-    option: &str,
-    [imports, script]: [&str; 2],
-    missing: &str,
-    folder: &Path,
-) -> Result<bool> {
-    let has = Command::new(program).args([option, imports]).output();
-    if !has.is_ok_and(|output| output.status.success()) {
-        arm::say(&format!("SKIPPED: {missing}"));
-        return Ok(false);
-    }
-    arm::run(
-        Command::new(program)
-            .args([option, script])
-            .current_dir(folder),
-    )
-    .with_context(|| imports.to_owned())?;
-    Ok(true)
-}
+/// Python's reader and writer, and PlotJuggler's decoder, which `mcap-bag-parser` holds.
+const OF_PYTHON: [&str; 4] = ["mcap", "mcap-ros2-support", "mcap-bag-parser", "msgpack"];
+/// Foxglove's libraries, for node.
+const OF_FOXGLOVE: [&str; 4] = [
+    "@mcap/core",
+    "@mcap/support",
+    "@foxglove/rosmsg",
+    "@foxglove/rosmsg2-serialization",
+];
 
-fn python() -> PathBuf {
-    std::env::var_os("PYTHON").map_or_else(|| PathBuf::from("python3"), PathBuf::from)
-}
-
-/// By Python's readers, and a bag that they write.
+/// By Python's readers and by PlotJuggler's decoder of messages, and a bag that Python writes.
 pub fn with_python(command: &Path, folder: &Path) -> Result<()> {
-    let missing = "Python's readers of MCAP, which Python has not here; PYTHON names one that has them (pip install mcap mcap-ros2-support)";
-    match run(
-        &python(),
-        "-c",
-        ["import mcap_ros2", BY_PYTHON],
-        missing,
-        folder,
-    )? {
-        true => courier(
-            command,
-            folder,
-            "convert python.mcap of-python --column p1_m=x_m --pitch 1mm",
-        ),
-        false => Ok(()),
+    let Some(python) = environment(folder, "Python's readers of MCAP", &OF_PYTHON)? else {
+        return Ok(());
+    };
+    for (script, whose) in [(BY_PYTHON, "Python"), (BY_PLOTJUGGLER, "PlotJuggler")] {
+        arm::run(
+            Command::new(&python)
+                .args(["-c", script])
+                .current_dir(folder),
+        )
+        .context(whose)?;
     }
-}
-
-/// By PlotJuggler's decoder of messages.
-pub fn with_plotjuggler(folder: &Path) -> Result<()> {
-    let missing = "PlotJuggler's decoder of messages, which Python has not here; PYTHON names one that has it (pip install mcap-bag-parser, which holds rosx_introspection)";
-    run(
-        &python(),
-        "-c",
-        ["import mcap, msgpack, rosx_introspection", BY_PLOTJUGGLER],
-        missing,
+    courier(
+        command,
         folder,
-    )?;
-    Ok(())
+        "convert python.mcap of-python --column p1_m=x_m --pitch 1mm",
+    )
 }
 
 /// By the libraries of Foxglove.
 pub fn with_foxglove(folder: &Path) -> Result<()> {
-    let missing = "Foxglove's readers, which node has not here; NODE_PATH names a node_modules that has them (npm install @mcap/core @mcap/support @foxglove/rosmsg @foxglove/rosmsg2-serialization)";
-    let imports = "require('@mcap/core'); require('@mcap/support'); require('@foxglove/rosmsg'); require('@foxglove/rosmsg2-serialization')";
-    run(
-        Path::new("node"),
-        "-e",
-        [imports, BY_FOXGLOVE],
-        missing,
-        folder,
-    )?;
-    Ok(())
+    let installed = || {
+        std::fs::write(folder.join("package.json"), "{}")?;
+        let words = "install --silent --no-audit --no-fund --ignore-scripts";
+        arm::run(
+            Command::new("npm")
+                .args(words.split(' '))
+                .args(OF_FOXGLOVE)
+                .current_dir(folder),
+        )
+    };
+    if let Err(error) = installed() {
+        ensure!(std::env::var_os("CI").is_none(), "{error:#}");
+        arm::say(&format!("SKIPPED: Foxglove's readers: {error:#}"));
+        return Ok(());
+    }
+    arm::run(
+        Command::new("node")
+            .args(["-e", BY_FOXGLOVE])
+            .current_dir(folder),
+    )
+    .context("Foxglove")
 }
