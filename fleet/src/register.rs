@@ -130,7 +130,7 @@ fn shift(known: &Known, other: &Beginning, field: &FieldInformation) -> Result<[
     let log_odds = log_best - apart;
     ensure!(
         log_odds > LOG_ODDS || (rest.is_empty() && log_odds > -LOG_ODDS),
-        "{name}: the teeth: found odds of e^{log_odds:.0} that they are those of {first}, wanted e^{LOG_ODDS}: another platen, a beacon that was moved, or no teeth in common; state another beacon_id or platen_id, or add poses over the same teeth"
+        "{name}: the teeth: found odds of e^{log_odds:.0} that they are those of {first}, wanted e^{LOG_ODDS}: another platen, a beacon that was moved, a courier of another make, whose segments average over other teeth, or no teeth in common; state another beacon_id or platen_id, fit that courier by itself, or add poses over the same teeth"
     );
     if let Some((second, log_second)) = rest.first() {
         let log_odds = log_best - log_second;
