@@ -349,10 +349,10 @@ fn set_up(sets: &'static mut start::Configurations) -> Halves {
     if converter.in_service() {
         reading.make_ready();
     }
-    let received =
-        cortex_m::singleton!(: serial::ByteQueue = serial::ByteQueue::new()).expect("called once");
+    let received = cortex_m::singleton!(: serial::ReceiveQueue = serial::ReceiveQueue::new())
+        .expect("called once");
     let to_send =
-        cortex_m::singleton!(: serial::ByteQueue = serial::ByteQueue::new()).expect("called once");
+        cortex_m::singleton!(: serial::SendQueue = serial::SendQueue::new()).expect("called once");
     let (serial_interrupt, serial) = serial::start(received, to_send);
     let parts = (serial, other);
     let place = cortex_m::singleton!(: MaybeUninit<Background<'static, 'static, Serial, Flash>> = MaybeUninit::uninit());

@@ -1,6 +1,7 @@
 //! USART1 to the motion controller: two queues, filled and emptied by its interrupt, below the sampling one.
 
 use super::clocks::CLOCK_HZ;
+use crate::drivers::motion::FRAME_BYTES;
 use crate::queue;
 use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write, WriteReady};
 use heapless::spsc::{Consumer, Producer, Queue};
@@ -8,11 +9,19 @@ use stm32_metapac::{RCC, USART1};
 
 /// Bits a second.
 pub const BAUD: u32 = 1_000_000;
-/// Bytes that wait either way: 5 ms of the line.
-const BYTES: usize = 512;
+/// Places for bytes to send: a frame's. Derived from the port, which hands the next one over once the last has left it, and goes on with what
+/// found no room.
+const TO_SEND: usize = 64;
+/// Places for received bytes: three frames'. Derived from the requests, of which one is open at a time: its answer, one to a request that was
+/// given up, and one that was half received when the background began to write to flash.
+const RECEIVED: usize = 128;
+// A queue holds one byte less than it has places.
+const _: () = assert!(TO_SEND > FRAME_BYTES && RECEIVED > 3 * FRAME_BYTES);
 
-/// One direction's bytes.
-pub type ByteQueue = Queue<u8, BYTES>;
+/// Bytes to the motion controller.
+pub type SendQueue = Queue<u8, TO_SEND>;
+/// Bytes from it.
+pub type ReceiveQueue = Queue<u8, RECEIVED>;
 
 /// The interrupt's end.
 pub struct Interrupt {
@@ -28,8 +37,8 @@ pub struct Serial {
 
 /// Switches the peripheral on and gives out both ends.
 pub fn start(
-    received: &'static mut ByteQueue,
-    to_send: &'static mut ByteQueue,
+    received: &'static mut ReceiveQueue,
+    to_send: &'static mut SendQueue,
 ) -> (Interrupt, Serial) {
     RCC.apb2enr().modify(|w| w.set_usart1en(true));
     USART1
