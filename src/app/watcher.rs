@@ -152,8 +152,8 @@ impl Watcher {
         self.rests_kept[kind as usize] = stand(self.rest_verdict(kind).standing);
     }
 
-    /// What is to be kept, if that has changed in kind since it was kept last: the reference is known, a change is told or taken back, the
-    /// calibration is stale. To be followed by [`Watcher::has_kept`].
+    /// What is to be kept, if that has changed in kind since it was kept last: the reference is known, a window has agreed with it, a change is
+    /// told or taken back, the calibration is stale. To be followed by [`Watcher::has_kept`].
     #[must_use]
     pub fn to_keep(&self) -> Option<Kept> {
         let is_new = self.watching && self.kept != self.stand();
@@ -166,7 +166,7 @@ impl Watcher {
     }
 
     fn stand(&self) -> u8 {
-        stand(self.watch.verdict().standing)
+        stand(self.watch.verdict().standing) | u8::from(self.watch.is_measure()) << 2
     }
 
     /// Whether a frame is to be looked at, at so many samples, and when is the next. Cheap: it is asked for every frame.

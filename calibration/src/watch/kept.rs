@@ -57,7 +57,7 @@ pub struct Kept {
     pub known: u16,
     /// Places that it tells from those of the other segment.
     pub apart: u16,
-    /// It tells all of them from those of the other segment: no motion that does so is the first.
+    /// A recalibration may compare with it: it tells all of them from those of the other segment, and a window has agreed with it.
     pub tells_apart: bool,
     /// Deviation of a row, metres.
     pub sigma_m: f32,

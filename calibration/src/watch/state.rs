@@ -53,6 +53,9 @@ pub struct Watch {
     apart: u16,
     /// The reference tells each segment's amounts from the other's of its pair: all that a recalibration may compare with.
     tells_apart: bool,
+    /// A window that shows all places has agreed with the reference since it was learned. Until then a change may have come within it, and
+    /// what was there from the first is no change that a recalibration may take back.
+    agreed: bool,
     scores: [Scores; PLACES],
     /// When each place's test was last at zero, seconds.
     zero_s: [u32; PLACES],
@@ -94,6 +97,7 @@ impl Watch {
             known: 0,
             apart: 0,
             tells_apart: false,
+            agreed: false,
             scores: [Scores::ZERO; PLACES],
             zero_s: [0; PLACES],
             seen: 0,
@@ -174,6 +178,12 @@ impl Watch {
         self.has_told
     }
 
+    /// Whether a recalibration may compare with the reference: it tells the segments of a pair apart, and a window has agreed with it.
+    #[must_use]
+    pub const fn is_measure(&self) -> bool {
+        self.tells_apart && self.agreed
+    }
+
     /// What is kept over a restart; none while the reference is being learned.
     #[must_use]
     pub fn kept(&self) -> Option<Kept> {
@@ -181,7 +191,7 @@ impl Watch {
             reference_m: self.reference_m,
             known: self.known,
             apart: self.apart,
-            tells_apart: self.tells_apart,
+            tells_apart: self.is_measure(),
             sigma_m: self.reference_sigma_m,
             correlation: self.correlation,
             temperature_k: self.reference_temperature_k,
@@ -195,7 +205,7 @@ impl Watch {
         (self.learning, self.seen) = (false, u16::MAX);
         self.reference_m = kept.reference_m;
         (self.known, self.apart) = (kept.known, kept.apart);
-        self.tells_apart = kept.tells_apart;
+        (self.tells_apart, self.agreed) = (kept.tells_apart, kept.tells_apart);
         (self.sigma_m, self.reference_sigma_m) = (kept.sigma_m, kept.sigma_m);
         self.correlation = kept.correlation;
         self.temperature_k = kept.temperature_k;
@@ -354,10 +364,11 @@ impl Watch {
         if self.scores.iter().all(|scores| *scores == Scores::ZERO) {
             // No sign of any change: what is summed begins with the next.
             window.forget_sums();
+            self.agreed |= judged == u16::MAX;
         } else {
             window.sum(KEPT, &told, variance);
         }
-        if self.known == u16::MAX && new == 0 && self.tells_apart {
+        if self.known == u16::MAX && new == 0 && self.is_measure() {
             let whole = Whole {
                 rows: window,
                 reference_m: &self.reference_m,

@@ -157,8 +157,16 @@ fn what_a_change_leaves_in_other_orders_is_no_change() {
     assert_eq!(tries(1122..1123, 40).1, 0);
 }
 
+/// A knock while the reference was learned, in which the courier came to work at another angle: half of it before, half after. What a motion
+/// at one angle told of the segment as it was, and one at another angle of the knocked one, once passed for what both segments of the pair
+/// had in common, and for a change when it did not show again: 2.39 to 2.46 µm.
+#[test]
+fn what_is_there_from_the_first_window_is_no_change_since_the_reference() {
+    assert_eq!(tries(2796..2797, 20).0, 0);
+}
+
 /// First seed of the thousand tries: those before it were seen while the estimator was built.
-const FRESH: u64 = 2000;
+const FRESH: u64 = 10_000;
 
 /// A quarter of the thousand, a program's thread each.
 fn quarter_of_a_thousand(number: u64) {
