@@ -114,7 +114,7 @@ pub enum Operation {
     /// The image starts; its counter starts from the stamp. The answer's data: the board's number, 12 bytes.
     Boot = 1,
     /// The timer's edge of CONVST, and BUSY's rise and fall; the argument is the ticks between two instants. Answer: bit 0 if
-    /// it rose and fell, bit 1 if the serial line has bytes.
+    /// it rose and fell, bit 1 if the serial line has bytes, bit 2 if the input of the reference mark is on.
     Convert = 2,
     /// Full-duplex transfer with the chip given as argument; the answer's data are as long.
     Spi = 3,

@@ -13,6 +13,7 @@ use super::record::{
     Digest, HEADER_BYTES, Header, INFO_BYTES, MAX_HEAD_BYTES, MapInfo, MapRecordError, VERSION,
 };
 use crate::device::Device;
+use crate::frame::Coordinate;
 use crate::teeth::MAX_NODES;
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
@@ -68,6 +69,8 @@ pub struct MapSlot {
     pub state: MapSlotState,
     /// What the map is of, if there is a whole one of this board.
     pub info: Option<MapInfo>,
+    /// Where the board's own reference mark is crossed, in the map's count along x and y, if that is kept beside it.
+    pub mark: Option<[Coordinate; 2]>,
 }
 
 /// Why a map was not stored, forgotten or read. Whatever counted before still does.
@@ -202,7 +205,12 @@ impl<'f, F: NorFlash> Maps<'f, F> {
             Ok(found) if self.is_newest(slot, &found) => (MapSlotState::Current, Some(found.info)),
             Ok(found) => (MapSlotState::Older, Some(found.info)),
         };
-        Ok(MapSlot { slot, state, info })
+        Ok(MapSlot {
+            slot,
+            state,
+            info,
+            mark: None,
+        })
     }
 
     /// The map in a slot, if it counts.

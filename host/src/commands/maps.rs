@@ -8,6 +8,7 @@ use crate::output::{Files, Kind};
 use crate::terminal::{micrometres, table};
 use anyhow::{Result, bail};
 use courier_sensor::drivers::motion::Target;
+use courier_sensor::frame::Coordinate;
 use courier_sensor::link::message::{Action, Reply};
 use courier_sensor::maps::{MapRecordError, MapSlot, MapSlotState, SLOTS};
 use std::path::PathBuf;
@@ -71,7 +72,7 @@ pub fn run(args: &Args, choice: &Choice) -> Result<ExitCode> {
     board.close()?;
     let rows: Vec<Vec<String>> = slots.iter().map(row).collect();
     let marked = marked.map_or(String::new(), |line| line + "\n");
-    args.json.tell(ANSWER, &slots, || marked + &table(&["slot", "place", "g_p left", "state"], &rows))?;
+    args.json.tell(ANSWER, &slots, || marked + &table(&["slot", "place", "g_p left", "mark", "state"], &rows))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -85,5 +86,13 @@ fn row(slot: &MapSlot) -> Vec<String> {
         Some(info) => [info.name.to_string(), format!("{} µm", micrometres(info.parity_m.into()))],
         None => ["-".to_owned(), "-".to_owned()],
     };
-    vec![slot.slot.to_string(), place, left, state]
+    vec![slot.slot.to_string(), place, left, mark(slot.mark), state]
+}
+
+/// Where the board's own reference mark is crossed, in teeth of the map's count.
+fn mark(kept: Option<[Coordinate; 2]>) -> String {
+    kept.map_or_else(|| "-".to_owned(), |place| {
+        let [x, y] = place.map(|along| f64::from(along.teeth) + f64::from(along.fraction_turns));
+        format!("teeth {x:.2}, {y:.2}")
+    })
 }

@@ -2,13 +2,15 @@
 
 use crate::rig::Rig;
 use courier::board::map;
+use courier_sensor::drivers::motion::Target;
 use courier_sensor::frame::{Coordinate, Status};
 use courier_sensor::geometry::Geometry;
 use courier_sensor::link::message::{Action, MapPlace, Reply, StoredMap};
 use courier_sensor::link::telemetry::Channels;
-use courier_sensor::maps::homing::Anchor;
+use courier_sensor::maps::homing::{Anchor, Unusable};
 use courier_sensor::maps::mark;
 use courier_sensor::teeth::{Grid, MAX_NODES, MapHeader, TRUST_WORDS, Wave};
+use hal_sim::world::Mark;
 use std::time::Duration;
 
 /// Waves of `courier map`.
@@ -139,6 +141,70 @@ fn the_largest_map_is_in_force_soon_after_a_restart_and_outlasts_a_power_cut() {
     rig.run(10);
     assert!(rig.status().map.is_some());
     assert_eq!(rig.status().missed, 0);
+}
+
+/// An end stop on the input for a reference mark: from 2.4 teeth on along x.
+fn stop() -> Mark {
+    let pitch_m = f64::from(Geometry::PAPER.pitch_m);
+    Mark {
+        x_m: [2.4 * pitch_m, 1.0],
+        y_m: [-1.0, 1.0],
+    }
+}
+
+/// Goes to so many teeth along x, no faster than a mark is told at, and comes to rest.
+fn go(rig: &mut Rig, teeth: f32) {
+    let target = Target {
+        x_m: teeth * Geometry::PAPER.pitch_m,
+        ..Target::default()
+    };
+    let order = Action::GoTo {
+        target,
+        speed_m_per_s: 0.008,
+    };
+    assert_eq!(rig.ask(order), Reply::Done);
+    for _ in 0..20 {
+        rig.run(100);
+        if !rig.status().moving {
+            return;
+        }
+    }
+    panic!("under way for 2 s");
+}
+
+#[test]
+fn the_boards_own_mark_puts_the_map_in_force_where_no_beacon_is() {
+    let (mut rig, _) = Rig::stored(33);
+    rig.world.set_mark(Some(stop()));
+    let (header, nodes) = largest();
+    map::store_map(&mut rig.link, place(), header, &nodes).expect("it is stored");
+    placed_s(&mut rig);
+    let refused = rig.link.ask(Action::MapKeepMark).expect_err("not crossed");
+    assert!(refused.to_string().contains("mark"), "{refused}");
+    go(&mut rig, 3.0);
+    assert_eq!(rig.ask(Action::MapKeepMark), Reply::Done);
+    let slot = map::slot(&mut rig.link, 0).expect("a slot");
+    let [x, _] = slot.mark.expect("it is kept");
+    let crossed_teeth = f64::from(x.teeth) + f64::from(x.fraction_turns);
+    // The courier's own errors are some hundredths of a tooth.
+    assert!((crossed_teeth - 2.4).abs() < 0.1, "{x:?}");
+    go(&mut rig, 0.0);
+    rig.world.with_courier(|courier| courier.set_beacon(None));
+    rig.link.restart().expect("the board restarts");
+    rig.run(500);
+    let waits = StoredMap::Waits(Unusable::NoBeaconNorMark);
+    assert_eq!(rig.status().stored_map, waits);
+    go(&mut rig, 3.0);
+    let status = rig.status();
+    let StoredMap::InForce { slot: 0, ahead, .. } = status.stored_map else {
+        panic!("{:?}", status.stored_map)
+    };
+    let here = mark::place([status.pose.x, status.pose.y], ahead);
+    for (along, wanted_teeth) in here.into_iter().zip([3.0, 0.0]) {
+        let teeth = f64::from(along.teeth) + f64::from(along.fraction_turns);
+        assert!((teeth - wanted_teeth).abs() < 0.1, "{here:?}");
+    }
+    assert_eq!(status.missed, 0);
 }
 
 #[test]

@@ -179,6 +179,7 @@ fn by_the_boards_own_mark(folder: &Path) {
         )
     };
     board("x=10", "maps --keep-mark").refused(&["no stored tooth map is in force"]);
+    assert!(board("x=10", "maps --json").json()[0]["mark"].is_null());
     let beacon = presets::paper().places.beacon;
     let on_the_way = |part: f64| {
         let [x_mm, y_mm] = [beacon.x_m, beacon.y_m].map(|m| 1.0e3 * m * part);
@@ -186,6 +187,16 @@ fn by_the_boards_own_mark(folder: &Path) {
     };
     let kept = board("x=10", &(on_the_way(1.0) + " --keep-mark")).quiet();
     assert!(kept.contains("the mark's place is kept"), "{kept}");
+    // It is listed beside its map, and beside no other slot.
+    let slots = board("x=10", "maps --json").json();
+    let teeth = [0, 1].map(|axis| {
+        let along = &slots[0]["mark"][axis];
+        along["teeth"].as_f64().unwrap() + along["fraction_turns"].as_f64().unwrap()
+    });
+    assert!(slots[1]["mark"].is_null(), "{slots}");
+    let listed = board("x=10", "maps").quiet();
+    let told = format!("teeth {:.2}, {:.2}", teeth[0], teeth[1]);
+    assert!(listed.contains(&told), "{listed}");
     let status = board("x=10", "status").quiet();
     assert!(
         status.contains("map waits for a beacon, or for its mark"),

@@ -153,6 +153,7 @@ impl Around {
             temperature_c: self
                 .world
                 .with_courier(|courier| courier.sample().temperature_c),
+            at_mark: self.world.is_at_mark(),
         }
     }
 }

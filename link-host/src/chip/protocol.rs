@@ -115,6 +115,8 @@ pub enum Answer {
         coming: Timed,
         /// Temperature of the board, degrees Celsius.
         temperature_c: f64,
+        /// Whether a reference mark grounds its input.
+        at_mark: bool,
     },
     /// How the flash's operation ended.
     Flash(FlashEnd),

@@ -276,7 +276,7 @@ impl Parts {
         let _ = self.convst.set_low();
         let fell = rose && (0..BUSY_LOOKS).any(|_| self.busy.is_low() == Ok(true));
         let bytes = u32::from(self.line.read_ready() == Ok(true));
-        u32::from(fell) | bytes << 1
+        u32::from(fell) | bytes << 1 | u32::from(self.world.is_at_mark()) << 2
     }
 
     fn set_pin(&mut self, argument: u32) -> Option<u32> {

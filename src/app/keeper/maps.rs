@@ -11,7 +11,7 @@ use crate::frame::Coordinate;
 use crate::link::message::{MapPlace, Refusal};
 use crate::maps::crossing::{from_bytes, to_bytes};
 use crate::maps::mark::MarkRefusal;
-use crate::maps::{MapHead, MapInfo, MapRecordError, MapSlot, MapStoreError, Maps};
+use crate::maps::{MapHead, MapInfo, MapRecordError, MapSlot, MapSlotState, MapStoreError, Maps};
 use crate::model::ErrorModel;
 use crate::teeth::MapHeader;
 use crate::update::layout::MAPS_START;
@@ -28,7 +28,11 @@ impl<F: NorFlash> Keeper<'_, '_, F> {
     /// # Errors
     /// [`Refusal::MapStore`].
     pub fn map_slot(&mut self, slot: u8) -> Result<MapSlot, Refusal> {
-        Ok(self.maps().slot(slot)?)
+        let mut told = self.maps().slot(slot)?;
+        if told.state == MapSlotState::Current {
+            told.mark = self.map_mark(slot);
+        }
+        Ok(told)
     }
 
     /// Takes a stored map out of use; one that is in force stays so until the board restarts.

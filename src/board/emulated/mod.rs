@@ -32,6 +32,9 @@ static SAMPLING: Owned<(Chips, Sampler<'static, 'static>)> = Owned::empty();
 /// The sampling interrupt has run: what the background sleeps for.
 static SAMPLED: AtomicBool = AtomicBool::new(false);
 
+/// Level of the reference mark's input at the last conversion.
+static AT_MARK: AtomicBool = AtomicBool::new(false);
+
 /// CMSDK timer 0.
 #[derive(Clone, Copy)]
 struct Timer;
@@ -77,6 +80,7 @@ fn isr_convert(converter: &mut Chips) -> Result<Counts, ConverterError> {
     let answer =
         ahead::take_conversion(clock::ticks(), PERIOD).unwrap_or_else(|| ask().unwrap_or(0));
     parts::BYTES_WAIT.store(answer & 2 != 0, Relaxed);
+    AT_MARK.store(answer & 4 != 0, Relaxed);
     if answer & 1 == 0 {
         return Err(converter.silent());
     }
@@ -135,7 +139,7 @@ impl Board for Emulated {
     }
 
     fn at_mark(&mut self) -> bool {
-        false
+        AT_MARK.load(Relaxed)
     }
 
     fn sleep(&mut self) {

@@ -6,7 +6,7 @@ use courier_sensor::calibration::slots::{Place, SlotError};
 use courier_sensor::calibration::{self, Evidence, Plan, Stage};
 use courier_sensor::device::Device;
 use courier_sensor::drivers::motion::{FaultCode, Target};
-use courier_sensor::frame::Status;
+use courier_sensor::frame::{Coordinate, Status};
 use courier_sensor::link::message::*;
 use courier_sensor::link::report::{Ending, Progress};
 use courier_sensor::link::telemetry::{Channels, StreamOrder};
@@ -176,6 +176,7 @@ pub fn replies() -> Vec<Reply> {
             slot: 1,
             state: MapSlotState::Current,
             info: Some(MapInfo::default()),
+            mark: Some([Coordinate::default(); 2]),
         }),
         Reply::Status(BoardStatus {
             stored_map: StoredMap::OtherPlaten {

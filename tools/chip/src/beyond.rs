@@ -11,6 +11,9 @@ pub trait Beyond {
     /// Temperature of the board, degrees Celsius.
     fn temperature_c(&self) -> f64;
 
+    /// Whether a reference mark grounds its input, since the last conversion.
+    fn at_mark(&self) -> bool;
+
     /// The edge of CONVST that comes next is the timer's, or software's.
     fn conversion(&mut self, _by_timer: bool) {}
 }

@@ -27,6 +27,7 @@ struct Line {
     sent: Timed,
     coming: VecDeque<(u64, u8)>,
     temperature_c: f64,
+    at_mark: bool,
     met_ns: u64,
     by_timer: bool,
 }
@@ -46,6 +47,7 @@ impl Host {
             sent: vec![],
             coming: VecDeque::new(),
             temperature_c: 25.0,
+            at_mark: false,
             met_ns: 0,
             by_timer: false,
         })))
@@ -111,13 +113,14 @@ impl Host {
             inputs,
             coming,
             temperature_c,
+            at_mark,
         } = met
         else {
             std::process::exit(1)
         };
         let line = &mut *self.0.borrow_mut();
         line.coming.extend(coming);
-        (line.temperature_c, line.met_ns) = (temperature_c, now_ns);
+        (line.temperature_c, line.at_mark, line.met_ns) = (temperature_c, at_mark, now_ns);
         inputs
     }
 }
@@ -138,6 +141,10 @@ impl Beyond for Host {
 
     fn temperature_c(&self) -> f64 {
         self.0.borrow().temperature_c
+    }
+
+    fn at_mark(&self) -> bool {
+        self.0.borrow().at_mark
     }
 
     fn conversion(&mut self, by_timer: bool) {

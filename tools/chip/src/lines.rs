@@ -27,6 +27,7 @@ const CONVST: Pin = (2, 6);
 const RESET: Pin = (2, 7);
 const BUSY: Pin = (2, 8);
 const LAMP: Pin = (1, 2);
+const MARK: Pin = (2, 9);
 const SELECT: [Pin; 2] = [(0, 4), (1, 12)];
 /// The converters' buses and the serial line: pin, peripheral, signal.
 const BUS: [[(Pin, &str, &str); 3]; 2] = [
@@ -56,6 +57,8 @@ impl Lines {
         let (port, pin) = LAMP;
         chip.around.lamp = chip.gpio[port].drive(pin) == Drive::Level(true);
         Self::settle_busy(chip);
+        let high = chip.gpio[MARK.0].drive(MARK.1) == Drive::Pulled(true) && !chip.around.at_mark;
+        set_line(chip, MARK, high);
         if let Some(recorder) = &mut chip.recorder {
             recorder.levels(chip.now, &chip.lines);
         }
@@ -142,9 +145,7 @@ impl Lines {
     fn settle_busy(chip: &mut Chip) {
         let busy = chip.around.busy(chip.now);
         let (port, pin) = BUSY;
-        let mask = 1 << pin;
-        let lines = &mut chip.gpio[port].lines;
-        *lines = *lines & !mask | u32::from(busy) << pin;
+        set_line(chip, BUSY, busy);
         if busy != chip.lines.busy {
             chip.lines.busy = busy;
             if chip.syscfg.port(pin) == port {
@@ -155,6 +156,12 @@ impl Lines {
             }
         }
     }
+}
+
+/// What a part, or a resistor alone, makes of a line.
+fn set_line(chip: &mut Chip, (port, pin): Pin, high: bool) {
+    let lines = &mut chip.gpio[port].lines;
+    *lines = *lines & !(1 << pin) | u32::from(high) << pin;
 }
 
 /// Level of a line; none if nothing drives or pulls it. `function` is what a peripheral drives.

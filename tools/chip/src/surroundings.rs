@@ -41,6 +41,10 @@ impl Beyond for Near {
         self.world
             .with_courier(|courier| courier.sample().temperature_c)
     }
+
+    fn at_mark(&self) -> bool {
+        self.world.is_at_mark()
+    }
 }
 
 /// What happens to a byte on its way from a converter to its bus.
@@ -62,6 +66,8 @@ pub struct Surroundings {
     pub lamp: bool,
     /// BUSY never rises.
     pub silent: bool,
+    /// A reference mark grounds its input: as it was at the last edge of CONVST.
+    pub at_mark: bool,
     /// So many of the next conversions have no pulse of BUSY.
     pub lost_pulses: u32,
     /// What happens to the next bytes that a converter sends: which of the two, what, and to how many.
@@ -122,6 +128,7 @@ impl Surroundings {
             banks,
             lamp: false,
             silent: false,
+            at_mark: false,
             lost_pulses: 0,
             byte_fault: None,
             next_fault: None,
@@ -151,6 +158,7 @@ impl Surroundings {
         self.arrive(now);
         self.beyond.conversion(by_timer);
         set(&mut self.convst, high);
+        self.at_mark = self.beyond.at_mark();
         if high && now >= self.busy_until {
             let left = self.lost_pulses.checked_sub(1);
             self.lost_pulses = left.unwrap_or(0);
