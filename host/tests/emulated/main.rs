@@ -11,6 +11,7 @@ mod log;
 mod long;
 mod map;
 mod parts;
+mod recalibration;
 mod restarts;
 mod rig;
 mod speed;

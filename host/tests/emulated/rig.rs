@@ -27,6 +27,7 @@ use courier_sensor::link::report::{Ending, Progress};
 use courier_sensor::model::{ErrorModel, TermTable};
 use hal_sim::board::SharedFlash;
 use hal_sim::presets;
+use hal_sim::spec::CourierSpec;
 use hal_sim::wire::fault::{SpiFault, Switch};
 use hal_sim::wire::motion::ControllerConfig;
 use hal_sim::world::World;
@@ -57,7 +58,11 @@ pub struct Rig {
 impl Rig {
     /// Switched on, nothing stored.
     pub fn start(seed: u64) -> Self {
-        let spec = presets::ideal(seed);
+        Self::around(presets::ideal(seed), seed)
+    }
+
+    /// The same with this courier.
+    pub fn around(spec: CourierSpec, seed: u64) -> Self {
         let world = World::new(spec, ControllerConfig::TYPICAL, Default::default(), seed);
         let world = world.expect("monotonic");
         let flash = SharedFlash::erased(seed);
