@@ -63,11 +63,11 @@ pub(crate) struct Judged {
     pub lever_m: [Option<[f64; 2]>; 2],
 }
 
-/// One response's fit: by t_x, t_y and theta.
+/// One response's fit: by t_x, t_y and theta; what it does beside the main axis and by the angle with their standard errors.
 struct Row {
     main: usize,
     factor: f64,
-    beside: Option<f64>,
+    beside: Option<[f64; 2]>,
     error: f64,
     by_angle: Option<[f64; 2]>,
 }
@@ -176,21 +176,22 @@ impl Diode {
         Some(Row {
             main,
             factor: fit.coefficients[main],
-            beside: told.then(|| fit.coefficients[other]),
+            beside: told.then(|| [fit.coefficients[other], error(&fit, other)]),
             error: error(&fit, main),
             by_angle,
         })
     }
 
-    /// Axes, signs and scale of the diode. Returns the angle by which its axes are turned against the segments', where told.
-    fn mounting(&self, rows: &[Option<Row>; 2], judged: &mut Judged) -> Option<f64> {
+    /// Axes, signs and scale of the diode. Returns the angle by which its axes are turned against the segments', and its standard error, rad,
+    /// where told.
+    fn mounting(&self, rows: &[Option<Row>; 2], judged: &mut Judged) -> Option<[f64; 2]> {
         let told = rows
             .each_ref()
             .map(|row| row.as_ref().filter(|r| r.factor.is_finite()));
         for row in told.iter().flatten() {
             if row
                 .beside
-                .is_some_and(|b| b.abs() > CROSS_AXIS_SHARE * row.factor.abs())
+                .is_some_and(|[b, _]| b.abs() > CROSS_AXIS_SHARE * row.factor.abs())
             {
                 judged.unexplained += 1;
             }
@@ -236,14 +237,17 @@ impl Diode {
         }
         match told {
             [Some(x), Some(y)] if x.main == 0 && x.factor > 0.0 && y.factor > 0.0 => {
-                let beside = [x.beside?, y.beside?];
-                Some((beside[1] - beside[0]).atan2(x.factor + y.factor))
+                let ([by_y, y_error], [by_x, x_error]) = (x.beside?, y.beside?);
+                let along = x.factor + y.factor;
+                let turn = [(by_x - by_y).atan2(along), (x_error + y_error) / along];
+                // Known less well than that it tells no more of the angle's zero than tooth counts do.
+                (turn[1] < ANGLE_ORIGIN_RAD).then_some(turn)
             }
             _ => None,
         }
     }
 
-    fn levers(&self, rows: &[Option<Row>; 2], turn_rad: Option<f64>, judged: &mut Judged) {
+    fn levers(&self, rows: &[Option<Row>; 2], turn_rad: Option<[f64; 2]>, judged: &mut Judged) {
         let by_angle = rows
             .each_ref()
             .map(|row| row.as_ref().and_then(|r| r.by_angle));
@@ -252,9 +256,14 @@ impl Diode {
             by_angle[1],
             by_angle[0].map(|[value, error]| [-value, error]),
         ];
-        if let ([Some(x), Some(y)], Some(turn)) = (&mut found, turn_rad) {
+        if let ([Some(x), Some(y)], Some([turn, turn_error])) = (&mut found, turn_rad) {
             let (sine, cosine) = turn.sin_cos();
             (x[0], y[0]) = (cosine * x[0] + sine * y[0], cosine * y[0] - sine * x[0]);
+            // Each arm takes a part of the other as long as the turn is not known.
+            (x[1], y[1]) = (
+                x[1] + turn_error * y[0].abs(),
+                y[1] + turn_error * x[0].abs(),
+            );
         }
         judged.lever_m = found;
         let zero = if turn_rad.is_some() {

@@ -42,22 +42,32 @@ impl View<'_> {
         })
     }
 
+    /// Weights of the segments that make x (0) or y (1), m: the mean of a pair, or the one segment of it that was recorded, less what
+    /// half the span makes of the other pair's angle; by equation (5) segments j and j + 2 stand that far on either side of the middle.
+    fn along(&self, axis: usize, there: impl Fn(usize) -> bool) -> Option<[f64; 4]> {
+        let mut weights = [0.0; 4];
+        let whole = 1.0 / self.lengths;
+        match [there(axis), there(axis + 2)] {
+            [false, false] => return None,
+            [true, true] => (weights[axis], weights[axis + 2]) = (0.5 * whole, 0.5 * whole),
+            [first, _] => {
+                let (segment, side) = if first { (axis, 1.0) } else { (axis + 2, -1.0) };
+                weights[segment] = whole;
+                let other = 1 - axis;
+                if there(other) && there(other + 2) {
+                    weights[other] = -0.5 * side * whole;
+                    weights[other + 2] = 0.5 * side * whole;
+                }
+            }
+        }
+        Some(weights)
+    }
+
     /// Weights of the columns that make x, y (m) or theta (rad) of the segments, in a vector of `width`; `None` if they were not recorded.
     pub fn response(&self, response: usize, width: usize) -> Option<DVector<f64>> {
         let there = |j: usize| self.has[self.wiring.column[j]];
         let weights = match response {
-            0 | 1 => {
-                let pair = [response, response + 2];
-                let count = pair.iter().filter(|j| there(**j)).count();
-                (count > 0).then(|| {
-                    let mut weights = [0.0; 4];
-                    let each = 1.0 / count as f64 / self.lengths;
-                    pair.iter()
-                        .filter(|j| there(**j))
-                        .for_each(|j| weights[*j] = each);
-                    weights
-                })?
-            }
+            0 | 1 => self.along(response, there)?,
             _ => {
                 let pairs: Vec<usize> = [0, 1]
                     .into_iter()

@@ -6,6 +6,7 @@ mod kinds;
 use draw::Needs;
 use kinds::{Mistake, all, made, recognised};
 use plausibility::check;
+use specimens::{Case, Conditions};
 
 /// Of how many recordings a kind's are recognised; each that is not is printed. The kind's number makes its seeds its own.
 fn found((kind, mistake): (usize, &Mistake), seeds: std::ops::Range<u64>) -> usize {
@@ -162,6 +163,39 @@ fn a_turn_of_few_rows_accuses_no_wire() {
 #[test]
 fn nothing_is_told_of_right_recordings() {
     assert_eq!(told(0..12), 0);
+}
+
+/// Of how many right recordings of motions that are drawn anew something is told; each is printed. Some of them have effects.
+fn told_of_drawn_motions(seed: u64, cases: impl Iterator<Item = usize>) -> usize {
+    let mut count = 0;
+    for number in cases {
+        let recording = Case::draw(number, seed, Conditions::Drawn).recorded(0);
+        let findings = check(&recording);
+        if !findings.is_empty() {
+            println!("case {number} of seed {seed}: {findings:?}");
+            count += 1;
+        }
+    }
+    count
+}
+
+/// Told once to have another lever arm than stated: one segment of a pair was not recorded, and what the courier turns was a part of the
+/// place by the other one, half a span for each radian, 4.85 mm beside a lever arm of 5.
+#[test]
+fn a_pair_of_one_segment_makes_no_lever_arm_wrong() {
+    assert_eq!(told_of_drawn_motions(6024, [7].into_iter()), 0);
+    assert_eq!(
+        told_of_drawn_motions(6046, [26, 59, 190, 274].into_iter()),
+        0
+    );
+}
+
+/// Wanted: no more false alarms than one in two hundred.
+#[test]
+#[ignore = "some minutes: the nightly checks run it"]
+fn hardly_anything_is_told_of_four_hundred_motions_that_are_drawn_anew() {
+    let told = told_of_drawn_motions(asked("PLAUSIBILITY_SEED", 6047), 0..400);
+    assert!(told <= 2, "{told} of 400");
 }
 
 #[test]
