@@ -40,6 +40,12 @@ impl Envelope {
         Some(out)
     }
 
+    /// Logarithm of the matrix's determinant.
+    pub fn ln_determinant(&self) -> f64 {
+        let of_diagonal = |row: &Vec<f64>| row.last().map_or(0.0, |d| 2.0 * d.abs().ln());
+        self.rows.iter().map(of_diagonal).sum()
+    }
+
     /// The solution for a right side.
     pub fn solve(&self, mut right: Vec<f64>) -> Vec<f64> {
         for (i, row) in self.rows.iter().enumerate() {
@@ -84,5 +90,11 @@ mod tests {
         assert!(factor.rows[N - 2].len() <= 3, "nothing left of the band");
         assert!(found.iter().zip(&wanted).all(|(f, w)| (f - w).abs() < 1e-9));
         assert!(Envelope::factor(vec![vec![1.0], vec![2.0, 1.0]]).is_none());
+    }
+
+    #[test]
+    fn the_determinant_of_two_rows_is_theirs() {
+        let factor = Envelope::factor(vec![vec![4.0], vec![2.0, 3.0]]).expect("positive");
+        assert!((factor.ln_determinant() - 8f64.ln()).abs() < 1e-12);
     }
 }

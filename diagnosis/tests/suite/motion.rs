@@ -1,5 +1,5 @@
 //! What is told of a sample's motion must not hold that sample's own noise.
-use specimens::rig;
+use specimens::{Case, Conditions, rig};
 
 use diagnosis::data::adequacy::overstated;
 use diagnosis::data::motion::Motion;
@@ -9,6 +9,7 @@ use diagnosis::design::gram::Columns;
 use diagnosis::linearization::baseline::Baseline;
 use diagnosis::linearization::recording::{LatentDisplacement, LinearizedRecording};
 use diagnosis::linearization::relinearized::{at_fixed_point, displacement};
+use diagnosis::{Options, diagnose};
 
 /// A column made of a sample's own noise would rebuild the residual held out as well: a false alarm "speed".
 #[test]
@@ -413,4 +414,16 @@ fn what_was_before_is_forgotten_on_the_way() {
     assert_eq!(before[0], 1.0);
     assert!(before[rest - 10] > 0.9, "{}", before[rest - 10]);
     assert!(before[rest + 40] < 1e-3, "{}", before[rest + 40]);
+}
+
+/// Poses that are scattered over fifty pitches come to each place once: what a fine mesh leaves of the amplitudes that it has not seen says
+/// little of whether they follow the place.
+#[test]
+fn a_gap_over_poses_that_are_far_apart_is_named() {
+    let case = Case::draw(3, 6023, Conditions::Drawn);
+    let truth: Vec<&str> = case.effects.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(truth, ["gap_variation"]);
+    let told = diagnose(&case.recorded(0), "scattered", &Options::default());
+    let named: Vec<&str> = told.effects.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(named, truth, "{:?}", told.unexplained.place);
 }

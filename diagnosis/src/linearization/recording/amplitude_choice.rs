@@ -4,7 +4,7 @@
 //! Gap and wander are each pair's own. A field from outside comes to all pairs, so it is decided for all of them together: by what
 //! it leaves on pieces that it has not seen, beside what the best of all other shapes leaves there.
 
-use super::amplitude_shape::{AmplitudeShape, best};
+use super::amplitude_shape::{AmplitudeShape, likeliest};
 use super::mesh::Mesh;
 use super::offsets::Places;
 use super::sample::Sample;
@@ -118,18 +118,18 @@ pub(super) fn candidates(prepared: &Prepared) -> Option<Candidates<'_>> {
     let count = all.len() as f64;
     let nothing = all.iter().map(|s| s.value * s.value).sum::<f64>() / count;
     let loose = noise.max(SHAPE_ERROR_SHARE * nothing);
-    let fields = || {
-        meshes.iter().map(|mesh| AmplitudeShape {
-            field: Some(mesh),
-            ..AmplitudeShape::default()
-        })
-    };
+    let fields = meshes.iter().map(|mesh| AmplitudeShape {
+        field: Some(mesh),
+        ..AmplitudeShape::default()
+    });
     let courses = CHANGE_KNOTS.into_iter().map(|course| AmplitudeShape {
         course,
         ..AmplitudeShape::default()
     });
-    let (field, place) = best(fields(), all, loose)?;
-    let (course, time) = best(courses, all, loose)?;
+    let (field, over_places) = likeliest(fields, all, loose)?;
+    let (course, over_time) = likeliest(courses, all, loose)?;
+    let left = |shape: AmplitudeShape| Some(shape.held_out(&shape.pieces(all), loose)?.1);
+    let (place, time) = (left(field)?, left(course)?);
     let (_, wandering) = AmplitudeShape::default().wandering(all, loose)?;
     let beside = field.wandering(all, loose)?;
     let together = beside.1;
@@ -140,7 +140,7 @@ pub(super) fn candidates(prepared: &Prepared) -> Option<Candidates<'_>> {
         (nothing, place)
     };
     let worth = |before, after, share| is_worth(before, after, share, noise, count);
-    let by_place = place < time && worth(before, after.min(place), EXPLAINED_BY_PLACE);
+    let by_place = over_places > over_time && worth(before, after.min(place), EXPLAINED_BY_PLACE);
     let (timed, slow) = if by_place {
         beside
     } else {
@@ -149,7 +149,8 @@ pub(super) fn candidates(prepared: &Prepared) -> Option<Candidates<'_>> {
     let left = if by_place { place } else { time.min(nothing) };
     let by_time = wanders || worth(left, slow, EXPLAINED_BY_TIME);
     crate::trace::log(&format!(
-        "amplitude over its noise: {:.2}; place {:.2}, time {:.2}, wander {:.2}, both {:.2}, {:.2}; gap {by_place}, wander {by_time}",
+        "amplitude over its noise: {:.2}; place {:.2}, time {:.2}, wander {:.2}, both {:.2}, {:.2}; gap {by_place}, wander {by_time}; logarithm of the \
+         evidence: place {over_places:.0}, time {over_time:.0}",
         nothing / noise,
         place / noise,
         time / noise,
@@ -173,4 +174,73 @@ pub(super) fn candidates(prepared: &Prepared) -> Option<Candidates<'_>> {
         unshifted,
         count,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::folds::FOLDS;
+    use crate::linearization::recording::mesh::GAP_MESHES_PITCHES;
+
+    const PITCH_M: f64 = 1.0e-3;
+    /// Poses far apart after some sweeps: a hundred over 50 mm.
+    const POSES: usize = 100;
+    const SWEEPS: usize = 4;
+    const OF_A_SWEEP: usize = 400;
+
+    /// What explains the amplitude of sweeps along four lines, and of poses that are scattered over all of the platen once.
+    fn over_sweeps_and_poses(value: fn([f64; 2], f64) -> f64) -> (bool, bool) {
+        let mut samples = Vec::new();
+        let all = (SWEEPS * OF_A_SWEEP + POSES) as f64;
+        let mut add = |place_m: [f64; 2], fold: usize| {
+            let progress = samples.len() as f64 / all;
+            let phase_rad = core::f64::consts::TAU * place_m[0] / PITCH_M;
+            samples.push(Sample {
+                progress,
+                value: value(place_m, progress),
+                fold: fold % FOLDS,
+                ..Sample::at(place_m, phase_rad)
+            });
+        };
+        for sweep in 0..SWEEPS {
+            for k in 0..OF_A_SWEEP {
+                let along_m = 2.0e-3 * k as f64 / OF_A_SWEEP as f64;
+                add([1.0e-3 * sweep as f64, along_m], k / 20 + 2 * sweep);
+            }
+        }
+        // The golden ratio and its like fill a square evenly (Roberts 2018).
+        let share = |k: usize, part: f64| 50.0e-3 * (k as f64 * part).fract();
+        for k in 0..POSES {
+            add([share(k, 0.754_877_666), share(k, 0.569_840_291)], k / 6);
+        }
+        let mesh = |step: &f64| Mesh::over(&samples, step * PITCH_M);
+        let meshes = GAP_MESHES_PITCHES.iter().filter_map(mesh).collect();
+        let prepared = Prepared {
+            samples,
+            meshes,
+            noise: 1.0e-6,
+            wanders: false,
+        };
+        let found = candidates(&prepared).expect("regular");
+        let shape = found.shape(false);
+        (
+            shape.is_some_and(|s| s.field.is_some()),
+            shape.is_some_and(|s| s.course > 0),
+        )
+    }
+
+    /// Waves of 17 and 14 mm, which the poses meet three times each, and the sweeps show a part of.
+    #[test]
+    fn what_follows_the_place_is_a_gap() {
+        let waves =
+            |[x, y]: [f64; 2], _| 0.02 * ((370.0 * x).sin() + (273.0 * y + 370.0 * x).cos());
+        assert!(over_sweeps_and_poses(waves).0);
+    }
+
+    /// The same motion, and an amplitude that follows the time.
+    #[test]
+    fn what_follows_the_time_is_no_gap() {
+        let course = |_, progress: f64| 0.03 * (9.0 * progress).sin();
+        assert!(!over_sweeps_and_poses(course).0);
+    }
 }

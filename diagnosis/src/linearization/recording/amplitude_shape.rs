@@ -146,11 +146,13 @@ fn least<T>(list: impl Iterator<Item = (T, f64)>) -> Option<(T, f64)> {
     list.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// The shape that leaves least on pieces that it has not seen, and what that is.
-pub(super) fn best<'a>(
+/// The shape under which the amplitudes are likeliest, and the logarithm of how likely they are. What a shape leaves on pieces that it has not
+/// seen would not do: where a motion comes to each place once, a fine mesh has to foretell places far from all others, and says so.
+pub(super) fn likeliest<'a>(
     shapes: impl Iterator<Item = AmplitudeShape<'a>>,
     all: &[Sample],
     noise: f64,
 ) -> Option<(AmplitudeShape<'a>, f64)> {
-    least(shapes.filter_map(|shape| shape.held_out(&shape.pieces(all), noise)))
+    let each = shapes.filter_map(|shape| Some((shape, shape.pieces(all).log_evidence(noise)?)));
+    each.max_by(|a, b| a.1.total_cmp(&b.1))
 }
