@@ -259,7 +259,7 @@ impl Diode {
         if let ([Some(x), Some(y)], Some([turn, turn_error])) = (&mut found, turn_rad) {
             let (sine, cosine) = turn.sin_cos();
             (x[0], y[0]) = (cosine * x[0] + sine * y[0], cosine * y[0] - sine * x[0]);
-            // Each arm takes a part of the other as long as the turn is not known.
+            // As far as the turn is not known, each arm holds an unknown part of the other.
             (x[1], y[1]) = (
                 x[1] + turn_error * y[0].abs(),
                 y[1] + turn_error * x[0].abs(),

@@ -11,9 +11,6 @@ use time::{Date, Month};
 
 /// Bit 31 of an identifier in a DBC file: it is one of 29 bits.
 pub const EXTENDED: u32 = 1 << 31;
-/// Julian day of the first of January 1970, by definition of both calendars.
-const UNIX_DAY: i32 = 2_440_588;
-const DAY_S: f64 = 86_400.0;
 
 /// One frame.
 pub struct Frame {
@@ -181,8 +178,8 @@ fn seconds(text: &str) -> Option<f64> {
     let mut clock = clock.splitn(3, ':');
     let [hours, minutes] = [clock.next()?, clock.next()?].map(str::parse::<u8>);
     let seconds: f64 = clock.next()?.parse().ok().filter(|s: &f64| s.is_finite())?;
-    let days = f64::from(date.to_julian_day() - UNIX_DAY);
-    Some(days * DAY_S + f64::from(hours.ok()?) * 3600.0 + f64::from(minutes.ok()?) * 60.0 + seconds)
+    let midnight_s = date.midnight().assume_utc().unix_timestamp() as f64;
+    Some(midnight_s + f64::from(hours.ok()?) * 3600.0 + f64::from(minutes.ok()?) * 60.0 + seconds)
 }
 
 #[cfg(test)]

@@ -23,6 +23,7 @@ const ALL: [(&str, Option<&str>); 7] = [
 /// Those that it prints where the program says nothing else.
 const USUAL: [usize; 4] = [0, 1, 5, 6];
 const NO_TIME: &str = "--rate-hz HZ, calls of monitor() a second over monitor_downsample: SimpleFOC prints no time; or the time stamps of the Arduino IDE's monitor";
+/// A day, s, by definition: the time stamps begin anew at midnight.
 const DAY_S: f64 = 86_400.0;
 
 /// True of a file with a line of SimpleFOC's start, or one with the IDE's time before values with tabs between them.

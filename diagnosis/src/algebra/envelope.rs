@@ -42,7 +42,7 @@ impl Envelope {
 
     /// Logarithm of the matrix's determinant.
     pub fn ln_determinant(&self) -> f64 {
-        let of_diagonal = |row: &Vec<f64>| row.last().map_or(0.0, |d| 2.0 * d.abs().ln());
+        let of_diagonal = |row: &Vec<f64>| row.last().map_or(0.0, |d| 2.0 * d.ln());
         self.rows.iter().map(of_diagonal).sum()
     }
 

@@ -74,8 +74,8 @@ impl Sums {
     }
 }
 
-/// Times that the noise is found anew from what a fit at the last one leaves. A derivation: the evidence is stationary in the noise at its
-/// likeliest, and what a fit leaves hardly changes with a noise that is smaller than it.
+/// Times that the noise is found anew from what a fit at the last one leaves. A derivation: what a fit leaves hardly depends on the noise that
+/// it was made with, so that two steps come near the likeliest noise, about which the evidence is flat.
 const NOISE_STEPS: usize = 2;
 
 /// Rows over some columns, summed piece by piece.

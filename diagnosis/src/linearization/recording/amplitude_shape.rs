@@ -146,13 +146,30 @@ fn least<T>(list: impl Iterator<Item = (T, f64)>) -> Option<(T, f64)> {
     list.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// The shape under which the amplitudes are likeliest, and the logarithm of how likely they are. What a shape leaves on pieces that it has not
-/// seen would not do: where a motion comes to each place once, a fine mesh has to foretell places far from all others, and says so.
+/// A shape with the logarithm of how likely the amplitudes are under it, and what it leaves on pieces that it has not seen.
+pub(super) struct Likeliest<'a> {
+    pub(super) shape: AmplitudeShape<'a>,
+    pub(super) log_evidence: f64,
+    pub(super) left: f64,
+}
+
+/// The shape under which the amplitudes are likeliest. What a shape leaves on pieces that it has not seen is no way to choose it: where a motion
+/// comes to each place once, a fine mesh has to foretell places far from all others, and errs there by as much as it expects to.
 pub(super) fn likeliest<'a>(
     shapes: impl Iterator<Item = AmplitudeShape<'a>>,
     all: &[Sample],
     noise: f64,
-) -> Option<(AmplitudeShape<'a>, f64)> {
-    let each = shapes.filter_map(|shape| Some((shape, shape.pieces(all).log_evidence(noise)?)));
-    each.max_by(|a, b| a.1.total_cmp(&b.1))
+) -> Option<Likeliest<'a>> {
+    let each = shapes.filter_map(|shape| {
+        let pieces = shape.pieces(all);
+        let log_evidence = pieces.log_evidence(noise)?;
+        Some((log_evidence, shape, pieces))
+    });
+    let (log_evidence, shape, pieces) = each.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (shape, left) = shape.held_out(&pieces, noise)?;
+    Some(Likeliest {
+        shape,
+        log_evidence,
+        left,
+    })
 }
